@@ -1,0 +1,23 @@
+#pragma once
+/// Plain geometric data shared by physics and render. Lengths in mm; axes as in DICOM (+x patient left,
+/// +y posterior, +z head).
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+namespace physics {
+
+using Vec2 = Eigen::Vector2d;
+using Vec3 = Eigen::Vector3d;
+using Mat3 = Eigen::Matrix3d;
+
+using Polyline = std::vector<Vec3>;  // points [mm], in order
+
+/// Indexed triangles; counter-clockwise seen from outside.
+struct TriangleMesh {
+    std::vector<Vec3> vertices;                 // [mm]
+    std::vector<std::array<int, 3>> triangles;  // indices into vertices
+};
+
+}  // namespace physics
