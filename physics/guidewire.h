@@ -1,0 +1,96 @@
+#pragma once
+/// The guidewire: a chain of rigid segments with bending stiffness and a pre-curved, torsionally rigid tip.
+///
+/// Joints x_0…x_N, x_0 fixed at the introducer; segment i joins x_{i-1} to x_i along the unit tangent u_i;
+/// u_0 is the clamped entry direction. Joint i (0 ≤ i < N) bends between u_i and u_{i+1}.
+
+#include <string>
+#include <vector>
+
+#include "physics/geometry.h"
+
+namespace physics {
+
+/// What a wire is made of; s is the distance from its distal end.
+struct GuidewireSpec {
+    double segment_length = 2.0;       // λ [mm]
+    double diameter = 0.889;           // [mm]; 0.035 in
+    double shaft_rigidity = 250.0;     // EI of the shaft [N·mm²]
+    double tip_rigidity = 6.0;         // EI of the floppy tip [N·mm²]
+    double tip_length = 30.0;          // s < tip_length is floppy [mm]
+    double transition_length = 150.0;  // EI rises geometrically from tip to shaft over this length [mm]
+    double curved_length = 12.0;       // s < curved_length is pre-curved [mm]
+    double curved_angle = 0.785398163397448;  // total turn of the unloaded curved tip [rad]
+};
+
+/// Everything that makes the spec unusable, a sentence each; empty when it is fine.
+std::vector<std::string> problems(const GuidewireSpec&);
+
+/// EI at distance s [mm] from the distal end [N·mm²].
+double rigidity_at(const GuidewireSpec&, double s);
+
+/// State of a wire. Arrays over joints have N+1 entries; index i of `tangents` is segment i, [0] the clamped
+/// entry direction. Change it through the functions below, which keep the parts consistent.
+struct Guidewire {
+    GuidewireSpec spec;
+    std::vector<Vec3> joints;           // x_0…x_N [mm]
+    std::vector<Vec3> tangents;         // u_0…u_N, unit
+    std::vector<double> lengths;        // [i] = λ_i, i = 1…N; [0] unused [mm]
+    std::vector<double> rigidity;       // [i] = EI at joint i, i = 0…N-1 (and [N] unused) [N·mm²]
+    std::vector<double> rest_angle;     // [i] = turn of the unloaded wire at joint i [rad]
+    std::vector<int> stations;          // wall hint per joint, -1 = unknown; see LumenWall
+    Vec3 base_director = Vec3::UnitY();  // unit, ⟂ u_0: direction the tip curves to at roll 0
+    double roll = 0;                    // turn of the hub about u_0 [rad]
+    double carried = 0;                 // motion not yet made, |carried| < λ [mm]
+
+    int segments() const { return static_cast<int>(joints.size()) - 1; }
+    const Vec3& tip() const { return joints.back(); }
+    double spring_constant(int joint) const;  // C_i = EI_i over the length that joint i stands for [N·mm]
+    double inserted_length() const;           // Σλ [mm]
+    int curved_segments() const;              // segments of the pre-curved tip
+};
+
+/// A wire of `segments` segments along `direction` (any length) from `entry`, without load.
+/// Throws std::invalid_argument on a bad spec, direction or fewer segments than the curved tip plus one.
+Guidewire straight_wire(const GuidewireSpec&, const Vec3& entry, const Vec3& direction, int segments);
+
+/// A wire with its joints on `path`, each exactly λ from the last, starting at path.front().
+Guidewire wire_along(const GuidewireSpec&, const Polyline& path, int segments);
+
+/// A wire of uniform rigidity with straight rest shape through given tangents: the paper's wire.
+Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry, const Vec3& clamped,
+                       const std::vector<Vec3>& tangents);
+
+/// Insert one segment just before the curved tip (the paper, Section 2.1).
+void insert_segment(Guidewire&);
+
+/// Take one segment out there. False, with nothing changed, when only the curved tip and one segment are left.
+bool remove_segment(Guidewire&);
+
+/// Move the wire by `mm` (negative = withdraw): whole segments are made, the rest is carried.
+/// Returns the number of segments inserted, or minus the number taken out.
+int move(Guidewire&, double mm);
+
+/// Turn the hub by `angle` [rad]; the tip follows at once (torsionally rigid).
+void rotate(Guidewire&, double angle);
+
+/// Rebuild x_first…x_N from x_{first-1} and the tangents.
+void rebuild_joints(Guidewire&, int first = 1);
+
+/// Directors d_0…d_N: unit, d_i ⟂ u_i, the base director turned by roll and parallel-transported along the wire.
+/// The unloaded wire continues segment i along cos β u_i + sin β d_i, β the rest angle of joint i.
+std::vector<Vec3> directors(const Guidewire&);
+
+/// Recompute directors[i] for i ≥ first in place (first ≥ 1; directors[first-1] must be right).
+void transport_directors(const Guidewire&, int first, std::vector<Vec3>& directors);
+
+/// The base director turned by roll.
+Vec3 rolled_director(const Guidewire&);
+
+/// Unit vectors ⟂ u, a deterministic function of u.
+void tangent_basis(const Vec3& u, Vec3& a, Vec3& b);
+
+/// What is wrong with the state: non-finite numbers, tangents not unit (1e-12), joints not λ apart (1e-9).
+std::vector<std::string> validate(const Guidewire&);
+
+}  // namespace physics

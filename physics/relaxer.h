@@ -1,0 +1,66 @@
+#pragma once
+/// A relaxer lowers the energy of a wire in a vessel by turning its segments, a stated amount of work at a time.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/guidewire.h"
+#include "physics/wall.h"
+
+namespace physics {
+
+enum class RelaxerKind { FirstOrder, Segment };
+enum class CycleOrder {
+    Nested,  // the paper's: for k = 1…N, for b = k…N
+    Uniform  // the same number of updates as whole sweeps 1…N
+};
+
+struct RelaxerConfig {
+    RelaxerKind kind = RelaxerKind::Segment;
+    int varied_segments = 2;          // M, 1 to 5
+    std::optional<int> separation;    // fixed δ between varied segments; empty = chosen per update (Algorithm 2)
+    double turn_limit = 0.1;          // Δu_max of Eq. 24 [-]
+    bool bending_curvature = true;    // keep A (off only for the static-contact study)
+    bool wall_curvature = true;       // keep R (likewise)
+    bool safeguard = true;            // descend always (PHYSICS: Section 2); off = the plain method of the paper
+    CycleOrder order = CycleOrder::Nested;
+};
+
+/// Everything that makes the configuration unusable; empty when it is fine.
+std::vector<std::string> problems(const RelaxerConfig&);
+
+/// Work for one call: `updates` updates, `distal_share` of them in the `distal_segments` segments at the tip.
+struct RelaxBudget {
+    int updates = 400;
+    double distal_share = 0.75;
+    int distal_segments = 60;
+};
+/// The budget of `cycles` whole relaxation cycles, ½N(N+1) updates each, on a wire of N segments.
+RelaxBudget whole_cycles(int segments, int cycles);
+
+struct RelaxReport {
+    int updates = 0;
+    int contacts = 0;            // joints that touch the wall at the end
+    long long wall_queries = 0;
+    double largest_turn = 0;     // largest |u_new − u| of any update [-]
+    int rejected = 0;            // updates kept back because they would have raised the energy
+    bool converged = false;      // no segment turned by more than 1e-10 in a whole sweep over the wire
+};
+
+/// Called after each update with the first joint that moved.
+using UpdateObserver = std::function<void(int first_moved_joint, const Guidewire&)>;
+
+class Relaxer {
+public:
+    virtual ~Relaxer() = default;
+    virtual RelaxReport relax(Guidewire&, const LumenWall&, const RelaxBudget&, const UpdateObserver& = {}) = 0;
+};
+
+/// Throws std::invalid_argument listing problems(config).
+std::unique_ptr<Relaxer> make_relaxer(const RelaxerConfig&);
+
+}  // namespace physics

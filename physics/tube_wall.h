@@ -1,0 +1,29 @@
+#pragma once
+/// The wall of a tube of constant radius around a polyline, in closed form: the reference that meshes are
+/// tested against and the wall of the paper's scenes.
+
+#include "physics/wall.h"
+
+namespace physics {
+
+/// The lumen is the set of points within `radius` of the polyline; the wire's radius is taken off it.
+class TubeWall final : public LumenWall {
+public:
+    /// stiffness: k per joint [N/mm]. Throws std::invalid_argument for fewer than two points, repeated or
+    /// non-finite points, or a radius not larger than the wire's.
+    TubeWall(Polyline centreline, double radius, double stiffness, double wire_radius = 0.0);
+
+    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
+
+    const Polyline& centreline() const { return centreline_; }
+    double radius() const { return radius_; }
+
+private:
+    WallContact contact(const Vec3& joint, int hint) const;
+    int closest_segment(const Vec3& joint, int hint) const;
+
+    Polyline centreline_;
+    double radius_, stiffness_, wire_radius_;
+};
+
+}  // namespace physics

@@ -1,0 +1,31 @@
+#pragma once
+/// What a lumen wall answers to a joint that may touch it.
+
+#include <span>
+
+#include "physics/geometry.h"
+
+namespace physics {
+
+struct WallContact {
+    double penetration = 0;      // of the wire's surface through the wall, > 0 outside the lumen [mm]
+    Vec3 normal = Vec3::Zero();  // unit, out of the lumen; zero where no wall is in reach
+    double stiffness = 0;        // k of this joint [N/mm]
+    double trust = 0;            // the joint touches nothing while it stays within this of here [mm]
+    int station = -1;            // where along the vessel the joint is; give it back with the next query
+
+    bool touches() const { return penetration > 0; }
+    double force() const { return touches() ? stiffness * penetration : 0.0; }  // [N]
+    Vec3 push() const { return force() * normal; }                               // Eq. 11, on the wall [N]
+    double energy() const { return 0.5 * force() * penetration; }                // Eq. 9 [N·mm], if it touches
+};
+
+/// A lumen wall. Its stations are hints that keep a joint in its branch between queries.
+class LumenWall {
+public:
+    virtual ~LumenWall() = default;
+    /// contacts[i] becomes the contact of joints[i]; on entry contacts[i].station is the old station or -1.
+    virtual void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const = 0;
+};
+
+}  // namespace physics
