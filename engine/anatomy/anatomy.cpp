@@ -1,0 +1,244 @@
+#include "engine/anatomy/anatomy.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "engine/anatomy/mesh_topology.h"
+#include "engine/error.h"
+
+namespace engine {
+namespace {
+
+using physics::CentrelineBranch;
+using physics::Vec3;
+
+std::string place_text(const Vec3& p) { return fmt::format("({:.2f}, {:.2f}, {:.2f})", p.x(), p.y(), p.z()); }
+
+/// An opening is where it is declared when the loop's centroid lies this near to the declared centre.
+double tolerance(const physics::OpenEnd& end) { return 0.25 * end.radius; }
+
+void check_mesh(const Anatomy& anatomy, std::vector<std::string>& found) {
+    const auto& [vertices, triangles] = anatomy.lumen;
+    if (triangles.empty()) {
+        found.push_back("the lumen has no triangles");
+        return;
+    }
+    for (const Vec3& v : vertices) {
+        if (v.allFinite()) continue;
+        found.push_back("the lumen has a corner that is not a finite number");
+        return;
+    }
+    for (const auto& t : triangles) {
+        const auto [least, most] = std::minmax({t[0], t[1], t[2]});
+        if (least >= 0 && most < static_cast<int>(vertices.size())) continue;
+        found.push_back("a triangle of the lumen names a corner that does not exist");
+        return;
+    }
+    const Topology edges = topology(anatomy.lumen);
+    if (edges.non_manifold_edges > 0) {
+        found.push_back(
+            fmt::format("the lumen has {} edges shared by three triangles or by two that disagree about "
+                        "outside; a surface without them is accepted",
+                        edges.non_manifold_edges));
+    }
+    if (edges.loops.empty()) {
+        found.push_back("the lumen is closed; a wire needs an open end to enter by");
+    }
+    std::vector<bool> declared(edges.loops.size(), false);
+    for (const VesselEnd& end : anatomy.ends) {
+        std::size_t nearest = edges.loops.size();
+        double least = tolerance(end.opening);
+        for (std::size_t i = 0; i < edges.loops.size(); ++i) {
+            const double distance = (edges.loops[i].centroid - end.opening.centre).norm();
+            if (distance <= least) least = distance, nearest = i;
+        }
+        if (nearest == edges.loops.size()) {
+            found.push_back(fmt::format("end '{}' at {} has no opening of the mesh within {:.2f} mm of it",
+                                        end.opening.name, place_text(end.opening.centre),
+                                        tolerance(end.opening)));
+        } else {
+            declared[nearest] = true;
+        }
+    }
+    for (std::size_t i = 0; i < edges.loops.size(); ++i) {
+        if (declared[i]) continue;
+        found.push_back(fmt::format(
+            "the mesh is open at {} ({} edges), where no end is declared; a mesh that is closed except at its "
+            "ends is accepted",
+            place_text(edges.loops[i].centroid), edges.loops[i].vertices.size()));
+    }
+    if (edges.non_manifold_edges == 0 && signed_volume(capped(anatomy.lumen, edges.loops)) <= 0) {
+        found.push_back("the normals of the lumen point inward; outward is accepted: reverse the triangles");
+    }
+}
+
+void check_branches(const Anatomy& anatomy, std::vector<std::string>& found) {
+    const int count = static_cast<int>(anatomy.branches.size());
+    if (count == 0) found.push_back("there is no centreline; one branch at least is accepted");
+    for (int b = 0; b < count; ++b) {
+        const CentrelineBranch& branch = anatomy.branches[b];
+        if (branch.points.size() < 2 || branch.points.size() != branch.radii.size()) {
+            found.push_back(fmt::format("branch '{}' has {} points and {} radii; two or more of each are accepted",
+                                        branch.name, branch.points.size(), branch.radii.size()));
+            continue;
+        }
+        for (std::size_t i = 0; i < branch.points.size(); ++i) {
+            if (branch.points[i].allFinite() && std::isfinite(branch.radii[i]) && branch.radii[i] > 0) continue;
+            found.push_back(fmt::format("branch '{}', point {}: finite numbers and a radius above 0 are accepted",
+                                        branch.name, i));
+            break;
+        }
+        if (branch.parent == -1) continue;
+        // A parent listed before its children cannot be in a circle.
+        if (branch.parent < 0 || branch.parent >= b) {
+            found.push_back(fmt::format("branch '{}': its parent must be listed before it", branch.name));
+        } else if (branch.parent_sample < 0 ||
+                   branch.parent_sample >= static_cast<int>(anatomy.branches[branch.parent].points.size())) {
+            found.push_back(fmt::format("branch '{}': its parent has no sample {}", branch.name,
+                                        branch.parent_sample));
+        }
+    }
+}
+
+double arc_between(const CentrelineBranch& branch, int from, int to) {
+    if (from > to) std::swap(from, to);
+    double length = 0;
+    for (int i = from; i < to; ++i) length += (branch.points[i + 1] - branch.points[i]).norm();
+    return length;
+}
+
+}  // namespace
+
+std::vector<physics::OpenEnd> Anatomy::openings() const {
+    std::vector<physics::OpenEnd> result;
+    for (const VesselEnd& end : ends) result.push_back(end.opening);
+    return result;
+}
+
+std::vector<std::string> problems(const Anatomy& anatomy) {
+    std::vector<std::string> found;
+    for (const VesselEnd& end : anatomy.ends) {
+        const physics::OpenEnd& opening = end.opening;
+        if (!opening.centre.allFinite() || !(opening.radius > 0) ||
+            !(std::abs(opening.outward_normal.norm() - 1) < 1e-3)) {
+            found.push_back(fmt::format(
+                "end '{}': a finite centre, a unit normal and a radius above 0 are accepted", opening.name));
+        }
+    }
+    check_branches(anatomy, found);
+    for (const VesselTarget& target : anatomy.targets) {
+        if (target.centre.allFinite()) continue;
+        found.push_back(fmt::format("target '{}' is not at a finite place", target.name));
+    }
+    if (found.empty()) check_mesh(anatomy, found);
+    return found;
+}
+
+physics::TriangleMesh closed_lumen(const Anatomy& anatomy) {
+    const physics::TriangleMesh closed = capped(anatomy.lumen, topology(anatomy.lumen).loops);
+    const Topology left = topology(closed);
+    if (left.boundary_edges > 0 || left.non_manifold_edges > 0) {
+        throw InputError(fmt::format(
+            "{}: the lumen stays open at {} edges and ambiguous at {} when its ends are capped; a closed mesh is "
+            "needed for imaging",
+            anatomy.name, left.boundary_edges, left.non_manifold_edges));
+    }
+    return closed;
+}
+
+VesselPlace nearest_place(const Anatomy& anatomy, const Vec3& point) {
+    VesselPlace best{-1, -1, std::numeric_limits<double>::infinity()};
+    for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
+        const CentrelineBranch& branch = anatomy.branches[b];
+        for (int i = 0; i < static_cast<int>(branch.points.size()); ++i) {
+            const double distance = (point - branch.points[i]).norm() - branch.radii[i];
+            if (distance < best.distance) best = {b, i, distance};
+        }
+    }
+    return best;
+}
+
+bool inside(const Anatomy& anatomy, const Vec3& point) {
+    return point.allFinite() && nearest_place(anatomy, point).distance <= 0;
+}
+
+std::optional<int> find_end(const Anatomy& anatomy, const std::string& name) {
+    for (std::size_t i = 0; i < anatomy.ends.size(); ++i) {
+        if (anatomy.ends[i].opening.name == name) return static_cast<int>(i);
+    }
+    return std::nullopt;
+}
+
+EntryPath path_from(const Anatomy& anatomy, int end) {
+    const physics::OpenEnd& opening = anatomy.ends[end].opening;
+    int branch = 0;
+    bool at_start = true;
+    double least = std::numeric_limits<double>::infinity();
+    for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
+        const physics::Polyline& points = anatomy.branches[b].points;
+        const double to_start = (points.front() - opening.centre).norm();
+        const double to_end = (points.back() - opening.centre).norm();
+        if (to_start < least && anatomy.branches[b].parent < 0) least = to_start, branch = b, at_start = true;
+        if (to_end < least) least = to_end, branch = b, at_start = false;
+    }
+
+    EntryPath path;
+    const auto append = [&path](const CentrelineBranch& from, int sample) {
+        path.points.push_back(from.points[sample]);
+        path.radii.push_back(from.radii[sample]);
+    };
+    const CentrelineBranch* at = &anatomy.branches[branch];
+    if (at_start) {
+        for (int i = 0; i < static_cast<int>(at->points.size()); ++i) append(*at, i);
+    } else {
+        int sample = static_cast<int>(at->points.size()) - 1;
+        while (true) {
+            for (int i = sample; i >= 0; --i) append(*at, i);
+            if (at->parent < 0) break;
+            sample = at->parent_sample;
+            at = &anatomy.branches[at->parent];
+        }
+    }
+    // Centrelines run on past the plane of the opening; the wire starts on it.
+    std::size_t beyond = 0;
+    while (beyond + 1 < path.points.size() &&
+           (path.points[beyond] - opening.centre).dot(opening.outward_normal) > -1e-6) {
+        ++beyond;
+    }
+    path.points.erase(path.points.begin(), path.points.begin() + static_cast<std::ptrdiff_t>(beyond));
+    path.radii.erase(path.radii.begin(), path.radii.begin() + static_cast<std::ptrdiff_t>(beyond));
+    path.points.insert(path.points.begin(), opening.centre);
+    path.radii.insert(path.radii.begin(), opening.radius);
+    return path;
+}
+
+double centreline_distance(const Anatomy& anatomy, const Vec3& from, const Vec3& to) {
+    // Up from `from` to the root, noting where each branch is met and after how many millimetres.
+    struct Met { int sample; double length; };
+    std::map<int, Met> met;
+    const VesselPlace start = nearest_place(anatomy, from);
+    double length = 0;
+    for (int b = start.branch, sample = start.sample; b >= 0;) {
+        met[b] = {sample, length};
+        length += arc_between(anatomy.branches[b], 0, sample);
+        sample = anatomy.branches[b].parent_sample;
+        b = anatomy.branches[b].parent;
+    }
+    const VesselPlace goal = nearest_place(anatomy, to);
+    length = 0;
+    for (int b = goal.branch, sample = goal.sample; b >= 0;) {
+        if (const auto at = met.find(b); at != met.end()) {
+            return length + at->second.length + arc_between(anatomy.branches[b], sample, at->second.sample);
+        }
+        length += arc_between(anatomy.branches[b], 0, sample);
+        sample = anatomy.branches[b].parent_sample;
+        b = anatomy.branches[b].parent;
+    }
+    return (to - from).norm();  // trees that do not meet
+}
+
+}  // namespace engine

@@ -1,0 +1,194 @@
+#include <fmt/format.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "engine/anatomy/anatomy.h"
+#include "engine/anatomy/mesh_file.h"
+#include "engine/error.h"
+
+namespace engine {
+namespace {
+
+using nlohmann::json;
+using physics::Vec3;
+
+/// One value of the file and the way to it, for messages such as `ends[2].radius: …`.
+class Value {
+public:
+    Value(const json& value, std::string file, std::string path)
+        : value_(value), file_(std::move(file)), path_(std::move(path)) {}
+
+    [[noreturn]] void refuse(const std::string& accepted) const {
+        std::string found = value_.dump();
+        if (found.size() > 60) found = found.substr(0, 57) + "...";
+        throw InputError(fmt::format("{}: {}: {} was found; {}", file_, path_, found, accepted));
+    }
+    Value operator[](const std::string& key) const {
+        if (!value_.is_object()) refuse("an object is accepted");
+        if (!value_.contains(key)) {
+            throw InputError(fmt::format("{}: {}'{}' is missing", file_, path_.empty() ? "" : path_ + ": ", key));
+        }
+        return {value_.at(key), file_, path_.empty() ? key : path_ + "." + key};
+    }
+    std::vector<Value> items() const {
+        if (!value_.is_array()) refuse("a list is accepted");
+        std::vector<Value> result;
+        for (std::size_t i = 0; i < value_.size(); ++i) {
+            result.emplace_back(value_[i], file_, fmt::format("{}[{}]", path_, i));
+        }
+        return result;
+    }
+    double number() const {
+        if (!value_.is_number() || !std::isfinite(value_.get<double>())) refuse("a finite number is accepted");
+        return value_.get<double>();
+    }
+    int index() const {
+        if (!value_.is_number_integer()) refuse("a whole number is accepted");
+        const auto number = value_.get<std::int64_t>();
+        if (number < 0 || number > 100'000'000) refuse("a whole number from 0 is accepted");
+        return static_cast<int>(number);
+    }
+    bool is_null() const { return value_.is_null(); }
+    std::string word() const {
+        if (!value_.is_string()) refuse("a text is accepted");
+        return value_.get<std::string>();
+    }
+    std::vector<double> numbers(std::size_t count) const {
+        const std::vector<Value> list = items();
+        if (list.size() != count) refuse(fmt::format("{} numbers are accepted", count));
+        std::vector<double> result;
+        for (const Value& item : list) result.push_back(item.number());
+        return result;
+    }
+    Vec3 point() const {
+        const std::vector<double> p = numbers(3);
+        return {p[0], p[1], p[2]};
+    }
+
+private:
+    const json& value_;
+    std::string file_, path_;
+};
+
+/// A name refers to one branch listed before.
+int branch_index(const Anatomy& anatomy, const Value& name) {
+    for (std::size_t b = 0; b < anatomy.branches.size(); ++b) {
+        if (anatomy.branches[b].name == name.word()) return static_cast<int>(b);
+    }
+    name.refuse("the name of a branch listed before is accepted");
+}
+
+void read_branches(const Value& list, Anatomy& anatomy) {
+    for (const Value& item : list.items()) {
+        physics::CentrelineBranch branch;
+        branch.name = item["name"].word();
+        if (!item["parent"].is_null()) {
+            branch.parent = branch_index(anatomy, item["parent"]);
+            branch.parent_sample = item["parent_sample"].index();
+            const auto samples = anatomy.branches[branch.parent].points.size();
+            if (branch.parent_sample >= static_cast<int>(samples)) {
+                item["parent_sample"].refuse(fmt::format("0 to {} is accepted", samples - 1));
+            }
+        }
+        for (const Value& sample : item["points"].items()) {
+            const std::vector<double> p = sample.numbers(4);
+            if (!(p[3] > 0)) sample.refuse("x, y, z and a radius above 0 are accepted");
+            branch.points.emplace_back(p[0], p[1], p[2]);
+            branch.radii.push_back(p[3]);
+        }
+        if (branch.points.size() < 2) item["points"].refuse("two points or more are accepted");
+        anatomy.branches.push_back(std::move(branch));
+    }
+}
+
+void read_ends(const Value& list, Anatomy& anatomy) {
+    std::set<std::string> names;
+    for (const Value& item : list.items()) {
+        VesselEnd end;
+        end.opening.name = item["name"].word();
+        if (!names.insert(end.opening.name).second) item["name"].refuse("a name of its own is accepted");
+        end.opening.centre = item["centre"].point();
+        const Vec3 normal = item["normal"].point();
+        if (std::abs(normal.norm() - 1) > 1e-3) item["normal"].refuse("a unit vector is accepted");
+        end.opening.outward_normal = normal.normalized();
+        end.opening.radius = item["radius"].number();
+        if (!(end.opening.radius > 0)) item["radius"].refuse("a radius above 0 is accepted");
+        const std::string role = item["role"].word();
+        if (role != "inlet" && role != "outlet") item["role"].refuse("'inlet' or 'outlet' is accepted");
+        end.role = role == "inlet" ? EndRole::Inlet : EndRole::Outlet;
+        anatomy.ends.push_back(std::move(end));
+    }
+}
+
+void read_targets(const Value& list, Anatomy& anatomy) {
+    for (const Value& item : list.items()) {
+        VesselTarget target;
+        target.name = item["name"].word();
+        target.branch = branch_index(anatomy, item["branch"]);
+        target.sample = item["sample"].index();
+        const physics::Polyline& points = anatomy.branches[target.branch].points;
+        if (target.sample >= static_cast<int>(points.size())) {
+            item["sample"].refuse(fmt::format("0 to {} is accepted", points.size() - 1));
+        }
+        target.centre = points[target.sample];
+        anatomy.targets.push_back(std::move(target));
+    }
+}
+
+json parse_file(const std::filesystem::path& path) {
+    std::error_code ignored;
+    std::ifstream stream(path, std::ios::binary);
+    if (!std::filesystem::is_regular_file(path, ignored) || !stream) {
+        throw InputError(path.string() + ": no such anatomy can be read; a NAME.anatomy.json is accepted");
+    }
+    try {
+        return json::parse(stream);
+    } catch (const json::parse_error& error) {
+        std::ifstream again(path, std::ios::binary);
+        TextPlace place{path.string(), 1, 1};
+        char c = 0;
+        for (std::size_t i = 1; i < error.byte && again.get(c); ++i) {
+            if (c == '\n') ++place.line, place.column = 1;
+            else ++place.column;
+        }
+        throw InputError(located(place, "this is not JSON; a vessel anatomy written as JSON is accepted"));
+    }
+}
+
+}  // namespace
+
+Anatomy load_anatomy(const std::filesystem::path& path) {
+    const json content = parse_file(path);
+    const std::string file = path.string();
+    const Value root(content, file, "");
+    if (root["format"].word() != "vessel-anatomy") root["format"].refuse("'vessel-anatomy' is accepted");
+    if (root["version"].index() != 1) root["version"].refuse("version 1 is accepted");
+    if (root["units"].word() != "mm") root["units"].refuse("'mm' is accepted");
+    if (root["frame"].word() != "LPS") root["frame"].refuse("'LPS' is accepted");
+
+    Anatomy anatomy;
+    anatomy.name = root["name"].word();
+    read_branches(root["branches"], anatomy);
+    read_ends(root["ends"], anatomy);
+    read_targets(root["targets"], anatomy);
+
+    const Value mesh = root["mesh"];
+    const std::filesystem::path mesh_path = path.parent_path() / mesh["file"].word();
+    anatomy.lumen = load_mesh(mesh_path);
+    if (const int declared = mesh["triangles"].index(); declared != static_cast<int>(anatomy.lumen.triangles.size())) {
+        throw InputError(fmt::format("{}: {} triangles were found; {} declares {}", mesh_path.string(),
+                                     anatomy.lumen.triangles.size(), file, declared));
+    }
+    std::string wrong;
+    for (const std::string& problem : problems(anatomy)) {
+        wrong += fmt::format("{}{}: {}", wrong.empty() ? "" : "\n", mesh_path.string(), problem);
+    }
+    if (!wrong.empty()) throw InputError(wrong);
+    return anatomy;
+}
+
+}  // namespace engine

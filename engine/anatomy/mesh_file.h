@@ -1,0 +1,14 @@
+#pragma once
+/// A mesh from a file of any format that assimp reads (STL, OBJ, PLY).
+
+#include <filesystem>
+
+#include "physics/geometry.h"
+
+namespace engine {
+
+/// All triangles of the file in its own units, corners welded bit for bit.
+/// Throws InputError when the file is missing, unreadable, empty, or holds numbers that are not finite.
+physics::TriangleMesh load_mesh(const std::filesystem::path&);
+
+}  // namespace engine
