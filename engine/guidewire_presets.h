@@ -1,0 +1,20 @@
+#pragma once
+/// Guidewires by name, with where their numbers come from.
+
+#include <span>
+#include <string_view>
+
+#include "physics/guidewire.h"
+
+namespace engine {
+
+struct GuidewirePreset {
+    std::string_view name;
+    physics::GuidewireSpec spec;
+    std::string_view source;  // of the rigidities and the shape of the tip
+};
+
+std::span<const GuidewirePreset> guidewire_presets();
+const GuidewirePreset* find_guidewire_preset(std::string_view name);  // null when there is none
+
+}  // namespace engine

@@ -1,0 +1,93 @@
+#include "engine/scenario.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include "engine/text.h"
+
+namespace engine {
+
+TextPlace Scenario::place(const std::string& key) const {
+    for (std::string at = key; !at.empty();) {
+        if (const auto found = places.find(at); found != places.end()) return found->second;
+        const auto dot = at.rfind('.');
+        at = dot == std::string::npos ? "" : at.substr(0, dot);
+    }
+    const auto root = places.find("");
+    return root == places.end() ? TextPlace{} : root->second;
+}
+
+std::vector<std::string> problems(const Scenario& s) {
+    std::vector<std::string> found;
+    const auto say = [&](const std::string& key, const std::string& text) {
+        found.push_back(located(s.place(key), text));
+    };
+    if (s.anatomy.empty() == !s.tube) {
+        say("", "either 'anatomy' or [tube] is accepted, one of them");
+    }
+    for (const std::string& text : physics::problems(s.guidewire)) say("guidewire", "[guidewire] " + text);
+    for (const std::string& text : physics::problems(s.relaxer)) say("relaxer", "[relaxer] " + text);
+    for (const std::string& text : render::problems(s.c_arm)) say("c_arm", "[c_arm] " + text);
+    if (s.target.name.empty() == !s.target.centre) {
+        say("target", "[target] takes either 'name' or 'centre_mm', one of them");
+    }
+    if (s.tube) {
+        if (s.tube->scene.empty() == s.tube->path.empty()) {
+            say("tube", "[tube] takes either 'scene' or 'path', one of them");
+        }
+        if (!(s.tube->radius > 0.5 * s.guidewire.diameter)) {
+            say("tube.radius_mm", fmt::format("a wire of {} mm does not fit a tube of radius {} mm",
+                                              s.guidewire.diameter, s.tube->radius));
+        }
+    }
+    return found;
+}
+
+Anatomy anatomy_of(const Scenario& s) {
+    if (!s.tube) {
+        try {
+            return load_anatomy(s.anatomy);
+        } catch (const InputError& error) {
+            const TextPlace place = s.place("anatomy");
+            throw InputError(place.file.empty() ? error.what()
+                                                : fmt::format("{}\n  (asked for by {})", error.what(),
+                                                              located(place, "anatomy")));
+        }
+    }
+    if (s.tube->scene.empty()) {
+        return tube_anatomy(s.name, draw(s.tube->path), s.tube->radius, s.tube->around, s.tube->step);
+    }
+    const Scene* scene = find_scene(s.tube->scene);
+    if (!scene) throw InputError(located(s.place("tube.scene"), "unknown scene '" + s.tube->scene + "'"));
+    return tube_anatomy(s.tube->scene, draw(scene->path), s.tube->radius, s.tube->around, s.tube->step);
+}
+
+std::vector<std::filesystem::path> shipped_scenarios(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+        if (entry.path().extension() == ".toml") files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+std::filesystem::path find_scenario(const std::string& path_or_name, const std::filesystem::path& folder) {
+    std::error_code error;
+    if (std::filesystem::is_regular_file(path_or_name, error)) return path_or_name;
+    std::vector<std::string> names;
+    for (const std::filesystem::path& file : shipped_scenarios(folder)) {
+        names.push_back(file.stem().string());
+        if (names.back() == path_or_name) return file;
+    }
+    const std::vector<std::string_view> words(names.begin(), names.end());
+    const std::string near = nearest_word(path_or_name, words);
+    throw InputError(fmt::format("{}: no such scenario{}; a .toml file or one that ships is accepted: {}",
+                                 path_or_name, near.empty() ? "" : " (is '" + near + "' meant?)",
+                                 joined(names)));
+}
+
+}  // namespace engine

@@ -1,0 +1,316 @@
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <limits>
+#include <sstream>
+
+#include "engine/guidewire_presets.h"
+#include "engine/scenario.h"
+#include "engine/text.h"
+
+namespace engine {
+namespace {
+
+using physics::Vec3;
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+struct Range {
+    double least, most;
+    std::string text() const { return fmt::format("{} to {}", least, most); }
+};
+constexpr Range positive(double most) { return {1e-6, most}; }
+
+/// What the reading has found so far: where each key stands, and everything wrong.
+struct Reading {
+    std::string file;
+    std::map<std::string, TextPlace> places;
+    std::vector<std::pair<TextPlace, std::string>> wrong;
+
+    TextPlace place(const toml::source_region& region) const {
+        return {file, static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
+    }
+    void refuse(const toml::source_region& region, const std::string& text) {
+        wrong.emplace_back(place(region), text);
+    }
+};
+
+std::string shown(const toml::node& node) {
+    std::ostringstream text;
+    node.visit([&text](const auto& value) { text << value; });
+    std::string line = text.str();
+    std::replace(line.begin(), line.end(), '\n', ' ');
+    return line.size() > 60 ? line.substr(0, 57) + "..." : line;
+}
+
+/// A table being read: each question also notes that its key exists, so that finish() can name the strangers.
+class Section {
+public:
+    Section(Reading& reading, const toml::table* table, std::string name)
+        : reading_(reading), table_(table), name_(std::move(name)) {
+        if (table_) reading_.places[name_] = reading_.place(table_->source());
+    }
+
+    bool given() const { return table_ != nullptr; }
+    const toml::node* find(std::string_view key) {
+        keys_.push_back(key);
+        const toml::node* node = table_ ? table_->get(key) : nullptr;
+        if (node) reading_.places[(name_.empty() ? "" : name_ + ".") + std::string(key)] = reading_.place(node->source());
+        return node;
+    }
+    void refuse(std::string_view key, const toml::node& node, const std::string& accepted) {
+        reading_.refuse(node.source(), fmt::format("{}{} = {} was found; {}", name_.empty() ? "" : "[" + name_ + "] ",
+                                                   key, shown(node), accepted));
+    }
+
+    void number(std::string_view key, double& value, Range range, double unit = 1.0) {
+        const toml::node* node = find(key);
+        if (!node) return;
+        const std::optional<double> read = node->is_number() ? node->value<double>() : std::nullopt;
+        if (read && *read >= range.least && *read <= range.most) value = *read * unit;
+        else refuse(key, *node, fmt::format("a number from {} is accepted", range.text()));
+    }
+    template <class Integer>
+    void whole(std::string_view key, Integer& value, Range range) {
+        const toml::node* node = find(key);
+        if (!node) return;
+        const auto* read = node->as_integer();
+        if (read && read->get() >= range.least && read->get() <= range.most) value = static_cast<Integer>(read->get());
+        else refuse(key, *node, fmt::format("a whole number from {} is accepted", range.text()));
+    }
+    void flag(std::string_view key, bool& value) {
+        const toml::node* node = find(key);
+        if (!node) return;
+        if (const auto* read = node->as_boolean()) value = read->get();
+        else refuse(key, *node, "true or false is accepted");
+    }
+    bool word(std::string_view key, std::string& value) {
+        const toml::node* node = find(key);
+        if (!node) return false;
+        if (const auto* read = node->as_string(); read && !read->get().empty()) value = read->get();
+        else refuse(key, *node, "a text is accepted");
+        return node->is_string();
+    }
+    /// The index of the word among those accepted.
+    std::optional<std::size_t> choice(std::string_view key, std::span<const std::string_view> accepted) {
+        const toml::node* node = find(key);
+        if (!node) return std::nullopt;
+        if (const auto* read = node->as_string()) {
+            const auto at = std::find(accepted.begin(), accepted.end(), read->get());
+            if (at != accepted.end()) return static_cast<std::size_t>(at - accepted.begin());
+        }
+        refuse(key, *node, "accepted are: " + joined(accepted));
+        return std::nullopt;
+    }
+    bool point(std::string_view key, Vec3& value, double most) {
+        const toml::node* node = find(key);
+        if (!node) return false;
+        const toml::array* list = node->as_array();
+        Vec3 read = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+        for (std::size_t i = 0; list && list->size() == 3 && i < 3; ++i) {
+            if ((*list)[i].is_number()) read[static_cast<int>(i)] = *(*list)[i].value<double>();
+        }
+        const bool fine = read.allFinite() && read.cwiseAbs().maxCoeff() <= most;
+        if (fine) value = read;
+        else refuse(key, *node, fmt::format("three numbers from {} to {} are accepted", -most, most));
+        return fine;
+    }
+    Section section(std::string_view key, bool required) {
+        const toml::node* node = find(key);
+        if (node && !node->is_table()) refuse(key, *node, fmt::format("a section [{}] is accepted", key));
+        if (!node && required) missing(key, fmt::format("section [{}]", key));
+        return Section(reading_, node ? node->as_table() : nullptr, std::string(key));
+    }
+    void missing(std::string_view, const std::string& what) {
+        TextPlace place{reading_.file, 0, 0};
+        if (table_ && !name_.empty()) place = reading_.place(table_->source());
+        reading_.wrong.emplace_back(place, what + " is missing");
+    }
+    void finish() const {
+        if (!table_) return;
+        for (const auto& [key, node] : *table_) {
+            if (std::find(keys_.begin(), keys_.end(), key.str()) != keys_.end()) continue;
+            const std::string near = nearest_word(key.str(), keys_);
+            reading_.refuse(key.source(),
+                            fmt::format("unknown key '{}' {}{}; keys are: {}", key.str(),
+                                        name_.empty() ? "at the top" : "in [" + name_ + "]",
+                                        near.empty() ? "" : " (is '" + near + "' meant?)", joined(keys_)));
+        }
+    }
+
+private:
+    Reading& reading_;
+    const toml::table* table_;
+    std::string name_;
+    std::vector<std::string_view> keys_;
+};
+
+void read_tube(Section tube, Reading& reading, Scenario& s) {
+    if (!tube.given()) return;
+    s.tube.emplace();
+    std::vector<std::string_view> names;
+    for (const Scene& scene : scenes()) names.push_back(scene.name);
+    if (const auto scene = tube.choice("scene", names)) {
+        s.tube->scene = names[*scene];
+        s.tube->radius = scenes()[*scene].radius;
+    }
+    if (const toml::node* path = tube.find("path")) {
+        const toml::array* moves = path->as_array();
+        if (!moves || moves->empty()) tube.refuse("path", *path, "a list of moves {run_mm = …} or {arc_radius_mm = …} is accepted");
+        for (std::size_t i = 0; moves && i < moves->size(); ++i) {
+            const toml::table* table = (*moves)[i].as_table();
+            if (!table) {
+                tube.refuse("path", (*moves)[i], "a move {run_mm = …} or {arc_radius_mm = …} is accepted");
+                continue;
+            }
+            Section move(reading, table, fmt::format("tube.path {}", i + 1));
+            if (table->contains("run_mm")) {
+                Run run{1};
+                move.number("run_mm", run.length, {0.1, 2000});
+                s.tube->path.push_back(run);
+            } else {
+                Arc arc{10, 0, Vec3::UnitZ()};
+                move.number("arc_radius_mm", arc.radius, {0.5, 2000});
+                move.number("angle_deg", arc.angle, {-720, 720}, degree);
+                move.point("axis", arc.axis, 1e3);
+                if (arc.axis.norm() < 1e-6) move.refuse("axis", *table->get("axis"), "an axis other than zero is accepted");
+                if (!table->contains("angle_deg")) move.missing("angle_deg", "angle_deg of the arc");
+                s.tube->path.push_back(arc);
+            }
+            move.finish();
+        }
+    }
+    tube.number("radius_mm", s.tube->radius, {0.2, 50});
+    tube.whole("around", s.tube->around, {6, 512});
+    tube.number("step_mm", s.tube->step, {0.05, 10});
+    constexpr std::string_view walls[] = {"mesh", "analytic"};
+    if (const auto wall = tube.choice("wall", walls)) s.tube->closed_form = *wall == 1;
+    tube.finish();
+}
+
+void read_guidewire(Section wire, Scenario& s) {
+    std::vector<std::string_view> names;
+    for (const GuidewirePreset& preset : guidewire_presets()) names.push_back(preset.name);
+    s.guidewire = find_guidewire_preset("glide035")->spec;
+    if (const auto preset = wire.choice("preset", names)) s.guidewire = guidewire_presets()[*preset].spec;
+    wire.number("segment_length_mm", s.guidewire.segment_length, {0.1, 10});
+    wire.number("diameter_mm", s.guidewire.diameter, {0.05, 5});
+    wire.number("shaft_rigidity_N_mm2", s.guidewire.shaft_rigidity, positive(1e5));
+    wire.number("tip_rigidity_N_mm2", s.guidewire.tip_rigidity, positive(1e5));
+    wire.number("tip_length_mm", s.guidewire.tip_length, {0, 1000});
+    wire.number("transition_length_mm", s.guidewire.transition_length, {0, 1000});
+    wire.number("curved_length_mm", s.guidewire.curved_length, {0, 200});
+    wire.number("curved_angle_deg", s.guidewire.curved_angle, {-270, 270}, degree);
+    wire.finish();
+}
+
+void read_relaxer(Section relaxer, Scenario& s) {
+    constexpr std::string_view kinds[] = {"segment", "first-order"};
+    if (const auto kind = relaxer.choice("kind", kinds)) {
+        s.relaxer.kind = *kind == 0 ? physics::RelaxerKind::Segment : physics::RelaxerKind::FirstOrder;
+    }
+    relaxer.whole("varied_segments", s.relaxer.varied_segments, {1, 5});
+    int separation = 0;
+    relaxer.whole("separation", separation, {1, 1000});
+    if (separation > 0) s.relaxer.separation = separation;
+    relaxer.whole("updates_per_frame", s.budget.updates, {1, 10'000'000});
+    relaxer.number("distal_share", s.budget.distal_share, {0, 1});
+    relaxer.whole("distal_segments", s.budget.distal_segments, {1, 100'000});
+    constexpr std::string_view cycles[] = {"nested", "uniform"};
+    if (const auto cycle = relaxer.choice("cycle", cycles)) {
+        s.relaxer.order = *cycle == 0 ? physics::CycleOrder::Nested : physics::CycleOrder::Uniform;
+    }
+    relaxer.flag("safeguard", s.relaxer.safeguard);
+    relaxer.finish();
+}
+
+void read_c_arm(Section arm, Scenario& s) {
+    arm.number("lao_deg", s.c_arm.lao, {-120, 120}, degree);
+    arm.number("cranial_deg", s.c_arm.cranial, {-45, 45}, degree);
+    arm.number("sid_mm", s.c_arm.sid, {500, 2000});
+    arm.number("sod_mm", s.c_arm.sod, {300, 1500});
+    arm.point("isocentre_mm", s.c_arm.isocentre, 1e4);
+    arm.number("detector_width_mm", s.c_arm.detector_width, {20, 600});
+    arm.whole("pixels", s.c_arm.pixels, {32, 2048});
+    arm.finish();
+}
+
+void read_sections(const toml::table& root, Reading& reading, Scenario& s) {
+    Section top(reading, &root, "");
+    int schema = 0;
+    if (!top.find("schema")) top.missing("schema", "schema = 1");
+    top.whole("schema", schema, {1, 1});
+    if (!top.word("title", s.title)) top.missing("title", "title");
+    top.number("frame_rate_hz", s.frame_rate, {0.5, 120});
+    double limit = 0;
+    top.number("time_limit_s", limit, {0.1, 1e5});
+    if (limit > 0) s.time_limit = limit;
+    top.whole("seed", s.seed, {0, 9e15});
+    std::string anatomy;
+    if (top.word("anatomy", anatomy)) s.anatomy = std::filesystem::path(reading.file).parent_path() / anatomy;
+
+    read_tube(top.section("tube", false), reading, s);
+    Section entry = top.section("entry", true);
+    if (!entry.word("end", s.entry.end) && entry.given()) entry.missing("end", "end = \"NAME of an open end\"");
+    entry.number("inserted_mm", s.entry.inserted, {1, 2000});
+    entry.finish();
+    read_guidewire(top.section("guidewire", false), s);
+    Section wall = top.section("wall", false);
+    wall.number("stiffness_N_per_mm", s.wall_stiffness, {1e-3, 1e6});
+    wall.finish();
+    read_relaxer(top.section("relaxer", false), s);
+    Section target = top.section("target", true);
+    target.word("name", s.target.name);
+    if (Vec3 centre; target.point("centre_mm", centre, 1e4)) s.target.centre = centre;
+    target.number("radius_mm", s.target.radius, {0.1, 100});
+    target.number("hold_s", s.target.hold, {0, 60});
+    target.finish();
+    read_c_arm(top.section("c_arm", false), s);
+    Section imaging = top.section("imaging", false);
+    imaging.number("detector_dose_nGy", s.imaging.detector_dose, {0.1, 1e5});
+    imaging.number("iodine_mg_per_ml", s.imaging.iodine, {0, 400});
+    imaging.flag("patient", s.imaging.patient);
+    imaging.finish();
+    top.finish();
+}
+
+}  // namespace
+
+Scenario parse_scenario(const std::string& text, const std::filesystem::path& file) {
+    Reading reading{file.string(), {}, {}};
+    Scenario s;
+    s.name = file.stem().string();
+    try {
+        const toml::table root = toml::parse(text, reading.file);
+        read_sections(root, reading, s);
+    } catch (const toml::parse_error& error) {
+        const TextPlace place = reading.place(error.source());
+        throw InputError(located(place, fmt::format("this is not TOML: {}", error.description())));
+    }
+    reading.places[""] = {reading.file, 0, 0};
+    s.places = std::move(reading.places);
+    std::stable_sort(reading.wrong.begin(), reading.wrong.end(), [](const auto& a, const auto& b) {
+        return std::pair(a.first.line, a.first.column) < std::pair(b.first.line, b.first.column);
+    });
+    std::vector<std::string> wrong;
+    for (const auto& [place, message] : reading.wrong) wrong.push_back(located(place, message));
+    if (wrong.empty()) wrong = problems(s);
+    if (!wrong.empty()) throw InputError(joined(wrong, "\n"));
+    return s;
+}
+
+Scenario load_scenario(const std::filesystem::path& path) {
+    std::error_code ignored;
+    std::ifstream stream(path, std::ios::binary);
+    if (!std::filesystem::is_regular_file(path, ignored) || !stream) {
+        throw InputError(path.string() + ": no such scenario can be read; a .toml file is accepted");
+    }
+    std::stringstream text;
+    text << stream.rdbuf();
+    return parse_scenario(text.str(), path);
+}
+
+}  // namespace engine
