@@ -1,0 +1,89 @@
+#include "engine/command.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+#include "engine/text.h"
+
+namespace engine {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+/// The shortest number of degrees that becomes these very bits again.
+std::string degrees_text(double angle) {
+    std::array<char, 64> buffer;
+    for (int digits = 1; digits <= 17; ++digits) {
+        const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), angle / degree,
+                                                std::chars_format::general, digits);
+        if (error != std::errc{}) break;
+        const std::string_view text(buffer.data(), static_cast<std::size_t>(end - buffer.data()));
+        if (const auto read = parse_number(text); read && *read * degree == angle) return number_text(*read);
+    }
+    return number_text(angle / degree);
+}
+
+struct CommandText {
+    std::string operator()(const Advance& c) const { return "advance " + number_text(c.length) + " mm"; }
+    std::string operator()(const Withdraw& c) const { return "withdraw " + number_text(c.length) + " mm"; }
+    std::string operator()(const Rotate& c) const { return "rotate " + degrees_text(c.angle) + " deg"; }
+    std::string operator()(const Beam& c) const { return c.on ? "beam on" : "beam off"; }
+    std::string operator()(const Contrast& c) const { return "contrast " + number_text(c.iodine) + " mg/ml"; }
+    std::string operator()(const Reset&) const { return "reset"; }
+    std::string operator()(const MoveArm& c) const {
+        std::string text = "arm";
+        if (c.lao) text += " lao " + degrees_text(*c.lao) + " deg";
+        if (c.cranial) text += " cranial " + degrees_text(*c.cranial) + " deg";
+        if (c.sid) text += " sid " + number_text(*c.sid) + " mm";
+        if (c.sod) text += " sod " + number_text(*c.sod) + " mm";
+        if (c.detector_width) text += " width " + number_text(*c.detector_width) + " mm";
+        if (c.isocentre) {
+            text += fmt::format(" isocentre {} {} {} mm", number_text(c.isocentre->x()),
+                                number_text(c.isocentre->y()), number_text(c.isocentre->z()));
+        }
+        return text;
+    }
+};
+
+}  // namespace
+
+std::string to_text(const Command& command) { return std::visit(CommandText{}, command); }
+
+render::CArm moved(render::CArm arm, const MoveArm& move) {
+    arm.lao = move.lao.value_or(arm.lao);
+    arm.cranial = move.cranial.value_or(arm.cranial);
+    arm.sid = move.sid.value_or(arm.sid);
+    arm.sod = move.sod.value_or(arm.sod);
+    arm.detector_width = move.detector_width.value_or(arm.detector_width);
+    arm.isocentre = move.isocentre.value_or(arm.isocentre);
+    return arm;
+}
+
+int CommandScript::last_frame(int tail) const {
+    if (end) return *end;
+    int last = -1;
+    if (!commands.empty()) last = commands.back().frame + tail;
+    if (!checks.empty()) last = std::max(last, checks.back().frame);
+    return std::max(last, 0);
+}
+
+std::vector<std::string> problems(const CommandScript& script, const render::CArm& start) {
+    std::vector<std::string> found;
+    render::CArm arm = start;
+    for (const TimedCommand& timed : script.commands) {
+        if (std::holds_alternative<Reset>(timed.command)) arm = start;
+        const MoveArm* move = std::get_if<MoveArm>(&timed.command);
+        if (!move) continue;
+        arm = moved(arm, *move);
+        for (const std::string& text : render::problems(arm)) found.push_back(located(timed.place, text));
+        if (found.size() > 20) break;
+    }
+    return found;
+}
+
+}  // namespace engine
