@@ -33,15 +33,15 @@ double rigidity_at(const GuidewireSpec&, double s);
 /// entry direction. Change it through the functions below, which keep the parts consistent.
 struct Guidewire {
     GuidewireSpec spec;
-    std::vector<Vec3> joints;           // x_0…x_N [mm]
-    std::vector<Vec3> tangents;         // u_0…u_N, unit
-    std::vector<double> lengths;        // [i] = λ_i, i = 1…N; [0] unused [mm]
-    std::vector<double> rigidity;       // [i] = EI at joint i, i = 0…N-1 (and [N] unused) [N·mm²]
-    std::vector<double> rest_angle;     // [i] = turn of the unloaded wire at joint i [rad]
-    std::vector<int> stations;          // wall hint per joint, -1 = unknown; see LumenWall
+    std::vector<Vec3> joints;            // x_0…x_N [mm]
+    std::vector<Vec3> tangents;          // u_0…u_N, unit
+    std::vector<double> lengths;         // [i] = λ_i, i = 1…N; [0] unused [mm]
+    std::vector<double> rigidity;        // [i] = EI at joint i, i = 0…N-1 (and [N] unused) [N·mm²]
+    std::vector<double> rest_angle;      // [i] = turn of the unloaded wire at joint i [rad]
+    std::vector<int> stations;           // wall hint per joint, -1 = unknown; see LumenWall
     Vec3 base_director = Vec3::UnitY();  // unit, ⟂ u_0: direction the tip curves to at roll 0
-    double roll = 0;                    // turn of the hub about u_0 [rad]
-    double carried = 0;                 // motion not yet made, |carried| < λ [mm]
+    double roll = 0;                     // turn of the hub about u_0 [rad]
+    double carried = 0;                  // motion not yet made, |carried| < λ [mm]
 
     int segments() const { return static_cast<int>(joints.size()) - 1; }
     const Vec3& tip() const { return joints.back(); }
@@ -64,7 +64,8 @@ Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry
 /// Insert one segment just before the curved tip (the paper, Section 2.1).
 void insert_segment(Guidewire&);
 
-/// Take one segment out there. False, with nothing changed, when only the curved tip and one segment are left.
+/// Take one segment out there. False, with nothing changed, when only the curved tip and one segment are
+/// left.
 bool remove_segment(Guidewire&);
 
 /// Move the wire by `mm` (negative = withdraw): whole segments are made, the rest is carried.
@@ -77,8 +78,8 @@ void rotate(Guidewire&, double angle);
 /// Rebuild x_first…x_N from x_{first-1} and the tangents.
 void rebuild_joints(Guidewire&, int first = 1);
 
-/// Directors d_0…d_N: unit, d_i ⟂ u_i, the base director turned by roll and parallel-transported along the wire.
-/// The unloaded wire continues segment i along cos β u_i + sin β d_i, β the rest angle of joint i.
+/// Directors d_0…d_N: unit, d_i ⟂ u_i, the base director turned by roll and parallel-transported along the
+/// wire. The unloaded wire continues segment i along cos β u_i + sin β d_i, β the rest angle of joint i.
 std::vector<Vec3> directors(const Guidewire&);
 
 /// Recompute directors[i] for i ≥ first in place (first ≥ 1; directors[first-1] must be right).

@@ -1,7 +1,7 @@
 #pragma once
-/// The wall of a triangulated lumen, found as in the paper: a ray from the vessel's centreline out through the
-/// joint meets a triangle, whose plane is the wall there. Embree finds the triangle; the plane is rebuilt from
-/// the mesh's double-precision vertices.
+/// The wall of a triangulated lumen, found as in the paper: a ray from the vessel's centreline out through
+/// the joint meets a triangle, whose plane is the wall there. Embree finds the triangle; the plane is rebuilt
+/// from the mesh's double-precision vertices.
 
 #include <memory>
 #include <string>
@@ -13,9 +13,9 @@ namespace physics {
 /// A vessel branch: points with inscribed radii. A child starts on its parent's centreline.
 struct CentrelineBranch {
     std::string name;
-    int parent = -1;         // index into the list of branches, -1 for a root
-    int parent_sample = -1;  // sample of the parent nearest to points[0]
-    Polyline points;         // [mm]
+    int parent = -1;            // index into the list of branches, -1 for a root
+    int parent_sample = -1;     // sample of the parent nearest to points[0]
+    Polyline points;            // [mm]
     std::vector<double> radii;  // [mm]
 };
 
@@ -30,7 +30,8 @@ struct OpenEnd {
 class MeshWall final : public LumenWall {
 public:
     /// The mesh's normals point out of the lumen. stiffness: k per joint [N/mm].
-    /// Throws std::invalid_argument for an empty mesh, indices out of range, non-finite numbers or no centreline.
+    /// Throws std::invalid_argument for an empty mesh, indices out of range, non-finite numbers or no
+    /// centreline.
     MeshWall(const TriangleMesh& lumen, std::vector<CentrelineBranch> branches, std::vector<OpenEnd> ends,
              double stiffness, double wire_radius = 0.0);
     ~MeshWall() override;
@@ -38,7 +39,9 @@ public:
     void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
 
     /// Branch that a station belongs to, and its sample there.
-    struct Place { int branch = -1, sample = -1; };
+    struct Place {
+        int branch = -1, sample = -1;
+    };
     Place place(int station) const;
 
 private:

@@ -1,5 +1,6 @@
 #pragma once
-/// A relaxer lowers the energy of a wire in a vessel by turning its segments, a stated amount of work at a time.
+/// A relaxer lowers the energy of a wire in a vessel by turning its segments, a stated amount of work at a
+/// time.
 
 #include <functional>
 #include <memory>
@@ -21,12 +22,13 @@ enum class CycleOrder {
 
 struct RelaxerConfig {
     RelaxerKind kind = RelaxerKind::Segment;
-    int varied_segments = 2;          // M, 1 to 5
-    std::optional<int> separation;    // fixed δ between varied segments; empty = chosen per update (Algorithm 2)
-    double turn_limit = 0.1;          // Δu_max of Eq. 24 [-]
-    bool bending_curvature = true;    // keep A (off only for the static-contact study)
-    bool wall_curvature = true;       // keep R (likewise)
-    bool safeguard = true;            // descend always (PHYSICS: Section 2); off = the plain method of the paper
+    int varied_segments = 2;  // M, 1 to 5
+    std::optional<int>
+        separation;           // fixed δ between varied segments; empty = chosen per update (Algorithm 2)
+    double turn_limit = 0.1;  // Δu_max of Eq. 24 [-]
+    bool bending_curvature = true;  // keep A (off only for the static-contact study)
+    bool wall_curvature = true;     // keep R (likewise)
+    bool safeguard = true;  // descend always (PHYSICS: Section 2); off = the plain method of the paper
     CycleOrder order = CycleOrder::Nested;
 };
 
@@ -44,11 +46,11 @@ RelaxBudget whole_cycles(int segments, int cycles);
 
 struct RelaxReport {
     int updates = 0;
-    int contacts = 0;            // joints that touch the wall at the end
+    int contacts = 0;  // joints that touch the wall at the end
     long long wall_queries = 0;
-    double largest_turn = 0;     // largest |u_new − u| of any update [-]
-    int rejected = 0;            // updates kept back because they would have raised the energy
-    bool converged = false;      // no segment turned by more than 1e-10 in a whole sweep over the wire
+    double largest_turn = 0;  // largest |u_new − u| of any update [-]
+    int rejected = 0;         // updates kept back because they would have raised the energy
+    bool converged = false;   // no segment turned by more than 1e-10 in a whole sweep over the wire
 };
 
 /// Called after each update with the first joint that moved.
@@ -57,7 +59,8 @@ using UpdateObserver = std::function<void(int first_moved_joint, const Guidewire
 class Relaxer {
 public:
     virtual ~Relaxer() = default;
-    virtual RelaxReport relax(Guidewire&, const LumenWall&, const RelaxBudget&, const UpdateObserver& = {}) = 0;
+    virtual RelaxReport relax(Guidewire&, const LumenWall&, const RelaxBudget&,
+                              const UpdateObserver& = {}) = 0;
 };
 
 /// Throws std::invalid_argument listing problems(config).

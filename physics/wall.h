@@ -16,8 +16,8 @@ struct WallContact {
 
     bool touches() const { return penetration > 0; }
     double force() const { return touches() ? stiffness * penetration : 0.0; }  // [N]
-    Vec3 push() const { return force() * normal; }                               // Eq. 11, on the wall [N]
-    double energy() const { return 0.5 * force() * penetration; }                // Eq. 9 [N·mm], if it touches
+    Vec3 push() const { return force() * normal; }                              // Eq. 11, on the wall [N]
+    double energy() const { return 0.5 * force() * penetration; }  // Eq. 9 [N·mm], if it touches
 };
 
 /// A lumen wall. Its stations are hints that keep a joint in its branch between queries.

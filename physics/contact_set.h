@@ -1,0 +1,54 @@
+#pragma once
+/// The contacts of a wire's joints, asked for again only where a joint may have come to touch or still
+/// touches.
+
+#include <vector>
+
+#include "physics/guidewire.h"
+#include "physics/wall.h"
+
+namespace physics {
+
+/// Force and stiffness summed over all touching joints from one joint to the tip: s₍i,N₎ = λ·force and
+/// R₍i,N₎ = λ²·stiffness of Eq. 12.
+struct WallSum {
+    Vec3 force = Vec3::Zero();      // [N]
+    Mat3 stiffness = Mat3::Zero();  // [N/mm]
+};
+
+/// A joint out of touch is not asked again while it stays within its contact's trust; one in touch always is.
+/// A change is evaluated first and then committed or forgotten, so that a rejected update costs no second
+/// query.
+class ContactSet {
+public:
+    explicit ContactSet(const LumenWall& wall) : wall_(wall) {}
+
+    void reset(const Guidewire&);  // ask for every joint
+
+    /// Wall energy [N·mm] of joints ≥ first at these positions; the answers wait for commit().
+    double evaluate(std::span<const Vec3> joints, int first);
+    void commit();
+    double energy(int first) const;  // of the committed contacts of joints ≥ first [N·mm]
+
+    int last_touching() const { return touching_.empty() ? -1 : touching_.back(); }
+    int touching() const { return static_cast<int>(touching_.size()); }
+    WallSum sum_from(int joint) const;  // of the committed contacts
+    std::span<const WallContact> contacts() const { return contacts_; }
+    long long queries() const { return queries_; }
+
+private:
+    void list_touching();
+
+    const LumenWall& wall_;
+    std::vector<WallContact> contacts_;  // per joint; [0], the introducer's, is never asked
+    std::vector<Vec3> asked_at_;         // where each was asked
+    std::vector<int> touching_;          // joints in touch, ascending
+    std::vector<WallSum> sums_;          // [k] = sum from touching_[k] to the tip
+    long long queries_ = 0;
+    // scratch of evaluate
+    std::vector<int> index_;
+    std::vector<Vec3> at_;
+    std::vector<WallContact> answer_;
+};
+
+}  // namespace physics

@@ -1,0 +1,47 @@
+#pragma once
+/// The paper's relaxer: M varied segments at a time (Sections 2.2 and 2.3), first or second order.
+
+#include <array>
+#include <memory>
+
+#include "physics/bending.h"
+#include "physics/contact_set.h"
+#include "physics/relaxer.h"
+#include "physics/schedule.h"
+#include "physics/segment_step.h"
+
+namespace physics {
+
+/// Least and largest separation that Algorithm 2 looks at.
+inline constexpr int kLeastSeparation = 5, kLargestSeparation = 25;
+
+class SegmentRelaxer final : public Relaxer {
+public:
+    explicit SegmentRelaxer(const RelaxerConfig& config);
+
+    RelaxReport relax(Guidewire&, const LumenWall&, const RelaxBudget&, const UpdateObserver& = {}) override;
+
+    /// The varied segments of the last update, for the separation studies.
+    std::span<const int> last_varied() const { return {varied_.data(), static_cast<std::size_t>(count_)}; }
+
+private:
+    using Tangents = std::array<Vec3, kMostVariedSegments>;
+    void begin(Guidewire&, ContactSet&);
+    void choose_segments(const Guidewire&, const ContactSet&, int segment);
+    bool select_by_estimate(const Guidewire&, const ContactSet&, int last, Vec3& turn);
+    SegmentProblem local_problem(const Guidewire&, const ContactSet&) const;
+    double update(Guidewire&, ContactSet&, int segment, RelaxReport&);
+    bool try_turn(Guidewire&, ContactSet&, const Tangents& target, double share, bool must_descend);
+    void refresh_tip(const Guidewire&, int first);
+
+    RelaxerConfig config_;
+    Schedule schedule_;
+    int count_ = 0;  // varied segments of this update
+    std::array<int, kMostVariedSegments> varied_{};
+    // scratch, kept between calls
+    std::vector<Vec3> directors_, old_directors_, old_joints_;
+    std::vector<double> torque_;
+    double since_sweep_ = 0;  // largest turn since the whole-wire sweep began
+};
+
+}  // namespace physics

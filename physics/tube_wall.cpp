@@ -1,0 +1,82 @@
+#include "physics/tube_wall.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+namespace physics {
+namespace {
+
+Vec3 closest_point(const Vec3& a, const Vec3& b, const Vec3& x) {
+    const Vec3 ab = b - a;
+    return a + std::clamp((x - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0) * ab;
+}
+
+}  // namespace
+
+TubeWall::TubeWall(Polyline centreline, double radius, double stiffness, double wire_radius)
+    : centreline_(std::move(centreline)), radius_(radius), stiffness_(stiffness), wire_radius_(wire_radius) {
+    if (centreline_.size() < 2) throw std::invalid_argument("a tube's centreline needs at least two points");
+    for (std::size_t i = 0; i < centreline_.size(); ++i) {
+        if (!centreline_[i].allFinite())
+            throw std::invalid_argument("point " + std::to_string(i) +
+                                        " of the tube's centreline is not finite");
+        if (i > 0 && (centreline_[i] - centreline_[i - 1]).norm() < 1e-9)
+            throw std::invalid_argument("points " + std::to_string(i - 1) + " and " + std::to_string(i) +
+                                        " of the tube's centreline are equal");
+    }
+    if (!std::isfinite(radius_) || !(radius_ > wire_radius_))
+        throw std::invalid_argument("the tube's radius must be larger than the wire's");
+    if (!std::isfinite(stiffness_) || stiffness_ <= 0)
+        throw std::invalid_argument("wall stiffness must be > 0");
+}
+
+int TubeWall::closest_segment(const Vec3& x, int hint) const {
+    const int last = static_cast<int>(centreline_.size()) - 2;
+    auto distance2 = [&](int s) {
+        return (closest_point(centreline_[s], centreline_[s + 1], x) - x).squaredNorm();
+    };
+    if (hint < 0 || hint > last) {
+        int best = 0;
+        double least = std::numeric_limits<double>::max();
+        for (int s = 0; s <= last; ++s)
+            if (const double d = distance2(s); d < least) least = d, best = s;
+        return best;
+    }
+    // Downhill along the tube from the hint: joints move little between queries, and a joint stays in its own
+    // limb of a hairpin. The stride doubles while it pays, so that a far hint costs a logarithm.
+    int s = hint;
+    double least = distance2(s);
+    for (int stride = 1; stride > 0;) {
+        const int down = std::max(0, s - stride), up = std::min(last, s + stride);
+        const double below = distance2(down), above = distance2(up);
+        if (std::min(below, above) < least) {
+            s = below < above ? down : up;
+            least = std::min(below, above);
+            stride = std::min(stride * 2, 64);
+        } else {
+            stride /= 2;
+        }
+    }
+    return s;
+}
+
+WallContact TubeWall::contact(const Vec3& x, int hint) const {
+    WallContact c;
+    c.station = closest_segment(x, hint);
+    c.stiffness = stiffness_;
+    const Vec3 out = x - closest_point(centreline_[c.station], centreline_[c.station + 1], x);
+    const double distance = out.norm();
+    c.penetration = distance + wire_radius_ - radius_;
+    if (distance > 1e-12) c.normal = out / distance;
+    c.trust = std::max(0.0, -c.penetration);  // the distance to the centreline changes no faster than x
+    return c;
+}
+
+void TubeWall::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
+    for (std::size_t i = 0; i < joints.size(); ++i) contacts[i] = contact(joints[i], contacts[i].station);
+}
+
+}  // namespace physics
