@@ -1,0 +1,237 @@
+#include "engine/simulation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "engine/text.h"
+#include "physics/energy.h"
+#include "physics/tube_wall.h"
+
+namespace engine {
+namespace {
+
+using physics::Vec3;
+
+/// A turn of the hub is made in steps of at most this, each relaxed, so that the tip follows instead of jumping.
+constexpr double largest_turn = 10.0 * std::numbers::pi / 180.0;  // [rad]
+/// Long motions get more than the frame's budget: each step at least this part of it, or the wire leaves the vessel.
+constexpr int least_share = 8;
+/// The longest wires in use; also what keeps a frame's work finite.
+constexpr double longest_wire = 3000;  // [mm]
+/// The wire put in along the centreline is far from rest: updates a segment before frame 0.
+constexpr int updates_at_start = 200;
+
+class Fnv1a {
+public:
+    void add(std::uint64_t word) {
+        for (int byte = 0; byte < 8; ++byte, word >>= 8) hash_ = (hash_ ^ (word & 0xff)) * 1099511628211ull;
+    }
+    void add(int number) { add(static_cast<std::uint64_t>(static_cast<std::int64_t>(number))); }
+    void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
+    void add(const Vec3& v) { add(v.x()), add(v.y()), add(v.z()); }
+    template <class Item>
+    void add(const std::vector<Item>& items) {
+        add(static_cast<int>(items.size()));
+        for (const Item& item : items) add(item);
+    }
+    std::uint64_t hash() const { return hash_; }
+
+private:
+    std::uint64_t hash_ = 14695981039346656037ull;
+};
+
+void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
+    sum.updates += part.updates;
+    sum.contacts = part.contacts;
+    sum.wall_queries += part.wall_queries;
+    sum.largest_turn = std::max(sum.largest_turn, part.largest_turn);
+    sum.rejected += part.rejected;
+    sum.converged = part.converged;
+}
+
+int steps_of(double amount, double step) {
+    return static_cast<int>(std::ceil(std::abs(amount) / step * (1 - 1e-12)));
+}
+
+}  // namespace
+
+Simulation::Simulation(const Scenario& scenario) : scenario_(scenario), anatomy_(anatomy_of(scenario)) {
+    choose_entry();
+    locate_target();
+    const double wire_radius = 0.5 * scenario_.guidewire.diameter;
+    if (scenario_.tube && scenario_.tube->closed_form) {
+        wall_ = std::make_unique<physics::TubeWall>(anatomy_.branches[0].points, scenario_.tube->radius,
+                                                    scenario_.wall_stiffness, wire_radius);
+    } else {
+        wall_ = std::make_unique<physics::MeshWall>(anatomy_.lumen, anatomy_.branches, anatomy_.openings(),
+                                                    scenario_.wall_stiffness, wire_radius);
+    }
+    reset();
+    resets_ = 0;
+}
+
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+
+void Simulation::choose_entry() {
+    const std::optional<int> end = find_end(anatomy_, scenario_.entry.end);
+    if (!end) {
+        std::vector<std::string> names;
+        for (const VesselEnd& known : anatomy_.ends) names.push_back(known.opening.name);
+        throw InputError(located(scenario_.place("entry.end"),
+                                 fmt::format("'{}' is no open end of {}; ends are: {}", scenario_.entry.end,
+                                             anatomy_.name, joined(names))));
+    }
+    entry_ = path_from(anatomy_, *end);
+
+    const physics::GuidewireSpec& spec = scenario_.guidewire;
+    double length = 0, narrowest = entry_.radii.front();
+    for (std::size_t i = 1; i < entry_.points.size() && length < scenario_.entry.inserted; ++i) {
+        length += (entry_.points[i] - entry_.points[i - 1]).norm();
+        narrowest = std::min(narrowest, entry_.radii[i]);
+    }
+    if (spec.diameter >= 2 * narrowest) {
+        throw InputError(located(scenario_.place("guidewire.diameter_mm"),
+                                 fmt::format("a wire of diameter {} mm does not enter at '{}', which is {:.3g} mm "
+                                             "wide; a thinner wire is accepted",
+                                             spec.diameter, scenario_.entry.end, 2 * narrowest)));
+    }
+    const int curved = spec.curved_angle == 0 || spec.curved_length <= 0
+                           ? 0
+                           : std::max(1, static_cast<int>(std::lround(spec.curved_length / spec.segment_length)));
+    segments_at_start_ = static_cast<int>(std::lround(scenario_.entry.inserted / spec.segment_length));
+    if (segments_at_start_ < curved + 2 || scenario_.entry.inserted > length + 1e-6) {
+        throw InputError(located(
+            scenario_.place("entry.inserted_mm"),
+            fmt::format("{} mm of wire cannot start inside; {} mm (its curved tip and two segments) to {:.4g} mm (the "
+                        "way from '{}') are accepted",
+                        scenario_.entry.inserted, (curved + 2) * spec.segment_length, length, scenario_.entry.end)));
+    }
+}
+
+void Simulation::locate_target() {
+    if (scenario_.target.centre) {
+        target_ = *scenario_.target.centre;
+        if (inside(anatomy_, target_)) return;
+        const VesselPlace place = nearest_place(anatomy_, target_);
+        throw InputError(located(scenario_.place("target.centre_mm"),
+                                 fmt::format("the target is outside the anatomy, {:.3g} mm from the wall of '{}'; a "
+                                             "place inside a vessel is accepted",
+                                             place.distance, anatomy_.branches[place.branch].name)));
+    }
+    std::vector<std::string> names;
+    for (const VesselTarget& known : anatomy_.targets) {
+        if (known.name == scenario_.target.name) {
+            target_ = known.centre;
+            return;
+        }
+        names.push_back(known.name);
+    }
+    throw InputError(located(scenario_.place("target.name"),
+                             fmt::format("'{}' is no target of {}; targets are: {}", scenario_.target.name,
+                                         anatomy_.name, joined(names))));
+}
+
+void Simulation::reset() {
+    ++resets_;
+    relaxer_ = physics::make_relaxer(scenario_.relaxer);  // it remembers where it stopped: a new one
+    wire_ = physics::wire_along(scenario_.guidewire, entry_.points, segments_at_start_);
+    waiting_.clear();
+    c_arm_ = scenario_.c_arm;
+    beam_on_ = false;
+    iodine_ = scenario_.imaging.iodine;
+    StepReport ignored;
+    relax(updates_at_start * segments_at_start_, ignored);
+    contacts_ = physics::all_contacts(wire_, *wall_);
+}
+
+void Simulation::apply(const Command& command) {
+    struct Applier {
+        Simulation& s;
+        void operator()(const Advance& c) const { s.waiting_.push_back({c.length, 0}); }
+        void operator()(const Withdraw& c) const { s.waiting_.push_back({-c.length, 0}); }
+        void operator()(const Rotate& c) const { s.waiting_.push_back({0, c.angle}); }
+        void operator()(const MoveArm& c) const { s.c_arm_ = moved(s.c_arm_, c); }
+        void operator()(const Beam& c) const { s.beam_on_ = c.on; }
+        void operator()(const Contrast& c) const { s.iodine_ = c.iodine; }
+        void operator()(const Reset&) const { s.reset(); }
+    };
+    std::visit(Applier{*this}, command);
+}
+
+StepReport Simulation::step() {
+    StepReport report;
+    int steps = 0;
+    for (const Motion& m : waiting_) {
+        steps += steps_of(m.insertion, wire_.spec.segment_length) + steps_of(m.rotation, largest_turn);
+    }
+    const int budget = scenario_.budget.updates;
+    // One part more for the frame's end, so that a frame with a motion settles as one without.
+    const int share = std::max({1, budget / (steps + 1), budget / least_share});
+    for (const Motion& m : waiting_) {
+        if (m.insertion != 0) insert(m.insertion, share, report);
+        if (m.rotation != 0) turn(m.rotation, share, report);
+    }
+    waiting_.clear();
+    relax(std::max(share, budget - report.relax.updates), report);
+    contacts_ = physics::all_contacts(wire_, *wall_);
+    for (std::size_t i = 0; i < contacts_.size(); ++i) wire_.stations[i] = contacts_[i].station;
+    return report;
+}
+
+void Simulation::insert(double length, int share, StepReport& report) {
+    const double before = inserted();
+    const int steps = steps_of(length, wire_.spec.segment_length);
+    for (int k = 0; k < steps; ++k) {
+        if (length > 0 && wire_.inserted_length() >= longest_wire) {
+            report.insertion_stopped = true;
+            break;
+        }
+        const double wanted = length / steps;
+        const double expected = inserted() + wanted;
+        const int made = physics::move(wire_, wanted);
+        if (made != 0) relax(share, report);
+        if (wanted < 0 && std::abs(inserted() - expected) > 1e-6) {
+            report.withdrawal_stopped = true;
+            break;
+        }
+    }
+    report.insertions.push_back(inserted() - before);
+}
+
+void Simulation::turn(double angle, int share, StepReport& report) {
+    const int steps = steps_of(angle, largest_turn);
+    for (int k = 0; k < steps; ++k) {
+        physics::rotate(wire_, angle / steps);
+        relax(share, report);
+    }
+    report.rotation += std::abs(angle);
+}
+
+void Simulation::relax(int updates, StepReport& report) {
+    const physics::RelaxBudget budget = {updates, scenario_.budget.distal_share, scenario_.budget.distal_segments};
+    accumulate(report.relax, relaxer_->relax(wire_, *wall_, budget));
+}
+
+std::uint64_t Simulation::state_hash() const {
+    Fnv1a hash;
+    hash.add(wire_.joints);
+    hash.add(wire_.tangents);
+    hash.add(wire_.lengths);
+    hash.add(wire_.rigidity);
+    hash.add(wire_.rest_angle);
+    hash.add(wire_.stations);
+    hash.add(wire_.base_director);
+    hash.add(wire_.roll);
+    hash.add(wire_.carried);
+    hash.add(c_arm_.lao), hash.add(c_arm_.cranial), hash.add(c_arm_.sid), hash.add(c_arm_.sod);
+    hash.add(c_arm_.isocentre), hash.add(c_arm_.detector_width), hash.add(c_arm_.pixels);
+    hash.add(static_cast<int>(beam_on_));
+    hash.add(iodine_);
+    return hash.hash();
+}
+
+}  // namespace engine

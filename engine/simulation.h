@@ -1,0 +1,85 @@
+#pragma once
+/// One wire in one vessel under commands. The state after a frame depends on scenario and commands alone.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/command.h"
+#include "engine/scenario.h"
+#include "physics/relaxer.h"
+
+namespace engine {
+
+/// What one frame did.
+struct StepReport {
+    physics::RelaxReport relax;      // of the whole frame
+    std::vector<double> insertions;  // change of the inserted length by each motion, in order [mm]
+    double rotation = 0;             // Σ|angle| of the hub [rad]
+    bool withdrawal_stopped = false;  // the curved tip was at the introducer
+    bool insertion_stopped = false;   // the wire has no more length
+};
+
+class Simulation {
+public:
+    /// Loads or draws the vessel, puts the wire in along the entry's centreline and relaxes it.
+    /// Throws InputError when scenario and anatomy do not fit: no such end or target, a target outside, a wire
+    /// thicker than the vessel at its entry, too much or too little wire inside.
+    explicit Simulation(const Scenario&);
+    ~Simulation();
+    Simulation(Simulation&&) noexcept;
+
+    /// Motions wait for step(); all else takes effect at once.
+    void apply(const Command&);
+    /// Makes the motions that wait, segment by segment, and relaxes with one frame's budget.
+    StepReport step();
+    /// Everything as after construction, bit for bit.
+    void reset();
+
+    const Scenario& scenario() const { return scenario_; }
+    const Anatomy& anatomy() const { return anatomy_; }
+    const physics::Guidewire& wire() const { return wire_; }
+    std::span<const physics::WallContact> contacts() const { return contacts_; }  // of the joints as they are
+    const physics::Vec3& target() const { return target_; }  // [mm]
+    const render::CArm& c_arm() const { return c_arm_; }
+    bool beam_on() const { return beam_on_; }
+    double iodine() const { return iodine_; }  // [mg/ml]
+    int resets() const { return resets_; }
+
+    double inserted() const { return wire_.inserted_length() + wire_.carried; }  // [mm]
+    double tip_to_target() const { return (wire_.tip() - target_).norm(); }       // [mm]
+
+    /// FNV-1a over every bit that later frames depend on, the relaxer's own bookkeeping aside.
+    std::uint64_t state_hash() const;
+
+private:
+    struct Motion {
+        double insertion = 0;  // [mm]
+        double rotation = 0;   // [rad]
+    };
+    void insert(double length, int share, StepReport&);
+    void turn(double angle, int share, StepReport&);
+    void relax(int updates, StepReport&);
+    void locate_target();
+    void choose_entry();
+
+    Scenario scenario_;
+    Anatomy anatomy_;
+    EntryPath entry_;
+    physics::Vec3 target_ = physics::Vec3::Zero();
+    int segments_at_start_ = 0;
+    std::unique_ptr<const physics::LumenWall> wall_;
+
+    std::unique_ptr<physics::Relaxer> relaxer_;
+    physics::Guidewire wire_;
+    std::vector<physics::WallContact> contacts_;
+    std::vector<Motion> waiting_;
+    render::CArm c_arm_;
+    bool beam_on_ = false;
+    double iodine_ = 0;
+    int resets_ = 0;
+};
+
+}  // namespace engine
