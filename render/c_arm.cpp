@@ -1,0 +1,73 @@
+#include "render/c_arm.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+namespace render {
+
+using physics::Vec3;
+
+bool operator==(const CArm& a, const CArm& b) {
+    return a.lao == b.lao && a.cranial == b.cranial && a.sid == b.sid && a.sod == b.sod &&
+           a.isocentre == b.isocentre && a.detector_width == b.detector_width && a.pixels == b.pixels;
+}
+
+std::vector<std::string> problems(const CArm& arm) {
+    constexpr double degree = std::numbers::pi / 180.0;
+    // Rounding in a conversion from degrees must not refuse the limit itself.
+    constexpr double slack = 1e-9;
+    std::vector<std::string> found;
+    const auto require = [&found](bool holds, const char* sentence) {
+        if (!holds) found.emplace_back(sentence);
+    };
+    // Each comparison is written so that NaN fails it.
+    require(std::abs(arm.lao) <= 120.0 * degree + slack, "the LAO/RAO angle must lie within 120 degrees");
+    require(std::abs(arm.cranial) <= 45.0 * degree + slack,
+            "the cranial/caudal angle must lie within 45 degrees");
+    require(arm.sod > 0.0 && std::isfinite(arm.sod),
+            "the distance from source to isocentre must be positive");
+    require(arm.sid > 0.0 && std::isfinite(arm.sid), "the distance from source to detector must be positive");
+    require(arm.sod < arm.sid, "the isocentre must lie between source and detector (sod < sid)");
+    require(arm.detector_width > 0.0 && arm.detector_width <= 1000.0,
+            "the detector must be wider than 0 mm and at most 1000 mm");
+    require(arm.pixels >= 1 && arm.pixels <= 4096, "the image must have 1 to 4096 pixels along a side");
+    require(arm.isocentre.allFinite(), "the isocentre must be finite");
+    return found;
+}
+
+ArmAxes axes(const CArm& arm) {
+    const double ca = std::cos(arm.lao), sa = std::sin(arm.lao);
+    const double cb = std::cos(arm.cranial), sb = std::sin(arm.cranial);
+    return {Vec3(sa * cb, -ca * cb, sb), Vec3(ca, sa, 0.0), Vec3(-sa * sb, ca * sb, cb)};
+}
+
+Vec3 source(const CArm& arm) {
+    return arm.isocentre - arm.sod * axes(arm).beam;
+}
+
+Vec3 detector_centre(const CArm& arm) {
+    return arm.isocentre + (arm.sid - arm.sod) * axes(arm).beam;
+}
+
+double pixel_width(const CArm& arm) {
+    return arm.detector_width / arm.pixels;
+}
+
+Pixel project(const CArm& arm, const Vec3& point) {
+    const ArmAxes a = axes(arm);
+    const Vec3 from_isocentre = point - arm.isocentre;
+    const double depth = arm.sod + a.beam.dot(from_isocentre);
+    const double scale = arm.sid / (depth * pixel_width(arm));
+    return {0.5 * arm.pixels + scale * a.right.dot(from_isocentre),
+            0.5 * arm.pixels - scale * a.up.dot(from_isocentre), depth};
+}
+
+Vec3 ray_direction(const CArm& arm, double x, double y) {
+    const ArmAxes a = axes(arm);
+    const double step = pixel_width(arm);
+    return (arm.sid * a.beam + (x - 0.5 * arm.pixels) * step * a.right - (y - 0.5 * arm.pixels) * step * a.up)
+        .normalized();
+}
+
+}  // namespace render

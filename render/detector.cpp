@@ -1,0 +1,98 @@
+#include "render/detector.h"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "render/filter.h"
+
+namespace render {
+
+namespace {
+
+/// Finaliser of SplitMix64 (Steele, Lea and Flood 2014; constants of Stafford's variant 13).
+std::uint64_t mix(std::uint64_t x) {
+    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
+    x = (x ^ (x >> 27)) * 0x94D049BB133111EBull;
+    return x ^ (x >> 31);
+}
+
+constexpr std::uint64_t golden = 0x9E3779B97F4A7C15ull;
+
+/// Normal quantiles at the middle of 4096 equal shares, scaled so that the sum of two has variance 1: one
+/// lookup alone would end at 3.7 standard deviations and be visibly discrete.
+const std::array<float, 4096>& quantiles() {
+    static const std::array<float, 4096> table = [] {
+        constexpr int count = 4096;
+        std::array<double, count> exact{};
+        double x = 0.0, square = 0.0;
+        for (int i = count / 2; i < count; ++i) {
+            const double above = 1.0 - (i + 0.5) / count;
+            for (int newton = 0; newton < 12; ++newton) {
+                const double tail = 0.5 * std::erfc(x / std::numbers::sqrt2);
+                const double density = std::exp(-0.5 * x * x) / std::sqrt(2.0 * std::numbers::pi);
+                x += (tail - above) / density;
+            }
+            exact[i] = x;
+            exact[count - 1 - i] = -x;
+            square += 2.0 * x * x;
+        }
+        const double scale = 1.0 / std::sqrt(2.0 * square / count);
+        std::array<float, count> result{};
+        for (int i = 0; i < count; ++i) result[i] = static_cast<float>(exact[i] * scale);
+        return result;
+    }();
+    return table;
+}
+
+/// Events before a product of uniform numbers falls below exp(−mean), by inversion of the cumulative sum.
+float poisson(float mean, double uniform) {
+    double term = std::exp(-static_cast<double>(mean)), sum = term;
+    int count = 0;
+    while (uniform > sum && count < 200) {
+        ++count;
+        term *= mean / count;
+        sum += term;
+    }
+    return static_cast<float>(count);
+}
+
+}  // namespace
+
+PixelNoise::PixelNoise(std::uint64_t seed, std::uint64_t frame)
+    : key_(mix(mix(seed + golden) ^ (frame * golden + 1))) {}
+
+std::uint64_t PixelNoise::bits(std::uint64_t pixel) const {
+    return mix(key_ + (pixel + 1) * golden);
+}
+
+float PixelNoise::normal(std::uint64_t bits, int which) {
+    const std::array<float, 4096>& table = quantiles();
+    const std::uint64_t own = bits >> (which == 0 ? 0 : 32);
+    return table[own & 4095] + table[(own >> 12) & 4095];
+}
+
+float PixelNoise::quanta(float mean, std::uint64_t bits) {
+    if (!(mean > 0.0f)) return 0.0f;
+    if (mean < 25.0f) return poisson(mean, (static_cast<double>(bits & 0xFFFFFFFFull) + 0.5) / 4294967296.0);
+    return mean + std::sqrt(mean) * normal(bits, 0);
+}
+
+Field read_out(const Field& expected, double pixel_width, const DetectorSpec& detector, std::uint64_t seed,
+               std::uint64_t frame) {
+    const PixelNoise noise(seed, frame);
+    Field counted(expected.width, expected.height);
+    for (std::size_t i = 0; i < counted.values.size(); ++i) {
+        counted.values[i] = PixelNoise::quanta(expected.values[i], noise.bits(i));
+    }
+    Field signal = gaussian_blur(counted, detector.scintillator_blur / pixel_width);
+    const float electronic = static_cast<float>(detector.electronic_noise);
+    if (electronic > 0.0f) {
+        for (std::size_t i = 0; i < signal.values.size(); ++i) {
+            signal.values[i] += electronic * PixelNoise::normal(noise.bits(i), 1);
+        }
+    }
+    return signal;
+}
+
+}  // namespace render

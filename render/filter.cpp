@@ -1,0 +1,102 @@
+#include "render/filter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <vector>
+
+namespace render {
+
+namespace {
+
+/// Half of a symmetric kernel: the middle weight first.
+std::vector<float> half_kernel(double sigma) {
+    const int reach = static_cast<int>(std::ceil(3.0 * sigma + 0.5));
+    const auto below = [sigma](double x) { return 0.5 * std::erf(x / (sigma * std::numbers::sqrt2)); };
+    std::vector<double> weights;
+    for (int k = 0; k <= reach; ++k) weights.push_back(below(k + 0.5) - below(k - 0.5));
+    double sum = weights[0];
+    for (int k = 1; k <= reach; ++k) sum += 2.0 * weights[k];
+    std::vector<float> result;
+    for (double weight : weights) result.push_back(static_cast<float>(weight / sum));
+    return result;
+}
+
+}  // namespace
+
+Field gaussian_blur(const Field& field, double sigma) {
+    if (!(sigma > 0.0) || field.values.empty()) return field;
+    const std::vector<float> kernel = half_kernel(sigma);
+    const int reach = static_cast<int>(kernel.size()) - 1;
+    const int width = field.width, height = field.height;
+    Field rows(width, height), result(width, height);
+    std::vector<float> line(static_cast<std::size_t>(width + 2 * reach));
+    for (int j = 0; j < height; ++j) {
+        const float* from = &field.values[static_cast<std::size_t>(j) * width];
+        float* to = &rows.values[static_cast<std::size_t>(j) * width];
+        std::fill_n(line.begin(), reach, from[0]);
+        std::copy_n(from, width, line.begin() + reach);
+        std::fill_n(line.begin() + reach + width, reach, from[width - 1]);
+        // Tap by tap over the whole line, so that the compiler can vectorise.
+        const float* middle = line.data() + reach;
+        for (int i = 0; i < width; ++i) to[i] = kernel[0] * middle[i];
+        for (int k = 1; k <= reach; ++k) {
+            for (int i = 0; i < width; ++i) to[i] += kernel[k] * (middle[i - k] + middle[i + k]);
+        }
+    }
+    for (int j = 0; j < height; ++j) {
+        float* to = &result.values[static_cast<std::size_t>(j) * width];
+        const float* middle = &rows.values[static_cast<std::size_t>(j) * width];
+        for (int i = 0; i < width; ++i) to[i] = kernel[0] * middle[i];
+        for (int k = 1; k <= reach; ++k) {
+            const float* above = &rows.values[static_cast<std::size_t>(std::max(j - k, 0)) * width];
+            const float* below = &rows.values[static_cast<std::size_t>(std::min(j + k, height - 1)) * width];
+            for (int i = 0; i < width; ++i) to[i] += kernel[k] * (above[i] + below[i]);
+        }
+    }
+    return result;
+}
+
+Field shrink(const Field& field, int factor) {
+    const int width = (field.width + factor - 1) / factor, height = (field.height + factor - 1) / factor;
+    Field result(width, height);
+    for (int j = 0; j < height; ++j) {
+        for (int i = 0; i < width; ++i) {
+            const int right = std::min((i + 1) * factor, field.width);
+            const int bottom = std::min((j + 1) * factor, field.height);
+            double sum = 0.0;
+            for (int y = j * factor; y < bottom; ++y) {
+                for (int x = i * factor; x < right; ++x)
+                    sum += field.values[static_cast<std::size_t>(y) * field.width + x];
+            }
+            const int count = (right - i * factor) * (bottom - j * factor);
+            result.values[static_cast<std::size_t>(j) * width + i] = static_cast<float>(sum / count);
+        }
+    }
+    return result;
+}
+
+Field enlarge(const Field& field, int factor, int width, int height) {
+    Field result(width, height);
+    const auto place = [factor](int i, int size) {
+        const double x = std::clamp((i + 0.5) / factor - 0.5, 0.0, size - 1.0);
+        const int low = std::min(static_cast<int>(x), std::max(size - 2, 0));
+        return std::pair<int, float>(low, static_cast<float>(x - low));
+    };
+    for (int j = 0; j < height; ++j) {
+        const auto [row, down] = place(j, field.height);
+        const float* above = &field.values[static_cast<std::size_t>(row) * field.width];
+        const float* below =
+            &field.values[static_cast<std::size_t>(std::min(row + 1, field.height - 1)) * field.width];
+        for (int i = 0; i < width; ++i) {
+            const auto [column, right] = place(i, field.width);
+            const int next = std::min(column + 1, field.width - 1);
+            const float top = above[column] + right * (above[next] - above[column]);
+            const float bottom = below[column] + right * (below[next] - below[column]);
+            result.values[static_cast<std::size_t>(j) * width + i] = top + down * (bottom - top);
+        }
+    }
+    return result;
+}
+
+}  // namespace render

@@ -1,0 +1,82 @@
+#pragma once
+/// The imaging chain: from anatomy, wire and exposure to a frame.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/geometry.h"
+#include "render/c_arm.h"
+#include "render/detector.h"
+#include "render/display.h"
+#include "render/image.h"
+#include "render/materials.h"
+#include "render/wire_image.h"
+
+namespace render {
+
+/// A closed solid of one material inside another. Where it lies, μ changes from that of `inside` to that of
+/// `material`, so nested solids are listed with what surrounds each (a trabecular core inside cortical bone
+/// inside soft tissue). Solids of equal standing should not overlap: there the change counts twice.
+struct TissueLayer {
+    std::string name;
+    Material material = Material::soft_tissue;
+    Material inside = Material::air;
+    physics::TriangleMesh mesh;   // closed [mm]
+    bool takes_contrast = false;  // a lumen: Exposure::iodine is dissolved in it
+};
+
+struct FluoroscopeConfig {
+    WireLook wire;
+    DetectorSpec detector;
+    DisplaySpec display;
+    double scatter_to_primary = 0.6;  // mean over the field, behind the grid [-]
+    double scatter_reach = 28.0;      // standard deviation of its spread, on the detector [mm]
+    double heel = 0.08;               // loss of intensity at the edge toward the anode (the head) [-]
+};
+
+/// One pulse.
+struct Exposure {
+    std::uint64_t frame = 0;
+    std::uint64_t seed = 0;
+    double detector_dose = 30.0;  // mean over the field, per pulse [nGy]
+    double kvp = 74.0;            // tube voltage [kV]
+    double iodine = 0.0;          // concentration throughout the layers that take contrast [mg/ml]
+};
+
+/// Everything wrong with an exposure; empty when usable.
+std::vector<std::string> problems(const Exposure&);
+
+/// Keeps the GL context, the meshes, and the images that depend on the pose of the C-arm alone. A frame
+/// depends on the arguments of `expose` and never on the frames before it. To be used by one thread at a
+/// time.
+class Fluoroscope {
+public:
+    /// Throws OpenMeshError for an open mesh and std::runtime_error for a broken one or when GL fails.
+    Fluoroscope(FluoroscopeConfig, std::vector<TissueLayer>);
+    ~Fluoroscope();
+    Fluoroscope(Fluoroscope&&) noexcept;
+    Fluoroscope& operator=(Fluoroscope&&) noexcept;
+
+    /// A live frame of arm.pixels squared. `joints` from the introducer to the tip [mm]; with fewer than two,
+    /// or with one that is not finite, the wire is left out. The tube output follows the anatomy (automatic
+    /// exposure): the mean dose in the field is `detector_dose` at any pose, before wire and contrast. Throws
+    /// std::invalid_argument with all the problems of arm or exposure.
+    GrayImage expose(const CArm&, std::span<const physics::Vec3> joints, const Exposure&);
+
+    /// The quanta expected on each pixel, before noise: what `expose` draws its numbers around.
+    Field expected_quanta(const CArm&, std::span<const physics::Vec3> joints, const Exposure&);
+
+    /// Pixels of the last pose at which a mesh did not balance: more than 0 when one reaches behind the
+    /// source.
+    int unbalanced_pixels() const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace render

@@ -1,0 +1,43 @@
+#pragma once
+/// Images as plain rows of numbers, row 0 at the top.
+
+#include <cstdint>
+#include <vector>
+
+namespace render {
+
+/// What is seen: 8-bit grey levels, width·height pixels.
+struct GrayImage {
+    int width = 0;
+    int height = 0;
+    std::vector<std::uint8_t> pixels;
+
+    bool operator==(const GrayImage&) const = default;
+};
+
+/// A number per pixel: path length [mm], quanta, logarithms.
+struct Field {
+    int width = 0;
+    int height = 0;
+    std::vector<float> values;
+
+    Field() = default;
+    Field(int columns, int rows, float value = 0.0f)
+        : width(columns), height(rows), values(static_cast<std::size_t>(columns) * rows, value) {}
+};
+
+/// How far two images are apart, in grey levels.
+struct ImageDifference {
+    double mean = 0.0;         // of |a − b| over all pixels
+    double largest = 0.0;      // of |a − b|
+    int pixels_differing = 0;  // by one level or more
+};
+
+/// Compares pixel by pixel. Throws std::invalid_argument when the sizes differ.
+ImageDifference difference(const GrayImage& a, const GrayImage& b);
+
+/// |a − b| times `gain`, clipped: what a failed frame test leaves behind to be looked at. Throws
+/// std::invalid_argument when the sizes differ.
+GrayImage difference_image(const GrayImage& a, const GrayImage& b, double gain = 8.0);
+
+}  // namespace render

@@ -1,0 +1,304 @@
+#define GL_GLEXT_PROTOTYPES  // declared for decltype below, never linked
+#include "render/path_length.h"
+
+#include <GL/gl.h>
+#include <GL/glext.h>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "render/offscreen.h"
+
+namespace render {
+
+using physics::TriangleMesh;
+using physics::Vec3;
+
+namespace {
+
+// Depth is taken relative to the isocentre plane, which keeps the digits of the float target and limits the
+// harm of a hole. The row nearest to the head is written first, so that readback is already top-down.
+constexpr const char* vertex_shader = R"(#version 330 core
+layout(location = 0) in vec3 position;
+uniform vec3 isocentre, right, up, beam;
+uniform float sod, scale;
+out float depth;
+void main() {
+    vec3 p = position - isocentre;
+    depth = dot(beam, p);
+    gl_Position = vec4(scale * dot(right, p), -scale * dot(up, p), 0.0, depth + sod);
+})";
+
+constexpr const char* fragment_shader = R"(#version 330 core
+in float depth;
+out vec2 length_and_count;
+void main() { length_and_count = gl_FrontFacing ? vec2(-depth, 1.0) : vec2(depth, -1.0); })";
+
+struct CornerHash {
+    std::size_t operator()(const std::array<double, 3>& p) const {
+        std::size_t h = 0;
+        for (double c : p) h = (h ^ std::hash<double>()(c)) * 0x9E3779B97F4A7C15ull;
+        return h ^ (h >> 29);
+    }
+};
+
+}  // namespace
+
+int unmatched_edges(const TriangleMesh& mesh) {
+    const int count = static_cast<int>(mesh.vertices.size());
+    std::unordered_map<std::array<double, 3>, int, CornerHash> corners;
+    corners.reserve(mesh.vertices.size());
+    std::vector<int> corner(mesh.vertices.size());
+    for (int i = 0; i < count; ++i) {
+        const Vec3& v = mesh.vertices[i];
+        if (!v.allFinite()) throw std::invalid_argument("vertex " + std::to_string(i) + " is not finite");
+        // Adding zero makes −0 and +0 the same place.
+        corner[i] = corners.try_emplace({v.x() + 0.0, v.y() + 0.0, v.z() + 0.0}, i).first->second;
+    }
+    // Both directions of an edge share a key; the sum is zero when each is run through as often.
+    std::unordered_map<std::uint64_t, int> balance;
+    balance.reserve(mesh.triangles.size() * 2);
+    for (const auto& triangle : mesh.triangles) {
+        for (int k = 0; k < 3; ++k) {
+            const int a = triangle[k], b = triangle[(k + 1) % 3];
+            if (a < 0 || a >= count || b < 0 || b >= count) {
+                throw std::invalid_argument("a triangle names vertex " +
+                                            std::to_string(a < 0 || a >= count ? a : b) + " of " +
+                                            std::to_string(count));
+            }
+            const auto low = static_cast<std::uint64_t>(std::min(corner[a], corner[b]));
+            const auto high = static_cast<std::uint64_t>(std::max(corner[a], corner[b]));
+            if (low != high) balance[low << 32 | high] += corner[a] < corner[b] ? 1 : -1;
+        }
+    }
+    int unmatched = 0;
+    for (const auto& [edge, sum] : balance) unmatched += std::abs(sum);
+    return unmatched;
+}
+
+OpenMeshError::OpenMeshError(const std::string& name, int edges, int pixels)
+    : std::runtime_error("the mesh '" + name + "' is open: " + std::to_string(edges) + " unmatched edges, " +
+                         std::to_string(pixels) +
+                         " pixels whose ray enters and leaves unequally often; close it first"),
+      name_(name),
+      edges_(edges),
+      pixels_(pixels) {}
+
+struct PathLengthRenderer::Gl {
+    struct Mesh {
+        GLuint array = 0, vertices = 0, indices = 0;
+        GLsizei count = 0;
+    };
+
+    OffscreenContext context;
+    std::vector<Mesh> meshes;
+    GLuint program = 0, framebuffer = 0, texture = 0;
+    int size = 0;                 // of the target, pixels along a side
+    std::vector<float> readback;  // length and count, interleaved
+
+#define RENDER_GL_FUNCTIONS(X)                                                                              \
+    X(AttachShader)                                                                                         \
+    X(BindBuffer)                                                                                           \
+    X(BindFramebuffer) X(BindTexture) X(BindVertexArray) X(BlendEquation) X(BlendFunc) X(BufferData)        \
+        X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(CompileShader) X(CreateProgram) X(CreateShader)  \
+            X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram) X(DeleteShader) X(DeleteTextures)       \
+                X(DeleteVertexArrays) X(Disable) X(DrawElements) X(Enable) X(EnableVertexAttribArray)       \
+                    X(FramebufferTexture2D) X(GenBuffers) X(GenFramebuffers) X(GenTextures)                 \
+                        X(GenVertexArrays) X(GetError) X(GetProgramiv) X(GetUniformLocation) X(LinkProgram) \
+                            X(PixelStorei) X(ReadPixels) X(ShaderSource) X(TexImage2D) X(TexParameteri)     \
+                                X(Uniform1f) X(Uniform3f) X(UseProgram) X(VertexAttribPointer) X(Viewport)
+#define RENDER_GL_MEMBER(name) decltype(&::gl##name) name = nullptr;
+    RENDER_GL_FUNCTIONS(RENDER_GL_MEMBER)
+#undef RENDER_GL_MEMBER
+
+    Gl() {
+        context.make_current();
+#define RENDER_GL_LOAD(name) name = reinterpret_cast<decltype(name)>(context.function("gl" #name));
+        RENDER_GL_FUNCTIONS(RENDER_GL_LOAD)
+#undef RENDER_GL_LOAD
+#undef RENDER_GL_FUNCTIONS
+        program = CreateProgram();
+        attach(GL_VERTEX_SHADER, vertex_shader);
+        attach(GL_FRAGMENT_SHADER, fragment_shader);
+        LinkProgram(program);
+        GLint linked = GL_FALSE;
+        GetProgramiv(program, GL_LINK_STATUS, &linked);
+        if (linked != GL_TRUE) throw std::runtime_error("the path length shader was refused by OpenGL");
+    }
+
+    ~Gl() {
+        try {
+            context.make_current();
+        } catch (const std::exception&) {
+            return;  // the context's own end frees what it holds
+        }
+        for (const Mesh& mesh : meshes) {
+            DeleteVertexArrays(1, &mesh.array);
+            DeleteBuffers(1, &mesh.vertices);
+            DeleteBuffers(1, &mesh.indices);
+        }
+        DeleteFramebuffers(1, &framebuffer);
+        DeleteTextures(1, &texture);
+        DeleteProgram(program);
+    }
+
+    void attach(GLenum kind, const char* text) {
+        const GLuint shader = CreateShader(kind);
+        ShaderSource(shader, 1, &text, nullptr);
+        CompileShader(shader);
+        AttachShader(program, shader);
+        DeleteShader(shader);
+    }
+
+    void require_no_error(const char* doing) {
+        const GLenum error = GetError();
+        if (error != GL_NO_ERROR) {
+            throw std::runtime_error("OpenGL error " + std::to_string(error) + " while " + doing);
+        }
+    }
+
+    void resize(int pixels) {
+        if (size == pixels) return;
+        if (framebuffer == 0) {
+            GenFramebuffers(1, &framebuffer);
+            GenTextures(1, &texture);
+        }
+        BindTexture(GL_TEXTURE_2D, texture);
+        TexImage2D(GL_TEXTURE_2D, 0, GL_RG32F, pixels, pixels, 0, GL_RG, GL_FLOAT, nullptr);
+        TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+        TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+        BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+        FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
+        if (CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+            throw std::runtime_error("OpenGL gives no 32-bit float target of " + std::to_string(pixels) +
+                                     " pixels along a side");
+        }
+        size = pixels;
+        readback.resize(static_cast<std::size_t>(pixels) * pixels * 2);
+    }
+
+    void uniform(const char* name, const Vec3& v) {
+        Uniform3f(GetUniformLocation(program, name), float(v.x()), float(v.y()), float(v.z()));
+    }
+    void uniform(const char* name, double v) {
+        Uniform1f(GetUniformLocation(program, name), float(v));
+    }
+};
+
+PathLengthRenderer::PathLengthRenderer() : gl_(std::make_unique<Gl>()) {}
+PathLengthRenderer::~PathLengthRenderer() = default;
+
+int PathLengthRenderer::add(const TriangleMesh& mesh) {
+    Gl& gl = *gl_;
+    gl.context.make_current();
+    std::vector<float> positions;
+    positions.reserve(mesh.vertices.size() * 3);
+    for (const Vec3& v : mesh.vertices) {
+        for (int k = 0; k < 3; ++k) positions.push_back(static_cast<float>(v[k]));
+    }
+    std::vector<GLuint> indices;
+    indices.reserve(mesh.triangles.size() * 3);
+    for (const auto& triangle : mesh.triangles) {
+        for (int corner : triangle) indices.push_back(static_cast<GLuint>(corner));
+    }
+    Gl::Mesh made;
+    made.count = static_cast<GLsizei>(indices.size());
+    gl.GenVertexArrays(1, &made.array);
+    gl.BindVertexArray(made.array);
+    gl.GenBuffers(1, &made.vertices);
+    gl.BindBuffer(GL_ARRAY_BUFFER, made.vertices);
+    gl.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(positions.size() * sizeof(float)),
+                  positions.data(), GL_STATIC_DRAW);
+    gl.EnableVertexAttribArray(0);
+    gl.VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+    gl.GenBuffers(1, &made.indices);
+    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, made.indices);
+    gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof(GLuint)),
+                  indices.data(), GL_STATIC_DRAW);
+    gl.BindVertexArray(0);
+    gl.meshes.push_back(made);
+    gl.require_no_error("loading a mesh");
+    return static_cast<int>(gl.meshes.size()) - 1;
+}
+
+PathLengthRenderer::Result PathLengthRenderer::render(int mesh, const CArm& arm) {
+    Gl& gl = *gl_;
+    gl.context.make_current();
+    const int pixels = arm.pixels;
+    gl.resize(pixels);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, gl.framebuffer);
+    gl.Viewport(0, 0, pixels, pixels);
+    for (GLenum off : {GL_DEPTH_TEST, GL_CULL_FACE, GL_DITHER, GL_MULTISAMPLE}) gl.Disable(off);
+    gl.Enable(GL_BLEND);
+    gl.BlendEquation(GL_FUNC_ADD);
+    gl.BlendFunc(GL_ONE, GL_ONE);
+    gl.ClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+
+    const ArmAxes a = axes(arm);
+    gl.UseProgram(gl.program);
+    gl.uniform("isocentre", arm.isocentre);
+    gl.uniform("right", a.right);
+    gl.uniform("up", a.up);
+    gl.uniform("beam", a.beam);
+    gl.uniform("sod", arm.sod);
+    gl.uniform("scale", 2.0 * arm.sid / arm.detector_width);
+    const Gl::Mesh& drawn = gl.meshes.at(static_cast<std::size_t>(mesh));
+    gl.BindVertexArray(drawn.array);
+    gl.DrawElements(GL_TRIANGLES, drawn.count, GL_UNSIGNED_INT, nullptr);
+    gl.BindVertexArray(0);
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
+    gl.ReadPixels(0, 0, pixels, pixels, GL_RG, GL_FLOAT, gl.readback.data());
+    gl.require_no_error("drawing path lengths");
+
+    Result result{Field(pixels, pixels), 0};
+    const double step = pixel_width(arm) / arm.sid;
+    for (int j = 0; j < pixels; ++j) {
+        const double y = (j + 0.5 - 0.5 * pixels) * step;
+        for (int i = 0; i < pixels; ++i) {
+            const std::size_t at = static_cast<std::size_t>(j) * pixels + i;
+            if (gl.readback[2 * at + 1] != 0.0f) {
+                ++result.unbalanced_pixels;
+                continue;
+            }
+            const double depth = gl.readback[2 * at];
+            if (depth == 0.0) continue;
+            // From depth along the beam axis to length along the ray.
+            const double x = (i + 0.5 - 0.5 * pixels) * step;
+            result.length.values[at] =
+                static_cast<float>(std::max(0.0, depth * std::sqrt(1.0 + x * x + y * y)));
+        }
+    }
+    return result;
+}
+
+void require_closed(const std::string& name, const TriangleMesh& mesh) {
+    int edges = 0;
+    try {
+        edges = unmatched_edges(mesh);
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error("the mesh '" + name + "' is broken: " + error.what());
+    }
+    if (edges == 0) return;
+    Vec3 low = mesh.vertices.front(), high = low;
+    for (const Vec3& v : mesh.vertices) {
+        low = low.cwiseMin(v);
+        high = high.cwiseMax(v);
+    }
+    // A far, oblique view that holds the whole mesh: axis-aligned holes would be edge-on from the front.
+    const double radius = std::max(0.5 * (high - low).norm(), 1e-3);
+    CArm arm;
+    arm.lao = 0.5;
+    arm.cranial = 0.4;
+    arm.isocentre = 0.5 * (low + high);
+    arm.sod = 10.0 * radius;
+    arm.sid = 12.0 * radius;
+    arm.detector_width = 2.6 * radius;
+    PathLengthRenderer renderer;
+    throw OpenMeshError(name, edges, renderer.render(renderer.add(mesh), arm).unbalanced_pixels);
+}
+
+}  // namespace render
