@@ -1,11 +1,10 @@
 /// What a frame costs: exposure at a cached pose, change of pose, and the PNG file.
 
 #include <benchmark/benchmark.h>
-#include <unistd.h>
-
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <unistd.h>
 
 #include "render/fluoroscope.h"
 #include "render/patient.h"
@@ -22,7 +21,8 @@ Polyline wire() {
     Polyline joints{Vec3(20, 0, -80)};
     for (int i = 1; i < 200; ++i) {
         const double a = 0.5 * std::sin(i / 25.0), b = 0.4 * std::cos(i / 40.0);
-        joints.push_back(joints.back() + Vec3(std::sin(a) * std::cos(b), std::sin(b), std::cos(a) * std::cos(b)));
+        joints.push_back(joints.back() +
+                         Vec3(std::sin(a) * std::cos(b), std::sin(b), std::cos(a) * std::cos(b)));
     }
     return joints;
 }
@@ -31,9 +31,10 @@ render::Fluoroscope make_fluoroscope() {
     auto layers = render::make_patient({});
     Polyline axis;
     for (int i = 0; i <= 60; ++i) axis.emplace_back(0.0, 0.0, -190.0 + 5.0 * i);
-    layers.push_back({"lumen", render::Material::blood, render::Material::soft_tissue,
-                      render::tube(axis, Vec3::UnitX(), std::vector<double>(61, 9.0), std::vector<double>(61, 9.0), 400),
-                      true});
+    layers.push_back(
+        {"lumen", render::Material::blood, render::Material::soft_tissue,
+         render::tube(axis, Vec3::UnitX(), std::vector<double>(61, 9.0), std::vector<double>(61, 9.0), 400),
+         true});
     return render::Fluoroscope({}, std::move(layers));
 }
 

@@ -144,7 +144,6 @@ TEST(PathLength, AgreesWithAllHitsOfAnIndependentRayTracer) {
         }
     }
     ASSERT_GT(compared, 2500);
-    printf("PL rms %g close %g\n", std::sqrt(square/close), double(close)/compared);
     // Silhouettes: the rasteriser snaps corners to 1/256 pixel, so a grazing ray may be in on one side only.
     EXPECT_GE(close, 0.995 * compared);
     EXPECT_LE(std::sqrt(square / close), 0.003);

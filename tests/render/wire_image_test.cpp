@@ -115,11 +115,11 @@ TEST(WireImage, AgreesWithBruteForceAtEightByEightPlaces) {
     arm.detector_width = 112.0;  // pixels of 0.58 mm, as at 512 over 300 mm
     arm.lao = 0.4;
     const Agreement steel = compare(arm, 1.1, 70);
-    EXPECT_GT(steel.pixels, 150);printf("W %g %g n %d\n",steel.rms,steel.mass,steel.pixels);
+    EXPECT_GT(steel.pixels, 150);
     EXPECT_LE(steel.rms, 0.01);
     EXPECT_NEAR(steel.mass, 1.0, 0.003);
     const Agreement platinum = compare(arm, 10.0, 70);
-    EXPECT_LE(platinum.rms, 0.03);printf("P %g %g\n",platinum.rms,platinum.mass);
+    EXPECT_LE(platinum.rms, 0.03);
     EXPECT_NEAR(platinum.mass, 1.0, 0.006);
 }
 
