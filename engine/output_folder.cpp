@@ -29,7 +29,7 @@ bool make(const fs::path& folder) {
     return made;
 }
 
-void remove(const fs::path& file) {
+void take_out(const fs::path& file) {
     std::error_code error;
     fs::remove(file, error);
     if (error) throw InputError(fmt::format("{}: cannot be replaced: {}", file.string(), error.message()));
@@ -50,13 +50,13 @@ void refuse_to_overwrite(const fs::path& out, const fs::path& script, const std:
 
 OutputFolder::OutputFolder(fs::path path, bool with_images) : path_(std::move(path)) {
     made_ = make(path_);
-    for (const char* name : {"run.gw", "score.json", "sheet.png"}) remove(path_ / name);
+    for (const char* name : {"run.gw", "score.json", "sheet.png"}) take_out(path_ / name);
     std::vector<fs::path> old;
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(frames(), error)) {
         if (frame_of_file_name(entry.path().filename().string()) >= 0) old.push_back(entry.path());
     }
-    for (const fs::path& file : old) remove(file);
+    for (const fs::path& file : old) take_out(file);
     if (with_images) make(frames());
 }
 
