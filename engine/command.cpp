@@ -54,6 +54,17 @@ struct CommandText {
 
 std::string to_text(const Command& command) { return std::visit(CommandText{}, command); }
 
+Command canonical(const Command& command) {
+    const auto read_back = [](double angle) { return *parse_number(degrees_text(angle)) * degree; };
+    Command result = command;
+    if (Rotate* turn = std::get_if<Rotate>(&result)) turn->angle = read_back(turn->angle);
+    if (MoveArm* move = std::get_if<MoveArm>(&result)) {
+        if (move->lao) move->lao = read_back(*move->lao);
+        if (move->cranial) move->cranial = read_back(*move->cranial);
+    }
+    return result;
+}
+
 render::CArm moved(render::CArm arm, const MoveArm& move) {
     arm.lao = move.lao.value_or(arm.lao);
     arm.cranial = move.cranial.value_or(arm.cranial);

@@ -51,6 +51,8 @@ inline constexpr int largest_frame = 1'000'000;
 
 /// "advance 5 mm": reads back to the same bits.
 std::string to_text(const Command&);
+/// The command as a recording of it will be read: angles made in radians move by a rounding error.
+Command canonical(const Command&);
 
 render::CArm moved(render::CArm, const MoveArm&);
 
