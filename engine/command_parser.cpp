@@ -169,6 +169,7 @@ private:
         }
         last_start_ = from;
         const Word& verb = line.take("accepted are: " + joined(verbs));
+        place_.column = verb.column;
         if (verb.text == "end") {
             line.finish();
             if (to < last_frame_) {

@@ -37,7 +37,7 @@ TEST(Scenario, ShippedScenariosAreSound) {
 
 TEST(Scenario, UnknownKeyIsRefusedWithItsPlaceAndTheKeysThereAre) {
     const std::string text = refusal_of("preset =", "presett =");
-    EXPECT_NE(text.find("small.toml:14:1: unknown key 'presett' in [guidewire]"), std::string::npos) << text;
+    EXPECT_NE(text.find("small.toml:13:1: unknown key 'presett' in [guidewire]"), std::string::npos) << text;
     EXPECT_NE(text.find("is 'preset' meant?"), std::string::npos) << text;
     EXPECT_NE(text.find("tip_rigidity_N_mm2"), std::string::npos) << text;
 }

@@ -38,14 +38,14 @@ TEST(Score, CompletionRunsFromTheFirstMotionToTheEndOfTheHold) {
 
 TEST(Score, HoldMustPassBeforeTheTargetCounts) {
     const Scenario scenario = test::small_scenario();
-    const std::string way = "0..20 advance 2 mm\n";
+    const std::string way = "0..23 advance 2 mm\n";
     const Score all = score_of(scenario, way + "60 end\n");
     ASSERT_TRUE(all.completed);
     const int frames = static_cast<int>(std::lround(*all.completion_time * 15));
-    EXPECT_FALSE(score_of(scenario, "0.." + std::to_string(std::min(20, frames - 2)) + " advance 2 mm\n" +
+    EXPECT_FALSE(score_of(scenario, "0.." + std::to_string(std::min(23, frames - 2)) + " advance 2 mm\n" +
                                         std::to_string(frames - 2) + " end\n")
                      .completed);
-    EXPECT_TRUE(score_of(scenario, "0.." + std::to_string(std::min(20, frames - 1)) + " advance 2 mm\n" +
+    EXPECT_TRUE(score_of(scenario, "0.." + std::to_string(std::min(23, frames - 1)) + " advance 2 mm\n" +
                                        std::to_string(frames - 1) + " end\n")
                     .completed);
 }
