@@ -77,7 +77,7 @@ struct Notices {
             result.push_back(fmt::format("withdrawal stopped at the introducer in {} frames", stopped_withdrawals));
         }
         if (stopped_insertions > 0) {
-            result.push_back(fmt::format("the wire had no more length to insert in {} frames", stopped_insertions));
+            result.push_back(fmt::format("insertion stopped in {} frames: the tip stood in an open end, or the wire had no more length", stopped_insertions));
         }
         return result;
     }

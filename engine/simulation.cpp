@@ -187,7 +187,7 @@ void Simulation::insert(double length, int share, StepReport& report) {
     const double before = inserted();
     const int steps = steps_of(length, wire_.spec.segment_length);
     for (int k = 0; k < steps; ++k) {
-        if (length > 0 && wire_.inserted_length() >= longest_wire) {
+        if (length > 0 && (wire_.inserted_length() >= longest_wire || tip_has_left())) {
             report.insertion_stopped = true;
             break;
         }
@@ -201,6 +201,18 @@ void Simulation::insert(double length, int share, StepReport& report) {
         }
     }
     report.insertions.push_back(inserted() - before);
+}
+
+/// Beyond an open end there is no wall to lead the wire: it stops there.
+bool Simulation::tip_has_left() const {
+    for (const VesselEnd& end : anatomy_.ends) {
+        const Vec3 way = wire_.tip() - end.opening.centre;
+        const double beyond = way.dot(end.opening.outward_normal);
+        if (beyond > 0 && (way - beyond * end.opening.outward_normal).norm() < 2 * end.opening.radius) {
+            return true;
+        }
+    }
+    return false;
 }
 
 void Simulation::turn(double angle, int share, StepReport& report) {

@@ -19,7 +19,7 @@ struct StepReport {
     std::vector<double> insertions;  // change of the inserted length by each motion, in order [mm]
     double rotation = 0;             // Σ|angle| of the hub [rad]
     bool withdrawal_stopped = false;  // the curved tip was at the introducer
-    bool insertion_stopped = false;   // the wire has no more length
+    bool insertion_stopped = false;   // the tip stands in an open end, or the wire has no more length
 };
 
 class Simulation {
@@ -63,6 +63,7 @@ private:
     void insert(double length, int share, StepReport&);
     void turn(double angle, int share, StepReport&);
     void relax(int updates, StepReport&);
+    bool tip_has_left() const;
     void locate_target();
     void choose_entry();
 

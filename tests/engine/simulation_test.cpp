@@ -77,6 +77,18 @@ TEST(Simulation, WithdrawalStopsAtTheCurvedTip) {
     EXPECT_GT(report.insertions[0], -20.0);
 }
 
+TEST(Simulation, WireStopsAtAnOpenEnd) {
+    Simulation simulation(test::small_scenario());
+    go(simulation, 40, Advance{2});  // the tube is 77 mm long: 20 + 80 would be outside
+    simulation.apply(Advance{2});
+    EXPECT_TRUE(simulation.step().insertion_stopped);
+    const physics::OpenEnd& end = simulation.anatomy().ends[1].opening;
+    const double beyond = (simulation.wire().tip() - end.centre).dot(end.outward_normal);
+    EXPECT_GT(beyond, 0);
+    EXPECT_LT(beyond, 3.0);
+    EXPECT_LT(simulation.inserted(), 85);
+}
+
 TEST(Simulation, RotationTurnsTheTip) {
     Simulation simulation(test::small_scenario());
     const physics::Vec3 before = simulation.wire().tip();
