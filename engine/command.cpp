@@ -1,11 +1,10 @@
 #include "engine/command.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <fmt/format.h>
 #include <numbers>
 
 #include "engine/text.h"
@@ -52,7 +51,9 @@ struct CommandText {
 
 }  // namespace
 
-std::string to_text(const Command& command) { return std::visit(CommandText{}, command); }
+std::string to_text(const Command& command) {
+    return std::visit(CommandText{}, command);
+}
 
 Command canonical(const Command& command) {
     const auto read_back = [](double angle) { return *parse_number(degrees_text(angle)) * degree; };

@@ -2,10 +2,9 @@
 /// The built program, run as a user runs it.
 
 #include <fcntl.h>
+#include <string>
 #include <sys/wait.h>
 #include <unistd.h>
-
-#include <string>
 #include <vector>
 
 #include "tests/engine/fixtures.h"

@@ -38,6 +38,15 @@ TEST(Run, ReachesTheTargetAndLeavesItsFiles) {
     EXPECT_TRUE(std::filesystem::exists(folder / "out/sheet.png"));
 }
 
+TEST(Run, ShippedScriptGoesFromTheGroinToTheAorta) {
+    const TemporaryFolder folder;
+    const auto result = run(folder, {"run", "iliac_aorta", "--commands", asset("scripts/iliac_aorta.gw"),
+                                     "--out", folder / "out", "--frames", "none"});
+    EXPECT_EQ(result.code, 0) << result.error << result.out;
+    const auto score = nlohmann::json::parse(read(folder / "out/score.json"));
+    EXPECT_LT(score["max_penetration_mm"].get<double>(), 0.2);
+}
+
 TEST(Run, TargetNotReachedIsExitCodeOne) {
     const TemporaryFolder folder;
     write(folder / "x.gw", "0 advance 2 mm\n5 end\n");
@@ -93,7 +102,8 @@ TEST(Run, DifferenceFromWhatWasExpectedIsExitCodeThree) {
 
 TEST(Run, ChangedPixelIsExitCodeThree) {
     const TemporaryFolder folder;
-    const std::vector<std::string> words = {"run", "s_bend", "--commands", good_script, "--every", "20", "--out"};
+    const std::vector<std::string> words = {"run",     "s_bend", "--commands", good_script,
+                                            "--every", "20",     "--out"};
     auto first = words, second = words;
     first.push_back(folder / "1");
     run(folder, first);
@@ -109,8 +119,8 @@ TEST(Run, CtrlCLeavesARecordingThatReplays) {
     for (const int number : {SIGINT, SIGTERM}) {
         const TemporaryFolder folder;
         write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
-        const test::Started started(folder, test::command({"run", "s_bend", "--commands", folder / "long.gw", "--out",
-                                                           folder / "1", "--frames", "none"}));
+        const test::Started started(folder, test::command({"run", "s_bend", "--commands", folder / "long.gw",
+                                                           "--out", folder / "1", "--frames", "none"}));
         // Wait until frames come, then stop it: whatever frame that is, what is left must replay.
         while (read(folder / "1/run.gw").find("state 10 ") == std::string::npos) std::this_thread::yield();
         started.signal(number);
@@ -118,8 +128,8 @@ TEST(Run, CtrlCLeavesARecordingThatReplays) {
         EXPECT_EQ(result.code, 130) << result.error;
         const auto score = nlohmann::json::parse(read(folder / "1/score.json"));
         EXPECT_TRUE(score["interrupted"].get<bool>());
-        const auto again = run(folder, {"run", "s_bend", "--commands", folder / "1/run.gw", "--out", folder / "2",
-                                        "--frames", "none", "--expect", folder / "1/run.gw"});
+        const auto again = run(folder, {"run", "s_bend", "--commands", folder / "1/run.gw", "--out",
+                                        folder / "2", "--frames", "none", "--expect", folder / "1/run.gw"});
         EXPECT_EQ(again.code, 1) << again.error;
         EXPECT_EQ(nlohmann::json::parse(read(folder / "2/score.json"))["frames"], score["frames"]);
     }
@@ -128,8 +138,8 @@ TEST(Run, CtrlCLeavesARecordingThatReplays) {
 TEST(Run, KilledProgramLeavesARecordingThatReplays) {
     const TemporaryFolder folder;
     write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
-    const test::Started started(folder, test::command({"run", "s_bend", "--commands", folder / "long.gw", "--out",
-                                                       folder / "1", "--frames", "none"}));
+    const test::Started started(folder, test::command({"run", "s_bend", "--commands", folder / "long.gw",
+                                                       "--out", folder / "1", "--frames", "none"}));
     while (read(folder / "1/run.gw").find("state 20 ") == std::string::npos) std::this_thread::yield();
     started.signal(SIGKILL);
     EXPECT_EQ(started.wait().code, 1000 + SIGKILL);

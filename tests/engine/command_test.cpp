@@ -10,7 +10,9 @@ namespace {
 
 constexpr double degree = std::numbers::pi / 180.0;
 
-CommandScript parse(const std::string& text) { return parse_commands(text, "x.gw"); }
+CommandScript parse(const std::string& text) {
+    return parse_commands(text, "x.gw");
+}
 std::string refusal_of(const std::string& text) {
     return test::refusal([&] { parse(text); });
 }
@@ -53,9 +55,15 @@ TEST(Command, RangesAreWrittenOutFrameByFrame) {
 }
 
 TEST(Command, TextReadsBackToTheSameBits) {
-    const std::vector<Command> commands = {Advance{0.1}, Withdraw{1.0 / 3}, Rotate{30 * degree}, Rotate{-7.3 * degree},
-                                           Contrast{12.5}, Beam{false}, Reset{},
-                                           MoveArm{33 * degree, {}, 1000.5, {}, {}, physics::Vec3(.1, -2, 3)}};
+    const std::vector<Command> commands = {
+        Advance{0.1},
+        Withdraw{1.0 / 3},
+        Rotate{30 * degree},
+        Rotate{-7.3 * degree},
+        Contrast{12.5},
+        Beam{false},
+        Reset{},
+        MoveArm{33 * degree, {}, 1000.5, {}, {}, physics::Vec3(.1, -2, 3)}};
     for (const Command& command : commands) {
         const std::string text = to_text(command);
         const Command again = parse("0 " + text).commands[0].command;

@@ -6,7 +6,9 @@
 namespace engine {
 namespace {
 
-render::GrayImage image(int grey) { return {8, 8, std::vector<std::uint8_t>(64, static_cast<std::uint8_t>(grey))}; }
+render::GrayImage image(int grey) {
+    return {8, 8, std::vector<std::uint8_t>(64, static_cast<std::uint8_t>(grey))};
+}
 
 Expectation of_states(const std::string& text) {
     Expectation expectation;

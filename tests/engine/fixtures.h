@@ -1,13 +1,12 @@
 #pragma once
 /// What several engine tests start from.
 
-#include <gtest/gtest.h>
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
+#include <gtest/gtest.h>
 #include <sstream>
 #include <string>
+#include <unistd.h>
 
 #include "engine/scenario.h"
 
@@ -85,7 +84,9 @@ pixels = 64
 patient = false
 )";
 
-inline Scenario small_scenario() { return parse_scenario(small_toml, "small.toml"); }
+inline Scenario small_scenario() {
+    return parse_scenario(small_toml, "small.toml");
+}
 
 /// The small scenario with one line replaced (or, for an empty `from`, with a line in front).
 inline std::string small_toml_with(const std::string& from, const std::string& to) {

@@ -10,7 +10,9 @@ namespace {
 
 const char* const script_text = "0 beam on\n1..8 advance 3 mm\n4 rotate 40 deg\n9 arm lao 20 deg\n12 end\n";
 
-CommandScript script(const std::string& text = script_text) { return parse_commands(text, "x.gw"); }
+CommandScript script(const std::string& text = script_text) {
+    return parse_commands(text, "x.gw");
+}
 
 RunOptions fast() {
     RunOptions options;
@@ -27,7 +29,8 @@ public:
 
 std::vector<std::string> names_in(const std::filesystem::path& folder) {
     std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) names.push_back(entry.path().filename());
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        names.push_back(entry.path().filename());
     std::sort(names.begin(), names.end());
     return names;
 }
@@ -38,7 +41,8 @@ TEST(Headless, LeavesRecordingScoreSheetAndFrames) {
     const test::TemporaryFolder folder;
     const RunResult result = run_headless(test::small_scenario(), script(), folder / "out", {});
     EXPECT_EQ(result.frames, 13);
-    EXPECT_EQ(names_in(folder / "out"), (std::vector<std::string>{"frames", "run.gw", "score.json", "sheet.png"}));
+    EXPECT_EQ(names_in(folder / "out"),
+              (std::vector<std::string>{"frames", "run.gw", "score.json", "sheet.png"}));
     EXPECT_EQ(names_in(folder / "out/frames").size(), 13u);
     EXPECT_EQ(nlohmann::json::parse(test::read(folder / "out/score.json"))["frames"], 13);
 }
@@ -57,7 +61,8 @@ TEST(Headless, SameCommandsTwiceGiveTheSameStateAndBytes) {
     const RunResult two = run_headless(test::small_scenario(), script(), folder / "2", {});
     EXPECT_EQ(one.state_hash, two.state_hash);
     for (const std::string& name : names_in(folder / "1/frames")) {
-        EXPECT_EQ(test::read(folder / ("1/frames/" + name)), test::read(folder / ("2/frames/" + name))) << name;
+        EXPECT_EQ(test::read(folder / ("1/frames/" + name)), test::read(folder / ("2/frames/" + name)))
+            << name;
     }
     for (const char* name : {"run.gw", "score.json", "sheet.png"}) {
         EXPECT_EQ(test::read(folder / "1" / name), test::read(folder / "2" / name)) << name;
@@ -87,7 +92,8 @@ TEST(Replay, OfOtherCommandsIsTold) {
     run_headless(test::small_scenario(), script(), folder / "1", {});
     RunOptions options;
     options.expect = folder / "1";
-    const CommandScript other = script("0 beam on\n1..8 advance 3 mm\n4 rotate 41 deg\n9 arm lao 20 deg\n12 end\n");
+    const CommandScript other =
+        script("0 beam on\n1..8 advance 3 mm\n4 rotate 41 deg\n9 arm lao 20 deg\n12 end\n");
     const RunResult result = run_headless(test::small_scenario(), other, folder / "2", options);
     EXPECT_EQ(result.compared_frames, 13);
     ASSERT_FALSE(result.differences.empty());
@@ -95,10 +101,11 @@ TEST(Replay, OfOtherCommandsIsTold) {
 }
 
 TEST(Replay, OfAResetReachesTheStateOfAFreshRun) {
-    const RunResult fresh = run_headless(test::small_scenario(), script("0..5 advance 3 mm\n8 end\n"), nullptr);
+    const RunResult fresh =
+        run_headless(test::small_scenario(), script("0..5 advance 3 mm\n8 end\n"), nullptr);
     const RunResult used = run_headless(
-        test::small_scenario(), script("0..9 advance 2 mm\n3 rotate 80 deg\n20 reset\n20..25 advance 3 mm\n28 end\n"),
-        nullptr);
+        test::small_scenario(),
+        script("0..9 advance 2 mm\n3 rotate 80 deg\n20 reset\n20..25 advance 3 mm\n28 end\n"), nullptr);
     EXPECT_EQ(used.state_hash, fresh.state_hash);
 }
 

@@ -42,7 +42,8 @@ TEST(OutputFolder, OwnCommandsAndExpectationAreNotOverwritten) {
     test::write(folder / "run.gw", "");
     EXPECT_NE(test::refusal([&] { refuse_to_overwrite(folder.path(), folder / "run.gw", {}); }), "");
     EXPECT_NE(test::refusal([&] { refuse_to_overwrite(folder.path(), "x.gw", folder.path()); }), "");
-    EXPECT_EQ(test::refusal([&] { refuse_to_overwrite(folder / "new", folder / "run.gw", folder.path()); }), "");
+    EXPECT_EQ(test::refusal([&] { refuse_to_overwrite(folder / "new", folder / "run.gw", folder.path()); }),
+              "");
 }
 
 }  // namespace engine

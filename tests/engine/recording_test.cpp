@@ -31,7 +31,8 @@ TEST(Recording, CanBeReplayedAfterEachFrame) {
 }
 
 TEST(Recording, UnwritablePlaceIsRefused) {
-    EXPECT_NE(test::refusal([] { Recording("/nowhere/run.gw", {}); }).find("/nowhere/run.gw"), std::string::npos);
+    EXPECT_NE(test::refusal([] { Recording("/nowhere/run.gw", {}); }).find("/nowhere/run.gw"),
+              std::string::npos);
 }
 
 }  // namespace engine

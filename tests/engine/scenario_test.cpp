@@ -12,8 +12,8 @@ std::string refusal_of(const std::string& from, const std::string& to) {
 }  // namespace
 
 TEST(Scenario, ReadsUnitsIntoMillimetresAndRadians) {
-    const Scenario s = parse_scenario(test::small_toml_with("pixels = 64", "lao_deg = 30\ncranial_deg = -10.0"),
-                                      "folder/small.toml");
+    const Scenario s = parse_scenario(
+        test::small_toml_with("pixels = 64", "lao_deg = 30\ncranial_deg = -10.0"), "folder/small.toml");
     EXPECT_EQ(s.name, "small");
     EXPECT_EQ(s.title, "small");
     EXPECT_DOUBLE_EQ(s.c_arm.lao, std::numbers::pi / 6);

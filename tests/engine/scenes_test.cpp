@@ -7,15 +7,18 @@
 namespace engine {
 
 TEST(Scenes, RunsAndArcsHaveTheirLengthsAndEnds) {
-    const std::vector<PenMove> path = {engine::Run{10}, Arc{5, std::numbers::pi / 2, physics::Vec3::UnitZ()}, engine::Run{3}};
+    const std::vector<PenMove> path = {engine::Run{10}, Arc{5, std::numbers::pi / 2, physics::Vec3::UnitZ()},
+                                       engine::Run{3}};
     EXPECT_NEAR(length(path), 13 + 2.5 * std::numbers::pi, 1e-12);
     const physics::Polyline points = draw(path);
     EXPECT_TRUE(points.back().isApprox(physics::Vec3(15, 8, 0), 1e-12));
-    for (std::size_t i = 1; i < points.size(); ++i) EXPECT_LE((points[i] - points[i - 1]).norm(), 0.05 + 1e-9);
+    for (std::size_t i = 1; i < points.size(); ++i)
+        EXPECT_LE((points[i] - points[i - 1]).norm(), 0.05 + 1e-9);
 }
 
 TEST(Scenes, NegativeAngleTurnsTheOtherWay) {
-    const physics::Polyline points = draw(std::vector<PenMove>{Arc{5, -std::numbers::pi / 2, physics::Vec3::UnitZ()}});
+    const physics::Polyline points =
+        draw(std::vector<PenMove>{Arc{5, -std::numbers::pi / 2, physics::Vec3::UnitZ()}});
     EXPECT_TRUE(points.back().isApprox(physics::Vec3(5, -5, 0), 1e-12));
 }
 
@@ -29,11 +32,14 @@ TEST(Scenes, SpatialSceneIsAsLongAsItsPenMoves) {
     EXPECT_NEAR(drawn, length(scene->path), 1e-3);
 }
 
-TEST(Scenes, UnknownSceneIsNull) { EXPECT_EQ(find_scene("corkscrew"), nullptr); }
+TEST(Scenes, UnknownSceneIsNull) {
+    EXPECT_EQ(find_scene("corkscrew"), nullptr);
+}
 
 TEST(Scenes, EverySceneMakesASoundAnatomyOpenAtTwoEnds) {
     for (const Scene& scene : scenes()) {
-        const Anatomy anatomy = tube_anatomy(std::string(scene.name), draw(scene.path), scene.radius, 24, 0.5);
+        const Anatomy anatomy =
+            tube_anatomy(std::string(scene.name), draw(scene.path), scene.radius, 24, 0.5);
         EXPECT_TRUE(problems(anatomy).empty()) << scene.name;
         EXPECT_EQ(topology(anatomy.lumen).loops.size(), 2u) << scene.name;
         EXPECT_TRUE(inside(anatomy, anatomy.targets[0].centre)) << scene.name;

@@ -59,7 +59,8 @@ TEST(Score, NothingIsReachedWithoutMotion) {
 }
 
 TEST(Score, TravelCountsBothWaysAndReversals) {
-    const Score score = score_of(test::small_scenario(), "0..4 advance 2 mm\n5 withdraw 3 mm\n6 advance 1 mm\n8 end\n");
+    const Score score =
+        score_of(test::small_scenario(), "0..4 advance 2 mm\n5 withdraw 3 mm\n6 advance 1 mm\n8 end\n");
     EXPECT_NEAR(score.advanced, 11, 1e-9);
     EXPECT_NEAR(score.withdrawn, 3, 1e-9);
     EXPECT_NEAR(score.wire_travel, 14, 1e-9);
@@ -90,12 +91,14 @@ TEST(Score, DeepestContactIsExplainedByItsForce) {
 TEST(Score, PathEfficiencyIsNearOneOnAStraightWay) {
     const Score straight = score_of(test::small_scenario(), "0..10 advance 2 mm\n");
     EXPECT_GT(straight.path_efficiency, 0.8);
-    const Score detour = score_of(test::small_scenario(), "0..10 advance 2 mm\n11..20 withdraw 2 mm\n21..30 advance 2 mm\n");
+    const Score detour =
+        score_of(test::small_scenario(), "0..10 advance 2 mm\n11..20 withdraw 2 mm\n21..30 advance 2 mm\n");
     EXPECT_LT(detour.path_efficiency, 0.5);
 }
 
 TEST(Score, ResetBeginsANewAttempt) {
-    const Score score = score_of(test::small_scenario(), "0..4 advance 2 mm\n10 reset\n12 advance 4 mm\n20 end\n");
+    const Score score =
+        score_of(test::small_scenario(), "0..4 advance 2 mm\n10 reset\n12 advance 4 mm\n20 end\n");
     EXPECT_NEAR(score.wire_travel, 4, 1e-9);
     EXPECT_EQ(score.resets, 1);
     EXPECT_EQ(score.frames, 21);
@@ -105,8 +108,8 @@ TEST(Score, JsonNamesUnitsAndKeepsEveryBit) {
     Score score;
     score.wire_travel = 1.0 / 3;
     const auto json = nlohmann::json::parse(to_json(score));
-    for (const char* key : {"completed", "completion_time_s", "beam_on_time_s", "wire_travel_mm", "peak_wall_force_N",
-                            "max_penetration_mm", "frames"}) {
+    for (const char* key : {"completed", "completion_time_s", "beam_on_time_s", "wire_travel_mm",
+                            "peak_wall_force_N", "max_penetration_mm", "frames"}) {
         EXPECT_TRUE(json.contains(key)) << key;
     }
     EXPECT_EQ(json["wire_travel_mm"].get<double>(), 1.0 / 3);

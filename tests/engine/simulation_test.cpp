@@ -64,7 +64,8 @@ TEST(Simulation, ClosedFormWallLeadsTheWireAsTheMeshDoes) {
     go(mesh, 15, Advance{2});
     go(tube, 15, Advance{2});
     for (int i = 0; i < 60; ++i) mesh.step(), tube.step();
-    // The mesh's chords lie up to r(1 − cos(π/96)) = 0.001 mm inside; the rest is what 60 frames leave unrelaxed.
+    // The mesh's chords lie up to r(1 − cos(π/96)) = 0.001 mm inside; the rest is what 60 frames leave
+    // unrelaxed.
     EXPECT_LT((mesh.wire().tip() - tube.wire().tip()).norm(), 0.1);
 }
 
@@ -155,8 +156,10 @@ TEST(Simulation, TargetOutsideTheAnatomyIsRefused) {
 }
 
 TEST(Simulation, TooMuchOrTooLittleWireInsideIsRefused) {
-    EXPECT_NE(refusal_of("inserted_mm = 20.0", "inserted_mm = 500.0").find("cannot start inside"), std::string::npos);
-    EXPECT_NE(refusal_of("inserted_mm = 20.0", "inserted_mm = 4.0").find("cannot start inside"), std::string::npos);
+    EXPECT_NE(refusal_of("inserted_mm = 20.0", "inserted_mm = 500.0").find("cannot start inside"),
+              std::string::npos);
+    EXPECT_NE(refusal_of("inserted_mm = 20.0", "inserted_mm = 4.0").find("cannot start inside"),
+              std::string::npos);
 }
 
 }  // namespace engine

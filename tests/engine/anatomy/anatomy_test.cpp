@@ -28,7 +28,9 @@ std::string refusal_after(Change change) {
     return test::refusal([&] { load_anatomy(folder / "x.anatomy.json"); });
 }
 
-Anatomy straight_tube() { return tube_anatomy("tube", draw(std::vector<PenMove>{Run{40}}), 2.0, 24, 1.0); }
+Anatomy straight_tube() {
+    return tube_anatomy("tube", draw(std::vector<PenMove>{Run{40}}), 2.0, 24, 1.0);
+}
 
 }  // namespace
 
@@ -49,7 +51,8 @@ TEST(Anatomy, CappedLumenIsClosedAndHoldsItsVolume) {
 }
 
 TEST(Anatomy, MissingFileIsNamed) {
-    EXPECT_NE(test::refusal([] { load_anatomy("/nowhere/x.json"); }).find("/nowhere/x.json"), std::string::npos);
+    EXPECT_NE(test::refusal([] { load_anatomy("/nowhere/x.json"); }).find("/nowhere/x.json"),
+              std::string::npos);
 }
 
 TEST(Anatomy, BrokenJsonIsRefusedWithItsPlace) {
