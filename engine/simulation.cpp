@@ -145,6 +145,7 @@ void Simulation::reset() {
     iodine_ = scenario_.imaging.iodine;
     StepReport ignored;
     relax(updates_at_start * segments_at_start_, ignored);
+    tip_at_start_ = wire_.tip();
     contacts_ = physics::all_contacts(wire_, *wall_);
 }
 

@@ -41,6 +41,7 @@ public:
     const Scenario& scenario() const { return scenario_; }
     const Anatomy& anatomy() const { return anatomy_; }
     const physics::Guidewire& wire() const { return wire_; }
+    const physics::Vec3& tip_at_start() const { return tip_at_start_; }  // before frame 0 [mm]
     std::span<const physics::WallContact> contacts() const { return contacts_; }  // of the joints as they are
     const physics::Vec3& target() const { return target_; }  // [mm]
     const render::CArm& c_arm() const { return c_arm_; }
@@ -69,6 +70,7 @@ private:
     Anatomy anatomy_;
     EntryPath entry_;
     physics::Vec3 target_ = physics::Vec3::Zero();
+    physics::Vec3 tip_at_start_ = physics::Vec3::Zero();
     int segments_at_start_ = 0;
     std::unique_ptr<const physics::LumenWall> wall_;
 

@@ -78,21 +78,18 @@ float PixelNoise::quanta(float mean, std::uint64_t bits) {
     return mean + std::sqrt(mean) * normal(bits, 0);
 }
 
-Field read_out(const Field& expected, double pixel_width, const DetectorSpec& detector, std::uint64_t seed,
+Field read_out(Field expected, double pixel_width, const DetectorSpec& detector, std::uint64_t seed,
                std::uint64_t frame) {
     const PixelNoise noise(seed, frame);
-    Field counted(expected.width, expected.height);
-    for (std::size_t i = 0; i < counted.values.size(); ++i) {
-        counted.values[i] = PixelNoise::quanta(expected.values[i], noise.bits(i));
-    }
-    Field signal = gaussian_blur(counted, detector.scintillator_blur / pixel_width);
-    const float electronic = static_cast<float>(detector.electronic_noise);
+    std::vector<float>& values = expected.values;  // counted, blurred and read out in place
+    for (std::size_t i = 0; i < values.size(); ++i) values[i] = PixelNoise::quanta(values[i], noise.bits(i));
+    blur(expected, detector.scintillator_blur / pixel_width);
+    const auto electronic = static_cast<float>(detector.electronic_noise);
     if (electronic > 0.0f) {
-        for (std::size_t i = 0; i < signal.values.size(); ++i) {
-            signal.values[i] += electronic * PixelNoise::normal(noise.bits(i), 1);
-        }
+        for (std::size_t i = 0; i < values.size(); ++i)
+            values[i] += electronic * PixelNoise::normal(noise.bits(i), 1);
     }
-    return signal;
+    return expected;
 }
 
 }  // namespace render

@@ -37,7 +37,7 @@ private:
 
 /// Counts quanta at random around their expectation, then spreads the light, then adds electronic noise.
 /// Shapes: as `expected`. The order matters: noise that the scintillator has not blurred looks like sand.
-Field read_out(const Field& expected, double pixel_width, const DetectorSpec&, std::uint64_t seed,
+Field read_out(Field expected, double pixel_width, const DetectorSpec&, std::uint64_t seed,
                std::uint64_t frame);
 
 }  // namespace render

@@ -24,37 +24,46 @@ std::vector<float> half_kernel(double sigma) {
 
 }  // namespace
 
-Field gaussian_blur(const Field& field, double sigma) {
-    if (!(sigma > 0.0) || field.values.empty()) return field;
+void blur(Field& field, double sigma) {
+    if (!(sigma > 0.0) || field.values.empty()) return;
     const std::vector<float> kernel = half_kernel(sigma);
     const int reach = static_cast<int>(kernel.size()) - 1;
     const int width = field.width, height = field.height;
-    Field rows(width, height), result(width, height);
+    const auto row = [&field, width](int j) { return &field.values[static_cast<std::size_t>(j) * width]; };
+    // Tap by tap over a whole line, so that the compiler can vectorise.
     std::vector<float> line(static_cast<std::size_t>(width + 2 * reach));
     for (int j = 0; j < height; ++j) {
-        const float* from = &field.values[static_cast<std::size_t>(j) * width];
-        float* to = &rows.values[static_cast<std::size_t>(j) * width];
-        std::fill_n(line.begin(), reach, from[0]);
-        std::copy_n(from, width, line.begin() + reach);
-        std::fill_n(line.begin() + reach + width, reach, from[width - 1]);
-        // Tap by tap over the whole line, so that the compiler can vectorise.
+        float* to = row(j);
+        std::fill_n(line.begin(), reach, to[0]);
+        std::copy_n(to, width, line.begin() + reach);
+        std::fill_n(line.begin() + reach + width, reach, to[width - 1]);
         const float* middle = line.data() + reach;
         for (int i = 0; i < width; ++i) to[i] = kernel[0] * middle[i];
         for (int k = 1; k <= reach; ++k) {
             for (int i = 0; i < width; ++i) to[i] += kernel[k] * (middle[i - k] + middle[i + k]);
         }
     }
+    // Down the columns in place: rows that are overwritten but still needed wait in a ring.
+    std::vector<std::vector<float>> ring(static_cast<std::size_t>(reach) + 1, std::vector<float>(width));
+    const std::vector<float> top(row(0), row(0) + width);
     for (int j = 0; j < height; ++j) {
-        float* to = &result.values[static_cast<std::size_t>(j) * width];
-        const float* middle = &rows.values[static_cast<std::size_t>(j) * width];
-        for (int i = 0; i < width; ++i) to[i] = kernel[0] * middle[i];
+        float* to = row(j);
+        std::vector<float>& own = ring[j % (reach + 1)];
+        std::copy_n(to, width, own.begin());
+        for (int i = 0; i < width; ++i) to[i] = kernel[0] * own[i];
         for (int k = 1; k <= reach; ++k) {
-            const float* above = &rows.values[static_cast<std::size_t>(std::max(j - k, 0)) * width];
-            const float* below = &rows.values[static_cast<std::size_t>(std::min(j + k, height - 1)) * width];
+            const float* above = j - k < 0 ? top.data() : ring[(j - k) % (reach + 1)].data();
+            const float* below = j + k < height ? row(j + k) : nullptr;
+            // Below the last row the last row is repeated; it may be this one, which has been overwritten.
+            if (below == nullptr) below = j == height - 1 ? own.data() : row(height - 1);
             for (int i = 0; i < width; ++i) to[i] += kernel[k] * (above[i] + below[i]);
         }
     }
-    return result;
+}
+
+Field gaussian_blur(Field field, double sigma) {
+    blur(field, sigma);
+    return field;
 }
 
 Field shrink(const Field& field, int factor) {

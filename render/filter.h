@@ -6,7 +6,8 @@
 namespace render {
 
 /// Convolution with a Gaussian averaged over each pixel; sigma [pixels], nothing happens at 0.
-Field gaussian_blur(const Field&, double sigma);
+void blur(Field&, double sigma);
+Field gaussian_blur(Field, double sigma);
 
 /// Means over blocks of `factor` × `factor` pixels, fewer at the right and lower edge.
 Field shrink(const Field&, int factor);

@@ -219,9 +219,8 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
 }
 
 GrayImage Fluoroscope::expose(const CArm& arm, std::span<const Vec3> joints, const Exposure& exposure) {
-    const Field expected = expected_quanta(arm, joints, exposure);
-    const Field signal =
-        read_out(expected, pixel_width(arm), state_->config.detector, exposure.seed, exposure.frame);
+    const Field signal = read_out(expected_quanta(arm, joints, exposure), pixel_width(arm),
+                                  state_->config.detector, exposure.seed, exposure.frame);
     return state_->pose->display->show(signal);
 }
 

@@ -1,0 +1,65 @@
+#include "engine/files.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "engine/error.h"
+
+namespace engine {
+namespace {
+
+[[noreturn]] void refuse(const std::filesystem::path& path, int reason) {
+    throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(reason)));
+}
+
+/// Zero, or the system's reason.
+int write_all(int descriptor, std::string_view text) {
+    while (!text.empty()) {
+        const ssize_t written = ::write(descriptor, text.data(), text.size());
+        if (written < 0 && errno == EINTR) continue;
+        if (written < 0) return errno;
+        text.remove_prefix(static_cast<std::size_t>(written));
+    }
+    return 0;
+}
+
+}  // namespace
+
+void write_whole(const std::filesystem::path& path, std::string_view text) {
+    const std::filesystem::path part = path.string() + ".part";
+    const int descriptor = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    if (descriptor < 0) refuse(path, errno);
+    int reason = write_all(descriptor, text);
+    if (::close(descriptor) != 0 && reason == 0) reason = errno;  // some file systems tell only now
+    if (reason == 0 && std::rename(part.c_str(), path.c_str()) != 0) reason = errno;
+    if (reason == 0) return;
+    ::unlink(part.c_str());
+    refuse(path, reason);
+}
+
+GrowingFile::GrowingFile(const std::filesystem::path& path)
+    : path_(path), descriptor_(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
+    if (descriptor_ < 0) refuse(path_, errno);
+}
+
+GrowingFile::~GrowingFile() {
+    if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+GrowingFile::GrowingFile(GrowingFile&& other) noexcept
+    : path_(std::move(other.path_)), descriptor_(std::exchange(other.descriptor_, -1)), size_(other.size_) {}
+
+void GrowingFile::append(std::string_view piece) {
+    if (const int reason = write_all(descriptor_, piece); reason != 0) {
+        if (::ftruncate(descriptor_, size_) == 0) ::lseek(descriptor_, size_, SEEK_SET);
+        refuse(path_, reason);
+    }
+    size_ += static_cast<long long>(piece.size());
+}
+
+}  // namespace engine

@@ -1,0 +1,34 @@
+#pragma once
+/// Files that are whole or not there.
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace engine {
+
+/// Writes beside the target, as path + ".part", then renames. On failure nothing is left behind and InputError
+/// names the path and the reason the system gave.
+void write_whole(const std::filesystem::path&, std::string_view text);
+
+/// A file that grows by whole pieces: one that cannot be written in full is taken back.
+class GrowingFile {
+public:
+    /// Creates the file or empties it. Throws InputError.
+    explicit GrowingFile(const std::filesystem::path&);
+    ~GrowingFile();
+    GrowingFile(GrowingFile&&) noexcept;
+    GrowingFile(const GrowingFile&) = delete;
+    GrowingFile& operator=(const GrowingFile&) = delete;
+    GrowingFile& operator=(GrowingFile&&) = delete;
+
+    /// Hands the piece to the system before it returns. Throws InputError with the file as it was before.
+    void append(std::string_view piece);
+
+private:
+    std::filesystem::path path_;
+    int descriptor_ = -1;
+    long long size_ = 0;  // [bytes]
+};
+
+}  // namespace engine

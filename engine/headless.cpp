@@ -1,0 +1,164 @@
+#include "engine/headless.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "engine/exercise.h"
+#include "engine/expectation.h"
+#include "engine/output_folder.h"
+#include "engine/text.h"
+#include "render/contact_sheet.h"
+
+namespace engine {
+namespace {
+
+constexpr int sheet_tiles = 12, sheet_columns = 4, sheet_tile_width = 256;
+
+void check(const Scenario& scenario, const CommandScript& script) {
+    std::vector<std::string> wrong = problems(scenario);
+    for (const std::string& problem : problems(script, scenario.c_arm)) wrong.push_back(problem);
+    if (!wrong.empty()) throw InputError(joined(wrong, "\n"));
+}
+
+/// Without `end`, a run goes on long enough after its last command for the target's hold to pass.
+int last_frame_of(const Scenario& scenario, const CommandScript& script) {
+    return script.last_frame(static_cast<int>(std::ceil(scenario.target.hold * scenario.frame_rate)) + 1);
+}
+
+bool shows(int frame, int last, int every) { return frame % every == 0 || frame == last; }
+
+/// Frames that have an image, about `sheet_tiles` of them evenly spread, the first and last among them.
+std::vector<int> sheet_frames(int last, int every) {
+    std::vector<int> shown, chosen;
+    for (int frame = 0; frame <= last; ++frame) {
+        if (shows(frame, last, every)) shown.push_back(frame);
+    }
+    const int tiles = std::min<int>(sheet_tiles, static_cast<int>(shown.size()));
+    for (int k = 0; k < tiles; ++k) {
+        chosen.push_back(shown[tiles == 1 ? 0 : k * (shown.size() - 1) / (tiles - 1)]);
+    }
+    return chosen;
+}
+
+/// Takes the frames of the contact sheet and passes all on.
+class Sheet {
+public:
+    Sheet(int last, int every, double frame_rate) : chosen_(sheet_frames(last, every)), frame_rate_(frame_rate) {}
+
+    void accept(int frame, const render::GrayImage& image) {
+        if (!std::binary_search(chosen_.begin(), chosen_.end(), frame)) return;
+        images_.push_back(image);
+        labels_.push_back(fmt::format("{} - {:.1f} s", frame, frame / frame_rate_));
+    }
+    std::optional<render::GrayImage> page() const {
+        if (images_.empty()) return std::nullopt;
+        return render::contact_sheet(images_, sheet_columns, sheet_tile_width, labels_);
+    }
+
+private:
+    std::vector<int> chosen_;
+    double frame_rate_;
+    std::vector<render::GrayImage> images_;
+    std::vector<std::string> labels_;
+};
+
+struct Notices {
+    int stopped_withdrawals = 0, stopped_insertions = 0;
+    void observe(const StepReport& report) {
+        stopped_withdrawals += report.withdrawal_stopped;
+        stopped_insertions += report.insertion_stopped;
+    }
+    std::vector<std::string> text() const {
+        std::vector<std::string> result;
+        if (stopped_withdrawals > 0) {
+            result.push_back(fmt::format("withdrawal stopped at the introducer in {} frames", stopped_withdrawals));
+        }
+        if (stopped_insertions > 0) {
+            result.push_back(fmt::format("the wire had no more length to insert in {} frames", stopped_insertions));
+        }
+        return result;
+    }
+};
+
+RunResult run(Exercise& exercise, const CommandScript& script, int last, Expectation& expectation, FrameSink* sink,
+              Sheet* sheet, const RunOptions& options) {
+    RunResult result;
+    Notices notices;
+    std::vector<Command> commands;
+    auto next = script.commands.begin();
+    for (int frame = 0; frame <= last; ++frame) {
+        commands.clear();
+        for (; next != script.commands.end() && next->frame == frame; ++next) commands.push_back(next->command);
+        notices.observe(exercise.next_frame(commands));
+        result.frames = frame + 1;
+        result.state_hash = exercise.simulation().state_hash();
+        expectation.check_state(frame, result.state_hash);
+        result.interrupted = options.interrupted && frame < last && options.interrupted();
+        result.time_is_up = exercise.time_is_up();
+        const bool ends = result.interrupted || result.time_is_up;
+        if (sink && (shows(frame, last, options.every) || ends)) {
+            const render::GrayImage& image = exercise.image();
+            sink->accept(frame, image);
+            if (sheet) sheet->accept(frame, image);
+            expectation.check_frame(frame, image);
+        }
+        if (options.progress) {
+            options.progress({frame + 1, last + 1, exercise.simulation().inserted(),
+                              exercise.simulation().tip_to_target()});
+        }
+        if (ends) break;
+    }
+    if (sink) sink->finish();
+    expectation.finish(result.frames - 1, result.interrupted);
+    result.score = exercise.score();
+    result.score.interrupted = result.interrupted;
+    result.compared_states = expectation.compared_states();
+    result.compared_frames = expectation.compared_frames();
+    result.differences = expectation.differences();
+    result.notices = notices.text();
+    return result;
+}
+
+Expectation expectation_of(const CommandScript& script, const RunOptions& options) {
+    Expectation expectation;
+    expectation.add_states(script);
+    if (options.expect) expectation.add(*options.expect);
+    return expectation;
+}
+
+}  // namespace
+
+RunResult run_headless(const Scenario& scenario, const CommandScript& script, FrameSink* sink,
+                       const RunOptions& options) {
+    check(scenario, script);
+    Expectation expectation = expectation_of(script, options);
+    Exercise exercise(scenario, sink != nullptr);
+    return run(exercise, script, last_frame_of(scenario, script), expectation, sink, nullptr, options);
+}
+
+RunResult run_headless(const Scenario& scenario, const CommandScript& script, const std::filesystem::path& out,
+                       const RunOptions& options) {
+    check(scenario, script);
+    refuse_to_overwrite(out, script.file, options.expect);
+    Expectation expectation = expectation_of(script, options);
+    Exercise exercise(scenario, options.images);
+
+    OutputFolder folder(out, options.images);
+    exercise.record(folder.recording(), {options.program, scenario.name, options.hash_every});
+    const int last = last_frame_of(scenario, script);
+    std::optional<PngFolder> frames;
+    Sheet sheet(last, options.every, scenario.frame_rate);
+    if (options.images) frames.emplace(folder.frames());
+    const RunResult result =
+        run(exercise, script, last, expectation, frames ? &*frames : nullptr, &sheet, options);
+    exercise.close_recording();
+    if (const auto page = sheet.page()) folder.write_sheet(*page);
+    folder.write_score(to_json(result.score));
+    folder.keep();
+    return result;
+}
+
+}  // namespace engine

@@ -1,0 +1,18 @@
+#pragma once
+/// What of a scenario the beam meets.
+
+#include <vector>
+
+#include "engine/scenario.h"
+#include "render/fluoroscope.h"
+
+namespace engine {
+
+/// The lumen, closed at its ends, takes the contrast; around it a patient or air. Throws InputError for a lumen
+/// that capping does not close.
+std::vector<render::TissueLayer> tissue_layers(const Scenario&, const Anatomy&);
+
+/// A fluoroscope for the scenario. Throws InputError when it cannot be made.
+render::Fluoroscope make_fluoroscope(const Scenario&, const Anatomy&);
+
+}  // namespace engine

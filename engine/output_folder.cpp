@@ -1,0 +1,80 @@
+#include "engine/output_folder.h"
+
+#include <fmt/format.h>
+
+#include <vector>
+
+#include "engine/error.h"
+#include "engine/files.h"
+#include "engine/frame_sink.h"
+#include "render/png.h"
+
+namespace engine {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool same(const fs::path& a, const fs::path& b) {
+    std::error_code error;
+    return fs::equivalent(a, b, error) && !error;
+}
+
+bool make(const fs::path& folder) {
+    std::error_code error;
+    const bool made = fs::create_directories(folder, error);
+    if (error || !fs::is_directory(folder, error)) {
+        throw InputError(fmt::format("{}: the output folder cannot be made: {}", folder.string(),
+                                     error ? error.message() : "a file is in its place"));
+    }
+    return made;
+}
+
+void take_out(const fs::path& file) {
+    std::error_code error;
+    fs::remove(file, error);
+    if (error) throw InputError(fmt::format("{}: cannot be replaced: {}", file.string(), error.message()));
+}
+
+}  // namespace
+
+void refuse_to_overwrite(const fs::path& out, const fs::path& script, const std::optional<fs::path>& expected) {
+    if (same(out / "run.gw", script)) {
+        throw InputError(fmt::format("{}: the run would overwrite its own commands; another output folder is accepted",
+                                     script.string()));
+    }
+    if (expected && (same(out, *expected) || same(out / "run.gw", *expected))) {
+        throw InputError(fmt::format("{}: the run would overwrite what it is compared with; another output folder is "
+                                     "accepted", expected->string()));
+    }
+}
+
+OutputFolder::OutputFolder(fs::path path, bool with_images) : path_(std::move(path)) {
+    made_ = make(path_);
+    for (const char* name : {"run.gw", "score.json", "sheet.png"}) take_out(path_ / name);
+    std::vector<fs::path> old;
+    std::error_code error;
+    for (const auto& entry : fs::directory_iterator(frames(), error)) {
+        if (frame_of_file_name(entry.path().filename().string()) >= 0) old.push_back(entry.path());
+    }
+    for (const fs::path& file : old) take_out(file);
+    if (with_images) make(frames());
+}
+
+OutputFolder::~OutputFolder() {
+    if (kept_) return;
+    std::error_code ignored;  // fs::remove takes only empty folders
+    fs::remove(frames(), ignored);
+    if (made_) fs::remove(path_, ignored);
+}
+
+void OutputFolder::write_score(const std::string& json) const { write_whole(path_ / "score.json", json); }
+
+void OutputFolder::write_sheet(const render::GrayImage& page) const {
+    try {
+        render::write_png(path_ / "sheet.png", page);
+    } catch (const std::runtime_error& error) {
+        throw InputError(error.what());
+    }
+}
+
+}  // namespace engine

@@ -1,0 +1,34 @@
+#include "engine/recording.h"
+
+#include <fmt/format.h>
+
+#include <cassert>
+
+#include "engine/text.h"
+
+namespace engine {
+
+Recording::Recording(const std::filesystem::path& path, const RecordingHeader& header)
+    : file_(path), hash_every_(header.hash_every) {
+    assert(hash_every_ > 0);
+    file_.append(fmt::format("# recorded by {}\n# scenario {}\n", header.program, header.scenario));
+}
+
+void Recording::frame(int number, std::span<const Command> commands, std::uint64_t state_hash) {
+    std::string lines;
+    for (const Command& command : commands) lines += fmt::format("{} {}\n", number, to_text(command));
+    last_hash_written_ = number % hash_every_ == 0;
+    if (last_hash_written_) lines += fmt::format("state {} {}\n", number, hash_text(state_hash));
+    if (!lines.empty()) file_.append(lines);
+    last_frame_ = number;
+    last_hash_ = state_hash;
+}
+
+void Recording::close() {
+    if (last_frame_ < 0) return;
+    std::string lines;
+    if (!last_hash_written_) lines = fmt::format("state {} {}\n", last_frame_, hash_text(last_hash_));
+    file_.append(lines + fmt::format("{} end\n", last_frame_));
+}
+
+}  // namespace engine

@@ -1,0 +1,101 @@
+/// What a frame costs: exposure at a cached pose, change of pose, and the PNG file.
+
+#include <benchmark/benchmark.h>
+#include <cmath>
+#include <filesystem>
+#include <string>
+#include <unistd.h>
+
+#include "render/fluoroscope.h"
+#include "render/patient.h"
+#include "render/png.h"
+#include "render/solids.h"
+
+namespace {
+
+using physics::Polyline;
+using physics::Vec3;
+
+/// 200 joints 1 mm apart, gently curved in all directions.
+Polyline wire() {
+    Polyline joints{Vec3(20, 0, -80)};
+    for (int i = 1; i < 200; ++i) {
+        const double a = 0.5 * std::sin(i / 25.0), b = 0.4 * std::cos(i / 40.0);
+        joints.push_back(joints.back() +
+                         Vec3(std::sin(a) * std::cos(b), std::sin(b), std::cos(a) * std::cos(b)));
+    }
+    return joints;
+}
+
+render::Fluoroscope make_fluoroscope() {
+    auto layers = render::make_patient({});
+    Polyline axis;
+    for (int i = 0; i <= 60; ++i) axis.emplace_back(0.0, 0.0, -190.0 + 5.0 * i);
+    layers.push_back(
+        {"lumen", render::Material::blood, render::Material::soft_tissue,
+         render::tube(axis, Vec3::UnitX(), std::vector<double>(61, 9.0), std::vector<double>(61, 9.0), 400),
+         true});
+    return render::Fluoroscope({}, std::move(layers));
+}
+
+render::CArm arm_of(int pixels) {
+    render::CArm arm;
+    arm.pixels = pixels;
+    return arm;
+}
+
+void exposure_at_a_cached_pose(benchmark::State& state) {
+    auto scope = make_fluoroscope();
+    const auto arm = arm_of(static_cast<int>(state.range(0)));
+    const Polyline joints = wire();
+    render::Exposure exposure;
+    scope.expose(arm, joints, exposure);
+    for (auto _ : state) {
+        ++exposure.frame;
+        benchmark::DoNotOptimize(scope.expose(arm, joints, exposure));
+    }
+}
+BENCHMARK(exposure_at_a_cached_pose)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
+
+void exposure_at_a_new_pose(benchmark::State& state) {
+    auto scope = make_fluoroscope();
+    auto arm = arm_of(static_cast<int>(state.range(0)));
+    const Polyline joints = wire();
+    scope.expose(arm, joints, {});
+    for (auto _ : state) {
+        arm.lao = arm.lao > 0.5 ? 0.0 : arm.lao + 0.01;
+        benchmark::DoNotOptimize(scope.expose(arm, joints, {}));
+    }
+}
+BENCHMARK(exposure_at_a_new_pose)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
+
+void wire_alone(benchmark::State& state) {
+    render::WireImage image;
+    const auto arm = arm_of(static_cast<int>(state.range(0)));
+    const Polyline joints = wire();
+    const render::WireLook look;
+    const auto bins = render::fit_bins(render::detected_spectrum(74.0));
+    const auto mu = render::wire_attenuation(look, bins, {});
+    for (auto _ : state) benchmark::DoNotOptimize(image.cast(arm, joints, look, mu));
+}
+BENCHMARK(wire_alone)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
+
+void read_out_alone(benchmark::State& state) {
+    const int pixels = static_cast<int>(state.range(0));
+    const render::Field expected(pixels, pixels, 60.0f * 512 * 512 / pixels / pixels * 4.0f);
+    for (auto _ : state) benchmark::DoNotOptimize(render::read_out(expected, 300.0 / pixels, {}, 1, 1));
+}
+BENCHMARK(read_out_alone)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
+
+void png_file(benchmark::State& state) {
+    auto scope = make_fluoroscope();
+    const auto image = scope.expose(arm_of(static_cast<int>(state.range(0))), wire(), {});
+    const auto path = std::filesystem::temp_directory_path() /
+                      ("seldinger_benchmark_" + std::to_string(::getpid()) + ".png");
+    for (auto _ : state) render::write_png(path, image);
+    state.counters["bytes"] = static_cast<double>(std::filesystem::file_size(path));
+    std::filesystem::remove(path);
+}
+BENCHMARK(png_file)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
+
+}  // namespace

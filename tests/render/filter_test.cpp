@@ -1,0 +1,45 @@
+#include "render/filter.h"
+
+#include <gtest/gtest.h>
+#include <numeric>
+
+namespace {
+
+using render::Field;
+
+TEST(Filter, BlurKeepsTheSumAndSpreadsByItsDeviation) {
+    Field point(41, 41);
+    point.values[20 * 41 + 20] = 1.0f;
+    const Field spread = render::gaussian_blur(point, 2.0);
+    double sum = 0.0, square = 0.0;
+    for (int j = 0; j < 41; ++j) {
+        for (int i = 0; i < 41; ++i) {
+            sum += spread.values[j * 41 + i];
+            square += spread.values[j * 41 + i] * (i - 20) * (i - 20);
+        }
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-5);
+    EXPECT_NEAR(square, 4.0 + 1.0 / 12.0,
+                0.1);  // the pixel's own width adds 1/12; the cut tail takes a little
+    EXPECT_EQ(render::gaussian_blur(point, 0.0).values, point.values);
+}
+
+TEST(Filter, BlurLeavesAConstantAloneUpToTheBorder) {
+    for (float v : render::gaussian_blur(Field(9, 5, 3.0f), 1.3).values) EXPECT_NEAR(v, 3.0f, 1e-5f);
+}
+
+TEST(Filter, EnlargingAShrunkSlopeGivesItBack) {
+    Field slope(50, 35);
+    for (int j = 0; j < 35; ++j) {
+        for (int i = 0; i < 50; ++i) slope.values[j * 50 + i] = 2.0f * i - 3.0f * j;
+    }
+    const Field small = render::shrink(slope, 4);
+    EXPECT_EQ(small.width, 13);
+    EXPECT_EQ(small.height, 9);
+    const Field back = render::enlarge(small, 4, 50, 35);
+    for (int j = 4; j < 28; ++j) {
+        for (int i = 4; i < 44; ++i) EXPECT_NEAR(back.values[j * 50 + i], slope.values[j * 50 + i], 1e-3f);
+    }
+}
+
+}  // namespace

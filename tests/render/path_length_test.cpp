@@ -1,0 +1,209 @@
+#include "render/path_length.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <embree3/rtcore.h>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "render/solids.h"
+
+namespace {
+
+using physics::TriangleMesh;
+using physics::Vec3;
+using render::CArm;
+using render::Field;
+
+CArm oblique(int pixels) {
+    CArm arm;
+    arm.lao = 0.5;
+    arm.cranial = -0.2;
+    arm.isocentre = Vec3(3, -8, 12);
+    arm.pixels = pixels;
+    return arm;
+}
+
+/// A second way to the same lengths: all hits of each ray, summed with the sign of their faces.
+class AllHits {
+public:
+    explicit AllHits(const TriangleMesh& mesh)
+        : device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
+        rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION);
+        RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+        auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
+        for (const Vec3& v : mesh.vertices) {
+            for (int k = 0; k < 3; ++k) *vertices++ = static_cast<float>(v[k]);
+        }
+        auto* indices = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
+                                                                       RTC_FORMAT_UINT3, 3 * sizeof(unsigned),
+                                                                       mesh.triangles.size()));
+        for (const auto& t : mesh.triangles) {
+            for (int corner : t) *indices++ = static_cast<unsigned>(corner);
+        }
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometry(scene_, geometry);
+        rtcReleaseGeometry(geometry);
+        rtcCommitScene(scene_);
+    }
+    ~AllHits() {
+        rtcReleaseScene(scene_);
+        rtcReleaseDevice(device_);
+    }
+    AllHits(const AllHits&) = delete;
+    AllHits& operator=(const AllHits&) = delete;
+
+    struct Sum {
+        double length = 0.0;
+        int balance = 0;
+    };
+    Sum along(const Vec3& origin, const Vec3& direction) const {
+        struct Context : RTCIntersectContext {
+            Sum sum;
+        } context;
+        rtcInitIntersectContext(&context);
+        context.filter = [](const RTCFilterFunctionNArguments* args) {
+            const auto& ray = *reinterpret_cast<const RTCRay*>(args->ray);
+            const auto& hit = *reinterpret_cast<const RTCHit*>(args->hit);
+            const double facing = hit.Ng_x * ray.dir_x + hit.Ng_y * ray.dir_y + hit.Ng_z * ray.dir_z;
+            auto& total = static_cast<Context*>(args->context)->sum;
+            total.length += facing > 0.0 ? ray.tfar : -ray.tfar;
+            total.balance += facing > 0.0 ? 1 : -1;
+            args->valid[0] = 0;  // go on to the next hit
+        };
+        RTCRayHit ray{};
+        ray.ray.org_x = float(origin.x()), ray.ray.org_y = float(origin.y()),
+        ray.ray.org_z = float(origin.z());
+        ray.ray.dir_x = float(direction.x()), ray.ray.dir_y = float(direction.y());
+        ray.ray.dir_z = float(direction.z());
+        ray.ray.tfar = 1e5f;
+        ray.ray.mask = ~0u;
+        ray.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+        rtcIntersect1(scene_, &context, &ray);
+        return context.sum;
+    }
+
+private:
+    RTCDevice device_;
+    RTCScene scene_;
+};
+
+TEST(PathLength, OfASphereIsItsChord) {
+    constexpr double radius = 40.0;
+    const Vec3 centre(10, 5, -7);
+    // The tessellation stays inside the sphere by up to r(1 − cos(π/n)) = 0.012 mm at n = 128.
+    const TriangleMesh mesh = render::ellipsoid(centre, Vec3(radius, radius, radius), 128);
+    const CArm arm = oblique(96);
+    render::PathLengthRenderer renderer;
+    const auto result = renderer.render(renderer.add(mesh), arm);
+    EXPECT_EQ(result.unbalanced_pixels, 0);
+    double error = 0.0, bias = 0.0;
+    int inside = 0;
+    for (int j = 0; j < 96; ++j) {
+        for (int i = 0; i < 96; ++i) {
+            const Vec3 ray = render::ray_direction(arm, i + 0.5, j + 0.5), to = centre - render::source(arm);
+            const double square = radius * radius - (to - to.dot(ray) * ray).squaredNorm();
+            const double exact = square > 0.0 ? 2.0 * std::sqrt(square) : 0.0;
+            const double length = result.length.values[static_cast<std::size_t>(j) * 96 + i];
+            if (exact == 0.0) {
+                EXPECT_EQ(length, 0.0);
+                continue;
+            }
+            ++inside;
+            error += std::abs(length - exact);
+            bias += length - exact;
+        }
+    }
+    ASSERT_GT(inside, 500);
+    EXPECT_LT(error / inside, 0.01 * radius * 0.2);  // a fifth of the figure asked for
+    EXPECT_LT(bias, 0.0);                            // inscribed
+}
+
+TEST(PathLength, AgreesWithAllHitsOfAnIndependentRayTracer) {
+    // Overlapping, nested-free, concave along some rays: a bent tube crossed by an ellipsoid.
+    TriangleMesh mesh = render::tube({{-40, 0, -30}, {-20, 10, 0}, {5, 0, 25}, {35, -15, 20}, {45, 0, -20}},
+                                     Vec3(0, 1, 0), {9, 8, 7, 9, 10}, {6, 9, 8, 6, 7}, 40);
+    render::append(mesh, render::ellipsoid(Vec3(5, 8, 5), Vec3(30, 14, 22), 60));
+    const CArm arm = oblique(200);
+    render::PathLengthRenderer renderer;
+    const Field length = renderer.render(renderer.add(mesh), arm).length;
+    const AllHits oracle(mesh);
+    double square = 0.0;
+    int compared = 0, close = 0;
+    for (int j = 0; j < 200; ++j) {
+        for (int i = 0; i < 200; ++i) {
+            const auto sum = oracle.along(render::source(arm), render::ray_direction(arm, i + 0.5, j + 0.5));
+            const double drawn = length.values[static_cast<std::size_t>(j) * 200 + i];
+            // A ray through an edge may be counted twice by the tracer.
+            if (sum.balance != 0 || (sum.length == 0.0 && drawn == 0.0)) continue;
+            ++compared;
+            const double error = drawn - sum.length;
+            close += std::abs(error) <= 0.01;
+            if (std::abs(error) <= 0.01) square += error * error;
+        }
+    }
+    ASSERT_GT(compared, 2500);
+    // Silhouettes: the rasteriser snaps corners to 1/256 pixel, so a grazing ray may be in on one side only.
+    EXPECT_GE(close, 0.995 * compared);
+    EXPECT_LE(std::sqrt(square / close), 0.003);
+}
+
+TEST(PathLength, DoesNotDependOnWhatWasDrawnBefore) {
+    const TriangleMesh a = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
+    const TriangleMesh b = render::ellipsoid(Vec3(5, 5, 5), Vec3(40, 40, 20));
+    const CArm arm = oblique(64);
+    render::PathLengthRenderer first, second;
+    const int own = first.add(a);
+    const int other = second.add(b), later = second.add(a);
+    second.render(other, oblique(80));
+    EXPECT_EQ(first.render(own, arm).length.values, second.render(later, arm).length.values);
+}
+
+TEST(PathLength, RefusesAnOpenMeshByNameWithItsBadPixels) {
+    TriangleMesh mesh = render::ellipsoid(Vec3(100, 0, 0), Vec3(30, 20, 25));
+    EXPECT_EQ(render::unmatched_edges(mesh), 0);
+    EXPECT_NO_THROW(render::require_closed("left kidney", mesh));
+    mesh.triangles.erase(mesh.triangles.begin() + 200);
+    EXPECT_EQ(render::unmatched_edges(mesh), 3);
+    try {
+        render::require_closed("left kidney", mesh);
+        FAIL() << "the hole was not found";
+    } catch (const render::OpenMeshError& error) {
+        EXPECT_EQ(error.mesh_name(), "left kidney");
+        EXPECT_EQ(error.edges(), 3);
+        EXPECT_GT(error.pixels(), 0);
+        EXPECT_NE(std::string(error.what()).find("left kidney"), std::string::npos);
+        EXPECT_NE(std::string(error.what()).find(std::to_string(error.pixels()) + " pixels"),
+                  std::string::npos);
+    }
+}
+
+TEST(PathLength, TakesAnUnindexedMeshAsClosed) {
+    const TriangleMesh mesh = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
+    TriangleMesh loose;
+    for (const auto& t : mesh.triangles) {
+        const int n = static_cast<int>(loose.vertices.size());
+        for (int corner : t) loose.vertices.push_back(mesh.vertices[corner]);
+        loose.triangles.push_back({n, n + 1, n + 2});
+    }
+    EXPECT_EQ(render::unmatched_edges(loose), 0);
+}
+
+TEST(PathLength, RefusesATriangleWithAMissingVertex) {
+    TriangleMesh mesh = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
+    mesh.triangles.back()[1] = static_cast<int>(mesh.vertices.size());
+    EXPECT_THROW(render::require_closed("spleen", mesh), std::runtime_error);
+    mesh.triangles.back()[1] = 0;
+    mesh.vertices[4].z() = std::nan("");
+    EXPECT_THROW(render::require_closed("spleen", mesh), std::runtime_error);
+}
+
+TEST(PathLength, CountsPixelsOfAMeshThatReachesBehindTheSource) {
+    const CArm arm = oblique(64);
+    render::PathLengthRenderer renderer;
+    const int around_source = renderer.add(render::ellipsoid(render::source(arm), Vec3(100, 100, 100)));
+    EXPECT_GT(renderer.render(around_source, arm).unbalanced_pixels, 1000);
+}
+
+}  // namespace
