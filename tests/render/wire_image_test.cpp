@@ -189,6 +189,10 @@ TEST(WireImage, OfNoJointsOrOneThatIsNotFiniteIsEmpty) {
     // Behind the source, or out of the field: no shadow and no harm.
     EXPECT_TRUE(wire.cast(arm, Polyline{Vec3(0, 800, 0), Vec3(0, 900, 0)}, look, mu).empty());
     EXPECT_TRUE(wire.cast(arm, Polyline{Vec3(900, 0, 0), Vec3(910, 0, 0)}, look, mu).empty());
+    // Absurd, though finite.
+    for (const auto& pixel : wire.cast(arm, Polyline{Vec3(0, 0, 0), Vec3(1e300, -1e300, 1e9)}, look, mu)) {
+        EXPECT_TRUE(pixel.transmission[0] >= 0.0f && pixel.transmission[0] <= 1.0f);
+    }
     EXPECT_FALSE(wire.cast(arm, Polyline{Vec3(0, 0, 0), Vec3(9, 0, 0)}, look, mu).empty());
 }
 
