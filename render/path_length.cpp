@@ -106,9 +106,10 @@ struct PathLengthRenderer::Gl {
     X(BindTexture)                                                                                          \
     X(BindVertexArray)                                                                                      \
     X(BlendEquation)                                                                                        \
-    X(BlendFunc) X(BufferData) X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(CompileShader)            \
-        X(CreateProgram) X(CreateShader) X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram)            \
-            X(DeleteShader) X(DeleteTextures) X(DeleteVertexArrays) X(Disable) X(DrawElements) X(Enable)    \
+    X(BlendFunc)                                                                                            \
+    X(BufferData) X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(CompileShader) X(CreateProgram)        \
+        X(CreateShader) X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram) X(DeleteShader)             \
+            X(DeleteTextures) X(DeleteVertexArrays) X(Disable) X(DrawElements) X(Enable)                    \
                 X(EnableVertexAttribArray) X(FramebufferTexture2D) X(GenBuffers) X(GenFramebuffers)         \
                     X(GenTextures) X(GenVertexArrays) X(GetError) X(GetProgramiv) X(GetUniformLocation)     \
                         X(LinkProgram) X(PixelStorei) X(ReadPixels) X(ShaderSource) X(TexImage2D)           \

@@ -255,14 +255,19 @@ PatientSpec patient_around(std::span<const Vec3> points, double bifurcation) {
         spec.lower = spec.lower.cwiseMin(p);
         spec.upper = spec.upper.cwiseMax(p);
     }
-    // The aorta: what lies near the highest point, above the bifurcation. Renal arteries leave it sideways.
-    const Vec3 highest = *std::max_element(points.begin(), points.end(),
-                                           [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); });
-    double back = highest.y();
+    // The aorta: the middle of what lies highest, wall or centreline, and what lies below it down to the
+    // bifurcation. Renal arteries leave it sideways.
+    double left = spec.lower.x(), right = spec.upper.x();
     for (const Vec3& p : points) {
-        if (p.z() > bifurcation && std::abs(p.x() - highest.x()) < 15.0) back = std::max(back, p.y());
+        if (p.z() < spec.upper.z() - 10.0) continue;
+        left = std::max(left, p.x());
+        right = std::min(right, p.x());
     }
-    spec.spine_x = highest.x();
+    spec.spine_x = 0.5 * (left + right);
+    double back = spec.lower.y();
+    for (const Vec3& p : points) {
+        if (p.z() > bifurcation && std::abs(p.x() - spec.spine_x) < 15.0) back = std::max(back, p.y());
+    }
     spec.spine_front = back + 3.0;
     const double margin = 25.0;
     const double widest = std::max(spec.upper.x() - spec.spine_x, spec.spine_x - spec.lower.x());

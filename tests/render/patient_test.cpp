@@ -41,6 +41,7 @@ TEST(Patient, HasItsSpineBehindTheAortaAndItsSkinAroundTheVessels) {
     }
     points.emplace_back(70, -60, -150);
     const auto spec = render::patient_around(points, 0.0);
+    EXPECT_NEAR(spec.spine_x, 12.0, 1e-9);
     EXPECT_GT(spec.spine_front, 5.0);  // the wall of the aorta
     EXPECT_LT(spec.spine_front, 15.0);
     const auto layers = render::make_patient(spec);
