@@ -162,6 +162,17 @@ TEST(WireImage, SeenEndOnIsADiscOfItsFullLength) {
                 0.2 * radius * radius + 20);
 }
 
+TEST(WireImage, AttenuatesByItsMetalLessWhatItDisplaces) {
+    const auto bins = render::fit_bins(render::detected_spectrum(74.0));
+    WireLook look;
+    look.body_fill = 0.5;
+    const auto mu = render::wire_attenuation(look, bins, all(0.1));
+    const double steel = render::attenuation(render::Material::steel, bins.energies[2]);
+    const double platinum = render::attenuation(render::Material::platinum, bins.energies[2]);
+    EXPECT_NEAR(mu.body[2], 0.5 * steel - 0.1, 1e-12);
+    EXPECT_NEAR(mu.marker[2], look.marker_fill * platinum - 0.1, 1e-12);
+}
+
 TEST(WireImage, MarkerTakesTheDistalLength) {
     CArm arm;
     Polyline joints;
