@@ -56,6 +56,20 @@ Field flat_field(const CArm& arm, double heel) {
     return flat;
 }
 
+/// 1 in the disc where automatic exposure measures, 0 outside: air beside the patient does not count.
+Field measuring_field(const CArm& arm, double radius) {
+    Field field(arm.pixels, arm.pixels);
+    // Never without a pixel.
+    const double reach = std::max(radius * arm.pixels, 1.0);
+    for (int j = 0; j < arm.pixels; ++j) {
+        for (int i = 0; i < arm.pixels; ++i) {
+            const double away = std::hypot(i + 0.5 - 0.5 * arm.pixels, j + 0.5 - 0.5 * arm.pixels);
+            field.values[static_cast<std::size_t>(j) * arm.pixels + i] = away <= reach ? 1.0f : 0.0f;
+        }
+    }
+    return field;
+}
+
 float sum(const PixelBins& bins) {
     float result = 0.0f;
     for (float value : bins) result += value;
@@ -136,12 +150,12 @@ const PoseImages& Fluoroscope::State::at_pose(const CArm& arm, double kvp) {
                 block, arm.pixels, arm.pixels);
     for (float& value : pose->scatter.values) value *= static_cast<float>(config.scatter_to_primary);
 
-    // Automatic exposure: one nGy on average inside the shutters; each frame scales it to its dose.
-    const Field open = shutters(config.display, arm.pixels, arm.pixels);
+    // Automatic exposure: one nGy on average in the measuring field; each frame scales it to its dose.
+    const Field measured = measuring_field(arm, config.measuring_radius);
     double field = 0.0, received = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
-        field += open.values[i];
-        received += static_cast<double>(open.values[i]) * (relative.values[i] + pose->scatter.values[i]);
+        field += measured.values[i];
+        received += static_cast<double>(measured.values[i]) * (relative.values[i] + pose->scatter.values[i]);
     }
     const double quanta = quanta_per_dose_and_area * pixel_width(arm) * pixel_width(arm);
     pose->gain = received > 0.0 ? quanta * field / received : 0.0;
@@ -166,7 +180,8 @@ const FilledImages& Fluoroscope::State::with_iodine(const PoseImages& at, const 
         for (std::size_t i = 0; i < count; ++i) {
             bare.values[i] = scale * (sum(at.primary[i]) + at.scatter.values[i]);
         }
-        pose->display.emplace(config.display, bare, flat_field(at.arm, config.heel));
+        pose->display.emplace(config.display, bare, flat_field(at.arm, config.heel),
+                              measuring_field(at.arm, config.measuring_radius));
     }
     PixelBins iodine;
     const Bins per_concentration = at.bins.attenuation(Material::iodine);

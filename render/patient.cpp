@@ -15,9 +15,10 @@ using physics::Vec3;
 
 namespace {
 
-constexpr double spacing = 38.0;    // of lumbar vertebrae, body 28 mm and disc 10 mm
-constexpr double body_half = 14.0;  // half of a body's height [mm]
-constexpr double shell = 1.4;       // thickness of cortical bone, exaggerated at the plates [mm]
+constexpr double skin_behind = 108.0;  // of the back, from the front of the vertebral bodies [mm]
+constexpr double spacing = 38.0;       // of lumbar vertebrae, body 28 mm and disc 10 mm
+constexpr double body_half = 14.0;     // half of a body's height [mm]
+constexpr double shell = 1.4;          // thickness of cortical bone, exaggerated at the plates [mm]
 
 /// Bone, in two meshes: the outer surface and the trabecular core within.
 struct Bones {
@@ -136,7 +137,7 @@ void add_hip(Bones& bones, const PatientSpec& spec, double top, double side) {
 
 TriangleMesh trunk(const PatientSpec& spec, double smaller) {
     const double middle_y =
-        spec.spine_front + 72.0 - 0.5 * spec.depth;  // spinous processes end below the skin
+        spec.spine_front + skin_behind - 0.5 * spec.depth;  // spinous processes end below the skin
     std::vector<Ring> rings;
     const double low = spec.lower.z() - 260.0, high = spec.upper.z() + 260.0;
     constexpr int steps = 24;
@@ -183,7 +184,7 @@ TriangleMesh haustra(const Polyline& path, double width, double depth, double fo
 
 /// Colon on both sides, some loops between. Fixed places, so that frames repeat.
 TriangleMesh bowel_gas(const PatientSpec& spec) {
-    const double front = spec.spine_front + 72.0 - spec.depth + 45.0;
+    const double front = spec.spine_front + skin_behind - spec.depth + 45.0;
     const auto at = [&](double x, double y, double z) -> Vec3 {
         return {spec.spine_x + x, front + y, spec.bifurcation + z};
     };
@@ -272,7 +273,7 @@ PatientSpec patient_around(std::span<const Vec3> points, double bifurcation) {
     const double margin = 25.0;
     const double widest = std::max(spec.upper.x() - spec.spine_x, spec.spine_x - spec.lower.x());
     spec.width = std::max(spec.width, 2.0 * (widest + margin));
-    spec.depth = std::max(spec.depth, spec.spine_front + 72.0 - spec.lower.y() + margin);
+    spec.depth = std::max(spec.depth, spec.spine_front + skin_behind - spec.lower.y() + margin);
     return spec;
 }
 
@@ -290,7 +291,7 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
 
     std::vector<TissueLayer> layers;
     layers.push_back({"skin and fat", Material::adipose, Material::air, trunk(spec, 0.0), false});
-    layers.push_back({"trunk", Material::soft_tissue, Material::adipose, trunk(spec, 18.0), false});
+    layers.push_back({"trunk", Material::soft_tissue, Material::adipose, trunk(spec, 15.0), false});
     layers.push_back(
         {"bones", Material::cortical_bone, Material::soft_tissue, std::move(bones.outer), false});
     layers.push_back(

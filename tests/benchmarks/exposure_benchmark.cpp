@@ -62,6 +62,7 @@ void exposure_while_contrast_flows(benchmark::State& state) {
     const auto arm = arm_of(static_cast<int>(state.range(0)));
     const Polyline joints = wire();
     render::Exposure exposure;
+    scope.expose(arm, joints, exposure);
     for (auto _ : state) {
         ++exposure.frame;
         exposure.iodine = static_cast<double>(exposure.frame % 150 + 1);
