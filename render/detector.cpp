@@ -53,7 +53,7 @@ float normal_from(const std::array<float, 4096>& table, std::uint64_t bits, int 
     return table[own & 4095] + table[(own >> 12) & 4095];
 }
 
-/// Events before a product of uniform numbers falls below exp(−mean), by inversion of the cumulative sum.
+/// A Poisson count by inversion of its cumulative sum.
 float poisson(float mean, std::uint64_t bits) {
     const double uniform = (static_cast<double>(bits & 0xFFFFFFFFull) + 0.5) / 4294967296.0;
     double term = std::exp(-static_cast<double>(mean)), sum = term;

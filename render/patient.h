@@ -1,5 +1,5 @@
 #pragma once
-/// A procedural patient around given vessels: trunk, lumbar spine, pelvis, bowel gas.
+/// A procedural patient around given vessels: trunk, lumbar spine, lowest ribs, pelvis, kidneys, bowel gas.
 
 #include <span>
 #include <vector>
