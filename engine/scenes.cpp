@@ -81,13 +81,11 @@ Polyline draw(std::span<const PenMove> path, double step) {
         }
         const Arc& arc = std::get<Arc>(move);
         const Vec3 axis = arc.axis.normalized();
-        const Vec3 start = points.back();
-        const Vec3 along = heading.dot(axis) * axis, across = heading - along;
-        const double sign = arc.angle < 0 ? -1.0 : 1.0;
-        for (int k = 1; k <= count; ++k) {
-            const double turned = std::abs(arc.angle) * k / count;  // ∫ of the heading over the path so far
-            points.push_back(start + arc.radius * (turned * along + std::sin(turned) * across +
-                                                   sign * (1 - std::cos(turned)) * axis.cross(across)));
+        // Steps of equal length along the heading at their middle: the polyline is as long as the arc.
+        const double each = length(move) / count;
+        for (int k = 0; k < count; ++k) {
+            const Eigen::AngleAxisd turn(arc.angle * (k + 0.5) / count, axis);
+            points.push_back(points.back() + each * (turn * heading));
         }
         heading = Eigen::AngleAxisd(arc.angle, axis) * heading;
     }

@@ -2,7 +2,7 @@
 /// Plain geometric data shared by physics and render. Lengths in mm; axes as in DICOM (+x patient left,
 /// +y posterior, +z head).
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <vector>
 

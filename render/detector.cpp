@@ -17,6 +17,8 @@ std::uint64_t mix(std::uint64_t x) {
     return x ^ (x >> 31);
 }
 
+constexpr float fewest_for_normal = 25.0f;  // quanta
+
 constexpr std::uint64_t golden = 0x9E3779B97F4A7C15ull;
 
 /// Normal quantiles at the middle of 4096 equal shares, scaled so that the sum of two has variance 1: one
@@ -45,8 +47,15 @@ const std::array<float, 4096>& quantiles() {
     return table;
 }
 
-/// Events before a product of uniform numbers falls below exp(−mean), by inversion of the cumulative sum.
-float poisson(float mean, double uniform) {
+/// Standard normal from one half of the bits.
+float normal_from(const std::array<float, 4096>& table, std::uint64_t bits, int which) {
+    const std::uint64_t own = bits >> (which == 0 ? 0 : 32);
+    return table[own & 4095] + table[(own >> 12) & 4095];
+}
+
+/// A Poisson count by inversion of its cumulative sum.
+float poisson(float mean, std::uint64_t bits) {
+    const double uniform = (static_cast<double>(bits & 0xFFFFFFFFull) + 0.5) / 4294967296.0;
     double term = std::exp(-static_cast<double>(mean)), sum = term;
     int count = 0;
     while (uniform > sum && count < 200) {
@@ -67,14 +76,12 @@ std::uint64_t PixelNoise::bits(std::uint64_t pixel) const {
 }
 
 float PixelNoise::normal(std::uint64_t bits, int which) {
-    const std::array<float, 4096>& table = quantiles();
-    const std::uint64_t own = bits >> (which == 0 ? 0 : 32);
-    return table[own & 4095] + table[(own >> 12) & 4095];
+    return normal_from(quantiles(), bits, which);
 }
 
 float PixelNoise::quanta(float mean, std::uint64_t bits) {
     if (!(mean > 0.0f)) return 0.0f;
-    if (mean < 25.0f) return poisson(mean, (static_cast<double>(bits & 0xFFFFFFFFull) + 0.5) / 4294967296.0);
+    if (mean < fewest_for_normal) return poisson(mean, bits);
     return mean + std::sqrt(mean) * normal(bits, 0);
 }
 
@@ -82,12 +89,17 @@ Field read_out(Field expected, double pixel_width, const DetectorSpec& detector,
                std::uint64_t frame) {
     const PixelNoise noise(seed, frame);
     std::vector<float>& values = expected.values;  // counted, blurred and read out in place
-    for (std::size_t i = 0; i < values.size(); ++i) values[i] = PixelNoise::quanta(values[i], noise.bits(i));
+    const auto& table = quantiles();
+    for (std::size_t i = 0; i < values.size(); ++i) {
+        const float mean = values[i];
+        values[i] = mean >= fewest_for_normal ? mean + std::sqrt(mean) * normal_from(table, noise.bits(i), 0)
+                                              : PixelNoise::quanta(mean, noise.bits(i));
+    }
     blur(expected, detector.scintillator_blur / pixel_width);
     const auto electronic = static_cast<float>(detector.electronic_noise);
     if (electronic > 0.0f) {
         for (std::size_t i = 0; i < values.size(); ++i)
-            values[i] += electronic * PixelNoise::normal(noise.bits(i), 1);
+            values[i] += electronic * normal_from(table, noise.bits(i), 1);
     }
     return expected;
 }

@@ -60,9 +60,9 @@ Field shutters(const DisplaySpec& spec, int width, int height) {
     return open;
 }
 
-Display::Display(const DisplaySpec& spec, const Field& expected, const Field& flat)
+Display::Display(const DisplaySpec& spec, const Field& expected, const Field& flat, const Field& weight)
     : reference_(expected.width, expected.height), open_(shutters(spec, expected.width, expected.height)) {
-    assert(expected.values.size() == flat.values.size());
+    assert(expected.values.size() == flat.values.size() && flat.values.size() == weight.values.size());
     const auto steps = static_cast<int>(grey_.size());
     for (int i = 0; i < steps; ++i) {
         const double d = lowest + (highest - lowest) * (i + 0.5) / steps;
@@ -73,13 +73,13 @@ Display::Display(const DisplaySpec& spec, const Field& expected, const Field& fl
     }
 
     Field log(expected.width, expected.height);
-    double sum = 0.0, weight = 0.0;
+    double sum = 0.0, total = 0.0;
     for (std::size_t i = 0; i < log.values.size(); ++i) {
         log.values[i] = std::log(std::max(expected.values[i], 1e-3f) / flat.values[i]);
-        sum += static_cast<double>(open_.values[i]) * log.values[i];
-        weight += open_.values[i];
+        sum += static_cast<double>(weight.values[i]) * log.values[i];
+        total += weight.values[i];
     }
-    const auto middle = static_cast<float>(weight > 0.0 ? sum / weight : 0.0);
+    const auto middle = static_cast<float>(total > 0.0 ? sum / total : 0.0);
     constexpr int block = 8;
     const Field slow =
         enlarge(gaussian_blur(shrink(log, block), spec.compression_reach * expected.width / block), block,

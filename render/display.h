@@ -24,8 +24,9 @@ struct DisplaySpec {
 class Display {
 public:
     /// `expected`: detector signal without noise [quanta]; `flat`: the same with nothing in the beam, as
-    /// shares of its middle [-]. Equal sizes.
-    Display(const DisplaySpec&, const Field& expected, const Field& flat);
+    /// shares of its middle [-]; `weight`: of each pixel in the average that is shown at `brightness` [-].
+    /// Equal sizes.
+    Display(const DisplaySpec&, const Field& expected, const Field& flat, const Field& weight);
 
     /// Shape as `expected`.
     GrayImage show(const Field& signal) const;

@@ -23,8 +23,9 @@ struct PoseImages {
     EnergyBins bins;
     std::vector<PixelBins> primary;  // per pixel and bin, relative to the open beam, flat field included
     Field contrast_length;           // through layers that take contrast [mm]
-    double gain = 0.0;               // quanta per unit of relative intensity
-    Field scatter;                   // [quanta]
+    std::vector<std::uint32_t> contrast_pixels;  // where that is not 0
+    double gain = 0.0;                           // quanta per unit of relative intensity
+    Field scatter;                               // [quanta]
     std::optional<Display> display;
     int unbalanced_pixels = 0;
 };
@@ -53,6 +54,20 @@ Field flat_field(const CArm& arm, double heel) {
         }
     }
     return flat;
+}
+
+/// 1 in the disc where automatic exposure measures, 0 outside: air beside the patient does not count.
+Field measuring_field(const CArm& arm, double radius) {
+    Field field(arm.pixels, arm.pixels);
+    // Never without a pixel.
+    const double reach = std::max(radius * arm.pixels, 1.0);
+    for (int j = 0; j < arm.pixels; ++j) {
+        for (int i = 0; i < arm.pixels; ++i) {
+            const double away = std::hypot(i + 0.5 - 0.5 * arm.pixels, j + 0.5 - 0.5 * arm.pixels);
+            field.values[static_cast<std::size_t>(j) * arm.pixels + i] = away <= reach ? 1.0f : 0.0f;
+        }
+    }
+    return field;
 }
 
 float sum(const PixelBins& bins) {
@@ -124,6 +139,8 @@ const PoseImages& Fluoroscope::State::at_pose(const CArm& arm, double kvp) {
                 flat.values[i] * static_cast<float>(pose->bins.weights[k]) * std::exp(exponent[i][k]);
         }
         relative.values[i] = sum(pose->primary[i]);
+        if (pose->contrast_length.values[i] > 0.0f)
+            pose->contrast_pixels.push_back(static_cast<std::uint32_t>(i));
     }
 
     // Scatter: the primary image spread wide.
@@ -133,12 +150,12 @@ const PoseImages& Fluoroscope::State::at_pose(const CArm& arm, double kvp) {
                 block, arm.pixels, arm.pixels);
     for (float& value : pose->scatter.values) value *= static_cast<float>(config.scatter_to_primary);
 
-    // Automatic exposure: one nGy on average inside the shutters; each frame scales it to its dose.
-    const Field open = shutters(config.display, arm.pixels, arm.pixels);
+    // Automatic exposure: one nGy on average in the measuring field; each frame scales it to its dose.
+    const Field measured = measuring_field(arm, config.measuring_radius);
     double field = 0.0, received = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
-        field += open.values[i];
-        received += static_cast<double>(open.values[i]) * (relative.values[i] + pose->scatter.values[i]);
+        field += measured.values[i];
+        received += static_cast<double>(measured.values[i]) * (relative.values[i] + pose->scatter.values[i]);
     }
     const double quanta = quanta_per_dose_and_area * pixel_width(arm) * pixel_width(arm);
     pose->gain = received > 0.0 ? quanta * field / received : 0.0;
@@ -147,32 +164,43 @@ const PoseImages& Fluoroscope::State::at_pose(const CArm& arm, double kvp) {
 
 const FilledImages& Fluoroscope::State::with_iodine(const PoseImages& at, const Exposure& exposure) {
     if (filled && filled->iodine == exposure.iodine && filled->dose == exposure.detector_dose) return *filled;
-    const bool same_dose = filled && filled->dose == exposure.detector_dose;
-    filled.emplace();
+    const bool new_dose = !filled || filled->dose != exposure.detector_dose;
+    if (!filled) filled.emplace();  // otherwise its memory is used again: contrast flows for many frames
     filled->iodine = exposure.iodine;
     filled->dose = exposure.detector_dose;
-    filled->primary = at.primary;
-    filled->expected = Field(at.arm.pixels, at.arm.pixels);
+    const std::size_t count = at.primary.size();
+    filled->primary.resize(count);
+    filled->expected.width = filled->expected.height = at.arm.pixels;
+    filled->expected.values.resize(count);
+
     const auto scale = static_cast<float>(at.gain * exposure.detector_dose);
+    if (new_dose) {
+        // The display is adjusted to the image without contrast.
+        Field bare(at.arm.pixels, at.arm.pixels);
+        for (std::size_t i = 0; i < count; ++i) {
+            bare.values[i] = scale * (sum(at.primary[i]) + at.scatter.values[i]);
+        }
+        pose->display.emplace(config.display, bare, flat_field(at.arm, config.heel),
+                              measuring_field(at.arm, config.measuring_radius));
+    }
     PixelBins iodine;
     const Bins per_concentration = at.bins.attenuation(Material::iodine);
     for (int k = 0; k < energy_bins; ++k)
         iodine[k] = static_cast<float>(-exposure.iodine * per_concentration[k]);
-    Field bare(at.arm.pixels, at.arm.pixels);
-    for (std::size_t i = 0; i < filled->primary.size(); ++i) {
-        PixelBins& bins = filled->primary[i];
+    const auto fill = [&](std::size_t i) {
+        PixelBins bins = at.primary[i];
         for (float& value : bins) value *= scale;
-        bare.values[i] = sum(bins) + scale * at.scatter.values[i];
         const float length = at.contrast_length.values[i];
         if (length > 0.0f && exposure.iodine > 0.0) {
             for (int k = 0; k < energy_bins; ++k) bins[k] *= std::exp(iodine[k] * length);
-            filled->expected.values[i] = sum(bins) + scale * at.scatter.values[i];
-        } else {
-            filled->expected.values[i] = bare.values[i];
         }
-    }
-    if (!same_dose || !pose->display) {
-        pose->display.emplace(config.display, bare, flat_field(at.arm, config.heel));
+        filled->primary[i] = bins;
+        filled->expected.values[i] = sum(bins) + scale * at.scatter.values[i];
+    };
+    if (new_dose) {
+        for (std::size_t i = 0; i < count; ++i) fill(i);
+    } else {
+        for (const std::uint32_t i : at.contrast_pixels) fill(i);
     }
     return *filled;
 }

@@ -35,6 +35,7 @@ struct FluoroscopeConfig {
     DisplaySpec display;
     double scatter_to_primary = 0.6;  // mean over the field, behind the grid [-]
     double scatter_reach = 28.0;      // standard deviation of its spread, on the detector [mm]
+    double measuring_radius = 0.30;   // of the disc where exposure is measured, in image widths [-]
     double heel = 0.08;               // loss of intensity at the edge toward the anode (the head) [-]
 };
 
@@ -42,7 +43,7 @@ struct FluoroscopeConfig {
 struct Exposure {
     std::uint64_t frame = 0;
     std::uint64_t seed = 0;
-    double detector_dose = 30.0;  // mean over the field, per pulse [nGy]
+    double detector_dose = 30.0;  // mean over the measuring field, per pulse [nGy]
     double kvp = 74.0;            // tube voltage [kV]
     double iodine = 0.0;          // concentration throughout the layers that take contrast [mg/ml]
 };
@@ -63,8 +64,8 @@ public:
 
     /// A live frame of arm.pixels squared. `joints` from the introducer to the tip [mm]; with fewer than two,
     /// or with one that is not finite, the wire is left out. The tube output follows the anatomy (automatic
-    /// exposure): the mean dose in the field is `detector_dose` at any pose, before wire and contrast. Throws
-    /// std::invalid_argument with all the problems of arm or exposure.
+    /// exposure): the mean dose in a disc amid the image is `detector_dose` at any pose, before wire and
+    /// contrast. Throws std::invalid_argument with all the problems of arm or exposure.
     GrayImage expose(const CArm&, std::span<const physics::Vec3> joints, const Exposure&);
 
     /// The quanta expected on each pixel, before noise: what `expose` draws its numbers around.

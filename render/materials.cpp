@@ -20,10 +20,10 @@ struct Row {
 };
 
 // All tables: J. H. Hubbell and S. M. Seltzer, Tables of X-Ray Mass Attenuation Coefficients, NIST Standard
-// Reference Database 126 (2004), table 3 (elements) and table 4 (compounds; tissues after ICRU-44). Each
-// value was compared with the copy of those tables in the data folder of the open-source package roentgen
-// (ehsteve/roentgen, roentgen/data), digit by digit, 15 to 150 keV. Densities are noted with their source
-// below.
+// Reference Database 126 (2004), table 3 (elements) and table 4 (compounds; tissues after ICRU-44), rows from
+// 15 to 150 keV. They were read from the copy of those tables in the data folder of the open-source package
+// roentgen (ehsteve/roentgen, roentgen/data), not from NIST's own pages. The row of CsI between its two edges
+// is left out: in that copy it rises without an edge. Densities have their source beside them below.
 
 constexpr Row air[] = {{15, 1.614},  {20, 0.7779}, {30, 0.3538},  {40, 0.2485}, {50, 0.2080},
                        {60, 0.1875}, {80, 0.1662}, {100, 0.1541}, {150, 0.1356}};

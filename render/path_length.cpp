@@ -99,19 +99,16 @@ struct PathLengthRenderer::Gl {
     int size = 0;                 // of the target, pixels along a side
     std::vector<float> readback;  // length and count, interleaved
 
-#define RENDER_GL_FUNCTIONS(X)                                                                             \
-    X(AttachShader)                                                                                        \
-    X(BindBuffer)                                                                                          \
-    X(BindFramebuffer)                                                                                     \
-    X(BindTexture)                                                                                         \
-    X(BindVertexArray) X(BlendEquation) X(BlendFunc) X(BufferData) X(CheckFramebufferStatus) X(Clear)      \
-        X(ClearColor) X(CompileShader) X(CreateProgram) X(CreateShader) X(DeleteBuffers)                   \
-            X(DeleteFramebuffers) X(DeleteProgram) X(DeleteShader) X(DeleteTextures) X(DeleteVertexArrays) \
-                X(Disable) X(DrawElements) X(Enable) X(EnableVertexAttribArray) X(FramebufferTexture2D)    \
-                    X(GenBuffers) X(GenFramebuffers) X(GenTextures) X(GenVertexArrays) X(GetError)         \
-                        X(GetProgramiv) X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadPixels)  \
-                            X(ShaderSource) X(TexImage2D) X(TexParameteri) X(Uniform1f) X(Uniform3f)       \
-                                X(UseProgram) X(VertexAttribPointer) X(Viewport)
+// clang-format off
+#define RENDER_GL_FUNCTIONS(X) \
+    X(AttachShader) X(BindBuffer) X(BindFramebuffer) X(BindTexture) X(BindVertexArray) X(BlendEquation) \
+    X(BlendFunc) X(BufferData) X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(CompileShader) \
+    X(CreateProgram) X(CreateShader) X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram) X(DeleteShader) \
+    X(DeleteTextures) X(DeleteVertexArrays) X(Disable) X(DrawElements) X(Enable) X(EnableVertexAttribArray) \
+    X(FramebufferTexture2D) X(GenBuffers) X(GenFramebuffers) X(GenTextures) X(GenVertexArrays) X(GetError) \
+    X(GetProgramiv) X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadPixels) X(ShaderSource) \
+    X(TexImage2D) X(TexParameteri) X(Uniform1f) X(Uniform3f) X(UseProgram) X(VertexAttribPointer) X(Viewport)
+// clang-format on
 #define RENDER_GL_MEMBER(name) decltype(&::gl##name) name = nullptr;
     RENDER_GL_FUNCTIONS(RENDER_GL_MEMBER)
 #undef RENDER_GL_MEMBER

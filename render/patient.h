@@ -1,5 +1,5 @@
 #pragma once
-/// A procedural patient around given vessels: trunk, lumbar spine, pelvis, bowel gas.
+/// A procedural patient around given vessels: trunk, lumbar spine, lowest ribs, pelvis, kidneys, bowel gas.
 
 #include <span>
 #include <vector>
@@ -15,7 +15,7 @@ struct PatientSpec {
     double spine_x = 0.0;       // of the column's middle, toward the patient's left [mm]
     double spine_front = 14.0;  // y of the anterior face of the vertebral bodies [mm]
     double bifurcation = 0.0;   // z of the aortic bifurcation, which stands before L4 [mm]
-    double width = 350.0;       // of the trunk, left to right [mm]
+    double width = 375.0;       // of the trunk, left to right [mm]
     double depth = 225.0;       // of the trunk, front to back [mm]
     bool bowel_gas = true;
 };

@@ -28,7 +28,8 @@ Polyline smooth(std::span<const Vec3> joints) {
     for (int i = 0; i < last; ++i) {
         const double bend = std::max(turn(i), turn(i + 1));
         const double length = (joints[i + 1] - joints[i]).norm();
-        const int pieces = std::clamp(static_cast<int>(std::ceil(std::sqrt(length * bend / 0.08))), 1, 16);
+        const int pieces =
+            static_cast<int>(std::max(1.0, std::min(16.0, std::ceil(std::sqrt(length * bend / 0.08)))));
         const Vec3 m0 = slope(i), m1 = slope(i + 1);
         for (int k = 1; k < pieces; ++k) {
             const double t = double(k) / pieces, t2 = t * t, t3 = t2 * t;
@@ -146,8 +147,8 @@ void WireImage::splat(const Piece& piece, int pixels, double scale) {
     const double top = std::min(a.y(), b.y()) - reach - before - after + centre;
     const double bottom = std::max(a.y(), b.y()) + reach + before + after + centre;
     if (!(bottom > 0.0 && top < places)) return;
-    const int first_row = std::max(0, static_cast<int>(std::floor(top)));
-    const int last_row = std::min(places - 1, static_cast<int>(std::ceil(bottom)));
+    const int first_row = static_cast<int>(std::max(0.0, std::floor(top)));
+    const int last_row = static_cast<int>(std::min(places - 1.0, std::ceil(bottom)));
     for (int v = first_row; v <= last_row; ++v) {
         const double y = v + 0.5 - centre;
         double left = -centre, right = centre;
@@ -170,7 +171,7 @@ void WireImage::splat(const Piece& piece, int pixels, double scale) {
         const std::uint32_t row = static_cast<std::uint32_t>(v / samples) * pixels;
         for (int u = first; u <= last; ++u) {
             const double chord = piece.chord(Vec3((u + 0.5 - centre) / scale, y / scale, 1.0));
-            if (chord <= 0.0) continue;
+            if (!(chord > 0.0)) continue;
             Slot& hit = slot(row + u / samples);
             const int place = v % samples * samples + u % samples;
             (piece.marker ? hit.marker : hit.body)[place] += static_cast<float>(chord);

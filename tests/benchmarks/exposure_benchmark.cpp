@@ -57,6 +57,20 @@ void exposure_at_a_cached_pose(benchmark::State& state) {
 }
 BENCHMARK(exposure_at_a_cached_pose)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
 
+void exposure_while_contrast_flows(benchmark::State& state) {
+    auto scope = make_fluoroscope();
+    const auto arm = arm_of(static_cast<int>(state.range(0)));
+    const Polyline joints = wire();
+    render::Exposure exposure;
+    scope.expose(arm, joints, exposure);
+    for (auto _ : state) {
+        ++exposure.frame;
+        exposure.iodine = static_cast<double>(exposure.frame % 150 + 1);
+        benchmark::DoNotOptimize(scope.expose(arm, joints, exposure));
+    }
+}
+BENCHMARK(exposure_while_contrast_flows)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
+
 void exposure_at_a_new_pose(benchmark::State& state) {
     auto scope = make_fluoroscope();
     auto arm = arm_of(static_cast<int>(state.range(0)));

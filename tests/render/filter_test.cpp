@@ -28,6 +28,26 @@ TEST(Filter, BlurLeavesAConstantAloneUpToTheBorder) {
     for (float v : render::gaussian_blur(Field(9, 5, 3.0f), 1.3).values) EXPECT_NEAR(v, 3.0f, 1e-5f);
 }
 
+TEST(Filter, BlurTreatsRowsColumnsAndAllFourBordersAlike) {
+    Field uneven(17, 17), turned(17, 17), mirrored(17, 17);
+    for (int j = 0; j < 17; ++j) {
+        for (int i = 0; i < 17; ++i) {
+            const float v = static_cast<float>((i * 7 + j * 13 + i * j) % 23);
+            uneven.values[j * 17 + i] = v;
+            turned.values[i * 17 + j] = v;
+            mirrored.values[(16 - j) * 17 + (16 - i)] = v;
+        }
+    }
+    const Field a = render::gaussian_blur(uneven, 1.4), b = render::gaussian_blur(turned, 1.4);
+    const Field c = render::gaussian_blur(mirrored, 1.4);
+    for (int j = 0; j < 17; ++j) {
+        for (int i = 0; i < 17; ++i) {
+            EXPECT_NEAR(a.values[j * 17 + i], b.values[i * 17 + j], 1e-4f);
+            EXPECT_NEAR(a.values[j * 17 + i], c.values[(16 - j) * 17 + (16 - i)], 1e-4f);
+        }
+    }
+}
+
 TEST(Filter, EnlargingAShrunkSlopeGivesItBack) {
     Field slope(50, 35);
     for (int j = 0; j < 35; ++j) {

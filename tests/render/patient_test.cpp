@@ -10,6 +10,7 @@
 namespace {
 
 using physics::Vec3;
+using render::CArm;
 
 TEST(Solids, AreClosedOutwardAndOfTheRightVolume) {
     const auto ball = render::ellipsoid(Vec3(5, 6, 7), Vec3(10, 20, 30), 64);
@@ -41,6 +42,7 @@ TEST(Patient, HasItsSpineBehindTheAortaAndItsSkinAroundTheVessels) {
     }
     points.emplace_back(70, -60, -150);
     const auto spec = render::patient_around(points, 0.0);
+    EXPECT_NEAR(spec.spine_x, 12.0, 1e-9);
     EXPECT_GT(spec.spine_front, 5.0);  // the wall of the aorta
     EXPECT_LT(spec.spine_front, 15.0);
     const auto layers = render::make_patient(spec);
@@ -52,6 +54,27 @@ TEST(Patient, HasItsSpineBehindTheAortaAndItsSkinAroundTheVessels) {
     }
     for (const Vec3& p : points) {
         EXPECT_TRUE((p.array() > low.array()).all() && (p.array() < high.array()).all());
+    }
+}
+
+TEST(Patient, KeepsItsBonesUnderItsSkin) {
+    // Seen from the side and obliquely, no bone stands where no tissue is.
+    const auto layers = render::make_patient({});
+    render::PathLengthRenderer renderer;
+    for (double lao : {0.5, 1.0, 1.5}) {
+        for (double z : {-100.0, 50.0}) {
+            CArm arm;
+            arm.lao = lao;
+            arm.isocentre = Vec3(0, 30, z);
+            arm.pixels = 128;
+            arm.detector_width = 500.0;
+            const auto tissue = renderer.render(renderer.add(layers[1].mesh), arm).length;
+            const auto bone = renderer.render(renderer.add(layers[2].mesh), arm).length;
+            int bare = 0;
+            for (std::size_t i = 0; i < bone.values.size(); ++i)
+                bare += bone.values[i] > 0 && tissue.values[i] == 0;
+            EXPECT_EQ(bare, 0) << "at " << lao << " rad and z " << z;
+        }
     }
 }
 

@@ -162,6 +162,17 @@ TEST(WireImage, SeenEndOnIsADiscOfItsFullLength) {
                 0.2 * radius * radius + 20);
 }
 
+TEST(WireImage, AttenuatesByItsMetalLessWhatItDisplaces) {
+    const auto bins = render::fit_bins(render::detected_spectrum(74.0));
+    WireLook look;
+    look.body_fill = 0.5;
+    const auto mu = render::wire_attenuation(look, bins, all(0.1));
+    const double steel = render::attenuation(render::Material::steel, bins.energies[2]);
+    const double platinum = render::attenuation(render::Material::platinum, bins.energies[2]);
+    EXPECT_NEAR(mu.body[2], 0.5 * steel - 0.1, 1e-12);
+    EXPECT_NEAR(mu.marker[2], look.marker_fill * platinum - 0.1, 1e-12);
+}
+
 TEST(WireImage, MarkerTakesTheDistalLength) {
     CArm arm;
     Polyline joints;
@@ -189,6 +200,10 @@ TEST(WireImage, OfNoJointsOrOneThatIsNotFiniteIsEmpty) {
     // Behind the source, or out of the field: no shadow and no harm.
     EXPECT_TRUE(wire.cast(arm, Polyline{Vec3(0, 800, 0), Vec3(0, 900, 0)}, look, mu).empty());
     EXPECT_TRUE(wire.cast(arm, Polyline{Vec3(900, 0, 0), Vec3(910, 0, 0)}, look, mu).empty());
+    // Absurd, though finite.
+    for (const auto& pixel : wire.cast(arm, Polyline{Vec3(0, 0, 0), Vec3(1e300, -1e300, 1e9)}, look, mu)) {
+        EXPECT_TRUE(pixel.transmission[0] >= 0.0f && pixel.transmission[0] <= 1.0f);
+    }
     EXPECT_FALSE(wire.cast(arm, Polyline{Vec3(0, 0, 0), Vec3(9, 0, 0)}, look, mu).empty());
 }
 

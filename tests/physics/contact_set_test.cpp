@@ -1,0 +1,78 @@
+#include "physics/contact_set.h"
+
+#include <gtest/gtest.h>
+
+#include "physics/energy.h"
+#include "tests/physics/wires.h"
+
+using namespace physics;
+
+namespace {
+void turn_some(Guidewire& wire, int i, double by) {
+    wire.tangents[i] = (wire.tangents[i] + by * Vec3(0.3, -0.8, 0.5)).normalized();
+    rebuild_joints(wire, i);
+}
+
+/// Shifts the distal part of the wire by about 2 mm, through the wall.
+void press_aside(Guidewire& wire) {
+    for (int i = 10; i < 30; ++i) turn_some(wire, i, 0.1);
+}
+}  // namespace
+
+TEST(ContactSet, SkipsQueriesWithoutEverMissingAContact) {
+    auto [wall, wire] = scene_setup("sinuous");
+    ContactSet set(wall);
+    set.reset(wire);
+    const long long all = wire.segments();
+    EXPECT_EQ(set.queries(), all);
+    for (int k = 0; k < 400; ++k) {
+        const int i = 1 + (k * 37) % wire.segments();
+        turn_some(wire, i, k % 2 ? 0.004 : -0.004);
+        set.evaluate(wire.joints, i);
+        set.commit();
+        const auto fresh = all_contacts(wire, wall);
+        for (int j = 1; j <= wire.segments(); ++j) {
+            ASSERT_EQ(set.contacts()[j].touches(), fresh[j].touches()) << k << " " << j;
+            if (fresh[j].touches()) {
+                ASSERT_NEAR(set.contacts()[j].penetration, fresh[j].penetration, 1e-9);
+            }
+        }
+    }
+    EXPECT_LT(set.queries(), 400 * all / 3);
+}
+
+TEST(ContactSet, ForgetsAnEvaluationThatIsNotCommitted) {
+    auto [wall, wire] = scene_setup("hairpin");
+    press_aside(wire);
+    ContactSet set(wall);
+    set.reset(wire);
+    const double energy = set.energy(1);
+    Guidewire moved = wire;
+    turn_some(moved, 10, 0.1);
+    EXPECT_NE(set.evaluate(moved.joints, 10), energy);
+    EXPECT_EQ(set.energy(1), energy);
+    set.evaluate(wire.joints, 10);
+    set.commit();
+    EXPECT_DOUBLE_EQ(set.energy(1), energy);
+}
+
+TEST(ContactSet, SumsForceAndStiffnessFromAJointToTheTip) {
+    auto [wall, wire] = scene_setup("hairpin");
+    press_aside(wire);
+    ContactSet set(wall);
+    set.reset(wire);
+    ASSERT_GT(set.touching(), 5);
+    for (int from : {1, 30, 60, 119, 120}) {
+        Vec3 force = Vec3::Zero();
+        Mat3 stiffness = Mat3::Zero();
+        for (int j = from; j <= wire.segments(); ++j) {
+            const WallContact& c = set.contacts()[j];
+            if (!c.touches()) continue;
+            force += c.stiffness * c.penetration * c.normal;
+            stiffness += c.stiffness * c.normal * c.normal.transpose();
+        }
+        EXPECT_LT((set.sum_from(from).force - force).norm(), 1e-9 * (1 + force.norm()));
+        EXPECT_LT((set.sum_from(from).stiffness - stiffness).norm(), 1e-9 * (1 + stiffness.norm()));
+    }
+    EXPECT_EQ(set.sum_from(wire.segments() + 1).force, Vec3::Zero());
+}

@@ -1,0 +1,271 @@
+#include "physics/segment_relaxer.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <map>
+
+#include "physics/energy.h"
+#include "tests/physics/wires.h"
+
+using namespace physics;
+
+namespace {
+
+double energy_of(const Guidewire& wire, const LumenWall& wall) {
+    return total_energy(wire, all_contacts(wire, wall)).total();
+}
+
+RelaxerConfig with(int varied, bool safeguard = true) {
+    RelaxerConfig config;
+    config.varied_segments = varied;
+    config.safeguard = safeguard;
+    return config;
+}
+
+Guidewire straight_along_x(int segments) {
+    return uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, std::vector<Vec3>(segments, Vec3::UnitX()));
+}
+
+}  // namespace
+
+TEST(RelaxerConfig, RefusesWhatCannotRun) {
+    EXPECT_TRUE(problems(RelaxerConfig{}).empty());
+    for (int m : {-1, 0, 6}) EXPECT_THROW(make_relaxer(with(m)), std::invalid_argument);
+    RelaxerConfig config;
+    config.separation = 1;
+    EXPECT_THROW(make_relaxer(config), std::invalid_argument);
+    config.separation = 15;
+    config.turn_limit = 0;
+    EXPECT_THROW(make_relaxer(config), std::invalid_argument);
+}
+
+TEST(SegmentRelaxer, NeverTurnsASegmentBeyondItsLimit) {
+    for (int m = 1; m <= 5; ++m) {
+        auto [wall, wire] = scene_setup("hairpin");
+        const int n = wire.segments();
+        Guidewire last = wire;
+        auto relaxer = make_relaxer(with(m));
+        relaxer->relax(wire, wall, {2000, 0, 0}, [&](int, const Guidewire& now) {
+            for (int i = 1; i <= n; ++i)
+                ASSERT_LE((now.tangents[i] - last.tangents[i]).norm(), 0.1 / std::sqrt(n + 1.0 - i) + 1e-12);
+            last = now;
+        });
+    }
+}
+
+TEST(SegmentRelaxer, MovesOnlyVariedSegmentsAndTheirOwnJoints) {
+    auto [wall, wire] = scene_setup("hairpin");
+    SegmentRelaxer relaxer(with(3));
+    Guidewire last = wire;
+    std::map<int, int> separations;
+    relaxer.relax(wire, wall, whole_cycles(wire.segments(), 1), [&](int first, const Guidewire& now) {
+        const auto varied = relaxer.last_varied();
+        ASSERT_EQ(varied.front(), first);
+        for (std::size_t m = 1; m < varied.size(); ++m) ++separations[varied[m] - varied[m - 1]];
+        for (int i = 1; i <= now.segments(); ++i) {
+            if (std::find(varied.begin(), varied.end(), i) == varied.end()) {
+                ASSERT_EQ(now.tangents[i], last.tangents[i]) << i;
+            }
+        }
+        last = now;
+    });
+    ASSERT_FALSE(separations.empty());
+    EXPECT_GE(separations.begin()->first, 5);  // Algorithm 2 looks at 5 … 25
+    EXPECT_LE(separations.rbegin()->first, 25);
+    EXPECT_GT(separations.size(), 5u);
+}
+
+TEST(SegmentRelaxer, FixedSeparationIsKept) {
+    auto [wall, wire] = scene_setup("hairpin");
+    RelaxerConfig config = with(3);
+    config.separation = 12;
+    SegmentRelaxer relaxer(config);
+    int triples = 0;
+    relaxer.relax(wire, wall, {3000, 0, 0}, [&](int, const Guidewire&) {
+        const auto varied = relaxer.last_varied();
+        for (std::size_t m = 1; m < varied.size(); ++m) ASSERT_EQ(varied[m] - varied[m - 1], 12);
+        triples += varied.size() == 3;
+    });
+    EXPECT_GT(triples, 100);
+}
+
+TEST(SegmentRelaxer, GuardedEnergyNeverRises) {
+    for (const char* scene : {"hairpin", "stiffwall"})
+        for (int m : {1, 2, 3}) {
+            auto [wall, wire] = scene_setup(scene);
+            auto relaxer = make_relaxer(with(m));
+            double last = energy_of(wire, wall);
+            for (int k = 0; k < 30; ++k) {
+                relaxer->relax(wire, wall, {200, 0, 0});
+                const double now = energy_of(wire, wall);
+                ASSERT_LE(now, last * (1 + 1e-12)) << scene << " M = " << m << " after " << 200 * (k + 1);
+                last = now;
+            }
+            EXPECT_TRUE(validate(wire).empty());
+        }
+}
+
+TEST(SegmentRelaxer, PlainAndGuardedReachTheSameBasin) {
+    for (bool safeguard : {false, true}) {
+        auto [wall, wire] = scene_setup("hairpin");
+        make_relaxer(with(2, safeguard))->relax(wire, wall, whole_cycles(wire.segments(), 60));
+        EXPECT_NEAR(energy_of(wire, wall), 13.468, 0.02) << safeguard;
+    }
+}
+
+TEST(SegmentRelaxer, SecondOrderRestsWhereFirstOrderBounces) {
+    // Fig. 11: mean |ε| of the first order stays far above that of the second.
+    double mean[2];
+    for (int order : {1, 2}) {
+        auto [wall, wire] = scene_setup("hairpin");
+        RelaxerConfig config = with(2);
+        if (order == 1) config.kind = RelaxerKind::FirstOrder;
+        auto relaxer = make_relaxer(config);
+        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 60));
+        double sum = 0;
+        long long count = 0;
+        Guidewire last = wire;
+        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 2), [&](int b, const Guidewire& now) {
+            sum += (now.tangents[b] - last.tangents[b]).norm();
+            last.tangents = now.tangents;
+            ++count;
+        });
+        mean[order - 1] = sum / count;
+    }
+    EXPECT_LT(mean[1], 1e-3 * mean[0]);
+}
+
+TEST(SegmentRelaxer, BudgetIsCountedInUpdates) {
+    auto [wall, wire] = scene_setup("hairpin");
+    int seen = 0;
+    const RelaxReport report =
+        make_relaxer({})->relax(wire, wall, {137, 0.75, 40}, [&](int, const Guidewire&) { ++seen; });
+    EXPECT_EQ(report.updates, 137);
+    EXPECT_EQ(seen, 137);
+    EXPECT_GE(report.wall_queries, wire.segments());
+}
+
+TEST(SegmentRelaxer, StopsWhenNothingTurnsAnyMore) {
+    GuidewireSpec spec;
+    spec.curved_length = spec.curved_angle = 0;
+    Guidewire wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 30);
+    const TubeWall wall({{-1, 0, 0}, {100, 0, 0}}, 2, 40);
+    const RelaxReport report = make_relaxer({})->relax(wire, wall, {100000, 0, 0});
+    EXPECT_TRUE(report.converged);
+    EXPECT_LE(report.updates, 60);
+}
+
+TEST(SegmentRelaxer, FreeCurvedTipTakesItsRestShape) {
+    GuidewireSpec spec;
+    spec.segment_length = 2;
+    spec.tip_length = 20;
+    spec.transition_length = 10;
+    Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 24);
+    rotate(wire, 0.5);
+    const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 50, 40);
+    make_relaxer(with(1))->relax(wire, wall, whole_cycles(24, 400));
+    EXPECT_LT(total_energy(wire, all_contacts(wire, wall)).bending, 1e-8);
+    const Vec3 aside = wire.tip() - Vec3(0, 0, wire.tip().z());
+    EXPECT_GT(aside.norm(), 2.0);
+    EXPECT_LT(aside.normalized().cross(rolled_director(wire)).norm(),
+              1e-3);  // curved to where the hub points
+}
+
+TEST(SegmentRelaxer, RotatingTheHubTurnsTheTip) {
+    GuidewireSpec spec;
+    spec.segment_length = 2;
+    Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
+    const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 4, 20, 0.44);
+    auto relaxer = make_relaxer({});
+    relaxer->relax(wire, wall, whole_cycles(30, 100));
+    const Vec3 before = wire.tip();
+    for (int k = 0; k < 18; ++k) {
+        rotate(wire, 10 * M_PI / 180);
+        relaxer->relax(wire, wall, whole_cycles(30, 20));
+    }
+    const Vec3 after = wire.tip();
+    EXPECT_GT(std::hypot(before.x(), before.y()), 1.0);
+    EXPECT_LT((before.head<2>() + after.head<2>()).norm(), 0.05);  // half a turn: the other side
+}
+
+TEST(SegmentRelaxer, LeavesAnExactHeadOnMeeting) {
+    // A straight wire on the axis of a wall it meets at a right angle: no force has a side to turn to.
+    for (int m : {1, 2, 3}) {
+        Guidewire wire = straight_along_x(40);
+        const TubeWall wall({{-1, 0, 0}, {38.5, 0, 0}}, 1.0, 42);
+        const double before = energy_of(wire, wall);
+        ASSERT_GT(before, 0.1);
+        auto relaxer = make_relaxer(with(m));
+        relaxer->relax(wire, wall, whole_cycles(40, 40));
+        EXPECT_TRUE(validate(wire).empty());
+        EXPECT_LT(energy_of(wire, wall), 0.7 * before) << m;
+        EXPECT_GT((wire.joints[20] - Vec3(20, 0, 0)).norm(), 0.05) << m;
+    }
+}
+
+TEST(SegmentRelaxer, LeavesAnExactFold) {
+    std::vector<Vec3> tangents(40, Vec3::UnitX());
+    for (int i = 20; i < 40; ++i) tangents[i] = -Vec3::UnitX();
+    for (int m : {1, 2, 3}) {
+        Guidewire wire = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, tangents);
+        const TubeWall wall({{-30, 0, 0}, {60, 0, 0}}, 3.0, 42);
+        const double before = energy_of(wire, wall);
+        make_relaxer(with(m))->relax(wire, wall, whole_cycles(40, 30));
+        EXPECT_TRUE(validate(wire).empty());
+        EXPECT_LT(energy_of(wire, wall), 0.8 * before) << m;
+    }
+}
+
+TEST(SegmentRelaxer, SurvivesWhatBreaksPlainMethods) {
+    // Wall × 1000, twenty segments at once into a bend: no NaN, no broken wire, plain or guarded.
+    for (bool safeguard : {false, true})
+        for (int m : {1, 2, 4}) {
+            auto setup = scene_setup("stiffwall");
+            Guidewire& wire = setup.wire;
+            for (int k = 0; k < 20; ++k) {
+                wire.tangents[60 + k] = wire.tangents[59];
+            }
+            rebuild_joints(wire);
+            make_relaxer(with(m, safeguard))->relax(wire, setup.wall, {4000, 0.5, 60});
+            EXPECT_TRUE(validate(wire).empty()) << m << safeguard;
+        }
+}
+
+TEST(SegmentRelaxer, MirroredSceneGivesTheMirroredWire) {
+    // Mirror in the plane z = 0 through a bend that is not symmetric; rotation changes its sign.
+    const Polyline path = engine::draw(engine::find_scene("spatial")->path);
+    Polyline mirrored = path;
+    for (Vec3& p : mirrored) p.z() = -p.z();
+    GuidewireSpec spec;
+    spec.segment_length = 2;
+    spec.tip_length = 20;
+    auto run = [&](const Polyline& line, double sign) {
+        const TubeWall wall(line, 2.0, 40, 0.44);
+        Guidewire wire = wire_along(spec, line, 40);
+        // d_0 in the mirror plane: its mirror image is itself.
+        wire.base_director = Vec3::UnitY();
+        auto relaxer = make_relaxer({});
+        for (int k = 0; k < 6; ++k) {
+            move(wire, 4);
+            rotate(wire, sign * 0.15);
+            relaxer->relax(wire, wall, whole_cycles(wire.segments(), 120));
+        }
+        return wire;
+    };
+    const Guidewire one = run(path, 1), other = run(mirrored, -1);
+    ASSERT_EQ(one.segments(), other.segments());
+    for (int i = 0; i <= one.segments(); ++i) {
+        const Vec3 image(other.joints[i].x(), other.joints[i].y(), -other.joints[i].z());
+        EXPECT_LT((one.joints[i] - image).norm(), 1e-3) << i;
+    }
+}
+
+TEST(SegmentRelaxer, SameWorkTwiceGivesTheSameBits) {
+    Vec3 tips[2];
+    for (Vec3& tip : tips) {
+        auto [wall, wire] = scene_setup("spatial");
+        make_relaxer({})->relax(wire, wall, {3000, 0.5, 60});
+        tip = wire.tip();
+    }
+    EXPECT_EQ(tips[0], tips[1]);
+}

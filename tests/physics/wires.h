@@ -1,0 +1,44 @@
+#pragma once
+/// Wires and walls that several physics tests share.
+
+#include <cmath>
+#include <random>
+
+#include "engine/scenes.h"
+#include "physics/guidewire.h"
+#include "physics/tube_wall.h"
+
+/// A wire of uneven shape, with a curved tip where `curved_angle` is not zero.
+inline physics::Guidewire bent_wire(int segments, double curved_angle, unsigned seed = 7) {
+    physics::GuidewireSpec spec;
+    spec.segment_length = 1.5;
+    spec.tip_length = 9;
+    spec.transition_length = 15;
+    spec.curved_length = curved_angle == 0 ? 0 : 9;
+    spec.curved_angle = curved_angle;
+    auto wire = physics::straight_wire(spec, {1, -2, 3}, {0.3, 0.2, 1}, segments);
+    std::mt19937 random(seed);
+    for (int i = 1; i <= segments; ++i) {
+        auto unit = [&] { return random() / 2147483648.0 - 1.0; };
+        wire.tangents[i] = (wire.tangents[i - 1] + 0.25 * physics::Vec3(unit(), unit(), unit())).normalized();
+    }
+    physics::rebuild_joints(wire);
+    physics::rotate(wire, 0.7);
+    return wire;
+}
+
+/// A scene of PHYSICS: tube, and its wire laid along the centreline.
+struct SceneSetup {
+    physics::TubeWall wall;
+    physics::Guidewire wire;
+};
+inline SceneSetup scene_setup(const char* name) {
+    const engine::Scene& scene = *engine::find_scene(name);
+    const physics::Polyline centreline = engine::draw(scene.path);
+    physics::GuidewireSpec spec;
+    spec.segment_length = scene.segment_length;
+    spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
+    spec.curved_length = spec.curved_angle = 0;
+    return {physics::TubeWall(centreline, scene.radius, scene.wall_stiffness),
+            physics::wire_along(spec, centreline, scene.segments)};
+}
