@@ -1,14 +1,13 @@
 /// The command line: arguments in, exit code out. No rule of the simulation lives here.
 
-#include <fmt/format.h>
-#include <unistd.h>
-
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <fmt/format.h>
 #include <string>
+#include <unistd.h>
 
 #include "engine/headless.h"
 
@@ -17,10 +16,13 @@ namespace {
 enum ExitCode { reached = 0, not_reached = 1, bad_input = 2, differs = 3, interrupted = 130 };
 
 volatile std::sig_atomic_t stop_requested = 0;
-void request_stop(int) { stop_requested = 1; }
+void request_stop(int) {
+    stop_requested = 1;
+}
 
 const char* const footer =
-    "Exit codes: 0 target reached, 1 not reached, 2 bad input, 3 a state or frame differs from what was expected,\n"
+    "Exit codes: 0 target reached, 1 not reached, 2 bad input, 3 a state or frame differs from what was "
+    "expected,\n"
     "130 interrupted (what was done up to the last whole frame is kept).\n"
     "Commands are lines of 'FRAME verb arguments':\n"
     "  0 beam on          20 arm lao 30 deg cranial 10 deg     120 end\n"
@@ -42,7 +44,8 @@ public:
         drawn_ = true;
         const double spent = std::chrono::duration<double>(now - start_).count();
         const int filled = static_cast<int>(30.0 * p.frame / p.frames);
-        fmt::print(stderr, "\r\033[K[{}{}] frame {}/{}  inserted {:.0f} mm  tip to target {:.1f} mm  {:.0f} s left",
+        fmt::print(stderr,
+                   "\r\033[K[{}{}] frame {}/{}  inserted {:.0f} mm  tip to target {:.1f} mm  {:.0f} s left",
                    std::string(filled, '#'), std::string(30 - filled, '.'), p.frame, p.frames, p.inserted,
                    p.tip_to_target, spent / p.frame * (p.frames - p.frame));
         std::fflush(stderr);
@@ -62,7 +65,8 @@ struct RunArguments {
 const std::string shipped = SELDINGER_ASSETS "/scenarios";
 
 int run(const RunArguments& arguments) {
-    const engine::Scenario scenario = engine::load_scenario(engine::find_scenario(arguments.scenario, shipped));
+    const engine::Scenario scenario =
+        engine::load_scenario(engine::find_scenario(arguments.scenario, shipped));
     const engine::CommandScript script = engine::load_commands(arguments.commands);
     engine::RunOptions options;
     options.every = arguments.every;
@@ -96,7 +100,8 @@ int run(const RunArguments& arguments) {
                    result.differences.empty() ? "all equal" : "with differences");
     }
     if (result.interrupted) {
-        fmt::print(stderr, "interrupted after frame {}; {}/run.gw can be replayed\n", result.frames - 1, arguments.out);
+        fmt::print(stderr, "interrupted after frame {}; {}/run.gw can be replayed\n", result.frames - 1,
+                   arguments.out);
         return interrupted;
     }
     if (!result.differences.empty()) return differs;
@@ -119,17 +124,22 @@ int main(int count, char** values) {
     app.require_subcommand(1);
 
     RunArguments arguments;
-    CLI::App* run_command = app.add_subcommand("run", "Run a scenario from a file of commands, without a display");
-    run_command->add_option("scenario", arguments.scenario, "A scenario file (.toml), or the name of one that ships")
+    CLI::App* run_command =
+        app.add_subcommand("run", "Run a scenario from a file of commands, without a display");
+    run_command
+        ->add_option("scenario", arguments.scenario, "A scenario file (.toml), or the name of one that ships")
         ->required();
-    run_command->add_option("--commands", arguments.commands, "Command script or recording (.gw)")->required();
-    run_command->add_option("--out", arguments.out, "Folder for run.gw, score.json, sheet.png and frames/")->required();
+    run_command->add_option("--commands", arguments.commands, "Command script or recording (.gw)")
+        ->required();
+    run_command->add_option("--out", arguments.out, "Folder for run.gw, score.json, sheet.png and frames/")
+        ->required();
     run_command->add_option("--every", arguments.every, "Write an image of every K-th frame, and of the last")
         ->check(CLI::Range(1, engine::largest_frame));
     run_command->add_option("--frames", arguments.frames, "'all', or 'none' for no images at all")
         ->check(CLI::IsMember({"all", "none"}));
-    run_command->add_option("--expect", arguments.expect,
-                            "Recording, or output folder of an earlier run, that states and frames must equal");
+    run_command->add_option(
+        "--expect", arguments.expect,
+        "Recording, or output folder of an earlier run, that states and frames must equal");
     run_command->footer(footer);
     CLI::App* list_command = app.add_subcommand("list", "List the scenarios that ship");
 

@@ -1,11 +1,10 @@
 #include "engine/command.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <fmt/format.h>
 #include <numbers>
 
 #include "engine/text.h"
@@ -52,7 +51,20 @@ struct CommandText {
 
 }  // namespace
 
-std::string to_text(const Command& command) { return std::visit(CommandText{}, command); }
+std::string to_text(const Command& command) {
+    return std::visit(CommandText{}, command);
+}
+
+Command canonical(const Command& command) {
+    const auto read_back = [](double angle) { return *parse_number(degrees_text(angle)) * degree; };
+    Command result = command;
+    if (Rotate* turn = std::get_if<Rotate>(&result)) turn->angle = read_back(turn->angle);
+    if (MoveArm* move = std::get_if<MoveArm>(&result)) {
+        if (move->lao) move->lao = read_back(*move->lao);
+        if (move->cranial) move->cranial = read_back(*move->cranial);
+    }
+    return result;
+}
 
 render::CArm moved(render::CArm arm, const MoveArm& move) {
     arm.lao = move.lao.value_or(arm.lao);

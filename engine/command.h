@@ -9,8 +9,8 @@
 ///     25      contrast 12 mg/ml
 ///     80      withdraw 10 mm
 ///     90      reset                      # everything as at the start
-///     120     end                        # the last frame; else the hold of the target after the last command
-///     state 60 0123456789abcdef          # the state hash that frame 60 must leave
+///     120     end                        # the last frame; else the hold of the target after the last
+///     command state 60 0123456789abcdef          # the state hash that frame 60 must leave
 ///
 /// Frames stand in order. A line may repeat over a range, and ranges may overlap.
 
@@ -28,29 +28,41 @@
 
 namespace engine {
 
-struct Advance { double length = 0; };   // [mm]
-struct Withdraw { double length = 0; };  // [mm]
-struct Rotate { double angle = 0; };     // of the hub, right-handed about the wire [rad]
+struct Advance {
+    double length = 0;
+};  // [mm]
+struct Withdraw {
+    double length = 0;
+};  // [mm]
+struct Rotate {
+    double angle = 0;
+};  // of the hub, right-handed about the wire [rad]
 /// What is not given stays.
 struct MoveArm {
     std::optional<double> lao, cranial;              // [rad]
     std::optional<double> sid, sod, detector_width;  // [mm]
     std::optional<physics::Vec3> isocentre;          // [mm]
 };
-struct Beam { bool on = false; };
-struct Contrast { double iodine = 0; };  // that fills the lumen from now on [mg/ml]
+struct Beam {
+    bool on = false;
+};
+struct Contrast {
+    double iodine = 0;
+};  // that fills the lumen from now on [mg/ml]
 struct Reset {};
 
 using Command = std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Reset>;
 
 /// Amounts that one command may ask for; beyond lies a slip of the pen.
-inline constexpr double largest_motion = 500;        // [mm]
-inline constexpr double largest_rotation = 36000;    // [deg]
-inline constexpr double largest_iodine = 400;        // [mg/ml]
+inline constexpr double largest_motion = 500;      // [mm]
+inline constexpr double largest_rotation = 36000;  // [deg]
+inline constexpr double largest_iodine = 400;      // [mg/ml]
 inline constexpr int largest_frame = 1'000'000;
 
 /// "advance 5 mm": reads back to the same bits.
 std::string to_text(const Command&);
+/// The command as a recording of it will be read: angles made in radians move by a rounding error.
+Command canonical(const Command&);
 
 render::CArm moved(render::CArm, const MoveArm&);
 

@@ -1,7 +1,6 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <fstream>
 #include <numbers>
 #include <sstream>
@@ -57,7 +56,8 @@ public:
         throw Refusal{word.column, fmt::format("'{}' was found; {}", word.text, accepted)};
     }
     double number(double least, double most, std::string_view unit) {
-        const std::string accepted = fmt::format("a number from {} to {} is accepted, in {}", least, most, unit);
+        const std::string accepted =
+            fmt::format("a number from {} to {} is accepted, in {}", least, most, unit);
         const Word& word = take(accepted);
         const std::optional<double> read = parse_number(word.text);
         if (!read || !(*read >= least && *read <= most)) refuse(word, accepted);  // also refuses NaN
@@ -87,7 +87,8 @@ private:
 int frame_number(const Word& word, std::string_view text) {
     const std::optional<int> frame = parse_integer(text);
     if (!frame || *frame < 0 || *frame > largest_frame) {
-        Line::refuse(word, fmt::format("a frame number from 0 to {}, or FIRST..LAST, is accepted", largest_frame));
+        Line::refuse(word,
+                     fmt::format("a frame number from 0 to {}, or FIRST..LAST, is accepted", largest_frame));
     }
     return *frame;
 }
@@ -97,15 +98,21 @@ MoveArm arm_command(Line& line) {
     do {
         const std::string accepted = "accepted are: " + joined(arm_words);
         const Word& word = line.take(accepted);
-        if (word.text == "lao") move.lao = line.amount(-120, 120, "deg") * degree;
-        else if (word.text == "cranial") move.cranial = line.amount(-45, 45, "deg") * degree;
-        else if (word.text == "sid") move.sid = line.amount(500, 2000, "mm");
-        else if (word.text == "sod") move.sod = line.amount(300, 1500, "mm");
-        else if (word.text == "width") move.detector_width = line.amount(20, 600, "mm");
+        if (word.text == "lao")
+            move.lao = line.amount(-120, 120, "deg") * degree;
+        else if (word.text == "cranial")
+            move.cranial = line.amount(-45, 45, "deg") * degree;
+        else if (word.text == "sid")
+            move.sid = line.amount(500, 2000, "mm");
+        else if (word.text == "sod")
+            move.sod = line.amount(300, 1500, "mm");
+        else if (word.text == "width")
+            move.detector_width = line.amount(20, 600, "mm");
         else if (word.text == "isocentre") {
             const double x = line.number(-1e4, 1e4, "mm"), y = line.number(-1e4, 1e4, "mm");
             move.isocentre = physics::Vec3(x, y, line.amount(-1e4, 1e4, "mm"));
-        } else Line::refuse(word, accepted);
+        } else
+            Line::refuse(word, accepted);
     } while (!line.done());
     return move;
 }
@@ -113,7 +120,8 @@ MoveArm arm_command(Line& line) {
 Command command(const Word& verb, Line& line) {
     if (verb.text == "advance") return Advance{line.amount(0, largest_motion, "mm")};
     if (verb.text == "withdraw") return Withdraw{line.amount(0, largest_motion, "mm")};
-    if (verb.text == "rotate") return Rotate{line.amount(-largest_rotation, largest_rotation, "deg") * degree};
+    if (verb.text == "rotate")
+        return Rotate{line.amount(-largest_rotation, largest_rotation, "deg") * degree};
     if (verb.text == "arm") return arm_command(line);
     if (verb.text == "contrast") return Contrast{line.amount(0, largest_iodine, "mg/ml")};
     if (verb.text == "reset") return Reset{};
@@ -144,7 +152,8 @@ public:
     }
 
     CommandScript result() {
-        if (refused_ > wrong_.size()) wrong_.push_back(fmt::format("... and {} more", refused_ - wrong_.size()));
+        if (refused_ > wrong_.size())
+            wrong_.push_back(fmt::format("... and {} more", refused_ - wrong_.size()));
         if (!wrong_.empty()) throw InputError(joined(wrong_, "\n"));
         std::stable_sort(script_.commands.begin(), script_.commands.end(),
                          [](const TimedCommand& a, const TimedCommand& b) { return a.frame < b.frame; });
@@ -159,21 +168,26 @@ private:
 
         const auto dots = first.text.find("..");
         const int from = frame_number(first, first.text.substr(0, dots));
-        const int to = dots == std::string_view::npos ? from : frame_number(first, first.text.substr(dots + 2));
+        const int to =
+            dots == std::string_view::npos ? from : frame_number(first, first.text.substr(dots + 2));
         if (to < from) Line::refuse(first, "a range that ends at or after its first frame is accepted");
         if (from < last_start_) {
             Line::refuse(first, fmt::format("frames stand in order: {} or later is accepted", last_start_));
         }
         if (script_.end && to > *script_.end) {
-            Line::refuse(first, fmt::format("the run ends at frame {}: nothing after it is accepted", *script_.end));
+            Line::refuse(first,
+                         fmt::format("the run ends at frame {}: nothing after it is accepted", *script_.end));
         }
         last_start_ = from;
         const Word& verb = line.take("accepted are: " + joined(verbs));
+        place_.column = verb.column;
         if (verb.text == "end") {
             line.finish();
             if (to < last_frame_) {
-                Line::refuse(first, fmt::format("the run ends before frame {}, which has a command or a state; "
-                                                "{} or later is accepted", last_frame_, last_frame_));
+                Line::refuse(first,
+                             fmt::format("the run ends before frame {}, which has a command or a state; "
+                                         "{} or later is accepted",
+                                         last_frame_, last_frame_));
             }
             script_.end = to;
             return;
@@ -199,8 +213,8 @@ private:
                                                  script_.checks.back().frame));
         }
         if (script_.end && frame > *script_.end) {
-            Line::refuse(frame_word, fmt::format("the run ends at frame {}: nothing after it is accepted",
-                                                 *script_.end));
+            Line::refuse(frame_word,
+                         fmt::format("the run ends at frame {}: nothing after it is accepted", *script_.end));
         }
         last_frame_ = std::max(last_frame_, frame);
         script_.checks.push_back({frame, *hash, place_});
@@ -208,8 +222,8 @@ private:
 
     CommandScript script_;
     TextPlace place_;
-    int last_start_ = 0;   // frame that the line before began at
-    int last_frame_ = 0;   // of any command or state so far
+    int last_start_ = 0;  // frame that the line before began at
+    int last_frame_ = 0;  // of any command or state so far
     std::size_t refused_ = 0;
     std::vector<std::string> wrong_;
 };
@@ -230,8 +244,9 @@ CommandScript load_commands(const std::filesystem::path& path) {
     std::error_code ignored;
     std::ifstream stream(path, std::ios::binary);
     if (!std::filesystem::is_regular_file(path, ignored) || !stream) {
-        throw InputError(path.string() + ": no such command file can be read; lines of 'frame verb arguments' are "
-                                         "accepted");
+        throw InputError(path.string() +
+                         ": no such command file can be read; lines of 'frame verb arguments' are "
+                         "accepted");
     }
     std::stringstream text;
     text << stream.rdbuf();

@@ -28,7 +28,7 @@ void Exercise::close_recording() {
 StepReport Exercise::next_frame(std::span<const Command> commands) {
     ++frame_;
     const int resets = simulation_.resets();
-    for (const Command& command : commands) simulation_.apply(command);
+    for (const Command& command : commands) simulation_.apply(canonical(command));
     const StepReport report = simulation_.step();
     if (simulation_.resets() != resets) {
         attempt_start_ = frame_;

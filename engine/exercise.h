@@ -14,7 +14,8 @@ namespace engine {
 
 class Exercise {
 public:
-    /// Throws InputError when scenario and anatomy do not fit, or `with_images` and the vessel can't be imaged.
+    /// Throws InputError when scenario and anatomy do not fit, or `with_images` and the vessel can't be
+    /// imaged.
     Exercise(const Scenario&, bool with_images);
     ~Exercise();
 
@@ -25,8 +26,9 @@ public:
     /// Commands, motion, relaxation, score, recording; time goes on by one frame.
     StepReport next_frame(std::span<const Command>);
 
-    /// What the screen shows after the frame: a live image while the beam is on, the last one (last-image hold)
-    /// while it is off, black before the first. Depends on the frames made, not on which were looked at.
+    /// What the screen shows after the frame: a live image while the beam is on, the last one (last-image
+    /// hold) while it is off, black before the first. Depends on the frames made, not on which were looked
+    /// at.
     const render::GrayImage& image();
 
     int frame() const { return frame_; }  // the last one made, -1 before the first

@@ -22,8 +22,9 @@ void Expectation::add(const std::filesystem::path& path) {
     if (!std::filesystem::is_directory(path, error)) {
         const CommandScript recording = load_commands(path);
         if (recording.checks.empty()) {
-            throw InputError(path.string() + ": no 'state FRAME HASH' line was found; a recording is accepted, or "
-                                             "the output folder of a run");
+            throw InputError(path.string() +
+                             ": no 'state FRAME HASH' line was found; a recording is accepted, or "
+                             "the output folder of a run");
         }
         add_states(recording);
         return;
@@ -57,22 +58,24 @@ void Expectation::check_frame(int frame, const render::GrayImage& image) {
     }
     if (expected == image) return;
     if (expected.width != image.width || expected.height != image.height) {
-        differ(fmt::format("{}: frame {} has {} x {} pixels; {} x {} were expected", at->second.string(), frame,
-                           image.width, image.height, expected.width, expected.height));
+        differ(fmt::format("{}: frame {} has {} x {} pixels; {} x {} were expected", at->second.string(),
+                           frame, image.width, image.height, expected.width, expected.height));
         return;
     }
     const render::ImageDifference found = render::difference(expected, image);
-    differ(fmt::format("{}: frame {} differs at {} pixels, by {} grey levels at most", at->second.string(), frame,
-                       found.pixels_differing, found.largest));
+    differ(fmt::format("{}: frame {} differs at {} pixels, by {} grey levels at most", at->second.string(),
+                       frame, found.pixels_differing, found.largest));
 }
 
 void Expectation::finish(int last_frame, bool interrupted) {
     if (interrupted) return;
     if (last_state() > last_frame) {
-        differ(fmt::format("a state is expected of frame {}; the run ended at frame {}", last_state(), last_frame));
+        differ(fmt::format("a state is expected of frame {}; the run ended at frame {}", last_state(),
+                           last_frame));
     }
     if (!frames_.empty() && frames_.rbegin()->first > last_frame) {
-        differ(fmt::format("frame {} is expected; the run ended at frame {}", frames_.rbegin()->first, last_frame));
+        differ(fmt::format("frame {} is expected; the run ended at frame {}", frames_.rbegin()->first,
+                           last_frame));
     }
 }
 

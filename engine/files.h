@@ -7,8 +7,8 @@
 
 namespace engine {
 
-/// Writes beside the target, as path + ".part", then renames. On failure nothing is left behind and InputError
-/// names the path and the reason the system gave.
+/// Writes beside the target, as path + ".part", then renames. On failure nothing is left behind and
+/// InputError names the path and the reason the system gave.
 void write_whole(const std::filesystem::path&, std::string_view text);
 
 /// A file that grows by whole pieces: one that cannot be written in full is taken back.

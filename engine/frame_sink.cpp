@@ -1,10 +1,9 @@
 #include "engine/frame_sink.h"
 
-#include <fmt/format.h>
-
 #include <condition_variable>
 #include <deque>
 #include <exception>
+#include <fmt/format.h>
 #include <mutex>
 #include <thread>
 #include <utility>
@@ -15,7 +14,9 @@
 
 namespace engine {
 
-std::string frame_file_name(int frame) { return fmt::format("frame_{:06}.png", frame); }
+std::string frame_file_name(int frame) {
+    return fmt::format("frame_{:06}.png", frame);
+}
 
 int frame_of_file_name(const std::string& name) {
     if (!name.starts_with("frame_") || !name.ends_with(".png") || name.size() <= 10) return -1;
@@ -71,7 +72,9 @@ PngFolder::PngFolder(std::filesystem::path folder) : worker_(std::make_unique<Wo
     worker_->thread = std::thread([worker = worker_.get()] { worker->work(); });
 }
 
-PngFolder::~PngFolder() { worker_->close(); }
+PngFolder::~PngFolder() {
+    worker_->close();
+}
 
 void PngFolder::accept(int frame, const render::GrayImage& image) {
     std::unique_lock lock(worker_->mutex);

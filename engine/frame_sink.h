@@ -22,8 +22,8 @@ std::string frame_file_name(int frame);
 /// The frame of such a name, -1 for any other.
 int frame_of_file_name(const std::string&);
 
-/// Writes PNG files on a thread of its own; at most a few frames wait, so that a slow disk slows the run instead
-/// of filling the memory.
+/// Writes PNG files on a thread of its own; at most a few frames wait, so that a slow disk slows the run
+/// instead of filling the memory.
 class PngFolder final : public FrameSink {
 public:
     explicit PngFolder(std::filesystem::path folder);  // which exists

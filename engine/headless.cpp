@@ -1,9 +1,8 @@
 #include "engine/headless.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <numbers>
 
 #include "engine/exercise.h"
@@ -28,7 +27,9 @@ int last_frame_of(const Scenario& scenario, const CommandScript& script) {
     return script.last_frame(static_cast<int>(std::ceil(scenario.target.hold * scenario.frame_rate)) + 1);
 }
 
-bool shows(int frame, int last, int every) { return frame % every == 0 || frame == last; }
+bool shows(int frame, int last, int every) {
+    return frame % every == 0 || frame == last;
+}
 
 /// Frames that have an image, about `sheet_tiles` of them evenly spread, the first and last among them.
 std::vector<int> sheet_frames(int last, int every) {
@@ -46,7 +47,8 @@ std::vector<int> sheet_frames(int last, int every) {
 /// Takes the frames of the contact sheet and passes all on.
 class Sheet {
 public:
-    Sheet(int last, int every, double frame_rate) : chosen_(sheet_frames(last, every)), frame_rate_(frame_rate) {}
+    Sheet(int last, int every, double frame_rate)
+        : chosen_(sheet_frames(last, every)), frame_rate_(frame_rate) {}
 
     void accept(int frame, const render::GrayImage& image) {
         if (!std::binary_search(chosen_.begin(), chosen_.end(), frame)) return;
@@ -74,24 +76,29 @@ struct Notices {
     std::vector<std::string> text() const {
         std::vector<std::string> result;
         if (stopped_withdrawals > 0) {
-            result.push_back(fmt::format("withdrawal stopped at the introducer in {} frames", stopped_withdrawals));
+            result.push_back(
+                fmt::format("withdrawal stopped at the introducer in {} frames", stopped_withdrawals));
         }
         if (stopped_insertions > 0) {
-            result.push_back(fmt::format("the wire had no more length to insert in {} frames", stopped_insertions));
+            result.push_back(
+                fmt::format("insertion stopped in {} frames: the tip stood in an open end, or the wire had "
+                            "no more length",
+                            stopped_insertions));
         }
         return result;
     }
 };
 
-RunResult run(Exercise& exercise, const CommandScript& script, int last, Expectation& expectation, FrameSink* sink,
-              Sheet* sheet, const RunOptions& options) {
+RunResult run(Exercise& exercise, const CommandScript& script, int last, Expectation& expectation,
+              FrameSink* sink, Sheet* sheet, const RunOptions& options) {
     RunResult result;
     Notices notices;
     std::vector<Command> commands;
     auto next = script.commands.begin();
     for (int frame = 0; frame <= last; ++frame) {
         commands.clear();
-        for (; next != script.commands.end() && next->frame == frame; ++next) commands.push_back(next->command);
+        for (; next != script.commands.end() && next->frame == frame; ++next)
+            commands.push_back(next->command);
         notices.observe(exercise.next_frame(commands));
         result.frames = frame + 1;
         result.state_hash = exercise.simulation().state_hash();
@@ -139,8 +146,8 @@ RunResult run_headless(const Scenario& scenario, const CommandScript& script, Fr
     return run(exercise, script, last_frame_of(scenario, script), expectation, sink, nullptr, options);
 }
 
-RunResult run_headless(const Scenario& scenario, const CommandScript& script, const std::filesystem::path& out,
-                       const RunOptions& options) {
+RunResult run_headless(const Scenario& scenario, const CommandScript& script,
+                       const std::filesystem::path& out, const RunOptions& options) {
     check(scenario, script);
     refuse_to_overwrite(out, script.file, options.expect);
     Expectation expectation = expectation_of(script, options);

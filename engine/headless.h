@@ -21,13 +21,13 @@ struct Progress {
 };
 
 struct RunOptions {
-    int every = 1;           // frames between two images; the last frame always has one
-    bool images = true;      // off = neither frames nor a sheet
-    int hash_every = 10;     // frames between two state lines of the recording
-    std::string program = "seldinger";                // named in the recording
-    std::optional<std::filesystem::path> expect;      // recording or output folder to compare with
-    std::function<void(const Progress&)> progress;    // after each frame
-    std::function<bool()> interrupted;                // asked after each frame; true ends the run
+    int every = 1;                                // frames between two images; the last frame always has one
+    bool images = true;                           // off = neither frames nor a sheet
+    int hash_every = 10;                          // frames between two state lines of the recording
+    std::string program = "seldinger";            // named in the recording
+    std::optional<std::filesystem::path> expect;  // recording or output folder to compare with
+    std::function<void(const Progress&)> progress;  // after each frame
+    std::function<bool()> interrupted;              // asked after each frame; true ends the run
 };
 
 struct RunResult {
@@ -35,15 +35,16 @@ struct RunResult {
     std::uint64_t state_hash = 0;
     int frames = 0;
     bool interrupted = false;
-    bool time_is_up = false;                // the scenario's time limit ended the run
+    bool time_is_up = false;  // the scenario's time limit ended the run
     int compared_states = 0, compared_frames = 0;
-    std::vector<std::string> differences;   // from what was expected
-    std::vector<std::string> notices;       // what the trainee should know: stops of the wire
+    std::vector<std::string> differences;  // from what was expected
+    std::vector<std::string> notices;      // what the trainee should know: stops of the wire
 };
 
-/// Runs the script and leaves in `out` run.gw, score.json and, with images, frames/ and sheet.png. What an earlier
-/// run left there is replaced. Throws InputError, before anything is written where that can be known.
-RunResult run_headless(const Scenario&, const CommandScript&, const std::filesystem::path& out, const RunOptions&);
+/// Runs the script and leaves in `out` run.gw, score.json and, with images, frames/ and sheet.png. What an
+/// earlier run left there is replaced. Throws InputError, before anything is written where that can be known.
+RunResult run_headless(const Scenario&, const CommandScript&, const std::filesystem::path& out,
+                       const RunOptions&);
 
 /// The same without files: images go to `sink`, if there is one.
 RunResult run_headless(const Scenario&, const CommandScript&, FrameSink* sink, const RunOptions& = {});

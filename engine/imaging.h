@@ -8,8 +8,8 @@
 
 namespace engine {
 
-/// The lumen, closed at its ends, takes the contrast; around it a patient or air. Throws InputError for a lumen
-/// that capping does not close.
+/// The lumen, closed at its ends, takes the contrast; around it a patient or air. Throws InputError for a
+/// lumen that capping does not close.
 std::vector<render::TissueLayer> tissue_layers(const Scenario&, const Anatomy&);
 
 /// A fluoroscope for the scenario. Throws InputError when it cannot be made.

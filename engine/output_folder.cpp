@@ -1,7 +1,6 @@
 #include "engine/output_folder.h"
 
 #include <fmt/format.h>
-
 #include <vector>
 
 #include "engine/error.h"
@@ -37,14 +36,18 @@ void take_out(const fs::path& file) {
 
 }  // namespace
 
-void refuse_to_overwrite(const fs::path& out, const fs::path& script, const std::optional<fs::path>& expected) {
+void refuse_to_overwrite(const fs::path& out, const fs::path& script,
+                         const std::optional<fs::path>& expected) {
     if (same(out / "run.gw", script)) {
-        throw InputError(fmt::format("{}: the run would overwrite its own commands; another output folder is accepted",
-                                     script.string()));
+        throw InputError(
+            fmt::format("{}: the run would overwrite its own commands; another output folder is accepted",
+                        script.string()));
     }
     if (expected && (same(out, *expected) || same(out / "run.gw", *expected))) {
-        throw InputError(fmt::format("{}: the run would overwrite what it is compared with; another output folder is "
-                                     "accepted", expected->string()));
+        throw InputError(
+            fmt::format("{}: the run would overwrite what it is compared with; another output folder is "
+                        "accepted",
+                        expected->string()));
     }
 }
 
@@ -67,7 +70,9 @@ OutputFolder::~OutputFolder() {
     if (made_) fs::remove(path_, ignored);
 }
 
-void OutputFolder::write_score(const std::string& json) const { write_whole(path_ / "score.json", json); }
+void OutputFolder::write_score(const std::string& json) const {
+    write_whole(path_ / "score.json", json);
+}
 
 void OutputFolder::write_sheet(const render::GrayImage& page) const {
     try {

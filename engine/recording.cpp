@@ -1,8 +1,7 @@
 #include "engine/recording.h"
 
-#include <fmt/format.h>
-
 #include <cassert>
+#include <fmt/format.h>
 
 #include "engine/text.h"
 

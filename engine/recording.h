@@ -17,8 +17,8 @@ struct RecordingHeader {
     int hash_every = 10;   // frames between two state lines
 };
 
-/// Grows by one frame at a time, each handed to the system whole, so that what is there can be replayed even if
-/// the program is killed.
+/// Grows by one frame at a time, each handed to the system whole, so that what is there can be replayed even
+/// if the program is killed.
 class Recording {
 public:
     /// Throws InputError when the file cannot be written, here and below.

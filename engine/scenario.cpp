@@ -1,9 +1,8 @@
 #include "engine/scenario.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <string_view>
 
 #include "engine/text.h"

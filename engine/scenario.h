@@ -1,5 +1,6 @@
 #pragma once
-/// An exercise as its author writes it: which vessel, wire, target, view. Units inside as everywhere: mm, N, s, rad.
+/// An exercise as its author writes it: which vessel, wire, target, view. Units inside as everywhere: mm, N,
+/// s, rad.
 
 #include <cstdint>
 #include <filesystem>
@@ -45,12 +46,12 @@ struct Imaging {
 };
 
 struct Scenario {
-    std::string name;                // of the file, without folder and extension
-    std::string title;               // one line, shown by `seldinger list`
-    double frame_rate = 15;          // [1/s]
+    std::string name;                  // of the file, without folder and extension
+    std::string title;                 // one line, shown by `seldinger list`
+    double frame_rate = 15;            // [1/s]
     std::optional<double> time_limit;  // the exercise ends here, reached or not [s]
-    std::uint64_t seed = 1;          // of the noise in the images
-    std::filesystem::path anatomy;   // NAME.anatomy.json; empty = `tube` is given
+    std::uint64_t seed = 1;            // of the noise in the images
+    std::filesystem::path anatomy;     // NAME.anatomy.json; empty = `tube` is given
     std::optional<TubeSource> tube;
     Entry entry;
     physics::GuidewireSpec guidewire;
@@ -61,7 +62,7 @@ struct Scenario {
     render::CArm c_arm;  // at the start
     Imaging imaging;
 
-    std::map<std::string, TextPlace> places;  // "guidewire.diameter_mm" → where the file says so
+    std::map<std::string, TextPlace> places;        // "guidewire.diameter_mm" → where the file says so
     TextPlace place(const std::string& key) const;  // of the key, or its section, or the file
 };
 

@@ -1,11 +1,10 @@
-#include <fmt/format.h>
-#include <toml++/toml.h>
-
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <fstream>
 #include <limits>
 #include <sstream>
+#include <toml++/toml.h>
 
 #include "engine/guidewire_presets.h"
 #include "engine/scenario.h"
@@ -22,7 +21,9 @@ struct Range {
     double least, most;
     std::string text() const { return fmt::format("{} to {}", least, most); }
 };
-constexpr Range positive(double most) { return {1e-6, most}; }
+constexpr Range positive(double most) {
+    return {1e-6, most};
+}
 
 /// What the reading has found so far: where each key stands, and everything wrong.
 struct Reading {
@@ -58,40 +59,51 @@ public:
     const toml::node* find(std::string_view key) {
         keys_.push_back(key);
         const toml::node* node = table_ ? table_->get(key) : nullptr;
-        if (node) reading_.places[(name_.empty() ? "" : name_ + ".") + std::string(key)] = reading_.place(node->source());
+        if (node)
+            reading_.places[(name_.empty() ? "" : name_ + ".") + std::string(key)] =
+                reading_.place(node->source());
         return node;
     }
     void refuse(std::string_view key, const toml::node& node, const std::string& accepted) {
-        reading_.refuse(node.source(), fmt::format("{}{} = {} was found; {}", name_.empty() ? "" : "[" + name_ + "] ",
-                                                   key, shown(node), accepted));
+        reading_.refuse(node.source(),
+                        fmt::format("{}{} = {} was found; {}", name_.empty() ? "" : "[" + name_ + "] ", key,
+                                    shown(node), accepted));
     }
 
     void number(std::string_view key, double& value, Range range, double unit = 1.0) {
         const toml::node* node = find(key);
         if (!node) return;
         const std::optional<double> read = node->is_number() ? node->value<double>() : std::nullopt;
-        if (read && *read >= range.least && *read <= range.most) value = *read * unit;
-        else refuse(key, *node, fmt::format("a number from {} is accepted", range.text()));
+        if (read && *read >= range.least && *read <= range.most)
+            value = *read * unit;
+        else
+            refuse(key, *node, fmt::format("a number from {} is accepted", range.text()));
     }
     template <class Integer>
     void whole(std::string_view key, Integer& value, Range range) {
         const toml::node* node = find(key);
         if (!node) return;
         const auto* read = node->as_integer();
-        if (read && read->get() >= range.least && read->get() <= range.most) value = static_cast<Integer>(read->get());
-        else refuse(key, *node, fmt::format("a whole number from {} is accepted", range.text()));
+        if (read && read->get() >= range.least && read->get() <= range.most)
+            value = static_cast<Integer>(read->get());
+        else
+            refuse(key, *node, fmt::format("a whole number from {} is accepted", range.text()));
     }
     void flag(std::string_view key, bool& value) {
         const toml::node* node = find(key);
         if (!node) return;
-        if (const auto* read = node->as_boolean()) value = read->get();
-        else refuse(key, *node, "true or false is accepted");
+        if (const auto* read = node->as_boolean())
+            value = read->get();
+        else
+            refuse(key, *node, "true or false is accepted");
     }
     bool word(std::string_view key, std::string& value) {
         const toml::node* node = find(key);
         if (!node) return false;
-        if (const auto* read = node->as_string(); read && !read->get().empty()) value = read->get();
-        else refuse(key, *node, "a text is accepted");
+        if (const auto* read = node->as_string(); read && !read->get().empty())
+            value = read->get();
+        else
+            refuse(key, *node, "a text is accepted");
         return node->is_string();
     }
     /// The index of the word among those accepted.
@@ -114,8 +126,10 @@ public:
             if ((*list)[i].is_number()) read[static_cast<int>(i)] = *(*list)[i].value<double>();
         }
         const bool fine = read.allFinite() && read.cwiseAbs().maxCoeff() <= most;
-        if (fine) value = read;
-        else refuse(key, *node, fmt::format("three numbers from {} to {} are accepted", -most, most));
+        if (fine)
+            value = read;
+        else
+            refuse(key, *node, fmt::format("three numbers from {} to {} are accepted", -most, most));
         return fine;
     }
     Section section(std::string_view key, bool required) {
@@ -159,7 +173,8 @@ void read_tube(Section tube, Reading& reading, Scenario& s) {
     }
     if (const toml::node* path = tube.find("path")) {
         const toml::array* moves = path->as_array();
-        if (!moves || moves->empty()) tube.refuse("path", *path, "a list of moves {run_mm = …} or {arc_radius_mm = …} is accepted");
+        if (!moves || moves->empty())
+            tube.refuse("path", *path, "a list of moves {run_mm = …} or {arc_radius_mm = …} is accepted");
         for (std::size_t i = 0; moves && i < moves->size(); ++i) {
             const toml::table* table = (*moves)[i].as_table();
             if (!table) {
@@ -176,7 +191,8 @@ void read_tube(Section tube, Reading& reading, Scenario& s) {
                 move.number("arc_radius_mm", arc.radius, {0.5, 2000});
                 move.number("angle_deg", arc.angle, {-720, 720}, degree);
                 move.point("axis", arc.axis, 1e3);
-                if (arc.axis.norm() < 1e-6) move.refuse("axis", *table->get("axis"), "an axis other than zero is accepted");
+                if (arc.axis.norm() < 1e-6)
+                    move.refuse("axis", *table->get("axis"), "an axis other than zero is accepted");
                 if (!table->contains("angle_deg")) move.missing("angle_deg", "angle_deg of the arc");
                 s.tube->path.push_back(arc);
             }
@@ -254,7 +270,8 @@ void read_sections(const toml::table& root, Reading& reading, Scenario& s) {
 
     read_tube(top.section("tube", false), reading, s);
     Section entry = top.section("entry", true);
-    if (!entry.word("end", s.entry.end) && entry.given()) entry.missing("end", "end = \"NAME of an open end\"");
+    if (!entry.word("end", s.entry.end) && entry.given())
+        entry.missing("end", "end = \"NAME of an open end\"");
     entry.number("inserted_mm", s.entry.inserted, {1, 2000});
     entry.finish();
     read_guidewire(top.section("guidewire", false), s);

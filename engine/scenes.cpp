@@ -19,12 +19,18 @@ double length(const PenMove& move) {
 
 std::vector<Scene> all_scenes() {
     const Vec3 y = Vec3::UnitY(), z = Vec3::UnitZ();
-    const std::vector<PenMove> sinuous = {Run{20},         Arc{25, 1.2, z},  Run{10}, Arc{18, -1.6, z},
-                                          Run{8},          Arc{30, 1.0, z},  Arc{15, -1.4, z}, Run{5},
-                                          Arc{20, 1.5, z}, Run{10},          Arc{12, -1.2, z}, Run{30}};
-    const std::vector<PenMove> spatial = {Run{15}, Arc{25, 1.0, z}, Arc{20, -1.2, y}, Run{10},
-                                          Arc{15, 1.5, {.3, .5, 1}}, Run{5}, Arc{18, -1.3, {1, .2, .6}},
-                                          Arc{22, 1.1, {0, 1, 1}}, Run{30}};
+    const std::vector<PenMove> sinuous = {
+        Run{20}, Arc{25, 1.2, z}, Run{10}, Arc{18, -1.6, z}, Run{8}, Arc{30, 1.0, z}, Arc{15, -1.4, z},
+        Run{5},  Arc{20, 1.5, z}, Run{10}, Arc{12, -1.2, z}, Run{30}};
+    const std::vector<PenMove> spatial = {Run{15},
+                                          Arc{25, 1.0, z},
+                                          Arc{20, -1.2, y},
+                                          Run{10},
+                                          Arc{15, 1.5, {.3, .5, 1}},
+                                          Run{5},
+                                          Arc{18, -1.3, {1, .2, .6}},
+                                          Arc{22, 1.1, {0, 1, 1}},
+                                          Run{30}};
     const std::vector<PenMove> hairpin = {Run{30}, Arc{8, 3.0, z}, Run{30}, Arc{6, -2.4, z}, Run{30}};
     // The paper's trace ratios imply k ≈ 0.84 EI/λ³.
     const double stiffness = 0.84 * 50;
@@ -98,7 +104,8 @@ const Scene* find_scene(std::string_view name) {
     return nullptr;
 }
 
-Anatomy tube_anatomy(const std::string& name, const Polyline& centreline, double radius, int around, double step) {
+Anatomy tube_anatomy(const std::string& name, const Polyline& centreline, double radius, int around,
+                     double step) {
     assert(around >= 3 && step > 0 && radius > 0 && centreline.size() >= 2);
     const Polyline points = resampled(centreline, step);
     const int rings = static_cast<int>(points.size());
@@ -119,7 +126,8 @@ Anatomy tube_anatomy(const std::string& name, const Polyline& centreline, double
         const Vec3 b = u.cross(a);
         for (int k = 0; k < around; ++k) {
             const double angle = 2 * std::numbers::pi * k / around;
-            anatomy.lumen.vertices.push_back(points[i] + radius * (std::cos(angle) * a + std::sin(angle) * b));
+            anatomy.lumen.vertices.push_back(points[i] +
+                                             radius * (std::cos(angle) * a + std::sin(angle) * b));
         }
     }
     for (int i = 0; i + 1 < rings; ++i) {
@@ -133,7 +141,8 @@ Anatomy tube_anatomy(const std::string& name, const Polyline& centreline, double
     anatomy.ends = {{{"start", points.front(), -tangent(0), radius}, EndRole::Inlet},
                     {{"end", points.back(), tangent(rings - 1), radius}, EndRole::Outlet}};
     int sample = rings - 1;
-    for (double left = 5 * radius; sample > 0 && left > 0; --sample) left -= (points[sample] - points[sample - 1]).norm();
+    for (double left = 5 * radius; sample > 0 && left > 0; --sample)
+        left -= (points[sample] - points[sample - 1]).norm();
     anatomy.targets = {{"end", points[sample], 0, sample}};
     return anatomy;
 }

@@ -6,7 +6,9 @@
 
 namespace engine {
 
-Scorer::Scorer(const Simulation& simulation) { begin(simulation); }
+Scorer::Scorer(const Simulation& simulation) {
+    begin(simulation);
+}
 
 void Scorer::begin(const Simulation& simulation) {
     const Scenario& scenario = simulation.scenario();
@@ -58,7 +60,8 @@ void Scorer::observe_wall(int frame, const Simulation& simulation) {
         sum += contact.force();
         score_.peak_wall_force = std::max(score_.peak_wall_force, contact.force());
         if (contact.penetration > score_.deepest.penetration) {
-            score_.deepest = {contact.penetration, static_cast<int>(i), frame, contact.stiffness, contact.force()};
+            score_.deepest = {contact.penetration, static_cast<int>(i), frame, contact.stiffness,
+                              contact.force()};
         }
     }
     score_.wall_force_impulse += sum * frame_time_;

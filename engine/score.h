@@ -1,6 +1,7 @@
 #pragma once
-/// What an attempt is judged by. Definitions: completion time runs from the first motion of the wire to the first
-/// frame at which the tip has stayed within the target's radius for the hold. Time is frame over frame rate.
+/// What an attempt is judged by. Definitions: completion time runs from the first motion of the wire to the
+/// first frame at which the tip has stayed within the target's radius for the hold. Time is frame over frame
+/// rate.
 
 #include <optional>
 #include <span>
@@ -31,9 +32,9 @@ struct Score {
     int reversals = 0;                      // changes between advancing and withdrawing
     double rotation = 0;                    // Σ|angle| of the hub [rad]
     double tip_path = 0;                    // way of the tip over the frames [mm]
-    double path_efficiency = 0;             // way along the centreline from start to tip over that of the tip [-]
-    double peak_wall_force = 0;             // of one joint [N]
-    double wall_force_impulse = 0;          // ∫ of the forces of all joints dt [N·s]
+    double path_efficiency = 0;     // way along the centreline from start to tip over that of the tip [-]
+    double peak_wall_force = 0;     // of one joint [N]
+    double wall_force_impulse = 0;  // ∫ of the forces of all joints dt [N·s]
     DeepestContact deepest;
     double tip_to_target = 0;  // at the end [mm]
     int resets = 0;

@@ -1,10 +1,9 @@
 #include "engine/simulation.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <fmt/format.h>
 
 #include "engine/text.h"
 #include "physics/energy.h"
@@ -15,9 +14,11 @@ namespace {
 
 using physics::Vec3;
 
-/// A turn of the hub is made in steps of at most this, each relaxed, so that the tip follows instead of jumping.
+/// A turn of the hub is made in steps of at most this, each relaxed, so that the tip follows instead of
+/// jumping.
 constexpr double largest_turn = 10.0 * std::numbers::pi / 180.0;  // [rad]
-/// Long motions get more than the frame's budget: each step at least this part of it, or the wire leaves the vessel.
+/// Long motions get more than the frame's budget: each step at least this part of it, or the wire leaves the
+/// vessel.
 constexpr int least_share = 8;
 /// The longest wires in use; also what keeps a frame's work finite.
 constexpr double longest_wire = 3000;  // [mm]
@@ -94,21 +95,24 @@ void Simulation::choose_entry() {
         narrowest = std::min(narrowest, entry_.radii[i]);
     }
     if (spec.diameter >= 2 * narrowest) {
-        throw InputError(located(scenario_.place("guidewire.diameter_mm"),
-                                 fmt::format("a wire of diameter {} mm does not enter at '{}', which is {:.3g} mm "
-                                             "wide; a thinner wire is accepted",
-                                             spec.diameter, scenario_.entry.end, 2 * narrowest)));
+        throw InputError(
+            located(scenario_.place("guidewire.diameter_mm"),
+                    fmt::format("a wire of diameter {} mm does not enter at '{}', which is {:.3g} mm "
+                                "wide; a thinner wire is accepted",
+                                spec.diameter, scenario_.entry.end, 2 * narrowest)));
     }
-    const int curved = spec.curved_angle == 0 || spec.curved_length <= 0
-                           ? 0
-                           : std::max(1, static_cast<int>(std::lround(spec.curved_length / spec.segment_length)));
+    const int curved =
+        spec.curved_angle == 0 || spec.curved_length <= 0
+            ? 0
+            : std::max(1, static_cast<int>(std::lround(spec.curved_length / spec.segment_length)));
     segments_at_start_ = static_cast<int>(std::lround(scenario_.entry.inserted / spec.segment_length));
     if (segments_at_start_ < curved + 2 || scenario_.entry.inserted > length + 1e-6) {
-        throw InputError(located(
-            scenario_.place("entry.inserted_mm"),
-            fmt::format("{} mm of wire cannot start inside; {} mm (its curved tip and two segments) to {:.4g} mm (the "
-                        "way from '{}') are accepted",
-                        scenario_.entry.inserted, (curved + 2) * spec.segment_length, length, scenario_.entry.end)));
+        throw InputError(located(scenario_.place("entry.inserted_mm"),
+                                 fmt::format("{} mm of wire cannot start inside; {} mm (its curved tip and "
+                                             "two segments) to {:.4g} mm (the "
+                                             "way from '{}') are accepted",
+                                             scenario_.entry.inserted, (curved + 2) * spec.segment_length,
+                                             length, scenario_.entry.end)));
     }
 }
 
@@ -117,10 +121,11 @@ void Simulation::locate_target() {
         target_ = *scenario_.target.centre;
         if (inside(anatomy_, target_)) return;
         const VesselPlace place = nearest_place(anatomy_, target_);
-        throw InputError(located(scenario_.place("target.centre_mm"),
-                                 fmt::format("the target is outside the anatomy, {:.3g} mm from the wall of '{}'; a "
-                                             "place inside a vessel is accepted",
-                                             place.distance, anatomy_.branches[place.branch].name)));
+        throw InputError(
+            located(scenario_.place("target.centre_mm"),
+                    fmt::format("the target is outside the anatomy, {:.3g} mm from the wall of '{}'; a "
+                                "place inside a vessel is accepted",
+                                place.distance, anatomy_.branches[place.branch].name)));
     }
     std::vector<std::string> names;
     for (const VesselTarget& known : anatomy_.targets) {
@@ -187,7 +192,7 @@ void Simulation::insert(double length, int share, StepReport& report) {
     const double before = inserted();
     const int steps = steps_of(length, wire_.spec.segment_length);
     for (int k = 0; k < steps; ++k) {
-        if (length > 0 && wire_.inserted_length() >= longest_wire) {
+        if (length > 0 && (wire_.inserted_length() >= longest_wire || tip_has_left())) {
             report.insertion_stopped = true;
             break;
         }
@@ -203,6 +208,18 @@ void Simulation::insert(double length, int share, StepReport& report) {
     report.insertions.push_back(inserted() - before);
 }
 
+/// Beyond an open end there is no wall to lead the wire: it stops there.
+bool Simulation::tip_has_left() const {
+    for (const VesselEnd& end : anatomy_.ends) {
+        const Vec3 way = wire_.tip() - end.opening.centre;
+        const double beyond = way.dot(end.opening.outward_normal);
+        if (beyond > 0 && (way - beyond * end.opening.outward_normal).norm() < 2 * end.opening.radius) {
+            return true;
+        }
+    }
+    return false;
+}
+
 void Simulation::turn(double angle, int share, StepReport& report) {
     const int steps = steps_of(angle, largest_turn);
     for (int k = 0; k < steps; ++k) {
@@ -213,7 +230,8 @@ void Simulation::turn(double angle, int share, StepReport& report) {
 }
 
 void Simulation::relax(int updates, StepReport& report) {
-    const physics::RelaxBudget budget = {updates, scenario_.budget.distal_share, scenario_.budget.distal_segments};
+    const physics::RelaxBudget budget = {updates, scenario_.budget.distal_share,
+                                         scenario_.budget.distal_segments};
     accumulate(report.relax, relaxer_->relax(wire_, *wall_, budget));
 }
 

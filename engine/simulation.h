@@ -15,18 +15,18 @@ namespace engine {
 
 /// What one frame did.
 struct StepReport {
-    physics::RelaxReport relax;      // of the whole frame
-    std::vector<double> insertions;  // change of the inserted length by each motion, in order [mm]
-    double rotation = 0;             // Σ|angle| of the hub [rad]
+    physics::RelaxReport relax;       // of the whole frame
+    std::vector<double> insertions;   // change of the inserted length by each motion, in order [mm]
+    double rotation = 0;              // Σ|angle| of the hub [rad]
     bool withdrawal_stopped = false;  // the curved tip was at the introducer
-    bool insertion_stopped = false;   // the wire has no more length
+    bool insertion_stopped = false;   // the tip stands in an open end, or the wire has no more length
 };
 
 class Simulation {
 public:
     /// Loads or draws the vessel, puts the wire in along the entry's centreline and relaxes it.
-    /// Throws InputError when scenario and anatomy do not fit: no such end or target, a target outside, a wire
-    /// thicker than the vessel at its entry, too much or too little wire inside.
+    /// Throws InputError when scenario and anatomy do not fit: no such end or target, a target outside, a
+    /// wire thicker than the vessel at its entry, too much or too little wire inside.
     explicit Simulation(const Scenario&);
     ~Simulation();
     Simulation(Simulation&&) noexcept;
@@ -41,16 +41,16 @@ public:
     const Scenario& scenario() const { return scenario_; }
     const Anatomy& anatomy() const { return anatomy_; }
     const physics::Guidewire& wire() const { return wire_; }
-    const physics::Vec3& tip_at_start() const { return tip_at_start_; }  // before frame 0 [mm]
+    const physics::Vec3& tip_at_start() const { return tip_at_start_; }           // before frame 0 [mm]
     std::span<const physics::WallContact> contacts() const { return contacts_; }  // of the joints as they are
-    const physics::Vec3& target() const { return target_; }  // [mm]
+    const physics::Vec3& target() const { return target_; }                       // [mm]
     const render::CArm& c_arm() const { return c_arm_; }
     bool beam_on() const { return beam_on_; }
     double iodine() const { return iodine_; }  // [mg/ml]
     int resets() const { return resets_; }
 
     double inserted() const { return wire_.inserted_length() + wire_.carried; }  // [mm]
-    double tip_to_target() const { return (wire_.tip() - target_).norm(); }       // [mm]
+    double tip_to_target() const { return (wire_.tip() - target_).norm(); }      // [mm]
 
     /// FNV-1a over every bit that later frames depend on, the relaxer's own bookkeeping aside.
     std::uint64_t state_hash() const;
@@ -63,6 +63,7 @@ private:
     void insert(double length, int share, StepReport&);
     void turn(double angle, int share, StepReport&);
     void relax(int updates, StepReport&);
+    bool tip_has_left() const;
     void locate_target();
     void choose_entry();
 

@@ -64,7 +64,9 @@ std::optional<double> parse_number(std::string_view word) {
     return parse_whole<double>(word);
 }
 
-std::optional<int> parse_integer(std::string_view word) { return parse_whole<int>(word); }
+std::optional<int> parse_integer(std::string_view word) {
+    return parse_whole<int>(word);
+}
 
 std::string hash_text(std::uint64_t hash) {
     constexpr std::string_view digits = "0123456789abcdef";
@@ -83,7 +85,8 @@ std::string nearest_word(std::string_view written, std::span<const std::string_v
     std::size_t least = std::max<std::size_t>(2, written.size() / 3) + 1;
     for (const std::string_view word : accepted) {
         const std::size_t distance = edit_distance(written, word);
-        const bool continues = written.size() >= 3 && (word.starts_with(written) || written.starts_with(word));
+        const bool continues =
+            written.size() >= 3 && (word.starts_with(written) || written.starts_with(word));
         const std::size_t effective = continues ? std::min<std::size_t>(distance, 1) : distance;
         if (effective < least) least = effective, best = word;
     }

@@ -1,9 +1,8 @@
 #include "engine/anatomy/anatomy.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 #include <map>
 
@@ -16,10 +15,14 @@ namespace {
 using physics::CentrelineBranch;
 using physics::Vec3;
 
-std::string place_text(const Vec3& p) { return fmt::format("({:.2f}, {:.2f}, {:.2f})", p.x(), p.y(), p.z()); }
+std::string place_text(const Vec3& p) {
+    return fmt::format("({:.2f}, {:.2f}, {:.2f})", p.x(), p.y(), p.z());
+}
 
 /// An opening is where it is declared when the loop's centroid lies this near to the declared centre.
-double tolerance(const physics::OpenEnd& end) { return 0.25 * end.radius; }
+double tolerance(const physics::OpenEnd& end) {
+    return 0.25 * end.radius;
+}
 
 void check_mesh(const Anatomy& anatomy, std::vector<std::string>& found) {
     const auto& [vertices, triangles] = anatomy.lumen;
@@ -66,10 +69,11 @@ void check_mesh(const Anatomy& anatomy, std::vector<std::string>& found) {
     }
     for (std::size_t i = 0; i < edges.loops.size(); ++i) {
         if (declared[i]) continue;
-        found.push_back(fmt::format(
-            "the mesh is open at {} ({} edges), where no end is declared; a mesh that is closed except at its "
-            "ends is accepted",
-            place_text(edges.loops[i].centroid), edges.loops[i].vertices.size()));
+        found.push_back(
+            fmt::format("the mesh is open at {} ({} edges), where no end is declared; a mesh that is closed "
+                        "except at its "
+                        "ends is accepted",
+                        place_text(edges.loops[i].centroid), edges.loops[i].vertices.size()));
     }
     if (edges.non_manifold_edges == 0 && signed_volume(capped(anatomy.lumen, edges.loops)) <= 0) {
         found.push_back("the normals of the lumen point inward; outward is accepted: reverse the triangles");
@@ -82,14 +86,16 @@ void check_branches(const Anatomy& anatomy, std::vector<std::string>& found) {
     for (int b = 0; b < count; ++b) {
         const CentrelineBranch& branch = anatomy.branches[b];
         if (branch.points.size() < 2 || branch.points.size() != branch.radii.size()) {
-            found.push_back(fmt::format("branch '{}' has {} points and {} radii; two or more of each are accepted",
-                                        branch.name, branch.points.size(), branch.radii.size()));
+            found.push_back(
+                fmt::format("branch '{}' has {} points and {} radii; two or more of each are accepted",
+                            branch.name, branch.points.size(), branch.radii.size()));
             continue;
         }
         for (std::size_t i = 0; i < branch.points.size(); ++i) {
-            if (branch.points[i].allFinite() && std::isfinite(branch.radii[i]) && branch.radii[i] > 0) continue;
-            found.push_back(fmt::format("branch '{}', point {}: finite numbers and a radius above 0 are accepted",
-                                        branch.name, i));
+            if (branch.points[i].allFinite() && std::isfinite(branch.radii[i]) && branch.radii[i] > 0)
+                continue;
+            found.push_back(fmt::format(
+                "branch '{}', point {}: finite numbers and a radius above 0 are accepted", branch.name, i));
             break;
         }
         if (branch.parent == -1) continue;
@@ -98,8 +104,8 @@ void check_branches(const Anatomy& anatomy, std::vector<std::string>& found) {
             found.push_back(fmt::format("branch '{}': its parent must be listed before it", branch.name));
         } else if (branch.parent_sample < 0 ||
                    branch.parent_sample >= static_cast<int>(anatomy.branches[branch.parent].points.size())) {
-            found.push_back(fmt::format("branch '{}': its parent has no sample {}", branch.name,
-                                        branch.parent_sample));
+            found.push_back(
+                fmt::format("branch '{}': its parent has no sample {}", branch.name, branch.parent_sample));
         }
     }
 }
@@ -142,10 +148,11 @@ physics::TriangleMesh closed_lumen(const Anatomy& anatomy) {
     const physics::TriangleMesh closed = capped(anatomy.lumen, topology(anatomy.lumen).loops);
     const Topology left = topology(closed);
     if (left.boundary_edges > 0 || left.non_manifold_edges > 0) {
-        throw InputError(fmt::format(
-            "{}: the lumen stays open at {} edges and ambiguous at {} when its ends are capped; a closed mesh is "
-            "needed for imaging",
-            anatomy.name, left.boundary_edges, left.non_manifold_edges));
+        throw InputError(
+            fmt::format("{}: the lumen stays open at {} edges and ambiguous at {} when its ends are capped; "
+                        "a closed mesh is "
+                        "needed for imaging",
+                        anatomy.name, left.boundary_edges, left.non_manifold_edges));
     }
     return closed;
 }
@@ -218,7 +225,10 @@ EntryPath path_from(const Anatomy& anatomy, int end) {
 
 double centreline_distance(const Anatomy& anatomy, const Vec3& from, const Vec3& to) {
     // Up from `from` to the root, noting where each branch is met and after how many millimetres.
-    struct Met { int sample; double length; };
+    struct Met {
+        int sample;
+        double length;
+    };
     std::map<int, Met> met;
     const VesselPlace start = nearest_place(anatomy, from);
     double length = 0;

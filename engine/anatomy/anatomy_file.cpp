@@ -1,7 +1,6 @@
-#include <fmt/format.h>
-
 #include <Eigen/Geometry>
 #include <cmath>
+#include <fmt/format.h>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -30,7 +29,8 @@ public:
     Value operator[](const std::string& key) const {
         if (!value_.is_object()) refuse("an object is accepted");
         if (!value_.contains(key)) {
-            throw InputError(fmt::format("{}: {}'{}' is missing", file_, path_.empty() ? "" : path_ + ": ", key));
+            throw InputError(
+                fmt::format("{}: {}'{}' is missing", file_, path_.empty() ? "" : path_ + ": ", key));
         }
         return {value_.at(key), file_, path_.empty() ? key : path_ + "." + key};
     }
@@ -43,7 +43,8 @@ public:
         return result;
     }
     double number() const {
-        if (!value_.is_number() || !std::isfinite(value_.get<double>())) refuse("a finite number is accepted");
+        if (!value_.is_number() || !std::isfinite(value_.get<double>()))
+            refuse("a finite number is accepted");
         return value_.get<double>();
     }
     int index() const {
@@ -152,8 +153,10 @@ json parse_file(const std::filesystem::path& path) {
         TextPlace place{path.string(), 1, 1};
         char c = 0;
         for (std::size_t i = 1; i < error.byte && again.get(c); ++i) {
-            if (c == '\n') ++place.line, place.column = 1;
-            else ++place.column;
+            if (c == '\n')
+                ++place.line, place.column = 1;
+            else
+                ++place.column;
         }
         throw InputError(located(place, "this is not JSON; a vessel anatomy written as JSON is accepted"));
     }
@@ -179,7 +182,8 @@ Anatomy load_anatomy(const std::filesystem::path& path) {
     const Value mesh = root["mesh"];
     const std::filesystem::path mesh_path = path.parent_path() / mesh["file"].word();
     anatomy.lumen = load_mesh(mesh_path);
-    if (const int declared = mesh["triangles"].index(); declared != static_cast<int>(anatomy.lumen.triangles.size())) {
+    if (const int declared = mesh["triangles"].index();
+        declared != static_cast<int>(anatomy.lumen.triangles.size())) {
         throw InputError(fmt::format("{}: {} triangles were found; {} declares {}", mesh_path.string(),
                                      anatomy.lumen.triangles.size(), file, declared));
     }

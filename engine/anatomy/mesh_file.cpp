@@ -1,10 +1,9 @@
 #include "engine/anatomy/mesh_file.h"
 
+#include <assimp/Importer.hpp>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <fmt/format.h>
-
-#include <assimp/Importer.hpp>
 #include <fstream>
 
 #include "engine/anatomy/mesh_topology.h"
@@ -21,7 +20,8 @@ physics::TriangleMesh load_mesh(const std::filesystem::path& path) {
     Assimp::Importer importer;
     // Meshes carry no normals that we need, and STL's would keep its corners apart: weld them ourselves.
     const aiScene* scene = importer.ReadFile(file, aiProcess_Triangulate | aiProcess_PreTransformVertices);
-    if (!scene) throw InputError(fmt::format("{}: not a readable mesh ({})", file, importer.GetErrorString()));
+    if (!scene)
+        throw InputError(fmt::format("{}: not a readable mesh ({})", file, importer.GetErrorString()));
 
     physics::TriangleMesh mesh;
     for (unsigned m = 0; m < scene->mNumMeshes; ++m) {

@@ -58,7 +58,8 @@ Topology topology(const TriangleMesh& mesh) {
         }
     }
     for (const auto& [_, use] : edges) {
-        if (use.forward + use.backward > 2 || use.forward == 2 || use.backward == 2) ++found.non_manifold_edges;
+        if (use.forward + use.backward > 2 || use.forward == 2 || use.backward == 2)
+            ++found.non_manifold_edges;
     }
     while (!next.empty()) {
         BoundaryLoop loop;

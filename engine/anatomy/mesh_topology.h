@@ -8,8 +8,8 @@
 
 namespace engine {
 
-/// A closed chain of boundary edges, ordered as a cap needs it: fanned from its centroid to (loop[i], loop[i+1]),
-/// the cap faces the same side as the mesh.
+/// A closed chain of boundary edges, ordered as a cap needs it: fanned from its centroid to (loop[i],
+/// loop[i+1]), the cap faces the same side as the mesh.
 struct BoundaryLoop {
     std::vector<int> vertices;
     physics::Vec3 centroid = physics::Vec3::Zero();  // of the corners [mm]

@@ -1,9 +1,8 @@
 #include "engine/text.h"
 
-#include <gtest/gtest.h>
-
 #include <array>
 #include <cmath>
+#include <gtest/gtest.h>
 
 namespace engine {
 

@@ -1,0 +1,194 @@
+/// Everything a user can get wrong: exit code 2, a message that says what and where, and nothing
+/// half-written.
+
+#include <cstdint>
+#include <cstring>
+
+#include "tests/app/program.h"
+
+namespace app {
+namespace {
+
+using test::asset, test::Outcome, test::read, test::run, test::TemporaryFolder, test::write;
+
+const std::string good_script = asset("scripts/s_bend.gw");
+
+/// Asserts a refusal that says `expected` and left no output folder.
+void expect_refused(const Outcome& result, const TemporaryFolder& folder, const std::string& expected) {
+    EXPECT_EQ(result.code, 2) << result.out;
+    EXPECT_EQ(result.error.find("seldinger: "), 0u) << result.error;
+    EXPECT_NE(result.error.find(expected), std::string::npos) << result.error;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+void expect_script_refused(const std::string& script, const std::string& expected) {
+    const TemporaryFolder folder;
+    write(folder / "x.gw", script);
+    expect_refused(run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out", folder / "out"}),
+                   folder, expected);
+}
+
+/// The shipped scenario (s_bend or iliac) with `from` replaced.
+void expect_scenario_refused(const std::string& name, const std::string& from, const std::string& to,
+                             const std::string& expected) {
+    const TemporaryFolder folder;
+    std::string toml = read(asset("scenarios/" + name));
+    const auto place = toml.find("../anatomy");
+    if (place != std::string::npos) toml.replace(place, 10, asset("anatomy").string());
+    const auto at = toml.find(from);
+    ASSERT_NE(at, std::string::npos);
+    write(folder / "x.toml", toml.replace(at, from.size(), to));
+    expect_refused(
+        run(folder, {"run", folder / "x.toml", "--commands", good_script, "--out", folder / "out"}), folder,
+        expected);
+}
+
+/// A copy of the iliac anatomy whose mesh is `stl`.
+void expect_mesh_refused(const std::string& stl, const std::string& expected) {
+    const TemporaryFolder folder;
+    write(folder / "iliac.anatomy.json", read(asset("anatomy/iliac.anatomy.json")));
+    if (!stl.empty()) write(folder / "iliac.stl", stl);
+    std::string toml = read(asset("scenarios/iliac_lra.toml"));
+    toml.replace(toml.find("../anatomy"), 10, ".");
+    write(folder / "x.toml", toml);
+    expect_refused(
+        run(folder, {"run", folder / "x.toml", "--commands", good_script, "--out", folder / "out"}), folder,
+        expected);
+}
+
+}  // namespace
+
+TEST(BadInput, UnknownScenarioIsRefusedWithThoseThatShip) {
+    const TemporaryFolder folder;
+    expect_refused(run(folder, {"run", "s_bent", "--commands", good_script, "--out", folder / "out"}), folder,
+                   "is 's_bend' meant?");
+}
+
+TEST(BadInput, MissingCommandFileIsNamed) {
+    const TemporaryFolder folder;
+    expect_refused(run(folder, {"run", "s_bend", "--commands", folder / "no.gw", "--out", folder / "out"}),
+                   folder, "no.gw: no such command file");
+}
+
+TEST(BadInput, UnknownCommand) {
+    expect_script_refused("0 beam on\n3 push 5 mm\n", "x.gw:2:3: unknown command 'push'");
+}
+TEST(BadInput, WrongUnit) {
+    expect_script_refused("3 advance 5 cm\n", "x.gw:1:13: 'cm' was found; the unit 'mm'");
+}
+TEST(BadInput, FramesOutOfOrder) {
+    expect_script_refused("9 beam on\n3 beam off\n", "x.gw:2:1: '3' was found");
+}
+TEST(BadInput, NotANumber) {
+    expect_script_refused("3 advance nan mm\n", "x.gw:1:11: 'nan' was found");
+}
+TEST(BadInput, AbsurdAmount) {
+    expect_script_refused("3 advance 1e9 mm\n", "a number from 0 to 500 is accepted");
+}
+TEST(BadInput, ArmThatCannotBe) {
+    expect_script_refused("3 arm sid 500 mm sod 1500 mm\n", "x.gw:1:3");
+}
+
+TEST(BadInput, UnknownKey) {
+    expect_scenario_refused("s_bend.toml", "inserted_mm", "insertd_mm",
+                            ": unknown key 'insertd_mm' in [entry]");
+}
+
+TEST(BadInput, MissingMesh) {
+    expect_mesh_refused("", "iliac.stl: no such mesh can be read");
+}
+
+TEST(BadInput, UnreadableMesh) {
+    expect_mesh_refused("not a mesh at all", "iliac.stl: not a readable mesh");
+}
+
+TEST(BadInput, MeshOpenWhereNoEndIs) {
+    // A binary STL is 80 bytes, a count, and 50 bytes a triangle: leave one out, in the middle of a wall.
+    std::string stl = read(asset("anatomy/iliac.stl"));
+    std::string json = read(asset("anatomy/iliac.anatomy.json"));
+    stl.erase(84 + 50 * 30'000, 50);
+    const std::uint32_t count = 51'898;
+    std::memcpy(stl.data() + 80, &count, 4);
+    const TemporaryFolder folder;
+    json.replace(json.find("51899"), 5, "51898");
+    write(folder / "iliac.anatomy.json", json);
+    write(folder / "iliac.stl", stl);
+    std::string toml = read(asset("scenarios/iliac_lra.toml"));
+    toml.replace(toml.find("../anatomy"), 10, ".");
+    write(folder / "x.toml", toml);
+    expect_refused(
+        run(folder, {"run", folder / "x.toml", "--commands", good_script, "--out", folder / "out"}), folder,
+        "the mesh is open at");
+}
+
+TEST(BadInput, WireThickerThanTheVesselAtItsEntry) {
+    expect_scenario_refused("iliac_lra.toml",
+                            "end = \"RCIA+REIA+RCFA.out\"\ninserted_mm = 60.0\n\n[guidewire]",
+                            "end = \"LIIA.out\"\ninserted_mm = 30.0\n\n[guidewire]\ndiameter_mm = 4.2",
+                            "does not enter at 'LIIA.out'");
+}
+
+TEST(BadInput, TargetOutsideTheAnatomy) {
+    expect_scenario_refused("s_bend.toml", "name = \"end\"", "centre_mm = [0.0, 0.0, 500.0]",
+                            "the target is outside the anatomy");
+}
+
+TEST(BadInput, OutputFolderThatCannotBeMade) {
+    const TemporaryFolder folder;
+    write(folder / "file", "");
+    const auto result =
+        run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "file/out"});
+    expect_refused(result, folder, "file/out: the output folder cannot be made");
+    EXPECT_EQ(read(folder / "file"), "");
+}
+
+TEST(BadInput, OutputFolderThatCannotBeWrittenTo) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "parent");
+    std::filesystem::create_symlink("/proc", folder / "parent/proc");  // refuses even the superuser
+    const auto result =
+        run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "parent/proc/out"});
+    EXPECT_EQ(result.code, 2);
+    EXPECT_NE(result.error.find("cannot be made"), std::string::npos) << result.error;
+}
+
+TEST(BadInput, FullDiskIsToldAndLeavesOnlyWholeFiles) {
+    const TemporaryFolder folder;
+    // A file may grow to one block of 1024 bytes: the recording and score fit, an image does not.
+    const std::string limited = "ulimit -f 1; exec \"$0\" \"$@\"";
+    std::vector<std::string> words = {"bash", "-c", limited};
+    for (const std::string& word :
+         test::command({"run", "s_bend", "--commands", good_script, "--out", folder / "out"})) {
+        words.push_back(word);
+    }
+    const Outcome result = test::Started(folder, words).wait();
+    EXPECT_EQ(result.code, 2) << result.error;
+    EXPECT_NE(result.error.find("frame_000000.png"), std::string::npos) << result.error;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder / "out")) {
+        EXPECT_NE(entry.path().extension(), ".part") << entry.path();
+        EXPECT_NE(entry.path().extension(), ".png") << entry.path();
+    }
+    const Outcome again = run(folder, {"run", "s_bend", "--commands", folder / "out/run.gw", "--out",
+                                       folder / "2", "--frames", "none"});
+    EXPECT_LT(again.code, 2) << again.error;  // what was recorded is whole
+}
+
+TEST(BadInput, ExpectationThatIsNotThere) {
+    const TemporaryFolder folder;
+    expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",
+                                "--expect", folder / "none"}),
+                   folder, "none: no such command file");
+}
+
+TEST(BadInput, WrongArgumentsAreExitCodeTwo) {
+    const TemporaryFolder folder;
+    EXPECT_EQ(run(folder, {}).code, 2);
+    EXPECT_EQ(run(folder, {"fly"}).code, 2);
+    EXPECT_EQ(run(folder, {"run", "s_bend"}).code, 2);
+    EXPECT_EQ(
+        run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out", "--every", "0"})
+            .code,
+        2);
+}
+
+}  // namespace app

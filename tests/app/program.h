@@ -1,0 +1,61 @@
+#pragma once
+/// The built program, run as a user runs it.
+
+#include <fcntl.h>
+#include <string>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <vector>
+
+#include "tests/engine/fixtures.h"
+
+namespace app::test {
+
+using engine::test::asset;
+using engine::test::read;
+using engine::test::TemporaryFolder;
+using engine::test::write;
+
+struct Outcome {
+    int code = -1;  // exit code, or 1000 + signal
+    std::string out, error;
+};
+
+/// A program that has been started; its output goes to files of `folder`.
+class Started {
+public:
+    Started(const TemporaryFolder& folder, const std::vector<std::string>& words)
+        : out_(folder / "stdout.txt"), error_(folder / "stderr.txt") {
+        std::vector<char*> arguments;
+        for (const std::string& word : words) arguments.push_back(const_cast<char*>(word.c_str()));
+        arguments.push_back(nullptr);
+        process_ = fork();
+        if (process_ == 0) {
+            dup2(open(out_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDOUT_FILENO);
+            dup2(open(error_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
+            execvp(arguments[0], arguments.data());
+            _exit(127);
+        }
+    }
+    void signal(int number) const { ::kill(process_, number); }
+    Outcome wait() const {
+        int status = 0;
+        ::waitpid(process_, &status, 0);
+        const int code = WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+        return {code, read(out_), read(error_)};
+    }
+
+private:
+    std::filesystem::path out_, error_;
+    pid_t process_ = -1;
+};
+
+inline std::vector<std::string> command(std::vector<std::string> words) {
+    words.insert(words.begin(), SELDINGER_PROGRAM);
+    return words;
+}
+inline Outcome run(const TemporaryFolder& folder, const std::vector<std::string>& words) {
+    return Started(folder, command(words)).wait();
+}
+
+}  // namespace app::test

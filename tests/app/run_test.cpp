@@ -1,0 +1,173 @@
+#include <algorithm>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "tests/app/program.h"
+
+namespace app {
+namespace {
+
+using test::asset, test::read, test::run, test::TemporaryFolder, test::write;
+
+const std::string good_script = asset("scripts/s_bend.gw");
+
+std::vector<std::string> frames_in(const std::filesystem::path& folder) {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "frames")) {
+        names.push_back(entry.path().filename());
+    }
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+}  // namespace
+
+TEST(Run, ReachesTheTargetAndLeavesItsFiles) {
+    const TemporaryFolder folder;
+    const auto result = run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out"});
+    EXPECT_EQ(result.code, 0) << result.error;
+    EXPECT_EQ(result.error, "");  // no progress bar where there is no terminal
+    const auto score = nlohmann::json::parse(read(folder / "out/score.json"));
+    EXPECT_TRUE(score["completed"].get<bool>());
+    EXPECT_GT(score["completion_time_s"].get<double>(), 0);
+    EXPECT_EQ(score["frames"], 41);
+    EXPECT_NEAR(score["beam_on_time_s"].get<double>(), 41 / 15.0, 1e-9);
+    EXPECT_EQ(frames_in(folder / "out").size(), 41u);
+    EXPECT_EQ(frames_in(folder / "out").back(), "frame_000040.png");
+    EXPECT_TRUE(std::filesystem::exists(folder / "out/sheet.png"));
+}
+
+TEST(Run, ShippedScriptGoesFromTheGroinToTheAorta) {
+    const TemporaryFolder folder;
+    const auto result = run(folder, {"run", "iliac_aorta", "--commands", asset("scripts/iliac_aorta.gw"),
+                                     "--out", folder / "out", "--frames", "none"});
+    EXPECT_EQ(result.code, 0) << result.error << result.out;
+    const auto score = nlohmann::json::parse(read(folder / "out/score.json"));
+    EXPECT_LT(score["max_penetration_mm"].get<double>(), 0.2);
+}
+
+TEST(Run, TargetNotReachedIsExitCodeOne) {
+    const TemporaryFolder folder;
+    write(folder / "x.gw", "0 advance 2 mm\n5 end\n");
+    const auto result = run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out", folder / "out",
+                                     "--frames", "none"});
+    EXPECT_EQ(result.code, 1) << result.error;
+    EXPECT_FALSE(nlohmann::json::parse(read(folder / "out/score.json"))["completed"].get<bool>());
+    EXPECT_FALSE(std::filesystem::exists(folder / "out/frames"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "out/sheet.png"));
+}
+
+TEST(Run, EveryKthFrameIsWritten) {
+    const TemporaryFolder folder;
+    run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out", "--every", "20"});
+    EXPECT_EQ(frames_in(folder / "out"),
+              (std::vector<std::string>{"frame_000000.png", "frame_000020.png", "frame_000040.png"}));
+}
+
+TEST(Run, TwiceGivesTheSameBytes) {
+    const TemporaryFolder folder;
+    for (const char* out : {"1", "2"}) {
+        run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / out, "--every", "8"});
+    }
+    for (const std::string& name : frames_in(folder / "1")) {
+        EXPECT_EQ(read(folder / ("1/frames/" + name)), read(folder / ("2/frames/" + name))) << name;
+    }
+    EXPECT_FALSE(read(folder / "1/run.gw").empty());
+    for (const char* name : {"run.gw", "score.json", "sheet.png"}) {
+        EXPECT_EQ(read(folder / "1" / name), read(folder / "2" / name)) << name;
+    }
+}
+
+TEST(Run, ReplayOfItsRecordingAgreesInStatesAndFrames) {
+    const TemporaryFolder folder;
+    run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "1", "--every", "10"});
+    const auto again = run(folder, {"run", "s_bend", "--commands", folder / "1/run.gw", "--out", folder / "2",
+                                    "--every", "10", "--expect", folder / "1"});
+    EXPECT_EQ(again.code, 0) << again.error;
+    EXPECT_NE(again.out.find("5 frames compared, all equal"), std::string::npos) << again.out;
+}
+
+TEST(Run, DifferenceFromWhatWasExpectedIsExitCodeThree) {
+    const TemporaryFolder folder;
+    run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "1", "--frames", "none"});
+    std::string script = read(good_script);
+    script.replace(script.find("rotate 45"), 9, "rotate 46");
+    write(folder / "x.gw", script);
+    const auto other = run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out", folder / "2",
+                                    "--frames", "none", "--expect", folder / "1/run.gw"});
+    EXPECT_EQ(other.code, 3);
+    EXPECT_NE(other.error.find("the state of frame 20 is"), std::string::npos) << other.error;
+}
+
+TEST(Run, ChangedPixelIsExitCodeThree) {
+    const TemporaryFolder folder;
+    const std::vector<std::string> words = {"run",     "s_bend", "--commands", good_script,
+                                            "--every", "20",     "--out"};
+    auto first = words, second = words;
+    first.push_back(folder / "1");
+    run(folder, first);
+    std::filesystem::copy_file(folder / "1/frames/frame_000000.png", folder / "1/frames/frame_000020.png",
+                               std::filesystem::copy_options::overwrite_existing);
+    second.insert(second.end(), {folder / "2", "--expect", folder / "1"});
+    const auto result = run(folder, second);
+    EXPECT_EQ(result.code, 3);
+    EXPECT_NE(result.error.find("frame 20 differs"), std::string::npos) << result.error;
+}
+
+TEST(Run, CtrlCLeavesARecordingThatReplays) {
+    for (const int number : {SIGINT, SIGTERM}) {
+        const TemporaryFolder folder;
+        write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
+        const test::Started started(folder, test::command({"run", "s_bend", "--commands", folder / "long.gw",
+                                                           "--out", folder / "1", "--frames", "none"}));
+        // Wait until frames come, then stop it: whatever frame that is, what is left must replay.
+        while (read(folder / "1/run.gw").find("state 10 ") == std::string::npos) std::this_thread::yield();
+        started.signal(number);
+        const auto result = started.wait();
+        EXPECT_EQ(result.code, 130) << result.error;
+        const auto score = nlohmann::json::parse(read(folder / "1/score.json"));
+        EXPECT_TRUE(score["interrupted"].get<bool>());
+        const auto again = run(folder, {"run", "s_bend", "--commands", folder / "1/run.gw", "--out",
+                                        folder / "2", "--frames", "none", "--expect", folder / "1/run.gw"});
+        EXPECT_EQ(again.code, 1) << again.error;
+        EXPECT_EQ(nlohmann::json::parse(read(folder / "2/score.json"))["frames"], score["frames"]);
+    }
+}
+
+TEST(Run, KilledProgramLeavesARecordingThatReplays) {
+    const TemporaryFolder folder;
+    write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
+    const test::Started started(folder, test::command({"run", "s_bend", "--commands", folder / "long.gw",
+                                                       "--out", folder / "1", "--frames", "none"}));
+    while (read(folder / "1/run.gw").find("state 20 ") == std::string::npos) std::this_thread::yield();
+    started.signal(SIGKILL);
+    EXPECT_EQ(started.wait().code, 1000 + SIGKILL);
+    const auto again = run(folder, {"run", "s_bend", "--commands", folder / "1/run.gw", "--out", folder / "2",
+                                    "--frames", "none"});
+    EXPECT_EQ(again.code, 1) << again.error;  // not 3: the states agree
+}
+
+TEST(List, NamesTheShippedScenariosOneALine) {
+    const TemporaryFolder folder;
+    const auto result = run(folder, {"list"});
+    EXPECT_EQ(result.code, 0) << result.error;
+    EXPECT_NE(result.out.find("s_bend "), std::string::npos);
+    std::size_t files = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(asset("scenarios"))) {
+        files += entry.path().extension() == ".toml";
+    }
+    EXPECT_EQ(static_cast<std::size_t>(std::count(result.out.begin(), result.out.end(), '\n')), files);
+}
+
+TEST(Program, TellsItsVersionAndUse) {
+    const TemporaryFolder folder;
+    EXPECT_EQ(run(folder, {"--version"}).code, 0);
+    EXPECT_EQ(run(folder, {"--version"}).out.find("seldinger "), 0u);
+    const auto help = run(folder, {"run", "--help"});
+    EXPECT_EQ(help.code, 0);
+    EXPECT_NE(help.out.find("--commands"), std::string::npos);
+    EXPECT_NE(help.out.find("Exit codes"), std::string::npos);
+}
+
+}  // namespace app

@@ -1,0 +1,131 @@
+#include "engine/anatomy/anatomy.h"
+
+#include <nlohmann/json.hpp>
+
+#include "engine/anatomy/mesh_topology.h"
+#include "engine/scenes.h"
+#include "tests/engine/fixtures.h"
+
+namespace engine {
+namespace {
+
+using physics::Vec3;
+using Json = nlohmann::json;
+
+const Anatomy& iliac() {
+    static const Anatomy anatomy = load_anatomy(test::asset("anatomy/iliac.anatomy.json"));
+    return anatomy;
+}
+
+/// Loads the iliac anatomy after `change` to its description; returns what is said against it.
+template <class Change>
+std::string refusal_after(Change change) {
+    const test::TemporaryFolder folder;
+    std::filesystem::create_symlink(test::asset("anatomy/iliac.stl"), folder / "iliac.stl");
+    Json description = Json::parse(test::read(test::asset("anatomy/iliac.anatomy.json")));
+    change(description);
+    test::write(folder / "x.anatomy.json", description.dump());
+    return test::refusal([&] { load_anatomy(folder / "x.anatomy.json"); });
+}
+
+Anatomy straight_tube() {
+    return tube_anatomy("tube", draw(std::vector<PenMove>{Run{40}}), 2.0, 24, 1.0);
+}
+
+}  // namespace
+
+TEST(Anatomy, IliacLoadsWithItsBranchesEndsAndTarget) {
+    EXPECT_EQ(iliac().branches.size(), 7u);
+    EXPECT_EQ(iliac().ends.size(), 8u);
+    ASSERT_EQ(iliac().targets.size(), 1u);
+    EXPECT_EQ(iliac().targets[0].name, "LRA");
+    EXPECT_TRUE(inside(iliac(), iliac().targets[0].centre));
+}
+
+TEST(Anatomy, CappedLumenIsClosedAndHoldsItsVolume) {
+    const physics::TriangleMesh closed = closed_lumen(iliac());
+    EXPECT_EQ(topology(closed).boundary_edges, 0);
+    const double tube = signed_volume(closed_lumen(straight_tube()));
+    const double polygon = 24 * 0.5 * 4.0 * std::sin(2 * std::numbers::pi / 24);
+    EXPECT_NEAR(tube, 40 * polygon, 1e-6);
+}
+
+TEST(Anatomy, MissingFileIsNamed) {
+    EXPECT_NE(test::refusal([] { load_anatomy("/nowhere/x.json"); }).find("/nowhere/x.json"),
+              std::string::npos);
+}
+
+TEST(Anatomy, BrokenJsonIsRefusedWithItsPlace) {
+    const test::TemporaryFolder folder;
+    test::write(folder / "x.anatomy.json", "{\n  \"format\": ,\n}");
+    const std::string text = test::refusal([&] { load_anatomy(folder / "x.anatomy.json"); });
+    EXPECT_NE(text.find("x.anatomy.json:2:13"), std::string::npos) << text;
+}
+
+TEST(Anatomy, OtherUnitsAreRefused) {
+    const std::string text = refusal_after([](Json& j) { j["units"] = "cm"; });
+    EXPECT_NE(text.find("'mm' is accepted"), std::string::npos) << text;
+}
+
+TEST(Anatomy, MissingKeyIsNamed) {
+    const std::string text = refusal_after([](Json& j) { j["branches"][2].erase("name"); });
+    EXPECT_NE(text.find("branches[2]"), std::string::npos) << text;
+}
+
+TEST(Anatomy, TargetSampleOutsideItsBranchIsRefused) {
+    const std::string text = refusal_after([](Json& j) { j["targets"][0]["sample"] = 75; });
+    EXPECT_NE(text.find("0 to 74"), std::string::npos) << text;
+}
+
+TEST(Anatomy, UndeclaredOpeningIsRefusedWithItsPlace) {
+    const std::string text = refusal_after([](Json& j) { j["ends"].erase(7); });
+    EXPECT_NE(text.find("where no end is declared"), std::string::npos) << text;
+    EXPECT_NE(text.find("28.3"), std::string::npos) << text;  // z of the SMA's outlet
+}
+
+TEST(Anatomy, EndWithoutAnOpeningIsRefused) {
+    const std::string text = refusal_after([](Json& j) { j["ends"][0]["centre"] = {0, 0, 0}; });
+    EXPECT_NE(text.find("has no opening"), std::string::npos) << text;
+}
+
+TEST(Anatomy, InvertedLumenIsRefused) {
+    Anatomy anatomy = straight_tube();
+    for (auto& t : anatomy.lumen.triangles) std::swap(t[1], t[2]);
+    ASSERT_EQ(problems(anatomy).size(), 1u);
+    EXPECT_NE(problems(anatomy)[0].find("inward"), std::string::npos);
+    EXPECT_TRUE(problems(straight_tube()).empty());
+}
+
+TEST(Anatomy, HoleInTheWallIsRefused) {
+    Anatomy anatomy = straight_tube();
+    anatomy.lumen.triangles.erase(anatomy.lumen.triangles.begin() + 500);
+    ASSERT_EQ(problems(anatomy).size(), 1u);
+    EXPECT_NE(problems(anatomy)[0].find("3 edges"), std::string::npos);
+}
+
+TEST(Anatomy, PathFromAnEndLeadsIntoTheLumenAndUpItsParents) {
+    const EntryPath path = path_from(iliac(), *find_end(iliac(), "RCIA+REIA+RCFA.out"));
+    const physics::OpenEnd& end = iliac().ends[2].opening;
+    EXPECT_TRUE(path.points.front().isApprox(end.centre));
+    EXPECT_LT((path.points[1] - path.points[0]).dot(end.outward_normal), 0);
+    EXPECT_LT((path.points.back() - Vec3(0, 0, 130)).norm(), 1e-9);  // the root's start
+    for (std::size_t i = 2; i < path.points.size(); ++i) {
+        EXPECT_LT((path.points[i] - path.points[i - 1]).norm(), 3.0) << i;
+    }
+}
+
+TEST(Anatomy, CentrelineDistanceGoesRoundTheFork) {
+    const Vec3 left = iliac().branches[0].points[300], right = iliac().branches[1].points[100];
+    const double along = centreline_distance(iliac(), left, right);
+    EXPECT_GT(along, 1.2 * (left - right).norm());
+    EXPECT_NEAR(along, centreline_distance(iliac(), right, left), 1e-9);
+    EXPECT_NEAR(centreline_distance(straight_tube(), {5, 0, 0}, {30, 0, 0}), 25, 1e-9);
+}
+
+TEST(Anatomy, PointsBeyondTheRadiusAreOutside) {
+    EXPECT_TRUE(inside(straight_tube(), {20, 1.9, 0}));
+    EXPECT_FALSE(inside(straight_tube(), {20, 2.1, 0}));
+    EXPECT_FALSE(inside(straight_tube(), {std::nan(""), 0, 0}));
+}
+
+}  // namespace engine

@@ -1,0 +1,99 @@
+#pragma once
+/// What several engine tests start from.
+
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <sstream>
+#include <string>
+#include <unistd.h>
+
+#include "engine/scenario.h"
+
+namespace engine::test {
+
+/// A folder of its own for one test, gone afterwards.
+class TemporaryFolder {
+public:
+    TemporaryFolder() {
+        std::string name = (std::filesystem::temp_directory_path() / "seldinger_test_XXXXXX").string();
+        if (!mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
+        path_ = name;
+    }
+    ~TemporaryFolder() {
+        std::error_code ignored;
+        std::filesystem::remove_all(path_, ignored);
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+    std::filesystem::path operator/(const std::string& name) const { return path_ / name; }
+    const std::filesystem::path& path() const { return path_; }
+
+private:
+    std::filesystem::path path_;
+};
+
+inline void write(const std::filesystem::path& path, const std::string& text) {
+    std::ofstream(path, std::ios::binary) << text;
+}
+inline std::string read(const std::filesystem::path& path) {
+    std::stringstream text;
+    text << std::ifstream(path, std::ios::binary).rdbuf();
+    return text.str();
+}
+
+inline std::filesystem::path asset(const std::string& name) {
+    return std::filesystem::path(SELDINGER_SOURCE) / "assets" / name;
+}
+
+/// What an InputError says when `call` throws one; empty when it throws nothing.
+template <class Call>
+std::string refusal(Call&& call) {
+    try {
+        call();
+    } catch (const InputError& error) {
+        return error.what();
+    }
+    return "";
+}
+
+/// A bent tube of 4 mm with 20 mm of wire inside: a frame takes a millisecond.
+inline const char* const small_toml = R"(schema = 1
+title = "small"
+seed = 3
+[tube]
+radius_mm = 2.0
+around = 16
+step_mm = 1.0
+path = [{run_mm = 30.0}, {arc_radius_mm = 25.0, angle_deg = 40.0}, {run_mm = 30.0}]
+[entry]
+end = "start"
+inserted_mm = 20.0
+[guidewire]
+preset = "glide035"
+[relaxer]
+updates_per_frame = 200
+[target]
+name = "end"
+radius_mm = 3.0
+hold_s = 0.2
+[c_arm]
+isocentre_mm = [40.0, 10.0, 0.0]
+pixels = 64
+[imaging]
+patient = false
+)";
+
+inline Scenario small_scenario() {
+    return parse_scenario(small_toml, "small.toml");
+}
+
+/// The small scenario with one line replaced (or, for an empty `from`, with a line in front).
+inline std::string small_toml_with(const std::string& from, const std::string& to) {
+    std::string text = small_toml;
+    const auto at = text.find(from);
+    if (at == std::string::npos) throw std::runtime_error("no '" + from + "' in the small scenario");
+    return text.replace(at, from.size(), to);
+}
+
+}  // namespace engine::test

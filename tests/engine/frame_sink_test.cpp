@@ -1,0 +1,51 @@
+#include "engine/frame_sink.h"
+
+#include "render/png.h"
+#include "tests/engine/fixtures.h"
+
+namespace engine {
+namespace {
+
+render::GrayImage image(int grey) {
+    return {8, 8, std::vector<std::uint8_t>(64, static_cast<std::uint8_t>(grey))};
+}
+
+}  // namespace
+
+TEST(FrameSink, NamesAreSixDigitsAndReadBack) {
+    EXPECT_EQ(frame_file_name(123), "frame_000123.png");
+    EXPECT_EQ(frame_of_file_name("frame_000123.png"), 123);
+    EXPECT_EQ(frame_of_file_name("frame_123.png"), -1);
+    EXPECT_EQ(frame_of_file_name("holiday.png"), -1);
+    EXPECT_EQ(frame_of_file_name("frame_.png"), -1);
+}
+
+TEST(FrameSink, AllFramesAreThereWhenItHasFinished) {
+    const test::TemporaryFolder folder;
+    PngFolder sink(folder.path());
+    for (int frame = 0; frame < 40; ++frame) sink.accept(frame, image(frame));
+    sink.finish();
+    for (int frame = 0; frame < 40; ++frame) {
+        EXPECT_EQ(render::read_png(folder / frame_file_name(frame)), image(frame));
+    }
+}
+
+TEST(FrameSink, FailureOnTheWorkerReachesTheCaller) {
+    const test::TemporaryFolder folder;
+    PngFolder sink(folder / "missing");
+    const std::string text = test::refusal([&] {
+        for (int frame = 0; frame < 40; ++frame) sink.accept(frame, image(0));
+        sink.finish();
+    });
+    EXPECT_NE(text.find("frame_000000.png"), std::string::npos) << text;
+}
+
+TEST(FrameSink, FullDiskLeavesNoHalfFrame) {
+    const test::TemporaryFolder folder;
+    std::filesystem::create_symlink("/dev/full", folder / (frame_file_name(0) + ".part"));
+    PngFolder sink(folder.path());
+    EXPECT_NE(test::refusal([&] { sink.accept(0, image(0)), sink.finish(); }), "");
+    EXPECT_FALSE(std::filesystem::exists(folder / frame_file_name(0)));
+}
+
+}  // namespace engine

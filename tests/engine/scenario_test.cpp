@@ -1,0 +1,102 @@
+#include "engine/scenario.h"
+
+#include "tests/engine/fixtures.h"
+
+namespace engine {
+namespace {
+
+std::string refusal_of(const std::string& from, const std::string& to) {
+    return test::refusal([&] { parse_scenario(test::small_toml_with(from, to), "small.toml"); });
+}
+
+}  // namespace
+
+TEST(Scenario, ReadsUnitsIntoMillimetresAndRadians) {
+    const Scenario s = parse_scenario(
+        test::small_toml_with("pixels = 64", "lao_deg = 30\ncranial_deg = -10.0"), "folder/small.toml");
+    EXPECT_EQ(s.name, "small");
+    EXPECT_EQ(s.title, "small");
+    EXPECT_DOUBLE_EQ(s.c_arm.lao, std::numbers::pi / 6);
+    EXPECT_DOUBLE_EQ(s.c_arm.cranial, -std::numbers::pi / 18);
+    EXPECT_DOUBLE_EQ(s.guidewire.curved_angle, std::numbers::pi / 4);
+    EXPECT_DOUBLE_EQ(length(s.tube->path), 60 + 25 * 40 * std::numbers::pi / 180);
+    EXPECT_EQ(s.budget.updates, 200);
+}
+
+TEST(Scenario, AnatomyIsFoundBesideTheScenarioFile) {
+    std::string text = test::small_toml_with("[tube]", "anatomy = \"../anatomy/x.json\"\n[tube]");
+    text.erase(text.find("[tube]"), text.find("[entry]") - text.find("[tube]"));
+    EXPECT_EQ(parse_scenario(text, "a/b/s.toml").anatomy, std::filesystem::path("a/b/../anatomy/x.json"));
+}
+
+TEST(Scenario, ShippedScenariosAreSound) {
+    const auto files = shipped_scenarios(test::asset("scenarios"));
+    ASSERT_FALSE(files.empty());
+    for (const auto& file : files) EXPECT_FALSE(load_scenario(file).title.empty()) << file;
+}
+
+TEST(Scenario, UnknownKeyIsRefusedWithItsPlaceAndTheKeysThereAre) {
+    const std::string text = refusal_of("preset =", "presett =");
+    EXPECT_NE(text.find("small.toml:13:1: unknown key 'presett' in [guidewire]"), std::string::npos) << text;
+    EXPECT_NE(text.find("is 'preset' meant?"), std::string::npos) << text;
+    EXPECT_NE(text.find("tip_rigidity_N_mm2"), std::string::npos) << text;
+}
+
+TEST(Scenario, UnknownSectionIsRefused) {
+    const std::string text = refusal_of("[imaging]", "[image]");
+    EXPECT_NE(text.find("unknown key 'image' at the top"), std::string::npos) << text;
+}
+
+TEST(Scenario, EverythingWrongIsListedInTheOrderOfTheFile) {
+    const std::string text = refusal_of("radius_mm = 2.0\naround = 16", "radius_mm = -1\naround = \"many\"");
+    const auto first = text.find("small.toml:5:"), second = text.find("small.toml:6:");
+    ASSERT_NE(first, std::string::npos) << text;
+    ASSERT_NE(second, std::string::npos) << text;
+    EXPECT_LT(first, second);
+    EXPECT_NE(text.find("6 to 512"), std::string::npos) << text;
+}
+
+TEST(Scenario, NumbersThatAreNotFiniteAreRefused) {
+    EXPECT_NE(refusal_of("inserted_mm = 20.0", "inserted_mm = nan"), "");
+    EXPECT_NE(refusal_of("inserted_mm = 20.0", "inserted_mm = inf"), "");
+    EXPECT_NE(refusal_of("[40.0, 10.0, 0.0]", "[40.0, nan, 0.0]"), "");
+}
+
+TEST(Scenario, AbsurdAmountsAreRefused) {
+    const std::string text = refusal_of("inserted_mm = 20.0", "inserted_mm = 1e9");
+    EXPECT_NE(text.find("1 to 2000"), std::string::npos) << text;
+}
+
+TEST(Scenario, MissingSectionAndKeyAreNamed) {
+    EXPECT_NE(refusal_of("end = \"start\"\n", "").find("end"), std::string::npos);
+    EXPECT_NE(refusal_of("schema = 1\n", "").find("schema"), std::string::npos);
+    EXPECT_NE(refusal_of("schema = 1\n", "schema = 2\n").find("schema"), std::string::npos);
+}
+
+TEST(Scenario, TextThatIsNotTomlIsRefusedWithItsPlace) {
+    const std::string text = refusal_of("seed = 3", "seed = = 3");
+    EXPECT_NE(text.find("small.toml:3:"), std::string::npos) << text;
+}
+
+TEST(Scenario, NeedsExactlyOneVessel) {
+    EXPECT_NE(refusal_of("[tube]", "anatomy = \"x.json\"\n[tube]").find("one of them"), std::string::npos);
+}
+
+TEST(Scenario, TargetTakesANameOrAPlaceNotBoth) {
+    EXPECT_NE(refusal_of("name = \"end\"", "name = \"end\"\ncentre_mm = [1, 2, 3]").find("one of them"),
+              std::string::npos);
+}
+
+TEST(Scenario, WireThatDoesNotFitTheTubeIsRefused) {
+    EXPECT_NE(refusal_of("radius_mm = 2.0", "radius_mm = 0.4").find("does not fit"), std::string::npos);
+}
+
+TEST(Scenario, IsFoundByPathOrByNameAndElseTheNamesAreTold) {
+    const auto folder = test::asset("scenarios");
+    EXPECT_EQ(find_scenario("s_bend", folder), folder / "s_bend.toml");
+    EXPECT_EQ(find_scenario((folder / "s_bend.toml").string(), folder), folder / "s_bend.toml");
+    const std::string text = test::refusal([&] { find_scenario("s_bent", folder); });
+    EXPECT_NE(text.find("is 's_bend' meant?"), std::string::npos) << text;
+}
+
+}  // namespace engine

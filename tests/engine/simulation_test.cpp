@@ -1,0 +1,165 @@
+#include "engine/simulation.h"
+
+#include "tests/engine/fixtures.h"
+
+namespace engine {
+namespace {
+
+Scenario with(const std::string& from, const std::string& to) {
+    return parse_scenario(test::small_toml_with(from, to), "small.toml");
+}
+
+void go(Simulation& simulation, int frames, const Command& command) {
+    for (int i = 0; i < frames; ++i) {
+        simulation.apply(command);
+        simulation.step();
+    }
+}
+
+std::string refusal_of(const std::string& from, const std::string& to) {
+    return test::refusal([&] { Simulation simulation(with(from, to)); });
+}
+
+}  // namespace
+
+TEST(Simulation, WireStartsInsideAlongTheEntry) {
+    const Simulation simulation(test::small_scenario());
+    EXPECT_EQ(simulation.wire().segments(), 10);
+    EXPECT_DOUBLE_EQ(simulation.inserted(), 20.0);
+    EXPECT_TRUE(simulation.wire().joints[0].isApprox(physics::Vec3::Zero()));
+    EXPECT_TRUE(physics::validate(simulation.wire()).empty());
+    EXPECT_FALSE(simulation.beam_on());
+}
+
+TEST(Simulation, AdvanceAndWithdrawMoveTheWireAndCarryTheRest) {
+    Simulation simulation(test::small_scenario());
+    simulation.apply(Advance{5});
+    const StepReport report = simulation.step();
+    EXPECT_EQ(simulation.wire().segments(), 12);
+    EXPECT_DOUBLE_EQ(simulation.wire().carried, 1.0);
+    ASSERT_EQ(report.insertions.size(), 1u);
+    EXPECT_DOUBLE_EQ(report.insertions[0], 5.0);
+    simulation.apply(Withdraw{5});
+    simulation.step();
+    EXPECT_NEAR(simulation.inserted(), 20.0, 1e-12);
+}
+
+TEST(Simulation, WireFollowsTheBendAndStaysInTheLumen) {
+    Simulation simulation(test::small_scenario());
+    go(simulation, 20, Advance{2});
+    for (const physics::WallContact& contact : simulation.contacts()) EXPECT_LT(contact.penetration, 0.3);
+    EXPECT_GT(simulation.wire().tip().y(), 3.0);
+    EXPECT_TRUE(physics::validate(simulation.wire()).empty());
+}
+
+TEST(Simulation, LongMotionInOneFrameStaysInTheLumenToo) {
+    Simulation simulation(test::small_scenario());
+    go(simulation, 1, Advance{40});
+    for (const physics::WallContact& contact : simulation.contacts()) EXPECT_LT(contact.penetration, 0.3);
+}
+
+TEST(Simulation, ClosedFormWallLeadsTheWireAsTheMeshDoes) {
+    Simulation mesh(with("around = 16", "around = 96"));
+    Simulation tube(with("around = 16", "wall = \"analytic\""));
+    go(mesh, 15, Advance{2});
+    go(tube, 15, Advance{2});
+    for (int i = 0; i < 60; ++i) mesh.step(), tube.step();
+    // The mesh's chords lie up to r(1 − cos(π/96)) = 0.001 mm inside; the rest is what 60 frames leave
+    // unrelaxed.
+    EXPECT_LT((mesh.wire().tip() - tube.wire().tip()).norm(), 0.1);
+}
+
+TEST(Simulation, WithdrawalStopsAtTheCurvedTip) {
+    Simulation simulation(test::small_scenario());
+    simulation.apply(Withdraw{100});
+    const StepReport report = simulation.step();
+    EXPECT_TRUE(report.withdrawal_stopped);
+    EXPECT_EQ(simulation.wire().segments(), simulation.wire().curved_segments() + 1);
+    EXPECT_GT(report.insertions[0], -20.0);
+}
+
+TEST(Simulation, WireStopsAtAnOpenEnd) {
+    Simulation simulation(test::small_scenario());
+    go(simulation, 40, Advance{2});  // the tube is 77 mm long: 20 + 80 would be outside
+    simulation.apply(Advance{2});
+    EXPECT_TRUE(simulation.step().insertion_stopped);
+    const physics::OpenEnd& end = simulation.anatomy().ends[1].opening;
+    const double beyond = (simulation.wire().tip() - end.centre).dot(end.outward_normal);
+    EXPECT_GT(beyond, 0);
+    EXPECT_LT(beyond, 3.0);
+    EXPECT_LT(simulation.inserted(), 85);
+}
+
+TEST(Simulation, RotationTurnsTheTip) {
+    Simulation simulation(test::small_scenario());
+    const physics::Vec3 before = simulation.wire().tip();
+    simulation.apply(Rotate{std::numbers::pi});
+    EXPECT_DOUBLE_EQ(simulation.step().rotation, std::numbers::pi);
+    for (int i = 0; i < 20; ++i) simulation.step();
+    EXPECT_GT((simulation.wire().tip() - before).norm(), 1.0);
+}
+
+TEST(Simulation, SameCommandsReachTheSameState) {
+    Simulation a(test::small_scenario()), b(test::small_scenario());
+    for (Simulation* s : {&a, &b}) {
+        go(*s, 5, Advance{3});
+        go(*s, 3, Rotate{0.7});
+        go(*s, 2, Withdraw{1});
+    }
+    EXPECT_EQ(a.state_hash(), b.state_hash());
+    go(b, 1, Rotate{1e-9});
+    go(a, 1, Rotate{0});
+    EXPECT_NE(a.state_hash(), b.state_hash());
+}
+
+TEST(Simulation, ResetEqualsAFreshLoad) {
+    Simulation used(test::small_scenario()), fresh(test::small_scenario());
+    const std::uint64_t at_start = used.state_hash();
+    used.apply(MoveArm{0.2, {}, {}, {}, {}, {}});
+    used.apply(Beam{true});
+    used.apply(Contrast{10});
+    go(used, 7, Advance{3});
+    EXPECT_NE(used.state_hash(), at_start);
+    used.apply(Reset{});
+    EXPECT_EQ(used.state_hash(), at_start);
+    EXPECT_EQ(used.resets(), 1);
+    go(used, 5, Advance{2.5});
+    go(fresh, 5, Advance{2.5});
+    EXPECT_EQ(used.state_hash(), fresh.state_hash());
+}
+
+TEST(Simulation, WireThickerThanTheVesselAtItsEntryIsRefused) {
+    // A millimetre-wide first branch would be refused by the tube's own check; here the anatomy is at fault.
+    const std::string text = refusal_of("preset = \"glide035\"", "diameter_mm = 4.0");
+    EXPECT_NE(text, "");
+    Scenario iliac = test::small_scenario();
+    iliac.tube.reset();
+    iliac.anatomy = test::asset("anatomy/iliac.anatomy.json");
+    iliac.entry.end = "LIIA.out";
+    iliac.target = {"LRA", {}, 3, 0.5};
+    iliac.guidewire.diameter = 4.5;
+    const std::string thick = test::refusal([&] { Simulation simulation(iliac); });
+    EXPECT_NE(thick.find("does not enter at 'LIIA.out'"), std::string::npos) << thick;
+}
+
+TEST(Simulation, UnknownEndAndTargetAreRefusedWithThoseThereAre) {
+    const std::string end = refusal_of("end = \"start\"", "end = \"groin\"");
+    EXPECT_NE(end.find("small.toml:10:"), std::string::npos) << end;
+    EXPECT_NE(end.find("start, end"), std::string::npos) << end;
+    EXPECT_NE(refusal_of("name = \"end\"", "name = \"heart\"").find("targets are: end"), std::string::npos);
+}
+
+TEST(Simulation, TargetOutsideTheAnatomyIsRefused) {
+    const std::string text = refusal_of("name = \"end\"", "centre_mm = [0.0, 50.0, 0.0]");
+    EXPECT_NE(text.find("outside the anatomy"), std::string::npos) << text;
+    EXPECT_NE(text.find("small.toml:"), std::string::npos) << text;
+}
+
+TEST(Simulation, TooMuchOrTooLittleWireInsideIsRefused) {
+    EXPECT_NE(refusal_of("inserted_mm = 20.0", "inserted_mm = 500.0").find("cannot start inside"),
+              std::string::npos);
+    EXPECT_NE(refusal_of("inserted_mm = 20.0", "inserted_mm = 4.0").find("cannot start inside"),
+              std::string::npos);
+}
+
+}  // namespace engine
