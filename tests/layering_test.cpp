@@ -35,12 +35,8 @@ const std::map<std::string, Layer> layers = {
     {"engine",
      {{"engine", "render", "physics"},
       {"Eigen"},
-      {{"assimp", {"*.cpp"}},
-       {"toml++", {"*.cpp"}},
-       {"nlohmann", {"*.cpp"}},
-       {"fmt", {"*.cpp"}},
-       {"spdlog", {"*.cpp"}}}}},
-    {"app", {{"app", "engine"}, {"CLI", "fmt", "spdlog"}, {}}},
+      {{"assimp", {"*.cpp"}}, {"toml++", {"*.cpp"}}, {"nlohmann", {"*.cpp"}}, {"fmt", {"*.cpp"}}}}},
+    {"app", {{"app", "engine"}, {"CLI", "fmt"}, {}}},
 };
 
 bool allowed(const std::string& folder, const std::string& file, const std::string& included) {

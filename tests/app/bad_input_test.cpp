@@ -48,7 +48,7 @@ void expect_mesh_refused(const std::string& stl, const std::string& expected) {
     const TemporaryFolder folder;
     write(folder / "iliac.anatomy.json", read(asset("anatomy/iliac.anatomy.json")));
     if (!stl.empty()) write(folder / "iliac.stl", stl);
-    std::string toml = read(asset("scenarios/iliac_lra.toml"));
+    std::string toml = read(asset("scenarios/renal.toml"));
     toml.replace(toml.find("../anatomy"), 10, ".");
     write(folder / "x.toml", toml);
     expect_refused(
@@ -113,7 +113,7 @@ TEST(BadInput, MeshOpenWhereNoEndIs) {
     json.replace(json.find("51899"), 5, "51898");
     write(folder / "iliac.anatomy.json", json);
     write(folder / "iliac.stl", stl);
-    std::string toml = read(asset("scenarios/iliac_lra.toml"));
+    std::string toml = read(asset("scenarios/renal.toml"));
     toml.replace(toml.find("../anatomy"), 10, ".");
     write(folder / "x.toml", toml);
     expect_refused(
@@ -122,9 +122,9 @@ TEST(BadInput, MeshOpenWhereNoEndIs) {
 }
 
 TEST(BadInput, WireThickerThanTheVesselAtItsEntry) {
-    expect_scenario_refused("iliac_lra.toml",
-                            "end = \"RCIA+REIA+RCFA.out\"\ninserted_mm = 60.0\n\n[guidewire]",
-                            "end = \"LIIA.out\"\ninserted_mm = 30.0\n\n[guidewire]\ndiameter_mm = 4.2",
+    expect_scenario_refused("renal.toml",
+                            "end = \"aorta+LCIA+LEIA+LCFA.out\"\ninserted_mm = 80.0\n\n[guidewire]",
+                            "end = \"LIIA.out\"\ninserted_mm = 35.0\n\n[guidewire]\ndiameter_mm = 4.2",
                             "does not enter at 'LIIA.out'");
 }
 

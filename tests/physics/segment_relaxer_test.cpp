@@ -248,7 +248,7 @@ TEST(SegmentRelaxer, MirroredSceneGivesTheMirroredWire) {
         for (int k = 0; k < 6; ++k) {
             move(wire, 4);
             rotate(wire, sign * 0.15);
-            relaxer->relax(wire, wall, whole_cycles(wire.segments(), 120));
+            relaxer->relax(wire, wall, whole_cycles(wire.segments(), 40));
         }
         return wire;
     };

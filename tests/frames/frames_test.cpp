@@ -1,0 +1,90 @@
+/// Golden frames: each folder tests/frames/CASE is a scenario, its commands, a few frames and the score they
+/// must give. README.md beside this file tells how a golden is changed.
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "engine/headless.h"
+#include "render/png.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+json read_json(const fs::path& path) {
+    std::ifstream file(path);
+    return json::parse(file);
+}
+
+class Frames : public testing::TestWithParam<std::string> {
+protected:
+    const fs::path folder = fs::path(SELDINGER_SOURCE) / "tests/frames" / GetParam();
+    const fs::path output = fs::path(SELDINGER_FRAME_OUTPUT) / GetParam();
+    const bool update = std::getenv("SELDINGER_UPDATE_GOLDENS") != nullptr;
+};
+
+std::vector<std::string> cases() {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(fs::path(SELDINGER_SOURCE) / "tests/frames"))
+        if (entry.is_directory()) names.push_back(entry.path().filename().string());
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+}  // namespace
+
+TEST_P(Frames, EqualTheirGoldens) {
+    // limits.json: how far another processor may be off, and which frames are golden.
+    const json limits = read_json(folder / "limits.json");
+    fs::create_directories(output);
+    const engine::Scenario scenario = engine::load_scenario(folder / "scenario.toml");
+    const engine::CommandScript script = engine::load_commands(folder / "commands.gw");
+    engine::run_headless(scenario, script, output, {});
+
+    for (const int frame : limits.at("golden_frames").get<std::vector<int>>()) {
+        const std::string name = engine::frame_file_name(frame);
+        const render::GrayImage actual = render::read_png(output / "frames" / name);
+        if (update) {
+            render::write_png(folder / name, actual);
+            continue;
+        }
+        ASSERT_TRUE(fs::exists(folder / name)) << "no golden " << name << "; see tests/frames/README.md";
+        const render::GrayImage golden = render::read_png(folder / name);
+        ASSERT_EQ(golden.width, actual.width);
+        ASSERT_EQ(golden.height, actual.height);
+        const render::ImageDifference difference = render::difference(golden, actual);
+        const bool good = difference.mean <= limits.at("mean_difference").get<double>() &&
+                          difference.largest <= limits.at("largest_difference").get<double>();
+        if (!good) {
+            render::write_png(output / ("actual_" + name), actual);
+            render::write_png(output / ("difference_" + name), render::difference_image(golden, actual));
+        }
+        EXPECT_TRUE(good) << name << ": mean " << difference.mean << ", largest " << difference.largest
+                          << ", " << difference.pixels_differing << " pixels differ; look at " << output
+                          << "/actual_* and difference_*";
+    }
+
+    const fs::path expected_score = folder / "score.json";
+    if (update) {
+        fs::copy_file(output / "score.json", expected_score, fs::copy_options::overwrite_existing);
+        return;
+    }
+    const json expected = read_json(expected_score), actual = read_json(output / "score.json");
+    const double tolerance = limits.at("score_tolerance").get<double>();
+    for (const auto& [key, value] : expected.items()) {
+        ASSERT_TRUE(actual.contains(key)) << key;
+        if (value.is_number_float()) {
+            const double x = value.get<double>();
+            EXPECT_NEAR(actual[key].get<double>(), x, tolerance * (1 + std::abs(x))) << key;
+        } else if (!value.is_object()) {
+            EXPECT_EQ(actual[key], value) << key;
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Case, Frames, testing::ValuesIn(cases()),
+                         [](const auto& which) { return which.param; });
