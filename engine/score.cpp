@@ -29,7 +29,7 @@ void Scorer::observe(int frame, const Simulation& simulation, const StepReport& 
     // A frame lasts until the next: at the end of frame f, f + 1 frame times have gone by.
     const double time = (frame + 1 - attempt_start_) * frame_time_;
     score_.frames = frame + 1;
-    if (simulation.beam_on()) score_.beam_on_time += frame_time_;
+    if (simulation.beam_on()) score_.beam_on_time = ++beam_frames_ * frame_time_;
     observe_motion(simulation, report, time);
     observe_wall(frame, simulation);
     observe_target(simulation, time);

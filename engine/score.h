@@ -62,6 +62,7 @@ private:
     Score score_;
     double frame_time_ = 0, hold_ = 0, target_radius_ = 0;  // [s], [s], [mm]
     int attempt_start_ = 0;                                 // frame
+    int beam_frames_ = 0;
     std::optional<double> first_motion_, on_target_since_;  // [s] of the attempt
     double net_insertion_ = 0;                              // [mm]
     int direction_ = 0;
