@@ -196,6 +196,7 @@ WallContact MeshWall::Scene::contact(const Vec3& x, int hint) const {
     c.stiffness = stiffness;
     const Station& station = stations[c.station];
     const double inside = station.radius - (x - station.centre).norm() - wire_radius;
+    c.room = station.radius - wire_radius;
     c.penetration = -std::max(inside, 1e-3);
     c.trust = std::max(0.0, inside - kCentrelineError);
     if (inside > kNearWall * station.radius) return c;

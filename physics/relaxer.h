@@ -14,7 +14,7 @@
 
 namespace physics {
 
-enum class RelaxerKind { FirstOrder, Segment };
+enum class RelaxerKind { FirstOrder, Segment, Global };
 enum class CycleOrder {
     Nested,  // the paper's: for k = 1…N, for b = k…N
     Uniform  // the same number of updates as whole sweeps 1…N
@@ -30,6 +30,7 @@ struct RelaxerConfig {
     bool wall_curvature = true;     // keep R (likewise)
     bool safeguard = true;  // descend always (PHYSICS: Section 2); off = the plain method of the paper
     CycleOrder order = CycleOrder::Nested;
+    double tolerance = 1e-8;  // Global: largest |dU/du| over C at rest [-]
 };
 
 /// Everything that makes the configuration unusable; empty when it is fine.

@@ -63,6 +63,23 @@ int TubeWall::closest_segment(const Vec3& x, int hint) const {
     return s;
 }
 
+/// Of the distance to a smooth curve through the points: 1/ρ around it, and along it the curve's own bend.
+Mat3 TubeWall::curvature(int s, const Vec3& normal, double distance) const {
+    const Vec3 chord = centreline_[s + 1] - centreline_[s];
+    const Vec3 along = (chord - chord.dot(normal) * normal).normalized();
+    const Vec3 around = normal.cross(along);
+    Mat3 h = around * around.transpose() / distance;
+    if (s > 0 && s + 3 < static_cast<int>(centreline_.size())) {
+        const Vec3 before = centreline_[s] - centreline_[s - 1],
+                   after = centreline_[s + 2] - centreline_[s + 1];
+        const double path = 0.5 * before.norm() + chord.norm() + 0.5 * after.norm();
+        const double bend =
+            (after.normalized() - before.normalized()).dot(normal) / path;  // towards the joint
+        h -= bend / std::max(0.1, 1 - distance * bend) * along * along.transpose();
+    }
+    return h;
+}
+
 WallContact TubeWall::contact(const Vec3& x, int hint) const {
     WallContact c;
     c.station = closest_segment(x, hint);
@@ -70,7 +87,11 @@ WallContact TubeWall::contact(const Vec3& x, int hint) const {
     const Vec3 out = x - closest_point(centreline_[c.station], centreline_[c.station + 1], x);
     const double distance = out.norm();
     c.penetration = distance + wire_radius_ - radius_;
-    if (distance > 1e-12) c.normal = out / distance;
+    c.room = radius_ - wire_radius_;
+    if (distance > 1e-12) {
+        c.normal = out / distance;
+        c.curvature = curvature(c.station, c.normal, distance);
+    }
     c.trust = std::max(0.0, -c.penetration);  // the distance to the centreline changes no faster than x
     return c;
 }

@@ -20,6 +20,7 @@ public:
 
 private:
     WallContact contact(const Vec3& joint, int hint) const;
+    Mat3 curvature(int segment, const Vec3& normal, double distance) const;
     int closest_segment(const Vec3& joint, int hint) const;
 
     Polyline centreline_;

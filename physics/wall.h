@@ -9,10 +9,12 @@ namespace physics {
 
 struct WallContact {
     double penetration = 0;      // of the wire's surface through the wall, > 0 outside the lumen [mm]
-    Vec3 normal = Vec3::Zero();  // unit, out of the lumen; zero where no wall is in reach
-    double stiffness = 0;        // k of this joint [N/mm]
-    double trust = 0;            // the joint touches nothing while it stays within this of here [mm]
-    int station = -1;            // where along the vessel the joint is; give it back with the next query
+    Vec3 normal = Vec3::Zero();  // ∇ of penetration: unit, out of the lumen; zero where no wall is in reach
+    Mat3 curvature = Mat3::Zero();  // ∇² of penetration; zero for a wall of planes [1/mm]
+    double stiffness = 0;           // k of this joint [N/mm]
+    double trust = 0;               // the joint touches nothing while it stays within this of here [mm]
+    double room = 0;   // radius of the lumen here: the scale of motion that stays in sight of the wall [mm]
+    int station = -1;  // where along the vessel the joint is; give it back with the next query
 
     bool touches() const { return penetration > 0; }
     double force() const { return touches() ? stiffness * penetration : 0.0; }  // [N]
