@@ -34,6 +34,10 @@ public:
     int touching() const { return static_cast<int>(touching_.size()); }
     WallSum sum_from(int joint) const;  // of the committed contacts
     std::span<const WallContact> contacts() const { return contacts_; }
+    /// Penetration that the committed contact foresees with the joint at x [mm].
+    double predicted_penetration(int joint, const Vec3& x) const {
+        return contacts_[joint].penetration + contacts_[joint].normal.dot(x - asked_at_[joint]);
+    }
     long long queries() const { return queries_; }
 
 private:

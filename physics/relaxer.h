@@ -51,7 +51,16 @@ struct RelaxReport {
     long long wall_queries = 0;
     double largest_turn = 0;  // largest |u_new − u| of any update [-]
     int rejected = 0;         // updates kept back because they would have raised the energy
-    bool converged = false;   // no segment turned by more than 1e-10 in a whole sweep over the wire
+    // Segment methods: no turn above 1e-10 in a whole sweep. Global: |dU/du|/C within tolerance, a strict
+    // minimum.
+    bool converged = false;
+    // Of the global relaxer only:
+    int newton_steps = 0;         // solves of the whole wire, charged N updates each
+    double gradient = 0;          // largest |dU/du| over C at the end [-]
+    bool strict_minimum = false;  // certificate: no pivot of the recursion had to be shifted
+    double largest_bend = 0;      // of a joint from its rest shape [rad]; above π/3 is a kink
+    double push_force = 0;        // along the wire at the introducer, > 0 where the hand must push [N]
+    double base_torque = 0;       // that the hand must hold the hub against [N·mm]
 };
 
 /// Called after each update with the first joint that moved.

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "physics/global_relaxer.h"
+
 namespace physics {
 namespace {
 
@@ -253,6 +255,7 @@ RelaxBudget whole_cycles(int segments, int cycles) {
 
 std::unique_ptr<Relaxer> make_relaxer(const RelaxerConfig& config) {
     if (const auto wrong = problems(config); !wrong.empty()) throw std::invalid_argument(wrong.front());
+    if (config.kind == RelaxerKind::Global) return std::make_unique<GlobalRelaxer>(config);
     return std::make_unique<SegmentRelaxer>(config);
 }
 

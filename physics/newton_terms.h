@@ -1,0 +1,29 @@
+#pragma once
+/// Second-order terms of the energy of a whole wire, as the stages of the Riccati recursion.
+
+#include <vector>
+
+#include "physics/guidewire.h"
+#include "physics/riccati.h"
+#include "physics/wall.h"
+
+namespace physics {
+
+struct NewtonTerms {
+    int first = 1;                     // segment of stages[0]; what lies proximal of it stands still
+    bool twist = false;                // the rest shape is curved somewhere
+    std::vector<RiccatiStage> stages;  // segments first…N
+    std::vector<Vec2> gradient;        // dU/dα per stage [N·mm]
+    double relative_gradient = 0;      // largest |gradient| over C of the segment's proximal joint [-]
+    Vec3 push = Vec3::Zero();  // Σ of the wall's forces on the wire, reversed: what the introducer holds [N]
+    double torque = 0;         // dU/droll: what the hub is held against [N·mm]
+};
+
+/// Gradient and Hessian blocks of bending (Eq. 1, with rest directions) and wall (Eq. 9, with the wall's
+/// curvature) in the planes ⟂ u_j, u turned by u ← (u + Tα)/|u + Tα|. Exact but for terms of the twist that
+/// are of the order of torque times bend. `directors` as from physics::directors where the tip is curved.
+/// Allocates on growth only.
+void assemble(const Guidewire&, std::span<const WallContact>, const std::vector<Vec3>& directors, int first,
+              NewtonTerms&);
+
+}  // namespace physics

@@ -1,0 +1,59 @@
+#pragma once
+/// Newton step for all segments at once in O(N): the wire as an optimal-control problem, solved by a Riccati
+/// recursion from the tip to the base and a rollout back.
+///
+/// Stage j turns segment j by α_j in the plane ⟂ u_j. State after stage j: displacement δx_j of joint j, α_j,
+/// and the twist ψ_j of the material frame, with
+///   δx_j = δx_{j-1} + λ_j T_j α_j,      ψ_j = ψ_{j-1} + twist_prev·α_{j-1} + twist·α_j.
+/// The value function  V_j = ½δxPδx + δxP_xα + ½αP_aα + ψ(v·δx + w·α) + ½cψ² + p·δx + p_a·α + p_ψψ  is
+/// carried from j = N to 1.
+
+#include <span>
+
+#include "physics/geometry.h"
+
+namespace physics {
+
+using Mat2 = Eigen::Matrix2d;
+using Mat32 = Eigen::Matrix<double, 3, 2>;
+using Mat23 = Eigen::Matrix<double, 2, 3>;
+
+/// Second-order model of segment j, its proximal joint j−1 and its distal joint j.
+struct RiccatiStage {
+    Mat32 basis;           // T_j, orthonormal, ⟂ u_j
+    double length = 0;     // λ_j [mm]
+    double axial = 0;      // λ_j u_j·s_j: the wall's force along the segment times its length [N·mm]
+    Vec3 force;            // f_j of the wall at joint j, a gradient [N]
+    Mat3 stiffness;        // H_j [N/mm]
+    bool touches = false;  // force and stiffness are zero where false, and are not read
+    // Bending at joint j−1: gradient and Hessian blocks with respect to α_{j-1} and α_j [N·mm].
+    Vec2 slope_prev, slope;
+    Mat2 prev_prev, own, cross;  // cross: α_{j-1}ᵀ · cross · α_j
+    // And with respect to the twist ψ_{j-1}; all zero where the wire's rest shape is straight.
+    Vec2 twist_prev = Vec2::Zero(), twist = Vec2::Zero();  // [-]
+    double slope_twist = 0, twist_twist = 0;
+    Vec2 twist_cross_prev = Vec2::Zero(), twist_cross = Vec2::Zero();
+};
+
+/// α_j = t·step + from_x δx_{j-1} + from_prev α_{j-1} + from_twist ψ_{j-1}.
+struct RiccatiGain {
+    Vec2 step;
+    Mat23 from_x;
+    Mat2 from_prev;
+    Vec2 from_twist;
+};
+
+struct RiccatiReport {
+    int shifted = 0;                // pivots that were not positive definite and were shifted until they were
+    int worst_stage = -1;           // of the lowest eigenvalue among them (index into stages)
+    Vec2 worst_way = Vec2::Zero();  // its unit eigenvector, a way down where the gradient vanishes
+};
+
+/// Backward pass over stages 1…n (element 0 first). μ [N/mm²] adds μ λ_j to every joint's stiffness: a trust
+/// region. `twist`: whether any stage has a rest shape that is not straight; without it the twist is left
+/// out. Equal to a dense factorisation of the same quadratic model; no pivot shifted at μ = 0 means that the
+/// model's Hessian is positive definite: a strict local minimum where the gradient vanishes.
+RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
+                               bool twist, std::span<RiccatiGain> gains);
+
+}  // namespace physics
