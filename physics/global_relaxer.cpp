@@ -16,7 +16,10 @@ constexpr int kHalvings = 4;       // of a step before μ is raised
 constexpr double kArmijo = 1e-4;
 constexpr double kForgetTrust = 1e-8;  // μ below this share of its unit is none
 constexpr double kRounding = 1e-13;    // of the energy: less than this a line search can't see
-constexpr double kKick = 1e-3;         // turn that leaves a saddle [rad]
+constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
+constexpr int kIdleSteps = 40;      // of them before the wall is made softer
+constexpr double kSoft = 1.0;       // k λ²/C that always converges; continuation starts there
+constexpr double kKick = 1e-3;      // turn that leaves a saddle [rad]
 
 /// A wall made softer, for the continuation in stiffness.
 class SofterWall final : public LumenWall {
@@ -64,15 +67,26 @@ bool GlobalRelaxer::predict_contacts(const ContactSet& contacts) {
         const bool active = gap > 0 && c.normal.squaredNorm() > 0.25;
         if (active == (active_[j] != 0)) continue;
         changed = true;
-        active_[j] = active;
-        RiccatiStage& s = terms_.stages[j - 1];
-        s.touches = active;
-        if (!active) continue;
-        s.force = c.stiffness * c.penetration * c.normal;
-        s.stiffness = c.stiffness * c.normal * c.normal.transpose();
-        if (c.touches()) s.stiffness += c.force() * c.curvature;
+        set_contact(c, j, active);
     }
     return changed;
+}
+
+void GlobalRelaxer::set_contact(const WallContact& c, int joint, bool active) {
+    active_[joint] = active;
+    RiccatiStage& s = terms_.stages[joint - 1];
+    s.touches = active;
+    if (!active) return;
+    s.force = c.stiffness * c.penetration * c.normal;
+    s.stiffness = c.stiffness * c.normal * c.normal.transpose();
+    if (c.touches()) s.stiffness += c.force() * c.curvature;
+}
+
+void GlobalRelaxer::restore_contacts(const ContactSet& contacts) {
+    for (int j = 1; j < static_cast<int>(active_.size()); ++j) {
+        const WallContact& c = contacts.contacts()[j];
+        if ((active_[j] != 0) != c.touches()) set_contact(c, j, c.touches());
+    }
 }
 
 /// Trial state: gains applied from the base. Returns the largest move of a joint over its cap.
@@ -134,7 +148,7 @@ bool GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, RelaxReport& rep
         const double reach = roll_out(wire, 1.0) / cap;
         if (!std::isfinite(reach) || reach > 1) {
             const double factor = std::isfinite(reach) ? std::clamp(reach * reach, 2.0, 30.0) : 30.0;
-            mu_ = std::max(mu_ * factor, 1e-4 * mu_unit_);
+            mu_ = std::max(mu_ * factor, 1e-6 * mu_unit_);
             continue;
         }
         if (contact_passes < kContactPasses - 1 && predict_contacts(contacts)) {
@@ -159,7 +173,12 @@ bool GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, RelaxReport& rep
             if (mu_ < kForgetTrust * mu_unit_) mu_ = 0;
             return true;
         }
-        mu_ = std::max(4 * mu_, 1e-3 * mu_unit_);
+        if (contact_passes > 0 && contact_passes < kContactPasses) {
+            restore_contacts(contacts);  // the foreseen contacts led astray: on with the true ones
+            contact_passes = kContactPasses;
+        } else {
+            mu_ = std::max(4 * mu_, 1e-4 * mu_unit_);
+        }
     }
     return false;
 }
@@ -167,11 +186,11 @@ bool GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, RelaxReport& rep
 /// At rest but not at a minimum: turn the worst segment a little down the negative curvature, the rest of the
 /// wire answering as the recursion tells it to.
 bool GlobalRelaxer::leave_saddle(Guidewire& wire, ContactSet& contacts, const RiccatiReport& pivots) {
-    Vec2 way = pivots.worst_way;
+    Vec2 way = pivots.way;
     if (way.x() < 0 || (way.x() == 0 && way.y() < 0)) way = -way;
     for (RiccatiGain& gain : gains_) gain.step.setZero();
     for (double kick = kKick; kick > 1e-7; kick *= 0.25) {
-        gains_[pivots.worst_stage].step = kick * way;
+        gains_[pivots.stage].step = kick * way;
         roll_out(wire, 1.0);
         const double energy = evaluate(wire, contacts);
         if (!std::isfinite(energy) || energy >= energy_) continue;
@@ -203,13 +222,14 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
             if (!leave_saddle(wire, contacts, pivots)) return Outcome::Converged;
         } else {
             if (report.newton_steps >= most_steps) return Outcome::OutOfBudget;
+            const double before = energy_;
+            if (!step(wire, contacts, report)) return Outcome::Stuck;
             if (terms_.relative_gradient < 0.5 * best) {
                 best = terms_.relative_gradient;
                 idle = 0;
-            } else if (++idle > 200) {
+            } else if (energy_ > before * (1 - kProgress) && ++idle > kIdleSteps) {
                 return Outcome::Stuck;
             }
-            if (!step(wire, contacts, report)) return Outcome::Stuck;
         }
         ++report.newton_steps;
         if (observer) observer(1, wire);
@@ -225,7 +245,23 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const LumenWall& wall, const R
     rebuild_joints(wire);
     ContactSet contacts(wall);
     contacts.reset(wire);
-    const Outcome outcome = descend(wire, contacts, most_steps, report, observer);
+    Outcome outcome = descend(wire, contacts, most_steps, report, observer);
+    if (outcome == Outcome::Stuck) {
+        // A stiff wall lets only tiny steps through: find the way with a softer one, then harden it.
+        double stiffness = 0, softest = std::numeric_limits<double>::max();
+        for (const WallContact& c : contacts.contacts()) stiffness = std::max(stiffness, c.stiffness);
+        for (int j = 0; j < n; ++j)
+            softest = std::min(softest, wire.spring_constant(j) / std::pow(wire.lengths[j + 1], 2));
+        for (double k = kSoft * softest; k < stiffness; k *= 10) {
+            const SofterWall soft(wall, k / stiffness);
+            ContactSet softened(soft);
+            softened.reset(wire);
+            descend(wire, softened, most_steps, report, observer);
+        }
+        rebuild_joints(wire);
+        contacts.reset(wire);
+        outcome = descend(wire, contacts, most_steps, report, observer);
+    }
     rebuild_joints(wire);
     for (int i = 1; i <= n; ++i) wire.stations[i] = contacts.contacts()[i].station;
 

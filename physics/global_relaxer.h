@@ -30,6 +30,8 @@ private:
     bool leave_saddle(Guidewire&, ContactSet&, const RiccatiReport&);
     void load(const Guidewire&, const ContactSet&);
     bool predict_contacts(const ContactSet&);
+    void restore_contacts(const ContactSet&);
+    void set_contact(const WallContact&, int joint, bool active);
     double roll_out(const Guidewire&, double share);
     double evaluate(Guidewire&, ContactSet&);
     void accept(Guidewire&, ContactSet&, double energy);

@@ -25,7 +25,6 @@ template <bool Twist>
 RiccatiReport backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
                        std::span<RiccatiGain> gains) {
     RiccatiReport report;
-    double worst = 0;
     Mat3 P = Mat3::Zero();
     Mat32 Px = Mat32::Zero();
     Mat2 Pa = Mat2::Zero();
@@ -72,11 +71,9 @@ RiccatiReport backward(std::span<const RiccatiStage> stages, double mu, double l
         double det = q00 * q11 - q01 * q01;
         if (!(q00 > 0 && det > 0)) {
             const Pivot pivot = lower_eigenpair(q00, q01, q11);
-            ++report.shifted;
-            if (pivot.least <= worst) {
-                worst = pivot.least;
-                report.worst_stage = j;
-                report.worst_way = pivot.way;
+            if (report.shifted++ == 0) {
+                report.stage = j;
+                report.way = pivot.way;
             }
             // Mirror the negative curvature: as steep a step as an equally positive one would make.
             const double shift = std::max(least_pivot, -pivot.least) - pivot.least;

@@ -44,9 +44,11 @@ struct RiccatiGain {
 };
 
 struct RiccatiReport {
-    int shifted = 0;                // pivots that were not positive definite and were shifted until they were
-    int worst_stage = -1;           // of the lowest eigenvalue among them (index into stages)
-    Vec2 worst_way = Vec2::Zero();  // its unit eigenvector, a way down where the gradient vanishes
+    int shifted = 0;  // pivots that were not positive definite and were shifted until they were
+    // The most distal of them, whose lower eigenvalue is the energy's own curvature along `way`, all that is
+    // distal of it answering by its gains: a way down where the gradient vanishes.
+    int stage = -1;           // index into stages
+    Vec2 way = Vec2::Zero();  // unit
 };
 
 /// Backward pass over stages 1…n (element 0 first). μ [N/mm²] adds μ λ_j to every joint's stiffness: a trust

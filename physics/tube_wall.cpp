@@ -9,9 +9,14 @@
 namespace physics {
 namespace {
 
-Vec3 closest_point(const Vec3& a, const Vec3& b, const Vec3& x) {
+/// Of the point of the segment a…b that is closest to x: 0 at a, 1 at b.
+double closest_share(const Vec3& a, const Vec3& b, const Vec3& x) {
     const Vec3 ab = b - a;
-    return a + std::clamp((x - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0) * ab;
+    return std::clamp((x - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
+}
+
+Vec3 closest_point(const Vec3& a, const Vec3& b, const Vec3& x) {
+    return a + closest_share(a, b, x) * (b - a);
 }
 
 }  // namespace
@@ -63,34 +68,27 @@ int TubeWall::closest_segment(const Vec3& x, int hint) const {
     return s;
 }
 
-/// Of the distance to a smooth curve through the points: 1/ρ around it, and along it the curve's own bend.
-Mat3 TubeWall::curvature(int s, const Vec3& normal, double distance) const {
-    const Vec3 chord = centreline_[s + 1] - centreline_[s];
-    const Vec3 along = (chord - chord.dot(normal) * normal).normalized();
-    const Vec3 around = normal.cross(along);
-    Mat3 h = around * around.transpose() / distance;
-    if (s > 0 && s + 3 < static_cast<int>(centreline_.size())) {
-        const Vec3 before = centreline_[s] - centreline_[s - 1],
-                   after = centreline_[s + 2] - centreline_[s + 1];
-        const double path = 0.5 * before.norm() + chord.norm() + 0.5 * after.norm();
-        const double bend =
-            (after.normalized() - before.normalized()).dot(normal) / path;  // towards the joint
-        h -= bend / std::max(0.1, 1 - distance * bend) * along * along.transpose();
-    }
-    return h;
+/// ∇² of the distance to the polyline: 1/ρ across the segment that holds the closest point, and across all
+/// directions where that is a corner.
+Mat3 TubeWall::curvature(const Vec3& along, const Vec3& normal, double distance, bool corner) {
+    if (corner) return (Mat3::Identity() - normal * normal.transpose()) / distance;
+    const Vec3 around = normal.cross(along).normalized();
+    return around * around.transpose() / distance;
 }
 
 WallContact TubeWall::contact(const Vec3& x, int hint) const {
     WallContact c;
     c.station = closest_segment(x, hint);
     c.stiffness = stiffness_;
-    const Vec3 out = x - closest_point(centreline_[c.station], centreline_[c.station + 1], x);
+    const Vec3 &a = centreline_[c.station], &b = centreline_[c.station + 1];
+    const double share = closest_share(a, b, x);
+    const Vec3 out = x - (a + share * (b - a));
     const double distance = out.norm();
     c.penetration = distance + wire_radius_ - radius_;
     c.room = radius_ - wire_radius_;
     if (distance > 1e-12) {
         c.normal = out / distance;
-        c.curvature = curvature(c.station, c.normal, distance);
+        c.curvature = curvature(b - a, c.normal, distance, share == 0 || share == 1);
     }
     c.trust = std::max(0.0, -c.penetration);  // the distance to the centreline changes no faster than x
     return c;

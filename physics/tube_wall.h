@@ -20,7 +20,7 @@ public:
 
 private:
     WallContact contact(const Vec3& joint, int hint) const;
-    Mat3 curvature(int segment, const Vec3& normal, double distance) const;
+    static Mat3 curvature(const Vec3& along, const Vec3& normal, double distance, bool corner);
     int closest_segment(const Vec3& joint, int hint) const;
 
     Polyline centreline_;
