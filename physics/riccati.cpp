@@ -66,23 +66,24 @@ RiccatiReport backward(std::span<const RiccatiStage> stages, double mu, double l
             g += p_twist * hj;
         }
 
-        double q00 = Q(0, 0), q11 = Q(1, 1);
-        const double q01 = 0.5 * (Q(0, 1) + Q(1, 0));
-        double det = q00 * q11 - q01 * q01;
-        if (!(q00 > 0 && det > 0)) {
+        const double q00 = Q(0, 0), q11 = Q(1, 1), q01 = 0.5 * (Q(0, 1) + Q(1, 0));
+        const double det = q00 * q11 - q01 * q01;
+        Mat2 inverse;
+        if (q00 > 0 && det > 0) {
+            inverse << q11 / det, -q01 / det, -q01 / det, q00 / det;
+        } else {
+            // Negative curvature is mirrored: as long a step as along an equally positive one. The other way
+            // of the segment keeps its own, so that a wire balanced in one plane still converges in the
+            // other.
             const Pivot pivot = lower_eigenpair(q00, q01, q11);
             if (report.shifted++ == 0) {
                 report.stage = j;
                 report.way = pivot.way;
             }
-            // Mirror the negative curvature: as steep a step as an equally positive one would make.
-            const double shift = std::max(least_pivot, -pivot.least) - pivot.least;
-            q00 += shift;
-            q11 += shift;
-            det = q00 * q11 - q01 * q01;
+            const double low = std::max(least_pivot, std::abs(pivot.least));
+            const double high = std::max(least_pivot, std::abs(q00 + q11 - pivot.least));
+            inverse = Mat2::Identity() / high + (1 / low - 1 / high) * pivot.way * pivot.way.transpose();
         }
-        Mat2 inverse;
-        inverse << q11 / det, -q01 / det, -q01 / det, q00 / det;
 
         RiccatiGain& gain = gains[j];
         const Mat2 minus = -inverse;
