@@ -224,13 +224,13 @@ void read_guidewire(Section wire, Scenario& s) {
 }
 
 void read_relaxer(Section relaxer, Scenario& s) {
-    constexpr std::string_view kinds[] = {"segment", "first-order"};
-    if (const auto kind = relaxer.choice("kind", kinds)) {
-        s.relaxer.kind = *kind == 0 ? physics::RelaxerKind::Segment : physics::RelaxerKind::FirstOrder;
-    }
+    constexpr std::string_view names[] = {"segment", "first-order", "global"};
+    constexpr physics::RelaxerKind kinds[] = {physics::RelaxerKind::Segment, physics::RelaxerKind::FirstOrder,
+                                              physics::RelaxerKind::Global};
+    if (const auto kind = relaxer.choice("kind", names)) s.relaxer.kind = kinds[*kind];
     relaxer.whole("varied_segments", s.relaxer.varied_segments, {1, 5});
     int separation = 0;
-    relaxer.whole("separation", separation, {1, 1000});
+    relaxer.whole("separation", separation, {2, 200});
     if (separation > 0) s.relaxer.separation = separation;
     relaxer.whole("updates_per_frame", s.budget.updates, {1, 10'000'000});
     relaxer.number("distal_share", s.budget.distal_share, {0, 1});

@@ -1,11 +1,14 @@
 /// Times of the physics on shared scenes: a relaxation cycle, a wall query.
 
+#include <algorithm>
 #include <benchmark/benchmark.h>
+#include <chrono>
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/scenes.h"
 #include "physics/energy.h"
 #include "physics/mesh_wall.h"
+#include "physics/newton_terms.h"
 #include "physics/relaxer.h"
 #include "tests/physics/wires.h"
 
@@ -78,5 +81,72 @@ void wall_query_of_a_tube(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations() * static_cast<long long>(contacts.size()));
 }
 BENCHMARK(wall_query_of_a_tube);
+
+RelaxerConfig global_config() {
+    RelaxerConfig config;
+    config.kind = RelaxerKind::Global;
+    return config;
+}
+constexpr RelaxBudget unlimited{1'000'000'000, 0, 0};
+constexpr const char* tubes[] = {"sinuous", "spatial", "hairpin", "stiffwall"};
+
+/// From the centreline to |g|/C ≤ 1e-8 with the certificate.
+void global_cold_start(benchmark::State& state) {
+    auto [wall, start] = scene_setup(tubes[state.range(0)]);
+    const auto relaxer = make_relaxer(global_config());
+    RelaxReport report;
+    for (auto _ : state) {
+        Guidewire wire = start;
+        report = relaxer->relax(wire, wall, unlimited);
+    }
+    state.SetLabel(tubes[state.range(0)]);
+    state.counters["steps"] = report.newton_steps;
+    state.counters["converged"] = report.converged;
+}
+BENCHMARK(global_cold_start)->DenseRange(0, 3)->Unit(benchmark::kMillisecond);
+
+/// One segment (or a burst of them) pushed in, each push to full equilibrium, over the second half of the
+/// tube.
+void global_push(benchmark::State& state) {
+    auto [wall, start] = scene_setup(tubes[state.range(0)]);
+    const int burst = static_cast<int>(state.range(1));
+    const auto relaxer = make_relaxer(global_config());
+    std::vector<double> times;
+    int unconverged = 0;
+    for (auto _ : state) {
+        Guidewire wire = wire_along(start.spec, wall.centreline(), 20);
+        relaxer->relax(wire, wall, unlimited);
+        while (wire.segments() + burst <= start.segments()) {
+            const auto before = std::chrono::steady_clock::now();
+            bool converged = true;
+            for (int k = 0; k < burst; ++k) {
+                insert_segment(wire);
+                converged = relaxer->relax(wire, wall, unlimited).converged;
+            }
+            const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - before;
+            if (wire.segments() > start.segments() / 2) times.push_back(time.count());
+            unconverged += !converged;
+        }
+    }
+    std::sort(times.begin(), times.end());
+    state.SetLabel(tubes[state.range(0)]);
+    state.counters["median_ms"] = times[times.size() / 2];
+    state.counters["max_ms"] = times.back();
+    state.counters["unconverged"] = unconverged;
+}
+BENCHMARK(global_push)->ArgsProduct({{0, 1, 2, 3}, {1, 20}})->Unit(benchmark::kMillisecond);
+
+void riccati_backward_pass(benchmark::State& state) {
+    auto [wall, wire] = scene_setup("sinuous");
+    NewtonTerms terms;
+    assemble(wire, all_contacts(wire, wall), {}, 1, terms);
+    std::vector<RiccatiGain> gains(terms.stages.size());
+    for (auto _ : state)
+        benchmark::DoNotOptimize(riccati_backward(terms.stages, 1e-3, 1e-9, state.range(0) != 0, gains));
+    state.counters["ns_per_segment"] =
+        benchmark::Counter(static_cast<double>(state.iterations()) * 200 * 1e-9,
+                           benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+BENCHMARK(riccati_backward_pass)->ArgName("twist")->Arg(0)->Arg(1);
 
 }  // namespace
