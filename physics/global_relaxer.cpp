@@ -14,6 +14,7 @@ constexpr int kContactPasses = 3;  // backward passes for one set of contacts' g
 constexpr int kTrustPasses = 40;   // changes of μ for one step
 constexpr int kHalvings = 4;       // of a step before μ is raised
 constexpr double kArmijo = 1e-4;
+constexpr double kTrustGrowth = 0.1;   // of μ after a step well inside its cap
 constexpr double kForgetTrust = 1e-8;  // μ below this share of its unit is none
 constexpr double kRounding = 1e-13;    // of the energy: less than this a line search can't see
 constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
@@ -146,7 +147,13 @@ bool GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, RelaxReport& rep
     for (int pass = 0; pass < kTrustPasses; ++pass) {
         riccati_backward(terms_.stages, mu_, least_pivot, terms_.twist, gains_);
         const double reach = roll_out(wire, 1.0) / cap;
-        if (!std::isfinite(reach) || reach > 1) {
+        const bool foreseen = contact_passes > 0 && contact_passes < kContactPasses;
+        if (!(reach <= 1) && foreseen) {
+            restore_contacts(contacts);  // the foreseen contacts let the wire fly: on with the true ones
+            contact_passes = kContactPasses;
+            continue;
+        }
+        if (!(reach <= 1)) {
             const double factor = std::isfinite(reach) ? std::clamp(reach * reach, 2.0, 30.0) : 30.0;
             mu_ = std::max(mu_ * factor, 1e-6 * mu_unit_);
             continue;
@@ -169,12 +176,12 @@ bool GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, RelaxReport& rep
             for (const Vec2& alpha : turns_) turn = std::max(turn, alpha.squaredNorm());
             report.largest_turn = std::max(report.largest_turn, std::sqrt(turn));
             accept(wire, contacts, energy);
-            mu_ *= 0.25;
+            mu_ *= std::clamp(reach * reach, kTrustGrowth, 1.0);  // so that the next step just fits
             if (mu_ < kForgetTrust * mu_unit_) mu_ = 0;
             return true;
         }
         if (contact_passes > 0 && contact_passes < kContactPasses) {
-            restore_contacts(contacts);  // the foreseen contacts led astray: on with the true ones
+            restore_contacts(contacts);
             contact_passes = kContactPasses;
         } else {
             mu_ = std::max(4 * mu_, 1e-4 * mu_unit_);
