@@ -9,6 +9,8 @@
 namespace physics {
 namespace {
 
+constexpr int kRun = 32;  // segments in a ball
+
 /// Of the point of the segment a…b that is closest to x: 0 at a, 1 at b.
 double closest_share(const Vec3& a, const Vec3& b, const Vec3& x) {
     const Vec3 ab = b - a;
@@ -36,6 +38,13 @@ TubeWall::TubeWall(Polyline centreline, double radius, double stiffness, double 
         throw std::invalid_argument("the tube's radius must be larger than the wire's");
     if (!std::isfinite(stiffness_) || stiffness_ <= 0)
         throw std::invalid_argument("wall stiffness must be > 0");
+    for (std::size_t begin = 0; begin + 1 < centreline_.size(); begin += kRun) {
+        const std::size_t end = std::min(centreline_.size() - 1, begin + kRun);
+        Ball ball{centreline_[(begin + end) / 2], 0};
+        for (std::size_t i = begin; i <= end; ++i)
+            ball.radius = std::max(ball.radius, (centreline_[i] - ball.centre).norm() * (1 + 1e-12));
+        balls_.push_back(ball);
+    }
 }
 
 int TubeWall::closest_segment(const Vec3& x, int hint) const {
@@ -46,8 +55,13 @@ int TubeWall::closest_segment(const Vec3& x, int hint) const {
     if (hint < 0 || hint > last) {
         int best = 0;
         double least = std::numeric_limits<double>::max();
-        for (int s = 0; s <= last; ++s)
-            if (const double d = distance2(s); d < least) least = d, best = s;
+        for (std::size_t k = 0; k < balls_.size(); ++k) {
+            const double gap = (balls_[k].centre - x).norm() - balls_[k].radius;
+            if (gap > 0 && gap * gap >= least) continue;
+            const int begin = static_cast<int>(k) * kRun, end = std::min(last, begin + kRun - 1);
+            for (int s = begin; s <= end; ++s)
+                if (const double d = distance2(s); d < least) least = d, best = s;
+        }
         return best;
     }
     // Downhill along the tube from the hint: joints move little between queries, and a joint stays in its own

@@ -2,6 +2,8 @@
 /// The wall of a tube of constant radius around a polyline, in closed form: the reference that meshes are
 /// tested against and the wall of the paper's scenes.
 
+#include <vector>
+
 #include "physics/wall.h"
 
 namespace physics {
@@ -23,7 +25,13 @@ private:
     static Mat3 curvature(const Vec3& along, const Vec3& normal, double distance, bool corner);
     int closest_segment(const Vec3& joint, int hint) const;
 
+    /// Ball around a run of segments, so that a search without a hint passes over most of them.
+    struct Ball {
+        Vec3 centre;
+        double radius;
+    };
     Polyline centreline_;
+    std::vector<Ball> balls_;
     double radius_, stiffness_, wire_radius_;
 };
 
