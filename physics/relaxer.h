@@ -52,6 +52,10 @@ struct RelaxReport {
     double largest_turn = 0;  // largest |u_new − u| of any update [-]
     int rejected = 0;         // updates kept back because they would have raised the energy
     bool converged = false;   // no segment turned by more than 1e-10 in a whole sweep over the wire
+    // Of the global relaxer alone:
+    int newton_steps = 0;
+    double gradient = 0;          // largest |dU/du| over C at the end [-]
+    bool strict_minimum = false;  // every pivot positive at the end
 };
 
 /// Called after each update with the first joint that moved.
