@@ -159,7 +159,7 @@ BreakingCase carina(const StudyOptions& options) {
     const EntryPath entry = path_from(anatomy, inlet);
     std::size_t at = 0;  // 60 mm above the bifurcation, heading for it
     while (at + 1 < entry.points.size() && entry.points[at].z() > 65) ++at;
-    const Vec3 from = entry.points[at], ridge(-1.3, -1.2, -7.2);
+    const Vec3 from = entry.points[at], ridge(-0.8, -1.2, -7.2);
     GuidewireSpec spec;
     spec.curved_length = spec.curved_angle = 0;
     BreakingCase c;
@@ -169,10 +169,10 @@ BreakingCase carina(const StudyOptions& options) {
     flow_to_rest(c.start, *c.wall);
     c.disturbances.assign(options.quick ? 20 : 30, {1, 0});
     c.cycles = options.quick ? 300 : 1200;
-    return named(
-        c, "carina", "carina hit",
-        "A wire with a straight floppy tip, aimed from the aorta at the ridge between the iliac arteries and "
-        "pushed 60 mm; a wall of 52 000 triangles, whose planes jump from one to the next.");
+    return named(c, "carina", "carina hit",
+                 "A wire with a straight floppy tip, aimed from the aorta half a millimetre beside the ridge "
+                 "between the iliac arteries and "
+                 "pushed 60 mm; a wall of 52 000 triangles, whose planes jump from one to the next.");
 }
 
 }  // namespace

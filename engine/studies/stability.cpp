@@ -56,7 +56,7 @@ Table numbers_table(const std::vector<BreakingCase>& cases, const std::vector<St
     Table table{"stability",
                 {"row", "column", "case", "method", "outcome", "code", "energy_N_mm", "reference_energy_N_mm",
                  "deviation_mm", "basin_deviation_mm", "gradient", "max_penetration_mm", "updates", "cpu_s",
-                 "energy", "figures"},
+                 "energy", "energy", "figures"},
                 {}};
     for (std::size_t r = 0; r < cases.size(); ++r) {
         for (std::size_t k = 0; k < columns.size(); ++k) {
@@ -66,7 +66,7 @@ Table numbers_table(const std::vector<BreakingCase>& cases, const std::vector<St
                        std::string(columns[k].name), std::string(outcome_text(cell.outcome)),
                        static_cast<double>(cell.outcome), cell.energy, references[r].energy, m.deviation,
                        m.basin_deviation, m.gradient, m.penetration, static_cast<double>(cell.updates),
-                       cell.cpu, figures(cell)});
+                       cell.cpu, m.finite ? energy_text(cell.energy) : std::string(), figures(cell)});
         }
     }
     return table;
@@ -117,8 +117,13 @@ std::string page(const std::vector<BreakingCase>& cases, const Table& map, bool 
         "5. **oscillates**: the gradient is larger, and in the last quarter of {} samples over the work the "
         "energy rose at least once by more than {:g} of it.\n",
         rules.samples, rules.rise);
+    text += fmt::format(
+        "6. **stuck**: the gradient is larger, yet no joint moved by {:g} mm in the last quarter of the "
+        "work, as where the planes "
+        "of a mesh meet in an edge.\n",
+        rules.stuck);
     text +=
-        "6. **still moving**: none of these when the work was done.\n\nThe **reference** is a very slow "
+        "7. **still moving**: none of these when the work was done.\n\nThe **reference** is a very slow "
         "descent of the "
         "true energy from the same start: implicit steps in a viscous medium, no joint farther than 0.02 mm "
         "a "
@@ -152,9 +157,10 @@ Plot map_plot(const std::vector<BreakingCase>& cases, const std::vector<Method>&
         "set title 'What breaks which method: energy, farthest joint from the reference, processor time' "
         "font ',14'\n"
         "unset key\nunset colorbox\nset tics scale 0\nset border 0\n"
-        "set palette maxcolors 6\n"
-        "set palette defined (0 '#009E73', 1 '#F0E442', 2 '#E69F00', 3 '#56B4E9', 4 '#D55E00', 5 '#999999')\n"
-        "set cbrange [-0.5:5.5]\nunset xtics\n";
+        "set palette maxcolors 7\n"
+        "set palette defined (0 '#009E73', 1 '#F0E442', 2 '#E69F00', 3 '#56B4E9', 4 '#D55E00', 5 '#999999', "
+        "6 '#CC79A7')\n"
+        "set cbrange [-0.5:6.5]\nunset xtics\n";
     plot.commands +=
         fmt::format("set xrange [-0.5:{0}.5]\nset x2range [-0.5:{0}.5]\nset yrange [{1}.5:-0.5]\n",
                     columns.size() - 1, cases.size() - 1);

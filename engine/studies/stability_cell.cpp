@@ -50,8 +50,8 @@ bool work(physics::Relaxer& relaxer, Guidewire& wire, const physics::LumenWall& 
 }  // namespace
 
 std::string_view outcome_text(Outcome outcome) {
-    constexpr std::array<std::string_view, kOutcomes> words = {"converged",   "still moving",   "oscillates",
-                                                               "wrong basin", "left the lumen", "NaN"};
+    constexpr std::array<std::string_view, kOutcomes> words = {
+        "converged", "still moving", "oscillates", "wrong basin", "left the lumen", "NaN", "stuck"};
     return words[static_cast<std::size_t>(outcome)];
 }
 
@@ -67,7 +67,7 @@ Outcome judge(const CellMeasure& m, const StabilityRules& rules) {
     for (std::size_t i = std::max<std::size_t>(1, last_quarter); i < m.energies.size(); ++i) {
         if (m.energies[i] > m.energies[i - 1] * (1 + rules.rise)) return Outcome::Oscillates;
     }
-    return Outcome::StillMoving;
+    return m.moved <= rules.stuck ? Outcome::Stuck : Outcome::StillMoving;
 }
 
 double largest_deviation(std::span<const Vec3> a, std::span<const Vec3> b, bool round_about_x) {
@@ -134,7 +134,9 @@ StabilityCell run_cell(const BreakingCase& c, const StabilityReference& referenc
             m.finite = work(*relaxer, wire, *c.wall, (all - last) / (steps - 1), cell, at_rest);
     }
     at_rest = false;
+    std::vector<Vec3> before_last_quarter;
     for (int k = 0; k < rules.samples && m.finite; ++k) {
+        if (k == rules.samples - rules.samples / 4) before_last_quarter = wire.joints;
         if (!at_rest) m.finite = work(*relaxer, wire, *c.wall, last / rules.samples, cell, at_rest);
         m.energies.push_back(physics::total_energy(wire, physics::all_contacts(wire, *c.wall)).total());
     }
@@ -146,6 +148,7 @@ StabilityCell run_cell(const BreakingCase& c, const StabilityReference& referenc
         m.penetration = physics::largest_penetration(contacts);
         for (std::size_t i = 1; i < contacts.size(); ++i)
             if (contacts[i].penetration == m.penetration) m.room = contacts[i].room;
+        m.moved = largest_deviation(wire.joints, before_last_quarter, false);
         m.deviation = largest_deviation(wire.joints, reference.joints, c.round_about_x);
         flow_to_rest(wire, *c.wall);
         m.basin_deviation = largest_deviation(wire.joints, reference.joints, c.round_about_x);

@@ -10,15 +10,16 @@
 
 namespace engine {
 
-enum class Outcome { Converged, StillMoving, Oscillates, WrongBasin, LeftTheLumen, NotANumber };
+enum class Outcome { Converged, StillMoving, Oscillates, WrongBasin, LeftTheLumen, NotANumber, Stuck };
 std::string_view outcome_text(Outcome);
-inline constexpr int kOutcomes = 6;
+inline constexpr int kOutcomes = 7;
 
 /// The rules' numbers; the page of the study states them.
 struct StabilityRules {
     double gradient = 1e-4;      // |g|/C of a wire at rest [-]
     double basin = 0.05;         // joints this near are in one basin, or at one place [mm]
     double rise = 1e-6;          // of the energy in a sample of the last quarter: it oscillates
+    double stuck = 1e-4;         // joints that move less in the last quarter do not move [mm]
     double outside = 0.5;        // of the lumen's radius beyond the wall: it has left the lumen …
     double times_reference = 2;  // … and so many times deeper than the reference is pressed in
     int samples = 40;            // of the energy, over the work after the last disturbance
@@ -31,6 +32,7 @@ struct CellMeasure {
     double gradient = 0;               // |g|/C at the end [-]
     double deviation = 0;              // of the farthest joint from the reference [mm]
     double basin_deviation = 0;        // the same after the slow flow from here has come to rest [mm]
+    double moved = 0;                  // by the farthest joint in the last quarter of the samples [mm]
     double penetration = 0;            // the largest [mm]
     double room = 0;                   // radius of the lumen at that joint [mm]
     double reference_penetration = 0;  // [mm]
