@@ -1,6 +1,7 @@
 #include "engine/studies/breaking_cases.h"
 
 #include <cmath>
+#include <fmt/format.h>
 #include <numbers>
 
 #include "engine/anatomy/anatomy.h"
@@ -141,9 +142,8 @@ BreakingCase turning_tip(bool quick) {
 BreakingCase long_wire(bool quick) {
     BreakingCase c = quick ? in_scene("sinuous", 300, 0.2, 1, 1) : in_scene("sinuous", 2000, 0.1, 1, 1);
     c.cycles = quick ? 4 : 1;
-    return named(
-        c, "long_wire", quick ? "N = 300" : "N = 2000",
-        "The winding tube with segments of a tenth of a millimetre. One cycle is two million updates.");
+    return named(c, "long_wire", quick ? "N = 300" : "N = 2000",
+                 fmt::format("The winding tube with segments of {} mm.", c.start.spec.segment_length));
 }
 
 BreakingCase long_segments(bool quick) {
@@ -170,9 +170,10 @@ BreakingCase carina(const StudyOptions& options) {
     c.disturbances.assign(options.quick ? 20 : 30, {1, 0});
     c.cycles = options.quick ? 300 : 1200;
     return named(c, "carina", "carina hit",
-                 "A wire with a straight floppy tip, aimed from the aorta half a millimetre beside the ridge "
-                 "between the iliac arteries and "
-                 "pushed 60 mm; a wall of 52 000 triangles, whose planes jump from one to the next.");
+                 fmt::format("A wire with a straight floppy tip, aimed from the aorta half a millimetre "
+                             "beside the ridge between the iliac arteries and pushed {} segments of {} mm; a "
+                             "wall of {} triangles, whose planes jump from one to the next.",
+                             c.disturbances.size(), spec.segment_length, anatomy.lumen.triangles.size()));
 }
 
 }  // namespace
