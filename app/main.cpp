@@ -1,15 +1,19 @@
 /// The command line: arguments in, exit code out. No rule of the simulation lives here.
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <fmt/format.h>
+#include <optional>
 #include <string>
 #include <unistd.h>
 
 #include "engine/headless.h"
+#include "engine/relax_run.h"
+#include "engine/studies/study.h"
 
 namespace {
 
@@ -36,18 +40,17 @@ public:
     ~ProgressBar() {
         if (drawn_) std::fputs("\r\033[K", stderr);
     }
-    void operator()(const engine::Progress& p) {
+    /// `part` of the work is done, 0 to 1; `told` says what a user wants to know of it.
+    void show(double part, const std::string& told) {
         if (!shown_) return;
         const auto now = Clock::now();
-        if (p.frame < p.frames && now - last_ < std::chrono::milliseconds(100)) return;
+        if (part < 1 && now - last_ < std::chrono::milliseconds(100)) return;
         last_ = now;
         drawn_ = true;
         const double spent = std::chrono::duration<double>(now - start_).count();
-        const int filled = static_cast<int>(30.0 * p.frame / p.frames);
-        fmt::print(stderr,
-                   "\r\033[K[{}{}] frame {}/{}  inserted {:.0f} mm  tip to target {:.1f} mm  {:.0f} s left",
-                   std::string(filled, '#'), std::string(30 - filled, '.'), p.frame, p.frames, p.inserted,
-                   p.tip_to_target, spent / p.frame * (p.frames - p.frame));
+        const auto filled = static_cast<std::size_t>(30 * std::clamp(part, 0.0, 1.0));
+        fmt::print(stderr, "\r\033[K[{}{}] {}  {:.0f} s left", std::string(filled, '#'),
+                   std::string(30 - filled, '.'), told, part > 0 ? spent / part * (1 - part) : 0.0);
         std::fflush(stderr);
     }
 
@@ -83,7 +86,11 @@ int run(const RunArguments& arguments) {
     engine::RunResult result;
     {
         ProgressBar bar;
-        options.progress = [&bar](const engine::Progress& progress) { bar(progress); };
+        options.progress = [&bar](const engine::Progress& p) {
+            bar.show(static_cast<double>(p.frame) / p.frames,
+                     fmt::format("frame {}/{}  inserted {:.0f} mm  tip to target {:.1f} mm", p.frame,
+                                 p.frames, p.inserted, p.tip_to_target));
+        };
         result = engine::run_headless(scenario, script, arguments.out, options);
     }
     for (const std::string& notice : result.notices) fmt::print(stderr, "note: {}\n", notice);
@@ -106,6 +113,91 @@ int run(const RunArguments& arguments) {
     }
     if (!result.differences.empty()) return differs;
     return score.completed ? reached : not_reached;
+}
+
+int relax(const engine::RelaxRequest& request, const engine::RelaxFiles& files) {
+    engine::check_files(files, request);
+    engine::RelaxOutcome outcome;
+    {
+        ProgressBar bar;
+        outcome = engine::run_relax(engine::make_relax_case(request), [&bar](const engine::RelaxProgress& p) {
+            bar.show(p.part, fmt::format("{} segments  |g|/C {:.1e}", p.segments, p.gradient));
+        });
+    }
+    engine::write_files(files, outcome);
+    fmt::print("{}: {} segments, energy {:.8g} N·mm, |g|/C {:.1e} ({}), {} contacts, {:.3g} s\n",
+               outcome.method, outcome.wire.segments(), outcome.energy.total(), outcome.gradient,
+               outcome.converged ? "converged" : "not converged", outcome.contacts, outcome.cpu);
+    return 0;
+}
+
+struct StudyArguments {
+    std::string id, out;
+    bool quick = false;
+    int threads = 2;
+};
+
+int study(const StudyArguments& arguments) {
+    if (arguments.id.empty()) {
+        for (const engine::Study& known : engine::all_studies())
+            fmt::print("{:<16} {}\n", known.id, known.question);
+        return 0;
+    }
+    const engine::Study& chosen = engine::find_study(arguments.id);
+    if (arguments.out.empty()) {
+        fmt::print(stderr, "seldinger: study {}: --out is missing; a folder is accepted\n", chosen.id);
+        return bad_input;
+    }
+    engine::StudyOptions options;
+    options.quick = arguments.quick;
+    options.threads = arguments.threads;
+    options.assets = SELDINGER_ASSETS;
+    std::vector<std::string> notices;
+    {
+        ProgressBar bar;
+        options.progress = [&bar](const engine::StudyProgress& p) {
+            bar.show(static_cast<double>(p.done) / p.of, fmt::format("{}/{}  {}", p.done, p.of, p.what));
+        };
+        notices = engine::run_study(chosen, arguments.out, options);
+    }
+    for (const std::string& notice : notices) fmt::print(stderr, "note: {}\n", notice);
+    fmt::print("{}: tables and pictures in {}, to be read from {}.md\n", chosen.id, arguments.out, chosen.id);
+    return 0;
+}
+
+/// An option that is empty unless given.
+template <class Value>
+CLI::Option* add_optional(CLI::App* command, const char* name, std::optional<Value>& value,
+                          const char* help) {
+    return command->add_option_function<Value>(
+        name, [&value](const Value& given) { value = given; }, help);
+}
+
+CLI::App* add_relax(CLI::App& app, engine::RelaxRequest& request, engine::RelaxFiles& files) {
+    CLI::App* command = app.add_subcommand("relax", "Relax one wire in one vessel from numbers in files");
+    add_optional(command, "--tube", request.tube, "CSV of a tube's centreline (x_mm,y_mm,z_mm)");
+    add_optional(command, "--radius", request.radius, "Radius of the tube [mm]");
+    add_optional(command, "--anatomy", request.anatomy, "NAME.anatomy.json, instead of a tube");
+    add_optional(command, "--branch", request.branch, "Branch by whose open end the wire enters");
+    add_optional(command, "--wire", request.wire, "CSV of the wire's joints, from joint 0");
+    add_optional(command, "--segments", request.segments, "Segments of a wire laid along the centreline");
+    add_optional(command, "--segment-length", request.segment_length, "Their length [mm]");
+    command->add_option("--wire-diameter", request.wire_diameter, "Taken off the lumen's [mm]; 0 = a line");
+    add_optional(command, "--entry-direction", request.entry_direction,
+                 "X,Y,Z; else along the first segment");
+    command->add_option("--rigidity", request.rigidity, "EI [N·mm²]")->required();
+    command->add_option("--wall-stiffness", request.wall_stiffness, "k of each joint [N/mm]")->required();
+    command->add_option("--method", request.method, "global, first-order, segment:M[:delta]")->required();
+    add_optional(command, "--cycles", request.cycles,
+                 "Most relaxation cycles, 300 (with --push-from: 10 a push)");
+    add_optional(command, "--tolerance", request.tolerance, "Stop once |gradient| over C is no larger");
+    add_optional(command, "--push-from", request.push_from,
+                 "Start with so many segments and insert the rest one by one (push.csv beside --out)");
+    command->add_option("--out", files.joints, "CSV for the joints")->required();
+    command->add_option("--report", files.report, "JSON for energy, gradient, contacts, work, time")
+        ->required();
+    command->footer("Exit codes: 0 done (the report says whether it converged), 2 bad input.");
+    return command;
 }
 
 int list() {
@@ -143,13 +235,29 @@ int main(int count, char** values) {
     run_command->footer(footer);
     CLI::App* list_command = app.add_subcommand("list", "List the scenarios that ship");
 
+    engine::RelaxRequest request;
+    engine::RelaxFiles files;
+    CLI::App* relax_command = add_relax(app, request, files);
+
+    StudyArguments study_arguments;
+    CLI::App* study_command = app.add_subcommand("study", "Run a study, or without an ID list them");
+    study_command->add_option("id", study_arguments.id, "Which study");
+    study_command->add_option("--out", study_arguments.out, "Folder for tables and pictures");
+    study_command->add_flag("--quick", study_arguments.quick,
+                            "Shorter wires, less work: a try, not a result");
+    study_command->add_option("--threads", study_arguments.threads, "Threads; results do not depend on them")
+        ->check(CLI::Range(1, 256));
+
     try {
         app.parse(count, values);
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? 0 : bad_input;
     }
     try {
-        return *list_command ? list() : run(arguments);
+        if (*list_command) return list();
+        if (*relax_command) return relax(request, files);
+        if (*study_command) return study(study_arguments);
+        return run(arguments);
     } catch (const std::exception& error) {
         fmt::print(stderr, "seldinger: {}\n", error.what());
         return bad_input;

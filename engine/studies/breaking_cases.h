@@ -1,0 +1,37 @@
+#pragma once
+/// Ways of breaking a relaxation: wires and vessels that are hard on every method.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/studies/study.h"
+#include "physics/guidewire.h"
+#include "physics/wall.h"
+
+namespace engine {
+
+/// One thing done to the wire; it is relaxed afterwards.
+struct Disturbance {
+    int inserted = 0;  // segments, all at once
+    double turn = 0;   // of the hub [rad]
+};
+
+struct BreakingCase {
+    std::string id, what;  // a word for files; a few words for people
+    std::string how;       // a sentence: vessel, wire, what is done
+    std::shared_ptr<const physics::LumenWall> wall;
+    physics::Guidewire start;
+    std::vector<Disturbance> disturbances;  // in order; empty: the start is relaxed as it is
+    int cycles = 100;  // work for all of it, in relaxation cycles of the wire as it is at the end
+    /// A vessel that is the same from all sides: shapes that differ by a turn about its axis, or are mirror
+    /// images, count as one.
+    bool round_about_x = false;
+    /// The reference starts with a bow of 1e-4 rad, for an exactly balanced start stays where it is.
+    bool bowed_reference = false;
+};
+
+/// In the order of the map. Quick ones are shorter and get less work. Throws InputError without the anatomy.
+std::vector<BreakingCase> breaking_cases(const StudyOptions&);
+
+}  // namespace engine

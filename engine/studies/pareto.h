@@ -1,0 +1,24 @@
+#pragma once
+/// What accuracy costs: processor time against the farthest joint from rest, for every method and budget.
+
+#include "engine/studies/study.h"
+
+namespace engine {
+
+StudyResult run_pareto(const StudyOptions&);
+
+/// A method after some of its work.
+struct CostPoint {
+    int series = 0;        // tube and method that it belongs to
+    double cpu = 0;        // so far [s]
+    double deviation = 0;  // of the farthest joint from where the method's own end comes to rest [mm]
+};
+
+/// Indices of the points that no other beats in both time and deviation, by time.
+std::vector<int> pareto_front(std::span<const CostPoint>);
+
+/// First point of one series, in order of work, from which on the deviation stays within the accuracy; −1 for
+/// none.
+int settled_at(std::span<const CostPoint>, double accuracy);
+
+}  // namespace engine

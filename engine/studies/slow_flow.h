@@ -1,0 +1,29 @@
+#pragma once
+/// Where a wire comes to rest when it moves so slowly that it cannot pass a barrier: the reference that the
+/// studies hold every method against.
+///
+/// Each step minimises the energy plus a drag ½ μ λ Σ|δx_j|² on the joints to second order (implicit descent
+/// in a viscous medium). μ is raised until the model is convex, no joint moves farther than `stride` and the
+/// true energy falls; it is lowered while that holds, so that the end is a Newton iteration.
+
+#include "physics/guidewire.h"
+#include "physics/wall.h"
+
+namespace engine {
+
+struct SlowFlow {
+    double stride = 0.02;     // the farthest a joint moves in a step [mm]
+    double tolerance = 1e-9;  // |g|/C at rest [-]
+    int most_steps = 20'000;
+};
+
+struct SlowFlowReport {
+    int steps = 0;
+    double energy = 0;     // [N·mm]
+    double gradient = 0;   // |g|/C at the end [-]
+    bool at_rest = false;  // the gradient is within the tolerance, or no step lowers the energy any more
+};
+
+SlowFlowReport flow_to_rest(physics::Guidewire&, const physics::LumenWall&, const SlowFlow& = {});
+
+}  // namespace engine

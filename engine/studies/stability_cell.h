@@ -1,0 +1,65 @@
+#pragma once
+/// One method on one way of breaking it: what came of it, by fixed rules on numbers.
+
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "engine/studies/breaking_cases.h"
+#include "physics/relaxer.h"
+
+namespace engine {
+
+enum class Outcome { Converged, StillMoving, Oscillates, WrongBasin, LeftTheLumen, NotANumber, Stuck };
+std::string_view outcome_text(Outcome);
+inline constexpr int kOutcomes = 7;
+
+/// The rules' numbers; the page of the study states them.
+struct StabilityRules {
+    double gradient = 1e-4;      // |g|/C of a wire at rest [-]
+    double basin = 0.05;         // joints this near are in one basin, or at one place [mm]
+    double rise = 1e-6;          // of the energy in a sample of the last quarter: it oscillates
+    double stuck = 1e-4;         // joints that move less in the last quarter do not move [mm]
+    double outside = 0.5;        // of the lumen's radius beyond the wall: it has left the lumen …
+    double times_reference = 2;  // … and so many times deeper than the reference is pressed in
+    int samples = 40;            // of the energy, over the work after the last disturbance
+};
+
+/// What a cell is measured by. Arrays over the samples of the work after the last disturbance.
+struct CellMeasure {
+    bool finite = true;
+    std::vector<double> energies;      // [N·mm]
+    double gradient = 0;               // |g|/C at the end [-]
+    double deviation = 0;              // of the farthest joint from the reference [mm]
+    double basin_deviation = 0;        // the same after the slow flow from here has come to rest [mm]
+    double moved = 0;                  // by the farthest joint in the last quarter of the samples [mm]
+    double penetration = 0;            // the largest [mm]
+    double room = 0;                   // radius of the lumen at that joint [mm]
+    double reference_penetration = 0;  // [mm]
+};
+Outcome judge(const CellMeasure&, const StabilityRules& = {});
+
+struct StabilityCell {
+    Outcome outcome = Outcome::StillMoving;
+    CellMeasure measure;
+    double energy = 0;  // at the end [N·mm]
+    double cpu = 0;     // of relaxing [s]
+    long long updates = 0;
+};
+
+/// Where the slow flow takes the case, all its disturbances one after the other.
+struct StabilityReference {
+    std::vector<physics::Vec3> joints;  // [mm]
+    double energy = 0;                  // [N·mm]
+    double gradient = 0;                // |g|/C [-]
+    double penetration = 0;             // the largest [mm]
+};
+StabilityReference find_reference(const BreakingCase&);
+
+StabilityCell run_cell(const BreakingCase&, const StabilityReference&, const physics::RelaxerConfig&,
+                       const StabilityRules& = {});
+
+/// Of the farthest pair of joints [mm]; where the vessel is round, the least over turns about x and mirrors.
+double largest_deviation(std::span<const physics::Vec3>, std::span<const physics::Vec3>, bool round_about_x);
+
+}  // namespace engine

@@ -1,0 +1,29 @@
+#pragma once
+/// Tables of words and numbers, as CSV and as Markdown.
+
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+namespace engine {
+
+using TableCell = std::variant<std::string, double>;
+
+struct Table {
+    std::string name;                  // of the file, without .csv
+    std::vector<std::string> columns;  // numbers carry their unit: energy_N_mm
+    std::vector<std::vector<TableCell>> rows;
+
+    /// Adds a row; as many cells as columns (asserted).
+    void add(std::vector<TableCell>);
+};
+
+/// RFC 4180 with LF: words with commas, quotes or line ends are quoted. Numbers read back to the same bits;
+/// one that is not finite is an empty cell.
+std::string to_csv(const Table&);
+
+/// A Markdown table, numbers with `digits` significant digits and flush right.
+std::string to_markdown(const Table&, int digits = 4);
+
+}  // namespace engine

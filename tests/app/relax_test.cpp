@@ -1,0 +1,242 @@
+/// `seldinger relax` as a user meets it: what it leaves behind, and every refusal with nothing half-written.
+
+#include <nlohmann/json.hpp>
+
+#include "engine/csv.h"
+#include "tests/app/program.h"
+
+namespace app {
+namespace {
+
+using test::asset, test::Outcome, test::read, test::run, test::TemporaryFolder, test::write;
+using Words = std::vector<std::string>;
+
+/// A quarter of a circle of 20 mm with 10 mm straight before and after, a point every degree or millimetre.
+std::string bent_tube() {
+    std::vector<physics::Vec3> points;
+    for (int i = 0; i < 10; ++i) points.emplace_back(i, 0, 0);
+    for (int i = 0; i <= 90; ++i) {
+        const double a = i * M_PI / 180;
+        points.emplace_back(10 + 20 * std::sin(a), 20 - 20 * std::cos(a), 0);
+    }
+    for (int i = 1; i <= 10; ++i) points.emplace_back(30, 20 + i, 0);
+    return engine::points_csv(points);
+}
+
+/// The bent tube, a wire of 40 segments and what else is said; flags given again take the later value.
+class Bench {
+public:
+    Bench() { write(folder / "tube.csv", bent_tube()); }
+    Outcome relax(const Words& words) const {
+        Words all = {"relax", "--out", folder / "joints.csv", "--report", folder / "report.json"};
+        all.insert(all.end(), words.begin(), words.end());
+        return run(folder, all);
+    }
+    Words good(const Words& instead = {}) const {
+        std::vector<std::pair<std::string, std::string>> flags = {
+            {"--tube", folder / "tube.csv"}, {"--radius", "1"},    {"--segments", "40"},
+            {"--segment-length", "1"},       {"--rigidity", "50"}, {"--wall-stiffness", "42"},
+            {"--method", "segment:2"},       {"--cycles", "5"}};
+        for (std::size_t i = 0; i + 1 < instead.size(); i += 2) {
+            std::erase_if(flags, [&](const auto& flag) { return flag.first == instead[i]; });
+            if (instead[i + 1] != "-") flags.emplace_back(instead[i], instead[i + 1]);
+        }
+        Words words;
+        for (const auto& [flag, value] : flags) words.insert(words.end(), {flag, value});
+        return words;
+    }
+    void expect_refused(const Words& instead, const std::string& expected) const {
+        const Outcome result = relax(good(instead));
+        EXPECT_EQ(result.code, 2) << result.out;
+        EXPECT_NE(result.error.find(expected), std::string::npos) << result.error;
+        EXPECT_LE(std::count(result.error.begin(), result.error.end(), '\n'), 2) << result.error;
+        for (const char* file : {"joints.csv", "report.json", "push.csv", "joints.csv.part"})
+            EXPECT_FALSE(std::filesystem::exists(folder / file)) << file;
+    }
+    void expect_tube_refused(const std::string& csv, const std::string& expected) const {
+        write(folder / "tube.csv", csv);
+        expect_refused({}, expected);
+    }
+    void expect_wire_refused(const std::string& csv, const std::string& expected) const {
+        write(folder / "wire.csv", csv);
+        expect_refused({"--wire", folder / "wire.csv", "--segments", "-", "--segment-length", "-"}, expected);
+    }
+    TemporaryFolder folder;
+};
+
+const std::string header = "x_mm,y_mm,z_mm\n";
+
+}  // namespace
+
+TEST(Relax, LeavesJointsAndAReport) {
+    const Bench bench;
+    const Outcome result = bench.relax(bench.good());
+    ASSERT_EQ(result.code, 0) << result.error;
+    const physics::Polyline joints = engine::load_points(bench.folder / "joints.csv");
+    ASSERT_EQ(joints.size(), 41u);
+    for (std::size_t i = 1; i < joints.size(); ++i) EXPECT_NEAR((joints[i] - joints[i - 1]).norm(), 1, 1e-9);
+    const auto report = nlohmann::json::parse(read(bench.folder / "report.json"));
+    EXPECT_EQ(report["method"], "segment:2");
+    EXPECT_EQ(report["segments"], 40);
+    EXPECT_EQ(report["cycles"], 5);
+    EXPECT_EQ(report["updates"], 5 * 820);
+    EXPECT_GT(report["wall_queries"], 0);
+    EXPECT_GT(report["energy"]["bending_N_mm"], 0.5);
+    EXPECT_NEAR(report["energy"]["total_N_mm"].get<double>(),
+                report["energy"]["bending_N_mm"].get<double>() + report["energy"]["wall_N_mm"].get<double>(),
+                1e-12);
+    for (const char* key :
+         {"gradient", "contacts", "max_penetration_mm", "cpu_s", "converged", "strict_minimum"})
+        EXPECT_TRUE(report.contains(key)) << key;
+    EXPECT_FALSE(std::filesystem::exists(bench.folder / "push.csv"));
+}
+
+TEST(Relax, TheSameCaseTwiceGivesTheSameBytes) {
+    const Bench bench;
+    ASSERT_EQ(bench.relax(bench.good()).code, 0);
+    const std::string first = read(bench.folder / "joints.csv");
+    ASSERT_EQ(bench.relax(bench.good()).code, 0);
+    EXPECT_EQ(first, read(bench.folder / "joints.csv"));
+}
+
+TEST(Relax, StopsAtTheTolerance) {
+    const Bench bench;
+    ASSERT_EQ(bench.relax(bench.good({"--cycles", "300", "--tolerance", "1e-3"})).code, 0);
+    const auto report = nlohmann::json::parse(read(bench.folder / "report.json"));
+    EXPECT_LE(report["gradient"], 1e-3);
+    EXPECT_TRUE(report["converged"]);
+    EXPECT_LT(report["cycles"], 300);
+}
+
+TEST(Relax, PushingLeavesARowAPush) {
+    const Bench bench;
+    ASSERT_EQ(bench.relax(bench.good({"--push-from", "30"})).code, 0);
+    const std::string rows = read(bench.folder / "push.csv");
+    EXPECT_EQ(rows.find("segments,iterations,cpu_us,energy_N_mm,gradient,max_penetration_mm\n31,"), 0u)
+        << rows;
+    EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 11);
+    EXPECT_NE(rows.find("\n40,"), std::string::npos);
+    EXPECT_EQ(engine::load_points(bench.folder / "joints.csv").size(), 41u);
+}
+
+TEST(Relax, AWireLeftBehindCanBeTakenUpAgain) {
+    const Bench bench;
+    ASSERT_EQ(bench.relax(bench.good()).code, 0);
+    std::filesystem::rename(bench.folder / "joints.csv", bench.folder / "wire.csv");
+    const Outcome result =
+        bench.relax(bench.good({"--wire", bench.folder / "wire.csv", "--segments", "-", "--segment-length",
+                                "-", "--entry-direction", "1,0,0", "--method", "first-order"}));
+    EXPECT_EQ(result.code, 0) << result.error;
+}
+
+TEST(Relax, AnAnatomyIsEnteredByABranch) {
+    const Bench bench;
+    const Outcome result = bench.relax(
+        bench.good({"--tube", "-", "--radius", "-", "--anatomy", asset("anatomy/iliac.anatomy.json"),
+                    "--branch", "RIIA", "--segment-length", "2"}));
+    EXPECT_EQ(result.code, 0) << result.error;
+}
+
+TEST(RelaxRefuses, TubesThatAreNone) {
+    const Bench bench;
+    bench.expect_tube_refused(header + "0,0,0\n", "tube.csv:2:1: 1 point was found");
+    bench.expect_tube_refused(header, "tube.csv:1:1: 0 point");
+    bench.expect_tube_refused(header + "0,0,0\n9,0,0\n9,0,0\n50,0,0\n", "tube.csv:4:1: the point repeats");
+    bench.expect_tube_refused(header + "0,0,0\n9,nan,0\n", "tube.csv:3:3: 'nan' was found; a finite number");
+    bench.expect_tube_refused(header + "0,0,0\n9,0\n", "tube.csv:3:4: the row ends after 2 numbers");
+    bench.expect_tube_refused("x,y,z\n0,0,0\n9,0,0\n", "tube.csv:1:1: 'x,y,z' was found; the header 'x_mm,");
+    bench.expect_tube_refused("", "tube.csv:1:1: '' was found; the header");
+    bench.expect_refused({"--tube", bench.folder / "no.csv"}, "no.csv: no such file can be read");
+}
+
+TEST(RelaxRefuses, ARadiusThatDoesNotTakeTheWire) {
+    const Bench bench;
+    bench.expect_refused({"--wire-diameter", "2"}, "--radius: a tube of radius 1 mm does not take");
+    bench.expect_refused({"--radius", "0"}, "--radius: '0' was found");
+    bench.expect_refused({"--radius", "-"}, "--radius: it is missing");
+}
+
+TEST(RelaxRefuses, NumbersThatNoWireHas) {
+    const Bench bench;
+    for (const char* flag : {"--rigidity", "--wall-stiffness"})
+        for (const char* value : {"0", "-1", "1e12", "nan"})
+            bench.expect_refused({flag, value}, std::string(flag) + ": '");
+    bench.expect_refused({"--segments", "1"}, "--segments: '1' was found; 2 to 20000 segments are accepted");
+    bench.expect_refused({"--entry-direction", "0,0,0"}, "--entry-direction: '0,0,0' was found");
+    bench.expect_refused({"--cycles", "0"}, "--cycles: '0'");
+    bench.expect_refused({"--tolerance", "-1"}, "--tolerance: '-1'");
+    bench.expect_refused({"--push-from", "40"}, "--push-from: '40' was found; 2 to 39 segments");
+}
+
+TEST(RelaxRefuses, WiresThatDoNotStartInside) {
+    const Bench bench;
+    bench.expect_refused({"--segments", "60"}, "60 segments of 1 mm leave the end of");
+    bench.expect_wire_refused(header + "0,0,0\n2,0,0\n4,0,0\n5.2,1.6,0\n",
+                              "wire.csv: joint 3 starts 0.6 mm outside the lumen of");
+}
+
+TEST(RelaxRefuses, WiresOfUnequalSegments) {
+    const Bench bench;
+    bench.expect_wire_refused(header + "0,0,0\n2,0,0\n4,0,0\n6.5,0,0\n8.5,0,0\n",
+                              "wire.csv:5:1: joints 2 and 3 are 2.5 mm apart, others 2 mm");
+    bench.expect_wire_refused(header + "0,0,0\n2,0,0\n", "2 joints were found; 3 or more");
+    bench.expect_refused({"--wire", bench.folder / "wire.csv"}, "--wire: the file tells the segments");
+}
+
+TEST(RelaxRefuses, UnknownMethodsWithThoseThatExist) {
+    const Bench bench;
+    bench.expect_refused({"--method", "newton"},
+                         "'newton' is not known; methods are: global, first-order, segm");
+    bench.expect_refused({"--method", "segment:6"}, "'segment:6' names no possible number");
+    bench.expect_refused({"--method", "segment:2:x"}, "'segment:2:x' names no possible separation");
+}
+
+TEST(RelaxRefuses, AnatomiesThatAreOpenOrUnknown) {
+    const Bench bench;
+    const Words anatomy = {"--tube", "-", "--radius", "-", "--anatomy", bench.folder / "iliac.anatomy.json"};
+    bench.expect_refused(anatomy, "iliac.anatomy.json: no such anatomy");
+    write(bench.folder / "iliac.anatomy.json", read(asset("anatomy/iliac.anatomy.json")));
+    std::string stl = read(asset("anatomy/iliac.stl"));
+    stl.replace(84 + 50 * 30'000, 50, stl.substr(84, 50));  // one triangle gone, another twice
+    write(bench.folder / "iliac.stl", stl);
+    bench.expect_refused(anatomy, "the mesh is open at");
+    bench.expect_refused(
+        {"--tube", "-", "--radius", "-", "--anatomy", asset("anatomy/iliac.anatomy.json"), "--branch", "LCX"},
+        "--branch: 'LCX' is no branch of");
+    bench.expect_refused({"--anatomy", asset("anatomy/iliac.anatomy.json")}, "both were given");
+}
+
+TEST(RelaxRefuses, FilesThatCannotBeWritten) {
+    const Bench bench;
+    Words words = bench.good();
+    words.insert(words.begin(), {"relax", "--out", bench.folder / "no/joints.csv", "--report",
+                                 bench.folder / "report.json"});
+    Outcome result = run(bench.folder, words);
+    EXPECT_EQ(result.code, 2);
+    EXPECT_NE(result.error.find("no/joints.csv: cannot be written: there is no folder"), std::string::npos)
+        << result.error;
+    words[2] = bench.folder / "tube.csv";
+    result = run(bench.folder, words);
+    EXPECT_EQ(result.code, 2);
+    EXPECT_NE(result.error.find("would overwrite what is read"), std::string::npos) << result.error;
+    EXPECT_EQ(read(bench.folder / "tube.csv"), bent_tube());
+    words[2] = bench.folder / "report.json";
+    EXPECT_NE(run(bench.folder, words).error.find("would be written twice"), std::string::npos);
+}
+
+TEST(StudyCommand, ListsAndRefuses) {
+    const TemporaryFolder folder;
+    const Outcome listed = run(folder, {"study"});
+    EXPECT_EQ(listed.code, 0);
+    EXPECT_NE(listed.out.find("stability "), std::string::npos);
+    const Outcome unknown = run(folder, {"study", "stabilty", "--out", folder / "out"});
+    EXPECT_EQ(unknown.code, 2);
+    EXPECT_NE(unknown.error.find("'stabilty' is not a study; studies are: stability"), std::string::npos);
+    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+    write(folder / "file", "");
+    const Outcome blocked = run(folder, {"study", "stability", "--out", folder / "file/out"});
+    EXPECT_EQ(blocked.code, 2);
+    EXPECT_NE(blocked.error.find("file/out: cannot be written"), std::string::npos) << blocked.error;
+}
+
+}  // namespace app

@@ -1,0 +1,56 @@
+/// The quick map: whole, the same on any number of threads, and with the outcomes that no change should lose.
+
+#include "engine/studies/stability.h"
+
+#include <gtest/gtest.h>
+#include <map>
+
+namespace {
+
+using engine::StudyResult;
+using engine::Table;
+
+StudyResult quick_map(int threads) {
+    engine::StudyOptions options;
+    options.quick = true;
+    options.threads = threads;
+    options.assets = SELDINGER_SOURCE "/assets";
+    return engine::run_stability(options);
+}
+
+std::size_t column(const Table& table, const std::string& name) {
+    const auto at = std::find(table.columns.begin(), table.columns.end(), name);
+    EXPECT_NE(at, table.columns.end()) << name;
+    return static_cast<std::size_t>(at - table.columns.begin());
+}
+
+}  // namespace
+
+TEST(Stability, QuickMapIsWholeAndIndependentOfThreads) {
+    const StudyResult one = quick_map(1), two = quick_map(2);
+    const Table& a = one.tables.at(0);
+    const Table& b = two.tables.at(0);
+    ASSERT_EQ(a.rows.size(), 13u * 6u);
+    ASSERT_EQ(b.rows.size(), a.rows.size());
+    for (std::size_t r = 0; r < a.rows.size(); ++r) {
+        for (const char* name :
+             {"case", "method", "outcome", "energy_N_mm", "deviation_mm", "gradient", "updates"}) {
+            const std::size_t k = column(a, name);
+            EXPECT_EQ(a.rows[r][k], b.rows[r][k]) << r << " " << name;
+        }
+    }
+    EXPECT_NE(one.page.find("## Rules"), std::string::npos);
+
+    std::map<std::string, int> outcomes;
+    std::map<std::string, int> lost;  // NaN or out of the lumen, by method
+    for (const auto& row : a.rows) {
+        const std::string outcome = std::get<std::string>(row[column(a, "outcome")]);
+        ++outcomes[outcome];
+        if (outcome == "NaN" || outcome == "left the lumen" || outcome == "oscillates")
+            ++lost[std::get<std::string>(row[column(a, "method")])];
+    }
+    for (const auto& [outcome, count] : outcomes) std::printf("%s: %d\n", outcome.c_str(), count);
+    EXPECT_GE(outcomes["converged"], 30);
+    // The safeguard never raises the energy and never loses the wire.
+    EXPECT_EQ(lost["M = 2 safe"], 0);
+}
