@@ -14,6 +14,7 @@
 #include "engine/scenes.h"
 #include "engine/studies/slow_flow.h"
 #include "engine/studies/stability_cell.h"
+#include "physics/energy.h"
 #include "physics/tube_wall.h"
 
 namespace engine {
@@ -71,6 +72,10 @@ std::vector<Tube> tubes(bool quick) {
         spec.curved_length = spec.curved_angle = 0;
         list.push_back({name, std::make_shared<physics::TubeWall>(path, scene.radius, scene.wall_stiffness),
                         physics::wire_along(spec, path, quick ? 60 : scene.segments)});
+        // The first search for every joint's station belongs to no method.
+        physics::Guidewire& wire = list.back().start;
+        const auto contacts = physics::all_contacts(wire, *list.back().wall);
+        for (std::size_t i = 0; i < contacts.size(); ++i) wire.stations[i] = contacts[i].station;
         if (quick) break;
     }
     return list;

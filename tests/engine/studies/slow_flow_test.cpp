@@ -10,7 +10,6 @@ namespace engine {
 TEST(SlowFlow, ReachesAMinimumThatOtherSolversFound) {
     auto [wall, wire] = scene_setup("sinuous");
     const SlowFlowReport report = flow_to_rest(wire, wall);
-    std::printf("steps %d energy %.8f gradient %.2e\n", report.steps, report.energy, report.gradient);
     EXPECT_NEAR(report.energy, 5.808955, 2e-6);
     EXPECT_LE(report.gradient, 1e-7);
     EXPECT_TRUE(physics::validate(wire).empty());
