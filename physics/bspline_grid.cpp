@@ -49,47 +49,46 @@ struct Weights {
 }  // namespace
 
 SplineGrid::SplineGrid(double spacing, std::vector<Brick> bricks)
-    : spacing_(spacing), bricks_(std::move(bricks)) {
+    : spacing_(spacing), bricks_(bricks.size()), nodes_(bricks.size()) {
     if (!std::isfinite(spacing) || spacing <= 0) throw std::invalid_argument("a grid's spacing must be > 0");
-    for (const Brick& b : bricks_)
-        for (int k : b)
+    table_.assign(std::bit_ceil(2 * bricks.size() + 2), -1);
+    const std::size_t mask = table_.size() - 1;
+    for (std::size_t b = 0; b < bricks.size(); ++b) {
+        for (int k : bricks[b])
             if (k < -kFarthest + 2 || k > kFarthest - 2)
                 throw std::invalid_argument("a grid's brick lies too far from the origin");
-    nodes_.resize(bricks_.size() * kNodes);
-    table_.assign(std::bit_ceil(2 * bricks_.size() + 2), -1);
-    const std::size_t mask = table_.size() - 1;
-    for (std::size_t b = 0; b < bricks_.size(); ++b) {
-        std::size_t slot = hash(bricks_[b]) & mask;
+        bricks_[b].at = bricks[b];
+        std::size_t slot = hash(bricks[b]) & mask;
         while (table_[slot] >= 0) slot = (slot + 1) & mask;
         table_[slot] = static_cast<std::int32_t>(b);
     }
-    upper_.resize(bricks_.size());
-    for (std::size_t b = 0; b < bricks_.size(); ++b)
+    for (Place& place : bricks_)
         for (int n = 0; n < 8; ++n)
-            upper_[b][n] =
-                find({bricks_[b][0] + (n >> 2), bricks_[b][1] + (n >> 1 & 1), bricks_[b][2] + (n & 1)});
+            place.upper[n] =
+                find({place.at[0] + (n >> 2), place.at[1] + (n >> 1 & 1), place.at[2] + (n & 1)});
 }
 
 std::int32_t SplineGrid::find(const Brick& brick) const {
     const std::size_t mask = table_.size() - 1;
     for (std::size_t slot = hash(brick) & mask;; slot = (slot + 1) & mask) {
         const std::int32_t b = table_[slot];
-        if (b < 0 || bricks_[b] == brick) return b;
+        if (b < 0) return b;
+        const Brick& at = bricks_[b].at;  // compared by hand: == on arrays is a call
+        if (at[0] == brick[0] && at[1] == brick[1] && at[2] == brick[2]) return b;
     }
 }
 
 std::size_t SplineGrid::bytes() const {
-    return nodes_.size() * sizeof(float) + upper_.size() * sizeof(upper_[0]) +
-           bricks_.size() * sizeof(Brick) + table_.size() * sizeof(table_[0]);
+    return nodes_.size() * sizeof(Nodes) + bricks_.size() * sizeof(Place) + table_.size() * sizeof(table_[0]);
 }
 
 void SplineGrid::fit(int threads) {
-    std::vector<float> coefficients(nodes_.size());
+    std::vector<Nodes> coefficients(nodes_.size());
     parallel_for(bricks_.size(), threads, [&](std::size_t b) {
         std::int32_t around[3][3][3];
         for (int i = 0; i < 27; ++i)
             around[i / 9][i / 3 % 3][i % 3] =
-                find({bricks_[b][0] + i / 9 - 1, bricks_[b][1] + i / 3 % 3 - 1, bricks_[b][2] + i % 3 - 1});
+                find({brick(b)[0] + i / 9 - 1, brick(b)[1] + i / 3 % 3 - 1, brick(b)[2] + i % 3 - 1});
         constexpr int n = kSide + 2;  // with the layer of nodes around the brick
         double v[n][n][n];
         for (int i = 0; i < n; ++i)
@@ -98,7 +97,7 @@ void SplineGrid::fit(int threads) {
                     const int node[3] = {i - 1, j - 1, k - 1};
                     const std::int32_t from = around[(i + 3) / kSide][(j + 3) / kSide][(k + 3) / kSide];
                     if (from >= 0) {
-                        v[i][j][k] = nodes_[from * kNodes + local(node[0] & 3, node[1] & 3, node[2] & 3)];
+                        v[i][j][k] = nodes_[from].of[local(node[0] & 3, node[1] & 3, node[2] & 3)];
                         continue;
                     }
                     int edge[3], mirrored[3];
@@ -106,8 +105,8 @@ void SplineGrid::fit(int threads) {
                         edge[d] = std::clamp(node[d], 0, kSide - 1);
                         mirrored[d] = 2 * edge[d] - node[d];
                     }
-                    v[i][j][k] = 2 * nodes_[b * kNodes + local(edge[0], edge[1], edge[2])] -
-                                 nodes_[b * kNodes + local(mirrored[0], mirrored[1], mirrored[2])];
+                    v[i][j][k] = 2 * nodes_[b].of[local(edge[0], edge[1], edge[2])] -
+                                 nodes_[b].of[local(mirrored[0], mirrored[1], mirrored[2])];
                 }
         // c = (1 − δ²/6) f along each axis, δ² the second difference.
         constexpr double side[3] = {-1.0 / 6, 8.0 / 6, -1.0 / 6};
@@ -119,60 +118,60 @@ void SplineGrid::fit(int threads) {
                         for (int q = 0; q < 3; ++q)
                             for (int r = 0; r < 3; ++r)
                                 c += side[p] * side[q] * side[r] * v[i + p][j + q][k + r];
-                    coefficients[b * kNodes + local(i, j, k)] = static_cast<float>(c);
+                    coefficients[b].of[local(i, j, k)] = static_cast<float>(c);
                 }
     });
     nodes_ = std::move(coefficients);
 }
 
 bool SplineGrid::evaluate(const Vec3& x, SplineValue& out) const {
-    int cell[3], first[3];
+    int first[3];
+    double within[3];  // the cell, from 0 to 1
     Brick brick;
     for (int d = 0; d < 3; ++d) {
         const double at = x[d] / spacing_;
         if (!(std::abs(at) < kSide * (kFarthest - 2.0))) return false;
-        cell[d] = static_cast<int>(std::floor(at));
-        brick[d] = (cell[d] - 1) >> 2;
-        first[d] = (cell[d] - 1) & 3;
+        const double below = std::floor(at);
+        const int node = static_cast<int>(below) - 1;
+        within[d] = at - below;
+        brick[d] = node >> 2;
+        first[d] = node & 3;
     }
     const std::int32_t b = find(brick);
     if (b < 0) return false;
-    const auto& upper = upper_[b];
+    const auto& upper = bricks_[b].upper;
     for (int n = 1; n < 8; ++n)
         if (upper[n] < 0) return false;
 
     // Rows of eight nodes along z, of which the cell's four start at first[2].
-    float rows[16][8];
+    float rows[4][4][8];
     for (int i = 0; i < 4; ++i)
         for (int j = 0; j < 4; ++j) {
             const int p = first[0] + i, q = first[1] + j;
             const int pair = (p >> 2) * 4 + (q >> 2) * 2, offset = local(p & 3, q & 3, 0);
-            std::memcpy(rows[i * 4 + j], &nodes_[upper[pair] * std::size_t{kNodes} + offset], 16);
-            std::memcpy(rows[i * 4 + j] + 4, &nodes_[upper[pair + 1] * std::size_t{kNodes} + offset], 16);
+            std::memcpy(rows[j][i], &nodes_[upper[pair]].of[offset], 16);
+            std::memcpy(rows[j][i] + 4, &nodes_[upper[pair + 1]].of[offset], 16);
         }
 
-    const Weights wx(x[0] / spacing_ - cell[0]), wy(x[1] / spacing_ - cell[1]), wz(x[2] / spacing_ - cell[2]);
-    // Contract x, then y, then z; a letter of a name is a derivative taken.
-    double f[16] = {}, fx[16] = {}, fxx[16] = {};
-    for (int i = 0; i < 4; ++i)
-        for (int j = 0; j < 4; ++j)
-            for (int k = 0; k < 4; ++k) {
-                const double c = rows[i * 4 + j][first[2] + k];
-                f[j * 4 + k] += wx.value[i] * c;
-                fx[j * 4 + k] += wx.slope[i] * c;
-                fxx[j * 4 + k] += wx.bend[i] * c;
-            }
-    double g[4] = {}, gx[4] = {}, gy[4] = {}, gxx[4] = {}, gxy[4] = {}, gyy[4] = {};
-    for (int j = 0; j < 4; ++j)
-        for (int k = 0; k < 4; ++k) {
-            const int n = j * 4 + k;
-            g[k] += wy.value[j] * f[n];
-            gy[k] += wy.slope[j] * f[n];
-            gyy[k] += wy.bend[j] * f[n];
-            gx[k] += wy.value[j] * fx[n];
-            gxy[k] += wy.slope[j] * fx[n];
-            gxx[k] += wy.value[j] * fxx[n];
+    const Weights wx(within[0]), wy(within[1]), wz(within[2]);
+    // Contract x, then y, then z, four rows of z at a time; a letter of a name is a derivative taken.
+    using Row = Eigen::Array4d;
+    Row g = Row::Zero(), gx = g, gy = g, gxx = g, gxy = g, gyy = g;
+    for (int j = 0; j < 4; ++j) {
+        Row f = Row::Zero(), fx = f, fxx = f;
+        for (int i = 0; i < 4; ++i) {
+            const Row c = Eigen::Map<const Eigen::Array4f>(rows[j][i] + first[2]).cast<double>();
+            f += wx.value[i] * c;
+            fx += wx.slope[i] * c;
+            fxx += wx.bend[i] * c;
         }
+        g += wy.value[j] * f;
+        gy += wy.slope[j] * f;
+        gyy += wy.bend[j] * f;
+        gx += wy.value[j] * fx;
+        gxy += wy.slope[j] * fx;
+        gxx += wy.value[j] * fxx;
+    }
     double v = 0, vx = 0, vy = 0, vz = 0, vxx = 0, vxy = 0, vxz = 0, vyy = 0, vyz = 0, vzz = 0;
     for (int k = 0; k < 4; ++k) {
         v += wz.value[k] * g[k];

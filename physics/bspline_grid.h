@@ -31,13 +31,12 @@ public:
     SplineGrid(double spacing, std::vector<Brick> bricks);
 
     std::size_t bricks() const { return bricks_.size(); }
-    const Brick& brick(std::size_t b) const { return bricks_[b]; }
+    const Brick& brick(std::size_t b) const { return bricks_[b].at; }
     double spacing() const { return spacing_; }
-    std::span<float> nodes(std::size_t b) { return {&nodes_[b * kNodes], kNodes}; }
-    std::span<const float> nodes(std::size_t b) const { return {&nodes_[b * kNodes], kNodes}; }
+    std::span<float> nodes(std::size_t b) { return nodes_[b].of; }
+    std::span<const float> nodes(std::size_t b) const { return nodes_[b].of; }
     Vec3 place(std::size_t b, int i, int j, int k) const {
-        return spacing_ *
-               Vec3(kSide * bricks_[b][0] + i, kSide * bricks_[b][1] + j, kSide * bricks_[b][2] + k);
+        return spacing_ * Vec3(kSide * brick(b)[0] + i, kSide * brick(b)[1] + j, kSide * brick(b)[2] + k);
     }
     std::size_t bytes() const;
 
@@ -50,13 +49,19 @@ public:
     bool evaluate(const Vec3& x, SplineValue&) const;
 
 private:
+    struct Place {
+        Brick at;
+        std::array<std::int32_t, 8> upper;  // this brick and those on its upper sides, -1 = none
+    };
+    struct alignas(64) Nodes {  // four lines of a usual cache, of which a cell reads one of each x
+        std::array<float, kNodes> of{};
+    };
     std::int32_t find(const Brick&) const;
 
     double spacing_;
-    std::vector<Brick> bricks_;
-    std::vector<float> nodes_;                        // values, then coefficients; kNodes of each brick
-    std::vector<std::array<std::int32_t, 8>> upper_;  // the brick and those on its upper sides, -1 = none
-    std::vector<std::int32_t> table_;                 // open-addressed hash table of bricks, -1 = free
+    std::vector<Place> bricks_;
+    std::vector<Nodes> nodes_;         // values, then coefficients
+    std::vector<std::int32_t> table_;  // open-addressed hash table of bricks, -1 = free
 };
 
 }  // namespace physics

@@ -13,7 +13,7 @@ namespace physics {
 namespace {
 
 /// A sheet's field reaches this many radii from its centreline: lumens are not round.
-constexpr double kRoundness = 2.0;
+constexpr double kRoundness = 1.5;
 /// Bricks along the edge of the cubes that the search for the wall starts from, a power of two.
 constexpr int kCube = 4;
 
@@ -138,36 +138,48 @@ std::vector<Cube> cubes(const CentrelineTree& tree, const VesselSheets& sheets, 
     return all;
 }
 
-/// Collects the bricks of a cube from which a cell within the band is served.
-void serve(const Cube& cube, View& view, const CentrelineTree& tree, const VesselSheets& sheets,
-           const FieldBand& band, std::vector<SplineGrid::Brick>& bricks) {
-    // The cells that brick b serves begin one node after its first.
-    const double h = band.spacing, side = cube.side * SplineGrid::kSide * h;
-    Vec3 centre;
-    for (int d = 0; d < 3; ++d) centre[d] = (SplineGrid::kSide * cube.first[d] + 1) * h + side / 2;
-    const double reach = side / 2 * std::numbers::sqrt3;
-    const bool near =
-        std::any_of(sheets.stations[cube.sheet].begin(), sheets.stations[cube.sheet].end(), [&](int s) {
-            const Station& station = tree.stations()[s];
-            const double limit = kRoundness * station.radius + band.outer + reach;
-            return (centre - station.centre).squaredNorm() < limit * limit;
+/// The search for the bricks from which a cell within the band is served.
+struct Search {
+    const CentrelineTree& tree;
+    const VesselSheets& sheets;
+    const FieldBand& band;
+    View& view;
+
+    /// Whether the band may come into a cube of space.
+    bool meets(int sheet, const Vec3& centre, double side) const {
+        const auto stations = tree.stations();
+        const double reach = side / 2 * std::numbers::sqrt3;
+        const auto& mine = sheets.stations[sheet];
+        const bool near = std::any_of(mine.begin(), mine.end(), [&](int s) {
+            const double limit = kRoundness * stations[s].radius + band.outer + reach;
+            return (centre - stations[s].centre).squaredNorm() < limit * limit;
         });
-    if (!near) return;
-    view.look_from(cube.sheet, centre);
-    if (view.beyond_an_end(centre) > reach + 2 * h) return;
-    const double d = view.distance(centre);
-    if (d > band.outer + reach || d < -band.inner - reach) return;
-    if (cube.side == 1) {
-        bricks.push_back(cube.first);
-        return;
+        if (!near) return false;
+        view.look_from(sheet, centre);
+        if (view.beyond_an_end(centre) > reach + 2 * band.spacing) return false;
+        const double d = view.distance(centre);
+        return d <= band.outer + reach && d >= -band.inner - reach;
     }
-    const int half = cube.side / 2;
-    for (int n = 0; n < 8; ++n) {
-        const SplineGrid::Brick at{cube.first[0] + half * (n >> 2), cube.first[1] + half * (n >> 1 & 1),
-                                   cube.first[2] + half * (n & 1)};
-        serve({cube.sheet, at, half}, view, tree, sheets, band, bricks);
+
+    void serve(const Cube& cube, std::vector<SplineGrid::Brick>& bricks) const {
+        // The cells that a brick serves begin one node after its first.
+        const double h = band.spacing, side = cube.side * SplineGrid::kSide * h;
+        Vec3 low;
+        for (int d = 0; d < 3; ++d) low[d] = (SplineGrid::kSide * cube.first[d] + 1) * h;
+        if (!meets(cube.sheet, low + Vec3::Constant(side / 2), side)) return;
+        const int half = cube.side / 2;
+        for (int n = 0; n < 8; ++n) {
+            const int i = n >> 2, j = n >> 1 & 1, k = n & 1;
+            if (half > 0) {
+                const auto& f = cube.first;
+                serve({cube.sheet, {f[0] + half * i, f[1] + half * j, f[2] + half * k}, half}, bricks);
+            } else if (meets(cube.sheet, low + side / 4 * Vec3(2 * i + 1, 2 * j + 1, 2 * k + 1), side / 2)) {
+                bricks.push_back(cube.first);
+                return;
+            }
+        }
     }
-}
+};
 
 /// Refuses a field whose bricks would take more memory than allowed, in building or after.
 void check_size(double bricks, const FieldBand& band) {
@@ -213,7 +225,7 @@ std::vector<SplineGrid> sampled_grids(const LumenSurface& surface, const Centrel
         starts.size(), band.threads,
         [&](std::size_t c) {
             View view(surface, tree, sheets, station_of_triangle, nearest, band.outer);
-            serve(starts[c], view, tree, sheets, band, served[c]);
+            Search{tree, sheets, band, view}.serve(starts[c], served[c]);
         },
         part(0.05, 0.3));
 

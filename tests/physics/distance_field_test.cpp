@@ -37,10 +37,10 @@ const engine::Anatomy& iliac() {
         engine::load_anatomy(SELDINGER_SOURCE "/assets/anatomy/iliac.anatomy.json");
     return anatomy;
 }
-/// The coarsest grid that the default choice allows, and a narrow band: the fastest to build.
+/// A coarser grid than the default and a narrow band: fast to build.
 const DistanceField& iliac_field() {
     static const DistanceField field =
-        field_of(iliac(), kWire, {.spacing = 0.3, .inner = 0.6, .outer = 0.6, .threads = 2});
+        field_of(iliac(), kWire, {.spacing = 0.4, .inner = 0.6, .outer = 0.5, .threads = 2});
     return field;
 }
 
@@ -145,19 +145,19 @@ TEST(DistanceField, NormalAndCurvatureAreDerivativesWithinACellAndAcrossItsBorde
 TEST(DistanceField, RelaxesAWireToTheEnergyOfTheTubeWall) {
     const engine::Scene& scene = *engine::find_scene("hairpin");
     const engine::Anatomy anatomy =
-        engine::tube_anatomy("hairpin", engine::draw(scene.path), scene.radius, 96, 0.15);
+        engine::tube_anatomy("hairpin", engine::draw(scene.path), scene.radius, 96, 0.2);
     const DistanceField field(anatomy.lumen, anatomy.branches, anatomy.openings(), scene.wall_stiffness, 0.0,
                               {.threads = 2});
     auto [tube, start] = scene_setup("hairpin");
     auto relaxed = [&](const LumenWall& wall) {
         Guidewire wire = start;
-        make_relaxer({})->relax(wire, wall, whole_cycles(wire.segments(), 25));
+        make_relaxer({})->relax(wire, wall, whole_cycles(wire.segments(), 12));
         EXPECT_TRUE(validate(wire).empty());
         return total_energy(wire, all_contacts(wire, wall)).total();
     };
-    // The mesh is up to 8e-4 mm narrower in its facets, 2e-3 in the chords of its bends; 40 mm of wire bent
+    // The mesh is up to 8e-4 mm narrower in its facets, 1e-3 in the chords of its bends; 40 mm of wire bent
     // by 13.5 N·mm feel 1e-3 mm of the wall as 0.004 N·mm.
-    EXPECT_NEAR(relaxed(field), relaxed(tube), 0.03);
+    EXPECT_NEAR(relaxed(field), relaxed(tube), 0.005);
 }
 
 TEST(DistanceField, PushesAJointBackFromFarOutside) {
@@ -287,7 +287,7 @@ TEST(DistanceField, KnowsInsideFromOutside) {
     const TriangleMesh closed = engine::closed_lumen(iliac());
     const MeshWall rays(iliac().lumen, iliac().branches, iliac().openings(), kStiffness);
     int asked = 0, wrong = 0;
-    while (asked < 1200) {
+    while (asked < 500) {
         const auto stations = iliac_field().tree().stations();
         const Station& s = stations[random() % stations.size()];
         const Vec3 way = Vec3(bell(random), bell(random), bell(random)).normalized();
@@ -309,7 +309,7 @@ TEST(DistanceField, KnowsInsideFromOutside) {
         ++asked;
         wrong += (angle > 2 * std::numbers::pi) != (d < 0);
     }
-    EXPECT_LE(wrong, asked / 1000) << "of " << asked;
+    EXPECT_EQ(wrong, 0) << "of " << asked;  // at most 0.1 %
 }
 
 TEST(DistanceField, IsTheSameHoweverTrianglesAreTurned) {
