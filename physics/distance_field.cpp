@@ -62,7 +62,7 @@ public:
 
     NearestTriangle nearest(const Vec3& x, int seed, const std::vector<char>& seen,
                             const std::vector<int>& station_of_triangle) const {
-        Search search{&surface_, &seen, &station_of_triangle, x, {}};
+        Search search{&surface_, &seen, &station_of_triangle, x};
         RTCPointQuery query{};
         query.x = static_cast<float>(x.x());
         query.y = static_cast<float>(x.y());
@@ -81,20 +81,24 @@ private:
         const std::vector<char>* seen;
         const std::vector<int>* station_of_triangle;
         Vec3 x;
-        NearestTriangle best;
+        NearestTriangle best = {};
+        double reach = std::numeric_limits<double>::infinity();  // distance of the best [mm]
 
         bool look_at(int t) {
             if (!(*seen)[(*station_of_triangle)[t]]) return false;
+            // A sphere around the triangle tells most of those that Embree's boxes let pass.
+            const LumenSurface::Sphere& sphere = surface->sphere(t);
+            const double limit = sphere.radius + reach;
+            if ((x - sphere.centre).squaredNorm() > limit * limit) return false;
             const TrianglePoint p =
                 closest_point(surface->corner(t, 0), surface->corner(t, 1), surface->corner(t, 2), x);
             if (best.triangle >= 0 && p.square_distance >= best.at.square_distance) return false;
             best = {t, p};
+            reach = std::sqrt(p.square_distance);
             return true;
         }
         /// A little more than the distance, for boxes that Embree keeps in single precision.
-        float radius() const {
-            return static_cast<float>(1.0001 * std::sqrt(best.at.square_distance) + 1e-3);
-        }
+        float radius() const { return static_cast<float>(1.0001 * reach + 1e-3); }
     };
     static bool visit(RTCPointQueryFunctionArguments* arguments) {
         auto& search = *static_cast<Search*>(arguments->userPtr);
@@ -128,7 +132,7 @@ double chosen_spacing(double wanted, const CentrelineTree& tree) {
     if (wanted != 0) return wanted;
     double smallest = std::numeric_limits<double>::max();
     for (const Station& s : tree.stations()) smallest = std::min(smallest, s.radius);
-    return std::clamp(smallest / 7, 0.2, 0.3);
+    return std::clamp(smallest / 6, 0.2, 0.3);
 }
 
 void check(double stiffness, double wire_radius, double inner) {

@@ -13,7 +13,7 @@
 namespace physics {
 
 struct DistanceFieldOptions {
-    double spacing = 0;   // of the grid [mm]; 0 = a seventh of the smallest radius, within 0.2 to 0.3
+    double spacing = 0;   // of the grid [mm]; 0 = a sixth of the smallest radius, within 0.2 to 0.3
     double inner = 1.25;  // the field is known to this depth inside the wall [mm]
     double outer = 1.5;   // and to this distance outside it [mm]
     int threads = 1;      // the field has the same bits for any number
@@ -42,7 +42,7 @@ public:
 
     void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
 
-    /// Station of the branch and sample that a contact's station stands for.
+    /// Its stations are those of the contacts: where a joint is, by branch and sample.
     const CentrelineTree& tree() const;
     double spacing() const;     // [mm]
     std::size_t bytes() const;  // of the grids

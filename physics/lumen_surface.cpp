@@ -115,6 +115,9 @@ void LumenSurface::face_out(const std::vector<double>& vote) {
             std::rotate(v.begin(), v.begin() + 1, v.end());
             std::rotate(across_[t].begin(), across_[t].begin() + 1, across_[t].end());
         }
+        double reach = 0;
+        for (int k = 0; k < 3; ++k) reach = std::max(reach, (corner(t, k) - centroid(t)).norm());
+        spheres_.push_back({centroid(t), reach * (1 + 1e-12)});
         const Vec3 normal = area_normal(t).normalized();
         for (int k = 0; k < 3; ++k) {
             const Vec3 p = corner(t, (k + 1) % 3) - corner(t, k), q = corner(t, (k + 2) % 3) - corner(t, k);

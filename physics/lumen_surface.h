@@ -35,6 +35,12 @@ public:
     const TriangleMesh& mesh() const { return mesh_; }
     const Vec3& corner(int triangle, int k) const { return mesh_.vertices[mesh_.triangles[triangle][k]]; }
     Vec3 centroid(int t) const { return (corner(t, 0) + corner(t, 1) + corner(t, 2)) / 3; }
+    /// A sphere around the centroid that holds the triangle [mm].
+    struct Sphere {
+        Vec3 centre;
+        double radius;
+    };
+    const Sphere& sphere(int t) const { return spheres_[t]; }
     Vec3 area_normal(int t) const {
         return 0.5 * (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0));
     }
@@ -51,6 +57,7 @@ private:
     std::vector<std::array<int, 3>> across_;  // triangle over the edge from corner k to the next, -1 at a rim
     std::vector<int> part_;                   // connected part of each triangle
     int parts_ = 0;
+    std::vector<Sphere> spheres_;       // around each triangle, a little larger than need be
     std::vector<Vec3> corner_normals_;  // per vertex
 };
 
