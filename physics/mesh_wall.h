@@ -4,28 +4,11 @@
 /// from the mesh's double-precision vertices.
 
 #include <memory>
-#include <string>
 
+#include "physics/centreline_tree.h"
 #include "physics/wall.h"
 
 namespace physics {
-
-/// A vessel branch: points with inscribed radii. A child starts on its parent's centreline.
-struct CentrelineBranch {
-    std::string name;
-    int parent = -1;            // index into the list of branches, -1 for a root
-    int parent_sample = -1;     // sample of the parent nearest to points[0]
-    Polyline points;            // [mm]
-    std::vector<double> radii;  // [mm]
-};
-
-/// An open end of a lumen: beyond its plane there is no wall.
-struct OpenEnd {
-    std::string name;
-    Vec3 centre = Vec3::Zero();           // [mm]
-    Vec3 outward_normal = Vec3::UnitZ();  // unit
-    double radius = 0;                    // [mm]
-};
 
 class MeshWall final : public LumenWall {
 public:

@@ -9,7 +9,8 @@ namespace physics {
 
 struct WallContact {
     double penetration = 0;      // of the wire's surface through the wall, > 0 outside the lumen [mm]
-    Vec3 normal = Vec3::Zero();  // ∇ of penetration: unit, out of the lumen; zero where no wall is in reach
+    Vec3 normal = Vec3::Zero();  // ∇ of penetration: out of the lumen, unit but for what a smoothed distance
+                                 // lacks (DistanceField); zero where no wall is in reach
     Mat3 curvature = Mat3::Zero();  // ∇² of penetration; zero for a wall of planes [1/mm]
     double stiffness = 0;           // k of this joint [N/mm]
     double trust = 0;               // the joint touches nothing while it stays within this of here [mm]

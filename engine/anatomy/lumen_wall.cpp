@@ -1,0 +1,62 @@
+#include "engine/anatomy/lumen_wall.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <fstream>
+#include <sstream>
+#include <thread>
+#include <unistd.h>
+
+#include "engine/error.h"
+#include "engine/files.h"
+#include "physics/distance_field.h"
+
+namespace engine {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Whole or not at all, also when two programs make the same field at the same time.
+void keep(const physics::DistanceField& field, const fs::path& path) {
+    std::error_code failed;
+    fs::create_directories(path.parent_path(), failed);
+    std::ostringstream text;
+    field.save(text);
+    const fs::path own = fmt::format("{}.{}", path.string(), ::getpid());
+    try {
+        write_whole(own, text.view());
+    } catch (const InputError&) {
+        return;  // the field is at hand; only the next start will be slow again
+    }
+    fs::rename(own, path, failed);
+    if (failed) fs::remove(own, failed);
+}
+
+}  // namespace
+
+std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy, double stiffness,
+                                                          double wire_radius, const fs::path& cache_folder,
+                                                          const std::function<void(double)>& progress) {
+    physics::DistanceFieldOptions options;
+    options.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
+    const auto ends = anatomy.openings();
+    const auto fingerprint =
+        physics::DistanceField::fingerprint(anatomy.lumen, anatomy.branches, ends, options);
+    const fs::path path = cache_folder / fmt::format("field-{:016x}.bin", fingerprint);
+    if (!cache_folder.empty()) {
+        if (std::ifstream in(path, std::ios::binary); in) {
+            try {
+                return std::make_unique<physics::DistanceField>(physics::DistanceField::load(
+                    in, fingerprint, anatomy.branches, ends, stiffness, wire_radius));
+            } catch (const std::runtime_error&) {
+                // Damaged or of another version: made anew below, over it.
+            }
+        }
+    }
+    auto field = std::make_unique<physics::DistanceField>(anatomy.lumen, anatomy.branches, ends, stiffness,
+                                                          wire_radius, options, progress);
+    if (!cache_folder.empty()) keep(*field, path);
+    return field;
+}
+
+}  // namespace engine

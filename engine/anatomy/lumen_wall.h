@@ -1,0 +1,23 @@
+#pragma once
+/// The smooth wall of an anatomy, made once and kept on disk.
+
+#include <filesystem>
+#include <functional>
+#include <memory>
+
+#include "engine/anatomy/anatomy.h"
+#include "physics/wall.h"
+
+namespace engine {
+
+/// The distance field of an anatomy's lumen for a wire of this radius [mm]; stiffness: k per joint [N/mm].
+/// It is read from the cache folder when that holds the field of the same mesh, centrelines and version;
+/// else it is made, which takes seconds, and kept there as field-FINGERPRINT.bin. A damaged file is replaced;
+/// a folder that cannot be written to, or an empty path, only means that the field is made every time.
+/// `progress` is told 0 to 1 while it is made. Throws std::invalid_argument as physics::DistanceField does.
+std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy&, double stiffness,
+                                                          double wire_radius,
+                                                          const std::filesystem::path& cache_folder,
+                                                          const std::function<void(double)>& progress = {});
+
+}  // namespace engine

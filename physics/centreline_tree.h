@@ -1,0 +1,67 @@
+#pragma once
+/// The centrelines of a lumen as a tree of stations: balls inscribed along every branch, linked along it and
+/// across junctions. It tells which branch holds a joint and where the lumen is open.
+
+#include <span>
+#include <string>
+
+#include "physics/geometry.h"
+
+namespace physics {
+
+/// A vessel branch: points with inscribed radii. A child starts on its parent's centreline.
+struct CentrelineBranch {
+    std::string name;
+    int parent = -1;            // index into the list of branches, -1 for a root
+    int parent_sample = -1;     // sample of the parent nearest to points[0]
+    Polyline points;            // [mm]
+    std::vector<double> radii;  // [mm]
+};
+
+/// An open end of a lumen: beyond its plane there is no wall.
+struct OpenEnd {
+    std::string name;
+    Vec3 centre = Vec3::Zero();           // [mm]
+    Vec3 outward_normal = Vec3::UnitZ();  // unit
+    double radius = 0;                    // [mm]
+
+    /// How far the point is beyond the plane, 0 where it is before it or farther than twice the radius and a
+    /// margin from the axis [mm].
+    double beyond(const Vec3& x, double margin = 0) const;
+};
+
+/// The ball inscribed in the lumen at a sample of a branch.
+struct Station {
+    Vec3 centre;         // [mm]
+    double radius;       // [mm]
+    int branch, sample;  // where on the centrelines
+
+    /// Signed square distance to the ball: least for the ball that holds the point deepest [mm²].
+    double power(const Vec3& x) const { return (x - centre).squaredNorm() - radius * radius; }
+};
+
+class CentrelineTree {
+public:
+    /// Throws std::invalid_argument for no branch, one of fewer than two samples, a parent that does not
+    /// exist, points that are not finite or radii that are not positive.
+    CentrelineTree(std::span<const CentrelineBranch>, std::vector<OpenEnd>);
+
+    std::span<const Station> stations() const { return stations_; }
+    std::span<const OpenEnd> ends() const { return ends_; }
+    /// Stations next to this one: along its branch and, near a junction, across it.
+    std::span<const int> neighbours(int station) const { return neighbours_[station]; }
+
+    /// The station that holds x deepest: of all when the hint is -1, else downhill from the hint, so that a
+    /// joint stays in its vessel where others come close.
+    int locate(const Vec3& x, int hint) const;
+    bool beyond_an_end(const Vec3& x) const;
+    /// Closest point to x of the centreline on both sides of a station.
+    Vec3 closest_point(int station, const Vec3& x) const;
+
+private:
+    std::vector<Station> stations_;
+    std::vector<std::vector<int>> neighbours_;
+    std::vector<OpenEnd> ends_;
+};
+
+}  // namespace physics

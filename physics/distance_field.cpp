@@ -1,0 +1,352 @@
+#include "physics/distance_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <embree3/rtcore.h>
+#include <istream>
+#include <limits>
+#include <ostream>
+#include <stdexcept>
+#include <string>
+
+#include "physics/bspline_grid.h"
+#include "physics/field_sampler.h"
+#include "physics/lumen_surface.h"
+#include "physics/vessel_sheets.h"
+
+namespace physics {
+namespace {
+
+/// Centrelines and radii of a mesh are known to about this much [mm]; taken off every promise of clearance.
+constexpr double kCentrelineError = 0.1;
+/// The spline changes by no more than 1 / kSlope per mm, creases of the wall included.
+constexpr double kSlope = 0.9;
+/// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
+constexpr std::uint32_t kVersion = 1;
+constexpr char kMagic[8] = {'S', 'E', 'L', 'D', 'F', 'L', 'D', '\n'};
+
+/// The triangles in Embree, for closest points.
+class EmbreeSurface {
+public:
+    explicit EmbreeSurface(const LumenSurface& surface) : surface_(surface) {
+        device_ = rtcNewDevice("threads=1");
+        if (!device_) throw std::runtime_error("Embree could not be started");
+        scene_ = rtcNewScene(device_);
+        rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
+        const TriangleMesh& mesh = surface.mesh();
+        RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
+        auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(
+            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
+        auto* t = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
+                                                                 RTC_FORMAT_UINT3, 3 * sizeof(unsigned),
+                                                                 mesh.triangles.size()));
+        if (v && t) {
+            for (const Vec3& p : mesh.vertices)
+                for (int k = 0; k < 3; ++k) *v++ = static_cast<float>(p[k]);
+            for (const auto& triangle : mesh.triangles)
+                for (int k = 0; k < 3; ++k) *t++ = static_cast<unsigned>(triangle[k]);
+            rtcCommitGeometry(geometry);
+            rtcAttachGeometry(scene_, geometry);
+        }
+        rtcReleaseGeometry(geometry);
+        rtcCommitScene(scene_);
+        if (!v || !t) {
+            release();
+            throw std::runtime_error("Embree could not hold the lumen mesh");
+        }
+    }
+    EmbreeSurface(const EmbreeSurface&) = delete;
+    EmbreeSurface& operator=(const EmbreeSurface&) = delete;
+    ~EmbreeSurface() { release(); }
+
+    NearestTriangle nearest(const Vec3& x, int seed, const std::vector<char>& seen,
+                            const std::vector<int>& station_of_triangle) const {
+        Search search{&surface_, &seen, &station_of_triangle, x};
+        RTCPointQuery query{};
+        query.x = static_cast<float>(x.x());
+        query.y = static_cast<float>(x.y());
+        query.z = static_cast<float>(x.z());
+        query.radius = std::numeric_limits<float>::infinity();
+        if (seed >= 0 && search.look_at(seed)) query.radius = search.radius();
+        RTCPointQueryContext context;
+        rtcInitPointQueryContext(&context);
+        rtcPointQuery(scene_, &query, &context, &EmbreeSurface::visit, &search);
+        return search.best;
+    }
+
+private:
+    struct Search {
+        const LumenSurface* surface;
+        const std::vector<char>* seen;
+        const std::vector<int>* station_of_triangle;
+        Vec3 x;
+        NearestTriangle best = {};
+        double reach = std::numeric_limits<double>::infinity();  // distance of the best [mm]
+
+        bool look_at(int t) {
+            if (!(*seen)[(*station_of_triangle)[t]]) return false;
+            // A sphere around the triangle tells most of those that Embree's boxes let pass.
+            const LumenSurface::Sphere& sphere = surface->sphere(t);
+            const double limit = sphere.radius + reach;
+            if ((x - sphere.centre).squaredNorm() > limit * limit) return false;
+            const TrianglePoint p =
+                closest_point(surface->corner(t, 0), surface->corner(t, 1), surface->corner(t, 2), x);
+            if (best.triangle >= 0 && p.square_distance >= best.at.square_distance) return false;
+            best = {t, p};
+            reach = std::sqrt(p.square_distance);
+            return true;
+        }
+        /// A little more than the distance, for boxes that Embree keeps in single precision.
+        float radius() const { return static_cast<float>(1.0001 * reach + 1e-3); }
+    };
+    static bool visit(RTCPointQueryFunctionArguments* arguments) {
+        auto& search = *static_cast<Search*>(arguments->userPtr);
+        if (!search.look_at(static_cast<int>(arguments->primID))) return false;
+        arguments->query->radius = std::min(arguments->query->radius, search.radius());
+        return true;
+    }
+    void release() {
+        rtcReleaseScene(scene_);
+        rtcReleaseDevice(device_);
+    }
+
+    const LumenSurface& surface_;
+    RTCDevice device_ = nullptr;
+    RTCScene scene_ = nullptr;
+};
+
+/// FNV-1a over 8-byte words, the last filled with zeros.
+std::uint64_t mixed(const void* bytes, std::size_t count, std::uint64_t hash = 0xcbf29ce484222325u) {
+    const char* at = static_cast<const char*>(bytes);
+    for (std::size_t i = 0; i < count; i += 8) {
+        std::uint64_t word = 0;
+        std::memcpy(&word, at + i, std::min<std::size_t>(8, count - i));
+        hash = (hash ^ word) * 0x100000001b3u;
+        hash ^= hash >> 32;
+    }
+    return hash;
+}
+
+double chosen_spacing(double wanted, const CentrelineTree& tree) {
+    if (wanted != 0) return wanted;
+    double smallest = std::numeric_limits<double>::max();
+    for (const Station& s : tree.stations()) smallest = std::min(smallest, s.radius);
+    return std::clamp(smallest / 6, 0.2, 0.3);
+}
+
+void check(double stiffness, double wire_radius, double inner) {
+    if (!std::isfinite(stiffness) || stiffness <= 0)
+        throw std::invalid_argument("wall stiffness must be > 0");
+    if (!(wire_radius >= 0 && wire_radius < inner))
+        throw std::invalid_argument("the wire's radius must be >= 0 and below the field's depth of " +
+                                    std::to_string(inner) + " mm");
+}
+
+}  // namespace
+
+struct DistanceField::Data {
+    CentrelineTree tree;
+    VesselSheets sheets;
+    std::vector<SplineGrid> grids;  // per sheet
+    double spacing, inner, outer;
+    double stiffness, wire_radius;
+    std::uint64_t fingerprint;
+
+    WallContact contact(const Vec3& x, int hint) const;
+};
+
+DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const CentrelineBranch> branches,
+                             std::vector<OpenEnd> ends, double stiffness, double wire_radius,
+                             const DistanceFieldOptions& options,
+                             const std::function<void(double)>& progress) {
+    if (!(options.spacing >= 0 && std::isfinite(options.spacing) && options.inner > 0 && options.outer > 0 &&
+          std::isfinite(options.inner + options.outer)))
+        throw std::invalid_argument("a distance field's spacing, inner and outer band must be positive");
+    check(stiffness, wire_radius, options.inner);
+    const std::uint64_t print = fingerprint(lumen, branches, ends, options);
+    CentrelineTree tree(branches, std::move(ends));
+    const double h = chosen_spacing(options.spacing, tree);
+    VesselSheets sheets = vessel_sheets(tree, options.outer + 2 * h);
+    const LumenSurface surface = lumen_surface(lumen, tree);
+    const EmbreeSurface embree(surface);
+    std::vector<SplineGrid> grids = sampled_grids(
+        surface, tree, sheets,
+        {h, options.inner, options.outer, std::max(1, options.threads), options.largest},
+        [&](const Vec3& x, int seed, const std::vector<char>& seen, const std::vector<int>& stations) {
+            return embree.nearest(x, seed, seen, stations);
+        },
+        progress);
+    data_.reset(new Data{std::move(tree), std::move(sheets), std::move(grids), h, options.inner,
+                         options.outer, stiffness, wire_radius, print});
+}
+
+DistanceField::DistanceField(std::unique_ptr<Data> data) : data_(std::move(data)) {}
+DistanceField::DistanceField(DistanceField&&) noexcept = default;
+DistanceField::~DistanceField() = default;
+
+const CentrelineTree& DistanceField::tree() const {
+    return data_->tree;
+}
+double DistanceField::spacing() const {
+    return data_->spacing;
+}
+int DistanceField::sheets() const {
+    return static_cast<int>(data_->grids.size());
+}
+std::size_t DistanceField::bytes() const {
+    std::size_t sum = 0;
+    for (const SplineGrid& grid : data_->grids) sum += grid.bytes();
+    return sum;
+}
+
+WallContact DistanceField::Data::contact(const Vec3& x, int hint) const {
+    WallContact c;
+    c.station = tree.locate(x, hint);
+    c.stiffness = stiffness;
+    const Station& station = tree.stations()[c.station];
+    const double depth = station.radius - (x - station.centre).norm();  // in the inscribed ball
+    const double inside = depth - wire_radius;
+    c.room = station.radius - wire_radius;
+    c.penetration = -std::max(inside, 1e-3);
+    c.trust = std::max(0.0, inside - kCentrelineError);
+    if (depth > inner + kCentrelineError) return c;
+    for (int e : sheets.ends[c.station])
+        if (tree.ends()[e].beyond(x, outer) > 0) return c;
+
+    const SplineGrid& grid = grids[sheets.sheet_of[c.station]];
+    SplineValue field;
+    if (grid.evaluate(x, field)) {
+        c.penetration = field.value + wire_radius;
+        c.normal = field.gradient;
+        c.curvature = field.hessian;
+        c.trust = std::max(0.0, -kSlope * c.penetration);
+        return c;
+    }
+    // Off the band: outside it, if the way to the centreline meets it at a place outside the wall.
+    const Vec3 way = tree.closest_point(c.station, x) - x;
+    const double length = way.norm();
+    for (double t = spacing; t < length; t += spacing) {
+        const Vec3 y = x + t / length * way;
+        if (!grid.evaluate(y, field)) continue;
+        if (field.value <= 0) break;
+        c.penetration = field.value + field.gradient.dot(x - y) + wire_radius;
+        c.normal = field.gradient;
+        c.trust = 0;
+        return c;
+    }
+    // Inside, where no wall is nearer than the band is deep.
+    c.penetration = -std::max(inside, inner - wire_radius);
+    c.trust = std::max(c.trust, kSlope * (inner - wire_radius));
+    return c;
+}
+
+void DistanceField::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
+    for (std::size_t i = 0; i < joints.size(); ++i)
+        contacts[i] = data_->contact(joints[i], contacts[i].station);
+}
+
+std::uint64_t DistanceField::fingerprint(const TriangleMesh& lumen,
+                                         std::span<const CentrelineBranch> branches,
+                                         std::span<const OpenEnd> ends, const DistanceFieldOptions& options) {
+    std::uint64_t hash = mixed(&kVersion, sizeof kVersion);
+    auto mix = [&](const auto* values, std::size_t count) {
+        hash = mixed(&count, sizeof count, hash);
+        hash = mixed(values, count * sizeof *values, hash);
+    };
+    const double band[3] = {options.spacing, options.inner, options.outer};
+    mix(band, 3);
+    mix(lumen.vertices.data(), lumen.vertices.size());
+    mix(lumen.triangles.data(), lumen.triangles.size());
+    for (const CentrelineBranch& branch : branches) {
+        mix(&branch.parent, 1);
+        mix(branch.points.data(), branch.points.size());
+        mix(branch.radii.data(), branch.radii.size());
+    }
+    for (const OpenEnd& end : ends) {
+        mix(&end.centre, 1);
+        mix(&end.outward_normal, 1);
+        mix(&end.radius, 1);
+    }
+    return hash;
+}
+
+void DistanceField::save(std::ostream& out) const {
+    std::string body;
+    auto write = [&](const auto* values, std::size_t count) {
+        body.append(reinterpret_cast<const char*>(values), count * sizeof *values);
+    };
+    const double band[3] = {data_->spacing, data_->inner, data_->outer};
+    write(&data_->fingerprint, 1);
+    write(band, 3);
+    const std::uint64_t sheets = data_->grids.size();
+    write(&sheets, 1);
+    for (const SplineGrid& grid : data_->grids) {
+        const std::uint64_t bricks = grid.bricks();
+        write(&bricks, 1);
+        for (std::size_t b = 0; b < bricks; ++b) write(&grid.brick(b), 1);
+        for (std::size_t b = 0; b < bricks; ++b) write(grid.nodes(b).data(), SplineGrid::kNodes);
+    }
+    const std::uint64_t head[2] = {body.size(), mixed(body.data(), body.size())};
+    out.write(kMagic, sizeof kMagic);
+    out.write(reinterpret_cast<const char*>(&kVersion), sizeof kVersion);
+    out.write(reinterpret_cast<const char*>(head), sizeof head);
+    out.write(body.data(), static_cast<std::streamsize>(body.size()));
+}
+
+DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
+                                  std::span<const CentrelineBranch> branches, std::vector<OpenEnd> ends,
+                                  double stiffness, double wire_radius) {
+    char magic[sizeof kMagic];
+    std::uint32_t version = 0;
+    std::uint64_t head[2] = {};
+    in.read(magic, sizeof magic);
+    in.read(reinterpret_cast<char*>(&version), sizeof version);
+    in.read(reinterpret_cast<char*>(head), sizeof head);
+    if (!in || std::memcmp(magic, kMagic, sizeof magic) != 0)
+        throw std::runtime_error("this is not a saved distance field");
+    if (version != kVersion) throw std::runtime_error("the distance field was saved by another version");
+    if (head[0] > std::uint64_t{1} << 32) throw std::runtime_error("the saved distance field is damaged");
+    std::string body;
+    for (char piece[1 << 16]; body.size() < head[0] && in;) {  // a wrong size must not claim memory
+        in.read(piece,
+                static_cast<std::streamsize>(std::min<std::uint64_t>(sizeof piece, head[0] - body.size())));
+        body.append(piece, static_cast<std::size_t>(in.gcount()));
+    }
+    if (body.size() != head[0]) throw std::runtime_error("the saved distance field is cut short");
+    if (mixed(body.data(), body.size()) != head[1])
+        throw std::runtime_error("the saved distance field is damaged");
+
+    std::size_t at = 0;
+    auto read = [&](auto* values, std::size_t count) {
+        if (count > (body.size() - at) / sizeof *values)
+            throw std::runtime_error("the saved distance field is damaged");
+        std::memcpy(values, body.data() + at, count * sizeof *values);
+        at += count * sizeof *values;
+    };
+    std::uint64_t print = 0, count = 0;
+    double band[3];
+    read(&print, 1);
+    if (print != fingerprint) throw std::runtime_error("the saved distance field is of another lumen");
+    read(band, 3);
+    read(&count, 1);
+    check(stiffness, wire_radius, band[1]);
+    CentrelineTree tree(branches, std::move(ends));
+    VesselSheets sheets = vessel_sheets(tree, band[2] + 2 * band[0]);
+    if (sheets.stations.size() != count) throw std::runtime_error("the saved distance field is damaged");
+    std::vector<SplineGrid> grids;
+    for (std::uint64_t g = 0; g < count; ++g) {
+        std::uint64_t bricks = 0;
+        read(&bricks, 1);
+        if (bricks > body.size()) throw std::runtime_error("the saved distance field is damaged");
+        std::vector<SplineGrid::Brick> list(bricks);
+        read(list.data(), list.size());
+        grids.emplace_back(band[0], std::move(list));
+        for (std::size_t b = 0; b < bricks; ++b) read(grids.back().nodes(b).data(), SplineGrid::kNodes);
+    }
+    return DistanceField(
+        std::unique_ptr<Data>(new Data{std::move(tree), std::move(sheets), std::move(grids), band[0], band[1],
+                                       band[2], stiffness, wire_radius, print}));
+}
+
+}  // namespace physics

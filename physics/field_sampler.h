@@ -1,0 +1,37 @@
+#pragma once
+/// Signed distances to a lumen's wall as one sheet of the vessels sees it, and the grids made of them.
+
+#include <functional>
+#include <vector>
+
+#include "physics/bspline_grid.h"
+#include "physics/lumen_surface.h"
+#include "physics/vessel_sheets.h"
+
+namespace physics {
+
+/// The triangle of a surface closest to a point among those that `accept` lets pass. `seed`: a triangle that
+/// is likely to be near, -1 = none; it bounds the search.
+struct NearestTriangle {
+    int triangle = -1;
+    TrianglePoint at;
+};
+using FindNearest = std::function<NearestTriangle(const Vec3& x, int seed, const std::vector<char>& seen,
+                                                  const std::vector<int>& station_of_triangle)>;
+
+struct FieldBand {
+    double spacing, inner, outer;  // [mm]
+    int threads;
+    std::size_t largest;  // [bytes]
+};
+
+/// The surface of a lumen with these centrelines, facing out of them.
+LumenSurface lumen_surface(const TriangleMesh&, const CentrelineTree&);
+
+/// A grid per sheet, of signed distance, negative inside. Throws std::invalid_argument when they would be
+/// larger than the band allows.
+std::vector<SplineGrid> sampled_grids(const LumenSurface&, const CentrelineTree&, const VesselSheets&,
+                                      const FieldBand&, const FindNearest&,
+                                      const std::function<void(double)>& progress);
+
+}  // namespace physics

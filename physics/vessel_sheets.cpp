@@ -1,0 +1,76 @@
+#include "physics/vessel_sheets.h"
+
+#include <algorithm>
+#include <queue>
+
+namespace physics {
+namespace {
+
+/// Stations within reach along the vessels (Dijkstra's algorithm, stopped there).
+std::vector<int> seen_from(const CentrelineTree& tree, int from, double largest_radius,
+                           std::vector<double>& way) {
+    const auto stations = tree.stations();
+    const double reach = 2 * (stations[from].radius + largest_radius);
+    using Entry = std::pair<double, int>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+    std::vector<int> touched{from}, seen;
+    way[from] = 0;
+    open.push({0.0, from});
+    while (!open.empty()) {
+        const auto [length, s] = open.top();
+        open.pop();
+        if (length > way[s]) continue;
+        // Its own neighbours a station always sees, however far apart the samples are.
+        const auto next = tree.neighbours(from);
+        if (length <= 2 * (stations[from].radius + stations[s].radius) ||
+            std::find(next.begin(), next.end(), s) != next.end())
+            seen.push_back(s);
+        for (int t : tree.neighbours(s)) {
+            const double there = length + (stations[t].centre - stations[s].centre).norm();
+            if ((there > reach && s != from) || there >= way[t]) continue;
+            if (way[t] == std::numeric_limits<double>::max()) touched.push_back(t);
+            way[t] = there;
+            open.push({there, t});
+        }
+    }
+    for (int s : touched) way[s] = std::numeric_limits<double>::max();
+    std::sort(seen.begin(), seen.end());
+    return seen;
+}
+
+}  // namespace
+
+VesselSheets vessel_sheets(const CentrelineTree& tree, double near) {
+    const auto stations = tree.stations();
+    const int count = static_cast<int>(stations.size());
+    double largest = 0;
+    for (const Station& s : stations) largest = std::max(largest, s.radius);
+
+    VesselSheets sheets;
+    std::vector<double> way(count, std::numeric_limits<double>::max());
+    for (int s = 0; s < count; ++s) sheets.seen.push_back(seen_from(tree, s, largest, way));
+    auto sees = [&](int a, int b) {
+        return std::binary_search(sheets.seen[a].begin(), sheets.seen[a].end(), b);
+    };
+
+    for (int s = 0; s < count; ++s) {
+        bool fresh = s == 0 || stations[s].branch != stations[s - 1].branch;
+        if (!fresh)
+            fresh = std::any_of(sheets.stations.back().begin(), sheets.stations.back().end(), [&](int t) {
+                const double reach = stations[s].radius + stations[t].radius + near;
+                return (stations[s].centre - stations[t].centre).squaredNorm() < reach * reach && !sees(s, t);
+            });
+        if (fresh) sheets.stations.emplace_back();
+        sheets.stations.back().push_back(s);
+        sheets.sheet_of.push_back(static_cast<int>(sheets.stations.size()) - 1);
+    }
+
+    sheets.ends.resize(count);
+    for (std::size_t e = 0; e < tree.ends().size(); ++e) {
+        const int at = tree.locate(tree.ends()[e].centre, -1);
+        for (int s : sheets.seen[at]) sheets.ends[s].push_back(static_cast<int>(e));
+    }
+    return sheets;
+}
+
+}  // namespace physics
