@@ -59,7 +59,13 @@ CentrelineTree::CentrelineTree(std::span<const CentrelineBranch> branches, std::
             const double gap = (stations_[nearest].centre - centre).norm() - stations_[nearest].radius -
                                stations_[child].radius;
             if (gap > 0) break;
-            for (int p = std::max(p0, nearest - 3); p <= std::min(p1 - 1, nearest + 3); ++p) link(child, p);
+            // All that overlap it: between two vessels at a sharp angle the way across is not the shortest.
+            for (int p = p0; p < p1; ++p) {
+                const double reach = stations_[p].radius + stations_[child].radius;
+                if (std::abs(p - nearest) <= 3 ||
+                    (stations_[p].centre - centre).squaredNorm() < reach * reach)
+                    link(child, p);
+            }
         }
     }
 }

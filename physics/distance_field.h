@@ -23,7 +23,8 @@ struct DistanceFieldOptions {
 /// A cubic B-spline through distances to the mesh, twice continuously differentiable. Penetration, normal and
 /// curvature of a contact are value, gradient and Hessian of that one function, as a Newton solver that
 /// searches along a line needs: the normal is therefore not rescaled, and is a unit vector only as closely as
-/// the spline is a distance (1e-3 on a smooth wall; shorter where the surface has a crease, as at a carina).
+/// the spline is a distance: within 5e-3 on a smooth wall, 0.97 to 1.02 on the coarse facets of a real mesh,
+/// down to 0.79 where the surface has a crease, as at a carina.
 ///
 /// Deeper inside than `inner` the contact is a bound from the inscribed balls, without a normal; farther
 /// outside than `outer` the field goes on linearly from where the way to the centreline meets it. Beyond the
