@@ -168,7 +168,7 @@ Plot front_plot(const std::vector<Tube>& vessels, const std::vector<Method>& lis
             vessels[t].name);
     }
     text +=
-        "unset logscale\nunset title\nunset xlabel\nunset tics\nunset border\nunset grid\n"
+        "unset logscale\nunset title\nunset xlabel\nunset ylabel\nunset tics\nunset border\nunset grid\n"
         "set yrange [0:1]\nset xrange [0:1]\nset key center center font ',11'\nplot ";
     for (const Method& method : list)
         text += fmt::format("-1 with lines {} title '{}', \\\n     ", method.look, method.name);
