@@ -38,14 +38,14 @@ int run_gnuplot(const std::filesystem::path& folder, const std::string& script) 
 }  // namespace
 
 std::string plot_script(const Plot& plot) {
-    std::string text = "# gnuplot " + plot.name + ".gp, in this folder, draws the picture again.\n" +
-                       "set datafile separator ','\n";
+    std::string text = "# gnuplot " + plot.name + ".gp, in this folder, draws the picture again.\n";
     const std::array<std::array<std::string, 2>, 2> formats = {
         {{"svg", "svg size {},{} font 'DejaVu Sans,12' background rgb 'white'"},
          {"png", "pngcairo size {},{} font 'DejaVu Sans,10' background rgb 'white'"}}};
     for (const auto& [extension, terminal] : formats) {
-        text += "\nset terminal " + fmt::format(fmt::runtime(terminal), plot.width, plot.height) +
-                "\nset output '" + plot.name + "." + extension + "'\n" + plot.commands + "unset output\n";
+        text += "\nreset\nset datafile separator ','\nset terminal " +
+                fmt::format(fmt::runtime(terminal), plot.width, plot.height) + "\nset output '" + plot.name +
+                "." + extension + "'\n" + plot.commands + "unset output\n";
     }
     return text;
 }

@@ -146,29 +146,34 @@ Table best_table(const std::vector<Tube>& vessels, const std::vector<Method>& li
 }
 
 Plot front_plot(const std::vector<Tube>& vessels, const std::vector<Method>& list) {
-    Plot plot{"pareto", "", 420 * static_cast<int>(vessels.size()) + 220, 560};
+    const std::size_t panels = vessels.size() + 1;  // the last holds the key
+    Plot plot{"pareto", "", 400 * static_cast<int>(panels), 560};
     std::string& text = plot.commands;
     text = fmt::format(
-        "set multiplot layout 1,{}\nset logscale xy\nset format x '10^{{%L}}'\n"
-        "set format y '10^{{%L}}'\nset xlabel 'processor time [s]'\nset grid lc rgb '#dddddd'\n"
-        "set yrange [1e-7:30]\n",
-        vessels.size());
+        "set multiplot layout 1,{}\nset logscale xy\nset format x '10^{{%L}}'\nset format y '10^{{%L}}'\n"
+        "set xlabel 'processor time [s]'\nset grid lc rgb '#bbbbbb'\nset yrange [1e-7:30]\nunset key\n",
+        panels);
     for (std::size_t t = 0; t < vessels.size(); ++t) {
         text += fmt::format("set title '{}'\n", vessels[t].name);
         text += t == 0 ? "set ylabel 'farthest joint from rest [mm]'\n" : "unset ylabel\n";
-        text += t + 1 == vessels.size() ? "set key outside right top font ',9'\n" : "unset key\n";
         text += "plot ";
-        for (std::size_t m = 0; m < list.size(); ++m)
+        for (const Method& method : list)
             text += fmt::format(
-                "'pareto.csv' skip 1 using (strcol(1) eq '{}' && strcol(2) eq '{}' ? $4 : 1/0):5 "
-                "with lines {} title '{}', \\\n     ",
-                vessels[t].name, list[m].name, list[m].look, list[m].name);
+                "'pareto.csv' skip 1 using (strcol(1) eq '{}' && strcol(2) eq '{}' ? $4 : 1/0):5 with lines "
+                "{}, \\\n     ",
+                vessels[t].name, method.name, method.look);
         text += fmt::format(
-            "'pareto_front.csv' skip 1 using (strcol(1) eq '{}' ? $3 : 1/0):4 with points pt 7 ps "
-            "0.6 lc rgb 'black' title 'front'\n",
+            "'pareto_front.csv' skip 1 using (strcol(1) eq '{}' ? $3 : 1/0):4 with points pt 7 ps 0.6 lc rgb "
+            "'black'\n",
             vessels[t].name);
     }
-    text += "unset multiplot\n";
+    text +=
+        "unset logscale\nunset title\nunset xlabel\nunset ylabel\nunset tics\nunset border\nunset grid\n"
+        "set yrange [0:1]\nset xrange [0:1]\nset key center center font ',11'\nplot ";
+    for (const Method& method : list)
+        text += fmt::format("-1 with lines {} title '{}', \\\n     ", method.look, method.name);
+    text +=
+        "-1 with points pt 7 ps 0.6 lc rgb 'black' title 'nothing is faster and nearer'\nunset multiplot\n";
     return plot;
 }
 
