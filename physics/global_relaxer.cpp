@@ -90,7 +90,7 @@ void GlobalRelaxer::restore_contacts(const ContactSet& contacts) {
     }
 }
 
-/// Trial state: gains applied from the base. Returns the largest move of a joint over its cap.
+/// Trial state: gains applied from the base. Returns the largest move of a joint [mm].
 double GlobalRelaxer::roll_out(const Guidewire& wire, double share) {
     const int n = wire.segments();
     trial_joints_.resize(n + 1);

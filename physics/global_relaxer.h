@@ -46,7 +46,6 @@ private:
     std::vector<Vec2> turns_;
     std::vector<char> active_;  // joint is modelled as touching
     double slope_ = 0;          // of the energy along the last rollout [N·mm]
-    double reach_ = 0;          // largest joint move over its cap
 };
 
 }  // namespace physics

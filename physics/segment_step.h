@@ -37,7 +37,7 @@ SegmentSolution plain_step(const SegmentProblem&, int most_iterations = 30);
 /// and an exactly balanced start that is no minimum is kicked along a fixed tangent.
 SegmentSolution descending_step(const SegmentProblem&, int most_iterations = 30);
 
-/// Eq. 23 with Eq. 24: turn u towards v, but by no more than |u_new − u| = limit. `share` is the α used.
+/// Eq. 23: the blend (1−α)u + αv, made unit; and the largest α for which |u_new − u| ≤ limit, Eq. 24.
 Vec3 limited_turn(const Vec3& u, const Vec3& v, double alpha);
 double largest_share(const Vec3& u, const Vec3& v, double limit);
 
