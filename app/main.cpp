@@ -61,7 +61,7 @@ private:
 };
 
 struct RunArguments {
-    std::string scenario, commands, out, expect, frames = "all";
+    std::string scenario, commands, out, expect, cache, frames = "all";
     int every = 1;
 };
 
@@ -76,6 +76,7 @@ int run(const RunArguments& arguments) {
     options.images = arguments.frames != "none";
     options.program = "seldinger " SELDINGER_VERSION;
     if (!arguments.expect.empty()) options.expect = arguments.expect;
+    options.simulation.cache_folder = arguments.cache;
     options.interrupted = [] { return stop_requested != 0; };
 
     // A full disk or quota is told by write(), not by a signal that ends the program.
@@ -86,6 +87,9 @@ int run(const RunArguments& arguments) {
     engine::RunResult result;
     {
         ProgressBar bar;
+        options.simulation.preparing = [&bar](double part) {
+            bar.show(part, "distance field of the vessel");
+        };
         options.progress = [&bar](const engine::Progress& p) {
             bar.show(static_cast<double>(p.frame) / p.frames,
                      fmt::format("frame {}/{}  inserted {:.0f} mm  tip to target {:.1f} mm", p.frame,
@@ -232,6 +236,8 @@ int main(int count, char** values) {
     run_command->add_option(
         "--expect", arguments.expect,
         "Recording, or output folder of an earlier run, that states and frames must equal");
+    run_command->add_option("--cache", arguments.cache,
+                            "Folder that keeps the vessels' distance fields; else field-cache beside --out");
     run_command->footer(footer);
     CLI::App* list_command = app.add_subcommand("list", "List the scenarios that ship");
 

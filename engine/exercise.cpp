@@ -10,7 +10,8 @@ struct Exercise::Pulse {
     render::Exposure exposure;
 };
 
-Exercise::Exercise(const Scenario& scenario, bool with_images) : simulation_(scenario), scorer_(simulation_) {
+Exercise::Exercise(const Scenario& scenario, bool with_images, const SimulationOptions& options)
+    : simulation_(scenario, options), scorer_(simulation_) {
     if (with_images) fluoroscope_ = make_fluoroscope(scenario, simulation_.anatomy());
 }
 

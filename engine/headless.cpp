@@ -14,6 +14,8 @@
 namespace engine {
 namespace {
 
+constexpr double kink =
+    std::numbers::pi / 3;  // bend of one joint beyond which Eq. 1 straightens it no more [rad]
 constexpr int sheet_tiles = 12, sheet_columns = 4, sheet_tile_width = 256;
 
 void check(const Scenario& scenario, const CommandScript& script) {
@@ -68,10 +70,12 @@ private:
 };
 
 struct Notices {
-    int stopped_withdrawals = 0, stopped_insertions = 0;
+    int stopped_withdrawals = 0, stopped_insertions = 0, kinked = 0, restless = 0;
     void observe(const StepReport& report) {
         stopped_withdrawals += report.withdrawal_stopped;
         stopped_insertions += report.insertion_stopped;
+        kinked += report.relax.largest_bend > kink;
+        restless += report.relax.newton_steps > 0 && !report.relax.converged;
     }
     std::vector<std::string> text() const {
         std::vector<std::string> result;
@@ -84,6 +88,18 @@ struct Notices {
                 fmt::format("insertion stopped in {} frames: the tip stood in an open end, or the wire had "
                             "no more length",
                             stopped_insertions));
+        }
+        if (kinked > 0) {
+            result.push_back(
+                fmt::format("the wire was bent by more than 60 degrees at one joint in {} "
+                            "frames: shorter segments or a stiffer wire would follow",
+                            kinked));
+        }
+        if (restless > 0) {
+            result.push_back(
+                fmt::format("the wire had not come to rest at the end of {} frames: more "
+                            "[relaxer] updates_per_frame would let it",
+                            restless));
         }
         return result;
     }
@@ -129,6 +145,10 @@ RunResult run(Exercise& exercise, const CommandScript& script, int last, Expecta
     return result;
 }
 
+std::filesystem::path beside(const std::filesystem::path& out) {
+    return std::filesystem::absolute(out).lexically_normal().parent_path();
+}
+
 Expectation expectation_of(const CommandScript& script, const RunOptions& options) {
     Expectation expectation;
     expectation.add_states(script);
@@ -142,7 +162,7 @@ RunResult run_headless(const Scenario& scenario, const CommandScript& script, Fr
                        const RunOptions& options) {
     check(scenario, script);
     Expectation expectation = expectation_of(script, options);
-    Exercise exercise(scenario, sink != nullptr);
+    Exercise exercise(scenario, sink != nullptr, options.simulation);
     return run(exercise, script, last_frame_of(scenario, script), expectation, sink, nullptr, options);
 }
 
@@ -151,7 +171,9 @@ RunResult run_headless(const Scenario& scenario, const CommandScript& script,
     check(scenario, script);
     refuse_to_overwrite(out, script.file, options.expect);
     Expectation expectation = expectation_of(script, options);
-    Exercise exercise(scenario, options.images);
+    SimulationOptions simulation = options.simulation;
+    if (simulation.cache_folder.empty()) simulation.cache_folder = beside(out) / "field-cache";
+    Exercise exercise(scenario, options.images, simulation);
 
     OutputFolder folder(out, options.images);
     exercise.record(folder.recording(), {options.program, scenario.name, options.hash_every});

@@ -30,6 +30,9 @@ std::vector<std::string> problems(const Scenario& s) {
     for (const std::string& text : physics::problems(s.guidewire)) say("guidewire", "[guidewire] " + text);
     for (const std::string& text : physics::problems(s.relaxer)) say("relaxer", "[relaxer] " + text);
     for (const std::string& text : render::problems(s.c_arm)) say("c_arm", "[c_arm] " + text);
+    if (s.wall_model == WallModel::Analytic && !s.tube) {
+        say("wall.model", "an anatomy has no analytic wall; auto, distance-field, mesh are accepted");
+    }
     if (s.target.name.empty() == !s.target.centre) {
         say("target", "[target] takes either 'name' or 'centre_mm', one of them");
     }

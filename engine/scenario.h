@@ -24,7 +24,14 @@ struct TubeSource {
     double radius = 2;          // [mm]
     int around = 48;            // facets round the lumen
     double step = 0.5;          // length of a facet [mm]
-    bool closed_form = false;   // wall = "analytic": the tube itself in place of its facets
+};
+
+/// What the wire touches.
+enum class WallModel {
+    Auto,           // Analytic for a tube, DistanceField for an anatomy
+    Analytic,       // a tube in closed form
+    DistanceField,  // of the lumen's mesh: smooth, so that a frame ends in equilibrium
+    Mesh            // the mesh's own planes by ray, as in the paper
 };
 
 struct Entry {
@@ -56,8 +63,9 @@ struct Scenario {
     Entry entry;
     physics::GuidewireSpec guidewire;
     double wall_stiffness = 5;  // k of each joint [N/mm]
+    WallModel wall_model = WallModel::Auto;
     physics::RelaxerConfig relaxer;
-    physics::RelaxBudget budget = {2000, 0.75, 60};  // work of one frame
+    physics::RelaxBudget budget = {20000, 0.75, 60};  // work of one frame
     Target target;
     render::CArm c_arm;  // at the start
     Imaging imaging;

@@ -202,8 +202,6 @@ void read_tube(Section tube, Reading& reading, Scenario& s) {
     tube.number("radius_mm", s.tube->radius, {0.2, 50});
     tube.whole("around", s.tube->around, {6, 512});
     tube.number("step_mm", s.tube->step, {0.05, 10});
-    constexpr std::string_view walls[] = {"mesh", "analytic"};
-    if (const auto wall = tube.choice("wall", walls)) s.tube->closed_form = *wall == 1;
     tube.finish();
 }
 
@@ -224,9 +222,9 @@ void read_guidewire(Section wire, Scenario& s) {
 }
 
 void read_relaxer(Section relaxer, Scenario& s) {
-    constexpr std::string_view names[] = {"segment", "first-order", "global"};
-    constexpr physics::RelaxerKind kinds[] = {physics::RelaxerKind::Segment, physics::RelaxerKind::FirstOrder,
-                                              physics::RelaxerKind::Global};
+    constexpr std::string_view names[] = {"global", "segment", "first-order"};
+    constexpr physics::RelaxerKind kinds[] = {physics::RelaxerKind::Global, physics::RelaxerKind::Segment,
+                                              physics::RelaxerKind::FirstOrder};
     if (const auto kind = relaxer.choice("kind", names)) s.relaxer.kind = kinds[*kind];
     relaxer.whole("varied_segments", s.relaxer.varied_segments, {1, 5});
     int separation = 0;
@@ -277,6 +275,8 @@ void read_sections(const toml::table& root, Reading& reading, Scenario& s) {
     read_guidewire(top.section("guidewire", false), s);
     Section wall = top.section("wall", false);
     wall.number("stiffness_N_per_mm", s.wall_stiffness, {1e-3, 1e6});
+    constexpr std::string_view models[] = {"auto", "analytic", "distance-field", "mesh"};
+    if (const auto model = wall.choice("model", models)) s.wall_model = static_cast<WallModel>(*model);
     wall.finish();
     read_relaxer(top.section("relaxer", false), s);
     Section target = top.section("target", true);

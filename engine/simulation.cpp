@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "engine/anatomy/lumen_wall.h"
 #include "engine/text.h"
 #include "physics/energy.h"
 #include "physics/tube_wall.h"
@@ -20,6 +21,8 @@ constexpr double largest_turn = 10.0 * std::numbers::pi / 180.0;  // [rad]
 /// Long motions get more than the frame's budget: each step at least this part of it, or the wire leaves the
 /// vessel.
 constexpr int least_share = 8;
+/// And at least so many Newton steps: fewer can't follow a segment that has come in.
+constexpr int least_newton_steps = 12;
 /// The longest wires in use; also what keeps a frame's work finite.
 constexpr double longest_wire = 3000;  // [mm]
 /// The wire put in along the centreline is far from rest: updates a segment before frame 0.
@@ -51,6 +54,28 @@ void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
     sum.largest_turn = std::max(sum.largest_turn, part.largest_turn);
     sum.rejected += part.rejected;
     sum.converged = part.converged;
+    sum.newton_steps += part.newton_steps;
+    sum.gradient = part.gradient;
+    sum.strict_minimum = part.strict_minimum;
+    sum.largest_bend = std::max(sum.largest_bend, part.largest_bend);
+    sum.push_force = part.push_force;
+    sum.base_torque = part.base_torque;
+}
+
+std::unique_ptr<const physics::LumenWall> make_wall(const Scenario& s, const Anatomy& anatomy,
+                                                    const SimulationOptions& options) {
+    const double wire_radius = 0.5 * s.guidewire.diameter;
+    const bool analytic = s.wall_model == WallModel::Analytic || (s.wall_model == WallModel::Auto && s.tube);
+    if (analytic) {
+        return std::make_unique<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius,
+                                                   s.wall_stiffness, wire_radius);
+    }
+    if (s.wall_model == WallModel::Mesh) {
+        return std::make_unique<physics::MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(),
+                                                   s.wall_stiffness, wire_radius);
+    }
+    return cached_distance_field(anatomy, s.wall_stiffness, wire_radius, options.cache_folder,
+                                 options.preparing);
 }
 
 int steps_of(double amount, double step) {
@@ -59,17 +84,11 @@ int steps_of(double amount, double step) {
 
 }  // namespace
 
-Simulation::Simulation(const Scenario& scenario) : scenario_(scenario), anatomy_(anatomy_of(scenario)) {
+Simulation::Simulation(const Scenario& scenario, const SimulationOptions& options)
+    : scenario_(scenario), anatomy_(anatomy_of(scenario)) {
     choose_entry();
     locate_target();
-    const double wire_radius = 0.5 * scenario_.guidewire.diameter;
-    if (scenario_.tube && scenario_.tube->closed_form) {
-        wall_ = std::make_unique<physics::TubeWall>(anatomy_.branches[0].points, scenario_.tube->radius,
-                                                    scenario_.wall_stiffness, wire_radius);
-    } else {
-        wall_ = std::make_unique<physics::MeshWall>(anatomy_.lumen, anatomy_.branches, anatomy_.openings(),
-                                                    scenario_.wall_stiffness, wire_radius);
-    }
+    wall_ = make_wall(scenario_, anatomy_, options);
     reset();
     resets_ = 0;
 }
@@ -230,6 +249,8 @@ void Simulation::turn(double angle, int share, StepReport& report) {
 }
 
 void Simulation::relax(int updates, StepReport& report) {
+    if (scenario_.relaxer.kind == physics::RelaxerKind::Global)
+        updates = std::max(updates, least_newton_steps * wire_.segments());
     const physics::RelaxBudget budget = {updates, scenario_.budget.distal_share,
                                          scenario_.budget.distal_segments};
     accumulate(report.relax, relaxer_->relax(wire_, *wall_, budget));

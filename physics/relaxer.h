@@ -21,7 +21,7 @@ enum class CycleOrder {
 };
 
 struct RelaxerConfig {
-    RelaxerKind kind = RelaxerKind::Segment;
+    RelaxerKind kind = RelaxerKind::Global;
     int varied_segments = 2;  // M, 1 to 5
     std::optional<int>
         separation;           // fixed δ between varied segments; empty = chosen per update (Algorithm 2)

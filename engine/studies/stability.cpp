@@ -19,6 +19,7 @@ struct Method {
 
 physics::RelaxerConfig plain(int varied) {
     physics::RelaxerConfig config;
+    config.kind = physics::RelaxerKind::Segment;
     config.varied_segments = varied;
     config.safeguard = false;
     return config;
@@ -27,7 +28,7 @@ physics::RelaxerConfig plain(int varied) {
 std::vector<Method> methods() {
     physics::RelaxerConfig first_order, safe, global;
     first_order.kind = physics::RelaxerKind::FirstOrder;
-    global.kind = physics::RelaxerKind::Global;
+    safe.kind = physics::RelaxerKind::Segment;
     return {{"first order", first_order}, {"M = 1", plain(1)},  {"M = 2", plain(2)},
             {"M = 3", plain(3)},          {"M = 2 safe", safe}, {"global", global}};
 }

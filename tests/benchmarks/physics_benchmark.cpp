@@ -21,6 +21,7 @@ void one_cycle(benchmark::State& state) {
     const int varied = static_cast<int>(state.range(0));
     auto [wall, start] = scene_setup("sinuous");
     RelaxerConfig config;
+    config.kind = RelaxerKind::Segment;
     config.varied_segments = varied;
     config.safeguard = state.range(1) != 0;
     long long queries = 0, updates = 0;

@@ -17,6 +17,7 @@ double energy_of(const Guidewire& wire, const LumenWall& wall) {
 
 RelaxerConfig with(int varied, bool safeguard = true) {
     RelaxerConfig config;
+    config.kind = RelaxerKind::Segment;
     config.varied_segments = varied;
     config.safeguard = safeguard;
     return config;
@@ -139,7 +140,7 @@ TEST(SegmentRelaxer, BudgetIsCountedInUpdates) {
     auto [wall, wire] = scene_setup("hairpin");
     int seen = 0;
     const RelaxReport report =
-        make_relaxer({})->relax(wire, wall, {137, 0.75, 40}, [&](int, const Guidewire&) { ++seen; });
+        make_relaxer(with(2))->relax(wire, wall, {137, 0.75, 40}, [&](int, const Guidewire&) { ++seen; });
     EXPECT_EQ(report.updates, 137);
     EXPECT_EQ(seen, 137);
     EXPECT_GE(report.wall_queries, wire.segments());
