@@ -68,6 +68,30 @@ TEST(Simulation, ClosedFormWallLeadsTheWireAsTheMeshDoes) {
     EXPECT_LT((mesh.wire().tip() - tube.wire().tip()).norm(), 0.1);
 }
 
+TEST(Simulation, MotionThatTheBudgetDoesNotAllowIsMadeInTheFramesThatFollow) {
+    Scenario scenario = test::small_scenario();
+    scenario.budget.updates = 60;
+    Simulation simulation(scenario);
+    simulation.apply(Advance{30});
+    simulation.apply(Rotate{1.0});
+    simulation.apply(Withdraw{6});
+    StepReport report = simulation.step();
+    EXPECT_GT(report.insertions.at(0), 0);
+    EXPECT_LT(report.insertions.at(0), 30);
+    double advanced = 0, withdrawn = 0, turned = 0;
+    for (int frame = 0; frame < 200; ++frame) {
+        for (const double insertion : report.insertions) (insertion > 0 ? advanced : withdrawn) += insertion;
+        turned += report.rotation;
+        for (const physics::WallContact& c : simulation.contacts()) EXPECT_LT(c.penetration, 0.3);
+        report = simulation.step();
+    }
+    EXPECT_NEAR(advanced, 30, 1e-9);
+    EXPECT_NEAR(turned, 1.0, 1e-12);
+    EXPECT_NEAR(withdrawn, -6, 1e-9);
+    EXPECT_TRUE(report.relax.converged);
+    EXPECT_TRUE(report.insertions.empty());
+}
+
 TEST(Simulation, WithdrawalStopsAtTheCurvedTip) {
     Simulation simulation(test::small_scenario());
     simulation.apply(Withdraw{100});
