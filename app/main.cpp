@@ -76,7 +76,7 @@ int run(const RunArguments& arguments) {
     options.images = arguments.frames != "none";
     options.program = "seldinger " SELDINGER_VERSION;
     if (!arguments.expect.empty()) options.expect = arguments.expect;
-    options.simulation.cache_folder = arguments.cache;
+    options.fields.folder = arguments.cache;
     options.interrupted = [] { return stop_requested != 0; };
 
     // A full disk or quota is told by write(), not by a signal that ends the program.
@@ -87,9 +87,7 @@ int run(const RunArguments& arguments) {
     engine::RunResult result;
     {
         ProgressBar bar;
-        options.simulation.preparing = [&bar](double part) {
-            bar.show(part, "distance field of the vessel");
-        };
+        options.fields.progress = [&bar](double part) { bar.show(part, "distance field of the vessel"); };
         options.progress = [&bar](const engine::Progress& p) {
             bar.show(static_cast<double>(p.frame) / p.frames,
                      fmt::format("frame {}/{}  inserted {:.0f} mm  tip to target {:.1f} mm", p.frame,
@@ -119,11 +117,13 @@ int run(const RunArguments& arguments) {
     return score.completed ? reached : not_reached;
 }
 
-int relax(const engine::RelaxRequest& request, const engine::RelaxFiles& files) {
+int relax(engine::RelaxRequest request, const engine::RelaxFiles& files) {
     engine::check_files(files, request);
     engine::RelaxOutcome outcome;
     {
         ProgressBar bar;
+        request.fields.progress = [&bar](double part) { bar.show(part, "distance field of the vessel"); };
+        if (request.fields.folder.empty()) request.fields.folder = engine::field_cache_beside(files.joints);
         outcome = engine::run_relax(engine::make_relax_case(request), [&bar](const engine::RelaxProgress& p) {
             bar.show(p.part, fmt::format("{} segments  |g|/C {:.1e}", p.segments, p.gradient));
         });
@@ -183,6 +183,10 @@ CLI::App* add_relax(CLI::App& app, engine::RelaxRequest& request, engine::RelaxF
     add_optional(command, "--radius", request.radius, "Radius of the tube [mm]");
     add_optional(command, "--anatomy", request.anatomy, "NAME.anatomy.json, instead of a tube");
     add_optional(command, "--branch", request.branch, "Branch by whose open end the wire enters");
+    command->add_option("--wall", request.wall, "Of an anatomy: distance-field, or mesh, the paper's planes")
+        ->check(CLI::IsMember({"distance-field", "mesh"}));
+    command->add_option("--cache", request.fields.folder,
+                        "Folder of the distance fields; else field-cache beside --out");
     add_optional(command, "--wire", request.wire, "CSV of the wire's joints, from joint 0");
     add_optional(command, "--segments", request.segments, "Segments of a wire laid along the centreline");
     add_optional(command, "--segment-length", request.segment_length, "Their length [mm]");

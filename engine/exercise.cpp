@@ -10,8 +10,8 @@ struct Exercise::Pulse {
     render::Exposure exposure;
 };
 
-Exercise::Exercise(const Scenario& scenario, bool with_images, const SimulationOptions& options)
-    : simulation_(scenario, options), scorer_(simulation_) {
+Exercise::Exercise(const Scenario& scenario, bool with_images, const FieldCache& cache)
+    : simulation_(scenario, cache), scorer_(simulation_) {
     if (with_images) fluoroscope_ = make_fluoroscope(scenario, simulation_.anatomy());
 }
 

@@ -145,10 +145,6 @@ RunResult run(Exercise& exercise, const CommandScript& script, int last, Expecta
     return result;
 }
 
-std::filesystem::path beside(const std::filesystem::path& out) {
-    return std::filesystem::absolute(out).lexically_normal().parent_path();
-}
-
 Expectation expectation_of(const CommandScript& script, const RunOptions& options) {
     Expectation expectation;
     expectation.add_states(script);
@@ -162,7 +158,7 @@ RunResult run_headless(const Scenario& scenario, const CommandScript& script, Fr
                        const RunOptions& options) {
     check(scenario, script);
     Expectation expectation = expectation_of(script, options);
-    Exercise exercise(scenario, sink != nullptr, options.simulation);
+    Exercise exercise(scenario, sink != nullptr, options.fields);
     return run(exercise, script, last_frame_of(scenario, script), expectation, sink, nullptr, options);
 }
 
@@ -171,9 +167,9 @@ RunResult run_headless(const Scenario& scenario, const CommandScript& script,
     check(scenario, script);
     refuse_to_overwrite(out, script.file, options.expect);
     Expectation expectation = expectation_of(script, options);
-    SimulationOptions simulation = options.simulation;
-    if (simulation.cache_folder.empty()) simulation.cache_folder = beside(out) / "field-cache";
-    Exercise exercise(scenario, options.images, simulation);
+    FieldCache fields = options.fields;
+    if (fields.folder.empty()) fields.folder = field_cache_beside(out);
+    Exercise exercise(scenario, options.images, fields);
 
     OutputFolder folder(out, options.images);
     exercise.record(folder.recording(), {options.program, scenario.name, options.hash_every});

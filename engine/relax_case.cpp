@@ -132,10 +132,14 @@ Vessel anatomy_vessel(const RelaxRequest& r) {
                            "diameter {:g} mm",
                            branch->name, 2 * narrowest, r.wire_diameter),
                "a thinner wire is accepted");
-    return {fmt::format("{}, branch '{}'", r.anatomy->string(), branch->name),
-            std::make_unique<physics::MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(),
-                                                r.wall_stiffness, 0.5 * r.wire_diameter),
-            path.points, anatomy.openings()};
+    std::unique_ptr<const physics::LumenWall> wall;
+    if (r.wall == "mesh")
+        wall = std::make_unique<physics::MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(),
+                                                   r.wall_stiffness, 0.5 * r.wire_diameter);
+    else
+        wall = cached_distance_field(anatomy, r.wall_stiffness, 0.5 * r.wire_diameter, r.fields);
+    return {fmt::format("{}, branch '{}'", r.anatomy->string(), branch->name), std::move(wall), path.points,
+            anatomy.openings()};
 }
 
 /// The wire through these joints, which must be equally far apart.

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 
+#include "engine/anatomy/lumen_wall.h"
 #include "physics/guidewire.h"
 #include "physics/relaxer.h"
 #include "physics/wall.h"
@@ -19,6 +20,8 @@ struct RelaxRequest {
     std::optional<double> radius;               // of the tube [mm]
     std::optional<std::filesystem::path> anatomy;
     std::optional<std::string> branch;  // of the anatomy, the wire enters by its open end; empty = the first
+    std::string wall = "distance-field";  // of the anatomy; or "mesh", by ray and plane as in the paper
+    FieldCache fields;
 
     std::optional<std::filesystem::path> wire;   // CSV of the joints, from joint 0
     std::optional<int> segments;                 // N

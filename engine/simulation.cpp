@@ -5,7 +5,6 @@
 #include <cmath>
 #include <fmt/format.h>
 
-#include "engine/anatomy/lumen_wall.h"
 #include "engine/text.h"
 #include "physics/energy.h"
 #include "physics/tube_wall.h"
@@ -63,7 +62,7 @@ void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
 }
 
 std::unique_ptr<const physics::LumenWall> make_wall(const Scenario& s, const Anatomy& anatomy,
-                                                    const SimulationOptions& options) {
+                                                    const FieldCache& cache) {
     const double wire_radius = 0.5 * s.guidewire.diameter;
     if (s.wall_model == WallModel::Analytic) {
         return std::make_unique<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius,
@@ -73,8 +72,7 @@ std::unique_ptr<const physics::LumenWall> make_wall(const Scenario& s, const Ana
         return std::make_unique<physics::MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(),
                                                    s.wall_stiffness, wire_radius);
     }
-    return cached_distance_field(anatomy, s.wall_stiffness, wire_radius, options.cache_folder,
-                                 options.preparing);
+    return cached_distance_field(anatomy, s.wall_stiffness, wire_radius, cache);
 }
 
 int steps_of(double amount, double step) {
@@ -83,12 +81,12 @@ int steps_of(double amount, double step) {
 
 }  // namespace
 
-Simulation::Simulation(const Scenario& scenario, const SimulationOptions& options)
+Simulation::Simulation(const Scenario& scenario, const FieldCache& cache)
     : scenario_(scenario), anatomy_(anatomy_of(scenario)) {
     choose();
     choose_entry();
     locate_target();
-    wall_ = make_wall(scenario_, anatomy_, options);
+    wall_ = make_wall(scenario_, anatomy_, cache);
     reset();
     resets_ = 0;
 }

@@ -2,13 +2,12 @@
 /// One wire in one vessel under commands. The state after a frame depends on scenario and commands alone.
 
 #include <cstdint>
-#include <filesystem>
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "engine/anatomy/lumen_wall.h"
 #include "engine/command.h"
 #include "engine/model_choice.h"
 #include "engine/scenario.h"
@@ -25,17 +24,12 @@ struct StepReport {
     bool insertion_stopped = false;   // the tip stands in an open end, or the wire has no more length
 };
 
-struct SimulationOptions {
-    std::filesystem::path cache_folder;     // of distance fields; empty = they are made every time
-    std::function<void(double)> preparing;  // told 0 to 1 while one is made, which takes seconds
-};
-
 class Simulation {
 public:
     /// Loads or draws the vessel, puts the wire in along the entry's centreline and relaxes it.
     /// Throws InputError when scenario and anatomy do not fit: no such end or target, a target outside, a
     /// wire thicker than the vessel at its entry, too much or too little wire inside.
-    explicit Simulation(const Scenario&, const SimulationOptions& = {});
+    explicit Simulation(const Scenario&, const FieldCache& = {});
     ~Simulation();
     Simulation(Simulation&&) noexcept;
 

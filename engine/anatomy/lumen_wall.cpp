@@ -34,16 +34,21 @@ void keep(const physics::DistanceField& field, const fs::path& path) {
 
 }  // namespace
 
+fs::path field_cache_beside(const fs::path& output) {
+    fs::path path = fs::absolute(output).lexically_normal();
+    if (!path.has_filename()) path = path.parent_path();  // "out/renal/"
+    return path.parent_path() / "field-cache";
+}
+
 std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy, double stiffness,
-                                                          double wire_radius, const fs::path& cache_folder,
-                                                          const std::function<void(double)>& progress) {
+                                                          double wire_radius, const FieldCache& cache) {
     physics::DistanceFieldOptions options;
     options.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
     const auto ends = anatomy.openings();
     const auto fingerprint =
         physics::DistanceField::fingerprint(anatomy.lumen, anatomy.branches, ends, options);
-    const fs::path path = cache_folder / fmt::format("field-{:016x}.bin", fingerprint);
-    if (!cache_folder.empty()) {
+    const fs::path path = cache.folder / fmt::format("field-{:016x}.bin", fingerprint);
+    if (!cache.folder.empty()) {
         if (std::ifstream in(path, std::ios::binary); in) {
             try {
                 return std::make_unique<physics::DistanceField>(physics::DistanceField::load(
@@ -54,8 +59,8 @@ std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy
         }
     }
     auto field = std::make_unique<physics::DistanceField>(anatomy.lumen, anatomy.branches, ends, stiffness,
-                                                          wire_radius, options, progress);
-    if (!cache_folder.empty()) keep(*field, path);
+                                                          wire_radius, options, cache.progress);
+    if (!cache.folder.empty()) keep(*field, path);
     return field;
 }
 

@@ -7,7 +7,6 @@
 #include "engine/anatomy/anatomy.h"
 #include "engine/scenes.h"
 #include "engine/studies/slow_flow.h"
-#include "physics/mesh_wall.h"
 #include "physics/tube_wall.h"
 
 namespace engine {
@@ -64,8 +63,8 @@ BreakingCase head_on(bool quick, bool exact) {
     if (!exact) c.start.tangents[0] = Vec3(1, 1e-3, 0).normalized();
     c.disturbances.assign(6, {1, 0});
     c.cycles = quick ? 600 : 900;
-    c.round_about_x = exact;
-    c.bowed_reference = exact;
+    c.symmetry = exact ? Symmetry::RoundAboutX : Symmetry::MirrorZ;
+    c.bowed_reference = true;
     if (exact)
         return named(
             c, "head_on_exact", "head-on exact",
@@ -77,15 +76,15 @@ BreakingCase head_on(bool quick, bool exact) {
 BreakingCase fold(bool quick, bool exact) {
     const int half = quick ? 10 : 20;
     BreakingCase c;
-    c.wall = std::make_shared<TubeWall>(Polyline{{-2.0, 0, 0}, {2.0 * half, 0, 0}}, 5.0, kStiffness);
+    c.wall = std::make_shared<TubeWall>(Polyline{{-2.0, 0, 0}, {2.0 * half, 0, 0}}, 2.0, kStiffness);
     const double angle = std::numbers::pi - (exact ? 0 : 0.01);
     std::vector<Vec3> tangents(half, Vec3::UnitX());
     // cos π = −1 exactly, but sin π is not 0 in doubles.
     tangents.insert(tangents.end(), half, exact ? Vec3(-1, 0, 0) : Vec3(std::cos(angle), std::sin(angle), 0));
     c.start = physics::uniform_wire(kRigidity, 1, {0, 0, 0}, Vec3::UnitX(), tangents);
     c.cycles = quick ? 600 : 900;
-    c.round_about_x = exact;
-    c.bowed_reference = exact;
+    c.symmetry = exact ? Symmetry::RoundAboutX : Symmetry::MirrorZ;
+    c.bowed_reference = true;
     if (exact)
         return named(
             c, "fold_exact", "180° fold exact",
@@ -163,8 +162,7 @@ BreakingCase carina(const StudyOptions& options) {
     GuidewireSpec spec;
     spec.curved_length = spec.curved_angle = 0;
     BreakingCase c;
-    c.wall = std::make_shared<physics::MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(), 2.0,
-                                                 0.5 * spec.diameter);
+    c.wall = cached_distance_field(anatomy, 2.0, 0.5 * spec.diameter, options.fields);
     c.start = physics::straight_wire(spec, from, ridge - from, 25);
     flow_to_rest(c.start, *c.wall);
     c.disturbances.assign(options.quick ? 20 : 30, {1, 0});
@@ -172,7 +170,7 @@ BreakingCase carina(const StudyOptions& options) {
     return named(c, "carina", "carina hit",
                  fmt::format("A wire with a straight floppy tip, aimed from the aorta half a millimetre "
                              "beside the ridge between the iliac arteries and pushed {} segments of {} mm; a "
-                             "wall of {} triangles, whose planes jump from one to the next.",
+                             "smooth wall made from {} triangles.",
                              c.disturbances.size(), spec.segment_length, anatomy.lumen.triangles.size()));
 }
 

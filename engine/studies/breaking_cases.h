@@ -17,6 +17,13 @@ struct Disturbance {
     double turn = 0;   // of the hub [rad]
 };
 
+/// Of vessel and start: shapes that it maps onto each other count as one.
+enum class Symmetry {
+    None,
+    MirrorZ,     // in the plane z = 0
+    RoundAboutX  // a turn about the x axis, or a mirror
+};
+
 struct BreakingCase {
     std::string id, what;  // a word for files; a few words for people
     std::string how;       // a sentence: vessel, wire, what is done
@@ -24,9 +31,7 @@ struct BreakingCase {
     physics::Guidewire start;
     std::vector<Disturbance> disturbances;  // in order; empty: the start is relaxed as it is
     int cycles = 100;  // work for all of it, in relaxation cycles of the wire as it is at the end
-    /// A vessel that is the same from all sides: shapes that differ by a turn about its axis, or are mirror
-    /// images, count as one.
-    bool round_about_x = false;
+    Symmetry symmetry = Symmetry::None;
     /// The reference starts with a bow of 1e-4 rad, for an exactly balanced start stays where it is.
     bool bowed_reference = false;
 };

@@ -111,7 +111,7 @@ Course follow(const Tube& tube, const Method& method, int series, int cycles) {
     }
     course.energy = flow_to_rest(wire, *tube.wall).energy;
     for (std::size_t k = 0; k < seen.size(); ++k)
-        course.points[k].deviation = largest_deviation(seen[k], wire.joints, false);
+        course.points[k].deviation = largest_deviation(seen[k], wire.joints, Symmetry::None);
     return course;
 }
 

@@ -46,7 +46,9 @@ const Study& find_study(std::string_view id) {
 std::vector<std::string> run_study(const Study& study, const std::filesystem::path& out,
                                    const StudyOptions& options) {
     make_writable(out);
-    const StudyResult result = study.run(options);
+    StudyOptions with_cache = options;
+    if (with_cache.fields.folder.empty()) with_cache.fields.folder = field_cache_beside(out);
+    const StudyResult result = study.run(with_cache);
     for (const Table& table : result.tables) write_whole(out / (table.name + ".csv"), to_csv(table));
     write_whole(out / (std::string(study.id) + ".md"), result.page);
     std::vector<std::string> notices;

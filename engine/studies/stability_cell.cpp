@@ -70,7 +70,7 @@ Outcome judge(const CellMeasure& m, const StabilityRules& rules) {
     return m.moved <= rules.stuck ? Outcome::Stuck : Outcome::StillMoving;
 }
 
-double largest_deviation(std::span<const Vec3> a, std::span<const Vec3> b, bool round_about_x) {
+double largest_deviation(std::span<const Vec3> a, std::span<const Vec3> b, Symmetry symmetry) {
     if (a.size() != b.size()) return std::numeric_limits<double>::infinity();
     const auto turned = [&](double angle, double mirror) {
         double farthest = 0;
@@ -82,7 +82,8 @@ double largest_deviation(std::span<const Vec3> a, std::span<const Vec3> b, bool 
         }
         return farthest;
     };
-    if (!round_about_x) return turned(0, 1);
+    if (symmetry == Symmetry::None) return turned(0, 1);
+    if (symmetry == Symmetry::MirrorZ) return std::min(turned(0, 1), turned(0, -1));
     double least = std::numeric_limits<double>::infinity();
     for (const double mirror : {1.0, -1.0}) {
         // The turn that brings the joints nearest in the sum of squares.
@@ -148,10 +149,10 @@ StabilityCell run_cell(const BreakingCase& c, const StabilityReference& referenc
         m.penetration = physics::largest_penetration(contacts);
         for (std::size_t i = 1; i < contacts.size(); ++i)
             if (contacts[i].penetration == m.penetration) m.room = contacts[i].room;
-        m.moved = largest_deviation(wire.joints, before_last_quarter, false);
-        m.deviation = largest_deviation(wire.joints, reference.joints, c.round_about_x);
+        m.moved = largest_deviation(wire.joints, before_last_quarter, Symmetry::None);
+        m.deviation = largest_deviation(wire.joints, reference.joints, c.symmetry);
         flow_to_rest(wire, *c.wall);
-        m.basin_deviation = largest_deviation(wire.joints, reference.joints, c.round_about_x);
+        m.basin_deviation = largest_deviation(wire.joints, reference.joints, c.symmetry);
     }
     cell.outcome = judge(m, rules);
     return cell;

@@ -59,7 +59,7 @@ StabilityReference find_reference(const BreakingCase&);
 StabilityCell run_cell(const BreakingCase&, const StabilityReference&, const physics::RelaxerConfig&,
                        const StabilityRules& = {});
 
-/// Of the farthest pair of joints [mm]; where the vessel is round, the least over turns about x and mirrors.
-double largest_deviation(std::span<const physics::Vec3>, std::span<const physics::Vec3>, bool round_about_x);
+/// Of the farthest pair of joints [mm], the least over what the symmetry allows.
+double largest_deviation(std::span<const physics::Vec3>, std::span<const physics::Vec3>, Symmetry);
 
 }  // namespace engine

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/anatomy/lumen_wall.h"
 #include "engine/plot.h"
 #include "engine/table.h"
 
@@ -19,9 +20,10 @@ struct StudyProgress {
 };
 
 struct StudyOptions {
-    bool quick = false;                                  // shorter wires and less work: a test, not a result
-    int threads = 1;                                     // results do not depend on it
-    std::filesystem::path assets;                        // the folder that holds anatomy/
+    bool quick = false;            // shorter wires and less work: a test, not a result
+    int threads = 1;               // results do not depend on it
+    std::filesystem::path assets;  // the folder that holds anatomy/
+    FieldCache fields;             // the folder, where empty, is field-cache beside the study's own
     std::function<void(const StudyProgress&)> progress;  // one call at a time
 };
 

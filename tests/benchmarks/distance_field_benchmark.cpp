@@ -1,10 +1,12 @@
-/// Times of the smooth wall: a query with its Hessian, and making the field.
+/// Times of the smooth wall: a query with its Hessian, making the field, and pushing a wire through it.
 
 #include <benchmark/benchmark.h>
 
 #include "engine/anatomy/anatomy.h"
+#include "engine/scenes.h"
 #include "physics/distance_field.h"
 #include "physics/guidewire.h"
+#include "tests/benchmarks/push_times.h"
 
 using namespace physics;
 
@@ -79,5 +81,47 @@ BENCHMARK(make_field)
     ->MeasureProcessCPUTime()
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
+
+/// The paper's tubes as meshes of about so many thousand triangles: what global_push does in closed form.
+void global_push_in_a_mesh(benchmark::State& state) {
+    const engine::Scene& scene = *engine::find_scene(state.range(0) == 0 ? "sinuous" : "spatial");
+    const Polyline path = engine::draw(scene.path);
+    double length = 0;
+    for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).norm();
+    // Facets as wide as they are long.
+    const double area = 2 * std::numbers::pi * scene.radius * length;
+    const double step = std::sqrt(2 * area / (1e3 * static_cast<double>(state.range(1))));
+    const int around = static_cast<int>(2 * std::numbers::pi * scene.radius / step);
+    const engine::Anatomy tube =
+        engine::tube_anatomy(std::string(scene.name), path, scene.radius, around, step);
+    const DistanceField wall(tube.lumen, tube.branches, tube.openings(), scene.wall_stiffness, 0.0,
+                             {.threads = 2});
+    GuidewireSpec spec;
+    spec.segment_length = scene.segment_length;
+    spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
+    spec.curved_length = spec.curved_angle = 0;
+    push_through(state, wall, tube.branches[0].points, spec, scene.segments, 1);
+    state.SetLabel(std::string(scene.name));
+    state.counters["triangles"] = static_cast<double>(tube.lumen.triangles.size());
+    state.counters["MB"] = static_cast<double>(wall.bytes()) * 1e-6;
+}
+BENCHMARK(global_push_in_a_mesh)
+    ->ArgsProduct({{0, 1}, {50, 1000}})
+    ->Iterations(3)
+    ->Unit(benchmark::kMillisecond);
+
+/// From the left groin through the iliac arteries into the aorta: 165 segments of 2 mm.
+void global_push_in_the_iliac_artery(benchmark::State& state) {
+    const TriangleMesh mesh = subdivided(iliac().lumen, static_cast<int>(state.range(0)));
+    const engine::EntryPath entry =
+        engine::path_from(iliac(), *engine::find_end(iliac(), "aorta+LCIA+LEIA+LCFA.out"));
+    const GuidewireSpec spec;
+    const DistanceField wall(mesh, iliac().branches, iliac().openings(), 20.0, 0.5 * spec.diameter,
+                             {.threads = 2});
+    push_through(state, wall, entry.points, spec, 165, 1);
+    state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
+    state.counters["MB"] = static_cast<double>(wall.bytes()) * 1e-6;
+}
+BENCHMARK(global_push_in_the_iliac_artery)->Arg(0)->Arg(2)->Iterations(3)->Unit(benchmark::kMillisecond);
 
 }  // namespace

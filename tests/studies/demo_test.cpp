@@ -10,10 +10,8 @@ namespace {
 
 const std::string assets = SELDINGER_SOURCE "/assets/";
 
-engine::SimulationOptions cached() {
-    engine::SimulationOptions options;
-    options.cache_folder = std::filesystem::path(testing::TempDir()) / "seldinger-demo";
-    return options;
+engine::FieldCache cached() {
+    return {std::filesystem::path(testing::TempDir()) / "seldinger-demo", {}};
 }
 
 /// Runs the script, each rotation `turn` times as far; `look` sees every frame.

@@ -32,7 +32,7 @@ struct Outcome {
 Outcome wall_of(const Anatomy& anatomy, const fs::path& folder, double stiffness = 20, double wire = 0.3) {
     Outcome outcome;
     outcome.wall =
-        cached_distance_field(anatomy, stiffness, wire, folder, [&](double) { outcome.made = true; });
+        cached_distance_field(anatomy, stiffness, wire, {folder, [&](double) { outcome.made = true; }});
     return outcome;
 }
 

@@ -55,11 +55,11 @@ TEST(StabilityDeviation, OfARoundVesselIgnoresTurnsAndMirrors) {
         b.emplace_back(i, std::cos(t) * y - std::sin(t) * z, std::sin(t) * y + std::cos(t) * z);
         c.emplace_back(i, y, -z);
     }
-    EXPECT_GT(largest_deviation(a, b, false), 0.5);
-    EXPECT_LT(largest_deviation(a, b, true), 1e-12);
-    EXPECT_LT(largest_deviation(a, c, true), 1e-12);
-    EXPECT_DOUBLE_EQ(largest_deviation(a, a, false), 0);
-    EXPECT_TRUE(std::isinf(largest_deviation(a, {}, false)));
+    EXPECT_GT(largest_deviation(a, b, Symmetry::None), 0.5);
+    EXPECT_LT(largest_deviation(a, b, Symmetry::RoundAboutX), 1e-12);
+    EXPECT_LT(largest_deviation(a, c, Symmetry::RoundAboutX), 1e-12);
+    EXPECT_DOUBLE_EQ(largest_deviation(a, a, Symmetry::None), 0);
+    EXPECT_TRUE(std::isinf(largest_deviation(a, {}, Symmetry::None)));
 }
 
 }  // namespace engine
