@@ -65,8 +65,7 @@ void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
 std::unique_ptr<const physics::LumenWall> make_wall(const Scenario& s, const Anatomy& anatomy,
                                                     const FieldCache& cache) {
     const double wire_radius = 0.5 * s.guidewire.diameter;
-    const bool analytic = s.wall_model == WallModel::Analytic || (s.wall_model == WallModel::Auto && s.tube);
-    if (analytic) {
+    if (s.wall_model == WallModel::Analytic) {
         return std::make_unique<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius,
                                                    s.wall_stiffness, wire_radius);
     }
@@ -85,6 +84,7 @@ int steps_of(double amount, double step) {
 
 Simulation::Simulation(const Scenario& scenario, const FieldCache& cache)
     : scenario_(scenario), anatomy_(anatomy_of(scenario)) {
+    choose();
     choose_entry();
     locate_target();
     wall_ = make_wall(scenario_, anatomy_, cache);
@@ -94,6 +94,15 @@ Simulation::Simulation(const Scenario& scenario, const FieldCache& cache)
 
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
+
+void Simulation::choose() {
+    physics::GuidewireSpec& wire = scenario_.guidewire;
+    choice_ = choose_model(anatomy_, wire, scenario_.refinement.curve_tolerance, scenario_.tube.has_value());
+    if (scenario_.wall_model == WallModel::Auto) scenario_.wall_model = choice_.wall;
+    if (!scenario_.choose_segment_length) return;
+    scenario_.wall_stiffness *= choice_.segment_length / wire.segment_length;  // the same per length of wire
+    wire.segment_length = choice_.segment_length;
+}
 
 void Simulation::choose_entry() {
     const std::optional<int> end = find_end(anatomy_, scenario_.entry.end);
@@ -177,6 +186,10 @@ void Simulation::reset() {
     iodine_ = scenario_.imaging.iodine;
     StepReport ignored;
     relax(*relaxer_, updates_at_start * segments_at_start_, ignored);
+    if (scenario_.adaptive) {
+        physics::refine(wire_, *wall_, scenario_.refinement);
+        relax(*relaxer_, updates_at_start * wire_.segments(), ignored);
+    }
     tip_at_start_ = wire_.tip();
     contacts_ = physics::all_contacts(wire_, *wall_);
 }
@@ -197,6 +210,7 @@ void Simulation::apply(const Command& command) {
 
 StepReport Simulation::step() {
     StepReport report;
+    if (scenario_.adaptive && !waiting_.empty()) physics::refine(wire_, *wall_, scenario_.refinement);
     int parts = 0;
     for (const Motion& m : waiting_)
         parts += steps_of(m.insertion, wire_.spec.segment_length) + steps_of(m.rotation, largest_turn);
@@ -214,8 +228,8 @@ StepReport Simulation::step() {
         const int left = budget - report.relax.updates;
         relax(*relaxer_, passing_ ? std::max(left, wire_.segments()) : std::max(share, left), report);
     }
-    contacts_ = physics::all_contacts(wire_, *wall_);
-    for (std::size_t i = 0; i < contacts_.size(); ++i) wire_.stations[i] = contacts_[i].station;
+    if (report.relax.updates > 0 || contacts_.size() != wire_.joints.size())
+        contacts_ = physics::all_contacts(wire_, *wall_);
     return report;
 }
 

@@ -9,6 +9,7 @@
 
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/command.h"
+#include "engine/model_choice.h"
 #include "engine/scenario.h"
 #include "physics/relaxer.h"
 
@@ -42,6 +43,8 @@ public:
     void reset();
 
     const Scenario& scenario() const { return scenario_; }
+    /// What was left to choose is as chosen in scenario().
+    const ModelChoice& choice() const { return choice_; }
     const Anatomy& anatomy() const { return anatomy_; }
     const physics::Guidewire& wire() const { return wire_; }
     const physics::Vec3& tip_at_start() const { return tip_at_start_; }           // before frame 0 [mm]
@@ -69,10 +72,12 @@ private:
     physics::RelaxReport relax(physics::Relaxer&, int updates, StepReport&);
     bool tip_has_left() const;
     void locate_target();
+    void choose();
     void choose_entry();
 
     Scenario scenario_;
     Anatomy anatomy_;
+    ModelChoice choice_;
     EntryPath entry_;
     physics::Vec3 target_ = physics::Vec3::Zero();
     physics::Vec3 tip_at_start_ = physics::Vec3::Zero();

@@ -8,8 +8,13 @@ void ContactSet::reset(const Guidewire& wire) {
     const int n = wire.segments();
     contacts_.assign(n + 1, {});
     asked_at_ = wire.joints;
-    for (int i = 1; i <= n; ++i) contacts_[i].station = wire.stations[i];
+    shares_.resize(n + 1);
+    for (int i = 1; i <= n; ++i) {
+        contacts_[i].station = wire.stations[i];
+        shares_[i] = wire.wall_share(i);
+    }
     wall_.contacts(std::span(wire.joints).subspan(1), std::span(contacts_).subspan(1));
+    for (int i = 1; i <= n; ++i) contacts_[i].stiffness *= shares_[i];
     queries_ += n;
     list_touching();
 }
@@ -28,8 +33,11 @@ double ContactSet::evaluate(std::span<const Vec3> joints, int first) {
     wall_.contacts(at_, answer_);
     queries_ += static_cast<long long>(at_.size());
     double energy = 0;
-    for (const WallContact& c : answer_)
+    for (std::size_t k = 0; k < answer_.size(); ++k) {
+        WallContact& c = answer_[k];
+        c.stiffness *= shares_[index_[k]];
         if (c.touches()) energy += c.energy();
+    }
     return energy;
 }
 

@@ -18,7 +18,7 @@ struct WallSum {
 
 /// A joint out of touch is not asked again while it stays within its contact's trust; one in touch always is.
 /// A change is evaluated first and then committed or forgotten, so that a rejected update costs no second
-/// query.
+/// query. A contact's stiffness is the wall's times the joint's share of it, Guidewire::wall_share.
 class ContactSet {
 public:
     explicit ContactSet(const LumenWall& wall) : wall_(wall) {}
@@ -45,6 +45,7 @@ private:
 
     const LumenWall& wall_;
     std::vector<WallContact> contacts_;  // per joint; [0], the introducer's, is never asked
+    std::vector<double> shares_;         // of the wall's stiffness, per joint
     std::vector<Vec3> asked_at_;         // where each was asked
     std::vector<int> touching_;          // joints in touch, ascending
     std::vector<WallSum> sums_;          // [k] = sum from touching_[k] to the tip

@@ -113,6 +113,34 @@ TEST(Simulation, WireStopsAtAnOpenEnd) {
     EXPECT_LT(simulation.inserted(), 85);
 }
 
+TEST(Simulation, AdaptiveWireHasFewerSegmentsAndIsWhereTheUniformOneIs) {
+    const auto tube = [](const char* guidewire) {
+        std::string text = test::small_toml_with("run_mm = 30.0", "run_mm = 200.0");
+        text.replace(text.find("inserted_mm = 20.0"), 18, "inserted_mm = 180.0");
+        return parse_scenario(text.replace(text.find("[guidewire]"), 11, guidewire), "small.toml");
+    };
+    Simulation uniform(tube("[guidewire]")), adaptive(tube("[guidewire]\nadaptive = true"));
+    for (Simulation* s : {&uniform, &adaptive}) go(*s, 20, Advance{2}), go(*s, 5, Withdraw{3});
+    EXPECT_DOUBLE_EQ(adaptive.inserted(), uniform.inserted());
+    EXPECT_LT(adaptive.wire().segments(), uniform.wire().segments() / 2);
+    EXPECT_LT((adaptive.wire().tip() - uniform.wire().tip()).norm(), 0.05);
+    EXPECT_TRUE(physics::validate(adaptive.wire()).empty());
+    const auto hash = adaptive.state_hash();
+    adaptive.reset();
+    go(adaptive, 20, Advance{2}), go(adaptive, 5, Withdraw{3});
+    EXPECT_EQ(adaptive.state_hash(), hash);
+}
+
+TEST(Simulation, ChoosesTheSegmentLengthAndKeepsTheWallAsStiffPerLength) {
+    const Simulation simulation(
+        with("preset = \"glide035\"", "segment_length_mm = \"auto\"\ncurve_tolerance_mm = 0.02"));
+    const physics::GuidewireSpec& wire = simulation.wire().spec;
+    EXPECT_EQ(wire.segment_length, simulation.choice().segment_length);
+    EXPECT_DOUBLE_EQ(wire.segment_length, 1.5);  // √(8 · 0.02 mm · 15.3 mm) = 1.56 mm, an eighth of the tip
+    EXPECT_NEAR(simulation.scenario().wall_stiffness / wire.segment_length, 5.0 / 2.0, 1e-12);
+    EXPECT_EQ(simulation.scenario().wall_model, WallModel::Analytic);
+}
+
 TEST(Simulation, RotationTurnsTheTip) {
     Simulation simulation(test::small_scenario());
     const physics::Vec3 before = simulation.wire().tip();

@@ -76,3 +76,21 @@ TEST(ContactSet, SumsForceAndStiffnessFromAJointToTheTip) {
     }
     EXPECT_EQ(set.sum_from(wire.segments() + 1).force, Vec3::Zero());
 }
+
+TEST(ContactSet, AWallIsAsStiffPerLengthOfACoarserWire) {
+    auto [wall, wire] = scene_setup("hairpin");
+    press_aside(wire);
+    for (int i = 1; i < 40; ++i) merge_segments(wire, i);
+    const auto fresh = all_contacts(wire, wall);
+    ContactSet set(wall);
+    set.reset(wire);
+    EXPECT_DOUBLE_EQ(fresh[20].stiffness, 2 * fresh[70].stiffness);
+    double energy = 0;
+    for (int i = 1; i <= wire.segments(); ++i) {
+        EXPECT_EQ(set.contacts()[i].stiffness, fresh[i].stiffness) << i;
+        energy += fresh[i].touches() ? fresh[i].energy() : 0.0;
+    }
+    ASSERT_GT(set.touching(), 20);
+    EXPECT_DOUBLE_EQ(set.energy(1), energy);
+    EXPECT_DOUBLE_EQ(set.evaluate(wire.joints, 1), energy);
+}
