@@ -14,19 +14,42 @@ void ContactSet::reset(const Guidewire& wire) {
     list_touching();
 }
 
-double ContactSet::evaluate(std::span<const Vec3> joints, int first) {
+void ContactSet::update(const Guidewire& wire) {
+    const std::size_t before = contacts_.size();
+    contacts_.resize(wire.joints.size());
+    asked_at_.resize(wire.joints.size());
+    begin();
+    for (int i = 1; i <= wire.segments(); ++i) {
+        const Vec3& x = wire.joints[i];
+        const bool asked = static_cast<std::size_t>(i) < before && wire.stations[i] == contacts_[i].station;
+        if (!asked || (x != asked_at_[i] && !known(i, x))) add(i, x, wire.stations[i]);
+    }
+    ask();
+    commit();
+}
+
+void ContactSet::begin() {
     index_.clear();
     at_.clear();
     answer_.clear();
-    for (int i = first; i < static_cast<int>(joints.size()); ++i) {
-        const WallContact& c = contacts_[i];
-        if (!c.touches() && (joints[i] - asked_at_[i]).squaredNorm() < c.trust * c.trust) continue;
-        index_.push_back(i);
-        at_.push_back(joints[i]);
-        answer_.emplace_back().station = c.station;
-    }
+}
+
+void ContactSet::add(int joint, const Vec3& x, int station) {
+    index_.push_back(joint);
+    at_.push_back(x);
+    answer_.emplace_back().station = station;
+}
+
+void ContactSet::ask() {
     wall_.contacts(at_, answer_);
     queries_ += static_cast<long long>(at_.size());
+}
+
+double ContactSet::evaluate(std::span<const Vec3> joints, int first) {
+    begin();
+    for (int i = first; i < static_cast<int>(joints.size()); ++i)
+        if (!known(i, joints[i])) add(i, joints[i], contacts_[i].station);
+    ask();
     double energy = 0;
     for (const WallContact& c : answer_)
         if (c.touches()) energy += c.energy();
