@@ -94,3 +94,25 @@ TEST(ContactSet, AWallIsAsStiffPerLengthOfACoarserWire) {
     EXPECT_DOUBLE_EQ(set.energy(1), energy);
     EXPECT_DOUBLE_EQ(set.evaluate(wire.joints, 1), energy);
 }
+
+TEST(ContactSet, AsksAgainOnlyForJointsThatMoved) {
+    auto [wall, wire] = scene_setup("sinuous");
+    press_aside(wire);
+    ContactSet set(wall);
+    set.update(wire);
+    EXPECT_EQ(set.queries(), wire.segments());
+    for (int i = 1; i <= wire.segments(); ++i) wire.stations[i] = set.contacts()[i].station;
+    set.update(wire);
+    EXPECT_EQ(set.queries(), wire.segments());
+    turn_some(wire, 190, 0.2);
+    insert_segment(wire);
+    set.update(wire);
+    EXPECT_LE(set.queries(), wire.segments() + 12);
+    const auto fresh = all_contacts(wire, wall);
+    for (int j = 1; j <= wire.segments(); ++j) EXPECT_EQ(set.contacts()[j].force(), fresh[j].force()) << j;
+    for (int i = 1; i < 40; ++i) merge_segments(wire, i);
+    set.update(wire);
+    const auto coarser = all_contacts(wire, wall);
+    for (int j = 1; j <= wire.segments(); ++j)
+        EXPECT_EQ(set.contacts()[j].stiffness, coarser[j].stiffness) << j;
+}
