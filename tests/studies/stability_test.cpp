@@ -47,8 +47,9 @@ TEST(Stability, QuickMapIsWholeAndIndependentOfThreads) {
     for (const auto& row : a.rows) {
         const std::string outcome = std::get<std::string>(row[column(a, "outcome")]);
         ++outcomes[outcome];
-        if (std::get<std::string>(row[column(a, "method")]) == "global")
+        if (std::get<std::string>(row[column(a, "method")]) == "global") {
             EXPECT_EQ(outcome, "converged") << std::get<std::string>(row[column(a, "case")]);
+        }
         if (outcome == "NaN" || outcome == "left the lumen" || outcome == "oscillates")
             ++lost[std::get<std::string>(row[column(a, "method")])];
     }
