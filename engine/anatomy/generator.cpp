@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "engine/anatomy/mesh_quality.h"
 #include "engine/anatomy/open_ends.h"
 #include "engine/anatomy/surface_nets.h"
 #include "engine/error.h"
@@ -44,6 +45,12 @@ ClosedLumen closed_surface(const VesselTree& tree, const GeneratorOptions& optio
 Anatomy generate(const VesselTreeSpec& spec, const GeneratorOptions& options) {
     const VesselTree tree = grow(spec);
     const ClosedLumen closed = closed_surface(tree, options);
+
+    if (euler_characteristic(closed.mesh) != 2) {
+        throw InputError(spec.name +
+                         ": the lumen has loops or hollows, for vessels come too near each other beside a "
+                         "junction; vessels that part more widely are accepted");
+    }
 
     Anatomy anatomy;
     anatomy.name = spec.name;

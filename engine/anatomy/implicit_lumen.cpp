@@ -12,9 +12,8 @@ namespace {
 using physics::Polyline;
 using physics::Vec3;
 
-constexpr double blend_width = 0.8;             // of the child's radius
-constexpr double full_blend = 3, no_blend = 6;  // child's radii from the junction
-constexpr double extension = 1.5;               // of an open end, in radii
+constexpr double blend_width = 0.8;           // of the child's radius
+constexpr double full_blend = 3, fading = 3;  // child's radii from the junction, and from there on
 constexpr std::size_t most_blocks = 600'000;
 // Keeps symmetric vessels from meeting nodes exactly.
 const Vec3 offset(0.3719, 0.2183, 0.1327);
@@ -29,25 +28,10 @@ std::uint64_t key(const ImplicitLumen::Block& b) {
 ImplicitLumen::ImplicitLumen(const VesselTree& tree, double cell) : cell_(cell) {
     for (const SampledBranch& branch : tree.branches) {
         Limb limb;
-        const auto extend = [&](const Vec3& end, const Vec3& outward, double radius) {
-            const int count = static_cast<int>(std::ceil((extension * radius + 2 * cell) / branch.step()));
-            std::vector<Vec3> further;
-            for (int i = 1; i <= count; ++i) further.push_back(end + i * branch.step() * outward);
-            return further;
-        };
-        if (branch.parent < 0) {
-            const Polyline before = extend(branch.points.front(), -branch.tangent(0), branch.radii.front());
-            limb.points.assign(before.rbegin(), before.rend());
-            limb.radii.assign(before.size(), branch.radii.front());
-        }
-        limb.points.insert(limb.points.end(), branch.points.begin(), branch.points.end());
-        limb.radii.insert(limb.radii.end(), branch.radii.begin(), branch.radii.end());
-        if (!branch.closed) {
-            const int last = static_cast<int>(branch.points.size()) - 1;
-            const Polyline after = extend(branch.points.back(), branch.tangent(last), branch.radii.back());
-            limb.points.insert(limb.points.end(), after.begin(), after.end());
-            limb.radii.insert(limb.radii.end(), after.size(), branch.radii.back());
-        }
+        int before = 0;
+        SampledBranch whole = extended(branch, before);
+        limb.points = std::move(whole.points);
+        limb.radii = std::move(whole.radii);
         const int last = static_cast<int>(limb.points.size()) - 1;
         for (int i = 0; i <= last; ++i) {
             const int a = std::max(0, i - 1), b = std::min(last, i + 1);
@@ -55,17 +39,11 @@ ImplicitLumen::ImplicitLumen(const VesselTree& tree, double cell) : cell_(cell) 
             limb.radius_slopes.push_back((limb.radii[b] - limb.radii[a]) / (b - a));
         }
         if (branch.parent >= 0) {
-            const SampledBranch& parent = tree.branches[branch.parent];
-            int out = 0;  // where the centreline leaves the parent's lumen
-            for (; out < branch.separation; ++out) {
-                double least = std::numeric_limits<double>::infinity();
-                for (std::size_t i = 0; i < parent.points.size(); ++i)
-                    least = std::min(least, (parent.points[i] - branch.points[out]).norm() - parent.radii[i]);
-                if (least >= 0) break;
-            }
-            limb.junction = branch.points[out];
-            limb.blend = blend_width * branch.radii[out];
-            limb.reach = branch.radii[out];
+            limb.junction = branch.points[branch.exit];
+            limb.blend = blend_width * branch.radii[branch.exit];
+            const double clear = (branch.points[branch.separation] - limb.junction).norm();
+            limb.full = std::max(full_blend * branch.radii[branch.exit], clear);
+            limb.none = limb.full + fading * branch.radii[branch.exit];
         }
         limbs_.push_back(std::move(limb));
     }
@@ -78,42 +56,44 @@ double ImplicitLumen::ball_distance(const Limb& limb, int sample, const Vec3& x)
     return (x - limb.points[sample]).norm() - limb.radii[sample];
 }
 
-/// Newton from the nearest ball of the samples to the nearest ball of the cubic between them; the gradient of
-/// the least value is that of the ball it is taken at.
+/// Newton from the nearest ball of the samples to the nearest ball of the cubic between them, never to a
+/// farther one, as it might inside a tight bend. The gradient of the least value is that of its ball.
 ImplicitLumen::Value ImplicitLumen::limb_value(const Limb& limb, int sample, const Vec3& x) const {
     const int last = static_cast<int>(limb.points.size()) - 1;
-    double at = sample;
     const double low = std::max(0, sample - 1), high = std::min(last, sample + 1);
-    Value value;
-    for (int iteration = 0;; ++iteration) {
+    double at = sample;
+    Value value{ball_distance(limb, sample, x), Vec3::Zero(), limb.radii[sample]};
+    for (int iteration = 0; iteration < 6; ++iteration) {
         const int i = std::min(last - 1, static_cast<int>(at));
         const double t = at - i, t2 = t * t, t3 = t2 * t;
-        const double a = 2 * t3 - 3 * t2 + 1, b = t3 - 2 * t2 + t, c = 1 - a, d = t3 - t2;
-        const Vec3 centre =
-            a * limb.points[i] + b * limb.tangents[i] + c * limb.points[i + 1] + d * limb.tangents[i + 1];
-        const double radius = a * limb.radii[i] + b * limb.radius_slopes[i] + c * limb.radii[i + 1] +
-                              d * limb.radius_slopes[i + 1];
-        const Vec3 away = x - centre;
-        const double length = away.norm();
-        value = {length - radius, length > 1e-12 ? Vec3(away / length) : Vec3::UnitX(), radius};
-        if (iteration == 2) return value;
-        const double a1 = 6 * t2 - 6 * t, b1 = 3 * t2 - 4 * t + 1, d1 = 3 * t2 - 2 * t;
-        const Vec3 slope =
-            a1 * (limb.points[i] - limb.points[i + 1]) + b1 * limb.tangents[i] + d1 * limb.tangents[i + 1];
-        const double widening = a1 * (limb.radii[i] - limb.radii[i + 1]) + b1 * limb.radius_slopes[i] +
-                                d1 * limb.radius_slopes[i + 1];
-        const double a2 = 12 * t - 6, b2 = 6 * t - 4, d2 = 6 * t - 2;
-        const Vec3 bend =
-            a2 * (limb.points[i] - limb.points[i + 1]) + b2 * limb.tangents[i] + d2 * limb.tangents[i + 1];
+        const Vec3 chord = limb.points[i + 1] - limb.points[i], &from = limb.tangents[i],
+                   &to = limb.tangents[i + 1];
+        const double rise = limb.radii[i + 1] - limb.radii[i], rise_from = limb.radius_slopes[i],
+                     rise_to = limb.radius_slopes[i + 1];
+        const auto hermite = [&](double of_chord, double of_from, double of_to) {
+            return std::pair<Vec3, double>(of_chord * chord + of_from * from + of_to * to,
+                                           of_chord * rise + of_from * rise_from + of_to * rise_to);
+        };
+        const auto [moved, widened] = hermite(3 * t2 - 2 * t3, t3 - 2 * t2 + t, t3 - t2);
+        const Vec3 away = x - limb.points[i] - moved;
+        const double length = away.norm(), radius = limb.radii[i] + widened;
+        if (length - radius > value.distance + 1e-12) {  // back towards the last one
+            if (iteration == 0) break;
+            at = 0.5 * (at + value.place);
+            continue;
+        }
+        const double place = at;
+        value = {length - radius, length > 1e-12 ? Vec3(away / length) : Vec3::UnitX(), radius, place};
+        const auto [slope, widening] = hermite(6 * t - 6 * t2, 3 * t2 - 4 * t + 1, 3 * t2 - 2 * t);
+        const auto [bend, unused] = hermite(6 - 12 * t, 6 * t - 4, 6 * t - 2);
         const double along = value.gradient.dot(slope);
-        const double first = -along - widening;
-        const double second =
+        const double curvature =
             (slope.squaredNorm() - along * along) / std::max(length, 1e-6) - value.gradient.dot(bend);
-        if (second <= 0) return value;
-        const double next = std::clamp(at - first / second, low, high);
-        if (std::abs(next - at) < 1e-9) return value;
-        at = next;
+        if (curvature <= 0) break;
+        at = std::clamp(at + (along + widening) / curvature, low, high);
+        if (std::abs(at - place) < 1e-7) break;
     }
+    return value;
 }
 
 ImplicitLumen::Value ImplicitLumen::evaluate(const Vec3& x, std::span<const Run> runs) const {
@@ -136,8 +116,8 @@ ImplicitLumen::Value ImplicitLumen::evaluate(const Vec3& x, std::span<const Run>
             continue;
         }
         const Vec3 from = x - limb.junction;
-        const double far = from.norm(), span = (no_blend - full_blend) * limb.reach;
-        const double t = std::clamp((no_blend * limb.reach - far) / span, 0.0, 1.0);
+        const double far = from.norm(), span = limb.none - limb.full;
+        const double t = std::clamp((limb.none - far) / span, 0.0, 1.0);
         const double width = limb.blend * t * t * (3 - 2 * t);
         const double apart = value.distance - united.distance;
         const Value& lesser = apart < 0 ? value : united;

@@ -13,8 +13,8 @@ namespace engine {
 
 /// f < 0 inside. A branch is the envelope of balls along its centreline: f is the distance to it. A child is
 /// united with what its parent belongs to by a cubic smooth minimum whose width is 0.8 of the child's radius
-/// where it leaves the parent and fades to none within six radii, so that vessels that pass each other stay
-/// apart. Every open end runs on straight beyond its end plane and closes in a ball.
+/// where it leaves the parent, until their walls are well apart, and fades to none within three radii more,
+/// so that vessels that pass each other stay apart. Every open end runs on straight and closes in a ball.
 class ImplicitLumen {
 public:
     static constexpr int block_cells = 8;  // along an edge of a block
@@ -26,6 +26,7 @@ public:
         double distance = 0;                             // f [mm]
         physics::Vec3 gradient = physics::Vec3::Zero();  // of f
         double radius = 0;                               // of the branch nearby [mm]
+        double place = 0;                                // along that branch, in samples
     };
     Value at(const physics::Vec3&) const;
 
@@ -48,7 +49,7 @@ private:
         std::vector<double> radii, radius_slopes;  // slopes per sample step
         double blend = 0;                          // width of the smooth minimum [mm]; 0 for the root
         physics::Vec3 junction = physics::Vec3::Zero();
-        double reach = 0;  // of the blend about the junction [mm]
+        double full = 0, none = 0;  // distance from the junction up to which it is whole, and then gone [mm]
     };
     struct Run {  // of samples that may hold the nearest ball of a limb
         int limb, first, last;

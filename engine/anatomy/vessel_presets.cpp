@@ -328,18 +328,36 @@ struct ArchShape {
     bool bovine;  // the left common carotid comes off the brachiocephalic trunk
 };
 
-/// The centreline's arc length at which it is `drop` below its highest point, on the way up [mm].
-double arc_below_top(const BranchSpec& aorta, double drop) {
-    VesselTreeSpec alone;
-    alone.name = "aorta";
-    alone.branches = {aorta};
-    const SampledBranch sampled = grow(alone).branches[0];
-    const auto higher = [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); };
-    const auto top = std::max_element(sampled.points.begin(), sampled.points.end(), higher);
-    auto at = top;
-    while (at != sampled.points.begin() && at->z() > top->z() - drop) --at;
-    return static_cast<double>(at - sampled.points.begin()) * sampled.step();
-}
+/// Where vessels leave an arch, as arc lengths of its centreline [mm].
+class ArchOrigins {
+public:
+    ArchOrigins(const BranchSpec& aorta, const Vec3& along) : along_(along) {
+        VesselTreeSpec alone;
+        alone.name = "aorta";
+        alone.branches = {aorta};
+        aorta_ = grow(alone).branches[0];
+    }
+    /// So far below the highest point, on the way up.
+    double below_top(double drop) const {
+        const auto higher = [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); };
+        const auto top = std::max_element(aorta_.points.begin(), aorta_.points.end(), higher);
+        auto at = top;
+        while (at != aorta_.points.begin() && at->z() > top->z() - drop) --at;
+        return static_cast<double>(at - aorta_.points.begin()) * aorta_.step();
+    }
+    /// So far to the left and back of another.
+    double behind(double origin, double distance) const {
+        int at = aorta_.sample_at(origin);
+        const int last = static_cast<int>(aorta_.points.size()) - 1;
+        const double reached = aorta_.points[at].dot(along_) + distance;
+        while (at < last && aorta_.points[at].dot(along_) < reached) ++at;
+        return at * aorta_.step();
+    }
+
+private:
+    Vec3 along_;
+    SampledBranch aorta_;
+};
 
 /// Diameters, gaps and the plane of the arch from CT angiography of 217 patients (Yan): ascending aorta
 /// 34.6 ± 4.7, brachiocephalic 12.5 ± 2, left common carotid 8.3 ± 1.5, left subclavian 10.4 ± 2.2, gaps 4.4
@@ -352,7 +370,7 @@ VesselTreeSpec arch(Draw& draw, const ArchShape& shape) {
     const Vec3 along(std::sin(plane), std::cos(plane), 0);
     const double bow = 36;  // radius of the arch's centreline [mm]
     BranchSpec aorta{"aorta", "", 0, {}, false};
-    aorta.knots = {{{-2, -8, 0}, 0.92 * ascending}, {{-3, -6, 25}, ascending}, {{0, 0, 55}, ascending}};
+    aorta.knots = {{{-2, -8, 0}, 0.92 * ascending}, {{-3, -6, 25}, ascending}, {{0, 0, 60}, ascending}};
     constexpr double clock[] = {150, 120, 90, 60, 30, 0};
     constexpr double width[] = {0.95, 0.91, 0.86, 0.82, 0.79, 0.77};
     for (int k = 0; k < 6; ++k) {
@@ -364,13 +382,14 @@ VesselTreeSpec arch(Draw& draw, const ArchShape& shape) {
     aorta.knots.push_back({2 * bow * along + Vec3(-12, 9, -70), 0.70 * ascending});
     aorta.knots.push_back({2 * bow * along + Vec3(-21, 8, -140), 0.66 * ascending});
 
-    // Gaps are between walls on the outer side of the bend; the centreline is shorter there.
-    const double inner = bow / (bow + 0.9 * ascending);
-    const double at_trunk = arc_below_top(aorta, shape.drop * 2 * carotid);
-    const double at_carotid = at_trunk + inner * (trunk + gap_1 + carotid);
-    const double at_subclavian = shape.bovine
-                                     ? at_trunk + inner * (trunk + gap_1 + carotid + gap_2 + subclavian)
-                                     : at_carotid + inner * (carotid + gap_2 + subclavian);
+    // Gaps are between walls on the outer side of the bend, which is longer than the centreline.
+    const double inner = bow / (bow + 0.3 * ascending);
+    const ArchOrigins origins(aorta, along);
+    const double at_trunk = origins.below_top(shape.drop * 2 * carotid);
+    const double at_carotid = origins.behind(at_trunk, inner * (trunk + gap_1 + carotid));
+    const double at_subclavian =
+        shape.bovine ? origins.behind(at_trunk, inner * (trunk + gap_1 + carotid + gap_2 + subclavian))
+                     : origins.behind(at_carotid, inner * (carotid + gap_2 + subclavian));
 
     VesselTreeSpec spec;
     spec.branches = {
@@ -521,10 +540,10 @@ VesselTreeSpec vessel_preset(std::string_view name, std::uint64_t seed) {
         if (one.preset.name != name) continue;
         // Some draws run into themselves; the next is taken.
         for (std::uint64_t attempt = 0;; ++attempt) {
-            Draw draw(seed, attempt);
-            VesselTreeSpec spec = one.build(draw);
-            spec.name = name;
             try {
+                Draw draw(seed, attempt);
+                VesselTreeSpec spec = one.build(draw);
+                spec.name = name;
                 grow(spec);
                 return spec;
             } catch (const InputError&) {

@@ -166,7 +166,9 @@ BranchSpec sac(const Aneurysm& aneurysm, const SampledBranch& parent) {
     spec.parent = aneurysm.branch;
     spec.at = aneurysm.at;
     spec.closed = true;
-    spec.knots = {{Vec3::Zero(), neck}, {0.7 * wall * out, neck}, {centre * out, sphere}};
+    const double root = std::min(neck, 0.9 * wall);
+    spec.knots = {{Vec3::Zero(), root}, {0.5 * wall * out, root}, {wall * out, neck}, {centre * out, sphere}};
+    if (centre < wall + 0.2) spec.knots.erase(spec.knots.end() - 2);
     return spec;
 }
 
@@ -184,11 +186,17 @@ double clearance(const SampledBranch& branch, int first, const Vec3& point) {
     return least;
 }
 
-void find_separation(SampledBranch& child, const SampledBranch& parent) {
+void find_separation(const VesselTree& tree, SampledBranch& child) {
+    const SampledBranch& parent = tree.branches[child.parent];
     const int last = static_cast<int>(child.points.size()) - 1;
-    child.separation = last;
-    for (int i = 0; i <= last; ++i) {
-        if (clearance(parent, 0, child.points[i]) <= child.radii[i]) continue;
+    child.exit = child.separation = last;
+    for (int i = last; i >= 0; --i) {
+        if (clearance(parent, 0, child.points[i]) >= 0) child.exit = i;
+    }
+    // Half as much again as the least: a gap that only just suffices may close once more.
+    for (int i = child.exit; i <= last; ++i) {
+        const double gap = 1.5 * least_gap(tree, child.radii[i]);
+        if (clearance(parent, 0, child.points[i]) < child.radii[i] + gap) continue;
         child.separation = i;
         return;
     }
@@ -219,22 +227,25 @@ void check_bends(const SampledBranch& branch, std::vector<std::string>& found) {
     }
 }
 
-/// Whether two stretches come nearer than `gap`, and where. Within one branch, samples that are near along
-/// it do not count.
-void check_apart(const SampledBranch& a, int first_a, const SampledBranch& b, int first_b, double gap,
-                 std::vector<std::string>& found) {
+/// Whether two branches come too near each other from these samples on; the first is the second's child when
+/// `related`. Within one branch, samples that are near along it do not count.
+void check_apart(const VesselTree& tree, const SampledBranch& a, int first_a, const SampledBranch& b,
+                 int first_b, bool related, std::vector<std::string>& found) {
+    const double largest = *std::max_element(b.radii.begin(), b.radii.end());
     for (int i = first_a; i < static_cast<int>(a.points.size()); ++i) {
+        const double most = a.radii[i] + largest + least_gap(tree, std::max(a.radii[i], largest));
         for (int j = first_b; j < static_cast<int>(b.points.size()); ++j) {
-            const double reach = a.radii[i] + b.radii[j] + gap;
-            if (&a == &b && std::abs(i - j) * a.step() < 2 * reach) continue;
             const double apart = (a.points[i] - b.points[j]).norm();
-            if (apart >= reach) {  // as many samples on, they are still too far
-                j += std::max(0, static_cast<int>((apart - reach) / (2 * b.step())) - 1);
+            if (apart >= most) {  // so many samples on, they are still too far
+                j += static_cast<int>((apart - most) / (1.1 * b.step()));
                 continue;
             }
+            const double gap = least_gap(tree, related ? a.radii[i] : std::max(a.radii[i], b.radii[j]));
+            const double reach = a.radii[i] + b.radii[j] + gap;
+            if (apart >= reach || (&a == &b && std::abs(i - j) * a.step() < 2 * reach)) continue;
             found.push_back(
-                fmt::format("branch '{}' runs into {} ({}): their walls are {:.2f} mm apart; {:.2f} mm "
-                            "or more is accepted",
+                fmt::format("branch '{}' runs into {} ({}): their walls are {:.2f} mm apart; {:.2f} "
+                            "mm or more is accepted",
                             a.name, &a == &b ? "itself" : "branch '" + b.name + "'", place_text(a, i),
                             apart - a.radii[i] - b.radii[j], gap));
             return;
@@ -243,7 +254,6 @@ void check_apart(const SampledBranch& a, int first_a, const SampledBranch& b, in
 }
 
 void check_lumen(const VesselTree& tree, std::vector<std::string>& found) {
-    const double gap = 0.5 * tree.least_radius;
     const auto& branches = tree.branches;
     for (const SampledBranch& branch : branches) check_bends(branch, found);
     for (std::size_t c = 0; c < branches.size(); ++c) {
@@ -264,14 +274,18 @@ void check_lumen(const VesselTree& tree, std::vector<std::string>& found) {
         }
     }
     if (!found.empty()) return;
+    std::vector<SampledBranch> whole;
+    std::vector<int> first;  // sample of each that keeps its distance from all
+    for (const SampledBranch& branch : branches) {
+        int before = 0;
+        whole.push_back(extended(branch, before));
+        first.push_back(branch.parent < 0 ? 0 : branch.separation);
+    }
     for (std::size_t b = 0; b < branches.size(); ++b) {
         for (std::size_t a = 0; a <= b; ++a) {
             const bool related = branches[b].parent == static_cast<int>(a);
-            // Both walls keep apart only from where a child is clear of its parent.
-            const double clear = related ? 0.0 : gap;
-            const int margin = related ? static_cast<int>(3 * branches[b].radii[0] / branches[b].step()) : 0;
-            check_apart(branches[b], branches[b].separation + margin, branches[a],
-                        related ? 0 : branches[a].separation, clear, found);
+            if (related && branches[b].closed) continue;  // a sac stays beside its vessel
+            check_apart(tree, whole[b], first[b], whole[a], related ? 0 : first[a], related, found);
         }
     }
 }
@@ -360,6 +374,29 @@ Vec3 SampledBranch::tangent(int sample) const {
     return (points[std::min(last, sample + 1)] - points[std::max(0, sample - 1)]).normalized();
 }
 
+double least_gap(const VesselTree& tree, double radius) {
+    return std::max(0.7 * tree.least_radius, 0.3 * radius);
+}
+
+SampledBranch extended(const SampledBranch& branch, int& before) {
+    SampledBranch longer = branch;
+    const int last = static_cast<int>(branch.points.size()) - 1;
+    const auto samples = [&](int end) {
+        return static_cast<int>(std::ceil(2 * branch.radii[end] / branch.step()));
+    };
+    const int after = branch.closed ? 0 : samples(last);
+    for (int i = 1; i <= after; ++i)
+        longer.points.push_back(branch.points[last] + i * branch.step() * branch.tangent(last));
+    longer.radii.insert(longer.radii.end(), after, branch.radii[last]);
+    before = branch.parent < 0 ? samples(0) : 0;
+    Polyline front;
+    for (int i = before; i > 0; --i)
+        front.push_back(branch.points[0] - i * branch.step() * branch.tangent(0));
+    longer.points.insert(longer.points.begin(), front.begin(), front.end());
+    longer.radii.insert(longer.radii.begin(), before, branch.radii[0]);
+    return longer;
+}
+
 std::vector<std::string> problems(const VesselTreeSpec& spec) {
     std::vector<std::string> found;
     if (spec.branches.empty()) found.push_back("there is no branch; one or more are accepted");
@@ -427,7 +464,9 @@ VesselTree grow(const VesselTreeSpec& spec) {
     }
     for (SampledBranch& branch : tree.branches) {
         for (const double radius : branch.radii) tree.least_radius = std::min(tree.least_radius, radius);
-        if (branch.parent >= 0) find_separation(branch, tree.branches[branch.parent]);
+    }
+    for (SampledBranch& branch : tree.branches) {
+        if (branch.parent >= 0) find_separation(tree, branch);
     }
     std::vector<std::string> found;
     if (tree.least_radius < least_radius / 2) {

@@ -65,7 +65,8 @@ struct SampledBranch {
     physics::Polyline points;            // equally far apart, about VesselTree::spacing [mm]
     std::vector<double> radii;           // [mm]
     bool closed = false;
-    int separation = 0;  // first sample whose lumen is clear of the parent's; the last if none is
+    int exit = 0;        // first sample outside the parent's lumen; the last if none is
+    int separation = 0;  // first sample whose lumen is well clear of the parent's; the last if none is
 
     double step() const { return (points[1] - points[0]).norm(); }  // between samples [mm]
     int sample_at(double arc) const;                                // nearest to so many mm from the start
@@ -78,6 +79,14 @@ struct VesselTree {
     double spacing = 0;       // of samples [mm]
     double least_radius = 0;  // [mm]
 };
+
+/// Nearer than this, walls cannot be told apart on the generator's grid, or are drawn together where a branch
+/// of this radius leaves its parent [mm].
+double least_gap(const VesselTree&, double radius);
+
+/// The branch running on straight beyond its open ends for twice its radius there; `before` is how many
+/// samples that adds at its start.
+SampledBranch extended(const SampledBranch&, int& before);
 
 /// Everything that keeps the spec from being grown: names, numbers, places. Empty when it is fine.
 std::vector<std::string> problems(const VesselTreeSpec&);
