@@ -12,6 +12,7 @@
 #include "engine/error.h"
 #include "engine/scenes.h"
 #include "physics/guidewire.h"
+#include "physics/refinement.h"
 #include "physics/relaxer.h"
 #include "render/c_arm.h"
 
@@ -28,7 +29,7 @@ struct TubeSource {
 
 /// What the wire touches.
 enum class WallModel {
-    Auto,           // Analytic for a tube, DistanceField for an anatomy
+    Auto,           // Analytic for a tube, else as choose_model finds
     Analytic,       // a tube in closed form
     DistanceField,  // of the lumen's mesh: smooth, so that a frame ends in equilibrium
     Mesh            // the mesh's own planes by ray, as in the paper
@@ -62,10 +63,13 @@ struct Scenario {
     std::optional<TubeSource> tube;
     Entry entry;
     physics::GuidewireSpec guidewire;
-    double wall_stiffness = 5;  // k of each joint [N/mm]
+    bool choose_segment_length = false;  // segment_length_mm = "auto": λ as choose_model finds
+    bool adaptive = false;               // λ fine at the tip and in bends, coarse elsewhere
+    physics::RefinementOptions refinement;
+    double wall_stiffness = 5;  // k of each joint of the guidewire's own λ [N/mm]
     WallModel wall_model = WallModel::Auto;
     physics::RelaxerConfig relaxer;
-    physics::RelaxBudget budget = {20000, 0.75, 60};  // work of one frame
+    physics::RelaxBudget budget = {40000, 0.75, 60};  // work of one frame
     Target target;
     render::CArm c_arm;  // at the start
     Imaging imaging;

@@ -68,7 +68,14 @@ void read_guidewire(Section wire, Scenario& s) {
     for (const GuidewirePreset& preset : guidewire_presets()) names.push_back(preset.name);
     s.guidewire = find_guidewire_preset("glide035")->spec;
     if (const auto preset = wire.choice("preset", names)) s.guidewire = guidewire_presets()[*preset].spec;
-    wire.number("segment_length_mm", s.guidewire.segment_length, {0.1, 10});
+    if (wire.is_word("segment_length_mm")) {
+        constexpr std::string_view words[] = {"auto"};
+        s.choose_segment_length = wire.choice("segment_length_mm", words).has_value();
+    } else {
+        wire.number("segment_length_mm", s.guidewire.segment_length, {0.1, 10});
+    }
+    wire.flag("adaptive", s.adaptive);
+    wire.number("curve_tolerance_mm", s.refinement.curve_tolerance, {0.001, 5});
     wire.number("diameter_mm", s.guidewire.diameter, {0.05, 5});
     wire.number("shaft_rigidity_N_mm2", s.guidewire.shaft_rigidity, positive(1e5));
     wire.number("tip_rigidity_N_mm2", s.guidewire.tip_rigidity, positive(1e5));

@@ -20,8 +20,9 @@ constexpr double largest_turn = 10.0 * std::numbers::pi / 180.0;  // [rad]
 /// Long motions get more than the frame's budget: each step at least this part of it, or the wire leaves the
 /// vessel.
 constexpr int least_share = 8;
-/// And at least so many Newton steps: fewer can't follow a segment that has come in.
-constexpr int least_newton_steps = 12;
+/// |g|/C at which the next segment may come in: farther from rest, wires go through walls.
+constexpr double passing_tolerance = 1e-3;
+constexpr double passing_tolerance_of_planes = 3e-2;  // a mesh's planes jump by about that
 /// The longest wires in use; also what keeps a frame's work finite.
 constexpr double longest_wire = 3000;  // [mm]
 /// The wire put in along the centreline is far from rest: updates a segment before frame 0.
@@ -64,8 +65,7 @@ void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
 std::unique_ptr<const physics::LumenWall> make_wall(const Scenario& s, const Anatomy& anatomy,
                                                     const FieldCache& cache) {
     const double wire_radius = 0.5 * s.guidewire.diameter;
-    const bool analytic = s.wall_model == WallModel::Analytic || (s.wall_model == WallModel::Auto && s.tube);
-    if (analytic) {
+    if (s.wall_model == WallModel::Analytic) {
         return std::make_unique<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius,
                                                    s.wall_stiffness, wire_radius);
     }
@@ -84,6 +84,7 @@ int steps_of(double amount, double step) {
 
 Simulation::Simulation(const Scenario& scenario, const FieldCache& cache)
     : scenario_(scenario), anatomy_(anatomy_of(scenario)) {
+    choose();
     choose_entry();
     locate_target();
     wall_ = make_wall(scenario_, anatomy_, cache);
@@ -93,6 +94,15 @@ Simulation::Simulation(const Scenario& scenario, const FieldCache& cache)
 
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
+
+void Simulation::choose() {
+    physics::GuidewireSpec& wire = scenario_.guidewire;
+    choice_ = choose_model(anatomy_, wire, scenario_.refinement.curve_tolerance, scenario_.tube.has_value());
+    if (scenario_.wall_model == WallModel::Auto) scenario_.wall_model = choice_.wall;
+    if (!scenario_.choose_segment_length) return;
+    scenario_.wall_stiffness *= choice_.segment_length / wire.segment_length;  // the same per length of wire
+    wire.segment_length = choice_.segment_length;
+}
 
 void Simulation::choose_entry() {
     const std::optional<int> end = find_end(anatomy_, scenario_.entry.end);
@@ -160,13 +170,26 @@ void Simulation::locate_target() {
 void Simulation::reset() {
     ++resets_;
     relaxer_ = physics::make_relaxer(scenario_.relaxer);  // it remembers where it stopped: a new one
+    passing_.reset();
+    if (scenario_.relaxer.kind == physics::RelaxerKind::Global) {
+        physics::RelaxerConfig passing = scenario_.relaxer;
+        const bool planes = scenario_.wall_model == WallModel::Mesh;
+        passing.tolerance =
+            std::max(passing.tolerance, planes ? passing_tolerance_of_planes : passing_tolerance);
+        passing_ = physics::make_relaxer(passing);
+    }
+    settled_ = true;
     wire_ = physics::wire_along(scenario_.guidewire, entry_.points, segments_at_start_);
     waiting_.clear();
     c_arm_ = scenario_.c_arm;
     beam_on_ = false;
     iodine_ = scenario_.imaging.iodine;
     StepReport ignored;
-    relax(updates_at_start * segments_at_start_, ignored);
+    relax(*relaxer_, updates_at_start * segments_at_start_, ignored);
+    if (scenario_.adaptive) {
+        physics::refine(wire_, *wall_, scenario_.refinement);
+        relax(*relaxer_, updates_at_start * wire_.segments(), ignored);
+    }
     tip_at_start_ = wire_.tip();
     contacts_ = physics::all_contacts(wire_, *wall_);
 }
@@ -187,39 +210,45 @@ void Simulation::apply(const Command& command) {
 
 StepReport Simulation::step() {
     StepReport report;
-    int steps = 0;
-    for (const Motion& m : waiting_) {
-        steps += steps_of(m.insertion, wire_.spec.segment_length) + steps_of(m.rotation, largest_turn);
-    }
+    if (scenario_.adaptive && !waiting_.empty()) physics::refine(wire_, *wall_, scenario_.refinement);
+    int parts = 0;
+    for (const Motion& m : waiting_)
+        parts += steps_of(m.insertion, wire_.spec.segment_length) + steps_of(m.rotation, largest_turn);
     const int budget = scenario_.budget.updates;
     // One part more for the frame's end, so that a frame with a motion settles as one without.
-    const int share = std::max({1, budget / (steps + 1), budget / least_share});
-    for (const Motion& m : waiting_) {
-        if (m.insertion != 0) insert(m.insertion, share, report);
-        if (m.rotation != 0) turn(m.rotation, share, report);
+    const int share = passing_ ? budget : std::max({1, budget / (parts + 1), budget / least_share});
+    if (!settled_) settle(share, report);
+    while (settled_ && !waiting_.empty()) {
+        Motion& motion = waiting_.front();
+        if (motion.insertion != 0) insert(motion, share, report);
+        if (motion.rotation != 0) turn(motion, share, report);
+        if (motion.insertion == 0 && motion.rotation == 0) waiting_.erase(waiting_.begin());
     }
-    waiting_.clear();
-    relax(std::max(share, budget - report.relax.updates), report);
-    contacts_ = physics::all_contacts(wire_, *wall_);
-    for (std::size_t i = 0; i < contacts_.size(); ++i) wire_.stations[i] = contacts_[i].station;
+    if (settled_) {
+        const int left = budget - report.relax.updates;
+        relax(*relaxer_, passing_ ? std::max(left, wire_.segments()) : std::max(share, left), report);
+    }
+    if (report.relax.updates > 0 || contacts_.size() != wire_.joints.size())
+        contacts_ = physics::all_contacts(wire_, *wall_);
     return report;
 }
 
-void Simulation::insert(double length, int share, StepReport& report) {
+/// Makes what the budget allows of the motion; the rest stays in it.
+void Simulation::insert(Motion& motion, int share, StepReport& report) {
     const double before = inserted();
-    const int steps = steps_of(length, wire_.spec.segment_length);
-    for (int k = 0; k < steps; ++k) {
-        if (length > 0 && (wire_.inserted_length() >= longest_wire || tip_has_left())) {
+    while (motion.insertion != 0 && settled_) {
+        if (motion.insertion > 0 && (wire_.inserted_length() >= longest_wire || tip_has_left())) {
             report.insertion_stopped = true;
+            motion.insertion = 0;
             break;
         }
-        const double wanted = length / steps;
-        const double expected = inserted() + wanted;
-        const int made = physics::move(wire_, wanted);
-        if (made != 0) relax(share, report);
+        const int steps = steps_of(motion.insertion, wire_.spec.segment_length);
+        const double wanted = motion.insertion / steps, expected = inserted() + wanted;
+        motion.insertion = steps == 1 ? 0 : motion.insertion - wanted;
+        if (physics::move(wire_, wanted) != 0) settle(share, report);
         if (wanted < 0 && std::abs(inserted() - expected) > 1e-6) {
             report.withdrawal_stopped = true;
-            break;
+            motion.insertion = 0;
         }
     }
     report.insertions.push_back(inserted() - before);
@@ -227,31 +256,45 @@ void Simulation::insert(double length, int share, StepReport& report) {
 
 /// Beyond an open end there is no wall to lead the wire: it stops there.
 bool Simulation::tip_has_left() const {
-    for (const VesselEnd& end : anatomy_.ends) {
-        const Vec3 way = wire_.tip() - end.opening.centre;
+    const Vec3 tip = wire_.tip();
+    const int branch = nearest_place(anatomy_, tip).branch;
+    return std::any_of(anatomy_.ends.begin(), anatomy_.ends.end(), [&](const VesselEnd& end) {
+        const Vec3 way = tip - end.opening.centre;
         const double beyond = way.dot(end.opening.outward_normal);
-        if (beyond > 0 && (way - beyond * end.opening.outward_normal).norm() < 2 * end.opening.radius) {
-            return true;
-        }
-    }
-    return false;
+        return beyond > 0 && way.norm() < 2 * (end.opening.radius + beyond) &&
+               nearest_place(anatomy_, end.opening.centre).branch == branch;
+    });
 }
 
-void Simulation::turn(double angle, int share, StepReport& report) {
-    const int steps = steps_of(angle, largest_turn);
-    for (int k = 0; k < steps; ++k) {
-        physics::rotate(wire_, angle / steps);
-        relax(share, report);
+void Simulation::turn(Motion& motion, int share, StepReport& report) {
+    while (motion.rotation != 0 && settled_) {
+        const int steps = steps_of(motion.rotation, largest_turn);
+        const double wanted = motion.rotation / steps;
+        motion.rotation = steps == 1 ? 0 : motion.rotation - wanted;
+        physics::rotate(wire_, wanted);
+        report.rotation += std::abs(wanted);
+        settle(share, report);
     }
-    report.rotation += std::abs(angle);
 }
 
-void Simulation::relax(int updates, StepReport& report) {
-    if (scenario_.relaxer.kind == physics::RelaxerKind::Global)
-        updates = std::max(updates, least_newton_steps * wire_.segments());
+/// Relaxes so far that the wire may be moved again.
+void Simulation::settle(int share, StepReport& report) {
+    if (!passing_) {
+        relax(*relaxer_, share, report);
+        return;
+    }
+    // A Newton method that stops within its budget can do no more; one that does not has to go on first.
+    const int budget = std::max(share - report.relax.updates, wire_.segments());
+    const physics::RelaxReport part = relax(*passing_, budget, report);
+    settled_ = part.converged || part.updates + wire_.segments() <= budget;
+}
+
+physics::RelaxReport Simulation::relax(physics::Relaxer& relaxer, int updates, StepReport& report) {
     const physics::RelaxBudget budget = {updates, scenario_.budget.distal_share,
                                          scenario_.budget.distal_segments};
-    accumulate(report.relax, relaxer_->relax(wire_, *wall_, budget));
+    const physics::RelaxReport part = relaxer.relax(wire_, *wall_, budget);
+    accumulate(report.relax, part);
+    return part;
 }
 
 std::uint64_t Simulation::state_hash() const {
@@ -265,6 +308,8 @@ std::uint64_t Simulation::state_hash() const {
     hash.add(wire_.base_director);
     hash.add(wire_.roll);
     hash.add(wire_.carried);
+    for (const Motion& motion : waiting_) hash.add(motion.insertion), hash.add(motion.rotation);
+    hash.add(static_cast<int>(settled_));
     hash.add(c_arm_.lao), hash.add(c_arm_.cranial), hash.add(c_arm_.sid), hash.add(c_arm_.sod);
     hash.add(c_arm_.isocentre), hash.add(c_arm_.detector_width), hash.add(c_arm_.pixels);
     hash.add(static_cast<int>(beam_on_));

@@ -9,6 +9,7 @@
 
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/command.h"
+#include "engine/model_choice.h"
 #include "engine/scenario.h"
 #include "physics/relaxer.h"
 
@@ -34,12 +35,16 @@ public:
 
     /// Motions wait for step(); all else takes effect at once.
     void apply(const Command&);
-    /// Makes the motions that wait, segment by segment, and relaxes with one frame's budget.
+    /// Makes the motions that wait, segment by segment, and relaxes with one frame's budget. With the global
+    /// relaxer a segment comes in only once the wire is near rest: what the budget does not allow is made in
+    /// the frames that follow, in the order it was asked for.
     StepReport step();
     /// Everything as after construction, bit for bit.
     void reset();
 
     const Scenario& scenario() const { return scenario_; }
+    /// What was left to choose is as chosen in scenario().
+    const ModelChoice& choice() const { return choice_; }
     const Anatomy& anatomy() const { return anatomy_; }
     const physics::Guidewire& wire() const { return wire_; }
     const physics::Vec3& tip_at_start() const { return tip_at_start_; }           // before frame 0 [mm]
@@ -61,15 +66,18 @@ private:
         double insertion = 0;  // [mm]
         double rotation = 0;   // [rad]
     };
-    void insert(double length, int share, StepReport&);
-    void turn(double angle, int share, StepReport&);
-    void relax(int updates, StepReport&);
+    void insert(Motion&, int share, StepReport&);
+    void turn(Motion&, int share, StepReport&);
+    void settle(int share, StepReport&);
+    physics::RelaxReport relax(physics::Relaxer&, int updates, StepReport&);
     bool tip_has_left() const;
     void locate_target();
+    void choose();
     void choose_entry();
 
     Scenario scenario_;
     Anatomy anatomy_;
+    ModelChoice choice_;
     EntryPath entry_;
     physics::Vec3 target_ = physics::Vec3::Zero();
     physics::Vec3 tip_at_start_ = physics::Vec3::Zero();
@@ -77,9 +85,11 @@ private:
     std::unique_ptr<const physics::LumenWall> wall_;
 
     std::unique_ptr<physics::Relaxer> relaxer_;
+    std::unique_ptr<physics::Relaxer> passing_;  // between two segments of one frame; global relaxer only
     physics::Guidewire wire_;
     std::vector<physics::WallContact> contacts_;
     std::vector<Motion> waiting_;
+    bool settled_ = true;  // near enough to rest for the next motion
     render::CArm c_arm_;
     bool beam_on_ = false;
     double iodine_ = 0;

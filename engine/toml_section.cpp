@@ -102,7 +102,11 @@ bool Section::word(std::string_view key, std::string& value) {
     return node->is_string();
 }
 
-/// The index of the word among those accepted.
+bool Section::is_word(std::string_view key) {
+    const toml::node* node = find(key);
+    return node && node->is_string();
+}
+
 std::optional<std::size_t> Section::choice(std::string_view key, std::span<const std::string_view> accepted) {
     const toml::node* node = find(key);
     if (!node) return std::nullopt;

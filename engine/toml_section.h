@@ -59,6 +59,7 @@ public:
     }
     void flag(std::string_view key, bool& value);
     bool word(std::string_view key, std::string& value);
+    bool is_word(std::string_view key);
     /// The index of the word among those accepted.
     std::optional<std::size_t> choice(std::string_view key, std::span<const std::string_view> accepted);
     bool point(std::string_view key, physics::Vec3& value, double most);

@@ -5,28 +5,51 @@
 namespace physics {
 
 void ContactSet::reset(const Guidewire& wire) {
-    const int n = wire.segments();
-    contacts_.assign(n + 1, {});
-    asked_at_ = wire.joints;
-    for (int i = 1; i <= n; ++i) contacts_[i].station = wire.stations[i];
-    wall_.contacts(std::span(wire.joints).subspan(1), std::span(contacts_).subspan(1));
-    queries_ += n;
-    list_touching();
+    contacts_.clear();
+    update(wire);
 }
 
-double ContactSet::evaluate(std::span<const Vec3> joints, int first) {
+void ContactSet::update(const Guidewire& wire) {
+    const std::size_t before = contacts_.size();
+    contacts_.resize(wire.joints.size());
+    asked_at_.resize(wire.joints.size());
+    shares_.resize(wire.joints.size());
+    begin();
+    for (int i = 1; i <= wire.segments(); ++i) {
+        const Vec3& x = wire.joints[i];
+        const double share = wire.wall_share(i);
+        const bool asked = static_cast<std::size_t>(i) < before && wire.stations[i] == contacts_[i].station &&
+                           share == shares_[i];
+        shares_[i] = share;
+        if (!asked || (x != asked_at_[i] && !known(i, x))) add(i, x, wire.stations[i]);
+    }
+    ask();
+    commit();
+}
+
+void ContactSet::begin() {
     index_.clear();
     at_.clear();
     answer_.clear();
-    for (int i = first; i < static_cast<int>(joints.size()); ++i) {
-        const WallContact& c = contacts_[i];
-        if (!c.touches() && (joints[i] - asked_at_[i]).squaredNorm() < c.trust * c.trust) continue;
-        index_.push_back(i);
-        at_.push_back(joints[i]);
-        answer_.emplace_back().station = c.station;
-    }
+}
+
+void ContactSet::add(int joint, const Vec3& x, int station) {
+    index_.push_back(joint);
+    at_.push_back(x);
+    answer_.emplace_back().station = station;
+}
+
+void ContactSet::ask() {
     wall_.contacts(at_, answer_);
+    for (std::size_t k = 0; k < answer_.size(); ++k) answer_[k].stiffness *= shares_[index_[k]];
     queries_ += static_cast<long long>(at_.size());
+}
+
+double ContactSet::evaluate(std::span<const Vec3> joints, int first) {
+    begin();
+    for (int i = first; i < static_cast<int>(joints.size()); ++i)
+        if (!known(i, joints[i])) add(i, joints[i], contacts_[i].station);
+    ask();
     double energy = 0;
     for (const WallContact& c : answer_)
         if (c.touches()) energy += c.energy();

@@ -18,33 +18,43 @@ struct WallSum {
 
 /// A joint out of touch is not asked again while it stays within its contact's trust; one in touch always is.
 /// A change is evaluated first and then committed or forgotten, so that a rejected update costs no second
-/// query.
+/// query. A contact's stiffness is the wall's times the joint's share of it, Guidewire::wall_share.
 class ContactSet {
 public:
     explicit ContactSet(const LumenWall& wall) : wall_(wall) {}
 
     void reset(const Guidewire&);  // ask for every joint
+    /// Ask for the joints that are not where, and at the station, they were asked last or trusted to touch
+    /// nothing.
+    void update(const Guidewire&);
 
     /// Wall energy [N·mm] of joints ≥ first at these positions; the answers wait for commit().
     double evaluate(std::span<const Vec3> joints, int first);
     void commit();
+    /// What the last evaluate asked: joints, ascending, and the answers to them. All others touch nothing.
+    std::span<const int> asked() const { return index_; }
+    std::span<const WallContact> answers() const { return answer_; }
     double energy(int first) const;  // of the committed contacts of joints ≥ first [N·mm]
 
     int last_touching() const { return touching_.empty() ? -1 : touching_.back(); }
     int touching() const { return static_cast<int>(touching_.size()); }
     WallSum sum_from(int joint) const;  // of the committed contacts
     std::span<const WallContact> contacts() const { return contacts_; }
-    /// Penetration that the committed contact foresees with the joint at x [mm].
-    double predicted_penetration(int joint, const Vec3& x) const {
-        return contacts_[joint].penetration + contacts_[joint].normal.dot(x - asked_at_[joint]);
-    }
     long long queries() const { return queries_; }
 
 private:
     void list_touching();
+    bool known(int joint, const Vec3& x) const {
+        const WallContact& c = contacts_[joint];
+        return !c.touches() && (x - asked_at_[joint]).squaredNorm() < c.trust * c.trust;
+    }
+    void begin();  // a round of questions: add them, then ask them at once
+    void add(int joint, const Vec3& x, int station);
+    void ask();
 
     const LumenWall& wall_;
     std::vector<WallContact> contacts_;  // per joint; [0], the introducer's, is never asked
+    std::vector<double> shares_;         // of the wall's stiffness, per joint
     std::vector<Vec3> asked_at_;         // where each was asked
     std::vector<int> touching_;          // joints in touch, ascending
     std::vector<WallSum> sums_;          // [k] = sum from touching_[k] to the tip

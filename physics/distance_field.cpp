@@ -23,8 +23,68 @@ constexpr double kCentrelineError = 0.1;
 /// The spline changes by no more than 1 / kSlope per mm, creases of the wall included.
 constexpr double kSlope = 0.9;
 /// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr char kMagic[8] = {'S', 'E', 'L', 'D', 'F', 'L', 'D', '\n'};
+
+/// Past an open end the lumen goes on straight, first whole, then fading, so that energy and force have no
+/// step at the end's plane and a tip that looks out of it does not swing round its rim.
+constexpr double kWhole = 5, kGone = 10;  // past the plane [mm]
+/// Grid nodes past the plane in which the field becomes that of the plane.
+constexpr double kTurn = 4;
+
+/// 0 to 1 as t goes from 0 to 1, twice continuously differentiable, with its derivatives and its integral.
+struct SmoothStep {
+    double value, slope, curve, integral;
+    explicit SmoothStep(double t) {
+        t = std::clamp(t, 0.0, 1.0);
+        value = t * t * t * (10 + t * (6 * t - 15));
+        slope = 30 * t * t * (1 - t) * (1 - t);
+        curve = 60 * t * (1 - t) * (1 - 2 * t);
+        integral = t * t * t * t * (2.5 + t * (t - 3));
+    }
+};
+
+/// What lies past an open end, seen as if the lumen went on straight.
+struct Sleeve {
+    double past = 0;                        // the end's plane [mm]
+    Vec3 out = Vec3::Zero();                // the end's normal
+    double kept = 0, slope = 1, curve = 0;  // of `past` in the field's grid, and its derivatives
+
+    Sleeve(const Vec3& x, std::span<const OpenEnd> ends, std::span<const int> seen, double margin,
+           double spacing) {
+        for (const int e : seen) {
+            const Vec3 d = x - ends[e].centre;
+            const double t = d.dot(ends[e].outward_normal), reach = 2 * (ends[e].radius + t) + margin;
+            if (t <= past || (d - t * ends[e].outward_normal).squaredNorm() > reach * reach) continue;
+            past = t;
+            out = ends[e].outward_normal;
+        }
+        const double length = kTurn * spacing;
+        const SmoothStep step(past / length);
+        kept = std::min(past, length) - length * step.integral;
+        slope = 1 - step.value;
+        curve = -step.slope / length;
+    }
+    bool inside() const { return past == 0; }
+    bool gone() const { return past >= kGone; }
+    Vec3 seen_at(const Vec3& x) const { return x - (past - kept) * out; }
+
+    /// Chain rule of x ↦ seen_at(x), then the fading.
+    void apply(WallContact& c) const {
+        const double along = c.normal.dot(out);
+        const Mat3 flatten = Mat3::Identity() - (1 - slope) * out * out.transpose();
+        c.curvature = flatten * c.curvature * flatten + along * curve * out * out.transpose();
+        c.normal -= (1 - slope) * along * out;
+        if (!c.touches() || past <= kWhole) return;
+        const double length = kGone - kWhole;
+        const SmoothStep step((past - kWhole) / length);
+        const double w = 1 - step.value, dw = -step.slope / length, ddw = -step.curve / (length * length);
+        c.curvature = w * c.curvature + dw * (c.normal * out.transpose() + out * c.normal.transpose()) +
+                      c.penetration * ddw * out * out.transpose();
+        c.normal = w * c.normal + c.penetration * dw * out;
+        c.penetration *= w;
+    }
+};
 
 /// The triangles in Embree, for closest points.
 class EmbreeSurface {
@@ -154,6 +214,7 @@ struct DistanceField::Data {
     std::uint64_t fingerprint;
 
     WallContact contact(const Vec3& x, int hint) const;
+    void ask_grid(const Vec3& x, WallContact&) const;
 };
 
 DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const CentrelineBranch> branches,
@@ -204,15 +265,27 @@ WallContact DistanceField::Data::contact(const Vec3& x, int hint) const {
     WallContact c;
     c.station = tree.locate(x, hint);
     c.stiffness = stiffness;
+    const Sleeve sleeve(x, tree.ends(), sheets.ends[c.station], outer, spacing);
+    if (sleeve.gone()) {
+        c.room = tree.stations()[c.station].radius - wire_radius;
+        c.penetration = -1e-3;
+    } else if (sleeve.inside()) {
+        ask_grid(x, c);
+    } else {
+        ask_grid(sleeve.seen_at(x), c);
+        sleeve.apply(c);
+    }
+    return c;
+}
+
+void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
     const Station& station = tree.stations()[c.station];
     const double depth = station.radius - (x - station.centre).norm();  // in the inscribed ball
     const double inside = depth - wire_radius;
     c.room = station.radius - wire_radius;
     c.penetration = -std::max(inside, 1e-3);
     c.trust = std::max(0.0, inside - kCentrelineError);
-    if (depth > inner + kCentrelineError) return c;
-    for (int e : sheets.ends[c.station])
-        if (tree.ends()[e].beyond(x, outer) > 0) return c;
+    if (depth > inner + kCentrelineError) return;
 
     const SplineGrid& grid = grids[sheets.sheet_of[c.station]];
     SplineValue field;
@@ -221,7 +294,7 @@ WallContact DistanceField::Data::contact(const Vec3& x, int hint) const {
         c.normal = field.gradient;
         c.curvature = field.hessian;
         c.trust = std::max(0.0, -kSlope * c.penetration);
-        return c;
+        return;
     }
     // Off the band: outside it, if the way to the centreline meets it at a place outside the wall.
     const Vec3 way = tree.closest_point(c.station, x) - x;
@@ -233,12 +306,11 @@ WallContact DistanceField::Data::contact(const Vec3& x, int hint) const {
         c.penetration = field.value + field.gradient.dot(x - y) + wire_radius;
         c.normal = field.gradient;
         c.trust = 0;
-        return c;
+        return;
     }
     // Inside, where no wall is nearer than the band is deep.
     c.penetration = -std::max(inside, inner - wire_radius);
     c.trust = std::max(c.trust, kSlope * (inner - wire_radius));
-    return c;
 }
 
 void DistanceField::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {

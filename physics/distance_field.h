@@ -27,8 +27,9 @@ struct DistanceFieldOptions {
 /// down to 0.79 where the surface has a crease, as at a carina.
 ///
 /// Deeper inside than `inner` the contact is a bound from the inscribed balls, without a normal; farther
-/// outside than `outer` the field goes on linearly from where the way to the centreline meets it. Beyond the
-/// plane of an open end nothing touches; up to there the lumen is felt as if it went on straight. Vessels
+/// outside than `outer` the field goes on linearly from where the way to the centreline meets it. Past the
+/// plane of an open end the lumen goes on straight, whole for 5 mm and fading over 5 mm more; beyond that
+/// nothing touches. Vessels
 /// that nearly touch have fields of their own (VesselSheets); the station of a joint picks the field.
 class DistanceField final : public LumenWall {
 public:

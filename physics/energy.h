@@ -11,7 +11,8 @@ struct Energy {
     double total() const { return bending + wall; }
 };
 
-/// Contacts of all joints from scratch (stations of the wire as hints).
+/// Contacts of all joints from scratch (stations of the wire as hints), each with its share of the wall's
+/// stiffness.
 std::vector<WallContact> all_contacts(const Guidewire&, const LumenWall&);
 
 Energy total_energy(const Guidewire&, std::span<const WallContact>);

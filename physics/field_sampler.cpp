@@ -14,6 +14,8 @@ namespace {
 
 /// A sheet's field reaches this many radii from its centreline: lumens are not round.
 constexpr double kRoundness = 1.5;
+/// Spacings that the grids reach past an open end.
+constexpr double kPastEnds = 4;
 /// Bricks along the edge of the cubes that the search for the wall starts from, a power of two.
 constexpr int kCube = 4;
 
@@ -156,7 +158,7 @@ struct Search {
         });
         if (!near) return false;
         view.look_from(sheet, centre);
-        if (view.beyond_an_end(centre) > reach + 2 * band.spacing) return false;
+        if (view.beyond_an_end(centre) > reach + kPastEnds * band.spacing) return false;
         const double d = view.distance(centre);
         return d <= band.outer + reach && d >= -band.inner - reach;
     }

@@ -45,6 +45,12 @@ Guidewire chain(const GuidewireSpec& spec, const Vec3& entry, const Vec3& clampe
     return wire;
 }
 
+/// du/ds at a joint as the chain has it, 0 where the wire is bent without load [1/mm].
+Vec3 curvature_at(const Guidewire& wire, int joint) {
+    if (joint == wire.segments() || wire.rest_angle[joint] != 0) return Vec3::Zero();
+    return (wire.tangents[joint + 1] - wire.tangents[joint]) / wire.length_of(joint);
+}
+
 }  // namespace
 
 std::vector<std::string> problems(const GuidewireSpec& s) {
@@ -82,9 +88,13 @@ double rigidity_at(const GuidewireSpec& s, double from_end) {
     return s.tip_rigidity * std::pow(s.shaft_rigidity / s.tip_rigidity, t / s.transition_length);
 }
 
+double Guidewire::length_of(int joint) const {
+    if (joint == 0) return lengths[1];
+    return joint == segments() ? lengths[joint] : 0.5 * (lengths[joint] + lengths[joint + 1]);
+}
+
 double Guidewire::spring_constant(int joint) const {
-    const double length = joint == 0 ? lengths[1] : 0.5 * (lengths[joint] + lengths[joint + 1]);
-    return rigidity[joint] / length;
+    return rigidity[joint] / length_of(joint);
 }
 
 double Guidewire::inserted_length() const {
@@ -157,6 +167,34 @@ Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry
     return wire;
 }
 
+void split_segment(Guidewire& wire, int i) {
+    const Vec3 u = wire.tangents[i];
+    const double half = 0.5 * wire.lengths[i];
+    Vec3 turn = 0.25 * half * (curvature_at(wire, i - 1) + curvature_at(wire, i));
+    turn -= turn.dot(u) * u;
+    wire.tangents[i] = (u - turn).normalized();
+    wire.tangents.insert(wire.tangents.begin() + i + 1, (u + turn).normalized());
+    wire.lengths[i] = half;
+    wire.lengths.insert(wire.lengths.begin() + i + 1, half);
+    wire.joints.insert(wire.joints.begin() + i, Vec3::Zero());
+    const int station = wire.stations[i - 1];
+    wire.stations.insert(wire.stations.begin() + i, station);
+    rebuild_joints(wire, i);
+    assign_material(wire);
+}
+
+void merge_segments(Guidewire& wire, int i) {
+    const Vec3 chord = wire.lengths[i] * wire.tangents[i] + wire.lengths[i + 1] * wire.tangents[i + 1];
+    wire.tangents[i] = chord.normalized();
+    wire.tangents.erase(wire.tangents.begin() + i + 1);
+    wire.lengths[i] += wire.lengths[i + 1];
+    wire.lengths.erase(wire.lengths.begin() + i + 1);
+    wire.joints.erase(wire.joints.begin() + i);
+    wire.stations.erase(wire.stations.begin() + i);
+    rebuild_joints(wire, i);
+    assign_material(wire);
+}
+
 void insert_segment(Guidewire& wire) {
     const int before = wire.segments() - wire.curved_segments();  // last segment of the shaft
     const Vec3 u = wire.tangents[before];
@@ -171,7 +209,8 @@ void insert_segment(Guidewire& wire) {
 }
 
 bool remove_segment(Guidewire& wire) {
-    const int last = wire.segments() - wire.curved_segments();
+    int last = wire.segments() - wire.curved_segments();
+    for (; wire.lengths[last] > 1.5 * wire.spec.segment_length; ++last) split_segment(wire, last);
     if (last < 2) return false;
     wire.tangents.erase(wire.tangents.begin() + last);
     wire.lengths.erase(wire.lengths.begin() + last);

@@ -45,9 +45,13 @@ struct Guidewire {
 
     int segments() const { return static_cast<int>(joints.size()) - 1; }
     const Vec3& tip() const { return joints.back(); }
+    double length_of(int joint) const;  // that the joint stands for: the mean of its segments' lengths [mm]
     double spring_constant(int joint) const;  // C_i = EI_i over the length that joint i stands for [N·mm]
-    double inserted_length() const;           // Σλ [mm]
-    int curved_segments() const;              // segments of the pre-curved tip
+    /// Wall stiffness of the joint in that of a joint of the spec's λ: a wall is as stiff per length of wire
+    /// however coarse the wire is. 1 for every joint of a wire of uniform λ.
+    double wall_share(int joint) const { return length_of(joint) / spec.segment_length; }
+    double inserted_length() const;  // Σλ [mm]
+    int curved_segments() const;     // segments of the pre-curved tip
 };
 
 /// A wire of `segments` segments along `direction` (any length) from `entry`, without load.
@@ -61,11 +65,19 @@ Guidewire wire_along(const GuidewireSpec&, const Polyline& path, int segments);
 Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry, const Vec3& clamped,
                        const std::vector<Vec3>& tangents);
 
+/// Halve a segment. Its halves bend by the mean of the curvatures at its ends, so that the curve stays
+/// smooth; joints distal of it come closer by what the bent piece is shorter across.
+void split_segment(Guidewire&, int segment);
+
+/// Make one straight segment of this one and the next, as long as both (neither of the curved tip). Joints
+/// distal of it move off along it by what the bent pair was shorter across.
+void merge_segments(Guidewire&, int segment);
+
 /// Insert one segment just before the curved tip (the paper, Section 2.1).
 void insert_segment(Guidewire&);
 
-/// Take one segment out there. False, with nothing changed, when only the curved tip and one segment are
-/// left.
+/// Take one segment of the spec's λ out there, split off a longer one if need be. False, with nothing
+/// changed, when only the curved tip and one such segment are left.
 bool remove_segment(Guidewire&);
 
 /// Move the wire by `mm` (negative = withdraw): whole segments are made, the rest is carried.

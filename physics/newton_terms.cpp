@@ -53,15 +53,15 @@ void assemble(const Guidewire& wire, std::span<const WallContact> contacts,
     const int n = wire.segments();
     terms.first = first;
     terms.twist = wire.curved_segments() > 0;
-    terms.stages.resize(n - first + 1);
-    terms.gradient.resize(n - first + 1);
+    terms.stages.resize(n);
+    terms.gradient.resize(n);
 
     Mat32 prev;
     Vec3 a, b;
     tangent_basis(wire.tangents[first - 1], a, b);
     prev << a, b;
     for (int j = first; j <= n; ++j) {
-        RiccatiStage& s = terms.stages[j - first];
+        RiccatiStage& s = terms.stages[j - 1];
         tangent_basis(wire.tangents[j], a, b);
         s.basis << a, b;
         s.length = wire.lengths[j];
@@ -87,17 +87,18 @@ void assemble(const Guidewire& wire, std::span<const WallContact> contacts,
     Vec3 force = Vec3::Zero();
     double torque = 0;
     Vec2 slope_of_next = Vec2::Zero();
-    terms.relative_gradient = 0;
-    for (int j = n; j >= first; --j) {
-        RiccatiStage& s = terms.stages[j - first];
+    terms.relative_gradient = terms.proximal_gradient = 0;
+    for (int j = n; j >= 1; --j) {
+        RiccatiStage& s = terms.stages[j - 1];
         const WallContact& contact = contacts[j];
-        s.touches = contact.touches();
-        if (s.touches) {
+        const bool inside = j >= first;
+        if (inside) s.touches = contact.touches();
+        if (inside && s.touches) {
             s.force = contact.push();
             s.stiffness = contact.stiffness * contact.normal * contact.normal.transpose() +
                           contact.force() * contact.curvature;
-            force += s.force;
         }
+        if (s.touches) force += s.force;
         s.axial = s.length * wire.tangents[j].dot(force);
         Vec2 g = s.slope + slope_of_next + s.length * (s.basis.transpose() * force);
         slope_of_next = s.slope_prev;
@@ -106,16 +107,17 @@ void assemble(const Guidewire& wire, std::span<const WallContact> contacts,
             slope_of_next += torque * s.twist_prev;
             // The second-order twist of a joint is half the area that its two tangents sweep against each
             // other.
-            const Vec3 axis = (wire.tangents[j - 1] + wire.tangents[j]).normalized();
-            const Mat32& ti = j > first ? terms.stages[j - 1 - first].basis : s.basis;
             if (j > first) {
+                const Vec3 axis = (wire.tangents[j - 1] + wire.tangents[j]).normalized();
+                const Mat32& ti = terms.stages[j - 2].basis;
                 for (int k = 0; k < 2; ++k)
                     s.cross.col(k) += 0.5 * torque * (ti.transpose() * Vec3(s.basis.col(k)).cross(axis));
             }
             torque += s.slope_twist;
         }
-        terms.gradient[j - first] = g;
-        terms.relative_gradient = std::max(terms.relative_gradient, g.norm() / wire.spring_constant(j - 1));
+        terms.gradient[j - 1] = g;
+        double& largest = inside ? terms.relative_gradient : terms.proximal_gradient;
+        largest = std::max(largest, g.norm() / wire.spring_constant(j - 1));
     }
     terms.push = force;
     terms.torque = torque;

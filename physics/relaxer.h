@@ -55,7 +55,8 @@ struct RelaxReport {
     // minimum.
     bool converged = false;
     // Of the global relaxer only:
-    int newton_steps = 0;         // solves of the whole wire, charged N updates each
+    int newton_steps = 0;         // each charged an update for every segment of its window
+    int window = 0;               // distal segments that moved; the others kept their tangents
     double gradient = 0;          // largest |dU/du| over C at the end [-]
     bool strict_minimum = false;  // certificate: no pivot of the recursion had to be shifted
     double largest_bend = 0;      // of a joint from its rest shape [rad]; above π/3 is a kink
@@ -69,6 +70,8 @@ using UpdateObserver = std::function<void(int first_moved_joint, const Guidewire
 class Relaxer {
 public:
     virtual ~Relaxer() = default;
+    /// A relaxer may remember the wire and the contacts from one call to the next, so a wall must not change,
+    /// nor another take its place in memory, between calls.
     virtual RelaxReport relax(Guidewire&, const LumenWall&, const RelaxBudget&,
                               const UpdateObserver& = {}) = 0;
 };

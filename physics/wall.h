@@ -12,7 +12,7 @@ struct WallContact {
     Vec3 normal = Vec3::Zero();  // ∇ of penetration: out of the lumen, unit but for what a smoothed distance
                                  // lacks (DistanceField); zero where no wall is in reach
     Mat3 curvature = Mat3::Zero();  // ∇² of penetration; zero for a wall of planes [1/mm]
-    double stiffness = 0;           // k of this joint [N/mm]
+    double stiffness = 0;           // k of this joint; a wall answers that of a joint of the spec's λ [N/mm]
     double trust = 0;               // the joint touches nothing while it stays within this of here [mm]
     double room = 0;   // radius of the lumen here: the scale of motion that stays in sight of the wall [mm]
     int station = -1;  // where along the vessel the joint is; give it back with the next query

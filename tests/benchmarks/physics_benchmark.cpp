@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <benchmark/benchmark.h>
-#include <chrono>
+#include <ctime>
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/scenes.h"
@@ -118,14 +118,14 @@ void global_push(benchmark::State& state) {
         Guidewire wire = wire_along(start.spec, wall.centreline(), 20);
         relaxer->relax(wire, wall, unlimited);
         while (wire.segments() + burst <= start.segments()) {
-            const auto before = std::chrono::steady_clock::now();
+            const auto before = std::clock();
             bool converged = true;
             for (int k = 0; k < burst; ++k) {
                 insert_segment(wire);
                 converged = relaxer->relax(wire, wall, unlimited).converged;
             }
-            const std::chrono::duration<double, std::milli> time = std::chrono::steady_clock::now() - before;
-            if (wire.segments() > start.segments() / 2) times.push_back(time.count());
+            const double time = 1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+            if (wire.segments() > start.segments() / 2) times.push_back(time);
             unconverged += !converged;
         }
     }
@@ -136,6 +136,90 @@ void global_push(benchmark::State& state) {
     state.counters["unconverged"] = unconverged;
 }
 BENCHMARK(global_push)->ArgsProduct({{0, 1, 2, 3}, {1, 20}})->Unit(benchmark::kMillisecond);
+
+double median(std::vector<double> values) {
+    std::sort(values.begin(), values.end());
+    return values[values.size() / 2];
+}
+
+struct LongWire {
+    TubeWall wall;
+    Guidewire wire;
+};
+/// The vessel of `spatial` over and over, its wall as stiff per length for every λ.
+LongWire long_wire(int segments, double segment_length) {
+    std::vector<engine::PenMove> path;
+    while (engine::length(path) < segment_length * (segments + 100)) {
+        const auto& piece = engine::find_scene("spatial")->path;
+        path.insert(path.end(), piece.begin(), piece.end());
+    }
+    GuidewireSpec spec;
+    spec.segment_length = segment_length;
+    spec.shaft_rigidity = spec.tip_rigidity = 50;
+    spec.curved_length = spec.curved_angle = 0;
+    const Polyline line = engine::draw(path);
+    return {TubeWall(line, 2.0, 42 * segment_length), wire_along(spec, line, segments)};
+}
+
+/// Times of a wire [ms]: from the centreline, and of each of 20 mm of pushes after that. A relaxer that
+/// `remembers` works in distal windows; a new one for every push, on the whole wire.
+struct LongTimes {
+    double cold = 0, push = 0, longest_push = 0, idle = 0, window = 0, full_steps = 0;
+};
+LongTimes time_long_wire(int segments, double segment_length, bool remembers) {
+    auto [wall, wire] = long_wire(segments, segment_length);
+    auto relaxer = make_relaxer(global_config());
+    RelaxReport report;
+    auto time = [&] {
+        const auto before = std::clock();
+        report = relaxer->relax(wire, wall, unlimited);
+        return 1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+    };
+    LongTimes times;
+    times.cold = time();
+    std::vector<double> pushes, windows, steps;
+    for (double pushed = 0; pushed < 20; pushed += segment_length) {
+        insert_segment(wire);
+        if (!remembers) relaxer = make_relaxer(global_config());
+        pushes.push_back(time());
+        windows.push_back(report.window);
+        steps.push_back(static_cast<double>(report.updates) / wire.segments());
+    }
+    times.push = median(pushes);
+    times.longest_push = *std::max_element(pushes.begin(), pushes.end());
+    times.window = median(windows);
+    times.full_steps = median(steps);
+    times.idle = time();
+    return times;
+}
+
+void global_long_wire(benchmark::State& state) {
+    LongTimes times;
+    for (auto _ : state) times = time_long_wire(static_cast<int>(state.range(0)), 1.0, state.range(1) != 0);
+    state.counters["cold_ms"] = times.cold;
+    state.counters["push_median_ms"] = times.push;
+    state.counters["push_max_ms"] = times.longest_push;
+    state.counters["window"] = times.window;
+    state.counters["full_steps"] = times.full_steps;
+    state.counters["idle_ms"] = times.idle;
+}
+BENCHMARK(global_long_wire)
+    ->ArgNames({"N", "windows"})
+    ->ArgsProduct({{200, 500, 1000, 2000}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
+
+/// How the time grows with N at a fixed length of 200 mm.
+void global_refinement(benchmark::State& state) {
+    std::vector<double> cold, push;
+    for (auto _ : state) {
+        const LongTimes coarse = time_long_wire(200, 1.0, true), fine = time_long_wire(2000, 0.1, true);
+        cold.push_back(fine.cold / coarse.cold);
+        push.push_back(fine.push / coarse.push);
+    }
+    state.counters["cold_t2000_over_t200"] = median(cold);
+    state.counters["push_t2000_over_t200"] = median(push);
+}
+BENCHMARK(global_refinement)->Iterations(5)->Unit(benchmark::kMillisecond);
 
 void riccati_backward_pass(benchmark::State& state) {
     auto [wall, wire] = scene_setup("sinuous");

@@ -20,7 +20,7 @@ TEST(Scenario, ReadsUnitsIntoMillimetresAndRadians) {
     EXPECT_DOUBLE_EQ(s.c_arm.cranial, -std::numbers::pi / 18);
     EXPECT_DOUBLE_EQ(s.guidewire.curved_angle, std::numbers::pi / 4);
     EXPECT_DOUBLE_EQ(length(s.tube->path), 60 + 25 * 40 * std::numbers::pi / 180);
-    EXPECT_EQ(s.budget.updates, 200);
+    EXPECT_EQ(s.budget.updates, 2000);
 }
 
 TEST(Scenario, AnatomyIsFoundBesideTheScenarioFile) {
@@ -40,6 +40,23 @@ TEST(Scenario, UnknownKeyIsRefusedWithItsPlaceAndTheKeysThereAre) {
     EXPECT_NE(text.find("small.toml:13:1: unknown key 'presett' in [guidewire]"), std::string::npos) << text;
     EXPECT_NE(text.find("is 'preset' meant?"), std::string::npos) << text;
     EXPECT_NE(text.find("tip_rigidity_N_mm2"), std::string::npos) << text;
+}
+
+TEST(Scenario, SegmentsMayBeChosenAndAdaptive) {
+    const Scenario plain = test::small_scenario();
+    EXPECT_FALSE(plain.choose_segment_length || plain.adaptive);
+    const Scenario s = parse_scenario(
+        test::small_toml_with("preset = \"glide035\"",
+                              "segment_length_mm = \"auto\"\nadaptive = true\ncurve_tolerance_mm = 0.1"),
+        "small.toml");
+    EXPECT_TRUE(s.choose_segment_length && s.adaptive);
+    EXPECT_EQ(s.refinement.curve_tolerance, 0.1);
+    const auto refused = [](const char* line) {
+        return test::refusal(
+            [&] { parse_scenario(test::small_toml_with("preset = \"glide035\"", line), "small.toml"); });
+    };
+    EXPECT_NE(refused("segment_length_mm = \"fine\"").find("auto"), std::string::npos);
+    EXPECT_NE(refused("curve_tolerance_mm = 0").find("curve_tolerance_mm"), std::string::npos);
 }
 
 TEST(Scenario, UnknownSectionIsRefused) {

@@ -68,6 +68,40 @@ TEST(Simulation, ClosedFormWallLeadsTheWireAsTheMeshDoes) {
     EXPECT_LT((mesh.wire().tip() - tube.wire().tip()).norm(), 0.1);
 }
 
+TEST(Simulation, MotionThatTheBudgetDoesNotAllowIsMadeInTheFramesThatFollow) {
+    Scenario scenario = test::small_scenario();
+    scenario.budget.updates = 60;
+    Simulation simulation(scenario);
+    simulation.apply(Advance{30});
+    simulation.apply(Rotate{1.0});
+    simulation.apply(Withdraw{6});
+    StepReport report = simulation.step();
+    EXPECT_GT(report.insertions.at(0), 0);
+    EXPECT_LT(report.insertions.at(0), 30);
+    double advanced = 0, withdrawn = 0, turned = 0;
+    for (int frame = 0; frame < 200; ++frame) {
+        for (const double insertion : report.insertions) (insertion > 0 ? advanced : withdrawn) += insertion;
+        turned += report.rotation;
+        for (const physics::WallContact& c : simulation.contacts()) EXPECT_LT(c.penetration, 0.3);
+        report = simulation.step();
+    }
+    EXPECT_NEAR(advanced, 30, 1e-9);
+    EXPECT_NEAR(turned, 1.0, 1e-12);
+    EXPECT_NEAR(withdrawn, -6, 1e-9);
+    EXPECT_TRUE(report.relax.converged);
+    EXPECT_TRUE(report.insertions.empty());
+}
+
+TEST(Simulation, AnIdleFrameDoesNoWork) {
+    Simulation simulation(test::small_scenario());
+    go(simulation, 5, Advance{2});
+    simulation.step();
+    const StepReport idle = simulation.step();
+    EXPECT_TRUE(idle.relax.converged);
+    EXPECT_EQ(idle.relax.updates, 0);
+    EXPECT_EQ(idle.relax.wall_queries, 0);
+}
+
 TEST(Simulation, WithdrawalStopsAtTheCurvedTip) {
     Simulation simulation(test::small_scenario());
     simulation.apply(Withdraw{100});
@@ -87,6 +121,34 @@ TEST(Simulation, WireStopsAtAnOpenEnd) {
     EXPECT_GT(beyond, 0);
     EXPECT_LT(beyond, 3.0);
     EXPECT_LT(simulation.inserted(), 85);
+}
+
+TEST(Simulation, AdaptiveWireHasFewerSegmentsAndIsWhereTheUniformOneIs) {
+    const auto tube = [](const char* guidewire) {
+        std::string text = test::small_toml_with("run_mm = 30.0", "run_mm = 200.0");
+        text.replace(text.find("inserted_mm = 20.0"), 18, "inserted_mm = 180.0");
+        return parse_scenario(text.replace(text.find("[guidewire]"), 11, guidewire), "small.toml");
+    };
+    Simulation uniform(tube("[guidewire]")), adaptive(tube("[guidewire]\nadaptive = true"));
+    for (Simulation* s : {&uniform, &adaptive}) go(*s, 20, Advance{2}), go(*s, 5, Withdraw{3});
+    EXPECT_DOUBLE_EQ(adaptive.inserted(), uniform.inserted());
+    EXPECT_LT(adaptive.wire().segments(), uniform.wire().segments() / 2);
+    EXPECT_LT((adaptive.wire().tip() - uniform.wire().tip()).norm(), 0.05);
+    EXPECT_TRUE(physics::validate(adaptive.wire()).empty());
+    const auto hash = adaptive.state_hash();
+    adaptive.reset();
+    go(adaptive, 20, Advance{2}), go(adaptive, 5, Withdraw{3});
+    EXPECT_EQ(adaptive.state_hash(), hash);
+}
+
+TEST(Simulation, ChoosesTheSegmentLengthAndKeepsTheWallAsStiffPerLength) {
+    const Simulation simulation(
+        with("preset = \"glide035\"", "segment_length_mm = \"auto\"\ncurve_tolerance_mm = 0.02"));
+    const physics::GuidewireSpec& wire = simulation.wire().spec;
+    EXPECT_EQ(wire.segment_length, simulation.choice().segment_length);
+    EXPECT_DOUBLE_EQ(wire.segment_length, 1.5);  // √(8 · 0.02 mm · 15.3 mm) = 1.56 mm, an eighth of the tip
+    EXPECT_NEAR(simulation.scenario().wall_stiffness / wire.segment_length, 5.0 / 2.0, 1e-12);
+    EXPECT_EQ(simulation.scenario().wall_model, WallModel::Analytic);
 }
 
 TEST(Simulation, RotationTurnsTheTip) {

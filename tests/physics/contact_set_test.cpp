@@ -76,3 +76,43 @@ TEST(ContactSet, SumsForceAndStiffnessFromAJointToTheTip) {
     }
     EXPECT_EQ(set.sum_from(wire.segments() + 1).force, Vec3::Zero());
 }
+
+TEST(ContactSet, AWallIsAsStiffPerLengthOfACoarserWire) {
+    auto [wall, wire] = scene_setup("hairpin");
+    press_aside(wire);
+    for (int i = 1; i < 40; ++i) merge_segments(wire, i);
+    const auto fresh = all_contacts(wire, wall);
+    ContactSet set(wall);
+    set.reset(wire);
+    EXPECT_DOUBLE_EQ(fresh[20].stiffness, 2 * fresh[70].stiffness);
+    double energy = 0;
+    for (int i = 1; i <= wire.segments(); ++i) {
+        EXPECT_EQ(set.contacts()[i].stiffness, fresh[i].stiffness) << i;
+        energy += fresh[i].touches() ? fresh[i].energy() : 0.0;
+    }
+    ASSERT_GT(set.touching(), 20);
+    EXPECT_DOUBLE_EQ(set.energy(1), energy);
+    EXPECT_DOUBLE_EQ(set.evaluate(wire.joints, 1), energy);
+}
+
+TEST(ContactSet, AsksAgainOnlyForJointsThatMoved) {
+    auto [wall, wire] = scene_setup("sinuous");
+    press_aside(wire);
+    ContactSet set(wall);
+    set.update(wire);
+    EXPECT_EQ(set.queries(), wire.segments());
+    for (int i = 1; i <= wire.segments(); ++i) wire.stations[i] = set.contacts()[i].station;
+    set.update(wire);
+    EXPECT_EQ(set.queries(), wire.segments());
+    turn_some(wire, 190, 0.2);
+    insert_segment(wire);
+    set.update(wire);
+    EXPECT_LE(set.queries(), wire.segments() + 12);
+    const auto fresh = all_contacts(wire, wall);
+    for (int j = 1; j <= wire.segments(); ++j) EXPECT_EQ(set.contacts()[j].force(), fresh[j].force()) << j;
+    for (int i = 1; i < 40; ++i) merge_segments(wire, i);
+    set.update(wire);
+    const auto coarser = all_contacts(wire, wall);
+    for (int j = 1; j <= wire.segments(); ++j)
+        EXPECT_EQ(set.contacts()[j].stiffness, coarser[j].stiffness) << j;
+}

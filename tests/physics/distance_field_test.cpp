@@ -185,17 +185,54 @@ TEST(DistanceField, AJointTouchesNothingWithinItsTrust) {
     }
 }
 
-TEST(DistanceField, TouchesNothingBeyondAnOpenEnd) {
+/// Out of an open end by `out`, beside its axis by `r` of its radii.
+Vec3 past(const OpenEnd& end, double out, double r, double angle) {
+    Vec3 a, b;
+    tangent_basis(end.outward_normal, a, b);
+    return end.centre + out * end.outward_normal +
+           r * end.radius * (std::cos(angle) * a + std::sin(angle) * b);
+}
+
+TEST(DistanceField, LeavesTheWayOutOfAnOpenEndFree) {
     for (const OpenEnd& end : iliac().openings())
-        for (double out : {0.01, 0.5, 2.0, 5.0})
-            for (double r : {0.0, 0.8, 1.0, 1.2})
-                for (double angle = 0; angle < 6.2; angle += 0.5) {
-                    Vec3 a, b;
-                    tangent_basis(end.outward_normal, a, b);
-                    const Vec3 x = end.centre + out * end.outward_normal +
-                                   r * end.radius * (std::cos(angle) * a + std::sin(angle) * b);
-                    EXPECT_FALSE(ask(iliac_field(), x).touches()) << end.name << " " << out << " " << r;
+        for (double angle = 0; angle < 6.2; angle += 0.5) {
+            for (double out : {0.01, 0.5, 2.0, 7.0, 20.0})
+                for (double r : {0.0, 0.5})
+                    EXPECT_FALSE(ask(iliac_field(), past(end, out, r, angle)).touches())
+                        << end.name << " " << out;
+            for (double r : {1.2, 3.0})
+                EXPECT_FALSE(ask(iliac_field(), past(end, 10.01, r, angle)).touches()) << end.name;
+            EXPECT_TRUE(ask(iliac_field(), past(end, 2.0, 1.2, angle)).touches()) << end.name;
+        }
+}
+
+TEST(DistanceField, HasNoStepAtAnOpenEnd) {
+    constexpr double h = 1e-5, step = 0.02;
+    for (const OpenEnd& end : iliac().openings())
+        for (const double angle : {0.3, 2.4, 4.5}) {
+            WallContact before;
+            for (double out = -1; out < 9.9; out += step) {
+                const Vec3 x = past(end, out, 1.05, angle);
+                const WallContact c = ask(iliac_field(), x);
+                if (out > -1 && before.touches()) {
+                    const double slope = before.push().dot(end.outward_normal);
+                    EXPECT_NEAR(c.energy() - before.energy(), slope * step, 0.02 * kStiffness * step)
+                        << end.name << " " << out;
                 }
+                before = c;
+                if (!c.touches() || out < 0.01) continue;
+                const Vec3 back = end.outward_normal * h;
+                const WallContact lower = ask(iliac_field(), x - back, c.station),
+                                  upper = ask(iliac_field(), x + back, c.station);
+                const double scale = std::max(1.0, c.penetration);
+                EXPECT_NEAR((upper.penetration - lower.penetration) / (2 * h),
+                            c.normal.dot(end.outward_normal), 1e-5 * scale)
+                    << end.name << " " << out;
+                EXPECT_LT(((upper.normal - lower.normal) / (2 * h) - c.curvature * end.outward_normal).norm(),
+                          1e-3 * scale)
+                    << end.name << " " << out;
+            }
+        }
 }
 
 TEST(DistanceField, FeelsTheWallUpToTheOpenEnd) {
@@ -265,9 +302,7 @@ TEST(DistanceField, MakesNoJumpBetweenAVesselAndItsBranches) {
                     EXPECT_LE(std::abs(c.penetration - before.penetration), 1.05 * step + 1e-3)
                         << way[i].transpose();
                 }
-                // A touch begins and ends gently, but at the plane of the artery's open end.
-                if (c.touches() != before.touches() && !iliac_field().tree().beyond_an_end(way[i]) &&
-                    !iliac_field().tree().beyond_an_end(way[i - 1])) {
+                if (c.touches() != before.touches()) {  // a touch begins and ends gently
                     EXPECT_LT(std::abs(c.touches() ? c.penetration : before.penetration), 1.05 * step + 1e-3)
                         << way[i].transpose();
                 }

@@ -99,7 +99,60 @@ TEST(GlobalRelaxer, DoesNoWorkWhereNothingChanged) {
     const RelaxReport report = relaxer->relax(wire, wall, kUnlimited);
     EXPECT_EQ(report.newton_steps, 0);
     EXPECT_EQ(report.updates, 0);
+    EXPECT_EQ(report.wall_queries, 0);
+    EXPECT_TRUE(report.converged);
     EXPECT_EQ(wire.tangents, before.tangents);
+    // Another wall, or a relaxer that has not seen this one, asks for every joint but moves none.
+    const TubeWall same = wall;
+    EXPECT_EQ(relaxer->relax(wire, same, kUnlimited).wall_queries, wire.segments());
+    EXPECT_EQ(wire.tangents, before.tangents);
+}
+
+TEST(GlobalRelaxer, WorksAtTheTipOfALongWireFirst) {
+    std::vector<engine::PenMove> path;
+    for (int k = 0; k < 4; ++k) {
+        const auto& piece = engine::find_scene("spatial")->path;
+        path.insert(path.end(), piece.begin(), piece.end());
+    }
+    const TubeWall wall(engine::draw(path), 2.0, 42);
+    GuidewireSpec spec;
+    spec.segment_length = 1;
+    spec.shaft_rigidity = spec.tip_rigidity = 50;
+    spec.curved_angle = 0;
+    Guidewire wire = wire_along(spec, wall.centreline(), 560);
+    auto relaxer = global_relaxer();
+    relaxer->relax(wire, wall, kUnlimited);
+    long long windows = 0, wholes = 0;
+    for (int k = 0; k < 30; ++k) {
+        insert_segment(wire);
+        Guidewire other = wire;
+        const RelaxReport report = relaxer->relax(wire, wall, kUnlimited);
+        expect_equilibrium(wire, wall, report);
+        const RelaxReport whole = global_relaxer()->relax(other, wall, kUnlimited);
+        windows += report.updates;
+        wholes += whole.updates;
+        EXPECT_LT(report.wall_queries, whole.wall_queries);
+    }
+    EXPECT_LT(windows, wholes);
+}
+
+TEST(GlobalRelaxer, SpendsAShortBudgetAtTheTip) {
+    auto [wall, wire] = scene_setup("sinuous");
+    auto relaxer = global_relaxer();
+    relaxer->relax(wire, wall, kUnlimited);
+    remove_segment(wire);
+    relaxer->relax(wire, wall, kUnlimited);
+    insert_segment(wire);
+    const Guidewire before = wire;
+    const double energy = energy_of(wire, wall);
+    const RelaxReport report = relaxer->relax(wire, wall, {80, 0, 0});
+    EXPECT_FALSE(report.converged);
+    EXPECT_LE(report.updates, 80);
+    EXPECT_LT(report.window, 100);
+    EXPECT_LT(energy_of(wire, wall), energy);
+    for (int i = 0; i <= wire.segments() - report.window; ++i)
+        ASSERT_EQ(wire.tangents[i], before.tangents[i]) << i;
+    EXPECT_TRUE(relaxer->relax(wire, wall, kUnlimited).converged);
 }
 
 TEST(GlobalRelaxer, KeepsToItsBudgetAndReturnsALowerState) {

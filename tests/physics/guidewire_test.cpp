@@ -82,6 +82,45 @@ TEST(Guidewire, WithdrawsWhatItAdvanced) {
     for (int i = 0; i <= 30; ++i) EXPECT_LT((wire.joints[i] - before.joints[i]).norm(), 1e-12);
 }
 
+TEST(Guidewire, ASegmentSplitAndMergedAgainIsAsBefore) {
+    Guidewire wire = bent_wire(30, 0.8);
+    const Guidewire before = wire;
+    split_segment(wire, 12);
+    ASSERT_EQ(wire.segments(), 31);
+    EXPECT_TRUE(validate(wire).empty());
+    EXPECT_EQ(wire.lengths[12], 0.75);
+    EXPECT_NE(wire.tangents[12], wire.tangents[13]);
+    EXPECT_NEAR(wire.inserted_length(), before.inserted_length(), 1e-12);
+    merge_segments(wire, 12);
+    ASSERT_EQ(wire.segments(), 30);
+    for (int i = 0; i <= 30; ++i) EXPECT_LT((wire.joints[i] - before.joints[i]).norm(), 1e-12) << i;
+    EXPECT_EQ(wire.rigidity, before.rigidity);
+}
+
+TEST(Guidewire, ASplitArcBendsEvenly) {
+    GuidewireSpec spec;
+    spec.curved_length = spec.curved_angle = 0;
+    Guidewire wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 20);
+    for (int i = 0; i <= 20; ++i) wire.tangents[i] = {std::cos(0.1 * i), std::sin(0.1 * i), 0};
+    rebuild_joints(wire);
+    for (int i = 12; i >= 8; --i) split_segment(wire, i);
+    for (int i = 8; i < 18; ++i) {
+        const double turn = std::acos(wire.tangents[i].dot(wire.tangents[i + 1]));
+        EXPECT_NEAR(turn / wire.length_of(i), 0.05, 0.05 * 0.2) << i;
+    }
+}
+
+TEST(Guidewire, WallSharesAreLengthsAndExactlyOneWhereLambdaIsUniform) {
+    Guidewire wire = bent_wire(30, 0.8);
+    wire.spec.segment_length = 1.1;  // no binary fraction
+    std::fill(wire.lengths.begin() + 1, wire.lengths.end(), 1.1);
+    for (int i = 0; i <= 30; ++i) EXPECT_EQ(wire.wall_share(i), 1.0);
+    merge_segments(wire, 10);
+    EXPECT_NEAR(wire.wall_share(10), 1.5, 1e-12);
+    EXPECT_NEAR(wire.wall_share(9), 1.5, 1e-12);
+    EXPECT_EQ(wire.wall_share(12), 1.0);
+}
+
 TEST(Guidewire, CarriesMovementShorterThanASegment) {
     Guidewire wire = bent_wire(30, 0.8);  // λ = 1.5 mm
     EXPECT_EQ(move(wire, 1.0), 0);

@@ -70,7 +70,9 @@ TEST(VesselTree, StenosisNarrowsTheDiameterByItsPercentAndNothingElse) {
     EXPECT_NEAR(b.radii[middle] / a.radii[middle], 0.5, 0.02);
     for (int i = 0; i < static_cast<int>(a.points.size()); ++i) {
         EXPECT_EQ(a.points[i], b.points[i]);
-        if (std::abs(i * b.step() - 22) > 3) EXPECT_EQ(a.radii[i], b.radii[i]);
+        if (std::abs(i * b.step() - 22) > 3) {
+            EXPECT_EQ(a.radii[i], b.radii[i]);
+        }
     }
 }
 

@@ -1,0 +1,308 @@
+#include "engine/studies/economy.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <memory>
+
+#include "engine/anatomy/lumen_wall.h"
+#include "engine/cpu_clock.h"
+#include "engine/guidewire_presets.h"
+#include "engine/model_choice.h"
+#include "engine/scenes.h"
+#include "physics/refinement.h"
+#include "physics/relaxer.h"
+#include "physics/tube_wall.h"
+
+namespace engine {
+namespace {
+
+using physics::Guidewire;
+using physics::Vec3;
+
+/// A wire pushed from `start` to `end` [mm] into a vessel. Wall stiffness is that per length of wire.
+struct Case {
+    std::string name;
+    Anatomy anatomy;
+    physics::Polyline path;
+    physics::GuidewireSpec wire;
+    std::optional<double> radius;  // of a tube in closed form [mm]
+    double stiffness = 0;          // k over λ [N/mm²]
+    double start = 20, end = 0;    // inserted length [mm]
+};
+
+Case tube_case(const std::string& name, const physics::Polyline& path, double radius, double stiffness,
+               const physics::GuidewireSpec& wire, double end) {
+    return {name, tube_anatomy(name, path, radius, 16, radius), path, wire, radius, stiffness, 20, end};
+}
+
+Case paper_case(const char* name, double share) {
+    const Scene& scene = *find_scene(name);
+    physics::GuidewireSpec wire;
+    wire.segment_length = scene.segment_length;
+    wire.diameter = 0.1;
+    wire.shaft_rigidity = wire.tip_rigidity = scene.rigidity;
+    wire.tip_length = wire.transition_length = wire.curved_length = wire.curved_angle = 0;
+    return tube_case(name, draw(scene.path), scene.radius, scene.wall_stiffness / scene.segment_length, wire,
+                     share * scene.segments * scene.segment_length);
+}
+
+Case long_case() {
+    const Vec3 y = Vec3::UnitY(), z = Vec3::UnitZ();
+    const std::vector<PenMove> path = {Run{350}, Arc{40, 0.8, z}, Run{250}, Arc{25, -1.4, y}, Run{150}};
+    return tube_case("long tube", draw(path), 4, 2.5, find_guidewire_preset("glide035")->spec, 780);
+}
+
+Case iliac_case(const StudyOptions& options) {
+    Case c;
+    c.name = "iliac to aorta";
+    c.anatomy = load_anatomy(options.assets / "anatomy" / "iliac.anatomy.json");
+    c.path = path_from(c.anatomy, *find_end(c.anatomy, "RCIA+REIA+RCFA.out")).points;
+    c.wire = find_guidewire_preset("glide035")->spec;
+    c.stiffness = 2.5;
+    c.start = 60;
+    c.end = 312;
+    return c;
+}
+
+std::vector<Case> cases(const StudyOptions& options) {
+    if (options.quick) return {paper_case("hairpin", 0.6)};
+    return {paper_case("sinuous", 1), paper_case("spatial", 1), paper_case("hairpin", 1), iliac_case(options),
+            long_case()};
+}
+
+struct Variant {
+    std::string_view name;
+    double factor;  // of the chosen λ
+    bool adaptive;
+};
+constexpr std::array<Variant, 4> kVariants = {{{"uniform λ/2", 0.5, false},
+                                               {"adaptive from λ/2", 0.5, true},
+                                               {"uniform λ", 1, false},
+                                               {"adaptive from λ", 1, true}}};  // each after its uniform one
+constexpr int kReference = 0, kUniform = 2, kChosen = 3;
+
+/// The wire after every whole chosen λ of push, and what getting there cost.
+struct Course {
+    std::vector<Guidewire> wires;
+    double relaxing = 0, refining = 0;  // [s]
+    double slowest = 0;                 // push of one segment, refining and all [s]
+    double pushed = 0;                  // [mm]
+    long long newton_steps = 0;
+    int pushes = 0, unconverged = 0;
+    int segments() const { return wires.back().segments(); }
+};
+
+Course push(const Case& c, const physics::LumenWall& wall, const Variant& variant, double lambda) {
+    physics::GuidewireSpec spec = c.wire;
+    spec.segment_length = variant.factor * lambda;
+    const int every = static_cast<int>(std::lround(1 / variant.factor));
+    physics::RelaxerConfig config;
+    config.kind = physics::RelaxerKind::Global;
+    const auto relaxer = physics::make_relaxer(config);
+    const physics::RelaxBudget unlimited{1'000'000'000, 0, 0};
+    Guidewire wire =
+        physics::wire_along(spec, c.path, every * static_cast<int>(std::lround(c.start / lambda)));
+    relaxer->relax(wire, wall, unlimited);
+    Course course;
+    while (wire.inserted_length() + lambda <= c.end + 1e-6) {
+        for (int k = 0; k < every; ++k) {
+            const double begin = thread_cpu_seconds();
+            if (variant.adaptive) physics::refine(wire, wall);
+            const double refined = thread_cpu_seconds();
+            physics::insert_segment(wire);
+            const auto report = relaxer->relax(wire, wall, unlimited);
+            const double end = thread_cpu_seconds();
+            course.refining += refined - begin;
+            course.relaxing += end - refined;
+            course.slowest = std::max(course.slowest, end - begin);
+            course.newton_steps += report.newton_steps;
+            course.unconverged += !report.converged;
+            ++course.pushes;
+        }
+        course.pushed += lambda;
+        course.wires.push_back(wire);
+    }
+    return course;
+}
+
+double distance_to(const Guidewire& wire, const Vec3& x) {
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int i = 1; i <= wire.segments(); ++i) {
+        const Vec3 from = x - wire.joints[i - 1];
+        const double way = std::clamp(from.dot(wire.tangents[i]), 0.0, wire.lengths[i]);
+        nearest = std::min(nearest, (from - way * wire.tangents[i]).norm());
+    }
+    return nearest;
+}
+
+/// Of the reference's farthest joint from the wire's curve, after each push [mm].
+std::vector<double> deviations(const Course& reference, const Course& course) {
+    std::vector<double> farthest(course.wires.size(), 0.0);
+    for (std::size_t k = 0; k < course.wires.size(); ++k)
+        for (const Vec3& x : reference.wires[k].joints)
+            farthest[k] = std::max(farthest[k], distance_to(course.wires[k], x));
+    return farthest;
+}
+
+double median(std::vector<double> values) {
+    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+    return values[values.size() / 2];
+}
+
+std::unique_ptr<const physics::LumenWall> wall_of(const Case& c, WallModel model, double stiffness) {
+    const double wire_radius = 0.5 * c.wire.diameter;
+    if (model == WallModel::Analytic)
+        return std::make_unique<physics::TubeWall>(c.path, *c.radius, stiffness, wire_radius);
+    if (model == WallModel::Mesh)
+        return std::make_unique<physics::MeshWall>(c.anatomy.lumen, c.anatomy.branches, c.anatomy.openings(),
+                                                   stiffness, wire_radius);
+    return cached_distance_field(c.anatomy, stiffness, wire_radius, {});
+}
+
+std::string_view word(WallModel model) {
+    return model == WallModel::Analytic ? "analytic" : model == WallModel::Mesh ? "mesh" : "distance field";
+}
+
+/// The variants of one scene side by side, a panel for each figure and one for the key.
+Plot bars(const std::vector<Case>& list) {
+    struct Panel {
+        int column;
+        std::string_view title;
+        std::size_t first;  // variant: the reference has no deviation
+    };
+    constexpr std::array<Panel, 3> panels = {{{7, "segments at the end", 0},
+                                              {8, "processor time a mm of push [ms]", 0},
+                                              {12, "median deviation from uniform λ/2 [mm]", 1}}};
+    constexpr std::array<std::string_view, 4> colours = {"#999999", "#56B4E9", "#E69F00", "#009E73"};
+    Plot plot{"economy", "", 1700, 480};
+    plot.commands =
+        "set multiplot layout 1,4\nset style fill solid noborder\nset boxwidth 0.9\nset logscale y\n"
+        "unset key\nset xtics scale 0 rotate by -25 font ',11'\nset bmargin 6\n";
+    std::string tics;
+    for (std::size_t r = 0; r < list.size(); ++r)
+        tics += fmt::format("{}'{}' {}", r > 0 ? ", " : "", list[r].name, 5 * r + 1.5);
+    plot.commands += fmt::format("set xtics ({})\nset xrange [-1:{}]\n", tics, 5 * list.size() - 1);
+    for (const Panel& panel : panels) {
+        plot.commands += fmt::format("set title '{}'\nplot ", panel.title);
+        for (std::size_t v = panel.first; v < kVariants.size(); ++v)
+            plot.commands +=
+                fmt::format("{}'economy.csv' skip 1 using ($2=={} ? 5*$1+{} : 1/0):{} with boxes lc rgb '{}'",
+                            v > panel.first ? ", \\\n     " : "", v, v, panel.column, colours[v]);
+        plot.commands += "\n";
+    }
+    plot.commands +=
+        "unset logscale\nunset title\nunset tics\nunset border\nset xrange [0:1]\nset yrange [0:1]\n"
+        "set key center center reverse Left font ',12'\nplot ";
+    for (std::size_t v = 0; v < kVariants.size(); ++v)
+        plot.commands += fmt::format("{}-1 with boxes lc rgb '{}' title '{}'", v > 0 ? ", " : "", colours[v],
+                                     kVariants[v].name);
+    plot.commands += "\nunset multiplot\n";
+    return plot;
+}
+
+std::string page(const Table& chosen, const Table& numbers, bool quick) {
+    const physics::RefinementOptions options;
+    return fmt::format(
+               R"(# No more model than the scene needs
+
+Generated by `seldinger study economy{}`; never edited by hand. A wire is pushed segment by segment, each push relaxed by
+the global relaxer to a gradient over C of 1e-8. λ and the wall are chosen from the anatomy for a curve error of {} mm.
+**Uniform λ/2** is the reference: every segment half as long as chosen, the wall as stiff per length. **Adaptive** wires
+are refined before every push: a segment, up to {} times as long as the finest, sags by no more than {} mm from the
+wire's curve, lies between its ends no deeper in the wall than at them by more than that, and is at its finest where the
+wire comes to touch the wall.
+
+The **deviation** is that of the reference's farthest joint from the wire's curve, after every push by λ. It also holds
+what the finite λ does to the whole wire (a curved tip bends from half a segment sooner, so that its end lies aside in
+proportion to λ), and jumps where several rests lie close together. The **change** is the same from the uniform wire of
+the same finest λ. Times are processor time of one thread.
+
+![Segments, time, deviation](economy.svg)
+
+## Chosen and saved
+
+Saved is what the adaptive wire from λ has less than uniform λ/2; in brackets less than uniform λ.
+
+)",
+               quick ? " --quick" : "", options.curve_tolerance, options.longest, options.curve_tolerance) +
+           to_markdown(chosen, 3) + "\n## All figures\n\n" + to_markdown(numbers, 3);
+}
+
+}  // namespace
+
+StudyResult run_economy(const StudyOptions& options) {
+    const std::vector<Case> list = cases(options);
+    const double tolerance = physics::RefinementOptions{}.curve_tolerance;
+    Table all{"economy",
+              {"row", "column", "scene", "variant", "wall", "segment_length_mm", "segments", "cpu_ms_per_mm",
+               "refining_ms_per_mm", "slowest_push_ms", "newton_steps_per_push", "median_deviation_mm",
+               "largest_deviation_mm", "median_change_mm", "largest_change_mm", "unconverged"},
+              {}};
+    Table numbers{"economy_figures", {all.columns.begin() + 2, all.columns.end()}, {}};
+    Table chosen{"economy_choice",
+                 {"scene", "λ [mm]", "because", "wall", "since", "segments saved", "time saved",
+                  "median / largest deviation [mm]", "median / largest change [mm]"},
+                 {}};
+    const auto spread = [](const std::vector<double>& values) {
+        return fmt::format("{:.2g} / {:.2g}", median(values),
+                           *std::max_element(values.begin(), values.end()));
+    };
+    int done = 0;
+    for (std::size_t r = 0; r < list.size(); ++r) {
+        const Case& c = list[r];
+        const ModelChoice choice = choose_model(c.anatomy, c.wire, tolerance, c.radius.has_value());
+        std::vector<Course> courses;
+        std::vector<std::vector<double>> off;
+        for (const Variant& variant : kVariants) {
+            const double lambda = variant.factor * choice.segment_length;
+            const auto wall = wall_of(c, choice.wall, c.stiffness * lambda);
+            courses.push_back(push(c, *wall, variant, choice.segment_length));
+            off.push_back(deviations(courses.front(), courses.back()));
+            const Course& course = courses.back();
+            const std::vector<double> change =
+                deviations(variant.adaptive ? courses[courses.size() - 2] : course, course);
+            std::vector<TableCell> row = {c.name,
+                                          std::string(variant.name),
+                                          std::string(word(choice.wall)),
+                                          lambda,
+                                          static_cast<double>(course.segments()),
+                                          1e3 * (course.relaxing + course.refining) / course.pushed,
+                                          1e3 * course.refining / course.pushed,
+                                          1e3 * course.slowest,
+                                          static_cast<double>(course.newton_steps) / course.pushes,
+                                          median(off.back()),
+                                          *std::max_element(off.back().begin(), off.back().end()),
+                                          median(change),
+                                          *std::max_element(change.begin(), change.end()),
+                                          static_cast<double>(course.unconverged)};
+            numbers.add(row);
+            row.insert(row.begin(),
+                       {static_cast<double>(r), static_cast<double>(&variant - kVariants.data())});
+            all.add(std::move(row));
+            ++done;
+            if (options.progress)
+                options.progress({done, static_cast<int>(list.size() * kVariants.size()),
+                                  fmt::format("{}, {}", c.name, variant.name)});
+        }
+        const auto saved = [&](auto figure) {
+            const double own = figure(courses[kChosen]);
+            return fmt::format("{:.0f} % ({:.0f} %)", 100 * (1 - own / figure(courses[kReference])),
+                               100 * (1 - own / figure(courses[kUniform])));
+        };
+        chosen.add({c.name, choice.segment_length, choice.segment_reason, std::string(word(choice.wall)),
+                    choice.wall_reason,
+                    saved([](const Course& course) { return static_cast<double>(course.segments()); }),
+                    saved([](const Course& course) { return course.relaxing + course.refining; }),
+                    spread(off[kChosen]), spread(deviations(courses[kUniform], courses[kChosen]))});
+    }
+    StudyResult result;
+    result.page = page(chosen, numbers, options.quick);
+    result.tables = {std::move(all), std::move(chosen)};
+    result.plots = {bars(list)};
+    return result;
+}
+
+}  // namespace engine

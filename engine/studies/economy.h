@@ -1,0 +1,11 @@
+#pragma once
+/// What choosing λ by the anatomy and coarsening the wire where it is straight save, and what they cost in
+/// accuracy.
+
+#include "engine/studies/study.h"
+
+namespace engine {
+
+StudyResult run_economy(const StudyOptions&);
+
+}  // namespace engine

@@ -1,0 +1,83 @@
+/// Whether the global relaxer ends in the basin that a wire moved very slowly comes to rest in.
+
+#include <gtest/gtest.h>
+
+#include "engine/studies/slow_flow.h"
+#include "physics/relaxer.h"
+#include "tests/physics/wires.h"
+
+using namespace physics;
+
+namespace {
+
+constexpr RelaxBudget kUnlimited{1'000'000'000, 0, 0};
+
+double farthest_apart(const Guidewire& a, const Guidewire& b) {
+    double farthest = 0;
+    for (int i = 0; i <= a.segments(); ++i) farthest = std::max(farthest, (a.joints[i] - b.joints[i]).norm());
+    return farthest;
+}
+
+/// Pushes the wire in up to `segments`; every `every`-th push is made by the slow flow too, from the same
+/// state. Returns the wire where the last push left it.
+Guidewire expect_same_basin(const char* name, Guidewire wire, const LumenWall& wall, int segments,
+                            int every) {
+    RelaxerConfig config;
+    config.kind = RelaxerKind::Global;
+    const auto relaxer = make_relaxer(config);
+    relaxer->relax(wire, wall, kUnlimited);
+    int pushes = 0;
+    double farthest = 0;
+    while (wire.segments() < segments) {
+        insert_segment(wire);
+        Guidewire slow = wire;
+        EXPECT_TRUE(relaxer->relax(wire, wall, kUnlimited).converged) << name << " " << wire.segments();
+        if (wire.segments() % every != 0) continue;
+        EXPECT_TRUE(engine::flow_to_rest(slow, wall).at_rest);
+        const double apart = farthest_apart(wire, slow);
+        EXPECT_LT(apart, 0.05) << name << " at " << wire.segments() << " segments";
+        farthest = std::max(farthest, apart);
+        ++pushes;
+    }
+    std::printf("%s: %d pushes, farthest from the slow flow %.2g mm\n", name, pushes, farthest);
+    return wire;
+}
+
+}  // namespace
+
+TEST(Basin, APushEndsWhereAVerySlowOneDoes) {
+    for (const auto& [name, every] :
+         {std::pair{"sinuous", 1}, {"spatial", 1}, {"hairpin", 1}, {"stiffwall", 3}}) {
+        auto [wall, wire] = scene_setup(name);
+        const int segments = wire.segments();
+        expect_same_basin(name, wire_along(wire.spec, wall.centreline(), 20), wall, segments, every);
+    }
+}
+
+TEST(Basin, APushOfALongWireEndsWhereAVerySlowOneDoes) {
+    std::vector<engine::PenMove> path;
+    for (int k = 0; k < 4; ++k) {
+        const auto& piece = engine::find_scene("spatial")->path;
+        path.insert(path.end(), piece.begin(), piece.end());
+    }
+    const TubeWall wall(engine::draw(path), 2.0, 42);
+    GuidewireSpec spec;
+    spec.segment_length = 1;
+    spec.shaft_rigidity = spec.tip_rigidity = 50;
+    spec.curved_length = spec.curved_angle = 0;
+    expect_same_basin("long", wire_along(spec, wall.centreline(), 575), wall, 589, 1);
+}
+
+TEST(Basin, AFoldedWireStaysFoldedAsItIsPushed) {
+    std::vector<Vec3> tangents(20, Vec3::UnitX());
+    for (int i = 0; i < 12; ++i) {
+        const double angle = M_PI * (i + 0.5) / 12;
+        tangents.emplace_back(std::cos(angle), std::sin(angle), 0);
+    }
+    tangents.insert(tangents.end(), 20, -Vec3::UnitX());
+    const Guidewire wire = uniform_wire(50, 1.0, {0, -3.8, 0}, {1, 0, 0}, tangents);
+    const TubeWall wall({{-8, 0, 0}, {60, 0, 0}}, 4.5, 42);  // the tip runs into its near end
+    const Guidewire pushed = expect_same_basin("folded", wire, wall, 72, 1);
+    EXPECT_GT(pushed.tangents[15].x(), 0.5);
+    EXPECT_LT(pushed.tangents[45].x(), -0.5);
+}
