@@ -1,21 +1,22 @@
 /// The command line: arguments in, exit code out. No rule of the simulation lives here.
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
-#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <fmt/format.h>
 #include <optional>
 #include <string>
-#include <unistd.h>
 
+#include "app/anatomy_command.h"
+#include "app/progress_bar.h"
 #include "engine/headless.h"
 #include "engine/relax_run.h"
 #include "engine/studies/study.h"
 
 namespace {
+
+using app::ProgressBar;
 
 enum ExitCode { reached = 0, not_reached = 1, bad_input = 2, differs = 3, interrupted = 130 };
 
@@ -32,33 +33,6 @@ const char* const footer =
     "  0 beam on          20 arm lao 30 deg cranial 10 deg     120 end\n"
     "  4..60 advance 2 mm 25 contrast 12 mg/ml                 state 60 0123456789abcdef\n"
     "  9 rotate 30 deg    80 withdraw 10 mm, reset             # a comment";
-
-/// One line on a terminal, rewritten; nothing where it would end up in a file.
-class ProgressBar {
-public:
-    ProgressBar() : shown_(isatty(STDERR_FILENO) != 0) {}
-    ~ProgressBar() {
-        if (drawn_) std::fputs("\r\033[K", stderr);
-    }
-    /// `part` of the work is done, 0 to 1; `told` says what a user wants to know of it.
-    void show(double part, const std::string& told) {
-        if (!shown_) return;
-        const auto now = Clock::now();
-        if (part < 1 && now - last_ < std::chrono::milliseconds(100)) return;
-        last_ = now;
-        drawn_ = true;
-        const double spent = std::chrono::duration<double>(now - start_).count();
-        const auto filled = static_cast<std::size_t>(30 * std::clamp(part, 0.0, 1.0));
-        fmt::print(stderr, "\r\033[K[{}{}] {}  {:.0f} s left", std::string(filled, '#'),
-                   std::string(30 - filled, '.'), told, part > 0 ? spent / part * (1 - part) : 0.0);
-        std::fflush(stderr);
-    }
-
-private:
-    using Clock = std::chrono::steady_clock;
-    bool shown_ = false, drawn_ = false;
-    Clock::time_point start_ = Clock::now(), last_ = start_ - std::chrono::seconds(1);
-};
 
 struct RunArguments {
     std::string scenario, commands, out, expect, cache, frames = "all";
@@ -249,6 +223,8 @@ int main(int count, char** values) {
     engine::RelaxFiles files;
     CLI::App* relax_command = add_relax(app, request, files);
 
+    app::AnatomyCommand anatomy_command(app);
+
     StudyArguments study_arguments;
     CLI::App* study_command = app.add_subcommand("study", "Run a study, or without an ID list them");
     study_command->add_option("id", study_arguments.id, "Which study");
@@ -267,6 +243,7 @@ int main(int count, char** values) {
         if (*list_command) return list();
         if (*relax_command) return relax(request, files);
         if (*study_command) return study(study_arguments);
+        if (anatomy_command.given()) return anatomy_command.run();
         return run(arguments);
     } catch (const std::exception& error) {
         fmt::print(stderr, "seldinger: {}\n", error.what());

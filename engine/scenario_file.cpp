@@ -1,14 +1,13 @@
-#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <fstream>
-#include <limits>
 #include <sstream>
 #include <toml++/toml.h>
 
 #include "engine/guidewire_presets.h"
 #include "engine/scenario.h"
 #include "engine/text.h"
+#include "engine/toml_section.h"
 
 namespace engine {
 namespace {
@@ -17,154 +16,9 @@ using physics::Vec3;
 
 constexpr double degree = std::numbers::pi / 180.0;
 
-struct Range {
-    double least, most;
-    std::string text() const { return fmt::format("{} to {}", least, most); }
-};
 constexpr Range positive(double most) {
     return {1e-6, most};
 }
-
-/// What the reading has found so far: where each key stands, and everything wrong.
-struct Reading {
-    std::string file;
-    std::map<std::string, TextPlace> places;
-    std::vector<std::pair<TextPlace, std::string>> wrong;
-
-    TextPlace place(const toml::source_region& region) const {
-        return {file, static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
-    }
-    void refuse(const toml::source_region& region, const std::string& text) {
-        wrong.emplace_back(place(region), text);
-    }
-};
-
-std::string shown(const toml::node& node) {
-    std::ostringstream text;
-    node.visit([&text](const auto& value) { text << value; });
-    std::string line = text.str();
-    std::replace(line.begin(), line.end(), '\n', ' ');
-    return line.size() > 60 ? line.substr(0, 57) + "..." : line;
-}
-
-/// A table being read: each question also notes that its key exists, so that finish() can name the strangers.
-class Section {
-public:
-    Section(Reading& reading, const toml::table* table, std::string name)
-        : reading_(reading), table_(table), name_(std::move(name)) {
-        if (table_) reading_.places[name_] = reading_.place(table_->source());
-    }
-
-    bool given() const { return table_ != nullptr; }
-    const toml::node* find(std::string_view key) {
-        keys_.push_back(key);
-        const toml::node* node = table_ ? table_->get(key) : nullptr;
-        if (node)
-            reading_.places[(name_.empty() ? "" : name_ + ".") + std::string(key)] =
-                reading_.place(node->source());
-        return node;
-    }
-    void refuse(std::string_view key, const toml::node& node, const std::string& accepted) {
-        reading_.refuse(node.source(),
-                        fmt::format("{}{} = {} was found; {}", name_.empty() ? "" : "[" + name_ + "] ", key,
-                                    shown(node), accepted));
-    }
-
-    void number(std::string_view key, double& value, Range range, double unit = 1.0) {
-        const toml::node* node = find(key);
-        if (!node) return;
-        const std::optional<double> read = node->is_number() ? node->value<double>() : std::nullopt;
-        if (read && *read >= range.least && *read <= range.most)
-            value = *read * unit;
-        else
-            refuse(key, *node, fmt::format("a number from {} is accepted", range.text()));
-    }
-    template <class Integer>
-    void whole(std::string_view key, Integer& value, Range range) {
-        const toml::node* node = find(key);
-        if (!node) return;
-        const auto* read = node->as_integer();
-        if (read && read->get() >= range.least && read->get() <= range.most)
-            value = static_cast<Integer>(read->get());
-        else
-            refuse(key, *node, fmt::format("a whole number from {} is accepted", range.text()));
-    }
-    void flag(std::string_view key, bool& value) {
-        const toml::node* node = find(key);
-        if (!node) return;
-        if (const auto* read = node->as_boolean())
-            value = read->get();
-        else
-            refuse(key, *node, "true or false is accepted");
-    }
-    bool word(std::string_view key, std::string& value) {
-        const toml::node* node = find(key);
-        if (!node) return false;
-        if (const auto* read = node->as_string(); read && !read->get().empty())
-            value = read->get();
-        else
-            refuse(key, *node, "a text is accepted");
-        return node->is_string();
-    }
-    bool is_word(std::string_view key) {
-        const toml::node* node = find(key);
-        return node && node->is_string();
-    }
-    /// The index of the word among those accepted.
-    std::optional<std::size_t> choice(std::string_view key, std::span<const std::string_view> accepted) {
-        const toml::node* node = find(key);
-        if (!node) return std::nullopt;
-        if (const auto* read = node->as_string()) {
-            const auto at = std::find(accepted.begin(), accepted.end(), read->get());
-            if (at != accepted.end()) return static_cast<std::size_t>(at - accepted.begin());
-        }
-        refuse(key, *node, "accepted are: " + joined(accepted));
-        return std::nullopt;
-    }
-    bool point(std::string_view key, Vec3& value, double most) {
-        const toml::node* node = find(key);
-        if (!node) return false;
-        const toml::array* list = node->as_array();
-        Vec3 read = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
-        for (std::size_t i = 0; list && list->size() == 3 && i < 3; ++i) {
-            if ((*list)[i].is_number()) read[static_cast<int>(i)] = *(*list)[i].value<double>();
-        }
-        const bool fine = read.allFinite() && read.cwiseAbs().maxCoeff() <= most;
-        if (fine)
-            value = read;
-        else
-            refuse(key, *node, fmt::format("three numbers from {} to {} are accepted", -most, most));
-        return fine;
-    }
-    Section section(std::string_view key, bool required) {
-        const toml::node* node = find(key);
-        if (node && !node->is_table()) refuse(key, *node, fmt::format("a section [{}] is accepted", key));
-        if (!node && required) missing(key, fmt::format("section [{}]", key));
-        return Section(reading_, node ? node->as_table() : nullptr, std::string(key));
-    }
-    void missing(std::string_view, const std::string& what) {
-        TextPlace place{reading_.file, 0, 0};
-        if (table_ && !name_.empty()) place = reading_.place(table_->source());
-        reading_.wrong.emplace_back(place, what + " is missing");
-    }
-    void finish() const {
-        if (!table_) return;
-        for (const auto& [key, node] : *table_) {
-            if (std::find(keys_.begin(), keys_.end(), key.str()) != keys_.end()) continue;
-            const std::string near = nearest_word(key.str(), keys_);
-            reading_.refuse(key.source(),
-                            fmt::format("unknown key '{}' {}{}; keys are: {}", key.str(),
-                                        name_.empty() ? "at the top" : "in [" + name_ + "]",
-                                        near.empty() ? "" : " (is '" + near + "' meant?)", joined(keys_)));
-        }
-    }
-
-private:
-    Reading& reading_;
-    const toml::table* table_;
-    std::string name_;
-    std::vector<std::string_view> keys_;
-};
 
 void read_tube(Section tube, Reading& reading, Scenario& s) {
     if (!tube.given()) return;
@@ -320,11 +174,7 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& fi
     }
     reading.places[""] = {reading.file, 0, 0};
     s.places = std::move(reading.places);
-    std::stable_sort(reading.wrong.begin(), reading.wrong.end(), [](const auto& a, const auto& b) {
-        return std::pair(a.first.line, a.first.column) < std::pair(b.first.line, b.first.column);
-    });
-    std::vector<std::string> wrong;
-    for (const auto& [place, message] : reading.wrong) wrong.push_back(located(place, message));
+    std::vector<std::string> wrong = reading.complaints();
     if (wrong.empty()) wrong = problems(s);
     if (!wrong.empty()) throw InputError(joined(wrong, "\n"));
     return s;

@@ -1,0 +1,54 @@
+#include "app/anatomy_command.h"
+
+#include <fmt/format.h>
+
+#include "app/progress_bar.h"
+#include "engine/anatomy/vessel_file.h"
+#include "engine/anatomy/vessel_presets.h"
+#include "engine/text.h"
+
+namespace app {
+
+AnatomyCommand::AnatomyCommand(CLI::App& app)
+    : command_(app.add_subcommand("anatomy", "Make a vessel anatomy that scenarios can name")) {
+    command_->require_subcommand(1);
+    CLI::App* generate = command_->add_subcommand(
+        "generate", "Grow vessels from a preset or a file, with a lumen to push wires in");
+    generate->add_option("source", request_.source, "A preset, or a vessel tree (.toml)")->required();
+    generate->add_option("--seed", request_.seed,
+                         "Draws dimensions and bends of a preset; 0 = the published means");
+    generate->add_option("--out", request_.out, "Folder for NAME.anatomy.json and NAME.stl")->required();
+    generate->add_option("--name", request_.name, "NAME; else the preset or the file, with the seed");
+    generate->add_option("--stenosis", stenoses_, "BRANCH:AT:LENGTH:PERCENT of the diameter [mm]")
+        ->take_all();
+    generate->add_option("--aneurysm", aneurysms_, "BRANCH:AT:DIAMETER:NECK[:ANGLE] [mm, deg]")->take_all();
+    generate->add_option("--tortuosity", tortuosities_, "AMPLITUDE:WAVELENGTH[:BRANCH] [mm]")->take_all();
+    generate->add_option("--threads", request_.threads, "Threads; the anatomy does not depend on them")
+        ->check(CLI::Range(1, 256));
+    std::string presets = "Presets:\n";
+    for (const engine::VesselPreset& preset : engine::vessel_presets())
+        presets += fmt::format("  {:<12} {}\n", preset.name, preset.what);
+    generate->footer(presets +
+                     "An anatomy that the folder holds already is not made again.\n"
+                     "Exit codes: 0 done, 2 bad input.");
+}
+
+int AnatomyCommand::run() {
+    for (const std::string& text : stenoses_) request_.stenoses.push_back(engine::parse_stenosis(text));
+    for (const std::string& text : aneurysms_) request_.aneurysms.push_back(engine::parse_aneurysm(text));
+    for (const std::string& text : tortuosities_)
+        request_.tortuosities.push_back(engine::parse_tortuosity(text));
+    request_.program = "seldinger " SELDINGER_VERSION;
+    engine::GenerateOutcome outcome;
+    {
+        ProgressBar bar;
+        request_.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+        outcome = engine::run_generate(request_);
+    }
+    fmt::print("{}: {} branches, {} triangles{}\nends:    {}\ntargets: {}\n", outcome.file.string(),
+               outcome.branches, outcome.triangles, outcome.kept ? ", kept as it was" : "",
+               engine::joined(outcome.ends), engine::joined(outcome.targets));
+    return 0;
+}
+
+}  // namespace app

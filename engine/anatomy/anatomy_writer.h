@@ -1,0 +1,20 @@
+#pragma once
+/// NAME.anatomy.json and the binary STL beside it, as load_anatomy reads them.
+
+#include <filesystem>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/anatomy/anatomy.h"
+
+namespace engine {
+
+/// What made an anatomy, as keys and texts.
+using Provenance = std::vector<std::pair<std::string, std::string>>;
+
+/// Writes FOLDER/NAME.stl, then FOLDER/NAME.anatomy.json, and returns the latter. The folder is made when it
+/// is not there. Throws InputError; neither file is then left half-written.
+std::filesystem::path write_anatomy(const Anatomy&, const std::filesystem::path& folder, const Provenance&);
+
+}  // namespace engine

@@ -1,0 +1,82 @@
+#include "engine/anatomy/generator.h"
+
+#include <cmath>
+
+#include "engine/anatomy/mesh_quality.h"
+#include "engine/anatomy/open_ends.h"
+#include "engine/anatomy/surface_nets.h"
+#include "engine/error.h"
+#include "engine/text.h"
+
+namespace engine {
+namespace {
+
+using physics::Vec3;
+
+/// How far the work is when each step is done, as measured.
+constexpr double sampled_part = 0.35, remeshed_part = 0.95;
+
+VesselEnd end_of(const SampledBranch& branch, bool start) {
+    const int last = static_cast<int>(branch.points.size()) - 1, sample = start ? 1 : last - 1;
+    VesselEnd end;
+    end.opening.name = branch.name + (start ? ".in" : ".out");
+    end.opening.centre = branch.points[sample];
+    end.opening.outward_normal = start ? Vec3(-branch.tangent(sample)) : branch.tangent(sample);
+    end.opening.radius = branch.radii[sample];
+    end.role = start ? EndRole::Inlet : EndRole::Outlet;
+    return end;
+}
+
+}  // namespace
+
+ClosedLumen closed_surface(const VesselTree& tree, const GeneratorOptions& options) {
+    const auto part = [&](double from, double to, const char* what) -> std::function<void(double)> {
+        if (!options.progress) return {};
+        return [&options, from, to, what](double p) { options.progress(from + p * (to - from), what); };
+    };
+    ImplicitLumen lumen(tree, tree.least_radius / options.cells_per_radius);
+    const physics::TriangleMesh nets =
+        surface_nets(lumen, options.threads, part(0, sampled_part, "finding the surface"));
+    physics::TriangleMesh mesh =
+        remeshed(nets, lumen, options.remesh, part(sampled_part, remeshed_part, "making better triangles"));
+    return {std::move(lumen), std::move(mesh)};
+}
+
+Anatomy generate(const VesselTreeSpec& spec, const GeneratorOptions& options) {
+    const VesselTree tree = grow(spec);
+    const ClosedLumen closed = closed_surface(tree, options);
+
+    if (euler_characteristic(closed.mesh) != 2) {
+        throw InputError(spec.name +
+                         ": the lumen has loops or hollows, for vessels come too near each other beside a "
+                         "junction; vessels that part more widely are accepted");
+    }
+
+    Anatomy anatomy;
+    anatomy.name = spec.name;
+    std::vector<EndCut> cuts;
+    for (int b = 0; b < static_cast<int>(tree.branches.size()); ++b) {
+        const SampledBranch& branch = tree.branches[b];
+        for (const bool start : {true, false}) {
+            if (start ? branch.parent >= 0 : branch.closed) continue;
+            anatomy.ends.push_back(end_of(branch, start));
+            const physics::OpenEnd& opening = anatomy.ends.back().opening;
+            cuts.push_back({opening.centre, opening.outward_normal, closed.implicit.beyond_end(b, start)});
+        }
+        anatomy.branches.push_back({branch.name, branch.parent, branch.parent < 0 ? -1 : branch.parent_sample,
+                                    branch.points, branch.radii});
+    }
+    for (const NamedTarget& target : spec.targets) {
+        for (int b = 0; b < static_cast<int>(tree.branches.size()); ++b) {
+            if (tree.branches[b].name != target.branch) continue;
+            const int sample = tree.branches[b].sample_at(target.at);
+            anatomy.targets.push_back({target.name, tree.branches[b].points[sample], b, sample});
+        }
+    }
+    anatomy.lumen = cut_open(closed.mesh, closed.implicit, cuts);
+    const std::vector<std::string> wrong = problems(anatomy);
+    if (!wrong.empty()) throw InputError(spec.name + ": " + joined(wrong, "\n"));
+    return anatomy;
+}
+
+}  // namespace engine

@@ -1,0 +1,31 @@
+#pragma once
+/// Vessel tree in, anatomy out.
+
+#include <functional>
+
+#include "engine/anatomy/anatomy.h"
+#include "engine/anatomy/remesh.h"
+#include "engine/anatomy/vessel_tree.h"
+
+namespace engine {
+
+struct GeneratorOptions {
+    double cells_per_radius = 3;  // of the smallest vessel, for the grid that finds the surface
+    RemeshOptions remesh;
+    int threads = 2;  // the anatomy has the same bits for any number
+    std::function<void(double part, const char* what)> progress;
+};
+
+/// The lumen as a closed surface, before its ends are cut open.
+struct ClosedLumen {
+    ImplicitLumen implicit;
+    physics::TriangleMesh mesh;
+};
+ClosedLumen closed_surface(const VesselTree&, const GeneratorOptions& = {});
+
+/// Lumen, centrelines, ends and targets. An end's plane goes through the last but one sample of its
+/// centreline; ends are named BRANCH.in and BRANCH.out. Throws InputError for a spec that cannot be grown or
+/// gives no usable anatomy.
+Anatomy generate(const VesselTreeSpec&, const GeneratorOptions& = {});
+
+}  // namespace engine

@@ -1,0 +1,71 @@
+#pragma once
+/// The lumen of a vessel tree as the zero level of a smooth function.
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "engine/anatomy/vessel_tree.h"
+
+namespace engine {
+
+/// f < 0 inside. A branch is the envelope of balls along its centreline: f is the distance to it. A child is
+/// united with what its parent belongs to by a cubic smooth minimum whose width is 0.8 of the child's radius
+/// where it leaves the parent, until their walls are well apart, and fades to none within three radii more,
+/// so that vessels that pass each other stay apart. Every open end runs on straight and closes in a ball.
+class ImplicitLumen {
+public:
+    static constexpr int block_cells = 8;  // along an edge of a block
+
+    /// `cell` is the edge of a cell of the grid of blocks [mm].
+    ImplicitLumen(const VesselTree&, double cell);
+
+    struct Value {
+        double distance = 0;                             // f [mm]
+        physics::Vec3 gradient = physics::Vec3::Zero();  // of f
+        double radius = 0;                               // of the branch nearby [mm]
+        double place = 0;                                // along that branch, in samples
+    };
+    Value at(const physics::Vec3&) const;
+
+    /// The point moved to f = 0 along the gradient. Points farther than a cell from it may not arrive.
+    physics::Vec3 projected(const physics::Vec3&) const;
+
+    using Block = std::array<int, 3>;  // its first cell over block_cells
+    /// The blocks that hold every cell the surface passes through, in order.
+    std::span<const Block> blocks() const { return blocks_; }
+    int find(const Block&) const;  // index, −1 when the surface is not near
+    double cell() const { return cell_; }
+    physics::Vec3 node(const Block&, int x, int y, int z) const;  // of the block's grid [mm]
+
+    /// Where an open end's extension closes [mm].
+    physics::Vec3 beyond_end(int branch, bool start) const;
+
+private:
+    struct Limb {                                  // a branch with its extensions
+        physics::Polyline points, tangents;        // tangents per sample step
+        std::vector<double> radii, radius_slopes;  // slopes per sample step
+        double blend = 0;                          // width of the smooth minimum [mm]; 0 for the root
+        physics::Vec3 junction = physics::Vec3::Zero();
+        double full = 0, none = 0;  // distance from the junction up to which it is whole, and then gone [mm]
+    };
+    struct Run {  // of samples that may hold the nearest ball of a limb
+        int limb, first, last;
+    };
+    double ball_distance(const Limb&, int sample, const physics::Vec3&) const;
+    Value limb_value(const Limb&, int sample, const physics::Vec3&) const;
+    Value evaluate(const physics::Vec3&, std::span<const Run>) const;
+    void make_blocks();
+    void collect_runs(const physics::Vec3& centre, double reach, std::vector<Run>&) const;
+
+    std::vector<Limb> limbs_;
+    double cell_ = 0;
+    std::vector<Block> blocks_;
+    std::unordered_map<std::uint64_t, int> index_;
+    std::vector<Run> runs_, all_;
+    std::vector<int> first_run_;  // per block, and the end
+};
+
+}  // namespace engine

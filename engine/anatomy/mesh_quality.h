@@ -1,0 +1,20 @@
+#pragma once
+/// How good a triangle mesh is: its angles, its Euler characteristic, whether it runs through itself.
+
+#include "physics/geometry.h"
+
+namespace engine {
+
+struct TriangleAngles {
+    double least = 0;       // of all angles [rad]
+    double percentile = 0;  // 1 % of the triangles have a smaller one [rad]
+};
+TriangleAngles smallest_angles(const physics::TriangleMesh&);
+
+/// Corners − edges + triangles: 2 for a closed surface without handles.
+int euler_characteristic(const physics::TriangleMesh&);
+
+/// Pairs of triangles that share no corner and cross each other.
+int self_intersections(const physics::TriangleMesh&);
+
+}  // namespace engine

@@ -1,0 +1,192 @@
+#include "engine/anatomy/vessel_file.h"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <fstream>
+#include <numbers>
+#include <sstream>
+#include <toml++/toml.h>
+
+#include "engine/anatomy/vessel_presets.h"
+#include "engine/error.h"
+#include "engine/text.h"
+#include "engine/toml_section.h"
+
+namespace engine {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+constexpr Range along{0, 5000};  // a centreline [mm]
+
+void read_points(Section& section, std::vector<VesselKnot>& knots) {
+    const toml::node* node = section.find("points_mm");
+    if (!node) {
+        section.missing("points_mm", "points_mm = [[x, y, z, radius], …]");
+        return;
+    }
+    const toml::array* list = node->as_array();
+    if (!list) section.refuse("points_mm", *node, "a list of [x, y, z, radius] is accepted");
+    for (std::size_t i = 0; list && i < list->size(); ++i) {
+        const toml::array* numbers = (*list)[i].as_array();
+        std::array<double, 4> read{};
+        bool fine = numbers && numbers->size() == 4;
+        for (std::size_t k = 0; fine && k < 4; ++k) {
+            const std::optional<double> number =
+                (*numbers)[k].is_number() ? (*numbers)[k].value<double>() : std::nullopt;
+            fine = number && std::isfinite(*number);
+            if (fine) read[k] = *number;
+        }
+        if (!fine) {
+            section.refuse("points_mm", (*list)[i], "four numbers x, y, z and radius are accepted");
+            return;
+        }
+        knots.push_back({{read[0], read[1], read[2]}, read[3]});
+    }
+}
+
+void read_branches(Section& top, VesselTreeSpec& spec) {
+    for (Section& section : top.sections("branch")) {
+        BranchSpec branch;
+        if (!section.word("name", branch.name)) section.missing("name", "name of the branch");
+        section.word("parent", branch.parent);
+        section.number("at_mm", branch.at, along);
+        section.flag("closed", branch.closed);
+        read_points(section, branch.knots);
+        section.finish();
+        spec.branches.push_back(std::move(branch));
+    }
+}
+
+void read_modifiers(Section& top, VesselTreeSpec& spec) {
+    const auto place = [](Section& section, std::string& branch, double& at) {
+        if (!section.word("branch", branch)) section.missing("branch", "branch");
+        section.number("at_mm", at, along);
+    };
+    for (Section& section : top.sections("target")) {
+        NamedTarget target;
+        if (!section.word("name", target.name)) section.missing("name", "name of the target");
+        place(section, target.branch, target.at);
+        section.finish();
+        spec.targets.push_back(target);
+    }
+    for (Section& section : top.sections("tortuosity")) {
+        Tortuosity tortuosity;
+        section.word("branch", tortuosity.branch);
+        section.number("amplitude_mm", tortuosity.amplitude, {0, 50});
+        section.number("wavelength_mm", tortuosity.wavelength, {2, 500});
+        section.finish();
+        spec.tortuosities.push_back(tortuosity);
+    }
+    for (Section& section : top.sections("stenosis")) {
+        Stenosis stenosis;
+        place(section, stenosis.branch, stenosis.at);
+        section.number("length_mm", stenosis.length, {1, 200});
+        section.number("percent", stenosis.percent, {0, 90});
+        section.finish();
+        spec.stenoses.push_back(stenosis);
+    }
+    for (Section& section : top.sections("aneurysm")) {
+        Aneurysm aneurysm;
+        place(section, aneurysm.branch, aneurysm.at);
+        section.number("diameter_mm", aneurysm.diameter, {1, 60});
+        section.number("neck_mm", aneurysm.neck, {0.4, 60});
+        section.number("angle_deg", aneurysm.angle, {-360, 360}, degree);
+        section.finish();
+        spec.aneurysms.push_back(aneurysm);
+    }
+}
+
+VesselTreeSpec read_tree(const toml::table& root, Reading& reading, std::uint64_t seed) {
+    Section top(reading, &root, "");
+    int schema = 0;
+    if (!top.find("schema")) top.missing("schema", "schema = 1");
+    top.whole("schema", schema, {1, 1});
+    VesselTreeSpec spec;
+    std::string preset;
+    const bool from_preset = top.word("preset", preset);
+    if (from_preset) {
+        try {
+            spec = vessel_preset(preset, seed);
+        } catch (const InputError& error) {
+            reading.refuse(root.get("preset")->source(), error.what());
+        }
+    }
+    read_branches(top, spec);
+    if (!from_preset && !root.contains("branch"))
+        top.missing("branch", "preset = \"…\" or a section [[branch]]");
+    read_modifiers(top, spec);
+    top.finish();
+    return spec;
+}
+
+/// The parts between colons, the numbers among them from `first` on; `least` to `most` parts in all.
+struct Parts {
+    std::vector<std::string> words;
+    std::vector<double> numbers;
+};
+Parts split(const std::string& text, std::size_t least, std::size_t most, std::size_t first,
+            std::size_t count, std::string_view option, std::string_view shape) {
+    Parts parts;
+    std::stringstream stream(text);
+    for (std::string word; std::getline(stream, word, ':');) parts.words.push_back(word);
+    bool fine = parts.words.size() >= least && parts.words.size() <= most;
+    for (std::size_t i = first; fine && i < std::min(first + count, parts.words.size()); ++i) {
+        const std::optional<double> number = parse_number(parts.words[i]);
+        fine = number && std::isfinite(*number);
+        if (fine) parts.numbers.push_back(*number);
+    }
+    if (!fine) throw InputError(fmt::format("{}: '{}' was found; {} is accepted", option, text, shape));
+    return parts;
+}
+
+}  // namespace
+
+VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem::path& file,
+                                 std::uint64_t seed) {
+    Reading reading{file.string(), {}, {}};
+    VesselTreeSpec spec;
+    try {
+        const toml::table root = toml::parse(text, reading.file);
+        spec = read_tree(root, reading, seed);
+    } catch (const toml::parse_error& error) {
+        throw InputError(
+            located(reading.place(error.source()), fmt::format("this is not TOML: {}", error.description())));
+    }
+    spec.name = file.stem().string();
+    std::vector<std::string> wrong = reading.complaints();
+    if (wrong.empty()) {
+        for (const std::string& problem : problems(spec))
+            wrong.push_back(located({reading.file, 0, 0}, problem));
+    }
+    if (!wrong.empty()) throw InputError(joined(wrong, "\n"));
+    return spec;
+}
+
+VesselTreeSpec load_vessel_file(const std::filesystem::path& path, std::uint64_t seed) {
+    std::error_code ignored;
+    std::ifstream stream(path, std::ios::binary);
+    if (!std::filesystem::is_regular_file(path, ignored) || !stream) {
+        throw InputError(path.string() + ": no such vessel tree can be read; a .toml file is accepted");
+    }
+    std::stringstream text;
+    text << stream.rdbuf();
+    return parse_vessel_file(text.str(), path, seed);
+}
+
+Stenosis parse_stenosis(const std::string& text) {
+    const Parts p = split(text, 4, 4, 1, 3, "--stenosis", "BRANCH:AT:LENGTH:PERCENT");
+    return {p.words[0], p.numbers[0], p.numbers[1], p.numbers[2]};
+}
+
+Aneurysm parse_aneurysm(const std::string& text) {
+    const Parts p = split(text, 4, 5, 1, 4, "--aneurysm", "BRANCH:AT:DIAMETER:NECK[:ANGLE]");
+    return {p.words[0], p.numbers[0], p.numbers[1], p.numbers[2],
+            p.numbers.size() > 3 ? p.numbers[3] * degree : 0};
+}
+
+Tortuosity parse_tortuosity(const std::string& text) {
+    const Parts p = split(text, 2, 3, 0, 2, "--tortuosity", "AMPLITUDE:WAVELENGTH[:BRANCH]");
+    return {p.words.size() > 2 ? p.words[2] : std::string(), p.numbers[0], p.numbers[1]};
+}
+
+}  // namespace engine
