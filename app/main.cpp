@@ -50,7 +50,7 @@ int run(const RunArguments& arguments) {
     options.images = arguments.frames != "none";
     options.program = "seldinger " SELDINGER_VERSION;
     if (!arguments.expect.empty()) options.expect = arguments.expect;
-    options.fields.folder = arguments.cache;
+    options.cache.folder = arguments.cache;
     options.interrupted = [] { return stop_requested != 0; };
 
     // A full disk or quota is told by write(), not by a signal that ends the program.
@@ -61,7 +61,7 @@ int run(const RunArguments& arguments) {
     engine::RunResult result;
     {
         ProgressBar bar;
-        options.fields.progress = [&bar](double part) { bar.show(part, "distance field of the vessel"); };
+        options.cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
         options.progress = [&bar](const engine::Progress& p) {
             bar.show(static_cast<double>(p.frame) / p.frames,
                      fmt::format("frame {}/{}  inserted {:.0f} mm  tip to target {:.1f} mm", p.frame,
@@ -96,8 +96,8 @@ int relax(engine::RelaxRequest request, const engine::RelaxFiles& files) {
     engine::RelaxOutcome outcome;
     {
         ProgressBar bar;
-        request.fields.progress = [&bar](double part) { bar.show(part, "distance field of the vessel"); };
-        if (request.fields.folder.empty()) request.fields.folder = engine::field_cache_beside(files.joints);
+        request.cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+        if (request.cache.folder.empty()) request.cache.folder = engine::cache_beside(files.joints);
         outcome = engine::run_relax(engine::make_relax_case(request), [&bar](const engine::RelaxProgress& p) {
             bar.show(p.part, fmt::format("{} segments  |g|/C {:.1e}", p.segments, p.gradient));
         });
@@ -129,7 +129,6 @@ int study(const StudyArguments& arguments) {
     engine::StudyOptions options;
     options.quick = arguments.quick;
     options.threads = arguments.threads;
-    options.assets = SELDINGER_ASSETS;
     std::vector<std::string> notices;
     {
         ProgressBar bar;
@@ -159,8 +158,8 @@ CLI::App* add_relax(CLI::App& app, engine::RelaxRequest& request, engine::RelaxF
     add_optional(command, "--branch", request.branch, "Branch by whose open end the wire enters");
     command->add_option("--wall", request.wall, "Of an anatomy: distance-field, or mesh, the paper's planes")
         ->check(CLI::IsMember({"distance-field", "mesh"}));
-    command->add_option("--cache", request.fields.folder,
-                        "Folder of the distance fields; else field-cache beside --out");
+    command->add_option("--cache", request.cache.folder,
+                        "Folder that keeps distance fields; else cache beside --out");
     add_optional(command, "--wire", request.wire, "CSV of the wire's joints, from joint 0");
     add_optional(command, "--segments", request.segments, "Segments of a wire laid along the centreline");
     add_optional(command, "--segment-length", request.segment_length, "Their length [mm]");
@@ -215,7 +214,7 @@ int main(int count, char** values) {
         "--expect", arguments.expect,
         "Recording, or output folder of an earlier run, that states and frames must equal");
     run_command->add_option("--cache", arguments.cache,
-                            "Folder that keeps the vessels' distance fields; else field-cache beside --out");
+                            "Folder that keeps grown vessels and distance fields; else cache beside --out");
     run_command->footer(footer);
     CLI::App* list_command = app.add_subcommand("list", "List the scenarios that ship");
 

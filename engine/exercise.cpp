@@ -10,7 +10,7 @@ struct Exercise::Pulse {
     render::Exposure exposure;
 };
 
-Exercise::Exercise(const Scenario& scenario, bool with_images, const FieldCache& cache)
+Exercise::Exercise(const Scenario& scenario, bool with_images, const ModelCache& cache)
     : simulation_(scenario, cache), scorer_(simulation_) {
     if (with_images) fluoroscope_ = make_fluoroscope(scenario, simulation_.anatomy());
 }

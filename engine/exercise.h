@@ -16,7 +16,7 @@ class Exercise {
 public:
     /// Throws InputError when scenario and anatomy do not fit, or `with_images` and the vessel can't be
     /// imaged.
-    Exercise(const Scenario&, bool with_images, const FieldCache& = {});
+    Exercise(const Scenario&, bool with_images, const ModelCache& = {});
     ~Exercise();
 
     /// From the next frame on, frames are recorded. Throws InputError when the file cannot be written.

@@ -164,7 +164,7 @@ RunResult run_headless(const Scenario& scenario, const CommandScript& script, Fr
                        const RunOptions& options) {
     check(scenario, script);
     Expectation expectation = expectation_of(script, options);
-    Exercise exercise(scenario, sink != nullptr, options.fields);
+    Exercise exercise(scenario, sink != nullptr, options.cache);
     return run(exercise, script, last_frame_of(scenario, script), expectation, sink, nullptr, options);
 }
 
@@ -173,9 +173,9 @@ RunResult run_headless(const Scenario& scenario, const CommandScript& script,
     check(scenario, script);
     refuse_to_overwrite(out, script.file, options.expect);
     Expectation expectation = expectation_of(script, options);
-    FieldCache fields = options.fields;
-    if (fields.folder.empty()) fields.folder = field_cache_beside(out);
-    Exercise exercise(scenario, options.images, fields);
+    ModelCache cache = options.cache;
+    if (cache.folder.empty()) cache.folder = cache_beside(out);
+    Exercise exercise(scenario, options.images, cache);
 
     OutputFolder folder(out, options.images);
     exercise.record(folder.recording(), {options.program, scenario.name, options.hash_every});

@@ -27,7 +27,7 @@ struct RunOptions {
     int hash_every = 10;                          // frames between two state lines of the recording
     std::string program = "seldinger";            // named in the recording
     std::optional<std::filesystem::path> expect;  // recording or output folder to compare with
-    FieldCache fields;  // the folder, where empty, is field-cache beside the output folder
+    ModelCache cache;  // the folder, where empty, is cache beside the output folder
     std::function<void(const Progress&)> progress;  // after each frame
     std::function<bool()> interrupted;              // asked after each frame; true ends the run
 };

@@ -137,7 +137,7 @@ Vessel anatomy_vessel(const RelaxRequest& r) {
         wall = std::make_unique<physics::MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(),
                                                    r.wall_stiffness, 0.5 * r.wire_diameter);
     else
-        wall = cached_distance_field(anatomy, r.wall_stiffness, 0.5 * r.wire_diameter, r.fields);
+        wall = cached_distance_field(anatomy, r.wall_stiffness, 0.5 * r.wire_diameter, r.cache);
     return {fmt::format("{}, branch '{}'", r.anatomy->string(), branch->name), std::move(wall), path.points,
             anatomy.openings()};
 }

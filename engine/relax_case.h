@@ -21,7 +21,7 @@ struct RelaxRequest {
     std::optional<std::filesystem::path> anatomy;
     std::optional<std::string> branch;  // of the anatomy, the wire enters by its open end; empty = the first
     std::string wall = "distance-field";  // of the anatomy; or "mesh", by ray and plane as in the paper
-    FieldCache fields;
+    ModelCache cache;
 
     std::optional<std::filesystem::path> wire;   // CSV of the joints, from joint 0
     std::optional<int> segments;                 // N

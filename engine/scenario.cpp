@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <string_view>
 
+#include "engine/anatomy/generate_run.h"
 #include "engine/text.h"
 
 namespace engine {
@@ -24,8 +25,8 @@ std::vector<std::string> problems(const Scenario& s) {
     const auto say = [&](const std::string& key, const std::string& text) {
         found.push_back(located(s.place(key), text));
     };
-    if (s.anatomy.empty() == !s.tube) {
-        say("", "either 'anatomy' or [tube] is accepted, one of them");
+    if (int{!s.anatomy.empty()} + int{s.vessels.has_value()} + int{s.tube.has_value()} != 1) {
+        say("", "either 'anatomy', a file, or [anatomy], to be grown, or [tube] is accepted, one of them");
     }
     for (const std::string& text : physics::problems(s.guidewire)) say("guidewire", "[guidewire] " + text);
     for (const std::string& text : physics::problems(s.relaxer)) say("relaxer", "[relaxer] " + text);
@@ -48,10 +49,10 @@ std::vector<std::string> problems(const Scenario& s) {
     return found;
 }
 
-Anatomy anatomy_of(const Scenario& s) {
+Anatomy anatomy_of(const Scenario& s, const ModelCache& cache) {
     if (!s.tube) {
         try {
-            return load_anatomy(s.anatomy);
+            return s.vessels ? generated_anatomy(*s.vessels, cache) : load_anatomy(s.anatomy);
         } catch (const InputError& error) {
             const TextPlace place = s.place("anatomy");
             throw InputError(place.file.empty() ? error.what()

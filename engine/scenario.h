@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/anatomy/model_cache.h"
+#include "engine/anatomy/vessel_tree.h"
 #include "engine/error.h"
 #include "engine/scenes.h"
 #include "physics/guidewire.h"
@@ -59,7 +61,9 @@ struct Scenario {
     double frame_rate = 15;            // [1/s]
     std::optional<double> time_limit;  // the exercise ends here, reached or not [s]
     std::uint64_t seed = 1;            // of the noise in the images
-    std::filesystem::path anatomy;     // NAME.anatomy.json; empty = `tube` is given
+    // One of three vessels.
+    std::filesystem::path anatomy;  // NAME.anatomy.json
+    std::optional<VesselTreeSpec> vessels;
     std::optional<TubeSource> tube;
     Entry entry;
     physics::GuidewireSpec guidewire;
@@ -85,8 +89,8 @@ Scenario parse_scenario(const std::string& toml, const std::filesystem::path& fi
 /// Everything about the scenario alone that makes it unusable; empty when it is fine.
 std::vector<std::string> problems(const Scenario&);
 
-/// The vessel of the scenario, loaded or drawn. Throws InputError.
-Anatomy anatomy_of(const Scenario&);
+/// The vessel of the scenario, loaded, grown or drawn. Throws InputError.
+Anatomy anatomy_of(const Scenario&, const ModelCache& = {});
 
 /// Scenario files (*.toml) of a folder by name, in alphabetical order.
 std::vector<std::filesystem::path> shipped_scenarios(const std::filesystem::path& folder);

@@ -4,6 +4,7 @@
 #include <sstream>
 #include <toml++/toml.h>
 
+#include "engine/anatomy/vessel_file.h"
 #include "engine/guidewire_presets.h"
 #include "engine/scenario.h"
 #include "engine/text.h"
@@ -117,6 +118,20 @@ void read_c_arm(Section arm, Scenario& s) {
     arm.finish();
 }
 
+/// A file that holds one, or how one is to be grown.
+void read_anatomy(Section& top, Reading& reading, Scenario& s) {
+    const toml::node* node = top.find("anatomy");
+    if (!node) return;
+    if (node->is_table()) {
+        Section vessels = top.section("anatomy", false);
+        s.vessels = read_vessels(vessels, reading, s.name);
+    } else if (std::string file; node->is_string() && top.word("anatomy", file)) {
+        s.anatomy = std::filesystem::path(reading.file).parent_path() / file;
+    } else {
+        top.refuse("anatomy", *node, "a file NAME.anatomy.json or a section [anatomy] is accepted");
+    }
+}
+
 void read_sections(const toml::table& root, Reading& reading, Scenario& s) {
     Section top(reading, &root, "");
     int schema = 0;
@@ -128,8 +143,7 @@ void read_sections(const toml::table& root, Reading& reading, Scenario& s) {
     top.number("time_limit_s", limit, {0.1, 1e5});
     if (limit > 0) s.time_limit = limit;
     top.whole("seed", s.seed, {0, 9e15});
-    std::string anatomy;
-    if (top.word("anatomy", anatomy)) s.anatomy = std::filesystem::path(reading.file).parent_path() / anatomy;
+    read_anatomy(top, reading, s);
 
     read_tube(top.section("tube", false), reading, s);
     Section entry = top.section("entry", true);

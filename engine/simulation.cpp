@@ -63,7 +63,7 @@ void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
 }
 
 std::unique_ptr<const physics::LumenWall> make_wall(const Scenario& s, const Anatomy& anatomy,
-                                                    const FieldCache& cache) {
+                                                    const ModelCache& cache) {
     const double wire_radius = 0.5 * s.guidewire.diameter;
     if (s.wall_model == WallModel::Analytic) {
         return std::make_unique<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius,
@@ -82,8 +82,8 @@ int steps_of(double amount, double step) {
 
 }  // namespace
 
-Simulation::Simulation(const Scenario& scenario, const FieldCache& cache)
-    : scenario_(scenario), anatomy_(anatomy_of(scenario)) {
+Simulation::Simulation(const Scenario& scenario, const ModelCache& cache)
+    : scenario_(scenario), anatomy_(anatomy_of(scenario, cache)) {
     choose();
     choose_entry();
     locate_target();

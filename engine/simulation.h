@@ -29,7 +29,7 @@ public:
     /// Loads or draws the vessel, puts the wire in along the entry's centreline and relaxes it.
     /// Throws InputError when scenario and anatomy do not fit: no such end or target, a target outside, a
     /// wire thicker than the vessel at its entry, too much or too little wire inside.
-    explicit Simulation(const Scenario&, const FieldCache& = {});
+    explicit Simulation(const Scenario&, const ModelCache& = {});
     ~Simulation();
     Simulation(Simulation&&) noexcept;
 

@@ -142,9 +142,13 @@ Section Section::section(std::string_view key, bool required) {
 }
 
 void Section::missing(std::string_view, const std::string& what) {
+    refuse_whole(what + " is missing");
+}
+
+void Section::refuse_whole(const std::string& text) {
     TextPlace place{reading_.file, 0, 0};
     if (table_ && !name_.empty()) place = reading_.place(table_->source());
-    reading_.wrong.emplace_back(place, what + " is missing");
+    reading_.wrong.emplace_back(place, text);
 }
 
 void Section::finish() const {

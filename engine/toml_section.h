@@ -67,6 +67,7 @@ public:
     /// The tables of a list [[key]]; empty when it is not there.
     std::vector<Section> sections(std::string_view key);
     void missing(std::string_view key, const std::string& what);
+    void refuse_whole(const std::string& text);
     void finish() const;
 
 private:

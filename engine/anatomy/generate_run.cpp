@@ -38,8 +38,9 @@ VesselTreeSpec make_spec(const GenerateRequest& request) {
     return spec;
 }
 
-/// Every number of the tree, so that another shape of the same name is told apart.
-std::string fingerprint(const VesselTree& tree) {
+/// Every number of the tree and its targets, so that another shape of the same name is told apart.
+std::string fingerprint(const VesselTreeSpec& spec) {
+    const VesselTree tree = grow(spec);
     std::uint64_t hash = 14695981039346656037ull;
     const auto add = [&hash](double number) {
         for (const char c : number_text(number) + " ")
@@ -53,10 +54,14 @@ std::string fingerprint(const VesselTree& tree) {
             add(branch.radii[i]);
         }
     }
+    for (const NamedTarget& target : spec.targets) {
+        for (const char c : target.name + target.branch) add(c);
+        add(target.at);
+    }
     return hash_text(hash);
 }
 
-Provenance provenance_of(const GenerateRequest& request, const VesselTreeSpec& spec, const VesselTree& tree) {
+Provenance provenance_of(const GenerateRequest& request, const VesselTreeSpec& spec) {
     Provenance made = {{"source", "generated"},
                        {"program", request.program},
                        {"generator", std::to_string(generator_version)},
@@ -73,7 +78,7 @@ Provenance provenance_of(const GenerateRequest& request, const VesselTreeSpec& s
     for (const Aneurysm& a : spec.aneurysms)
         note(fmt::format("aneurysm {}:{}:{}:{}", a.branch, a.at, a.diameter, a.neck));
     if (!modified.empty()) made.emplace_back("modified", modified);
-    made.emplace_back("shape", fingerprint(tree));
+    made.emplace_back("shape", fingerprint(spec));
     made.emplace_back("licence", "project");
     return made;
 }
@@ -102,11 +107,38 @@ void check_folder(const fs::path& folder) {
                                  folder.string(), error ? error.message() : "it is not such a folder"));
 }
 
+/// A folder of its own, gone at the end unless it has been renamed.
+class ScratchFolder {
+public:
+    /// Beside `wanted`, or where temporary files are when that cannot be written.
+    explicit ScratchFolder(const fs::path& wanted) {
+        const std::string own = fmt::format("{}.{}", wanted.filename().string(), ::getpid());
+        std::error_code failed;
+        fs::create_directories(wanted.parent_path(), failed);
+        path_ = wanted.parent_path() / own;
+        if (!wanted.has_parent_path() ||
+            !(fs::create_directory(path_, failed) || fs::is_directory(path_, failed))) {
+            path_ = fs::temp_directory_path() / own;
+            fs::create_directory(path_);
+        }
+    }
+    ~ScratchFolder() {
+        std::error_code ignored;
+        fs::remove_all(path_, ignored);
+    }
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+    const fs::path& path() const { return path_; }
+
+private:
+    fs::path path_;
+};
+
 }  // namespace
 
 GenerateOutcome run_generate(const GenerateRequest& request) {
     const VesselTreeSpec spec = make_spec(request);
-    const Provenance provenance = provenance_of(request, spec, grow(spec));
+    const Provenance provenance = provenance_of(request, spec);
     check_folder(request.out);
     GenerateOutcome outcome;
     outcome.file = request.out / (spec.name + ".anatomy.json");
@@ -124,6 +156,30 @@ GenerateOutcome run_generate(const GenerateRequest& request) {
     for (const VesselEnd& end : anatomy->ends) outcome.ends.push_back(end.opening.name);
     for (const VesselTarget& target : anatomy->targets) outcome.targets.push_back(target.name);
     return outcome;
+}
+
+Anatomy generated_anatomy(const VesselTreeSpec& spec, const ModelCache& cache) {
+    const std::string shape = fingerprint(spec);
+    const Provenance provenance = {{"source", "generated"},
+                                   {"generator", std::to_string(generator_version)},
+                                   {"shape", shape},
+                                   {"licence", "project"}};
+    const fs::path home = cache.folder / ("anatomy-" + shape);
+    const std::string file = spec.name + ".anatomy.json";
+    if (!cache.folder.empty()) {
+        if (std::optional<Anatomy> anatomy = kept(home / file, provenance)) return *std::move(anatomy);
+    }
+    GeneratorOptions options;
+    options.progress = cache.progress;
+    const ScratchFolder scratch(home);
+    // Read back, so that it has the bits that the next run will find.
+    Anatomy anatomy = load_anatomy(write_anatomy(generate(spec, options), scratch.path(), provenance));
+    if (!cache.folder.empty()) {
+        std::error_code failed;  // another program's was there first, or nothing can be kept
+        if (!kept(home / file, provenance)) fs::remove_all(home, failed);
+        fs::rename(scratch.path(), home, failed);
+    }
+    return anatomy;
 }
 
 }  // namespace engine

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/anatomy/anatomy.h"
+#include "engine/anatomy/model_cache.h"
 #include "engine/anatomy/vessel_tree.h"
 
 namespace engine {
@@ -33,5 +35,9 @@ struct GenerateOutcome {
 /// Makes the anatomy unless the folder holds it. Throws InputError, before any work when the folder cannot be
 /// written.
 GenerateOutcome run_generate(const GenerateRequest&);
+
+/// The anatomy of a spec, from the cache when that holds the same shape; else it is made, which takes
+/// seconds, and kept there in anatomy-SHAPE/. The same bits either way. Throws InputError as generate does.
+Anatomy generated_anatomy(const VesselTreeSpec&, const ModelCache& = {});
 
 }  // namespace engine

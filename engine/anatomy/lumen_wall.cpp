@@ -34,14 +34,8 @@ void keep(const physics::DistanceField& field, const fs::path& path) {
 
 }  // namespace
 
-fs::path field_cache_beside(const fs::path& output) {
-    fs::path path = fs::absolute(output).lexically_normal();
-    if (!path.has_filename()) path = path.parent_path();  // "out/renal/"
-    return path.parent_path() / "field-cache";
-}
-
 std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy, double stiffness,
-                                                          double wire_radius, const FieldCache& cache) {
+                                                          double wire_radius, const ModelCache& cache) {
     physics::DistanceFieldOptions options;
     options.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
     const auto ends = anatomy.openings();
@@ -58,8 +52,10 @@ std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy
             }
         }
     }
+    std::function<void(double)> progress;
+    if (cache.progress) progress = [&](double part) { cache.progress(part, "distance field of the vessel"); };
     auto field = std::make_unique<physics::DistanceField>(anatomy.lumen, anatomy.branches, ends, stiffness,
-                                                          wire_radius, options, cache.progress);
+                                                          wire_radius, options, progress);
     if (!cache.folder.empty()) keep(*field, path);
     return field;
 }

@@ -96,26 +96,22 @@ void read_modifiers(Section& top, VesselTreeSpec& spec) {
     }
 }
 
-VesselTreeSpec read_tree(const toml::table& root, Reading& reading, std::uint64_t seed) {
-    Section top(reading, &root, "");
-    int schema = 0;
-    if (!top.find("schema")) top.missing("schema", "schema = 1");
-    top.whole("schema", schema, {1, 1});
+/// What stands in the section; `seed` is the preset's.
+VesselTreeSpec read_spec(Section& section, Reading& reading, std::uint64_t seed) {
     VesselTreeSpec spec;
     std::string preset;
-    const bool from_preset = top.word("preset", preset);
+    const bool from_preset = section.word("preset", preset);
     if (from_preset) {
         try {
             spec = vessel_preset(preset, seed);
         } catch (const InputError& error) {
-            reading.refuse(root.get("preset")->source(), error.what());
+            reading.refuse(section.find("preset")->source(), error.what());
         }
     }
-    read_branches(top, spec);
-    if (!from_preset && !root.contains("branch"))
-        top.missing("branch", "preset = \"…\" or a section [[branch]]");
-    read_modifiers(top, spec);
-    top.finish();
+    read_branches(section, spec);
+    if (!from_preset && !section.find("branch"))
+        section.missing("branch", "preset = \"…\" or a section [[branch]]");
+    read_modifiers(section, spec);
     return spec;
 }
 
@@ -147,7 +143,12 @@ VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem:
     VesselTreeSpec spec;
     try {
         const toml::table root = toml::parse(text, reading.file);
-        spec = read_tree(root, reading, seed);
+        Section top(reading, &root, "");
+        int schema = 0;
+        if (!top.find("schema")) top.missing("schema", "schema = 1");
+        top.whole("schema", schema, {1, 1});
+        spec = read_spec(top, reading, seed);
+        top.finish();
     } catch (const toml::parse_error& error) {
         throw InputError(
             located(reading.place(error.source()), fmt::format("this is not TOML: {}", error.description())));
@@ -171,6 +172,30 @@ VesselTreeSpec load_vessel_file(const std::filesystem::path& path, std::uint64_t
     std::stringstream text;
     text << stream.rdbuf();
     return parse_vessel_file(text.str(), path, seed);
+}
+
+VesselTreeSpec read_vessels(Section& section, Reading& reading, const std::string& name) {
+    std::uint64_t seed = 0;
+    section.whole("seed", seed, {0, 9e15});
+    VesselTreeSpec spec;
+    if (std::string tree; section.word("tree", tree)) {
+        const std::filesystem::path path = std::filesystem::path(reading.file).parent_path() / tree;
+        try {
+            spec = load_vessel_file(path, seed);
+        } catch (const InputError& error) {
+            reading.refuse(section.find("tree")->source(), error.what());
+        }
+        read_modifiers(section, spec);
+    } else {
+        spec = read_spec(section, reading, seed);
+        if (spec.name.empty()) spec.name = name;
+    }
+    if (seed != 0) spec.name += fmt::format("-{}", seed);
+    section.finish();
+    if (reading.wrong.empty()) {
+        for (const std::string& problem : problems(spec)) section.refuse_whole(problem);
+    }
+    return spec;
 }
 
 Stenosis parse_stenosis(const std::string& text) {

@@ -9,6 +9,9 @@
 
 namespace engine {
 
+struct Reading;
+class Section;
+
 /// A file has schema = 1 and either `preset` or [[branch]] sections (name, parent, at_mm, points_mm =
 /// [[x, y, z, radius], …], a child's relative to where it starts; closed), then any of [[target]] (name,
 /// branch, at_mm), [[tortuosity]] (branch, amplitude_mm, wavelength_mm), [[stenosis]] (branch, at_mm,
@@ -17,6 +20,11 @@ namespace engine {
 VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem::path& file,
                                  std::uint64_t seed = 0);
 VesselTreeSpec load_vessel_file(const std::filesystem::path&, std::uint64_t seed = 0);
+
+/// The same as a section of another file, without schema: `preset` with a `seed`, or `tree`, a file beside
+/// it, or [[branch]], and what modifies them. Problems are noted in the reading. The spec is named after
+/// preset or tree, else `name`.
+VesselTreeSpec read_vessels(Section&, Reading&, const std::string& name);
 
 /// BRANCH:AT:LENGTH:PERCENT, BRANCH:AT:DIAMETER:NECK[:ANGLE] and AMPLITUDE:WAVELENGTH[:BRANCH], in mm and
 /// degrees. Throws InputError.

@@ -5,6 +5,8 @@
 #include <numbers>
 
 #include "engine/anatomy/anatomy.h"
+#include "engine/anatomy/generate_run.h"
+#include "engine/anatomy/vessel_presets.h"
 #include "engine/scenes.h"
 #include "engine/studies/slow_flow.h"
 #include "physics/tube_wall.h"
@@ -153,7 +155,7 @@ BreakingCase long_segments(bool quick) {
 }
 
 BreakingCase carina(const StudyOptions& options) {
-    const Anatomy anatomy = load_anatomy(options.assets / "anatomy" / "iliac.anatomy.json");
+    const Anatomy anatomy = generated_anatomy(vessel_preset("iliac-renal"), options.cache);
     const int inlet = *find_end(anatomy, "aorta+LCIA+LEIA+LCFA.in");
     const EntryPath entry = path_from(anatomy, inlet);
     std::size_t at = 0;  // 60 mm above the bifurcation, heading for it
@@ -162,7 +164,7 @@ BreakingCase carina(const StudyOptions& options) {
     GuidewireSpec spec;
     spec.curved_length = spec.curved_angle = 0;
     BreakingCase c;
-    c.wall = cached_distance_field(anatomy, 2.0, 0.5 * spec.diameter, options.fields);
+    c.wall = cached_distance_field(anatomy, 2.0, 0.5 * spec.diameter, options.cache);
     c.start = physics::straight_wire(spec, from, ridge - from, 25);
     flow_to_rest(c.start, *c.wall);
     c.disturbances.assign(options.quick ? 20 : 30, {1, 0});

@@ -7,7 +7,9 @@
 #include <limits>
 #include <memory>
 
+#include "engine/anatomy/generate_run.h"
 #include "engine/anatomy/lumen_wall.h"
+#include "engine/anatomy/vessel_presets.h"
 #include "engine/cpu_clock.h"
 #include "engine/guidewire_presets.h"
 #include "engine/model_choice.h"
@@ -58,7 +60,7 @@ Case long_case() {
 Case iliac_case(const StudyOptions& options) {
     Case c;
     c.name = "iliac to aorta";
-    c.anatomy = load_anatomy(options.assets / "anatomy" / "iliac.anatomy.json");
+    c.anatomy = generated_anatomy(vessel_preset("iliac-renal"), options.cache);
     c.path = path_from(c.anatomy, *find_end(c.anatomy, "RCIA+REIA+RCFA.out")).points;
     c.wire = find_guidewire_preset("glide035")->spec;
     c.stiffness = 2.5;

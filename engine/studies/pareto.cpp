@@ -9,7 +9,9 @@
 #include <mutex>
 #include <numeric>
 
+#include "engine/anatomy/generate_run.h"
 #include "engine/anatomy/lumen_wall.h"
+#include "engine/anatomy/vessel_presets.h"
 #include "engine/cpu_clock.h"
 #include "engine/parallel.h"
 #include "engine/relax_method.h"
@@ -97,24 +99,24 @@ Vessel scene_vessel(const char* name, bool quick) {
 }
 
 /// The tube as about 50 000 triangles, its wall their distance field.
-Vessel mesh_of(const char* name, const FieldCache& fields) {
+Vessel mesh_of(const char* name, const ModelCache& cache) {
     Vessel v = scene_vessel(name, false);
     const Scene& scene = *find_scene(name);
     const Anatomy tube = tube_anatomy(v.name, v.path, scene.radius, 64, 0.1 * scene.radius);
-    v.wall = cached_distance_field(tube, scene.wall_stiffness, 0.0, fields);
+    v.wall = cached_distance_field(tube, scene.wall_stiffness, 0.0, cache);
     v.name += " mesh";
     return v;
 }
 
 /// From the left groin into the aorta, by a wire with a floppy tip that is straight when unloaded.
 Vessel iliac(const StudyOptions& options) {
-    const Anatomy anatomy = load_anatomy(options.assets / "anatomy" / "iliac.anatomy.json");
+    const Anatomy anatomy = generated_anatomy(vessel_preset("iliac-renal"), options.cache);
     Vessel v;
     v.name = "iliac mesh";
     v.path = path_from(anatomy, *find_end(anatomy, "aorta+LCIA+LEIA+LCFA.out")).points;
     v.spec.curved_length = v.spec.curved_angle = 0;
     v.segments = 165;
-    v.wall = cached_distance_field(anatomy, 5.0, 0.5 * v.spec.diameter, options.fields);
+    v.wall = cached_distance_field(anatomy, 5.0, 0.5 * v.spec.diameter, options.cache);
     return v;
 }
 
@@ -123,7 +125,7 @@ std::vector<Vessel> all_vessels(const StudyOptions& options) {
     std::vector<Vessel> list;
     for (const char* name : {"sinuous", "spatial", "hairpin", "stiffwall"})
         list.push_back(scene_vessel(name, false));
-    list.push_back(mesh_of("spatial", options.fields));
+    list.push_back(mesh_of("spatial", options.cache));
     list.push_back(iliac(options));
     return list;
 }

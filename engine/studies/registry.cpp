@@ -49,7 +49,7 @@ std::vector<std::string> run_study(const Study& study, const std::filesystem::pa
                                    const StudyOptions& options) {
     make_writable(out);
     StudyOptions with_cache = options;
-    if (with_cache.fields.folder.empty()) with_cache.fields.folder = field_cache_beside(out);
+    if (with_cache.cache.folder.empty()) with_cache.cache.folder = cache_beside(out);
     const StudyResult result = study.run(with_cache);
     for (const Table& table : result.tables) write_whole(out / (table.name + ".csv"), to_csv(table));
     write_whole(out / (std::string(study.id) + ".md"), result.page);

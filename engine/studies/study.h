@@ -20,10 +20,9 @@ struct StudyProgress {
 };
 
 struct StudyOptions {
-    bool quick = false;            // shorter wires and less work: a test, not a result
-    int threads = 1;               // results do not depend on it
-    std::filesystem::path assets;  // the folder that holds anatomy/
-    FieldCache fields;             // the folder, where empty, is field-cache beside the study's own
+    bool quick = false;  // shorter wires and less work: a test, not a result
+    int threads = 1;     // results do not depend on it
+    ModelCache cache;    // the folder, where empty, is cache beside the study's own
     std::function<void(const StudyProgress&)> progress;  // one call at a time
 };
 

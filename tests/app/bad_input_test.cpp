@@ -1,9 +1,10 @@
 /// Everything a user can get wrong: exit code 2, a message that says what and where, and nothing
 /// half-written.
 
-#include <cstdint>
-#include <cstring>
+#include <functional>
 
+#include "engine/anatomy/anatomy_writer.h"
+#include "tests/anatomies.h"
 #include "tests/app/program.h"
 
 namespace app {
@@ -28,13 +29,11 @@ void expect_script_refused(const std::string& script, const std::string& expecte
                    folder, expected);
 }
 
-/// The shipped scenario (s_bend or iliac) with `from` replaced.
+/// The shipped scenario with `from` replaced.
 void expect_scenario_refused(const std::string& name, const std::string& from, const std::string& to,
                              const std::string& expected) {
     const TemporaryFolder folder;
     std::string toml = read(asset("scenarios/" + name));
-    const auto place = toml.find("../anatomy");
-    if (place != std::string::npos) toml.replace(place, 10, asset("anatomy").string());
     const auto at = toml.find(from);
     ASSERT_NE(at, std::string::npos);
     write(folder / "x.toml", toml.replace(at, from.size(), to));
@@ -43,14 +42,16 @@ void expect_scenario_refused(const std::string& name, const std::string& from, c
         expected);
 }
 
-/// A copy of the iliac anatomy whose mesh is `stl`.
-void expect_mesh_refused(const std::string& stl, const std::string& expected) {
+/// The iliac arteries as files, after `change` to their mesh.
+void expect_mesh_refused(const std::function<void(const std::filesystem::path& stl)>& change,
+                         const std::string& expected) {
     const TemporaryFolder folder;
-    write(folder / "iliac.anatomy.json", read(asset("anatomy/iliac.anatomy.json")));
-    if (!stl.empty()) write(folder / "iliac.stl", stl);
+    engine::write_anatomy(::test::iliac_renal(), folder.path(), {});
+    change(folder / "iliac-renal.stl");
     std::string toml = read(asset("scenarios/renal.toml"));
-    toml.replace(toml.find("../anatomy"), 10, ".");
-    write(folder / "x.toml", toml);
+    const std::string grown = "[anatomy]\npreset = \"iliac-renal\"\n";
+    toml.erase(toml.find(grown), grown.size());
+    write(folder / "x.toml", "anatomy = \"iliac-renal.anatomy.json\"\n" + toml);
     expect_refused(
         run(folder, {"run", folder / "x.toml", "--commands", good_script, "--out", folder / "out"}), folder,
         expected);
@@ -95,29 +96,23 @@ TEST(BadInput, UnknownKey) {
 }
 
 TEST(BadInput, MissingMesh) {
-    expect_mesh_refused("", "iliac.stl: no such mesh can be read");
+    expect_mesh_refused([](const auto& stl) { std::filesystem::remove(stl); },
+                        "iliac-renal.stl: no such mesh can be read");
 }
 
 TEST(BadInput, UnreadableMesh) {
-    expect_mesh_refused("not a mesh at all", "iliac.stl: not a readable mesh");
+    expect_mesh_refused([](const auto& stl) { write(stl, "not a mesh at all"); },
+                        "iliac-renal.stl: not a readable mesh");
 }
 
 TEST(BadInput, MeshOpenWhereNoEndIs) {
-    // A binary STL is 80 bytes, a count, and 50 bytes a triangle: leave one out, in the middle of a wall.
-    std::string stl = read(asset("anatomy/iliac.stl"));
-    std::string json = read(asset("anatomy/iliac.anatomy.json"));
-    stl.erase(84 + 50 * 30'000, 50);
-    const std::uint32_t count = 51'898;
-    std::memcpy(stl.data() + 80, &count, 4);
-    const TemporaryFolder folder;
-    json.replace(json.find("51899"), 5, "51898");
-    write(folder / "iliac.anatomy.json", json);
-    write(folder / "iliac.stl", stl);
-    std::string toml = read(asset("scenarios/renal.toml"));
-    toml.replace(toml.find("../anatomy"), 10, ".");
-    write(folder / "x.toml", toml);
-    expect_refused(
-        run(folder, {"run", folder / "x.toml", "--commands", good_script, "--out", folder / "out"}), folder,
+    // A binary STL is 80 bytes, a count, and 50 bytes a triangle: one lies twice, another is gone.
+    expect_mesh_refused(
+        [](const auto& stl) {
+            std::string bytes = read(stl);
+            bytes.replace(84 + 50 * 30'000, 50, bytes.substr(84, 50));
+            write(stl, bytes);
+        },
         "the mesh is open at");
 }
 

@@ -2,7 +2,9 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/anatomy/anatomy_writer.h"
 #include "engine/csv.h"
+#include "tests/anatomies.h"
 #include "tests/app/program.h"
 
 namespace app {
@@ -131,9 +133,9 @@ TEST(Relax, AWireLeftBehindCanBeTakenUpAgain) {
 
 TEST(Relax, AnAnatomyIsEnteredByABranch) {
     const Bench bench;
-    const Outcome result = bench.relax(
-        bench.good({"--tube", "-", "--radius", "-", "--anatomy", asset("anatomy/iliac.anatomy.json"),
-                    "--branch", "RIIA", "--segment-length", "2"}));
+    const auto anatomy = engine::write_anatomy(::test::iliac_renal(), bench.folder.path(), {});
+    const Outcome result = bench.relax(bench.good(
+        {"--tube", "-", "--radius", "-", "--anatomy", anatomy, "--branch", "RIIA", "--segment-length", "2"}));
     EXPECT_EQ(result.code, 0) << result.error;
 }
 
@@ -193,17 +195,18 @@ TEST(RelaxRefuses, UnknownMethodsWithThoseThatExist) {
 
 TEST(RelaxRefuses, AnatomiesThatAreOpenOrUnknown) {
     const Bench bench;
-    const Words anatomy = {"--tube", "-", "--radius", "-", "--anatomy", bench.folder / "iliac.anatomy.json"};
-    bench.expect_refused(anatomy, "iliac.anatomy.json: no such anatomy");
-    write(bench.folder / "iliac.anatomy.json", read(asset("anatomy/iliac.anatomy.json")));
-    std::string stl = read(asset("anatomy/iliac.stl"));
+    const Words anatomy = {"--tube", "-",         "--radius",
+                           "-",      "--anatomy", bench.folder / "iliac-renal.anatomy.json"};
+    bench.expect_refused(anatomy, "iliac-renal.anatomy.json: no such anatomy");
+    bench.expect_refused({"--anatomy", anatomy.back()}, "both were given");
+    engine::write_anatomy(::test::iliac_renal(), bench.folder.path(), {});
+    Words unknown = anatomy;
+    unknown.insert(unknown.end(), {"--branch", "LCX"});
+    bench.expect_refused(unknown, "--branch: 'LCX' is no branch of");
+    std::string stl = read(bench.folder / "iliac-renal.stl");
     stl.replace(84 + 50 * 30'000, 50, stl.substr(84, 50));  // one triangle gone, another twice
-    write(bench.folder / "iliac.stl", stl);
+    write(bench.folder / "iliac-renal.stl", stl);
     bench.expect_refused(anatomy, "the mesh is open at");
-    bench.expect_refused(
-        {"--tube", "-", "--radius", "-", "--anatomy", asset("anatomy/iliac.anatomy.json"), "--branch", "LCX"},
-        "--branch: 'LCX' is no branch of");
-    bench.expect_refused({"--anatomy", asset("anatomy/iliac.anatomy.json")}, "both were given");
 }
 
 TEST(RelaxRefuses, FilesThatCannotBeWritten) {

@@ -6,17 +6,12 @@
 #include "engine/scenes.h"
 #include "physics/distance_field.h"
 #include "physics/guidewire.h"
+#include "tests/anatomies.h"
 #include "tests/benchmarks/push_times.h"
 
 using namespace physics;
 
 namespace {
-
-const engine::Anatomy& iliac() {
-    static const engine::Anatomy anatomy =
-        engine::load_anatomy(SELDINGER_SOURCE "/assets/anatomy/iliac.anatomy.json");
-    return anatomy;
-}
 
 /// Each triangle cut into four, `times` times over, at the middles of its edges: the same surface.
 TriangleMesh subdivided(TriangleMesh mesh, int times) {
@@ -37,10 +32,10 @@ TriangleMesh subdivided(TriangleMesh mesh, int times) {
 
 /// Joints close to the wall of the iliac anatomy, each asked with its own station as the hint.
 void wall_query_by_field(benchmark::State& state) {
-    static const DistanceField wall(iliac().lumen, iliac().branches, iliac().openings(), 20.0, 0.44,
-                                    {.threads = 2});
+    static const DistanceField wall(test::iliac_renal().lumen, test::iliac_renal().branches,
+                                    test::iliac_renal().openings(), 20.0, 0.44, {.threads = 2});
     std::vector<Vec3> joints;
-    for (const auto& branch : iliac().branches)
+    for (const auto& branch : test::iliac_renal().branches)
         for (std::size_t i = 4; i + 4 < branch.points.size(); i += 2) {
             Vec3 a, b;
             tangent_basis((branch.points[i + 1] - branch.points[i]).normalized(), a, b);
@@ -64,10 +59,10 @@ void wall_query_by_field(benchmark::State& state) {
 BENCHMARK(wall_query_by_field)->ArgName("motion_um")->Arg(300)->Arg(10);
 
 void make_field(benchmark::State& state) {
-    const TriangleMesh mesh = subdivided(iliac().lumen, static_cast<int>(state.range(0)));
+    const TriangleMesh mesh = subdivided(test::iliac_renal().lumen, static_cast<int>(state.range(0)));
     for (auto _ : state) {
-        const DistanceField wall(mesh, iliac().branches, iliac().openings(), 20.0, 0.44,
-                                 {.threads = static_cast<int>(state.range(1))});
+        const DistanceField wall(mesh, test::iliac_renal().branches, test::iliac_renal().openings(), 20.0,
+                                 0.44, {.threads = static_cast<int>(state.range(1))});
         benchmark::DoNotOptimize(wall.bytes());
     }
     state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
@@ -112,12 +107,12 @@ BENCHMARK(global_push_in_a_mesh)
 
 /// From the left groin through the iliac arteries into the aorta: 165 segments of 2 mm.
 void global_push_in_the_iliac_artery(benchmark::State& state) {
-    const TriangleMesh mesh = subdivided(iliac().lumen, static_cast<int>(state.range(0)));
-    const engine::EntryPath entry =
-        engine::path_from(iliac(), *engine::find_end(iliac(), "aorta+LCIA+LEIA+LCFA.out"));
+    const TriangleMesh mesh = subdivided(test::iliac_renal().lumen, static_cast<int>(state.range(0)));
+    const engine::EntryPath entry = engine::path_from(
+        test::iliac_renal(), *engine::find_end(test::iliac_renal(), "aorta+LCIA+LEIA+LCFA.out"));
     const GuidewireSpec spec;
-    const DistanceField wall(mesh, iliac().branches, iliac().openings(), 20.0, 0.5 * spec.diameter,
-                             {.threads = 2});
+    const DistanceField wall(mesh, test::iliac_renal().branches, test::iliac_renal().openings(), 20.0,
+                             0.5 * spec.diameter, {.threads = 2});
     push_through(state, wall, entry.points, spec, 165, 1);
     state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
     state.counters["MB"] = static_cast<double>(wall.bytes()) * 1e-6;

@@ -10,6 +10,7 @@
 #include "physics/mesh_wall.h"
 #include "physics/newton_terms.h"
 #include "physics/relaxer.h"
+#include "tests/anatomies.h"
 #include "tests/physics/wires.h"
 
 using namespace physics;
@@ -45,8 +46,7 @@ BENCHMARK(one_cycle)
 /// Joints close to the wall of the iliac anatomy (51 899 triangles), each asked with its own station as the
 /// hint.
 void wall_query_by_ray(benchmark::State& state) {
-    static const engine::Anatomy anatomy =
-        engine::load_anatomy(SELDINGER_SOURCE "/assets/anatomy/iliac.anatomy.json");
+    static const engine::Anatomy anatomy = test::iliac_renal();
     const MeshWall wall(anatomy.lumen, anatomy.branches, anatomy.openings(), 20.0, 0.44);
     std::vector<Vec3> joints;
     for (const auto& branch : anatomy.branches)

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/guidewire_presets.h"
+#include "tests/anatomies.h"
 #include "tests/engine/fixtures.h"
 
 using namespace engine;
@@ -81,7 +82,7 @@ TEST(ModelChoice, TakesTheWallThatTheAnatomyAllows) {
 }
 
 TEST(ModelChoice, ChoosesForTheIliacArteriesWithReasons) {
-    const Anatomy iliac = load_anatomy(test::asset("anatomy/iliac.anatomy.json"));
+    const Anatomy& iliac = ::test::iliac_renal();
     const ModelChoice choice =
         choose_model(iliac, find_guidewire_preset("glide035")->spec, kTolerance, false);
     EXPECT_EQ(choice.wall, WallModel::DistanceField);

@@ -29,6 +29,31 @@ TEST(Scenario, AnatomyIsFoundBesideTheScenarioFile) {
     EXPECT_EQ(parse_scenario(text, "a/b/s.toml").anatomy, std::filesystem::path("a/b/../anatomy/x.json"));
 }
 
+TEST(Scenario, AnatomyIsGrownFromItsSection) {
+    const auto with = [](const std::string& section) {
+        std::string text = test::small_toml_with("[tube]", section + "\n[tube]");
+        text.erase(text.find("[tube]"), text.find("[entry]") - text.find("[tube]"));
+        return text;
+    };
+    const std::string arch = "[anatomy]\npreset = \"arch-1\"\nseed = 3\n";
+    const Scenario s = parse_scenario(
+        with(arch + "[[anatomy.stenosis]]\nbranch = \"LSA\"\nat_mm = 60\nlength_mm = 8\npercent = 50"),
+        "s.toml");
+    ASSERT_TRUE(s.vessels);
+    EXPECT_EQ(s.vessels->name, "arch-1-3");
+    EXPECT_EQ(s.vessels->stenoses.size(), 1u);
+    const auto refused = [&](const std::string& section) {
+        return test::refusal([&] { parse_scenario(with(section), "s.toml"); });
+    };
+    EXPECT_NE(refused("[anatomy]\npreset = \"arch-4\"").find("'arch-4' is not a preset"), std::string::npos);
+    EXPECT_NE(refused("[anatomy]\nseed = 3").find("preset = \"…\" or a section"), std::string::npos);
+    EXPECT_NE(refused("[anatomy]\ntree = \"no.toml\"").find("no.toml: no such vessel tree"),
+              std::string::npos);
+    EXPECT_NE(refused("anatomy = 5").find("a file NAME.anatomy.json or a section"), std::string::npos);
+    const std::string nowhere = refused(arch + "[[anatomy.stenosis]]\nbranch = \"XYZ\"\nat_mm = 60\n");
+    EXPECT_NE(nowhere.find("XYZ"), std::string::npos) << nowhere;
+}
+
 TEST(Scenario, ShippedScenariosAreSound) {
     const auto files = shipped_scenarios(test::asset("scenarios"));
     ASSERT_FALSE(files.empty());

@@ -1,5 +1,6 @@
 #include "engine/simulation.h"
 
+#include "tests/anatomies.h"
 #include "tests/engine/fixtures.h"
 
 namespace engine {
@@ -195,11 +196,11 @@ TEST(Simulation, WireThickerThanTheVesselAtItsEntryIsRefused) {
     EXPECT_NE(text, "");
     Scenario iliac = test::small_scenario();
     iliac.tube.reset();
-    iliac.anatomy = test::asset("anatomy/iliac.anatomy.json");
+    iliac.vessels = vessel_preset("iliac-renal");
     iliac.entry.end = "LIIA.out";
     iliac.target = {"LRA", {}, 3, 0.5};
     iliac.guidewire.diameter = 4.5;
-    const std::string thick = test::refusal([&] { Simulation simulation(iliac); });
+    const std::string thick = test::refusal([&] { Simulation simulation(iliac, ::test::cache()); });
     EXPECT_NE(thick.find("does not enter at 'LIIA.out'"), std::string::npos) << thick;
 }
 

@@ -8,6 +8,7 @@
 #include "engine/scenes.h"
 #include "physics/energy.h"
 #include "physics/relaxer.h"
+#include "tests/anatomies.h"
 #include "tests/physics/wires.h"
 
 using namespace physics;
@@ -19,12 +20,6 @@ WallContact ask(const LumenWall& wall, const Vec3& x, int station = -1) {
     c.station = station;
     wall.contacts({&x, 1}, {&c, 1});
     return c;
-}
-
-const engine::Anatomy& iliac() {
-    static const engine::Anatomy anatomy =
-        engine::load_anatomy(SELDINGER_SOURCE "/assets/anatomy/iliac.anatomy.json");
-    return anatomy;
 }
 
 }  // namespace
@@ -69,8 +64,9 @@ TEST(MeshWall, RelaxesAWireToTheEnergyOfTheTubeWall) {
 }
 
 TEST(MeshWall, TouchesNothingBeyondAnOpenEnd) {
-    const MeshWall wall(iliac().lumen, iliac().branches, iliac().openings(), 20.0, 0.4);
-    for (const OpenEnd& end : iliac().openings())
+    const MeshWall wall(test::iliac_renal().lumen, test::iliac_renal().branches,
+                        test::iliac_renal().openings(), 20.0, 0.4);
+    for (const OpenEnd& end : test::iliac_renal().openings())
         for (double out : {0.5, 2.0, 5.0}) {
             Vec3 a, b;
             tangent_basis(end.outward_normal, a, b);
@@ -80,9 +76,10 @@ TEST(MeshWall, TouchesNothingBeyondAnOpenEnd) {
 }
 
 TEST(MeshWall, PutsAJointInTheBranchThatHoldsIt) {
-    const MeshWall wall(iliac().lumen, iliac().branches, iliac().openings(), 20.0, 0.4);
-    for (std::size_t b = 0; b < iliac().branches.size(); ++b) {
-        const auto& branch = iliac().branches[b];
+    const MeshWall wall(test::iliac_renal().lumen, test::iliac_renal().branches,
+                        test::iliac_renal().openings(), 20.0, 0.4);
+    for (std::size_t b = 0; b < test::iliac_renal().branches.size(); ++b) {
+        const auto& branch = test::iliac_renal().branches[b];
         const std::size_t i = branch.points.size() * 3 / 4;
         const WallContact c = ask(wall, branch.points[i] + Vec3(0.3, 0.2, 0.1));
         EXPECT_EQ(wall.place(c.station).branch, static_cast<int>(b)) << branch.name;
@@ -91,33 +88,44 @@ TEST(MeshWall, PutsAJointInTheBranchThatHoldsIt) {
 }
 
 TEST(MeshWall, FollowsAJointFromTheAortaIntoTheRenalArteryAndBack) {
-    const MeshWall wall(iliac().lumen, iliac().branches, iliac().openings(), 20.0, 0.4);
-    const auto lra = std::find_if(iliac().branches.begin(), iliac().branches.end(),
+    const MeshWall wall(test::iliac_renal().lumen, test::iliac_renal().branches,
+                        test::iliac_renal().openings(), 20.0, 0.4);
+    const auto lra = std::find_if(test::iliac_renal().branches.begin(), test::iliac_renal().branches.end(),
                                   [](const auto& b) { return b.name == "LRA"; });
-    ASSERT_NE(lra, iliac().branches.end());
+    ASSERT_NE(lra, test::iliac_renal().branches.end());
     int station = ask(wall, lra->points[0]).station;
-    EXPECT_NE(iliac().branches[wall.place(station).branch].name, "LRA");
+    EXPECT_NE(test::iliac_renal().branches[wall.place(station).branch].name, "LRA");
     for (const Vec3& x : lra->points) {
         const WallContact c = ask(wall, x, station);
         EXPECT_FALSE(c.touches()) << x.transpose();
         station = c.station;
     }
-    EXPECT_EQ(iliac().branches[wall.place(station).branch].name, "LRA");
+    EXPECT_EQ(test::iliac_renal().branches[wall.place(station).branch].name, "LRA");
     for (auto x = lra->points.rbegin(); x != lra->points.rend(); ++x)
         station = ask(wall, *x, station).station;
-    EXPECT_NE(iliac().branches[wall.place(station).branch].name, "LRA");
+    EXPECT_NE(test::iliac_renal().branches[wall.place(station).branch].name, "LRA");
 }
 
 TEST(MeshWall, NoJointInsideTheBallsOfTheCentrelineTouches) {
-    const MeshWall wall(iliac().lumen, iliac().branches, iliac().openings(), 20.0, 0.4);
-    for (const auto& branch : iliac().branches)
+    const MeshWall wall(test::iliac_renal().lumen, test::iliac_renal().branches,
+                        test::iliac_renal().openings(), 20.0, 0.4);
+    const auto& branches = test::iliac_renal().branches;
+    for (const auto& branch : branches)
         for (std::size_t i = 5; i + 5 < branch.points.size(); i += 3) {
+            // At a carina the plane of a facet runs on into the vessel beside it.
+            const auto nearby = [&](const auto& other) {
+                for (std::size_t k = 0; &other != &branch && k < other.points.size(); ++k)
+                    if ((other.points[k] - branch.points[i]).norm() < other.radii[k] + branch.radii[i])
+                        return true;
+                return false;
+            };
+            const double deepest = std::any_of(branches.begin(), branches.end(), nearby) ? 0.2 : 0.05;
             Vec3 a, b;
             tangent_basis((branch.points[i + 1] - branch.points[i]).normalized(), a, b);
             for (const Vec3& way : {a, b, Vec3(-a), Vec3(-b)}) {
                 const Vec3 x = branch.points[i] + (branch.radii[i] - 0.4 - 0.15) * way;
                 const WallContact c = ask(wall, x);
-                EXPECT_LT(c.penetration, 0.05) << branch.name << " " << i;
+                EXPECT_LT(c.penetration, deepest) << branch.name << " " << i;
             }
         }
 }

@@ -5,21 +5,18 @@
 
 #include "engine/exercise.h"
 #include "physics/energy.h"
+#include "tests/anatomies.h"
 
 namespace {
 
 const std::string assets = SELDINGER_SOURCE "/assets/";
-
-engine::FieldCache cached() {
-    return {std::filesystem::path(testing::TempDir()) / "seldinger-demo", {}};
-}
 
 /// Runs the script, each rotation `turn` times as far; `look` sees every frame.
 engine::Score run(
     const engine::Scenario& scenario, double turn,
     const std::function<void(int, const engine::Simulation&, const engine::StepReport&)>& look) {
     const engine::CommandScript script = engine::load_commands(assets + "scripts/renal.gw");
-    engine::Exercise exercise(scenario, false, cached());
+    engine::Exercise exercise(scenario, false, test::cache());
     auto next = script.commands.begin();
     for (int frame = 0; frame <= script.last_frame(10); ++frame) {
         std::vector<engine::Command> commands;

@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 #include <map>
 
+#include "tests/anatomies.h"
+
 namespace {
 
 using engine::StudyResult;
@@ -14,8 +16,7 @@ StudyResult quick_map(int threads) {
     engine::StudyOptions options;
     options.quick = true;
     options.threads = threads;
-    options.assets = SELDINGER_SOURCE "/assets";
-    options.fields.folder = std::filesystem::path(testing::TempDir()) / "seldinger-demo";
+    options.cache = test::cache();
     return engine::run_stability(options);
 }
 

@@ -31,8 +31,8 @@ struct Outcome {
 };
 Outcome wall_of(const Anatomy& anatomy, const fs::path& folder, double stiffness = 20, double wire = 0.3) {
     Outcome outcome;
-    outcome.wall =
-        cached_distance_field(anatomy, stiffness, wire, {folder, [&](double) { outcome.made = true; }});
+    outcome.wall = cached_distance_field(anatomy, stiffness, wire,
+                                         {folder, [&](double, const char*) { outcome.made = true; }});
     return outcome;
 }
 

@@ -1,0 +1,19 @@
+#pragma once
+/// Where what takes seconds to make is kept between runs: generated vessels, the distance fields of their
+/// walls.
+
+#include <filesystem>
+#include <functional>
+
+namespace engine {
+
+/// A folder that cannot be written to, or an empty path, only means that everything is made every time.
+struct ModelCache {
+    std::filesystem::path folder;
+    std::function<void(double part, const char* what)> progress;  // told 0 to 1 while something is made
+};
+
+/// The usual folder: cache beside an output file or folder.
+std::filesystem::path cache_beside(const std::filesystem::path& output);
+
+}  // namespace engine
