@@ -494,12 +494,72 @@ VesselTreeSpec arch(Draw& draw, const ArchShape& shape) {
     return spec;
 }
 
+/// The arch above the iliac and renal vessels: an aorta from its root to the left groin.
+VesselTreeSpec whole_aorta(Draw& draw) {
+    VesselTreeSpec spec = arch(draw, {0.5, false}), below = iliac_renal(draw);
+    BranchSpec &aorta = spec.branches[0], &abdominal = below.branches[0];
+    // The descending aorta comes from the left behind to the middle where the renal arteries leave.
+    const Vec3 shift = abdominal.knots[0].place + Vec3(8, 12, 45) - aorta.knots.back().place;
+    for (VesselKnot& knot : aorta.knots) knot.place += shift;
+    const std::size_t joint = aorta.knots.size();
+    aorta.knots.insert(aorta.knots.end(), abdominal.knots.begin(), abdominal.knots.end());
+    aorta.name = abdominal.name;
+
+    VesselTreeSpec alone;
+    alone.name = aorta.name;
+    alone.branches = {aorta};
+    const SampledBranch grown = grow(alone).branches[0];
+    const auto nearer = [&](const Vec3& a, const Vec3& b) {
+        const Vec3& place = aorta.knots[joint].place;
+        return (a - place).norm() < (b - place).norm();
+    };
+    const double above = grown.step() * static_cast<double>(std::min_element(grown.points.begin(),
+                                                                             grown.points.end(), nearer) -
+                                                            grown.points.begin());
+    for (BranchSpec& child : spec.branches)
+        if (child.parent == "aorta") child.parent = abdominal.name;
+    for (BranchSpec& child : below.branches)
+        if (child.parent == abdominal.name) child.at += above;
+    spec.branches.insert(spec.branches.end(), below.branches.begin() + 1, below.branches.end());
+    spec.targets.insert(spec.targets.end(), below.targets.begin(), below.targets.end());
+    return spec;
+}
+
+/// An arch with the left coronary artery, whose mouth is in the left sinus, 15 mm above the valve.
+VesselTreeSpec arch_with_coronary(Draw& draw) {
+    VesselTreeSpec spec = arch(draw, {0.5, false}), heart = left_coronary(draw);
+    // The thinnest vessel sets the grid for all: thin ones that lead nowhere here are left out.
+    const auto thin = [](const BranchSpec& branch) { return branch.knots.back().radius < 0.85; };
+    std::erase_if(heart.branches, thin);
+    std::erase_if(heart.targets, [&](const NamedTarget& target) {
+        return std::none_of(heart.branches.begin(), heart.branches.end(),
+                            [&](const BranchSpec& branch) { return branch.name == target.branch; });
+    });
+    constexpr double mouth = 15;  // along the aorta [mm]
+    std::vector<VesselKnot>& stem = heart.branches[0].knots;
+    const Vec3 way = (stem[1].place - stem[0].place).normalized();
+    const Vec3 shift = spec.branches[0].knots[1].radius * way - stem[0].place;
+    const double lengthened = spec.branches[0].knots[1].radius;
+    for (VesselKnot& knot : stem) knot.place += shift;
+    stem.insert(stem.begin(), {Vec3::Zero(), stem[0].radius});
+    heart.branches[0].parent = "aorta";
+    heart.branches[0].at = mouth;
+    for (BranchSpec& branch : heart.branches)
+        if (branch.parent == heart.branches[0].name) branch.at += lengthened;
+    for (NamedTarget& target : heart.targets)
+        if (target.branch == heart.branches[0].name) target.at += lengthened;
+    spec.branches.insert(spec.branches.end(), heart.branches.begin(), heart.branches.end());
+    heart.targets.push_back({"LM", heart.branches[0].name, lengthened + 6});
+    spec.targets.insert(spec.targets.end(), heart.targets.begin(), heart.targets.end());
+    return spec;
+}
+
 struct Known {
     VesselPreset preset;
     VesselTreeSpec (*build)(Draw&);
 };
 // The type of an arch is how far the trunk's origin lies below its top: under 1, 1 to 2, over 2 diameters.
-const std::array<Known, 8> known = {{
+const std::array<Known, 10> known = {{
     {{"arch-1", "aortic arch of type I to both carotid arteries"},
      [](Draw& d) {
          return arch(d, {0.5, false});
@@ -516,6 +576,8 @@ const std::array<Known, 8> known = {{
      [](Draw& d) {
          return arch(d, {0.5, true});
      }},
+    {{"aorta", "from both groins to the arch and the carotid arteries"}, whole_aorta},
+    {{"arch-lca", "aortic arch with the left coronary artery"}, arch_with_coronary},
     {{"lca", "left coronary artery"}, left_coronary},
     {{"rca", "right coronary artery"}, right_coronary},
     {{"iliac-renal", "from both groins to the renal arteries"}, iliac_renal},
