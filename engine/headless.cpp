@@ -142,6 +142,12 @@ RunResult run(Exercise& exercise, const CommandScript& script, int last, Expecta
     result.compared_frames = expectation.compared_frames();
     result.differences = expectation.differences();
     result.notices = notices.text();
+    const Scenario& asked = exercise.simulation().scenario();
+    if (asked.choose_segment_length) {
+        const ModelChoice& choice = exercise.simulation().choice();
+        result.notices.push_back(fmt::format("segments of {:.3g} mm were chosen: {}", choice.segment_length,
+                                             choice.segment_reason));
+    }
     return result;
 }
 

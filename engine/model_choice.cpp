@@ -16,8 +16,10 @@ namespace {
 using physics::Vec3;
 
 constexpr double kShortest = 0.2, kLongest = 5;  // λ [mm]
-constexpr double kCellsToAxis = 4;    // of the grid from a wall to the axis: fewer don't tell its sides apart
-constexpr double kBytesPerCell = 32;  // of the band, what bricks at its rim waste included
+constexpr double kCellsToAxis = 4;  // of the grid from a wall to the axis: fewer don't tell its sides apart
+/// Of the band, what bricks at its rim waste included: 15 of a tube of radius 1 mm and of the iliac arteries.
+constexpr double kBytesPerCell = 16;
+constexpr double kWhileMade = 2;  // times that
 
 /// The point of a branch `way` before (< 0) or behind a sample along it; none past its ends.
 std::optional<Vec3> along(const physics::CentrelineBranch& branch, int sample, double way) {
@@ -88,9 +90,9 @@ void choose_wall(const Anatomy& anatomy, const physics::GuidewireSpec& wire, boo
     else if (0.5 * wire.diameter >= field.inner)
         choice.wall_reason =
             fmt::format("a wire of {:g} mm is thicker than a distance field is deep", wire.diameter);
-    else if (bytes > most)
-        choice.wall_reason = fmt::format("a distance field would take {:.0f} MB, more than {:.0f} MB",
-                                         bytes / 1e6, most / 1e6);
+    else if (kWhileMade * bytes > most)
+        choice.wall_reason = fmt::format("making a distance field would take {:.0f} MB, more than {:.0f} MB",
+                                         kWhileMade * bytes / 1e6, most / 1e6);
     else {
         choice.wall = WallModel::DistanceField;
         choice.wall_reason = fmt::format(

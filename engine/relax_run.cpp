@@ -36,6 +36,8 @@ int relax(const RelaxCase& given, physics::Guidewire& wire, physics::Relaxer& re
         outcome.updates += report.updates;
         outcome.wall_queries += report.wall_queries;
         outcome.strict_minimum = report.strict_minimum;
+        outcome.push_force = report.push_force;
+        outcome.base_torque = report.base_torque;
         const double gradient = physics::relative_gradient(wire, physics::all_contacts(wire, *given.wall));
         if (progress) progress((cycle + 1.0) / given.cycles, gradient);
         if (report.converged || (given.tolerance && gradient <= *given.tolerance)) break;
@@ -115,8 +117,11 @@ std::string report_json(const RelaxOutcome& o) {
     json["wall_queries"] = o.wall_queries;
     json["cpu_s"] = o.cpu;
     json["converged"] = o.converged;
-    // The other methods do not look at the curvature of the whole wire's energy.
-    json["strict_minimum"] = o.counts_newton_steps ? Json(o.strict_minimum) : Json(nullptr);
+    // The other methods look neither at the curvature of the whole wire's energy nor at its base.
+    const auto of_global = [&](const Json& value) { return o.counts_newton_steps ? value : Json(nullptr); };
+    json["strict_minimum"] = of_global(o.strict_minimum);
+    json["push_force_N"] = of_global(number(o.push_force));
+    json["base_torque_N_mm"] = of_global(number(o.base_torque));
     return json.dump(2) + "\n";
 }
 

@@ -34,6 +34,8 @@ struct RelaxOutcome {
     double cpu = 0;              // of the relaxations alone [s]
     bool converged = false;      // gradient ≤ the tolerance
     bool counts_newton_steps = false, strict_minimum = false;
+    double push_force = 0;        // that holds the wire at the introducer, of the global method [N]
+    double base_torque = 0;       // that holds its hub, of the global method [N·mm]
     std::vector<PushRow> pushes;  // empty unless pushing
 };
 

@@ -9,6 +9,7 @@ namespace physics {
 namespace {
 
 constexpr double kCap = 0.3;          // largest joint move of a step, in lumen radii
+constexpr double kKinkedCap = 0.03;   // of a wire with a kink, which leads to many rests
 constexpr double kFree = 1e9;         // room of a joint that knows no lumen [mm]
 constexpr int kCorrections = 4;       // backward passes for one trust region, the wall corrected between them
 constexpr int kTrustPasses = 40;      // changes of μ for one step
@@ -46,6 +47,13 @@ double bend(const Guidewire& wire, const std::vector<Vec3>& d, int joint) {
     const Vec3 rest =
         wire.rest_angle[joint] == 0 ? wire.tangents[joint] : rest_direction(wire, joint, d[joint]);
     return std::atan2(rest.cross(wire.tangents[joint + 1]).norm(), rest.dot(wire.tangents[joint + 1]));
+}
+
+/// Whether a joint turns by more than 60°.
+bool kinked(const Guidewire& wire) {
+    for (int j = 0; j < wire.segments(); ++j)
+        if (wire.tangents[j].dot(wire.tangents[j + 1]) < 0.5) return true;
+    return false;
 }
 
 }  // namespace
@@ -179,9 +187,10 @@ void GlobalRelaxer::accept(Guidewire& wire, ContactSet& contacts, double energy)
 
 /// One Newton step. False where nothing lower was found.
 bool GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, RelaxReport& report) {
+    const double part = kinked(wire) ? kKinkedCap : kCap;
     double cap = kFree;
     for (const WallContact& c : contacts.contacts().subspan(first_))
-        if (c.room > 0) cap = std::min(cap, kCap * c.room);
+        if (c.room > 0) cap = std::min(cap, part * c.room);
     const auto gains = std::span(gains_).subspan(first_ - 1);
     const double rounding = kRounding * energy_scale();
     int rejected = 0;

@@ -85,8 +85,8 @@ TEST(Relax, LeavesJointsAndAReport) {
     EXPECT_NEAR(report["energy"]["total_N_mm"].get<double>(),
                 report["energy"]["bending_N_mm"].get<double>() + report["energy"]["wall_N_mm"].get<double>(),
                 1e-12);
-    for (const char* key :
-         {"gradient", "contacts", "max_penetration_mm", "cpu_s", "converged", "strict_minimum"})
+    for (const char* key : {"gradient", "contacts", "max_penetration_mm", "cpu_s", "converged",
+                            "strict_minimum", "push_force_N", "base_torque_N_mm"})
         EXPECT_TRUE(report.contains(key)) << key;
     EXPECT_FALSE(std::filesystem::exists(bench.folder / "push.csv"));
 }

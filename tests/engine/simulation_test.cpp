@@ -92,6 +92,16 @@ TEST(Simulation, MotionThatTheBudgetDoesNotAllowIsMadeInTheFramesThatFollow) {
     EXPECT_TRUE(report.insertions.empty());
 }
 
+TEST(Simulation, AnIdleFrameDoesNoWork) {
+    Simulation simulation(test::small_scenario());
+    go(simulation, 5, Advance{2});
+    simulation.step();
+    const StepReport idle = simulation.step();
+    EXPECT_TRUE(idle.relax.converged);
+    EXPECT_EQ(idle.relax.updates, 0);
+    EXPECT_EQ(idle.relax.wall_queries, 0);
+}
+
 TEST(Simulation, WithdrawalStopsAtTheCurvedTip) {
     Simulation simulation(test::small_scenario());
     simulation.apply(Withdraw{100});

@@ -1,0 +1,64 @@
+/// A careless hand in the iliac arteries with the demo's wire: random pushes, pulls, turns and bursts, out of
+/// open ends too. Whatever a frame's budget leaves undone is made up for in the frames that follow.
+
+#include <cstdlib>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "engine/simulation.h"
+
+namespace {
+
+struct Tally {
+    int frames = 0, late = 0, late_in_a_row = 0, most_late_in_a_row = 0;
+    double bend = 0, deepest_at_rest = 0;
+};
+
+void play(engine::Simulation& simulation, std::uint32_t seed, int frames, Tally& tally) {
+    std::mt19937 random(seed);
+    const auto draw = [&](double from, double to) { return from + (to - from) * (random() / 4294967296.0); };
+    double trend = 1;
+    for (int frame = 0; frame < frames; ++frame) {
+        if (frame % 40 == 0) trend = draw(-0.3, 1);
+        const double kind = draw(0, 1);
+        if (kind < 0.6) {
+            const double mm = draw(0.2, 3) * (draw(0, 1) < 0.1 ? 8 : 1);
+            if (draw(0, 1) < 0.5 + 0.5 * trend)
+                simulation.apply(engine::Advance{mm});
+            else
+                simulation.apply(engine::Withdraw{mm});
+        }
+        if (kind > 0.4 && kind < 0.9) simulation.apply(engine::Rotate{draw(-0.6, 0.6)});
+        const engine::StepReport report = simulation.step();
+        ASSERT_TRUE(physics::validate(simulation.wire()).empty()) << "seed " << seed << ", frame " << frame;
+        ++tally.frames;
+        tally.late += !report.relax.converged;
+        tally.late_in_a_row = report.relax.converged ? 0 : tally.late_in_a_row + 1;
+        tally.most_late_in_a_row = std::max(tally.most_late_in_a_row, tally.late_in_a_row);
+        tally.bend = std::max(tally.bend, report.relax.largest_bend);
+        if (!report.relax.converged) continue;
+        for (const physics::WallContact& c : simulation.contacts())
+            tally.deepest_at_rest = std::max(tally.deepest_at_rest, c.penetration);
+    }
+}
+
+}  // namespace
+
+TEST(Navigation, ACarelessHandNeverBreaksTheWire) {
+    const char* more = std::getenv("SELDINGER_FUZZ_SEEDS");
+    const int seeds = more ? std::max(1, std::atoi(more)) : 2;
+    const engine::Scenario scenario = engine::load_scenario(SELDINGER_SOURCE "/assets/scenarios/renal.toml");
+    engine::Simulation simulation(scenario,
+                                  {std::filesystem::path(testing::TempDir()) / "seldinger-demo", {}});
+    Tally tally;
+    for (int seed = 1; seed <= seeds; ++seed) {
+        simulation.reset();
+        play(simulation, static_cast<std::uint32_t>(seed), 500, tally);
+    }
+    EXPECT_LE(tally.late, 0.01 * tally.frames);  // bursts of 24 mm under a budget
+    EXPECT_LE(tally.most_late_in_a_row, 4);
+    EXPECT_LT(tally.bend, std::numbers::pi / 3);
+    EXPECT_LT(tally.deepest_at_rest, 0.1);  // 2 N at 20 N/mm
+    std::printf("%d frames: %d under way at their end, at most %d in a row; largest bend %.0f degrees\n",
+                tally.frames, tally.late, tally.most_late_in_a_row, 180 / std::numbers::pi * tally.bend);
+}
