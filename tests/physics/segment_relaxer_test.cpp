@@ -23,6 +23,13 @@ RelaxerConfig with(int varied, bool safeguard = true) {
     return config;
 }
 
+/// The hairpin's wall and a wire that ends past the first turn: the second would cost most of the time.
+SceneSetup past_the_first_turn() {
+    SceneSetup scene = scene_setup("hairpin");
+    scene.wire = wire_along(scene.wire.spec, scene.wall.centreline(), 70);
+    return scene;
+}
+
 Guidewire straight_along_x(int segments) {
     return uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, std::vector<Vec3>(segments, Vec3::UnitX()));
 }
@@ -107,22 +114,29 @@ TEST(SegmentRelaxer, GuardedEnergyNeverRises) {
 }
 
 TEST(SegmentRelaxer, PlainAndGuardedReachTheSameBasin) {
+    const auto [wall, start] = past_the_first_turn();
+    double rest[2];
     for (bool safeguard : {false, true}) {
-        auto [wall, wire] = scene_setup("hairpin");
-        make_relaxer(with(2, safeguard))->relax(wire, wall, whole_cycles(wire.segments(), 60));
-        EXPECT_NEAR(energy_of(wire, wall), 13.468, 0.02) << safeguard;
+        Guidewire wire = start;
+        make_relaxer(with(2, safeguard))->relax(wire, wall, whole_cycles(wire.segments(), 30));
+        const double energy = energy_of(wire, wall);
+        make_relaxer({})->relax(wire, wall, {100000, 0, 0});
+        rest[safeguard] = energy_of(wire, wall);
+        EXPECT_NEAR(energy, rest[safeguard], 1e-3) << safeguard;
     }
+    EXPECT_NEAR(rest[0], rest[1], 1e-6);
 }
 
 TEST(SegmentRelaxer, SecondOrderRestsWhereFirstOrderBounces) {
     // Fig. 11: mean |ε| of the first order stays far above that of the second.
+    const auto [wall, start] = past_the_first_turn();
     double mean[2];
     for (int order : {1, 2}) {
-        auto [wall, wire] = scene_setup("hairpin");
+        Guidewire wire = start;
         RelaxerConfig config = with(2);
         if (order == 1) config.kind = RelaxerKind::FirstOrder;
         auto relaxer = make_relaxer(config);
-        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 60));
+        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 30));
         double sum = 0;
         long long count = 0;
         Guidewire last = wire;
