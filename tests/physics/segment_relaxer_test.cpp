@@ -165,7 +165,7 @@ TEST(SegmentRelaxer, StopsWhenNothingTurnsAnyMore) {
     spec.curved_length = spec.curved_angle = 0;
     Guidewire wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 30);
     const TubeWall wall({{-1, 0, 0}, {100, 0, 0}}, 2, 40);
-    const RelaxReport report = make_relaxer({})->relax(wire, wall, {100000, 0, 0});
+    const RelaxReport report = make_relaxer(with(2))->relax(wire, wall, {100000, 0, 0});
     EXPECT_TRUE(report.converged);
     EXPECT_LE(report.updates, 60);
 }
