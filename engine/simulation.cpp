@@ -307,6 +307,7 @@ std::uint64_t Simulation::state_hash() const {
     hash.add(wire_.stations);
     hash.add(wire_.base_director);
     hash.add(wire_.roll);
+    hash.add(wire_.load);
     hash.add(wire_.carried);
     for (const Motion& motion : waiting_) hash.add(motion.insertion), hash.add(motion.rotation);
     hash.add(static_cast<int>(settled_));

@@ -25,6 +25,26 @@ void ContactSet::update(const Guidewire& wire) {
     }
     ask();
     commit();
+    weigh(wire);
+}
+
+void ContactSet::weigh(const Guidewire& wire) {
+    load_ = wire.load;
+    carried_.clear();
+    if (load_.isZero(0)) return;
+    carried_.assign(wire.joints.size() + 1, 0.0);
+    for (int i = wire.segments(); i >= 1; --i) carried_[i] = carried_[i + 1] + wire.length_of(i);
+}
+
+double ContactSet::load_energy(std::span<const Vec3> joints, int first) const {
+    if (carried_.empty()) return 0;
+    Vec3 moved = Vec3::Zero();
+    for (std::size_t i = first; i < joints.size(); ++i) moved += carried_[i] * (joints[i] - joints[i - 1]);
+    return -load_.dot(moved);
+}
+
+double ContactSet::load_scale(int first) const {
+    return carried_.empty() ? 0.0 : load_.norm() * carried_[first] * carried_[first];
 }
 
 void ContactSet::begin() {
@@ -53,7 +73,7 @@ double ContactSet::evaluate(std::span<const Vec3> joints, int first) {
     double energy = 0;
     for (const WallContact& c : answer_)
         if (c.touches()) energy += c.energy();
-    return energy;
+    return energy + load_energy(joints, first);
 }
 
 void ContactSet::commit() {
@@ -69,7 +89,7 @@ void ContactSet::list_touching() {
     for (int i = 1; i < static_cast<int>(contacts_.size()); ++i)
         if (contacts_[i].touches()) touching_.push_back(i);
     sums_.resize(touching_.size());
-    WallSum sum;
+    PushSum sum;
     for (int k = static_cast<int>(touching_.size()) - 1; k >= 0; --k) {
         const WallContact& c = contacts_[touching_[k]];
         sum.force += c.push();
@@ -78,16 +98,18 @@ void ContactSet::list_touching() {
     }
 }
 
-double ContactSet::energy(int first) const {
+double ContactSet::energy(std::span<const Vec3> joints, int first) const {
     double energy = 0;
     for (auto k = std::lower_bound(touching_.begin(), touching_.end(), first); k != touching_.end(); ++k)
         energy += contacts_[*k].energy();
-    return energy;
+    return energy + load_energy(joints, first);
 }
 
-WallSum ContactSet::sum_from(int joint) const {
+PushSum ContactSet::sum_from(int joint) const {
     const auto k = std::lower_bound(touching_.begin(), touching_.end(), joint);
-    return k == touching_.end() ? WallSum{} : sums_[k - touching_.begin()];
+    PushSum sum = k == touching_.end() ? PushSum{} : sums_[k - touching_.begin()];
+    if (!carried_.empty()) sum.force -= carried_[joint] * load_;
+    return sum;
 }
 
 }  // namespace physics

@@ -1,6 +1,6 @@
 #pragma once
-/// The contacts of a wire's joints, asked for again only where a joint may have come to touch or still
-/// touches.
+/// What pushes on a wire's joints: their contacts, asked for again only where a joint may have come to touch
+/// or still touches, and the wire's load.
 
 #include <vector>
 
@@ -9,10 +9,10 @@
 
 namespace physics {
 
-/// Force and stiffness summed over all touching joints from one joint to the tip: s₍i,N₎ = λ·force and
-/// R₍i,N₎ = λ²·stiffness of Eq. 12.
-struct WallSum {
-    Vec3 force = Vec3::Zero();      // [N]
+/// Force and stiffness summed over all joints from one joint to the tip: s₍i,N₎ = λ·force and
+/// R₍i,N₎ = λ²·stiffness of Eq. 12, the force with the load's.
+struct PushSum {
+    Vec3 force = Vec3::Zero();      // on wall and load [N]
     Mat3 stiffness = Mat3::Zero();  // [N/mm]
 };
 
@@ -25,25 +25,31 @@ public:
 
     void reset(const Guidewire&);  // ask for every joint
     /// Ask for the joints that are not where, and at the station, they were asked last or trusted to touch
-    /// nothing.
+    /// nothing. Takes the wire's load as well.
     void update(const Guidewire&);
 
-    /// Wall energy [N·mm] of joints ≥ first at these positions; the answers wait for commit().
+    /// Energy [N·mm] of joints ≥ first, of all from x_{first-1} on at these positions, in wall and load. The
+    /// load's is 0 with all of them at x_{first-1}. The answers wait for commit().
     double evaluate(std::span<const Vec3> joints, int first);
     void commit();
     /// What the last evaluate asked: joints, ascending, and the answers to them. All others touch nothing.
     std::span<const int> asked() const { return index_; }
     std::span<const WallContact> answers() const { return answer_; }
-    double energy(int first) const;  // of the committed contacts of joints ≥ first [N·mm]
+    /// The same of the committed contacts, which were asked for at these positions.
+    double energy(std::span<const Vec3> joints, int first) const;
+    /// What the load's part of it comes to at most, for measuring rounding; 0 without load [N·mm].
+    double load_scale(int first) const;
 
     int last_touching() const { return touching_.empty() ? -1 : touching_.back(); }
     int touching() const { return static_cast<int>(touching_.size()); }
-    WallSum sum_from(int joint) const;  // of the committed contacts
+    PushSum sum_from(int joint) const;  // of the committed contacts and the load
     std::span<const WallContact> contacts() const { return contacts_; }
     long long queries() const { return queries_; }
 
 private:
     void list_touching();
+    void weigh(const Guidewire&);
+    double load_energy(std::span<const Vec3> joints, int first) const;
     bool known(int joint, const Vec3& x) const {
         const WallContact& c = contacts_[joint];
         return !c.touches() && (x - asked_at_[joint]).squaredNorm() < c.trust * c.trust;
@@ -57,7 +63,9 @@ private:
     std::vector<double> shares_;         // of the wall's stiffness, per joint
     std::vector<Vec3> asked_at_;         // where each was asked
     std::vector<int> touching_;          // joints in touch, ascending
-    std::vector<WallSum> sums_;          // [k] = sum from touching_[k] to the tip
+    std::vector<PushSum> sums_;          // [k] = sum from touching_[k] to the tip
+    Vec3 load_ = Vec3::Zero();           // [N/mm]
+    std::vector<double> carried_;        // [i] = length whose load joints ≥ i bear [mm]; empty without load
     long long queries_ = 0;
     // scratch of evaluate
     std::vector<int> index_;

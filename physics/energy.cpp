@@ -18,6 +18,8 @@ Energy total_energy(const Guidewire& wire, std::span<const WallContact> contacts
     Energy energy;
     energy.bending = bending_energy(wire);
     for (std::size_t i = 1; i < contacts.size(); ++i) energy.wall += contacts[i].energy();
+    for (int i = 1; i <= wire.segments(); ++i)
+        energy.load -= wire.length_of(i) * wire.load.dot(wire.joints[i] - wire.joints[0]);
     return energy;
 }
 
@@ -33,7 +35,7 @@ std::vector<Vec3> energy_gradient(const Guidewire& wire, std::span<const WallCon
     std::vector<Vec3> gradient(n + 1, Vec3::Zero());
     Vec3 push = Vec3::Zero();
     for (int i = n; i >= 1; --i) {
-        push += contacts[i].push();
+        push += contacts[i].push() - wire.length_of(i) * wire.load;
         const Vec3 g = wire.lengths[i] * push - bending_terms(wire, d, torque, i).pull;
         gradient[i] = g - g.dot(wire.tangents[i]) * wire.tangents[i];
     }

@@ -8,7 +8,8 @@ namespace physics {
 
 struct Energy {
     double bending = 0, wall = 0;  // [N·mm]
-    double total() const { return bending + wall; }
+    double load = 0;               // what the load has yet to do, 0 with the wire at the introducer [N·mm]
+    double total() const { return bending + wall + load; }
 };
 
 /// Contacts of all joints from scratch (stations of the wire as hints), each with its share of the wall's

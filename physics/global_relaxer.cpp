@@ -13,7 +13,7 @@ constexpr double kKinkedCap = 0.03;   // of a wire with a kink, which leads to m
 constexpr double kFree = 1e9;         // room of a joint that knows no lumen [mm]
 constexpr int kCorrections = 4;       // backward passes for one trust region, the wall corrected between them
 constexpr int kTrustPasses = 40;      // changes of μ for one step
-constexpr int kForeseenPasses = 2;    // of them with foreseen loads
+constexpr int kForeseenPasses = 2;    // of them with foreseen forces
 constexpr double kArmijo = 1e-4;      // share of the slope that the energy must fall by
 constexpr double kGoodArmijo = 0.2;   // the same as long as the wall can still be corrected
 constexpr double kTrustGrowth = 0.1;  // of μ after a step well inside its cap
@@ -59,7 +59,7 @@ bool kinked(const Guidewire& wire) {
 }  // namespace
 
 /// Terms of the accepted state.
-void GlobalRelaxer::load(const Guidewire& wire, const ContactSet& contacts) {
+void GlobalRelaxer::linearise(const Guidewire& wire, const ContactSet& contacts) {
     if (wire.curved_segments() > 0) {
         directors_.resize(wire.joints.size());
         directors_[0] = rolled_director(wire);
@@ -71,69 +71,72 @@ void GlobalRelaxer::load(const Guidewire& wire, const ContactSet& contacts) {
 void GlobalRelaxer::open_window(const Guidewire& wire, const ContactSet& contacts, int segments) {
     const int n = wire.segments();
     first_ = std::max(1, n - segments + 1);
-    load(wire, contacts);
-    energy_ = contacts.energy(first_);
+    linearise(wire, contacts);
+    energy_ = contacts.energy(wire.joints, first_);
     for (int j = first_ - 1; j < n; ++j) energy_ += joint_energy(wire, directors_, j);
+    load_scale_ = contacts.load_scale(first_);
 }
 
-/// Loads to start from. No segment at rest passes on more than C/λ, under which a joint would buckle by
+/// Forces to start from. No segment at rest passes on more than C/λ, under which a joint would buckle by
 /// itself: a larger force is that of a joint which has just been put into a stiff wall.
-void GlobalRelaxer::settle_loads(const Guidewire& wire, const ContactSet& contacts) {
+void GlobalRelaxer::settle_forces(const Guidewire& wire, const ContactSet& contacts) {
     for (int j = 1; j <= wire.segments(); ++j)
-        planes_[j].load =
+        planes_[j].force =
             std::min(contacts.contacts()[j].force(), wire.spring_constant(j - 1) / wire.lengths[j]);
 }
 
 /// What the model of the last rollout makes of each contact's force.
-void GlobalRelaxer::foresee_loads(const Guidewire& wire) {
+void GlobalRelaxer::foresee_forces(const Guidewire& wire) {
     for (int j = first_; j <= wire.segments(); ++j) {
         Plane& p = planes_[j];
         const double depth = p.gap + p.normal.dot(trial_joints_[j] - wire.joints[j]);
-        p.load = terms_.stages[j - 1].touches ? p.stiffness * std::max(0.0, depth) : 0.0;
+        p.force = terms_.stages[j - 1].touches ? p.stiffness * std::max(0.0, depth) : 0.0;
     }
 }
 
-/// The wall's part of the model at the accepted state. With foreseen loads in the second-order terms, in
+/// The wall's part of the model at the accepted state. With foreseen forces in the second-order terms, in
 /// place of stiffness times penetration, which in a stiff wall is far too large while the wire settles; what
-/// bears a load then counts as touching.
-void GlobalRelaxer::model_contacts(const ContactSet& contacts, bool foreseen_loads) {
+/// bears a force then counts as touching.
+void GlobalRelaxer::model_contacts(const ContactSet& contacts, bool foreseen_forces) {
     for (int j = first_; j < static_cast<int>(planes_.size()); ++j) {
         const WallContact& c = contacts.contacts()[j];
-        const double load = foreseen_loads ? planes_[j].load : c.force();
+        const double force = foreseen_forces ? planes_[j].force : c.force();
         terms_.stages[j - 1].touches = false;
-        if (c.touches() || load > 0) model_contact(c, j, Vec3::Zero(), load);
+        if (c.touches() || force > 0) model_contact(c, j, Vec3::Zero(), force);
     }
 }
 
 /// The same with the wall as it is at the trial state: the normals there, and the contacts made and lost on
 /// the way.
 void GlobalRelaxer::model_trial_contacts(const Guidewire& wire, const ContactSet& contacts) {
-    foresee_loads(wire);
+    foresee_forces(wire);
     for (int j = first_; j <= wire.segments(); ++j) terms_.stages[j - 1].touches = false;
     for (std::size_t k = 0; k < contacts.asked().size(); ++k) {
         const WallContact& c = contacts.answers()[k];
         const int j = contacts.asked()[k];
-        const double load = planes_[j].load;
-        if (c.touches() || load > 0) model_contact(c, j, trial_joints_[j] - wire.joints[j], load);
+        const double force = planes_[j].force;
+        if (c.touches() || force > 0) model_contact(c, j, trial_joints_[j] - wire.joints[j], force);
     }
 }
 
 /// A contact's terms of second order about the place where the wall was asked, `moved` from the accepted
 /// joint.
-void GlobalRelaxer::model_contact(const WallContact& c, int joint, const Vec3& moved, double load) {
+void GlobalRelaxer::model_contact(const WallContact& c, int joint, const Vec3& moved, double force) {
     RiccatiStage& s = terms_.stages[joint - 1];
     Plane& p = planes_[joint];
-    p = {c.penetration - c.normal.dot(moved), c.stiffness, c.normal, load};
+    p = {c.penetration - c.normal.dot(moved), c.stiffness, c.normal, force};
     s.touches = true;
-    s.stiffness = c.stiffness * c.normal * c.normal.transpose() + load * c.curvature;
-    s.force = c.stiffness * p.gap * c.normal - load * (c.curvature * moved);
+    s.stiffness = c.stiffness * c.normal * c.normal.transpose() + force * c.curvature;
+    s.force = c.stiffness * p.gap * c.normal - force * (c.curvature * moved);
 }
 
-void GlobalRelaxer::model_axial_load(const Guidewire& wire) {
+void GlobalRelaxer::model_axial_force(const Guidewire& wire) {
+    const bool loaded = !wire.load.isZero(0);
     Vec3 force = Vec3::Zero();
     for (int j = wire.segments(); j >= first_; --j) {
         RiccatiStage& s = terms_.stages[j - 1];
-        if (s.touches) force += planes_[j].load * planes_[j].normal;
+        if (s.touches) force += planes_[j].force * planes_[j].normal;
+        if (loaded) force -= wire.length_of(j) * wire.load;
         s.axial = s.length * wire.tangents[j].dot(force);
     }
 }
@@ -189,11 +192,12 @@ bool GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, RelaxReport& rep
     for (const WallContact& c : contacts.contacts().subspan(first_))
         if (c.room > 0) cap = std::min(cap, part * c.room);
     const auto gains = std::span(gains_).subspan(first_ - 1);
+    const double rounding = kRounding * energy_scale();
     int rejected = 0;
     for (int pass = 0; pass < kTrustPasses; ++pass) {
         model_contacts(contacts, rejected < kForeseenPasses);
         for (int correction = 0;; ++correction) {
-            model_axial_load(wire);
+            model_axial_force(wire);
             riccati_backward(terms_.window(), mu_, least_pivot_, terms_.twist, gains);
             const double reach = roll_out(wire) / cap;
             if (!(reach <= 1)) {
@@ -205,13 +209,13 @@ bool GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, RelaxReport& rep
             const bool last = correction == kCorrections - 1;
             const double energy = evaluate(wire, contacts), expected = std::min(0.0, slope_);
             const bool falls = energy <= energy_ + (last ? kArmijo : kGoodArmijo) * expected;
-            const bool unseen = -expected < kRounding * energy_ && energy < energy_ * (1 + kRounding);
+            const bool unseen = -expected < rounding && energy < energy_ + rounding;
             if (std::isfinite(energy) && (falls || unseen)) {
                 double turn = 0;
                 for (int j = first_; j <= wire.segments(); ++j)
                     turn = std::max(turn, turns_[j].squaredNorm());
                 report.largest_turn = std::max(report.largest_turn, std::sqrt(turn));
-                foresee_loads(wire);
+                foresee_forces(wire);
                 accept(wire, contacts, energy);
                 mu_ *= std::clamp(reach * reach, kTrustGrowth, 1.0);  // so that the next step just fits
                 if (mu_ < kForgetTrust * mu_unit_) mu_ = 0;
@@ -269,7 +273,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
     trial_joints_.resize(n + 1);
     trial_tangents_.resize(n + 1);
     planes_.assign(n + 1, {});
-    settle_loads(wire, contacts);
+    settle_forces(wire, contacts);
     open_window(wire, contacts, n);
     if (terms_.relative_gradient > config_.tolerance && window < n) open_window(wire, contacts, window);
     double best = std::numeric_limits<double>::max();
@@ -299,14 +303,14 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
             continue;
         } else {
             if (!affordable) return Outcome::OutOfBudget;
-            const double before = energy_;
+            const double before = energy_, least_fall = kProgress * energy_scale();
             bool stuck = !step(wire, contacts, report);
             if (stuck) {
-                load(wire, contacts);
+                linearise(wire, contacts);
             } else if (terms_.relative_gradient < 0.5 * best) {
                 best = terms_.relative_gradient;
                 idle = 0;
-            } else if (energy_ > before * (1 - kProgress)) {
+            } else if (energy_ > before - least_fall) {
                 stuck = ++idle > kIdleSteps;
             }
             if (stuck && first_ == 1) return Outcome::Stuck;
@@ -319,14 +323,15 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
         report.updates += n - first_ + 1;
         report.window = std::max(report.window, n - first_ + 1);
         if (observer) observer(first_, wire);
-        load(wire, contacts);
+        linearise(wire, contacts);
     }
 }
 
 /// Distal segments from the first one that is not as the last call left it.
 int GlobalRelaxer::changed_segments(const Guidewire& wire) const {
     const int n = wire.segments(), both = std::min(n, end_.segments());
-    if (end_.joints.empty() || wire.joints[0] != end_.joints[0] || wire.tangents[0] != end_.tangents[0])
+    if (end_.joints.empty() || wire.joints[0] != end_.joints[0] || wire.tangents[0] != end_.tangents[0] ||
+        wire.load != end_.load)
         return n;
     int same = 0;
     while (same < both && wire.tangents[same + 1] == end_.tangents[same + 1] &&

@@ -12,6 +12,7 @@
 /// Steps move a window of distal segments: those that changed since the last call and as many more proximal
 /// of them as feel it.
 
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -38,30 +39,32 @@ private:
     bool step(Guidewire&, ContactSet&, RelaxReport&);
     bool leave_saddle(Guidewire&, ContactSet&, const RiccatiReport&);
     void open_window(const Guidewire&, const ContactSet&, int segments);
-    void load(const Guidewire&, const ContactSet&);
-    void settle_loads(const Guidewire&, const ContactSet&);
-    void foresee_loads(const Guidewire&);
-    void model_contacts(const ContactSet&, bool foreseen_loads);
+    void linearise(const Guidewire&, const ContactSet&);
+    void settle_forces(const Guidewire&, const ContactSet&);
+    void foresee_forces(const Guidewire&);
+    void model_contacts(const ContactSet&, bool foreseen_forces);
     void model_trial_contacts(const Guidewire&, const ContactSet&);
-    void model_contact(const WallContact&, int joint, const Vec3& moved, double load);
-    void model_axial_load(const Guidewire&);
+    void model_contact(const WallContact&, int joint, const Vec3& moved, double force);
+    void model_axial_force(const Guidewire&);
     double roll_out(const Guidewire&);
     double evaluate(Guidewire&, ContactSet&);
     void accept(Guidewire&, ContactSet&, double energy);
     int changed_segments(const Guidewire&) const;
+    double energy_scale() const { return std::abs(energy_) + load_scale_; }
 
     RelaxerConfig config_;
     int first_ = 1;                // segment that the window starts with
     double mu_ = 0, mu_unit_ = 0;  // trust region and its natural size [N/mm²]
     double least_pivot_ = 0;       // that a shifted one becomes [N·mm]
-    double energy_ = 0;            // of the window's accepted state [N·mm]
+    double energy_ = 0;            // of the window's accepted state; a load makes it negative [N·mm]
+    double load_scale_ = 0;        // of the load's part of it [N·mm]
     NewtonTerms terms_;
     std::vector<RiccatiGain> gains_;
     // The model's contacts, per joint: penetration = gap + normal·(x − x_accepted).
     struct Plane {
         double gap = 0, stiffness = 0;
         Vec3 normal = Vec3::Zero();
-        double load = 0;  // force foreseen by the last rollout [N]
+        double force = 0;  // foreseen by the last rollout [N]
     };
     std::vector<Plane> planes_;
     // Trial state of a rollout, from joint first_ − 1 on.

@@ -289,8 +289,8 @@ std::vector<std::string> validate(const Guidewire& wire) {
     if (n < 2 || wire.tangents.size() != n || wire.lengths.size() != n || wire.rigidity.size() != n ||
         wire.rest_angle.size() != n || wire.stations.size() != n)
         return {"the wire's arrays differ in length"};
-    if (!std::isfinite(wire.roll) || !std::isfinite(wire.carried))
-        out.push_back("roll or carried is not finite");
+    if (!std::isfinite(wire.roll) || !std::isfinite(wire.carried) || !wire.load.allFinite())
+        out.push_back("roll, carried or load is not finite");
     for (std::size_t i = 0; i < n; ++i) {
         const std::string at = " " + std::to_string(i);
         if (!wire.joints[i].allFinite()) out.push_back("joint" + at + " is not finite");

@@ -41,7 +41,9 @@ struct Guidewire {
     std::vector<int> stations;           // wall hint per joint, -1 = unknown; see LumenWall
     Vec3 base_director = Vec3::UnitY();  // unit, ⟂ u_0: direction the tip curves to at roll 0
     double roll = 0;                     // turn of the hub about u_0 [rad]
-    double carried = 0;                  // motion not yet made, |carried| < λ [mm]
+    Vec3 load = Vec3::Zero();  // force on the wire per length, e.g. its weight [N/mm]; joint i ≥ 1
+                               // bears that of length_of(i)
+    double carried = 0;        // motion not yet made, |carried| < λ [mm]
 
     int segments() const { return static_cast<int>(joints.size()) - 1; }
     const Vec3& tip() const { return joints.back(); }

@@ -84,6 +84,8 @@ void assemble(const Guidewire& wire, std::span<const WallContact> contacts,
     }
 
     // From the tip: forces and torques distal of each segment.
+    const bool loaded = !wire.load.isZero(0);
+    double carried = 0;  // length of wire whose load is felt
     Vec3 force = Vec3::Zero();
     double torque = 0;
     Vec2 slope_of_next = Vec2::Zero();
@@ -100,6 +102,12 @@ void assemble(const Guidewire& wire, std::span<const WallContact> contacts,
         }
         if (s.touches) force += s.force;
         s.axial = s.length * wire.tangents[j].dot(force);
+        if (loaded) {
+            carried += wire.length_of(j);
+            const Vec3 work = s.length * carried * wire.load;
+            s.axial -= wire.tangents[j].dot(work);
+            if (inside) s.slope.noalias() -= s.basis.transpose() * work;
+        }
         Vec2 g = s.slope + slope_of_next + s.length * (s.basis.transpose() * force);
         slope_of_next = s.slope_prev;
         if (terms.twist) {
@@ -119,7 +127,7 @@ void assemble(const Guidewire& wire, std::span<const WallContact> contacts,
         double& largest = inside ? terms.relative_gradient : terms.proximal_gradient;
         largest = std::max(largest, g.norm() / wire.spring_constant(j - 1));
     }
-    terms.push = force;
+    terms.push = force - carried * wire.load;
     terms.torque = torque;
 }
 

@@ -16,17 +16,18 @@ struct NewtonTerms {
     std::vector<Vec2> gradient;        // dU/dα per stage [N·mm]
     double relative_gradient = 0;  // largest |gradient| over C of the segment's proximal joint [-]: window
     double proximal_gradient = 0;  // and the same proximal of the window
-    Vec3 push = Vec3::Zero();  // Σ of the wall's forces on the wire, reversed: what the introducer holds [N]
+    Vec3 push = Vec3::Zero();  // Σ of the forces of wall and load on the wire, reversed: what the introducer
+                               // holds [N]
     double torque = 0;         // dU/droll: what the hub is held against [N·mm]
 
     std::span<RiccatiStage> window() { return std::span(stages).subspan(first - 1); }
 };
 
-/// Gradient and Hessian blocks of bending (Eq. 1, with rest directions) and wall (Eq. 9, with the wall's
-/// curvature) in the planes ⟂ u_j, u turned by u ← (u + Tα)/|u + Tα|. Exact but for terms of the twist that
-/// are of the order of torque times bend. `directors` as from physics::directors where the tip is curved.
-/// Stages proximal of `first` are taken as they stand from the last call, and only their gradient answers to
-/// the forces and the torque from the window. Allocates on growth only.
+/// Gradient and Hessian blocks of bending (Eq. 1, with rest directions), load and wall (Eq. 9, with the
+/// wall's curvature) in the planes ⟂ u_j, u turned by u ← (u + Tα)/|u + Tα|. Exact but for terms of the twist
+/// that are of the order of torque times bend. `directors` as from physics::directors where the tip is
+/// curved. Stages proximal of `first` are taken as they stand from the last call, and only their gradient
+/// answers to the forces and the torque from the window. Allocates on growth only.
 void assemble(const Guidewire&, std::span<const WallContact>, const std::vector<Vec3>& directors, int first,
               NewtonTerms&);
 

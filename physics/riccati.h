@@ -20,13 +20,14 @@ using Mat23 = Eigen::Matrix<double, 2, 3>;
 
 /// Second-order model of segment j, its proximal joint j−1 and its distal joint j.
 struct RiccatiStage {
-    Mat32 basis;           // T_j, orthonormal, ⟂ u_j
-    double length = 0;     // λ_j [mm]
-    double axial = 0;      // λ_j u_j·s_j: the wall's force along the segment times its length [N·mm]
-    Vec3 force;            // f_j of the wall at joint j, a gradient [N]
-    Mat3 stiffness;        // H_j [N/mm]
+    Mat32 basis;        // T_j, orthonormal, ⟂ u_j
+    double length = 0;  // λ_j [mm]
+    double axial = 0;   // λ_j u_j·s_j: what wall and load press along the segment times its length [N·mm]
+    Vec3 force;         // f_j of the wall at joint j, a gradient [N]
+    Mat3 stiffness;     // H_j [N/mm]
     bool touches = false;  // force and stiffness are zero where false, and are not read
-    // Bending at joint j−1: gradient and Hessian blocks with respect to α_{j-1} and α_j [N·mm].
+    // Bending at joint j−1: gradient and Hessian blocks with respect to α_{j-1} and α_j [N·mm]. A load on the
+    // wire distal of there, whose force is constant, is part of `slope`.
     Vec2 slope_prev, slope;
     Mat2 prev_prev, own, cross;  // cross: α_{j-1}ᵀ · cross · α_j
     // And with respect to the twist ψ_{j-1}; all zero where the wire's rest shape is straight.

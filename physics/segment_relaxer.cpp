@@ -59,7 +59,7 @@ bool SegmentRelaxer::select_by_estimate(const Guidewire& wire, const ContactSet&
     Vec3 best_turn = Vec3::Zero();
     for (int j = from + kLeastSeparation; j <= last; ++j) {  // Algorithm 1
         const double lambda = wire.lengths[j];
-        const WallSum sum = contacts.sum_from(j);
+        const PushSum sum = contacts.sum_from(j);
         const BendingTerms bending = bending_terms(wire, directors_, torque_, j);
         const Vec3 q = bending.pull - lambda * sum.force;
         const Vec3 e = q.normalized() - wire.tangents[j];
@@ -98,7 +98,7 @@ void SegmentRelaxer::choose_segments(const Guidewire& wire, const ContactSet& co
 SegmentProblem SegmentRelaxer::local_problem(const Guidewire& wire, const ContactSet& contacts) const {
     SegmentProblem p;
     p.count = count_;
-    std::array<WallSum, kMostVariedSegments> sum;
+    std::array<PushSum, kMostVariedSegments> sum;
     for (int m = 0; m < count_; ++m) {
         const int i = varied_[m];
         const BendingTerms bending = bending_terms(wire, directors_, torque_, i);
@@ -142,7 +142,7 @@ bool SegmentRelaxer::try_turn(Guidewire& wire, ContactSet& contacts, const Tange
         return sum;
     };
     const double bending_before = must_descend ? bending() : 0.0;
-    const double wall_before = must_descend ? contacts.energy(first) : 0.0;
+    const double push_before = must_descend ? contacts.energy(wire.joints, first) : 0.0;
 
     Tangents old;
     old_joints_.assign(wire.joints.begin() + first, wire.joints.end());
@@ -162,11 +162,13 @@ bool SegmentRelaxer::try_turn(Guidewire& wire, ContactSet& contacts, const Tange
     }
     if (curved) transport_directors(wire, first, directors_);
 
-    const double wall_after = contacts.evaluate(wire.joints, first);
+    const double push_after = contacts.evaluate(wire.joints, first);
     if (must_descend) {
         const double bending_after = bending();
-        const double change = (bending_after - bending_before) + (wall_after - wall_before);
-        const double rounding = kRounding * (bending_before + bending_after + wall_before + wall_after);
+        const double change = (bending_after - bending_before) + (push_after - push_before);
+        const double scale = bending_before + bending_after + std::abs(push_before) + std::abs(push_after) +
+                             2 * contacts.load_scale(first);
+        const double rounding = kRounding * scale;
         if (!(change <= rounding)) {
             for (int m = 0; m < count_; ++m) wire.tangents[varied_[m]] = old[m];
             std::copy(old_joints_.begin(), old_joints_.end(), wire.joints.begin() + first);

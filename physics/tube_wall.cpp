@@ -53,11 +53,15 @@ int TubeWall::closest_segment(const Vec3& x, int hint) const {
         return (closest_point(centreline_[s], centreline_[s + 1], x) - x).squaredNorm();
     };
     if (hint < 0 || hint > last) {
-        int best = 0;
+        // The centre of a ball lies on the centreline: the nearest bounds the distance. A little more than
+        // that, so that of segments equally close the first is found.
         double least = std::numeric_limits<double>::max();
+        for (const Ball& ball : balls_) least = std::min(least, (ball.centre - x).squaredNorm());
+        least = (1 + 1e-6) * least + 1e-12;
+        int best = 0;
         for (std::size_t k = 0; k < balls_.size(); ++k) {
-            const double gap = (balls_[k].centre - x).norm() - balls_[k].radius;
-            if (gap > 0 && gap * gap >= least) continue;
+            const double reach = balls_[k].radius + std::sqrt(least);
+            if ((balls_[k].centre - x).squaredNorm() > reach * reach) continue;
             const int begin = static_cast<int>(k) * kRun, end = std::min(last, begin + kRun - 1);
             for (int s = begin; s <= end; ++s)
                 if (const double d = distance2(s); d < least) least = d, best = s;
@@ -65,9 +69,16 @@ int TubeWall::closest_segment(const Vec3& x, int hint) const {
         return best;
     }
     // Downhill along the tube from the hint: joints move little between queries, and a joint stays in its own
-    // limb of a hairpin. The stride doubles while it pays, so that a far hint costs a logarithm.
+    // limb of a hairpin. First as many segments on as x lies beyond the hint's in its lengths, then in
+    // strides that double while it pays, so that a far hint costs a logarithm.
     int s = hint;
     double least = distance2(s);
+    const Vec3 along = centreline_[s + 1] - centreline_[s];
+    const double on = std::floor((x - centreline_[s]).dot(along) / along.squaredNorm());
+    if (on != 0 && std::abs(on) <= last) {
+        const int guess = std::clamp(s + static_cast<int>(on), 0, last);
+        if (const double there = distance2(guess); there < least) s = guess, least = there;
+    }
     for (int stride = 1; stride > 0;) {
         const int down = std::max(0, s - stride), up = std::min(last, s + stride);
         const double below = distance2(down), above = distance2(up);

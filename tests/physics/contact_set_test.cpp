@@ -46,14 +46,14 @@ TEST(ContactSet, ForgetsAnEvaluationThatIsNotCommitted) {
     press_aside(wire);
     ContactSet set(wall);
     set.reset(wire);
-    const double energy = set.energy(1);
+    const double energy = set.energy(wire.joints, 1);
     Guidewire moved = wire;
     turn_some(moved, 10, 0.1);
     EXPECT_NE(set.evaluate(moved.joints, 10), energy);
-    EXPECT_EQ(set.energy(1), energy);
+    EXPECT_EQ(set.energy(wire.joints, 1), energy);
     set.evaluate(wire.joints, 10);
     set.commit();
-    EXPECT_DOUBLE_EQ(set.energy(1), energy);
+    EXPECT_DOUBLE_EQ(set.energy(wire.joints, 1), energy);
 }
 
 TEST(ContactSet, SumsForceAndStiffnessFromAJointToTheTip) {
@@ -91,7 +91,7 @@ TEST(ContactSet, AWallIsAsStiffPerLengthOfACoarserWire) {
         energy += fresh[i].touches() ? fresh[i].energy() : 0.0;
     }
     ASSERT_GT(set.touching(), 20);
-    EXPECT_DOUBLE_EQ(set.energy(1), energy);
+    EXPECT_DOUBLE_EQ(set.energy(wire.joints, 1), energy);
     EXPECT_DOUBLE_EQ(set.evaluate(wire.joints, 1), energy);
 }
 
@@ -115,4 +115,26 @@ TEST(ContactSet, AsksAgainOnlyForJointsThatMoved) {
     const auto coarser = all_contacts(wire, wall);
     for (int j = 1; j <= wire.segments(); ++j)
         EXPECT_EQ(set.contacts()[j].stiffness, coarser[j].stiffness) << j;
+}
+
+TEST(ContactSet, PushesWithTheLoadAsWell) {
+    auto [wall, wire] = scene_setup("hairpin");
+    press_aside(wire);
+    ContactSet set(wall);
+    set.reset(wire);
+    const double wall_energy = set.energy(wire.joints, 40);
+    const Vec3 wall_force = set.sum_from(40).force;
+    EXPECT_EQ(set.load_scale(40), 0.0);
+    wire.load = Vec3(0.01, -0.02, 0.005);
+    set.update(wire);
+    double work = 0, length = 0;
+    for (int j = 40; j <= wire.segments(); ++j) {
+        work += wire.length_of(j) * wire.load.dot(wire.joints[j] - wire.joints[39]);
+        length += wire.length_of(j);
+    }
+    EXPECT_NEAR(set.energy(wire.joints, 40), wall_energy - work, 1e-12 * set.load_scale(40));
+    EXPECT_EQ(set.evaluate(wire.joints, 40), set.energy(wire.joints, 40));
+    EXPECT_GE(set.load_scale(40), std::abs(work));
+    EXPECT_LT((set.sum_from(40).force - (wall_force - length * wire.load)).norm(), 1e-12);
+    EXPECT_EQ(set.sum_from(wire.segments() + 1).force, Vec3::Zero());
 }

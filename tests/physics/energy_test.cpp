@@ -8,28 +8,40 @@
 
 using namespace physics;
 
-TEST(Energy, GradientAgreesWithDifferencesWithBendingTipAndWall) {
-    const Guidewire wire = bent_wire(24, 1.2);
+TEST(Energy, GradientAgreesWithDifferencesWithBendingTipWallAndLoad) {
+    Guidewire wire = bent_wire(24, 1.2);
     // A tube about the first part of the wire, so narrow that most joints are pressed into it.
     const TubeWall wall({{1, -2, 0}, {2, -1, 20}, {6, 3, 60}}, 2.0, 30.0, 0.4);
-    const auto contacts = all_contacts(wire, wall);
-    const Energy energy = total_energy(wire, contacts);
-    ASSERT_GT(energy.wall, 1.0);
-    const auto gradient = energy_gradient(wire, contacts);
-    for (int i = 1; i <= 24; ++i) {
-        Vec3 a, b;
-        tangent_basis(wire.tangents[i], a, b);
-        auto total = [&](const Eigen::VectorXd& t) {
-            Guidewire turned = wire;
-            turned.tangents[i] = (wire.tangents[i] + t[0] * a + t[1] * b).normalized();
-            rebuild_joints(turned);
-            return total_energy(turned, all_contacts(turned, wall)).total();
-        };
-        const Eigen::VectorXd slope = finite_gradient(total, Eigen::VectorXd::Zero(2), 1e-5);
-        const double scale = std::max(gradient[i].norm(), wire.spring_constant(i - 1));
-        EXPECT_NEAR(slope[0], gradient[i].dot(a), 1e-7 * scale) << i;
-        EXPECT_NEAR(slope[1], gradient[i].dot(b), 1e-7 * scale) << i;
+    for (const Vec3& load : {Vec3(0, 0, 0), Vec3(0.3, -0.5, 0.2)}) {
+        wire.load = load;
+        const auto contacts = all_contacts(wire, wall);
+        const Energy energy = total_energy(wire, contacts);
+        ASSERT_GT(energy.wall, 1.0);
+        ASSERT_EQ(std::abs(energy.load) > 1.0, load != Vec3::Zero());
+        const auto gradient = energy_gradient(wire, contacts);
+        for (int i = 1; i <= 24; ++i) {
+            Vec3 a, b;
+            tangent_basis(wire.tangents[i], a, b);
+            auto total = [&](const Eigen::VectorXd& t) {
+                Guidewire turned = wire;
+                turned.tangents[i] = (wire.tangents[i] + t[0] * a + t[1] * b).normalized();
+                rebuild_joints(turned);
+                return total_energy(turned, all_contacts(turned, wall)).total();
+            };
+            const Eigen::VectorXd slope = finite_gradient(total, Eigen::VectorXd::Zero(2), 1e-5);
+            const double scale = std::max(gradient[i].norm(), wire.spring_constant(i - 1));
+            EXPECT_NEAR(slope[0], gradient[i].dot(a), 1e-7 * scale) << i;
+            EXPECT_NEAR(slope[1], gradient[i].dot(b), 1e-7 * scale) << i;
+        }
     }
+}
+
+TEST(Energy, OfALoadIsItsWorkOnTheWayFromTheIntroducer) {
+    Guidewire wire = straight_wire({}, {1, 2, 3}, {0, 0, 1}, 30);
+    wire.load = Vec3(0, 0, -0.01);
+    const TubeWall wall({{1, 2, 0}, {1, 2, 100}}, 2.0, 30.0);
+    // λ = 2 at each of 30 joints, of which the middle one of a pair is 31 mm up.
+    EXPECT_NEAR(total_energy(wire, all_contacts(wire, wall)).load, 0.01 * 60 * 31, 1e-12);
 }
 
 TEST(Energy, LargestForceIsStiffnessTimesPenetration) {
@@ -88,7 +100,7 @@ TEST(Energy, PushAndStiffnessSumsAreTheWallsSlopeAndCurvature) {
         return finite_gradient(energy, e, 1e-3);
     };
     const Eigen::VectorXd zero = Eigen::VectorXd::Zero(6);
-    const WallSum at_i = set.sum_from(i), at_j = set.sum_from(j);
+    const PushSum at_i = set.sum_from(i), at_j = set.sum_from(j);
     const double li = wire.lengths[i], lj = wire.lengths[j];
     const Eigen::VectorXd slope = gradient(zero);
     EXPECT_LT((slope.head<3>() - li * at_i.force).norm(), 1e-7 * slope.norm());

@@ -206,13 +206,14 @@ TEST(GlobalRelaxer, AFoldedWireStaysFolded) {
     EXPECT_LT(report.largest_bend, M_PI / 3);
 }
 
-TEST(GlobalRelaxer, RotatesACurvedTipAgainstAWall) {
+TEST(GlobalRelaxer, RotatesACurvedTipAgainstAWallUnderItsWeight) {
     GuidewireSpec spec;
     spec.segment_length = 1;
     spec.curved_angle = 1.2;
     const Polyline line = engine::draw(engine::find_scene("spatial")->path);
     const TubeWall wall(line, 2.0, 20, 0.44);
     Guidewire wire = wire_along(spec, line, 100);
+    wire.load = Vec3(0, 0, -1e-3);
     auto relaxer = global_relaxer();
     expect_equilibrium(wire, wall, relaxer->relax(wire, wall, kUnlimited));
     double torque = 0;
@@ -239,14 +240,16 @@ TEST(GlobalRelaxer, RotatesACurvedTipAgainstAWall) {
 }
 
 TEST(GlobalRelaxer, MirroredSceneGivesTheMirroredWire) {
+    // With and without a load, mirrored as well.
     const Polyline path = engine::draw(engine::find_scene("spatial")->path);
     Polyline mirrored = path;
     for (Vec3& p : mirrored) p.z() = -p.z();
     GuidewireSpec spec;
-    auto run = [&](const Polyline& line, double sign) {
+    auto run = [&](const Polyline& line, double sign, const Vec3& load) {
         const TubeWall wall(line, 2.0, 40, 0.44);
         Guidewire wire = wire_along(spec, line, 40);
         wire.base_director = Vec3::UnitY();
+        wire.load = load;
         auto relaxer = global_relaxer();
         for (int k = 0; k < 15; ++k) {
             move(wire, 2);
@@ -255,9 +258,53 @@ TEST(GlobalRelaxer, MirroredSceneGivesTheMirroredWire) {
         }
         return wire;
     };
-    const Guidewire one = run(path, 1), other = run(mirrored, -1);
-    for (int i = 0; i <= one.segments(); ++i) {
-        const Vec3 image(other.joints[i].x(), other.joints[i].y(), -other.joints[i].z());
-        EXPECT_LT((one.joints[i] - image).norm(), 1e-5) << i;
+    for (const double weight : {0.0, 0.01}) {
+        const Guidewire one = run(path, 1, weight * Vec3(0.3, -0.5, 0.8));
+        const Guidewire other = run(mirrored, -1, weight * Vec3(0.3, -0.5, -0.8));
+        for (int i = 0; i <= one.segments(); ++i) {
+            const Vec3 image(other.joints[i].x(), other.joints[i].y(), -other.joints[i].z());
+            EXPECT_LT((one.joints[i] - image).norm(), 1e-5) << i;
+        }
     }
+}
+
+TEST(GlobalRelaxer, HoldsUpTheWiresWeightAtTheIntroducer) {
+    // A wire that hangs straight down, and one that stands: the hand holds all of its weight.
+    for (const double up : {-1.0, 1.0}) {
+        Guidewire wire = uniform_wire(50, 1.0, {0, 0, 0}, {0, 0, up}, std::vector<Vec3>(40, Vec3(0, 0, up)));
+        const TubeWall wall({{0, 0, -100}, {0, 0, 100}}, 20.0, 40);
+        wire.load = Vec3(0, 0, -1e-3);
+        const RelaxReport report = global_relaxer()->relax(wire, wall, kUnlimited);
+        expect_equilibrium(wire, wall, report);
+        EXPECT_NEAR(report.push_force, up * 0.04, 1e-12);
+    }
+}
+
+TEST(GlobalRelaxer, AStandingWireBucklesUnderItsWeightWhereGreenhillSays) {
+    // w L³/EI = 7.8373 (Greenhill 1881); joints that are λ apart carry some 3/N more at a distance.
+    const double length = 100, critical = 7.8373 * 50 / std::pow(length, 3);
+    const TubeWall wall({{0, 0, -100}, {0, 0, 200}}, 150.0, 40);
+    for (const double share : {0.95, 1.05}) {
+        Guidewire wire = uniform_wire(50, 0.5, {0, 0, 0}, {0, 0, 1}, std::vector<Vec3>(200, Vec3::UnitZ()));
+        wire.load = Vec3(0, 0, -share * critical);
+        const RelaxReport report = global_relaxer()->relax(wire, wall, kUnlimited);
+        expect_equilibrium(wire, wall, report);
+        EXPECT_EQ(wire.tip().head<2>().norm() > 1.0, share > 1) << wire.tip().transpose();
+    }
+}
+
+TEST(GlobalRelaxer, FollowsALoadThatChanges) {
+    auto [wall, wire] = scene_setup("spatial");
+    auto relaxer = global_relaxer();
+    relaxer->relax(wire, wall, kUnlimited);
+    const double unloaded = energy_of(wire, wall);
+    wire.load = Vec3(0, -0.02, 0.01);
+    RelaxReport report = relaxer->relax(wire, wall, kUnlimited);
+    expect_equilibrium(wire, wall, report);
+    EXPECT_GT(report.newton_steps, 0);
+    wire.load.setZero();
+    EXPECT_GT(energy_of(wire, wall), unloaded + 1e-4);
+    report = relaxer->relax(wire, wall, kUnlimited);
+    expect_equilibrium(wire, wall, report);
+    EXPECT_NEAR(energy_of(wire, wall), nearest(energy_of(wire, wall), {1.86512, 1.86577}), 5e-6);
 }

@@ -23,6 +23,13 @@ RelaxerConfig with(int varied, bool safeguard = true) {
     return config;
 }
 
+/// The hairpin's wall and a wire that ends past the first turn: the second would cost most of the time.
+SceneSetup past_the_first_turn() {
+    SceneSetup scene = scene_setup("hairpin");
+    scene.wire = wire_along(scene.wire.spec, scene.wall.centreline(), 70);
+    return scene;
+}
+
 Guidewire straight_along_x(int segments) {
     return uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, std::vector<Vec3>(segments, Vec3::UnitX()));
 }
@@ -107,22 +114,29 @@ TEST(SegmentRelaxer, GuardedEnergyNeverRises) {
 }
 
 TEST(SegmentRelaxer, PlainAndGuardedReachTheSameBasin) {
+    const auto [wall, start] = past_the_first_turn();
+    double rest[2];
     for (bool safeguard : {false, true}) {
-        auto [wall, wire] = scene_setup("hairpin");
-        make_relaxer(with(2, safeguard))->relax(wire, wall, whole_cycles(wire.segments(), 60));
-        EXPECT_NEAR(energy_of(wire, wall), 13.468, 0.02) << safeguard;
+        Guidewire wire = start;
+        make_relaxer(with(2, safeguard))->relax(wire, wall, whole_cycles(wire.segments(), 30));
+        const double energy = energy_of(wire, wall);
+        make_relaxer({})->relax(wire, wall, {100000, 0, 0});
+        rest[safeguard] = energy_of(wire, wall);
+        EXPECT_NEAR(energy, rest[safeguard], 1e-3) << safeguard;
     }
+    EXPECT_NEAR(rest[0], rest[1], 1e-6);
 }
 
 TEST(SegmentRelaxer, SecondOrderRestsWhereFirstOrderBounces) {
     // Fig. 11: mean |ε| of the first order stays far above that of the second.
+    const auto [wall, start] = past_the_first_turn();
     double mean[2];
     for (int order : {1, 2}) {
-        auto [wall, wire] = scene_setup("hairpin");
+        Guidewire wire = start;
         RelaxerConfig config = with(2);
         if (order == 1) config.kind = RelaxerKind::FirstOrder;
         auto relaxer = make_relaxer(config);
-        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 60));
+        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 30));
         double sum = 0;
         long long count = 0;
         Guidewire last = wire;
@@ -151,7 +165,7 @@ TEST(SegmentRelaxer, StopsWhenNothingTurnsAnyMore) {
     spec.curved_length = spec.curved_angle = 0;
     Guidewire wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 30);
     const TubeWall wall({{-1, 0, 0}, {100, 0, 0}}, 2, 40);
-    const RelaxReport report = make_relaxer({})->relax(wire, wall, {100000, 0, 0});
+    const RelaxReport report = make_relaxer(with(2))->relax(wire, wall, {100000, 0, 0});
     EXPECT_TRUE(report.converged);
     EXPECT_LE(report.updates, 60);
 }
@@ -177,12 +191,12 @@ TEST(SegmentRelaxer, RotatingTheHubTurnsTheTip) {
     spec.segment_length = 2;
     Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
     const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 4, 20, 0.44);
-    auto relaxer = make_relaxer({});
+    auto relaxer = make_relaxer(with(2));
     relaxer->relax(wire, wall, whole_cycles(30, 100));
     const Vec3 before = wire.tip();
     for (int k = 0; k < 18; ++k) {
         rotate(wire, 10 * M_PI / 180);
-        relaxer->relax(wire, wall, whole_cycles(30, 20));
+        relaxer->relax(wire, wall, whole_cycles(30, 10));
     }
     const Vec3 after = wire.tip();
     EXPECT_GT(std::hypot(before.x(), before.y()), 1.0);
@@ -245,11 +259,11 @@ TEST(SegmentRelaxer, MirroredSceneGivesTheMirroredWire) {
         Guidewire wire = wire_along(spec, line, 40);
         // d_0 in the mirror plane: its mirror image is itself.
         wire.base_director = Vec3::UnitY();
-        auto relaxer = make_relaxer({});
+        auto relaxer = make_relaxer(with(2));
         for (int k = 0; k < 6; ++k) {
             move(wire, 4);
             rotate(wire, sign * 0.15);
-            relaxer->relax(wire, wall, whole_cycles(wire.segments(), 40));
+            relaxer->relax(wire, wall, whole_cycles(wire.segments(), 10));
         }
         return wire;
     };
@@ -265,7 +279,7 @@ TEST(SegmentRelaxer, SameWorkTwiceGivesTheSameBits) {
     Vec3 tips[2];
     for (Vec3& tip : tips) {
         auto [wall, wire] = scene_setup("spatial");
-        make_relaxer({})->relax(wire, wall, {3000, 0.5, 60});
+        make_relaxer(with(2))->relax(wire, wall, {3000, 0.5, 60});
         tip = wire.tip();
     }
     EXPECT_EQ(tips[0], tips[1]);

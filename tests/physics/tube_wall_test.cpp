@@ -1,7 +1,10 @@
 #include "physics/tube_wall.h"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
+#include <random>
 
 #include "engine/scenes.h"
 #include "tests/finite_difference.h"
@@ -56,6 +59,21 @@ TEST(TubeWall, AHintGivesTheAnswerOfAFullSearch) {
         const WallContact full = ask(wall, x);
         for (int hint : {std::max(0, i - 60), i, i + 40})
             EXPECT_NEAR(ask(wall, x, hint).penetration, full.penetration, 1e-9) << i << " from " << hint;
+    }
+}
+
+TEST(TubeWall, AFullSearchFindsTheClosestPartOfTheTube) {
+    const TubeWall wall(engine::draw(engine::find_scene("hairpin")->path), 1.5, 40.0);
+    std::mt19937 random(3);
+    for (int k = 0; k < 100; ++k) {
+        auto unit = [&] { return random() / 4294967296.0; };
+        const Vec3 x(80 * unit() - 20, 60 * unit() - 20, 20 * unit() - 10);
+        double closest = std::numeric_limits<double>::max();
+        for (const Vec3& p : wall.centreline()) closest = std::min(closest, (p - x).norm());
+        // The corners are 0.05 mm apart.
+        const double distance = ask(wall, x).penetration + ask(wall, x).room;
+        EXPECT_LE(distance, closest + 1e-9);
+        EXPECT_GE(distance, closest - 0.025);
     }
 }
 

@@ -22,7 +22,9 @@ struct Course {
 /// Relax a scene from its centreline and look back on the way from the end.
 Course course(const char* scene, int cycles) {
     auto [wall, wire] = scene_setup(scene);
-    const auto relaxer = make_relaxer({});  // M = 2, chosen separation, safeguarded
+    RelaxerConfig config;  // M = 2, chosen separation, safeguarded
+    config.kind = RelaxerKind::Segment;
+    const auto relaxer = make_relaxer(config);
     std::vector<std::vector<Vec3>> after;
     for (int k = 0; k < cycles; ++k) {
         relaxer->relax(wire, wall, whole_cycles(wire.segments(), 1));
