@@ -15,10 +15,6 @@ namespace {
 using physics::CentrelineBranch;
 using physics::Vec3;
 
-std::string place_text(const Vec3& p) {
-    return fmt::format("({:.2f}, {:.2f}, {:.2f})", p.x(), p.y(), p.z());
-}
-
 /// An opening is where it is declared when the loop's centroid lies this near to the declared centre.
 double tolerance(const physics::OpenEnd& end) {
     return 0.25 * end.radius;

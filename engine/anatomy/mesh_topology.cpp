@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <fmt/format.h>
 #include <map>
 #include <unordered_map>
 
@@ -113,6 +114,10 @@ double signed_volume(const TriangleMesh& mesh) {
         six_volumes += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]]));
     }
     return six_volumes / 6.0;
+}
+
+std::string place_text(const Vec3& p) {
+    return fmt::format("({:.2f}, {:.2f}, {:.2f})", p.x(), p.y(), p.z());
 }
 
 }  // namespace engine

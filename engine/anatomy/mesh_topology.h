@@ -33,4 +33,7 @@ physics::TriangleMesh capped(const physics::TriangleMesh&, const std::vector<Bou
 /// Of a closed mesh; positive when its normals point out [mm³].
 double signed_volume(const physics::TriangleMesh&);
 
+/// "(1.00, 2.00, 3.00)", for messages [mm].
+std::string place_text(const physics::Vec3&);
+
 }  // namespace engine
