@@ -28,13 +28,12 @@ struct Contact {
 /// Branches so far, and where a new one leaves them.
 class BranchTree {
 public:
-    BranchTree(const MeshQuery& wall, double step, bool recentre)
-        : wall_(wall), step_(step), recentre_(recentre) {}
+    BranchTree(const MeshQuery& wall, double step) : wall_(wall), step_(step) {}
 
     std::vector<CentrelineBranch> branches;
 
     void add_root(const Polyline& way, bool fixed_start, bool fixed_end) {
-        append(-1, -1, measured(way, fixed_start, fixed_end));
+        append(-1, -1, recentred(way, wall_, step_, fixed_start, fixed_end));
     }
 
     /// Whether a place is inside the ball of a branch, and which; of several the one that holds it deepest.
@@ -65,6 +64,25 @@ public:
         return {{0, 0}, way};
     }
 
+    /// The widest ball along the own part [mm].
+    double width(const Own& own) const {
+        double widest = 0;
+        for (const Vec3& p : own.way) widest = std::max(widest, wall_.distance(p));
+        return widest;
+    }
+    /// Shorter than the diameters of itself and of the vessel that it leaves: a bulge, not a branch. Where
+    /// the vessel is narrowed, its width nearby counts.
+    bool is_spur(const Own& own) const {
+        if (own.way.size() < 4) return true;
+        const CentrelineBranch& parent = branches[own.parent.branch];
+        const double length = length_of(own.way);
+        double widest = width(own);
+        for (std::size_t i = 0; i < parent.points.size(); ++i)
+            if ((parent.points[i] - parent.points[own.parent.sample]).norm() < length)
+                widest = std::max(widest, parent.radii[i]);
+        return length < 2 * widest;
+    }
+
     /// A branch along the own part; `landing`: the branch that its end runs into, or none.
     void add(const Own& own, bool fixed_end, Contact landing = {}) {
         Polyline way = own.way;
@@ -75,7 +93,7 @@ public:
             clear(way, total);
             std::reverse(way.begin(), way.end());
         }
-        Centreline line = measured(way, false, fixed_end);
+        Centreline line = recentred(way, wall_, step_, false, fixed_end);
         const int parent_sample = junction(own.parent, line);
         connect(line, branches[own.parent.branch].points[parent_sample]);
         if (landing.branch >= 0) {
@@ -89,12 +107,6 @@ public:
     }
 
 private:
-    Centreline measured(const Polyline& way, bool fixed_start, bool fixed_end) const {
-        if (recentre_) return recentred(way, wall_, step_, fixed_start, fixed_end);
-        Polyline points = resampled(way, step_);
-        std::vector<double> radii = inscribed_radii(points, wall_);
-        return {std::move(points), std::move(radii)};
-    }
     /// Drops the start of a way while its own lumen still opens into others, up to a third of it.
     void clear(Polyline& way, double total) const {
         double passed = 0;
@@ -144,7 +156,6 @@ private:
 
     const MeshQuery& wall_;
     double step_;
-    bool recentre_;
 };
 
 /// Where a way that ends at a blind wall still has the middle of the vessel to follow.
@@ -181,7 +192,7 @@ public:
           wall_(open),
           closed_(capped(open, loops())),
           voxels_(closed_, options.voxel),
-          tree_(wall_, options.step, true) {}
+          tree_(wall_, options.step) {}
 
     TracedLumen run() {
         if (voxels_.count() == 0) {
@@ -308,12 +319,9 @@ private:
     void follow_tip(int tip) {
         const Polyline whole = way_to(tip);
         const BranchTree::Own own = tree_.own_part(whole);
-        double width = voxels_.size();
-        for (const Vec3& p : own.way) width = std::max(width, wall_.distance(p));
-        const double length = length_of(own.way);
-        const double parent_radius = tree_.branches[own.parent.branch].radii[own.parent.sample];
-        if (length < 2 * width || own.way.size() < 4) {
-            result_.spurs += length >= width && length >= 0.5 * parent_radius;
+        const double width = std::max(voxels_.size(), tree_.width(own)), length = length_of(own.way);
+        if (tree_.is_spur(own)) {
+            result_.spurs += length >= width;
             mark_near(tip, std::max(2 * width, length));
             return;
         }
@@ -371,7 +379,174 @@ private:
     TracedLumen result_;
 };
 
+/// Given lines as a graph: samples linked along lines, and from the ends of a line to the nearest sample of
+/// another when that is in the same piece of lumen.
+class LineTracer {
+public:
+    LineTracer(const physics::TriangleMesh& open, const std::vector<MeshOpening>& openings, int inlet,
+               const std::vector<Polyline>& lines, const TracingOptions& options)
+        : openings_(openings), inlet_(inlet), wall_(open), tree_(wall_, options.step) {
+        std::vector<BoundaryLoop> loops;
+        for (const MeshOpening& opening : openings) loops.push_back(opening.loop);
+        const MeshQuery closed(capped(open, loops));
+        for (const Polyline& line : lines) add_line(closed, resampled(line, options.step));
+        link_lines();
+    }
+
+    TracedLumen run() {
+        if (points_.empty()) return std::move(result_);
+        find_root();
+        find_ways();
+        follow();
+        result_.branches = std::move(tree_.branches);
+        return std::move(result_);
+    }
+
+private:
+    void add_line(const MeshQuery& closed, const Polyline& line) {
+        const int first = static_cast<int>(points_.size());
+        for (const Vec3& p : line) {
+            if (!closed.encloses(p)) continue;
+            const int here = static_cast<int>(points_.size());
+            points_.push_back(p);
+            line_.push_back(lines_);
+            links_.emplace_back();
+            if (here > first) link(here - 1, here);
+        }
+        if (static_cast<int>(points_.size()) > first) {
+            line_ends_.push_back(first);
+            line_ends_.push_back(static_cast<int>(points_.size()) - 1);
+        }
+        ++lines_;
+    }
+    void link(int a, int b) {
+        links_[a].push_back(b);
+        links_[b].push_back(a);
+    }
+    void link_lines() {
+        for (const int end : line_ends_) {
+            int nearest = -1;
+            double least = std::numeric_limits<double>::infinity();
+            for (int i = 0; i < static_cast<int>(points_.size()); ++i) {
+                if (line_[i] == line_[end]) continue;
+                const double distance = (points_[i] - points_[end]).norm() - wall_.distance(points_[i]);
+                if (distance < least) least = distance, nearest = i;
+            }
+            if (nearest < 0 || least > wall_.distance(points_[end]))
+                free_.push_back(end);
+            else
+                link(end, nearest);
+        }
+    }
+    int nearest_to(const Vec3& x) const {
+        return static_cast<int>(
+            std::min_element(points_.begin(), points_.end(),
+                             [&](const Vec3& a, const Vec3& b) { return (a - x).norm() < (b - x).norm(); }) -
+            points_.begin());
+    }
+    void find_root() {
+        if (inlet_ >= 0) {
+            root_ = nearest_to(openings_[inlet_].loop.centroid);
+            return;
+        }
+        root_ = free_.empty() ? 0 : free_[0];
+        for (const int end : free_)
+            if (wall_.distance(points_[end]) > wall_.distance(points_[root_])) root_ = end;
+    }
+    void find_ways() {
+        from_.assign(points_.size(), -1);
+        length_.assign(points_.size(), std::numeric_limits<double>::infinity());
+        length_[root_] = 0;
+        std::priority_queue<std::pair<double, int>, std::vector<std::pair<double, int>>, std::greater<>> open;
+        open.emplace(0.0, root_);
+        while (!open.empty()) {
+            const auto [at, i] = open.top();
+            open.pop();
+            if (at > length_[i]) continue;
+            for (const int j : links_[i]) {
+                const double next = at + (points_[j] - points_[i]).norm();
+                if (next >= length_[j]) continue;
+                length_[j] = next, from_[j] = i;
+                open.emplace(next, j);
+            }
+        }
+    }
+    Polyline way_to(int node) const {
+        Polyline way;
+        for (; node >= 0; node = from_[node]) way.push_back(points_[node]);
+        std::reverse(way.begin(), way.end());
+        if (inlet_ >= 0) way.insert(way.begin(), openings_[inlet_].loop.centroid);
+        return way;
+    }
+    void follow() {
+        struct Way {
+            int opening;
+            Polyline points;
+            double bulk;
+        };
+        std::vector<Way> ways;
+        std::vector<int> taken = {root_};
+        for (int e = 0; e < static_cast<int>(openings_.size()); ++e) {
+            if (e == inlet_) continue;
+            const int node = nearest_to(openings_[e].loop.centroid);
+            const double gap = (points_[node] - openings_[e].loop.centroid).norm();
+            if (!std::isfinite(length_[node]) || gap > 4 * openings_[e].radius) {
+                result_.unreached.push_back(e);
+                continue;
+            }
+            taken.push_back(node);
+            ways.push_back({e, way_to(node), 0});
+            ways.back().points.push_back(openings_[e].loop.centroid);
+        }
+        for (const int end : free_) {
+            const bool near = std::any_of(taken.begin(), taken.end(), [&](int node) {
+                return (points_[node] - points_[end]).norm() < 2 * wall_.distance(points_[node]);
+            });
+            if (!near && std::isfinite(length_[end])) ways.push_back({-1, way_to(end), 0});
+        }
+        for (Way& way : ways) way.bulk = bulk(way.points, wall_);
+        std::stable_sort(ways.begin(), ways.end(),
+                         [](const Way& a, const Way& b) { return a.bulk > b.bulk; });
+        for (Way& way : ways) {
+            const Vec3 apex = way.points.back();
+            if (way.opening < 0) trim_tip(way.points, wall_);
+            if (tree_.branches.empty()) {
+                tree_.add_root(way.points, inlet_ >= 0, way.opening >= 0);
+                if (inlet_ < 0) result_.tips.push_back(tip_of(tree_.branches[0], points_[root_], true));
+            } else {
+                const BranchTree::Own own = tree_.own_part(way.points);
+                if (way.opening < 0 && tree_.is_spur(own)) {
+                    ++result_.spurs;
+                    continue;
+                }
+                tree_.add(own, way.opening >= 0);
+            }
+            result_.end_of_branch.push_back(way.opening);
+            if (way.opening < 0) result_.tips.push_back(tip_of(tree_.branches.back(), apex, false));
+        }
+    }
+
+    const std::vector<MeshOpening>& openings_;
+    int inlet_;
+    MeshQuery wall_;
+    BranchTree tree_;
+    Polyline points_;
+    std::vector<int> line_;  // of each point
+    int lines_ = 0;
+    std::vector<std::vector<int>> links_;
+    std::vector<int> line_ends_, free_;  // points; free ones are linked to no other line
+    int root_ = -1;
+    std::vector<int> from_;
+    std::vector<double> length_;  // from the root [mm]
+    TracedLumen result_;
+};
+
 }  // namespace
+
+TracedLumen trace_lines(const physics::TriangleMesh& open, const std::vector<MeshOpening>& openings,
+                        int inlet, const std::vector<Polyline>& lines, const TracingOptions& options) {
+    return LineTracer(open, openings, inlet, lines, options).run();
+}
 
 TracedLumen trace_lumen(const physics::TriangleMesh& open, const std::vector<MeshOpening>& openings,
                         int inlet, const TracingOptions& options) {

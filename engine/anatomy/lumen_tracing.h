@@ -37,8 +37,8 @@ struct TracedLumen {
 TracedLumen trace_lumen(const physics::TriangleMesh& open, const std::vector<MeshOpening>&, int inlet,
                         const TracingOptions&);
 
-/// The same from given lines, each from its root to its tip, which are joined where one starts or ends near
-/// another. They are not recentred; places outside the lumen are left out.
+/// The same from given lines, which are joined where one starts or ends near another. Places
+/// outside the lumen are left out before the lines are recentred.
 TracedLumen trace_lines(const physics::TriangleMesh& open, const std::vector<MeshOpening>&, int inlet,
                         const std::vector<physics::Polyline>& lines, const TracingOptions&);
 

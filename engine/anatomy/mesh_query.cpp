@@ -131,4 +131,12 @@ int MeshQuery::crossings(const Vec3& origin, const Vec3& direction, int most) co
     return most;
 }
 
+bool MeshQuery::encloses(const Vec3& x) const {
+    int votes = 0;
+    for (const Vec3& direction : {Vec3(0.267261, 0.534522, 0.801784), Vec3(-0.824163, 0.549442, 0.137361),
+                                  Vec3(0.371391, -0.742781, 0.557086)})
+        votes += crossings(x, direction, 64) % 2;
+    return votes >= 2;
+}
+
 }  // namespace engine

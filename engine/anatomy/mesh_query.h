@@ -27,6 +27,8 @@ public:
     double first_hit(const physics::Vec3& origin, const physics::Vec3& direction, double start = 0) const;
     /// How often the mesh is met, at most `most` times.
     int crossings(const physics::Vec3& origin, const physics::Vec3& direction, int most = 8) const;
+    /// Of a closed mesh: whether most of three rays from the point cross it an odd number of times.
+    bool encloses(const physics::Vec3&) const;
 
 private:
     struct Scene;

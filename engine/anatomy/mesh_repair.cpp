@@ -66,6 +66,40 @@ double area(const TriangleMesh& mesh, const Triangle& t) {
     return 0.5 * (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).norm();
 }
 
+std::vector<MeshOpening> openings(const TriangleMesh& mesh, const std::vector<BoundaryLoop>& loops) {
+    const MeshQuery wall(mesh);
+    std::vector<MeshOpening> result;
+    for (const BoundaryLoop& loop : loops) {
+        MeshOpening opening{loop, Vec3::Zero(), 0, 0, 0};
+        const std::size_t count = loop.vertices.size();
+        const auto rim = [&](std::size_t i) -> const Vec3& {
+            return mesh.vertices[loop.vertices[i % count]];
+        };
+        double length = 0, square = 0;
+        const Vec3 centre = rim_centre(mesh, loop);
+        for (std::size_t i = 0; i < count; ++i) {
+            opening.normal += (rim(i) - centre).cross(rim(i + 1) - centre);
+            const double edge = (rim(i + 1) - rim(i)).norm();
+            opening.radius += edge * ((rim(i) + rim(i + 1)) / 2 - centre).norm();
+            length += edge;
+        }
+        opening.loop.centroid = centre;
+        opening.normal.normalize();
+        opening.radius /= length;
+        for (std::size_t i = 0; i < count; ++i) {
+            const double off = (rim(i) - centre).dot(opening.normal);
+            square += off * off;
+        }
+        opening.uneven = std::sqrt(square / static_cast<double>(count));
+        for (double depth = 0.25; depth <= 2; depth += 0.25) {
+            opening.inscribed =
+                std::max(opening.inscribed, wall.distance(centre - depth * opening.radius * opening.normal));
+        }
+        result.push_back(std::move(opening));
+    }
+    return result;
+}
+
 class Repair {
 public:
     explicit Repair(const TriangleMesh& given) : mesh_(given) {
@@ -87,9 +121,7 @@ public:
         fill_holes();
         RepairedLumen result;
         result.mesh = compact();
-        result.ends = openings(result.mesh, topology(result.mesh).loops);
-        std::stable_sort(result.ends.begin(), result.ends.end(),
-                         [](const auto& a, const auto& b) { return a.radius > b.radius; });
+        result.ends = openings_of(result.mesh);
         result.findings = std::move(findings_);
         return result;
     }
@@ -323,44 +355,6 @@ private:
         return loops;
     }
 
-    static std::vector<MeshOpening> openings(const TriangleMesh& mesh,
-                                             const std::vector<BoundaryLoop>& loops) {
-        const MeshQuery wall(mesh);
-        std::vector<MeshOpening> result;
-        for (const BoundaryLoop& loop : loops) {
-            MeshOpening opening{loop, Vec3::Zero(), 0, 0, 0};
-            const std::size_t count = loop.vertices.size();
-            const auto rim = [&](std::size_t i) -> const Vec3& {
-                return mesh.vertices[loop.vertices[i % count]];
-            };
-            double length = 0, square = 0;
-            Vec3 centre = Vec3::Zero();
-            for (std::size_t i = 0; i < count; ++i) {
-                const double edge = (rim(i + 1) - rim(i)).norm();
-                centre += edge * (rim(i) + rim(i + 1)) / 2, length += edge;
-            }
-            centre /= length;
-            for (std::size_t i = 0; i < count; ++i) {
-                opening.normal += (rim(i) - centre).cross(rim(i + 1) - centre);
-                opening.radius += (rim(i + 1) - rim(i)).norm() * ((rim(i) + rim(i + 1)) / 2 - centre).norm();
-            }
-            opening.loop.centroid = centre;
-            opening.normal.normalize();
-            opening.radius /= length;
-            for (std::size_t i = 0; i < count; ++i) {
-                const double off = (rim(i) - centre).dot(opening.normal);
-                square += off * off;
-            }
-            opening.uneven = std::sqrt(square / static_cast<double>(count));
-            for (double depth = 0.25; depth <= 2; depth += 0.25) {
-                opening.inscribed = std::max(opening.inscribed,
-                                             wall.distance(centre - depth * opening.radius * opening.normal));
-            }
-            result.push_back(std::move(opening));
-        }
-        return result;
-    }
-
     void fill_holes() {
         int count = 0;
         std::string list;
@@ -405,6 +399,13 @@ private:
 };
 
 }  // namespace
+
+std::vector<MeshOpening> openings_of(const TriangleMesh& mesh) {
+    std::vector<MeshOpening> all = openings(mesh, topology(mesh).loops);
+    std::stable_sort(all.begin(), all.end(),
+                     [](const auto& a, const auto& b) { return a.radius > b.radius; });
+    return all;
+}
 
 RepairedLumen repaired(const TriangleMesh& mesh) {
     return Repair(mesh).done();

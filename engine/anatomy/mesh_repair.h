@@ -24,7 +24,9 @@ struct MeshOpening {
     double inscribed = 0;  // largest ball that fits in the lumen close behind it [mm]
 
     /// A vessel ends here, rather than that a piece of its wall is missing.
-    bool is_end() const { return radius >= 0.6 * inscribed && uneven <= 0.2 * radius; }
+    bool is_end() const {
+        return loop.vertices.size() > 3 && radius >= 0.6 * inscribed && uneven <= 0.2 * radius;
+    }
 };
 
 struct RepairedLumen {
@@ -32,6 +34,9 @@ struct RepairedLumen {
     std::vector<MeshOpening> ends;  // largest first
     std::vector<Finding> findings;
 };
+
+/// Every opening of an oriented mesh whose boundary visits no corner twice, largest first.
+std::vector<MeshOpening> openings_of(const physics::TriangleMesh&);
 
 /// Welds corners closer than a millionth of the diagonal, drops degenerate and double triangles, fins and
 /// islands, turns all triangles outward and fills holes. Throws InputError for a surface that has no inside.

@@ -34,6 +34,18 @@ struct EdgeUse {
 
 }  // namespace
 
+Vec3 rim_centre(const TriangleMesh& mesh, const BoundaryLoop& loop) {
+    Vec3 moment = Vec3::Zero();
+    double length = 0;
+    for (std::size_t i = 0; i < loop.vertices.size(); ++i) {
+        const Vec3 &a = mesh.vertices[loop.vertices[i]],
+                   &b = mesh.vertices[loop.vertices[(i + 1) % loop.vertices.size()]];
+        moment += (b - a).norm() * (a + b) / 2;
+        length += (b - a).norm();
+    }
+    return length > 0 ? Vec3(moment / length) : loop.centroid;
+}
+
 Topology topology(const TriangleMesh& mesh) {
     Topology found;
     std::unordered_map<std::uint64_t, EdgeUse> edges;

@@ -15,6 +15,9 @@ struct BoundaryLoop {
     physics::Vec3 centroid = physics::Vec3::Zero();  // of the corners [mm]
 };
 
+/// The centroid of the rim as a line, wherever its corners crowd [mm].
+physics::Vec3 rim_centre(const physics::TriangleMesh&, const BoundaryLoop&);
+
 struct Topology {
     std::vector<BoundaryLoop> loops;
     int boundary_edges = 0;      // of one triangle
