@@ -46,9 +46,9 @@ std::string other_units(double median, const std::string& taken) {
         const double radius = median / used->mm * unit.mm;
         if (&unit == used || radius < least_radius || radius > largest_radius) continue;
         text +=
-            fmt::format("{}--unit {} would make it {:.2g} mm", text.empty() ? "; " : ", ", unit.name, radius);
+            fmt::format("{}--unit {} would make it {:.2g} mm", text.empty() ? " (" : ", ", unit.name, radius);
     }
-    return text;
+    return text.empty() ? text : text + ")";
 }
 
 Check surface_crossings(const TriangleMesh& mesh) {
@@ -63,7 +63,8 @@ Check surface_crossings(const TriangleMesh& mesh) {
 }
 
 Check narrowest(const Anatomy& anatomy) {
-    double least = std::numeric_limits<double>::infinity(), thinnest = least;
+    const double thinnest = thinnest_wire_radius();
+    double least = std::numeric_limits<double>::infinity();
     std::string where, fitting;
     for (const auto& branch : anatomy.branches) {
         for (std::size_t i = 0; i < branch.radii.size(); ++i) {
@@ -73,9 +74,8 @@ Check narrowest(const Anatomy& anatomy) {
         }
     }
     for (const GuidewirePreset& preset : guidewire_presets()) {
-        const double radius = preset.spec.diameter / 2;
-        thinnest = std::min(thinnest, radius);
-        if (radius <= least) fitting += (fitting.empty() ? "" : " ") + std::string(preset.name);
+        if (preset.spec.diameter / 2 <= least)
+            fitting += (fitting.empty() ? "" : " ") + std::string(preset.name);
     }
     return {
         "smallest radius",
@@ -135,6 +135,13 @@ std::string text_of(const Check& check) {
     return fmt::format("{}  {}: {}; accepted: {}", verdict, check.what, check.found, check.accepted);
 }
 
+double thinnest_wire_radius() {
+    double thinnest = std::numeric_limits<double>::infinity();
+    for (const GuidewirePreset& preset : guidewire_presets())
+        thinnest = std::min(thinnest, preset.spec.diameter / 2);
+    return thinnest;
+}
+
 SurfaceFigures surface_figures(const TriangleMesh& closed) {
     const MeshQuery query(closed);
     const int total = static_cast<int>(closed.triangles.size()), stride = std::max(1, total / most_rays);
@@ -166,11 +173,10 @@ SurfaceFigures surface_figures(const TriangleMesh& closed) {
 }
 
 std::vector<Check> surface_checks(const SurfaceFigures& figures, const std::string& unit) {
-    std::string size = fmt::format("{:.3g} mm", figures.median_radius);
     const bool usual = figures.median_radius >= least_radius && figures.median_radius <= largest_radius;
-    if (!usual) size += other_units(figures.median_radius, unit);
-    return {{"median radius", size, fmt::format("{} to {} mm", least_radius, largest_radius),
-             failed_unless(usual)},
+    const std::string range = fmt::format("{} to {} mm{}", least_radius, largest_radius,
+                                          usual ? "" : other_units(figures.median_radius, unit));
+    return {{"median radius", fmt::format("{:.3g} mm", figures.median_radius), range, failed_unless(usual)},
             {"rays inward that cross the surface once", fmt::format("{:.0f} %", 100 * figures.once),
              fmt::format("{:.0f} % or more, as a lumen has and the two sides of a vessel wall have not",
                          100 * least_once),

@@ -30,6 +30,9 @@ SurfaceFigures surface_figures(const physics::TriangleMesh& closed);
 /// numbers were taken for, "mm" for an anatomy's own.
 std::vector<Check> surface_checks(const SurfaceFigures&, const std::string& unit = "mm");
 
+/// Of all presets [mm]; a lumen that it does not pass is of no use.
+double thinnest_wire_radius();
+
 /// Every check of an anatomy that load_anatomy accepts; takes a second or two for a large one.
 std::vector<Check> anatomy_checks(const Anatomy&);
 

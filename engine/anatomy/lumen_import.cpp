@@ -21,7 +21,7 @@ using physics::Vec3;
 /// Voxels that the thinnest vessels have across their radius.
 constexpr double voxels_per_radius = 2.2;
 /// More voxels take more memory than an import is to need: half a byte each in the box, 40 bytes inside.
-constexpr double most_boxed = 8e8, most_inside = 2.5e6;
+constexpr double most_boxed = 4e8, most_inside = 2.5e6;
 constexpr int most_false_tips = 40;
 
 double unit_in_mm(const std::string& unit) {
@@ -115,8 +115,9 @@ private:
                            double to) const {
         TracingOptions options;
         options.threads = options_.threads;
-        options.voxel = std::max(figures_.thin_radius / voxels_per_radius,
-                                 std::cbrt(std::abs(signed_volume(whole)) / most_inside));
+        options.voxel =
+            std::max({figures_.thin_radius / voxels_per_radius, thinnest_wire_radius() / voxels_per_radius,
+                      std::cbrt(std::abs(signed_volume(whole)) / most_inside)});
         while (LumenVoxels::box_count(mesh, options.voxel) > most_boxed) options.voxel *= 1.1;
         options.step = options.voxel;
         options.progress = [this, from, to](double part) {

@@ -70,13 +70,13 @@ public:
         for (const Vec3& p : own.way) widest = std::max(widest, wall_.distance(p));
         return widest;
     }
-    /// Shorter than the diameters of itself and of the vessel that it leaves: a bulge, not a branch. Where
-    /// the vessel is narrowed, its width nearby counts.
+    /// A bulge, not a branch: shorter than the diameter of the vessel that it leaves, or than it is wide and
+    /// half as much, as a sac on a neck is not. Where the vessel is narrowed, its width nearby counts.
     bool is_spur(const Own& own) const {
         if (own.way.size() < 4) return true;
         const CentrelineBranch& parent = branches[own.parent.branch];
         const double length = length_of(own.way);
-        double widest = width(own);
+        double widest = 0.75 * width(own);
         for (std::size_t i = 0; i < parent.points.size(); ++i)
             if ((parent.points[i] - parent.points[own.parent.sample]).norm() < length)
                 widest = std::max(widest, parent.radii[i]);
