@@ -83,7 +83,7 @@ TEST(AnatomyImport, WritesWhatCheckAndAScenarioAccept) {
     const auto lines = import.out.find("anatomy = \"");
     ASSERT_NE(lines, std::string::npos) << import.out;
     write(folder / "tube.toml", "schema = 1\ntitle = \"tube\"\n" + import.out.substr(lines) +
-                                    "entry.inserted_mm = 5\n[imaging]\npatient = false\n");
+                                    "entry.inserted_mm = 18\n[imaging]\npatient = false\n");
     write(folder / "tube.gw", "0..2 advance 1 mm\n3 end\n");
     const Outcome check = run(folder, {"anatomy", "check", folder / "out/tube.anatomy.json"});
     EXPECT_EQ(check.code, 0) << check.out << check.error;
