@@ -243,6 +243,17 @@ TEST(AnatomyCheck, NamesWhatFails) {
     EXPECT_NE(failed.find("FAIL  centreline samples outside the lumen: 1 of"), std::string::npos) << failed;
     EXPECT_NE(failed.find("FAIL  smallest radius: 0.100 mm in main, sample 15"), std::string::npos) << failed;
     EXPECT_NE(failed.find("note  radius over the distance to the wall: 1.5"), std::string::npos) << failed;
+    Anatomy pierced = small_anatomy();
+    for (Vec3& v : pierced.lumen.vertices) {
+        if ((v - Vec3(24, 2, 0)).norm() > 0.7) continue;
+        v.y() = -2.6;
+        break;
+    }
+    failed.clear();
+    for (const Check& check : anatomy_checks(pierced))
+        if (check.verdict == Check::Verdict::Warning) failed += text_of(check) + "\n";
+    EXPECT_NE(failed.find("note  triangles that cross: "), std::string::npos) << failed;
+    EXPECT_NE(failed.find(" pairs, the first at (2"), std::string::npos) << failed;
 }
 
 }  // namespace engine
