@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "app/progress_bar.h"
+#include "engine/anatomy/anatomy_picture.h"
 #include "engine/anatomy/vessel_file.h"
 #include "engine/anatomy/vessel_presets.h"
 #include "engine/text.h"
@@ -15,11 +16,13 @@ AnatomyCommand::AnatomyCommand(CLI::App& app)
     add_generate();
     add_import();
     add_check();
+    add_show();
 }
 
 int AnatomyCommand::run() {
     if (generate_->parsed()) return generate();
-    return import_->parsed() ? import() : check();
+    if (import_->parsed()) return import();
+    return check_->parsed() ? check() : show();
 }
 
 void AnatomyCommand::add_generate() {
@@ -105,6 +108,18 @@ int AnatomyCommand::check() const {
     const engine::CheckOutcome outcome = engine::run_check(checked_);
     fmt::print("{}", outcome.report);
     return outcome.fine ? 0 : 2;
+}
+
+void AnatomyCommand::add_show() {
+    show_ =
+        command_->add_subcommand("show", "Draw lumen, centrelines, names, ends and targets from three sides");
+    show_->add_option("anatomy", shown_, "NAME.anatomy.json")->required();
+    show_->add_option("--out", picture_, "The picture, a .png")->required();
+}
+
+int AnatomyCommand::show() const {
+    engine::draw_anatomy(engine::load_anatomy(shown_), picture_);
+    return 0;
 }
 
 }  // namespace app

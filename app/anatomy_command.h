@@ -22,16 +22,18 @@ private:
     void add_generate();
     void add_import();
     void add_check();
+    void add_show();
     int generate();
     int import();
     int check() const;
+    int show() const;
 
-    CLI::App *command_, *generate_ = nullptr, *import_ = nullptr, *check_ = nullptr;
+    CLI::App *command_, *generate_ = nullptr, *import_ = nullptr, *check_ = nullptr, *show_ = nullptr;
     engine::GenerateRequest request_;
     std::vector<std::string> stenoses_, aneurysms_, tortuosities_;
     engine::ImportRequest import_request_;
     std::vector<double> inlet_;
-    std::string checked_;
+    std::string checked_, shown_, picture_;
 };
 
 }  // namespace app

@@ -1,5 +1,6 @@
 #include "engine/files.h"
 
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
@@ -59,6 +60,25 @@ void GrowingFile::append(std::string_view piece) {
         refuse(path_, reason);
     }
     size_ += static_cast<long long>(piece.size());
+}
+
+ScratchFolder::ScratchFolder(const std::filesystem::path& wanted) {
+    static std::atomic<int> count = 0;
+    const std::string own = fmt::format("{}.{}.{}", wanted.empty() ? "seldinger" : wanted.filename().string(),
+                                        ::getpid(), ++count);
+    std::error_code failed;
+    if (wanted.has_parent_path()) {
+        std::filesystem::create_directories(wanted.parent_path(), failed);
+        path_ = wanted.parent_path() / own;
+        if (std::filesystem::create_directory(path_, failed)) return;
+    }
+    path_ = std::filesystem::temp_directory_path() / own;
+    std::filesystem::create_directory(path_);
+}
+
+ScratchFolder::~ScratchFolder() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path_, ignored);
 }
 
 }  // namespace engine

@@ -31,4 +31,19 @@ private:
     long long size_ = 0;  // [bytes]
 };
 
+/// A folder of its own, gone at the end unless it has been renamed.
+class ScratchFolder {
+public:
+    /// Beside `wanted`, or where temporary files are when nothing is wanted or that cannot be written. Throws
+    /// std::filesystem::filesystem_error when there is no place at all.
+    explicit ScratchFolder(const std::filesystem::path& wanted = {});
+    ~ScratchFolder();
+    ScratchFolder(const ScratchFolder&) = delete;
+    ScratchFolder& operator=(const ScratchFolder&) = delete;
+    const std::filesystem::path& path() const { return path_; }
+
+private:
+    std::filesystem::path path_;
+};
+
 }  // namespace engine

@@ -9,6 +9,7 @@
 #include "engine/anatomy/vessel_file.h"
 #include "engine/anatomy/vessel_presets.h"
 #include "engine/error.h"
+#include "engine/files.h"
 #include "engine/text.h"
 
 namespace engine {
@@ -94,33 +95,6 @@ std::optional<Anatomy> kept(const fs::path& file, const Provenance& wanted) {
         return std::nullopt;
     }
 }
-
-/// A folder of its own, gone at the end unless it has been renamed.
-class ScratchFolder {
-public:
-    /// Beside `wanted`, or where temporary files are when that cannot be written.
-    explicit ScratchFolder(const fs::path& wanted) {
-        const std::string own = fmt::format("{}.{}", wanted.filename().string(), ::getpid());
-        std::error_code failed;
-        fs::create_directories(wanted.parent_path(), failed);
-        path_ = wanted.parent_path() / own;
-        if (!wanted.has_parent_path() ||
-            !(fs::create_directory(path_, failed) || fs::is_directory(path_, failed))) {
-            path_ = fs::temp_directory_path() / own;
-            fs::create_directory(path_);
-        }
-    }
-    ~ScratchFolder() {
-        std::error_code ignored;
-        fs::remove_all(path_, ignored);
-    }
-    ScratchFolder(const ScratchFolder&) = delete;
-    ScratchFolder& operator=(const ScratchFolder&) = delete;
-    const fs::path& path() const { return path_; }
-
-private:
-    fs::path path_;
-};
 
 }  // namespace
 

@@ -101,7 +101,7 @@ MeshQuery::Nearest MeshQuery::nearest(const Vec3& x, double within) const {
     return search.best;
 }
 
-double MeshQuery::first_hit(const Vec3& origin, const Vec3& direction, double start) const {
+MeshQuery::Hit MeshQuery::hit(const Vec3& origin, const Vec3& direction, double start) const {
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
     const Vec3 local = origin - scene_->middle;
@@ -117,16 +117,20 @@ double MeshQuery::first_hit(const Vec3& origin, const Vec3& direction, double st
     hit.ray.mask = ~0u;
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     rtcIntersect1(scene_->scene, &context, &hit);
-    if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::numeric_limits<double>::infinity();
-    return static_cast<double>(hit.ray.tfar);
+    if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return {};
+    return {static_cast<double>(hit.ray.tfar), Vec3(hit.hit.Ng_x, hit.hit.Ng_y, hit.hit.Ng_z).normalized()};
+}
+
+double MeshQuery::nudge() const {
+    return 10 * scene_->nudge;
 }
 
 int MeshQuery::crossings(const Vec3& origin, const Vec3& direction, int most) const {
-    double start = 10 * scene_->nudge;
+    double start = nudge();
     for (int count = 0; count < most; ++count) {
         const double hit = first_hit(origin, direction, start);
         if (!std::isfinite(hit)) return count;
-        start = hit + 10 * scene_->nudge;
+        start = hit + nudge();
     }
     return most;
 }

@@ -23,8 +23,17 @@ public:
     Nearest nearest(const physics::Vec3&, double within = std::numeric_limits<double>::infinity()) const;
     double distance(const physics::Vec3& x) const { return nearest(x).distance; }
 
-    /// How far along the unit direction the mesh is first met, from `start` on [mm]; infinite for never.
-    double first_hit(const physics::Vec3& origin, const physics::Vec3& direction, double start = 0) const;
+    struct Hit {
+        double distance = std::numeric_limits<double>::infinity();  // along the ray; infinite for never [mm]
+        physics::Vec3 normal = physics::Vec3::Zero();               // of the triangle, unit
+    };
+    /// Where along the unit direction the mesh is first met, from `start` on [mm].
+    Hit hit(const physics::Vec3& origin, const physics::Vec3& direction, double start = 0) const;
+    double first_hit(const physics::Vec3& origin, const physics::Vec3& direction, double start = 0) const {
+        return hit(origin, direction, start).distance;
+    }
+    /// Steps over the same hit: what a ray's next `start` must be beyond it [mm].
+    double nudge() const;
     /// How often the mesh is met, at most `most` times.
     int crossings(const physics::Vec3& origin, const physics::Vec3& direction, int most = 8) const;
     /// Of a closed mesh: whether most of three rays from the point cross it an odd number of times.

@@ -53,6 +53,23 @@ TEST(AnatomyGenerate, WritesAnAnatomyOnceAndKeepsIt) {
     EXPECT_NE(read(folder / "out/x.stl"), stl);
 }
 
+TEST(AnatomyShow, DrawsAPictureOrSaysWhyNot) {
+    if (std::system("gnuplot --version >/dev/null 2>&1") != 0) GTEST_SKIP() << "gnuplot is not installed";
+    const TemporaryFolder folder;
+    write(folder / "x.toml", small_tree);
+    run(folder, {"anatomy", "generate", folder / "x.toml", "--out", folder / "out"});
+    const std::string anatomy = folder / "out/x.anatomy.json", picture = folder / "x.png";
+    const Outcome shown = run(folder, {"anatomy", "show", anatomy, "--out", picture});
+    EXPECT_EQ(shown.code, 0) << shown.error;
+    EXPECT_EQ(read(picture).substr(1, 3), "PNG");
+    EXPECT_GT(read(picture).size(), 10'000u);
+    for (const char* wrong : {"x.jpg", "none/x.png"})
+        EXPECT_EQ(run(folder, {"anatomy", "show", anatomy, "--out", folder / wrong}).code, 2) << wrong;
+    EXPECT_NE(run(folder, {"anatomy", "show", folder / "y.anatomy.json", "--out", picture})
+                  .error.find("no such anatomy"),
+              std::string::npos);
+}
+
 TEST(AnatomyGenerate, RefusesWhatIsWrongAndWritesNothing) {
     const TemporaryFolder folder;
     const std::string out = folder / "out";

@@ -102,7 +102,7 @@ TEST(BadInput, MissingMesh) {
 
 TEST(BadInput, UnreadableMesh) {
     expect_mesh_refused([](const auto& stl) { write(stl, "not a mesh at all"); },
-                        "iliac-renal.stl: not a readable mesh");
+                        "iliac-renal.stl: 17 bytes were found where");
 }
 
 TEST(BadInput, MeshOpenWhereNoEndIs) {
