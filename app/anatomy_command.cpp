@@ -12,7 +12,18 @@ namespace app {
 AnatomyCommand::AnatomyCommand(CLI::App& app)
     : command_(app.add_subcommand("anatomy", "Make a vessel anatomy that scenarios can name")) {
     command_->require_subcommand(1);
-    CLI::App* generate = command_->add_subcommand(
+    add_generate();
+    add_import();
+    add_check();
+}
+
+int AnatomyCommand::run() {
+    if (generate_->parsed()) return generate();
+    return import_->parsed() ? import() : check();
+}
+
+void AnatomyCommand::add_generate() {
+    CLI::App* generate = generate_ = command_->add_subcommand(
         "generate", "Grow vessels from a preset or a file, with a lumen to push wires in");
     generate->add_option("source", request_.source, "A preset, or a vessel tree (.toml)")->required();
     generate->add_option("--seed", request_.seed,
@@ -33,7 +44,7 @@ AnatomyCommand::AnatomyCommand(CLI::App& app)
                      "Exit codes: 0 done, 2 bad input.");
 }
 
-int AnatomyCommand::run() {
+int AnatomyCommand::generate() {
     for (const std::string& text : stenoses_) request_.stenoses.push_back(engine::parse_stenosis(text));
     for (const std::string& text : aneurysms_) request_.aneurysms.push_back(engine::parse_aneurysm(text));
     for (const std::string& text : tortuosities_)
@@ -49,6 +60,51 @@ int AnatomyCommand::run() {
                outcome.branches, outcome.triangles, outcome.kept ? ", kept as it was" : "",
                engine::joined(outcome.ends), engine::joined(outcome.targets));
     return 0;
+}
+
+void AnatomyCommand::add_import() {
+    engine::ImportRequest& request = import_request_;
+    import_ =
+        command_->add_subcommand("import", "Mend the mesh of a lumen and find its ends, branches and radii");
+    import_->add_option("mesh", request.mesh, "STL, OBJ or PLY of the lumen's surface")->required();
+    import_->add_option("--unit", request.options.unit, "Of the mesh's numbers: mm, cm or m");
+    import_->add_option("--inlet", inlet_, "X,Y,Z in mm near the end that wires come in by; else the largest")
+        ->delimiter(',')
+        ->expected(3);
+    import_->add_option("--centrelines", request.options.centrelines,
+                        "Take these: JSON {\"name\": [[x, y, z, r], …]} in the mesh's unit, or CSV "
+                        "branch,x_mm,y_mm,z_mm[,r_mm]");
+    import_->add_option("--out", request.out, "Folder for NAME.anatomy.json and NAME.stl")->required();
+    import_->add_option("--name", request.name, "NAME; else the mesh's");
+    import_->add_option("--threads", request.options.threads, "Threads; the anatomy does not depend on them")
+        ->check(CLI::Range(1, 256));
+    import_->footer("Exit codes: 0 done, 2 bad input; nothing is then written.");
+}
+
+int AnatomyCommand::import() {
+    engine::ImportRequest& request = import_request_;
+    if (!inlet_.empty()) request.options.inlet = {inlet_[0], inlet_[1], inlet_[2]};
+    request.program = "seldinger " SELDINGER_VERSION;
+    engine::ImportOutcome outcome;
+    {
+        ProgressBar bar;
+        request.options.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+        outcome = engine::run_import(request);
+    }
+    fmt::print("{}", outcome.report);
+    return 0;
+}
+
+void AnatomyCommand::add_check() {
+    check_ = command_->add_subcommand("check", "Judge an anatomy by every check, with its figure");
+    check_->add_option("anatomy", checked_, "NAME.anatomy.json")->required();
+    check_->footer("Exit codes: 0 usable, 2 bad input or a check that failed.");
+}
+
+int AnatomyCommand::check() const {
+    const engine::CheckOutcome outcome = engine::run_check(checked_);
+    fmt::print("{}", outcome.report);
+    return outcome.fine ? 0 : 2;
 }
 
 }  // namespace app

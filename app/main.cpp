@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <fmt/format.h>
 #include <optional>
@@ -127,6 +128,8 @@ int study(const StudyArguments& arguments) {
         return bad_input;
     }
     engine::StudyOptions options;
+    const char* meshes = std::getenv("SELDINGER_REAL_MESHES");
+    options.real_meshes = meshes ? meshes : SELDINGER_ASSETS "/../../shared/anatomy";
     options.quick = arguments.quick;
     options.threads = arguments.threads;
     std::vector<std::string> notices;

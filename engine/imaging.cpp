@@ -1,6 +1,7 @@
 #include "engine/imaging.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "engine/error.h"
 #include "render/path_length.h"
@@ -9,20 +10,20 @@
 namespace engine {
 namespace {
 
-/// Height of the widest fork of a root branch, or of the middle of the vessels when nothing forks [mm].
+/// Height of the aortic bifurcation: where the widest branch that leads downward leaves a root branch; well
+/// below the vessels when none does, as in a chest [mm].
 double bifurcation(const Anatomy& anatomy) {
     const physics::CentrelineBranch* widest = nullptr;
+    double lowest = std::numeric_limits<double>::infinity();
     for (const physics::CentrelineBranch& branch : anatomy.branches) {
+        for (const physics::Vec3& p : branch.points) lowest = std::min(lowest, p.z());
         const bool forks_root = branch.parent >= 0 && anatomy.branches[branch.parent].parent < 0;
-        if (forks_root && (!widest || branch.radii.front() > widest->radii.front())) widest = &branch;
+        const bool downward = branch.points.back().z() < branch.points.front().z() - 100;
+        if (forks_root && downward && (!widest || branch.radii.front() > widest->radii.front()))
+            widest = &branch;
     }
-    if (widest) return widest->points.front().z();
-    double least = anatomy.branches.front().points.front().z(), most = least;
-    for (const physics::Vec3& p : anatomy.branches.front().points) {
-        least = std::min(least, p.z());
-        most = std::max(most, p.z());
-    }
-    return 0.5 * (least + most);
+    constexpr double below_chest = 150;  // from the end of a thoracic aorta to L4 [mm]
+    return widest ? widest->points.front().z() : lowest - below_chest;
 }
 
 }  // namespace

@@ -120,9 +120,9 @@ void Simulation::choose_entry() {
 
     const physics::GuidewireSpec& spec = scenario_.guidewire;
     double length = 0, narrowest = entry_.radii.front();
-    for (std::size_t i = 1; i < entry_.points.size() && length < scenario_.entry.inserted; ++i) {
+    for (std::size_t i = 1; i < entry_.points.size(); ++i) {
+        if (length < scenario_.entry.inserted) narrowest = std::min(narrowest, entry_.radii[i]);
         length += (entry_.points[i] - entry_.points[i - 1]).norm();
-        narrowest = std::min(narrowest, entry_.radii[i]);
     }
     if (spec.diameter >= 2 * narrowest) {
         throw InputError(
@@ -279,12 +279,16 @@ void Simulation::insert(Motion& motion, int share, StepReport& report) {
 /// Beyond an open end there is no wall to lead the wire: it stops there.
 bool Simulation::tip_has_left() const {
     const Vec3 tip = wire_.tip();
-    const int branch = nearest_place(anatomy_, tip).branch;
+    const VesselPlace nearest = nearest_place(anatomy_, tip);
+    const physics::Polyline& line = anatomy_.branches[nearest.branch].points;
     return std::any_of(anatomy_.ends.begin(), anatomy_.ends.end(), [&](const VesselEnd& end) {
         const Vec3 way = tip - end.opening.centre;
         const double beyond = way.dot(end.opening.outward_normal);
-        return beyond > 0 && way.norm() < 2 * (end.opening.radius + beyond) &&
-               nearest_place(anatomy_, end.opening.centre).branch == branch;
+        if (beyond <= 0 || way.norm() > 2 * (end.opening.radius + beyond)) return false;
+        // Behind its plane, far away, other vessels and this one's own bends may lie.
+        const VesselPlace last = nearest_place(anatomy_, end.opening.centre);
+        return last.branch == nearest.branch &&
+               (line[last.sample] - line[nearest.sample]).norm() < 2 * end.opening.radius;
     });
 }
 

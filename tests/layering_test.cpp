@@ -35,7 +35,11 @@ const std::map<std::string, Layer> layers = {
     {"engine",
      {{"engine", "render", "physics"},
       {"Eigen"},
-      {{"assimp", {"*.cpp"}}, {"toml++", {"*.cpp"}}, {"nlohmann", {"*.cpp"}}, {"fmt", {"*.cpp"}}}}},
+      {{"embree3", {"mesh_query.cpp"}},
+       {"assimp", {"*.cpp"}},
+       {"toml++", {"*.cpp"}},
+       {"nlohmann", {"*.cpp"}},
+       {"fmt", {"*.cpp"}}}}},
     {"app", {{"app", "engine"}, {"CLI", "fmt"}, {}}},
 };
 
@@ -91,5 +95,6 @@ TEST(Layering, RulesRefuseWhatTheyShould) {
     EXPECT_FALSE(allowed("render", "image.cpp", "engine/score.h"));
     EXPECT_FALSE(allowed("engine", "scenario.h", "toml++/toml.h"));
     EXPECT_FALSE(allowed("engine", "scenario.cpp", "app/main.h"));
+    EXPECT_FALSE(allowed("engine", "simulation.cpp", "embree3/rtcore.h"));
     EXPECT_FALSE(allowed("app", "main.cpp", "physics/guidewire.h"));
 }

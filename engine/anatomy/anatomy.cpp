@@ -15,11 +15,7 @@ namespace {
 using physics::CentrelineBranch;
 using physics::Vec3;
 
-std::string place_text(const Vec3& p) {
-    return fmt::format("({:.2f}, {:.2f}, {:.2f})", p.x(), p.y(), p.z());
-}
-
-/// An opening is where it is declared when the loop's centroid lies this near to the declared centre.
+/// An opening is where it is declared when the rim's centre lies this near to the declared centre.
 double tolerance(const physics::OpenEnd& end) {
     return 0.25 * end.radius;
 }
@@ -56,7 +52,7 @@ void check_mesh(const Anatomy& anatomy, std::vector<std::string>& found) {
         std::size_t nearest = edges.loops.size();
         double least = tolerance(end.opening);
         for (std::size_t i = 0; i < edges.loops.size(); ++i) {
-            const double distance = (edges.loops[i].centroid - end.opening.centre).norm();
+            const double distance = (rim_centre(anatomy.lumen, edges.loops[i]) - end.opening.centre).norm();
             if (distance <= least) least = distance, nearest = i;
         }
         if (nearest == edges.loops.size()) {

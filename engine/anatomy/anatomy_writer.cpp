@@ -4,6 +4,7 @@
 #include <cstring>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
+#include <unistd.h>
 
 #include "engine/error.h"
 #include "engine/files.h"
@@ -100,6 +101,19 @@ std::string description(const Anatomy& anatomy, const std::string& mesh_file, co
 }
 
 }  // namespace
+
+void check_anatomy_name(const std::string& name) {
+    if (!name.empty() && name.find_first_of("/\\\n") == std::string::npos && name.size() <= 100) return;
+    throw InputError(fmt::format("--name: '{}' was found; a file name without a folder is accepted", name));
+}
+
+void check_anatomy_folder(const std::filesystem::path& folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (!error && std::filesystem::is_directory(folder, error) && ::access(folder.c_str(), W_OK) == 0) return;
+    throw InputError(fmt::format("{}: cannot be written: {}; a folder that may be written is accepted",
+                                 folder.string(), error ? error.message() : "it is not such a folder"));
+}
 
 std::filesystem::path write_anatomy(const Anatomy& anatomy, const std::filesystem::path& folder,
                                     const Provenance& provenance) {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/generator.h"
@@ -31,10 +30,7 @@ VesselTreeSpec make_spec(const GenerateRequest& request) {
         spec.name = request.name;
     else if (request.seed != 0)
         spec.name += fmt::format("-{}", request.seed);
-    if (spec.name.find_first_of("/\\\n") != std::string::npos || spec.name.size() > 100) {
-        throw InputError(
-            fmt::format("--name: '{}' was found; a file name without a folder is accepted", spec.name));
-    }
+    check_anatomy_name(spec.name);
     return spec;
 }
 
@@ -99,14 +95,6 @@ std::optional<Anatomy> kept(const fs::path& file, const Provenance& wanted) {
     }
 }
 
-void check_folder(const fs::path& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (!error && fs::is_directory(folder, error) && ::access(folder.c_str(), W_OK) == 0) return;
-    throw InputError(fmt::format("{}: cannot be written: {}; a folder that may be written is accepted",
-                                 folder.string(), error ? error.message() : "it is not such a folder"));
-}
-
 /// A folder of its own, gone at the end unless it has been renamed.
 class ScratchFolder {
 public:
@@ -139,7 +127,7 @@ private:
 GenerateOutcome run_generate(const GenerateRequest& request) {
     const VesselTreeSpec spec = make_spec(request);
     const Provenance provenance = provenance_of(request, spec);
-    check_folder(request.out);
+    check_anatomy_folder(request.out);
     GenerateOutcome outcome;
     outcome.file = request.out / (spec.name + ".anatomy.json");
     std::optional<Anatomy> anatomy = kept(outcome.file, provenance);

@@ -8,7 +8,8 @@
 namespace engine {
 
 /// All triangles of the file in its own units, corners welded bit for bit.
-/// Throws InputError when the file is missing, unreadable, empty, or holds numbers that are not finite.
+/// Throws InputError when the file is missing, of another kind, empty, not whole, or holds numbers that are
+/// not finite; and, before it is read, when it would need more than about 2 GB of memory.
 physics::TriangleMesh load_mesh(const std::filesystem::path&);
 
 }  // namespace engine

@@ -37,8 +37,8 @@ public:
         for (int i = 0; i < static_cast<int>(mesh.triangles.size()); ++i)
             for_boxes(i, [&](std::uint64_t box) { held_[box].push_back(i); });
     }
-    int crossing_pairs() const {
-        int count = 0;
+    std::vector<std::pair<int, int>> crossing_pairs() const {
+        std::vector<std::pair<int, int>> pairs;
         std::vector<int> near;
         for (int i = 0; i < static_cast<int>(mesh_.triangles.size()); ++i) {
             near.clear();
@@ -48,9 +48,10 @@ public:
             });
             std::sort(near.begin(), near.end());
             near.erase(std::unique(near.begin(), near.end()), near.end());
-            for (const int j : near) count += cross(mesh_.triangles[i], mesh_.triangles[j]);
+            for (const int j : near)
+                if (cross(mesh_.triangles[i], mesh_.triangles[j])) pairs.emplace_back(i, j);
         }
-        return count;
+        return pairs;
     }
 
 private:
@@ -113,8 +114,12 @@ int euler_characteristic(const TriangleMesh& mesh) {
            static_cast<int>(mesh.triangles.size());
 }
 
-int self_intersections(const TriangleMesh& mesh) {
+std::vector<std::pair<int, int>> crossing_pairs(const TriangleMesh& mesh) {
     return Boxes(mesh).crossing_pairs();
+}
+
+int self_intersections(const TriangleMesh& mesh) {
+    return static_cast<int>(crossing_pairs(mesh).size());
 }
 
 }  // namespace engine

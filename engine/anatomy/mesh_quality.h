@@ -1,6 +1,9 @@
 #pragma once
 /// How good a triangle mesh is: its angles, its Euler characteristic, whether it runs through itself.
 
+#include <utility>
+#include <vector>
+
 #include "physics/geometry.h"
 
 namespace engine {
@@ -14,7 +17,8 @@ TriangleAngles smallest_angles(const physics::TriangleMesh&);
 /// Corners − edges + triangles: 2 for a closed surface without handles.
 int euler_characteristic(const physics::TriangleMesh&);
 
-/// Pairs of triangles that share no corner and cross each other.
+/// Pairs of triangles that share no corner and cross each other, in order.
+std::vector<std::pair<int, int>> crossing_pairs(const physics::TriangleMesh&);
 int self_intersections(const physics::TriangleMesh&);
 
 }  // namespace engine

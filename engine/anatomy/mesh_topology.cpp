@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
+#include <fmt/format.h>
 #include <map>
 #include <unordered_map>
 
@@ -32,6 +33,18 @@ struct EdgeUse {
 };
 
 }  // namespace
+
+Vec3 rim_centre(const TriangleMesh& mesh, const BoundaryLoop& loop) {
+    Vec3 moment = Vec3::Zero();
+    double length = 0;
+    for (std::size_t i = 0; i < loop.vertices.size(); ++i) {
+        const Vec3 &a = mesh.vertices[loop.vertices[i]],
+                   &b = mesh.vertices[loop.vertices[(i + 1) % loop.vertices.size()]];
+        moment += (b - a).norm() * (a + b) / 2;
+        length += (b - a).norm();
+    }
+    return length > 0 ? Vec3(moment / length) : loop.centroid;
+}
 
 Topology topology(const TriangleMesh& mesh) {
     Topology found;
@@ -113,6 +126,10 @@ double signed_volume(const TriangleMesh& mesh) {
         six_volumes += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]]));
     }
     return six_volumes / 6.0;
+}
+
+std::string place_text(const Vec3& p) {
+    return fmt::format("({:.2f}, {:.2f}, {:.2f})", p.x(), p.y(), p.z());
 }
 
 }  // namespace engine

@@ -15,6 +15,9 @@ struct BoundaryLoop {
     physics::Vec3 centroid = physics::Vec3::Zero();  // of the corners [mm]
 };
 
+/// The centroid of the rim as a line, wherever its corners crowd [mm].
+physics::Vec3 rim_centre(const physics::TriangleMesh&, const BoundaryLoop&);
+
 struct Topology {
     std::vector<BoundaryLoop> loops;
     int boundary_edges = 0;      // of one triangle
@@ -32,5 +35,8 @@ physics::TriangleMesh capped(const physics::TriangleMesh&, const std::vector<Bou
 
 /// Of a closed mesh; positive when its normals point out [mm³].
 double signed_volume(const physics::TriangleMesh&);
+
+/// "(1.00, 2.00, 3.00)", for messages [mm].
+std::string place_text(const physics::Vec3&);
 
 }  // namespace engine

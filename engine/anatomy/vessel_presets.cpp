@@ -490,7 +490,9 @@ VesselTreeSpec arch(Draw& draw, const ArchShape& shape) {
                                     {{2, 5.6, 70.8}, 1.5},
                                     {{2.5, 5.6, 79.1}, 1.5}},
                                    0.1));
-    spec.targets = {{"LICA", "LCCA+LICA", shape.bovine ? 188.0 : 201.3}, {"RICA", "RCCA+RICA", 145.4}};
+    spec.targets = {{"LICA", "LCCA+LICA", shape.bovine ? 188.0 : 201.3},
+                    {"RICA", "RCCA+RICA", 145.4},
+                    {"arch", "aorta", shape.bovine ? at_trunk : at_carotid}};
     return spec;
 }
 
@@ -518,6 +520,8 @@ VesselTreeSpec whole_aorta(Draw& draw) {
                                                             grown.points.begin());
     for (BranchSpec& child : spec.branches)
         if (child.parent == "aorta") child.parent = abdominal.name;
+    for (NamedTarget& target : spec.targets)
+        if (target.branch == "aorta") target.branch = abdominal.name;
     for (BranchSpec& child : below.branches)
         if (child.parent == abdominal.name) child.at += above;
     spec.branches.insert(spec.branches.end(), below.branches.begin() + 1, below.branches.end());

@@ -5,7 +5,9 @@
 
 namespace engine {
 
-/// Every preset: time, triangles, angles, distance from the implicit surface, topology.
+/// Every preset: time, triangles, angles, distance from the implicit surface, topology; and imported again
+/// from its mesh, clean and corrupted: time, branches, ends, distance from the true centrelines, radii.
+/// Meshes from elsewhere where options.real_meshes has them.
 StudyResult run_anatomy(const StudyOptions&);
 
 }  // namespace engine

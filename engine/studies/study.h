@@ -20,9 +20,10 @@ struct StudyProgress {
 };
 
 struct StudyOptions {
-    bool quick = false;  // shorter wires and less work: a test, not a result
-    int threads = 1;     // results do not depend on it
-    ModelCache cache;    // the folder, where empty, is cache beside the study's own
+    bool quick = false;                 // shorter wires and less work: a test, not a result
+    int threads = 1;                    // results do not depend on it
+    std::filesystem::path real_meshes;  // folder of meshes from elsewhere; may be missing
+    ModelCache cache;                   // the folder, where empty, is cache beside the study's own
     std::function<void(const StudyProgress&)> progress;  // one call at a time
 };
 

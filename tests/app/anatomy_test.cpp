@@ -1,4 +1,4 @@
-/// `seldinger anatomy generate`, run as a user runs it.
+/// `seldinger anatomy`, run as a user runs it.
 
 #include "tests/app/program.h"
 
@@ -69,6 +69,51 @@ TEST(AnatomyGenerate, RefusesWhatIsWrongAndWritesNothing) {
                    "a file name without a folder");
     write(folder / "out", "in the way");
     expect_refused(folder, {folder / "x.toml", "--out", out}, "cannot be written");
+}
+
+TEST(AnatomyImport, WritesWhatCheckAndAScenarioAccept) {
+    const TemporaryFolder folder;
+    write(folder / "x.toml", small_tree);
+    ASSERT_EQ(run(folder, {"anatomy", "generate", folder / "x.toml", "--out", folder / "made"}).code, 0);
+    const Outcome import = run(folder, {"anatomy", "import", folder / "made/x.stl", "--unit", "mm", "--inlet",
+                                        "0,0,0", "--out", folder / "out", "--name", "tube"});
+    EXPECT_EQ(import.code, 0) << import.error;
+    EXPECT_NE(import.out.find("found: the inlet is the end at"), std::string::npos) << import.out;
+    EXPECT_NE(import.out.find("pass  open ends: 2; accepted: 2 or more"), std::string::npos) << import.out;
+    const auto lines = import.out.find("anatomy = \"");
+    ASSERT_NE(lines, std::string::npos) << import.out;
+    write(folder / "tube.toml", "schema = 1\ntitle = \"tube\"\n" + import.out.substr(lines) +
+                                    "entry.inserted_mm = 18\n[imaging]\npatient = false\n");
+    write(folder / "tube.gw", "0..2 advance 1 mm\n3 end\n");
+    const Outcome check = run(folder, {"anatomy", "check", folder / "out/tube.anatomy.json"});
+    EXPECT_EQ(check.code, 0) << check.out << check.error;
+    EXPECT_EQ(check.out.find("FAIL"), std::string::npos);
+    const Outcome used = run(folder, {"run", folder / "tube.toml", "--commands", folder / "tube.gw",
+                                      "--frames", "none", "--out", folder / "run"});
+    EXPECT_LE(used.code, 1) << used.error;
+}
+
+TEST(AnatomyImport, RefusesBadInputAndWritesNothing) {
+    const TemporaryFolder folder;
+    const auto refused = [&](std::vector<std::string> words, const std::string& expected) {
+        words.insert(words.begin(), {"anatomy", "import"});
+        const Outcome result = run(folder, words);
+        EXPECT_EQ(result.code, 2) << result.out;
+        EXPECT_NE(result.error.find(expected), std::string::npos) << result.error;
+        EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+    };
+    write(folder / "x.stl", "not a mesh");
+    refused({folder / "x.stl", "--out", folder / "out"}, "--unit mm, cm or m is accepted");
+    refused({folder / "x.stl", "--unit", "mm", "--out", folder / "out"}, "a whole binary STL");
+    refused({folder / "x.vtp", "--unit", "mm", "--out", folder / "out"}, "no such mesh can be read");
+    refused({folder / "x.stl", "--unit", "mm", "--out", folder / "out", "--name", "a/b"}, "without a folder");
+    write(folder / "x.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    refused({folder / "x.obj", "--unit", "mm", "--out", folder / "out"}, "1 triangle was found");
+    const Outcome over =
+        run(folder, {"anatomy", "import", folder / "x.stl", "--unit", "mm", "--out", folder.path()});
+    EXPECT_NE(over.error.find("would be overwritten"), std::string::npos) << over.error;
+    EXPECT_EQ(read(folder / "x.stl"), "not a mesh");
+    EXPECT_EQ(run(folder, {"anatomy", "check", folder / "none.anatomy.json"}).code, 2);
 }
 
 }  // namespace app

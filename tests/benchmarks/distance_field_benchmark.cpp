@@ -30,7 +30,7 @@ TriangleMesh subdivided(TriangleMesh mesh, int times) {
     return mesh;
 }
 
-/// Joints close to the wall of the iliac anatomy, each asked with its own station as the hint.
+/// Joints close to the wall of the iliac and renal arteries, each asked with its own station as the hint.
 void wall_query_by_field(benchmark::State& state) {
     static const DistanceField wall(test::iliac_renal().lumen, test::iliac_renal().branches,
                                     test::iliac_renal().openings(), 20.0, 0.44, {.threads = 2});

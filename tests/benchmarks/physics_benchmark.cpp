@@ -45,7 +45,7 @@ BENCHMARK(one_cycle)
     ->ArgsProduct({{1, 2, 3}, {0, 1}})
     ->Unit(benchmark::kMillisecond);
 
-/// Joints close to the wall of the iliac anatomy (51 899 triangles), each asked with its own station as the
+/// Joints close to the wall of the iliac and renal arteries, each asked with its own station as the
 /// hint.
 void wall_query_by_ray(benchmark::State& state) {
     static const engine::Anatomy anatomy = test::iliac_renal();

@@ -1,0 +1,39 @@
+#pragma once
+/// What an anatomy is judged by, with its figures.
+
+#include <string>
+#include <vector>
+
+#include "engine/anatomy/anatomy.h"
+
+namespace engine {
+
+struct Check {
+    enum class Verdict { Pass, Warning, Fail };
+    std::string what, found, accepted;
+    Verdict verdict = Verdict::Pass;
+};
+/// "pass  what: found; accepted: …", with "note" for a warning and "FAIL".
+std::string text_of(const Check&);
+
+/// A lumen's surface as rays inward from its triangles see it.
+struct SurfaceFigures {
+    double once = 0;           // share of the rays that cross the surface once on their way out
+    double median_radius = 0;  // half the way across, half of the triangles have less [mm]
+    double thin_radius = 0;    // 2 % have less [mm]
+    double edge_ratio = 0;     // median of an edge over the radius at its triangle
+};
+/// Of a closed mesh whose normals point outward.
+SurfaceFigures surface_figures(const physics::TriangleMesh& closed);
+
+/// Whether the surface is that of a lumen in millimetres: rays, radius, edges. `unit` is what the file's
+/// numbers were taken for, "mm" for an anatomy's own.
+std::vector<Check> surface_checks(const SurfaceFigures&, const std::string& unit = "mm");
+
+/// Of all presets [mm]; a lumen that it does not pass is of no use.
+double thinnest_wire_radius();
+
+/// Every check of an anatomy that load_anatomy accepts; takes a second or two for a large one.
+std::vector<Check> anatomy_checks(const Anatomy&);
+
+}  // namespace engine
