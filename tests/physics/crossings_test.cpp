@@ -52,7 +52,7 @@ WallContact ask(const LumenWall& wall, const Vec3& x) {
 }
 
 std::optional<Crossing> crossing(const LumenWall& wall, const Vec3& from, const Vec3& to) {
-    return crossing_between(wall, from, to, ask(wall, from), ask(wall, to));
+    return crossing_between(wall, from, to, ask(wall, from), ask(wall, to), 0.1);
 }
 
 /// Of the deepest of many points over the ends' depth [mm].
