@@ -106,7 +106,8 @@ TEST(Crossings, OfRandomChordsAreAllFoundAndNoneInvented) {
             const auto found = crossing(ridge, from, to);
             deep += depth > 0.1;
             EXPECT_TRUE(found || depth < 0.106) << depth;
-            EXPECT_TRUE(!found || std::abs(found->depth - depth) < kPrecision) << found->depth << " " << depth;
+            EXPECT_TRUE(!found || std::abs(found->depth - depth) < kPrecision)
+                << found->depth << " " << depth;
         }
     }
     EXPECT_GT(deep, 500);
