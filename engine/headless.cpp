@@ -70,12 +70,15 @@ private:
 };
 
 struct Notices {
-    int stopped_withdrawals = 0, stopped_insertions = 0, kinked = 0, restless = 0;
+    int stopped_withdrawals = 0, stopped_insertions = 0, kinked = 0, restless = 0, crossed = 0;
+    double deepest_crossing = 0;  // [mm]
     void observe(const StepReport& report) {
         stopped_withdrawals += report.withdrawal_stopped;
         stopped_insertions += report.insertion_stopped;
         kinked += report.relax.largest_bend > kink;
         restless += report.relax.newton_steps > 0 && !report.relax.converged;
+        crossed += report.deepest_crossing > 0;
+        deepest_crossing = std::max(deepest_crossing, report.deepest_crossing);
     }
     std::vector<std::string> text() const {
         std::vector<std::string> result;
@@ -100,6 +103,12 @@ struct Notices {
                 fmt::format("the wire had not come to rest at the end of {} frames: more "
                             "[relaxer] updates_per_frame would let it",
                             restless));
+        }
+        if (crossed > 0) {
+            result.push_back(
+                fmt::format("between two joints the wire crossed the wall, by up to {:.2g} mm, at the end of "
+                            "{} frames: shorter segments would not, and the global relaxer mends it",
+                            deepest_crossing, crossed));
         }
         return result;
     }
@@ -143,6 +152,14 @@ RunResult run(Exercise& exercise, const CommandScript& script, int last, Expecta
     result.differences = expectation.differences();
     result.notices = notices.text();
     const Scenario& asked = exercise.simulation().scenario();
+    const LumenDemand& demand = exercise.simulation().choice().demand;
+    if (asked.guidewire.segment_length > 2 * demand.smallest_radius) {
+        result.notices.push_back(
+            fmt::format("segments of {:.3g} mm are longer than '{}' is wide, {:.3g} mm at sample {}: they "
+                        "can cross its wall between two joints",
+                        asked.guidewire.segment_length, demand.narrowest, 2 * demand.smallest_radius,
+                        demand.narrowest_sample));
+    }
     if (asked.choose_segment_length) {
         const ModelChoice& choice = exercise.simulation().choice();
         result.notices.push_back(fmt::format("segments of {:.3g} mm were chosen: {}", choice.segment_length,

@@ -110,7 +110,7 @@ LumenDemand demand_of(const Anatomy& anatomy) {
         for (int i = 0; i < static_cast<int>(branch.points.size()); ++i) {
             const double radius = branch.radii[i];
             if (radius < demand.smallest_radius)
-                demand.smallest_radius = radius, demand.narrowest = branch.name;
+                demand.smallest_radius = radius, demand.narrowest = branch.name, demand.narrowest_sample = i;
             const auto before = along(branch, i, -radius), behind = along(branch, i, radius);
             if (!before || !behind) continue;
             const double bent = curvature(*before, branch.points[i], *behind);

@@ -13,6 +13,7 @@ namespace engine {
 struct LumenDemand {
     double smallest_radius = 0;    // [mm]
     std::string narrowest;         // branch that holds it
+    int narrowest_sample = 0;      // of that branch's centreline
     double largest_curvature = 0;  // of a centreline [1/mm]
     std::string sharpest;          // branch that holds it; empty = none bends
 };

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "engine/text.h"
+#include "physics/crossings.h"
 #include "physics/energy.h"
 #include "physics/tube_wall.h"
 
@@ -27,6 +28,8 @@ constexpr double passing_tolerance_of_planes = 3e-2;  // a mesh's planes jump by
 constexpr double longest_wire = 3000;  // [mm]
 /// The wire put in along the centreline is far from rest: updates a segment before frame 0.
 constexpr int updates_at_start = 200;
+/// A joint at the deepest place of a crossing mends it, or one in each of the parts does.
+constexpr int rounds_of_mending = 4;
 
 class Fnv1a {
 public:
@@ -190,8 +193,8 @@ void Simulation::reset() {
         physics::refine(wire_, *wall_, scenario_.refinement);
         relax(*relaxer_, updates_at_start * wire_.segments(), ignored);
     }
+    mend_crossings(updates_at_start * wire_.segments(), ignored);
     tip_at_start_ = wire_.tip();
-    contacts_ = physics::all_contacts(wire_, *wall_);
 }
 
 void Simulation::apply(const Command& command) {
@@ -210,7 +213,10 @@ void Simulation::apply(const Command& command) {
 
 StepReport Simulation::step() {
     StepReport report;
-    if (scenario_.adaptive && !waiting_.empty()) physics::refine(wire_, *wall_, scenario_.refinement);
+    if (!waiting_.empty()) {
+        physics::merge_pieces(wire_, *wall_, scenario_.adaptive);
+        if (scenario_.adaptive) physics::refine(wire_, *wall_, scenario_.refinement);
+    }
     int parts = 0;
     for (const Motion& m : waiting_)
         parts += steps_of(m.insertion, wire_.spec.segment_length) + steps_of(m.rotation, largest_turn);
@@ -229,8 +235,24 @@ StepReport Simulation::step() {
         relax(*relaxer_, passing_ ? std::max(left, wire_.segments()) : std::max(share, left), report);
     }
     if (report.relax.updates > 0 || contacts_.size() != wire_.joints.size())
-        contacts_ = physics::all_contacts(wire_, *wall_);
+        mend_crossings(budget - report.relax.updates, report);
     return report;
+}
+
+/// Takes the contacts as well. Between two motions the wire may not be near rest: its crossings are mended
+/// when it is.
+void Simulation::mend_crossings(int updates, StepReport& report) {
+    const int most = report.relax.updates + updates;
+    for (int round = 0;; ++round) {
+        contacts_ = physics::all_contacts(wire_, *wall_);
+        const std::vector<physics::Crossing> found = physics::crossings(wire_, contacts_, *wall_);
+        report.deepest_crossing = 0;
+        for (const physics::Crossing& crossing : found)
+            report.deepest_crossing = std::max(report.deepest_crossing, crossing.depth);
+        const bool mendable = passing_ && settled_ && round < rounds_of_mending;
+        if (found.empty() || !mendable || physics::split_crossings(wire_, found) == 0) return;
+        relax(*relaxer_, std::max(most - report.relax.updates, wire_.segments()), report);
+    }
 }
 
 /// Makes what the budget allows of the motion; the rest stays in it.

@@ -22,6 +22,7 @@ struct StepReport {
     double rotation = 0;              // Σ|angle| of the hub [rad]
     bool withdrawal_stopped = false;  // the curved tip was at the introducer
     bool insertion_stopped = false;   // the tip stands in an open end, or the wire has no more length
+    double deepest_crossing = 0;      // of a segment through the wall between its joints, left so [mm]
 };
 
 class Simulation {
@@ -37,7 +38,9 @@ public:
     void apply(const Command&);
     /// Makes the motions that wait, segment by segment, and relaxes with one frame's budget. With the global
     /// relaxer a segment comes in only once the wire is near rest: what the budget does not allow is made in
-    /// the frames that follow, in the order it was asked for.
+    /// the frames that follow, in the order it was asked for. A segment at rest that crosses the wall between
+    /// its joints, as at a carina, gets a joint there and is relaxed again; before a later motion it is made
+    /// whole where it no longer crosses. Segment relaxers are left with their crossings.
     StepReport step();
     /// Everything as after construction, bit for bit.
     void reset();
@@ -69,6 +72,7 @@ private:
     void insert(Motion&, int share, StepReport&);
     void turn(Motion&, int share, StepReport&);
     void settle(int share, StepReport&);
+    void mend_crossings(int updates, StepReport&);
     physics::RelaxReport relax(physics::Relaxer&, int updates, StepReport&);
     bool tip_has_left() const;
     void locate_target();

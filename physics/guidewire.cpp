@@ -18,17 +18,31 @@ std::string joined(const std::vector<std::string>& sentences) {
     return text;
 }
 
+/// Lengths are whole numbers of λ to this share of it, in spite of rounding.
+constexpr double kWhole = 1e-9;
+
+/// Segments of the spec's λ in the curved tip.
+int whole_curved_segments(const GuidewireSpec& spec) {
+    if (spec.curved_angle == 0 || spec.curved_length <= 0) return 0;
+    return std::max(1, static_cast<int>(std::lround(spec.curved_length / spec.segment_length)));
+}
+
+bool whole_number(double length, double lambda) {
+    return std::abs(length / lambda - std::round(length / lambda)) < 1e-6;
+}
+
 /// EI and rest angle are those of the material at each joint, so they move with the wire.
 void assign_material(Guidewire& wire) {
     const int n = wire.segments();
-    const int curved = wire.curved_segments();
+    const int curved = wire.curved_segments(), bends = whole_curved_segments(wire.spec);
     wire.rigidity.assign(n + 1, 0.0);
     wire.rest_angle.assign(n + 1, 0.0);
     double from_end = 0;
     for (int i = n - 1; i >= 0; --i) {
         from_end += wire.lengths[i + 1];
         wire.rigidity[i] = rigidity_at(wire.spec, from_end);
-        if (i >= n - curved) wire.rest_angle[i] = wire.spec.curved_angle / curved;
+        if (i >= n - curved && whole_number(from_end, wire.spec.segment_length))
+            wire.rest_angle[i] = wire.spec.curved_angle / bends;
     }
 }
 
@@ -104,8 +118,19 @@ double Guidewire::inserted_length() const {
 }
 
 int Guidewire::curved_segments() const {
-    if (spec.curved_angle == 0 || spec.curved_length <= 0) return 0;
-    return std::max(1, static_cast<int>(std::lround(spec.curved_length / spec.segment_length)));
+    double left = whole_curved_segments(spec) * spec.segment_length * (1 - kWhole);
+    int count = 0;
+    for (int i = segments(); i >= 1 && left > 0; --i, ++count) left -= lengths[i];
+    return count;
+}
+
+bool Guidewire::within_a_segment(int joint) const {
+    const double piece = spec.segment_length * (1 - kWhole);  // is shorter
+    if (joint < 1 || joint >= segments() || lengths[joint] >= piece || lengths[joint + 1] >= piece)
+        return false;
+    double from_base = 0;
+    for (int i = 1; i <= joint; ++i) from_base += lengths[i];
+    return !whole_number(from_base, spec.segment_length);
 }
 
 Guidewire straight_wire(const GuidewireSpec& spec, const Vec3& entry, const Vec3& direction, int segments) {
@@ -167,15 +192,16 @@ Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry
     return wire;
 }
 
-void split_segment(Guidewire& wire, int i) {
+void split_segment(Guidewire& wire, int i, double share) {
     const Vec3 u = wire.tangents[i];
-    const double half = 0.5 * wire.lengths[i];
-    Vec3 turn = 0.25 * half * (curvature_at(wire, i - 1) + curvature_at(wire, i));
+    const double length = wire.lengths[i];
+    Vec3 turn = 0.125 * length * (curvature_at(wire, i - 1) + curvature_at(wire, i));
     turn -= turn.dot(u) * u;
-    wire.tangents[i] = (u - turn).normalized();
-    wire.tangents.insert(wire.tangents.begin() + i + 1, (u + turn).normalized());
-    wire.lengths[i] = half;
-    wire.lengths.insert(wire.lengths.begin() + i + 1, half);
+    // The longer part turns less, so that the chord keeps its direction.
+    wire.tangents[i] = (u - 2 * (1 - share) * turn).normalized();
+    wire.tangents.insert(wire.tangents.begin() + i + 1, (u + 2 * share * turn).normalized());
+    wire.lengths[i] = share * length;
+    wire.lengths.insert(wire.lengths.begin() + i + 1, length - share * length);
     wire.joints.insert(wire.joints.begin() + i, Vec3::Zero());
     const int station = wire.stations[i - 1];
     wire.stations.insert(wire.stations.begin() + i, station);
@@ -188,6 +214,9 @@ void merge_segments(Guidewire& wire, int i) {
     wire.tangents[i] = chord.normalized();
     wire.tangents.erase(wire.tangents.begin() + i + 1);
     wire.lengths[i] += wire.lengths[i + 1];
+    // A segment made whole of its pieces is as it was before.
+    const double lambda = wire.spec.segment_length;
+    if (std::abs(wire.lengths[i] - lambda) < kWhole * lambda) wire.lengths[i] = lambda;
     wire.lengths.erase(wire.lengths.begin() + i + 1);
     wire.joints.erase(wire.joints.begin() + i);
     wire.stations.erase(wire.stations.begin() + i);
@@ -211,6 +240,8 @@ void insert_segment(Guidewire& wire) {
 bool remove_segment(Guidewire& wire) {
     int last = wire.segments() - wire.curved_segments();
     for (; wire.lengths[last] > 1.5 * wire.spec.segment_length; ++last) split_segment(wire, last);
+    for (; wire.lengths[last] < wire.spec.segment_length * (1 - kWhole); --last)
+        merge_segments(wire, last - 1);
     if (last < 2) return false;
     wire.tangents.erase(wire.tangents.begin() + last);
     wire.lengths.erase(wire.lengths.begin() + last);

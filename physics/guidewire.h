@@ -53,7 +53,9 @@ struct Guidewire {
     /// however coarse the wire is. 1 for every joint of a wire of uniform λ.
     double wall_share(int joint) const { return length_of(joint) / spec.segment_length; }
     double inserted_length() const;  // Σλ [mm]
-    int curved_segments() const;     // segments of the pre-curved tip
+    int curved_segments() const;     // segments of the pre-curved tip, pieces of them counted each
+    /// Whether a joint lies between two pieces of what is one segment of the spec's λ in a whole wire.
+    bool within_a_segment(int joint) const;
 };
 
 /// A wire of `segments` segments along `direction` (any length) from `entry`, without load.
@@ -67,19 +69,20 @@ Guidewire wire_along(const GuidewireSpec&, const Polyline& path, int segments);
 Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry, const Vec3& clamped,
                        const std::vector<Vec3>& tangents);
 
-/// Halve a segment. Its halves bend by the mean of the curvatures at its ends, so that the curve stays
-/// smooth; joints distal of it come closer by what the bent piece is shorter across.
-void split_segment(Guidewire&, int segment);
+/// Split a segment, `share` of its length proximal of the new joint. Its parts bend by the mean of the
+/// curvatures at its ends, so that the curve stays smooth; joints distal of it come closer by what the bent
+/// piece is shorter across. The new joint is straight without load, also in the curved tip.
+void split_segment(Guidewire&, int segment, double share = 0.5);
 
-/// Make one straight segment of this one and the next, as long as both (neither of the curved tip). Joints
-/// distal of it move off along it by what the bent pair was shorter across.
+/// Make one straight segment of this one and the next, as long as both; in the curved tip only of the pieces
+/// of one segment. Joints distal of it move off along it by what the bent pair was shorter across.
 void merge_segments(Guidewire&, int segment);
 
 /// Insert one segment just before the curved tip (the paper, Section 2.1).
 void insert_segment(Guidewire&);
 
-/// Take one segment of the spec's λ out there, split off a longer one if need be. False, with nothing
-/// changed, when only the curved tip and one such segment are left.
+/// Take one segment of the spec's λ out there, split off a longer one or made whole of its pieces if need be.
+/// False when only the curved tip and one such segment are left.
 bool remove_segment(Guidewire&);
 
 /// Move the wire by `mm` (negative = withdraw): whole segments are made, the rest is carried.

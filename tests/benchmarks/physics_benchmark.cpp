@@ -5,7 +5,9 @@
 #include <ctime>
 
 #include "engine/anatomy/anatomy.h"
+#include "engine/anatomy/lumen_wall.h"
 #include "engine/scenes.h"
+#include "physics/crossings.h"
 #include "physics/energy.h"
 #include "physics/mesh_wall.h"
 #include "physics/newton_terms.h"
@@ -233,5 +235,42 @@ void riccati_backward_pass(benchmark::State& state) {
                            benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(riccati_backward_pass)->ArgName("twist")->Arg(0)->Arg(1);
+
+/// Segments tested for crossings: 300 joints of λ = 1 mm from the left groin up the iliac arteries, along the
+/// wall or (where = 0) along the centreline, on a distance field or (mesh = 1) on the mesh by rays.
+void crossings_of_300_joints(benchmark::State& state) {
+    static const engine::Anatomy& anatomy = test::iliac_renal();
+    const double stiffness = 20, wire_radius = 0.44;
+    std::unique_ptr<LumenWall> wall;
+    if (state.range(1) != 0)
+        wall = std::make_unique<MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(), stiffness,
+                                          wire_radius);
+    else
+        wall = engine::cached_distance_field(anatomy, stiffness, wire_radius, test::cache());
+    const auto entry = engine::path_from(anatomy, *engine::find_end(anatomy, "aorta+LCIA+LEIA+LCFA.out"));
+    Polyline path;
+    for (std::size_t i = 1; i + 1 < entry.points.size(); ++i) {
+        Vec3 a, b;
+        tangent_basis((entry.points[i + 1] - entry.points[i]).normalized(), a, b);
+        path.push_back(entry.points[i] + (state.range(0) != 0 ? entry.radii[i] - wire_radius : 0.0) * a);
+    }
+    GuidewireSpec spec;
+    spec.segment_length = 1;
+    spec.curved_length = spec.curved_angle = 0;
+    const Guidewire wire = wire_along(spec, path, 300);
+    const auto contacts = all_contacts(wire, *wall);
+    std::size_t found = 0;
+    for (auto _ : state) {
+        found = crossings(wire, contacts, *wall).size();
+        benchmark::DoNotOptimize(found);
+    }
+    state.counters["touching"] = static_cast<double>(std::count_if(
+        contacts.begin(), contacts.end(), [](const WallContact& c) { return c.penetration > -0.1; }));
+    state.counters["crossings"] = static_cast<double>(found);
+}
+BENCHMARK(crossings_of_300_joints)
+    ->ArgNames({"where", "mesh"})
+    ->ArgsProduct({{0, 1}, {0, 1}})
+    ->Unit(benchmark::kMicrosecond);
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include "engine/simulation.h"
 
 #include "tests/anatomies.h"
+#include "tests/engine/anatomy/trees.h"
 #include "tests/engine/fixtures.h"
 
 namespace engine {
@@ -19,6 +20,46 @@ void go(Simulation& simulation, int frames, const Command& command) {
 
 std::string refusal_of(const std::string& from, const std::string& to) {
     return test::refusal([&] { Simulation simulation(with(from, to)); });
+}
+
+/// A thin wire in a vessel of radius 2 with a branch at a sharp angle: its carina lies between two joints.
+Scenario bifurcation(const std::string& relaxer) {
+    std::string text = test::small_toml_with("preset = \"glide035\"",
+                                             "segment_length_mm = 2.0\n"
+                                             "diameter_mm = 0.36\nshaft_rigidity_N_mm2 = 20.0\n"
+                                             "tip_rigidity_N_mm2 = 2.0\ntip_length_mm = 8.0\n"
+                                             "transition_length_mm = 10.0\ncurved_length_mm = 6.0\n"
+                                             "curved_angle_deg = 45.0");
+    text.replace(text.find("[relaxer]"), 9, "[relaxer]\nkind = \"" + relaxer + "\"");
+    Scenario scenario = parse_scenario(text, "small.toml");
+    scenario.tube.reset();
+    scenario.vessels = test::small_tree();
+    scenario.entry = {"main.in", 10};
+    scenario.target = {"far", {}, 1, 0.2};
+    return scenario;
+}
+
+/// Of all segments between their joints over their ends, by asking at many places [mm].
+double deepest_crossing(const Simulation& simulation, const physics::LumenWall& wall) {
+    const physics::Guidewire& wire = simulation.wire();
+    double deepest = 0;
+    for (int i = 1; i <= wire.segments(); ++i) {
+        std::vector<physics::Vec3> places;
+        for (int k = 0; k <= 50; ++k)
+            places.push_back(wire.joints[i - 1] + k / 50.0 * (wire.joints[i] - wire.joints[i - 1]));
+        std::vector<physics::WallContact> contacts(places.size());
+        for (physics::WallContact& c : contacts) c.station = wire.stations[i];
+        wall.contacts(places, contacts);
+        const double ends = std::max({0.0, contacts.front().penetration, contacts.back().penetration});
+        for (const physics::WallContact& c : contacts) deepest = std::max(deepest, c.penetration - ends);
+    }
+    return deepest;
+}
+
+int pieces(const physics::Guidewire& wire) {
+    int count = 0;
+    for (int i = 1; i <= wire.segments(); ++i) count += wire.within_a_segment(i);
+    return count;
 }
 
 }  // namespace
@@ -222,6 +263,44 @@ TEST(Simulation, TooMuchOrTooLittleWireInsideIsRefused) {
               std::string::npos);
     EXPECT_NE(refusal_of("inserted_mm = 20.0", "inserted_mm = 4.0").find("cannot start inside"),
               std::string::npos);
+}
+
+TEST(Simulation, SegmentsAcrossACarinaGetAJointThereAndLoseItAgain) {
+    Simulation simulation(bifurcation("global"), ::test::cache());
+    const auto wall = cached_distance_field(simulation.anatomy(), 5, 0.18, ::test::cache());
+    const auto into_the_branch = [&] {
+        go(simulation, 1, Rotate{5});
+        int with_pieces = 0;
+        for (int frame = 0; frame < 14; ++frame) {
+            simulation.apply(Advance{1});
+            EXPECT_EQ(simulation.step().deepest_crossing, 0);
+            EXPECT_LT(deepest_crossing(simulation, *wall), 0.106);
+            EXPECT_TRUE(physics::validate(simulation.wire()).empty());
+            with_pieces += pieces(simulation.wire()) > 0;
+        }
+        EXPECT_GT(with_pieces, 0);
+        EXPECT_NEAR(simulation.inserted(), 24, 1e-9);
+        go(simulation, 10, Withdraw{1});
+        EXPECT_EQ(pieces(simulation.wire()), 0);
+        EXPECT_EQ(simulation.wire().segments(), 7);
+        EXPECT_NEAR(simulation.inserted(), 14, 1e-9);
+        return simulation.state_hash();
+    };
+    const auto hash = into_the_branch();
+    simulation.reset();
+    EXPECT_EQ(into_the_branch(), hash);
+}
+
+TEST(Simulation, TellsOfCrossingsThatItsRelaxerDoesNotMend) {
+    Simulation simulation(bifurcation("segment"), ::test::cache());
+    go(simulation, 1, Rotate{5});
+    double deepest = 0;
+    for (int frame = 0; frame < 14; ++frame) {
+        simulation.apply(Advance{1});
+        deepest = std::max(deepest, simulation.step().deepest_crossing);
+        EXPECT_EQ(pieces(simulation.wire()), 0);
+    }
+    EXPECT_GT(deepest, 0.1);
 }
 
 }  // namespace engine

@@ -1,0 +1,249 @@
+#include "engine/studies/anatomy_sign.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <random>
+
+#include "engine/anatomy/generate_run.h"
+#include "engine/anatomy/generator.h"
+#include "engine/anatomy/vessel_presets.h"
+#include "engine/cpu_clock.h"
+#include "physics/crossings.h"
+#include "physics/mesh_wall.h"
+
+namespace engine {
+namespace {
+
+using physics::LumenWall;
+using physics::Vec3;
+using physics::WallContact;
+
+constexpr double kClear = 0.1;     // from the wall, where a sign counts [mm]
+constexpr double kAround = 1.0;    // outside the lumen that places are drawn from [mm]
+constexpr double kAtCarina = 0.5;  // from the walls of both limbs [mm]
+constexpr double kPastEnd = 20;    // that contacts are looked for past an open end [mm]
+constexpr double kSleeve = 10;     // past an end, up to which a distance field goes on straight [mm]
+constexpr double kStep = 0.02;     // along a segment, for its truth [mm]
+
+WallContact ask(const LumenWall& wall, const Vec3& x, int station = -1) {
+    WallContact c;
+    c.station = station;
+    wall.contacts({&x, 1}, {&c, 1});
+    return c;
+}
+
+struct Place {
+    Vec3 x;
+    bool inside;
+};
+struct Segment {
+    Vec3 from, to;
+    double depth;  // of its deepest place outside the lumen [mm]
+};
+
+/// A vessel tree, its lumen and what is true of random places in it.
+class Truth {
+public:
+    Truth(std::string_view preset, const StudyOptions& options)
+        : spec_(vessel_preset(preset)),
+          tree_(grow(spec_)),
+          lumen_(tree_, tree_.least_radius / GeneratorOptions{}.cells_per_radius),
+          anatomy_(generated_anatomy(spec_, options.cache)) {
+        const int count = options.quick ? 2000 : 20000;
+        const auto keep = [&](std::vector<Place>& places, const Vec3& x) {
+            const double distance = lumen_.at(x).distance;
+            if (std::abs(distance) > kClear && !past_an_end(x)) places.push_back({x, distance < 0});
+        };
+        while (static_cast<int>(anywhere_.size()) < count) keep(anywhere_, random_place(random_branch(), 0));
+        for (int tries = 0; tries < 200 * count && static_cast<int>(at_carinas_.size()) < count; ++tries)
+            if (const std::optional<Vec3> x = place_at_a_carina()) keep(at_carinas_, *x);
+        for (int tries = 0; tries < 100 * count; ++tries) {
+            const std::vector<Place>& near = tries % 4 == 0 || at_carinas_.empty() ? anywhere_ : at_carinas_;
+            const auto at = static_cast<std::size_t>(unit() * static_cast<double>(near.size()));
+            add_segment(near[at].x + 2 * kClear * unit() * direction(), tries % 2 == 0 ? 1.0 : 2.0);
+        }
+    }
+
+    const Anatomy& anatomy() const { return anatomy_; }
+    const std::vector<Place>& anywhere() const { return anywhere_; }
+    const std::vector<Place>& at_carinas() const { return at_carinas_; }
+    const std::vector<Segment>& segments() const { return segments_; }  // that may cross
+
+    /// Places past the open ends where a wire that left by them touches nothing, and the ends they belong to.
+    std::vector<std::pair<Vec3, const physics::OpenEnd*>> past_ends() {
+        std::vector<std::pair<Vec3, const physics::OpenEnd*>> places;
+        for (const VesselEnd& end : anatomy_.ends) {
+            const physics::OpenEnd& opening = end.opening;
+            for (int k = 0; k < 500; ++k) {
+                const double past = kPastEnd * unit();
+                const double radius = past > kSleeve ? 2 * opening.radius : opening.radius - kClear;
+                Vec3 side = direction().cross(opening.outward_normal).normalized();
+                places.emplace_back(
+                    opening.centre + past * opening.outward_normal + radius * std::sqrt(unit()) * side,
+                    &opening);
+            }
+        }
+        return places;
+    }
+
+private:
+    double unit() { return random_() / 4294967296.0; }
+    Vec3 direction() {
+        const double z = 2 * unit() - 1, angle = 2 * std::numbers::pi * unit();
+        return {std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z};
+    }
+    const SampledBranch& random_branch() {
+        return tree_.branches[static_cast<std::size_t>(unit() * static_cast<double>(tree_.branches.size()))];
+    }
+    Vec3 random_place(const SampledBranch& branch, int first, int last = -1) {
+        if (last < 0) last = static_cast<int>(branch.points.size()) - 1;
+        const int sample = first + static_cast<int>(unit() * (last - first + 1));
+        return branch.points[sample] + (branch.radii[sample] + kAround) * unit() * direction();
+    }
+    bool past_an_end(const Vec3& x) const {
+        return std::any_of(anatomy_.ends.begin(), anatomy_.ends.end(),
+                           [&](const VesselEnd& end) { return end.opening.beyond(x, kAround) > 0; });
+    }
+    /// Of the ball of a branch that holds a place deepest [mm].
+    static double to_balls(const SampledBranch& branch, const Vec3& x) {
+        double least = 1e9;
+        for (std::size_t i = 0; i < branch.points.size(); ++i)
+            least = std::min(least, (x - branch.points[i]).norm() - branch.radii[i]);
+        return least;
+    }
+    std::optional<Vec3> place_at_a_carina() {
+        const SampledBranch& child = random_branch();
+        if (child.parent < 0) return std::nullopt;
+        const Vec3 x = random_place(child, child.exit, child.separation);
+        if (std::abs(to_balls(child, x)) > kAtCarina ||
+            std::abs(to_balls(tree_.branches[child.parent], x)) > kAtCarina)
+            return std::nullopt;
+        return x;
+    }
+    void add_segment(const Vec3& from, double length) {
+        const Vec3 way = direction(), to = from + length * way;
+        const double first = lumen_.at(from).distance;
+        if (first >= 0 || past_an_end(from) || past_an_end(to)) return;
+        const double last = lumen_.at(to).distance;
+        if (last >= 0 || first + last <= -length) return;
+        double deepest = -1e9;
+        for (double at = 0; at < length;) {
+            const double distance = lumen_.at(from + at * way).distance;
+            deepest = std::max(deepest, distance);
+            at += std::max(kStep, -distance);
+        }
+        segments_.push_back({from, to, deepest});
+    }
+
+    VesselTreeSpec spec_;
+    VesselTree tree_;
+    ImplicitLumen lumen_;
+    Anatomy anatomy_;
+    std::mt19937 random_{7};
+    std::vector<Place> anywhere_, at_carinas_;
+    std::vector<Segment> segments_;
+};
+
+double percent_wrong(const LumenWall& wall, const std::vector<Place>& places) {
+    int wrong = 0;
+    for (const Place& place : places) wrong += (ask(wall, place.x).penetration < 0) != place.inside;
+    return 100.0 * wrong / std::max<double>(1, static_cast<double>(places.size()));
+}
+
+/// Of a place whose station is known, as a joint's is.
+double query_seconds(const LumenWall& wall, const std::vector<Place>& places) {
+    std::vector<Vec3> joints;
+    for (const Place& place : places) joints.push_back(place.x);
+    std::vector<WallContact> contacts(joints.size());
+    wall.contacts(joints, contacts);
+    const double start = thread_cpu_seconds();
+    wall.contacts(joints, contacts);
+    return (thread_cpu_seconds() - start) / static_cast<double>(joints.size());
+}
+
+int contacts_past_ends(const LumenWall& wall, Truth& truth) {
+    int touching = 0;
+    for (const auto& [x, end] : truth.past_ends()) {
+        const int station = ask(wall, end->centre - 0.5 * end->outward_normal).station;
+        touching += ask(wall, x, station).touches();
+    }
+    return touching;
+}
+
+struct Misses {
+    int deep = 0, missed = 0;
+    double deepest_missed = 0;  // [mm]
+};
+Misses misses(const LumenWall& wall, const std::vector<Segment>& segments) {
+    Misses result;
+    for (const Segment& s : segments) {
+        if (s.depth <= kClear) continue;
+        ++result.deep;
+        const WallContact from = ask(wall, s.from), to = ask(wall, s.to);
+        const auto found = crossing_between(wall, s.from, s.to, from, to);
+        if (found) continue;
+        ++result.missed;
+        result.deepest_missed = std::max(result.deepest_missed, s.depth);
+    }
+    return result;
+}
+
+void turn_over(physics::TriangleMesh& mesh, unsigned one_in) {
+    std::mt19937 random(3);
+    for (auto& triangle : mesh.triangles)
+        if (random() % one_in == 0) std::swap(triangle[1], triangle[2]);
+}
+
+void add_wall(Table& table, const std::string& preset, const std::string& mesh, const std::string& loading,
+              const std::string& name, const LumenWall& wall, Truth& truth) {
+    const double anywhere = percent_wrong(wall, truth.anywhere()),
+                 each = query_seconds(wall, truth.anywhere());
+    const Misses crossings = misses(wall, truth.segments());
+    table.add({preset, mesh, loading, name, anywhere, percent_wrong(wall, truth.at_carinas()),
+               static_cast<double>(truth.at_carinas().size()),
+               static_cast<double>(contacts_past_ends(wall, truth)), 1e6 * each,
+               static_cast<double>(crossings.deep), static_cast<double>(crossings.missed),
+               crossings.deepest_missed});
+}
+
+}  // namespace
+
+Table sign_table() {
+    return {"sign",
+            {"preset", "mesh", "load_anatomy", "wall", "wrong_anywhere_percent", "wrong_at_carinas_percent",
+             "places_at_carinas", "contacts_past_ends", "query_us", "crossings", "missed_crossings",
+             "deepest_missed_mm"},
+            {}};
+}
+
+void add_signs(Table& table, std::string_view preset, const StudyOptions& options) {
+    Truth truth(preset, options);
+    const std::pair<const char*, unsigned> states[] = {
+        {"as generated", 0}, {"inverted", 1}, {"5 % turned", 20}};
+    for (const auto& [state, one_in] : states) {
+        Anatomy anatomy = truth.anatomy();
+        if (one_in > 0) turn_over(anatomy.lumen, one_in);
+        const std::string loading = problems(anatomy).empty() ? "accepts" : "refuses";
+        add_wall(table, std::string(preset), state, loading, "distance field",
+                 *cached_distance_field(anatomy, 1, 0, options.cache), truth);
+        add_wall(table, std::string(preset), state, loading, "mesh",
+                 physics::MeshWall(anatomy.lumen, anatomy.branches, anatomy.openings(), 1), truth);
+    }
+}
+
+std::string sign_text() {
+    return "\n## Inside or outside\n\nThe walls of a simulation, for a wire of no thickness, against the "
+           "sign of the implicit surface at random places up to 1 mm outside the vessels and more than 0.1 "
+           "mm from their wall; at carinas within 0.5 mm of the walls of both limbs. The time is that of a "
+           "joint, whose station is known. Both walls turn triangles as they need them; an anatomy file "
+           "whose mesh is inside out or turned in part is refused all the same, and import orients it "
+           "first.\n\nPast an open end contacts are counted up to 20 mm, within the lumen gone on straight "
+           "and, beyond 10 mm, up to twice its radius. Outside the lumen gone on straight a distance field "
+           "touches for 5 mm, and fades over 5 more, so that a tip that looks out does not swing round the "
+           "rim.\n\nCrossings are those of random segments of 1 and 2 mm with both ends inside and a place "
+           "in between more than 0.1 mm outside.\n\n";
+}
+
+}  // namespace engine
