@@ -33,14 +33,71 @@ int station_of(const LumenSurface& surface, int triangle, std::span<const Statio
     return best < 0 ? any : best;
 }
 
+/// The stations of a sheet in runs, each in a sphere, so that a search passes over most of them.
+class StationRuns {
+public:
+    StationRuns(std::span<const Station> stations, std::span<const int> sheet)
+        : stations_(stations), sheet_(sheet) {
+        for (std::size_t first = 0; first < sheet.size(); first += kLength) {
+            const auto run = sheet.subspan(first, std::min(kLength, sheet.size() - first));
+            Sphere sphere{run, stations[run[run.size() / 2]].centre};
+            for (int s : run) {
+                sphere.reach = std::max(sphere.reach, (stations[s].centre - sphere.centre).norm());
+                sphere.widest = std::max(sphere.widest, stations[s].radius);
+            }
+            runs_.push_back(sphere);
+        }
+    }
+
+    /// The first of those that hold x deepest. `seed`: one that is likely to, -1 = none.
+    int deepest(const Vec3& x, int seed) const {
+        int best = seed >= 0 ? seed : sheet_.front();
+        double least = stations_[best].power(x);
+        for (const Sphere& run : runs_) {
+            const double gap = std::max(0.0, (x - run.centre).norm() - run.reach);
+            if (gap * gap - run.widest * run.widest > least + kRounding) continue;
+            for (int s : run.stations) {
+                const double p = stations_[s].power(x);
+                if (p < least || (p == least && s < best)) least = p, best = s;
+            }
+        }
+        return best;
+    }
+    /// Whether x is within kRoundness radii and a margin [mm] of a station.
+    bool near(const Vec3& x, double margin) const {
+        return std::any_of(runs_.begin(), runs_.end(), [&](const Sphere& run) {
+            const double most = run.reach + kRoundness * run.widest + margin + kRounding;
+            if ((x - run.centre).squaredNorm() > most * most) return false;
+            return std::any_of(run.stations.begin(), run.stations.end(), [&](int s) {
+                const double limit = kRoundness * stations_[s].radius + margin;
+                return (x - stations_[s].centre).squaredNorm() < limit * limit;
+            });
+        });
+    }
+
+private:
+    static constexpr std::size_t kLength = 16;
+    static constexpr double kRounding = 1e-6;
+    struct Sphere {
+        std::span<const int> stations;
+        Vec3 centre;
+        double reach = 0, widest = 0;  // of the stations' centres, and their largest radius [mm]
+    };
+    std::span<const Station> stations_;
+    std::span<const int> sheet_;
+    std::vector<Sphere> runs_;
+};
+
 /// The distance to the wall that a place on a sheet sees.
 class View {
 public:
     View(const LumenSurface& surface, const CentrelineTree& tree, const VesselSheets& sheets,
-         const std::vector<int>& station_of_triangle, const FindNearest& nearest, double margin)
+         const std::vector<StationRuns>& runs, const std::vector<int>& station_of_triangle,
+         const FindNearest& nearest, double margin)
         : surface_(surface),
           tree_(tree),
           sheets_(sheets),
+          runs_(runs),
           station_of_triangle_(station_of_triangle),
           nearest_(nearest),
           margin_(margin),
@@ -48,10 +105,8 @@ public:
 
     /// Looks from the station of a sheet that holds x deepest.
     void look_from(int sheet, const Vec3& x) {
-        const auto stations = tree_.stations();
-        int best = sheets_.stations[sheet].front();
-        for (int s : sheets_.stations[sheet])
-            if (stations[s].power(x) < stations[best].power(x)) best = s;
+        const bool same = station_ >= 0 && sheets_.sheet_of[station_] == sheet;
+        const int best = runs_[sheet].deepest(x, same ? station_ : -1);
         if (best == station_) return;
         if (station_ >= 0)
             for (int s : sheets_.seen[station_]) seen_[s] = 0;
@@ -101,6 +156,7 @@ private:
     const LumenSurface& surface_;
     const CentrelineTree& tree_;
     const VesselSheets& sheets_;
+    const std::vector<StationRuns>& runs_;  // per sheet
     const std::vector<int>& station_of_triangle_;
     const FindNearest& nearest_;
     double margin_;  // [mm]
@@ -142,21 +198,14 @@ std::vector<Cube> cubes(const CentrelineTree& tree, const VesselSheets& sheets, 
 
 /// The search for the bricks from which a cell within the band is served.
 struct Search {
-    const CentrelineTree& tree;
-    const VesselSheets& sheets;
+    const std::vector<StationRuns>& runs;  // per sheet
     const FieldBand& band;
     View& view;
 
     /// Whether the band may come into a cube of space.
     bool meets(int sheet, const Vec3& centre, double side) const {
-        const auto stations = tree.stations();
         const double reach = side / 2 * std::numbers::sqrt3;
-        const auto& mine = sheets.stations[sheet];
-        const bool near = std::any_of(mine.begin(), mine.end(), [&](int s) {
-            const double limit = kRoundness * stations[s].radius + band.outer + reach;
-            return (centre - stations[s].centre).squaredNorm() < limit * limit;
-        });
-        if (!near) return false;
+        if (!runs[sheet].near(centre, band.outer + reach)) return false;
         view.look_from(sheet, centre);
         if (view.beyond_an_end(centre) > reach + kPastEnds * band.spacing) return false;
         const double d = view.distance(centre);
@@ -216,6 +265,8 @@ std::vector<SplineGrid> sampled_grids(const LumenSurface& surface, const Centrel
     parallel_for(surface.count(), band.threads,
                  [&](std::size_t t) { station_of_triangle[t] = station_of(surface, t, stations); });
 
+    std::vector<StationRuns> runs;
+    for (const auto& sheet : sheets.stations) runs.emplace_back(stations, sheet);
     auto part = [&](double from, double to) {
         return [&progress, from, to](double share) {
             if (progress) progress(from + (to - from) * share);
@@ -226,8 +277,8 @@ std::vector<SplineGrid> sampled_grids(const LumenSurface& surface, const Centrel
     parallel_for(
         starts.size(), band.threads,
         [&](std::size_t c) {
-            View view(surface, tree, sheets, station_of_triangle, nearest, band.outer);
-            Search{tree, sheets, band, view}.serve(starts[c], served[c]);
+            View view(surface, tree, sheets, runs, station_of_triangle, nearest, band.outer);
+            Search{runs, band, view}.serve(starts[c], served[c]);
         },
         part(0.05, 0.3));
 
@@ -254,7 +305,7 @@ std::vector<SplineGrid> sampled_grids(const LumenSurface& surface, const Centrel
         work.size(), band.threads,
         [&](std::size_t w) {
             const auto [g, b] = work[w];
-            View view(surface, tree, sheets, station_of_triangle, nearest, band.outer);
+            View view(surface, tree, sheets, runs, station_of_triangle, nearest, band.outer);
             constexpr int n = SplineGrid::kSide;
             view.look_from(g, grids[g].place(b, n / 2, n / 2, n / 2));
             auto value = grids[g].nodes(b).begin();
