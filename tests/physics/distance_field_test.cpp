@@ -161,19 +161,20 @@ TEST(DistanceField, IsOneFunctionFromANarrowVesselToAWideOne) {
         const double along = 4 + 22 * unit(), around = 6.28 * unit(), r = 1.6 + kTaper * along + unit() - 0.6;
         Vec3 x(along, r * std::cos(around), r * std::sin(around));
         for (int d = 0; d < 3; ++d)
-            if (n % 2 && n / 2 % (d + 2) == 0) x[d] = 2 * h * std::round(x[d] / (2 * h));
+            if (n % 2 && n / 2 % (d + 2) == 0) x[d] = h * std::round(x[d] / h);
         const WallContact c = ask(field, x);
         const double distance = (std::hypot(x.y(), x.z()) - 1.6 - kTaper * x.x()) / std::hypot(1.0, kTaper);
         // Facets are up to 6(1 - cos(π/128)) = 1.8e-3 mm inside the cone.
         EXPECT_NEAR(c.penetration, distance, 2.5e-3) << x.transpose();
         EXPECT_NEAR(c.normal.norm(), 1, 1.5e-2) << x.transpose();
-        const double e = 1e-4;
+        // Coefficients in single precision leave steps of up to 1e-7 mm between the two grids.
+        const double e = 1e-3;
         for (int d = 0; d < 3; ++d) {
             const Vec3 step = e * Vec3::Unit(d);
             const WallContact up = ask(field, x + step, c.station), down = ask(field, x - step, c.station);
-            EXPECT_NEAR((up.penetration - down.penetration) / (2 * e), c.normal[d], 1e-6) << x.transpose();
+            EXPECT_NEAR((up.penetration - down.penetration) / (2 * e), c.normal[d], 1e-4) << x.transpose();
             const Vec3 bend = (up.normal - down.normal) / (2 * e);
-            EXPECT_LT((bend - c.curvature.col(d)).norm(), 5e-4) << x.transpose();
+            EXPECT_LT((bend - c.curvature.col(d)).norm(), 2e-3) << x.transpose();
         }
     }
 }
