@@ -194,7 +194,8 @@ double chosen_spacing(double wanted, const CentrelineTree& tree) {
     for (const Station& s : tree.stations()) smallest = std::min(smallest, s.radius);
     return std::clamp(smallest / 6, 0.2, 0.3);
 }
-/// The radius from which twice the spacing is little enough, two fifteenths; none when the spacing was chosen.
+/// The radius from which twice the spacing is little enough, two fifteenths; none when the spacing was
+/// chosen.
 double wide_from(double wanted, double spacing) {
     return wanted != 0 ? std::numeric_limits<double>::infinity() : 15 * spacing;
 }
@@ -214,6 +215,7 @@ struct DistanceField::Data {
     VesselSheets sheets;
     std::vector<SheetField> fields;  // per sheet
     double spacing, inner, outer;
+    double near;  // walls that do not see one another lie in different sheets when this close [mm]
     double stiffness, wire_radius;
     std::uint64_t fingerprint;
 
@@ -231,20 +233,22 @@ DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const Centreli
     check(stiffness, wire_radius, options.inner);
     const std::uint64_t print = fingerprint(lumen, branches, ends, options);
     CentrelineTree tree(branches, std::move(ends));
-    const double h = chosen_spacing(options.spacing, tree);
-    VesselSheets sheets = vessel_sheets(tree, options.outer + 4 * h);
+    const double h = chosen_spacing(options.spacing, tree), wide = wide_from(options.spacing, h);
+    const bool uniform =
+        std::ranges::all_of(tree.stations(), [&](const Station& s) { return s.radius < wide; });
+    const double near = options.outer + (uniform ? 2 : 4) * h;
+    VesselSheets sheets = vessel_sheets(tree, near);
     const LumenSurface surface = lumen_surface(lumen, tree);
     const EmbreeSurface embree(surface);
     std::vector<SheetField> fields = sampled_fields(
         surface, tree, sheets,
-        {h, options.inner, options.outer, wide_from(options.spacing, h), std::max(1, options.threads),
-         options.largest},
+        {h, options.inner, options.outer, wide, std::max(1, options.threads), options.largest},
         [&](const Vec3& x, int seed, const std::vector<char>& seen, const std::vector<int>& stations) {
             return embree.nearest(x, seed, seen, stations);
         },
         progress);
     data_.reset(new Data{std::move(tree), std::move(sheets), std::move(fields), h, options.inner,
-                         options.outer, stiffness, wire_radius, print});
+                         options.outer, near, stiffness, wire_radius, print});
 }
 
 DistanceField::DistanceField(std::unique_ptr<Data> data) : data_(std::move(data)) {}
@@ -353,9 +357,9 @@ void DistanceField::save(std::ostream& out) const {
     auto write = [&](const auto* values, std::size_t count) {
         body.append(reinterpret_cast<const char*>(values), count * sizeof *values);
     };
-    const double band[3] = {data_->spacing, data_->inner, data_->outer};
+    const double band[4] = {data_->spacing, data_->inner, data_->outer, data_->near};
     write(&data_->fingerprint, 1);
-    write(band, 3);
+    write(band, 4);
     const std::uint64_t sheets = data_->fields.size();
     write(&sheets, 1);
     for (const SheetField& field : data_->fields)
@@ -403,14 +407,14 @@ DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
         at += count * sizeof *values;
     };
     std::uint64_t print = 0, count = 0;
-    double band[3];
+    double band[4];
     read(&print, 1);
     if (print != fingerprint) throw std::runtime_error("the saved distance field is of another lumen");
-    read(band, 3);
+    read(band, 4);
     read(&count, 1);
     check(stiffness, wire_radius, band[1]);
     CentrelineTree tree(branches, std::move(ends));
-    VesselSheets sheets = vessel_sheets(tree, band[2] + 4 * band[0]);
+    VesselSheets sheets = vessel_sheets(tree, band[3]);
     if (sheets.stations.size() != count) throw std::runtime_error("the saved distance field is damaged");
     auto read_grid = [&](double spacing) {
         std::uint64_t bricks = 0;
@@ -429,7 +433,7 @@ DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
     }
     return DistanceField(
         std::unique_ptr<Data>(new Data{std::move(tree), std::move(sheets), std::move(fields), band[0],
-                                       band[1], band[2], stiffness, wire_radius, print}));
+                                       band[1], band[2], band[3], stiffness, wire_radius, print}));
 }
 
 }  // namespace physics
