@@ -82,13 +82,37 @@ std::size_t SplineGrid::bytes() const {
     return nodes_.size() * sizeof(Nodes) + bricks_.size() * sizeof(Place) + table_.size() * sizeof(table_[0]);
 }
 
-void SplineGrid::fit(int threads) {
+std::optional<float> SplineGrid::subdivided(const std::array<int, 3>& node) const {
+    // A B-spline is a sum of five of half its width, with weights of (1, 4, 6, 4, 1) / 8.
+    int first[3], count[3];
+    for (int d = 0; d < 3; ++d) {
+        const bool odd = node[d] & 1;
+        first[d] = odd ? node[d] >> 1 : (node[d] >> 1) - 1;
+        count[d] = odd ? 2 : 3;
+    }
+    auto weight = [&](int d, int i) { return count[d] == 2 ? 0.5 : i == 1 ? 0.75 : 0.125; };
+    double sum = 0;
+    for (int i = 0; i < count[0]; ++i)
+        for (int j = 0; j < count[1]; ++j)
+            for (int k = 0; k < count[2]; ++k) {
+                const int p = first[0] + i, q = first[1] + j, r = first[2] + k;
+                const std::int32_t b = find({p >> 2, q >> 2, r >> 2});
+                if (b < 0) return std::nullopt;
+                sum += weight(0, i) * weight(1, j) * weight(2, k) * nodes_[b].of[local(p & 3, q & 3, r & 3)];
+            }
+    return static_cast<float>(sum);
+}
+
+void SplineGrid::fit(int threads, const SplineGrid* coarse) {
     std::vector<Nodes> coefficients(nodes_.size());
     parallel_for(bricks_.size(), threads, [&](std::size_t b) {
         std::int32_t around[3][3][3];
-        for (int i = 0; i < 27; ++i)
-            around[i / 9][i / 3 % 3][i % 3] =
-                find({brick(b)[0] + i / 9 - 1, brick(b)[1] + i / 3 % 3 - 1, brick(b)[2] + i % 3 - 1});
+        bool whole = true;
+        for (int i = 0; i < 27; ++i) {
+            std::int32_t& at = around[i / 9][i / 3 % 3][i % 3];
+            at = find({brick(b)[0] + i / 9 - 1, brick(b)[1] + i / 3 % 3 - 1, brick(b)[2] + i % 3 - 1});
+            whole &= at >= 0;
+        }
         constexpr int n = kSide + 2;  // with the layer of nodes around the brick
         double v[n][n][n];
         for (int i = 0; i < n; ++i)
@@ -113,12 +137,20 @@ void SplineGrid::fit(int threads) {
         for (int i = 0; i < kSide; ++i)
             for (int j = 0; j < kSide; ++j)
                 for (int k = 0; k < kSide; ++k) {
+                    float& coefficient = coefficients[b].of[local(i, j, k)];
+                    if (coarse && !whole)
+                        if (const auto taken =
+                                coarse->subdivided({kSide * brick(b)[0] + i, kSide * brick(b)[1] + j,
+                                                    kSide * brick(b)[2] + k})) {
+                            coefficient = *taken;
+                            continue;
+                        }
                     double c = 0;
                     for (int p = 0; p < 3; ++p)
                         for (int q = 0; q < 3; ++q)
                             for (int r = 0; r < 3; ++r)
                                 c += side[p] * side[q] * side[r] * v[i + p][j + q][k + r];
-                    coefficients[b].of[local(i, j, k)] = static_cast<float>(c);
+                    coefficient = static_cast<float>(c);
                 }
     });
     nodes_ = std::move(coefficients);

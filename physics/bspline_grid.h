@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -42,8 +43,11 @@ public:
 
     /// The quasi-interpolant of order 4: of a smooth f it is off by about h⁴ f⁗/36. Each coefficient comes
     /// from the 3 × 3 × 3 values around it, hence from its surroundings alone; beyond the grid's edge values
-    /// are continued linearly.
-    void fit(int threads = 1);
+    /// are continued linearly. Where `coarse`, fitted and of twice the spacing, is known, a brick that lacks
+    /// one of its 26 neighbours takes its coefficients from it: there the two are one function, so that a
+    /// spline that is this grid's where it is known and else the coarse one's is twice continuously
+    /// differentiable.
+    void fit(int threads = 1, const SplineGrid* coarse = nullptr);
 
     /// The spline at x with exact derivatives; false where it is not known.
     bool evaluate(const Vec3& x, SplineValue&) const;
@@ -57,6 +61,8 @@ private:
         std::array<float, kNodes> of{};
     };
     std::int32_t find(const Brick&) const;
+    /// The coefficient of a node in the grid of half the spacing; nothing where one of its own is missing.
+    std::optional<float> subdivided(const std::array<int, 3>& node) const;
 
     double spacing_;
     std::vector<Place> bricks_;

@@ -23,7 +23,7 @@ constexpr double kCentrelineError = 0.1;
 /// The spline changes by no more than 1 / kSlope per mm, creases of the wall included.
 constexpr double kSlope = 0.9;
 /// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 constexpr char kMagic[8] = {'S', 'E', 'L', 'D', 'F', 'L', 'D', '\n'};
 
 /// Past an open end the lumen goes on straight, first whole, then fading, so that energy and force have no
@@ -194,6 +194,11 @@ double chosen_spacing(double wanted, const CentrelineTree& tree) {
     for (const Station& s : tree.stations()) smallest = std::min(smallest, s.radius);
     return std::clamp(smallest / 6, 0.2, 0.3);
 }
+/// The radius from which twice the spacing is little enough, two fifteenths; none when the spacing was
+/// chosen.
+double wide_from(double wanted, double spacing) {
+    return wanted != 0 ? std::numeric_limits<double>::infinity() : 15 * spacing;
+}
 
 void check(double stiffness, double wire_radius, double inner) {
     if (!std::isfinite(stiffness) || stiffness <= 0)
@@ -208,8 +213,9 @@ void check(double stiffness, double wire_radius, double inner) {
 struct DistanceField::Data {
     CentrelineTree tree;
     VesselSheets sheets;
-    std::vector<SplineGrid> grids;  // per sheet
+    std::vector<SheetField> fields;  // per sheet
     double spacing, inner, outer;
+    double near;  // walls that do not see one another lie in different sheets when this close [mm]
     double stiffness, wire_radius;
     std::uint64_t fingerprint;
 
@@ -227,19 +233,22 @@ DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const Centreli
     check(stiffness, wire_radius, options.inner);
     const std::uint64_t print = fingerprint(lumen, branches, ends, options);
     CentrelineTree tree(branches, std::move(ends));
-    const double h = chosen_spacing(options.spacing, tree);
-    VesselSheets sheets = vessel_sheets(tree, options.outer + 2 * h);
+    const double h = chosen_spacing(options.spacing, tree), wide = wide_from(options.spacing, h);
+    const bool uniform =
+        std::ranges::all_of(tree.stations(), [&](const Station& s) { return s.radius < wide; });
+    const double near = options.outer + (uniform ? 2 : 4) * h;
+    VesselSheets sheets = vessel_sheets(tree, near);
     const LumenSurface surface = lumen_surface(lumen, tree);
     const EmbreeSurface embree(surface);
-    std::vector<SplineGrid> grids = sampled_grids(
+    std::vector<SheetField> fields = sampled_fields(
         surface, tree, sheets,
-        {h, options.inner, options.outer, std::max(1, options.threads), options.largest},
+        {h, options.inner, options.outer, wide, std::max(1, options.threads), options.largest},
         [&](const Vec3& x, int seed, const std::vector<char>& seen, const std::vector<int>& stations) {
             return embree.nearest(x, seed, seen, stations);
         },
         progress);
-    data_.reset(new Data{std::move(tree), std::move(sheets), std::move(grids), h, options.inner,
-                         options.outer, stiffness, wire_radius, print});
+    data_.reset(new Data{std::move(tree), std::move(sheets), std::move(fields), h, options.inner,
+                         options.outer, near, stiffness, wire_radius, print});
 }
 
 DistanceField::DistanceField(std::unique_ptr<Data> data) : data_(std::move(data)) {}
@@ -253,11 +262,11 @@ double DistanceField::spacing() const {
     return data_->spacing;
 }
 int DistanceField::sheets() const {
-    return static_cast<int>(data_->grids.size());
+    return static_cast<int>(data_->fields.size());
 }
 std::size_t DistanceField::bytes() const {
     std::size_t sum = 0;
-    for (const SplineGrid& grid : data_->grids) sum += grid.bytes();
+    for (const SheetField& field : data_->fields) sum += field.bytes();
     return sum;
 }
 
@@ -287,9 +296,9 @@ void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
     c.trust = std::max(0.0, inside - kCentrelineError);
     if (depth > inner + kCentrelineError) return;
 
-    const SplineGrid& grid = grids[sheets.sheet_of[c.station]];
+    const SheetField& sheet = fields[sheets.sheet_of[c.station]];
     SplineValue field;
-    if (grid.evaluate(x, field)) {
+    if (sheet.evaluate(x, field)) {
         c.penetration = field.value + wire_radius;
         c.normal = field.gradient;
         c.curvature = field.hessian;
@@ -301,7 +310,7 @@ void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
     const double length = way.norm();
     for (double t = spacing; t < length; t += spacing) {
         const Vec3 y = x + t / length * way;
-        if (!grid.evaluate(y, field)) continue;
+        if (!sheet.evaluate(y, field)) continue;
         if (field.value <= 0) break;
         c.penetration = field.value + field.gradient.dot(x - y) + wire_radius;
         c.normal = field.gradient;
@@ -348,17 +357,18 @@ void DistanceField::save(std::ostream& out) const {
     auto write = [&](const auto* values, std::size_t count) {
         body.append(reinterpret_cast<const char*>(values), count * sizeof *values);
     };
-    const double band[3] = {data_->spacing, data_->inner, data_->outer};
+    const double band[4] = {data_->spacing, data_->inner, data_->outer, data_->near};
     write(&data_->fingerprint, 1);
-    write(band, 3);
-    const std::uint64_t sheets = data_->grids.size();
+    write(band, 4);
+    const std::uint64_t sheets = data_->fields.size();
     write(&sheets, 1);
-    for (const SplineGrid& grid : data_->grids) {
-        const std::uint64_t bricks = grid.bricks();
-        write(&bricks, 1);
-        for (std::size_t b = 0; b < bricks; ++b) write(&grid.brick(b), 1);
-        for (std::size_t b = 0; b < bricks; ++b) write(grid.nodes(b).data(), SplineGrid::kNodes);
-    }
+    for (const SheetField& field : data_->fields)
+        for (const SplineGrid* grid : {&field.coarse, &field.fine}) {
+            const std::uint64_t bricks = grid->bricks();
+            write(&bricks, 1);
+            for (std::size_t b = 0; b < bricks; ++b) write(&grid->brick(b), 1);
+            for (std::size_t b = 0; b < bricks; ++b) write(grid->nodes(b).data(), SplineGrid::kNodes);
+        }
     const std::uint64_t head[2] = {body.size(), mixed(body.data(), body.size())};
     out.write(kMagic, sizeof kMagic);
     out.write(reinterpret_cast<const char*>(&kVersion), sizeof kVersion);
@@ -397,28 +407,33 @@ DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
         at += count * sizeof *values;
     };
     std::uint64_t print = 0, count = 0;
-    double band[3];
+    double band[4];
     read(&print, 1);
     if (print != fingerprint) throw std::runtime_error("the saved distance field is of another lumen");
-    read(band, 3);
+    read(band, 4);
     read(&count, 1);
     check(stiffness, wire_radius, band[1]);
     CentrelineTree tree(branches, std::move(ends));
-    VesselSheets sheets = vessel_sheets(tree, band[2] + 2 * band[0]);
+    VesselSheets sheets = vessel_sheets(tree, band[3]);
     if (sheets.stations.size() != count) throw std::runtime_error("the saved distance field is damaged");
-    std::vector<SplineGrid> grids;
-    for (std::uint64_t g = 0; g < count; ++g) {
+    auto read_grid = [&](double spacing) {
         std::uint64_t bricks = 0;
         read(&bricks, 1);
         if (bricks > body.size()) throw std::runtime_error("the saved distance field is damaged");
         std::vector<SplineGrid::Brick> list(bricks);
         read(list.data(), list.size());
-        grids.emplace_back(band[0], std::move(list));
-        for (std::size_t b = 0; b < bricks; ++b) read(grids.back().nodes(b).data(), SplineGrid::kNodes);
+        SplineGrid grid(spacing, std::move(list));
+        for (std::size_t b = 0; b < bricks; ++b) read(grid.nodes(b).data(), SplineGrid::kNodes);
+        return grid;
+    };
+    std::vector<SheetField> fields;
+    for (std::uint64_t g = 0; g < count; ++g) {
+        SplineGrid coarse = read_grid(2 * band[0]);
+        fields.push_back({std::move(coarse), read_grid(band[0])});
     }
     return DistanceField(
-        std::unique_ptr<Data>(new Data{std::move(tree), std::move(sheets), std::move(grids), band[0], band[1],
-                                       band[2], stiffness, wire_radius, print}));
+        std::unique_ptr<Data>(new Data{std::move(tree), std::move(sheets), std::move(fields), band[0],
+                                       band[1], band[2], band[3], stiffness, wire_radius, print}));
 }
 
 }  // namespace physics

@@ -16,6 +16,8 @@ namespace {
 constexpr double kRoundness = 1.5;
 /// Spacings that the grids reach past an open end.
 constexpr double kPastEnds = 4;
+/// Where neighbouring triangles turn by more than 30°, the wall has a crease.
+constexpr double kCrease = 0.87;
 /// Bricks along the edge of the cubes that the search for the wall starts from, a power of two.
 constexpr int kCube = 4;
 
@@ -33,14 +35,71 @@ int station_of(const LumenSurface& surface, int triangle, std::span<const Statio
     return best < 0 ? any : best;
 }
 
+/// The stations of a sheet in runs, each in a sphere, so that a search passes over most of them.
+class StationRuns {
+public:
+    StationRuns(std::span<const Station> stations, std::span<const int> sheet)
+        : stations_(stations), sheet_(sheet) {
+        for (std::size_t first = 0; first < sheet.size(); first += kLength) {
+            const auto run = sheet.subspan(first, std::min(kLength, sheet.size() - first));
+            Sphere sphere{run, stations[run[run.size() / 2]].centre};
+            for (int s : run) {
+                sphere.reach = std::max(sphere.reach, (stations[s].centre - sphere.centre).norm());
+                sphere.widest = std::max(sphere.widest, stations[s].radius);
+            }
+            runs_.push_back(sphere);
+        }
+    }
+
+    /// The first of those that hold x deepest. `seed`: one that is likely to, -1 = none.
+    int deepest(const Vec3& x, int seed) const {
+        int best = seed >= 0 ? seed : sheet_.front();
+        double least = stations_[best].power(x);
+        for (const Sphere& run : runs_) {
+            const double gap = std::max(0.0, (x - run.centre).norm() - run.reach);
+            if (gap * gap - run.widest * run.widest > least + kRounding) continue;
+            for (int s : run.stations) {
+                const double p = stations_[s].power(x);
+                if (p < least || (p == least && s < best)) least = p, best = s;
+            }
+        }
+        return best;
+    }
+    /// Whether x is within kRoundness radii and a margin [mm] of a station.
+    bool near(const Vec3& x, double margin) const {
+        return std::any_of(runs_.begin(), runs_.end(), [&](const Sphere& run) {
+            const double most = run.reach + kRoundness * run.widest + margin + kRounding;
+            if ((x - run.centre).squaredNorm() > most * most) return false;
+            return std::any_of(run.stations.begin(), run.stations.end(), [&](int s) {
+                const double limit = kRoundness * stations_[s].radius + margin;
+                return (x - stations_[s].centre).squaredNorm() < limit * limit;
+            });
+        });
+    }
+
+private:
+    static constexpr std::size_t kLength = 16;
+    static constexpr double kRounding = 1e-6;
+    struct Sphere {
+        std::span<const int> stations;
+        Vec3 centre;
+        double reach = 0, widest = 0;  // of the stations' centres, and their largest radius [mm]
+    };
+    std::span<const Station> stations_;
+    std::span<const int> sheet_;
+    std::vector<Sphere> runs_;
+};
+
 /// The distance to the wall that a place on a sheet sees.
 class View {
 public:
     View(const LumenSurface& surface, const CentrelineTree& tree, const VesselSheets& sheets,
-         const std::vector<int>& station_of_triangle, const FindNearest& nearest, double margin)
+         const std::vector<StationRuns>& runs, const std::vector<int>& station_of_triangle,
+         const FindNearest& nearest, double margin)
         : surface_(surface),
           tree_(tree),
           sheets_(sheets),
+          runs_(runs),
           station_of_triangle_(station_of_triangle),
           nearest_(nearest),
           margin_(margin),
@@ -48,10 +107,8 @@ public:
 
     /// Looks from the station of a sheet that holds x deepest.
     void look_from(int sheet, const Vec3& x) {
-        const auto stations = tree_.stations();
-        int best = sheets_.stations[sheet].front();
-        for (int s : sheets_.stations[sheet])
-            if (stations[s].power(x) < stations[best].power(x)) best = s;
+        const bool same = station_ >= 0 && sheets_.sheet_of[station_] == sheet;
+        const int best = runs_[sheet].deepest(x, same ? station_ : -1);
         if (best == station_) return;
         if (station_ >= 0)
             for (int s : sheets_.seen[station_]) seen_[s] = 0;
@@ -65,6 +122,9 @@ public:
         return out;
     }
 
+    /// The triangle that the last distance was to, -1 = none.
+    int triangle() const { return found_; }
+
     /// Signed distance, negative inside. Beyond an open end the wall goes on straight.
     double distance(Vec3 x) {
         for (int e : sheets_.ends[station_]) {
@@ -72,8 +132,9 @@ public:
             x -= end.beyond(x, margin_) * end.outward_normal;
         }
         const NearestTriangle found = nearest_(x, seed_, seen_, station_of_triangle_);
-        if (found.triangle < 0) return to_balls(x);
-        seed_ = found.triangle;
+        found_ = found.triangle;
+        if (found_ < 0) return to_balls(x);
+        seed_ = found_;
         const double d = std::sqrt(found.at.square_distance);
         const Vec3 normal = surface_.pseudo_normal(found.triangle, found.at.feature);
         if (normal.dot(x - found.at.point) < 0) return -d;
@@ -101,11 +162,12 @@ private:
     const LumenSurface& surface_;
     const CentrelineTree& tree_;
     const VesselSheets& sheets_;
+    const std::vector<StationRuns>& runs_;  // per sheet
     const std::vector<int>& station_of_triangle_;
     const FindNearest& nearest_;
     double margin_;  // [mm]
     std::vector<char> seen_;
-    int station_ = -1, seed_ = -1;
+    int station_ = -1, seed_ = -1, found_ = -1;
 };
 
 struct Cube {
@@ -115,9 +177,10 @@ struct Cube {
 };
 
 /// Cubes that cover the reach of every sheet, in a fixed order.
-std::vector<Cube> cubes(const CentrelineTree& tree, const VesselSheets& sheets, const FieldBand& band) {
+std::vector<Cube> cubes(const CentrelineTree& tree, const VesselSheets& sheets, const FieldBand& band,
+                        double spacing) {
     std::vector<Cube> all;
-    const double edge = kCube * SplineGrid::kSide * band.spacing;
+    const double edge = kCube * SplineGrid::kSide * spacing;
     for (std::size_t sheet = 0; sheet < sheets.stations.size(); ++sheet) {
         std::set<SplineGrid::Brick> mine;
         for (int s : sheets.stations[sheet]) {
@@ -142,30 +205,24 @@ std::vector<Cube> cubes(const CentrelineTree& tree, const VesselSheets& sheets, 
 
 /// The search for the bricks from which a cell within the band is served.
 struct Search {
-    const CentrelineTree& tree;
-    const VesselSheets& sheets;
+    const std::vector<StationRuns>& runs;  // per sheet
     const FieldBand& band;
+    double spacing;  // [mm]
     View& view;
 
     /// Whether the band may come into a cube of space.
     bool meets(int sheet, const Vec3& centre, double side) const {
-        const auto stations = tree.stations();
         const double reach = side / 2 * std::numbers::sqrt3;
-        const auto& mine = sheets.stations[sheet];
-        const bool near = std::any_of(mine.begin(), mine.end(), [&](int s) {
-            const double limit = kRoundness * stations[s].radius + band.outer + reach;
-            return (centre - stations[s].centre).squaredNorm() < limit * limit;
-        });
-        if (!near) return false;
+        if (!runs[sheet].near(centre, band.outer + reach)) return false;
         view.look_from(sheet, centre);
-        if (view.beyond_an_end(centre) > reach + kPastEnds * band.spacing) return false;
+        if (view.beyond_an_end(centre) > reach + kPastEnds * spacing) return false;
         const double d = view.distance(centre);
         return d <= band.outer + reach && d >= -band.inner - reach;
     }
 
     void serve(const Cube& cube, std::vector<SplineGrid::Brick>& bricks) const {
         // The cells that a brick serves begin one node after its first.
-        const double h = band.spacing, side = cube.side * SplineGrid::kSide * h;
+        const double h = spacing, side = cube.side * SplineGrid::kSide * h;
         Vec3 low;
         for (int d = 0; d < 3; ++d) low[d] = (SplineGrid::kSide * cube.first[d] + 1) * h;
         if (!meets(cube.sheet, low + Vec3::Constant(side / 2), side)) return;
@@ -183,6 +240,20 @@ struct Search {
     }
 };
 
+/// Bricks that the band fills, at the least.
+double band_bricks(const CentrelineTree& tree, const FieldBand& band) {
+    const auto stations = tree.stations();
+    double bricks = 0;
+    for (std::size_t s = 1; s < stations.size(); ++s) {
+        if (stations[s].branch != stations[s - 1].branch) continue;
+        const double edge = SplineGrid::kSide * band.spacing * (stations[s].radius < band.wide ? 1 : 2);
+        bricks += 2 * std::numbers::pi * stations[s].radius *
+                  (stations[s].centre - stations[s - 1].centre).norm() * (band.inner + band.outer) /
+                  (edge * edge * edge);
+    }
+    return bricks;
+}
+
 /// Refuses a field whose bricks would take more memory than allowed, in building or after.
 void check_size(double bricks, const FieldBand& band) {
     constexpr double kBytes = 2 * 4 * SplineGrid::kNodes + 80;  // of a brick while coefficients are fitted
@@ -193,80 +264,180 @@ void check_size(double bricks, const FieldBand& band) {
                                 " MB allowed: choose a wider spacing, and check the unit of the lumen");
 }
 
+using BrickList = std::vector<SplineGrid::Brick>;
+
+/// Each once, in order.
+void tidy(BrickList& bricks) {
+    std::sort(bricks.begin(), bricks.end());
+    bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
+}
+
+/// The bricks and those around them, each once, in order.
+BrickList with_neighbours(const BrickList& bricks) {
+    BrickList all;
+    for (const auto& b : bricks)
+        for (int n = 0; n < 27; ++n)
+            all.push_back({b[0] + n / 9 - 1, b[1] + n / 3 % 3 - 1, b[2] + n % 3 - 1});
+    tidy(all);
+    return all;
+}
+
+class Sampler {
+public:
+    Sampler(const LumenSurface& surface, const CentrelineTree& tree, const VesselSheets& sheets,
+            const FieldBand& band, const FindNearest& nearest, const std::function<void(double)>& progress)
+        : surface_(surface),
+          tree_(tree),
+          sheets_(sheets),
+          band_(band),
+          nearest_(nearest),
+          progress_(progress),
+          station_of_triangle_(surface.count()),
+          narrow_(surface.count(), 0) {
+        const auto stations = tree.stations();
+        for (const auto& sheet : sheets.stations) runs_.emplace_back(stations, sheet);
+        parallel_for(surface.count(), band.threads, [&](std::size_t t) {
+            station_of_triangle_[t] = station_of(surface, t, stations);
+            narrow_[t] =
+                stations[station_of_triangle_[t]].radius < band.wide || surface.flatness(t) < kCrease;
+        });
+    }
+
+    std::vector<SheetField> fields() {
+        const double h = band_.spacing;
+        std::vector<BrickList> bricks(sheets_.stations.size());
+        std::vector<SplineGrid> coarse = grids(2 * h, std::move(bricks));
+        if (std::find(narrow_.begin(), narrow_.end(), 0) == narrow_.end()) {
+            bricks = served(cubes(tree_, sheets_, band_, h), h, 0.05, 0.3);
+        } else {
+            coarse = grids(2 * h, served(cubes(tree_, sheets_, band_, 2 * h), 2 * h, 0.05, 0.1));
+            const auto narrow = sample(coarse, 0.1, 0.3);
+            std::vector<Cube> starts;
+            std::vector<BrickList> close;
+            for (std::size_t g = 0; g < coarse.size(); ++g) {
+                close.push_back(with_neighbours(split_off(narrow[g], coarse[g])));
+                for (const auto& b : close[g])
+                    starts.push_back({static_cast<int>(g), {2 * b[0], 2 * b[1], 2 * b[2]}, 2});
+            }
+            bricks = served(starts, h, 0.3, 0.4);
+            for (std::size_t g = 0; g < bricks.size(); ++g)
+                std::erase_if(bricks[g], [&](const SplineGrid::Brick& b) {
+                    const SplineGrid::Brick around{b[0] >> 1, b[1] >> 1, b[2] >> 1};
+                    return !std::binary_search(close[g].begin(), close[g].end(), around);
+                });
+        }
+        std::vector<SplineGrid> fine = grids(h, std::move(bricks));
+        sample(fine, 0.4, 1.0);
+        std::vector<SheetField> fields;
+        for (std::size_t g = 0; g < fine.size(); ++g) {
+            coarse[g].fit(band_.threads);
+            fine[g].fit(band_.threads, &coarse[g]);
+            fields.push_back({std::move(coarse[g]), std::move(fine[g])});
+        }
+        if (progress_) progress_(1.0);
+        return fields;
+    }
+
+private:
+    View view() const {
+        return View(surface_, tree_, sheets_, runs_, station_of_triangle_, nearest_, band_.outer);
+    }
+    std::function<void(double)> part(double from, double to) const {
+        return [this, from, to](double share) {
+            if (progress_) progress_(from + (to - from) * share);
+        };
+    }
+
+    /// Per sheet the bricks that a grid needs within these cubes.
+    std::vector<BrickList> served(const std::vector<Cube>& starts, double spacing, double from,
+                                  double to) const {
+        std::vector<BrickList> found(starts.size()), bricks(sheets_.stations.size());
+        parallel_for(
+            starts.size(), band_.threads,
+            [&](std::size_t c) {
+                View here = view();
+                Search{runs_, band_, spacing, here}.serve(starts[c], found[c]);
+            },
+            part(from, to));
+        double total = 0;
+        for (std::size_t c = 0; c < starts.size(); ++c)
+            for (const auto& b : found[c])
+                for (int n = 0; n < 8; ++n)
+                    bricks[starts[c].sheet].push_back({b[0] + (n >> 2), b[1] + (n >> 1 & 1), b[2] + (n & 1)});
+        for (auto& b : bricks) {
+            tidy(b);
+            total += static_cast<double>(b.size());
+        }
+        check_size(total, band_);
+        return bricks;
+    }
+    static std::vector<SplineGrid> grids(double spacing, std::vector<BrickList> bricks) {
+        std::vector<SplineGrid> all;
+        for (auto& b : bricks) all.emplace_back(spacing, std::move(b));
+        return all;
+    }
+
+    /// Writes the distances at all nodes; per grid and brick, whether a narrow wall is the nearest to one.
+    std::vector<std::vector<char>> sample(std::vector<SplineGrid>& grids, double from, double to) const {
+        std::vector<std::vector<char>> narrow;
+        std::vector<std::pair<int, std::size_t>> work;  // grid, brick
+        for (std::size_t g = 0; g < grids.size(); ++g) {
+            narrow.emplace_back(grids[g].bricks(), 0);
+            for (std::size_t b = 0; b < grids[g].bricks(); ++b) work.push_back({static_cast<int>(g), b});
+        }
+        parallel_for(
+            work.size(), band_.threads,
+            [&](std::size_t w) {
+                const auto [g, b] = work[w];
+                View here = view();
+                constexpr int n = SplineGrid::kSide;
+                here.look_from(g, grids[g].place(b, n / 2, n / 2, n / 2));
+                auto value = grids[g].nodes(b).begin();
+                for (int i = 0; i < n; ++i)
+                    for (int j = 0; j < n; ++j)
+                        for (int k = 0; k < n; ++k) {
+                            *value++ = static_cast<float>(here.distance(grids[g].place(b, i, j, k)));
+                            if (here.triangle() >= 0 && narrow_[here.triangle()]) narrow[g][b] = 1;
+                        }
+            },
+            part(from, to));
+        return narrow;
+    }
+
+    /// Takes the marked bricks out of a grid of values.
+    static BrickList split_off(const std::vector<char>& marked, SplineGrid& grid) {
+        BrickList off, kept;
+        for (std::size_t b = 0; b < grid.bricks(); ++b) (marked[b] ? off : kept).push_back(grid.brick(b));
+        SplineGrid rest(grid.spacing(), std::move(kept));
+        for (std::size_t b = 0, r = 0; b < grid.bricks(); ++b)
+            if (!marked[b]) std::ranges::copy(grid.nodes(b), rest.nodes(r++).begin());
+        grid = std::move(rest);
+        return off;
+    }
+
+    const LumenSurface& surface_;
+    const CentrelineTree& tree_;
+    const VesselSheets& sheets_;
+    const FieldBand& band_;
+    const FindNearest& nearest_;
+    const std::function<void(double)>& progress_;
+    std::vector<StationRuns> runs_;  // per sheet
+    std::vector<int> station_of_triangle_;
+    std::vector<char> narrow_;  // per triangle, whether its wall needs the finer spacing
+};
+
 }  // namespace
 
 LumenSurface lumen_surface(const TriangleMesh& mesh, const CentrelineTree& tree) {
     return LumenSurface(mesh, [&](const Vec3& x) { return tree.stations()[tree.locate(x, -1)].centre; });
 }
 
-std::vector<SplineGrid> sampled_grids(const LumenSurface& surface, const CentrelineTree& tree,
-                                      const VesselSheets& sheets, const FieldBand& band,
-                                      const FindNearest& nearest,
-                                      const std::function<void(double)>& progress) {
-    const auto stations = tree.stations();
-    double area = 0;
-    for (std::size_t s = 1; s < stations.size(); ++s)
-        if (stations[s].branch == stations[s - 1].branch)
-            area += 2 * std::numbers::pi * stations[s].radius *
-                    (stations[s].centre - stations[s - 1].centre).norm();
-    const double edge = SplineGrid::kSide * band.spacing;
-    check_size(area * (band.inner + band.outer) / (edge * edge * edge), band);
-
-    std::vector<int> station_of_triangle(surface.count());
-    parallel_for(surface.count(), band.threads,
-                 [&](std::size_t t) { station_of_triangle[t] = station_of(surface, t, stations); });
-
-    auto part = [&](double from, double to) {
-        return [&progress, from, to](double share) {
-            if (progress) progress(from + (to - from) * share);
-        };
-    };
-    const std::vector<Cube> starts = cubes(tree, sheets, band);
-    std::vector<std::vector<SplineGrid::Brick>> served(starts.size());
-    parallel_for(
-        starts.size(), band.threads,
-        [&](std::size_t c) {
-            View view(surface, tree, sheets, station_of_triangle, nearest, band.outer);
-            Search{tree, sheets, band, view}.serve(starts[c], served[c]);
-        },
-        part(0.05, 0.3));
-
-    std::vector<std::vector<SplineGrid::Brick>> bricks(sheets.stations.size());
-    double total = 0;
-    for (std::size_t c = 0; c < starts.size(); ++c)
-        for (const auto& b : served[c])
-            for (int n = 0; n < 8; ++n)
-                bricks[starts[c].sheet].push_back({b[0] + (n >> 2), b[1] + (n >> 1 & 1), b[2] + (n & 1)});
-    for (auto& b : bricks) {
-        std::sort(b.begin(), b.end());
-        b.erase(std::unique(b.begin(), b.end()), b.end());
-        total += static_cast<double>(b.size());
-    }
-    check_size(total, band);
-
-    std::vector<SplineGrid> grids;
-    std::vector<std::pair<int, std::size_t>> work;  // grid, brick
-    for (std::size_t g = 0; g < bricks.size(); ++g) {
-        grids.emplace_back(band.spacing, std::move(bricks[g]));
-        for (std::size_t b = 0; b < grids[g].bricks(); ++b) work.push_back({static_cast<int>(g), b});
-    }
-    parallel_for(
-        work.size(), band.threads,
-        [&](std::size_t w) {
-            const auto [g, b] = work[w];
-            View view(surface, tree, sheets, station_of_triangle, nearest, band.outer);
-            constexpr int n = SplineGrid::kSide;
-            view.look_from(g, grids[g].place(b, n / 2, n / 2, n / 2));
-            auto value = grids[g].nodes(b).begin();
-            for (int i = 0; i < n; ++i)
-                for (int j = 0; j < n; ++j)
-                    for (int k = 0; k < n; ++k)
-                        *value++ = static_cast<float>(view.distance(grids[g].place(b, i, j, k)));
-        },
-        part(0.3, 1.0));
-    for (SplineGrid& grid : grids) grid.fit(band.threads);
-    if (progress) progress(1.0);
-    return grids;
+std::vector<SheetField> sampled_fields(const LumenSurface& surface, const CentrelineTree& tree,
+                                       const VesselSheets& sheets, const FieldBand& band,
+                                       const FindNearest& nearest,
+                                       const std::function<void(double)>& progress) {
+    check_size(band_bricks(tree, band), band);
+    return Sampler(surface, tree, sheets, band, nearest, progress).fields();
 }
 
 }  // namespace physics

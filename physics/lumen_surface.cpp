@@ -126,6 +126,14 @@ void LumenSurface::face_out(const std::vector<double>& vote) {
     }
 }
 
+double LumenSurface::flatness(int t) const {
+    double least = 1;
+    for (const int over : across_[t])
+        if (over >= 0)
+            least = std::min(least, area_normal(t).normalized().dot(area_normal(over).normalized()));
+    return least;
+}
+
 Vec3 LumenSurface::pseudo_normal(int t, int feature) const {
     if (feature < 3) return corner_normals_[mesh_.triangles[t][feature]];
     Vec3 normal = area_normal(t).normalized();

@@ -45,6 +45,9 @@ public:
         return 0.5 * (corner(t, 1) - corner(t, 0)).cross(corner(t, 2) - corner(t, 0));
     }
 
+    /// Least cosine of the angles between a triangle's normal and those over its edges.
+    double flatness(int t) const;
+
     /// Normal of a feature, of any length: of the face, of an edge the sum of its two faces', of a corner the
     /// sum weighted by angle (Bærentzen and Aanæs 2005). Its sign with x - point tells the side of x.
     Vec3 pseudo_normal(int triangle, int feature) const;
