@@ -69,6 +69,10 @@ private:
     std::vector<std::string> labels_;
 };
 
+std::string frames(int count) {
+    return fmt::format("{} frame{}", count, count == 1 ? "" : "s");
+}
+
 struct Notices {
     int stopped_withdrawals = 0, stopped_insertions = 0, kinked = 0, restless = 0, crossed = 0;
     double deepest_crossing = 0;  // [mm]
@@ -84,31 +88,31 @@ struct Notices {
         std::vector<std::string> result;
         if (stopped_withdrawals > 0) {
             result.push_back(
-                fmt::format("withdrawal stopped at the introducer in {} frames", stopped_withdrawals));
+                fmt::format("withdrawal stopped at the introducer in {}", frames(stopped_withdrawals)));
         }
         if (stopped_insertions > 0) {
             result.push_back(
-                fmt::format("insertion stopped in {} frames: the tip stood in an open end, or the wire had "
+                fmt::format("insertion stopped in {}: the tip stood in an open end, or the wire had "
                             "no more length",
-                            stopped_insertions));
+                            frames(stopped_insertions)));
         }
         if (kinked > 0) {
             result.push_back(
-                fmt::format("the wire was bent by more than 60 degrees at one joint in {} "
-                            "frames: shorter segments or a stiffer wire would follow",
-                            kinked));
+                fmt::format("the wire was bent by more than 60 degrees at one joint in {}: "
+                            "shorter segments or a stiffer wire would follow",
+                            frames(kinked)));
         }
         if (restless > 0) {
             result.push_back(
-                fmt::format("the wire had not come to rest at the end of {} frames: more "
+                fmt::format("the wire had not come to rest at the end of {}: more "
                             "[relaxer] updates_per_frame would let it",
-                            restless));
+                            frames(restless)));
         }
         if (crossed > 0) {
             result.push_back(
                 fmt::format("between two joints the wire crossed the wall, by up to {:.2g} mm, at the end of "
-                            "{} frames: shorter segments would not, and the global relaxer mends it",
-                            deepest_crossing, crossed));
+                            "{}; shorter segments follow the wall closer",
+                            deepest_crossing, frames(crossed)));
         }
         return result;
     }

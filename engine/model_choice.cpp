@@ -20,6 +20,7 @@ constexpr double kCellsToAxis = 4;  // of the grid from a wall to the axis: fewe
 /// Of the band, what bricks at its rim waste included: 15 of a tube of radius 1 mm and of the iliac arteries.
 constexpr double kBytesPerCell = 16;
 constexpr double kWhileMade = 2;  // times that
+constexpr double kWide = 15;      // vessels of so many spacings in radius have a grid of twice the spacing
 
 /// The point of a branch `way` before (< 0) or behind a sample along it; none past its ends.
 std::optional<Vec3> along(const physics::CentrelineBranch& branch, int sample, double way) {
@@ -77,11 +78,15 @@ void choose_wall(const Anatomy& anatomy, const physics::GuidewireSpec& wire, boo
     const physics::DistanceFieldOptions field;
     const double radius = choice.demand.smallest_radius;
     const double spacing = std::clamp(radius / 6, 0.2, 0.3);
-    double area = 0;
+    double cells = 0;
     for (const physics::CentrelineBranch& branch : anatomy.branches)
-        for (std::size_t i = 1; i < branch.points.size(); ++i)
-            area += 2 * std::numbers::pi * branch.radii[i] * (branch.points[i] - branch.points[i - 1]).norm();
-    const double bytes = area * (field.inner + field.outer) / std::pow(spacing, 3) * kBytesPerCell;
+        for (std::size_t i = 1; i < branch.points.size(); ++i) {
+            const double side = branch.radii[i] < kWide * spacing ? spacing : 2 * spacing;
+            cells += 2 * std::numbers::pi * branch.radii[i] *
+                     (branch.points[i] - branch.points[i - 1]).norm() * (field.inner + field.outer) /
+                     (side * side * side);
+        }
+    const double bytes = cells * kBytesPerCell;
     const double most = static_cast<double>(field.largest);
     choice.wall = WallModel::Mesh;
     if (radius < kCellsToAxis * spacing)
