@@ -53,8 +53,9 @@ BranchSpec branch(Draw& draw, std::string name, std::string parent, double at, s
     return {std::move(name), std::move(parent), at, std::move(knots), false};
 }
 
-/// Infrarenal aorta 16.5, common iliac 9.7 (ANATOMY tables for men), spread a tenth; renal, mesenteric and
-/// internal iliac arteries as they commonly are.
+/// Infrarenal aorta 16.5, common iliac 9.7 (men), spread a tenth. Renal arteries 5.6 and 5.4: CT angiography
+/// of 202 patients gave areas of 28.5 and 25.4 mm², which are 6.0 and 5.7 mm (PubMed 31106842). Estimated:
+/// the superior mesenteric artery 7.2 at its mouth and 4.8 farther on, the internal iliac 5.4 to 4.
 VesselTreeSpec iliac_renal(Draw& draw) {
     VesselTreeSpec spec;
     spec.branches = {
