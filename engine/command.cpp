@@ -33,6 +33,26 @@ struct CommandText {
     std::string operator()(const Rotate& c) const { return "rotate " + degrees_text(c.angle) + " deg"; }
     std::string operator()(const Beam& c) const { return c.on ? "beam on" : "beam off"; }
     std::string operator()(const Contrast& c) const { return "contrast " + number_text(c.iodine) + " mg/ml"; }
+    std::string operator()(const Inject& c) const {
+        return fmt::format("inject {} ml at {} ml/s into {} of {} mg/ml", number_text(c.volume),
+                           number_text(c.rate), c.branch, number_text(c.iodine));
+    }
+    std::string operator()(const SetMode& c) const {
+        return fmt::format("mode {}", imaging_modes[static_cast<std::size_t>(c.mode)]);
+    }
+    std::string operator()(const SetPulseRate& c) const {
+        return "pulse " + number_text(c.rate) + " per second";
+    }
+    std::string operator()(const NewMask&) const { return "mask"; }
+    std::string operator()(const Collimate& c) const {
+        if (c.width >= widest_opening && c.height >= widest_opening) return "collimate open";
+        return fmt::format("collimate {} {} mm", number_text(c.width), number_text(c.height));
+    }
+    std::string operator()(const MoveTable& c) const {
+        return fmt::format("table {} {} {} mm", number_text(c.place.x()), number_text(c.place.y()),
+                           number_text(c.place.z()));
+    }
+    std::string operator()(const StoreReference&) const { return "reference"; }
     std::string operator()(const Reset&) const { return "reset"; }
     std::string operator()(const MoveArm& c) const {
         std::string text = "arm";
@@ -76,6 +96,12 @@ render::CArm moved(render::CArm arm, const MoveArm& move) {
     return arm;
 }
 
+std::string too_many_pulses(double rate, double frame_rate) {
+    return fmt::format(
+        "{} pulses per second were asked for; up to {}, the scenario's frame rate, are accepted",
+        number_text(rate), number_text(frame_rate));
+}
+
 int CommandScript::last_frame(int tail) const {
     if (end) return *end;
     int last = -1;
@@ -84,11 +110,15 @@ int CommandScript::last_frame(int tail) const {
     return std::max(last, 0);
 }
 
-std::vector<std::string> problems(const CommandScript& script, const render::CArm& start) {
+std::vector<std::string> problems(const CommandScript& script, const render::CArm& start, double frame_rate) {
     std::vector<std::string> found;
     render::CArm arm = start;
     for (const TimedCommand& timed : script.commands) {
         if (std::holds_alternative<Reset>(timed.command)) arm = start;
+        if (const SetPulseRate* pulses = std::get_if<SetPulseRate>(&timed.command)) {
+            if (pulses->rate > frame_rate)
+                found.push_back(located(timed.place, too_many_pulses(pulses->rate, frame_rate)));
+        }
         const MoveArm* move = std::get_if<MoveArm>(&timed.command);
         if (!move) continue;
         arm = moved(arm, *move);

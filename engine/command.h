@@ -6,7 +6,14 @@
 ///     4..60   advance 2 mm               # at every frame from 4 to 60
 ///     9       rotate 30 deg
 ///     20      arm lao 30 deg cranial 10 deg sid 1000 mm
-///     25      contrast 12 mg/ml
+///     25      contrast 12 mg/ml          # fills all vessels evenly, from now on
+///     30      inject 12 ml at 6 ml/s into aorta of 300 mg/ml
+///     32      mode dsa                   # or live, roadmap
+///     33      mask                       # the next pulse is the mask
+///     40      pulse 7.5 per second       # 3.75, 7.5, 15 or 30
+///     41      collimate 120 90 mm        # opening at the detector; collimate open
+///     42      table 0 0 -40 mm           # to the patient's left, back, head
+///     50      reference                  # the image to the reference screen
 ///     80      withdraw 10 mm
 ///     90      reset                      # everything as at the start
 ///     120     end                        # the last frame; else the hold of the target after the last
@@ -14,6 +21,7 @@
 ///
 /// Frames stand in order. A line may repeat over a range, and ranges may overlap.
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
@@ -49,14 +57,43 @@ struct Beam {
 struct Contrast {
     double iodine = 0;
 };  // that fills the lumen from now on [mg/ml]
+/// Through a catheter that is there and not drawn.
+struct Inject {
+    double volume = 0;    // [ml]
+    double rate = 0;      // [ml/s]
+    std::string branch;   // at the start of which its tip lies
+    double iodine = 320;  // [mg/ml]
+};
+enum class ImagingMode { live, dsa, roadmap };
+inline constexpr std::array<std::string_view, 3> imaging_modes = {"live", "dsa", "roadmap"};
+struct SetMode {
+    ImagingMode mode = ImagingMode::live;
+};
+struct SetPulseRate {
+    double rate = 15;
+};                                                                         // [1/s]
+inline constexpr std::array<double, 4> pulse_rates = {3.75, 7.5, 15, 30};  // [1/s]
+struct NewMask {};
+struct Collimate {
+    double width = 0, height = 0;
+};  // of the opening at the detector [mm]
+struct MoveTable {
+    physics::Vec3 place = physics::Vec3::Zero();
+};  // of the table from where it was at the start [mm]
+struct StoreReference {};
 struct Reset {};
 
-using Command = std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Reset>;
+using Command = std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Inject, SetMode,
+                             SetPulseRate, NewMask, Collimate, MoveTable, StoreReference, Reset>;
 
 /// Amounts that one command may ask for; beyond lies a slip of the pen.
-inline constexpr double largest_motion = 500;      // [mm]
-inline constexpr double largest_rotation = 36000;  // [deg]
-inline constexpr double largest_iodine = 400;      // [mg/ml]
+inline constexpr double largest_motion = 500;           // [mm]
+inline constexpr double largest_rotation = 36000;       // [deg]
+inline constexpr double largest_iodine = 400;           // [mg/ml]
+inline constexpr double largest_volume = 300;           // of one injection [ml]
+inline constexpr double largest_flow = 40;              // of a power injector [ml/s]
+inline constexpr double widest_opening = 1000;          // of the collimator: open [mm]
+inline const physics::Vec3 table_reach(180, 140, 600);  // either way [mm]
 inline constexpr int largest_frame = 1'000'000;
 
 /// "advance 5 mm": reads back to the same bits.
@@ -65,6 +102,9 @@ std::string to_text(const Command&);
 Command canonical(const Command&);
 
 render::CArm moved(render::CArm, const MoveArm&);
+
+/// What is wrong with more pulses than frames.
+std::string too_many_pulses(double rate, double frame_rate);
 
 struct TimedCommand {
     int frame = 0;
@@ -91,7 +131,8 @@ struct CommandScript {
 CommandScript parse_commands(std::string_view text, const std::string& file);
 CommandScript load_commands(const std::filesystem::path&);
 
-/// The C-arm commands of a script that no stand could follow from `start`, a sentence each.
-std::vector<std::string> problems(const CommandScript&, const render::CArm& start);
+/// The commands of a script that no stand could follow from `start`, or that ask for more pulses than there
+/// are frames in a second, a sentence each.
+std::vector<std::string> problems(const CommandScript&, const render::CArm& start, double frame_rate);
 
 }  // namespace engine

@@ -15,8 +15,9 @@ constexpr double degree = std::numbers::pi / 180.0;
 constexpr std::size_t most_commands = 2'000'000;
 constexpr std::size_t most_messages = 20;
 
-constexpr std::array<std::string_view, 8> verbs = {"advance", "withdraw", "rotate", "arm",
-                                                   "beam",    "contrast", "reset",  "end"};
+constexpr std::array<std::string_view, 15> verbs = {"advance",   "withdraw", "rotate",    "arm",   "beam",
+                                                    "contrast",  "inject",   "mode",      "pulse", "mask",
+                                                    "collimate", "table",    "reference", "reset", "end"};
 constexpr std::array<std::string_view, 6> arm_words = {"lao", "cranial", "sid", "sod", "width", "isocentre"};
 
 struct Word {
@@ -63,11 +64,16 @@ public:
         if (!read || !(*read >= least && *read <= most)) refuse(word, accepted);  // also refuses NaN
         return *read;
     }
-    void unit(std::string_view accepted) {
-        const std::string text = fmt::format("the unit '{}' is accepted", accepted);
-        const Word& word = take(text);
-        if (word.text != accepted) refuse(word, text);
+    /// Takes the word if it is this one.
+    bool next_is(std::string_view text) {
+        const bool is = !done() && words_[next_].text == text;
+        next_ += is;
+        return is;
     }
+    void unit(std::string_view accepted) {
+        exactly(accepted, fmt::format("the unit '{}' is accepted", accepted));
+    }
+    void word(std::string_view accepted) { exactly(accepted, fmt::format("'{}' is accepted", accepted)); }
     double amount(double least, double most, std::string_view accepted) {
         const double value = number(least, most, accepted);
         unit(accepted);
@@ -78,6 +84,10 @@ public:
     }
 
 private:
+    void exactly(std::string_view accepted, const std::string& text) {
+        const Word& found = take(text);
+        if (found.text != accepted) refuse(found, text);
+    }
     static bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r'; }
     std::vector<Word> words_;
     std::size_t next_ = 0;
@@ -117,6 +127,51 @@ MoveArm arm_command(Line& line) {
     return move;
 }
 
+Inject inject_command(Line& line) {
+    Inject inject;
+    inject.volume = line.amount(0.1, largest_volume, "ml");
+    line.word("at");
+    inject.rate = line.amount(0.1, largest_flow, "ml/s");
+    line.word("into");
+    inject.branch = line.take("the name of a branch is accepted").text;
+    if (!line.done()) {
+        line.word("of");
+        inject.iodine = line.amount(1, largest_iodine, "mg/ml");
+    }
+    return inject;
+}
+
+SetPulseRate pulse_command(Line& line) {
+    const std::string accepted = "3.75, 7.5, 15 or 30 is accepted, per second";
+    const Word& word = line.take(accepted);
+    const std::optional<double> rate = parse_number(word.text);
+    if (!rate || std::find(pulse_rates.begin(), pulse_rates.end(), *rate) == pulse_rates.end())
+        Line::refuse(word, accepted);
+    line.word("per");
+    line.word("second");
+    return {*rate};
+}
+
+SetMode mode_command(Line& line) {
+    const std::string accepted = "accepted are: " + joined(imaging_modes);
+    const Word& word = line.take(accepted);
+    const auto found = std::find(imaging_modes.begin(), imaging_modes.end(), word.text);
+    if (found == imaging_modes.end()) Line::refuse(word, accepted);
+    return {static_cast<ImagingMode>(found - imaging_modes.begin())};
+}
+
+Collimate collimate_command(Line& line) {
+    if (line.next_is("open")) return {widest_opening, widest_opening};
+    const double width = line.number(10, widest_opening, "mm");
+    return {width, line.amount(10, widest_opening, "mm")};
+}
+
+MoveTable table_command(Line& line) {
+    const double x = line.number(-table_reach.x(), table_reach.x(), "mm");
+    const double y = line.number(-table_reach.y(), table_reach.y(), "mm");
+    return {physics::Vec3(x, y, line.amount(-table_reach.z(), table_reach.z(), "mm"))};
+}
+
 Command command(const Word& verb, Line& line) {
     if (verb.text == "advance") return Advance{line.amount(0, largest_motion, "mm")};
     if (verb.text == "withdraw") return Withdraw{line.amount(0, largest_motion, "mm")};
@@ -124,6 +179,13 @@ Command command(const Word& verb, Line& line) {
         return Rotate{line.amount(-largest_rotation, largest_rotation, "deg") * degree};
     if (verb.text == "arm") return arm_command(line);
     if (verb.text == "contrast") return Contrast{line.amount(0, largest_iodine, "mg/ml")};
+    if (verb.text == "inject") return inject_command(line);
+    if (verb.text == "mode") return mode_command(line);
+    if (verb.text == "pulse") return pulse_command(line);
+    if (verb.text == "mask") return NewMask{};
+    if (verb.text == "collimate") return collimate_command(line);
+    if (verb.text == "table") return table_command(line);
+    if (verb.text == "reference") return StoreReference{};
     if (verb.text == "reset") return Reset{};
     if (verb.text == "beam") {
         const Word& state = line.take("'on' or 'off' is accepted");

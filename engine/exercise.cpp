@@ -4,18 +4,13 @@
 
 namespace engine {
 
-struct Exercise::Pulse {
-    render::CArm arm;
-    std::vector<physics::Vec3> joints;
-    render::Exposure exposure;
-};
-
 Exercise::Exercise(const Scenario& scenario, bool with_images, const ModelCache& cache)
     : simulation_(scenario, cache), scorer_(simulation_) {
-    if (with_images) fluoroscope_ = make_fluoroscope(scenario, simulation_.anatomy());
+    if (!with_images) return;
+    monitor_.emplace(make_fluoroscope(scenario, simulation_.anatomy()));
+    const int pixels = scenario.c_arm.pixels;
+    black_ = {pixels, pixels, std::vector<std::uint8_t>(static_cast<std::size_t>(pixels) * pixels, 0)};
 }
-
-Exercise::~Exercise() = default;
 
 void Exercise::record(const std::filesystem::path& path, const RecordingHeader& header) {
     recording_.emplace(path, header);
@@ -33,37 +28,49 @@ StepReport Exercise::next_frame(std::span<const Command> commands) {
     const StepReport report = simulation_.step();
     if (simulation_.resets() != resets) {
         attempt_start_ = frame_;
-        pulse_.reset();
-        image_is_current_ = false;
+        if (monitor_) monitor_->clear();
+        masks_ = references_ = 0;
     }
     scorer_.observe(frame_, simulation_, report);
     if (recording_) recording_->frame(frame_, commands, simulation_.state_hash());
-    if (simulation_.beam_on() && fluoroscope_) take_pulse();
+    if (monitor_ && simulation_.pulse()) take_pulse();
+    if (monitor_ && references_ != simulation_.console().references()) {
+        references_ = simulation_.console().references();
+        monitor_->store_reference();
+    }
     return report;
 }
 
 void Exercise::take_pulse() {
-    const Scenario& scenario = simulation_.scenario();
-    if (!pulse_) pulse_ = std::make_unique<Pulse>();
-    pulse_->arm = simulation_.c_arm();
-    pulse_->joints = simulation_.wire().joints;
-    pulse_->exposure.frame = static_cast<std::uint64_t>(frame_ - attempt_start_);
-    pulse_->exposure.seed = scenario.seed;
-    pulse_->exposure.detector_dose = scenario.imaging.detector_dose;
-    pulse_->exposure.iodine = simulation_.iodine();
-    image_is_current_ = false;
+    const Imaging& imaging = simulation_.scenario().imaging;
+    const Console& console = simulation_.console();
+    Pulse pulse;
+    pulse.arm = console.arm();
+    pulse.joints = simulation_.wire().joints;
+    pulse.mode = console.mode();
+    pulse.new_mask = masks_ != console.masks();
+    masks_ = console.masks();
+    pulse.exposure.frame = static_cast<std::uint64_t>(frame_ - attempt_start_);
+    pulse.exposure.seed = simulation_.scenario().seed;
+    pulse.exposure.detector_dose =
+        pulse.mode == ImagingMode::dsa ? imaging.acquisition_dose : imaging.detector_dose;
+    pulse.exposure.kvp = imaging.kvp;
+    pulse.exposure.iodine = simulation_.iodine();
+    monitor_->take(std::move(pulse));
 }
 
 const render::GrayImage& Exercise::image() {
-    if (image_is_current_) return image_;
-    if (pulse_ && fluoroscope_) {
-        image_ = fluoroscope_->expose(pulse_->arm, pulse_->joints, pulse_->exposure);
-    } else {
-        const int pixels = simulation_.c_arm().pixels;
-        image_ = {pixels, pixels, std::vector<std::uint8_t>(static_cast<std::size_t>(pixels) * pixels, 0)};
+    const render::GrayImage* shown = monitor_ ? monitor_->image() : nullptr;
+    return shown ? *shown : black_;
+}
+
+Score Exercise::score() const {
+    Score score = scorer_.score();
+    if (monitor_) {
+        score.air_kerma = monitor_->dose().air_kerma;
+        score.area_product = monitor_->dose().area_product;
     }
-    image_is_current_ = true;
-    return image_;
+    return score;
 }
 
 bool Exercise::time_is_up() const {

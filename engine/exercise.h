@@ -1,13 +1,12 @@
 #pragma once
 /// One attempt at a scenario: the vessel and wire, the C-arm's picture, the score, the recording.
 
-#include <memory>
 #include <optional>
 
+#include "engine/monitor.h"
 #include "engine/recording.h"
 #include "engine/score.h"
 #include "engine/simulation.h"
-#include "render/fluoroscope.h"
 #include "render/image.h"
 
 namespace engine {
@@ -17,7 +16,6 @@ public:
     /// Throws InputError when scenario and anatomy do not fit, or `with_images` and the vessel can't be
     /// imaged.
     Exercise(const Scenario&, bool with_images, const ModelCache& = {});
-    ~Exercise();
 
     /// From the next frame on, frames are recorded. Throws InputError when the file cannot be written.
     void record(const std::filesystem::path&, const RecordingHeader&);
@@ -30,24 +28,24 @@ public:
     /// hold) while it is off, black before the first. Depends on the frames made, not on which were looked
     /// at.
     const render::GrayImage& image();
+    /// The screens; null without images.
+    const Monitor* monitor() const { return monitor_ ? &*monitor_ : nullptr; }
 
     int frame() const { return frame_; }  // the last one made, -1 before the first
     const Simulation& simulation() const { return simulation_; }
-    Score score() const { return scorer_.score(); }
+    Score score() const;
     /// The scenario's time is up after the last frame made.
     bool time_is_up() const;
 
 private:
-    struct Pulse;  // what an exposure needs, kept from the last frame with the beam on
     void take_pulse();
 
     Simulation simulation_;
     Scorer scorer_;
-    std::optional<render::Fluoroscope> fluoroscope_;
+    std::optional<Monitor> monitor_;
     std::optional<Recording> recording_;
-    std::unique_ptr<Pulse> pulse_;
-    render::GrayImage image_;
-    bool image_is_current_ = false;
+    render::GrayImage black_;
+    int masks_ = 0, references_ = 0;  // asked for and taken
     int frame_ = -1;
     int attempt_start_ = 0;  // frame of the last reset
 };

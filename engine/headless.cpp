@@ -20,7 +20,8 @@ constexpr int sheet_tiles = 12, sheet_columns = 4, sheet_tile_width = 256;
 
 void check(const Scenario& scenario, const CommandScript& script) {
     std::vector<std::string> wrong = problems(scenario);
-    for (const std::string& problem : problems(script, scenario.c_arm)) wrong.push_back(problem);
+    for (const std::string& problem : problems(script, scenario.c_arm, scenario.frame_rate))
+        wrong.push_back(problem);
     if (!wrong.empty()) throw InputError(joined(wrong, "\n"));
 }
 

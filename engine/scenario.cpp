@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "engine/anatomy/generate_run.h"
+#include "engine/command.h"
 #include "engine/text.h"
 
 namespace engine {
@@ -31,6 +32,8 @@ std::vector<std::string> problems(const Scenario& s) {
     for (const std::string& text : physics::problems(s.guidewire)) say("guidewire", "[guidewire] " + text);
     for (const std::string& text : physics::problems(s.relaxer)) say("relaxer", "[relaxer] " + text);
     for (const std::string& text : render::problems(s.c_arm)) say("c_arm", "[c_arm] " + text);
+    if (s.imaging.pulse_rate && *s.imaging.pulse_rate > s.frame_rate)
+        say("imaging.pulse_rate_hz", too_many_pulses(*s.imaging.pulse_rate, s.frame_rate));
     if (s.wall_model == WallModel::Analytic && !s.tube) {
         say("wall.model", "an anatomy has no analytic wall; auto, distance-field, mesh are accepted");
     }

@@ -13,6 +13,7 @@
 #include "engine/anatomy/vessel_tree.h"
 #include "engine/error.h"
 #include "engine/scenes.h"
+#include "engine/vessel_motion.h"
 #include "physics/guidewire.h"
 #include "physics/refinement.h"
 #include "physics/relaxer.h"
@@ -50,9 +51,12 @@ struct Target {
 };
 
 struct Imaging {
-    double detector_dose = 30;  // a pulse at the detector [nGy]
-    double iodine = 0;          // contrast that fills the lumen at the start [mg/ml]
-    bool patient = true;        // a body around the vessel; off = the vessel and wire in air
+    double detector_dose = 30;         // a pulse at the detector [nGy]
+    double iodine = 0;                 // contrast that fills the lumen at the start [mg/ml]
+    bool patient = true;               // a body around the vessel; off = the vessel and wire in air
+    double acquisition_dose = 1000;    // a pulse of DSA at the detector [nGy]
+    std::optional<double> kvp;         // tube voltage [kV]; empty = automatic
+    std::optional<double> pulse_rate;  // [1/s]; empty = a pulse every frame
 };
 
 struct Scenario {
@@ -77,6 +81,7 @@ struct Scenario {
     Target target;
     render::CArm c_arm;  // at the start
     Imaging imaging;
+    VesselMotion motion;
 
     std::map<std::string, TextPlace> places;        // "guidewire.diameter_mm" → where the file says so
     TextPlace place(const std::string& key) const;  // of the key, or its section, or the file

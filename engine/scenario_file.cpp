@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <fstream>
@@ -5,6 +6,7 @@
 #include <toml++/toml.h>
 
 #include "engine/anatomy/vessel_file.h"
+#include "engine/command.h"
 #include "engine/guidewire_presets.h"
 #include "engine/scenario.h"
 #include "engine/text.h"
@@ -132,6 +134,32 @@ void read_anatomy(Section& top, Reading& reading, Scenario& s) {
     }
 }
 
+void read_imaging(Section imaging, Scenario& s) {
+    imaging.number("detector_dose_nGy", s.imaging.detector_dose, {0.1, 1e5});
+    imaging.number("acquisition_dose_nGy", s.imaging.acquisition_dose, {0.1, 1e5});
+    double kvp = 0;
+    imaging.number("tube_voltage_kV", kvp, {40, 125});
+    if (kvp > 0) s.imaging.kvp = kvp;
+    if (const toml::node* node = imaging.find("pulse_rate_hz")) {
+        const auto rate = node->value<double>();
+        if (rate && std::find(pulse_rates.begin(), pulse_rates.end(), *rate) != pulse_rates.end())
+            s.imaging.pulse_rate = *rate;
+        else
+            imaging.refuse("pulse_rate_hz", *node, "3.75, 7.5, 15 or 30 is accepted");
+    }
+    imaging.number("iodine_mg_per_ml", s.imaging.iodine, {0, 400});
+    imaging.flag("patient", s.imaging.patient);
+    imaging.finish();
+}
+
+void read_motion(Section motion, Scenario& s) {
+    motion.number("heart_rate_per_min", s.motion.heart_rate, {20, 240});
+    motion.point("heart_reach_mm", s.motion.heart_reach, 30);
+    motion.number("breathing_rate_per_min", s.motion.breathing_rate, {4, 60});
+    motion.point("breathing_reach_mm", s.motion.breathing_reach, 60);
+    motion.finish();
+}
+
 void read_sections(const toml::table& root, Reading& reading, Scenario& s) {
     Section top(reading, &root, "");
     int schema = 0;
@@ -165,11 +193,8 @@ void read_sections(const toml::table& root, Reading& reading, Scenario& s) {
     target.number("hold_s", s.target.hold, {0, 60});
     target.finish();
     read_c_arm(top.section("c_arm", false), s);
-    Section imaging = top.section("imaging", false);
-    imaging.number("detector_dose_nGy", s.imaging.detector_dose, {0.1, 1e5});
-    imaging.number("iodine_mg_per_ml", s.imaging.iodine, {0, 400});
-    imaging.flag("patient", s.imaging.patient);
-    imaging.finish();
+    read_imaging(top.section("imaging", false), s);
+    read_motion(top.section("motion", false), s);
     top.finish();
 }
 

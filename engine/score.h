@@ -26,12 +26,15 @@ struct Score {
     bool completed = false;
     std::optional<double> completion_time;  // [s]
     double beam_on_time = 0;                // [s]
-    double wire_travel = 0;                 // Σ|Δs| of the inserted length s [mm]
-    double advanced = 0, withdrawn = 0;     // its two parts [mm]
-    double back_and_forth_ratio = 0;        // (Σ|Δs| − |ΣΔs|) / Σ|Δs| [-]
-    int reversals = 0;                      // changes between advancing and withdrawing
-    double rotation = 0;                    // Σ|angle| of the hub [rad]
-    double tip_path = 0;                    // way of the tip over the frames [mm]
+    /// Of the patient; empty when no images were made, which alone tell what the tube must give.
+    std::optional<double> air_kerma;     // K_a,r at the reference point [mGy]
+    std::optional<double> area_product;  // P_KA [Gy·cm²]
+    double wire_travel = 0;              // Σ|Δs| of the inserted length s [mm]
+    double advanced = 0, withdrawn = 0;  // its two parts [mm]
+    double back_and_forth_ratio = 0;     // (Σ|Δs| − |ΣΔs|) / Σ|Δs| [-]
+    int reversals = 0;                   // changes between advancing and withdrawing
+    double rotation = 0;                 // Σ|angle| of the hub [rad]
+    double tip_path = 0;                 // way of the tip over the frames [mm]
     double path_efficiency = 0;     // way along the centreline from start to tip over that of the tip [-]
     double peak_wall_force = 0;     // of one joint [N]
     double wall_force_impulse = 0;  // ∫ of the forces of all joints dt [N·s]

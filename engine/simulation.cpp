@@ -79,6 +79,10 @@ std::unique_ptr<const physics::LumenWall> make_wall(const Scenario& s, const Ana
     return cached_distance_field(anatomy, s.wall_stiffness, wire_radius, cache);
 }
 
+Console start_console(const Scenario& scenario) {
+    return Console(scenario.c_arm, scenario.frame_rate, scenario.imaging.pulse_rate);
+}
+
 int steps_of(double amount, double step) {
     return static_cast<int>(std::ceil(std::abs(amount) / step * (1 - 1e-12)));
 }
@@ -86,7 +90,7 @@ int steps_of(double amount, double step) {
 }  // namespace
 
 Simulation::Simulation(const Scenario& scenario, const ModelCache& cache)
-    : scenario_(scenario), anatomy_(anatomy_of(scenario, cache)) {
+    : scenario_(scenario), anatomy_(anatomy_of(scenario, cache)), console_(start_console(scenario)) {
     choose();
     choose_entry();
     locate_target();
@@ -184,8 +188,9 @@ void Simulation::reset() {
     settled_ = true;
     wire_ = physics::wire_along(scenario_.guidewire, entry_.points, segments_at_start_);
     waiting_.clear();
-    c_arm_ = scenario_.c_arm;
-    beam_on_ = false;
+    console_ = start_console(scenario_);
+    pulse_ = false;
+    frames_ = 0;
     iodine_ = scenario_.imaging.iodine;
     StepReport ignored;
     relax(*relaxer_, updates_at_start * segments_at_start_, ignored);
@@ -198,17 +203,12 @@ void Simulation::reset() {
 }
 
 void Simulation::apply(const Command& command) {
-    struct Applier {
-        Simulation& s;
-        void operator()(const Advance& c) const { s.waiting_.push_back({c.length, 0}); }
-        void operator()(const Withdraw& c) const { s.waiting_.push_back({-c.length, 0}); }
-        void operator()(const Rotate& c) const { s.waiting_.push_back({0, c.angle}); }
-        void operator()(const MoveArm& c) const { s.c_arm_ = moved(s.c_arm_, c); }
-        void operator()(const Beam& c) const { s.beam_on_ = c.on; }
-        void operator()(const Contrast& c) const { s.iodine_ = c.iodine; }
-        void operator()(const Reset&) const { s.reset(); }
-    };
-    std::visit(Applier{*this}, command);
+    console_.apply(command);
+    if (const auto* c = std::get_if<Advance>(&command)) waiting_.push_back({c->length, 0});
+    if (const auto* c = std::get_if<Withdraw>(&command)) waiting_.push_back({-c->length, 0});
+    if (const auto* c = std::get_if<Rotate>(&command)) waiting_.push_back({0, c->angle});
+    if (const auto* c = std::get_if<Contrast>(&command)) iodine_ = c->iodine;
+    if (std::holds_alternative<Reset>(command)) reset();
 }
 
 StepReport Simulation::step() {
@@ -236,7 +236,17 @@ StepReport Simulation::step() {
     }
     if (report.relax.updates > 0 || contacts_.size() != wire_.joints.size())
         mend_crossings(budget - report.relax.updates, report);
+    ++frames_;
+    pulse_ = console_.end_frame();
     return report;
+}
+
+double Simulation::time() const {
+    return frames_ / scenario_.frame_rate;
+}
+
+Vec3 Simulation::vessel_shift() const {
+    return scenario_.motion.at(time());
 }
 
 /// Takes the contacts as well. Between two motions the wire may not be near rest: its crossings are mended
@@ -337,9 +347,13 @@ std::uint64_t Simulation::state_hash() const {
     hash.add(wire_.carried);
     for (const Motion& motion : waiting_) hash.add(motion.insertion), hash.add(motion.rotation);
     hash.add(static_cast<int>(settled_));
-    hash.add(c_arm_.lao), hash.add(c_arm_.cranial), hash.add(c_arm_.sid), hash.add(c_arm_.sod);
-    hash.add(c_arm_.isocentre), hash.add(c_arm_.detector_width), hash.add(c_arm_.pixels);
-    hash.add(static_cast<int>(beam_on_));
+    const render::CArm arm = console_.arm();
+    hash.add(arm.lao), hash.add(arm.cranial), hash.add(arm.sid), hash.add(arm.sod);
+    hash.add(arm.isocentre), hash.add(arm.detector_width), hash.add(arm.pixels);
+    hash.add(arm.opening_width), hash.add(arm.opening_height);
+    hash.add(static_cast<int>(console_.beam_on()));
+    hash.add(static_cast<int>(console_.mode())), hash.add(console_.pulse_rate());
+    hash.add(console_.masks()), hash.add(console_.references());
     hash.add(iodine_);
     return hash.hash();
 }

@@ -9,6 +9,7 @@
 
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/command.h"
+#include "engine/console.h"
 #include "engine/model_choice.h"
 #include "engine/scenario.h"
 #include "physics/relaxer.h"
@@ -53,9 +54,13 @@ public:
     const physics::Vec3& tip_at_start() const { return tip_at_start_; }           // before frame 0 [mm]
     std::span<const physics::WallContact> contacts() const { return contacts_; }  // of the joints as they are
     const physics::Vec3& target() const { return target_; }                       // [mm]
-    const render::CArm& c_arm() const { return c_arm_; }
-    bool beam_on() const { return beam_on_; }
-    double iodine() const { return iodine_; }  // [mg/ml]
+    const Console& console() const { return console_; }
+    /// The last step had a pulse of the beam.
+    bool pulse() const { return pulse_; }
+    double iodine() const { return iodine_; }  // throughout the vessels, injections aside [mg/ml]
+    double time() const;                       // at the end of the last step [s]
+    /// Where vessels and wire are now, from where anatomy() and wire() have them [mm].
+    physics::Vec3 vessel_shift() const;
     int resets() const { return resets_; }
 
     double inserted() const { return wire_.inserted_length() + wire_.carried; }  // [mm]
@@ -94,8 +99,9 @@ private:
     std::vector<physics::WallContact> contacts_;
     std::vector<Motion> waiting_;
     bool settled_ = true;  // near enough to rest for the next motion
-    render::CArm c_arm_;
-    bool beam_on_ = false;
+    Console console_;
+    bool pulse_ = false;
+    int frames_ = 0;  // since the start or the last reset
     double iodine_ = 0;
     int resets_ = 0;
 };

@@ -1,6 +1,7 @@
 #include "render/c_arm.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -10,7 +11,8 @@ using physics::Vec3;
 
 bool operator==(const CArm& a, const CArm& b) {
     return a.lao == b.lao && a.cranial == b.cranial && a.sid == b.sid && a.sod == b.sod &&
-           a.isocentre == b.isocentre && a.detector_width == b.detector_width && a.pixels == b.pixels;
+           a.isocentre == b.isocentre && a.detector_width == b.detector_width &&
+           a.opening_width == b.opening_width && a.opening_height == b.opening_height && a.pixels == b.pixels;
 }
 
 std::vector<std::string> problems(const CArm& arm) {
@@ -31,6 +33,9 @@ std::vector<std::string> problems(const CArm& arm) {
     require(arm.sod < arm.sid, "the isocentre must lie between source and detector (sod < sid)");
     require(arm.detector_width > 0.0 && arm.detector_width <= 1000.0,
             "the detector must be wider than 0 mm and at most 1000 mm");
+    require(arm.opening_width > 0.0 && arm.opening_height > 0.0 && arm.opening_width <= 1000.0 &&
+                arm.opening_height <= 1000.0,
+            "the collimator must open by more than 0 mm and at most 1000 mm");
     require(arm.pixels >= 1 && arm.pixels <= 4096, "the image must have 1 to 4096 pixels along a side");
     require(arm.isocentre.allFinite(), "the isocentre must be finite");
     return found;
@@ -52,6 +57,10 @@ Vec3 detector_centre(const CArm& arm) {
 
 double pixel_width(const CArm& arm) {
     return arm.detector_width / arm.pixels;
+}
+
+double open_area(const CArm& arm) {
+    return std::min(arm.opening_width, arm.detector_width) * std::min(arm.opening_height, arm.detector_width);
 }
 
 Pixel project(const CArm& arm, const Vec3& point) {

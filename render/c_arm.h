@@ -17,8 +17,11 @@ struct CArm {
     double sid = 1100.0;                              // source to detector [mm]
     double sod = 750.0;                               // source to isocentre [mm]
     physics::Vec3 isocentre = physics::Vec3::Zero();  // in patient coordinates [mm]
-    double detector_width = 300.0;                    // of the square field [mm]
-    int pixels = 512;                                 // along either side
+    double detector_width = 300.0;                    // of the square field, smaller when magnified [mm]
+    /// Opening of the collimator at the detector [mm]; it opens no wider than the field.
+    double opening_width = 1000.0;
+    double opening_height = 1000.0;
+    int pixels = 512;  // along either side
 };
 
 bool operator==(const CArm&, const CArm&);
@@ -38,6 +41,7 @@ ArmAxes axes(const CArm&);
 physics::Vec3 source(const CArm&);           // focal spot [mm]
 physics::Vec3 detector_centre(const CArm&);  // [mm]
 double pixel_width(const CArm&);             // on the detector [mm]
+double open_area(const CArm&);               // of the detector that the collimator leaves [mm²]
 
 /// Where a point falls. Pixel (i, j) covers [i, i+1) × [j, j+1), j downward from the top.
 struct Pixel {

@@ -1,11 +1,11 @@
 #include "render/display.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cmath>
-#include <numbers>
+#include <utility>
 
+#include "render/fast_log.h"
 #include "render/filter.h"
 
 namespace render {
@@ -13,40 +13,20 @@ namespace render {
 namespace {
 
 constexpr float lowest = -4.0f, highest = 3.0f;  // ln of signal over reference that the grey table covers
-constexpr float black = 5.0f;                    // grey of the closed shutters
-
-/// Natural logarithm of a positive, normal float to 3e-4: its exponent, and a table over 11 bits of its
-/// mantissa.
-class FastLog {
-public:
-    FastLog() {
-        for (int i = 0; i < size; ++i) mantissa_[i] = static_cast<float>(std::log1p((i + 0.5) / size));
-    }
-    float operator()(float x) const {
-        const auto bits = std::bit_cast<std::uint32_t>(x);
-        const int exponent = static_cast<int>(bits >> 23) - 127;
-        return static_cast<float>(exponent) * std::numbers::ln2_v<float> + mantissa_[bits >> 12 & (size - 1)];
-    }
-
-private:
-    static constexpr int size = 2048;
-    std::array<float, size> mantissa_{};
-};
-
-const FastLog& fast_log() {
-    static const FastLog log;
-    return log;
-}
 
 }  // namespace
 
-Field shutters(const DisplaySpec& spec, int width, int height) {
+Field shutters(const DisplaySpec& spec, const CArm& arm) {
+    const int width = arm.pixels, height = arm.pixels;
     Field open(width, height);
-    const double unit = std::min(width, height);
-    const double radius = spec.shutter_radius * unit;
+    const double unit = arm.pixels;
+    const auto half_of = [&](double opening) {
+        return std::min(0.5 * unit - spec.shutter_margin * unit, 0.5 * opening / pixel_width(arm));
+    };
+    const double half_x = half_of(arm.opening_width), half_y = half_of(arm.opening_height);
+    const double radius = std::min({spec.shutter_radius * unit, half_x, half_y});
     const double softness = std::max(spec.shutter_softness * unit, 1e-6);
-    const double inner_x = 0.5 * width - spec.shutter_margin * unit - radius;
-    const double inner_y = 0.5 * height - spec.shutter_margin * unit - radius;
+    const double inner_x = half_x - radius, inner_y = half_y - radius;
     for (int j = 0; j < height; ++j) {
         for (int i = 0; i < width; ++i) {
             const double x = std::max(std::abs(i + 0.5 - 0.5 * width) - inner_x, 0.0);
@@ -60,8 +40,9 @@ Field shutters(const DisplaySpec& spec, int width, int height) {
     return open;
 }
 
-Display::Display(const DisplaySpec& spec, const Field& expected, const Field& flat, const Field& weight)
-    : reference_(expected.width, expected.height), open_(shutters(spec, expected.width, expected.height)) {
+Display::Display(const DisplaySpec& spec, const Field& expected, const Field& flat, const Field& weight,
+                 Field open)
+    : reference_(expected.width, expected.height), open_(std::move(open)) {
     assert(expected.values.size() == flat.values.size() && flat.values.size() == weight.values.size());
     const auto steps = static_cast<int>(grey_.size());
     for (int i = 0; i < steps; ++i) {
@@ -100,7 +81,8 @@ GrayImage Display::show(const Field& signal) const {
         const float d = log(std::max(signal.values[i], 0.25f)) - reference_.values[i];
         const int step = static_cast<int>((std::clamp(d, lowest, highest) - lowest) * scale);
         const float grey = grey_[std::min(step, steps - 1)];
-        image.pixels[i] = static_cast<std::uint8_t>(black + open_.values[i] * (grey - black) + 0.5f);
+        image.pixels[i] =
+            static_cast<std::uint8_t>(shutter_grey + open_.values[i] * (grey - shutter_grey) + 0.5f);
     }
     return image;
 }

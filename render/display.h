@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "render/c_arm.h"
 #include "render/image.h"
 
 namespace render {
@@ -24,9 +25,9 @@ struct DisplaySpec {
 class Display {
 public:
     /// `expected`: detector signal without noise [quanta]; `flat`: the same with nothing in the beam, as
-    /// shares of its middle [-]; `weight`: of each pixel in the average that is shown at `brightness` [-].
-    /// Equal sizes.
-    Display(const DisplaySpec&, const Field& expected, const Field& flat, const Field& weight);
+    /// shares of its middle [-]; `weight`: of each pixel in the average that is shown at `brightness` [-];
+    /// `open`: transmission of the collimator [-]. Equal sizes.
+    Display(const DisplaySpec&, const Field& expected, const Field& flat, const Field& weight, Field open);
 
     /// Shape as `expected`.
     GrayImage show(const Field& signal) const;
@@ -38,6 +39,8 @@ private:
 };
 
 /// Transmission of the rounded collimator, 0 to 1 [-].
-Field shutters(const DisplaySpec&, int width, int height);
+Field shutters(const DisplaySpec&, const CArm&);
+
+constexpr float shutter_grey = 5.0f;  // of the closed collimator on the monitor
 
 }  // namespace render

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "physics/geometry.h"
@@ -15,6 +16,7 @@
 #include "render/image.h"
 #include "render/materials.h"
 #include "render/wire_image.h"
+#include "render/x_ray_tube.h"
 
 namespace render {
 
@@ -27,6 +29,7 @@ struct TissueLayer {
     Material inside = Material::air;
     physics::TriangleMesh mesh;   // closed [mm]
     bool takes_contrast = false;  // a lumen: Exposure::iodine is dissolved in it
+    bool perfused = false;        // an organ: Exposure::organs may name it
 };
 
 struct FluoroscopeConfig {
@@ -39,13 +42,20 @@ struct FluoroscopeConfig {
     double heel = 0.08;               // loss of intensity at the edge toward the anode (the head) [-]
 };
 
+/// Iodine in an organ's small vessels.
+struct OrganIodine {
+    int layer = 0;        // index of a perfused layer
+    double iodine = 0.0;  // mean over the organ [mg/ml]
+};
+
 /// One pulse.
 struct Exposure {
     std::uint64_t frame = 0;
     std::uint64_t seed = 0;
     double detector_dose = 30.0;  // mean over the measuring field, per pulse [nGy]
-    double kvp = 74.0;            // tube voltage [kV]
+    std::optional<double> kvp;    // tube voltage [kV]; empty = automatic
     double iodine = 0.0;          // concentration throughout the layers that take contrast [mg/ml]
+    std::vector<OrganIodine> organs;
 };
 
 /// Everything wrong with an exposure; empty when usable.
@@ -62,14 +72,34 @@ public:
     Fluoroscope(Fluoroscope&&) noexcept;
     Fluoroscope& operator=(Fluoroscope&&) noexcept;
 
-    /// A live frame of arm.pixels squared. `joints` from the introducer to the tip [mm]; with fewer than two,
-    /// or with one that is not finite, the wire is left out. The tube output follows the anatomy (automatic
-    /// exposure): the mean dose in a disc amid the image is `detector_dose` at any pose, before wire and
-    /// contrast. Throws std::invalid_argument with all the problems of arm or exposure.
+    /// The signal of one pulse as it is read out, with its noise [quanta], arm.pixels squared. `joints` from
+    /// the introducer to the tip [mm]; with fewer than two, or with one that is not finite, the wire is left
+    /// out. The tube output follows the anatomy (automatic exposure): the mean dose in a disc amid the image
+    /// is `detector_dose` at any pose the tube is strong enough for, before wire and contrast. Throws
+    /// std::invalid_argument with all the problems of arm or exposure.
+    Field read(const CArm&, std::span<const physics::Vec3> joints, const Exposure&);
+
+    /// The quanta expected on each pixel, before noise: what `read` draws its numbers around.
+    Field expected_quanta(const CArm&, std::span<const physics::Vec3> joints, const Exposure&);
+
+    /// How signals are shown that were read at this pose and dose. Holds until the next call of a member
+    /// that takes an arm.
+    const Display& display(const CArm&, const Exposure&);
+
+    /// A live frame: the signal of the pulse, shown.
     GrayImage expose(const CArm&, std::span<const physics::Vec3> joints, const Exposure&);
 
-    /// The quanta expected on each pixel, before noise: what `expose` draws its numbers around.
-    Field expected_quanta(const CArm&, std::span<const physics::Vec3> joints, const Exposure&);
+    /// Transmission of the collimator [-].
+    Field opening(const CArm&) const;
+
+    /// What tube and patient get for the pulse.
+    Technique technique(const CArm&, const Exposure&);
+
+    /// Pixels that the wire shadows by more than 2 % of the softest quanta: ground truth.
+    std::vector<std::uint32_t> wire_pixels(const CArm&, std::span<const physics::Vec3> joints);
+
+    /// Index of the layer of that name, to name it in Exposure::organs.
+    std::optional<int> layer(std::string_view name) const;
 
     /// Pixels of the last pose at which a mesh did not balance: more than 0 when one reaches behind the
     /// source.

@@ -58,6 +58,12 @@ constexpr Row platinum[] = {{15, 157.8}, {20, 75.74},  {30, 26.41},    {40, 12.4
                             {50, 6.954}, {60, 4.339},  {78.39, 2.203}, {78.39, 9.301},
                             {80, 8.731}, {100, 4.993}, {150, 1.795}};
 
+// μen/ρ of dry air, same database, table 4.
+constexpr Row air_absorption[] = {{15, 1.334},   {20, 0.5389},  {30, 0.1537},   {40, 0.06833}, {50, 0.04098},
+                                  {60, 0.03041}, {80, 0.02407}, {100, 0.02325}, {150, 0.02496}};
+
+constexpr double scintillator = 0.45;  // caesium iodide [mm]
+
 /// Straight lines between rows in log–log, as the tables are meant to be read.
 double mass_attenuation(std::span<const Row> table, double energy) {
     const auto above = std::upper_bound(table.begin(), table.end(), energy,
@@ -122,21 +128,32 @@ double attenuation(Material material, double energy) {
     return 0.0;
 }
 
+double air_energy_absorption(double energy) {
+    return mass_attenuation(air_absorption, energy);
+}
+
+/// Of the energy that arrives, what the scintillator keeps [-].
+static double absorbed_share(double energy) {
+    return 1.0 - std::exp(-attenuation(Material::caesium_iodide, energy) * scintillator);
+}
+
+double kerma_per_signal(double energy) {
+    return air_energy_absorption(energy) / absorbed_share(energy);
+}
+
 Spectrum detected_spectrum(double kvp) {
     if (!(kvp >= 40.0 && kvp <= 125.0)) {
         throw std::invalid_argument("a tube voltage of " + std::to_string(kvp) + " kV is outside 40 to 125");
     }
-    constexpr double aluminium_mm = 2.5, copper_mm = 0.2, scintillator_mm = 0.45;
+    constexpr double aluminium_mm = 2.5, copper_mm = 0.2;
     Spectrum spectrum;
     double sum = 0.0;
     for (double energy = 20.25; energy < kvp; energy += 0.5) {
         const double photons = (kvp - energy) / energy *
                                std::exp(-attenuation(Material::aluminium, energy) * aluminium_mm -
                                         attenuation(Material::copper, energy) * copper_mm);
-        const double absorbed =
-            1.0 - std::exp(-attenuation(Material::caesium_iodide, energy) * scintillator_mm);
         spectrum.energies.push_back(energy);
-        spectrum.weights.push_back(photons * energy * absorbed);
+        spectrum.weights.push_back(photons * energy * absorbed_share(energy));
         sum += spectrum.weights.back();
     }
     for (double& weight : spectrum.weights) weight /= sum;

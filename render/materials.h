@@ -29,6 +29,10 @@ std::string_view name_of(Material);
 /// Linear attenuation μ [1/mm] ([1/mm per mg/ml] for iodine) at a photon energy [keV], 15 to 150.
 double attenuation(Material, double energy);
 
+/// Mass energy-absorption coefficient of dry air [cm²/g] at a photon energy [keV], 15 to 150: what turns
+/// energy fluence into air kerma.
+double air_energy_absorption(double energy);
+
 /// An X-ray spectrum as the detector counts it: energies [keV] and the share of signal each brings.
 struct Spectrum {
     std::vector<double> energies;
@@ -39,6 +43,9 @@ struct Spectrum {
 /// energy. The shape is Kramers' rule, photons ∝ (kvp − E)/E; characteristic lines begin at 69.5 keV and are
 /// left out. Throws std::invalid_argument unless 40 ≤ kvp ≤ 125.
 Spectrum detected_spectrum(double kvp);
+
+/// Air kerma per detected signal at a photon energy [keV]; only ratios of it mean anything.
+double kerma_per_signal(double energy);
 
 constexpr int energy_bins = 4;
 using Bins = std::array<double, energy_bins>;

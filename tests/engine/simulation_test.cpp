@@ -70,7 +70,7 @@ TEST(Simulation, WireStartsInsideAlongTheEntry) {
     EXPECT_DOUBLE_EQ(simulation.inserted(), 20.0);
     EXPECT_TRUE(simulation.wire().joints[0].isApprox(physics::Vec3::Zero()));
     EXPECT_TRUE(physics::validate(simulation.wire()).empty());
-    EXPECT_FALSE(simulation.beam_on());
+    EXPECT_FALSE(simulation.console().beam_on());
 }
 
 TEST(Simulation, AdvanceAndWithdrawMoveTheWireAndCarryTheRest) {

@@ -1,0 +1,35 @@
+#pragma once
+/// Logarithms of whole images.
+
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
+
+namespace render {
+
+/// Natural logarithm of a positive, normal float to 3e-4: its exponent, and a table over 11 bits of its
+/// mantissa.
+class FastLog {
+public:
+    FastLog() {
+        for (int i = 0; i < size; ++i) mantissa_[i] = static_cast<float>(std::log1p((i + 0.5) / size));
+    }
+    float operator()(float x) const {
+        const auto bits = std::bit_cast<std::uint32_t>(x);
+        const int exponent = static_cast<int>(bits >> 23) - 127;
+        return static_cast<float>(exponent) * std::numbers::ln2_v<float> + mantissa_[bits >> 12 & (size - 1)];
+    }
+
+private:
+    static constexpr int size = 2048;
+    std::array<float, size> mantissa_{};
+};
+
+inline const FastLog& fast_log() {
+    static const FastLog log;
+    return log;
+}
+
+}  // namespace render

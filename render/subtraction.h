@@ -1,0 +1,43 @@
+#pragma once
+/// Images of the difference between two pulses: DSA and roadmap.
+
+#include "render/image.h"
+
+namespace render {
+
+struct SubtractionSpec {
+    double dsa_gain = 190.0;      // grey levels per e-fold of signal
+    double dsa_background = 205;  // grey where nothing changed
+    double map_blur = 0.8;        // standard deviation before the peak is taken, against noise [pixels]
+    double roadmap_gain = 230.0;  // of what changed since the mask: the wire, in grey levels per e-fold
+    double roadmap_background = 100;
+    double map_brightness = 115;  // that the densest vessels add to it
+    double map_density = 1.6;     // how soon they reach it [1/e-fold]
+};
+
+/// Keeps a mask and the vessels that contrast has shown since. What moved after the mask was taken shows
+/// twice: dark where it is, bright where it was.
+class Subtraction {
+public:
+    /// `mask`: detector signal per unit of dose, `open`: transmission of the collimator. Equal sizes.
+    Subtraction(Field mask, Field open, const SubtractionSpec& = {});
+
+    /// −ln of `signal`, per unit of dose as the mask, over the mask: vessels with contrast are dark.
+    GrayImage subtracted(const Field& signal) const;
+
+    /// Takes a pulse into the map: of each pixel the most opaque that it has been (peak opacification).
+    void opacify(const Field& signal);
+    bool has_map() const { return !map_.values.empty(); }
+
+    /// The map, bright, behind what has changed since the mask, dark. Throws std::logic_error without a map.
+    GrayImage roadmap(const Field& signal) const;
+
+private:
+    Field difference(const Field& signal) const;
+    GrayImage framed(const Field& grey) const;
+
+    SubtractionSpec spec_;
+    Field log_mask_, open_, map_;
+};
+
+}  // namespace render
