@@ -1,11 +1,14 @@
 /// The command line: arguments in, exit code out. No rule of the simulation lives here.
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <fmt/format.h>
+#include <numbers>
 #include <optional>
 #include <string>
 
@@ -13,6 +16,7 @@
 #include "app/progress_bar.h"
 #include "engine/headless.h"
 #include "engine/relax_run.h"
+#include "engine/still.h"
 #include "engine/studies/study.h"
 
 namespace {
@@ -33,11 +37,14 @@ const char* const footer =
     "Commands are lines of 'FRAME verb arguments':\n"
     "  0 beam on          20 arm lao 30 deg cranial 10 deg     120 end\n"
     "  4..60 advance 2 mm 25 contrast 12 mg/ml                 state 60 0123456789abcdef\n"
-    "  9 rotate 30 deg    80 withdraw 10 mm, reset             # a comment";
+    "  9 rotate 30 deg    80 withdraw 10 mm, reset             # a comment\n"
+    "  30 inject 12 ml at 6 ml/s into aorta of 320 mg/ml       31 mode dsa, live, roadmap; mask; reference\n"
+    "  40 pulse 7.5 per second                                 41 collimate 120 90 mm; table 0 0 -40 mm";
 
 struct RunArguments {
     std::string scenario, commands, out, expect, cache, frames = "all";
     int every = 1;
+    bool truth = false;
 };
 
 const std::string shipped = SELDINGER_ASSETS "/scenarios";
@@ -49,6 +56,7 @@ int run(const RunArguments& arguments) {
     engine::RunOptions options;
     options.every = arguments.every;
     options.images = arguments.frames != "none";
+    options.truth = arguments.truth;
     options.program = "seldinger " SELDINGER_VERSION;
     if (!arguments.expect.empty()) options.expect = arguments.expect;
     options.cache.folder = arguments.cache;
@@ -184,6 +192,64 @@ CLI::App* add_relax(CLI::App& app, engine::RelaxRequest& request, engine::RelaxF
     return command;
 }
 
+struct RenderArguments {
+    std::string scenario, commands, out, cache, mode = "live";
+    int frame = 0;
+    std::optional<double> lao, cranial;  // [deg]
+    double iodine = 150;
+};
+
+int render_image(const RenderArguments& arguments) {
+    const engine::Scenario scenario =
+        engine::load_scenario(engine::find_scenario(arguments.scenario, shipped));
+    engine::CommandScript script;
+    if (const std::string own = SELDINGER_ASSETS "/scripts/" + scenario.name + ".gw";
+        !arguments.commands.empty())
+        script = engine::load_commands(arguments.commands);
+    else if (std::filesystem::exists(own))
+        script = engine::load_commands(own);
+    constexpr double degree = std::numbers::pi / 180.0;
+    engine::StillRequest request;
+    request.frame = arguments.frame;
+    if (arguments.lao) request.lao = *arguments.lao * degree;
+    if (arguments.cranial) request.cranial = *arguments.cranial * degree;
+    request.mode = static_cast<engine::ImagingMode>(
+        std::find(engine::imaging_modes.begin(), engine::imaging_modes.end(), arguments.mode) -
+        engine::imaging_modes.begin());
+    request.iodine = arguments.iodine;
+    engine::ModelCache cache;
+    cache.folder = arguments.cache.empty() ? engine::cache_beside(arguments.out).string() : arguments.cache;
+    ProgressBar bar;
+    cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+    engine::write_still(arguments.out, engine::render_still(scenario, script, request, cache));
+    return 0;
+}
+
+CLI::App* add_render(CLI::App& app, RenderArguments& arguments) {
+    CLI::App* command = app.add_subcommand("render", "One image of a scenario, from any side");
+    command
+        ->add_option("scenario", arguments.scenario, "A scenario file (.toml), or the name of one that ships")
+        ->required();
+    command->add_option(
+        "--commands", arguments.commands,
+        "Command script or recording (.gw); else the one that ships with the scenario, if any");
+    command->add_option("--frame", arguments.frame, "The frame to show; its script runs up to it")
+        ->check(CLI::Range(0, engine::largest_frame));
+    add_optional(command, "--lao", arguments.lao, "Angle of the arm, RAO negative [deg]");
+    add_optional(command, "--cranial", arguments.cranial, "Angle of the arm, caudal negative [deg]");
+    command->add_option("--mode", arguments.mode, "live, dsa or roadmap")
+        ->check(CLI::IsMember(
+            std::vector<std::string>(engine::imaging_modes.begin(), engine::imaging_modes.end())));
+    command
+        ->add_option("--iodine", arguments.iodine,
+                     "DSA and roadmap: fills the vessels where the script left no contrast [mg/ml]")
+        ->check(CLI::Range(1.0, engine::largest_iodine));
+    command->add_option("--out", arguments.out, "The image, a .png")->required();
+    command->add_option("--cache", arguments.cache,
+                        "Folder that keeps grown vessels and distance fields; else cache beside --out");
+    return command;
+}
+
 int list() {
     for (const std::filesystem::path& file : engine::shipped_scenarios(shipped)) {
         fmt::print("{:<16} {}\n", file.stem().string(), engine::load_scenario(file).title);
@@ -213,6 +279,9 @@ int main(int count, char** values) {
         ->check(CLI::Range(1, engine::largest_frame));
     run_command->add_option("--frames", arguments.frames, "'all', or 'none' for no images at all")
         ->check(CLI::IsMember({"all", "none"}));
+    run_command->add_flag(
+        "--truth", arguments.truth,
+        "Ground truth of every image in truth/: wire, tip and vessels in pixels, masks, camera");
     run_command->add_option(
         "--expect", arguments.expect,
         "Recording, or output folder of an earlier run, that states and frames must equal");
@@ -224,6 +293,9 @@ int main(int count, char** values) {
     engine::RelaxRequest request;
     engine::RelaxFiles files;
     CLI::App* relax_command = add_relax(app, request, files);
+
+    RenderArguments still;
+    CLI::App* render_command = add_render(app, still);
 
     app::AnatomyCommand anatomy_command(app);
 
@@ -243,6 +315,7 @@ int main(int count, char** values) {
     }
     try {
         if (*list_command) return list();
+        if (*render_command) return render_image(still);
         if (*relax_command) return relax(request, files);
         if (*study_command) return study(study_arguments);
         if (anatomy_command.given()) return anatomy_command.run();

@@ -42,26 +42,19 @@ StepReport Exercise::next_frame(std::span<const Command> commands) {
 }
 
 void Exercise::take_pulse() {
-    const Imaging& imaging = simulation_.scenario().imaging;
-    const Console& console = simulation_.console();
-    Pulse pulse;
-    pulse.arm = console.arm();
-    pulse.joints = simulation_.wire().joints;
-    pulse.mode = console.mode();
-    pulse.new_mask = masks_ != console.masks();
-    masks_ = console.masks();
-    pulse.exposure.frame = static_cast<std::uint64_t>(frame_ - attempt_start_);
-    pulse.exposure.seed = simulation_.scenario().seed;
-    pulse.exposure.detector_dose =
-        pulse.mode == ImagingMode::dsa ? imaging.acquisition_dose : imaging.detector_dose;
-    pulse.exposure.kvp = imaging.kvp;
-    pulse.exposure.iodine = simulation_.iodine();
+    Pulse pulse = pulse_of(simulation_);
+    pulse.new_mask = masks_ != simulation_.console().masks();
+    masks_ = simulation_.console().masks();
     monitor_->take(std::move(pulse));
 }
 
 const render::GrayImage& Exercise::image() {
     const render::GrayImage* shown = monitor_ ? monitor_->image() : nullptr;
     return shown ? *shown : black_;
+}
+
+Truth Exercise::truth() {
+    return truth_of(*monitor_->last_pulse(), monitor_->fluoroscope());
 }
 
 Score Exercise::score() const {

@@ -7,6 +7,7 @@
 #include "engine/recording.h"
 #include "engine/score.h"
 #include "engine/simulation.h"
+#include "engine/truth.h"
 #include "render/image.h"
 
 namespace engine {
@@ -30,6 +31,9 @@ public:
     const render::GrayImage& image();
     /// The screens; null without images.
     const Monitor* monitor() const { return monitor_ ? &*monitor_ : nullptr; }
+
+    /// Of the image; there must be one.
+    Truth truth();
 
     int frame() const { return frame_; }  // the last one made, -1 before the first
     const Simulation& simulation() const { return simulation_; }

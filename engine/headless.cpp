@@ -18,13 +18,6 @@ constexpr double kink =
     std::numbers::pi / 3;  // bend of one joint beyond which Eq. 1 straightens it no more [rad]
 constexpr int sheet_tiles = 12, sheet_columns = 4, sheet_tile_width = 256;
 
-void check(const Scenario& scenario, const CommandScript& script) {
-    std::vector<std::string> wrong = problems(scenario);
-    for (const std::string& problem : problems(script, scenario.c_arm, scenario.frame_rate))
-        wrong.push_back(problem);
-    if (!wrong.empty()) throw InputError(joined(wrong, "\n"));
-}
-
 /// Without `end`, a run goes on long enough after its last command for the target's hold to pass.
 int last_frame_of(const Scenario& scenario, const CommandScript& script) {
     return script.last_frame(static_cast<int>(std::ceil(scenario.target.hold * scenario.frame_rate)) + 1);
@@ -120,7 +113,8 @@ struct Notices {
 };
 
 RunResult run(Exercise& exercise, const CommandScript& script, int last, Expectation& expectation,
-              FrameSink* sink, Sheet* sheet, const RunOptions& options) {
+              FrameSink* sink, Sheet* sheet, const std::function<void(int frame)>& also,
+              const RunOptions& options) {
     RunResult result;
     Notices notices;
     std::vector<Command> commands;
@@ -140,6 +134,7 @@ RunResult run(Exercise& exercise, const CommandScript& script, int last, Expecta
             const render::GrayImage& image = exercise.image();
             sink->accept(frame, image);
             if (sheet) sheet->accept(frame, image);
+            if (also) also(frame);
             expectation.check_frame(frame, image);
         }
         if (options.progress) {
@@ -182,12 +177,19 @@ Expectation expectation_of(const CommandScript& script, const RunOptions& option
 
 }  // namespace
 
+void check(const Scenario& scenario, const CommandScript& script) {
+    std::vector<std::string> wrong = problems(scenario);
+    for (const std::string& problem : problems(script, scenario.c_arm, scenario.frame_rate))
+        wrong.push_back(problem);
+    if (!wrong.empty()) throw InputError(joined(wrong, "\n"));
+}
+
 RunResult run_headless(const Scenario& scenario, const CommandScript& script, FrameSink* sink,
                        const RunOptions& options) {
     check(scenario, script);
     Expectation expectation = expectation_of(script, options);
     Exercise exercise(scenario, sink != nullptr, options.cache);
-    return run(exercise, script, last_frame_of(scenario, script), expectation, sink, nullptr, options);
+    return run(exercise, script, last_frame_of(scenario, script), expectation, sink, nullptr, {}, options);
 }
 
 RunResult run_headless(const Scenario& scenario, const CommandScript& script,
@@ -199,14 +201,18 @@ RunResult run_headless(const Scenario& scenario, const CommandScript& script,
     if (cache.folder.empty()) cache.folder = cache_beside(out);
     Exercise exercise(scenario, options.images, cache);
 
-    OutputFolder folder(out, options.images);
+    OutputFolder folder(out, {options.images, false, options.images && options.truth});
     exercise.record(folder.recording(), {options.program, scenario.name, options.hash_every});
     const int last = last_frame_of(scenario, script);
     std::optional<PngFolder> frames;
     Sheet sheet(last, options.every, scenario.frame_rate);
     if (options.images) frames.emplace(folder.frames());
+    const auto also = [&](int frame) {
+        if (options.truth && exercise.monitor()->last_pulse())
+            write_truth(folder.truth(), exercise.truth(), frame, scenario.frame_rate);
+    };
     const RunResult result =
-        run(exercise, script, last, expectation, frames ? &*frames : nullptr, &sheet, options);
+        run(exercise, script, last, expectation, frames ? &*frames : nullptr, &sheet, also, options);
     exercise.close_recording();
     if (const auto page = sheet.page()) folder.write_sheet(*page);
     folder.write_score(to_json(result.score));

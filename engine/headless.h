@@ -24,6 +24,7 @@ struct Progress {
 struct RunOptions {
     int every = 1;                                // frames between two images; the last frame always has one
     bool images = true;                           // off = neither frames nor a sheet
+    bool truth = false;                           // ground truth of each image, in truth/
     int hash_every = 10;                          // frames between two state lines of the recording
     std::string program = "seldinger";            // named in the recording
     std::optional<std::filesystem::path> expect;  // recording or output folder to compare with
@@ -42,6 +43,9 @@ struct RunResult {
     std::vector<std::string> differences;  // from what was expected
     std::vector<std::string> notices;      // what the trainee should know: stops of the wire
 };
+
+/// Throws InputError with everything wrong with the scenario, and with the script in it.
+void check(const Scenario&, const CommandScript&);
 
 /// Runs the script and leaves in `out` run.gw, score.json and, with images, frames/ and sheet.png. What an
 /// earlier run left there is replaced. Throws InputError, before anything is written where that can be known.

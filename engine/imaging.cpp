@@ -43,6 +43,33 @@ std::vector<render::TissueLayer> tissue_layers(const Scenario& scenario, const A
     return layers;
 }
 
+Pulse pulse_of(const Simulation& simulation) {
+    const Scenario& scenario = simulation.scenario();
+    const Imaging& imaging = scenario.imaging;
+    Pulse pulse;
+    pulse.arm = simulation.console().arm();
+    pulse.joints = simulation.wire().joints;
+    pulse.mode = simulation.console().mode();
+    render::Exposure& exposure = pulse.exposure;
+    exposure.frame = static_cast<std::uint64_t>(simulation.frames() - 1);
+    exposure.seed = scenario.seed;
+    exposure.detector_dose =
+        pulse.mode == ImagingMode::dsa ? imaging.acquisition_dose : imaging.detector_dose;
+    exposure.kvp = imaging.kvp;
+    exposure.iodine = simulation.iodine();
+    exposure.vessel_shift = simulation.vessel_shift();
+    return pulse;
+}
+
+bool has_contrast(const render::Exposure& exposure) {
+    return exposure.iodine > 0;
+}
+
+void remove_contrast(render::Exposure& exposure) {
+    exposure.iodine = 0;
+    exposure.organs.clear();
+}
+
 render::Fluoroscope make_fluoroscope(const Scenario& scenario, const Anatomy& anatomy) {
     render::FluoroscopeConfig config;
     config.wire.diameter = scenario.guidewire.diameter;

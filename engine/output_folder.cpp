@@ -28,6 +28,14 @@ bool make(const fs::path& folder) {
     return made;
 }
 
+/// frame_000123 with the endings that are written here.
+bool is_of_a_frame(const fs::path& file) {
+    const std::string name = file.filename().string(), stem = name.substr(0, frame_file_name(0).size() - 4);
+    const std::string ending = name.substr(stem.size());
+    return frame_of_file_name(stem + ".png") >= 0 &&
+           (ending == ".png" || ending == ".json" || ending == "_wire.png" || ending == "_vessels.png");
+}
+
 void take_out(const fs::path& file) {
     std::error_code error;
     fs::remove(file, error);
@@ -51,22 +59,25 @@ void refuse_to_overwrite(const fs::path& out, const fs::path& script,
     }
 }
 
-OutputFolder::OutputFolder(fs::path path, bool with_images) : path_(std::move(path)) {
+OutputFolder::OutputFolder(fs::path path, Parts parts) : path_(std::move(path)) {
     made_ = make(path_);
     for (const char* name : {"run.gw", "score.json", "sheet.png"}) take_out(path_ / name);
-    std::vector<fs::path> old;
-    std::error_code error;
-    for (const auto& entry : fs::directory_iterator(frames(), error)) {
-        if (frame_of_file_name(entry.path().filename().string()) >= 0) old.push_back(entry.path());
+    for (const fs::path& folder : {frames(), panel(), truth()}) {
+        std::vector<fs::path> old;
+        std::error_code error;
+        for (const auto& entry : fs::directory_iterator(folder, error))
+            if (is_of_a_frame(entry.path())) old.push_back(entry.path());
+        for (const fs::path& file : old) take_out(file);
     }
-    for (const fs::path& file : old) take_out(file);
-    if (with_images) make(frames());
+    if (parts.frames) make(frames());
+    if (parts.panel) make(panel());
+    if (parts.truth) make(truth());
 }
 
 OutputFolder::~OutputFolder() {
     if (kept_) return;
     std::error_code ignored;  // fs::remove takes only empty folders
-    fs::remove(frames(), ignored);
+    for (const fs::path& folder : {frames(), panel(), truth()}) fs::remove(folder, ignored);
     if (made_) fs::remove(path_, ignored);
 }
 

@@ -1,5 +1,6 @@
 #pragma once
-/// The folder that a run leaves behind: run.gw, score.json, sheet.png, frames/frame_000123.png.
+/// The folder that a run leaves behind: run.gw, score.json, sheet.png, and of its frames frames/, panel/ and
+/// truth/ with frame_000123.png and the like.
 
 #include <filesystem>
 #include <optional>
@@ -15,8 +16,12 @@ void refuse_to_overwrite(const std::filesystem::path& out, const std::filesystem
 
 class OutputFolder {
 public:
+    /// What of each frame is kept.
+    struct Parts {
+        bool frames = true, panel = false, truth = false;
+    };
     /// Makes the folder and takes out of it what an earlier run left; other files stay. Throws InputError.
-    OutputFolder(std::filesystem::path, bool with_images);
+    OutputFolder(std::filesystem::path, Parts);
     /// Unless kept, folders made here that are still empty go.
     ~OutputFolder();
     OutputFolder(const OutputFolder&) = delete;
@@ -25,6 +30,8 @@ public:
 
     std::filesystem::path recording() const { return path_ / "run.gw"; }
     std::filesystem::path frames() const { return path_ / "frames"; }
+    std::filesystem::path panel() const { return path_ / "panel"; }
+    std::filesystem::path truth() const { return path_ / "truth"; }
     void write_score(const std::string& json) const;
     void write_sheet(const render::GrayImage&) const;
 

@@ -58,6 +58,7 @@ public:
     /// The last step had a pulse of the beam.
     bool pulse() const { return pulse_; }
     double iodine() const { return iodine_; }  // throughout the vessels, injections aside [mg/ml]
+    int frames() const { return frames_; }     // since the start or the last reset
     double time() const;                       // at the end of the last step [s]
     /// Where vessels and wire are now, from where anatomy() and wire() have them [mm].
     physics::Vec3 vessel_shift() const;

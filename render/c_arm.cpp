@@ -72,6 +72,19 @@ Pixel project(const CArm& arm, const Vec3& point) {
             0.5 * arm.pixels - scale * a.up.dot(from_isocentre), depth};
 }
 
+Eigen::Matrix<double, 3, 4> camera_matrix(const CArm& arm) {
+    const ArmAxes a = axes(arm);
+    const double scale = arm.sid / pixel_width(arm), middle = 0.5 * arm.pixels;
+    Eigen::Matrix3d turned;
+    turned.row(0) = scale * a.right + middle * a.beam;
+    turned.row(1) = -scale * a.up + middle * a.beam;
+    turned.row(2) = a.beam;
+    Eigen::Matrix<double, 3, 4> camera;
+    camera.leftCols<3>() = turned;
+    camera.col(3) = -turned * source(arm);
+    return camera;
+}
+
 Vec3 ray_direction(const CArm& arm, double x, double y) {
     const ArmAxes a = axes(arm);
     const double step = pixel_width(arm);

@@ -51,6 +51,9 @@ struct Pixel {
 };
 Pixel project(const CArm&, const physics::Vec3& point);
 
+/// P of (x·w, y·w, w) = P·(point, 1), the same as project; w is the depth.
+Eigen::Matrix<double, 3, 4> camera_matrix(const CArm&);
+
 /// From the source toward the place (x, y) of the image, unit.
 physics::Vec3 ray_direction(const CArm&, double x, double y);
 

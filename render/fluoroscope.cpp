@@ -83,6 +83,12 @@ Field measuring_field(const CArm& arm, double radius) {
     return field;
 }
 
+/// The arm as what is shifted sees it.
+CArm shifted(CArm arm, const Vec3& shift) {
+    arm.isocentre -= shift;
+    return arm;
+}
+
 constexpr double usual_dose = 30.0;  // of a fluoroscopy pulse [nGy]
 
 /// Air kerma of the open beam per detected signal, in units of kerma_per_signal.
@@ -267,7 +273,7 @@ const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
     const BeamImages& at = beam(exposure.kvp);
     const double kvp = at.technique.kvp;
     result.technique = exposure_at(kvp, exposure.detector_dose * charge(kvp));
-    const double metres = 1e-3 * (arm.sod - reference_point);
+    const double metres = 1e-3 * std::max(arm.sod - reference_point, 1.0);
     const double charge = 1e-3 * result.technique.current * result.technique.pulse_width;  // [mAs]
     const double at_one_metre = kerma_per_charge(kvp) * charge;                            // [mGy]
     result.technique.air_kerma = at_one_metre / (metres * metres);
@@ -361,8 +367,8 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
     Bins displaced = beam.bins.attenuation(Material::blood);
     for (int k = 0; k < energy_bins; ++k) displaced[k] += exposure.iodine * per_concentration[k];
     const WireLook& look = state.config.wire;
-    for (const WirePixel& pixel :
-         state.wire.cast(arm, joints, look, wire_attenuation(look, beam.bins, displaced))) {
+    for (const WirePixel& pixel : state.wire.cast(shifted(arm, exposure.vessel_shift), joints, look,
+                                                  wire_attenuation(look, beam.bins, displaced))) {
         const PixelBins quanta = primary(pixel.index);
         for (int k = 0; k < energy_bins; ++k)
             expected.values[pixel.index] -= quanta[k] * (1.0f - pixel.transmission[k]);
@@ -396,16 +402,33 @@ Technique Fluoroscope::technique(const CArm& arm, const Exposure& exposure) {
     return state_->bare_image(exposure).technique;
 }
 
-std::vector<std::uint32_t> Fluoroscope::wire_pixels(const CArm& arm, std::span<const Vec3> joints) {
+std::vector<std::uint32_t> Fluoroscope::wire_pixels(const CArm& arm, std::span<const Vec3> joints,
+                                                    const Vec3& shift) {
     require(arm, {});
     const EnergyBins bins = fit_bins(detected_spectrum(74.0));
     const WireLook& look = state_->config.wire;
+    const Bins blood = bins.attenuation(Material::blood);
     std::vector<std::uint32_t> shadowed;
-    for (const WirePixel& pixel : state_->wire.cast(
-             arm, joints, look, wire_attenuation(look, bins, bins.attenuation(Material::blood)))) {
+    for (const WirePixel& pixel :
+         state_->wire.cast(shifted(arm, shift), joints, look, wire_attenuation(look, bins, blood))) {
         if (pixel.transmission[0] < 0.98f) shadowed.push_back(pixel.index);
     }
+    std::sort(shadowed.begin(), shadowed.end());
     return shadowed;
+}
+
+std::vector<std::uint32_t> Fluoroscope::vessel_pixels(const CArm& arm, const Vec3& shift) {
+    require(arm, {});
+    Field through(arm.pixels, arm.pixels);
+    for (std::size_t layer = 0; layer < state_->layers.size(); ++layer) {
+        if (!state_->layers[layer].takes_contrast) continue;
+        const Field length = state_->renderer.render(static_cast<int>(layer), shifted(arm, shift)).length;
+        for (std::size_t i = 0; i < length.values.size(); ++i) through.values[i] += length.values[i];
+    }
+    std::vector<std::uint32_t> pixels;
+    for (std::uint32_t i = 0; i < through.values.size(); ++i)
+        if (through.values[i] > 0.0f) pixels.push_back(i);
+    return pixels;
 }
 
 std::optional<int> Fluoroscope::layer(std::string_view name) const {

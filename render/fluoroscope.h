@@ -52,10 +52,12 @@ struct OrganIodine {
 struct Exposure {
     std::uint64_t frame = 0;
     std::uint64_t seed = 0;
-    double detector_dose = 30.0;  // mean over the measuring field, per pulse [nGy]
-    std::optional<double> kvp;    // tube voltage [kV]; empty = automatic
-    double iodine = 0.0;          // concentration throughout the layers that take contrast [mg/ml]
-    std::vector<OrganIodine> organs;
+    double detector_dose = 30.0;     // mean over the measuring field, per pulse [nGy]
+    std::optional<double> kvp = {};  // tube voltage [kV]; empty = automatic
+    double iodine = 0.0;             // concentration throughout the layers that take contrast [mg/ml]
+    std::vector<OrganIodine> organs = {};
+    /// Where vessels and wire are, from where meshes and joints have them: a heart that beats [mm].
+    physics::Vec3 vessel_shift = physics::Vec3::Zero();
 };
 
 /// Everything wrong with an exposure; empty when usable.
@@ -95,8 +97,11 @@ public:
     /// What tube and patient get for the pulse.
     Technique technique(const CArm&, const Exposure&);
 
-    /// Pixels that the wire shadows by more than 2 % of the softest quanta: ground truth.
-    std::vector<std::uint32_t> wire_pixels(const CArm&, std::span<const physics::Vec3> joints);
+    /// Ground truth: pixels that the wire shadows by more than 2 % of the softest quanta, and pixels whose
+    /// ray runs through a layer that takes contrast; in ascending order.
+    std::vector<std::uint32_t> wire_pixels(const CArm&, std::span<const physics::Vec3> joints,
+                                           const physics::Vec3& shift);
+    std::vector<std::uint32_t> vessel_pixels(const CArm&, const physics::Vec3& shift);
 
     /// Index of the layer of that name, to name it in Exposure::organs.
     std::optional<int> layer(std::string_view name) const;

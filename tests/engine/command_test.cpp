@@ -46,6 +46,49 @@ TEST(Command, EveryVerbIsReadWithItsUnit) {
     EXPECT_EQ(script.last_frame(5), 120);
 }
 
+TEST(Command, TheConsolesVerbsAreRead) {
+    const CommandScript script = parse(
+        "0 inject 12 ml at 6 ml/s into LRA of 300 mg/ml\n"
+        "0 inject 5 ml at 2 ml/s into aorta\n"
+        "1 mode dsa\n"
+        "2 pulse 7.5 per second\n"
+        "3 collimate 120 90 mm\n"
+        "4 table 1 2 -3 mm\n");
+    const Inject inject = std::get<Inject>(script.commands[0].command);
+    EXPECT_EQ(inject.volume, 12);
+    EXPECT_EQ(inject.rate, 6);
+    EXPECT_EQ(inject.branch, "LRA");
+    EXPECT_EQ(inject.iodine, 300);
+    EXPECT_EQ(std::get<Inject>(script.commands[1].command).iodine, 320);
+    EXPECT_EQ(std::get<SetMode>(script.commands[2].command).mode, ImagingMode::dsa);
+    EXPECT_EQ(std::get<SetPulseRate>(script.commands[3].command).rate, 7.5);
+    EXPECT_EQ(std::get<Collimate>(script.commands[4].command).height, 90);
+    EXPECT_EQ(std::get<MoveTable>(script.commands[5].command).place, physics::Vec3(1, 2, -3));
+}
+
+TEST(Command, TheConsolesVerbsNameWhatIsAccepted) {
+    EXPECT_EQ(refusal_of("0 mode cine"), "x.gw:1:8: 'cine' was found; accepted are: live, dsa, roadmap");
+    EXPECT_EQ(refusal_of("0 pulse 12 per second"),
+              "x.gw:1:9: '12' was found; 3.75, 7.5, 15 or 30 is accepted, per second");
+    EXPECT_EQ(refusal_of("0 inject 900 ml at 6 ml/s into LRA"),
+              "x.gw:1:10: '900' was found; a number from 0.1 to 300 is accepted, in ml");
+    EXPECT_EQ(refusal_of("0 inject 9 ml at 6 ml/s LRA"), "x.gw:1:25: 'LRA' was found; 'into' is accepted");
+    EXPECT_EQ(refusal_of("0 inject 9 ml at 6 ml/s into"),
+              "x.gw:1:29: the line ends here; the name of a branch is accepted");
+    EXPECT_NE(refusal_of("0 collimate 5 5 mm"), "");
+    EXPECT_NE(refusal_of("0 collimate closed"), "");
+    EXPECT_NE(refusal_of("0 table 0 0 900 mm"), "");
+}
+
+TEST(Command, MorePulsesThanFramesAreAProblem) {
+    const CommandScript script = parse("0 pulse 15 per second\n7 pulse 30 per second\n");
+    const std::vector<std::string> found = problems(script, {}, 15);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(
+        found[0],
+        "x.gw:2:3: 30 pulses per second were asked for; up to 15, the scenario's frame rate, are accepted");
+}
+
 TEST(Command, RangesAreWrittenOutFrameByFrame) {
     const CommandScript script = parse("1..3 advance 2 mm\n2..4 rotate 5 deg\n");
     std::string frames;
@@ -63,6 +106,14 @@ TEST(Command, TextReadsBackToTheSameBits) {
         Contrast{12.5},
         Beam{false},
         Reset{},
+        Inject{12, 0.7, "aorta", 300},
+        SetMode{ImagingMode::roadmap},
+        SetPulseRate{3.75},
+        NewMask{},
+        Collimate{120, 90.5},
+        Collimate{widest_opening, widest_opening},
+        MoveTable{physics::Vec3(.1, -2, 3)},
+        StoreReference{},
         MoveArm{33 * degree, {}, 1000.5, {}, {}, physics::Vec3(.1, -2, 3)}};
     for (const Command& command : commands) {
         const std::string text = to_text(command);
@@ -149,7 +200,7 @@ TEST(Command, StateLinesTakeAFrameAndSixteenDigits) {
 
 TEST(Command, ArmThatNoStandCanFollowIsToldWithItsLine) {
     const CommandScript script = parse("0 beam on\n4 arm sid 700 mm sod 800 mm\n");
-    const auto found = problems(script, render::CArm{});
+    const auto found = problems(script, render::CArm{}, 15);
     ASSERT_FALSE(found.empty());
     EXPECT_EQ(found[0].find("x.gw:2:"), 0u) << found[0];
 }

@@ -68,6 +68,96 @@ TEST(Exercise, ContrastDarkensTheVessel) {
     EXPECT_LT(vessel(shown[1]), vessel(shown[0]) - 5);
 }
 
+/// Mean grey of the vessel ahead of the wire: columns 27 to 33 of the two middle rows.
+double vessel_grey(const render::GrayImage& image) {
+    double sum = 0;
+    for (int row = 31; row <= 32; ++row) {
+        for (int column = 27; column <= 33; ++column) sum += image.pixels[row * image.width + column];
+    }
+    return sum / 14;
+}
+
+TEST(Exercise, DsaShowsContrastAloneAndRoadmapKeepsIt) {
+    const auto shown = images({{Beam{true}, SetMode{ImagingMode::dsa}},
+                               {Contrast{60}},
+                               {Contrast{0}},
+                               {SetMode{ImagingMode::roadmap}},
+                               {}});
+    EXPECT_LT(vessel_grey(shown[1]), vessel_grey(shown[0]) - 20);
+    EXPECT_NEAR(vessel_grey(shown[2]), vessel_grey(shown[0]), 10) << "the contrast has left";
+    double background = 0;
+    for (int column = 20; column < 40; ++column) background += shown[3].pixels[20 * 64 + column] / 20.0;
+    EXPECT_GT(vessel_grey(shown[3]), background + 10) << "the map is bright";
+}
+
+TEST(Exercise, ARoadmapIsLostWhenTheArmTheTableOrTheFieldMoves) {
+    const std::vector<Command> moves = {MoveArm{0.1, {}, {}, {}, {}, {}}, MoveTable{{0, 0, 5}},
+                                        MoveArm{{}, {}, {}, {}, 80.0, {}}, Collimate{40, 40}, NewMask{}};
+    for (const Command& move : moves) {
+        Exercise exercise(test::small_scenario(), true);
+        const auto next = [&](const Commands& commands) { exercise.next_frame(commands); };
+        next({Beam{true}, SetMode{ImagingMode::dsa}});
+        next({Contrast{60}});
+        next({SetMode{ImagingMode::roadmap}});
+        EXPECT_FALSE(exercise.monitor()->map_is_missing());
+        next({move});
+        EXPECT_TRUE(exercise.monitor()->map_is_missing()) << to_text(move);
+    }
+}
+
+TEST(Exercise, LiveImagesKeepAShareOfThoseBefore) {
+    // A wire that moved on leaves a shadow for a pulse or two.
+    const auto shown = images({{Beam{true}}, {Advance{20}}, {Withdraw{20}}, {}, {}, {}, {}});
+    const auto still = images({{Beam{true}}, {}, {}, {}, {}, {}, {}});
+    EXPECT_GT(render::difference(shown[2], still[2]).largest, render::difference(shown[6], still[6]).largest);
+    EXPECT_EQ(shown[6], still[6]);
+}
+
+TEST(Exercise, FewerPulsesHoldTheImageAndSpareDose) {
+    Exercise every(test::small_scenario(), true), third(test::small_scenario(), true);
+    every.next_frame(Commands{Beam{true}});
+    third.next_frame(Commands{Beam{true}, SetPulseRate{7.5}});
+    const render::GrayImage first = third.image();
+    for (int frame = 1; frame < 8; ++frame) {
+        every.next_frame(Commands{Advance{1}});
+        third.next_frame(Commands{Advance{1}});
+        if (frame == 1) {
+            EXPECT_EQ(third.image(), first);
+        }
+        if (frame == 2) {
+            EXPECT_NE(third.image(), first);
+        }
+    }
+    EXPECT_EQ(every.monitor()->dose().pulses, 8);
+    EXPECT_EQ(third.monitor()->dose().pulses, 4);
+    EXPECT_NEAR(*third.score().air_kerma, 0.5 * *every.score().air_kerma, 1e-12);
+    EXPECT_EQ(third.score().beam_on_time, every.score().beam_on_time);
+}
+
+TEST(Exercise, CollimationSparesAreaNotKerma) {
+    const auto dose = [](const Commands& commands) {
+        Exercise exercise(test::small_scenario(), true);
+        exercise.next_frame(commands);
+        return exercise.monitor()->dose();
+    };
+    const Dose open = dose({Beam{true}}), shut = dose({Beam{true}, Collimate{30, 60}});
+    const double width = test::small_scenario().c_arm.detector_width;
+    EXPECT_NEAR(shut.area_product / shut.air_kerma,
+                open.area_product / open.air_kerma * 30 * 60 / (width * width), 1e-9);
+}
+
+TEST(Exercise, TheReferenceScreenKeepsItsImage) {
+    Exercise exercise(test::small_scenario(), true);
+    exercise.next_frame(Commands{Beam{true}, StoreReference{}});
+    ASSERT_NE(exercise.monitor()->reference(), nullptr);
+    const render::GrayImage stored = *exercise.monitor()->reference();
+    EXPECT_EQ(stored, exercise.image());
+    exercise.next_frame(Commands{Advance{5}});
+    EXPECT_EQ(*exercise.monitor()->reference(), stored);
+    exercise.next_frame(Commands{Reset{}});
+    EXPECT_EQ(exercise.monitor()->reference(), nullptr);
+}
+
 TEST(Exercise, AnglesOfTheWindowAreReplayedExactly) {
     const test::TemporaryFolder folder;
     Exercise first(test::small_scenario(), false);

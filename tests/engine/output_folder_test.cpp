@@ -11,7 +11,7 @@ TEST(OutputFolder, TakesOutAnEarlierRunAndLeavesOtherFiles) {
                              "out/frames/mine.png"}) {
         test::write(folder / name, "x");
     }
-    OutputFolder out(folder / "out", true);
+    OutputFolder out(folder / "out", OutputFolder::Parts{});
     EXPECT_FALSE(std::filesystem::exists(folder / "out/run.gw"));
     EXPECT_FALSE(std::filesystem::exists(folder / "out/frames/frame_000007.png"));
     EXPECT_TRUE(std::filesystem::exists(folder / "out/notes.txt"));
@@ -20,10 +20,10 @@ TEST(OutputFolder, TakesOutAnEarlierRunAndLeavesOtherFiles) {
 
 TEST(OutputFolder, GoesAgainWhenNothingWasKept) {
     const test::TemporaryFolder folder;
-    { OutputFolder out(folder / "out", true); }
+    { OutputFolder out(folder / "out", OutputFolder::Parts{}); }
     EXPECT_FALSE(std::filesystem::exists(folder / "out"));
     {
-        OutputFolder out(folder / "out", true);
+        OutputFolder out(folder / "out", OutputFolder::Parts{});
         out.keep();
     }
     EXPECT_TRUE(std::filesystem::exists(folder / "out/frames"));
@@ -32,9 +32,11 @@ TEST(OutputFolder, GoesAgainWhenNothingWasKept) {
 TEST(OutputFolder, PlaceBelowAFileIsRefused) {
     const test::TemporaryFolder folder;
     test::write(folder / "file", "");
-    EXPECT_NE(test::refusal([&] { OutputFolder out(folder / "file/out", true); }).find("cannot be made"),
+    EXPECT_NE(test::refusal([&] {
+                  OutputFolder out(folder / "file/out", OutputFolder::Parts{});
+              }).find("cannot be made"),
               std::string::npos);
-    EXPECT_NE(test::refusal([&] { OutputFolder out(folder / "file", true); }), "");
+    EXPECT_NE(test::refusal([&] { OutputFolder out(folder / "file", OutputFolder::Parts{}); }), "");
 }
 
 TEST(OutputFolder, OwnCommandsAndExpectationAreNotOverwritten) {

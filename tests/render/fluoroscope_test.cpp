@@ -143,7 +143,9 @@ TEST(Fluoroscope, MatchesBeerAndLambertThroughASlab) {
                       false});
     Fluoroscope scope(config, layers);
     const CArm arm = small_arm();
-    const Field expected = scope.expected_quanta(arm, {}, {});
+    Exposure exposure;
+    exposure.kvp = 74.0;
+    const Field expected = scope.expected_quanta(arm, {}, exposure);
     const render::Spectrum spectrum = render::detected_spectrum(74.0);
     double with = 0.0, without = 0.0;
     for (std::size_t i = 0; i < spectrum.energies.size(); ++i) {

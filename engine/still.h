@@ -1,0 +1,28 @@
+#pragma once
+/// One image of a scenario, from any side.
+
+#include <optional>
+
+#include "engine/command.h"
+#include "engine/scenario.h"
+#include "render/image.h"
+
+namespace engine {
+
+struct StillRequest {
+    int frame = 0;                       // of the script, whose commands up to it are carried out
+    std::optional<double> lao, cranial;  // else as the script left the arm [rad]
+    ImagingMode mode = ImagingMode::live;
+    double iodine = 150;  // DSA and roadmap: fills the vessels when no contrast is in them [mg/ml]
+};
+
+/// DSA subtracts the same view without contrast; a roadmap lays the vessels with contrast under the wire,
+/// which was not there when it was made. Throws InputError for a scenario, script or angles that can't be
+/// followed.
+render::GrayImage render_still(const Scenario&, const CommandScript&, const StillRequest&,
+                               const ModelCache& = {});
+
+/// Throws InputError when the PNG cannot be written.
+void write_still(const std::filesystem::path&, const render::GrayImage&);
+
+}  // namespace engine

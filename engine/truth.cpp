@@ -1,0 +1,93 @@
+#include "engine/truth.h"
+
+#include <Eigen/Core>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "engine/error.h"
+#include "engine/files.h"
+#include "engine/frame_sink.h"
+#include "render/png.h"
+
+namespace engine {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+render::GrayImage mask(int pixels, const std::vector<std::uint32_t>& set) {
+    render::GrayImage image{pixels, pixels,
+                            std::vector<std::uint8_t>(static_cast<std::size_t>(pixels) * pixels, 0)};
+    for (const std::uint32_t pixel : set) image.pixels[pixel] = 255;
+    return image;
+}
+
+Json list(const physics::Vec3& v) {
+    return {v.x(), v.y(), v.z()};
+}
+
+std::string stem(int frame) {
+    return std::filesystem::path(frame_file_name(frame)).stem().string();
+}
+
+}  // namespace
+
+Truth truth_of(const Pulse& pulse, render::Fluoroscope& fluoroscope) {
+    const int pixels = pulse.arm.pixels;
+    const physics::Vec3& shift = pulse.exposure.vessel_shift;
+    return {pulse, mask(pixels, fluoroscope.wire_pixels(pulse.arm, pulse.joints, shift)),
+            mask(pixels, fluoroscope.vessel_pixels(pulse.arm, shift))};
+}
+
+std::string to_json(const Truth& truth, int frame, double frame_rate) {
+    const Pulse& pulse = truth.pulse;
+    const render::CArm& arm = pulse.arm;
+    Json json;
+    json["schema"] = 1;
+    json["frame"] = frame;
+    json["time_s"] = (frame + 1) / frame_rate;
+    json["pulse_of_frame"] = pulse.exposure.frame;
+    json["mode"] = imaging_modes[static_cast<std::size_t>(pulse.mode)];
+    json["image"] = {{"width", arm.pixels}, {"height", arm.pixels}};
+    json["c_arm"] = {{"lao_deg", arm.lao / degree},
+                     {"cranial_deg", arm.cranial / degree},
+                     {"sid_mm", arm.sid},
+                     {"sod_mm", arm.sod},
+                     {"isocentre_mm", list(arm.isocentre)},
+                     {"detector_width_mm", arm.detector_width},
+                     {"source_mm", list(render::source(arm))}};
+    const Eigen::Matrix<double, 3, 4> camera = render::camera_matrix(arm);
+    for (int row = 0; row < 3; ++row)
+        json["camera_matrix"].push_back({camera(row, 0), camera(row, 1), camera(row, 2), camera(row, 3)});
+    json["vessel_shift_mm"] = list(pulse.exposure.vessel_shift);
+    Json places = Json::array(), pixels = Json::array();
+    for (const physics::Vec3& joint : pulse.joints) {
+        const physics::Vec3 place = joint + pulse.exposure.vessel_shift;
+        const render::Pixel pixel = render::project(arm, place);
+        places.push_back(list(place));
+        pixels.push_back({pixel.x, pixel.y});
+    }
+    json["tip_mm"] = places.back();
+    json["tip_px"] = pixels.back();
+    const double x = pixels.back()[0], y = pixels.back()[1];
+    json["tip_in_image"] = x >= 0 && y >= 0 && x < arm.pixels && y < arm.pixels;
+    json["wire_mm"] = std::move(places);
+    json["wire_px"] = std::move(pixels);
+    json["wire_mask"] = stem(frame) + "_wire.png";
+    json["vessel_mask"] = stem(frame) + "_vessels.png";
+    return json.dump() + "\n";
+}
+
+void write_truth(const std::filesystem::path& folder, const Truth& truth, int frame, double frame_rate) {
+    try {
+        render::write_png(folder / (stem(frame) + "_wire.png"), truth.wire);
+        render::write_png(folder / (stem(frame) + "_vessels.png"), truth.vessels);
+    } catch (const std::runtime_error& error) {
+        throw InputError(error.what());
+    }
+    write_whole(folder / (stem(frame) + ".json"), to_json(truth, frame, frame_rate));
+}
+
+}  // namespace engine
