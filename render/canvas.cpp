@@ -172,11 +172,11 @@ struct Canvas::State {
     /// Cut at the end, to `room` pixels.
     std::string fitted(std::string line, Face face, float room) const {
         if (width_of(line, face) <= room) return line;
-        while (!line.empty() && width_of(line + "...", face) > room) {
-            while (line.size() > 1 && (static_cast<unsigned char>(line.back()) & 0xC0) == 0x80)
-                line.pop_back();
-            line.pop_back();
-        }
+        const ImFont* f = font(face);
+        const char* end = line.data();
+        f->CalcTextSizeA(f->FontSize, room - width_of("...", face), 0.0f, line.data(),
+                         line.data() + line.size(), &end);
+        line.resize(static_cast<std::size_t>(end - line.data()));
         return line.empty() ? line : line + "...";
     }
 };

@@ -64,16 +64,11 @@ void draw_status(Canvas& canvas, const Box& area, const Readout& r) {
     const float right = area.right - 14.0f, top = area.top + 12.0f;
     const Face face = Face::title;
     if (!r.beam_on) {
-        marked(canvas, {right, top}, "LIH", face, palette::label, Align::right);
+        marked(canvas, {right, top}, "LIH", face, palette::value, Align::right);
         return;
     }
     const float width = marked(canvas, {right, top}, "LIVE", face, palette::beam, Align::right);
     trefoil(canvas, {right - width - 26.0f, top + 0.5f * canvas.text_height(face)}, 11.0f);
-}
-
-std::string centimetres(std::optional<double> mm) {
-    if (mm) *mm *= 0.1;
-    return figure_text(mm, 0) + " cm";
 }
 
 /// What stands on the image itself, as on the monitors of the room.
@@ -83,7 +78,9 @@ void draw_marks(Canvas& canvas, const Box& area, const Readout& r) {
                 half = 0.5f * (area.right - area.left) - 40.0f;
     marked(canvas, {area.left + inset, area.top + 10.0f}, r.title, Face::bold, palette::value, Align::left,
            half);
-    marked(canvas, {area.left + inset, area.top + 28.0f}, r.mode, Face::title, palette::bright, Align::left,
+    std::string mode = r.mode;
+    if (is_known(r.pulse_rate)) mode += " " + rate_text(r.pulse_rate) + " p/s";
+    marked(canvas, {area.left + inset, area.top + 28.0f}, mode, Face::title, palette::bright, Align::left,
            half);
     draw_status(canvas, area, r);
 
@@ -98,8 +95,8 @@ void draw_marks(Canvas& canvas, const Box& area, const Readout& r) {
            primary_angle_text(r.lao) + "   " + secondary_angle_text(r.cranial), Face::figure,
            palette::bright);
     marked(canvas, {area.left + inset, lower},
-           "SID " + centimetres(r.sid) + "   FD " + centimetres(r.field_of_view), Face::plain,
-           palette::value);
+           "SID " + centimetre_text(r.sid) + " cm   FD " + centimetre_text(r.field_of_view) + " cm",
+           Face::plain, palette::value);
     marked(canvas, {area.right - inset, upper}, clock_text(r.time), Face::figure, palette::bright,
            Align::right);
     marked(canvas, {area.right - inset, lower}, "image " + std::to_string(r.frame), Face::plain,
@@ -177,7 +174,8 @@ ColourImage Panel::draw(const GrayImage& live, const GrayImage* reference, const
     canvas.picture(live_slot, live, area.left, area.top, area.width, area.height);
     const Box screen = state_->units(room);
     canvas.clip(screen);
-    draw_marks(canvas, screen, readout);
+    draw_marks(canvas, state_->units(live_area(1, 1)),
+               readout);  // along a square, whatever the image's shape
     canvas.unclip();
     const Box column{screen.right, 0.0f, float(state_->spec.width) / state_->unit, screen.bottom};
     canvas.box(column, palette::ground);

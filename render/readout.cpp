@@ -39,8 +39,12 @@ std::string direction_letters(const physics::Vec3& direction) {
 
 }  // namespace
 
+bool is_known(std::optional<double> value) {
+    return value && std::isfinite(*value);
+}
+
 std::string figure_text(std::optional<double> value, int decimals) {
-    if (!value || !std::isfinite(*value)) return dash;
+    if (!is_known(value)) return dash;
     std::array<char, 64> text{};
     // Beyond a million no readout has room for every digit.
     const bool large = std::abs(*value) >= 1e6;
@@ -50,6 +54,15 @@ std::string figure_text(std::optional<double> value, int decimals) {
     std::string result(text.begin(), end.ptr);
     if (result.find_first_of("123456789") == std::string::npos && result.starts_with('-')) result.erase(0, 1);
     return result;
+}
+
+std::string centimetre_text(std::optional<double> length) {
+    if (length) *length *= 0.1;
+    return figure_text(length, 0);
+}
+
+std::string rate_text(std::optional<double> rate) {
+    return figure_text(rate, rate && *rate == std::round(*rate) ? 0 : 1);
 }
 
 std::string primary_angle_text(double lao) {

@@ -78,12 +78,16 @@ struct DoseNotification {
     static constexpr double fluoro_time = 1800.0;  // [s]
 };
 
-/// With `decimals` digits after the point in any locale, "--" when missing or not finite.
+bool is_known(std::optional<double>);  // there, and finite
+
+/// With `decimals` digits after the point in any locale, "--" when not known.
 std::string figure_text(std::optional<double> value, int decimals);
 
-std::string primary_angle_text(double lao);          // [rad] to "LAO 30°", "RAO 12°", "LAO --"
-std::string secondary_angle_text(double cranial);    // [rad] to "CRAN 10°", "CAUD 5°", "CRAN --"
-std::string clock_text(std::optional<double> time);  // [s] to "4:18" or "1:02:07", "--" when missing
+std::string centimetre_text(std::optional<double> length);  // [mm] to "110", "--"
+std::string rate_text(std::optional<double> rate);          // pulses per second: "15", "7.5", "--"
+std::string primary_angle_text(double lao);                 // [rad] to "LAO 30°", "RAO 12°", "LAO --"
+std::string secondary_angle_text(double cranial);           // [rad] to "CRAN 10°", "CAUD 5°", "CRAN --"
+std::string clock_text(std::optional<double> time);         // [s] to "4:18" or "1:02:07", "--" when missing
 
 /// Letters of the patient's directions at the edges of the image: R, L, A, P, H (head), F (feet), two where
 /// the view is oblique, the nearer first (DICOM 0020,0020). Empty when an angle is not finite.

@@ -4,6 +4,10 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "render/palette.h"
@@ -18,7 +22,7 @@ constexpr float pi = std::numbers::pi_v<float>;
 
 /// value / full, 0 when either is missing.
 float share_of(std::optional<double> value, std::optional<double> full) {
-    if (!value || !full || !std::isfinite(*value) || !(*full > 0.0)) return 0.0f;
+    if (!is_known(value) || !is_known(full) || *full <= 0.0) return 0.0f;
     return static_cast<float>(std::clamp(*value / *full, 0.0, 10.0));
 }
 
@@ -35,7 +39,13 @@ std::optional<double> times(std::optional<double> value, double factor) {
 
 std::string signed_text(std::optional<double> value, int decimals) {
     const std::string text = figure_text(value, decimals);
-    return value && *value > 0.0 ? "+" + text : text;
+    return is_known(value) && *value > 0.0 ? "+" + text : text;
+}
+
+/// To about three digits: "6.12", "41.7", "1620".
+std::string dose_text(std::optional<double> value) {
+    const double size = value ? std::abs(*value) : 0.0;
+    return figure_text(value, size >= 99.95 ? 0 : size >= 9.995 ? 1 : 2);
 }
 
 /// Upper edge of the content. `note` stands at the right end of the line.
@@ -154,18 +164,15 @@ void draw_gantry(Canvas& canvas, const Box& area, const Readout& r) {
         canvas.text({0.5f * (box.left + box.right), angles}, text, Face::figure, palette::bright,
                     Align::centre);
     }
-    const auto in_cm = [](std::optional<double> mm, int decimals = 0) {
-        return figure_text(times(mm, 0.1), decimals);
-    };
     const float first = angles + 22.0f, second = first + 17.0f;
-    const Box left{area.left, 0, middle - 10.0f, 0}, right{middle + 10.0f, 0, area.right, 0};
-    row(canvas, left, first, "SID", in_cm(r.sid) + " cm");
-    row(canvas, right, first, "SOD", in_cm(r.sod) + " cm");
-    row(canvas, left, second, "FD", in_cm(r.field_of_view) + " cm");
+    const Box left{area.left, 0, middle - 28.0f, 0}, right{middle - 12.0f, 0, area.right, 0};
+    row(canvas, left, first, "SID", centimetre_text(r.sid) + " cm");
+    row(canvas, right, first, "SOD", centimetre_text(r.sod) + " cm");
+    row(canvas, left, second, "FD", centimetre_text(r.field_of_view) + " cm");
     std::string table = "--";
     if (r.table) {
-        table =
-            in_cm(r.table->longitudinal) + " / " + in_cm(r.table->lateral) + " / " + in_cm(r.table->height);
+        table = centimetre_text(r.table->longitudinal) + " / " + centimetre_text(r.table->lateral) + " / " +
+                centimetre_text(r.table->height);
     }
     row(canvas, right, second, "Table", table);
 }
@@ -186,13 +193,12 @@ void draw_technique(Canvas& canvas, const Box& area, const Readout& r) {
     tile(0.0f, top, figure_text(r.tube_voltage, 0), "kV");
     tile(0.35f, top, figure_text(r.tube_current, 0), "mA");
     tile(0.70f, top, figure_text(r.pulse_width, 1), "ms");
-    const bool whole = !r.pulse_rate || *r.pulse_rate == std::round(*r.pulse_rate);
-    tile(0.0f, top + second, figure_text(r.pulse_rate, whole ? 0 : 1), "p/s");
+    tile(0.0f, top + second, rate_text(r.pulse_rate), "p/s");
     tile(0.35f, top + second, figure_text(r.detector_dose, 0), "nGy/pulse at detector");
 }
 
 void draw_dose(Canvas& canvas, const Box& area, const Readout& r) {
-    float y = heading(canvas, area, "DOSE", figure_text(r.air_kerma_rate, 1) + " mGy/min",
+    float y = heading(canvas, area, "DOSE", dose_text(r.air_kerma_rate) + " mGy/min",
                       r.beam_on ? palette::beam : palette::label);
     const auto entry = [&](std::string_view name, const std::string& text, std::optional<double> value,
                            double level) {
@@ -201,8 +207,8 @@ void draw_dose(Canvas& canvas, const Box& area, const Readout& r) {
         bar(canvas, area, y + 18.0f, share, level_ink(share));
         y += 28.0f;
     };
-    entry("K_a,r", figure_text(r.air_kerma, 1) + " mGy", r.air_kerma, DoseNotification::air_kerma);
-    entry("P_KA", figure_text(r.kerma_area, 2) + " Gy·cm²", r.kerma_area, DoseNotification::kerma_area);
+    entry("K_a,r", dose_text(r.air_kerma) + " mGy", r.air_kerma, DoseNotification::air_kerma);
+    entry("P_KA", dose_text(r.kerma_area) + " Gy·cm²", r.kerma_area, DoseNotification::kerma_area);
     entry("Fluoro time", clock_text(r.fluoro_time), r.fluoro_time, DoseNotification::fluoro_time);
 }
 
@@ -219,7 +225,7 @@ void twist_dial(Canvas& canvas, Point centre, float radius, std::optional<double
         const float angle = 0.25f * pi * static_cast<float>(k);
         canvas.line(at(angle, radius - (k % 2 == 0 ? 6.0f : 3.0f)), at(angle, radius - 1.0f), palette::faint);
     }
-    if (!twist || !std::isfinite(*twist)) return;
+    if (!is_known(twist)) return;
     const auto angle = static_cast<float>(std::remainder(*twist, 2.0 * std::numbers::pi));
     canvas.arc(centre, radius - 3.0f, -0.5f * pi + std::min(angle, 0.0f), -0.5f * pi + std::max(angle, 0.0f),
                palette::calm, 3.0f);
@@ -227,7 +233,16 @@ void twist_dial(Canvas& canvas, Point centre, float radius, std::optional<double
     canvas.disc(centre, 3.0f, palette::bright);
 }
 
-/// The gaps are where the history is not finite.
+/// At most `most` values, each the largest of its share of the history; NaN where none is finite.
+std::vector<double> peaks(const std::vector<double>& history, std::size_t most) {
+    std::vector<double> result(std::min(history.size(), most), std::nan(""));
+    for (std::size_t k = 0; k < history.size(); ++k) {
+        double& peak = result[k * result.size() / history.size()];
+        if (std::isfinite(history[k]) && !(history[k] <= peak)) peak = history[k];
+    }
+    return result;
+}
+
 void force_trace(Canvas& canvas, const Box& area, const Readout& r) {
     canvas.box(area, palette::well, 2.0f);
     canvas.frame(area, palette::rule, 2.0f);
@@ -238,14 +253,15 @@ void force_trace(Canvas& canvas, const Box& area, const Readout& r) {
         if (run.size() > 1) canvas.path(run, palette::calm, 1.5f);
         run.clear();
     };
-    const std::size_t count = r.force_history.size();
-    for (std::size_t k = 0; k < count; ++k) {
-        if (!std::isfinite(r.force_history[k])) {
+    const auto values = peaks(r.force_history, 230);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+        if (!std::isfinite(values[k])) {
             stroke();
             continue;
         }
-        const float x = count > 1 ? static_cast<float>(k) / static_cast<float>(count - 1) : 1.0f;
-        const float share = std::min(share_of(r.force_history[k], r.force_limit), 1.0f);
+        const float x =
+            static_cast<float>(k) / static_cast<float>(std::max<std::size_t>(values.size() - 1, 1));
+        const float share = std::min(share_of(values[k], r.force_limit), 1.0f);
         run.push_back({area.left + 2.0f + x * (area.right - area.left - 4.0f),
                        area.bottom - 3.0f - share * (area.bottom - area.top - 6.0f)});
     }
@@ -255,7 +271,7 @@ void force_trace(Canvas& canvas, const Box& area, const Readout& r) {
 void draw_wire(Canvas& canvas, const Box& area, const Readout& r) {
     float y = heading(canvas, area, "WIRE");
     std::string inserted = figure_text(r.inserted, 0);
-    if (r.wire_length) inserted += " / " + figure_text(r.wire_length, 0);
+    if (is_known(r.wire_length)) inserted += " / " + figure_text(r.wire_length, 0);
     row(canvas, area, y, "Inserted", inserted + " mm");
     bar(canvas, area, y + 18.0f, share_of(r.inserted, r.wire_length), palette::calm);
     y += 28.0f;
@@ -279,7 +295,7 @@ void draw_wire(Canvas& canvas, const Box& area, const Readout& r) {
         y += 18.0f;
     };
     force("Tip force", r.tip_force);
-    force("Wall, most", r.largest_wall_force);
+    force("Wall, max.", r.largest_wall_force);
     force_trace(canvas, {area.left, y + 3.0f, area.right, y + 33.0f}, r);
 }
 
@@ -293,7 +309,7 @@ void draw_contrast(Canvas& canvas, const Box& area, const Readout& r) {
                 injecting ? "INJECTING " + figure_text(r.injection_rate, 1) + " ml/s" : "", palette::caution);
     const float share = share_of(r.contrast, r.contrast_limit);
     std::string given = figure_text(r.contrast, 1);
-    if (r.contrast_limit) given += " / " + figure_text(r.contrast_limit, 0);
+    if (is_known(r.contrast_limit)) given += " / " + figure_text(r.contrast_limit, 0);
     row(canvas, area, y, "Given", given + " ml", share >= 0.5f ? level_ink(share) : palette::value);
     bar(canvas, area, y + 18.0f, share, level_ink(share));
 }

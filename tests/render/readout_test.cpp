@@ -21,6 +21,12 @@ TEST(Readout, FiguresHaveTheirDigitsAndMissingOnesADash) {
     }
 }
 
+TEST(Readout, PulseRatesShowHalves) {
+    EXPECT_EQ(render::rate_text(15.0), "15");
+    EXPECT_EQ(render::rate_text(7.5), "7.5");
+    EXPECT_EQ(render::rate_text(std::nullopt), "--");
+}
+
 TEST(Readout, AnglesAreNamedBySide) {
     EXPECT_EQ(render::primary_angle_text(30.0 * degree), "LAO 30°");
     EXPECT_EQ(render::primary_angle_text(-12.4 * degree), "RAO 12°");
