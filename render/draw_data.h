@@ -23,7 +23,7 @@ public:
     /// Textures are known by a number, which stands for them as ImTextureID.
     /// Coverage multiplies the alpha of what is drawn with it; width·height values, 255 opaque.
     void set_coverage(int texture, const GrayImage&);
-    /// Grey levels; `smooth` interpolates between pixels.
+    /// Opaque grey levels; `smooth` interpolates between pixels.
     void set_grey(int texture, const GrayImage&, bool smooth);
 
     /// On black. The colours of the draw data are taken as 8-bit levels of the result.

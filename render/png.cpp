@@ -51,10 +51,11 @@ struct Kind {
     int channels;
     int colour_type;
     png_uint_32 format;
+    int strategy;  // of zlib: noise in one channel has no repeats, its equal three channels have
     const char* name;
 };
-constexpr Kind grey = {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_GRAY, "grey"};
-constexpr Kind colour = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, "colour"};
+constexpr Kind grey = {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_GRAY, Z_HUFFMAN_ONLY, "grey"};
+constexpr Kind colour = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, Z_DEFAULT_STRATEGY, "colour"};
 
 /// False with sink.error filled on failure. `pixels` holds width·height·channels levels.
 bool encode(const std::uint8_t* pixels, int width, int height, const Kind& kind, Sink* sink) {
@@ -67,7 +68,7 @@ bool encode(const std::uint8_t* pixels, int width, int height, const Kind& kind,
     }
     png_set_write_fn(png, sink, append, nullptr);
     png_set_compression_level(png, 1);
-    png_set_compression_strategy(png, Z_HUFFMAN_ONLY);
+    png_set_compression_strategy(png, kind.strategy);
     png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
     png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), 8,
                  kind.colour_type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
