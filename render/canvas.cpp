@@ -205,7 +205,7 @@ ColourImage Canvas::finish() {
 }
 
 void Canvas::clip(const Box& b) {
-    state_->list->PushClipRect(state_->snapped({b.left, b.top}), state_->snapped({b.right, b.bottom}));
+    state_->list->PushClipRect(state_->snapped({b.left, b.top}), state_->snapped({b.right, b.bottom}), true);
 }
 void Canvas::unclip() {
     state_->list->PopClipRect();

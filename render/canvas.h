@@ -47,7 +47,7 @@ public:
     void begin();
     ColourImage finish();
 
-    void clip(const Box&);  // until `unclip`, nothing appears outside; does not nest
+    void clip(const Box&);  // until its `unclip`, nothing appears outside; may be nested
     void unclip();
 
     void box(const Box&, Ink, float rounding = 0.0f);

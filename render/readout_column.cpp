@@ -165,16 +165,20 @@ void draw_gantry(Canvas& canvas, const Box& area, const Readout& r) {
                     Align::centre);
     }
     const float first = angles + 22.0f, second = first + 17.0f;
-    const Box left{area.left, 0, middle - 28.0f, 0}, right{middle - 12.0f, 0, area.right, 0};
-    row(canvas, left, first, "SID", centimetre_text(r.sid) + " cm");
-    row(canvas, right, first, "SOD", centimetre_text(r.sod) + " cm");
-    row(canvas, left, second, "FD", centimetre_text(r.field_of_view) + " cm");
+    const auto distance = [&](float share, std::string_view name, std::optional<double> length) {
+        const Point at{area.left + share * (area.right - area.left), first};
+        const float after = at.x + canvas.text(at, name, Face::plain, palette::label) + 5.0f;
+        canvas.text({after, first}, centimetre_text(length) + " cm", Face::plain, palette::value);
+    };
+    distance(0.0f, "SID", r.sid);
+    distance(0.365f, "SOD", r.sod);
+    distance(0.72f, "FD", r.field_of_view);
     std::string table = "--";
     if (r.table) {
         table = centimetre_text(r.table->longitudinal) + " / " + centimetre_text(r.table->lateral) + " / " +
                 centimetre_text(r.table->height);
     }
-    row(canvas, right, second, "Table", table);
+    row(canvas, area, second, "Table", table + " cm");
 }
 
 // ---- X-ray
@@ -253,6 +257,7 @@ void force_trace(Canvas& canvas, const Box& area, const Readout& r) {
         if (run.size() > 1) canvas.path(run, palette::calm, 1.5f);
         run.clear();
     };
+    canvas.clip(area);
     const auto values = peaks(r.force_history, 230);
     for (std::size_t k = 0; k < values.size(); ++k) {
         if (!std::isfinite(values[k])) {
@@ -266,6 +271,7 @@ void force_trace(Canvas& canvas, const Box& area, const Readout& r) {
                        area.bottom - 3.0f - share * (area.bottom - area.top - 6.0f)});
     }
     stroke();
+    canvas.unclip();
 }
 
 void draw_wire(Canvas& canvas, const Box& area, const Readout& r) {
