@@ -250,8 +250,8 @@ void DrawDataRenderer::set_coverage(int texture, const GrayImage& image) {
     gl_->set_texture(texture, image, {GL_ONE, GL_ONE, GL_ONE, GL_RED}, GL_LINEAR);
 }
 
-void DrawDataRenderer::set_grey(int texture, const GrayImage& image, bool smooth) {
-    gl_->set_texture(texture, image, {GL_RED, GL_RED, GL_RED, GL_ONE}, smooth ? GL_LINEAR : GL_NEAREST);
+void DrawDataRenderer::set_grey(int texture, const GrayImage& image) {
+    gl_->set_texture(texture, image, {GL_RED, GL_RED, GL_RED, GL_ONE}, GL_NEAREST);
 }
 
 ColourImage DrawDataRenderer::draw(const ImDrawData& data) {

@@ -23,8 +23,8 @@ public:
     /// Textures are known by a number, which stands for them as ImTextureID.
     /// Coverage multiplies the alpha of what is drawn with it; width·height values, 255 opaque.
     void set_coverage(int texture, const GrayImage&);
-    /// Opaque grey levels; `smooth` interpolates between pixels.
-    void set_grey(int texture, const GrayImage&, bool smooth);
+    /// Opaque grey levels, not interpolated: OpenGL leaves the precision of that to the machine.
+    void set_grey(int texture, const GrayImage&);
 
     /// On black. The colours of the draw data are taken as 8-bit levels of the result.
     ColourImage draw(const ImDrawData&);

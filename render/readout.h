@@ -71,7 +71,7 @@ struct Readout {
     double injection_rate = 0.0;           // 0 while none is injected [ml/s]
 };
 
-/// Where the operator is first told of the dose (Stecker et al., J Vasc Interv Radiol 2009;20:S263, Table 3).
+/// Where the operator is first told of the dose (Stecker et al., J Vasc Interv Radiol 2009;20:S263).
 struct DoseNotification {
     static constexpr double air_kerma = 3000.0;    // [mGy]
     static constexpr double kerma_area = 300.0;    // [Gy·cm²]
