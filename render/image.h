@@ -15,6 +15,15 @@ struct GrayImage {
     bool operator==(const GrayImage&) const = default;
 };
 
+/// A coloured picture: red, green, blue of each pixel, 8 bits each; 3·width·height values.
+struct ColourImage {
+    int width = 0;
+    int height = 0;
+    std::vector<std::uint8_t> pixels;
+
+    bool operator==(const ColourImage&) const = default;
+};
+
 /// A number per pixel: path length [mm], quanta, logarithms.
 struct Field {
     int width = 0;

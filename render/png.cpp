@@ -46,8 +46,19 @@ void fail(png_structp png, png_const_charp message) {
 
 void ignore(png_structp, png_const_charp) {}
 
-/// False with sink.error filled on failure. `pixels` holds width·height grey levels.
-bool encode(const std::uint8_t* pixels, int width, int height, Sink* sink) {
+/// What distinguishes the kinds of image in a file.
+struct Kind {
+    int channels;
+    int colour_type;
+    png_uint_32 format;
+    int strategy;  // of zlib: noise in one channel has no repeats, its equal three channels have
+    const char* name;
+};
+constexpr Kind grey = {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_GRAY, Z_HUFFMAN_ONLY, "grey"};
+constexpr Kind colour = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, Z_DEFAULT_STRATEGY, "colour"};
+
+/// False with sink.error filled on failure. `pixels` holds width·height·channels levels.
+bool encode(const std::uint8_t* pixels, int width, int height, const Kind& kind, Sink* sink) {
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, sink, fail, ignore);
     if (png == nullptr) return false;
     png_infop info = png_create_info_struct(png);
@@ -57,13 +68,13 @@ bool encode(const std::uint8_t* pixels, int width, int height, Sink* sink) {
     }
     png_set_write_fn(png, sink, append, nullptr);
     png_set_compression_level(png, 1);
-    png_set_compression_strategy(png, Z_HUFFMAN_ONLY);
+    png_set_compression_strategy(png, kind.strategy);
     png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
     png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), 8,
-                 PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
-                 PNG_FILTER_TYPE_DEFAULT);
+                 kind.colour_type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
     png_write_info(png, info);
-    for (int j = 0; j < height; ++j) png_write_row(png, pixels + static_cast<std::size_t>(j) * width);
+    const std::size_t row = static_cast<std::size_t>(width) * kind.channels;
+    for (int j = 0; j < height; ++j) png_write_row(png, pixels + j * row);
     png_write_end(png, nullptr);
     png_destroy_write_struct(&png, &info);
     return true;
@@ -92,25 +103,23 @@ int write_all(const std::string& path, const std::vector<std::uint8_t>& bytes) {
     return error;
 }
 
-}  // namespace
-
-std::vector<std::uint8_t> encode_png(const GrayImage& image) {
+template <class Image>
+std::vector<std::uint8_t> encode_image(const Image& image, const Kind& kind) {
     if (image.width < 1 || image.height < 1 ||
-        image.pixels.size() != static_cast<std::size_t>(image.width) * image.height) {
+        image.pixels.size() != static_cast<std::size_t>(image.width) * image.height * kind.channels) {
         throw std::invalid_argument("an image of " + std::to_string(image.width) + "x" +
                                     std::to_string(image.height) + " with " +
-                                    std::to_string(image.pixels.size()) + " pixels cannot be written");
+                                    std::to_string(image.pixels.size()) + " levels cannot be written");
     }
     Sink sink;
     sink.bytes.reserve(image.pixels.size() + 1024);
-    if (!encode(image.pixels.data(), image.width, image.height, &sink)) {
+    if (!encode(image.pixels.data(), image.width, image.height, kind, &sink)) {
         throw std::runtime_error(std::string("PNG encoding failed: ") + sink.error.data());
     }
     return std::move(sink.bytes);
 }
 
-void write_png(const std::filesystem::path& path, const GrayImage& image) {
-    const std::vector<std::uint8_t> bytes = encode_png(image);
+void write_file(const std::filesystem::path& path, const std::vector<std::uint8_t>& bytes) {
     const std::string part = path.string() + ".part";
     int error = write_all(part, bytes);
     if (error == 0 && std::rename(part.c_str(), path.c_str()) != 0) error = errno;
@@ -120,7 +129,8 @@ void write_png(const std::filesystem::path& path, const GrayImage& image) {
     }
 }
 
-GrayImage read_png(const std::filesystem::path& path) {
+template <class Image>
+Image read_image(const std::filesystem::path& path, const Kind& kind) {
     errno = 0;
     std::ifstream file(path, std::ios::binary);
     if (!file) refuse(path, "cannot be read: " + std::generic_category().message(errno != 0 ? errno : EIO));
@@ -135,23 +145,47 @@ GrayImage read_png(const std::filesystem::path& path) {
     }
     // The header's own bit depth and colour type; the interface above would convert silently.
     const int depth = static_cast<unsigned char>(bytes.at(24)),
-              colour = static_cast<unsigned char>(bytes.at(25));
-    if (depth != 8 || colour != PNG_COLOR_TYPE_GRAY || png.format != PNG_FORMAT_GRAY) {
+              type = static_cast<unsigned char>(bytes.at(25));
+    if (depth != 8 || type != kind.colour_type || png.format != kind.format) {
         png_image_free(&png);
-        refuse(path, "has colour type " + std::to_string(colour) + " and " + std::to_string(depth) +
-                         " bits; only 8-bit grey without transparency (colour type 0) is read");
+        refuse(path, "has colour type " + std::to_string(type) + " and " + std::to_string(depth) +
+                         " bits; only 8-bit " + kind.name + " without transparency (colour type " +
+                         std::to_string(kind.colour_type) + ") is read");
     }
     constexpr unsigned most = 16384;
     if (png.width > most || png.height > most) {
         png_image_free(&png);
         refuse(path, "is larger than 16384 pixels along a side");
     }
-    GrayImage image{static_cast<int>(png.width), static_cast<int>(png.height), {}};
-    image.pixels.resize(static_cast<std::size_t>(png.width) * png.height);
+    Image image{static_cast<int>(png.width), static_cast<int>(png.height), {}};
+    image.pixels.resize(static_cast<std::size_t>(png.width) * png.height * kind.channels);
     if (png_image_finish_read(&png, nullptr, image.pixels.data(), 0, nullptr) == 0) {
         refuse(path, std::string("is damaged: ") + png.message);
     }
     return image;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode_png(const GrayImage& image) {
+    return encode_image(image, grey);
+}
+std::vector<std::uint8_t> encode_png(const ColourImage& image) {
+    return encode_image(image, colour);
+}
+
+void write_png(const std::filesystem::path& path, const GrayImage& image) {
+    write_file(path, encode_png(image));
+}
+void write_png(const std::filesystem::path& path, const ColourImage& image) {
+    write_file(path, encode_png(image));
+}
+
+GrayImage read_png(const std::filesystem::path& path) {
+    return read_image<GrayImage>(path, grey);
+}
+ColourImage read_colour_png(const std::filesystem::path& path) {
+    return read_image<ColourImage>(path, colour);
 }
 
 }  // namespace render

@@ -30,6 +30,7 @@ const std::map<std::string, Layer> layers = {
       {{"embree3", {"*.cpp"}},
        {"png.h", {"*.cpp"}},
        {"zlib.h", {"*.cpp"}},
+       {"imgui.h", {"*.cpp"}},
        {"GL", {"*.cpp"}},
        {"glm", {"*.cpp"}}}}},
     {"engine",
@@ -92,6 +93,7 @@ TEST(Layering, RulesRefuseWhatTheyShould) {
     EXPECT_FALSE(allowed("render", "image.cpp", "physics/guidewire.h"));
     EXPECT_TRUE(allowed("render", "image.cpp", "physics/geometry.h"));
     EXPECT_FALSE(allowed("render", "png.h", "png.h"));
+    EXPECT_FALSE(allowed("render", "canvas.h", "imgui.h"));
     EXPECT_FALSE(allowed("render", "image.cpp", "engine/score.h"));
     EXPECT_FALSE(allowed("engine", "scenario.h", "toml++/toml.h"));
     EXPECT_FALSE(allowed("engine", "scenario.cpp", "app/main.h"));

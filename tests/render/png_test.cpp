@@ -110,6 +110,24 @@ TEST_F(Png, RefusesToReadWhatIsNotEightBitGrey) {
               std::string::npos);
 }
 
+TEST_F(Png, ColourReadsBackWhatWasWrittenAndIsNotTakenForGrey) {
+    render::ColourImage image{37, 21, noisy(3 * 37, 21).pixels};
+    render::write_png(folder_ / "c.png", image);
+    EXPECT_EQ(render::read_colour_png(folder_ / "c.png"), image);
+    EXPECT_EQ(render::encode_png(image), render::encode_png(image));
+    EXPECT_NE(message_of([&] { render::read_png(folder_ / "c.png"); }).find("colour type 2"),
+              std::string::npos);
+    render::write_png(folder_ / "g.png", noisy(8, 8));
+    const std::string message = message_of([&] { render::read_colour_png(folder_ / "g.png"); });
+    EXPECT_NE(message.find("g.png: has colour type 0"), std::string::npos) << message;
+    EXPECT_NE(message.find("(colour type 2) is read"), std::string::npos) << message;
+
+    image.pixels.pop_back();
+    EXPECT_THROW(render::encode_png(image), std::invalid_argument);
+    EXPECT_THROW(render::write_png(folder_ / "c.png", render::ColourImage{}), std::invalid_argument);
+    EXPECT_EQ(render::read_colour_png(folder_ / "c.png").width, 37) << "the old file is whole";
+}
+
 TEST_F(Png, RefusesADamagedFile) {
     std::vector<std::uint8_t> bytes = render::encode_png(noisy(64, 64));
     for (const std::size_t length : {bytes.size() / 2, std::size_t{30}, std::size_t{9}}) {

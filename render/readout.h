@@ -1,0 +1,99 @@
+#pragma once
+/// What the panel around the image tells: numbers, and how they are written on screen.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace render {
+
+enum class Notice { info, success, warning, alarm };
+
+struct Message {
+    std::string text;
+    Notice notice = Notice::info;
+};
+
+/// Where the table stands.
+struct TablePlace {
+    double longitudinal = 0.0;  // toward the head [mm]
+    double lateral = 0.0;       // toward the patient's left [mm]
+    double height = 0.0;        // of its top above the floor [mm]
+};
+
+/// One state of the panel. A value that is missing, or not finite, is shown as a dash.
+struct Readout {
+    std::string title;              // of the scenario
+    std::string mode = "FLUORO";    // FLUORO, DSA, ROADMAP
+    bool beam_on = false;           // otherwise the image is the last one held
+    long frame = 0;                 // counted from 0
+    std::optional<double> time;     // since the first frame [s]
+    std::string reference_label;    // what the stored image is
+    std::vector<Message> messages;  // oldest first; the last that fit are shown
+
+    // C-arm and table
+    double lao = 0.0;                     // RAO negative [rad]
+    double cranial = 0.0;                 // caudal negative [rad]
+    std::optional<double> sid;            // source to detector [mm]
+    std::optional<double> sod;            // source to isocentre [mm]
+    std::optional<double> field_of_view;  // side of the square field on the detector [mm]
+    std::optional<TablePlace> table;
+
+    // X-ray technique
+    std::optional<double> pulse_rate;     // [1/s]
+    std::optional<double> tube_voltage;   // [kV]
+    std::optional<double> tube_current;   // [mA]
+    std::optional<double> pulse_width;    // [ms]
+    std::optional<double> detector_dose;  // per pulse [nGy]
+
+    // Dose since the start
+    std::optional<double> air_kerma;       // K_a,r at the patient entrance reference point [mGy]
+    std::optional<double> air_kerma_rate;  // [mGy/min]
+    std::optional<double> kerma_area;      // P_KA [Gy·cm²]
+    std::optional<double> fluoro_time;     // beam-on time [s]
+
+    // Wire
+    std::optional<double> inserted;            // length beyond the introducer [mm]
+    std::optional<double> wire_length;         // that could be inserted [mm]
+    std::optional<double> tip_to_target;       // [mm]
+    std::optional<double> hub_twist;           // of the hub, right-handed about the advancing wire [rad]
+    std::optional<double> base_torque;         // at the introducer [N·mm]
+    std::optional<double> push_force;          // along the wire at the introducer [N]
+    std::optional<double> tip_force;           // of the wall on the tip [N]
+    std::optional<double> largest_wall_force;  // on any joint [N]
+    double force_limit = 1.0;                  // at which the bars of force are full [N]
+    std::vector<double> force_history;         // largest wall force of the last seconds, oldest first [N]
+    double history_length = 10.0;              // time that the history spans [s]
+
+    // Contrast
+    std::optional<double> contrast;        // given so far [ml]
+    std::optional<double> contrast_limit;  // for the patient [ml]
+    double injection_rate = 0.0;           // 0 while none is injected [ml/s]
+};
+
+/// Where the operator is first told of the dose (Stecker et al., J Vasc Interv Radiol 2009;20:S263).
+struct DoseNotification {
+    static constexpr double air_kerma = 3000.0;    // [mGy]
+    static constexpr double kerma_area = 300.0;    // [Gy·cm²]
+    static constexpr double fluoro_time = 1800.0;  // [s]
+};
+
+bool is_known(std::optional<double>);  // there, and finite
+
+/// With `decimals` digits after the point in any locale, "--" when not known.
+std::string figure_text(std::optional<double> value, int decimals);
+
+std::string centimetre_text(std::optional<double> length);  // [mm] to "110", "--"
+std::string rate_text(std::optional<double> rate);          // pulses per second: "15", "7.5", "--"
+std::string primary_angle_text(double lao);                 // [rad] to "LAO 30°", "RAO 12°", "LAO --"
+std::string secondary_angle_text(double cranial);           // [rad] to "CRAN 10°", "CAUD 5°", "CRAN --"
+std::string clock_text(std::optional<double> time);         // [s] to "4:18" or "1:02:07", "--" when missing
+
+/// Letters of the patient's directions at the edges of the image: R, L, A, P, H (head), F (feet), two where
+/// the view is oblique, the nearer first (DICOM 0020,0020). Empty when an angle is not finite.
+struct ImageSides {
+    std::string left, right, top;
+};
+ImageSides image_sides(double lao, double cranial);
+
+}  // namespace render
