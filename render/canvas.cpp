@@ -107,8 +107,9 @@ GrayImage interpolated(const GrayImage& image, int width, int height) {
     for (int j = 0; j < height; ++j) {
         const std::uint8_t* upper = &image.pixels[std::size_t(rows[j].first) * image.width];
         const std::uint8_t* lower = &image.pixels[std::size_t(rows[j].second) * image.width];
-        for (int i = 0; i < image.width; ++i)
+        for (int i = 0; i < image.width; ++i) {
             mixed[i] = 256 * upper[i] + rows[j].share * (lower[i] - upper[i]);
+        }
         std::uint8_t* to = &result.pixels[std::size_t(j) * width];
         for (int i = 0; i < width; ++i) {
             const auto& [first, second, share] = columns[i];

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "render/c_arm_pictogram.h"
 #include "render/palette.h"
 
 namespace render {
@@ -82,82 +83,14 @@ void bar(Canvas& canvas, const Box& area, float top, float share, Ink ink) {
     }
 }
 
-// ---- C-arm
-// ----------------------------------------------------------------------------------------------------
-
-std::array<Point, 32> ellipse(Point centre, float a, float b) {
-    std::array<Point, 32> points;
-    for (std::size_t k = 0; k < points.size(); ++k) {
-        const float angle = 2.0f * pi * static_cast<float>(k) / static_cast<float>(points.size());
-        points[k] = {centre.x + a * std::cos(angle), centre.y + b * std::sin(angle)};
-    }
-    return points;
-}
-
-void patient_from_feet(Canvas& canvas, Point iso) {
-    constexpr Ink body{70, 82, 90};
-    for (float side : {-1.0f, 1.0f}) canvas.disc({iso.x + side * 18.5f, iso.y + 2.0f}, 3.5f, body);
-    canvas.polygon(ellipse(iso, 15.0f, 8.5f), body);
-    canvas.box({iso.x - 23.0f, iso.y + 9.0f, iso.x + 23.0f, iso.y + 11.0f}, palette::faint);
-}
-
-/// As the operator sees the patient, from the right: head to the left.
-void patient_from_right(Canvas& canvas, Point iso) {
-    constexpr Ink body{70, 82, 90};
-    canvas.disc({iso.x - 31.0f, iso.y + 1.5f}, 6.0f, body);
-    canvas.box({iso.x - 24.0f, iso.y - 6.0f, iso.x + 20.0f, iso.y + 8.0f}, body, 6.0f);
-    canvas.box({iso.x + 10.0f, iso.y - 2.0f, iso.x + 50.0f, iso.y + 8.0f}, body, 4.0f);
-    canvas.box({iso.x - 40.0f, iso.y + 9.0f, iso.x + 50.0f, iso.y + 11.0f}, palette::faint);
-}
-
-/// `tilt` turns the detector from straight up, clockwise on the sheet [rad]; `lift` is its distance from the
-/// isocentre where that of the source is 1.
-void stand(Canvas& canvas, Point iso, float tilt, float lift, bool beam_on) {
-    constexpr float radius = 40.0f;
-    const Point up{std::sin(tilt), -std::cos(tilt)}, across{-up.y, up.x};
-    const auto place = [&](float along, float aside) {
-        return Point{iso.x + along * up.x + aside * across.x, iso.y + along * up.y + aside * across.y};
-    };
-    const auto block = [&](float along, float depth, float half_width, Ink ink) {
-        canvas.polygon(std::array{place(along + depth, -half_width), place(along + depth, half_width),
-                                  place(along, half_width), place(along, -half_width)},
-                       ink);
-    };
-    const float face = radius * lift;
-    constexpr float half_detector = 11.0f;
-    canvas.polygon(
-        std::array{place(-radius, 0.0f), place(face, -half_detector), place(face, half_detector)},
-        beam_on ? palette::with_alpha(palette::beam, 105) : palette::with_alpha(palette::label, 38));
-    // From the source round to the detector's column, on the side away from its tilt.
-    const float top = tilt - 0.5f * pi;
-    canvas.arc(iso, radius + 2.0f, top - pi, top, palette::label, 3.5f);
-    canvas.line(place(radius + 2.0f, 0.0f), place(face + 3.0f, 0.0f), palette::label, 4.0f);
-    block(face, 5.0f, half_detector, palette::value);
-    block(-radius - 6.0f, 8.0f, 5.5f, beam_on ? palette::beam : palette::value);
-}
-
-void pictogram(Canvas& canvas, const Box& area, double tilt, const Readout& r, bool from_feet) {
-    canvas.box(area, palette::well, 4.0f);
-    const Point iso{0.5f * (area.left + area.right), 0.5f * (area.top + area.bottom) - 1.0f};
-    if (from_feet)
-        patient_from_feet(canvas, iso);
-    else
-        patient_from_right(canvas, iso);
-    if (!std::isfinite(tilt)) return;
-    float lift = 0.5f;
-    if (r.sid && r.sod && *r.sid > *r.sod && *r.sod > 0.0) {
-        lift = static_cast<float>(std::clamp((*r.sid - *r.sod) / *r.sod, 0.3, 0.85));
-    }
-    stand(canvas, iso, static_cast<float>(std::remainder(tilt, 2.0 * std::numbers::pi)), lift, r.beam_on);
-}
-
 void draw_gantry(Canvas& canvas, const Box& area, const Readout& r) {
     const float top = heading(canvas, area, "C-ARM"), middle = 0.5f * (area.left + area.right);
     constexpr float height = 102.0f, gap = 4.0f;
     const Box axial{area.left, top, middle - gap, top + height},
         sagittal{middle + gap, top, area.right, top + height};
-    pictogram(canvas, axial, r.lao, r, true);
-    pictogram(canvas, sagittal, -r.cranial, r, false);
+    const double lift = is_known(r.sid) && is_known(r.sod) ? (*r.sid - *r.sod) / *r.sod : 0.5;
+    draw_c_arm(canvas, axial, CArmView::from_feet, r.lao, lift, r.beam_on);
+    draw_c_arm(canvas, sagittal, CArmView::from_right, r.cranial, lift, r.beam_on);
     const float angles = top + height + 3.0f;
     for (const auto& [box, text] : {std::pair{axial, primary_angle_text(r.lao)},
                                     std::pair{sagittal, secondary_angle_text(r.cranial)}}) {
@@ -180,9 +113,6 @@ void draw_gantry(Canvas& canvas, const Box& area, const Readout& r) {
     }
     row(canvas, area, second, "Table", table + " cm");
 }
-
-// ---- X-ray
-// ----------------------------------------------------------------------------------------------------
 
 void draw_technique(Canvas& canvas, const Box& area, const Readout& r) {
     const float top =
@@ -215,9 +145,6 @@ void draw_dose(Canvas& canvas, const Box& area, const Readout& r) {
     entry("P_KA", dose_text(r.kerma_area) + " Gy·cm²", r.kerma_area, DoseNotification::kerma_area);
     entry("Fluoro time", clock_text(r.fluoro_time), r.fluoro_time, DoseNotification::fluoro_time);
 }
-
-// ---- Wire
-// -----------------------------------------------------------------------------------------------------
 
 void twist_dial(Canvas& canvas, Point centre, float radius, std::optional<double> twist) {
     canvas.disc(centre, radius, palette::well);
@@ -304,9 +231,6 @@ void draw_wire(Canvas& canvas, const Box& area, const Readout& r) {
     force("Wall, max.", r.largest_wall_force);
     force_trace(canvas, {area.left, y + 3.0f, area.right, y + 33.0f}, r);
 }
-
-// ---- Contrast and messages
-// ------------------------------------------------------------------------------------
 
 void draw_contrast(Canvas& canvas, const Box& area, const Readout& r) {
     const bool injecting = r.injection_rate > 0.0;

@@ -263,6 +263,31 @@ TEST_F(PanelTest, ShowsWhetherTheBeamIsOn) {
     EXPECT_GT(count(on, render::palette::beam, column_), 20) << "the source of the pictogram";
 }
 
+TEST_F(PanelTest, ThePictogramsTurnAsTheArmDoes) {
+    // The source is opposite the detector, and alone yellow in the left half of the column.
+    const auto source_column = [](double lao, double cranial, bool right_half) {
+        Readout r = sample();
+        r.lao = lao;
+        r.cranial = cranial;
+        r.beam_on = true;
+        const ColourImage screen = draw(r);
+        double sum = 0.0;
+        int pixels = 0;
+        for (int i = right_half ? 1152 : 1024; i < (right_half ? 1280 : 1152); ++i) {
+            const int here = count(screen, render::palette::beam, {i, 0, 1, 1024});
+            sum += double(here) * i;
+            pixels += here;
+        }
+        EXPECT_GT(pixels, 20);
+        return sum / pixels;
+    };
+    const double straight = source_column(0.0, 0.0, false);
+    EXPECT_LT(source_column(0.5, 0.0, false), straight - 10.0) << "LAO: detector to the patient's left";
+    EXPECT_GT(source_column(-0.5, 0.0, false), straight + 10.0);
+    EXPECT_GT(source_column(0.0, 0.5, true), source_column(0.0, 0.0, true) + 5.0)
+        << "cranial: source to the feet";
+}
+
 TEST_F(PanelTest, DoseIsColouredUpToTheNotificationLevel) {
     namespace ink = render::palette;
     const auto shown = [](double kerma) {
