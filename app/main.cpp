@@ -44,7 +44,7 @@ const char* const footer =
 struct RunArguments {
     std::string scenario, commands, out, expect, cache, frames = "all";
     int every = 1;
-    bool truth = false;
+    bool panel = false, truth = false;
 };
 
 const std::string shipped = SELDINGER_ASSETS "/scenarios";
@@ -56,6 +56,7 @@ int run(const RunArguments& arguments) {
     engine::RunOptions options;
     options.every = arguments.every;
     options.images = arguments.frames != "none";
+    options.panel = arguments.panel;
     options.truth = arguments.truth;
     options.program = "seldinger " SELDINGER_VERSION;
     if (!arguments.expect.empty()) options.expect = arguments.expect;
@@ -279,6 +280,8 @@ int main(int count, char** values) {
         ->check(CLI::Range(1, engine::largest_frame));
     run_command->add_option("--frames", arguments.frames, "'all', or 'none' for no images at all")
         ->check(CLI::IsMember({"all", "none"}));
+    run_command->add_flag("--panel", arguments.panel,
+                          "The image amid the readouts of the room, in colour, in panel/");
     run_command->add_flag(
         "--truth", arguments.truth,
         "Ground truth of every image in truth/: wire, tip and vessels in pixels, masks, camera");

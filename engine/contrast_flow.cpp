@@ -109,6 +109,12 @@ double ContrastFlow::pulse(double time) const {
     return 1 - spec_.pulsatility + spec_.pulsatility * raised * raised * raised * (16.0 / 5.0);
 }
 
+double ContrastFlow::injection_rate() const {
+    double rate = 0;
+    for (const Running& injection : running_) rate += injection.rate;
+    return rate;
+}
+
 void ContrastFlow::step(double dt) {
     assert(dt >= 0);
     while (dt > 0) {

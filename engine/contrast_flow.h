@@ -61,6 +61,7 @@ public:
     void reset();
 
     bool injecting() const { return !running_.empty(); }
+    double injection_rate() const;                 // of all that run [ml/s]
     double injected() const { return injected_; }  // so far [ml]
     double left() const;                           // of the limit, running injections counted whole [ml]
     IodineBalance balance() const;

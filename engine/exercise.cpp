@@ -7,7 +7,7 @@ namespace engine {
 Exercise::Exercise(const Scenario& scenario, bool with_images, const ModelCache& cache)
     : simulation_(scenario, cache), scorer_(simulation_) {
     if (!with_images) return;
-    monitor_.emplace(make_fluoroscope(scenario, simulation_.anatomy()));
+    monitor_.emplace(make_fluoroscope(simulation_));
     const int pixels = scenario.c_arm.pixels;
     black_ = {pixels, pixels, std::vector<std::uint8_t>(static_cast<std::size_t>(pixels) * pixels, 0)};
 }

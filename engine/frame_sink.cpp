@@ -30,7 +30,7 @@ struct PngFolder::Worker {
     std::filesystem::path folder;
     std::mutex mutex;
     std::condition_variable changed;
-    std::deque<std::pair<int, render::GrayImage>> waiting;  // guarded by mutex, as all below
+    std::deque<std::pair<int, Picture>> waiting;  // guarded by mutex, as all below
     bool closing = false;
     std::exception_ptr failure;
     std::thread thread;
@@ -40,14 +40,16 @@ struct PngFolder::Worker {
         while (true) {
             changed.wait(lock, [this] { return closing || !waiting.empty(); });
             if (waiting.empty()) return;
-            const auto [frame, image] = std::move(waiting.front());
+            const auto [frame, picture] = std::move(waiting.front());
             waiting.pop_front();
             changed.notify_all();
             if (failure) continue;  // after one failure nothing more is written
             lock.unlock();
             std::exception_ptr failed;
             try {
-                render::write_png(folder / frame_file_name(frame), image);
+                std::visit(
+                    [&](const auto& pixels) { render::write_png(folder / frame_file_name(frame), pixels); },
+                    picture);
             } catch (const std::runtime_error& error) {
                 failed = std::make_exception_ptr(InputError(error.what()));
             } catch (...) {
@@ -77,10 +79,18 @@ PngFolder::~PngFolder() {
 }
 
 void PngFolder::accept(int frame, const render::GrayImage& image) {
+    enqueue(frame, image);
+}
+
+void PngFolder::accept(int frame, const render::ColourImage& image) {
+    enqueue(frame, image);
+}
+
+void PngFolder::enqueue(int frame, Picture picture) {
     std::unique_lock lock(worker_->mutex);
     worker_->changed.wait(lock, [this] { return worker_->waiting.size() < Worker::most_waiting; });
     if (worker_->failure) std::rethrow_exception(worker_->failure);
-    worker_->waiting.emplace_back(frame, image);
+    worker_->waiting.emplace_back(frame, std::move(picture));
     worker_->changed.notify_all();
 }
 

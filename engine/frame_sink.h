@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <variant>
 
 #include "render/image.h"
 
@@ -30,9 +31,12 @@ public:
     ~PngFolder() override;
 
     void accept(int frame, const render::GrayImage&) override;
+    void accept(int frame, const render::ColourImage&);
     void finish() override;
 
 private:
+    using Picture = std::variant<render::GrayImage, render::ColourImage>;
+    void enqueue(int frame, Picture);
     struct Worker;
     std::unique_ptr<Worker> worker_;
 };

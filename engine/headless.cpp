@@ -8,8 +8,10 @@
 #include "engine/exercise.h"
 #include "engine/expectation.h"
 #include "engine/output_folder.h"
+#include "engine/room_readout.h"
 #include "engine/text.h"
 #include "render/contact_sheet.h"
+#include "render/panel.h"
 
 namespace engine {
 namespace {
@@ -112,9 +114,14 @@ struct Notices {
     }
 };
 
+/// What is made of each frame besides its image.
+struct Beside {
+    std::function<void(const StepReport&)> frame;
+    std::function<void(int frame)> image;  // where there is one
+};
+
 RunResult run(Exercise& exercise, const CommandScript& script, int last, Expectation& expectation,
-              FrameSink* sink, Sheet* sheet, const std::function<void(int frame)>& also,
-              const RunOptions& options) {
+              FrameSink* sink, Sheet* sheet, const Beside& beside, const RunOptions& options) {
     RunResult result;
     Notices notices;
     std::vector<Command> commands;
@@ -123,7 +130,9 @@ RunResult run(Exercise& exercise, const CommandScript& script, int last, Expecta
         commands.clear();
         for (; next != script.commands.end() && next->frame == frame; ++next)
             commands.push_back(next->command);
-        notices.observe(exercise.next_frame(commands));
+        const StepReport report = exercise.next_frame(commands);
+        notices.observe(report);
+        if (beside.frame) beside.frame(report);
         result.frames = frame + 1;
         result.state_hash = exercise.simulation().state_hash();
         expectation.check_state(frame, result.state_hash);
@@ -134,7 +143,7 @@ RunResult run(Exercise& exercise, const CommandScript& script, int last, Expecta
             const render::GrayImage& image = exercise.image();
             sink->accept(frame, image);
             if (sheet) sheet->accept(frame, image);
-            if (also) also(frame);
+            if (beside.image) beside.image(frame);
             expectation.check_frame(frame, image);
         }
         if (options.progress) {
@@ -168,6 +177,10 @@ RunResult run(Exercise& exercise, const CommandScript& script, int last, Expecta
     return result;
 }
 
+void require_possible(const Simulation& simulation, const CommandScript& script) {
+    if (const auto wrong = simulation.problems(script); !wrong.empty()) throw InputError(joined(wrong, "\n"));
+}
+
 Expectation expectation_of(const CommandScript& script, const RunOptions& options) {
     Expectation expectation;
     expectation.add_states(script);
@@ -189,6 +202,7 @@ RunResult run_headless(const Scenario& scenario, const CommandScript& script, Fr
     check(scenario, script);
     Expectation expectation = expectation_of(script, options);
     Exercise exercise(scenario, sink != nullptr, options.cache);
+    require_possible(exercise.simulation(), script);
     return run(exercise, script, last_frame_of(scenario, script), expectation, sink, nullptr, {}, options);
 }
 
@@ -200,20 +214,36 @@ RunResult run_headless(const Scenario& scenario, const CommandScript& script,
     ModelCache cache = options.cache;
     if (cache.folder.empty()) cache.folder = cache_beside(out);
     Exercise exercise(scenario, options.images, cache);
+    require_possible(exercise.simulation(), script);
 
-    OutputFolder folder(out, {options.images, false, options.images && options.truth});
+    OutputFolder folder(out,
+                        {options.images, options.images && options.panel, options.images && options.truth});
     exercise.record(folder.recording(), {options.program, scenario.name, options.hash_every});
     const int last = last_frame_of(scenario, script);
     std::optional<PngFolder> frames;
     Sheet sheet(last, options.every, scenario.frame_rate);
     if (options.images) frames.emplace(folder.frames());
-    const auto also = [&](int frame) {
-        if (options.truth && exercise.monitor()->last_pulse())
+    std::optional<render::Panel> panel;
+    std::optional<PngFolder> panels;
+    if (options.panel && options.images) {
+        panel.emplace();
+        panels.emplace(folder.panel());
+    }
+    RoomReadout readout;
+    Beside beside;
+    beside.frame = [&](const StepReport& report) { readout.observe(exercise, report); };
+    beside.image = [&](int frame) {
+        if (panel) {
+            const Monitor& monitor = *exercise.monitor();
+            panels->accept(frame, panel->draw(exercise.image(), monitor.reference(), readout.read(exercise)));
+        }
+        if (options.truth && exercise.monitor() && exercise.monitor()->last_pulse())
             write_truth(folder.truth(), exercise.truth(), frame, scenario.frame_rate);
     };
     const RunResult result =
-        run(exercise, script, last, expectation, frames ? &*frames : nullptr, &sheet, also, options);
+        run(exercise, script, last, expectation, frames ? &*frames : nullptr, &sheet, beside, options);
     exercise.close_recording();
+    if (panels) panels->finish();
     if (const auto page = sheet.page()) folder.write_sheet(*page);
     folder.write_score(to_json(result.score));
     folder.keep();

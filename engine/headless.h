@@ -24,6 +24,7 @@ struct Progress {
 struct RunOptions {
     int every = 1;                                // frames between two images; the last frame always has one
     bool images = true;                           // off = neither frames nor a sheet
+    bool panel = false;                           // the image amid the readouts, in panel/
     bool truth = false;                           // ground truth of each image, in truth/
     int hash_every = 10;                          // frames between two state lines of the recording
     std::string program = "seldinger";            // named in the recording

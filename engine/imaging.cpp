@@ -43,6 +43,20 @@ std::vector<render::TissueLayer> tissue_layers(const Scenario& scenario, const A
     return layers;
 }
 
+namespace {
+
+/// Mean concentration in the blood about the wire, from its joints five apart [mg/ml].
+double along_wire(const ContrastFlow& contrast, std::span<const physics::Vec3> joints) {
+    constexpr std::size_t stride = 5;
+    double sum = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < joints.size(); i += stride, ++count)
+        sum += contrast.iodine()[contrast.blood().nearest(joints[i])];
+    return sum / std::max(count, 1);
+}
+
+}  // namespace
+
 Pulse pulse_of(const Simulation& simulation) {
     const Scenario& scenario = simulation.scenario();
     const Imaging& imaging = scenario.imaging;
@@ -58,24 +72,40 @@ Pulse pulse_of(const Simulation& simulation) {
     exposure.kvp = imaging.kvp;
     exposure.iodine = simulation.iodine();
     exposure.vessel_shift = simulation.vessel_shift();
+    const ContrastFlow& contrast = simulation.contrast();
+    if (contrast.injected() > 0) {
+        exposure.vessel_iodine.assign(contrast.iodine().begin(), contrast.iodine().end());
+        exposure.wire_iodine = along_wire(contrast, pulse.joints);
+    }
     return pulse;
 }
 
 bool has_contrast(const render::Exposure& exposure) {
-    return exposure.iodine > 0;
+    const auto some = [](float concentration) { return concentration > 1e-3f; };
+    return exposure.iodine > 0 ||
+           std::any_of(exposure.vessel_iodine.begin(), exposure.vessel_iodine.end(), some);
 }
 
 void remove_contrast(render::Exposure& exposure) {
-    exposure.iodine = 0;
+    exposure.iodine = exposure.wire_iodine = 0;
+    exposure.vessel_iodine.clear();
     exposure.organs.clear();
 }
 
-render::Fluoroscope make_fluoroscope(const Scenario& scenario, const Anatomy& anatomy) {
+render::Fluoroscope make_fluoroscope(const Simulation& simulation) {
+    const Scenario& scenario = simulation.scenario();
+    const Anatomy& anatomy = simulation.anatomy();
+    const ContrastFlow& contrast = simulation.contrast();
     render::FluoroscopeConfig config;
     config.wire.diameter = scenario.guidewire.diameter;
     config.wire.marker_length = std::min(config.wire.marker_length, scenario.guidewire.tip_length);
     try {
-        return render::Fluoroscope(config, tissue_layers(scenario, anatomy));
+        std::vector<render::TissueLayer> layers = tissue_layers(scenario, anatomy);
+        const physics::TriangleMesh& lumen = layers.back().mesh;
+        render::require_closed("lumen", lumen);
+        render::LumenContrast vessels(lumen, {contrast.nodes().begin(), contrast.nodes().end()},
+                                      {contrast.radii().begin(), contrast.radii().end()});
+        return render::Fluoroscope(config, std::move(layers), std::move(vessels));
     } catch (const render::OpenMeshError& error) {
         throw InputError(anatomy.name + ": a closed mesh is needed for imaging: " + error.what());
     }

@@ -19,7 +19,8 @@ Pulse pulse_of(const Simulation&);
 bool has_contrast(const render::Exposure&);
 void remove_contrast(render::Exposure&);
 
-/// A fluoroscope for the scenario. Throws InputError when it cannot be made.
-render::Fluoroscope make_fluoroscope(const Scenario&, const Anatomy&);
+/// A fluoroscope for the scenario, whose contrast has the nodes of the simulation's. Throws InputError when
+/// it cannot be made.
+render::Fluoroscope make_fluoroscope(const Simulation&);
 
 }  // namespace engine

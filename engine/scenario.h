@@ -11,6 +11,7 @@
 
 #include "engine/anatomy/model_cache.h"
 #include "engine/anatomy/vessel_tree.h"
+#include "engine/blood_flow.h"
 #include "engine/error.h"
 #include "engine/scenes.h"
 #include "engine/vessel_motion.h"
@@ -82,6 +83,7 @@ struct Scenario {
     render::CArm c_arm;  // at the start
     Imaging imaging;
     VesselMotion motion;
+    FlowSpec blood;  // its heart rate is that of the motion
 
     std::map<std::string, TextPlace> places;        // "guidewire.diameter_mm" → where the file says so
     TextPlace place(const std::string& key) const;  // of the key, or its section, or the file

@@ -7,6 +7,7 @@
 
 #include "engine/anatomy/vessel_file.h"
 #include "engine/command.h"
+#include "engine/contrast_flow.h"
 #include "engine/guidewire_presets.h"
 #include "engine/scenario.h"
 #include "engine/text.h"
@@ -160,6 +161,19 @@ void read_motion(Section motion, Scenario& s) {
     motion.finish();
 }
 
+void read_contrast(Section contrast, Scenario& s) {
+    double weight = 75, creatinine = 1;
+    contrast.number("weight_kg", weight, {20, 250});
+    contrast.number("creatinine_mg_per_dl", creatinine, {0.2, 15});
+    s.blood.limit = contrast_limit(weight, creatinine);
+    contrast.number("limit_ml", s.blood.limit, {0, 1000});
+    contrast.word("blood_from", s.blood.source);
+    double inflow = 0;
+    contrast.number("inflow_ml_per_s", inflow, {0.01, 500});
+    if (inflow > 0) s.blood.inflow = inflow;
+    contrast.finish();
+}
+
 void read_sections(const toml::table& root, Reading& reading, Scenario& s) {
     Section top(reading, &root, "");
     int schema = 0;
@@ -195,6 +209,8 @@ void read_sections(const toml::table& root, Reading& reading, Scenario& s) {
     read_c_arm(top.section("c_arm", false), s);
     read_imaging(top.section("imaging", false), s);
     read_motion(top.section("motion", false), s);
+    s.blood.heart_rate = s.motion.heart_rate;
+    read_contrast(top.section("contrast", false), s);
     top.finish();
 }
 

@@ -79,6 +79,10 @@ std::unique_ptr<const physics::LumenWall> make_wall(const Scenario& s, const Ana
     return cached_distance_field(anatomy, s.wall_stiffness, wire_radius, cache);
 }
 
+Injection injection(const Inject& command) {
+    return {command.branch, command.rate, command.volume, command.iodine};
+}
+
 Console start_console(const Scenario& scenario) {
     return Console(scenario.c_arm, scenario.frame_rate, scenario.imaging.pulse_rate);
 }
@@ -95,6 +99,7 @@ Simulation::Simulation(const Scenario& scenario, const ModelCache& cache)
     choose_entry();
     locate_target();
     wall_ = make_wall(scenario_, anatomy_, cache);
+    contrast_ = std::make_unique<ContrastFlow>(anatomy_, scenario_.blood);
     reset();
     resets_ = 0;
 }
@@ -192,6 +197,7 @@ void Simulation::reset() {
     pulse_ = false;
     frames_ = 0;
     iodine_ = scenario_.imaging.iodine;
+    contrast_->reset();
     StepReport ignored;
     relax(*relaxer_, updates_at_start * segments_at_start_, ignored);
     if (scenario_.adaptive) {
@@ -208,7 +214,25 @@ void Simulation::apply(const Command& command) {
     if (const auto* c = std::get_if<Withdraw>(&command)) waiting_.push_back({-c->length, 0});
     if (const auto* c = std::get_if<Rotate>(&command)) waiting_.push_back({0, c->angle});
     if (const auto* c = std::get_if<Contrast>(&command)) iodine_ = c->iodine;
+    if (const auto* c = std::get_if<Inject>(&command)) contrast_->inject(injection(*c));
     if (std::holds_alternative<Reset>(command)) reset();
+}
+
+std::vector<std::string> Simulation::problems(const CommandScript& script) const {
+    std::vector<std::string> found;
+    ContrastFlow trial(anatomy_, scenario_.blood);
+    for (const TimedCommand& timed : script.commands) {
+        if (std::holds_alternative<Reset>(timed.command)) trial.reset();
+        const Inject* inject = std::get_if<Inject>(&timed.command);
+        if (!inject) continue;
+        try {
+            trial.inject(injection(*inject));
+        } catch (const InputError& error) {
+            found.push_back(located(timed.place, error.what()));
+        }
+        if (found.size() > 20) break;
+    }
+    return found;
 }
 
 StepReport Simulation::step() {
@@ -236,6 +260,7 @@ StepReport Simulation::step() {
     }
     if (report.relax.updates > 0 || contacts_.size() != wire_.joints.size())
         mend_crossings(budget - report.relax.updates, report);
+    contrast_->step(1 / scenario_.frame_rate);
     ++frames_;
     pulse_ = console_.end_frame();
     return report;
@@ -309,6 +334,7 @@ void Simulation::turn(Motion& motion, int share, StepReport& report) {
         motion.rotation = steps == 1 ? 0 : motion.rotation - wanted;
         physics::rotate(wire_, wanted);
         report.rotation += std::abs(wanted);
+        report.turned += wanted;
         settle(share, report);
     }
 }
@@ -355,6 +381,10 @@ std::uint64_t Simulation::state_hash() const {
     hash.add(static_cast<int>(console_.mode())), hash.add(console_.pulse_rate());
     hash.add(console_.masks()), hash.add(console_.references());
     hash.add(iodine_);
+    hash.add(contrast_->injected());
+    if (contrast_->injected() > 0) {
+        for (const float concentration : contrast_->iodine()) hash.add(static_cast<double>(concentration));
+    }
     return hash.hash();
 }
 

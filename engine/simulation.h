@@ -10,6 +10,7 @@
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/command.h"
 #include "engine/console.h"
+#include "engine/contrast_flow.h"
 #include "engine/model_choice.h"
 #include "engine/scenario.h"
 #include "physics/relaxer.h"
@@ -21,6 +22,7 @@ struct StepReport {
     physics::RelaxReport relax;       // of the whole frame
     std::vector<double> insertions;   // change of the inserted length by each motion, in order [mm]
     double rotation = 0;              // Σ|angle| of the hub [rad]
+    double turned = 0;                // Σ angle [rad]
     bool withdrawal_stopped = false;  // the curved tip was at the introducer
     bool insertion_stopped = false;   // the tip stands in an open end, or the wire has no more length
     double deepest_crossing = 0;      // of a segment through the wall between its joints, left so [mm]
@@ -35,8 +37,11 @@ public:
     ~Simulation();
     Simulation(Simulation&&) noexcept;
 
-    /// Motions wait for step(); all else takes effect at once.
+    /// Motions wait for step(); all else takes effect at once. Throws InputError for an injection into a
+    /// branch that does not exist, or beyond the limit of contrast.
     void apply(const Command&);
+    /// The commands that apply() would refuse, a sentence each.
+    std::vector<std::string> problems(const CommandScript&) const;
     /// Makes the motions that wait, segment by segment, and relaxes with one frame's budget. With the global
     /// relaxer a segment comes in only once the wire is near rest: what the budget does not allow is made in
     /// the frames that follow, in the order it was asked for. A segment at rest that crosses the wall between
@@ -58,8 +63,9 @@ public:
     /// The last step had a pulse of the beam.
     bool pulse() const { return pulse_; }
     double iodine() const { return iodine_; }  // throughout the vessels, injections aside [mg/ml]
-    int frames() const { return frames_; }     // since the start or the last reset
-    double time() const;                       // at the end of the last step [s]
+    const ContrastFlow& contrast() const { return *contrast_; }
+    int frames() const { return frames_; }  // since the start or the last reset
+    double time() const;                    // at the end of the last step [s]
     /// Where vessels and wire are now, from where anatomy() and wire() have them [mm].
     physics::Vec3 vessel_shift() const;
     int resets() const { return resets_; }
@@ -100,6 +106,7 @@ private:
     std::vector<physics::WallContact> contacts_;
     std::vector<Motion> waiting_;
     bool settled_ = true;  // near enough to rest for the next motion
+    std::unique_ptr<ContrastFlow> contrast_;
     Console console_;
     bool pulse_ = false;
     int frames_ = 0;  // since the start or the last reset

@@ -14,6 +14,7 @@ render::GrayImage render_still(const Scenario& scenario, const CommandScript& sc
                                const StillRequest& request, const ModelCache& cache) {
     check(scenario, script);
     Simulation simulation(scenario, cache);
+    if (const auto wrong = simulation.problems(script); !wrong.empty()) throw InputError(joined(wrong, "\n"));
     auto next = script.commands.begin();
     for (int frame = 0; frame <= request.frame; ++frame) {
         for (; next != script.commands.end() && next->frame == frame; ++next) simulation.apply(next->command);
@@ -26,7 +27,7 @@ render::GrayImage render_still(const Scenario& scenario, const CommandScript& sc
     pulse.mode = ImagingMode::live;
     pulse.exposure.detector_dose = scenario.imaging.detector_dose;
 
-    Monitor monitor(make_fluoroscope(scenario, simulation.anatomy()));
+    Monitor monitor(make_fluoroscope(simulation));
     if (request.mode != ImagingMode::live) {
         Pulse mask = pulse;
         mask.mode = ImagingMode::dsa;

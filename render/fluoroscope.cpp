@@ -31,6 +31,7 @@ struct PoseImages {
     Field contrast_length;                       // through layers that take contrast [mm]
     std::vector<std::uint32_t> contrast_pixels;  // where that is not 0
     std::map<int, Field> organs;                 // length through each perfused layer [mm]
+    std::optional<ContrastMatrix> vessels;       // made when contrast first needs it
     int unbalanced_pixels = 0;
 };
 
@@ -126,6 +127,7 @@ struct Fluoroscope::State {
     FluoroscopeConfig config;
     std::vector<TissueLayer> layers;  // their meshes have moved on to the renderer
     PathLengthRenderer renderer;
+    std::optional<LumenContrast> vessels;
     WireImage wire;
     std::optional<PoseImages> pose;
     std::map<double, BeamImages> beams;                   // of the pose, by voltage asked for; 0 = automatic
@@ -138,6 +140,7 @@ struct Fluoroscope::State {
     const BeamImages& beam(const std::optional<double>& kvp);
     const BareImage& bare_image(const Exposure&);
     void dissolve(const Exposure&);
+    void dissolve_in_vessels(const Exposure&);
 };
 
 void Fluoroscope::State::move_to(const CArm& arm) {
@@ -152,6 +155,8 @@ void Fluoroscope::State::move_to(const CArm& arm) {
     pose->contrast_length = Field(arm.pixels, arm.pixels);
     for (std::size_t layer = 0; layer < layers.size(); ++layer) {
         const TissueLayer& tissue = layers[layer];
+        const bool seen = tissue.material != tissue.inside || tissue.perfused;
+        if (!seen && vessels) continue;
         PathLengthRenderer::Result path = renderer.render(static_cast<int>(layer), arm);
         pose->unbalanced_pixels += path.unbalanced_pixels;
         const std::size_t count = path.length.values.size();
@@ -293,29 +298,46 @@ const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
 /// Leaves in `iodine` what the beam meets, and in `iodine_pixels` where.
 void Fluoroscope::State::dissolve(const Exposure& exposure) {
     const int pixels = pose->arm.pixels;
-    if (iodine.width != pixels) iodine = Field(pixels, pixels);
-    for (const std::uint32_t i : iodine_pixels) iodine.values[i] = 0.0f;
     iodine_pixels.clear();
-    const auto add = [this](std::uint32_t pixel, float amount) {
-        if (iodine.values[pixel] == 0.0f) iodine_pixels.push_back(pixel);
-        iodine.values[pixel] += amount;
-    };
-    if (exposure.iodine > 0.0) {
-        for (const std::uint32_t i : pose->contrast_pixels)
-            add(i, static_cast<float>(exposure.iodine) * pose->contrast_length.values[i]);
+    if (vessels && (exposure.iodine > 0.0 || !exposure.vessel_iodine.empty())) {
+        dissolve_in_vessels(exposure);
+    } else {
+        iodine = Field(pixels, pixels);
+        if (exposure.iodine > 0.0) {
+            for (const std::uint32_t i : pose->contrast_pixels)
+                iodine.values[i] = static_cast<float>(exposure.iodine) * pose->contrast_length.values[i];
+        }
     }
     for (const OrganIodine& organ : exposure.organs) {
         const auto found = pose->organs.find(organ.layer);
         if (found == pose->organs.end() || !(organ.iodine > 0.0)) continue;
-        const std::vector<float>& length = found->second.values;
-        for (std::uint32_t i = 0; i < length.size(); ++i)
-            if (length[i] > 0.0f) add(i, static_cast<float>(organ.iodine) * length[i]);
+        for (std::size_t i = 0; i < iodine.values.size(); ++i)
+            iodine.values[i] += static_cast<float>(organ.iodine) * found->second.values[i];
     }
+    for (std::uint32_t i = 0; i < iodine.values.size(); ++i)
+        if (iodine.values[i] > 0.0f) iodine_pixels.push_back(i);
 }
 
-Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> layers)
+void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
+    if (!pose->vessels) pose->vessels = vessels->at(pose->arm);
+    const std::span<const Vec3> nodes = vessels->nodes();
+    std::vector<float> concentration(nodes.size(), static_cast<float>(exposure.iodine));
+    for (std::size_t i = 0; i < std::min(nodes.size(), exposure.vessel_iodine.size()); ++i)
+        concentration[i] += exposure.vessel_iodine[i];
+    if (exposure.vessel_shift.isZero()) {
+        iodine_thickness(*pose->vessels, concentration, iodine);
+        return;
+    }
+    std::vector<Vec3> moved(nodes.begin(), nodes.end());
+    for (Vec3& node : moved) node += exposure.vessel_shift;
+    iodine_thickness(*pose->vessels, concentration, pixel_shifts(pose->arm, nodes, moved), iodine);
+}
+
+Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> layers,
+                         std::optional<LumenContrast> vessels)
     : state_(std::make_unique<State>()) {
     state_->config = std::move(config);
+    state_->vessels = std::move(vessels);
     for (TissueLayer& layer : layers) {
         require_closed(layer.name, layer.mesh);
         state_->renderer.add(layer.mesh);
@@ -365,7 +387,8 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
 
     // The wire displaces blood and what is dissolved in it; it is taken to lie in a vessel all along.
     Bins displaced = beam.bins.attenuation(Material::blood);
-    for (int k = 0; k < energy_bins; ++k) displaced[k] += exposure.iodine * per_concentration[k];
+    const double dissolved = exposure.iodine + exposure.wire_iodine;
+    for (int k = 0; k < energy_bins; ++k) displaced[k] += dissolved * per_concentration[k];
     const WireLook& look = state.config.wire;
     for (const WirePixel& pixel : state.wire.cast(shifted(arm, exposure.vessel_shift), joints, look,
                                                   wire_attenuation(look, beam.bins, displaced))) {
@@ -429,14 +452,6 @@ std::vector<std::uint32_t> Fluoroscope::vessel_pixels(const CArm& arm, const Vec
     for (std::uint32_t i = 0; i < through.values.size(); ++i)
         if (through.values[i] > 0.0f) pixels.push_back(i);
     return pixels;
-}
-
-std::optional<int> Fluoroscope::layer(std::string_view name) const {
-    const auto& layers = state_->layers;
-    const auto found = std::find_if(layers.begin(), layers.end(),
-                                    [name](const TissueLayer& layer) { return layer.name == name; });
-    if (found == layers.end()) return std::nullopt;
-    return static_cast<int>(found - layers.begin());
 }
 
 int Fluoroscope::unbalanced_pixels() const {

@@ -6,11 +6,11 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "physics/geometry.h"
 #include "render/c_arm.h"
+#include "render/contrast.h"
 #include "render/detector.h"
 #include "render/display.h"
 #include "render/image.h"
@@ -55,7 +55,10 @@ struct Exposure {
     double detector_dose = 30.0;     // mean over the measuring field, per pulse [nGy]
     std::optional<double> kvp = {};  // tube voltage [kV]; empty = automatic
     double iodine = 0.0;             // concentration throughout the layers that take contrast [mg/ml]
+    /// Besides, at each node of the vessels [mg/ml]; empty = none.
+    std::vector<float> vessel_iodine = {};
     std::vector<OrganIodine> organs = {};
+    double wire_iodine = 0.0;  // besides `iodine`, in the blood that the wire displaces [mg/ml]
     /// Where vessels and wire are, from where meshes and joints have them: a heart that beats [mm].
     physics::Vec3 vessel_shift = physics::Vec3::Zero();
 };
@@ -69,7 +72,8 @@ std::vector<std::string> problems(const Exposure&);
 class Fluoroscope {
 public:
     /// Throws OpenMeshError for an open mesh and std::runtime_error for a broken one or when GL fails.
-    Fluoroscope(FluoroscopeConfig, std::vector<TissueLayer>);
+    /// With `vessels`, nodes of the layers that take contrast, iodine may differ from place to place.
+    Fluoroscope(FluoroscopeConfig, std::vector<TissueLayer>, std::optional<LumenContrast> vessels = {});
     ~Fluoroscope();
     Fluoroscope(Fluoroscope&&) noexcept;
     Fluoroscope& operator=(Fluoroscope&&) noexcept;
@@ -102,9 +106,6 @@ public:
     std::vector<std::uint32_t> wire_pixels(const CArm&, std::span<const physics::Vec3> joints,
                                            const physics::Vec3& shift);
     std::vector<std::uint32_t> vessel_pixels(const CArm&, const physics::Vec3& shift);
-
-    /// Index of the layer of that name, to name it in Exposure::organs.
-    std::optional<int> layer(std::string_view name) const;
 
     /// Pixels of the last pose at which a mesh did not balance: more than 0 when one reaches behind the
     /// source.
