@@ -108,6 +108,9 @@ render::Fluoroscope make_fluoroscope(const Simulation& simulation) {
         return render::Fluoroscope(config, std::move(layers), std::move(vessels));
     } catch (const render::OpenMeshError& error) {
         throw InputError(anatomy.name + ": a closed mesh is needed for imaging: " + error.what());
+    } catch (const render::OverlappingMeshError& error) {
+        throw InputError(anatomy.name +
+                         ": a mesh that encloses each place once is needed for imaging: " + error.what());
     }
 }
 

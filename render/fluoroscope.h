@@ -71,8 +71,9 @@ std::vector<std::string> problems(const Exposure&);
 /// time.
 class Fluoroscope {
 public:
-    /// Throws OpenMeshError for an open mesh and std::runtime_error for a broken one or when GL fails.
-    /// With `vessels`, nodes of the layers that take contrast, iodine may differ from place to place.
+    /// Throws OpenMeshError for an open mesh, OverlappingMeshError for a lumen that overlaps itself, and
+    /// std::runtime_error for a broken one or when GL fails. With `vessels`, nodes of the layers that take
+    /// contrast, iodine may differ from place to place.
     Fluoroscope(FluoroscopeConfig, std::vector<TissueLayer>, std::optional<LumenContrast> vessels = {});
     ~Fluoroscope();
     Fluoroscope(Fluoroscope&&) noexcept;

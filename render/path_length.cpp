@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "render/offscreen.h"
+#include "render/surface_crossings.h"
 
 namespace render {
 
@@ -274,20 +275,13 @@ PathLengthRenderer::Result PathLengthRenderer::render(int mesh, const CArm& arm)
     return result;
 }
 
-void require_closed(const std::string& name, const TriangleMesh& mesh) {
-    int edges = 0;
-    try {
-        edges = unmatched_edges(mesh);
-    } catch (const std::invalid_argument& error) {
-        throw std::runtime_error("the mesh '" + name + "' is broken: " + error.what());
-    }
-    if (edges == 0) return;
+/// A far, oblique view that holds the whole mesh: axis-aligned holes would be edge-on from the front.
+static CArm view_of(const TriangleMesh& mesh) {
     Vec3 low = mesh.vertices.front(), high = low;
     for (const Vec3& v : mesh.vertices) {
         low = low.cwiseMin(v);
         high = high.cwiseMax(v);
     }
-    // A far, oblique view that holds the whole mesh: axis-aligned holes would be edge-on from the front.
     const double radius = std::max(0.5 * (high - low).norm(), 1e-3);
     CArm arm;
     arm.lao = 0.5;
@@ -296,8 +290,45 @@ void require_closed(const std::string& name, const TriangleMesh& mesh) {
     arm.sod = 10.0 * radius;
     arm.sid = 12.0 * radius;
     arm.detector_width = 2.6 * radius;
+    return arm;
+}
+
+void require_closed(const std::string& name, const TriangleMesh& mesh) {
+    int edges = 0;
+    try {
+        edges = unmatched_edges(mesh);
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error("the mesh '" + name + "' is broken: " + error.what());
+    }
+    if (edges == 0) return;
+    const CArm arm = view_of(mesh);
     PathLengthRenderer renderer;
     throw OpenMeshError(name, edges, renderer.render(renderer.add(mesh), arm).unbalanced_pixels);
+}
+
+OverlappingMeshError::OverlappingMeshError(const std::string& name, int pixels)
+    : std::runtime_error("the mesh '" + name +
+                         "' overlaps itself or is inside out: " + std::to_string(pixels) +
+                         " of 256 × 256 pixels of a view of it are unbalanced on the way"),
+      pixels_(pixels) {}
+
+void require_simple(const std::string& name, const TriangleMesh& mesh) {
+    CArm arm = view_of(mesh);
+    arm.pixels = 256;
+    const SurfaceCrossings met = surface_crossings(mesh, arm, 1);
+    int wrong = 0;
+    for (int v = 0; v < met.side; ++v) {
+        for (int u = 0; u < met.side; ++u) {
+            int inside = 0;
+            bool alternates = true;
+            for (const Crossing& crossing : met.of(u, v)) {
+                inside += crossing.entry ? 1 : -1;
+                alternates = alternates && (inside == 0 || inside == 1);
+            }
+            wrong += !alternates;
+        }
+    }
+    if (wrong > 0) throw OverlappingMeshError(name, wrong);
 }
 
 }  // namespace render

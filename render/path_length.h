@@ -56,7 +56,20 @@ private:
     std::unique_ptr<Gl> gl_;
 };
 
+/// A mesh that encloses some places twice, or is inside out: path lengths there would be counted wrongly.
+class OverlappingMeshError : public std::runtime_error {
+public:
+    OverlappingMeshError(const std::string& name, int pixels);
+
+    int pixels() const { return pixels_; }  // that see such a place
+
+private:
+    int pixels_ = 0;
+};
+
 /// Throws OpenMeshError, with the unbalanced pixels of a view of the whole mesh, if the mesh is open.
 void require_closed(const std::string& name, const physics::TriangleMesh&);
+/// Throws OverlappingMeshError if a view of 256 × 256 rays of the whole, closed mesh meets an overlap.
+void require_simple(const std::string& name, const physics::TriangleMesh&);
 
 }  // namespace render

@@ -158,6 +158,56 @@ TEST(Exercise, TheReferenceScreenKeepsItsImage) {
     EXPECT_EQ(exercise.monitor()->reference(), nullptr);
 }
 
+TEST(Exercise, AnInjectionComesGoesAndIsCounted) {
+    Exercise exercise(test::small_scenario(), true);
+    const auto next = [&](const Commands& commands) {
+        exercise.next_frame(commands);
+        return vessel_grey(exercise.image());
+    };
+    const double before = next({Beam{true}, SetMode{ImagingMode::dsa}});
+    double darkest = next({Inject{6, 6, "vessel", 320}});
+    for (int frame = 0; frame < 20; ++frame) darkest = std::min(darkest, next({}));
+    EXPECT_LT(darkest, before - 30);
+    EXPECT_NEAR(exercise.simulation().contrast().injected(), 6, 1e-9);
+    double after = 0;
+    for (int frame = 0; frame < 60; ++frame) after = next({});
+    EXPECT_NEAR(after, before, 6) << "the blood has washed it out";
+}
+
+TEST(Exercise, InjectionsOfReplaysAreTheSame) {
+    const auto hash = [] {
+        Exercise exercise(test::small_scenario(), false);
+        exercise.next_frame(Commands{Inject{6, 6, "vessel", 320}});
+        for (int frame = 0; frame < 5; ++frame) exercise.next_frame({});
+        return exercise.simulation().state_hash();
+    };
+    EXPECT_EQ(hash(), hash());
+    Exercise used(test::small_scenario(), false), fresh(test::small_scenario(), false);
+    used.next_frame(Commands{Inject{6, 6, "vessel", 320}});
+    used.next_frame(Commands{Reset{}});
+    fresh.next_frame({});
+    EXPECT_EQ(used.simulation().state_hash(), fresh.simulation().state_hash());
+}
+
+TEST(Exercise, VesselsThatMoveTakeWireAndContrastWithThem) {
+    const std::string motion = "[motion]\nbreathing_rate_per_min = 60\nbreathing_reach_mm = [0, 0, 40]\n";
+    Exercise still(test::small_scenario(), true);
+    Exercise moving(parse_scenario(test::small_toml_with("", "") + motion, "small.toml"), true);
+    const auto row_of_the_vessel = [](Exercise& exercise) {
+        exercise.next_frame(Commands{Beam{true}, SetMode{ImagingMode::dsa}});
+        for (int frame = 1; frame < 7; ++frame) exercise.next_frame(Commands{Contrast{200}});
+        const render::GrayImage& image = exercise.image();
+        int darkest = 0;
+        for (int row = 5; row < 59; ++row) {
+            if (image.pixels[row * 64 + 30] < image.pixels[darkest * 64 + 30] || darkest == 0) darkest = row;
+        }
+        return darkest;
+    };
+    const int resting = row_of_the_vessel(still), inspired = row_of_the_vessel(moving);
+    EXPECT_NEAR(resting - inspired, moving.simulation().vessel_shift().z() / (300.0 / 64) * 1100 / 750, 1.5);
+    EXPECT_EQ(still.simulation().wire().joints, moving.simulation().wire().joints);
+}
+
 TEST(Exercise, AnglesOfTheWindowAreReplayedExactly) {
     const test::TemporaryFolder folder;
     Exercise first(test::small_scenario(), false);

@@ -147,6 +147,33 @@ TEST(Headless, BadArmCommandIsRefusedBeforeAnythingIsWritten) {
     EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
+TEST(Headless, ContrastBeyondTheLimitIsRefusedBeforeAnythingIsWritten) {
+    const test::TemporaryFolder folder;
+    const std::string text = test::refusal([&] {
+        run_headless(
+            test::small_scenario(),
+            script("1 inject 200 ml at 20 ml/s into vessel\n9 inject 150 ml at 20 ml/s into vessel\n"),
+            folder / "out", {});
+    });
+    EXPECT_EQ(text.find("x.gw:2:3"), 0u) << text;
+    EXPECT_NE(text.find("100"), std::string::npos) << "what is left: " << text;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(Headless, PanelIsKeptBesideTheFrames) {
+    const test::TemporaryFolder folder;
+    RunOptions options;
+    options.panel = true;
+    options.every = 4;
+    run_headless(test::small_scenario(), script("0 beam on\n1..8 advance 3 mm\n8 end\n"), folder / "out",
+                 options);
+    EXPECT_EQ(names_in(folder / "out/panel"), names_in(folder / "out/frames"));
+    const std::string first = test::read(folder / "out/panel/frame_000004.png");
+    run_headless(test::small_scenario(), script("0 beam on\n1..8 advance 3 mm\n8 end\n"), folder / "out",
+                 options);
+    EXPECT_EQ(test::read(folder / "out/panel/frame_000004.png"), first);
+}
+
 TEST(Headless, StopOfTheWireIsNoticed) {
     const RunResult result = run_headless(test::small_scenario(), script("0 withdraw 100 mm\n"), nullptr);
     ASSERT_EQ(result.notices.size(), 1u);

@@ -179,6 +179,28 @@ TEST(PathLength, RefusesAnOpenMeshByNameWithItsBadPixels) {
     }
 }
 
+TEST(PathLength, RefusesAMeshThatOverlapsItselfOrIsInsideOut) {
+    const TriangleMesh ball = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
+    EXPECT_NO_THROW(render::require_simple("heart", ball));
+    TriangleMesh two = ball;
+    const int n = static_cast<int>(ball.vertices.size());
+    for (const Vec3& v : ball.vertices) two.vertices.push_back(v + Vec3(40, 0, 0));
+    for (const auto& t : ball.triangles) two.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+    EXPECT_EQ(render::unmatched_edges(two), 0);
+    try {
+        render::require_simple("heart", two);
+        FAIL() << "the overlap was not found";
+    } catch (const render::OverlappingMeshError& error) {
+        EXPECT_GT(error.pixels(), 100);
+        EXPECT_NE(std::string(error.what()).find("'heart' overlaps itself"), std::string::npos);
+    }
+    TriangleMesh turned = ball;
+    for (auto& t : turned.triangles) std::swap(t[0], t[1]);
+    EXPECT_THROW(render::require_simple("heart", turned), render::OverlappingMeshError);
+    for (int i = 0; i < n; ++i) two.vertices[n + i] += Vec3(40, 0, 0);
+    EXPECT_NO_THROW(render::require_simple("heart", two)) << "side by side they are two bodies";
+}
+
 TEST(PathLength, TakesAnUnindexedMeshAsClosed) {
     const TriangleMesh mesh = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
     TriangleMesh loose;
