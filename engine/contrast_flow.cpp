@@ -207,9 +207,10 @@ void ContrastFlow::spread(double dt) {
     for (int i = 0; i < count; ++i) {
         diagonal_[i] = volume_[i];
         right_[i] = volume_[i] * iodine_[i];
-        change_[i] = upstream_[i] < 0
-                         ? 0
-                         : dt * spec_.dispersion * cells[i].radius * std::abs(into_[i]) / cells[i].distance;
+        // A vessel's stream spreads along it, not back out of its mouth.
+        const bool alone = upstream_[i] < 0 || cells[i].branch != cells[upstream_[i]].branch;
+        change_[i] =
+            alone ? 0 : dt * spec_.dispersion * cells[i].radius * std::abs(into_[i]) / cells[i].distance;
     }
     for (int i = 0; i < count; ++i) {
         if (upstream_[i] < 0) continue;

@@ -107,10 +107,11 @@ TEST(BloodFlow, ABranchWithoutAnEndHoldsStill) {
     const BloodFlow flow = blood_flow(anatomy);
     const std::vector<double> through = flow.resting();
     int cells = 0;
-    for (std::size_t i = 0; i < flow.cells.size(); ++i)
-        if (flow.cells[i].branch == 3) {
-            EXPECT_EQ(through[i], 0) << ++cells;
-        }
+    for (std::size_t i = 0; i < flow.cells.size(); ++i) {
+        if (flow.cells[i].branch != 3) continue;
+        ++cells;
+        EXPECT_EQ(through[i], 0);
+    }
     EXPECT_GT(cells, 5);
 }
 

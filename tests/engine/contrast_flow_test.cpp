@@ -65,7 +65,7 @@ TEST(ContrastFlow, ArrivesAfterTheVolumeOnTheWayOverTheFlow) {
         flow.step(0.002);
         time += 0.002;
     }
-    EXPECT_LT(time, transit + 4 * cell);
+    EXPECT_LT(time, transit + 6 * cell);
 }
 
 TEST(ContrastFlow, SpreadsAsDispersionSays) {
@@ -102,14 +102,14 @@ TEST(ContrastFlow, SplitsAtAJunctionAsTheFlowDoes) {
 }
 
 TEST(ContrastFlow, IntoABranchStaysInItUnlessItIsMoreThanTheBranchTakes) {
-    ContrastFlow flow(small_abdomen(), steady(40, 0.7));
+    ContrastFlow flow(small_abdomen(), steady(40));
     const auto& outlets = flow.blood().outlets;
     const double renal =
         std::find_if(outlets.begin(), outlets.end(), [](const Outlet& o) { return o.branch == "LRA"; })->flow;
     flow.inject({std::string("LRA"), 0.5 * renal, 20, 300});
     for (int f = 0; f < 30; ++f) flow.step(frame);
     EXPECT_GT(iodine_at(flow, {45, 0, 50}), 100);
-    EXPECT_LT(iodine_at(flow, {0, 0, 30}), 0.5);
+    EXPECT_EQ(iodine_at(flow, {0, 0, 30}), 0);
 
     flow.reset();
     const double rate = 3 * renal;
@@ -127,19 +127,35 @@ TEST(ContrastFlow, IntoABranchStaysInItUnlessItIsMoreThanTheBranchTakes) {
                                (40 + rate);
     EXPECT_GT(back, 1);
     EXPECT_NEAR(iodine_at(flow, {0, 0, 10}), 300 * back / passing, 1);
-    EXPECT_LT(iodine_at(flow, {0, 0, 95}), 0.01);
-    EXPECT_LT(iodine_at(flow, {0, -45, 70}), 1);
+    EXPECT_EQ(iodine_at(flow, {0, 0, 60}), 0);
+    EXPECT_EQ(iodine_at(flow, {0, -45, 70}), 0);
     expect_balanced(flow);
 }
 
-TEST(ContrastFlow, MoreThanTheAortaCarriesRunsUpToTheBranchesAbove) {
+TEST(ContrastFlow, RunsBackAsFarAsTheBranchesThatTakeIt) {
+    // 34 ml/s enter, of which the aorta's end takes 72 %: 5 ml/s run up to the renal artery, which asks for
+    // more.
     ContrastFlow flow(small_abdomen(), steady(4));
-    flow.inject({Vec3(0, 0, 20), 30, 60, 300});
-    for (int f = 0; f < 15; ++f) flow.step(frame);
-    EXPECT_GT(iodine_at(flow, {0, 0, 60}), 100);
-    EXPECT_GT(iodine_at(flow, {20, 0, 50}), 100);
-    for (int f = 0; f < 600; ++f) flow.step(frame);
+    flow.inject({Vec3(0, 0, 20), 30, 120, 300});
+    for (int f = 0; f < 58; ++f) flow.step(frame);
+    EXPECT_NEAR(iodine_at(flow, {0, 0, 40}), 300, 1);
+    EXPECT_GT(iodine_at(flow, {40, 0, 50}), 150);
+    EXPECT_LT(iodine_at(flow, {40, 0, 50}), 290);
+    EXPECT_EQ(iodine_at(flow, {0, 0, 60}), 0);
+    EXPECT_EQ(iodine_at(flow, {0, -30, 70}), 0);
     expect_balanced(flow);
+}
+
+TEST(ContrastFlow, SpreadsUpItsVesselButNotOutOfItsMouth) {
+    ContrastFlow flow(small_abdomen(), steady(40, 0.7));
+    flow.inject({std::string("LRA"), 3, 6, 300});
+    double mouth = 0;
+    for (int f = 0; f < 30; ++f) {
+        flow.step(frame);
+        mouth = std::max<double>(mouth, iodine_at(flow, {10, 0, 50}));
+        EXPECT_EQ(iodine_at(flow, {0, 0, 40}), 0);
+    }
+    EXPECT_GT(mouth, 1);
 }
 
 TEST(ContrastFlow, WashesOut) {
@@ -221,7 +237,7 @@ TEST(ContrastFlow, StandsStillWhereNoBloodFlows) {
     flow.inject({Vec3(0, 0, -50), 2, 2, 300});
     for (int f = 0; f < 30; ++f) flow.step(frame);
     const double held = flow.balance().in_vessels;
-    EXPECT_NEAR(held, 600, 1e-6);  // 2 ml of the 2.5 below
+    EXPECT_NEAR(held, 600, 0.01);  // 2 ml of the 2.5 below
     for (int f = 0; f < 30; ++f) flow.step(frame);
     EXPECT_EQ(flow.balance().in_vessels, held);
 
