@@ -15,6 +15,9 @@ namespace {
 
 /// Part of a cell's volume that may leave it in one substep.
 constexpr double courant = 0.8;
+/// Blood flows evenly and spreads in one go for so long at most, so that neither the pulse nor a bolus's
+/// shape depends on the frame rate [s].
+constexpr double longest_part = 1.0 / 60;
 /// Less than this counts as drained: it would fade for ever [mg/ml].
 constexpr double faintest = 1e-12;
 
@@ -112,8 +115,8 @@ double ContrastFlow::pulse(double time) const {
 void ContrastFlow::step(double dt) {
     assert(dt >= 0);
     while (dt > 0) {
-        // Until the next injection ends.
-        double part = dt;
+        double part = dt / std::max(1.0, std::ceil(dt / longest_part - 1e-9));
+        // Not past the end of an injection.
         for (const Running& injection : running_) part = std::min(part, injection.left / injection.rate);
         advance(part);
         dt -= part;

@@ -211,6 +211,22 @@ TEST(ContrastFlow, PulsesDeliverTheMeanFlow) {
     EXPECT_NEAR(middle(pulsing), middle(even), 0.02 * 2546);
 }
 
+TEST(ContrastFlow, IsTheSameAtAnyFrameRate) {
+    std::vector<std::vector<float>> after;
+    for (const double rate : {7.5, 15.0, 30.0}) {
+        ContrastFlow flow(small_abdomen());
+        flow.inject({std::string("trunk"), 10, 15, 300});
+        for (int f = 0; f < 2 * rate; ++f) flow.step(1 / rate);
+        after.emplace_back(flow.iodine().begin(), flow.iodine().end());
+    }
+    const float most = *std::max_element(after[1].begin(), after[1].end());
+    EXPECT_GT(most, 10);
+    for (std::size_t i = 0; i < after[1].size(); ++i) {
+        EXPECT_NEAR(after[0][i], after[1][i], 0.01 * most);
+        EXPECT_NEAR(after[2][i], after[1][i], 0.01 * most);
+    }
+}
+
 TEST(ContrastFlow, OrgansBlushAfterTheirArteries) {
     ContrastFlow flow(small_abdomen(), steady(40, 0.7));
     const auto& outlets = flow.blood().outlets;
