@@ -263,6 +263,9 @@ TEST(ContrastFlow, StandsStillWhereNoBloodFlows) {
     closed.inject({std::string("vessel"), 2, 4, 300});
     for (int f = 0; f < 60; ++f) closed.step(frame);
     EXPECT_NEAR(closed.injected(), 4, 1e-9);
+    // All can only leave by where blood would come in.
+    EXPECT_GT(closed.balance().drained, 600);
+    for (const float c : closed.iodine()) EXPECT_LE(c, 300.001f);
     expect_balanced(closed);
 }
 

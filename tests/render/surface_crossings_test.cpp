@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <gtest/gtest.h>
+#include <utility>
 
 #include "render/path_length.h"
 #include "render/solids.h"
@@ -52,6 +53,41 @@ TEST(SurfaceCrossings, SumToPathLengths) {
     // OSMesa snaps corners to 1/256 pixel: a wall seen edge on moves by as much times its slope.
     EXPECT_GE(close, 0.98 * inside);
     EXPECT_LT(std::sqrt(square / inside), 0.02);
+}
+
+TEST(SurfaceCrossings, AreOneEntryAndOneExitThroughEdgesAndCorners) {
+    // A box whose corners, edges and diagonals fall on rays: those are 1 mm apart on the detector.
+    CArm arm;
+    arm.detector_width = 128;
+    arm.pixels = 64;
+    arm.sod = 500;
+    arm.sid = 1000;
+    physics::TriangleMesh box;
+    for (const double depth : {450.0, 550.0}) {
+        for (const auto& [u, v] : {std::pair{40, 40}, {80, 40}, {80, 80}, {40, 80}}) {
+            const double scale = depth / arm.sid;
+            box.vertices.emplace_back((u + 0.5 - 64) * scale, arm.sod - depth, -(v + 0.5 - 64) * scale);
+        }
+    }
+    box.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 6, 5}, {4, 7, 6}, {0, 4, 5}, {0, 5, 1},
+                     {1, 5, 6}, {1, 6, 2}, {2, 6, 7}, {2, 7, 3}, {3, 7, 4}, {3, 4, 0}};
+    ASSERT_EQ(render::unmatched_edges(box), 0);
+    if (render::signed_volume(box) < 0)
+        for (auto& t : box.triangles) std::swap(t[1], t[2]);
+    const auto crossings = render::surface_crossings(box, arm, 2);
+    int inside = 0;
+    for (int v = 0; v < 128; ++v) {
+        for (int u = 0; u < 128; ++u) {
+            const auto met = crossings.of(u, v);
+            if (met.empty()) continue;
+            ++inside;
+            ASSERT_EQ(met.size(), 2u) << u << " " << v;
+            EXPECT_TRUE(met[0].entry && !met[1].entry) << u << " " << v;
+            EXPECT_NEAR(met[0].depth, -50, 1e-3);
+            EXPECT_NEAR(met[1].depth, 50, 1e-3);
+        }
+    }
+    EXPECT_EQ(inside, 40 * 40);  // two of the four sides belong to it
 }
 
 TEST(SurfaceCrossings, LeaveOutWhatIsBehindTheSource) {
