@@ -15,6 +15,9 @@ namespace {
 
 /// Part of a cell's volume that may leave it in one substep.
 constexpr double courant = 0.8;
+/// Blood flows evenly and spreads in one go for so long at most, so that neither the pulse nor a bolus's
+/// shape depends on the frame rate [s].
+constexpr double longest_part = 1.0 / 60;
 /// Less than this counts as drained: it would fade for ever [mg/ml].
 constexpr double faintest = 1e-12;
 
@@ -118,8 +121,8 @@ double ContrastFlow::injection_rate() const {
 void ContrastFlow::step(double dt) {
     assert(dt >= 0);
     while (dt > 0) {
-        // Until the next injection ends.
-        double part = dt;
+        double part = dt / std::max(1.0, std::ceil(dt / longest_part - 1e-9));
+        // Not past the end of an injection.
         for (const Running& injection : running_) part = std::min(part, injection.left / injection.rate);
         advance(part);
         dt -= part;
@@ -213,9 +216,10 @@ void ContrastFlow::spread(double dt) {
     for (int i = 0; i < count; ++i) {
         diagonal_[i] = volume_[i];
         right_[i] = volume_[i] * iodine_[i];
-        change_[i] = upstream_[i] < 0
-                         ? 0
-                         : dt * spec_.dispersion * cells[i].radius * std::abs(into_[i]) / cells[i].distance;
+        // A vessel's stream spreads along it, not back out of its mouth.
+        const bool alone = upstream_[i] < 0 || cells[i].branch != cells[upstream_[i]].branch;
+        change_[i] =
+            alone ? 0 : dt * spec_.dispersion * cells[i].radius * std::abs(into_[i]) / cells[i].distance;
     }
     for (int i = 0; i < count; ++i) {
         if (upstream_[i] < 0) continue;

@@ -18,6 +18,9 @@ using physics::Vec3;
 namespace {
 
 constexpr int samples = 2;  // rays along a side of a pixel
+constexpr int rays = samples * samples;
+/// Where a pixel's rays meet the same walls within so many mm, one way through the lumen stands for all.
+constexpr float alike = 0.5f;
 
 /// Length of every node's piece of the rays of one pixel.
 class Row {
@@ -31,13 +34,13 @@ public:
         }
         entries_.push_back({node, length});
     }
-    void move_to(ContrastMatrix& matrix, std::uint32_t pixel, double weight) {
+    void move_to(ContrastMatrix& matrix, std::uint32_t pixel) {
         if (entries_.empty()) return;
         std::sort(entries_.begin(), entries_.end(),
                   [](const Entry& a, const Entry& b) { return a.node < b.node; });
         for (const Entry& entry : entries_) {
             matrix.nodes.push_back(entry.node);
-            matrix.lengths.push_back(static_cast<float>(weight * entry.length));
+            matrix.lengths.push_back(static_cast<float>(entry.length));
         }
         matrix.pixels.push_back(pixel);
         matrix.starts.push_back(static_cast<std::uint32_t>(matrix.nodes.size()));
@@ -82,6 +85,28 @@ bool for_each_chord(std::span<const Crossing> met, const Use& use) {
     return true;
 }
 
+/// The rays' mean, empty where they do not meet the same walls in the same order.
+void average(const std::array<std::span<const Crossing>, rays>& met, std::vector<Crossing>& mean) {
+    mean.clear();
+    for (const auto& ray : met)
+        if (ray.size() != met[0].size()) return;
+    for (std::size_t i = 0; i < met[0].size(); ++i) {
+        float low = met[0][i].depth, high = low, sum = 0;
+        bool same = true;
+        for (const auto& ray : met) {
+            low = std::min(low, ray[i].depth);
+            high = std::max(high, ray[i].depth);
+            sum += ray[i].depth;
+            same = same && ray[i].entry == met[0][i].entry;
+        }
+        if (!same || high - low > alike) {
+            mean.clear();
+            return;
+        }
+        mean.push_back({sum / rays, met[0][i].entry});
+    }
+}
+
 /// `width` squared pixels of nothing.
 void clear(Field& field, int width) {
     field.width = field.height = width;
@@ -103,7 +128,7 @@ struct LumenContrast::Pieces {
 
     Pieces(const TriangleMesh& lumen, std::vector<Vec3> places, const std::vector<float>& radii);
     void build_grid(const std::vector<float>& radii);
-    void cut(const Vec3& from, const Vec3& to, std::vector<Line>& lines, Row& row) const;
+    void cut(const Vec3& from, const Vec3& to, double weight, std::vector<Line>& lines, Row& row) const;
 };
 
 LumenContrast::Pieces::Pieces(const TriangleMesh& lumen, std::vector<Vec3> places,
@@ -197,7 +222,8 @@ void LumenContrast::Pieces::build_grid(const std::vector<float>& radii) {
 /// Shares the way from one point to another, both in the lumen, among the nodes. Along a line the power
 /// distances, less what all have in common, are linear: another node becomes deepest where its line crosses
 /// the lowest.
-void LumenContrast::Pieces::cut(const Vec3& from, const Vec3& to, std::vector<Line>& lines, Row& row) const {
+void LumenContrast::Pieces::cut(const Vec3& from, const Vec3& to, double weight, std::vector<Line>& lines,
+                                Row& row) const {
     const double length = (to - from).norm();
     if (!(length > 0)) return;
     const Vec3 way = (to - from) / length;
@@ -235,7 +261,7 @@ void LumenContrast::Pieces::cut(const Vec3& from, const Vec3& to, std::vector<Li
                 const double crossing = (line.height - deepest.height) / (deepest.slope - line.slope);
                 if (crossing < until) until = crossing, next = line;
             }
-            if (until > s) row.add(deepest.node, until - s);
+            if (until > s) row.add(deepest.node, weight * (until - s));
             s = std::max(s, until);
             deepest = next;
             if (until == leave) break;
@@ -264,21 +290,35 @@ ContrastMatrix LumenContrast::at(const CArm& arm) const {
     matrix.node_count = static_cast<int>(pieces_->nodes.size());
     Row row;
     std::vector<Line> lines;
+    std::vector<Crossing> mean;
+    // u and v in rays from the image's corner.
+    const auto cut_along = [&](std::span<const Crossing> met, double u, double v, int count) {
+        const Vec3 across = (u - 0.5 * side) * step * a.right - (v - 0.5 * side) * step * a.up;
+        const Vec3 origin = arm.isocentre + arm.sod * across, direction = a.beam + across;
+        const double weight = static_cast<double>(count) / rays;
+        const bool balanced = for_each_chord(met, [&](double from, double to) {
+            pieces_->cut(origin + from * direction, origin + to * direction, weight, lines, row);
+        });
+        if (!balanced) matrix.unbalanced_rays += count;
+    };
     for (int pixel = 0; pixel < arm.pixels * arm.pixels; ++pixel) {
-        const int i = pixel % arm.pixels, j = pixel / arm.pixels;
-        for (int sample = 0; sample < samples * samples; ++sample) {
-            const int u = i * samples + sample % samples, v = j * samples + sample / samples;
-            const std::span<const Crossing> met = crossings.of(u, v);
-            if (met.empty()) continue;
-            const Vec3 across =
-                (u + 0.5 - 0.5 * side) * step * a.right - (v + 0.5 - 0.5 * side) * step * a.up;
-            const Vec3 origin = arm.isocentre + arm.sod * across, direction = a.beam + across;
-            const bool balanced = for_each_chord(met, [&](double from, double to) {
-                pieces_->cut(origin + from * direction, origin + to * direction, lines, row);
-            });
-            if (!balanced) ++matrix.unbalanced_rays;
+        const int u = pixel % arm.pixels * samples, v = pixel / arm.pixels * samples;
+        std::array<std::span<const Crossing>, rays> met;
+        bool any = false;
+        for (int ray = 0; ray < rays; ++ray) {
+            met[ray] = crossings.of(u + ray % samples, v + ray / samples);
+            any = any || !met[ray].empty();
         }
-        row.move_to(matrix, static_cast<std::uint32_t>(pixel), 1.0 / (samples * samples));
+        if (!any) continue;
+        average(met, mean);
+        if (!mean.empty()) {
+            cut_along(mean, u + 0.5 * samples, v + 0.5 * samples, rays);
+        } else {
+            for (int ray = 0; ray < rays; ++ray)
+                if (!met[ray].empty())
+                    cut_along(met[ray], u + ray % samples + 0.5, v + ray / samples + 0.5, 1);
+        }
+        row.move_to(matrix, static_cast<std::uint32_t>(pixel));
     }
     return matrix;
 }

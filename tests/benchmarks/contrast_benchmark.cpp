@@ -1,0 +1,131 @@
+/// What contrast costs: the matrix of a new pose, a frame's multiplication, a frame's flow.
+
+#include <array>
+#include <benchmark/benchmark.h>
+#include <map>
+#include <utility>
+
+#include "engine/contrast_flow.h"
+#include "render/contrast.h"
+#include "render/solids.h"
+#include "tests/anatomies.h"
+
+namespace {
+
+using physics::Vec3;
+
+engine::ContrastFlow& flow() {
+    static engine::ContrastFlow made(test::iliac_renal());
+    return made;
+}
+
+render::LumenContrast contrast_of(const physics::TriangleMesh& mesh) {
+    return {
+        mesh, {flow().nodes().begin(), flow().nodes().end()}, {flow().radii().begin(), flow().radii().end()}};
+}
+
+const render::LumenContrast& iliac_renal_contrast() {
+    static const render::LumenContrast made = contrast_of(engine::closed_lumen(test::iliac_renal()));
+    return made;
+}
+
+/// As of the renal scenario.
+render::CArm arm_of(int pixels) {
+    render::CArm arm;
+    arm.isocentre = Vec3(0, 0, -10);
+    arm.detector_width = 400;
+    arm.pixels = pixels;
+    return arm;
+}
+
+/// Every triangle cut into four, `times` over.
+physics::TriangleMesh finer(physics::TriangleMesh mesh, int times) {
+    for (; times > 0; --times) {
+        physics::TriangleMesh next;
+        next.vertices = mesh.vertices;
+        std::map<std::pair<int, int>, int> middles;
+        const auto middle = [&](int a, int b) {
+            const auto [at, added] =
+                middles.try_emplace(std::minmax(a, b), static_cast<int>(next.vertices.size()));
+            if (added) next.vertices.emplace_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
+            return at->second;
+        };
+        for (const auto& [a, b, c] : mesh.triangles) {
+            const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+            for (const auto& t : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+                next.triangles.push_back(t);
+        }
+        mesh = std::move(next);
+    }
+    return mesh;
+}
+
+void contrast_matrix(benchmark::State& state) {
+    const auto& contrast = iliac_renal_contrast();
+    auto arm = arm_of(static_cast<int>(state.range(0)));
+    std::size_t entries = 0, pixels = 0;
+    for (auto _ : state) {
+        arm.lao = arm.lao > 0.5 ? 0.0 : arm.lao + 0.01;
+        const auto matrix = contrast.at(arm);
+        entries = matrix.nodes.size();
+        pixels = matrix.pixels.size();
+    }
+    state.counters["entries"] = static_cast<double>(entries);
+    state.counters["pixels"] = static_cast<double>(pixels);
+}
+BENCHMARK(contrast_matrix)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
+
+/// Arg: how often every triangle of the iliac–renal lumen is cut into four.
+void contrast_matrix_of_finer_meshes(benchmark::State& state) {
+    const auto mesh = finer(engine::closed_lumen(test::iliac_renal()), static_cast<int>(state.range(0)));
+    const auto contrast = contrast_of(mesh);
+    for (auto _ : state) benchmark::DoNotOptimize(contrast.at(arm_of(512)));
+    state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
+}
+BENCHMARK(contrast_matrix_of_finer_meshes)->DenseRange(0, 2)->Unit(benchmark::kMillisecond);
+
+void contrast_grid(benchmark::State& state) {
+    const auto mesh = engine::closed_lumen(test::iliac_renal());
+    for (auto _ : state) benchmark::DoNotOptimize(contrast_of(mesh));
+}
+BENCHMARK(contrast_grid)->Unit(benchmark::kMillisecond);
+
+void iodine_of_a_frame(benchmark::State& state) {
+    const auto matrix = iliac_renal_contrast().at(arm_of(static_cast<int>(state.range(0))));
+    const std::vector<float> iodine(static_cast<std::size_t>(matrix.node_count), 80.0f);
+    const std::vector<render::PixelShift> shifts(iodine.size(), {0.4f, 2.3f});
+    render::Field out;
+    for (auto _ : state) {
+        if (state.range(1)) {
+            render::iodine_thickness(matrix, iodine, shifts, out);
+        } else {
+            render::iodine_thickness(matrix, iodine, out);
+        }
+        benchmark::DoNotOptimize(out.values.data());
+    }
+}
+BENCHMARK(iodine_of_a_frame)
+    ->ArgNames({"pixels", "moved"})
+    ->Args({512, 0})
+    ->Args({512, 1})
+    ->Args({1024, 0})
+    ->Args({1024, 1})
+    ->Unit(benchmark::kMicrosecond);
+
+/// A frame at 15 per second while contrast is everywhere.
+void contrast_flow_of_a_frame(benchmark::State& state) {
+    engine::ContrastFlow& at = flow();
+    at.reset();
+    int frames = 0;
+    for (auto _ : state) {
+        if (frames++ % 150 == 0) {
+            at.reset();
+            at.inject({at.nodes()[0], 20, 250, 350});
+        }
+        at.step(1.0 / 15);
+    }
+    state.counters["cells"] = static_cast<double>(at.nodes().size());
+}
+BENCHMARK(contrast_flow_of_a_frame)->Unit(benchmark::kMicrosecond);
+
+}  // namespace
