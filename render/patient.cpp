@@ -40,21 +40,21 @@ constexpr SkinSection skin[] = {
     {70, 181, 111, -4.5, 2.4, 15},
     {130, 183, 112, -3.5, 2.4, 15},
     {190, 180, 118, 0, 2.4, 14},
-    {260, 178, 124, -2, 2.4, 13},
-    {320, 182, 122, 4, 2.4, 13},
-    {355, 196, 114, 12, 2.4, 12},
-    {385, 224, 98, 20, 2.5, 12},
-    {412, 228, 84, 24, 2.5, 10},
-    {434, 205, 72, 24, 2.4, 9},
-    {450, 140, 64, 20, 2.2, 7},
+    {260, 178, 129, -2, 2.4, 13},
+    {320, 182, 128, 3, 2.4, 13},
+    {355, 196, 124, 13, 2.4, 12},
+    {385, 224, 110, 12, 2.5, 12},
+    {412, 228, 94, 14, 2.5, 10},
+    {434, 215, 82, 16, 2.4, 9},
+    {450, 140, 68, 18, 2.2, 7},
     {462, 88, 61, 15, 2, 6},
     {476, 68, 58, 9, 2, 5},
-    {500, 61, 58, 4, 2, 4},
-    {522, 59, 62, -2, 2, 4},
-    {540, 62, 80, -20, 2, 4},
-    {552, 68, 92, -31, 2.1, 4},
-    {580, 72, 100, -22, 2.1, 4},
-    {605, 76, 103, -12, 2.1, 4},
+    {500, 61, 58, 3, 2, 4},
+    {512, 63, 74, -14, 2, 4},
+    {524, 68, 90, -29, 2.1, 4},
+    {552, 70, 94, -31, 2.1, 4},
+    {580, 78, 100, -20, 2.1, 4},
+    {605, 79, 103, -12, 2.1, 4},
     {630, 80, 103, -3, 2.1, 4},
     {660, 83, 103, 3, 2.1, 4},
     {690, 78, 97, 6, 2, 4},
@@ -88,13 +88,13 @@ SkinSection skin_at(double z) {
 
 /// The body's surface from one height to another, or what lies under its fat.
 TriangleMesh trunk(const PatientSpec& spec, double chest_front, double low, double high, bool under_fat) {
-    const int steps = std::max(8, static_cast<int>((high - low) / 6.0));
+    const int steps = std::max(8, static_cast<int>((high - low) / 11.0));
     std::vector<Ring> rings;
     for (int i = 0; i <= steps; ++i) {
         SkinSection at = skin_at(low + (high - low) * i / steps);
         // From the abdomen that was asked for to the chest as it has to be.
         const double up = std::clamp((at.z - 110.0) / (scaled_below - 110.0), 0.0, 1.0);
-        const double neck = std::clamp((at.z - 330.0) / 60.0, 0.0, 1.0);
+        const double neck = std::clamp((at.z - 400.0) / 60.0, 0.0, 1.0);
         const double wider = spec.width / 375.0, back = at.middle + at.half_depth;
         at.half_width *= wider + up * (1.0 - wider);
         const double deeper =
@@ -112,7 +112,7 @@ TriangleMesh trunk(const PatientSpec& spec, double chest_front, double low, doub
         ring.exponent = at.exponent;
         rings.push_back(ring);
     }
-    return loft(rings, 72);
+    return loft(rings, 48);
 }
 
 }  // namespace

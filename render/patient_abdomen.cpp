@@ -60,7 +60,7 @@ TriangleMesh haustra(const Polyline& path, double width, double depth, double fo
         }
         travelled += piece;
     }
-    return tube(fine, Vec3::UnitX() + 0.4 * Vec3::UnitZ(), a, b, 24);
+    return tube(fine, Vec3::UnitX() + 0.4 * Vec3::UnitZ(), a, b, 18);
 }
 
 /// Colon on both sides, some loops between. Fixed places, so that frames repeat.

@@ -35,8 +35,8 @@ struct Heart {
 
     static Heart standard() {
         const Vec3 valve = place_in_body(Landmark::aortic_valve);
-        return {{valve + Vec3(25, 0, -32), Vec3(0.66, -0.34, -0.67).normalized(), 66, 47},
-                {valve + Vec3(-10, 16, -22), Vec3(0.1, 0.1, 1.0).normalized(), 46, 38}};
+        return {{valve + Vec3(30, 8, -32), Vec3(0.70, -0.34, -0.63).normalized(), 74, 48},
+                {valve + Vec3(-3, 20, -24), Vec3(0.1, 0.1, 1.0).normalized(), 50, 40}};
     }
     /// Less than 1 inside; the two are blended.
     double share(const Vec3& p) const {
@@ -60,13 +60,18 @@ struct Dome {
 
 /// How far from the midline the mediastinum reaches: vertebrae, oesophagus and trachea, great vessels; thin
 /// behind the sternum.
-double mediastinum(double y, double z, double cage_front) {
+double mediastinum(Side side, double y, double z, double cage_front) {
     const double front = spine_front(z), behind_sternum = y - cage_front;
-    const double hilum = 9.0 * std::exp(-std::pow((z - 335.0) / 28.0, 2.0));
-    const double upper = 8.0 * std::clamp((z - 380.0) / 30.0, 0.0, 1.0);
+    const auto hump = [z](double middle, double reach) {
+        return std::exp(-std::pow((z - middle) / reach, 2.0));
+    };
+    // Pulmonary trunk and hilum on the left; superior vena cava down to the atrium on the right.
+    const double trunk = side.sign > 0.0 ? 19.0 * hump(322.0, 26.0) + 6.0 * hump(420.0, 30.0)
+                                         : 12.0 * hump(330.0, 55.0) + 9.0 * hump(405.0, 45.0);
+    if (y > front + 16.0) return 31.0;  // necks of the ribs, transverse processes
     if (y > front - 4.0) return 22.0;
     const double thin = std::clamp((behind_sternum - 8.0) / 25.0, 0.0, 1.0);
-    return 7.0 + thin * (14.0 + hilum + upper);
+    return 7.0 + thin * (15.0 + trunk);
 }
 
 /// The last point, up to `reach`, before a ray leaves what `inside` holds.
@@ -95,7 +100,8 @@ public:
         if (p.z() < dome_.height(p.x(), p.y()) + gap || p.z() > apex) return false;
         const CageSection cage = chest_.section(p.z());
         if (!cage.holds(p.x(), p.y())) return false;
-        if (side_.sign * p.x() < mediastinum(p.y(), p.z(), cage.middle - cage.half_depth) + gap - lung_gap)
+        if (side_.sign * p.x() <
+            mediastinum(side_, p.y(), p.z(), cage.middle - cage.half_depth) + gap - lung_gap)
             return false;
         if (heart_.share(p) < 1.0 + gap / 50.0) return false;
         return std::none_of(vessels_.begin(), vessels_.end(), [&](const VesselSample& vessel) {
@@ -141,7 +147,7 @@ private:
     }
     /// A place amid the lung at a share of its height.
     Vec3 centre(double share) const {
-        constexpr double x[][2] = {{0.0, 78.0}, {0.3, 82.0}, {0.6, 74.0}, {0.85, 52.0}, {1.0, 40.0}};
+        constexpr double x[][2] = {{0.0, 104.0}, {0.25, 102.0}, {0.6, 76.0}, {0.85, 52.0}, {1.0, 40.0}};
         constexpr double y[][2] = {{0.0, 8.0}, {0.3, 14.0}, {0.6, 16.0}, {0.85, 14.0}, {1.0, 22.0}};
         return raised(side_.sign * interpolated(x, share), interpolated(y, share), share);
     }
@@ -204,7 +210,7 @@ TriangleMesh lung_vessels(const Lung& lung, Side side) {
 /// Muscle under the lung's base, 4 mm thick.
 TriangleMesh dome(const Chest& chest, Side side) {
     const Dome shape{side};
-    constexpr int around = 64, rings = 12;
+    constexpr int around = 48, rings = 10;
     std::vector<Polyline> upper, lower;
     for (int i = 1; i <= rings; ++i) {
         Polyline top, bottom;
@@ -265,6 +271,11 @@ constexpr Rib ribs[] = {{2.35, 30, 6.5},  {2.55, 52, 5.5},  {2.60, 66, 5.6},  {2
                         {2.55, 88, 6.0},  {2.50, 98, 6.2},  {2.42, 106, 6.4}, {2.25, 110, 6.4},
                         {2.05, 108, 6.2}, {1.85, 102, 6.0}, {1.45, 78, 5.4},  {0.95, 48, 4.6}};
 
+/// From the lung to the middle of a rib; more where the cage narrows upward and ribs lie flatter [mm].
+double rib_gap(double z) {
+    return pleura_to_rib + 8.0 * std::clamp((z - 360.0) / 55.0, 0.0, 1.0);
+}
+
 void add_rib(Bones& bones, const Chest& chest, int number, Side side) {
     const Rib& rib = ribs[number - 1];
     const Vertebra& origin = vertebrae()[17 - number];  // T1 is the 17th from below
@@ -277,20 +288,21 @@ void add_rib(Bones& bones, const Chest& chest, int number, Side side) {
         half_height.push_back(share * rib.half_height);
         half_thickness.push_back(share * 3.2);
     };
-    // Head at the vertebra, neck behind its transverse process.
-    const double back = origin.front + 2.0 * origin.half_depth;
-    add(side.at(origin.half_width + 1.0, back - 4.0, top), 0.8);
-    add(side.at(origin.half_width + 9.0, back + 6.0, top + 1.0), 0.72);
+    // Head at the vertebra, neck behind the lung.
+    const CageSection at_neck = chest.section(top);
+    add(side.at(origin.half_width + 1.0, origin.front + 2.0 * origin.half_depth - 4.0, top), 0.8);
+    add(side.at(origin.half_width + 12.0, at_neck.middle + at_neck.half_depth + rib_gap(top), top + 1.0),
+        0.72);
     const int steps = static_cast<int>(6.0 + 8.0 * rib.reach);
     for (int i = 0; i <= steps; ++i) {
         const double t = double(i) / steps, angle = start + t * (rib.reach - start);
         // Steepest at the side; the front end turns up a little.
         const double z = top - rib.drop * (0.25 * t + 0.75 * (t * t * (3.0 - 2.0 * t)));
-        Vec3 p = chest.section(z).point(angle, z, pleura_to_rib);
+        Vec3 p = chest.section(z).point(angle, z, rib_gap(z));
         p.x() *= side.sign;
         add(p, t == 1.0 ? 0.85 : 1.0);
     }
-    add_tube(bones, path, Vec3::UnitZ(), half_height, half_thickness, 1.0, 14);
+    add_tube(bones, path, Vec3::UnitZ(), half_height, half_thickness, 1.0, 12);
 }
 
 void add_shoulder(Bones& bones, const Chest& chest, Side side) {
@@ -308,7 +320,7 @@ void add_shoulder(Bones& bones, const Chest& chest, Side side) {
         {side.at(15, manubrium, 409), side.at(38, manubrium - 7.0, 414), side.at(75, manubrium + 8.0, 423),
          side.at(112, manubrium + 34.0, 430), side.at(150, manubrium + 48.0, 433)},
         Vec3::UnitZ(), {9, 6, 5.5, 5.5, 7}, {9, 6, 5.5, 5, 5}, 1.6);
-    const Vec3 glenoid = side.at(158, manubrium + 62.0, 410);
+    const Vec3 glenoid = side.at(148, manubrium + 62.0, 410);
     // Blade from the superior to the inferior angle, its long half-axis across the back.
     add_tube(bones,
              {behind(88, 432, 20), behind(98, 424, 20), behind(104, 405, 20), behind(106, 380, 20),
@@ -319,9 +331,8 @@ void add_shoulder(Bones& bones, const Chest& chest, Side side) {
               glenoid + side.at(10, 4, 24)},
              Vec3::UnitZ(), {3, 6, 6, 5}, {3, 5, 9, 10}, 1.0);
     add_ellipsoid(bones, glenoid + side.at(26, 2, 2), Vec3(23, 23, 23), 1.2);
-    add_tube(bones,
-             {glenoid + side.at(32, 2, -14), glenoid + side.at(36, 2, -40), glenoid + side.at(38, 2, -62)},
-             Vec3::UnitX(), {17, 12, 11}, {17, 12, 11}, 2.5);
+    add_tube(bones, {glenoid + side.at(32, 2, -14), glenoid + side.at(35, 2, -40)}, Vec3::UnitX(), {17, 12},
+             {17, 12}, 2.5);
 }
 
 }  // namespace
@@ -343,7 +354,8 @@ CageSection Chest::section(double z) const {
                                    {395, 90},  {418, 70},  {434, 54},  {447, 40},  {460, 30}};
     constexpr double behind[][2] = {{100, 44}, {180, 50}, {300, 52}, {380, 48}, {420, 40}, {447, 32}};
     // How far the front of the cage lies behind its foremost.
-    constexpr double front_slope[][2] = {{100, 0}, {250, 0}, {330, 10}, {400, 36}, {425, 56}, {447, 72}};
+    constexpr double front_slope[][2] = {{100, 0},  {250, 0},  {330, 10}, {365, 22},
+                                         {400, 44}, {425, 60}, {447, 74}};
     const double back = spine_front(z) + interpolated(behind, z);
     const double foremost = front + sternum_to_skin + interpolated(front_slope, z);
     return {interpolated(width, z), 0.5 * (back - foremost), 0.5 * (back + foremost)};

@@ -65,7 +65,7 @@ constexpr double outer_table = 1.6, diploe = 3.2, inner_table = 1.4;  // [mm]
 void add_path(Bones& bones, Polyline path, const Vec3& u, const std::vector<double>& a,
               const std::vector<double>& b, double wall) {
     for (Vec3& p : path) p = from_sella(p);
-    add_tube(bones, path, u, a, b, wall, 16);
+    add_tube(bones, path, u, a, b, wall, 12);
 }
 
 void add_face(Bones& bones, Side side) {
@@ -95,10 +95,10 @@ void add_face(Bones& bones, Side side) {
              {9, 8, 5}, {2.2, 2.0, 2.2}, 0.7);
     // Condyle, ramus, angle and body of the mandible to the chin.
     add_path(bones,
-             {side.at(51, 8, -28), side.at(51, 6, -38), side.at(51, 1, -58), side.at(49, -4, -78),
-              side.at(45, -18, -92), side.at(36, -40, -99), side.at(24, -60, -103), side.at(10, -71, -105),
-              side.at(0.6, -73, -105)},
-             side.at(0.0, 0.75, 0.66), {5, 8, 15, 16, 14, 13, 13, 14, 14},
+             {side.at(51, 8, -28), side.at(51, 6, -38), side.at(51, 1, -58), side.at(49, -4, -74),
+              side.at(45, -18, -85), side.at(36, -40, -91), side.at(24, -58, -95), side.at(10, -68, -97),
+              side.at(0.6, -70, -97)},
+             side.at(0.0, 0.75, 0.66), {5, 8, 15, 15, 12, 11, 11, 12, 12},
              {4.5, 3.4, 3.2, 4, 5, 5, 5.2, 6, 6.4}, 1.8);
     // Coronoid process.
     add_path(bones, {side.at(50, -18, -38), side.at(50.5, -13, -50), side.at(50, -9, -66)}, Vec3::UnitY(),
@@ -145,39 +145,49 @@ TriangleMesh teeth() {
 /// Petrous ridges, clivus, sphenoid wings and clinoid processes: dense bone on the floor of the skull.
 TriangleMesh skull_base() {
     TriangleMesh dense;
+    // Each stands on the floor, clear of the inner table.
     const auto add = [&](Polyline path, const Vec3& u, const std::vector<double>& a,
                          const std::vector<double>& b) {
-        // It stands on the floor, clear of the inner table.
         for (std::size_t i = 0; i < path.size(); ++i) {
             Vec3& p = path[i];
-            const double floor = skull_floor(p.x(), p.y()) + outer_table + diploe + inner_table;
-            p.z() = std::max(p.z(), floor + 2.0 + std::max(a[i], b[i]));
+            p.z() += skull_floor(p.x(), p.y()) + outer_table + diploe + inner_table;
             p = from_sella(p);
         }
         append(dense, tube(path, u, a, b, 16));
     };
     for (const Side side : {left, right}) {
-        add({side.at(15, 20, -12), side.at(28, 27, -14), side.at(42, 33, -14), side.at(52, 37, -12)},
-            Vec3::UnitZ(), {3, 6, 7.5, 6}, {4, 6.5, 8, 6});
-        add({side.at(8, -12, 8), side.at(24, -20, 10), side.at(42, -28, 11), side.at(54, -30, 14)},
-            Vec3::UnitZ(), {1.6, 1.8, 1.8, 1.4}, {3, 2.4, 2, 1.6});
-        add({side.at(9, 8, 6), side.at(9, 11, 9)}, Vec3::UnitX(), {1.6, 1.2}, {1.6, 1.2});
+        add({side.at(14, 20, 8), side.at(26, 26, 10), side.at(40, 32, 13), side.at(50, 36, 15)},
+            Vec3::UnitZ(), {3, 5, 7, 5}, {3, 5.5, 7, 5});
+        add({side.at(8, -14, 5), side.at(22, -22, 6), side.at(38, -30, 6), side.at(50, -32, 9)},
+            Vec3::UnitZ(), {1.6, 2.0, 2.2, 1.6}, {3, 2.4, 2, 1.6});
+        add({side.at(9, -12, 5), side.at(9, -6, 6.5), side.at(9, -2, 7)}, Vec3::UnitX(), {2.6, 2.0, 1.0},
+            {2, 1.6, 1.0});
     }
-    add({Vec3(-8, 10, 4), Vec3(8, 10, 4)}, Vec3::UnitZ(), {4, 4}, {1.8, 1.8});
+    // Back of the saddle.
+    add({Vec3(0, 11, 3), Vec3(0, 10, 9), Vec3(0, 9, 13)}, Vec3::UnitX(), {8, 9, 9}, {1.6, 1.8, 1.2});
     return dense;
 }
 
-/// Air of the sinuses in the face, nose and throat; grown by `wall` it is the bone around.
+/// Air of the sinuses; grown by `wall` it is the bone around.
 TriangleMesh sinuses(double wall) {
     TriangleMesh air;
-    const auto add = [&](const Vec3& centre, const Vec3& half_axes) {
-        append(air, ellipsoid(from_sella(centre), half_axes + Vec3::Constant(wall), 24));
+    // No two cells are alike: ellipsoids with bulges.
+    const auto add = [&](const Vec3& centre, const Vec3& half_axes, double bulge) {
+        append(air, star(
+                        from_sella(centre),
+                        [&](const Vec3& d) {
+                            const double even = 1.0 / d.cwiseQuotient(half_axes).norm();
+                            return wall +
+                                   even * (1.0 + bulge * std::sin(2.0 + 3.1 * d.x() + 0.05 * centre.x()) *
+                                                     std::sin(1.0 + 2.7 * d.z() - 1.9 * d.y()));
+                        },
+                        20));
     };
     for (const Side side : {left, right}) {
-        add(side.at(27, -48, -38), {12, 15, 14});
-        add(side.at(6.5, -46, -16), {4.2, 16, 8});
+        add(side.at(28, -46, -37), {13, 15, 16}, 0.28);
+        for (double y : {-56.0, -45.0, -33.0}) add(side.at(7.5, y, -15.0 - 0.1 * y), {4, 4.6, 6}, 0.15);
     }
-    add({0, -14, -15}, {11, 10, 7});
+    add({0, -14, -16}, {12, 10, 7}, 0.2);
     return air;
 }
 
@@ -190,7 +200,8 @@ TriangleMesh throat() {
         append(air, tube(path, Vec3::UnitX(), a, b, 16));
     };
     for (const Side side : {left, right})
-        add({side.at(5, -74, -48), side.at(5, -50, -46), side.at(5, -24, -44)}, {1.6, 2, 2}, {8, 12, 8});
+        add({side.at(4, -70, -42), side.at(4.5, -52, -40), side.at(4, -34, -40)}, {0.8, 1.3, 0.8},
+            {6, 13, 8});
     add({{0, -6, -36}, {0, -4, -48}, {0, -3, -66}, {0, -6, -84}, {0, -9, -104}, {0, -8, larynx}},
         {8, 11, 12, 12, 11, 7}, {3, 5, 5, 6, 5, 5});
     return air;
@@ -219,7 +230,7 @@ void add_head_layers(std::vector<TissueLayer>& layers) {
                       skull(outer_table + diploe + inner_table), false});
     layers.push_back({"skull base", Material::cortical_bone, Material::soft_tissue, skull_base(), false});
     layers.push_back({"teeth", Material::cortical_bone, Material::soft_tissue, teeth(), false});
-    layers.push_back({"sinus walls", Material::cortical_bone, Material::soft_tissue, sinuses(0.7), false});
+    layers.push_back({"sinus walls", Material::cortical_bone, Material::soft_tissue, sinuses(0.5), false});
     layers.push_back({"sinuses", Material::air, Material::cortical_bone, sinuses(0.0), false});
     layers.push_back({"throat", Material::air, Material::soft_tissue, throat(), false});
 }

@@ -30,11 +30,12 @@ TriangleMesh vertebral_body(double half_width, double half_depth, double half_he
         ring.exponent = 2.5;
         rings.push_back(ring);
     }
-    return loft(rings, 48);
+    return loft(rings, 32);
 }
 
 /// One vertebra as large as L3, its anterior face at y = 0 and its middle at z = 0.
 Bones large_vertebra(double half_height, bool lumbar) {
+    const int around = lumbar ? 16 : 10;
     constexpr double half_width = 23.0, half_depth = 16.5, back = 2.0 * half_depth;
     Bones bones;
     append(bones.outer, vertebral_body(half_width, half_depth, half_height, 0.0));
@@ -43,26 +44,26 @@ Bones large_vertebra(double half_height, bool lumbar) {
         add_tube(
             bones,
             {side.at(15.5, back - 4.0, 4.5), side.at(16.5, back + 5.0, 4.5), side.at(17.5, back + 13.0, 3.5)},
-            Vec3::UnitX(), {4.6, 4.2, 4.6}, {7.4, 6.8, 7.0}, 1.7);
+            Vec3::UnitX(), {4.6, 4.2, 4.6}, {7.4, 6.8, 7.0}, 1.7, around);
         // Facets: the articular pillar from the level above to the level below.
         add_tube(bones,
                  {side.at(17.0, back + 16.0, 21.0), side.at(18.0, back + 15.5, 6.0),
                   side.at(14.5, back + 17.0, -9.0), side.at(13.0, back + 18.0, -21.0)},
-                 Vec3::UnitX(), {3.2, 5.8, 5.0, 4.2}, {3.0, 4.0, 4.0, 3.4}, 1.2);
+                 Vec3::UnitX(), {3.2, 5.8, 5.0, 4.2}, {3.0, 4.0, 4.0, 3.4}, 1.2, around);
         const double across = lumbar ? 1.0 : 0.8, backward = lumbar ? 0.0 : 9.0;
         add_tube(
             bones,
             {side.at(21.5 * across, back + 13.0, 4.0), side.at(33.5 * across, back + 14.0 + backward, 5.5),
              side.at(44.5 * across, back + 16.0 + 1.6 * backward, 7.5)},
-            Vec3::UnitZ(), {5.2, 4.0, lumbar ? 2.4 : 4.4}, {2.8, 2.4, lumbar ? 1.6 : 3.0}, 0.9);
+            Vec3::UnitZ(), {5.2, 4.0, lumbar ? 2.4 : 4.4}, {2.8, 2.4, lumbar ? 1.6 : 3.0}, 0.9, around);
         add_tube(bones, {side.at(12.5, back + 18.5, -2.0), side.at(1.5, back + 25.0, -6.0)}, Vec3::UnitZ(),
-                 {8.0, 8.5}, {2.4, 2.4}, 0.9);
+                 {8.0, 8.5}, {2.4, 2.4}, 0.9, around);
     }
     const double drop = lumbar ? 0.0 : 18.0;  // thoracic spinous processes overlap like tiles
     add_tube(
         bones,
         {{0.0, back + 24.5, -6.0}, {0.0, back + 36.0, -9.0 - 0.5 * drop}, {0.0, back + 50.0, -13.0 - drop}},
-        Vec3::UnitZ(), {7.5, 8.5, 7.0}, {2.6, 2.2, 3.2}, 0.9);
+        Vec3::UnitZ(), {7.5, 8.5, 7.0}, {2.6, 2.2, 3.2}, 0.9, around);
     return bones;
 }
 
