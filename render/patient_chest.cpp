@@ -1,4 +1,5 @@
 #include <Eigen/Geometry>
+#include <array>
 #include <functional>
 #include <numbers>
 
@@ -109,20 +110,47 @@ public:
         });
     }
 
+    /// Whether `mesh` reaches a place, clear of its surface: nothing may stand between it and the middle.
+    bool reaches(const Vec3& p, double gap) const {
+        const double low = dome_.height(p.x(), p.y()) + lung_gap;
+        const Vec3 middle = centre(std::clamp((p.z() - low) / (apex - low), 0.0, 1.0));
+        constexpr int steps = 16;
+        for (int i = 1; i <= steps; ++i) {
+            const Vec3 between = middle + (double(i) / steps) * (p - middle);
+            if (!holds({between.x(), between.y(), p.z()}, gap)) return false;
+        }
+        return true;
+    }
+
     /// Rings from the base, which is the dome, to the apex: each at one share of the height above the dome.
     TriangleMesh mesh() const {
         constexpr int around = 96, levels = 52, base_rings = 10;
+        const auto at = [&](int level, int ray, double r) {
+            const double t = double(level) / levels, share = 0.004 + 0.99 * (1.0 - std::pow(1.0 - t, 1.5));
+            const double angle = 2.0 * pi * ray / around;
+            const Vec3 middle = centre(share);
+            return raised(middle.x() + r * std::cos(angle), middle.y() + r * std::sin(angle), share);
+        };
+        std::vector<std::array<double, around>> reach(levels + 1);
+        for (int i = 0; i <= levels; ++i) {
+            for (int k = 0; k < around; ++k) {
+                const auto inside = [&](double r) { return holds(at(i, k, r)); };
+                reach[i][k] = std::max(0.5, first_exit(160.0, 3.0, inside));
+            }
+        }
+        // Beside a ray that something ends early, none runs far past it: the wall between would cut through.
+        constexpr double leap = 12.0;
         std::vector<Polyline> rings(levels + 1);
         for (int i = 0; i <= levels; ++i) {
-            const double t = double(i) / levels, share = 0.004 + 0.99 * (1.0 - std::pow(1.0 - t, 1.5));
-            const Vec3 middle = centre(share);
             for (int k = 0; k < around; ++k) {
-                const double angle = 2.0 * pi * k / around;
-                const auto at = [&](double r) {
-                    return raised(middle.x() + r * std::cos(angle), middle.y() + r * std::sin(angle), share);
-                };
-                rings[i].push_back(
-                    at(std::max(0.5, first_exit(160.0, 3.0, [&](double r) { return holds(at(r)); }))));
+                double r = reach[i][k];
+                for (int level : {std::max(i - 1, 0), i, std::min(i + 1, levels)}) {
+                    for (int ray : {k + around - 1, k, k + 1}) {
+                        const double beside = reach[level][ray % around];
+                        if (beside < reach[i][k] - leap) r = std::min(r, beside);
+                    }
+                }
+                rings[i].push_back(at(i, k, r));
             }
         }
         std::vector<Polyline> closed;
@@ -188,7 +216,7 @@ TriangleMesh lung_vessels(const Lung& lung, Side side) {
         for (int k = 0; k <= pieces; ++k) {
             const double t = double(k) / pieces;
             const Vec3 p = stem.from + length * t * (stem.along + t * bend);
-            if (!lung.holds(p, lung_gap + stem.radius + 1.0)) {
+            if (!lung.reaches(p, lung_gap + stem.radius + 2.0)) {
                 if (path.empty()) continue;
                 break;
             }

@@ -156,9 +156,9 @@ TriangleMesh skull_base() {
         append(dense, tube(path, u, a, b, 16));
     };
     for (const Side side : {left, right}) {
-        add({side.at(14, 20, 8), side.at(26, 26, 10), side.at(40, 32, 13), side.at(50, 36, 15)},
+        add({side.at(14, 20, 8), side.at(26, 26, 10), side.at(38, 30, 13), side.at(45, 33, 14)},
             Vec3::UnitZ(), {3, 5, 7, 5}, {3, 5.5, 7, 5});
-        add({side.at(8, -14, 5), side.at(22, -22, 6), side.at(38, -30, 6), side.at(50, -32, 9)},
+        add({side.at(8, -14, 5), side.at(22, -22, 6), side.at(34, -27, 6), side.at(43, -29, 9)},
             Vec3::UnitZ(), {1.6, 2.0, 2.2, 1.6}, {3, 2.4, 2, 1.6});
         add({side.at(9, -12, 5), side.at(9, -6, 6.5), side.at(9, -2, 7)}, Vec3::UnitX(), {2.6, 2.0, 1.0},
             {2, 1.6, 1.0});
@@ -200,7 +200,7 @@ TriangleMesh throat() {
         append(air, tube(path, Vec3::UnitX(), a, b, 16));
     };
     for (const Side side : {left, right})
-        add({side.at(4, -70, -42), side.at(4.5, -52, -40), side.at(4, -34, -40)}, {0.8, 1.3, 0.8},
+        add({side.at(4, -70, -42), side.at(4.5, -52, -40), side.at(4, -34, -40)}, {0.5, 0.8, 0.5},
             {6, 13, 8});
     add({{0, -6, -36}, {0, -4, -48}, {0, -3, -66}, {0, -6, -84}, {0, -9, -104}, {0, -8, larynx}},
         {8, 11, 12, 12, 11, 7}, {3, 5, 5, 6, 5, 5});

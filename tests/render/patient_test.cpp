@@ -142,12 +142,12 @@ TEST(Patient, KeepsNestedSolidsStrictlyNested) {
                                     {"sinuses", "sinus walls"},
                                     {"bones", "trunk"}};
     for (const auto& [inner, outer] : pairs) {
-        EXPECT_EQ(share_inside(*mesh_of(layers, inner), *mesh_of(layers, outer), 37), 1.0)
+        EXPECT_EQ(share_inside(*mesh_of(layers, inner), *mesh_of(layers, outer), 53), 1.0)
             << inner << " in " << outer;
     }
     TriangleMesh lungs = *mesh_of(layers, "left lung");
     render::append(lungs, *mesh_of(layers, "right lung"));
-    EXPECT_EQ(share_inside(*mesh_of(layers, "lung vessels"), lungs, 17), 1.0);
+    EXPECT_EQ(share_inside(*mesh_of(layers, "lung vessels"), lungs, 31), 1.0);
 }
 
 TEST(Patient, HasLungsThatShareNoSpaceWithBonesHeartDiaphragmOrAirway) {
@@ -156,8 +156,8 @@ TEST(Patient, HasLungsThatShareNoSpaceWithBonesHeartDiaphragmOrAirway) {
     for (const char* lung : {"left lung", "right lung"}) {
         const TriangleMesh& mesh = *mesh_of(layers, lung);
         for (const char* other : {"bones", "heart", "diaphragm", "airway", "kidney fat", "bowel gas"}) {
-            EXPECT_EQ(share_inside(*mesh_of(layers, other), mesh, 23), 0.0) << other << " in the " << lung;
-            EXPECT_EQ(share_inside(mesh, *mesh_of(layers, other), 41), 0.0)
+            EXPECT_EQ(share_inside(*mesh_of(layers, other), mesh, 43), 0.0) << other << " in the " << lung;
+            EXPECT_EQ(share_inside(mesh, *mesh_of(layers, other), 83), 0.0)
                 << "the " << lung << " in " << other;
         }
     }
@@ -171,17 +171,19 @@ TEST(Patient, HasLungsThatShareNoSpaceWithBonesHeartDiaphragmOrAirway) {
 }
 
 TEST(Patient, HasTwelvePairsOfRibsThatRunToTheFront) {
-    render::Bones cage, bare;
+    render::Bones cage;
     const std::vector<render::VesselSample> none;
     const render::Chest chest{-130.0, none};
     render::add_cage(cage, chest);
     // At the side each rib is crossed once by a line down the flank.
     for (double side : {-1.0, 1.0}) {
         std::set<int> levels;
-        for (double z = 60.0; z < 470.0; z += 0.5) {
+        for (double z = 60.0; z < 470.0; z += 1.0) {
             const auto section = chest.section(z);
-            const Vec3 p = section.point(0.62, z, 5.0).cwiseProduct(Vec3(side, 1, 1));
-            if (winding(cage.outer, p) > 0) levels.insert(static_cast<int>(2.0 * z));
+            for (double outward : {5.0, 8.5, 12.0}) {
+                const Vec3 p = section.point(0.7, z, outward).cwiseProduct(Vec3(side, 1, 1));
+                if (winding(cage.outer, p) > 0) levels.insert(static_cast<int>(z));
+            }
         }
         int ribs = 0;
         for (const int level : levels) ribs += !levels.contains(level - 1);
