@@ -100,7 +100,7 @@ public:
     bool holds(const Vec3& p, double gap = lung_gap) const {
         if (p.z() < dome_.height(p.x(), p.y()) + gap || p.z() > apex) return false;
         const CageSection cage = chest_.section(p.z());
-        if (!cage.holds(p.x(), p.y())) return false;
+        if (!cage.holds(p.x(), p.y(), gap - lung_gap)) return false;
         if (side_.sign * p.x() <
             mediastinum(side_, p.y(), p.z(), cage.middle - cage.half_depth) + gap - lung_gap)
             return false;
@@ -371,9 +371,9 @@ Vec3 CageSection::point(double angle, double z, double outward) const {
             middle + (half_depth + outward) * std::copysign(std::pow(std::abs(c), power), c), z};
 }
 
-bool CageSection::holds(double x, double y) const {
-    return std::pow(std::abs(x) / half_width, exponent) +
-               std::pow(std::abs(y - middle) / half_depth, exponent) <
+bool CageSection::holds(double x, double y, double inset) const {
+    return std::pow(std::abs(x) / (half_width - inset), exponent) +
+               std::pow(std::abs(y - middle) / (half_depth - inset), exponent) <
            1.0;
 }
 

@@ -52,7 +52,7 @@ struct CageSection {
 
     /// At `angle` from the back (0) around the left side to the front (π), `outward` mm off the pleura.
     physics::Vec3 point(double angle, double z, double outward) const;
-    bool holds(double x, double y) const;
+    bool holds(double x, double y, double inset = 0.0) const;
 };
 
 /// Where the front of the chest stands and which vessels its lungs leave room for.

@@ -1,7 +1,6 @@
 #include "render/patient.h"
 
-#include <algorithm>
-#include <cmath>
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <set>
@@ -40,29 +39,47 @@ const TriangleMesh* mesh_of(const std::vector<TissueLayer>& layers, const std::s
     return nullptr;
 }
 
-/// How often a ray from the point leaves the mesh more than it enters: 1 inside a solid, 0 outside.
-int winding(const TriangleMesh& mesh, const Vec3& p) {
-    // Slanted, so that it meets no edge of solids built on a lattice.
-    const Vec3 direction = Vec3(0.317, 0.211, 0.925).normalized();
-    int count = 0;
-    for (const auto& t : mesh.triangles) {
-        const Vec3 a = mesh.vertices[t[0]] - p, b = mesh.vertices[t[1]] - p, c = mesh.vertices[t[2]] - p;
-        const double u = direction.dot(b.cross(c)), v = direction.dot(c.cross(a)),
-                     w = direction.dot(a.cross(b));
-        const bool out = u > 0 && v > 0 && w > 0, in = u < 0 && v < 0 && w < 0;
-        if (!out && !in) continue;
-        if (a.dot((b - a).cross(c - a)) / direction.dot((b - a).cross(c - a)) < 0) continue;
-        count += out ? 1 : -1;
+/// Tells points inside a solid from those outside by the sum of crossings of a ray.
+class Inside {
+public:
+    explicit Inside(const TriangleMesh& mesh) : mesh_(mesh) {
+        for (const auto& t : mesh.triangles) {
+            Eigen::AlignedBox2d box;
+            for (const int corner : t) box.extend(flat(mesh.vertices[corner]));
+            boxes_.push_back(box);
+        }
     }
-    return count;
-}
+    bool operator()(const Vec3& p) const {
+        int count = 0;
+        for (std::size_t i = 0; i < boxes_.size(); ++i) {
+            if (!boxes_[i].contains(flat(p))) continue;
+            const auto& t = mesh_.triangles[i];
+            const Vec3 a = mesh_.vertices[t[0]] - p, b = mesh_.vertices[t[1]] - p,
+                       c = mesh_.vertices[t[2]] - p;
+            const double u = along_.dot(b.cross(c)), v = along_.dot(c.cross(a)), w = along_.dot(a.cross(b));
+            const bool out = u > 0 && v > 0 && w > 0, in = u < 0 && v < 0 && w < 0;
+            const Vec3 normal = (b - a).cross(c - a);
+            if ((out || in) && a.dot(normal) / along_.dot(normal) > 0) count += out ? 1 : -1;
+        }
+        return count > 0;
+    }
+
+private:
+    // Slanted, so that it meets no edge of solids built on a lattice.
+    const Vec3 along_ = Vec3(0.317, 0.211, 0.925).normalized(), across_ = along_.unitOrthogonal(),
+               up_ = along_.cross(across_);
+    Eigen::Vector2d flat(const Vec3& p) const { return {p.dot(across_), p.dot(up_)}; }
+
+    const TriangleMesh& mesh_;
+    std::vector<Eigen::AlignedBox2d> boxes_;
+};
 
 /// Share of a mesh's vertices, every so many, that lie inside another.
 double share_inside(const TriangleMesh& what, const TriangleMesh& of, std::size_t every) {
-    int inside = 0, all = 0;
-    for (std::size_t i = 0; i < what.vertices.size(); i += every, ++all)
-        inside += winding(of, what.vertices[i]) > 0;
-    return double(inside) / all;
+    const Inside inside(of);
+    int held = 0, all = 0;
+    for (std::size_t i = 0; i < what.vertices.size(); i += every, ++all) held += inside(what.vertices[i]);
+    return double(held) / all;
 }
 
 TEST(Solids, AreClosedOutwardAndOfTheRightVolume) {
@@ -118,10 +135,9 @@ TEST(Patient, LiesWhereItsLandmarkIs) {
     EXPECT_FALSE(render::landmark_named("knee"));
     // The valve lies behind the sternum in the heart, the sella in the skull.
     const auto layers = render::make_patient(whole_body());
-    EXPECT_EQ(
-        winding(*mesh_of(layers, "heart"), render::place_in_body(Landmark::aortic_valve) + Vec3(0, 0, -5)),
-        1);
-    EXPECT_EQ(winding(*mesh_of(layers, "brain"), render::place_in_body(Landmark::sella) + Vec3(0, 0, 25)), 1);
+    EXPECT_TRUE(
+        Inside(*mesh_of(layers, "heart"))(render::place_in_body(Landmark::aortic_valve) + Vec3(0, 0, -5)));
+    EXPECT_TRUE(Inside(*mesh_of(layers, "brain"))(render::place_in_body(Landmark::sella) + Vec3(0, 0, 25)));
 }
 
 TEST(Patient, KeepsNestedSolidsStrictlyNested) {
@@ -142,12 +158,12 @@ TEST(Patient, KeepsNestedSolidsStrictlyNested) {
                                     {"sinuses", "sinus walls"},
                                     {"bones", "trunk"}};
     for (const auto& [inner, outer] : pairs) {
-        EXPECT_EQ(share_inside(*mesh_of(layers, inner), *mesh_of(layers, outer), 53), 1.0)
+        EXPECT_EQ(share_inside(*mesh_of(layers, inner), *mesh_of(layers, outer), 23), 1.0)
             << inner << " in " << outer;
     }
     TriangleMesh lungs = *mesh_of(layers, "left lung");
     render::append(lungs, *mesh_of(layers, "right lung"));
-    EXPECT_EQ(share_inside(*mesh_of(layers, "lung vessels"), lungs, 31), 1.0);
+    EXPECT_EQ(share_inside(*mesh_of(layers, "lung vessels"), lungs, 7), 1.0);
 }
 
 TEST(Patient, HasLungsThatShareNoSpaceWithBonesHeartDiaphragmOrAirway) {
@@ -156,18 +172,18 @@ TEST(Patient, HasLungsThatShareNoSpaceWithBonesHeartDiaphragmOrAirway) {
     for (const char* lung : {"left lung", "right lung"}) {
         const TriangleMesh& mesh = *mesh_of(layers, lung);
         for (const char* other : {"bones", "heart", "diaphragm", "airway", "kidney fat", "bowel gas"}) {
-            EXPECT_EQ(share_inside(*mesh_of(layers, other), mesh, 43), 0.0) << other << " in the " << lung;
-            EXPECT_EQ(share_inside(mesh, *mesh_of(layers, other), 83), 0.0)
+            EXPECT_EQ(share_inside(*mesh_of(layers, other), mesh, 11), 0.0) << other << " in the " << lung;
+            EXPECT_EQ(share_inside(mesh, *mesh_of(layers, other), 13), 0.0)
                 << "the " << lung << " in " << other;
         }
     }
     // They make room for a vessel where there was lung.
     const Vec3 place(70, 0, 320);
-    ASSERT_EQ(winding(*mesh_of(layers, "left lung"), place), 1);
+    ASSERT_TRUE(Inside(*mesh_of(layers, "left lung"))(place));
     spec.vessels = {{place, 12.0}};
     const auto made = render::make_patient(spec);
     for (double x : {-11.0, 0.0, 11.0})
-        EXPECT_EQ(winding(*mesh_of(made, "left lung"), place + Vec3(x, 0, 0)), 0) << x;
+        EXPECT_FALSE(Inside(*mesh_of(made, "left lung"))(place + Vec3(x, 0, 0))) << x;
 }
 
 TEST(Patient, HasTwelvePairsOfRibsThatRunToTheFront) {
@@ -175,6 +191,7 @@ TEST(Patient, HasTwelvePairsOfRibsThatRunToTheFront) {
     const std::vector<render::VesselSample> none;
     const render::Chest chest{-130.0, none};
     render::add_cage(cage, chest);
+    const Inside bone(cage.outer);
     // At the side each rib is crossed once by a line down the flank.
     for (double side : {-1.0, 1.0}) {
         std::set<int> levels;
@@ -182,7 +199,7 @@ TEST(Patient, HasTwelvePairsOfRibsThatRunToTheFront) {
             const auto section = chest.section(z);
             for (double outward : {5.0, 8.5, 12.0}) {
                 const Vec3 p = section.point(0.7, z, outward).cwiseProduct(Vec3(side, 1, 1));
-                if (winding(cage.outer, p) > 0) levels.insert(static_cast<int>(z));
+                if (bone(p)) levels.insert(static_cast<int>(z));
             }
         }
         int ribs = 0;
@@ -221,8 +238,8 @@ TEST(Patient, BalancesAtEveryPixelAllAroundIt) {
         const auto layers = render::make_patient(around(middle - 60, middle + 60));
         render::PathLengthRenderer renderer;
         for (const TissueLayer& layer : layers) renderer.add(layer.mesh);
-        for (double lao : {-90.0, -35.0, 0.0, 50.0, 90.0}) {
-            for (double cranial : {-30.0, 0.0, 30.0}) {
+        for (double lao : {-90.0, 25.0, 90.0}) {
+            for (double cranial : {-30.0, 30.0}) {
                 CArm arm;
                 arm.lao = lao * std::numbers::pi / 180.0;
                 arm.cranial = cranial * std::numbers::pi / 180.0;
