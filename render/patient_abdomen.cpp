@@ -76,6 +76,7 @@ TriangleMesh bowel_gas(double front) {
     append(gas, haustra({at(-18, 16, -104), at(4, 16, -98), at(18, 15, -112)}, 12, 7, 22));
     append(gas, haustra({at(-58, 12, -18), at(-46, 12, -30), at(-50, 12, -46)}, 8, 4, 13));
     append(gas, haustra({at(46, 12, 26), at(58, 12, 36), at(72, 12, 30)}, 7, 4, 12));
+    append(gas, ellipsoid({58, -30, 203}, {26, 24, 10}, 20));  // of the stomach, under its dome
     return gas;
 }
 
@@ -94,8 +95,7 @@ Kidney kidney(Side side) {
     Polyline wide;
     for (const Vec3& p : path) wide.push_back(p + 0.30 * (p - path[4]));
     return {
-        tube(wide, Vec3::UnitX(), {12, 22, 31, 36, 38, 36, 29, 20, 9}, {9, 16, 23, 28, 29, 27, 22, 15, 7},
-             28),
+        tube(wide, Vec3::UnitX(), {9, 17, 26, 35, 38, 36, 29, 20, 9}, {9, 16, 23, 28, 29, 27, 22, 15, 7}, 28),
         tube(path, Vec3::UnitX(), {4, 12, 20, 26, 25, 25, 19, 11, 4}, {3, 9, 15, 19, 20, 19, 15, 9, 3}, 28)};
 }
 

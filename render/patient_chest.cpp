@@ -308,7 +308,6 @@ void add_rib(Bones& bones, const Chest& chest, int number, Side side) {
     const Rib& rib = ribs[number - 1];
     const Vertebra& origin = vertebrae()[17 - number];  // T1 is the 17th from below
     const double top = origin.z + 0.55 * origin.half_height;
-    constexpr double start = 0.40;  // where the rib meets the cage [rad]
     Polyline path;
     std::vector<double> half_height, half_thickness;
     const auto add = [&](const Vec3& p, double share) {
@@ -319,8 +318,11 @@ void add_rib(Bones& bones, const Chest& chest, int number, Side side) {
     // Head at the vertebra, neck behind the lung.
     const CageSection at_neck = chest.section(top);
     add(side.at(origin.half_width + 1.0, origin.front + 2.0 * origin.half_depth - 4.0, top), 0.8);
-    add(side.at(origin.half_width + 12.0, at_neck.middle + at_neck.half_depth + rib_gap(top), top + 1.0),
+    add(side.at(origin.half_width + 12.0, at_neck.middle + at_neck.half_depth + pleura_to_rib + 1.0,
+                top + 1.0),
         0.72);
+    double start = 0.40;  // where the rib meets the cage: well outside its neck [rad]
+    while (at_neck.point(start, top, rib_gap(top)).x() < origin.half_width + 24.0) start += 0.02;
     const int steps = static_cast<int>(6.0 + 8.0 * rib.reach);
     for (int i = 0; i <= steps; ++i) {
         const double t = double(i) / steps, angle = start + t * (rib.reach - start);
@@ -343,11 +345,12 @@ void add_shoulder(Bones& bones, const Chest& chest, Side side) {
     };
     const CageSection top = chest.section(405.0);
     const double manubrium = top.middle - top.half_depth - 7.0;
-    add_tube(
-        bones,
-        {side.at(15, manubrium, 409), side.at(38, manubrium - 7.0, 414), side.at(75, manubrium + 8.0, 423),
-         side.at(112, manubrium + 34.0, 430), side.at(150, manubrium + 48.0, 433)},
-        Vec3::UnitZ(), {9, 6, 5.5, 5.5, 7}, {9, 6, 5.5, 5, 5}, 1.6);
+    add_tube(bones,
+             {side.at(13, manubrium + 1.0, 407), side.at(16, manubrium, 409),
+              side.at(22, manubrium - 2.0, 411), side.at(38, manubrium - 2.0, 414),
+              side.at(75, manubrium + 8.0, 423), side.at(112, manubrium + 34.0, 430),
+              side.at(144, manubrium + 47.0, 433), side.at(150, manubrium + 48.0, 433)},
+             Vec3::UnitZ(), {4, 8, 9, 6, 5.5, 5.5, 7, 4}, {4, 8, 8, 6, 5.5, 5, 5, 3}, 1.4);
     const Vec3 glenoid = side.at(148, manubrium + 62.0, 410);
     // Blade from the superior to the inferior angle, its long half-axis across the back.
     add_tube(bones,
@@ -394,12 +397,12 @@ void add_cage(Bones& bones, const Chest& chest) {
         for (const Side side : {left, right}) add_rib(bones, chest, number, side);
     }
     Polyline sternum;
-    for (double z : {408.0, 396.0, 372.0, 364.0, 330.0, 290.0, 262.0, 254.0}) {
+    for (double z : {410.0, 407.0, 396.0, 372.0, 364.0, 330.0, 290.0, 262.0, 248.0, 244.0}) {
         const CageSection cage = chest.section(z);
         sternum.push_back({0.0, cage.middle - cage.half_depth - pleura_to_rib - 1.0, z});
     }
-    add_tube(bones, sternum, Vec3::UnitX(), {25, 26, 17, 16, 19, 21, 14, 8},
-             {5.5, 5.5, 5, 4.5, 4.5, 4.5, 4, 3}, 1.0, 24);
+    add_tube(bones, sternum, Vec3::UnitX(), {12, 22, 26, 17, 16, 19, 21, 14, 8, 4},
+             {3, 5, 5.5, 5, 4.5, 4.5, 4.5, 4, 3, 2}, 1.0, 24);
     for (const Side side : {left, right}) add_shoulder(bones, chest, side);
 }
 

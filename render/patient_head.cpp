@@ -131,8 +131,8 @@ TriangleMesh teeth() {
         for (int i = 0; i < 14; ++i) {
             const double angle = (i - 6.5) * 0.215,
                          molar = std::clamp((std::abs(i - 6.5) - 2.5) / 3.0, 0.0, 1.0);
-            const Vec3 crown(27.0 * std::sin(angle), -28.0 - 46.0 * std::cos(angle), upper ? -68.0 : -78.5);
-            const double root = upper ? 14.0 : -14.0;
+            const Vec3 crown(27.0 * std::sin(angle), -28.0 - 46.0 * std::cos(angle), upper ? -73.0 : -74.5);
+            const double root = upper ? 8.0 : -8.0;
             append(all, tube({from_sella(crown), from_sella(crown + Vec3(0, 1, 0.45 * root)),
                               from_sella(crown + Vec3(0, 2, root))},
                              Vec3::UnitX(), {2.6 + 1.6 * molar, 2.8 + 1.6 * molar, 1.2},
@@ -184,7 +184,7 @@ TriangleMesh sinuses(double wall) {
                         20));
     };
     for (const Side side : {left, right}) {
-        add(side.at(28, -46, -37), {13, 15, 16}, 0.28);
+        add(side.at(28, -43, -36), {13, 13, 12}, 0.25);
         for (double y : {-56.0, -45.0, -33.0}) add(side.at(7.5, y, -15.0 - 0.1 * y), {4, 4.6, 6}, 0.15);
     }
     add({0, -14, -16}, {12, 10, 7}, 0.2);
@@ -200,8 +200,8 @@ TriangleMesh throat() {
         append(air, tube(path, Vec3::UnitX(), a, b, 16));
     };
     for (const Side side : {left, right})
-        add({side.at(4, -70, -42), side.at(4.5, -52, -40), side.at(4, -34, -40)}, {0.5, 0.8, 0.5},
-            {6, 13, 8});
+        add({side.at(4, -68, -38), side.at(4.5, -52, -37), side.at(4, -34, -37)}, {0.5, 0.8, 0.5},
+            {6, 11, 8});
     add({{0, -6, -36}, {0, -4, -48}, {0, -3, -66}, {0, -6, -84}, {0, -9, -104}, {0, -8, larynx}},
         {8, 11, 12, 12, 11, 7}, {3, 5, 5, 6, 5, 5});
     return air;
