@@ -10,11 +10,12 @@
 namespace engine {
 namespace {
 
-/// Height of the aortic bifurcation: where the widest branch that leads downward leaves a root branch; well
-/// below the vessels when none does, as in a chest [mm].
-double bifurcation(const Anatomy& anatomy) {
+/// A guess for vessels that do not say where they belong. The aortic bifurcation is where the widest branch
+/// that leads downward leaves a root branch; well below the vessels when none does, as in a chest. The body's
+/// middle is that of the highest vessels.
+render::BodyPlace guessed_place(const Anatomy& anatomy) {
     const physics::CentrelineBranch* widest = nullptr;
-    double lowest = std::numeric_limits<double>::infinity();
+    double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
     for (const physics::CentrelineBranch& branch : anatomy.branches) {
         for (const physics::Vec3& p : branch.points) lowest = std::min(lowest, p.z());
         const bool forks_root = branch.parent >= 0 && anatomy.branches[branch.parent].parent < 0;
@@ -22,8 +23,33 @@ double bifurcation(const Anatomy& anatomy) {
         if (forks_root && downward && (!widest || branch.radii.front() > widest->radii.front()))
             widest = &branch;
     }
+    for (const physics::Vec3& p : anatomy.lumen.vertices) highest = std::max(highest, p.z());
+    double left = -std::numeric_limits<double>::infinity(), right = -left, front = right;
+    for (const physics::Vec3& p : anatomy.lumen.vertices) {
+        front = std::min(front, p.y());
+        if (p.z() < highest - 10.0) continue;
+        left = std::max(left, p.x());
+        right = std::min(right, p.x());
+    }
     constexpr double below_chest = 150;  // from the end of a thoracic aorta to L4 [mm]
-    return widest ? widest->points.front().z() : lowest - below_chest;
+    return {render::Landmark::aortic_bifurcation,
+            {0.5 * (left + right), front, widest ? widest->points.front().z() : lowest - below_chest}};
+}
+
+render::PatientSpec patient(const Anatomy& anatomy) {
+    render::PatientSpec spec =
+        render::patient_around(anatomy.lumen.vertices, anatomy.body ? *anatomy.body : guessed_place(anatomy));
+    for (const physics::CentrelineBranch& branch : anatomy.branches) {
+        // Close enough that balls make a tube.
+        double since = std::numeric_limits<double>::infinity();
+        for (std::size_t i = 0; i < branch.points.size(); ++i) {
+            if (i > 0) since += (branch.points[i] - branch.points[i - 1]).norm();
+            if (since < 0.5 * branch.radii[i]) continue;
+            spec.vessels.push_back({branch.points[i], branch.radii[i]});
+            since = 0.0;
+        }
+    }
+    return spec;
 }
 
 }  // namespace
@@ -31,7 +57,7 @@ double bifurcation(const Anatomy& anatomy) {
 std::vector<render::TissueLayer> tissue_layers(const Scenario& scenario, const Anatomy& anatomy) {
     std::vector<render::TissueLayer> layers;
     if (scenario.imaging.patient) {
-        layers = render::make_patient(render::patient_around(anatomy.lumen.vertices, bifurcation(anatomy)));
+        layers = render::make_patient(patient(anatomy));
     }
     render::TissueLayer lumen;
     lumen.name = "lumen";

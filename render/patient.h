@@ -1,30 +1,41 @@
 #pragma once
-/// A procedural patient around given vessels: trunk, lumbar spine, lowest ribs, pelvis, kidneys, bowel gas.
+/// A procedural patient around given vessels: skin, fat, skeleton and the organs that are seen on
+/// fluoroscopy, as far as the vessels and the C-arm reach.
+///
+/// Layers that keep their names, so that others may move them or dissolve iodine in them: "left kidney",
+/// "right kidney", "heart", "brain", "left lung", "right lung", "diaphragm".
 
 #include <span>
 #include <vector>
 
 #include "physics/geometry.h"
+#include "render/body.h"
 #include "render/fluoroscope.h"
 
 namespace render {
 
+/// A ball of blood: where a vessel runs and how wide it is [mm].
+struct VesselSample {
+    physics::Vec3 place;
+    double radius;
+};
+
 struct PatientSpec {
     physics::Vec3 lower = physics::Vec3(-75, -40, -190);  // box around the vessels [mm]
     physics::Vec3 upper = physics::Vec3(75, 40, 130);     // [mm]
-    double spine_x = 0.0;       // of the column's middle, toward the patient's left [mm]
-    double spine_front = 14.0;  // y of the anterior face of the vertebral bodies [mm]
-    double bifurcation = 0.0;   // z of the aortic bifurcation, which stands before L4 [mm]
-    double width = 375.0;       // of the trunk, left to right [mm]
-    double depth = 225.0;       // of the trunk, front to back [mm]
+    physics::Vec3 origin = physics::Vec3(0, 14, 0);       // of the body frame, in that of the vessels [mm]
+    double width = 375.0;                                 // of the abdomen, left to right [mm]
+    double depth = 225.0;                                 // of the abdomen, front to back [mm]
+    std::vector<VesselSample> vessels;                    // that the lungs leave room for
     bool bowel_gas = true;
 };
 
-/// A patient whose spine stands behind the highest vessel points (the aorta) and whose trunk holds them all.
-/// `points`: centreline or wall points [mm]; `bifurcation`: z of the aortic bifurcation [mm].
-PatientSpec patient_around(std::span<const physics::Vec3> points, double bifurcation);
+/// A patient whose landmark lies where the vessels have it, whose spine stands behind the aorta and whose
+/// trunk holds them all. `wall`: points of the vessels' wall [mm].
+PatientSpec patient_around(std::span<const physics::Vec3> wall, const BodyPlace&);
 
-/// Closed meshes only. The lumen is not among them; the vessels' blood counts as soft tissue.
+/// Closed meshes only: the parts of the body that the vessels' box, with a margin, reaches. The lumen is not
+/// among them; the vessels' blood counts as soft tissue.
 std::vector<TissueLayer> make_patient(const PatientSpec&);
 
 }  // namespace render

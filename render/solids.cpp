@@ -13,20 +13,11 @@ using physics::Polyline;
 using physics::TriangleMesh;
 using physics::Vec3;
 
-TriangleMesh loft(const std::vector<Ring>& rings, int around) {
-    assert(rings.size() >= 2 && around >= 3);
+TriangleMesh loft(const std::vector<Polyline>& rings) {
+    assert(rings.size() >= 2 && rings.front().size() >= 3);
     TriangleMesh mesh;
-    const int count = static_cast<int>(rings.size());
-    for (const Ring& ring : rings) {
-        for (int k = 0; k < around; ++k) {
-            const double angle = 2.0 * std::numbers::pi * k / around, c = std::cos(angle),
-                         s = std::sin(angle);
-            const double power = 2.0 / ring.exponent;
-            mesh.vertices.push_back(ring.centre +
-                                    ring.a * std::copysign(std::pow(std::abs(c), power), c) * ring.u +
-                                    ring.b * std::copysign(std::pow(std::abs(s), power), s) * ring.v);
-        }
-    }
+    const int count = static_cast<int>(rings.size()), around = static_cast<int>(rings.front().size());
+    for (const Polyline& ring : rings) mesh.vertices.insert(mesh.vertices.end(), ring.begin(), ring.end());
     for (int r = 0; r + 1 < count; ++r) {
         for (int k = 0; k < around; ++k) {
             const int a = r * around + k, b = r * around + (k + 1) % around;
@@ -35,8 +26,11 @@ TriangleMesh loft(const std::vector<Ring>& rings, int around) {
         }
     }
     const int first = static_cast<int>(mesh.vertices.size()), last = first + 1;
-    mesh.vertices.push_back(rings.front().centre);
-    mesh.vertices.push_back(rings.back().centre);
+    for (const Polyline* ring : {&rings.front(), &rings.back()}) {
+        Vec3 sum = Vec3::Zero();
+        for (const Vec3& p : *ring) sum += p;
+        mesh.vertices.push_back(sum / around);
+    }
     for (int k = 0; k < around; ++k) {
         const int next = (k + 1) % around, top = (count - 1) * around;
         mesh.triangles.push_back({first, next, k});
@@ -46,6 +40,22 @@ TriangleMesh loft(const std::vector<Ring>& rings, int around) {
         for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
     }
     return mesh;
+}
+
+TriangleMesh loft(const std::vector<Ring>& rings, int around) {
+    std::vector<Polyline> points;
+    for (const Ring& ring : rings) {
+        points.emplace_back();
+        for (int k = 0; k < around; ++k) {
+            const double angle = 2.0 * std::numbers::pi * k / around, c = std::cos(angle),
+                         s = std::sin(angle);
+            const double power = 2.0 / ring.exponent;
+            points.back().push_back(ring.centre +
+                                    ring.a * std::copysign(std::pow(std::abs(c), power), c) * ring.u +
+                                    ring.b * std::copysign(std::pow(std::abs(s), power), s) * ring.v);
+        }
+    }
+    return loft(points);
 }
 
 TriangleMesh tube(const Polyline& path, const Vec3& u, const std::vector<double>& a,
@@ -58,6 +68,23 @@ TriangleMesh tube(const Polyline& path, const Vec3& u, const std::vector<double>
         rings.push_back({path[i], across, along.cross(across), a[i], b[i], 2.0});
     }
     return loft(rings, around);
+}
+
+TriangleMesh star(const Vec3& centre, const std::function<double(const Vec3&)>& radius, int around) {
+    std::vector<Polyline> rings;
+    const int levels = around / 2;
+    for (int i = 0; i <= levels; ++i) {
+        // The outermost rings are small, not points: a point would make its triangles degenerate.
+        const double polar = std::numbers::pi * (i + 0.02 * (levels - 2 * i) / levels) / levels;
+        rings.emplace_back();
+        for (int k = 0; k < around; ++k) {
+            const double angle = 2.0 * std::numbers::pi * k / around;
+            const Vec3 direction(std::sin(polar) * std::cos(angle), std::sin(polar) * std::sin(angle),
+                                 -std::cos(polar));
+            rings.back().push_back(centre + radius(direction) * direction);
+        }
+    }
+    return loft(rings);
 }
 
 TriangleMesh ellipsoid(const Vec3& centre, const Vec3& half_axes, int around) {

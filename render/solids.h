@@ -1,6 +1,7 @@
 #pragma once
 /// Closed solids to build anatomy from.
 
+#include <functional>
 #include <vector>
 
 #include "physics/geometry.h"
@@ -22,6 +23,9 @@ struct Ring {
 /// points.
 physics::TriangleMesh loft(const std::vector<Ring>&, int around);
 
+/// The same over rings of points that are given: all of one length, in the same sense around.
+physics::TriangleMesh loft(const std::vector<physics::Polyline>& rings);
+
 /// Tube of an elliptic section along a path; `u` is the direction of half-axis a, made perpendicular to the
 /// path. `a` and `b` give one value for each point [mm].
 physics::TriangleMesh tube(const physics::Polyline& path, const physics::Vec3& u,
@@ -29,6 +33,10 @@ physics::TriangleMesh tube(const physics::Polyline& path, const physics::Vec3& u
 
 /// Half-axes along x, y and z [mm].
 physics::TriangleMesh ellipsoid(const physics::Vec3& centre, const physics::Vec3& half_axes, int around = 28);
+
+/// The solid whose surface stands `radius(direction)` from its centre [mm], in every unit direction.
+physics::TriangleMesh star(const physics::Vec3& centre,
+                           const std::function<double(const physics::Vec3&)>& radius, int around = 48);
 
 /// Adds the triangles of `other`.
 void append(physics::TriangleMesh& mesh, const physics::TriangleMesh& other);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "physics/mesh_wall.h"
+#include "render/body.h"
 
 namespace engine {
 
@@ -30,6 +31,7 @@ struct Anatomy {
     std::vector<physics::CentrelineBranch> branches;
     std::vector<VesselEnd> ends;
     std::vector<VesselTarget> targets;
+    std::optional<render::BodyPlace> body;  // where in the body the vessels are, when that is known
 
     std::vector<physics::OpenEnd> openings() const;
 };

@@ -53,6 +53,7 @@ public:
         if (number < 0 || number > 100'000'000) refuse("a whole number from 0 is accepted");
         return static_cast<int>(number);
     }
+    bool has(const std::string& key) const { return value_.is_object() && value_.contains(key); }
     bool is_null() const { return value_.is_null(); }
     std::string word() const {
         if (!value_.is_string()) refuse("a text is accepted");
@@ -140,6 +141,17 @@ void read_targets(const Value& list, Anatomy& anatomy) {
     }
 }
 
+render::BodyPlace read_body(const Value& body) {
+    const std::optional<render::Landmark> landmark = render::landmark_named(body["landmark"].word());
+    if (!landmark) {
+        std::string accepted;
+        for (const std::string_view name : render::landmark_names())
+            accepted += fmt::format("{}'{}'", accepted.empty() ? "" : " or ", name);
+        body["landmark"].refuse(accepted + " is accepted");
+    }
+    return {*landmark, body["at"].point()};
+}
+
 json parse_file(const std::filesystem::path& path) {
     std::error_code ignored;
     std::ifstream stream(path, std::ios::binary);
@@ -178,6 +190,7 @@ Anatomy load_anatomy(const std::filesystem::path& path) {
     read_branches(root["branches"], anatomy);
     read_ends(root["ends"], anatomy);
     read_targets(root["targets"], anatomy);
+    if (root.has("body")) anatomy.body = read_body(root["body"]);
 
     const Value mesh = root["mesh"];
     const std::filesystem::path mesh_path = path.parent_path() / mesh["file"].word();

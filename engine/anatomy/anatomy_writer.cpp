@@ -79,21 +79,24 @@ std::string description(const Anatomy& anatomy, const std::string& mesh_file, co
                            {"sample", target.sample}});
     }
     for (const auto& [key, text] : provenance) made[key] = text;
-    const ordered_json root = {{"format", "vessel-anatomy"},
-                               {"version", 1},
-                               {"units", "mm"},
-                               {"frame", "LPS"},
-                               {"name", anatomy.name},
-                               {"mesh",
-                                {{"file", mesh_file},
-                                 {"triangles", anatomy.lumen.triangles.size()},
-                                 {"normals", "outward"},
-                                 {"watertight", anatomy.ends.empty()},
-                                 {"open_ends", anatomy.ends.size()}}},
-                               {"branches", branches(anatomy)},
-                               {"ends", ends},
-                               {"targets", targets},
-                               {"provenance", made}};
+    ordered_json root = {{"format", "vessel-anatomy"},
+                         {"version", 1},
+                         {"units", "mm"},
+                         {"frame", "LPS"},
+                         {"name", anatomy.name},
+                         {"mesh",
+                          {{"file", mesh_file},
+                           {"triangles", anatomy.lumen.triangles.size()},
+                           {"normals", "outward"},
+                           {"watertight", anatomy.ends.empty()},
+                           {"open_ends", anatomy.ends.size()}}},
+                         {"branches", branches(anatomy)},
+                         {"ends", ends},
+                         {"targets", targets},
+                         {"provenance", made}};
+    if (anatomy.body)
+        root["body"] = {{"landmark", render::name_of(anatomy.body->landmark)},
+                        {"at", point(anatomy.body->at)}};
     std::string text = "{";
     for (const auto& [key, value] : root.items())
         text += fmt::format("{}\n\"{}\":{}", text.size() > 1 ? "," : "", key, value.dump());

@@ -17,8 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Raised whenever the same spec gives another mesh.
-constexpr int generator_version = 1;
+/// Raised whenever the same spec gives another mesh or description.
+constexpr int generator_version = 2;
 
 VesselTreeSpec make_spec(const GenerateRequest& request) {
     VesselTreeSpec spec = request.source.ends_with(".toml") ? load_vessel_file(request.source, request.seed)
@@ -50,6 +50,10 @@ std::string fingerprint(const VesselTreeSpec& spec) {
             for (int axis = 0; axis < 3; ++axis) add(branch.points[i][axis]);
             add(branch.radii[i]);
         }
+    }
+    if (spec.body) {
+        add(static_cast<double>(spec.body->landmark));
+        for (int axis = 0; axis < 3; ++axis) add(spec.body->at[axis]);
     }
     for (const NamedTarget& target : spec.targets) {
         for (const char c : target.name + target.branch) add(c);

@@ -54,6 +54,7 @@ Anatomy generate(const VesselTreeSpec& spec, const GeneratorOptions& options) {
 
     Anatomy anatomy;
     anatomy.name = spec.name;
+    anatomy.body = spec.body;
     std::vector<EndCut> cuts;
     for (int b = 0; b < static_cast<int>(tree.branches.size()); ++b) {
         const SampledBranch& branch = tree.branches[b];

@@ -123,6 +123,7 @@ VesselTreeSpec iliac_renal(Draw& draw) {
                 {{-3, -26, -80}, 2.4}},
                0.1),
     };
+    spec.body = {render::Landmark::aortic_bifurcation, Vec3::Zero()};
     spec.targets = {{"LRA", "LRA", 38.5}, {"RRA", "RRA", 42}, {"SMA", "SMA", 60}};
     return spec;
 }
@@ -216,6 +217,7 @@ VesselTreeSpec left_coronary(Draw& draw) {
                 {{-5.5, -1.8, -32.9}, 0.55}},
                0.1),
     };
+    spec.body = {render::Landmark::aortic_valve, Vec3(-2, -8, 0)};
     spec.targets = {{"LAD", "LM+LAD", 101.7}, {"LCX", "LCX", 68}, {"OM1", "OM1", 47.4}};
     return spec;
 }
@@ -259,6 +261,7 @@ VesselTreeSpec right_coronary(Draw& draw) {
                 {{18, -33, -22}, 0.7}},
                0.1),
     };
+    spec.body = {render::Landmark::aortic_valve, Vec3(8, 8, -15)};
     spec.targets = {{"RCA", "RCA+PLV", 90}, {"PDA", "PDA", 35}};
     return spec;
 }
@@ -320,6 +323,7 @@ VesselTreeSpec cerebral(Draw& draw) {
                 {{-2, 12, 1}, 0.6}},
                0.08),
     };
+    spec.body = {render::Landmark::sella, Vec3(-15, -9, 4)};  // midway between the cavernous carotids
     spec.targets = {{"M1", "ICA+M1+M2sup", 95}, {"M2sup", "ICA+M1+M2sup", 120}, {"A2", "A1+A2", 25}};
     return spec;
 }
@@ -491,6 +495,7 @@ VesselTreeSpec arch(Draw& draw, const ArchShape& shape) {
                                     {{2, 5.6, 70.8}, 1.5},
                                     {{2.5, 5.6, 79.1}, 1.5}},
                                    0.1));
+    spec.body = {render::Landmark::aortic_valve, aorta.knots[0].place};
     spec.targets = {{"LICA", "LCCA+LICA", shape.bovine ? 188.0 : 201.3},
                     {"RICA", "RCCA+RICA", 145.4},
                     {"arch", "aorta", shape.bovine ? at_trunk : at_carotid}};
@@ -527,6 +532,7 @@ VesselTreeSpec whole_aorta(Draw& draw) {
         if (child.parent == abdominal.name) child.at += above;
     spec.branches.insert(spec.branches.end(), below.branches.begin() + 1, below.branches.end());
     spec.targets.insert(spec.targets.end(), below.targets.begin(), below.targets.end());
+    spec.body = below.body;
     return spec;
 }
 

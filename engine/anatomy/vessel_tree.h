@@ -2,10 +2,12 @@
 /// A vessel tree as it is described, by named branches through knots with radii, and as it is sampled for the
 /// generator.
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "physics/geometry.h"
+#include "render/body.h"
 
 namespace engine {
 
@@ -57,6 +59,7 @@ struct VesselTreeSpec {
     std::vector<Tortuosity> tortuosities;
     std::vector<Stenosis> stenoses;
     std::vector<Aneurysm> aneurysms;
+    std::optional<render::BodyPlace> body;  // where in the body the vessels are, when that is known
 };
 
 struct SampledBranch {

@@ -1,5 +1,9 @@
 #include "engine/imaging.h"
 
+#include <algorithm>
+#include <map>
+
+#include "engine/anatomy/vessel_presets.h"
 #include "render/path_length.h"
 #include "tests/engine/fixtures.h"
 
@@ -15,6 +19,48 @@ TEST(Imaging, EveryLayerIsClosedWithAndWithoutAPatient) {
     for (const render::TissueLayer& layer : layers) {
         EXPECT_EQ(render::unmatched_edges(layer.mesh), 0) << layer.name;
         EXPECT_EQ(layer.takes_contrast, layer.name == "lumen");
+    }
+}
+
+TEST(Imaging, PatientHasTheOrgansOfTheLandmark) {
+    Scenario scenario = test::small_scenario();
+    scenario.imaging.patient = true;
+    Anatomy anatomy = anatomy_of(scenario);
+    const auto has = [&](const char* name) {
+        const auto layers = tissue_layers(scenario, anatomy);
+        return std::any_of(layers.begin(), layers.end(),
+                           [&](const render::TissueLayer& layer) { return layer.name == name; });
+    };
+    const physics::Vec3 middle = anatomy.branches[0].points[anatomy.branches[0].points.size() / 2];
+    anatomy.body = {render::Landmark::sella, middle};
+    EXPECT_TRUE(has("brain"));
+    EXPECT_FALSE(has("left kidney"));
+    anatomy.body = {render::Landmark::aortic_valve, middle};
+    EXPECT_TRUE(has("heart"));
+    EXPECT_FALSE(has("left kidney"));
+    anatomy.body = {render::Landmark::aortic_bifurcation, middle};
+    EXPECT_TRUE(has("left kidney"));
+    EXPECT_FALSE(has("brain"));
+    anatomy.body.reset();  // as an imported one
+    EXPECT_TRUE(has("left kidney"));
+}
+
+TEST(Imaging, EveryPresetKnowsWhereInTheBodyItIs) {
+    // How high above the bifurcation of the aorta its vessels lie.
+    const std::map<std::string_view, double> lowest = {
+        {"iliac-renal", -250}, {"aorta", -250}, {"lca", 200}, {"rca", 200}, {"cerebral", 560}};
+    for (const VesselPreset& preset : vessel_presets()) {
+        const VesselTreeSpec spec = vessel_preset(preset.name);
+        ASSERT_TRUE(spec.body) << preset.name;
+        const double shift = render::place_in_body(spec.body->landmark).z() - spec.body->at.z();
+        const auto expected = lowest.find(preset.name);
+        const double low = expected == lowest.end() ? 100 : expected->second;  // arches
+        for (const SampledBranch& branch : grow(spec).branches) {
+            for (const physics::Vec3& p : branch.points) {
+                EXPECT_GT(p.z() + shift, low) << preset.name << " " << branch.name;
+                EXPECT_LT(p.z() + shift, 720) << preset.name << " " << branch.name;
+            }
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 #include "engine/anatomy/anatomy.h"
 
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/mesh_topology.h"
@@ -97,6 +98,26 @@ TEST(Anatomy, HoleInTheWallIsRefused) {
     anatomy.lumen.triangles.erase(anatomy.lumen.triangles.begin() + 500);
     ASSERT_EQ(problems(anatomy).size(), 1u);
     EXPECT_NE(problems(anatomy)[0].find("3 edges"), std::string::npos);
+}
+
+TEST(Anatomy, PlaceInTheBodyIsWrittenAndRead) {
+    const test::TemporaryFolder folder;
+    Anatomy anatomy = straight_tube();
+    EXPECT_FALSE(load_anatomy(write_anatomy(anatomy, folder.path(), {})).body);
+    anatomy.body = {render::Landmark::sella, Vec3(1, -2, 3.5)};
+    const std::optional<render::BodyPlace> read =
+        load_anatomy(write_anatomy(anatomy, folder.path(), {})).body;
+    ASSERT_TRUE(read);
+    EXPECT_EQ(read->landmark, render::Landmark::sella);
+    EXPECT_EQ(read->at, Vec3(1, -2, 3.5));
+}
+
+TEST(Anatomy, UnknownLandmarkIsRefusedWithThoseThatThereAre) {
+    const std::string text = refusal_after([](Json& d) {
+        d["body"] = {{"landmark", "knee"}, {"at", {0, 0, 0}}};
+    });
+    EXPECT_NE(text.find("body.landmark: \"knee\" was found"), std::string::npos) << text;
+    EXPECT_NE(text.find("'aortic valve'"), std::string::npos) << text;
 }
 
 TEST(Anatomy, PathFromAnEndLeadsIntoTheLumenAndUpItsParents) {
