@@ -7,7 +7,10 @@ namespace engine {
 Exercise::Exercise(const Scenario& scenario, bool with_images, const ModelCache& cache)
     : simulation_(scenario, cache), scorer_(simulation_) {
     if (!with_images) return;
-    monitor_.emplace(make_fluoroscope(simulation_));
+    ImagingChain imaging =
+        make_imaging(simulation_.scenario(), simulation_.anatomy(), simulation_.contrast());
+    organs_ = std::move(imaging.organs);
+    monitor_.emplace(std::move(imaging.fluoroscope));
     const int pixels = scenario.c_arm.pixels;
     black_ = {pixels, pixels, std::vector<std::uint8_t>(static_cast<std::size_t>(pixels) * pixels, 0)};
 }
@@ -42,7 +45,7 @@ StepReport Exercise::next_frame(std::span<const Command> commands) {
 }
 
 void Exercise::take_pulse() {
-    Pulse pulse = pulse_of(simulation_);
+    Pulse pulse = pulse_of(simulation_, organs_);
     pulse.new_mask = masks_ != simulation_.console().masks();
     masks_ = simulation_.console().masks();
     monitor_->take(std::move(pulse));

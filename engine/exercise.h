@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "engine/imaging.h"
 #include "engine/monitor.h"
 #include "engine/recording.h"
 #include "engine/score.h"
@@ -47,6 +48,7 @@ private:
     Simulation simulation_;
     Scorer scorer_;
     std::optional<Monitor> monitor_;
+    std::vector<BlushingOrgan> organs_;
     std::optional<Recording> recording_;
     render::GrayImage black_;
     int masks_ = 0, references_ = 0;  // asked for and taken

@@ -1,5 +1,6 @@
 #include "engine/imaging.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 
@@ -71,6 +72,14 @@ std::vector<render::TissueLayer> tissue_layers(const Scenario& scenario, const A
 
 namespace {
 
+double volume(const physics::TriangleMesh& closed) {
+    double sum = 0;
+    for (const auto& t : closed.triangles)
+        sum += closed.vertices[t[0]].dot(closed.vertices[t[1]].cross(closed.vertices[t[2]]));
+    constexpr double cubic_mm_per_ml = 1000.0;
+    return sum / 6 / cubic_mm_per_ml;
+}
+
 /// Mean concentration in the blood about the wire, from its joints five apart [mg/ml].
 double along_wire(const ContrastFlow& contrast, std::span<const physics::Vec3> joints) {
     constexpr std::size_t stride = 5;
@@ -83,7 +92,35 @@ double along_wire(const ContrastFlow& contrast, std::span<const physics::Vec3> j
 
 }  // namespace
 
-Pulse pulse_of(const Simulation& simulation) {
+std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer>& layers,
+                                           std::span<const Outlet> outlets) {
+    std::vector<BlushingOrgan> organs;
+    for (std::size_t k = 0; k < outlets.size(); ++k) {
+        int nearest = -1;
+        double least = std::numeric_limits<double>::infinity();
+        for (std::size_t layer = 0; layer < layers.size(); ++layer) {
+            if (!layers[layer].name.ends_with(outlets[k].organ)) continue;
+            physics::Vec3 middle = physics::Vec3::Zero();
+            for (const physics::Vec3& v : layers[layer].mesh.vertices) middle += v;
+            middle /= static_cast<double>(layers[layer].mesh.vertices.size());
+            const double away = (middle - outlets[k].place).norm();
+            if (away >= least) continue;
+            least = away;
+            nearest = static_cast<int>(layer);
+        }
+        if (nearest < 0) continue;
+        const auto known = std::find_if(organs.begin(), organs.end(),
+                                        [&](const BlushingOrgan& organ) { return organ.layer == nearest; });
+        BlushingOrgan& organ =
+            known == organs.end()
+                ? organs.emplace_back(BlushingOrgan{nearest, volume(layers[nearest].mesh), {}})
+                : *known;
+        organ.outlets.push_back(static_cast<int>(k));
+    }
+    return organs;
+}
+
+Pulse pulse_of(const Simulation& simulation, std::span<const BlushingOrgan> organs) {
     const Scenario& scenario = simulation.scenario();
     const Imaging& imaging = scenario.imaging;
     Pulse pulse;
@@ -102,6 +139,11 @@ Pulse pulse_of(const Simulation& simulation) {
     if (contrast.injected() > 0) {
         exposure.vessel_iodine.assign(contrast.iodine().begin(), contrast.iodine().end());
         exposure.wire_iodine = along_wire(contrast, pulse.joints);
+        for (const BlushingOrgan& organ : organs) {
+            double iodine = 0;
+            for (const int outlet : organ.outlets) iodine += contrast.blush()[outlet].iodine;
+            exposure.organs.push_back({organ.layer, iodine / organ.volume});
+        }
     }
     return pulse;
 }
@@ -118,20 +160,18 @@ void remove_contrast(render::Exposure& exposure) {
     exposure.organs.clear();
 }
 
-render::Fluoroscope make_fluoroscope(const Simulation& simulation) {
-    const Scenario& scenario = simulation.scenario();
-    const Anatomy& anatomy = simulation.anatomy();
-    const ContrastFlow& contrast = simulation.contrast();
+ImagingChain make_imaging(const Scenario& scenario, const Anatomy& anatomy, const ContrastFlow& contrast) {
     render::FluoroscopeConfig config;
     config.wire.diameter = scenario.guidewire.diameter;
     config.wire.marker_length = std::min(config.wire.marker_length, scenario.guidewire.tip_length);
     try {
         std::vector<render::TissueLayer> layers = tissue_layers(scenario, anatomy);
-        const physics::TriangleMesh& lumen = layers.back().mesh;
-        render::require_closed("lumen", lumen);
-        render::LumenContrast vessels(lumen, {contrast.nodes().begin(), contrast.nodes().end()},
+        std::vector<BlushingOrgan> organs = blushing_organs(layers, contrast.blood().outlets);
+        for (const BlushingOrgan& organ : organs) layers[organ.layer].perfused = true;
+        render::require_closed("lumen", layers.back().mesh);
+        render::LumenContrast vessels(layers.back().mesh, {contrast.nodes().begin(), contrast.nodes().end()},
                                       {contrast.radii().begin(), contrast.radii().end()});
-        return render::Fluoroscope(config, std::move(layers), std::move(vessels));
+        return {render::Fluoroscope(config, std::move(layers), std::move(vessels)), std::move(organs)};
     } catch (const render::OpenMeshError& error) {
         throw InputError(anatomy.name + ": a closed mesh is needed for imaging: " + error.what());
     } catch (const render::OverlappingMeshError& error) {

@@ -1,6 +1,7 @@
 #pragma once
 /// What of a scenario the beam meets.
 
+#include <span>
 #include <vector>
 
 #include "engine/monitor.h"
@@ -14,13 +15,28 @@ namespace engine {
 /// lumen that capping does not close.
 std::vector<render::TissueLayer> tissue_layers(const Scenario&, const Anatomy&);
 
+/// An organ that is drawn and that contrast reaches.
+struct BlushingOrgan {
+    int layer = 0;             // of the fluoroscope
+    double volume = 0;         // [ml]
+    std::vector<int> outlets;  // of the blood, that feed it
+};
+
+/// For each outlet the nearest layer that its organ's name ends with ("kidney", "left kidney").
+std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer>&, std::span<const Outlet>);
+
+struct ImagingChain {
+    render::Fluoroscope fluoroscope;
+    std::vector<BlushingOrgan> organs;
+};
+
+/// A fluoroscope for the scenario, with the nodes of that contrast. Throws InputError when
+/// it cannot be made.
+ImagingChain make_imaging(const Scenario&, const Anatomy&, const ContrastFlow&);
+
 /// What the console asks for and the beam meets, after the last step.
-Pulse pulse_of(const Simulation&);
+Pulse pulse_of(const Simulation&, std::span<const BlushingOrgan>);
 bool has_contrast(const render::Exposure&);
 void remove_contrast(render::Exposure&);
-
-/// A fluoroscope for the scenario, whose contrast has the nodes of the simulation's. Throws InputError when
-/// it cannot be made.
-render::Fluoroscope make_fluoroscope(const Simulation&);
 
 }  // namespace engine

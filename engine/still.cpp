@@ -20,14 +20,15 @@ render::GrayImage render_still(const Scenario& scenario, const CommandScript& sc
         for (; next != script.commands.end() && next->frame == frame; ++next) simulation.apply(next->command);
         simulation.step();
     }
-    Pulse pulse = pulse_of(simulation);
+    ImagingChain imaging = make_imaging(simulation.scenario(), simulation.anatomy(), simulation.contrast());
+    Pulse pulse = pulse_of(simulation, imaging.organs);
     pulse.arm.lao = request.lao.value_or(pulse.arm.lao);
     pulse.arm.cranial = request.cranial.value_or(pulse.arm.cranial);
     if (const auto wrong = render::problems(pulse.arm); !wrong.empty()) throw InputError(joined(wrong, "; "));
     pulse.mode = ImagingMode::live;
     pulse.exposure.detector_dose = scenario.imaging.detector_dose;
 
-    Monitor monitor(make_fluoroscope(simulation));
+    Monitor monitor(std::move(imaging.fluoroscope));
     if (request.mode != ImagingMode::live) {
         Pulse mask = pulse;
         mask.mode = ImagingMode::dsa;

@@ -5,6 +5,7 @@
 
 #include "engine/anatomy/vessel_presets.h"
 #include "render/path_length.h"
+#include "render/solids.h"
 #include "tests/engine/fixtures.h"
 
 namespace engine {
@@ -68,8 +69,28 @@ TEST(Imaging, LumenThatCappingDoesNotCloseIsRefused) {
     const Scenario scenario = test::small_scenario();
     Anatomy anatomy = anatomy_of(scenario);
     anatomy.lumen.triangles.push_back(anatomy.lumen.triangles.front());
-    const std::string text = test::refusal([&] { make_fluoroscope(scenario, anatomy); });
+    const std::string text = test::refusal([&] { make_imaging(scenario, anatomy, ContrastFlow(anatomy)); });
     EXPECT_NE(text.find("a closed mesh is needed"), std::string::npos) << text;
+}
+
+TEST(Imaging, EachKidneyBlushesBehindItsOwnArtery) {
+    std::vector<render::TissueLayer> layers(3);
+    const char* const names[] = {"trunk", "left kidney", "right kidney"};
+    for (int i = 0; i < 3; ++i) {
+        layers[i].name = names[i];
+        layers[i].mesh = render::ellipsoid(physics::Vec3(i == 1 ? 60 : -60, 0, 0), physics::Vec3(25, 20, 50));
+    }
+    std::vector<Outlet> outlets(3);
+    outlets[0].organ = "leg";
+    outlets[1].organ = outlets[2].organ = "kidney";
+    outlets[1].place = {-40, 0, 5};
+    outlets[2].place = {40, 0, 5};
+    const std::vector<BlushingOrgan> organs = blushing_organs(layers, outlets);
+    ASSERT_EQ(organs.size(), 2u);
+    EXPECT_EQ(organs[0].layer, 2);
+    EXPECT_EQ(organs[0].outlets, std::vector<int>{1});
+    EXPECT_EQ(organs[1].layer, 1);
+    EXPECT_NEAR(organs[1].volume, 4.0 / 3 * 3.14159 * 2.5 * 2 * 5, 2);
 }
 
 }  // namespace engine
