@@ -26,7 +26,7 @@ struct FlowSpec {
     // Reynolds numbers of arteries (Taylor 1954: 10.1 r u*, with a friction velocity u* of 0.07 of the mean);
     // a jet from a catheter mixes at least as well (estimate).
     double dispersion = 0.7;
-    double limit = 300.0;  // of contrast in one session [ml]; see contrast_limit
+    double limit = 300.0;  // of contrast in one procedure [ml]; see contrast_limit
 };
 
 /// Everything wrong with a spec by itself; empty when usable.
