@@ -20,11 +20,11 @@ namespace {
 constexpr double cubic_mm_per_ml = 1000.0;
 constexpr double tissue_density = 1.05;  // [g/ml]
 
-/// What lies behind an end. `demand`: flow per radius cubed at rest relative to a leg's, such that the
-/// generated vessels reach published flows: kidneys 1.1 l/min together, common femoral artery 350 ml/min
-/// (Ultrasound Med Biol 1986;12:777), infrarenal aorta 17.5 ml/s (Les 2010), internal carotid 250 ml/min,
-/// left coronary 200 ml/min. Perfusions after Williams and Leggett 1989. Transit times are those of blood
-/// through capillaries, where contrast blushes; all are rounded, those of gut, leg and trunk are estimates.
+/// What lies behind an end. `demand`: flow at rest per radius cubed relative to a leg's, chosen so that the
+/// generated vessels come near published flows: common femoral artery 350 ± 141 ml/min (Ultrasound Med Biol
+/// 1986;12:777), infrarenal aorta 17.5 ± 5.4 ml/s (Les 2010), both kidneys 1.1 l/min, an internal carotid
+/// 250 ml/min (textbook values). Those of gut, heart and trunk, and all perfusions and transit times of blood
+/// through the small vessels where contrast blushes, are estimates of textbook order.
 struct Organ {
     std::string_view name;
     double demand;     // [-]

@@ -9,6 +9,7 @@
 
 #include "render/path_length.h"
 #include "render/solids.h"
+#include "render/surface_crossings.h"
 
 namespace {
 
@@ -243,6 +244,28 @@ TEST(Contrast, RowSumsArePathLengths) {
     // A bend of 0.1 mm each way moves the mean of rays ¼ pixel off the middle by 0.1·(¼)² = 0.006 mm.
     EXPECT_LT(std::sqrt(square / interior), 0.006);
     EXPECT_NEAR(sum(ours), sum(theirs), 1e-3 * sum(theirs));
+}
+
+TEST(Contrast, RowSumsAreMeansOfFourRays) {
+    Vessel vessels = bent();
+    vessels += Vessel(Vec3(-60, 60, -20), Vec3(60, 60, 30), 5, 40);
+    const CArm arm = oblique();
+    const ContrastMatrix matrix = vessels.contrast().at(arm);
+    const Field sums = thickness(matrix, all(matrix, 1));
+    const auto crossings = render::surface_crossings(vessels.mesh, arm, 2);
+    const double step = render::pixel_width(arm) / arm.sid / 2;
+    for (int j = 0; j < 256; ++j) {
+        for (int i = 0; i < 256; ++i) {
+            double mean = 0;
+            for (int ray = 0; ray < 4; ++ray) {
+                const int u = 2 * i + ray % 2, v = 2 * j + ray / 2;
+                const double x = (u - 255.5) * step, y = (v - 255.5) * step;
+                for (const auto& crossing : crossings.of(u, v))
+                    mean += (crossing.entry ? -0.25 : 0.25) * crossing.depth * std::sqrt(1 + x * x + y * y);
+            }
+            EXPECT_NEAR(sums.values[static_cast<std::size_t>(j) * 256 + i], mean, 2e-4) << i << " " << j;
+        }
+    }
 }
 
 TEST(Contrast, OfAVesselThinnerThanAPixelHasItsVolume) {
