@@ -185,13 +185,13 @@ TriangleMesh sinuses(double wall) {
     };
     for (const Side side : {left, right}) {
         add(side.at(28, -43, -36), {13, 13, 12}, 0.25);
-        for (double y : {-56.0, -45.0, -33.0}) add(side.at(7.5, y, -15.0 - 0.1 * y), {4, 4.6, 6}, 0.15);
+        for (double y : {-56.0, -45.0, -33.0}) add(side.at(7.5, y, -15.0 - 0.1 * y), {4.2, 5.4, 6.5}, 0.3);
     }
     add({0, -14, -16}, {12, 10, 7}, 0.2);
     return air;
 }
 
-/// Nose, mouth and throat down to the larynx.
+/// The throat, from behind the nose down to the larynx.
 TriangleMesh throat() {
     const double larynx = 495.0 - place_in_body(Landmark::sella).z();
     TriangleMesh air;
@@ -199,9 +199,6 @@ TriangleMesh throat() {
         for (Vec3& p : path) p = from_sella(p);
         append(air, tube(path, Vec3::UnitX(), a, b, 16));
     };
-    for (const Side side : {left, right})
-        add({side.at(4, -68, -38), side.at(4.5, -52, -37), side.at(4, -34, -37)}, {0.5, 0.8, 0.5},
-            {6, 11, 8});
     add({{0, -6, -36}, {0, -4, -48}, {0, -3, -66}, {0, -6, -84}, {0, -9, -104}, {0, -8, larynx}},
         {8, 11, 12, 12, 11, 7}, {3, 5, 5, 6, 5, 5});
     return air;

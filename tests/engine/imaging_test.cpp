@@ -38,7 +38,7 @@ TEST(Imaging, PatientHasTheOrgansOfTheLandmark) {
     EXPECT_FALSE(has("left kidney"));
     anatomy.body = {render::Landmark::aortic_valve, middle};
     EXPECT_TRUE(has("heart"));
-    EXPECT_FALSE(has("left kidney"));
+    EXPECT_FALSE(has("brain"));
     anatomy.body = {render::Landmark::aortic_bifurcation, middle};
     EXPECT_TRUE(has("left kidney"));
     EXPECT_FALSE(has("brain"));
