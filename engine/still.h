@@ -11,7 +11,7 @@ namespace engine {
 
 struct StillRequest {
     int frame = 0;                       // of the script, whose commands up to it are carried out
-    std::optional<double> lao, cranial;  // else as the script left the arm [rad]
+    std::optional<double> lao = {}, cranial = {};  // else as the script left the arm [rad]
     ImagingMode mode = ImagingMode::live;
     double iodine = 150;  // DSA and roadmap: fills the vessels when no contrast is in them [mg/ml]
 };
