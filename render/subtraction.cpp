@@ -20,7 +20,7 @@ constexpr float least_signal = 1e-3f;
 /// Of the signal, at least so much is left as primary: behind the densest bone the estimate is too high.
 constexpr float least_primary = 0.2f;
 /// And of the mean close about a pixel, at most so much is scatter, as at the rim of a body in the open beam.
-constexpr float most_scatter = 0.6f;
+constexpr float most_scatter = 0.5f;
 
 }  // namespace
 

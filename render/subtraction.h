@@ -9,7 +9,7 @@ struct SubtractionSpec {
     /// Share of the signal's mean about each pixel that is taken for scatter and removed before the
     /// logarithm: left in, it pales vessels behind bone. Less than there is, or noise would be divided by
     /// nothing.
-    double scatter = 0.30;
+    double scatter = 0.22;
     double scatter_reach = 0.08;  // standard deviation of that mean, in image widths [-]
     double dsa_gain = 190.0;      // grey levels per e-fold of signal
     double dsa_background = 205;  // grey where nothing changed
