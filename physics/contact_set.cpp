@@ -61,7 +61,7 @@ void ContactSet::add(int joint, const Vec3& x, int station) {
 
 void ContactSet::ask() {
     wall_.contacts(at_, answer_);
-    for (std::size_t k = 0; k < answer_.size(); ++k) answer_[k].stiffness *= shares_[index_[k]];
+    for (std::size_t k = 0; k < answer_.size(); ++k) answer_[k].share_stiffness(shares_[index_[k]]);
     queries_ += static_cast<long long>(at_.size());
 }
 

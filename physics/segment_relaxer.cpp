@@ -32,6 +32,11 @@ SegmentRelaxer::SegmentRelaxer(const RelaxerConfig& config) : config_(config), s
         config_.varied_segments = 1;
         config_.bending_curvature = config_.wall_curvature = config_.safeguard = false;
     }
+    if (config_.kind == RelaxerKind::Konings) {
+        config_.varied_segments = 1;
+        config_.bending_curvature = config_.safeguard = false;
+        schedule_ = Schedule(CycleOrder::Uniform);
+    }
 }
 
 void SegmentRelaxer::refresh_tip(const Guidewire& wire, int first) {
@@ -181,20 +186,31 @@ bool SegmentRelaxer::try_turn(Guidewire& wire, ContactSet& contacts, const Tange
     return true;
 }
 
+SegmentRelaxer::Tangents SegmentRelaxer::solve(const Guidewire& wire, const SegmentProblem& problem) const {
+    if (config_.kind == RelaxerKind::Konings) {
+        const int i = varied_[0];
+        const double distal = i < wire.segments() ? wire.spring_constant(i) : 0.0;
+        Tangents target;
+        target.fill(small_turn_step(problem, wire.spring_constant(i - 1) + distal));
+        return target;
+    }
+    return (config_.safeguard ? descending_step(problem) : plain_step(problem)).tangent;
+}
+
 double SegmentRelaxer::update(Guidewire& wire, ContactSet& contacts, int segment, RelaxReport& report) {
     choose_segments(wire, contacts, segment);
     const SegmentProblem problem = local_problem(wire, contacts);
-    const SegmentSolution solution = config_.safeguard ? descending_step(problem) : plain_step(problem);
+    const Tangents target = solve(wire, problem);
     double share = 1;
     const int n = wire.segments();
     for (int m = 0; m < count_; ++m) {
-        if (!solution.tangent[m].allFinite()) return 0;
+        if (!target[m].allFinite()) return 0;
         const double limit = config_.turn_limit / std::sqrt(n + 1.0 - varied_[m]);
-        share = std::min(share, largest_share(problem.tangent[m], solution.tangent[m], limit));
+        share = std::min(share, largest_share(problem.tangent[m], target[m], limit));
     }
     bool moved = false;
     for (int attempt = 0; attempt < kTries && !moved; ++attempt, share *= kTryAgain)
-        moved = try_turn(wire, contacts, solution.tangent, share, config_.safeguard);
+        moved = try_turn(wire, contacts, target, share, config_.safeguard);
     if (!moved) {
         ++report.rejected;
         return 0;
@@ -244,6 +260,10 @@ std::vector<std::string> problems(const RelaxerConfig& c) {
     std::vector<std::string> out;
     if (c.varied_segments < 1 || c.varied_segments > kMostVariedSegments)
         out.push_back("varied_segments must lie in 1 to 5, not " + std::to_string(c.varied_segments) + ".");
+    if (c.kind == RelaxerKind::Geometric || c.kind == RelaxerKind::Combined)
+        out.push_back("the geometrical relaxer is not in this version.");
+    if (c.stored_planes && c.kind != RelaxerKind::Segment && c.kind != RelaxerKind::FirstOrder)
+        out.push_back("stored_planes go with the segment and the first-order relaxer.");
     if (c.separation && (*c.separation < 2 || *c.separation > 200))
         out.push_back("separation must lie in 2 to 200, not " + std::to_string(*c.separation) + ".");
     if (!std::isfinite(c.turn_limit) || c.turn_limit <= 0 || c.turn_limit > 2)

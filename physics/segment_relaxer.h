@@ -30,6 +30,7 @@ private:
     void choose_segments(const Guidewire&, const ContactSet&, int segment);
     bool select_by_estimate(const Guidewire&, const ContactSet&, int last, Vec3& turn);
     SegmentProblem local_problem(const Guidewire&, const ContactSet&) const;
+    Tangents solve(const Guidewire&, const SegmentProblem&) const;
     double update(Guidewire&, ContactSet&, int segment, RelaxReport&);
     bool try_turn(Guidewire&, ContactSet&, const Tangents& target, double share, bool must_descend);
     void refresh_tip(const Guidewire&, int first);
