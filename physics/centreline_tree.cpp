@@ -32,6 +32,17 @@ CentrelineTree::CentrelineTree(std::span<const CentrelineBranch> branches, std::
         }
     }
     if (stations_.empty()) throw std::invalid_argument("the lumen has no centreline");
+    for (const Station& station : stations_) centres_.push_back(station.centre);
+    for (std::size_t b = 0; b < branches.size(); ++b) {
+        // Parents come first; the check that they exist is below.
+        const CentrelineBranch& branch = branches[b];
+        const bool child = branch.parent >= 0 && branch.parent < static_cast<int>(b);
+        const double start = child ? ways_[first[branch.parent] + std::max(0, branch.parent_sample)] : 0.0;
+        first_of_branch_.push_back(first[b]);
+        const std::vector<double> own = ways_along(branch.points, start);
+        ways_.insert(ways_.end(), own.begin(), own.end());
+    }
+    first_of_branch_.push_back(static_cast<int>(stations_.size()));
 
     neighbours_.resize(stations_.size());
     auto link = [&](int a, int b) {
@@ -88,6 +99,13 @@ int CentrelineTree::locate(const Vec3& x, int hint) const {
             if (const double p = stations_[s].power(x); p < least) least = p, best = s, moved = true;
     }
     return best;
+}
+
+VesselWay CentrelineTree::way(int station, const Vec3& x) const {
+    const int branch = stations_[station].branch, first = first_of_branch_[branch];
+    const auto count = static_cast<std::size_t>(first_of_branch_[branch + 1] - first);
+    return vessel_way(std::span(centres_).subspan(first, count), std::span(ways_).subspan(first, count),
+                      station - first, x);
 }
 
 bool CentrelineTree::beyond_an_end(const Vec3& x) const {

@@ -5,7 +5,7 @@
 #include <span>
 #include <string>
 
-#include "physics/geometry.h"
+#include "physics/wall_stiffness.h"
 
 namespace physics {
 
@@ -57,11 +57,17 @@ public:
     bool beyond_an_end(const Vec3& x) const;
     /// Closest point to x of the centreline on both sides of a station.
     Vec3 closest_point(int station, const Vec3& x) const;
+    /// How far x is along the vessels from the start of the station's root branch; a child starts as far as
+    /// its parent is at parent_sample.
+    VesselWay way(int station, const Vec3& x) const;
 
 private:
     std::vector<Station> stations_;
     std::vector<std::vector<int>> neighbours_;
     std::vector<OpenEnd> ends_;
+    std::vector<Vec3> centres_;         // of the stations
+    std::vector<double> ways_;          // of the stations [mm]
+    std::vector<int> first_of_branch_;  // station, and past the last branch the number of stations
 };
 
 }  // namespace physics

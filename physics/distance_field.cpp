@@ -200,9 +200,7 @@ double wide_from(double wanted, double spacing) {
     return wanted != 0 ? std::numeric_limits<double>::infinity() : 15 * spacing;
 }
 
-void check(double stiffness, double wire_radius, double inner) {
-    if (!std::isfinite(stiffness) || stiffness <= 0)
-        throw std::invalid_argument("wall stiffness must be > 0");
+void check(double wire_radius, double inner) {
     if (!(wire_radius >= 0 && wire_radius < inner))
         throw std::invalid_argument("the wire's radius must be >= 0 and below the field's depth of " +
                                     std::to_string(inner) + " mm");
@@ -216,7 +214,8 @@ struct DistanceField::Data {
     std::vector<SheetField> fields;  // per sheet
     double spacing, inner, outer;
     double near;  // walls that do not see one another lie in different sheets when this close [mm]
-    double stiffness, wire_radius;
+    WallStiffness stiffness;
+    double wire_radius;
     std::uint64_t fingerprint;
 
     WallContact contact(const Vec3& x, int hint) const;
@@ -224,13 +223,13 @@ struct DistanceField::Data {
 };
 
 DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const CentrelineBranch> branches,
-                             std::vector<OpenEnd> ends, double stiffness, double wire_radius,
+                             std::vector<OpenEnd> ends, WallStiffness stiffness, double wire_radius,
                              const DistanceFieldOptions& options,
                              const std::function<void(double)>& progress) {
     if (!(options.spacing >= 0 && std::isfinite(options.spacing) && options.inner > 0 && options.outer > 0 &&
           std::isfinite(options.inner + options.outer)))
         throw std::invalid_argument("a distance field's spacing, inner and outer band must be positive");
-    check(stiffness, wire_radius, options.inner);
+    check(wire_radius, options.inner);
     const std::uint64_t print = fingerprint(lumen, branches, ends, options);
     CentrelineTree tree(branches, std::move(ends));
     const double h = chosen_spacing(options.spacing, tree), wide = wide_from(options.spacing, h);
@@ -248,7 +247,7 @@ DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const Centreli
         },
         progress);
     data_.reset(new Data{std::move(tree), std::move(sheets), std::move(fields), h, options.inner,
-                         options.outer, near, stiffness, wire_radius, print});
+                         options.outer, near, std::move(stiffness), wire_radius, print});
 }
 
 DistanceField::DistanceField(std::unique_ptr<Data> data) : data_(std::move(data)) {}
@@ -273,7 +272,7 @@ std::size_t DistanceField::bytes() const {
 WallContact DistanceField::Data::contact(const Vec3& x, int hint) const {
     WallContact c;
     c.station = tree.locate(x, hint);
-    c.stiffness = stiffness;
+    c.stiffness = stiffness.mean();
     const Sleeve sleeve(x, tree.ends(), sheets.ends[c.station], outer, spacing);
     if (sleeve.gone()) {
         c.room = tree.stations()[c.station].radius - wire_radius;
@@ -284,6 +283,7 @@ WallContact DistanceField::Data::contact(const Vec3& x, int hint) const {
         ask_grid(sleeve.seen_at(x), c);
         sleeve.apply(c);
     }
+    if (!stiffness.uniform() && !c.normal.isZero(0)) stiffness.apply(tree.way(c.station, x), c);
     return c;
 }
 
@@ -378,7 +378,7 @@ void DistanceField::save(std::ostream& out) const {
 
 DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
                                   std::span<const CentrelineBranch> branches, std::vector<OpenEnd> ends,
-                                  double stiffness, double wire_radius) {
+                                  WallStiffness stiffness, double wire_radius) {
     char magic[sizeof kMagic];
     std::uint32_t version = 0;
     std::uint64_t head[2] = {};
@@ -412,7 +412,7 @@ DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
     if (print != fingerprint) throw std::runtime_error("the saved distance field is of another lumen");
     read(band, 4);
     read(&count, 1);
-    check(stiffness, wire_radius, band[1]);
+    check(wire_radius, band[1]);
     CentrelineTree tree(branches, std::move(ends));
     VesselSheets sheets = vessel_sheets(tree, band[3]);
     if (sheets.stations.size() != count) throw std::runtime_error("the saved distance field is damaged");
@@ -433,7 +433,7 @@ DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
     }
     return DistanceField(
         std::unique_ptr<Data>(new Data{std::move(tree), std::move(sheets), std::move(fields), band[0],
-                                       band[1], band[2], band[3], stiffness, wire_radius, print}));
+                                       band[1], band[2], band[3], std::move(stiffness), wire_radius, print}));
 }
 
 }  // namespace physics

@@ -9,6 +9,7 @@
 
 #include "physics/centreline_tree.h"
 #include "physics/wall.h"
+#include "physics/wall_stiffness.h"
 
 namespace physics {
 
@@ -38,7 +39,7 @@ public:
     /// [N/mm]. `progress` is told 0 to 1. Throws std::invalid_argument for a mesh or centrelines that
     /// MeshWall refuses, a wire thicker than `inner`, or a field larger than `largest`.
     DistanceField(const TriangleMesh& lumen, std::span<const CentrelineBranch>, std::vector<OpenEnd>,
-                  double stiffness, double wire_radius = 0.0, const DistanceFieldOptions& = {},
+                  WallStiffness stiffness, double wire_radius = 0.0, const DistanceFieldOptions& = {},
                   const std::function<void(double)>& progress = {});
     DistanceField(DistanceField&&) noexcept;
     ~DistanceField() override;
@@ -60,7 +61,7 @@ public:
     /// A saved field for the same branches and ends. Throws std::runtime_error when the stream does not hold,
     /// whole and undamaged, the field with this fingerprint.
     static DistanceField load(std::istream&, std::uint64_t fingerprint, std::span<const CentrelineBranch>,
-                              std::vector<OpenEnd>, double stiffness, double wire_radius = 0.0);
+                              std::vector<OpenEnd>, WallStiffness stiffness, double wire_radius = 0.0);
 
 private:
     struct Data;

@@ -10,7 +10,7 @@ std::vector<WallContact> all_contacts(const Guidewire& wire, const LumenWall& wa
     std::vector<WallContact> contacts(wire.joints.size());
     for (std::size_t i = 0; i < contacts.size(); ++i) contacts[i].station = wire.stations[i];
     wall.contacts(wire.joints, contacts);
-    for (int i = 0; i <= wire.segments(); ++i) contacts[i].stiffness *= wire.wall_share(i);
+    for (int i = 0; i <= wire.segments(); ++i) contacts[i].share_stiffness(wire.wall_share(i));
     return contacts;
 }
 

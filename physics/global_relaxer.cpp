@@ -34,7 +34,7 @@ public:
     SofterWall(const LumenWall& wall, double share) : wall_(wall), share_(share) {}
     void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
         wall_.contacts(joints, contacts);
-        for (WallContact& c : contacts) c.stiffness *= share_;
+        for (WallContact& c : contacts) c.share_stiffness(share_);
     }
 
 private:
@@ -127,7 +127,7 @@ void GlobalRelaxer::model_contact(const WallContact& c, int joint, const Vec3& m
     p = {c.penetration - c.normal.dot(moved), c.stiffness, c.normal, force};
     s.touches = true;
     s.stiffness = c.stiffness * c.normal * c.normal.transpose() + force * c.curvature;
-    s.force = c.stiffness * p.gap * c.normal - force * (c.curvature * moved);
+    s.force = c.stiffness * p.gap * c.normal - force * (c.curvature * moved) + c.stiffening_push();
 }
 
 void GlobalRelaxer::model_axial_force(const Guidewire& wire) {

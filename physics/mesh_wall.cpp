@@ -21,12 +21,13 @@ constexpr double kCentrelineError = 0.1;
 struct MeshWall::Scene {
     TriangleMesh mesh;
     CentrelineTree tree;
-    double stiffness, wire_radius;
+    WallStiffness stiffness;
+    double wire_radius;
     RTCDevice device = nullptr;
     RTCScene scene = nullptr;
 
-    Scene(const TriangleMesh& lumen, CentrelineTree centrelines)
-        : mesh(lumen), tree(std::move(centrelines)) {}
+    Scene(const TriangleMesh& lumen, CentrelineTree centrelines, WallStiffness k, double radius)
+        : mesh(lumen), tree(std::move(centrelines)), stiffness(std::move(k)), wire_radius(radius) {}
     ~Scene() {
         if (scene) rtcReleaseScene(scene);
         if (device) rtcReleaseDevice(device);
@@ -36,7 +37,7 @@ struct MeshWall::Scene {
 };
 
 MeshWall::MeshWall(const TriangleMesh& lumen, std::vector<CentrelineBranch> branches,
-                   std::vector<OpenEnd> ends, double stiffness, double wire_radius) {
+                   std::vector<OpenEnd> ends, WallStiffness stiffness, double wire_radius) {
     if (lumen.triangles.empty()) throw std::invalid_argument("the lumen mesh has no triangles");
     for (const Vec3& v : lumen.vertices)
         if (!v.allFinite()) throw std::invalid_argument("the lumen mesh has a vertex that is not finite");
@@ -44,11 +45,8 @@ MeshWall::MeshWall(const TriangleMesh& lumen, std::vector<CentrelineBranch> bran
         for (int v : t)
             if (v < 0 || v >= static_cast<int>(lumen.vertices.size()))
                 throw std::invalid_argument("the lumen mesh has a triangle with an index out of range");
-    if (!std::isfinite(stiffness) || stiffness <= 0)
-        throw std::invalid_argument("wall stiffness must be > 0");
-    auto scene = std::make_unique<Scene>(lumen, CentrelineTree(branches, std::move(ends)));
-    scene->stiffness = stiffness;
-    scene->wire_radius = wire_radius;
+    auto scene = std::make_unique<Scene>(lumen, CentrelineTree(branches, std::move(ends)),
+                                         std::move(stiffness), wire_radius);
     scene->build_embree();
     scene_ = std::move(scene);
 }
@@ -82,7 +80,7 @@ void MeshWall::Scene::build_embree() {
 WallContact MeshWall::Scene::contact(const Vec3& x, int hint) const {
     WallContact c;
     c.station = tree.locate(x, hint);
-    c.stiffness = stiffness;
+    c.stiffness = stiffness.mean();
     const Station& station = tree.stations()[c.station];
     const double inside = station.radius - (x - station.centre).norm() - wire_radius;
     c.room = station.radius - wire_radius;
@@ -119,6 +117,7 @@ WallContact MeshWall::Scene::contact(const Vec3& x, int hint) const {
     if (normal.dot(way) < 0) normal = -normal;
     c.normal = normal;
     c.penetration = normal.dot(x - p) + wire_radius;
+    if (!stiffness.uniform()) stiffness.apply(tree.way(c.station, x), c);
     return c;
 }
 

@@ -7,6 +7,7 @@
 
 #include "physics/centreline_tree.h"
 #include "physics/wall.h"
+#include "physics/wall_stiffness.h"
 
 namespace physics {
 
@@ -16,7 +17,7 @@ public:
     /// Throws std::invalid_argument for an empty mesh, indices out of range, non-finite numbers or no
     /// centreline.
     MeshWall(const TriangleMesh& lumen, std::vector<CentrelineBranch> branches, std::vector<OpenEnd> ends,
-             double stiffness, double wire_radius = 0.0);
+             WallStiffness stiffness, double wire_radius = 0.0);
     ~MeshWall() override;
 
     void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;

@@ -14,7 +14,14 @@
 
 namespace physics {
 
-enum class RelaxerKind { FirstOrder, Segment, Global };
+enum class RelaxerKind {
+    FirstOrder,  // Eq. 22, M = 1 without A and R
+    Segment,     // second order, M varied segments (Eqs. 26 to 34)
+    Geometric,   // closed pieces of wire between joints that stay (GeometricStep)
+    Combined,    // each update of Segment followed by one of Geometric
+    Konings,     // M = 1 by small turns of a harmonic joint, whole sweeps from the introducer: before Eq. 22
+    Global       // Newton on all segments at once
+};
 enum class CycleOrder {
     Nested,  // the paper's: for k = 1…N, for b = k…N
     Uniform  // the same number of updates as whole sweeps 1…N
@@ -26,9 +33,12 @@ struct RelaxerConfig {
     std::optional<int>
         separation;           // fixed δ between varied segments; empty = chosen per update (Algorithm 2)
     double turn_limit = 0.1;  // Δu_max of Eq. 24 [-]
-    bool bending_curvature = true;  // keep A (off only for the static-contact study)
-    bool wall_curvature = true;     // keep R (likewise)
-    bool safeguard = true;  // descend always (PHYSICS: Section 2); off = the plain method of the paper
+    // Section 3.3 of the paper, without safeguard: (a) both, (b) neither, which is FirstOrder, (c) R alone,
+    // (d) A alone, (e) both with M = 2 and 3.
+    bool bending_curvature = true;  // keep A
+    bool wall_curvature = true;     // keep R
+    bool safeguard = true;       // descend always (PHYSICS: Section 2); off = the plain method of the paper
+    bool stored_planes = false;  // Segment: the wall is asked once a sweep near it only; the same equilibrium
     CycleOrder order = CycleOrder::Nested;
     double tolerance = 1e-8;  // Global: largest |dU/du| over C at rest [-]
 };

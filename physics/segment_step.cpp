@@ -195,6 +195,14 @@ SegmentSolution descending_step(const SegmentProblem& p, int most_iterations) {
     }
 }
 
+Vec3 small_turn_step(const SegmentProblem& p, double sigma) {
+    Newton<1> newton(p);
+    newton.v = p.tangent;
+    newton.sigma[0] = sigma;
+    newton.linearise();
+    return newton.turned(newton.hessian().llt().solve(-newton.gradient()))[0];
+}
+
 double largest_share(const Vec3& u, const Vec3& v, double limit) {
     if (limit >= 2 || (v - u).norm() <= limit) return 1.0;
     // The blend (1−α)u + αv turns by φ when α = sin φ / (sin φ + sin(θ−φ)).

@@ -37,6 +37,10 @@ SegmentSolution plain_step(const SegmentProblem&, int most_iterations = 30);
 /// and an exactly balanced start that is no minimum is kicked along a fixed tangent.
 SegmentSolution descending_step(const SegmentProblem&, int most_iterations = 30);
 
+/// One linear solve for a small turn of a single segment, as before Eq. 22: (σ + P) ε = q in the plane ⟂ u,
+/// σ > 0 the stiffness of its joints [N·mm].
+Vec3 small_turn_step(const SegmentProblem&, double sigma);
+
 /// Eq. 23: the blend (1−α)u + αv, made unit; and the largest α for which |u_new − u| ≤ limit, Eq. 24.
 Vec3 limited_turn(const Vec3& u, const Vec3& v, double alpha);
 double largest_share(const Vec3& u, const Vec3& v, double limit);

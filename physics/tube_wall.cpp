@@ -23,8 +23,11 @@ Vec3 closest_point(const Vec3& a, const Vec3& b, const Vec3& x) {
 
 }  // namespace
 
-TubeWall::TubeWall(Polyline centreline, double radius, double stiffness, double wire_radius)
-    : centreline_(std::move(centreline)), radius_(radius), stiffness_(stiffness), wire_radius_(wire_radius) {
+TubeWall::TubeWall(Polyline centreline, double radius, WallStiffness stiffness, double wire_radius)
+    : centreline_(std::move(centreline)),
+      radius_(radius),
+      stiffness_(std::move(stiffness)),
+      wire_radius_(wire_radius) {
     if (centreline_.size() < 2) throw std::invalid_argument("a tube's centreline needs at least two points");
     for (std::size_t i = 0; i < centreline_.size(); ++i) {
         if (!centreline_[i].allFinite())
@@ -36,8 +39,6 @@ TubeWall::TubeWall(Polyline centreline, double radius, double stiffness, double 
     }
     if (!std::isfinite(radius_) || !(radius_ > wire_radius_))
         throw std::invalid_argument("the tube's radius must be larger than the wire's");
-    if (!std::isfinite(stiffness_) || stiffness_ <= 0)
-        throw std::invalid_argument("wall stiffness must be > 0");
     for (std::size_t begin = 0; begin + 1 < centreline_.size(); begin += kRun) {
         const std::size_t end = std::min(centreline_.size() - 1, begin + kRun);
         Ball ball{centreline_[(begin + end) / 2], 0};
@@ -45,6 +46,7 @@ TubeWall::TubeWall(Polyline centreline, double radius, double stiffness, double 
             ball.radius = std::max(ball.radius, (centreline_[i] - ball.centre).norm() * (1 + 1e-12));
         balls_.push_back(ball);
     }
+    if (!stiffness_.uniform()) ways_ = ways_along(centreline_);
 }
 
 int TubeWall::closest_segment(const Vec3& x, int hint) const {
@@ -104,7 +106,6 @@ Mat3 TubeWall::curvature(const Vec3& along, const Vec3& normal, double distance,
 WallContact TubeWall::contact(const Vec3& x, int hint) const {
     WallContact c;
     c.station = closest_segment(x, hint);
-    c.stiffness = stiffness_;
     const Vec3 &a = centreline_[c.station], &b = centreline_[c.station + 1];
     const double share = closest_share(a, b, x);
     const Vec3 out = x - (a + share * (b - a));
@@ -116,6 +117,8 @@ WallContact TubeWall::contact(const Vec3& x, int hint) const {
         c.curvature = curvature(b - a, c.normal, distance, share == 0 || share == 1);
     }
     c.trust = std::max(0.0, -c.penetration);  // the distance to the centreline changes no faster than x
+    c.stiffness = stiffness_.mean();
+    if (!stiffness_.uniform()) stiffness_.apply(vessel_way(centreline_, ways_, c.station, x), c);
     return c;
 }
 

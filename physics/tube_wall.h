@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "physics/wall.h"
+#include "physics/wall_stiffness.h"
 
 namespace physics {
 
@@ -13,7 +14,7 @@ class TubeWall final : public LumenWall {
 public:
     /// stiffness: k per joint [N/mm]. Throws std::invalid_argument for fewer than two points, repeated or
     /// non-finite points, or a radius not larger than the wire's.
-    TubeWall(Polyline centreline, double radius, double stiffness, double wire_radius = 0.0);
+    TubeWall(Polyline centreline, double radius, WallStiffness stiffness, double wire_radius = 0.0);
 
     void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
 
@@ -32,7 +33,10 @@ private:
     };
     Polyline centreline_;
     std::vector<Ball> balls_;
-    double radius_, stiffness_, wire_radius_;
+    double radius_;
+    WallStiffness stiffness_;
+    double wire_radius_;
+    std::vector<double> ways_;  // of the points, where the stiffness is not uniform [mm]
 };
 
 }  // namespace physics

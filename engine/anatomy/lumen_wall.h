@@ -6,6 +6,7 @@
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/model_cache.h"
 #include "physics/wall.h"
+#include "physics/wall_stiffness.h"
 
 namespace engine {
 
@@ -13,7 +14,7 @@ namespace engine {
 /// It is read from the cache folder when that holds the field of the same mesh, centrelines and version;
 /// else it is made, which takes seconds, and kept there as field-FINGERPRINT.bin. A damaged file is replaced.
 /// Throws std::invalid_argument as physics::DistanceField does.
-std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy&, double stiffness,
+std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy&, physics::WallStiffness stiffness,
                                                           double wire_radius, const ModelCache& = {});
 
 }  // namespace engine
