@@ -73,6 +73,11 @@ BendingTerms bending_terms(const Guidewire& wire, const std::vector<Vec3>& d,
     return terms;
 }
 
+Mat3 neighbour_curvature(const Guidewire& wire, int joint) {
+    const Vec3 &u = wire.tangents[joint], &next = wire.tangents[joint + 1];
+    return wire.spring_constant(joint) / 6 * ((u.dot(next) - 7) * Mat3::Identity() + next * u.transpose());
+}
+
 double bending_energy(const Guidewire& wire) {
     std::vector<Vec3> d;
     if (wire.curved_segments() > 0) d = directors(wire);

@@ -33,6 +33,10 @@ struct BendingTerms {
 BendingTerms bending_terms(const Guidewire&, const std::vector<Vec3>& directors,
                            const std::vector<double>& torque, int segment);
 
+/// What a joint that is straight at rest adds to P of its two segments, both varied: ε_i·this·ε_{i+1} of
+/// Eq. 1.
+Mat3 neighbour_curvature(const Guidewire&, int joint);
+
 double bending_energy(const Guidewire&);  // [N·mm]
 
 }  // namespace physics

@@ -25,10 +25,10 @@ void ContactSet::update(const Guidewire& wire) {
     }
     ask();
     commit();
-    weigh(wire);
+    load_.weigh(wire);
 }
 
-void ContactSet::weigh(const Guidewire& wire) {
+void CarriedLoad::weigh(const Guidewire& wire) {
     load_ = wire.load;
     carried_.clear();
     if (load_.isZero(0)) return;
@@ -36,15 +36,12 @@ void ContactSet::weigh(const Guidewire& wire) {
     for (int i = wire.segments(); i >= 1; --i) carried_[i] = carried_[i + 1] + wire.length_of(i);
 }
 
-double ContactSet::load_energy(std::span<const Vec3> joints, int first) const {
-    if (carried_.empty()) return 0;
+double CarriedLoad::energy(std::span<const Vec3> joints, int first, int last) const {
+    if (none()) return 0;
     Vec3 moved = Vec3::Zero();
-    for (std::size_t i = first; i < joints.size(); ++i) moved += carried_[i] * (joints[i] - joints[i - 1]);
+    const int end = std::min(last + 1, static_cast<int>(joints.size()) - 1);
+    for (int i = first; i <= end; ++i) moved += carried_[i] * (joints[i] - joints[i - 1]);
     return -load_.dot(moved);
-}
-
-double ContactSet::load_scale(int first) const {
-    return carried_.empty() ? 0.0 : load_.norm() * carried_[first] * carried_[first];
 }
 
 void ContactSet::begin() {
@@ -65,15 +62,15 @@ void ContactSet::ask() {
     queries_ += static_cast<long long>(at_.size());
 }
 
-double ContactSet::evaluate(std::span<const Vec3> joints, int first) {
+double ContactSet::evaluate(std::span<const Vec3> joints, int first, int last) {
     begin();
-    for (int i = first; i < static_cast<int>(joints.size()); ++i)
+    for (int i = first; i <= last; ++i)
         if (!known(i, joints[i])) add(i, joints[i], contacts_[i].station);
     ask();
     double energy = 0;
     for (const WallContact& c : answer_)
         if (c.touches()) energy += c.energy();
-    return energy + load_energy(joints, first);
+    return energy + load_.energy(joints, first, last);
 }
 
 void ContactSet::commit() {
@@ -98,17 +95,38 @@ void ContactSet::list_touching() {
     }
 }
 
-double ContactSet::energy(std::span<const Vec3> joints, int first) const {
+double ContactSet::energy(std::span<const Vec3> joints, int first, int last) const {
     double energy = 0;
-    for (auto k = std::lower_bound(touching_.begin(), touching_.end(), first); k != touching_.end(); ++k)
+    for (auto k = std::lower_bound(touching_.begin(), touching_.end(), first);
+         k != touching_.end() && *k <= last; ++k)
         energy += contacts_[*k].energy();
-    return energy + load_energy(joints, first);
+    return energy + load_.energy(joints, first, last);
+}
+
+void ContactSet::start_sweep(Guidewire& wire, int) {
+    rebuild_joints(wire);
+}
+
+double ContactSet::move(Guidewire& wire, std::span<const TailStep> steps, int last) {
+    first_moved_ = steps.front().joint;
+    unmoved_.assign(wire.joints.begin() + first_moved_, wire.joints.begin() + last + 1);
+    Vec3 shift = Vec3::Zero();
+    auto step = steps.begin();
+    for (int i = first_moved_; i <= last; ++i) {
+        if (step != steps.end() && step->joint == i) shift += (step++)->by;
+        wire.joints[i] += shift;
+    }
+    return evaluate(wire.joints, first_moved_, last);
+}
+
+void ContactSet::undo(Guidewire& wire) const {
+    std::copy(unmoved_.begin(), unmoved_.end(), wire.joints.begin() + first_moved_);
 }
 
 PushSum ContactSet::sum_from(int joint) const {
     const auto k = std::lower_bound(touching_.begin(), touching_.end(), joint);
     PushSum sum = k == touching_.end() ? PushSum{} : sums_[k - touching_.begin()];
-    if (!carried_.empty()) sum.force -= carried_[joint] * load_;
+    sum.force -= load_.from(joint);
     return sum;
 }
 

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "physics/geometric_step.h"
 #include "physics/global_relaxer.h"
+#include "physics/stored_planes.h"
 
 namespace physics {
 namespace {
@@ -45,7 +47,8 @@ void SegmentRelaxer::refresh_tip(const Guidewire& wire, int first) {
     tip_torque(wire, directors_, torque_);
 }
 
-void SegmentRelaxer::begin(Guidewire& wire, ContactSet& contacts) {
+template <class Contacts>
+void SegmentRelaxer::begin(Guidewire& wire, Contacts& contacts) {
     rebuild_joints(wire);
     contacts.reset(wire);
     directors_.resize(wire.joints.size());
@@ -54,7 +57,8 @@ void SegmentRelaxer::begin(Guidewire& wire, ContactSet& contacts) {
 }
 
 /// Algorithm 2: of the segments i+5…i+25, the one whose inclusion lowers the estimate of Eq. 37 most.
-bool SegmentRelaxer::select_by_estimate(const Guidewire& wire, const ContactSet& contacts, int last,
+template <class Contacts>
+bool SegmentRelaxer::select_by_estimate(const Guidewire& wire, const Contacts& contacts, int last,
                                         Vec3& turn) {
     const int from = varied_[count_ - 1];
     last = std::min(last, from + kLargestSeparation);
@@ -77,7 +81,8 @@ bool SegmentRelaxer::select_by_estimate(const Guidewire& wire, const ContactSet&
     return true;
 }
 
-void SegmentRelaxer::choose_segments(const Guidewire& wire, const ContactSet& contacts, int segment) {
+template <class Contacts>
+void SegmentRelaxer::choose_segments(const Guidewire& wire, const Contacts& contacts, int segment) {
     varied_[0] = segment;
     count_ = 1;
     const int last = contacts.last_touching();
@@ -100,7 +105,10 @@ void SegmentRelaxer::choose_segments(const Guidewire& wire, const ContactSet& co
     }
 }
 
-SegmentProblem SegmentRelaxer::local_problem(const Guidewire& wire, const ContactSet& contacts) const {
+/// `beyond` is the push of joints that stay where they are however the varied segments turn.
+template <class Contacts>
+SegmentProblem SegmentRelaxer::local_problem(const Guidewire& wire, const Contacts& contacts,
+                                             const PushSum& beyond) const {
     SegmentProblem p;
     p.count = count_;
     std::array<PushSum, kMostVariedSegments> sum;
@@ -108,6 +116,8 @@ SegmentProblem SegmentRelaxer::local_problem(const Guidewire& wire, const Contac
         const int i = varied_[m];
         const BendingTerms bending = bending_terms(wire, directors_, torque_, i);
         sum[m] = contacts.sum_from(i);
+        sum[m].force -= beyond.force;
+        sum[m].stiffness -= beyond.stiffness;
         p.tangent[m] = wire.tangents[i];
         p.pull[m] = bending.pull - wire.lengths[i] * sum[m].force;
         p.curvature[m][m].setZero();
@@ -118,17 +128,21 @@ SegmentProblem SegmentRelaxer::local_problem(const Guidewire& wire, const Contac
             Mat3 wall = Mat3::Zero();
             if (config_.wall_curvature)
                 wall = wire.lengths[varied_[m]] * wire.lengths[varied_[n]] * sum[n].stiffness;
-            if (m == n)
+            if (m == n) {
                 p.curvature[m][m] += wall;
-            else
-                p.curvature[m][n] = p.curvature[n][m] = wall;
+                continue;
+            }
+            if (varied_[n] == varied_[m] + 1) wall += neighbour_curvature(wire, varied_[m]);
+            p.curvature[m][n] = wall;
+            p.curvature[n][m] = wall.transpose();
         }
     return p;
 }
 
-/// Turn the varied segments by `share` of the way to `target`. Where it must descend and does not, nothing
-/// changes.
-bool SegmentRelaxer::try_turn(Guidewire& wire, ContactSet& contacts, const Tangents& target, double share,
+/// Give the varied segments these tangents; joints past `last` stay. Where it must descend and does not,
+/// nothing changes.
+template <class Contacts>
+bool SegmentRelaxer::try_turn(Guidewire& wire, Contacts& contacts, const Tangents& target, int last,
                               bool must_descend) {
     const int n = wire.segments(), first = varied_[0];
     const bool curved = wire.curved_segments() > 0;
@@ -147,27 +161,20 @@ bool SegmentRelaxer::try_turn(Guidewire& wire, ContactSet& contacts, const Tange
         return sum;
     };
     const double bending_before = must_descend ? bending() : 0.0;
-    const double push_before = must_descend ? contacts.energy(wire.joints, first) : 0.0;
+    const double push_before = must_descend ? contacts.energy(wire, first, last) : 0.0;
 
     Tangents old;
-    old_joints_.assign(wire.joints.begin() + first, wire.joints.end());
+    std::array<TailStep, kMostVariedSegments> steps;
     if (curved) old_directors_.assign(directors_.begin() + first, directors_.end());
     for (int m = 0; m < count_; ++m) {
-        Vec3& u = wire.tangents[varied_[m]];
-        old[m] = u;
-        u = limited_turn(u, target[m], share);
-    }
-    Vec3 shift = Vec3::Zero();
-    for (int i = first, m = 0; i <= n; ++i) {
-        if (m < count_ && varied_[m] == i) {
-            shift += wire.lengths[i] * (wire.tangents[i] - old[m]);
-            ++m;
-        }
-        wire.joints[i] += shift;
+        const int i = varied_[m];
+        old[m] = wire.tangents[i];
+        wire.tangents[i] = target[m];
+        steps[m] = {i, wire.lengths[i] * (target[m] - old[m])};
     }
     if (curved) transport_directors(wire, first, directors_);
 
-    const double push_after = contacts.evaluate(wire.joints, first);
+    const double push_after = contacts.move(wire, {steps.data(), static_cast<std::size_t>(count_)}, last);
     if (must_descend) {
         const double bending_after = bending();
         const double change = (bending_after - bending_before) + (push_after - push_before);
@@ -176,7 +183,7 @@ bool SegmentRelaxer::try_turn(Guidewire& wire, ContactSet& contacts, const Tange
         const double rounding = kRounding * scale;
         if (!(change <= rounding)) {
             for (int m = 0; m < count_; ++m) wire.tangents[varied_[m]] = old[m];
-            std::copy(old_joints_.begin(), old_joints_.end(), wire.joints.begin() + first);
+            contacts.undo(wire);
             if (curved) std::copy(old_directors_.begin(), old_directors_.end(), directors_.begin() + first);
             return false;
         }
@@ -197,9 +204,11 @@ SegmentRelaxer::Tangents SegmentRelaxer::solve(const Guidewire& wire, const Segm
     return (config_.safeguard ? descending_step(problem) : plain_step(problem)).tangent;
 }
 
-double SegmentRelaxer::update(Guidewire& wire, ContactSet& contacts, int segment, RelaxReport& report) {
+/// One update of the paper's method; the largest turn it made [-].
+template <class Contacts>
+double SegmentRelaxer::turn_segments(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
     choose_segments(wire, contacts, segment);
-    const SegmentProblem problem = local_problem(wire, contacts);
+    const SegmentProblem problem = local_problem(wire, contacts, {});
     const Tangents target = solve(wire, problem);
     double share = 1;
     const int n = wire.segments();
@@ -208,23 +217,59 @@ double SegmentRelaxer::update(Guidewire& wire, ContactSet& contacts, int segment
         const double limit = config_.turn_limit / std::sqrt(n + 1.0 - varied_[m]);
         share = std::min(share, largest_share(problem.tangent[m], target[m], limit));
     }
-    bool moved = false;
-    for (int attempt = 0; attempt < kTries && !moved; ++attempt, share *= kTryAgain)
-        moved = try_turn(wire, contacts, target, share, config_.safeguard);
-    if (!moved) {
-        ++report.rejected;
-        return 0;
+    Tangents next;
+    for (int attempt = 0; attempt < kTries; ++attempt, share *= kTryAgain) {
+        for (int m = 0; m < count_; ++m) next[m] = limited_turn(problem.tangent[m], target[m], share);
+        if (try_turn(wire, contacts, next, n, config_.safeguard)) return largest_turn(wire, problem);
     }
+    ++report.rejected;
+    return 0;
+}
+
+/// One update of the geometrical method: the piece of wire that begins with this segment.
+template <class Contacts>
+double SegmentRelaxer::turn_piece(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
+    const int n = wire.segments();
+    count_ = std::min(kClosedSegments, n - segment + 1);
+    const bool closed = count_ == kClosedSegments;
+    std::array<double, kClosedSegments> lengths{};
+    for (int m = 0; m < count_; ++m) {
+        varied_[m] = segment + m;
+        lengths[m] = wire.lengths[segment + m];
+    }
+    const int end = segment + count_ - 1;  // joint that a closed piece ends at
+    const SegmentProblem problem = local_problem(wire, contacts, closed ? contacts.sum_from(end) : PushSum{});
+    const GeometricStep step(problem, lengths, closed);
+    double share = 1;
+    for (int attempt = 0; attempt < kTries; ++attempt, share *= kTryAgain) {
+        const auto next = step.turned(share, config_.turn_limit);
+        if (next && try_turn(wire, contacts, *next, closed ? end - 1 : n, true))
+            return largest_turn(wire, problem);
+    }
+    ++report.rejected;
+    return 0;
+}
+
+double SegmentRelaxer::largest_turn(const Guidewire& wire, const SegmentProblem& before) const {
     double turn = 0;
     for (int m = 0; m < count_; ++m)
-        turn = std::max(turn, (wire.tangents[varied_[m]] - problem.tangent[m]).norm());
+        turn = std::max(turn, (wire.tangents[varied_[m]] - before.tangent[m]).norm());
     return turn;
 }
 
-RelaxReport SegmentRelaxer::relax(Guidewire& wire, const LumenWall& wall, const RelaxBudget& budget,
+template <class Contacts>
+double SegmentRelaxer::update(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
+    double turn = 0;
+    if (config_.kind != RelaxerKind::Geometric) turn = turn_segments(wire, contacts, segment, report);
+    if (config_.kind == RelaxerKind::Geometric || config_.kind == RelaxerKind::Combined)
+        turn = std::max(turn, turn_piece(wire, contacts, segment, report));
+    return turn;
+}
+
+template <class Contacts>
+RelaxReport SegmentRelaxer::sweep(Guidewire& wire, Contacts contacts, const RelaxBudget& budget,
                                   const UpdateObserver& observer) {
     RelaxReport report;
-    ContactSet contacts(wall);
     begin(wire, contacts);
     since_sweep_ = 1;
     bool tilted = false;
@@ -242,13 +287,15 @@ RelaxReport SegmentRelaxer::relax(Guidewire& wire, const LumenWall& wall, const 
                 break;
             }
             since_sweep_ = turn.segment == 1 ? 0 : 1;  // only a sweep over the whole wire tells
-            rebuild_joints(wire);
+            contacts.start_sweep(wire, turn.segment);
         }
+        contacts.settle(wire, turn.segment);
         const double turned = update(wire, contacts, turn.segment, report);
         since_sweep_ = std::max(since_sweep_, turned);
         report.largest_turn = std::max(report.largest_turn, turned);
-        if (observer) observer(turn.segment, wire);
+        if (observer) observer(turn.segment, contacts.settled(wire));
     }
+    contacts.settle_all(wire);
     rebuild_joints(wire);
     for (int i = 1; i <= wire.segments(); ++i) wire.stations[i] = contacts.contacts()[i].station;
     report.contacts = contacts.touching();
@@ -256,12 +303,16 @@ RelaxReport SegmentRelaxer::relax(Guidewire& wire, const LumenWall& wall, const 
     return report;
 }
 
+RelaxReport SegmentRelaxer::relax(Guidewire& wire, const LumenWall& wall, const RelaxBudget& budget,
+                                  const UpdateObserver& observer) {
+    if (config_.stored_planes) return sweep(wire, StoredPlanes(wall), budget, observer);
+    return sweep(wire, ContactSet(wall), budget, observer);
+}
+
 std::vector<std::string> problems(const RelaxerConfig& c) {
     std::vector<std::string> out;
     if (c.varied_segments < 1 || c.varied_segments > kMostVariedSegments)
         out.push_back("varied_segments must lie in 1 to 5, not " + std::to_string(c.varied_segments) + ".");
-    if (c.kind == RelaxerKind::Geometric || c.kind == RelaxerKind::Combined)
-        out.push_back("the geometrical relaxer is not in this version.");
     if (c.stored_planes && c.kind != RelaxerKind::Segment && c.kind != RelaxerKind::FirstOrder)
         out.push_back("stored_planes go with the segment and the first-order relaxer.");
     if (c.separation && (*c.separation < 2 || *c.separation > 200))

@@ -26,13 +26,27 @@ public:
 
 private:
     using Tangents = std::array<Vec3, kMostVariedSegments>;
-    void begin(Guidewire&, ContactSet&);
-    void choose_segments(const Guidewire&, const ContactSet&, int segment);
-    bool select_by_estimate(const Guidewire&, const ContactSet&, int last, Vec3& turn);
-    SegmentProblem local_problem(const Guidewire&, const ContactSet&) const;
+    // Contacts is ContactSet, or StoredPlanes for the faster form.
+    template <class Contacts>
+    RelaxReport sweep(Guidewire&, Contacts, const RelaxBudget&, const UpdateObserver&);
+    template <class Contacts>
+    void begin(Guidewire&, Contacts&);
+    template <class Contacts>
+    void choose_segments(const Guidewire&, const Contacts&, int segment);
+    template <class Contacts>
+    bool select_by_estimate(const Guidewire&, const Contacts&, int last, Vec3& turn);
+    template <class Contacts>
+    SegmentProblem local_problem(const Guidewire&, const Contacts&, const PushSum& beyond) const;
     Tangents solve(const Guidewire&, const SegmentProblem&) const;
-    double update(Guidewire&, ContactSet&, int segment, RelaxReport&);
-    bool try_turn(Guidewire&, ContactSet&, const Tangents& target, double share, bool must_descend);
+    template <class Contacts>
+    double update(Guidewire&, Contacts&, int segment, RelaxReport&);
+    template <class Contacts>
+    double turn_segments(Guidewire&, Contacts&, int segment, RelaxReport&);
+    template <class Contacts>
+    double turn_piece(Guidewire&, Contacts&, int segment, RelaxReport&);
+    template <class Contacts>
+    bool try_turn(Guidewire&, Contacts&, const Tangents& target, int last, bool must_descend);
+    double largest_turn(const Guidewire&, const SegmentProblem& before) const;
     void refresh_tip(const Guidewire&, int first);
 
     RelaxerConfig config_;
@@ -40,7 +54,7 @@ private:
     int count_ = 0;  // varied segments of this update
     std::array<int, kMostVariedSegments> varied_{};
     // scratch, kept between calls
-    std::vector<Vec3> directors_, old_directors_, old_joints_;
+    std::vector<Vec3> directors_, old_directors_;
     std::vector<double> torque_;
     double since_sweep_ = 0;  // largest turn since the whole-wire sweep began
 };
