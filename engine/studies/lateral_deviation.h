@@ -41,8 +41,8 @@ public:
     /// |d_i| at the end of cycle `cycle` (from 0), over that at the first record [-].
     double left_after(int cycle) const;
 
-    /// The trace as a few thousand points: the least and the largest d_i of each fifth of a cycle, in the order
-    /// they came in, so that an oscillation is as wide as it was.
+    /// The trace as a few thousand points: the least and the largest d_i of each fifth of a cycle, in the
+    /// order they came in, so that an oscillation is as wide as it was.
     struct Point {
         double cycles, deviation;  // [-], [mm]
     };
@@ -64,7 +64,7 @@ private:
 };
 
 /// Relaxes the wire for so many cycles and lets the traces follow.
-physics::RelaxReport follow(const physics::RelaxerConfig&, physics::Guidewire&, const physics::LumenWall&, int cycles,
-                            std::span<DeviationTrace>);
+physics::RelaxReport follow(const physics::RelaxerConfig&, physics::Guidewire&, const physics::LumenWall&,
+                            int cycles, std::span<DeviationTrace>);
 
 }  // namespace engine

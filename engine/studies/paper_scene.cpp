@@ -12,9 +12,9 @@ namespace engine {
 using physics::Guidewire;
 
 std::string PaperScene::text() const {
-    return fmt::format("scene {}, lumen radius {:g} mm, N = {}, λ = {:g} mm, EI = {:g} N·mm², k = {:g} N/mm a joint",
-                       name, wall->radius(), segments(), start.spec.segment_length, start.spec.shaft_rigidity,
-                       stiffness);
+    return fmt::format(
+        "scene {}, lumen radius {:g} mm, N = {}, λ = {:g} mm, EI = {:g} N·mm², k = {:g} N/mm a joint", name,
+        wall->radius(), segments(), start.spec.segment_length, start.spec.shaft_rigidity, stiffness);
 }
 
 PaperScene paper_scene(const char* name, const SceneChange& change) {
@@ -27,14 +27,15 @@ PaperScene paper_scene(const char* name, const SceneChange& change) {
     const double radius = change.radius > 0 ? change.radius : scene.radius;
     const double stiffness = scene.wall_stiffness * spec.segment_length / scene.segment_length;
     return {name, std::make_shared<physics::TubeWall>(path, radius, stiffness),
-            physics::wire_along(spec, path, change.segments > 0 ? change.segments : scene.segments), stiffness};
+            physics::wire_along(spec, path, change.segments > 0 ? change.segments : scene.segments),
+            stiffness};
 }
 
 NamedMethod paper_method(int varied_segments, int separation) {
     // Okabe and Ito's colours, told apart by the colour-blind.
     constexpr std::array<const char*, 5> colours = {"#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9"};
-    NamedMethod method{fmt::format("M = {}", varied_segments), {},
-                       fmt::format("lc rgb '{}'", colours[varied_segments - 1])};
+    NamedMethod method{
+        fmt::format("M = {}", varied_segments), {}, fmt::format("lc rgb '{}'", colours[varied_segments - 1])};
     method.config.kind = physics::RelaxerKind::Segment;
     method.config.varied_segments = varied_segments;
     method.config.safeguard = false;
@@ -45,26 +46,22 @@ NamedMethod paper_method(int varied_segments, int separation) {
     return method;
 }
 
-namespace {
-
-Rest at_rest(Guidewire wire, const physics::LumenWall& wall) {
+Rest as_it_is(const physics::LumenWall& wall, Guidewire wire) {
     const auto contacts = physics::all_contacts(wire, wall);
     const double gradient = physics::relative_gradient(wire, contacts);
     return {std::move(wire), gradient, physics::total_energy(wire, contacts).total()};
 }
 
-}  // namespace
-
 Rest paper_rest(const PaperScene& scene, int cycles) {
     Guidewire wire = scene.start;
     physics::make_relaxer(paper_method(2).config)
         ->relax(wire, *scene.wall, physics::whole_cycles(wire.segments(), cycles));
-    return at_rest(std::move(wire), *scene.wall);
+    return as_it_is(*scene.wall, std::move(wire));
 }
 
 Rest global_rest(const physics::LumenWall& wall, Guidewire from) {
     physics::make_relaxer({})->relax(from, wall, {1'000'000'000, 0, 0});
-    return at_rest(std::move(from), wall);
+    return as_it_is(wall, std::move(from));
 }
 
 double farthest_joint(const Guidewire& a, const Guidewire& b) {
@@ -74,8 +71,10 @@ double farthest_joint(const Guidewire& a, const Guidewire& b) {
     return farthest;
 }
 
-std::string series(const std::string& table, const std::string& series, int x, int y, const std::string& look) {
-    return fmt::format("'{}.csv' skip 1 using (strcol(1) eq '{}' ? ${} : 1/0):{} {}", table, series, x, y, look);
+std::string series(const std::string& table, const std::string& series, int x, int y,
+                   const std::string& look) {
+    return fmt::format("'{}.csv' skip 1 using (strcol(1) eq '{}' ? ${} : 1/0):{} {}", table, series, x, y,
+                       look);
 }
 
 }  // namespace engine

@@ -42,11 +42,13 @@ struct NamedMethod {
 /// is chosen by Algorithm 2.
 NamedMethod paper_method(int varied_segments, int separation = 0);
 
+/// A wire, and how near to rest it is.
 struct Rest {
     physics::Guidewire wire;
     double gradient = 0;  // |g|/C [-]
     double energy = 0;    // [N·mm]
 };
+Rest as_it_is(const physics::LumenWall&, physics::Guidewire);
 /// What the paper takes for equilibrium: the wire after 200 cycles, here with M = 2.
 Rest paper_rest(const PaperScene&, int cycles = 200);
 /// To a gradient over C of 1e-8, by the global relaxer.
@@ -55,6 +57,7 @@ Rest global_rest(const physics::LumenWall&, physics::Guidewire from);
 double farthest_joint(const physics::Guidewire&, const physics::Guidewire&);  // [mm]
 
 /// One curve for gnuplot's plot: the rows of NAME.csv whose first cell is `series`, its columns x and y.
-std::string series(const std::string& table, const std::string& series, int x, int y, const std::string& look);
+std::string series(const std::string& table, const std::string& series, int x, int y,
+                   const std::string& look);
 
 }  // namespace engine

@@ -66,7 +66,8 @@ std::vector<std::string> run_all_studies(const std::filesystem::path& out, const
     for (const Study& study : studies) {
         if (options.progress)
             each.progress = [&](StudyProgress p) {
-                p.what = fmt::format("study {}/{}, {}: {}", results.size() + 1, studies.size(), study.id, p.what);
+                p.what =
+                    fmt::format("study {}/{}, {}: {}", results.size() + 1, studies.size(), study.id, p.what);
                 options.progress(p);
             };
         StudyResult result = study.run(each);

@@ -54,14 +54,14 @@ const Run& find(const std::vector<Run>& runs, int varied, int separation) {
     });
 }
 
-std::vector<Claim> claims(const std::vector<Run>& runs, const std::vector<int>& separations, int joint, int cycles) {
+std::vector<Claim> claims(const std::vector<Run>& runs, const std::vector<int>& separations, int joint,
+                          int cycles) {
     std::vector<Claim> list;
-    const std::string measure =
-        fmt::format("Least cycles after which |d_{}| stays within 0.1 mm.", joint);
+    const std::string measure = fmt::format("Least cycles after which |d_{}| stays within 0.1 mm.", joint);
     for (const int varied : {2, 3}) {
         const double best = best_separation(runs, 0, varied);
-        list.push_back({fmt::format("Fig. 5{}: separation of the fastest M = {} [segments]", varied == 2 ? 'a' : 'b',
-                                    varied),
+        list.push_back({fmt::format("Fig. 5{}: separation of the fastest M = {} [segments]",
+                                    varied == 2 ? 'a' : 'b', varied),
                         std::string("10 to 20"), best, best >= 10 && best <= 20, measure});
     }
     const Run& single = find(runs, 1, 0);
@@ -75,9 +75,10 @@ std::vector<Claim> claims(const std::vector<Run>& runs, const std::vector<int>& 
         faster = faster && run.settled[0] < single.settled[0];
         cycles_of += fmt::format("δ = {}: {}, ", delta, cycles_text(run.settled[0]));
     }
-    list.push_back({"Fig. 5a: M = 2 with δ of 2 to 5 and from 30 on is slow, still faster than M = 1 [cycles]",
-                    std::string("slower than the best, faster than M = 1"),
-                    cycles_of + "M = 1: " + cycles_text(single.settled[0]), slow && faster, measure});
+    list.push_back(
+        {"Fig. 5a: M = 2 with δ of 2 to 5 and from 30 on is slow, still faster than M = 1 [cycles]",
+         std::string("slower than the best, faster than M = 1"),
+         cycles_of + "M = 1: " + cycles_text(single.settled[0]), slow && faster, measure});
     int won = 0;
     std::string lost;
     for (const int delta : separations) {
@@ -85,25 +86,28 @@ std::vector<Claim> claims(const std::vector<Run>& runs, const std::vector<int>& 
         if (three < two)
             ++won;
         else
-            lost += fmt::format(" δ = {}: M = 3 {}, M = 2 {} cycles.", delta, cycles_text(three), cycles_text(two));
+            lost += fmt::format(" δ = {}: M = 3 {}, M = 2 {} cycles.", delta, cycles_text(three),
+                                cycles_text(two));
     }
     list.push_back({"Fig. 5: separations at which M = 3 is faster than M = 2, of those tried",
                     static_cast<double>(separations.size()), static_cast<double>(won),
                     won == static_cast<int>(separations.size()),
                     lost.empty() ? measure
-                                 : measure + lost + " The tube is another than the paper's, and which contacts lie "
-                                                    "between segments so far apart is its own."});
+                                 : measure + lost +
+                                       " The tube is another than the paper's, and which contacts lie "
+                                       "between segments so far apart is its own."});
     const double usual = best_separation(runs, 0, 2), coarse = best_separation(runs, 1, 2),
                  wide = best_separation(runs, 2, 2);
     const std::string coarse_note =
         "Asked the other way round, at twice the λ, where a cycle costs an eighth. " + measure;
-    list.push_back({"Section 3.1: the optimal δ is larger for smaller λ: best at λ = 1 mm, and at 2 mm [segments]",
-                    std::string("larger at 1 mm"), fmt::format("{:g} and {:g}", usual, coarse), usual > coarse,
-                    coarse_note});
-    list.push_back({"Section 3.1: the optimal δ is larger in a wider lumen: best at a radius of 1 mm, and of 2 mm "
-                    "[segments]",
-                    std::string("larger at 2 mm"), fmt::format("{:g} and {:g}", usual, wide), wide > usual,
-                    measure});
+    list.push_back(
+        {"Section 3.1: the optimal δ is larger for smaller λ: best at λ = 1 mm, and at 2 mm [segments]",
+         std::string("larger at 1 mm"), fmt::format("{:g} and {:g}", usual, coarse), usual > coarse,
+         coarse_note});
+    list.push_back(
+        {"Section 3.1: the optimal δ is larger in a wider lumen: best at a radius of 1 mm, and of 2 mm "
+         "[segments]",
+         std::string("larger at 2 mm"), fmt::format("{:g} and {:g}", usual, wide), wide > usual, measure});
     const double per_cycle = static_cast<double>(single.records) / cycles, rule = 0.5 * joint * (joint + 1.0);
     list.push_back({"Section 3: records of d_i in a cycle are i(i+1)/2 in number", rule, per_cycle,
                     std::abs(per_cycle - rule) < 1e-9, fmt::format("i = {}, M = 1.", joint)});
@@ -117,20 +121,23 @@ Plot picture(const std::vector<int>& separations, const std::vector<Run>& runs, 
         "set ylabel 'lateral deviation d_{{{}}} [mm]'\n",
         setting.joint);
     for (const int varied : {2, 3}) {
-        plot.commands += varied == 2 ? "set title '(a) two varied segments'\nset xlabel ''\n"
-                                     : "set title '(b) three varied segments'\nset xlabel 'relaxation cycles'\n";
-        plot.commands += "plot " + series("separation", "M = 1", 2, 3, "with lines lc rgb '#999999' title 'M = 1'");
+        plot.commands += varied == 2
+                             ? "set title '(a) two varied segments'\nset xlabel ''\n"
+                             : "set title '(b) three varied segments'\nset xlabel 'relaxation cycles'\n";
+        plot.commands +=
+            "plot " + series("separation", "M = 1", 2, 3, "with lines lc rgb '#999999' title 'M = 1'");
         for (std::size_t k = 0; k < separations.size(); ++k) {
             const Run& run = find(runs, varied, separations[k]);
             plot.commands += ", \\\n     " + series("separation", run.name(), 2, 3,
-                                                    fmt::format("with lines lc rgb '{}' title 'δ = {}'", kColours[k],
-                                                                separations[k]));
+                                                    fmt::format("with lines lc rgb '{}' title 'δ = {}'",
+                                                                kColours[k], separations[k]));
         }
         plot.commands += "\n";
     }
     plot.commands += "unset multiplot\n";
     plot.caption = fmt::format(
-        "Lateral deviation of joint {} against relaxation cycles for M = 1 and for two and three varied segments at a "
+        "Lateral deviation of joint {} against relaxation cycles for M = 1 and for two and three varied "
+        "segments at a "
         "fixed separation δ (the paper's Fig. 5): {}.",
         setting.joint, setting.scene.text());
     return plot;
@@ -165,10 +172,12 @@ StudyResult run_separation(const StudyOptions& options) {
         const ReferenceCurve curve(rests[run.setting].wire.joints);
         DeviationTrace trace(curve, setting.joint, setting.scene.segments());
         physics::Guidewire wire = setting.scene.start;
-        follow(paper_method(run.varied, run.separation).config, wire, *setting.scene.wall, cycles, {&trace, 1});
+        follow(paper_method(run.varied, run.separation).config, wire, *setting.scene.wall, cycles,
+               {&trace, 1});
         run.points = trace.points();
         run.records = trace.records();
-        for (int limit = 0; limit < 3; ++limit) run.settled[limit] = trace.settled(DeviationTrace::kLimits[limit]);
+        for (int limit = 0; limit < 3; ++limit)
+            run.settled[limit] = trace.settled(DeviationTrace::kLimits[limit]);
         return fmt::format("{} {}", run.name(), setting.what);
     });
 
@@ -180,8 +189,9 @@ StudyResult run_separation(const StudyOptions& options) {
                   {}};
     for (const Run& run : runs) {
         const Setting& setting = settings[run.setting];
-        settled.add({setting.what.empty() ? std::string("as it is") : setting.what, static_cast<double>(run.varied),
-                     static_cast<double>(run.separation), run.settled[0], run.settled[1], run.settled[2]});
+        settled.add({setting.what.empty() ? std::string("as it is") : setting.what,
+                     static_cast<double>(run.varied), static_cast<double>(run.separation), run.settled[0],
+                     run.settled[1], run.settled[2]});
         if (run.setting != 0) continue;
         for (const auto& point : run.points) traces.add({run.name(), point.cycles, point.deviation});
     }
@@ -189,12 +199,13 @@ StudyResult run_separation(const StudyOptions& options) {
     result.plots = {picture(separations, runs, settings[0])};
     result.page = claims_page(
         "separation", "How far apart varied segments should be",
-        fmt::format("The wire starts on the centreline: {}. The reference curve of the lateral deviation is the wire "
-                    "after {} cycles with M = 2 and chosen separations, where the largest gradient over C is {:.1e}. "
-                    "Methods are the paper's, without safeguard. Other settings: λ = 2 mm with half the segments and "
-                    "the wall as stiff per length; a lumen of radius 2 mm.\n\n## Cycles until the deviation stays "
-                    "within a limit\n\n{}",
-                    settings[0].scene.text(), options.quick ? 40 : 200, rests[0].gradient, to_markdown(settled)),
+        fmt::format(
+            "The wire starts on the centreline: {}. The reference curve of the lateral deviation is the wire "
+            "after {} cycles with M = 2 and chosen separations, where the largest gradient over C is {:.1e}. "
+            "Methods are the paper's, without safeguard. Other settings: λ = 2 mm with half the segments and "
+            "the wall as stiff per length; a lumen of radius 2 mm.\n\n## Cycles until the deviation stays "
+            "within a limit\n\n{}",
+            settings[0].scene.text(), options.quick ? 40 : 200, rests[0].gradient, to_markdown(settled)),
         result, options);
     result.tables = {std::move(traces), std::move(settled)};
     return result;

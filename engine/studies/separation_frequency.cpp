@@ -69,20 +69,21 @@ std::vector<Claim> claims(const std::vector<Frequencies>& all) {
     const Frequencies &two = all[0], &three = all[1], &four = all[2];
     const double at_5 = two.percent(0, kLeast), at_25 = two.percent(0, kLargest), rise = largest_rise(two, 0);
     const std::string shape =
-        "Which separations pay is told by the contacts between the segments: another tube, other frequencies.";
+        "Which separations pay is told by the contacts between the segments: another tube, other "
+        "frequencies.";
     std::vector<Claim> list;
     list.push_back({"Fig. 9: with M = 2, δ1 = 5 is chosen somewhat more often than δ1 = 25 [%]",
-                    std::string("somewhat more often"), fmt::format("{:.1f} against {:.1f}", at_5, at_25), at_5 > at_25,
-                    "Of all choices in the cycles."});
-    list.push_back({"Fig. 9: with M = 2 the frequency of δ1 falls monotonically: largest rise to a larger δ1 [%]", 0.0,
-                    rise, rise <= 0,
-                    fmt::format("Least often chosen: δ1 = {}. {}",
-                                std::min_element(two.counts[0].begin() + kLeast, two.counts[0].end()) -
-                                    two.counts[0].begin(),
-                                shape)});
-    const std::string of_three = peaks(three, 0) + "; " + peaks(three, 1), of_four = peaks(four, 0) + "; " +
-                                                                                    peaks(four, 1) + "; " +
-                                                                                    peaks(four, 2);
+                    std::string("somewhat more often"), fmt::format("{:.1f} against {:.1f}", at_5, at_25),
+                    at_5 > at_25, "Of all choices in the cycles."});
+    list.push_back(
+        {"Fig. 9: with M = 2 the frequency of δ1 falls monotonically: largest rise to a larger δ1 [%]", 0.0,
+         rise, rise <= 0,
+         fmt::format(
+             "Least often chosen: δ1 = {}. {}",
+             std::min_element(two.counts[0].begin() + kLeast, two.counts[0].end()) - two.counts[0].begin(),
+             shape)});
+    const std::string of_three = peaks(three, 0) + "; " + peaks(three, 1),
+                      of_four = peaks(four, 0) + "; " + peaks(four, 1) + "; " + peaks(four, 2);
     list.push_back({"Fig. 9: with M = 3 and M = 4 some peaks appear: at δ1; δ2; δ3", std::string("some"),
                     fmt::format("M = 3: {}, M = 4: {}", of_three, of_four),
                     of_three.find_first_of("0123456789") != std::string::npos &&
@@ -103,17 +104,19 @@ Plot picture(const PaperScene& scene, int cycles) {
         "set boxwidth 0.26\nset xtics 5,1,25\nset xrange [4.4:25.6]\nset yrange [0:*]\nset key top right\n"
         "set ylabel 'chosen [%]'\n";
     for (int m = 2; m <= kMost; ++m) {
-        plot.commands += fmt::format("set title 'M = {}'\nset xlabel '{}'\nplot ", m, m == kMost ? "separation δ [segments]" : "");
+        plot.commands += fmt::format("set title 'M = {}'\nset xlabel '{}'\nplot ", m,
+                                     m == kMost ? "separation δ [segments]" : "");
         for (int k = 0; k < m - 1; ++k)
-            plot.commands += fmt::format("{}'separation_frequency.csv' skip 1 using ($1 == {} && $2 == {} ? $3 + {} : "
-                                         "1/0):4 with boxes lc rgb '{}' title 'δ_{}'",
-                                         k > 0 ? ", \\\n     " : "", m, k + 1, 0.28 * (k - 0.5 * (m - 2)), kColours[k],
-                                         k + 1);
+            plot.commands += fmt::format(
+                "{}'separation_frequency.csv' skip 1 using ($1 == {} && $2 == {} ? $3 + {} : "
+                "1/0):4 with boxes lc rgb '{}' title 'δ_{}'",
+                k > 0 ? ", \\\n     " : "", m, k + 1, 0.28 * (k - 0.5 * (m - 2)), kColours[k], k + 1);
         plot.commands += "\n";
     }
     plot.commands += "unset multiplot\n";
-    plot.caption = fmt::format("How often Algorithm 2 chooses each separation in {} cycles (the paper's Fig. 9): {}.", cycles,
-                               scene.text());
+    plot.caption =
+        fmt::format("How often Algorithm 2 chooses each separation in {} cycles (the paper's Fig. 9): {}.",
+                    cycles, scene.text());
     return plot;
 }
 
@@ -129,19 +132,21 @@ StudyResult run_separation_frequency(const StudyOptions& options) {
         return fmt::format("M = {}", 2 + k);
     });
     StudyResult result;
-    Table table{"separation_frequency", {"varied_segments", "index", "separation", "chosen_percent", "count"}, {}};
+    Table table{
+        "separation_frequency", {"varied_segments", "index", "separation", "chosen_percent", "count"}, {}};
     for (int m = 2; m <= kMost; ++m)
         for (int k = 0; k < m - 1; ++k)
             for (int delta = kLeast; delta <= kLargest; ++delta)
-                table.add({static_cast<double>(m), k + 1.0, static_cast<double>(delta), all[m - 2].percent(k, delta),
-                           static_cast<double>(all[m - 2].counts[k][delta])});
+                table.add({static_cast<double>(m), k + 1.0, static_cast<double>(delta),
+                           all[m - 2].percent(k, delta), static_cast<double>(all[m - 2].counts[k][delta])});
     result.claims = claims(all);
     result.plots = {picture(scene, cycles)};
-    result.page = claims_page("separation-frequency", "Which separations Algorithm 2 chooses",
-                              fmt::format("From the centreline, {} cycles with the paper's method, without safeguard: "
-                                          "{}.",
-                                          cycles, scene.text()),
-                              result, options);
+    result.page =
+        claims_page("separation-frequency", "Which separations Algorithm 2 chooses",
+                    fmt::format("From the centreline, {} cycles with the paper's method, without safeguard: "
+                                "{}.",
+                                cycles, scene.text()),
+                    result, options);
     result.tables = {std::move(table)};
     return result;
 }

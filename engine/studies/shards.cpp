@@ -36,9 +36,12 @@ const PieceWork& pieces_of(const Study& study) {
 
 /// What must be equal in all shards of a run.
 Json identity(const Study& study, const StudyOptions& options, int shards) {
-    return {{"study", study.id},         {"program", options.program},
-            {"quick", options.quick},    {"seed", options.seed},
-            {"shards", shards},          {"pieces", study.in_pieces->pieces(options)},
+    return {{"study", study.id},
+            {"program", options.program},
+            {"quick", options.quick},
+            {"seed", options.seed},
+            {"shards", shards},
+            {"pieces", study.in_pieces->pieces(options)},
             {"columns", study.in_pieces->columns(options)}};
 }
 
@@ -97,12 +100,13 @@ void check_same_run(const Json& own, const Json& expected, const std::filesystem
 Shard parse_shard(std::string_view text) {
     const std::size_t slash = text.find('/');
     if (slash != std::string_view::npos) {
-        const auto index = parse_integer(text.substr(0, slash)), count = parse_integer(text.substr(slash + 1));
+        const auto index = parse_integer(text.substr(0, slash)),
+                   count = parse_integer(text.substr(slash + 1));
         if (index && count && *index >= 1 && *index <= *count && *count <= kMostShards)
             return {*index, *count};
     }
-    throw InputError(fmt::format("--shard: '{}' was found; i/n with 1 <= i <= n <= {} is accepted", text,
-                                 kMostShards));
+    throw InputError(
+        fmt::format("--shard: '{}' was found; i/n with 1 <= i <= n <= {} is accepted", text, kMostShards));
 }
 
 void run_shard(const Study& study, const Shard& shard, const std::filesystem::path& out,
@@ -146,8 +150,8 @@ std::vector<std::string> merge_shards(std::span<const std::filesystem::path> fol
         const auto index = json["shard"].get<std::uint64_t>();
         if (index < 1 || index > shards.size()) refuse(file, "the shard is damaged; run it again");
         if (shards[index - 1])
-            refuse(file, fmt::format("shard {}/{} was given twice; each once is accepted", index,
-                                     shards.size()));
+            refuse(file,
+                   fmt::format("shard {}/{} was given twice; each once is accepted", index, shards.size()));
         shards[index - 1] = rows_of(json, file, static_cast<int>(index));
     }
     Rows rows;

@@ -19,8 +19,8 @@ struct Shard {
 /// "i/n", 1 ≤ i ≤ n. Throws InputError.
 Shard parse_shard(std::string_view);
 
-/// Runs one share and leaves shard.csv, its rows, and shard.json, what they belong to. Throws InputError, before
-/// any work: the study has no pieces, there are more shards than pieces, the folder cannot be written.
+/// Runs one share and leaves shard.csv, its rows, and shard.json, what they belong to. Throws InputError,
+/// before any work: the study has no pieces, there are more shards than pieces, the folder cannot be written.
 void run_shard(const Study&, const Shard&, const std::filesystem::path& out, const StudyOptions&);
 
 /// Makes of the shards in these folders, given in any order, what the whole run would have left. Returns

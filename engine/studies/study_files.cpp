@@ -87,8 +87,8 @@ std::string studies_html(const std::vector<std::pair<const Study*, StudyResult>>
         html += fmt::format("<h3>{}</h3>\n{}", study->id, claims_html(result.claims));
     }
     for (const auto& [study, result] : results) {
-        html += fmt::format("<h2 id=\"{0}\">{0}</h2>\n<p>{1} <a href=\"{0}/{0}.md\">Its page</a>; tables:", study->id,
-                            escaped(study->question));
+        html += fmt::format("<h2 id=\"{0}\">{0}</h2>\n<p>{1} <a href=\"{0}/{0}.md\">Its page</a>; tables:",
+                            study->id, escaped(study->question));
         for (const Table& table : result.tables)
             html += fmt::format(" <a href=\"{}/{}.csv\">{}</a>", study->id, table.name, table.name);
         html += "</p>\n";

@@ -81,11 +81,12 @@ void claim_records(const std::vector<Run>& runs, const Sizes& size, std::vector<
     for (std::size_t k = 0; k < size.joints.size(); ++k) {
         const int i = size.joints[k], cycles = k < 2 ? size.cycles : size.short_cycles;
         const double records = static_cast<double>(runs[0].traces[k].records()) / size.cycles * cycles;
-        claims.push_back({fmt::format("Fig. {}: records of d_{} in {} cycles", 6 + k, i, cycles), published[k], records,
-                          std::abs(records - published[k]) < 500,
-                          fmt::format("i(i+1)/2 a cycle, as Section 3 says; the published number is (i+1)(i+2)/2 = {} a "
-                                      "cycle, joints counted from 0.",
-                                      (i + 1) * (i + 2) / 2)});
+        claims.push_back(
+            {fmt::format("Fig. {}: records of d_{} in {} cycles", 6 + k, i, cycles), published[k], records,
+             std::abs(records - published[k]) < 500,
+             fmt::format("i(i+1)/2 a cycle, as Section 3 says; the published number is (i+1)(i+2)/2 = {} a "
+                         "cycle, joints counted from 0.",
+                         (i + 1) * (i + 2) / 2)});
     }
 }
 
@@ -99,96 +100,112 @@ void claim_joints(const std::vector<Run>& runs, const Sizes& size, std::vector<C
         return text;
     };
     const int half = size.cycles / 2;
+    claims.push_back({fmt::format("Fig. 6: d_{} with δ = 15 is faster at the beginning than with chosen δ; "
+                                  "part of it left after 5 "
+                                  "cycles",
+                                  size.joints[0]),
+                      std::string("less with δ = 15"),
+                      fmt::format("M = 2: {:.3f} against {:.3f}, M = 3: {:.3f} against {:.3f}",
+                                  runs[kTwoFixed].traces[0].left_after(4), runs[1].traces[0].left_after(4),
+                                  runs[kThreeFixed].traces[0].left_after(4), runs[2].traces[0].left_after(4)),
+                      runs[kTwoFixed].traces[0].left_after(4) < runs[1].traces[0].left_after(4) &&
+                          runs[kThreeFixed].traces[0].left_after(4) < runs[2].traces[0].left_after(4)});
+    const auto noise = [&](int run, int k) {
+        return largest_amplitude(runs[run].traces[k], half, size.cycles);
+    };
     claims.push_back(
-        {fmt::format("Fig. 6: d_{} with δ = 15 is faster at the beginning than with chosen δ; part of it left after 5 "
-                     "cycles",
-                     size.joints[0]),
-         std::string("less with δ = 15"),
-         fmt::format("M = 2: {:.3f} against {:.3f}, M = 3: {:.3f} against {:.3f}", runs[kTwoFixed].traces[0].left_after(4),
-                     runs[1].traces[0].left_after(4), runs[kThreeFixed].traces[0].left_after(4),
-                     runs[2].traces[0].left_after(4)),
-         runs[kTwoFixed].traces[0].left_after(4) < runs[1].traces[0].left_after(4) &&
-             runs[kThreeFixed].traces[0].left_after(4) < runs[2].traces[0].left_after(4)});
-    const auto noise = [&](int run, int k) { return largest_amplitude(runs[run].traces[k], half, size.cycles); };
-    claims.push_back({fmt::format("Fig. 6: d_{} is more stable with chosen δ than with δ = 15: largest amplitude in a "
-                                  "cycle from {} on [mm]",
-                                  size.joints[0], half),
-                      std::string("smaller with chosen δ"),
-                      fmt::format("M = 2: {:.1e} against {:.1e}, M = 3: {:.1e} against {:.1e}", noise(1, 0),
-                                  noise(kTwoFixed, 0), noise(2, 0), noise(kThreeFixed, 0)),
-                      noise(1, 0) < noise(kTwoFixed, 0) && noise(2, 0) < noise(kThreeFixed, 0)});
+        {fmt::format("Fig. 6: d_{} is more stable with chosen δ than with δ = 15: largest amplitude in a "
+                     "cycle from {} on [mm]",
+                     size.joints[0], half),
+         std::string("smaller with chosen δ"),
+         fmt::format("M = 2: {:.1e} against {:.1e}, M = 3: {:.1e} against {:.1e}", noise(1, 0),
+                     noise(kTwoFixed, 0), noise(2, 0), noise(kThreeFixed, 0)),
+         noise(1, 0) < noise(kTwoFixed, 0) && noise(2, 0) < noise(kThreeFixed, 0)});
     const double three = settled(2, 0);
-    claims.push_back({fmt::format("Section 3.2: M = 4 and 5 are very similar to M = 3: d_{} [cycles]", size.joints[0]),
-                      std::string("very similar"), of_each(0, 5),
-                      std::abs(settled(3, 0) - three) < 0.25 * three && std::abs(settled(4, 0) - three) < 0.25 * three,
-                      measure + " Similar: within a quarter."});
+    claims.push_back(
+        {fmt::format("Section 3.2: M = 4 and 5 are very similar to M = 3: d_{} [cycles]", size.joints[0]),
+         std::string("very similar"), of_each(0, 5),
+         std::abs(settled(3, 0) - three) < 0.25 * three && std::abs(settled(4, 0) - three) < 0.25 * three,
+         measure + " Similar: within a quarter."});
     bool faster = true;
     for (int m = 0; m < 3; ++m) faster = faster && settled(m, 1) < settled(m, 0);
-    claims.push_back({fmt::format("Fig. 7: d_{} relaxes faster than d_{} with M = 1, 2 and 3 [cycles]", size.joints[1],
-                                  size.joints[0]),
+    claims.push_back({fmt::format("Fig. 7: d_{} relaxes faster than d_{} with M = 1, 2 and 3 [cycles]",
+                                  size.joints[1], size.joints[0]),
                       std::string("faster"), of_each(1, 3) + " against " + of_each(0, 3), faster, measure});
     const double least = std::min({settled(0, 1), settled(1, 1), settled(2, 1)}),
                  most = std::max({settled(0, 1), settled(1, 1), settled(2, 1)});
-    claims.push_back({fmt::format("Fig. 7: similar relaxation times of d_{} with M = 1, 2 and 3 [cycles]", size.joints[1]),
-                      std::string("similar"), of_each(1, 3), most < 2 * least, measure + " Similar: within a factor of 2."});
+    claims.push_back(
+        {fmt::format("Fig. 7: similar relaxation times of d_{} with M = 1, 2 and 3 [cycles]", size.joints[1]),
+         std::string("similar"), of_each(1, 3), most < 2 * least,
+         measure + " Similar: within a factor of 2."});
     const double usual = usual_amplitude(runs[0].traces[1], half, size.cycles);
-    claims.push_back({fmt::format("Fig. 7: amplitude of the oscillation of d_{} with M = 1 [mm]", size.joints[1]),
-                      std::string("1e-4 to 1e-2"), usual, usual >= 1e-4 && usual <= 1e-2,
-                      fmt::format("Half the swing in a cycle, median from cycle {} on.", half)});
+    claims.push_back(
+        {fmt::format("Fig. 7: amplitude of the oscillation of d_{} with M = 1 [mm]", size.joints[1]),
+         std::string("1e-4 to 1e-2"), usual, usual >= 1e-4 && usual <= 1e-2,
+         fmt::format("Half the swing in a cycle, median from cycle {} on.", half)});
     const double quiet = std::max(0.5 * runs[1].traces[1].swing(half), 0.5 * runs[2].traces[1].swing(half));
-    claims.push_back({fmt::format("Fig. 7: noise of d_{} with M = 2 and 3 at about {} cycles is very small [mm]",
-                                  size.joints[1], half),
-                      std::string("very small"), quiet, quiet < 1e-3,
-                      "Half the swing in that cycle, the larger of both. Very small: below 0.001 mm."});
+    claims.push_back(
+        {fmt::format("Fig. 7: noise of d_{} with M = 2 and 3 at about {} cycles is very small [mm]",
+                     size.joints[1], half),
+         std::string("very small"), quiet, quiet < 1e-3,
+         "Half the swing in that cycle, the larger of both. Very small: below 0.001 mm."});
     const auto fast = [&](int run) { return runs[run].traces[2].settled(0.1); };
-    claims.push_back({fmt::format("Fig. 8: M = 3 relaxes d_{} fastest of M = 1, 2 and 3 [cycles]", size.joints[2]),
-                      std::string("M = 3"), of_each(2, 3), fast(2) < fast(0) && fast(2) < fast(1), measure});
+    claims.push_back(
+        {fmt::format("Fig. 8: M = 3 relaxes d_{} fastest of M = 1, 2 and 3 [cycles]", size.joints[2]),
+         std::string("M = 3"), of_each(2, 3), fast(2) < fast(0) && fast(2) < fast(1), measure});
     const double left_2 = runs[1].traces[2].left_after(1), left_3 = runs[2].traces[2].left_after(1);
-    claims.push_back({fmt::format("Fig. 8: very sharp decrease of d_{} in the beginning with M = 2 and 3: part left "
-                                  "after 2 cycles",
-                                  size.joints[2]),
-                      std::string("very sharp"), fmt::format("M = 2: {:.3f}, M = 3: {:.3f}", left_2, left_3),
-                      std::max(left_2, left_3) < 0.25, "Very sharp: less than a quarter is left."});
+    claims.push_back(
+        {fmt::format("Fig. 8: very sharp decrease of d_{} in the beginning with M = 2 and 3: part left "
+                     "after 2 cycles",
+                     size.joints[2]),
+         std::string("very sharp"), fmt::format("M = 2: {:.3f}, M = 3: {:.3f}", left_2, left_3),
+         std::max(left_2, left_3) < 0.25, "Very sharp: less than a quarter is left."});
     const double near_tip = usual_amplitude(runs[0].traces[2], half, size.cycles);
-    claims.push_back({fmt::format("Fig. 8: the noise of d_{} is larger than that of d_{}: amplitude with M = 1 [mm]",
-                                  size.joints[2], size.joints[1]),
-                      std::string("larger"), fmt::format("{:.1e} against {:.1e}", near_tip, usual), near_tip > usual,
-                      fmt::format("Half the swing in a cycle, median from cycle {} on.", half)});
+    claims.push_back(
+        {fmt::format("Fig. 8: the noise of d_{} is larger than that of d_{}: amplitude with M = 1 [mm]",
+                     size.joints[2], size.joints[1]),
+         std::string("larger"), fmt::format("{:.1e} against {:.1e}", near_tip, usual), near_tip > usual,
+         fmt::format("Half the swing in a cycle, median from cycle {} on.", half)});
 }
 
 void claim_hard(const std::vector<Run>& runs, const Sizes& size, std::vector<Claim>& claims) {
     const auto settled = [&](int run) { return runs[run].traces[0].settled(0.1); };
     const std::string measure = fmt::format(
-        "Cycles after which |d_{}| stays within 0.1 mm. The wire of Fig. 10 is not published; ours is in a hairpin.",
+        "Cycles after which |d_{}| stays within 0.1 mm. The wire of Fig. 10 is not published; ours is in a "
+        "hairpin.",
         size.hard_joint);
     const auto text = [&](std::initializer_list<int> list) {
         std::string all;
         for (const int run : list)
-            all += fmt::format("{}{}: {}", all.empty() ? "" : ", ", runs[run].method.name, cycles_text(settled(run)));
+            all += fmt::format("{}{}: {}", all.empty() ? "" : ", ", runs[run].method.name,
+                               cycles_text(settled(run)));
         return all;
     };
-    claims.push_back({"Fig. 10: the triple relaxation is the fastest [cycles]", std::string("M = 3"), text({0, 1, 2, 3}),
-                      settled(2) < std::min({settled(0), settled(1), settled(3)}), measure});
+    claims.push_back({"Fig. 10: the triple relaxation is the fastest [cycles]", std::string("M = 3"),
+                      text({0, 1, 2, 3}), settled(2) < std::min({settled(0), settled(1), settled(3)}),
+                      measure});
     const double left = runs[1].traces[0].left_after(0);
     claims.push_back({"Fig. 10: M = 2 decreases sharply within the first cycle: part of d_i left after it",
                       std::string("sharp"), left, left < 0.5, "Sharp: less than half is left. " + measure});
     claims.push_back({"Section 3.2: with the geometrical method M = 1 is not much faster than alone [cycles]",
-                      std::string("not much faster"), text({0, kCombined}), settled(kCombined) > 0.5 * settled(0),
+                      std::string("not much faster"), text({0, kCombined}),
+                      settled(kCombined) > 0.5 * settled(0),
                       "Much faster: in less than half the cycles. " + measure});
-    claims.push_back({"Section 3.2: Eq. 22 is by far more efficient than the relaxation of Konings et al. [cycles]",
-                      std::string("by far"), text({kFirstOrder, kKonings}),
-                      settled(kFirstOrder) < 0.5 * settled(kKonings) ||
-                          runs[kFirstOrder].traces[0].left_after(size.hard_cycles - 1) <
-                              0.5 * runs[kKonings].traces[0].left_after(size.hard_cycles - 1),
-                      fmt::format("By far: half the cycles, or half of d_i left after {}. {:.2f} against {:.2f} is left. ",
-                                  size.hard_cycles, runs[kFirstOrder].traces[0].left_after(size.hard_cycles - 1),
-                                  runs[kKonings].traces[0].left_after(size.hard_cycles - 1)) +
-                          measure});
+    claims.push_back(
+        {"Section 3.2: Eq. 22 is by far more efficient than the relaxation of Konings et al. [cycles]",
+         std::string("by far"), text({kFirstOrder, kKonings}),
+         settled(kFirstOrder) < 0.5 * settled(kKonings) ||
+             runs[kFirstOrder].traces[0].left_after(size.hard_cycles - 1) <
+                 0.5 * runs[kKonings].traces[0].left_after(size.hard_cycles - 1),
+         fmt::format("By far: half the cycles, or half of d_i left after {}. {:.2f} against {:.2f} is left. ",
+                     size.hard_cycles, runs[kFirstOrder].traces[0].left_after(size.hard_cycles - 1),
+                     runs[kKonings].traces[0].left_after(size.hard_cycles - 1)) +
+             measure});
 }
 
 /// How a whole scene comes to rest: cycles until no joint is farther than a limit from its own rest.
 struct Convergence {
-    double to_tenth = 0, to_hundredth = 0;  // cycles; infinite if never
+    double to_tenth = 1, to_hundredth = 1;  // cycles; infinite if never
     double energy = 0, gradient = 0;        // [N·mm], |g|/C
 };
 
@@ -204,9 +221,9 @@ Convergence converge(const PaperScene& scene, int varied_segments, int cycles) {
     }
     const Rest rest = global_rest(*scene.wall, wire);
     Convergence result;
-    const auto contacts = physics::all_contacts(wire, *scene.wall);
-    result.energy = physics::total_energy(wire, contacts).total();
-    result.gradient = physics::relative_gradient(wire, contacts);
+    const Rest end = as_it_is(*scene.wall, wire);
+    result.energy = end.energy;
+    result.gradient = end.gradient;
     for (int k = 0; k < cycles; ++k) {
         const double farthest = farthest_joint(after[k], rest.wire);
         if (farthest > 0.1) result.to_tenth = k + 2;
@@ -243,19 +260,22 @@ Plot wires_plot(const PaperScene& scene, const Sizes& size) {
     const auto line = [&](const std::string& name, const std::string& look) {
         return series(plot.name, name, 2, 3, look);
     };
-    plot.commands = "set size ratio -1\nset xlabel 'x [mm]'\nset ylabel 'y [mm]'\nset key outside right top\nplot " +
-                    line("right wall", "with lines lc rgb '#999999' title 'wall'") + ", \\\n     " +
-                    line("left wall", "with lines lc rgb '#999999' notitle") + ", \\\n     " +
-                    line("initial", "with lines lc rgb '#009E73' title 'initial wire'") + ", \\\n     " +
-                    line("at rest", "with lines lc rgb '#0072B2' lw 1.5 title 'wire at rest'");
+    plot.commands =
+        "set size ratio -1\nset xlabel 'x [mm]'\nset ylabel 'y [mm]'\nset key outside right top\nplot " +
+        line("right wall", "with lines lc rgb '#999999' title 'wall'") + ", \\\n     " +
+        line("left wall", "with lines lc rgb '#999999' notitle") + ", \\\n     " +
+        line("initial", "with lines lc rgb '#009E73' title 'initial wire'") + ", \\\n     " +
+        line("at rest", "with lines lc rgb '#0072B2' lw 1.5 title 'wire at rest'");
     for (std::size_t k = 0; k < size.joints.size(); ++k)
-        plot.commands += ", \\\n     " + line(fmt::format("joint {}", size.joints[k]),
-                                              fmt::format("with points pt {} ps 1.6 lc rgb '#D55E00' title 'joint {}'",
-                                                          5 + 2 * k, size.joints[k]));
+        plot.commands +=
+            ", \\\n     " + line(fmt::format("joint {}", size.joints[k]),
+                                 fmt::format("with points pt {} ps 1.6 lc rgb '#D55E00' title 'joint {}'",
+                                             5 + 2 * k, size.joints[k]));
     plot.commands += "\n";
-    plot.caption = fmt::format("The wire at the start and at rest, and the joints that are followed (the paper's Fig. 4): "
-                               "{}.",
-                               scene.text());
+    plot.caption = fmt::format(
+        "The wire at the start and at rest, and the joints that are followed (the paper's Fig. 4): "
+        "{}.",
+        scene.text());
     return plot;
 }
 
@@ -268,12 +288,14 @@ Plot traces_plot(const std::string& name, const std::vector<Run>& runs, std::siz
         "set ylabel 'lateral deviation d_{{{}}} [mm]'\nset xrange [0:{}]\nplot ",
         joint, cycles);
     for (std::size_t k = 0; k < count; ++k)
-        plot.commands += (k > 0 ? ", \\\n     " : "") + series(name, runs[k].method.name, 2, 3,
-                                                               fmt::format("with lines {} title '{}'",
-                                                                           runs[k].method.look, runs[k].method.name));
+        plot.commands +=
+            (k > 0 ? ", \\\n     " : "") +
+            series(name, runs[k].method.name, 2, 3,
+                   fmt::format("with lines {} title '{}'", runs[k].method.look, runs[k].method.name));
     plot.commands += "\n";
-    plot.caption = fmt::format("Lateral deviation of joint {} against relaxation cycles (the paper's {}): {}.", joint,
-                               figure, scene.text());
+    plot.caption =
+        fmt::format("Lateral deviation of joint {} against relaxation cycles (the paper's {}): {}.", joint,
+                    figure, scene.text());
     return plot;
 }
 
@@ -291,9 +313,11 @@ StudyResult run_varied_segments(const StudyOptions& options) {
     const Sizes size = sizes(options.quick);
     const PaperScene sinuous = paper_scene("sinuous", {size.segments, 0, 0}),
                      hairpin = paper_scene("hairpin", {size.hard_segments, 0, 0});
-    const std::vector<PaperScene> whole = {sinuous, paper_scene("spatial", {options.quick ? 60 : 0, 0, 0}), hairpin};
+    const std::vector<PaperScene> whole = {sinuous, paper_scene("spatial", {options.quick ? 60 : 0, 0, 0}),
+                                           hairpin};
     const std::vector<NamedMethod> on_sinuous = sinuous_methods(), on_hairpin = hard_methods();
-    const int sinuous_count = static_cast<int>(on_sinuous.size()), hard_count = static_cast<int>(on_hairpin.size()),
+    const int sinuous_count = static_cast<int>(on_sinuous.size()),
+              hard_count = static_cast<int>(on_hairpin.size()),
               whole_count = 2 * static_cast<int>(whole.size());
     Work work(options, 2 + sinuous_count + hard_count + whole_count);
 
@@ -330,8 +354,8 @@ StudyResult run_varied_segments(const StudyOptions& options) {
                      {}};
     for (int k = 0; k < whole_count; ++k) {
         const Convergence& c = convergence[k];
-        rest_table.add({whole[k / 2].name, fmt::format("M = {} safeguarded", 2 + k % 2), c.to_tenth, c.to_hundredth,
-                        c.energy, c.gradient});
+        rest_table.add({whole[k / 2].name, fmt::format("M = {} safeguarded", 2 + k % 2), c.to_tenth,
+                        c.to_hundredth, c.energy, c.gradient});
     }
     Table settled{"varied_segments_settled",
                   {"scene", "joint", "method", "cycles_to_0.1_mm", "cycles_to_0.01_mm", "cycles_to_0.001_mm"},
@@ -344,35 +368,39 @@ StudyResult run_varied_segments(const StudyOptions& options) {
     };
     add_settled("sinuous", runs);
     add_settled("hairpin", hard);
-    result.claims.push_back({"Section 3: 200 cycles take the wire to equilibrium: largest |gradient| over C",
-                             std::string("equilibrium"), rests[0].gradient, rests[0].gradient < 1e-4,
-                             fmt::format("After {} cycles with M = 2. Equilibrium: below 1e-4.", size.rest_cycles)});
+    result.claims.push_back(
+        {"Section 3: 200 cycles take the wire to equilibrium: largest |gradient| over C",
+         std::string("equilibrium"), rests[0].gradient, rests[0].gradient < 1e-4,
+         fmt::format("After {} cycles with M = 2. Equilibrium: below 1e-4.", size.rest_cycles)});
     claim_records(runs, size, result.claims);
     claim_joints(runs, size, result.claims);
     claim_hard(hard, size, result.claims);
 
     result.plots = {wires_plot(sinuous, size)};
     for (std::size_t k = 0; k < size.joints.size(); ++k)
-        result.plots.push_back(traces_plot(fmt::format("varied_segments_joint_{}", size.joints[k]), runs, 3, k,
-                                           fmt::format("Fig. {}", 6 + k), sinuous,
+        result.plots.push_back(traces_plot(fmt::format("varied_segments_joint_{}", size.joints[k]), runs, 3,
+                                           k, fmt::format("Fig. {}", 6 + k), sinuous,
                                            k < 2 ? size.cycles : size.short_cycles));
     result.plots.push_back(traces_plot("varied_segments_hard_joint", hard, hard.size(), 0,
                                        "Fig. 10, whose wire is not published; here in a hairpin", hairpin,
                                        size.hard_cycles));
     result.page = claims_page(
         "varied-segments", "How many segments should be varied at a time",
-        fmt::format("The wire starts on the centreline. The reference of the lateral deviation is the wire after {} "
-                    "cycles with M = 2, where the largest gradient over C is {:.1e} (sinuous) and {:.1e} (hairpin). "
-                    "Methods are the paper's, without safeguard; separations are chosen by Algorithm 2.\n\n"
-                    "## Cycles until a joint's deviation stays within a limit\n\n{}\n## Whole scenes to rest\n\n"
-                    "Cycles until no joint is farther from where the end comes to rest, and energy and gradient over C "
-                    "after {} cycles, with the safeguard.\n\n{}",
-                    size.rest_cycles, rests[0].gradient, rests[1].gradient, to_markdown(settled), size.long_cycles,
-                    to_markdown(rest_table, 7)),
+        fmt::format(
+            "The wire starts on the centreline. The reference of the lateral deviation is the wire after {} "
+            "cycles with M = 2, where the largest gradient over C is {:.1e} (sinuous) and {:.1e} (hairpin). "
+            "Methods are the paper's, without safeguard; separations are chosen by Algorithm 2.\n\n"
+            "## Cycles until a joint's deviation stays within a limit\n\n{}\n## Whole scenes to rest\n\n"
+            "Cycles until no joint is farther from where the end comes to rest, and energy and gradient over "
+            "C "
+            "after {} cycles, with the safeguard.\n\n{}",
+            size.rest_cycles, rests[0].gradient, rests[1].gradient, to_markdown(settled), size.long_cycles,
+            to_markdown(rest_table, 7)),
         result, options);
     result.tables = {wires_table(sinuous, rests[0], size), std::move(settled), std::move(rest_table)};
     for (std::size_t k = 0; k < size.joints.size(); ++k)
-        result.tables.push_back(traces_table(result.plots[1 + k].name, runs, k, k < 2 ? size.cycles : size.short_cycles));
+        result.tables.push_back(
+            traces_table(result.plots[1 + k].name, runs, k, k < 2 ? size.cycles : size.short_cycles));
     result.tables.push_back(traces_table("varied_segments_hard_joint", hard, 0, size.hard_cycles));
     return result;
 }
