@@ -13,6 +13,7 @@
 #include "app/progress_bar.h"
 #include "engine/error.h"
 #include "engine/headless.h"
+#include "engine/relax_method.h"
 #include "engine/relax_run.h"
 #include "engine/studies/shards.h"
 #include "engine/studies/study.h"
@@ -201,7 +202,7 @@ CLI::App* add_relax(CLI::App& app, engine::RelaxRequest& request, engine::RelaxF
                  "X,Y,Z; else along the first segment");
     command->add_option("--rigidity", request.rigidity, "EI [N·mm²]")->required();
     command->add_option("--wall-stiffness", request.wall_stiffness, "k of each joint [N/mm]")->required();
-    command->add_option("--method", request.method, "global, first-order, segment:M[:delta]")->required();
+    command->add_option("--method", request.method, "Method of relaxation, see below")->required();
     add_optional(command, "--cycles", request.cycles,
                  "Most relaxation cycles, 300 (with --push-from: 10 a push)");
     add_optional(command, "--tolerance", request.tolerance, "Stop once |gradient| over C is no larger");
@@ -210,7 +211,8 @@ CLI::App* add_relax(CLI::App& app, engine::RelaxRequest& request, engine::RelaxF
     command->add_option("--out", files.joints, "CSV for the joints")->required();
     command->add_option("--report", files.report, "JSON for energy, gradient, contacts, work, time")
         ->required();
-    command->footer("Exit codes: 0 done (the report says whether it converged), 2 bad input.");
+    command->footer(std::string(engine::method_words) +
+                    "Exit codes: 0 done (the report says whether it converged), 2 bad input.");
     return command;
 }
 

@@ -8,11 +8,13 @@
 
 namespace engine {
 
-/// `global`, `first-order`, or `segment:M` with M varied segments (1 to 5), `segment:M:delta` at a fixed
-/// separation of 2 to 200 segments. Throws InputError that lists them; `geometric` is known and refused.
+/// The words that parse_method knows, a line each, for --help.
+extern const std::string_view method_words;
+
+/// One of method_words. Throws InputError that lists them.
 physics::RelaxerConfig parse_method(std::string_view);
 
-/// The word that parse_method reads back; settings beyond kind, M and δ are not part of it.
+/// The word that parse_method reads back; settings that have no word, as the turn limit, are not part of it.
 std::string method_text(const physics::RelaxerConfig&);
 
 }  // namespace engine

@@ -88,9 +88,10 @@ void read_guidewire(Section wire, Scenario& s) {
 }
 
 void read_relaxer(Section relaxer, Scenario& s) {
-    constexpr std::string_view names[] = {"global", "segment", "first-order"};
-    constexpr physics::RelaxerKind kinds[] = {physics::RelaxerKind::Global, physics::RelaxerKind::Segment,
-                                              physics::RelaxerKind::FirstOrder};
+    using enum physics::RelaxerKind;
+    constexpr std::string_view names[] = {"global",    "segment",  "first-order",
+                                          "geometric", "combined", "konings"};
+    constexpr physics::RelaxerKind kinds[] = {Global, Segment, FirstOrder, Geometric, Combined, Konings};
     if (const auto kind = relaxer.choice("kind", names)) s.relaxer.kind = kinds[*kind];
     relaxer.whole("varied_segments", s.relaxer.varied_segments, {1, 5});
     int separation = 0;
@@ -104,6 +105,7 @@ void read_relaxer(Section relaxer, Scenario& s) {
         s.relaxer.order = *cycle == 0 ? physics::CycleOrder::Nested : physics::CycleOrder::Uniform;
     }
     relaxer.flag("safeguard", s.relaxer.safeguard);
+    relaxer.flag("stored_planes", s.relaxer.stored_planes);
     relaxer.finish();
 }
 

@@ -95,19 +95,18 @@ std::optional<GeometricStep::Tangents> GeometricStep::closed_by_turning(Tangents
     double size = 0;
     Vec3 chord = Vec3::Zero();
     for (int m = 0; m < count_; ++m) chord += lengths_[m] * start_[m], size += lengths_[m];
-    for (int iteration = 0; iteration < 8; ++iteration) {
+    for (int iteration = 0; iteration < 12; ++iteration) {
         Vec3 gap = chord;
         Mat3 square = Mat3::Zero();
         for (int m = 0; m < count_; ++m) {
             gap -= lengths_[m] * v[m];
             square += lengths_[m] * lengths_[m] * (Mat3::Identity() - v[m] * v[m].transpose());
         }
-        if (gap.norm() < 4e-16 * size) return v;
+        if (gap.norm() < 1e-15 * size) return v;
         const Vec3 way = square.ldlt().solve(gap);
         if (!way.allFinite()) return std::nullopt;
         for (int m = 0; m < count_; ++m)
             v[m] = (v[m] + lengths_[m] * (way - way.dot(v[m]) * v[m])).normalized();
-        if (gap.norm() < 1e-11 * size) return v;  // squared by this turn: rounding
     }
     return std::nullopt;
 }

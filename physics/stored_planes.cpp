@@ -7,7 +7,10 @@
 namespace physics {
 namespace {
 
-constexpr double kReach = 0.1;   // of the narrowest room that a joint has: how far planes are good for
+constexpr double kReach = 0.1;  // of the narrowest room that a joint has: how far planes are good for
+/// Of 1/ρ for a wall of planes. Its normal jumps from facet to facet, and a wire would swing across them from
+/// sweep to sweep; with 4 it bounces no higher than where every update asks.
+constexpr double kRound = 4;
 constexpr double kStill = 1e-9;  // a joint that moved less keeps its plane [mm]
 
 }  // namespace
@@ -79,19 +82,19 @@ void StoredPlanes::list(const Guidewire& wire, int first) {
 
 StoredPlanes::Plane StoredPlanes::plane_of(const Guidewire& wire, int joint) const {
     const WallContact& c = contacts_[joint];
-    Plane p{joint,
-            c.penetration,
-            c.stiffness,
-            c.normal,
-            Vec3::Zero(),
-            c.stiffening,
-            wire.joints[joint] - asked_at_[joint]};
+    Plane p;
+    p.joint = joint;
+    p.penetration = c.penetration;
+    p.stiffness = c.stiffness;
+    p.normal = c.normal;
+    p.stiffening = c.stiffening;
+    p.moved = wire.joints[joint] - asked_at_[joint];
     // The wire runs about along its vessel; where it meets the wall head-on there is no round.
     const Vec3 round = c.normal.cross(wire.tangents[joint]);
     const double sine = round.norm();
     if (sine > 0.1) {
         const Vec3 hoop = round / sine;
-        const double bent = c.curvature.isZero(0) ? 1 / std::max(c.room + c.penetration, 0.1 * c.room)
+        const double bent = c.curvature.isZero(0) ? kRound / std::max(c.room + c.penetration, 0.1 * c.room)
                                                   : std::max(0.0, hoop.dot(c.curvature * hoop));
         p.hoop = std::sqrt(bent) * hoop;
     }

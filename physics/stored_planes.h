@@ -36,10 +36,10 @@ public:
 
 private:
     struct Plane {
-        int joint;
-        double penetration, stiffness;    // where it was asked [mm], [N/mm]
-        Vec3 normal, hoop, stiffening;    // n; h [mm^-½]; ∇k [N/mm²]
-        Vec3 moved;                       // d [mm]
+        int joint = 0;
+        double penetration = 0, stiffness = 0;         // where it was asked [mm], [N/mm]
+        Vec3 normal, hoop = Vec3::Zero(), stiffening;  // n; h [mm^-½]; ∇k [N/mm²]
+        Vec3 moved;                                    // d [mm]
         double depth = 0, k = 0, up = 0;  // at d: penetration [mm], stiffness [N/mm], h·d [mm^½]
         void see();
         double energy() const { return depth > 0 ? 0.5 * k * depth * depth : 0.0; }

@@ -80,8 +80,8 @@ VesselWay vessel_way(std::span<const Vec3> points, std::span<const double> ways,
     while (i + 1 < last && past(i + 1) > 0) ++i;
     const Vec3 from = normal(i), to = normal(i + 1);
     const double done = (x - points[i]).dot(from), left = (points[i + 1] - x).dot(to), both = done + left;
-    if (done <= 0) return {ways[i], Vec3::Zero()};
-    if (left <= 0) return {ways[i + 1], Vec3::Zero()};
+    if ((i == 0 && done <= 0) || both <= 0) return {ways[i], Vec3::Zero()};
+    if (i + 1 == last && left <= 0) return {ways[last], Vec3::Zero()};
     const double step = ways[i + 1] - ways[i];
     return {ways[i] + step * done / both, step / (both * both) * (left * from + done * to)};
 }

@@ -45,6 +45,54 @@ BENCHMARK(one_cycle)
     ->ArgsProduct({{1, 2, 3}, {0, 1}})
     ->Unit(benchmark::kMillisecond);
 
+/// Asks for every joint distal of every update, as the paper does: no clearance is trusted.
+class AskAlways final : public LumenWall {
+public:
+    explicit AskAlways(const LumenWall& wall) : wall_(wall) {}
+    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+        wall_.contacts(joints, contacts);
+        for (WallContact& c : contacts) c.trust = 0;
+    }
+
+private:
+    const LumenWall& wall_;
+};
+
+/// 20 100 updates of M = 2, a cycle at N = 200, of a wire of N segments of 1 mm in the mesh of the spatial
+/// scene's tube over and over. Form 0: every joint asked at every update; 1: those that may touch; 2: stored
+/// planes, once a sweep.
+void forms_of_the_segment_method(benchmark::State& state) {
+    const int segments = static_cast<int>(state.range(0));
+    std::vector<engine::PenMove> path;
+    while (engine::length(path) < segments + 10) {
+        const auto& piece = engine::find_scene("spatial")->path;
+        path.insert(path.end(), piece.begin(), piece.end());
+    }
+    const Polyline line = engine::draw(path);
+    const engine::Anatomy tube = engine::tube_anatomy("tube", line, 2.0);
+    const MeshWall mesh(tube.lumen, tube.branches, tube.openings(), 42.0);
+    const AskAlways always(mesh);
+    const Guidewire start = wire_along(scene_setup("spatial").wire.spec, line, segments);
+    RelaxerConfig config;
+    config.kind = RelaxerKind::Segment;
+    config.safeguard = false;
+    config.stored_planes = state.range(1) == 2;
+    const LumenWall& wall = state.range(1) == 0 ? static_cast<const LumenWall&>(always) : mesh;
+    RelaxReport report;
+    double energy = 0;
+    for (auto _ : state) {
+        Guidewire wire = start;
+        report = make_relaxer(config)->relax(wire, wall, {20'100, 0, 0});
+        energy = total_energy(wire, all_contacts(wire, mesh)).total();
+    }
+    state.counters["queries"] = static_cast<double>(report.wall_queries);
+    state.counters["energy_N_mm"] = energy;
+}
+BENCHMARK(forms_of_the_segment_method)
+    ->ArgNames({"N", "form"})
+    ->ArgsProduct({{200, 400, 800}, {0, 1, 2}})
+    ->Unit(benchmark::kMillisecond);
+
 /// Joints close to the wall of the iliac and renal arteries, each asked with its own station as the
 /// hint.
 void wall_query_by_ray(benchmark::State& state) {

@@ -84,6 +84,19 @@ TEST(Scenario, SegmentsMayBeChosenAndAdaptive) {
     EXPECT_NE(refused("curve_tolerance_mm = 0").find("curve_tolerance_mm"), std::string::npos);
 }
 
+TEST(Scenario, RelaxersOfThePaperHaveTheirWords) {
+    const auto relaxer = [](const std::string& lines) {
+        return parse_scenario(test::small_toml_with("[relaxer]", "[relaxer]\n" + lines), "small.toml")
+            .relaxer;
+    };
+    using enum physics::RelaxerKind;
+    EXPECT_EQ(relaxer("kind = \"geometric\"").kind, Geometric);
+    EXPECT_EQ(relaxer("kind = \"combined\"").kind, Combined);
+    EXPECT_EQ(relaxer("kind = \"konings\"").kind, Konings);
+    EXPECT_TRUE(relaxer("kind = \"segment\"\nstored_planes = true").stored_planes);
+    EXPECT_NE(test::refusal([&] { relaxer("kind = \"fem\""); }).find("combined"), std::string::npos);
+}
+
 TEST(Scenario, UnknownSectionIsRefused) {
     const std::string text = refusal_of("[imaging]", "[image]");
     EXPECT_NE(text.find("unknown key 'image' at the top"), std::string::npos) << text;

@@ -45,6 +45,13 @@ TEST(RelaxerConfig, RefusesWhatCannotRun) {
     config.separation = 15;
     config.turn_limit = 0;
     EXPECT_THROW(make_relaxer(config), std::invalid_argument);
+    RelaxerConfig stored = with(2);
+    stored.stored_planes = true;
+    EXPECT_TRUE(problems(stored).empty());
+    for (const RelaxerKind kind : {RelaxerKind::Global, RelaxerKind::Geometric, RelaxerKind::Combined}) {
+        stored.kind = kind;
+        EXPECT_FALSE(problems(stored).empty());
+    }
 }
 
 TEST(SegmentRelaxer, NeverTurnsASegmentBeyondItsLimit) {
@@ -95,6 +102,48 @@ TEST(SegmentRelaxer, FixedSeparationIsKept) {
         triples += varied.size() == 3;
     });
     EXPECT_GT(triples, 100);
+}
+
+TEST(SegmentRelaxer, TakesTheSegmentsOfLeastEstimatedEnergy) {
+    // Eqs. 37 and 38 over i+5…i+25 by hand, before every update.
+    auto [wall, wire] = past_the_first_turn();
+    SegmentRelaxer relaxer(with(3));
+    relaxer.relax(wire, wall, whole_cycles(wire.segments(), 1));
+    Guidewire before = wire;
+    rebuild_joints(before);
+    int doubles = 0, triples = 0;
+    relaxer.relax(wire, wall, {60, 0, 0}, [&](int i, const Guidewire& now) {
+        ContactSet contacts(wall);
+        contacts.reset(before);
+        const auto turn = [&](int j) -> Vec3 {
+            const Vec3 q = bending_terms(before, {}, {}, j).pull - contacts.sum_from(j).force;  // λ = 1
+            return q.normalized() - before.tangents[j];
+        };
+        std::vector<int> expected = {i};
+        Vec3 sum = turn(i);
+        for (int from = i; expected.size() < 3 && contacts.last_touching() >= from + 5;
+             from = expected.back()) {
+            double least = 1e300;
+            int best = -1;
+            for (int j = from + 5; j <= std::min(from + 25, contacts.last_touching()); ++j) {
+                const BendingTerms terms = bending_terms(before, {}, {}, j);
+                const PushSum push = contacts.sum_from(j);
+                const Vec3 e = turn(j), q = terms.pull - push.force;
+                const Mat3 p = terms.curvature + push.stiffness;
+                const double change = -q.dot(e) + 0.5 * e.dot(p * e) + sum.dot(push.stiffness * e);
+                if (change < least) least = change, best = j;
+            }
+            expected.push_back(best);
+            sum += turn(best);
+        }
+        const auto varied = relaxer.last_varied();
+        ASSERT_EQ(std::vector<int>(varied.begin(), varied.end()), expected) << i;
+        doubles += varied.size() == 2;
+        triples += varied.size() == 3;
+        before = now;
+    });
+    EXPECT_GT(triples, 20);
+    EXPECT_GT(doubles + triples, 40);
 }
 
 TEST(SegmentRelaxer, GuardedEnergyNeverRises) {
@@ -148,6 +197,70 @@ TEST(SegmentRelaxer, SecondOrderRestsWhereFirstOrderBounces) {
         mean[order - 1] = sum / count;
     }
     EXPECT_LT(mean[1], 1e-3 * mean[0]);
+}
+
+TEST(SegmentRelaxer, RestsAsLongAsTheWallsCurvatureIsKept) {
+    // Section 3.3: (a) A and R and (c) R alone come to rest alike, (b) none and (d) A alone bounce alike.
+    const auto [wall, start] = past_the_first_turn();
+    const auto mean_turn = [&](bool bending, bool of_wall) {
+        Guidewire wire = start;
+        RelaxerConfig config = with(1, false);
+        config.bending_curvature = bending;
+        config.wall_curvature = of_wall;
+        const auto relaxer = make_relaxer(config);
+        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 15));
+        double sum = 0;
+        std::vector<Vec3> last = wire.tangents;
+        const RelaxBudget cycle = whole_cycles(wire.segments(), 1);
+        relaxer->relax(wire, wall, cycle, [&](int b, const Guidewire& now) {
+            sum += (now.tangents[b] - last[b]).norm();
+            last = now.tangents;
+        });
+        return sum / cycle.updates;
+    };
+    const double a = mean_turn(true, true), b = mean_turn(false, false), c = mean_turn(false, true),
+                 d = mean_turn(true, false);
+    EXPECT_LT(a, 0.15 * b);
+    EXPECT_NEAR(c, a, 0.2 * a);
+    EXPECT_GT(d, 0.3 * b);
+}
+
+TEST(SegmentRelaxer, FirstOrderIsThePlainMethodWithoutBothCurvatures) {
+    Vec3 tips[2];
+    for (const bool first_order : {false, true}) {
+        auto [wall, wire] = past_the_first_turn();
+        RelaxerConfig config = with(1, false);
+        config.bending_curvature = config.wall_curvature = false;
+        if (first_order) config.kind = RelaxerKind::FirstOrder;
+        make_relaxer(config)->relax(wire, wall, {3000, 0, 0});
+        tips[first_order] = wire.tip();
+    }
+    EXPECT_LT((tips[0] - tips[1]).norm(), 1e-9);
+}
+
+TEST(SegmentRelaxer, SegmentsOfUnequalLengthsRestWhereTheGlobalRelaxerRests) {
+    auto [wall, wire] = past_the_first_turn();
+    wire = wire_along(wire.spec, wall.centreline(), 50);
+    for (int i = 44; i > 8; i -= 4) split_segment(wire, i, 0.35);
+    ASSERT_TRUE(validate(wire).empty());
+    const Guidewire start = wire;
+    RelaxerConfig konings;
+    konings.kind = RelaxerKind::Konings;
+    RelaxerConfig combined = with(2);
+    combined.kind = RelaxerKind::Combined;
+    RelaxerConfig stored = with(2);
+    stored.stored_planes = true;
+    for (const RelaxerConfig& config : {with(2), konings, combined, stored}) {
+        wire = start;
+        const double before = energy_of(wire, wall);
+        make_relaxer(config)->relax(wire, wall, whole_cycles(wire.segments(), 25));
+        const double energy = energy_of(wire, wall);
+        EXPECT_TRUE(validate(wire).empty());
+        make_relaxer({})->relax(wire, wall, {1'000'000, 0, 0});
+        const double rest = energy_of(wire, wall);
+        const bool konings_slow = config.kind == RelaxerKind::Konings;
+        EXPECT_NEAR(energy, rest, (konings_slow ? 0.1 : 1e-3) * (before - rest));
+    }
 }
 
 TEST(SegmentRelaxer, BudgetIsCountedInUpdates) {

@@ -144,6 +144,25 @@ TEST(SegmentStep, BothFormsFindTheSameMinimumWhenCalm) {
         }
 }
 
+TEST(SegmentStep, SmallTurnSolvesItsLinearSystemAndIsTheStepWhereTheTurnIsSmall) {
+    // (σ + P) ε = q in the plane ⟂ u, then made unit.
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+        const SegmentProblem p = random_problem(1, seed);
+        const double sigma = 5;
+        const Vec3 v = small_turn_step(p, sigma), u = p.tangent[0];
+        const Vec3 e = v / v.dot(u) - u;
+        const Vec3 left = sigma * e + p.curvature[0][0] * e - p.pull[0];
+        EXPECT_LT(left.cross(u).norm(), 1e-12 * p.pull[0].norm());
+        EXPECT_NEAR(e.dot(u), 0, 1e-14);
+        EXPECT_NEAR(v.norm(), 1, 1e-14);
+    }
+    // For a pull that is nearly along the tangent it is the second-order step.
+    SegmentProblem p = random_problem(1, 4);
+    p.pull[0] = 3 * (p.tangent[0] + 1e-4 * Vec3(1, -2, 0.5));
+    const double sigma = p.pull[0].dot(p.tangent[0]);
+    EXPECT_LT((small_turn_step(p, sigma) - plain_step(p).tangent[0]).norm(), 1e-6);
+}
+
 TEST(LimitedTurn, TurnsByTheLimitExactly) {
     const Vec3 u = Vec3(1, 2, 3).normalized();
     for (const Vec3& v : {Vec3(3, -1, 0.2), Vec3(-1, -2, -2.9), Vec3(0, 1, -1)}) {

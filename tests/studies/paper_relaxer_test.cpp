@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <gtest/gtest.h>
 
 #include "physics/energy.h"
+#include "physics/mesh_wall.h"
 #include "physics/relaxer.h"
 #include "tests/physics/wires.h"
 
@@ -100,4 +102,112 @@ TEST(PaperRelaxer, SecondOrderComesToRestWhereFirstOrderBounces) {
     }
     std::printf("mean |ε|: first order %.2e, second order M = 2 %.2e\n", mean[0], mean[1]);
     EXPECT_LE(mean[1], 1e-5 * mean[0]);
+}
+
+namespace {
+
+double energy_of(const Guidewire& wire, const LumenWall& wall) {
+    return total_energy(wire, all_contacts(wire, wall)).total();
+}
+
+RelaxerConfig kind_of(RelaxerKind kind, int varied = 1) {
+    RelaxerConfig config;
+    config.kind = kind;
+    config.varied_segments = varied;
+    return config;
+}
+
+/// Mean |ε| of an update over a cycle after 100 cycles of the method on sinuous.
+double mean_turn(const RelaxerConfig& config) {
+    auto [wall, wire] = scene_setup("sinuous");
+    const auto relaxer = make_relaxer(config);
+    relaxer->relax(wire, wall, whole_cycles(wire.segments(), 100));
+    double sum = 0;
+    std::vector<Vec3> last = wire.tangents;
+    const RelaxBudget cycle = whole_cycles(wire.segments(), 1);
+    relaxer->relax(wire, wall, cycle, [&](int b, const Guidewire& now) {
+        sum += (now.tangents[b] - last[b]).norm();
+        last = now.tangents;
+    });
+    return sum / cycle.updates;
+}
+
+}  // namespace
+
+TEST(PaperRelaxer, OnlyTheWallsCurvatureBringsRest) {
+    // Section 3.3, cases (a) to (e).
+    RelaxerConfig cases[5];
+    for (RelaxerConfig& c : cases) c = kind_of(RelaxerKind::Segment), c.safeguard = false;
+    cases[1].kind = RelaxerKind::FirstOrder;
+    cases[2].bending_curvature = false;
+    cases[3].wall_curvature = false;
+    cases[4].varied_segments = 2;
+    double mean[5];
+    for (int k = 0; k < 5; ++k) {
+        mean[k] = mean_turn(cases[k]);
+        std::printf("(%c) mean |ε| = %.2e\n", 'a' + k, mean[k]);
+    }
+    EXPECT_LT(mean[0], 1e-2 * mean[1]);
+    EXPECT_NEAR(mean[2], mean[0], 0.1 * mean[0]);
+    EXPECT_GT(mean[3], 0.5 * mean[1]);
+    EXPECT_LT(mean[4], 1e-4 * mean[1]);
+}
+
+TEST(PaperRelaxer, StoredPlanesSettleAtTheListedMinima) {
+    const std::pair<const char*, std::initializer_list<double>> listed[] = {
+        {"sinuous", {5.808956, 5.808954}},
+        {"spatial", {1.86512, 1.86577}},
+        {"hairpin", {13.4646, 13.4661, 13.4681, 13.4716}}};
+    for (const auto& [scene, minima] : listed) {
+        auto [wall, wire] = scene_setup(scene);
+        RelaxerConfig config = kind_of(RelaxerKind::Segment, 2);
+        config.stored_planes = true;
+        const RelaxReport report =
+            make_relaxer(config)->relax(wire, wall, whole_cycles(wire.segments(), 300));
+        const double energy = energy_of(wire, wall);
+        make_relaxer({})->relax(wire, wall, {1'000'000, 0, 0});  // the bottom of the same basin
+        const double rest = energy_of(wire, wall);
+        std::printf("%s: U = %.9f N·mm, %.1e above its basin; %lld queries\n", scene, energy,
+                    energy / rest - 1, report.wall_queries);
+        EXPECT_NEAR(energy, rest, 1e-9 * rest) << scene;
+        EXPECT_NEAR(energy, nearest(energy, minima), 5e-5) << scene;
+    }
+}
+
+TEST(PaperRelaxer, KoningsAndTheCombinationSettleInTheHairpinAtListedMinima) {
+    for (const auto& [config, cycles] : {std::pair{kind_of(RelaxerKind::Konings), 300},
+                                         {kind_of(RelaxerKind::Combined, 1), 300},
+                                         {kind_of(RelaxerKind::Combined, 2), 150}}) {
+        auto [wall, wire] = scene_setup("hairpin");
+        make_relaxer(config)->relax(wire, wall, whole_cycles(wire.segments(), cycles));
+        const double energy = energy_of(wire, wall);
+        std::printf("kind %d, M = %d: U = %.6f N·mm\n", static_cast<int>(config.kind), config.varied_segments,
+                    energy);
+        EXPECT_NEAR(energy, nearest(energy, {13.4646, 13.4661, 13.4681, 13.4716}), 1e-4);
+    }
+}
+
+TEST(PaperRelaxer, StoredPlanesAskAMeshATenthAndTakeHalfTheTime) {
+    // Ten cycles from the centreline in the sinuous scene's tube as a mesh, by processor time.
+    auto [tube, start] = scene_setup("sinuous");
+    const engine::Scene& scene = *engine::find_scene("sinuous");
+    const engine::Anatomy anatomy = engine::tube_anatomy("tube", tube.centreline(), scene.radius);
+    const MeshWall mesh(anatomy.lumen, anatomy.branches, anatomy.openings(), scene.wall_stiffness);
+    long long queries[2];
+    double seconds[2], energy[2];
+    for (const bool stored : {false, true}) {
+        Guidewire wire = start;
+        RelaxerConfig config = kind_of(RelaxerKind::Segment, 2);
+        config.safeguard = false;
+        config.stored_planes = stored;
+        const std::clock_t before = std::clock();
+        queries[stored] = make_relaxer(config)->relax(wire, mesh, whole_cycles(200, 10)).wall_queries;
+        seconds[stored] = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+        energy[stored] = energy_of(wire, mesh);
+        std::printf("%s: %.3g queries and %.3g ms a cycle, U = %.6f N·mm\n", stored ? "stored" : "plain",
+                    static_cast<double>(queries[stored]) / 10, 100 * seconds[stored], energy[stored]);
+    }
+    EXPECT_LT(10 * queries[1], queries[0]);
+    EXPECT_LT(2 * seconds[1], seconds[0]);
+    EXPECT_NEAR(energy[1], energy[0], 0.01 * energy[0]);  // a mesh of planes keeps both bouncing
 }
