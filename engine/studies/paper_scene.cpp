@@ -41,7 +41,7 @@ NamedMethod paper_method(int varied_segments, int separation) {
     method.config.safeguard = false;
     if (separation > 0) {
         method.config.separation = separation;
-        method.name += fmt::format(", δ = {}", separation);
+        method.name += fmt::format(" δ = {}", separation);
     }
     return method;
 }
@@ -49,7 +49,8 @@ NamedMethod paper_method(int varied_segments, int separation) {
 Rest as_it_is(const physics::LumenWall& wall, Guidewire wire) {
     const auto contacts = physics::all_contacts(wire, wall);
     const double gradient = physics::relative_gradient(wire, contacts);
-    return {std::move(wire), gradient, physics::total_energy(wire, contacts).total()};
+    const physics::Energy energy = physics::total_energy(wire, contacts);
+    return {std::move(wire), gradient, energy.total(), energy.wall};
 }
 
 Rest paper_rest(const PaperScene& scene, int cycles) {

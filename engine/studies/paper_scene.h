@@ -47,6 +47,7 @@ struct Rest {
     physics::Guidewire wire;
     double gradient = 0;  // |g|/C [-]
     double energy = 0;    // [N·mm]
+    double wall = 0;      // the wall's part of it [N·mm]
 };
 Rest as_it_is(const physics::LumenWall&, physics::Guidewire);
 /// What the paper takes for equilibrium: the wire after 200 cycles, here with M = 2.

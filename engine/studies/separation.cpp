@@ -26,7 +26,7 @@ struct Run {
     long long records = 0;
 
     std::string name() const {
-        return varied == 1 ? "M = 1" : fmt::format("M = {}, δ = {}", varied, separation);
+        return varied == 1 ? "M = 1" : fmt::format("M = {} δ = {}", varied, separation);
     }
 };
 
@@ -34,17 +34,18 @@ std::string cycles_text(double cycles) {
     return std::isfinite(cycles) ? fmt::format("{:.1f}", cycles) : std::string("never");
 }
 
-const Run* fastest(const std::vector<Run>& runs, int setting, int varied) {
+/// To within the limit-th limit; null where none gets there.
+const Run* fastest(const std::vector<Run>& runs, int setting, int varied, int limit = 0) {
     const Run* best = nullptr;
     for (const Run& run : runs) {
-        if (run.setting != setting || run.varied != varied || !std::isfinite(run.settled[0])) continue;
-        if (!best || run.settled[0] < best->settled[0]) best = &run;
+        if (run.setting != setting || run.varied != varied || !std::isfinite(run.settled[limit])) continue;
+        if (!best || run.settled[limit] < best->settled[limit]) best = &run;
     }
     return best;
 }
 
-double best_separation(const std::vector<Run>& runs, int setting, int varied) {
-    const Run* best = fastest(runs, setting, varied);
+double best_separation(const std::vector<Run>& runs, int setting, int varied, int limit = 0) {
+    const Run* best = fastest(runs, setting, varied, limit);
     return best ? best->separation : std::nan("");
 }
 
@@ -60,9 +61,13 @@ std::vector<Claim> claims(const std::vector<Run>& runs, const std::vector<int>& 
     const std::string measure = fmt::format("Least cycles after which |d_{}| stays within 0.1 mm.", joint);
     for (const int varied : {2, 3}) {
         const double best = best_separation(runs, 0, varied);
-        list.push_back({fmt::format("Fig. 5{}: separation of the fastest M = {} [segments]",
-                                    varied == 2 ? 'a' : 'b', varied),
-                        std::string("10 to 20"), best, best >= 10 && best <= 20, measure});
+        list.push_back(
+            {fmt::format("Fig. 5{}: separation of the fastest M = {} [segments]", varied == 2 ? 'a' : 'b',
+                         varied),
+             std::string("10 to 20"), best, best >= 10 && best <= 20,
+             fmt::format("{} Within 0.01 mm the fastest is δ = {:g}: what counts as relaxed decides "
+                         "between separations that are nearly as fast.",
+                         measure, best_separation(runs, 0, varied, 1))});
     }
     const Run& single = find(runs, 1, 0);
     const Run* best = fastest(runs, 0, 2);

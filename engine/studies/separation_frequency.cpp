@@ -84,11 +84,12 @@ std::vector<Claim> claims(const std::vector<Frequencies>& all) {
              shape)});
     const std::string of_three = peaks(three, 0) + "; " + peaks(three, 1),
                       of_four = peaks(four, 0) + "; " + peaks(four, 1) + "; " + peaks(four, 2);
-    list.push_back({"Fig. 9: with M = 3 and M = 4 some peaks appear: at δ1; δ2; δ3", std::string("some"),
-                    fmt::format("M = 3: {}, M = 4: {}", of_three, of_four),
-                    of_three.find_first_of("0123456789") != std::string::npos &&
-                        of_four.find_first_of("0123456789") != std::string::npos,
-                    "A peak stands a tenth above both neighbours, the ends of the interval left out."});
+    list.push_back(
+        {"Fig. 9: with M = 3 and M = 4 some peaks appear: at δ1; δ2; δ3", std::string("some"),
+         fmt::format("M = 3: {}, M = 4: {}", of_three, of_four),
+         of_three.find_first_of("0123456789") != std::string::npos &&
+             of_four.find_first_of("0123456789") != std::string::npos,
+         "A peak stands a tenth above both neighbours, the ends of the interval left out. " + shape});
     list.push_back({"Fig. 9: the frequency of δ2 = 5 is large: M = 3, M = 4 [%]", std::string("large"),
                     fmt::format("{:.1f}, {:.1f}", three.percent(1, kLeast), four.percent(1, kLeast)),
                     three.most_frequent(1) == kLeast && four.most_frequent(1) == kLeast,
@@ -101,7 +102,7 @@ Plot picture(const PaperScene& scene, int cycles) {
     Plot plot{"separation_frequency", "", 900, 860};
     plot.commands =
         "set multiplot layout 3,1\nset grid y lc rgb '#dddddd'\nset style fill solid 0.85 noborder\n"
-        "set boxwidth 0.26\nset xtics 5,1,25\nset xrange [4.4:25.6]\nset yrange [0:*]\nset key top right\n"
+        "set boxwidth 0.26\nset xtics 5,1,25\nset xrange [4.4:25.6]\nset yrange [0:*]\nset key top center\n"
         "set ylabel 'chosen [%]'\n";
     for (int m = 2; m <= kMost; ++m) {
         plot.commands += fmt::format("set title 'M = {}'\nset xlabel '{}'\nplot ", m,

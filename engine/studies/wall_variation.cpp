@@ -276,13 +276,15 @@ std::vector<Plot> pictures(const Setting& s, std::size_t realisations) {
 
     Plot running{"wall_variation_running", "", 900, 900};
     running.commands =
-        grid + "set multiplot layout 3,1\nset ylabel 'deviation d [mm]'\nset key outside right top\n";
+        grid + "set multiplot layout 3,1\nset ylabel 'deviation d [µm]'\nset key outside right top\n";
     for (std::size_t k = 0; k < s.size.joints.size(); ++k)
         running.commands += fmt::format(
             "set title 'joint {0}'\nset xlabel '{1}'\n"
-            "plot 'wall_variation_running.csv' skip 1 using ($1 == {0} ? $2 : 1/0):3 with lines lw 1.5 lc "
+            "plot 'wall_variation_running.csv' skip 1 using ($1 == {0} ? $2 : 1/0):(1000*$3) with lines lw "
+            "1.5 lc "
             "rgb '#009E73' "
-            "title 'mean', \\\n     '' skip 1 using ($1 == {0} ? $2 : 1/0):4 with lines lw 1.5 lc rgb "
+            "title 'mean', \\\n     '' skip 1 using ($1 == {0} ? $2 : 1/0):(1000*$4) with lines lw 1.5 lc "
+            "rgb "
             "'#D55E00' title 'rms'\n",
             s.size.joints[k], k + 1 == s.size.joints.size() ? "realisations" : "");
     running.commands += "unset multiplot\n";
@@ -292,22 +294,24 @@ std::vector<Plot> pictures(const Setting& s, std::size_t realisations) {
     plots.push_back(running);
 
     Plot joints{"wall_variation_joints", "", 900, 460};
-    joints.commands = grid +
-                      "set xlabel 'joint i'\nset ylabel 'deviation d_i [mm]'\nset key outside right top\n"
-                      "plot 'wall_variation_joints.csv' skip 1 using 1:2 with lines lw 1.5 lc rgb '#009E73' "
-                      "title 'mean', \\\n"
-                      "     '' skip 1 using 1:3 with lines lw 1.5 lc rgb '#D55E00' title 'rms'\n";
+    joints.commands =
+        grid +
+        "set xlabel 'joint i'\nset ylabel 'deviation d_i [µm]'\nset key outside right top\n"
+        "plot 'wall_variation_joints.csv' skip 1 using 1:(1000*$2) with lines lw 1.5 lc rgb '#009E73' "
+        "title 'mean', \\\n"
+        "     '' skip 1 using 1:(1000*$3) with lines lw 1.5 lc rgb '#D55E00' title 'rms'\n";
     joints.caption = fmt::format(
         "Mean and rms of the lateral deviation of each joint in {} realisations (the paper's Fig. 17): {}.",
         realisations, where(s));
     plots.push_back(joints);
 
     Plot density{"wall_variation_deviation", "", 800, 460};
-    density.commands = grid +
-                       "set style fill solid 0.8 noborder\nset xlabel 'lateral deviation d [mm]'\nset ylabel "
-                       "'density [1/mm]'\n"
-                       "set yrange [0:*]\nunset key\n"
-                       "plot 'wall_variation_deviation.csv' skip 1 using 1:2 with boxes lc rgb '#0072B2'\n";
+    density.commands =
+        grid +
+        "set style fill solid 0.8 noborder\nset xlabel 'lateral deviation d [µm]'\nset ylabel "
+        "'density [1/µm]'\n"
+        "set yrange [0:*]\nunset key\n"
+        "plot 'wall_variation_deviation.csv' skip 1 using (1000*$1):($2/1000) with boxes lc rgb '#0072B2'\n";
     density.caption = fmt::format(
         "Density of the lateral deviation of all joints in {} realisations (the paper's Fig. 18): {}.",
         realisations, where(s));
@@ -337,7 +341,7 @@ StudyResult finish(const StudyOptions& options, const Rows& rows) {
         squares += of_joint.back().rms * of_joint.back().rms / s.size.segments;
     }
     const Spread k = spread_of(stiffness, static_cast<std::size_t>(s.size.pieces_of_artery));
-    const double reach = 4 * std::sqrt(squares);
+    const double reach = 8 * std::sqrt(squares);
 
     StudyResult result;
     result.claims = claims(s, rows, k, of_joint, deviations);
