@@ -14,10 +14,12 @@
 
 #include "app/anatomy_command.h"
 #include "app/progress_bar.h"
+#include "engine/error.h"
 #include "engine/headless.h"
 #include "engine/relax_method.h"
 #include "engine/relax_run.h"
 #include "engine/still.h"
+#include "engine/studies/shards.h"
 #include "engine/studies/study.h"
 
 namespace {
@@ -122,36 +124,64 @@ int relax(engine::RelaxRequest request, const engine::RelaxFiles& files) {
 
 struct StudyArguments {
     std::string id, out;
+    std::vector<std::filesystem::path> folders;  // of shards to merge
+    std::optional<std::string> shard;
     bool quick = false;
     int threads = 2;
+    std::uint64_t seed = 1;
 };
 
+int list_studies() {
+    for (const engine::Study& known : engine::all_studies())
+        fmt::print("{:<20} {}\n", known.id, known.question);
+    fmt::print("{:<20} {}\n", "all", "every one of them, and one page of all pictures and claims");
+    fmt::print("{:<20} {}\n", "merge", "makes one run of the folders that --shard left");
+    return 0;
+}
+
 int study(const StudyArguments& arguments) {
-    if (arguments.id.empty()) {
-        for (const engine::Study& known : engine::all_studies())
-            fmt::print("{:<16} {}\n", known.id, known.question);
-        return 0;
-    }
-    const engine::Study& chosen = engine::find_study(arguments.id);
-    if (arguments.out.empty()) {
-        fmt::print(stderr, "seldinger: study {}: --out is missing; a folder is accepted\n", chosen.id);
-        return bad_input;
-    }
+    const std::string& id = arguments.id;
+    if (id.empty()) return list_studies();
+    const bool all = id == "all", merge = id == "merge";
+    const engine::Study* chosen = all || merge ? nullptr : &engine::find_study(id);
+    if (arguments.out.empty())
+        throw engine::InputError(fmt::format("study {}: --out is missing; a folder is accepted", id));
+    if (!merge && !arguments.folders.empty())
+        throw engine::InputError(fmt::format("study {}: '{}' was found; folders go with 'study merge'", id,
+                                             arguments.folders.front().string()));
+    if (arguments.shard && !chosen)
+        throw engine::InputError(
+            fmt::format("--shard: 'study {}' cannot be cut; it goes with one study", id));
     engine::StudyOptions options;
     const char* meshes = std::getenv("SELDINGER_REAL_MESHES");
     options.real_meshes = meshes ? meshes : SELDINGER_ASSETS "/../../shared/anatomy";
     options.quick = arguments.quick;
     options.threads = arguments.threads;
+    options.seed = arguments.seed;
+    options.program = "seldinger " SELDINGER_VERSION;
     std::vector<std::string> notices;
     {
         ProgressBar bar;
         options.progress = [&bar](const engine::StudyProgress& p) {
             bar.show(static_cast<double>(p.done) / p.of, fmt::format("{}/{}  {}", p.done, p.of, p.what));
         };
-        notices = engine::run_study(chosen, arguments.out, options);
+        if (all)
+            notices = engine::run_all_studies(arguments.out, options);
+        else if (merge)
+            notices = engine::merge_shards(arguments.folders, arguments.out, options);
+        else if (arguments.shard)
+            engine::run_shard(*chosen, engine::parse_shard(*arguments.shard), arguments.out, options);
+        else
+            notices = engine::run_study(*chosen, arguments.out, options);
     }
     for (const std::string& notice : notices) fmt::print(stderr, "note: {}\n", notice);
-    fmt::print("{}: tables and pictures in {}, to be read from {}.md\n", chosen.id, arguments.out, chosen.id);
+    if (arguments.shard)
+        fmt::print("{}: shard {} in {}/shard.json\n", id, *arguments.shard, arguments.out);
+    else
+        fmt::print("{}: tables and pictures in {}, to be read from {}\n", id, arguments.out,
+                   all     ? "index.html"
+                   : merge ? "the page there"
+                           : id + ".md");
     return 0;
 }
 
@@ -306,12 +336,16 @@ int main(int count, char** values) {
 
     StudyArguments study_arguments;
     CLI::App* study_command = app.add_subcommand("study", "Run a study, or without an ID list them");
-    study_command->add_option("id", study_arguments.id, "Which study");
+    study_command->add_option("id", study_arguments.id, "Which study, or 'all', or 'merge'");
+    study_command->add_option("folders", study_arguments.folders, "Of 'merge': those that --shard left");
     study_command->add_option("--out", study_arguments.out, "Folder for tables and pictures");
     study_command->add_flag("--quick", study_arguments.quick,
                             "Shorter wires, less work: a try, not a result");
     study_command->add_option("--threads", study_arguments.threads, "Threads; results do not depend on them")
         ->check(CLI::Range(1, 256));
+    add_optional(study_command, "--shard", study_arguments.shard,
+                 "i/n: the i-th of n equal parts, for 'merge' (wall-variation)");
+    study_command->add_option("--seed", study_arguments.seed, "Of a study that draws random numbers");
 
     try {
         app.parse(count, values);

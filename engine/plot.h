@@ -10,6 +10,7 @@ struct Plot {
     std::string name;               // NAME.gp, NAME.svg, NAME.png
     std::string commands;           // gnuplot, without terminal and output; drawn once for each format
     int width = 900, height = 600;  // [pixels]
+    std::string caption = {};       // what it shows, a sentence or two, for a page
 };
 
 /// The script as it is written: for readers to change and run again with `gnuplot NAME.gp` in its folder.

@@ -6,17 +6,16 @@
 #include <fmt/format.h>
 #include <limits>
 #include <memory>
-#include <mutex>
 #include <numeric>
 
 #include "engine/anatomy/generate_run.h"
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/anatomy/vessel_presets.h"
 #include "engine/cpu_clock.h"
-#include "engine/parallel.h"
 #include "engine/relax_method.h"
 #include "engine/scenes.h"
 #include "engine/studies/slow_flow.h"
+#include "engine/studies/work.h"
 #include "physics/energy.h"
 #include "physics/tube_wall.h"
 
@@ -303,25 +302,6 @@ Plot push_plot(const std::vector<Vessel>& vessels, const std::vector<Method>& li
     return panels("pareto_push", vessels, list, "median processor time of a push [s]",
                   "farthest joint from rest after any push [mm]", curves, "-1 notitle");
 }
-
-/// Does the pieces of work on all threads and tells how far they are.
-class Work {
-public:
-    Work(const StudyOptions& options, int of) : options_(options), of_(of) {}
-    void run(int count, const std::function<std::string(int)>& piece) {
-        for_each_index(count, options_.threads, [&](int k) {
-            const std::string what = piece(k);
-            const std::lock_guard lock(telling_);
-            ++done_;
-            if (options_.progress) options_.progress({done_, of_, what});
-        });
-    }
-
-private:
-    const StudyOptions& options_;
-    std::mutex telling_;
-    int done_ = 0, of_;
-};
 
 Table push_table(const std::vector<Vessel>& vessels, const std::vector<Method>& list,
                  const std::vector<int>& budgets, int pushes, Work& work) {

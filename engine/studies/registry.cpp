@@ -1,34 +1,36 @@
 #include <array>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "engine/error.h"
 #include "engine/files.h"
 #include "engine/studies/anatomy.h"
+#include "engine/studies/claims.h"
 #include "engine/studies/economy.h"
+#include "engine/studies/paper.h"
 #include "engine/studies/pareto.h"
 #include "engine/studies/stability.h"
 #include "engine/studies/study.h"
+#include "engine/studies/study_files.h"
 #include "engine/text.h"
 
 namespace engine {
 namespace {
 
 // Explicit, for a study that registers itself vanishes when it is linked from a static library.
-const std::array<Study, 4> studies = {{
+const std::array<Study, 11> studies = {{
     {"stability", "Which method survives which way of breaking it?", run_stability},
     {"pareto", "Which method reaches which accuracy in the least time?", run_pareto},
     {"anatomy", "Are generated vessels fit to push wires through?", run_anatomy},
     {"economy", "What do a chosen λ and an adaptive wire save?", run_economy},
+    {"separation", "How far apart should varied segments be?", run_separation},
+    {"varied-segments", "How many segments should be varied at a time?", run_varied_segments},
+    {"separation-frequency", "Which separations does the paper's rule choose?", run_separation_frequency},
+    {"static-contact", "Which terms keep a wire at rest in touch with the wall?", run_static_contact},
+    {"resolution", "How does the energy depend on the number of segments?", run_resolution},
+    {"wall-variation", "How far does an uneven wall move the wire?", run_wall_variation,
+     &wall_variation_pieces},
+    {"cost", "What does a relaxation cycle cost?", run_cost},
 }};
-
-void make_writable(const std::filesystem::path& folder) {
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (!error && std::filesystem::is_directory(folder) && ::access(folder.c_str(), W_OK) == 0) return;
-    throw InputError(fmt::format("{}: cannot be written: {}; a folder that may be written is accepted",
-                                 folder.string(), error ? error.message() : "it is not such a folder"));
-}
 
 }  // namespace
 
@@ -50,13 +52,32 @@ std::vector<std::string> run_study(const Study& study, const std::filesystem::pa
     make_writable(out);
     StudyOptions with_cache = options;
     if (with_cache.cache.folder.empty()) with_cache.cache.folder = cache_beside(out);
-    const StudyResult result = study.run(with_cache);
-    for (const Table& table : result.tables) write_whole(out / (table.name + ".csv"), to_csv(table));
-    write_whole(out / (std::string(study.id) + ".md"), result.page);
+    return write_study(study, study.run(with_cache), out);
+}
+
+std::vector<std::string> run_all_studies(const std::filesystem::path& out, const StudyOptions& options) {
+    make_writable(out);
+    for (const Study& study : studies) make_writable(out / study.id);
+    StudyOptions each = options;
+    if (each.cache.folder.empty()) each.cache.folder = cache_beside(out);
     std::vector<std::string> notices;
-    for (const Plot& plot : result.plots) {
-        if (const std::string notice = write_plot(plot, out); !notice.empty()) notices.push_back(notice);
+    std::vector<std::pair<const Study*, StudyResult>> results;
+    std::vector<Claim> claims;
+    for (const Study& study : studies) {
+        if (options.progress)
+            each.progress = [&](StudyProgress p) {
+                p.what =
+                    fmt::format("study {}/{}, {}: {}", results.size() + 1, studies.size(), study.id, p.what);
+                options.progress(p);
+            };
+        StudyResult result = study.run(each);
+        for (const std::string& notice : write_study(study, result, out / study.id))
+            notices.push_back(fmt::format("{}/{}", study.id, notice));
+        claims.insert(claims.end(), result.claims.begin(), result.claims.end());
+        results.emplace_back(&study, std::move(result));
     }
+    write_whole(out / "claims.json", claims_json(claims));
+    write_whole(out / "index.html", studies_html(results, options.quick));
     return notices;
 }
 

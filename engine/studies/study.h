@@ -1,6 +1,7 @@
 #pragma once
 /// A study answers one question with numbers: tables, and a picture drawn from them.
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <span>
@@ -22,20 +23,43 @@ struct StudyProgress {
 struct StudyOptions {
     bool quick = false;                 // shorter wires and less work: a test, not a result
     int threads = 1;                    // results do not depend on it
+    std::uint64_t seed = 1;             // of a study that draws random numbers
+    std::string program;                // name and version; shards of another are not merged
     std::filesystem::path real_meshes;  // folder of meshes from elsewhere; may be missing
     ModelCache cache;                   // the folder, where empty, is cache beside the study's own
     std::function<void(const StudyProgress&)> progress;  // one call at a time
 };
 
+/// A published figure or statement against what was measured here. Times aside, the same on every run.
+struct Claim {
+    std::string text;               // where it is published and what it says, with its unit
+    TableCell published, measured;  // number or words; a number that is not finite was not to be had
+    bool holds = false;
+    std::string note = {};  // where it does not hold, the likely cause; else how it was measured
+};
+
 struct StudyResult {
     std::vector<Table> tables;  // each is written as NAME.csv
-    std::vector<Plot> plots;    // each reads one of the tables
+    std::vector<Plot> plots;    // each reads some of the tables
     std::string page;           // Markdown, written as ID.md
+    std::vector<Claim> claims;  // written as claims.json where there are any
+};
+
+/// Work of a study that can be cut in pieces which know nothing of one another: each leaves a row of numbers.
+struct PieceWork {
+    int (*pieces)(const StudyOptions&);
+    /// Columns of the rows, names with units; the first is the piece's number.
+    std::vector<std::string> (*columns)(const StudyOptions&);
+    /// Rows of the pieces first … last − 1.
+    std::vector<std::vector<double>> (*rows)(const StudyOptions&, int first, int last);
+    /// What the rows of all pieces come to.
+    StudyResult (*finish)(const StudyOptions&, const std::vector<std::vector<double>>& rows);
 };
 
 struct Study {
     std::string_view id, question;
     StudyResult (*run)(const StudyOptions&);
+    const PieceWork* in_pieces = nullptr;  // where it can be run in shards
 };
 
 /// Every study there is, in the order they are listed.
@@ -46,5 +70,9 @@ const Study& find_study(std::string_view id);
 /// Runs the study and leaves its files in the folder, which is made. Returns notices, such as that no picture
 /// was drawn. Throws InputError, before any work when the folder cannot be written.
 std::vector<std::string> run_study(const Study&, const std::filesystem::path& out, const StudyOptions&);
+
+/// Runs every study into a folder of its name, and leaves index.html with all pictures and claims, and the
+/// claims as claims.json. Returns notices; throws as run_study does.
+std::vector<std::string> run_all_studies(const std::filesystem::path& out, const StudyOptions&);
 
 }  // namespace engine

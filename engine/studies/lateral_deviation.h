@@ -1,0 +1,70 @@
+#pragma once
+/// The paper's measure of a joint's way to equilibrium: its lateral deviation d_i from a reference curve in a
+/// plane, followed through the updates of a relaxation.
+
+#include <limits>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/guidewire.h"
+#include "physics/relaxer.h"
+
+namespace engine {
+
+/// A wire's joints projected on the xy plane, where the tubes of the paper's kind lie.
+class ReferenceCurve {
+public:
+    /// Two joints or more, no two in succession at one place (asserted).
+    explicit ReferenceCurve(std::span<const physics::Vec3> joints);
+    /// d: least distance in the plane, > 0 to the right of the curve [mm].
+    double deviation(const physics::Vec3&) const;
+
+private:
+    std::vector<physics::Vec2> points_, along_;  // along_[k]: unit, from point k to k + 1
+    std::vector<double> lengths_;
+};
+
+/// d_i of one joint after every update that moves it, b ≤ i, against the number of cycles.
+class DeviationTrace {
+public:
+    DeviationTrace(const ReferenceCurve& curve, int joint, int segments);
+
+    void observe(int first_moved, const physics::Guidewire&);
+
+    int joint() const { return joint_; }
+    long long records() const { return records_; }
+    /// Cycles after which |d_i| is within `limit` to the end; infinite if it never is. Limits in kLimits.
+    double settled(double limit) const;
+    /// Largest less least d_i of the whole cycle `cycle` (from 0) [mm].
+    double swing(int cycle) const;
+    /// |d_i| at the end of cycle `cycle` (from 0), over that at the first record [-].
+    double left_after(int cycle) const;
+
+    /// The trace as a few thousand points: the least and the largest d_i of each fifth of a cycle, in the
+    /// order they came in, so that an oscillation is as wide as it was.
+    struct Point {
+        double cycles, deviation;  // [-], [mm]
+    };
+    std::vector<Point> points() const;
+
+    static constexpr double kLimits[] = {0.1, 0.01, 0.001};  // [mm]
+
+private:
+    struct Extremes {
+        Point least, largest, last;
+    };
+    const ReferenceCurve& curve_;
+    int joint_;
+    double per_cycle_;  // updates
+    long long updates_ = 0, records_ = 0;
+    double exceeded_[3] = {};
+    double start_ = 0;  // d_i of the first record [mm]
+    std::vector<std::pair<long long, Extremes>> bins_;
+};
+
+/// Relaxes the wire for so many cycles and lets the traces follow.
+physics::RelaxReport follow(const physics::RelaxerConfig&, physics::Guidewire&, const physics::LumenWall&,
+                            int cycles, std::span<DeviationTrace>);
+
+}  // namespace engine

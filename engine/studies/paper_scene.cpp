@@ -1,0 +1,81 @@
+#include "engine/studies/paper_scene.h"
+
+#include <algorithm>
+#include <array>
+#include <fmt/format.h>
+
+#include "engine/scenes.h"
+#include "physics/energy.h"
+
+namespace engine {
+
+using physics::Guidewire;
+
+std::string PaperScene::text() const {
+    return fmt::format(
+        "scene {}, lumen radius {:g} mm, N = {}, λ = {:g} mm, EI = {:g} N·mm², k = {:g} N/mm a joint", name,
+        wall->radius(), segments(), start.spec.segment_length, start.spec.shaft_rigidity, stiffness);
+}
+
+PaperScene paper_scene(const char* name, const SceneChange& change) {
+    const Scene& scene = *find_scene(name);
+    physics::GuidewireSpec spec;
+    spec.segment_length = change.segment_length > 0 ? change.segment_length : scene.segment_length;
+    spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
+    spec.curved_length = spec.curved_angle = 0;
+    const physics::Polyline path = draw(scene.path);
+    const double radius = change.radius > 0 ? change.radius : scene.radius;
+    const double stiffness = scene.wall_stiffness * spec.segment_length / scene.segment_length;
+    return {name, std::make_shared<physics::TubeWall>(path, radius, stiffness),
+            physics::wire_along(spec, path, change.segments > 0 ? change.segments : scene.segments),
+            stiffness};
+}
+
+NamedMethod paper_method(int varied_segments, int separation) {
+    // Okabe and Ito's colours, told apart by the colour-blind.
+    constexpr std::array<const char*, 5> colours = {"#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9"};
+    NamedMethod method{
+        fmt::format("M = {}", varied_segments), {}, fmt::format("lc rgb '{}'", colours[varied_segments - 1])};
+    method.config.kind = physics::RelaxerKind::Segment;
+    method.config.varied_segments = varied_segments;
+    method.config.safeguard = false;
+    if (separation > 0) {
+        method.config.separation = separation;
+        method.name += fmt::format(" δ = {}", separation);
+    }
+    return method;
+}
+
+Rest as_it_is(const physics::LumenWall& wall, Guidewire wire) {
+    const auto contacts = physics::all_contacts(wire, wall);
+    const double gradient = physics::relative_gradient(wire, contacts);
+    const physics::Energy energy = physics::total_energy(wire, contacts);
+    return {std::move(wire), gradient, energy.total(), energy.wall};
+}
+
+Rest paper_rest(const PaperScene& scene, int cycles) {
+    Guidewire wire = scene.start;
+    physics::make_relaxer(paper_method(2).config)
+        ->relax(wire, *scene.wall, physics::whole_cycles(wire.segments(), cycles));
+    return as_it_is(*scene.wall, std::move(wire));
+}
+
+Rest global_rest(const physics::LumenWall& wall, Guidewire from) {
+    physics::make_relaxer({})->relax(from, wall, {1'000'000'000, 0, 0});
+    return as_it_is(wall, std::move(from));
+}
+
+double farthest_joint(const Guidewire& a, const Guidewire& b) {
+    double farthest = 0;
+    for (std::size_t i = 0; i < a.joints.size(); ++i)
+        farthest = std::max(farthest, (a.joints[i] - b.joints[i]).norm());
+    return farthest;
+}
+
+std::string series(const std::string& table, const std::string& series, int x, int y,
+                   const std::string& look) {
+    return fmt::format("'{}.csv' skip 1 using (strcol(1) eq '{}' ? ${} : 1/0):{} {}", table, series, x, y,
+                       look);
+}
+
+}  // namespace engine

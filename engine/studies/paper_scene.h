@@ -1,0 +1,64 @@
+#pragma once
+/// What the studies of the paper share: its wire in a scene's tube, and its methods.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/plot.h"
+#include "physics/guidewire.h"
+#include "physics/relaxer.h"
+#include "physics/tube_wall.h"
+
+namespace engine {
+
+/// A wire on the centreline of a scene's tube.
+struct PaperScene {
+    std::string name;
+    std::shared_ptr<const physics::TubeWall> wall;
+    physics::Guidewire start;
+    double stiffness = 0;  // k of a joint [N/mm]
+
+    int segments() const { return start.segments(); }
+    /// "scene sinuous, lumen radius 1 mm, N = 200, λ = 1 mm, EI = 50 N·mm², k = 42 N/mm a joint".
+    std::string text() const;
+};
+
+/// What is changed of a scene; zero = as it is. With another λ the wall stays as stiff per length of wire.
+struct SceneChange {
+    int segments = 0;
+    double segment_length = 0;  // λ [mm]
+    double radius = 0;          // of the lumen [mm]
+};
+PaperScene paper_scene(const char* name, const SceneChange& = {});
+
+/// A method, what pictures call it, and how its line looks there.
+struct NamedMethod {
+    std::string name;
+    physics::RelaxerConfig config;
+    std::string look;
+};
+/// The paper's method as it is written, without safeguard: "M = 2", in the colour of its M. A separation of 0
+/// is chosen by Algorithm 2.
+NamedMethod paper_method(int varied_segments, int separation = 0);
+
+/// A wire, and how near to rest it is.
+struct Rest {
+    physics::Guidewire wire;
+    double gradient = 0;  // |g|/C [-]
+    double energy = 0;    // [N·mm]
+    double wall = 0;      // the wall's part of it [N·mm]
+};
+Rest as_it_is(const physics::LumenWall&, physics::Guidewire);
+/// What the paper takes for equilibrium: the wire after 200 cycles, here with M = 2.
+Rest paper_rest(const PaperScene&, int cycles = 200);
+/// To a gradient over C of 1e-8, by the global relaxer.
+Rest global_rest(const physics::LumenWall&, physics::Guidewire from);
+
+double farthest_joint(const physics::Guidewire&, const physics::Guidewire&);  // [mm]
+
+/// One curve for gnuplot's plot: the rows of NAME.csv whose first cell is `series`, its columns x and y.
+std::string series(const std::string& table, const std::string& series, int x, int y,
+                   const std::string& look);
+
+}  // namespace engine

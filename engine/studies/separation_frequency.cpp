@@ -1,0 +1,155 @@
+#include <algorithm>
+#include <array>
+#include <fmt/format.h>
+
+#include "engine/studies/claims.h"
+#include "engine/studies/paper.h"
+#include "engine/studies/paper_scene.h"
+#include "engine/studies/work.h"
+#include "physics/segment_relaxer.h"
+
+namespace engine {
+namespace {
+
+constexpr int kLeast = physics::kLeastSeparation, kLargest = physics::kLargestSeparation;
+constexpr int kMost = 4;  // varied segments looked at
+constexpr const char* kColours[] = {"#0072B2", "#E69F00", "#009E73"};
+
+/// How often each separation was chosen; [m] is δ_{m+1}.
+struct Frequencies {
+    std::array<std::array<long long, kLargest + 1>, kMost - 1> counts{};
+    long long updates = 0;
+
+    double percent(int m, int delta) const {
+        long long all = 0;
+        for (const long long count : counts[m]) all += count;
+        return all > 0 ? 100.0 * static_cast<double>(counts[m][delta]) / static_cast<double>(all) : 0.0;
+    }
+    int most_frequent(int m) const {
+        return static_cast<int>(std::max_element(counts[m].begin(), counts[m].end()) - counts[m].begin());
+    }
+};
+
+Frequencies count(const PaperScene& scene, int varied_segments, int cycles) {
+    Frequencies result;
+    physics::SegmentRelaxer relaxer(paper_method(varied_segments).config);
+    physics::Guidewire wire = scene.start;
+    const auto report = relaxer.relax(wire, *scene.wall, physics::whole_cycles(wire.segments(), cycles),
+                                      [&](int, const physics::Guidewire&) {
+                                          const auto varied = relaxer.last_varied();
+                                          for (std::size_t m = 1; m < varied.size(); ++m)
+                                              ++result.counts[m - 1][varied[m] - varied[m - 1]];
+                                      });
+    result.updates = report.updates;
+    return result;
+}
+
+/// Largest rise of the frequency from one separation to a larger one, in percent of all choices.
+double largest_rise(const Frequencies& f, int m) {
+    double least = 100, rise = 0;
+    for (int delta = kLeast; delta <= kLargest; ++delta) {
+        rise = std::max(rise, f.percent(m, delta) - least);
+        least = std::min(least, f.percent(m, delta));
+    }
+    return rise;
+}
+
+/// Separations strictly inside [5, 25] that are chosen more often than both neighbours, by a tenth at least.
+std::string peaks(const Frequencies& f, int m) {
+    std::string list;
+    for (int delta = kLeast + 1; delta < kLargest; ++delta) {
+        const double here = f.percent(m, delta);
+        if (here > 1.1 * f.percent(m, delta - 1) && here > 1.1 * f.percent(m, delta + 1))
+            list += fmt::format("{}{}", list.empty() ? "" : ", ", delta);
+    }
+    return list;
+}
+
+std::vector<Claim> claims(const std::vector<Frequencies>& all) {
+    const Frequencies &two = all[0], &three = all[1], &four = all[2];
+    const double at_5 = two.percent(0, kLeast), at_25 = two.percent(0, kLargest), rise = largest_rise(two, 0);
+    const std::string shape =
+        "Which separations pay is told by the contacts between the segments: another tube, other "
+        "frequencies.";
+    std::vector<Claim> list;
+    list.push_back({"Fig. 9: with M = 2, δ1 = 5 is chosen somewhat more often than δ1 = 25 [%]",
+                    std::string("somewhat more often"), fmt::format("{:.1f} against {:.1f}", at_5, at_25),
+                    at_5 > at_25, "Of all choices in the cycles."});
+    list.push_back(
+        {"Fig. 9: with M = 2 the frequency of δ1 falls monotonically: largest rise to a larger δ1 [%]", 0.0,
+         rise, rise <= 0,
+         fmt::format(
+             "Least often chosen: δ1 = {}. {}",
+             std::min_element(two.counts[0].begin() + kLeast, two.counts[0].end()) - two.counts[0].begin(),
+             shape)});
+    const std::string of_three = peaks(three, 0) + "; " + peaks(three, 1),
+                      of_four = peaks(four, 0) + "; " + peaks(four, 1) + "; " + peaks(four, 2);
+    list.push_back(
+        {"Fig. 9: with M = 3 and M = 4 some peaks appear: at δ1; δ2; δ3", std::string("some"),
+         fmt::format("M = 3: {}, M = 4: {}", of_three, of_four),
+         of_three.find_first_of("0123456789") != std::string::npos &&
+             of_four.find_first_of("0123456789") != std::string::npos,
+         "A peak stands a tenth above both neighbours, the ends of the interval left out. " + shape});
+    list.push_back({"Fig. 9: the frequency of δ2 = 5 is large: M = 3, M = 4 [%]", std::string("large"),
+                    fmt::format("{:.1f}, {:.1f}", three.percent(1, kLeast), four.percent(1, kLeast)),
+                    three.most_frequent(1) == kLeast && four.most_frequent(1) == kLeast,
+                    fmt::format("Large: the most frequent. Here that is {} and {}.", three.most_frequent(1),
+                                four.most_frequent(1))});
+    return list;
+}
+
+Plot picture(const PaperScene& scene, int cycles) {
+    Plot plot{"separation_frequency", "", 900, 860};
+    plot.commands =
+        "set multiplot layout 3,1\nset grid y lc rgb '#dddddd'\nset style fill solid 0.85 noborder\n"
+        "set boxwidth 0.26\nset xtics 5,1,25\nset xrange [4.4:25.6]\nset yrange [0:*]\nset key top center\n"
+        "set ylabel 'chosen [%]'\n";
+    for (int m = 2; m <= kMost; ++m) {
+        plot.commands += fmt::format("set title 'M = {}'\nset xlabel '{}'\nplot ", m,
+                                     m == kMost ? "separation δ [segments]" : "");
+        for (int k = 0; k < m - 1; ++k)
+            plot.commands += fmt::format(
+                "{}'separation_frequency.csv' skip 1 using ($1 == {} && $2 == {} ? $3 + {} : "
+                "1/0):4 with boxes lc rgb '{}' title 'δ_{}'",
+                k > 0 ? ", \\\n     " : "", m, k + 1, 0.28 * (k - 0.5 * (m - 2)), kColours[k], k + 1);
+        plot.commands += "\n";
+    }
+    plot.commands += "unset multiplot\n";
+    plot.caption =
+        fmt::format("How often Algorithm 2 chooses each separation in {} cycles (the paper's Fig. 9): {}.",
+                    cycles, scene.text());
+    return plot;
+}
+
+}  // namespace
+
+StudyResult run_separation_frequency(const StudyOptions& options) {
+    const int cycles = options.quick ? 10 : 100;
+    const PaperScene scene = paper_scene("sinuous", {options.quick ? 100 : 0, 0, 0});
+    std::vector<Frequencies> all(kMost - 1);
+    Work work(options, kMost - 1);
+    work.run(kMost - 1, [&](int k) {
+        all[k] = count(scene, 2 + k, cycles);
+        return fmt::format("M = {}", 2 + k);
+    });
+    StudyResult result;
+    Table table{
+        "separation_frequency", {"varied_segments", "index", "separation", "chosen_percent", "count"}, {}};
+    for (int m = 2; m <= kMost; ++m)
+        for (int k = 0; k < m - 1; ++k)
+            for (int delta = kLeast; delta <= kLargest; ++delta)
+                table.add({static_cast<double>(m), k + 1.0, static_cast<double>(delta),
+                           all[m - 2].percent(k, delta), static_cast<double>(all[m - 2].counts[k][delta])});
+    result.claims = claims(all);
+    result.plots = {picture(scene, cycles)};
+    result.page =
+        claims_page("separation-frequency", "Which separations Algorithm 2 chooses",
+                    fmt::format("From the centreline, {} cycles with the paper's method, without safeguard: "
+                                "{}.",
+                                cycles, scene.text()),
+                    result, options);
+    result.tables = {std::move(table)};
+    return result;
+}
+
+}  // namespace engine

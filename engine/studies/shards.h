@@ -1,0 +1,32 @@
+#pragma once
+/// A study cut in shards, so that a batch system can spread it; merged they give the bytes of one run.
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/studies/study.h"
+
+namespace engine {
+
+/// The `index`-th of `count` equal shares, counted from 1.
+struct Shard {
+    int index = 1, count = 1;
+};
+
+/// "i/n", 1 ≤ i ≤ n. Throws InputError.
+Shard parse_shard(std::string_view);
+
+/// Runs one share and leaves shard.csv, its rows, and shard.json, what they belong to. Throws InputError,
+/// before any work: the study has no pieces, there are more shards than pieces, the folder cannot be written.
+void run_shard(const Study&, const Shard&, const std::filesystem::path& out, const StudyOptions&);
+
+/// Makes of the shards in these folders, given in any order, what the whole run would have left. Returns
+/// notices. `options` lend threads, program and cache; the shards tell the rest. Throws InputError and writes
+/// nothing when one is missing, twice there, damaged, or of another study, seed, size or program.
+std::vector<std::string> merge_shards(std::span<const std::filesystem::path> folders,
+                                      const std::filesystem::path& out, const StudyOptions& options);
+
+}  // namespace engine

@@ -1,0 +1,21 @@
+#pragma once
+/// What a study leaves in its folder.
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "engine/studies/study.h"
+
+namespace engine {
+
+/// Makes the folder. Throws InputError when it cannot be written.
+void make_writable(const std::filesystem::path& folder);
+
+/// Tables, page, claims and pictures. Returns notices, such as that no picture was drawn. Throws InputError.
+std::vector<std::string> write_study(const Study&, const StudyResult&, const std::filesystem::path& out);
+
+/// One HTML page of all pictures with their captions, and the claims.
+std::string studies_html(const std::vector<std::pair<const Study*, StudyResult>>&, bool quick);
+
+}  // namespace engine

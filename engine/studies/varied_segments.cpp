@@ -1,0 +1,423 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "engine/studies/claims.h"
+#include "engine/studies/lateral_deviation.h"
+#include "engine/studies/paper.h"
+#include "engine/studies/paper_scene.h"
+#include "engine/studies/work.h"
+
+namespace engine {
+namespace {
+
+/// What is followed on the sinuous tube, and the hard joint.
+struct Sizes {
+    int segments = 200, cycles = 100;
+    std::vector<int> joints = {50, 100, 165};
+    int short_cycles = 10;  // of the last joint's picture and claims
+    int hard_segments = 120, hard_joint = 92, hard_cycles = 80;
+    int rest_cycles = 200, long_cycles = 300;
+};
+
+Sizes sizes(bool quick) {
+    if (!quick) return {};
+    return {60, 12, {15, 30, 50}, 10, 60, 46, 10, 40, 30};
+}
+
+struct Run {
+    NamedMethod method;
+    std::vector<DeviationTrace> traces;
+};
+
+std::vector<NamedMethod> sinuous_methods() {
+    std::vector<NamedMethod> list;
+    for (int m = 1; m <= 5; ++m) list.push_back(paper_method(m));
+    list.push_back(paper_method(2, 15));
+    list.push_back(paper_method(3, 15));
+    return list;
+}
+enum SinuousRun { kFive = 4, kTwoFixed, kThreeFixed };  // places in that list; M = m is at m − 1
+
+std::vector<NamedMethod> hard_methods() {
+    std::vector<NamedMethod> list = {paper_method(1), paper_method(2), paper_method(3)};
+    NamedMethod combined = paper_method(1);
+    combined.name = "M = 1 with geometrical";
+    combined.config.kind = physics::RelaxerKind::Combined;
+    combined.look = "lc rgb 'black'";
+    NamedMethod first = paper_method(1);
+    first.name = "first order (Eq. 22)";
+    first.config.kind = physics::RelaxerKind::FirstOrder;
+    first.look = "lc rgb '#CC79A7'";
+    NamedMethod konings = paper_method(1);
+    konings.name = "Konings et al.";
+    konings.config.kind = physics::RelaxerKind::Konings;
+    konings.look = "lc rgb '#D55E00'";
+    list.insert(list.end(), {combined, first, konings});
+    return list;
+}
+enum HardRun { kCombined = 3, kFirstOrder, kKonings };
+
+std::string cycles_text(double cycles) {
+    return std::isfinite(cycles) ? fmt::format("{:.1f}", cycles) : std::string("never");
+}
+
+/// Median over cycles from `first` on of half the swing of a cycle [mm].
+double usual_amplitude(const DeviationTrace& trace, int first, int cycles) {
+    std::vector<double> swings;
+    for (int c = first; c < cycles; ++c) swings.push_back(0.5 * trace.swing(c));
+    std::sort(swings.begin(), swings.end());
+    return swings[swings.size() / 2];
+}
+
+double largest_amplitude(const DeviationTrace& trace, int first, int cycles) {
+    double largest = 0;
+    for (int c = first; c < cycles; ++c) largest = std::max(largest, 0.5 * trace.swing(c));
+    return largest;
+}
+
+void claim_records(const std::vector<Run>& runs, const Sizes& size, std::vector<Claim>& claims) {
+    constexpr double published[] = {132e3, 515e3, 139e3};
+    for (std::size_t k = 0; k < size.joints.size(); ++k) {
+        const int i = size.joints[k], cycles = k < 2 ? size.cycles : size.short_cycles;
+        const double records = static_cast<double>(runs[0].traces[k].records()) / size.cycles * cycles;
+        claims.push_back(
+            {fmt::format("Fig. {}: records of d_{} in {} cycles", 6 + k, i, cycles), published[k], records,
+             std::abs(records - published[k]) < 500,
+             fmt::format("i(i+1)/2 a cycle, as Section 3 says; the published number is (i+1)(i+2)/2 = {} a "
+                         "cycle, joints counted from 0.",
+                         (i + 1) * (i + 2) / 2)});
+    }
+}
+
+void claim_joints(const std::vector<Run>& runs, const Sizes& size, std::vector<Claim>& claims) {
+    const std::string measure = "Cycles after which |d_i| stays within 0.1 mm.";
+    const auto settled = [&](int run, int k) { return runs[run].traces[k].settled(0.1); };
+    const auto of_each = [&](int k, int most) {
+        std::string text;
+        for (int m = 1; m <= most; ++m)
+            text += fmt::format("{}M = {}: {}", m > 1 ? ", " : "", m, cycles_text(settled(m - 1, k)));
+        return text;
+    };
+    const int half = size.cycles / 2;
+    claims.push_back(
+        {fmt::format("Fig. 6: d_{} with δ = 15 is faster at the beginning than with chosen δ; "
+                     "part of it left after 5 "
+                     "cycles",
+                     size.joints[0]),
+         std::string("less with δ = 15"),
+         fmt::format("M = 2: {:.3f} against {:.3f}, M = 3: {:.3f} against {:.3f}",
+                     runs[kTwoFixed].traces[0].left_after(4), runs[1].traces[0].left_after(4),
+                     runs[kThreeFixed].traces[0].left_after(4), runs[2].traces[0].left_after(4)),
+         runs[kTwoFixed].traces[0].left_after(4) < runs[1].traces[0].left_after(4) &&
+             runs[kThreeFixed].traces[0].left_after(4) < runs[2].traces[0].left_after(4),
+         fmt::format("Of |d_{}| at the start. The tube is another than the paper's.", size.joints[0])});
+    const auto noise = [&](int run, int k) {
+        return largest_amplitude(runs[run].traces[k], half, size.cycles);
+    };
+    claims.push_back(
+        {fmt::format("Fig. 6: d_{} is more stable with chosen δ than with δ = 15: largest amplitude in a "
+                     "cycle from {} on [mm]",
+                     size.joints[0], half),
+         std::string("smaller with chosen δ"),
+         fmt::format("M = 2: {:.1e} against {:.1e}, M = 3: {:.1e} against {:.1e}", noise(1, 0),
+                     noise(kTwoFixed, 0), noise(2, 0), noise(kThreeFixed, 0)),
+         noise(1, 0) < noise(kTwoFixed, 0) && noise(2, 0) < noise(kThreeFixed, 0),
+         "Half the swing in a cycle. Algorithm 2 may go to and fro between separations that promise as much, "
+         "which "
+         "turns the wire a little each time."});
+    const double three = settled(2, 0);
+    claims.push_back(
+        {fmt::format("Section 3.2: M = 4 and 5 are very similar to M = 3: d_{} [cycles]", size.joints[0]),
+         std::string("very similar"), of_each(0, 5),
+         std::abs(settled(3, 0) - three) < 0.25 * three && std::abs(settled(4, 0) - three) < 0.25 * three,
+         measure + " Similar: within a quarter."});
+    bool faster = true;
+    for (int m = 0; m < 3; ++m) faster = faster && settled(m, 1) < settled(m, 0);
+    claims.push_back({fmt::format("Fig. 7: d_{} relaxes faster than d_{} with M = 1, 2 and 3 [cycles]",
+                                  size.joints[1], size.joints[0]),
+                      std::string("faster"), of_each(1, 3) + " against " + of_each(0, 3), faster, measure});
+    const double least = std::min({settled(0, 1), settled(1, 1), settled(2, 1)}),
+                 most = std::max({settled(0, 1), settled(1, 1), settled(2, 1)});
+    claims.push_back(
+        {fmt::format("Fig. 7: similar relaxation times of d_{} with M = 1, 2 and 3 [cycles]", size.joints[1]),
+         std::string("similar"), of_each(1, 3), most < 2 * least,
+         measure +
+             " Similar: within a factor of 2. With M = 1 the joints before it never settle on this tube and "
+             "carry it along."});
+    const double usual = usual_amplitude(runs[0].traces[1], half, size.cycles);
+    claims.push_back(
+        {fmt::format("Fig. 7: amplitude of the oscillation of d_{} with M = 1 [mm]", size.joints[1]),
+         std::string("1e-4 to 1e-2"), usual, usual >= 1e-4 && usual <= 1e-2,
+         fmt::format("Half the swing in a cycle, median from cycle {} on.", half)});
+    const double quiet = std::max(0.5 * runs[1].traces[1].swing(half), 0.5 * runs[2].traces[1].swing(half));
+    claims.push_back(
+        {fmt::format("Fig. 7: noise of d_{} with M = 2 and 3 at about {} cycles is very small [mm]",
+                     size.joints[1], half),
+         std::string("very small"), quiet, quiet < 1e-3,
+         "Half the swing in that cycle, the larger of both. Very small: below 0.001 mm."});
+    const auto fast = [&](int run) { return runs[run].traces[2].settled(0.1); };
+    claims.push_back(
+        {fmt::format("Fig. 8: M = 3 relaxes d_{} fastest of M = 1, 2 and 3 [cycles]", size.joints[2]),
+         std::string("M = 3"), of_each(2, 3), fast(2) < fast(0) && fast(2) < fast(1),
+         measure +
+             fmt::format(" All are there within a cycle or so; to stay within 0.01 mm takes {}, {} and {}.",
+                         cycles_text(runs[0].traces[2].settled(0.01)),
+                         cycles_text(runs[1].traces[2].settled(0.01)),
+                         cycles_text(runs[2].traces[2].settled(0.01)))});
+    const double left_2 = runs[1].traces[2].left_after(1), left_3 = runs[2].traces[2].left_after(1);
+    claims.push_back(
+        {fmt::format("Fig. 8: very sharp decrease of d_{} in the beginning with M = 2 and 3: part left "
+                     "after 2 cycles",
+                     size.joints[2]),
+         std::string("very sharp"), fmt::format("M = 2: {:.3f}, M = 3: {:.3f}", left_2, left_3),
+         std::max(left_2, left_3) < 0.25, "Very sharp: less than a quarter is left."});
+    const double near_tip = usual_amplitude(runs[0].traces[2], half, size.cycles);
+    claims.push_back(
+        {fmt::format("Fig. 8: the noise of d_{} is larger than that of d_{}: amplitude with M = 1 [mm]",
+                     size.joints[2], size.joints[1]),
+         std::string("larger"), fmt::format("{:.1e} against {:.1e}", near_tip, usual), near_tip > usual,
+         fmt::format("Half the swing in a cycle, median from cycle {} on.", half)});
+}
+
+void claim_hard(const std::vector<Run>& runs, const Sizes& size, std::vector<Claim>& claims) {
+    const auto settled = [&](int run) { return runs[run].traces[0].settled(0.1); };
+    const std::string measure = fmt::format(
+        "Cycles after which |d_{}| stays within 0.1 mm. The wire of Fig. 10 is not published; ours is in a "
+        "hairpin.",
+        size.hard_joint);
+    const auto text = [&](std::initializer_list<int> list) {
+        std::string all;
+        for (const int run : list)
+            all += fmt::format("{}{}: {}", all.empty() ? "" : ", ", runs[run].method.name,
+                               cycles_text(settled(run)));
+        return all;
+    };
+    claims.push_back({"Fig. 10: the triple relaxation is the fastest [cycles]", std::string("M = 3"),
+                      text({0, 1, 2, 3}), settled(2) < std::min({settled(0), settled(1), settled(3)}),
+                      measure});
+    const double left = runs[1].traces[0].left_after(0);
+    claims.push_back({"Fig. 10: M = 2 decreases sharply within the first cycle: part of d_i left after it",
+                      std::string("sharp"), left, left < 0.5, "Sharp: less than half is left. " + measure});
+    claims.push_back({"Section 3.2: with the geometrical method M = 1 is not much faster than alone [cycles]",
+                      std::string("not much faster"), text({0, kCombined}),
+                      settled(kCombined) > 0.5 * settled(0),
+                      "Much faster: in less than half the cycles. " + measure});
+    claims.push_back(
+        {"Section 3.2: Eq. 22 is by far more efficient than the relaxation of Konings et al. [cycles]",
+         std::string("by far"), text({kFirstOrder, kKonings}),
+         settled(kFirstOrder) < 0.5 * settled(kKonings) ||
+             runs[kFirstOrder].traces[0].left_after(size.hard_cycles - 1) <
+                 0.5 * runs[kKonings].traces[0].left_after(size.hard_cycles - 1),
+         fmt::format(
+             "By far: half the cycles, or half of d_i left after {}; {:.1e} against {:.1e} is left, for "
+             "the first order bounces on the wall, and small turns do not. ",
+             size.hard_cycles, runs[kFirstOrder].traces[0].left_after(size.hard_cycles - 1),
+             runs[kKonings].traces[0].left_after(size.hard_cycles - 1)) +
+             measure});
+}
+
+/// How a whole scene comes to rest: cycles until no joint is farther than a limit from its own rest.
+struct Convergence {
+    double to_tenth = 1, to_hundredth = 1;  // cycles; infinite if never
+    double energy = 0, gradient = 0;        // [N·mm], |g|/C
+};
+
+Convergence converge(const PaperScene& scene, int varied_segments, int cycles) {
+    physics::RelaxerConfig config = paper_method(varied_segments).config;
+    config.safeguard = true;
+    const auto relaxer = physics::make_relaxer(config);
+    physics::Guidewire wire = scene.start;
+    std::vector<physics::Guidewire> after;
+    for (int k = 0; k < cycles; ++k) {
+        relaxer->relax(wire, *scene.wall, physics::whole_cycles(wire.segments(), 1));
+        after.push_back(wire);
+    }
+    const Rest rest = global_rest(*scene.wall, wire);
+    Convergence result;
+    const Rest end = as_it_is(*scene.wall, wire);
+    result.energy = end.energy;
+    result.gradient = end.gradient;
+    for (int k = 0; k < cycles; ++k) {
+        const double farthest = farthest_joint(after[k], rest.wire);
+        if (farthest > 0.1) result.to_tenth = k + 2;
+        if (farthest > 0.01) result.to_hundredth = k + 2;
+    }
+    const double never = std::numeric_limits<double>::infinity();
+    if (result.to_tenth > cycles) result.to_tenth = never;
+    if (result.to_hundredth > cycles) result.to_hundredth = never;
+    return result;
+}
+
+/// Outlines of the tube and the wire at the start and at rest.
+Table wires_table(const PaperScene& scene, const Rest& rest, const Sizes& size) {
+    Table table{"varied_segments_wires", {"curve", "x_mm", "y_mm"}, {}};
+    const physics::Polyline& path = scene.wall->centreline();
+    for (const double side : {-1.0, 1.0}) {
+        for (std::size_t i = 0; i + 1 < path.size(); i += 10) {
+            const physics::Vec3 u = (path[i + 1] - path[i]).normalized();
+            const physics::Vec3 x = path[i] + side * scene.wall->radius() * physics::Vec3(-u.y(), u.x(), 0);
+            table.add({std::string(side < 0 ? "right wall" : "left wall"), x.x(), x.y()});
+        }
+    }
+    for (const auto& x : scene.start.joints) table.add({std::string("initial"), x.x(), x.y()});
+    for (const auto& x : rest.wire.joints) table.add({std::string("at rest"), x.x(), x.y()});
+    for (const int i : size.joints) {
+        const physics::Vec3& x = rest.wire.joints[i];
+        table.add({fmt::format("joint {}", i), x.x(), x.y()});
+    }
+    return table;
+}
+
+Plot wires_plot(const PaperScene& scene, const Sizes& size) {
+    Plot plot{"varied_segments_wires", "", 1000, 340};
+    const auto line = [&](const std::string& name, const std::string& look) {
+        return series(plot.name, name, 2, 3, look);
+    };
+    plot.commands =
+        "set size ratio -1\nset xtics 25\nset ytics 10\nset xlabel 'x [mm]'\nset ylabel 'y [mm]'\nset key "
+        "outside right top\nplot " +
+        line("right wall", "with lines lc rgb '#999999' title 'wall'") + ", \\\n     " +
+        line("left wall", "with lines lc rgb '#999999' notitle") + ", \\\n     " +
+        line("initial", "with lines lc rgb '#009E73' title 'initial wire'") + ", \\\n     " +
+        line("at rest", "with lines lc rgb '#0072B2' lw 1.5 title 'wire at rest'");
+    for (std::size_t k = 0; k < size.joints.size(); ++k)
+        plot.commands +=
+            ", \\\n     " + line(fmt::format("joint {}", size.joints[k]),
+                                 fmt::format("with points pt {} ps 1.6 lc rgb '#D55E00' title 'joint {}'",
+                                             5 + 2 * k, size.joints[k]));
+    plot.commands += "\n";
+    plot.caption = fmt::format(
+        "The wire at the start and at rest, and the joints that are followed (the paper's Fig. 4): "
+        "{}.",
+        scene.text());
+    return plot;
+}
+
+Plot traces_plot(const std::string& name, const std::vector<Run>& runs, std::size_t count, std::size_t trace,
+                 const std::string& figure, const PaperScene& scene, int cycles) {
+    Plot plot{name, "", 1000, 480};
+    const int joint = runs[0].traces[trace].joint();
+    plot.commands = fmt::format(
+        "set grid lc rgb '#dddddd'\nset key outside right top\nset xlabel 'relaxation cycles'\n"
+        "set ylabel 'lateral deviation d_{{{}}} [mm]'\nset xrange [0:{}]\nplot ",
+        joint, cycles);
+    for (std::size_t k = 0; k < count; ++k)
+        plot.commands +=
+            (k > 0 ? ", \\\n     " : "") +
+            series(name, runs[k].method.name, 2, 3,
+                   fmt::format("with lines {} title '{}'", runs[k].method.look, runs[k].method.name));
+    plot.commands += "\n";
+    plot.caption =
+        fmt::format("Lateral deviation of joint {} against relaxation cycles (the paper's {}): {}.", joint,
+                    figure, scene.text());
+    return plot;
+}
+
+Table traces_table(const std::string& name, const std::vector<Run>& runs, std::size_t trace, int cycles) {
+    Table table{name, {"method", "cycles", "lateral_deviation_mm"}, {}};
+    for (const Run& run : runs)
+        for (const auto& point : run.traces[trace].points())
+            if (point.cycles <= cycles) table.add({run.method.name, point.cycles, point.deviation});
+    return table;
+}
+
+}  // namespace
+
+StudyResult run_varied_segments(const StudyOptions& options) {
+    const Sizes size = sizes(options.quick);
+    const PaperScene sinuous = paper_scene("sinuous", {size.segments, 0, 0}),
+                     hairpin = paper_scene("hairpin", {size.hard_segments, 0, 0});
+    const std::vector<PaperScene> whole = {sinuous, paper_scene("spatial", {options.quick ? 60 : 0, 0, 0}),
+                                           hairpin};
+    const std::vector<NamedMethod> on_sinuous = sinuous_methods(), on_hairpin = hard_methods();
+    const int sinuous_count = static_cast<int>(on_sinuous.size()),
+              hard_count = static_cast<int>(on_hairpin.size()),
+              whole_count = 2 * static_cast<int>(whole.size());
+    Work work(options, 2 + sinuous_count + hard_count + whole_count);
+
+    Rest rests[2];
+    work.run(2, [&](int k) {
+        rests[k] = paper_rest(k == 0 ? sinuous : hairpin, size.rest_cycles);
+        return std::string("reference");
+    });
+    const ReferenceCurve curve(rests[0].wire.joints), hard_curve(rests[1].wire.joints);
+    std::vector<Run> runs(on_sinuous.size()), hard(on_hairpin.size());
+    work.run(sinuous_count, [&](int k) {
+        runs[k].method = on_sinuous[k];
+        for (const int joint : size.joints) runs[k].traces.emplace_back(curve, joint, size.segments);
+        physics::Guidewire wire = sinuous.start;
+        follow(on_sinuous[k].config, wire, *sinuous.wall, size.cycles, runs[k].traces);
+        return on_sinuous[k].name;
+    });
+    work.run(hard_count, [&](int k) {
+        hard[k].method = on_hairpin[k];
+        hard[k].traces.emplace_back(hard_curve, size.hard_joint, size.hard_segments);
+        physics::Guidewire wire = hairpin.start;
+        follow(on_hairpin[k].config, wire, *hairpin.wall, size.hard_cycles, hard[k].traces);
+        return "hard joint, " + on_hairpin[k].name;
+    });
+    std::vector<Convergence> convergence(static_cast<std::size_t>(whole_count));
+    work.run(whole_count, [&](int k) {
+        convergence[k] = converge(whole[k / 2], 2 + k % 2, size.long_cycles);
+        return fmt::format("{} to rest", whole[k / 2].name);
+    });
+
+    StudyResult result;
+    Table rest_table{"varied_segments_convergence",
+                     {"scene", "method", "cycles_to_0.1_mm", "cycles_to_0.01_mm", "energy_N_mm", "gradient"},
+                     {}};
+    for (int k = 0; k < whole_count; ++k) {
+        const Convergence& c = convergence[k];
+        rest_table.add({whole[k / 2].name, fmt::format("M = {} safeguarded", 2 + k % 2), c.to_tenth,
+                        c.to_hundredth, c.energy, c.gradient});
+    }
+    Table settled{"varied_segments_settled",
+                  {"scene", "joint", "method", "cycles_to_0.1_mm", "cycles_to_0.01_mm", "cycles_to_0.001_mm"},
+                  {}};
+    const auto add_settled = [&](const std::string& scene, const std::vector<Run>& list) {
+        for (const Run& run : list)
+            for (const DeviationTrace& trace : run.traces)
+                settled.add({scene, static_cast<double>(trace.joint()), run.method.name, trace.settled(0.1),
+                             trace.settled(0.01), trace.settled(0.001)});
+    };
+    add_settled("sinuous", runs);
+    add_settled("hairpin", hard);
+    result.claims.push_back(
+        {"Section 3: 200 cycles take the wire to equilibrium: largest |gradient| over C",
+         std::string("equilibrium"), rests[0].gradient, rests[0].gradient < 1e-4,
+         fmt::format("After {} cycles with M = 2. Equilibrium: below 1e-4.", size.rest_cycles)});
+    claim_records(runs, size, result.claims);
+    claim_joints(runs, size, result.claims);
+    claim_hard(hard, size, result.claims);
+
+    result.plots = {wires_plot(sinuous, size)};
+    for (std::size_t k = 0; k < size.joints.size(); ++k)
+        result.plots.push_back(traces_plot(fmt::format("varied_segments_joint_{}", size.joints[k]), runs, 3,
+                                           k, fmt::format("Fig. {}", 6 + k), sinuous,
+                                           k < 2 ? size.cycles : size.short_cycles));
+    result.plots.push_back(traces_plot("varied_segments_hard_joint", hard, hard.size(), 0,
+                                       "Fig. 10, whose wire is not published; here in a hairpin", hairpin,
+                                       size.hard_cycles));
+    result.page = claims_page(
+        "varied-segments", "How many segments should be varied at a time",
+        fmt::format(
+            "The wire starts on the centreline. The reference of the lateral deviation is the wire after {} "
+            "cycles with M = 2, where the largest gradient over C is {:.1e} (sinuous) and {:.1e} (hairpin). "
+            "Methods are the paper's, without safeguard; separations are chosen by Algorithm 2.\n\n"
+            "## Cycles until a joint's deviation stays within a limit\n\n{}\n## Whole scenes to rest\n\n"
+            "Cycles until no joint is farther from where the end comes to rest, and energy and gradient over "
+            "C "
+            "after {} cycles, with the safeguard.\n\n{}",
+            size.rest_cycles, rests[0].gradient, rests[1].gradient, to_markdown(settled), size.long_cycles,
+            to_markdown(rest_table, 7)),
+        result, options);
+    result.tables = {wires_table(sinuous, rests[0], size), std::move(settled), std::move(rest_table)};
+    for (std::size_t k = 0; k < size.joints.size(); ++k)
+        result.tables.push_back(
+            traces_table(result.plots[1 + k].name, runs, k, k < 2 ? size.cycles : size.short_cycles));
+    result.tables.push_back(traces_table("varied_segments_hard_joint", hard, 0, size.hard_cycles));
+    return result;
+}
+
+}  // namespace engine

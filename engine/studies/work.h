@@ -1,0 +1,33 @@
+#pragma once
+/// Pieces of a study's work on all its threads, telling how far they are.
+
+#include <functional>
+#include <mutex>
+#include <string>
+
+#include "engine/parallel.h"
+#include "engine/studies/study.h"
+
+namespace engine {
+
+class Work {
+public:
+    /// `of` pieces in all calls of run().
+    Work(const StudyOptions& options, int of) : options_(options), of_(of) {}
+    /// piece(0) … piece(count − 1), each once; a piece says what it was.
+    void run(int count, const std::function<std::string(int)>& piece) {
+        for_each_index(count, options_.threads, [&](int k) {
+            const std::string what = piece(k);
+            const std::lock_guard lock(telling_);
+            ++done_;
+            if (options_.progress) options_.progress({done_, of_, what});
+        });
+    }
+
+private:
+    const StudyOptions& options_;
+    std::mutex telling_;
+    int done_ = 0, of_;
+};
+
+}  // namespace engine

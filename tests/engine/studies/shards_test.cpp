@@ -1,0 +1,121 @@
+#include "engine/studies/shards.h"
+
+#include <nlohmann/json.hpp>
+
+#include "tests/engine/fixtures.h"
+
+namespace engine {
+namespace {
+
+StudyOptions quick_options() {
+    StudyOptions options;
+    options.quick = true;
+    options.program = "tests 1";
+    return options;
+}
+
+const Study& study() {
+    return find_study("wall-variation");
+}
+
+void make_shard(const test::TemporaryFolder& folder, const char* name, const char* shard,
+                const StudyOptions& options = quick_options()) {
+    run_shard(study(), parse_shard(shard), folder / name, options);
+}
+
+/// What merging refuses, without leaving anything.
+std::string merge_refusal(const test::TemporaryFolder& folder, std::initializer_list<const char*> names,
+                          const StudyOptions& options = quick_options()) {
+    std::vector<std::filesystem::path> folders;
+    for (const char* name : names) folders.push_back(folder / name);
+    const std::string told = test::refusal([&] { merge_shards(folders, folder / "out", options); });
+    EXPECT_FALSE(std::filesystem::exists(folder / "out")) << told;
+    return told;
+}
+
+/// Changes the shard as a broken copy or an edit would.
+void edit(const test::TemporaryFolder& folder, const char* name,
+          const std::function<void(nlohmann::ordered_json&)>& change) {
+    const auto file = folder / name / "shard.json";
+    auto json = nlohmann::ordered_json::parse(test::read(file));
+    change(json);
+    test::write(file, json.dump());
+}
+
+}  // namespace
+
+TEST(Shards, NumbersOutOfRangeAreRefused) {
+    EXPECT_EQ(parse_shard("2/3").index, 2);
+    EXPECT_EQ(parse_shard("2/3").count, 3);
+    for (const char* text : {"", "1", "0/3", "4/3", "-1/3", "1/0", "1/2/3", "a/b", "1/1000000000"})
+        EXPECT_NE(test::refusal([&] { parse_shard(text); }).find("i/n with 1 <= i <= n"), std::string::npos)
+            << text;
+    const test::TemporaryFolder folder;
+    EXPECT_NE(test::refusal([&] { make_shard(folder, "a", "1/41"); }).find("up to 40, one a piece"),
+              std::string::npos);
+    EXPECT_FALSE(std::filesystem::exists(folder / "a"));
+}
+
+TEST(Shards, StudiesThatCannotBeCutAreRefused) {
+    const test::TemporaryFolder folder;
+    const std::string told = test::refusal([&] {
+        run_shard(find_study("cost"), {1, 2}, folder / "a", quick_options());
+    });
+    EXPECT_NE(told.find("'cost' cannot be cut; those that can: wall-variation"), std::string::npos) << told;
+}
+
+TEST(Shards, OfDifferentRunsAreNotMerged) {
+    const test::TemporaryFolder folder;
+    make_shard(folder, "a", "1/2");
+    StudyOptions other = quick_options();
+    other.seed = 2;
+    make_shard(folder, "seed", "2/2", other);
+    EXPECT_NE(merge_refusal(folder, {"a", "seed"}).find("seed 2 was found where"), std::string::npos);
+    other = quick_options();
+    other.program = "tests 2";
+    make_shard(folder, "program", "2/2", other);
+    EXPECT_NE(merge_refusal(folder, {"a", "program"}).find("program \"tests 2\" was found where"),
+              std::string::npos);
+    EXPECT_NE(merge_refusal(folder, {"a"}, other).find("this program has \"tests 2\""), std::string::npos);
+    make_shard(folder, "thirds", "2/3");
+    EXPECT_NE(merge_refusal(folder, {"a", "thirds"}).find("shards 3 was found where"), std::string::npos);
+    make_shard(folder, "size", "2/2");
+    edit(folder, "size", [](auto& json) { json["quick"] = false; });
+    EXPECT_NE(merge_refusal(folder, {"a", "size"}).find("quick false was found where"), std::string::npos);
+}
+
+TEST(Shards, OneMissingOrTwiceThereIsRefused) {
+    const test::TemporaryFolder folder;
+    make_shard(folder, "a", "1/3");
+    make_shard(folder, "b", "3/3");
+    EXPECT_NE(merge_refusal(folder, {}).find("no folder was given"), std::string::npos);
+    EXPECT_NE(merge_refusal(folder, {"a", "b"}).find("a shard is missing: 2/3"), std::string::npos);
+    EXPECT_NE(merge_refusal(folder, {"a", "b", "a"}).find("shard 1/3 was given twice"), std::string::npos);
+    EXPECT_NE(merge_refusal(folder, {"a", "none", "b"}).find("none/shard.json: no such shard can be read"),
+              std::string::npos);
+}
+
+TEST(Shards, DamagedOnesAreRefused) {
+    const test::TemporaryFolder folder;
+    make_shard(folder, "a", "1/1");
+    const std::string whole = test::read(folder / "a/shard.json");
+    test::write(folder / "a/shard.json", whole.substr(0, whole.size() / 2));
+    EXPECT_NE(merge_refusal(folder, {"a"}).find("a/shard.json: the shard is damaged"), std::string::npos);
+    const std::pair<std::function<void(nlohmann::ordered_json&)>, const char*> changes[] = {
+        {[](auto& json) { json["rows"].erase(7); }, "row 8 is damaged"},
+        {[](auto& json) { json["rows"].erase(39); }, "39 rows were found; 40"},
+        {[](auto& json) { json["rows"][3][5] = nullptr; }, "row 4 is damaged"},
+        {[](auto& json) { json["rows"][3].erase(5); }, "row 4 is damaged"},
+        {[](auto& json) { json["shard"] = 2; }, "the shard is damaged"},
+        {[](auto& json) { json["seed"] = "one"; }, "the shard is damaged"},
+        {[](auto& json) { json["shards"] = 0; }, "the shard is damaged"},
+        {[](auto& json) { json["study"] = "cost"; }, "'cost' cannot be cut"},
+        {[](auto& json) { json["columns"].erase(2); }, "columns was found"}};
+    for (const auto& [change, told] : changes) {
+        test::write(folder / "a/shard.json", whole);
+        edit(folder, "a", change);
+        EXPECT_NE(merge_refusal(folder, {"a"}).find(told), std::string::npos) << merge_refusal(folder, {"a"});
+    }
+}
+
+}  // namespace engine
