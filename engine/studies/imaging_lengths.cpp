@@ -83,8 +83,9 @@ TriangleMesh torus(double major, double minor, int around) {
     return mesh;
 }
 
+constexpr double ball = 30, tube = 9, length = 60, major = 28, minor = 9;  // of the solids [mm]
+
 std::vector<Solid> solids() {
-    constexpr double ball = 30, tube = 9, length = 60, major = 28, minor = 9;
     return {{"sphere", ball, [](int n) { return render::ellipsoid(Vec3::Zero(), Vec3::Constant(ball), n); },
              [](const Vec3& o, const Vec3& d) { return sphere_chord(o, d, ball); }},
             {"cylinder", tube,

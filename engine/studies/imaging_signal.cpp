@@ -193,26 +193,24 @@ Stand equal_signal(const Spectrum& spectrum, int count) {
     double total = 0;
     for (std::size_t i = 0; i < spectrum.energies.size(); ++i)
         total += spectrum.weights[i] * tissue(spectrum.energies[i]);
-    Stand stand;
-    double signal = 0, energy = 0;
-    const auto close = [&] {
-        stand.energies.push_back(energy / signal);
-        stand.weights.push_back(signal / tissue(stand.energies.back()));
-        signal = energy = 0;
-    };
+    std::vector<double> signal(count, 0.0), energy(count, 0.0);
+    int bin = 0;
     for (std::size_t i = 0; i < spectrum.energies.size(); ++i) {
         double left = spectrum.weights[i] * tissue(spectrum.energies[i]);
-        while (signal + left >= total / count && std::ssize(stand.energies) + 1 < count) {
-            const double taken = total / count - signal;
-            signal += taken;
-            energy += taken * spectrum.energies[i];
+        while (left > 0) {
+            const double room = bin + 1 < count ? total / count - signal[bin] : left;
+            const double taken = std::min(left, room);
+            signal[bin] += taken;
+            energy[bin] += taken * spectrum.energies[i];
             left -= taken;
-            close();
+            if (taken == room && bin + 1 < count) ++bin;
         }
-        signal += left;
-        energy += left * spectrum.energies[i];
     }
-    close();
+    Stand stand{std::vector<double>(count), std::vector<double>(count)};
+    for (int k = 0; k < count; ++k) {
+        stand.energies[k] = energy[k] / signal[k];
+        stand.weights[k] = signal[k] / tissue(stand.energies[k]);
+    }
     return stand;
 }
 

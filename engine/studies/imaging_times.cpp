@@ -45,13 +45,13 @@ double triangles_of(const std::vector<render::TissueLayer>& layers) {
     return count;
 }
 
-struct Scene {
+struct Meshes {
     std::string name;
     std::vector<render::TissueLayer> layers;
 };
 
 /// Triangles cut into four, layers with the fewest first, until there are about so many.
-Scene finer(Scene scene, const std::string& name, double triangles) {
+Meshes finer(Meshes scene, const std::string& name, double triangles) {
     std::vector<std::size_t> order(scene.layers.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
     const auto count = [&](std::size_t i) { return scene.layers[i].mesh.triangles.size(); };
@@ -68,13 +68,13 @@ Scene finer(Scene scene, const std::string& name, double triangles) {
 struct Room {
     Anatomy anatomy;
     ContrastFlow flow;
-    std::vector<Scene> scenes;
+    std::vector<Meshes> scenes;
     Polyline joints;
 
     explicit Room(const StudyOptions& options)
         : anatomy(generated_anatomy(vessel_preset("iliac-renal"), options.cache)), flow(anatomy) {
         Scenario scenario;
-        Scene patient{"patient", tissue_layers(scenario, anatomy)};
+        Meshes patient{"patient", tissue_layers(scenario, anatomy)};
         for (const BlushingOrgan& organ : blushing_organs(patient.layers, flow.blood().outlets))
             patient.layers[organ.layer].perfused = true;
         scenario.imaging.patient = false;
@@ -90,12 +90,12 @@ struct Room {
             if (joints.empty() || (line[i] - joints.back()).norm() >= 1) joints.push_back(line[i]);
     }
 
-    render::LumenContrast contrast(const Scene& scene) const {
+    render::LumenContrast contrast(const Meshes& scene) const {
         return {scene.layers.back().mesh,
                 {flow.nodes().begin(), flow.nodes().end()},
                 {flow.radii().begin(), flow.radii().end()}};
     }
-    render::Fluoroscope fluoroscope(const Scene& scene) const {
+    render::Fluoroscope fluoroscope(const Meshes& scene) const {
         return render::Fluoroscope({}, scene.layers, contrast(scene));
     }
     CArm arm(int pixels) const {
@@ -107,7 +107,7 @@ struct Room {
         return arm;
     }
     /// Contrast in all vessels and organs.
-    Exposure filled(const Scene& scene) const {
+    Exposure filled(const Meshes& scene) const {
         Exposure exposure;
         exposure.vessel_iodine.assign(flow.nodes().size(), 100.0f);
         for (std::size_t i = 0; i < scene.layers.size(); ++i)
@@ -121,7 +121,7 @@ void turn(CArm& arm) {
     arm.lao = arm.lao > 0.5 ? 0.0 : arm.lao + 0.02;
 }
 
-std::vector<TableCell> pose_row(const Room& room, const Scene& scene, int pixels, int calls) {
+std::vector<TableCell> pose_row(const Room& room, const Meshes& scene, int pixels, int calls) {
     CArm arm = room.arm(pixels);
     double lengths = 0;
     {
@@ -159,7 +159,7 @@ std::vector<TableCell> pose_row(const Room& room, const Scene& scene, int pixels
             whole + matrix};
 }
 
-std::vector<TableCell> frame_row(const Room& room, const Scene& scene, int pixels, int calls) {
+std::vector<TableCell> frame_row(const Room& room, const Meshes& scene, int pixels, int calls) {
     const CArm arm = room.arm(pixels);
     render::Fluoroscope scope = room.fluoroscope(scene);
     Exposure plain, filled = room.filled(scene);
@@ -209,7 +209,7 @@ std::vector<TableCell> frame_row(const Room& room, const Scene& scene, int pixel
             drawn};
 }
 
-std::vector<TableCell> preview_row(const Room& room, const Scene& scene, int pixels, int calls) {
+std::vector<TableCell> preview_row(const Room& room, const Meshes& scene, int pixels, int calls) {
     CArm arm = room.arm(pixels);
     render::Fluoroscope scope = room.fluoroscope(scene);
     const auto change = [&] {
@@ -270,11 +270,11 @@ StudyResult imaging_times(const StudyOptions& options) {
                  {}};
     Table previews{"imaging_preview_ms", {"scene", "triangles", "pixels", "pose_change"}, {}};
     for (const int pixels : sizes) {
-        for (const Scene& scene : room.scenes) poses.add(pose_row(room, scene, pixels, calls));
-        const Scene& usual = room.scenes[options.quick ? 0 : 1];
+        for (const Meshes& scene : room.scenes) poses.add(pose_row(room, scene, pixels, calls));
+        const Meshes& usual = room.scenes[options.quick ? 0 : 1];
         frames.add(frame_row(room, usual, pixels, options.quick ? 1 : 41));
     }
-    for (const Scene& scene : room.scenes)
+    for (const Meshes& scene : room.scenes)
         for (const int pixels : options.quick ? std::vector{64} : std::vector{128, 192, 256})
             previews.add(preview_row(room, scene, pixels, calls));
     StudyResult result;
