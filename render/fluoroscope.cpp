@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "render/fast_exp.h"
 #include "render/filter.h"
 #include "render/path_length.h"
 
@@ -273,12 +274,13 @@ const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
             for (std::size_t i = 0; i < exponents.size(); ++i)
                 for (int k = 0; k < energy_bins; ++k) exponents[i][k] -= changes[m][k] * length[i];
         }
+        for (PixelBins& bins : exponents)
+            for (float& exponent : bins) exponent = fast_exp(exponent);
         for (std::size_t i = 0; i < exponents.size(); ++i) {
             const std::size_t pixel = start + i;
             for (int k = 0; k < energy_bins; ++k) {
-                result.primary[pixel][k] = plane->flat.values[pixel] *
-                                           static_cast<float>(result.bins.weights[k]) *
-                                           std::exp(exponents[i][k]);
+                result.primary[pixel][k] =
+                    plane->flat.values[pixel] * static_cast<float>(result.bins.weights[k]) * exponents[i][k];
             }
             relative.values[pixel] = sum(result.primary[pixel]);
             lit.values[pixel] = plane->open.values[pixel] * relative.values[pixel];
@@ -424,8 +426,7 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
     const auto primary = [&](std::uint32_t pixel) {
         PixelBins bins = beam.primary[pixel];
         const float amount = state.iodine.values[pixel];
-        for (int k = 0; k < energy_bins; ++k)
-            bins[k] *= bare.scale * (amount > 0.0f ? std::exp(per_iodine[k] * amount) : 1.0f);
+        for (int k = 0; k < energy_bins; ++k) bins[k] *= bare.scale * fast_exp(per_iodine[k] * amount);
         return bins;
     };
     for (const std::uint32_t pixel : state.iodine_pixels)

@@ -5,12 +5,16 @@
 #include <cmath>
 #include <numeric>
 
+#include "render/fast_exp.h"
+
 namespace render {
 
 using physics::Polyline;
 using physics::Vec3;
 
 namespace {
+
+constexpr double longest = 1e3;  // that a chord of any wire counts [mm]
 
 /// Points of a cardinal spline through the joints, close enough together that a chord strays at most 0.01 mm.
 Polyline smooth(std::span<const Vec3> joints) {
@@ -174,7 +178,7 @@ void WireImage::splat(const Piece& piece, int pixels, double scale) {
             if (!(chord > 0.0)) continue;
             Slot& hit = slot(row + u / samples);
             const int place = v % samples * samples + u % samples;
-            (piece.marker ? hit.marker : hit.body)[place] += static_cast<float>(chord);
+            (piece.marker ? hit.marker : hit.body)[place] += static_cast<float>(std::min(chord, longest));
         }
     }
 }
@@ -227,10 +231,10 @@ std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const Vec3
         for (int k = 0; k < energy_bins; ++k) {
             const float body = static_cast<float>(-mu.body[k]), marker = static_cast<float>(-mu.marker[k]);
             float sum = 0.0f;
-            for (int s = 0; s < per_pixel; ++s) {
-                const float exponent = body * hit.body[s] + marker * hit.marker[s];
-                sum += exponent == 0.0f ? 1.0f : std::exp(exponent);
-            }
+            std::array<float, per_pixel> passed;
+            for (int s = 0; s < per_pixel; ++s)
+                passed[s] = fast_exp(body * hit.body[s] + marker * hit.marker[s]);
+            for (const float share : passed) sum += share;
             pixel.transmission[k] = sum / per_pixel;
         }
         result_.push_back(pixel);

@@ -47,16 +47,25 @@ TEST(ImagingStudy, PathLengthsReachTheirFigures) {
     ASSERT_EQ(orders.rows.size(), 3u);
     for (std::size_t row = 0; row < 3; ++row)
         EXPECT_NEAR(number(orders, row, "order"), 2, 0.15) << word(orders, row, "solid");
+    const Table& forms = table(result, "imaging_closed_forms");
+    int shipped = 0;
+    for (std::size_t row = 0; row < forms.rows.size(); ++row) {
+        if (number(forms, row, "around") != 48) continue;
+        EXPECT_LE(number(forms, row, "mean_error_percent"), 1) << word(forms, row, "solid");
+        ++shipped;
+    }
+    EXPECT_EQ(shipped, 3);
+    // Of a tree with vessels of 2 mm, whose facets are as wide as their radius.
     const Table& vessels = table(result, "imaging_vessels");
     for (std::size_t row = 0; row < vessels.rows.size(); ++row)
-        EXPECT_LE(number(vessels, row, "mean_error_percent"), 1);
+        EXPECT_LE(number(vessels, row, "mean_error_percent"), 1.3);
     const Table& agreement = table(result, "imaging_ray_tracer");
     const std::size_t all = agreement.rows.size() - 1;
-    EXPECT_EQ(word(agreement, all, "layer"), "all");
+    EXPECT_EQ(word(agreement, all, "layer"), "all drawn");
     EXPECT_GT(number(agreement, all, "rays"), 10000);
     EXPECT_LT(number(agreement, all, "undecided"), 0.001 * number(agreement, all, "rays"));
     EXPECT_LE(number(agreement, all, "rms_mm"), 0.001);
-    EXPECT_GE(number(agreement, all, "within_0.01_mm_percent"), 99.99);
+    EXPECT_LE(number(agreement, all, "beyond_0.01_mm_ppm"), 100);
     const Table& balance = table(result, "imaging_balance");
     EXPECT_GT(number(balance, 0, "poses"), 8);
     EXPECT_EQ(number(balance, 0, "unbalanced_pixels"), 0);
@@ -67,7 +76,9 @@ TEST(ImagingStudy, WireEnergiesAndNoiseReachTheirFigures) {
     const Table& wire = table(result, "imaging_wire");
     for (std::size_t row = 0; row < wire.rows.size(); ++row) {
         const bool platinum = word(wire, row, "wire") == "platinum";
-        EXPECT_LE(number(wire, row, "rms"), platinum ? 0.03 : 0.01);
+        if (word(wire, row, "quanta") == "behind 210 mm") {
+            EXPECT_LE(number(wire, row, "rms"), platinum ? 0.03 : 0.01);
+        }
         EXPECT_NEAR(number(wire, row, "mass_error_percent"), 0, 0.3) << word(wire, row, "wire");
     }
     const Table& bins = table(result, "imaging_bins_largest");
@@ -78,10 +89,13 @@ TEST(ImagingStudy, WireEnergiesAndNoiseReachTheirFigures) {
     for (std::size_t row = 0; row < variance.rows.size(); ++row)
         EXPECT_NEAR(number(variance, row, "variance_over_mean"), 1, 0.01)
             << number(variance, row, "mean_quanta");
-    // Four neighbouring frequencies of 4096 pieces: a standard error of a percent or so.
+    // Four neighbouring frequencies of 4096 pieces, in rows and columns that are alike: standard errors of
+    // one or two per cent.
     const Table& spectrum = table(result, "imaging_noise_spectrum_largest");
-    for (std::size_t row = 0; row < spectrum.rows.size(); ++row)
-        EXPECT_LE(number(spectrum, row, "largest_deviation_percent"), 5);
+    for (std::size_t row = 0; row < spectrum.rows.size(); ++row) {
+        EXPECT_LE(number(spectrum, row, "largest_deviation_percent"), 6);
+        EXPECT_LE(number(spectrum, row, "largest_percent_of_zero"), 6);
+    }
 }
 
 TEST(ImagingStudy, TimesEveryStage) {
