@@ -197,7 +197,7 @@ struct RenderArguments {
     std::string scenario, commands, out, cache, mode = "live";
     int frame = 0;
     std::optional<double> lao, cranial;  // [deg]
-    double iodine = 150;
+    double iodine = 60;
 };
 
 int render_image(const RenderArguments& arguments) {

@@ -120,9 +120,14 @@ std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer
     return organs;
 }
 
+double detector_dose(const Scenario& scenario, const render::CArm& arm, ImagingMode mode) {
+    const double magnified = std::max(1.0, scenario.c_arm.detector_width / arm.detector_width);
+    const Imaging& imaging = scenario.imaging;
+    return magnified * (mode == ImagingMode::dsa ? imaging.acquisition_dose : imaging.detector_dose);
+}
+
 Pulse pulse_of(const Simulation& simulation, std::span<const BlushingOrgan> organs) {
     const Scenario& scenario = simulation.scenario();
-    const Imaging& imaging = scenario.imaging;
     Pulse pulse;
     pulse.arm = simulation.console().arm();
     pulse.joints = simulation.wire().joints;
@@ -130,9 +135,8 @@ Pulse pulse_of(const Simulation& simulation, std::span<const BlushingOrgan> orga
     render::Exposure& exposure = pulse.exposure;
     exposure.frame = static_cast<std::uint64_t>(simulation.frames() - 1);
     exposure.seed = scenario.seed;
-    exposure.detector_dose =
-        pulse.mode == ImagingMode::dsa ? imaging.acquisition_dose : imaging.detector_dose;
-    exposure.kvp = imaging.kvp;
+    exposure.detector_dose = detector_dose(scenario, pulse.arm, pulse.mode);
+    exposure.kvp = scenario.imaging.kvp;
     exposure.iodine = simulation.iodine();
     exposure.vessel_shift = simulation.vessel_shift();
     const ContrastFlow& contrast = simulation.contrast();

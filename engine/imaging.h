@@ -34,6 +34,10 @@ struct ImagingChain {
 /// it cannot be made.
 ImagingChain make_imaging(const Scenario&, const Anatomy&, const ContrastFlow&);
 
+/// Of a pulse in that mode [nGy]. A field magnified against that of the start gets more in proportion, so
+/// that what is seen larger is not seen noisier.
+double detector_dose(const Scenario&, const render::CArm&, ImagingMode);
+
 /// What the console asks for and the beam meets, after the last step.
 Pulse pulse_of(const Simulation&, std::span<const BlushingOrgan>);
 bool has_contrast(const render::Exposure&);

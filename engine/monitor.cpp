@@ -24,7 +24,8 @@ void Monitor::take(Pulse pulse) {
     const bool moved = !recent_.empty() && !(recent_.back().pulse.arm == pulse.arm);
     if (moved || pulse.new_mask) subtraction_.reset();
     if (moved || (!recent_.empty() && recent_.back().pulse.mode != pulse.mode)) recent_.clear();
-    recent_.push_back({std::move(pulse), {}});
+    const double delivered = technique.delivered * pulse.exposure.detector_dose;
+    recent_.push_back({std::move(pulse), delivered, {}});
     if (recent_.size() > remembered) recent_.pop_front();
     image_.reset();
 
@@ -40,7 +41,7 @@ const render::Field& Monitor::signal(Recent& recent) {
     if (!recent.signal) {
         const Pulse& pulse = recent.pulse;
         recent.signal = fluoroscope_.read(pulse.arm, pulse.joints, pulse.exposure);
-        const auto per_dose = static_cast<float>(1.0 / pulse.exposure.detector_dose);
+        const auto per_dose = static_cast<float>(1.0 / recent.dose);
         for (float& value : recent.signal->values) value *= per_dose;
     }
     return *recent.signal;
@@ -72,7 +73,7 @@ const render::GrayImage* Monitor::image() {
         image_ = subtraction_->roadmap(with_lag());
     } else {
         render::Field shown = with_lag();
-        const auto dose = static_cast<float>(last.exposure.detector_dose);
+        const auto dose = static_cast<float>(recent_.back().dose);
         for (float& value : shown.values) value *= dose;
         image_ = fluoroscope_.display(last.arm, last.exposure).show(shown);
     }

@@ -56,6 +56,7 @@ public:
 private:
     struct Recent {
         Pulse pulse;
+        double dose;                          // at the detector [nGy]
         std::optional<render::Field> signal;  // per nGy; read when needed
     };
     const render::Field& signal(Recent&);

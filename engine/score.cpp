@@ -30,6 +30,7 @@ void Scorer::observe(int frame, const Simulation& simulation, const StepReport& 
     const double time = (frame + 1 - attempt_start_) * frame_time_;
     score_.frames = frame + 1;
     if (simulation.console().beam_on()) score_.beam_on_time = ++beam_frames_ * frame_time_;
+    score_.contrast = simulation.contrast().injected();
     observe_motion(simulation, report, time);
     observe_wall(frame, simulation);
     observe_target(simulation, time);
@@ -100,6 +101,7 @@ std::string to_json(const Score& s) {
     json["beam_on_time_s"] = s.beam_on_time;
     json["air_kerma_mGy"] = s.air_kerma ? nlohmann::ordered_json(*s.air_kerma) : nullptr;
     json["kerma_area_product_Gy_cm2"] = s.area_product ? nlohmann::ordered_json(*s.area_product) : nullptr;
+    json["contrast_ml"] = s.contrast;
     json["wire_travel_mm"] = s.wire_travel;
     json["advanced_mm"] = s.advanced;
     json["withdrawn_mm"] = s.withdrawn;

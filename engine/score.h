@@ -29,6 +29,7 @@ struct Score {
     /// Of the patient; empty when no images were made, which alone tell what the tube must give.
     std::optional<double> air_kerma;     // K_a,r at the reference point [mGy]
     std::optional<double> area_product;  // P_KA [Gy·cm²]
+    double contrast = 0;                 // given [ml]
     double wire_travel = 0;              // Σ|Δs| of the inserted length s [mm]
     double advanced = 0, withdrawn = 0;  // its two parts [mm]
     double back_and_forth_ratio = 0;     // (Σ|Δs| − |ΣΔs|) / Σ|Δs| [-]

@@ -26,13 +26,13 @@ render::GrayImage render_still(const Scenario& scenario, const CommandScript& sc
     pulse.arm.cranial = request.cranial.value_or(pulse.arm.cranial);
     if (const auto wrong = render::problems(pulse.arm); !wrong.empty()) throw InputError(joined(wrong, "; "));
     pulse.mode = ImagingMode::live;
-    pulse.exposure.detector_dose = scenario.imaging.detector_dose;
+    pulse.exposure.detector_dose = detector_dose(scenario, pulse.arm, pulse.mode);
 
     Monitor monitor(std::move(imaging.fluoroscope));
     if (request.mode != ImagingMode::live) {
         Pulse mask = pulse;
         mask.mode = ImagingMode::dsa;
-        mask.exposure.detector_dose = scenario.imaging.acquisition_dose;
+        mask.exposure.detector_dose = detector_dose(scenario, mask.arm, mask.mode);
         const bool flows = has_contrast(mask.exposure);
         if (request.mode == ImagingMode::roadmap) mask.joints.clear();
         Pulse filled = mask;

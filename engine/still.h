@@ -10,10 +10,10 @@
 namespace engine {
 
 struct StillRequest {
-    int frame = 0;                       // of the script, whose commands up to it are carried out
-    std::optional<double> lao, cranial;  // else as the script left the arm [rad]
+    int frame = 0;                                 // of the script, whose commands up to it are carried out
+    std::optional<double> lao = {}, cranial = {};  // else as the script left the arm [rad]
     ImagingMode mode = ImagingMode::live;
-    double iodine = 150;  // DSA and roadmap: fills the vessels when no contrast is in them [mg/ml]
+    double iodine = 60;  // DSA and roadmap: fills the vessels when no contrast is in them [mg/ml]
 };
 
 /// DSA subtracts the same view without contrast; a roadmap lays the vessels with contrast under the wire,

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "render/fast_log.h"
 #include "render/filter.h"
@@ -13,6 +14,21 @@ namespace render {
 namespace {
 
 constexpr float lowest = -4.0f, highest = 3.0f;  // ln of signal over reference that the grey table covers
+
+/// Between the darkest and the brightest twentieth of what the collimator leaves.
+double range_of(const Field& log, const Field& open) {
+    std::vector<float> seen;
+    for (std::size_t i = 0; i < log.values.size(); i += 7)
+        if (open.values[i] > 0.5f) seen.push_back(log.values[i]);
+    if (seen.size() < 20) return 0.0;
+    const auto at = [&](double share) {
+        const auto place =
+            seen.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(seen.size()));
+        std::nth_element(seen.begin(), place, seen.end());
+        return *place;
+    };
+    return at(0.95) - at(0.05);
+}
 
 }  // namespace
 
@@ -61,11 +77,13 @@ Display::Display(const DisplaySpec& spec, const Field& expected, const Field& fl
         total += weight.values[i];
     }
     const auto middle = static_cast<float>(total > 0.0 ? sum / total : 0.0);
-    constexpr int block = 8;
+    const int block = std::max(1, expected.width / 128);
     const Field slow =
         enlarge(gaussian_blur(shrink(log, block), spec.compression_reach * expected.width / block), block,
                 expected.width, expected.height);
-    const auto share = static_cast<float>(spec.compression);
+    const double range = range_of(slow, open_);
+    const auto share =
+        static_cast<float>(std::max(spec.compression, range > spec.range ? 1.0 - spec.range / range : 0.0));
     for (std::size_t i = 0; i < log.values.size(); ++i) {
         reference_.values[i] = middle + share * (slow.values[i] - middle) + std::log(flat.values[i]);
     }

@@ -288,7 +288,7 @@ const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
     }
 
     // Scatter: the primary image spread wide. What the collimator keeps out scatters nowhere.
-    constexpr int block = 16;
+    const int block = std::max(1, arm.pixels / 64);
     result.scatter =
         enlarge(gaussian_blur(shrink(lit, block), config.scatter_reach / pixel_width(arm) / block), block,
                 arm.pixels, arm.pixels);

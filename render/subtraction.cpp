@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -14,27 +15,45 @@ namespace render {
 
 namespace {
 
-/// Keeps what is behind closed shutters, and empty pixels, out of the logarithm.
+/// Keeps empty pixels out of the logarithm; a pulse has about 1 per unit of dose.
 constexpr float least_signal = 1e-3f;
-
-float log_of(float signal) {
-    return fast_log()(std::max(signal, least_signal));
-}
+/// Of the signal, at least so much is left as primary: behind the densest bone the estimate is too high.
+constexpr float least_primary = 0.2f;
+/// And of the mean close about a pixel, at most so much is scatter, as at the rim of a body in the open beam.
+constexpr float most_scatter = 0.5f;
 
 }  // namespace
 
 Subtraction::Subtraction(Field mask, Field open, const SubtractionSpec& spec)
-    : spec_(spec), log_mask_(std::move(mask)), open_(std::move(open)) {
-    assert(log_mask_.values.size() == open_.values.size());
-    for (float& value : log_mask_.values) value = log_of(value);
+    : spec_(spec), open_(std::move(open)) {
+    assert(mask.values.size() == open_.values.size());
+    log_mask_ = log_of(std::move(mask));
+}
+
+Field Subtraction::log_of(Field signal) const {
+    for (float& value : signal.values) value = std::max(0.0f, value);  // also takes NaN
+    const int block = std::max(1, signal.width / 64);
+    const Field close = gaussian_blur(shrink(signal, block), 1.0);
+    Field scatter = gaussian_blur(shrink(signal, block), spec_.scatter_reach * signal.width / block);
+    for (std::size_t i = 0; i < scatter.values.size(); ++i) {
+        scatter.values[i] =
+            std::min(static_cast<float>(spec_.scatter) * scatter.values[i], most_scatter * close.values[i]);
+    }
+    const Field estimate = enlarge(scatter, block, signal.width, signal.height);
+    const FastLog& log = fast_log();
+    for (std::size_t i = 0; i < signal.values.size(); ++i) {
+        const float value = std::max(signal.values[i], least_signal);
+        signal.values[i] = log(std::max(value - estimate.values[i], least_primary * value));
+    }
+    return signal;
 }
 
 /// ln(mask) − ln(signal): positive where less arrives than did.
 Field Subtraction::difference(const Field& signal) const {
     assert(signal.values.size() == log_mask_.values.size());
-    Field result(signal.width, signal.height);
+    Field result = log_of(signal);
     for (std::size_t i = 0; i < result.values.size(); ++i)
-        result.values[i] = log_mask_.values[i] - log_of(signal.values[i]);
+        result.values[i] = log_mask_.values[i] - result.values[i];
     return result;
 }
 

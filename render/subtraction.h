@@ -6,6 +6,11 @@
 namespace render {
 
 struct SubtractionSpec {
+    /// Share of the signal's mean about each pixel that is taken for scatter and removed before the
+    /// logarithm: left in, it pales vessels behind bone. Less than there is, or noise would be divided by
+    /// nothing.
+    double scatter = 0.22;
+    double scatter_reach = 0.08;  // standard deviation of that mean, in image widths [-]
     double dsa_gain = 190.0;      // grey levels per e-fold of signal
     double dsa_background = 205;  // grey where nothing changed
     double map_blur = 0.8;        // standard deviation before the peak is taken, against noise [pixels]
@@ -33,6 +38,7 @@ public:
     GrayImage roadmap(const Field& signal) const;
 
 private:
+    Field log_of(Field signal) const;
     Field difference(const Field& signal) const;
     GrayImage framed(const Field& grey) const;
 

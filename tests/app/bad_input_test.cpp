@@ -90,6 +90,27 @@ TEST(BadInput, ArmThatCannotBe) {
     expect_script_refused("3 arm sid 500 mm sod 1500 mm\n", "x.gw:1:3");
 }
 
+TEST(BadInput, InjectionIntoNoBranch) {
+    expect_script_refused("3 inject 5 ml at 5 ml/s into nowhere\n",
+                          "x.gw:1:3: contrast cannot go into 'nowhere'");
+}
+TEST(BadInput, ContrastBeyondTheLimit) {
+    expect_script_refused("3 inject 200 ml at 20 ml/s into tube\n9 inject 150 ml at 20 ml/s into tube\n",
+                          "x.gw:2:3: 150 ml");
+}
+TEST(BadInput, MorePulsesThanFrames) {
+    expect_script_refused("3 pulse 30 per second\n", "x.gw:1:3: 30 pulses per second were asked for");
+}
+TEST(BadInput, ImageOfNoSizeOrAHugeOne) {
+    for (const char* pixels : {"pixels = 0", "pixels = 100000"})
+        expect_scenario_refused("s_bend.toml", "pixels = 256", pixels,
+                                "a whole number from 32 to 2048 is accepted");
+}
+TEST(BadInput, SourceBehindTheDetector) {
+    expect_scenario_refused("s_bend.toml", "sid_mm = 1100.0", "sid_mm = 700.0",
+                            "the isocentre must lie between source and detector");
+}
+
 TEST(BadInput, UnknownKey) {
     expect_scenario_refused("s_bend.toml", "inserted_mm", "insertd_mm",
                             ": unknown key 'insertd_mm' in [entry]");

@@ -146,6 +146,16 @@ TEST(Exercise, CollimationSparesAreaNotKerma) {
                 open.area_product / open.air_kerma * 30 * 60 / (width * width), 1e-9);
 }
 
+TEST(Exercise, MagnificationRaisesTheDose) {
+    const auto kerma = [](double width) {
+        Exercise exercise(test::small_scenario(), true);
+        exercise.next_frame(Commands{Beam{true}, MoveArm{{}, {}, {}, {}, width, {}}});
+        return *exercise.score().air_kerma;
+    };
+    EXPECT_GT(kerma(150), 1.6 * kerma(300));
+    EXPECT_NEAR(kerma(400), kerma(300), 0.2 * kerma(300)) << "a wider field than at the start gets no less";
+}
+
 TEST(Exercise, TheReferenceScreenKeepsItsImage) {
     Exercise exercise(test::small_scenario(), true);
     exercise.next_frame(Commands{Beam{true}, StoreReference{}});
@@ -165,10 +175,10 @@ TEST(Exercise, AnInjectionComesGoesAndIsCounted) {
         return vessel_grey(exercise.image());
     };
     const double before = next({Beam{true}, SetMode{ImagingMode::dsa}});
-    double darkest = next({Inject{6, 6, "vessel", 320}});
+    double darkest = next({Inject{6, 6, "tube", 320}});
     for (int frame = 0; frame < 20; ++frame) darkest = std::min(darkest, next({}));
     EXPECT_LT(darkest, before - 30);
-    EXPECT_NEAR(exercise.simulation().contrast().injected(), 6, 1e-9);
+    EXPECT_NEAR(exercise.score().contrast, 6, 1e-9);
     double after = 0;
     for (int frame = 0; frame < 60; ++frame) after = next({});
     EXPECT_NEAR(after, before, 6) << "the blood has washed it out";
@@ -177,13 +187,13 @@ TEST(Exercise, AnInjectionComesGoesAndIsCounted) {
 TEST(Exercise, InjectionsOfReplaysAreTheSame) {
     const auto hash = [] {
         Exercise exercise(test::small_scenario(), false);
-        exercise.next_frame(Commands{Inject{6, 6, "vessel", 320}});
+        exercise.next_frame(Commands{Inject{6, 6, "tube", 320}});
         for (int frame = 0; frame < 5; ++frame) exercise.next_frame({});
         return exercise.simulation().state_hash();
     };
     EXPECT_EQ(hash(), hash());
     Exercise used(test::small_scenario(), false), fresh(test::small_scenario(), false);
-    used.next_frame(Commands{Inject{6, 6, "vessel", 320}});
+    used.next_frame(Commands{Inject{6, 6, "tube", 320}});
     used.next_frame(Commands{Reset{}});
     fresh.next_frame({});
     EXPECT_EQ(used.simulation().state_hash(), fresh.simulation().state_hash());

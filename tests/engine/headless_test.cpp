@@ -152,7 +152,7 @@ TEST(Headless, ContrastBeyondTheLimitIsRefusedBeforeAnythingIsWritten) {
     const std::string text = test::refusal([&] {
         run_headless(
             test::small_scenario(),
-            script("1 inject 200 ml at 20 ml/s into vessel\n9 inject 150 ml at 20 ml/s into vessel\n"),
+            script("1 inject 200 ml at 20 ml/s into tube\n9 inject 150 ml at 20 ml/s into tube\n"),
             folder / "out", {});
     });
     EXPECT_EQ(text.find("x.gw:2:3"), 0u) << text;

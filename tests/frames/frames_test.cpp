@@ -9,6 +9,7 @@
 
 #include "engine/headless.h"
 #include "render/png.h"
+#include "tests/anatomies.h"
 
 namespace {
 
@@ -43,7 +44,9 @@ TEST_P(Frames, EqualTheirGoldens) {
     fs::create_directories(output);
     const engine::Scenario scenario = engine::load_scenario(folder / "scenario.toml");
     const engine::CommandScript script = engine::load_commands(folder / "commands.gw");
-    engine::run_headless(scenario, script, output, {});
+    engine::RunOptions options;
+    options.cache = test::cache();
+    engine::run_headless(scenario, script, output, options);
 
     for (const int frame : limits.at("golden_frames").get<std::vector<int>>()) {
         const std::string name = engine::frame_file_name(frame);

@@ -1,0 +1,66 @@
+#include "render/png.h"
+#include "tests/app/program.h"
+
+namespace app {
+namespace {
+
+using test::asset, test::read, test::run, test::TemporaryFolder, test::write;
+
+/// Refused with exit code 2 and a message; nothing is written.
+void expect_render_refused(const std::vector<std::string>& words, const std::string& message) {
+    const TemporaryFolder folder;
+    std::vector<std::string> all = {"render", "s_bend", "--out", folder / "x.png"};
+    all.insert(all.end(), words.begin(), words.end());
+    const auto result = run(folder, all);
+    EXPECT_EQ(result.code, 2);
+    EXPECT_NE((result.error + result.out).find(message), std::string::npos) << result.error << result.out;
+    EXPECT_FALSE(std::filesystem::exists(folder / "x.png"));
+}
+
+}  // namespace
+
+TEST(Render, LeavesOneImageOfEachMode) {
+    const TemporaryFolder folder;
+    std::vector<std::string> bytes;
+    for (const char* mode : {"live", "dsa", "roadmap"}) {
+        const std::string file = folder / (std::string(mode) + ".png");
+        const auto result =
+            run(folder, {"render", "s_bend", "--frame", "20", "--lao", "20", "--mode", mode, "--out", file});
+        EXPECT_EQ(result.code, 0) << result.error;
+        EXPECT_GT(render::read_png(file).width, 100);
+        bytes.push_back(read(file));
+    }
+    EXPECT_NE(bytes[0], bytes[1]);
+    EXPECT_NE(bytes[0], bytes[2]);
+}
+
+TEST(Render, OfAFrameIsTheFrameOfTheRunWithoutItsLag) {
+    const TemporaryFolder folder;
+    write(folder / "x.gw", "0..5 advance 2 mm\n6 beam on\n6 end\n");
+    run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out", folder / "out"});
+    run(folder,
+        {"render", "s_bend", "--commands", folder / "x.gw", "--frame", "6", "--out", folder / "x.png"});
+    EXPECT_EQ(read(folder / "x.png"), read(folder / "out/frames/frame_000006.png"));
+}
+
+TEST(Render, AnglesBeyondTheGantryAreRefused) {
+    expect_render_refused({"--lao", "130"}, "LAO/RAO angle must lie within 120 degrees");
+    expect_render_refused({"--cranial", "-50"}, "cranial/caudal angle must lie within 45 degrees");
+    expect_render_refused({"--lao", "nan"}, "LAO/RAO");
+}
+
+TEST(Render, ModesFramesAndContrastThereAreNotAreRefused) {
+    expect_render_refused({"--mode", "cine"}, "live,dsa,roadmap");
+    expect_render_refused({"--frame", "-1"}, "--frame");
+    expect_render_refused({"--mode", "dsa", "--iodine", "900"}, "--iodine");
+}
+
+TEST(Render, PictureThatCannotBeWrittenIsNamed) {
+    const TemporaryFolder folder;
+    const auto result =
+        run(folder, {"render", "s_bend", "--cache", folder / "cache", "--out", "/nowhere/x.png"});
+    EXPECT_EQ(result.code, 2);
+    EXPECT_NE(result.error.find("/nowhere/x.png"), std::string::npos) << result.error;
+}
+
+}  // namespace app
