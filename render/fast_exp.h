@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstdint>
 #include <numbers>
+#include <span>
 
 namespace render {
 
@@ -26,6 +27,10 @@ inline float fast_exp(float x) {
     sum = sum * r + 1.0f;
     const std::int32_t power = std::max(static_cast<std::int32_t>(n) + 127, 0) << 23;  // bits of 2ⁿ
     return sum * std::bit_cast<float>(power);
+}
+
+inline void exponentiate(std::span<float> values) {
+    for (float& value : values) value = fast_exp(value);
 }
 
 }  // namespace render

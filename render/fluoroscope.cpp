@@ -1,6 +1,7 @@
 #include "render/fluoroscope.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <stdexcept>
@@ -265,22 +266,24 @@ const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
     const std::size_t count = plane->flat.values.size();
     result.primary.resize(count);
     Field relative(arm.pixels, arm.pixels), lit(arm.pixels, arm.pixels);
-    // Row by row, so that a row's exponents stay in the cache.
-    std::vector<PixelBins> exponents(static_cast<std::size_t>(arm.pixels));
-    for (std::size_t start = 0; start < count; start += exponents.size()) {
-        std::fill(exponents.begin(), exponents.end(), PixelBins{});
+    // Row by row, so that a row's exponents, bins of a pixel side by side, stay in the cache.
+    const std::size_t row = static_cast<std::size_t>(arm.pixels);
+    std::vector<float> exponents(row * energy_bins);
+    for (std::size_t start = 0; start < count; start += row) {
+        std::fill(exponents.begin(), exponents.end(), 0.0f);
         for (std::size_t m = 0; m < changes.size(); ++m) {
             const float* length = pose->mixtures[m].length.values.data() + start;
-            for (std::size_t i = 0; i < exponents.size(); ++i)
-                for (int k = 0; k < energy_bins; ++k) exponents[i][k] -= changes[m][k] * length[i];
+            for (std::size_t i = 0; i < row; ++i)
+                for (int k = 0; k < energy_bins; ++k)
+                    exponents[i * energy_bins + k] -= changes[m][k] * length[i];
         }
-        for (PixelBins& bins : exponents)
-            for (float& exponent : bins) exponent = fast_exp(exponent);
-        for (std::size_t i = 0; i < exponents.size(); ++i) {
+        exponentiate(exponents);
+        for (std::size_t i = 0; i < row; ++i) {
             const std::size_t pixel = start + i;
             for (int k = 0; k < energy_bins; ++k) {
-                result.primary[pixel][k] =
-                    plane->flat.values[pixel] * static_cast<float>(result.bins.weights[k]) * exponents[i][k];
+                result.primary[pixel][k] = plane->flat.values[pixel] *
+                                           static_cast<float>(result.bins.weights[k]) *
+                                           exponents[i * energy_bins + k];
             }
             relative.values[pixel] = sum(result.primary[pixel]);
             lit.values[pixel] = plane->open.values[pixel] * relative.values[pixel];
@@ -422,15 +425,23 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
     const Bins per_concentration = beam.bins.attenuation(Material::iodine);
     PixelBins per_iodine;
     for (int k = 0; k < energy_bins; ++k) per_iodine[k] = static_cast<float>(-per_concentration[k]);
-    /// Primary quanta behind the iodine.
-    const auto primary = [&](std::uint32_t pixel) {
-        PixelBins bins = beam.primary[pixel];
-        const float amount = state.iodine.values[pixel];
-        for (int k = 0; k < energy_bins; ++k) bins[k] *= bare.scale * fast_exp(per_iodine[k] * amount);
-        return bins;
-    };
-    for (const std::uint32_t pixel : state.iodine_pixels)
-        expected.values[pixel] = sum(primary(pixel)) + bare.scale * beam.scatter.values[pixel];
+    // Many pixels at once, for the sake of the exponentials.
+    constexpr std::size_t together = 256;
+    std::array<float, together * energy_bins> transmission;
+    const std::span<const std::uint32_t> dissolved_in = state.iodine_pixels;
+    for (std::size_t start = 0; start < dissolved_in.size(); start += together) {
+        const auto pixels = dissolved_in.subspan(start, std::min(together, dissolved_in.size() - start));
+        for (std::size_t i = 0; i < pixels.size(); ++i)
+            for (int k = 0; k < energy_bins; ++k)
+                transmission[i * energy_bins + k] = per_iodine[k] * state.iodine.values[pixels[i]];
+        exponentiate(std::span(transmission).first(pixels.size() * energy_bins));
+        for (std::size_t i = 0; i < pixels.size(); ++i) {
+            float passed = beam.scatter.values[pixels[i]];
+            for (int k = 0; k < energy_bins; ++k)
+                passed += beam.primary[pixels[i]][k] * transmission[i * energy_bins + k];
+            expected.values[pixels[i]] = bare.scale * passed;
+        }
+    }
 
     // The wire displaces blood and what is dissolved in it; it is taken to lie in a vessel all along.
     Bins displaced = beam.bins.attenuation(Material::blood);
@@ -439,9 +450,11 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
     const WireLook& look = state.config.wire;
     for (const WirePixel& pixel : state.wire.cast(shifted(arm, exposure.vessel_shift), joints, look,
                                                   wire_attenuation(look, beam.bins, displaced))) {
-        const PixelBins quanta = primary(pixel.index);
-        for (int k = 0; k < energy_bins; ++k)
-            expected.values[pixel.index] -= quanta[k] * (1.0f - pixel.transmission[k]);
+        const float amount = state.iodine.values[pixel.index];
+        for (int k = 0; k < energy_bins; ++k) {
+            const float arriving = beam.primary[pixel.index][k] * fast_exp(per_iodine[k] * amount);
+            expected.values[pixel.index] -= bare.scale * arriving * (1.0f - pixel.transmission[k]);
+        }
     }
     return expected;
 }

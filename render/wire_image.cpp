@@ -80,14 +80,21 @@ struct WireImage::Piece {
     Vec3 mitre_from, mitre_to;  // unit normals of the planes, along the wire
     double radius = 0.0;
     bool marker = false;
+    // What all rays share, of `prepare`.
+    double offset = 0.0, c = 0.0, level_from = 0.0, level_to = 0.0;
+
+    void prepare() {
+        offset = from.dot(axis);
+        c = from.squaredNorm() - offset * offset - radius * radius;
+        level_from = from.dot(mitre_from);
+        level_to = to.dot(mitre_to);
+    }
 
     /// Length of the ray source + t·direction inside [mm]; `direction` has depth 1.
     double chord(const Vec3& direction) const {
-        const double along = direction.dot(axis), offset = from.dot(axis);
-        const double square = direction.squaredNorm();
+        const double along = direction.dot(axis), square = direction.squaredNorm();
         const double a = square - along * along;
         const double b = from.dot(direction) - offset * along;
-        const double c = from.squaredNorm() - offset * offset - radius * radius;
         double enter, leave;
         if (a > 1e-12 * square) {
             const double discriminant = b * b - a * c;
@@ -100,8 +107,8 @@ struct WireImage::Piece {
             enter = 0.0;
             leave = 1e9;
         }
-        clip(direction.dot(mitre_from), from.dot(mitre_from), enter, leave);
-        clip(-direction.dot(mitre_to), -to.dot(mitre_to), enter, leave);
+        clip(direction.dot(mitre_from), level_from, enter, leave);
+        clip(-direction.dot(mitre_to), -level_to, enter, leave);
         return leave > enter ? (leave - enter) * std::sqrt(square) : 0.0;
     }
 
@@ -220,6 +227,7 @@ std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const Vec3
         piece.to = points[i + 1];
         piece.mitre_to = folded ? piece.axis : Vec3(sum.normalized());
         piece.marker = i >= marker_start;
+        piece.prepare();
         if (std::min(piece.from.z(), piece.to.z()) > 10.0 * piece.radius + 1.0)
             splat(piece, arm.pixels, scale);
         piece.mitre_from = folded ? next : piece.mitre_to;

@@ -17,6 +17,7 @@
 #include "render/path_length.h"
 #include "render/png.h"
 #include "render/solids.h"
+#include "render/subtraction.h"
 
 namespace engine {
 namespace {
@@ -191,6 +192,11 @@ std::vector<TableCell> frame_row(const Room& room, const Meshes& scene, int pixe
         });
     };
     const double frame = whole(plain), with_contrast = whole(filled);
+    render::Subtraction subtraction(signal, scope.opening(arm));
+    const Field later = scope.read(arm, room.joints, filled);
+    subtraction.opacify(later);
+    const double subtracted = median_ms(calls, [&] { subtraction.subtracted(later); });
+    const double roadmap = median_ms(calls, [&] { subtraction.roadmap(signal); });
     render::Panel panel;
     const render::Readout readout;
     panel.draw(image, &image, readout);
@@ -205,6 +211,8 @@ std::vector<TableCell> frame_row(const Room& room, const Meshes& scene, int pixe
             shown,
             frame,
             with_contrast,
+            subtracted,
+            roadmap,
             file,
             drawn};
 }
@@ -266,7 +274,7 @@ StudyResult imaging_times(const StudyOptions& options) {
                 {}};
     Table frames{"imaging_frame_ms",
                  {"pixels", "bare_image", "wire", "contrast", "quanta", "scintillator", "electronics",
-                  "display", "frame", "frame_with_contrast", "png", "panel"},
+                  "display", "frame", "frame_with_contrast", "subtraction", "roadmap", "png", "panel"},
                  {}};
     Table previews{"imaging_preview_ms", {"scene", "triangles", "pixels", "pose_change"}, {}};
     for (const int pixels : sizes) {
@@ -282,7 +290,8 @@ StudyResult imaging_times(const StudyOptions& options) {
         "\n## Times\n\nMedian processor time of all threads [ms]: the generated vessels from groin to "
         "kidneys, 200 "
         "joints; contrast of 100 mg/ml in all vessels and in the organs. Meshes are made finer by cutting "
-        "triangles into four.\n\n![Times of frames and poses](imaging_times.svg)\n\n" +
+        "triangles into four. In DSA and roadmap, subtraction or roadmap stand in for the "
+        "display.\n\n![Times of frames and poses](imaging_times.svg)\n\n" +
         to_markdown(frames, 3) + "\nA new pose, to the first frame without contrast:\n\n" +
         to_markdown(poses, 3) + "\nThe same at the size of a preview:\n\n" + to_markdown(previews, 3);
     result.tables = {std::move(frames), std::move(poses), std::move(previews)};
