@@ -92,17 +92,21 @@ Field enlarge(const Field& field, int factor, int width, int height) {
         const int low = std::min(static_cast<int>(x), std::max(size - 2, 0));
         return std::pair<int, float>(low, static_cast<float>(x - low));
     };
+    std::vector<std::pair<int, float>> columns;
+    for (int i = 0; i < width; ++i) columns.push_back(place(i, field.width));
+    const int beside = field.width > 1 ? 1 : 0;
     for (int j = 0; j < height; ++j) {
         const auto [row, down] = place(j, field.height);
         const float* above = &field.values[static_cast<std::size_t>(row) * field.width];
         const float* below =
             &field.values[static_cast<std::size_t>(std::min(row + 1, field.height - 1)) * field.width];
+        float* to = &result.values[static_cast<std::size_t>(j) * width];
         for (int i = 0; i < width; ++i) {
-            const auto [column, right] = place(i, field.width);
-            const int next = std::min(column + 1, field.width - 1);
+            const auto [column, right] = columns[i];
+            const int next = column + beside;
             const float top = above[column] + right * (above[next] - above[column]);
             const float bottom = below[column] + right * (below[next] - below[column]);
-            result.values[static_cast<std::size_t>(j) * width + i] = top + down * (bottom - top);
+            to[i] = top + down * (bottom - top);
         }
     }
     return result;

@@ -1,11 +1,13 @@
 #include "render/fluoroscope.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <stdexcept>
 #include <utility>
 
+#include "render/fast_exp.h"
 #include "render/filter.h"
 #include "render/path_length.h"
 
@@ -23,15 +25,33 @@ struct Mixture {
     Field length;  // [mm]
 };
 
+/// What size, distances and collimator determine, however the arm is turned.
+struct PlaneImages {
+    CArm arm;
+    Field flat, open, measured;  // open beam, collimator, measuring field: shares of 1
+};
+
+/// Where a layer lies before few pixels: their indices, and the length of each pixel's ray in it [mm].
+struct SparseLength {
+    std::vector<std::uint32_t> pixels;
+    std::vector<float> lengths;
+
+    explicit SparseLength(const Field& length = {}) {
+        for (std::uint32_t i = 0; i < length.values.size(); ++i) {
+            if (!(length.values[i] > 0.0f)) continue;
+            pixels.push_back(i);
+            lengths.push_back(length.values[i]);
+        }
+    }
+};
+
 /// What the pose determines, and the mesh passes cost time for.
 struct PoseImages {
     CArm arm;
-    Field flat, open, measured;  // open beam, collimator, measuring field: shares of 1
     std::vector<Mixture> mixtures;
-    Field contrast_length;                       // through layers that take contrast [mm]
-    std::vector<std::uint32_t> contrast_pixels;  // where that is not 0
-    std::map<int, Field> organs;                 // length through each perfused layer [mm]
-    std::optional<ContrastMatrix> vessels;       // made when contrast first needs it
+    SparseLength contrast;                  // through layers that take contrast
+    std::map<int, SparseLength> organs;     // through each perfused layer
+    std::optional<ContrastMatrix> vessels;  // made when contrast first needs it
     int unbalanced_pixels = 0;
 };
 
@@ -84,6 +104,14 @@ Field measuring_field(const CArm& arm, double radius) {
     return field;
 }
 
+/// Whether images of the two differ by rotation and by what lies in the isocentre alone.
+bool same_plane(CArm a, const CArm& b) {
+    a.lao = b.lao;
+    a.cranial = b.cranial;
+    a.isocentre = b.isocentre;
+    return a == b;
+}
+
 /// The arm as what is shifted sees it.
 CArm shifted(CArm arm, const Vec3& shift) {
     arm.isocentre -= shift;
@@ -99,6 +127,14 @@ double open_kerma(double kvp) {
     for (std::size_t i = 0; i < spectrum.energies.size(); ++i)
         sum += spectrum.weights[i] * kerma_per_signal(spectrum.energies[i]);
     return sum;
+}
+
+/// μ of the mixture's material less that of what it lies in [1/mm].
+PixelBins change_of(const Mixture& mixture, const EnergyBins& bins) {
+    const Bins own = bins.attenuation(mixture.material), around = bins.attenuation(mixture.inside);
+    PixelBins change;
+    for (int k = 0; k < energy_bins; ++k) change[k] = static_cast<float>(own[k] - around[k]);
+    return change;
 }
 
 float sum(const PixelBins& bins) {
@@ -129,11 +165,12 @@ struct Fluoroscope::State {
     PathLengthRenderer renderer;
     std::optional<LumenContrast> vessels;
     WireImage wire;
+    std::optional<PlaneImages> plane;
     std::optional<PoseImages> pose;
     std::map<double, BeamImages> beams;                   // of the pose, by voltage asked for; 0 = automatic
     std::map<std::pair<double, double>, BareImage> bare;  // of the pose, by voltage and dose
     Field iodine;                                         // scratch: what the beam meets of it [mg/ml·mm]
-    std::vector<std::uint32_t> iodine_pixels;
+    std::vector<std::uint32_t> iodine_pixels;             // where that is not 0
 
     void move_to(const CArm&);
     double charge(double kvp) const;
@@ -141,6 +178,7 @@ struct Fluoroscope::State {
     const BareImage& bare_image(const Exposure&);
     void dissolve(const Exposure&);
     void dissolve_in_vessels(const Exposure&);
+    void dissolve_in(const SparseLength&, float concentration);
 };
 
 void Fluoroscope::State::move_to(const CArm& arm) {
@@ -149,37 +187,38 @@ void Fluoroscope::State::move_to(const CArm& arm) {
     bare.clear();
     pose.emplace();
     pose->arm = arm;
-    pose->flat = flat_field(arm, config.heel);
-    pose->open = shutters(config.display, arm);
-    pose->measured = measuring_field(arm, config.measuring_radius);
-    pose->contrast_length = Field(arm.pixels, arm.pixels);
+    if (!plane || !same_plane(plane->arm, arm)) {
+        plane = PlaneImages{arm, flat_field(arm, config.heel), shutters(config.display, arm),
+                            measuring_field(arm, config.measuring_radius)};
+    }
+    const Field nothing(arm.pixels, arm.pixels);
+    const auto mixture = [&](const TissueLayer& tissue) -> Field& {
+        for (Mixture& m : pose->mixtures)
+            if (m.material == tissue.material && m.inside == tissue.inside) return m.length;
+        return pose->mixtures.emplace_back(Mixture{tissue.material, tissue.inside, nothing}).length;
+    };
+    const auto add = [](const Field& length, Field& sum) {
+        for (std::size_t i = 0; i < length.values.size(); ++i) sum.values[i] += length.values[i];
+    };
+    Field contrast;
     for (std::size_t layer = 0; layer < layers.size(); ++layer) {
         const TissueLayer& tissue = layers[layer];
-        const bool seen = tissue.material != tissue.inside || tissue.perfused;
-        if (!seen && vessels) continue;
-        PathLengthRenderer::Result path = renderer.render(static_cast<int>(layer), arm);
+        const bool mixed = tissue.material != tissue.inside;
+        if (!mixed && !tissue.perfused && vessels) continue;
+        const int mesh = static_cast<int>(layer);
+        if (mixed && !tissue.takes_contrast && !tissue.perfused) {
+            pose->unbalanced_pixels += renderer.accumulate(mesh, arm, mixture(tissue));
+            continue;
+        }
+        const PathLengthRenderer::Result path = renderer.render(mesh, arm);
         pose->unbalanced_pixels += path.unbalanced_pixels;
-        const std::size_t count = path.length.values.size();
-        if (tissue.takes_contrast) {
-            for (std::size_t i = 0; i < count; ++i) pose->contrast_length.values[i] += path.length.values[i];
-        }
-        if (tissue.material != tissue.inside) {
-            const auto same = [&](const Mixture& m) {
-                return m.material == tissue.material && m.inside == tissue.inside;
-            };
-            const auto known = std::find_if(pose->mixtures.begin(), pose->mixtures.end(), same);
-            if (known == pose->mixtures.end()) {
-                pose->mixtures.push_back({tissue.material, tissue.inside, path.length});
-            } else {
-                for (std::size_t i = 0; i < count; ++i) known->length.values[i] += path.length.values[i];
-            }
-        }
-        if (tissue.perfused) pose->organs[static_cast<int>(layer)] = std::move(path.length);
+        if (mixed) add(path.length, mixture(tissue));
+        if (tissue.perfused) pose->organs[mesh] = SparseLength(path.length);
+        if (!tissue.takes_contrast) continue;
+        if (contrast.values.empty()) contrast = nothing;
+        add(path.length, contrast);
     }
-    for (std::size_t i = 0; i < pose->contrast_length.values.size(); ++i) {
-        if (pose->contrast_length.values[i] > 0.0f)
-            pose->contrast_pixels.push_back(static_cast<std::uint32_t>(i));
-    }
+    pose->contrast = SparseLength(contrast);
 }
 
 /// Of a pulse at that voltage that gives the detector 1 nGy [mAs], from a sample of the measuring field.
@@ -187,12 +226,7 @@ double Fluoroscope::State::charge(double kvp) const {
     const CArm& arm = pose->arm;
     const EnergyBins bins = fit_bins(detected_spectrum(kvp));
     std::vector<PixelBins> change;
-    for (const Mixture& m : pose->mixtures) {
-        const Bins own = bins.attenuation(m.material), around = bins.attenuation(m.inside);
-        PixelBins difference;
-        for (int k = 0; k < energy_bins; ++k) difference[k] = static_cast<float>(own[k] - around[k]);
-        change.push_back(difference);
-    }
+    for (const Mixture& m : pose->mixtures) change.push_back(change_of(m, bins));
     constexpr int sampled = 24;  // places along either side
     double kerma = 0.0;
     int places = 0;
@@ -200,7 +234,7 @@ double Fluoroscope::State::charge(double kvp) const {
     for (int j = step / 2; j < arm.pixels; j += step) {
         for (int i = step / 2; i < arm.pixels; i += step) {
             const std::size_t pixel = static_cast<std::size_t>(j) * arm.pixels + i;
-            if (pose->measured.values[pixel] == 0.0f) continue;
+            if (plane->measured.values[pixel] == 0.0f) continue;
             ++places;
             for (int k = 0; k < energy_bins; ++k) {
                 double exponent = 0.0;
@@ -227,27 +261,33 @@ const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
     result.technique.kvp = voltage;
     result.bins = fit_bins(detected_spectrum(voltage));
 
-    const std::size_t count = pose->flat.values.size();
-    std::vector<PixelBins> exponent(count, PixelBins{});
-    for (const Mixture& m : pose->mixtures) {
-        const Bins own = result.bins.attenuation(m.material), around = result.bins.attenuation(m.inside);
-        PixelBins change;
-        for (int k = 0; k < energy_bins; ++k) change[k] = static_cast<float>(own[k] - around[k]);
-        for (std::size_t i = 0; i < count; ++i) {
-            const float length = m.length.values[i];
-            if (length == 0.0f) continue;
-            for (int k = 0; k < energy_bins; ++k) exponent[i][k] -= change[k] * length;
-        }
-    }
+    std::vector<PixelBins> changes;
+    for (const Mixture& m : pose->mixtures) changes.push_back(change_of(m, result.bins));
+    const std::size_t count = plane->flat.values.size();
     result.primary.resize(count);
     Field relative(arm.pixels, arm.pixels), lit(arm.pixels, arm.pixels);
-    for (std::size_t i = 0; i < count; ++i) {
-        for (int k = 0; k < energy_bins; ++k) {
-            result.primary[i][k] =
-                pose->flat.values[i] * static_cast<float>(result.bins.weights[k]) * std::exp(exponent[i][k]);
+    // Row by row, so that a row's exponents, bins of a pixel side by side, stay in the cache.
+    const std::size_t row = static_cast<std::size_t>(arm.pixels);
+    std::vector<float> exponents(row * energy_bins);
+    for (std::size_t start = 0; start < count; start += row) {
+        std::fill(exponents.begin(), exponents.end(), 0.0f);
+        for (std::size_t m = 0; m < changes.size(); ++m) {
+            const float* length = pose->mixtures[m].length.values.data() + start;
+            for (std::size_t i = 0; i < row; ++i)
+                for (int k = 0; k < energy_bins; ++k)
+                    exponents[i * energy_bins + k] -= changes[m][k] * length[i];
         }
-        relative.values[i] = sum(result.primary[i]);
-        lit.values[i] = pose->open.values[i] * relative.values[i];
+        exponentiate(exponents);
+        for (std::size_t i = 0; i < row; ++i) {
+            const std::size_t pixel = start + i;
+            for (int k = 0; k < energy_bins; ++k) {
+                result.primary[pixel][k] = plane->flat.values[pixel] *
+                                           static_cast<float>(result.bins.weights[k]) *
+                                           exponents[i * energy_bins + k];
+            }
+            relative.values[pixel] = sum(result.primary[pixel]);
+            lit.values[pixel] = plane->open.values[pixel] * relative.values[pixel];
+        }
     }
 
     // Scatter: the primary image spread wide. What the collimator keeps out scatters nowhere.
@@ -260,9 +300,9 @@ const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
     // Automatic exposure: one nGy on average in the measuring field; each frame scales it to its dose.
     double field = 0.0, received = 0.0;
     for (std::size_t i = 0; i < count; ++i) {
-        field += pose->measured.values[i];
+        field += plane->measured.values[i];
         received +=
-            static_cast<double>(pose->measured.values[i]) * (relative.values[i] + result.scatter.values[i]);
+            static_cast<double>(plane->measured.values[i]) * (relative.values[i] + result.scatter.values[i]);
     }
     const double quanta = quanta_per_dose_and_area * pixel_width(arm) * pixel_width(arm);
     result.gain = received > 0.0 ? quanta * field / received : 0.0;
@@ -291,31 +331,37 @@ const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
     for (std::size_t i = 0; i < result.expected.values.size(); ++i)
         result.expected.values[i] = result.scale * (sum(at.primary[i]) + at.scatter.values[i]);
     // The display is adjusted to the image without contrast.
-    result.display.emplace(config.display, result.expected, pose->flat, pose->measured, pose->open);
+    result.display.emplace(config.display, result.expected, plane->flat, plane->measured, plane->open);
     return result;
 }
 
 /// Leaves in `iodine` what the beam meets, and in `iodine_pixels` where.
 void Fluoroscope::State::dissolve(const Exposure& exposure) {
     const int pixels = pose->arm.pixels;
+    if (iodine.width != pixels) {
+        iodine = Field(pixels, pixels);
+    } else {
+        for (const std::uint32_t i : iodine_pixels) iodine.values[i] = 0.0f;
+    }
     iodine_pixels.clear();
     if (vessels && (exposure.iodine > 0.0 || !exposure.vessel_iodine.empty())) {
         dissolve_in_vessels(exposure);
-    } else {
-        iodine = Field(pixels, pixels);
-        if (exposure.iodine > 0.0) {
-            for (const std::uint32_t i : pose->contrast_pixels)
-                iodine.values[i] = static_cast<float>(exposure.iodine) * pose->contrast_length.values[i];
-        }
+    } else if (exposure.iodine > 0.0) {
+        dissolve_in(pose->contrast, static_cast<float>(exposure.iodine));
     }
     for (const OrganIodine& organ : exposure.organs) {
         const auto found = pose->organs.find(organ.layer);
-        if (found == pose->organs.end() || !(organ.iodine > 0.0)) continue;
-        for (std::size_t i = 0; i < iodine.values.size(); ++i)
-            iodine.values[i] += static_cast<float>(organ.iodine) * found->second.values[i];
+        if (found != pose->organs.end() && organ.iodine > 0.0)
+            dissolve_in(found->second, static_cast<float>(organ.iodine));
     }
-    for (std::uint32_t i = 0; i < iodine.values.size(); ++i)
-        if (iodine.values[i] > 0.0f) iodine_pixels.push_back(i);
+}
+
+void Fluoroscope::State::dissolve_in(const SparseLength& layer, float concentration) {
+    for (std::size_t i = 0; i < layer.pixels.size(); ++i) {
+        float& there = iodine.values[layer.pixels[i]];
+        if (there == 0.0f) iodine_pixels.push_back(layer.pixels[i]);
+        there += concentration * layer.lengths[i];
+    }
 }
 
 void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
@@ -326,11 +372,15 @@ void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
         concentration[i] += exposure.vessel_iodine[i];
     if (exposure.vessel_shift.isZero()) {
         iodine_thickness(*pose->vessels, concentration, iodine);
+        for (const std::uint32_t i : pose->vessels->pixels)
+            if (iodine.values[i] > 0.0f) iodine_pixels.push_back(i);
         return;
     }
     std::vector<Vec3> moved(nodes.begin(), nodes.end());
     for (Vec3& node : moved) node += exposure.vessel_shift;
     iodine_thickness(*pose->vessels, concentration, pixel_shifts(pose->arm, nodes, moved), iodine);
+    for (std::uint32_t i = 0; i < iodine.values.size(); ++i)
+        if (iodine.values[i] > 0.0f) iodine_pixels.push_back(i);
 }
 
 Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> layers,
@@ -375,16 +425,23 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
     const Bins per_concentration = beam.bins.attenuation(Material::iodine);
     PixelBins per_iodine;
     for (int k = 0; k < energy_bins; ++k) per_iodine[k] = static_cast<float>(-per_concentration[k]);
-    /// Primary quanta behind the iodine.
-    const auto primary = [&](std::uint32_t pixel) {
-        PixelBins bins = beam.primary[pixel];
-        const float amount = state.iodine.values[pixel];
-        for (int k = 0; k < energy_bins; ++k)
-            bins[k] *= bare.scale * (amount > 0.0f ? std::exp(per_iodine[k] * amount) : 1.0f);
-        return bins;
-    };
-    for (const std::uint32_t pixel : state.iodine_pixels)
-        expected.values[pixel] = sum(primary(pixel)) + bare.scale * beam.scatter.values[pixel];
+    // Many pixels at once, for the sake of the exponentials.
+    constexpr std::size_t together = 256;
+    std::array<float, together * energy_bins> transmission;
+    const std::span<const std::uint32_t> dissolved_in = state.iodine_pixels;
+    for (std::size_t start = 0; start < dissolved_in.size(); start += together) {
+        const auto pixels = dissolved_in.subspan(start, std::min(together, dissolved_in.size() - start));
+        for (std::size_t i = 0; i < pixels.size(); ++i)
+            for (int k = 0; k < energy_bins; ++k)
+                transmission[i * energy_bins + k] = per_iodine[k] * state.iodine.values[pixels[i]];
+        exponentiate(std::span(transmission).first(pixels.size() * energy_bins));
+        for (std::size_t i = 0; i < pixels.size(); ++i) {
+            float passed = beam.scatter.values[pixels[i]];
+            for (int k = 0; k < energy_bins; ++k)
+                passed += beam.primary[pixels[i]][k] * transmission[i * energy_bins + k];
+            expected.values[pixels[i]] = bare.scale * passed;
+        }
+    }
 
     // The wire displaces blood and what is dissolved in it; it is taken to lie in a vessel all along.
     Bins displaced = beam.bins.attenuation(Material::blood);
@@ -393,9 +450,11 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
     const WireLook& look = state.config.wire;
     for (const WirePixel& pixel : state.wire.cast(shifted(arm, exposure.vessel_shift), joints, look,
                                                   wire_attenuation(look, beam.bins, displaced))) {
-        const PixelBins quanta = primary(pixel.index);
-        for (int k = 0; k < energy_bins; ++k)
-            expected.values[pixel.index] -= quanta[k] * (1.0f - pixel.transmission[k]);
+        const float amount = state.iodine.values[pixel.index];
+        for (int k = 0; k < energy_bins; ++k) {
+            const float arriving = beam.primary[pixel.index][k] * fast_exp(per_iodine[k] * amount);
+            expected.values[pixel.index] -= bare.scale * arriving * (1.0f - pixel.transmission[k]);
+        }
     }
     return expected;
 }

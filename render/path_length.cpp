@@ -4,6 +4,7 @@
 #include <GL/gl.h>
 #include <GL/glext.h>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <map>
 #include <unordered_map>
@@ -92,6 +93,7 @@ struct PathLengthRenderer::Gl {
     struct Mesh {
         GLuint array = 0, vertices = 0, indices = 0;
         GLsizei count = 0;
+        Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // of the box around it [mm]
     };
 
     OffscreenContext context;
@@ -107,8 +109,9 @@ struct PathLengthRenderer::Gl {
     X(CreateProgram) X(CreateShader) X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram) X(DeleteShader) \
     X(DeleteTextures) X(DeleteVertexArrays) X(Disable) X(DrawElements) X(Enable) X(EnableVertexAttribArray) \
     X(FramebufferTexture2D) X(GenBuffers) X(GenFramebuffers) X(GenTextures) X(GenVertexArrays) X(GetError) \
-    X(GetProgramiv) X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadPixels) X(ShaderSource) \
-    X(TexImage2D) X(TexParameteri) X(Uniform1f) X(Uniform3f) X(UseProgram) X(VertexAttribPointer) X(Viewport)
+    X(GetProgramiv) X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadPixels) X(Scissor) \
+    X(ShaderSource) X(TexImage2D) X(TexParameteri) X(Uniform1f) X(Uniform3f) X(UseProgram) \
+    X(VertexAttribPointer) X(Viewport)
 // clang-format on
 #define RENDER_GL_MEMBER(name) decltype(&::gl##name) name = nullptr;
     RENDER_GL_FUNCTIONS(RENDER_GL_MEMBER)
@@ -196,7 +199,11 @@ int PathLengthRenderer::add(const TriangleMesh& mesh) {
     gl.context.make_current();
     std::vector<float> positions;
     positions.reserve(mesh.vertices.size() * 3);
+    Gl::Mesh made;
+    if (!mesh.vertices.empty()) made.low = made.high = mesh.vertices.front();
     for (const Vec3& v : mesh.vertices) {
+        made.low = made.low.cwiseMin(v);
+        made.high = made.high.cwiseMax(v);
         for (int k = 0; k < 3; ++k) positions.push_back(static_cast<float>(v[k]));
     }
     std::vector<GLuint> indices;
@@ -204,7 +211,6 @@ int PathLengthRenderer::add(const TriangleMesh& mesh) {
     for (const auto& triangle : mesh.triangles) {
         for (int corner : triangle) indices.push_back(static_cast<GLuint>(corner));
     }
-    Gl::Mesh made;
     made.count = static_cast<GLsizei>(indices.size());
     gl.GenVertexArrays(1, &made.array);
     gl.BindVertexArray(made.array);
@@ -224,14 +230,57 @@ int PathLengthRenderer::add(const TriangleMesh& mesh) {
     return static_cast<int>(gl.meshes.size()) - 1;
 }
 
+namespace {
+
+/// Part of an image [pixels].
+struct Window {
+    int left, top, right, bottom;  // the last two exclusive
+    bool empty() const { return left >= right || top >= bottom; }
+};
+
+/// Where the image of a box may lie: all of it when the box reaches toward the source's plane.
+Window window_of(const Vec3& low, const Vec3& high, const CArm& arm) {
+    double left = arm.pixels, top = arm.pixels, right = 0, bottom = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Pixel at = project(arm, {(corner & 1 ? high : low).x(), (corner & 2 ? high : low).y(),
+                                       (corner & 4 ? high : low).z()});
+        if (!(at.depth > 1.0)) return {0, 0, arm.pixels, arm.pixels};
+        left = std::min(left, at.x);
+        top = std::min(top, at.y);
+        right = std::max(right, at.x);
+        bottom = std::max(bottom, at.y);
+    }
+    // One pixel more for rounding.
+    const auto within = [&arm](double place) {
+        return static_cast<int>(std::clamp(place, 0.0, static_cast<double>(arm.pixels)));
+    };
+    return {within(left - 1), within(top - 1), within(std::ceil(right) + 1), within(std::ceil(bottom) + 1)};
+}
+
+}  // namespace
+
 PathLengthRenderer::Result PathLengthRenderer::render(int mesh, const CArm& arm) {
+    Result result{Field(arm.pixels, arm.pixels), 0};
+    result.unbalanced_pixels = accumulate(mesh, arm, result.length);
+    return result;
+}
+
+int PathLengthRenderer::accumulate(int mesh, const CArm& arm, Field& sum) {
     Gl& gl = *gl_;
-    gl.context.make_current();
     const int pixels = arm.pixels;
+    assert(sum.width == pixels && sum.height == pixels);
+    const Gl::Mesh& drawn = gl.meshes.at(static_cast<std::size_t>(mesh));
+    const Window window = window_of(drawn.low, drawn.high, arm);
+    if (window.empty()) return 0;
+    const int width = window.right - window.left, height = window.bottom - window.top;
+    gl.context.make_current();
     gl.resize(pixels);
     gl.BindFramebuffer(GL_FRAMEBUFFER, gl.framebuffer);
     gl.Viewport(0, 0, pixels, pixels);
     for (GLenum off : {GL_DEPTH_TEST, GL_CULL_FACE, GL_DITHER, GL_MULTISAMPLE}) gl.Disable(off);
+    // The row nearest to the head is the first of the target.
+    gl.Enable(GL_SCISSOR_TEST);
+    gl.Scissor(window.left, window.top, width, height);
     gl.Enable(GL_BLEND);
     gl.BlendEquation(GL_FUNC_ADD);
     gl.BlendFunc(GL_ONE, GL_ONE);
@@ -246,33 +295,32 @@ PathLengthRenderer::Result PathLengthRenderer::render(int mesh, const CArm& arm)
     gl.uniform("beam", a.beam);
     gl.uniform("sod", arm.sod);
     gl.uniform("scale", 2.0 * arm.sid / arm.detector_width);
-    const Gl::Mesh& drawn = gl.meshes.at(static_cast<std::size_t>(mesh));
     gl.BindVertexArray(drawn.array);
     gl.DrawElements(GL_TRIANGLES, drawn.count, GL_UNSIGNED_INT, nullptr);
     gl.BindVertexArray(0);
     gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
-    gl.ReadPixels(0, 0, pixels, pixels, GL_RG, GL_FLOAT, gl.readback.data());
+    gl.ReadPixels(window.left, window.top, width, height, GL_RG, GL_FLOAT, gl.readback.data());
     gl.require_no_error("drawing path lengths");
 
-    Result result{Field(pixels, pixels), 0};
+    int unbalanced = 0;
     const double step = pixel_width(arm) / arm.sid;
-    for (int j = 0; j < pixels; ++j) {
+    for (int j = window.top; j < window.bottom; ++j) {
         const double y = (j + 0.5 - 0.5 * pixels) * step;
-        for (int i = 0; i < pixels; ++i) {
-            const std::size_t at = static_cast<std::size_t>(j) * pixels + i;
-            if (gl.readback[2 * at + 1] != 0.0f) {
-                ++result.unbalanced_pixels;
+        const float* from = gl.readback.data() + 2 * static_cast<std::size_t>(j - window.top) * width;
+        float* to = sum.values.data() + static_cast<std::size_t>(j) * pixels;
+        for (int i = window.left; i < window.right; ++i, from += 2) {
+            if (from[1] != 0.0f) {
+                ++unbalanced;
                 continue;
             }
-            const double depth = gl.readback[2 * at];
-            if (depth == 0.0) continue;
+            const double depth = from[0];
+            if (!(depth > 0.0)) continue;
             // From depth along the beam axis to length along the ray.
             const double x = (i + 0.5 - 0.5 * pixels) * step;
-            result.length.values[at] =
-                static_cast<float>(std::max(0.0, depth * std::sqrt(1.0 + x * x + y * y)));
+            to[i] += static_cast<float>(depth * std::sqrt(1.0 + x * x + y * y));
         }
     }
-    return result;
+    return unbalanced;
 }
 
 /// A far, oblique view that holds the whole mesh: axis-aligned holes would be edge-on from the front.

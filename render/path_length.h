@@ -50,6 +50,8 @@ public:
         int unbalanced_pixels = 0;  // whose ray enters and leaves unequally often; their length is 0
     };
     Result render(int mesh, const CArm&);
+    /// Adds the lengths to `sum`, of arm.pixels squared; returns the unbalanced pixels.
+    int accumulate(int mesh, const CArm&, Field& sum);
 
 private:
     struct Gl;

@@ -2,8 +2,10 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <utility>
 
@@ -107,6 +109,24 @@ void append(TriangleMesh& mesh, const TriangleMesh& other) {
     mesh.vertices.insert(mesh.vertices.end(), other.vertices.begin(), other.vertices.end());
     for (const auto& t : other.triangles)
         mesh.triangles.push_back({t[0] + offset, t[1] + offset, t[2] + offset});
+}
+
+TriangleMesh subdivided(const TriangleMesh& mesh) {
+    TriangleMesh finer;
+    finer.vertices = mesh.vertices;
+    std::map<std::pair<int, int>, int> middles;
+    const auto middle = [&](int a, int b) {
+        const auto [at, added] =
+            middles.try_emplace(std::minmax(a, b), static_cast<int>(finer.vertices.size()));
+        if (added) finer.vertices.emplace_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
+        return at->second;
+    };
+    for (const auto& [a, b, c] : mesh.triangles) {
+        const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
+        for (const auto& t : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
+            finer.triangles.push_back(t);
+    }
+    return finer;
 }
 
 double signed_volume(const TriangleMesh& mesh) {

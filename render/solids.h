@@ -41,6 +41,9 @@ physics::TriangleMesh star(const physics::Vec3& centre,
 /// Adds the triangles of `other`.
 void append(physics::TriangleMesh& mesh, const physics::TriangleMesh& other);
 
+/// The same surface with every triangle cut into four.
+physics::TriangleMesh subdivided(const physics::TriangleMesh&);
+
 /// Enclosed volume, positive for outward triangles [mm³].
 double signed_volume(const physics::TriangleMesh&);
 

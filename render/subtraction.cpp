@@ -33,8 +33,9 @@ Subtraction::Subtraction(Field mask, Field open, const SubtractionSpec& spec)
 Field Subtraction::log_of(Field signal) const {
     for (float& value : signal.values) value = std::max(0.0f, value);  // also takes NaN
     const int block = std::max(1, signal.width / 64);
-    const Field close = gaussian_blur(shrink(signal, block), 1.0);
-    Field scatter = gaussian_blur(shrink(signal, block), spec_.scatter_reach * signal.width / block);
+    Field scatter = shrink(signal, block);
+    const Field close = gaussian_blur(scatter, 1.0);
+    blur(scatter, spec_.scatter_reach * signal.width / block);
     for (std::size_t i = 0; i < scatter.values.size(); ++i) {
         scatter.values[i] =
             std::min(static_cast<float>(spec_.scatter) * scatter.values[i], most_scatter * close.values[i]);
@@ -80,10 +81,15 @@ void Subtraction::opacify(const Field& signal) {
     blur(opacity, spec_.map_blur);
     if (!has_map()) {
         map_ = std::move(opacity);
-        return;
+    } else {
+        for (std::size_t i = 0; i < map_.values.size(); ++i)
+            map_.values[i] = std::max(map_.values[i], opacity.values[i]);
     }
-    for (std::size_t i = 0; i < map_.values.size(); ++i)
-        map_.values[i] = std::max(map_.values[i], opacity.values[i]);
+    const auto brightness = static_cast<float>(spec_.map_brightness);
+    const auto density = static_cast<float>(spec_.map_density);
+    vessels_ = map_;
+    for (float& value : vessels_.values)
+        value = brightness * (1.0f - std::exp(-density * std::max(value, 0.0f)));
 }
 
 GrayImage Subtraction::roadmap(const Field& signal) const {
@@ -91,12 +97,8 @@ GrayImage Subtraction::roadmap(const Field& signal) const {
     Field grey = difference(signal);
     const auto gain = static_cast<float>(spec_.roadmap_gain);
     const auto background = static_cast<float>(spec_.roadmap_background);
-    const auto brightness = static_cast<float>(spec_.map_brightness);
-    const auto density = static_cast<float>(spec_.map_density);
-    for (std::size_t i = 0; i < grey.values.size(); ++i) {
-        const float vessel = brightness * (1.0f - std::exp(-density * std::max(map_.values[i], 0.0f)));
-        grey.values[i] = background + vessel - gain * grey.values[i];
-    }
+    for (std::size_t i = 0; i < grey.values.size(); ++i)
+        grey.values[i] = background + vessels_.values[i] - gain * grey.values[i];
     return framed(grey);
 }
 

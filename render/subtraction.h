@@ -44,6 +44,7 @@ private:
 
     SubtractionSpec spec_;
     Field log_mask_, open_, map_;
+    Field vessels_;  // grey that the map adds
 };
 
 }  // namespace render

@@ -5,12 +5,16 @@
 #include <cmath>
 #include <numeric>
 
+#include "render/fast_exp.h"
+
 namespace render {
 
 using physics::Polyline;
 using physics::Vec3;
 
 namespace {
+
+constexpr double longest = 1e3;  // that a chord of any wire counts [mm]
 
 /// Points of a cardinal spline through the joints, close enough together that a chord strays at most 0.01 mm.
 Polyline smooth(std::span<const Vec3> joints) {
@@ -76,14 +80,21 @@ struct WireImage::Piece {
     Vec3 mitre_from, mitre_to;  // unit normals of the planes, along the wire
     double radius = 0.0;
     bool marker = false;
+    // What all rays share, of `prepare`.
+    double offset = 0.0, c = 0.0, level_from = 0.0, level_to = 0.0;
+
+    void prepare() {
+        offset = from.dot(axis);
+        c = from.squaredNorm() - offset * offset - radius * radius;
+        level_from = from.dot(mitre_from);
+        level_to = to.dot(mitre_to);
+    }
 
     /// Length of the ray source + t·direction inside [mm]; `direction` has depth 1.
     double chord(const Vec3& direction) const {
-        const double along = direction.dot(axis), offset = from.dot(axis);
-        const double square = direction.squaredNorm();
+        const double along = direction.dot(axis), square = direction.squaredNorm();
         const double a = square - along * along;
         const double b = from.dot(direction) - offset * along;
-        const double c = from.squaredNorm() - offset * offset - radius * radius;
         double enter, leave;
         if (a > 1e-12 * square) {
             const double discriminant = b * b - a * c;
@@ -96,8 +107,8 @@ struct WireImage::Piece {
             enter = 0.0;
             leave = 1e9;
         }
-        clip(direction.dot(mitre_from), from.dot(mitre_from), enter, leave);
-        clip(-direction.dot(mitre_to), -to.dot(mitre_to), enter, leave);
+        clip(direction.dot(mitre_from), level_from, enter, leave);
+        clip(-direction.dot(mitre_to), -level_to, enter, leave);
         return leave > enter ? (leave - enter) * std::sqrt(square) : 0.0;
     }
 
@@ -174,7 +185,7 @@ void WireImage::splat(const Piece& piece, int pixels, double scale) {
             if (!(chord > 0.0)) continue;
             Slot& hit = slot(row + u / samples);
             const int place = v % samples * samples + u % samples;
-            (piece.marker ? hit.marker : hit.body)[place] += static_cast<float>(chord);
+            (piece.marker ? hit.marker : hit.body)[place] += static_cast<float>(std::min(chord, longest));
         }
     }
 }
@@ -216,6 +227,7 @@ std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const Vec3
         piece.to = points[i + 1];
         piece.mitre_to = folded ? piece.axis : Vec3(sum.normalized());
         piece.marker = i >= marker_start;
+        piece.prepare();
         if (std::min(piece.from.z(), piece.to.z()) > 10.0 * piece.radius + 1.0)
             splat(piece, arm.pixels, scale);
         piece.mitre_from = folded ? next : piece.mitre_to;
@@ -227,10 +239,10 @@ std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const Vec3
         for (int k = 0; k < energy_bins; ++k) {
             const float body = static_cast<float>(-mu.body[k]), marker = static_cast<float>(-mu.marker[k]);
             float sum = 0.0f;
-            for (int s = 0; s < per_pixel; ++s) {
-                const float exponent = body * hit.body[s] + marker * hit.marker[s];
-                sum += exponent == 0.0f ? 1.0f : std::exp(exponent);
-            }
+            std::array<float, per_pixel> passed;
+            for (int s = 0; s < per_pixel; ++s)
+                passed[s] = fast_exp(body * hit.body[s] + marker * hit.marker[s]);
+            for (const float share : passed) sum += share;
             pixel.transmission[k] = sum / per_pixel;
         }
         result_.push_back(pixel);

@@ -36,7 +36,7 @@ const std::map<std::string, Layer> layers = {
     {"engine",
      {{"engine", "render", "physics"},
       {"Eigen"},
-      {{"embree3", {"mesh_query.cpp"}},
+      {{"embree3", {"mesh_query.cpp", "all_hits.cpp"}},
        {"assimp", {"*.cpp"}},
        {"toml++", {"*.cpp"}},
        {"nlohmann", {"*.cpp"}},

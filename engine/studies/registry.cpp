@@ -6,6 +6,7 @@
 #include "engine/studies/anatomy.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/economy.h"
+#include "engine/studies/imaging.h"
 #include "engine/studies/paper.h"
 #include "engine/studies/pareto.h"
 #include "engine/studies/stability.h"
@@ -17,11 +18,12 @@ namespace engine {
 namespace {
 
 // Explicit, for a study that registers itself vanishes when it is linked from a static library.
-const std::array<Study, 11> studies = {{
+const std::array<Study, 12> studies = {{
     {"stability", "Which method survives which way of breaking it?", run_stability},
     {"pareto", "Which method reaches which accuracy in the least time?", run_pareto},
     {"anatomy", "Are generated vessels fit to push wires through?", run_anatomy},
     {"economy", "What do a chosen λ and an adaptive wire save?", run_economy},
+    {"imaging", "Are frames what physics says, and what do they cost?", run_imaging},
     {"separation", "How far apart should varied segments be?", run_separation},
     {"varied-segments", "How many segments should be varied at a time?", run_varied_segments},
     {"separation-frequency", "Which separations does the paper's rule choose?", run_separation_frequency},

@@ -1,9 +1,6 @@
 /// What contrast costs: the matrix of a new pose, a frame's multiplication, a frame's flow.
 
-#include <array>
 #include <benchmark/benchmark.h>
-#include <map>
-#include <utility>
 
 #include "engine/contrast_flow.h"
 #include "render/contrast.h"
@@ -38,28 +35,6 @@ render::CArm arm_of(int pixels) {
     return arm;
 }
 
-/// Every triangle cut into four, `times` over.
-physics::TriangleMesh finer(physics::TriangleMesh mesh, int times) {
-    for (; times > 0; --times) {
-        physics::TriangleMesh next;
-        next.vertices = mesh.vertices;
-        std::map<std::pair<int, int>, int> middles;
-        const auto middle = [&](int a, int b) {
-            const auto [at, added] =
-                middles.try_emplace(std::minmax(a, b), static_cast<int>(next.vertices.size()));
-            if (added) next.vertices.emplace_back(0.5 * (mesh.vertices[a] + mesh.vertices[b]));
-            return at->second;
-        };
-        for (const auto& [a, b, c] : mesh.triangles) {
-            const int ab = middle(a, b), bc = middle(b, c), ca = middle(c, a);
-            for (const auto& t : {std::array{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}})
-                next.triangles.push_back(t);
-        }
-        mesh = std::move(next);
-    }
-    return mesh;
-}
-
 void contrast_matrix(benchmark::State& state) {
     const auto& contrast = iliac_renal_contrast();
     auto arm = arm_of(static_cast<int>(state.range(0)));
@@ -77,7 +52,8 @@ BENCHMARK(contrast_matrix)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
 
 /// Arg: how often every triangle of the iliac–renal lumen is cut into four.
 void contrast_matrix_of_finer_meshes(benchmark::State& state) {
-    const auto mesh = finer(engine::closed_lumen(test::iliac_renal()), static_cast<int>(state.range(0)));
+    auto mesh = engine::closed_lumen(test::iliac_renal());
+    for (int cut = 0; cut < state.range(0); ++cut) mesh = render::subdivided(mesh);
     const auto contrast = contrast_of(mesh);
     for (auto _ : state) benchmark::DoNotOptimize(contrast.at(arm_of(512)));
     state.counters["triangles"] = static_cast<double>(mesh.triangles.size());

@@ -76,6 +76,13 @@ TEST(Fluoroscope, RepeatsItsPixelsAndOwesNothingToEarlierFrames) {
     EXPECT_EQ(used.expose(arm, wire, exposure), first);
     Fluoroscope fresh({}, phantom());
     EXPECT_EQ(fresh.expose(arm, wire, exposure), first);
+    // What stays when the arm turns is not kept when the collimator or the field changes.
+    arm.opening_width = 90.0;
+    EXPECT_EQ(used.expose(arm, wire, exposure), Fluoroscope({}, phantom()).expose(arm, wire, exposure));
+    arm.detector_width = 120.0;
+    arm.lao = 0.2;
+    EXPECT_EQ(used.expose(arm, wire, exposure), Fluoroscope({}, phantom()).expose(arm, wire, exposure));
+    arm = small_arm();
     exposure.frame = 13;
     EXPECT_GT(render::difference(fresh.expose(arm, wire, exposure), first).mean, 1.0) << "noise moves on";
 }
@@ -127,6 +134,31 @@ TEST(Fluoroscope, ContrastShowsTheVesselAndOnlyTheVessel) {
     for (int i = 0; i <= 60; ++i) inside.emplace_back(i - 30.0, 0.0, -40.0);
     EXPECT_LT(around(scope.expected_quanta(arm, inside, filled), arm, Vec3(0, 0, -40)),
               around(contrast, arm, Vec3(0, 0, -40)));
+}
+
+TEST(Fluoroscope, ContrastLeavesNothingBehind) {
+    std::vector<TissueLayer> layers = phantom();
+    layers[1].perfused = true;
+    std::vector<Vec3> nodes;
+    for (int i = 0; i <= 80; ++i) nodes.emplace_back(2.0 * i - 80.0, 0.0, -40.0);
+    const std::vector<float> radii(nodes.size(), 5.0f);
+    Fluoroscope scope({}, layers, render::LumenContrast(layers[2].mesh, nodes, radii));
+    const CArm arm = small_arm();
+    const Field plain = scope.expected_quanta(arm, {}, {});
+    Exposure organ;
+    organ.organs = {{1, 40.0}};
+    const Field blush = scope.expected_quanta(arm, {}, organ);
+    EXPECT_LT(around(blush, arm, Vec3(45, 40, 0)), 0.9 * around(plain, arm, Vec3(45, 40, 0)));
+    Exposure all = organ;
+    all.vessel_iodine.assign(nodes.size(), 150.0f);
+    const Field filled = scope.expected_quanta(arm, {}, all);
+    EXPECT_LT(around(filled, arm, Vec3(0, 0, -40)), 0.6 * around(plain, arm, Vec3(0, 0, -40)));
+    EXPECT_EQ(around(filled, arm, Vec3(45, 40, 0)), around(blush, arm, Vec3(45, 40, 0)));
+    all.vessel_shift = Vec3(0, 0, 30);
+    EXPECT_LT(around(scope.expected_quanta(arm, {}, all), arm, Vec3(0, 0, -10)),
+              0.6 * around(plain, arm, Vec3(0, 0, -10)));
+    EXPECT_EQ(scope.expected_quanta(arm, {}, organ).values, blush.values);
+    EXPECT_EQ(scope.expected_quanta(arm, {}, {}).values, plain.values);
 }
 
 TEST(Fluoroscope, MatchesBeerAndLambertThroughASlab) {

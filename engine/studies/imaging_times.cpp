@@ -1,0 +1,302 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <functional>
+#include <numbers>
+
+#include "engine/anatomy/generate_run.h"
+#include "engine/anatomy/vessel_presets.h"
+#include "engine/contrast_flow.h"
+#include "engine/cpu_clock.h"
+#include "engine/imaging.h"
+#include "engine/studies/imaging.h"
+#include "render/filter.h"
+#include "render/panel.h"
+#include "render/path_length.h"
+#include "render/png.h"
+#include "render/solids.h"
+#include "render/subtraction.h"
+
+namespace engine {
+namespace {
+
+using physics::Polyline;
+using physics::Vec3;
+using render::CArm;
+using render::Exposure;
+using render::Field;
+
+/// Median over the calls of the processor time that all threads together take [ms].
+double median_ms(int calls, const std::function<void()>& call) {
+    std::vector<double> times;
+    for (int i = 0; i < calls; ++i) {
+        const double start = process_cpu_seconds();
+        call();
+        times.push_back(1e3 * (process_cpu_seconds() - start));
+    }
+    std::nth_element(times.begin(), times.begin() + calls / 2, times.end());
+    return times[calls / 2];
+}
+
+double triangles_of(const std::vector<render::TissueLayer>& layers) {
+    double count = 0;
+    for (const render::TissueLayer& layer : layers) count += static_cast<double>(layer.mesh.triangles.size());
+    return count;
+}
+
+struct Meshes {
+    std::string name;
+    std::vector<render::TissueLayer> layers;
+};
+
+/// Triangles cut into four, layers with the fewest first, until there are about so many.
+Meshes finer(Meshes scene, const std::string& name, double triangles) {
+    std::vector<std::size_t> order(scene.layers.size());
+    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    const auto count = [&](std::size_t i) { return scene.layers[i].mesh.triangles.size(); };
+    std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return count(a) < count(b); });
+    for (const std::size_t i : order) {
+        if (triangles_of(scene.layers) + 3 * static_cast<double>(count(i)) > 1.05 * triangles) continue;
+        scene.layers[i].mesh = render::subdivided(scene.layers[i].mesh);
+    }
+    scene.name = name;
+    return scene;
+}
+
+/// What the beam meets in one anatomy, at several finenesses, and what flows in it.
+struct Room {
+    Anatomy anatomy;
+    ContrastFlow flow;
+    std::vector<Meshes> scenes;
+    Polyline joints;
+
+    explicit Room(const StudyOptions& options)
+        : anatomy(generated_anatomy(vessel_preset("iliac-renal"), options.cache)), flow(anatomy) {
+        Scenario scenario;
+        Meshes patient{"patient", tissue_layers(scenario, anatomy)};
+        for (const BlushingOrgan& organ : blushing_organs(patient.layers, flow.blood().outlets))
+            patient.layers[organ.layer].perfused = true;
+        scenario.imaging.patient = false;
+        scenes.push_back({"lumen in air", tissue_layers(scenario, anatomy)});
+        if (!options.quick) {
+            scenes.push_back(patient);
+            scenes.push_back(finer(patient, "patient, finer", 400e3));
+            scenes.push_back(finer(patient, "patient, finest", 700e3));
+        }
+        // Of 200 joints 1 mm apart, as an advanced wire has.
+        const Polyline& line = anatomy.branches.front().points;
+        for (std::size_t i = 0; i < line.size() && joints.size() < 200; ++i)
+            if (joints.empty() || (line[i] - joints.back()).norm() >= 1) joints.push_back(line[i]);
+    }
+
+    render::LumenContrast contrast(const Meshes& scene) const {
+        return {scene.layers.back().mesh,
+                {flow.nodes().begin(), flow.nodes().end()},
+                {flow.radii().begin(), flow.radii().end()}};
+    }
+    render::Fluoroscope fluoroscope(const Meshes& scene) const {
+        return render::Fluoroscope({}, scene.layers, contrast(scene));
+    }
+    CArm arm(int pixels) const {
+        Eigen::AlignedBox3d box;
+        for (const Vec3& v : anatomy.lumen.vertices) box.extend(v);
+        CArm arm;
+        arm.isocentre = box.center();
+        arm.pixels = pixels;
+        return arm;
+    }
+    /// Contrast in all vessels and organs.
+    Exposure filled(const Meshes& scene) const {
+        Exposure exposure;
+        exposure.vessel_iodine.assign(flow.nodes().size(), 100.0f);
+        for (std::size_t i = 0; i < scene.layers.size(); ++i)
+            if (scene.layers[i].perfused) exposure.organs.push_back({static_cast<int>(i), 1.0});
+        return exposure;
+    }
+};
+
+/// A new pose with every call.
+void turn(CArm& arm) {
+    arm.lao = arm.lao > 0.5 ? 0.0 : arm.lao + 0.02;
+}
+
+std::vector<TableCell> pose_row(const Room& room, const Meshes& scene, int pixels, int calls) {
+    CArm arm = room.arm(pixels);
+    double lengths = 0;
+    {
+        render::PathLengthRenderer renderer;
+        for (const render::TissueLayer& layer : scene.layers) renderer.add(layer.mesh);
+        const auto all = [&] {
+            turn(arm);
+            for (std::size_t i = 0; i < scene.layers.size(); ++i) renderer.render(static_cast<int>(i), arm);
+        };
+        all();
+        lengths = median_ms(calls, all);
+    }
+    render::Fluoroscope scope = room.fluoroscope(scene);
+    const auto change = [&] {
+        turn(arm);
+        scope.expose(arm, room.joints, {});
+    };
+    change();
+    const double whole = median_ms(calls, change);
+    const double frame = median_ms(calls, [&] { scope.expose(arm, room.joints, {}); });
+    const render::LumenContrast contrast = room.contrast(scene);
+    const double matrix = median_ms(calls, [&] {
+        turn(arm);
+        contrast.at(arm);
+    });
+    return {scene.name,
+            triangles_of(scene.layers),
+            static_cast<double>(scene.layers.size()),
+            static_cast<double>(pixels),
+            lengths,
+            std::max(0.0, whole - lengths - frame),
+            frame,
+            matrix,
+            whole,
+            whole + matrix};
+}
+
+std::vector<TableCell> frame_row(const Room& room, const Meshes& scene, int pixels, int calls) {
+    const CArm arm = room.arm(pixels);
+    render::Fluoroscope scope = room.fluoroscope(scene);
+    Exposure plain, filled = room.filled(scene);
+    const double pixel = render::pixel_width(arm);
+    scope.expose(arm, room.joints, filled);
+    const auto expected = [&](const Polyline& joints, Exposure& exposure) {
+        return median_ms(calls, [&] {
+            ++exposure.frame;
+            scope.expected_quanta(arm, joints, exposure);
+        });
+    };
+    const double bare = expected({}, plain), wired = expected(room.joints, plain);
+    const double contrast = expected(room.joints, filled) - wired;
+    const Field quanta = scope.expected_quanta(arm, room.joints, plain);
+    const auto read = [&](const render::DetectorSpec& spec) {
+        return median_ms(calls, [&] { render::read_out(quanta, pixel, spec, 1, ++plain.frame); });
+    };
+    const render::DetectorSpec detector;
+    const double counted = read({0, 0}), spread = read({detector.scintillator_blur, 0}), all = read(detector);
+    const Field signal = scope.read(arm, room.joints, plain);
+    const render::Display& display = scope.display(arm, plain);
+    render::GrayImage image;
+    const double shown = median_ms(calls, [&] { image = display.show(signal); });
+    const double file = median_ms(calls, [&] { render::encode_png(image); });
+    const auto whole = [&](Exposure& exposure) {
+        return median_ms(calls, [&] {
+            ++exposure.frame;
+            scope.expose(arm, room.joints, exposure);
+        });
+    };
+    const double frame = whole(plain), with_contrast = whole(filled);
+    render::Subtraction subtraction(signal, scope.opening(arm));
+    const Field later = scope.read(arm, room.joints, filled);
+    subtraction.opacify(later);
+    const double subtracted = median_ms(calls, [&] { subtraction.subtracted(later); });
+    const double roadmap = median_ms(calls, [&] { subtraction.roadmap(signal); });
+    render::Panel panel;
+    const render::Readout readout;
+    panel.draw(image, &image, readout);
+    const double drawn = median_ms(calls, [&] { panel.draw(image, &image, readout); });
+    return {static_cast<double>(pixels),
+            bare,
+            std::max(0.0, wired - bare),
+            std::max(0.0, contrast),
+            counted,
+            std::max(0.0, spread - counted),
+            std::max(0.0, all - spread),
+            shown,
+            frame,
+            with_contrast,
+            subtracted,
+            roadmap,
+            file,
+            drawn};
+}
+
+std::vector<TableCell> preview_row(const Room& room, const Meshes& scene, int pixels, int calls) {
+    CArm arm = room.arm(pixels);
+    render::Fluoroscope scope = room.fluoroscope(scene);
+    const auto change = [&] {
+        turn(arm);
+        scope.expose(arm, room.joints, {});
+    };
+    change();
+    return {scene.name, triangles_of(scene.layers), static_cast<double>(pixels), median_ms(calls, change)};
+}
+
+Plot picture() {
+    Plot plot{"imaging_times", "", 1200, 480};
+    plot.commands =
+        "set multiplot layout 1,2\nset style data histogram\nset style histogram rowstacked\n"
+        "set style fill solid noborder\nset boxwidth 0.7\nset grid y\nset yrange [0:*]\n"
+        "set title 'A frame at a cached pose [ms]'\nset key top left reverse Left\nset xlabel "
+        "'pixels'\nplot ";
+    constexpr std::array<std::array<std::string_view, 2>, 7> stages = {{{"bare image", "#999999"},
+                                                                        {"wire", "#000000"},
+                                                                        {"contrast", "#CC79A7"},
+                                                                        {"quanta", "#0072B2"},
+                                                                        {"scintillator", "#56B4E9"},
+                                                                        {"electronics", "#009E73"},
+                                                                        {"display", "#E69F00"}}};
+    for (std::size_t k = 0; k < stages.size(); ++k)
+        plot.commands +=
+            fmt::format("'imaging_frame_ms.csv' skip 1 using {}:xtic(1) title '{}' linecolor '{}'{}", k + 2,
+                        stages[k][0], stages[k][1], k + 1 == stages.size() ? "\n" : ", \\\n     ");
+    plot.commands +=
+        "set title 'A new pose [ms], by pixels'\nset xlabel 'triangles [1000]'\nset xtics rotate by "
+        "-30\nplot ";
+    constexpr std::array<std::array<std::string_view, 2>, 4> parts = {{{"path lengths", "#0072B2"},
+                                                                       {"beam and display", "#E69F00"},
+                                                                       {"frame", "#999999"},
+                                                                       {"contrast matrix", "#CC79A7"}}};
+    for (std::size_t k = 0; k < parts.size(); ++k)
+        plot.commands += fmt::format(
+            "'imaging_pose_ms.csv' skip 1 using {}:xtic(sprintf('%.0f, %d', $2/1000, int($4))) title '{}' "
+            "linecolor '{}'{}",
+            k + 5, parts[k][0], parts[k][1], k + 1 == parts.size() ? "\n" : ", \\\n     ");
+    plot.commands += "unset multiplot\n";
+    return plot;
+}
+
+}  // namespace
+
+StudyResult imaging_times(const StudyOptions& options) {
+    const Room room(options);
+    const int calls = options.quick ? 1 : 15;
+    const std::vector<int> sizes = options.quick ? std::vector{128} : std::vector{512, 1024};
+    Table poses{"imaging_pose_ms",
+                {"scene", "triangles", "layers", "pixels", "path_lengths", "beam_and_display", "frame",
+                 "contrast_matrix", "pose_change", "pose_change_with_matrix"},
+                {}};
+    Table frames{"imaging_frame_ms",
+                 {"pixels", "bare_image", "wire", "contrast", "quanta", "scintillator", "electronics",
+                  "display", "frame", "frame_with_contrast", "subtraction", "roadmap", "png", "panel"},
+                 {}};
+    Table previews{"imaging_preview_ms", {"scene", "triangles", "pixels", "pose_change"}, {}};
+    for (const int pixels : sizes) {
+        for (const Meshes& scene : room.scenes) poses.add(pose_row(room, scene, pixels, calls));
+        const Meshes& usual = room.scenes[options.quick ? 0 : 1];
+        frames.add(frame_row(room, usual, pixels, options.quick ? 1 : 41));
+    }
+    for (const Meshes& scene : room.scenes)
+        for (const int pixels : options.quick ? std::vector{64} : std::vector{128, 192, 256})
+            previews.add(preview_row(room, scene, pixels, calls));
+    StudyResult result;
+    result.page =
+        "\n## Times\n\nMedian processor time of all threads [ms]: the generated vessels from groin to "
+        "kidneys, 200 "
+        "joints; contrast of 100 mg/ml in all vessels and in the organs. Meshes are made finer by cutting "
+        "triangles into four. In DSA and roadmap, subtraction or roadmap stand in for the "
+        "display.\n\n![Times of frames and poses](imaging_times.svg)\n\n" +
+        to_markdown(frames, 3) + "\nA new pose, to the first frame without contrast:\n\n" +
+        to_markdown(poses, 3) + "\nThe same at the size of a preview:\n\n" + to_markdown(previews, 3);
+    result.tables = {std::move(frames), std::move(poses), std::move(previews)};
+    result.plots = {picture()};
+    return result;
+}
+
+}  // namespace engine
