@@ -35,6 +35,7 @@ void StoredPlanes::ask(const Guidewire& wire, int first) {
         waiting_.assign(wire.joints.size() + 1, Vec3::Zero());
         for (std::size_t i = 0; i < contacts_.size(); ++i) contacts_[i].station = wire.stations[i];
     }
+    if (!anew) reach_ = reach();
     index_.clear();
     at_.clear();
     answer_.clear();
@@ -55,15 +56,19 @@ void StoredPlanes::ask(const Guidewire& wire, int first) {
         c.share_stiffness(wire.wall_share(index_[k]));
         asked_at_[index_[k]] = at_[k];
     }
+    if (anew) reach_ = reach();
     list(wire, first);
+}
+
+double StoredPlanes::reach() const {
+    double room = std::numeric_limits<double>::max();
+    for (const WallContact& c : contacts_)
+        if (c.room > 0) room = std::min(room, c.room);
+    return kReach * room;
 }
 
 void StoredPlanes::list(const Guidewire& wire, int first) {
     const int n = wire.segments();
-    double room = std::numeric_limits<double>::max();
-    for (int i = 1; i <= n; ++i)
-        if (contacts_[i].room > 0) room = std::min(room, contacts_[i].room);
-    reach_ = kReach * room;
     const auto from = std::lower_bound(planes_.begin(), planes_.end(), first,
                                        [](const Plane& p, int joint) { return p.joint < joint; });
     planes_.erase(from, planes_.end());

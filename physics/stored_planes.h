@@ -45,6 +45,7 @@ private:
         double energy() const { return depth > 0 ? 0.5 * k * depth * depth : 0.0; }
     };
     void ask(const Guidewire&, int first);
+    double reach() const;
     void list(const Guidewire&, int first);
     Plane plane_of(const Guidewire&, int joint) const;
     void sum_up(int first_plane);

@@ -131,6 +131,23 @@ TEST(Relax, AWireLeftBehindCanBeTakenUpAgain) {
     EXPECT_EQ(result.code, 0) << result.error;
 }
 
+TEST(Relax, EveryMethodLowersTheEnergyAndIsNamedInTheReport) {
+    const Bench bench;
+    ASSERT_EQ(bench.relax(bench.good({"--cycles", "1", "--method", "segment:1"})).code, 0);
+    const auto report = [&] { return nlohmann::json::parse(read(bench.folder / "report.json")); };
+    const double start = report()["energy"]["total_N_mm"];
+    for (const char* method : {"global", "first-order", "konings", "combined:1", "combined:2:7",
+                               "segment:3:no-a:uniform:plain", "segment:2:fast"}) {
+        const Outcome result = bench.relax(bench.good({"--cycles", "20", "--method", method}));
+        EXPECT_EQ(result.code, 0) << result.error;
+        EXPECT_EQ(report()["method"], method);
+        EXPECT_LT(report()["energy"]["total_N_mm"], start) << method;
+    }
+    const Outcome help = run(bench.folder, {"relax", "--help"});
+    for (const char* word : {"segment:M[:delta]", ":fast", ":no-r", "konings", "geometric", "combined:M"})
+        EXPECT_NE(help.out.find(word), std::string::npos) << word;
+}
+
 TEST(Relax, AnAnatomyIsEnteredByABranch) {
     const Bench bench;
     const auto anatomy = engine::write_anatomy(::test::iliac_renal(), bench.folder.path(), {});
@@ -188,9 +205,11 @@ TEST(RelaxRefuses, WiresOfUnequalSegments) {
 TEST(RelaxRefuses, UnknownMethodsWithThoseThatExist) {
     const Bench bench;
     bench.expect_refused({"--method", "newton"},
-                         "'newton' is not known; methods are: global, first-order, segm");
+                         "'newton' is not known; methods are: global, first-order, konings, geom");
     bench.expect_refused({"--method", "segment:6"}, "'segment:6' names no possible number");
-    bench.expect_refused({"--method", "segment:2:x"}, "'segment:2:x' names no possible separation");
+    bench.expect_refused({"--method", "segment:2:x"}, "'segment:2:x' has no 'x'");
+    bench.expect_refused({"--method", "segment:2:1"}, "'segment:2:1' names no possible separation");
+    bench.expect_refused({"--method", "combined:2:fast"}, "'combined:2:fast' has no 'fast'");
 }
 
 TEST(RelaxRefuses, AnatomiesThatAreOpenOrUnknown) {
