@@ -97,6 +97,8 @@ Plot picture() {
         "     '' skip 1 using 0:(1000*$8) with boxes linecolor '#E69F00' title '99 %', \\\n"
         "     '' skip 1 using 0:(1000*$7) with boxes linecolor '#F0E442' title 'half'\n"
         "unset multiplot\n";
+    plot.caption =
+        "Time to generate each vessel preset, and how far its triangles lie from the vessel meant. No wire.";
     return plot;
 }
 

@@ -164,16 +164,19 @@ void claim_times(const std::vector<CycleCost>& mesh, int segments, std::vector<C
          "half the size of the published 4M × 4M system."});
 }
 
-void claim_ratios(const std::vector<CycleCost>& mesh, const std::vector<double>& needed, int joint,
-                  std::vector<Claim>& claims) {
+void claim_ratios(const std::vector<CycleCost>& mesh, const std::vector<CycleCost>& trusting,
+                  const std::vector<double>& needed, int joint, std::vector<Claim>& claims) {
     constexpr double published[] = {1.52, 2.67, 4.83};
     for (int m = 2; m <= 4; ++m) {
         const double ratio = mesh[m - 1].total / mesh[0].total;
         claims.push_back(
             {fmt::format("Section 3.2: t_{}/t_1 of the first 10 cycles", m), published[m - 2], ratio,
              std::abs(ratio / published[m - 2] - 1) < 0.1,
-             "It depends on what a wall query costs beside a solution; the system solved here is of size 2M, "
-             "the published one 4M. Holds within a tenth."});
+             fmt::format(
+                 "Holds within a tenth. It depends on what the wall costs beside the solution; the system "
+                 "solved here is of size 2M, the published one 4M. Where the wall is asked only near it: "
+                 "{:.2f}.",
+                 trusting[m - 1].total / trusting[0].total)});
     }
     std::vector<double> product;
     std::string text;
@@ -183,15 +186,17 @@ void claim_ratios(const std::vector<CycleCost>& mesh, const std::vector<double>&
             "{}M = {}: {}", m > 1 ? ", " : "", m,
             std::isfinite(product.back()) ? fmt::format("{:.2f}", product.back()) : std::string("never"));
     }
+    const std::string measure = fmt::format(
+        "Cycles until |d_{}| stays within 0.1 mm times the time of a cycle. More segments cost little more "
+        "here, for the wall takes most of the time whatever M is.",
+        joint);
     const auto best = std::min_element(product.begin(), product.end()) - product.begin() + 1;
-    claims.push_back(
-        {"Section 3.2: the best outcomes in time are those of M = 2 and M = 3 [s]", std::string("M = 2, 3"),
-         text, best == 2 || best == 3,
-         fmt::format("Cycles until |d_{}| stays within 0.1 mm times the time of a cycle.", joint)});
+    claims.push_back({"Section 3.2: the best outcomes in time are those of M = 2 and M = 3 [s]",
+                      std::string("M = 2, 3"), text, best == 2 || best == 3, measure});
     const double three = product[2], more = std::min(product[3], product[4]);
     claims.push_back({"Section 3.2: performance does not improve with M > 3 [s]",
                       std::string("does not improve"), text,
-                      more >= std::min({product[0], product[1], three}), "As above."});
+                      more >= std::min({product[0], product[1], three}), measure});
 }
 
 Plot picture(const PaperScene& scene, const std::vector<WallChoice>& walls) {
@@ -199,7 +204,8 @@ Plot picture(const PaperScene& scene, const std::vector<WallChoice>& walls) {
     plot.commands = fmt::format(
         "set multiplot layout 1,{}\nset style data histograms\nset style histogram rowstacked\nset boxwidth "
         "0.7\n"
-        "set style fill solid 0.8 noborder\nset grid y lc rgb '#dddddd'\nset yrange [0:*]\nset key top left\n"
+        "set style fill solid 0.8 noborder\nset grid y lc rgb '#dddddd'\nset yrange [0:*]\nset offsets "
+        "0,0,graph 0.15,0\nset key top left\n"
         "set xlabel 'varied segments M'\nset ylabel 'processor time of a cycle [s]'\nset datafile missing "
         "NaN\n",
         walls.size());
@@ -257,7 +263,7 @@ StudyResult run_cost(const StudyOptions& options) {
                        c.total / costs[w][0].total, c.queries, c.updates, needed[m - 1]});
         }
     claim_times(costs[0], scene.segments(), result.claims);
-    claim_ratios(costs[0], needed, joint, result.claims);
+    claim_ratios(costs[0], costs.back(), needed, joint, result.claims);
     result.plots = {picture(scene, walls)};
     result.page = claims_page("cost", "What a relaxation cycle costs",
                               fmt::format("{}. From the centreline, the mean of the first {} cycles, the "

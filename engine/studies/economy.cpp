@@ -202,6 +202,10 @@ Plot bars(const std::vector<Case>& list) {
         plot.commands += fmt::format("{}-1 with boxes lc rgb '{}' title '{}'", v > 0 ? ", " : "", colours[v],
                                      kVariants[v].name);
     plot.commands += "\nunset multiplot\n";
+    plot.caption =
+        "Segments, processor time and deviation of wires with half the chosen λ, with the chosen λ, and "
+        "adaptive from "
+        "either. Wires, vessels, the chosen λ and k of each are in economy.md.";
     return plot;
 }
 

@@ -74,7 +74,12 @@ struct Vessel {
     physics::Polyline path;
     physics::GuidewireSpec spec;
     int segments = 0;
+    double stiffness = 0;  // k of a joint [N/mm]
 
+    std::string text() const {
+        return fmt::format("{}: N = {}, λ = {:g} mm, EI = {:g} N·mm² (tip {:g}), k = {:g} N/mm", name,
+                           segments, spec.segment_length, spec.shaft_rigidity, spec.tip_rigidity, stiffness);
+    }
     /// On the centreline. The first search for every joint's station belongs to no method.
     Guidewire wire(int n) const {
         Guidewire wire = physics::wire_along(spec, path, n);
@@ -93,7 +98,8 @@ Vessel scene_vessel(const char* name, bool quick) {
     v.spec.shaft_rigidity = v.spec.tip_rigidity = scene.rigidity;
     v.spec.curved_length = v.spec.curved_angle = 0;
     v.segments = quick ? 60 : scene.segments;
-    v.wall = std::make_shared<physics::TubeWall>(v.path, scene.radius, scene.wall_stiffness);
+    v.stiffness = scene.wall_stiffness;
+    v.wall = std::make_shared<physics::TubeWall>(v.path, scene.radius, v.stiffness);
     return v;
 }
 
@@ -115,7 +121,8 @@ Vessel iliac(const StudyOptions& options) {
     v.path = path_from(anatomy, *find_end(anatomy, "aorta+LCIA+LEIA+LCFA.out")).points;
     v.spec.curved_length = v.spec.curved_angle = 0;
     v.segments = 165;
-    v.wall = cached_distance_field(anatomy, 5.0, 0.5 * v.spec.diameter, options.cache);
+    v.stiffness = 5;
+    v.wall = cached_distance_field(anatomy, v.stiffness, 0.5 * v.spec.diameter, options.cache);
     return v;
 }
 
@@ -267,6 +274,8 @@ Plot panels(const std::string& name, const std::vector<Vessel>& vessels, const s
     for (const Method& method : list)
         text += fmt::format("-1 with lines {} title '{}', \\\n     ", method.look, method.name);
     text += last_key + "\nunset multiplot\n";
+    plot.caption = fmt::format("{}, {}. Down and to the left is better.", y_label, x_label);
+    for (const Vessel& vessel : vessels) plot.caption += " " + vessel.text() + ".";
     return plot;
 }
 

@@ -1,4 +1,3 @@
-#include <array>
 #include <fmt/format.h>
 
 #include "engine/error.h"
@@ -18,7 +17,7 @@ namespace engine {
 namespace {
 
 // Explicit, for a study that registers itself vanishes when it is linked from a static library.
-const std::array<Study, 12> studies = {{
+const Study studies[] = {
     {"stability", "Which method survives which way of breaking it?", run_stability},
     {"pareto", "Which method reaches which accuracy in the least time?", run_pareto},
     {"anatomy", "Are generated vessels fit to push wires through?", run_anatomy},
@@ -32,7 +31,7 @@ const std::array<Study, 12> studies = {{
     {"wall-variation", "How far does an uneven wall move the wire?", run_wall_variation,
      &wall_variation_pieces},
     {"cost", "What does a relaxation cycle cost?", run_cost},
-}};
+};
 
 }  // namespace
 
@@ -68,8 +67,8 @@ std::vector<std::string> run_all_studies(const std::filesystem::path& out, const
     for (const Study& study : studies) {
         if (options.progress)
             each.progress = [&](StudyProgress p) {
-                p.what =
-                    fmt::format("study {}/{}, {}: {}", results.size() + 1, studies.size(), study.id, p.what);
+                p.what = fmt::format("study {}/{}, {}: {}", results.size() + 1, std::size(studies), study.id,
+                                     p.what);
                 options.progress(p);
             };
         StudyResult result = study.run(each);

@@ -200,6 +200,9 @@ std::vector<Claim> claims(const Setting& s, const Rows& rows, const Spread& k,
     add("Eq. 41: K is bounded: largest K/k", std::string("< 2"), k.largest, k.largest < 2, count);
     add("Eq. 41: a tenth term would add less than 0.1 % of k [%]", std::string("< 0.1"),
         100 * std::ldexp(1.0, -10), true, "Its largest amplitude.");
+    const double points = static_cast<double>(rows.size()) * s.size.pieces_of_artery;
+    add("Fig. 15: points of K, realisations times Ω", 5000.0 * 162, points, points == 5000.0 * 162,
+        fmt::format("{} times {}.", rows.size(), s.size.pieces_of_artery));
     add("Fig. 15: part of the points with 0.5 < K/k < 1.5 [%]", 96.6, 100 * k.inside,
         std::abs(100 * k.inside - 96.6) <= 0.5,
         "Holds within half a per cent, about two standard errors. " + count);
