@@ -329,9 +329,10 @@ Plot closed_form_picture() {
     Plot plot{"imaging_closed_forms", "", 760, 520};
     plot.commands =
         "set logscale xy\nset grid\nset key top left\nset xlabel 'facet over radius, h/r'\n"
-        "set ylabel 'mean error of path length [% of radius]'\nset xrange [0.02:0.8]\nset yrange [0.01:20]\n"
+        "set ylabel 'mean error of path length [% of radius]'\nset xtics (0.02, 0.05, 0.1, 0.2, 0.5)\nset "
+        "xrange [0.02:0.8]\nset yrange [0.01:20]\n"
         "plot 1 linecolor '#999999' dashtype 2 title 'figure to reach', \\\n"
-        "     25*x*x linecolor '#bbbbbb' title '∝ h²', \\\n";
+        "     8*x*x linecolor '#bbbbbb' title '∝ h²', \\\n";
     const std::array<std::array<const char*, 2>, 3> series = {
         {{"sphere", "#0072B2"}, {"cylinder", "#D55E00"}, {"torus", "#009E73"}}};
     for (const auto& [solid, colour] : series)

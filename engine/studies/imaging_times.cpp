@@ -127,10 +127,14 @@ std::vector<TableCell> pose_row(const Room& room, const Meshes& scene, int pixel
     double lengths = 0;
     {
         render::PathLengthRenderer renderer;
-        for (const render::TissueLayer& layer : scene.layers) renderer.add(layer.mesh);
+        int drawn = 0;
+        // As the fluoroscope, to which a lumen like its surroundings shows by contrast alone.
+        for (const render::TissueLayer& layer : scene.layers)
+            if (layer.material != layer.inside || layer.perfused) drawn = renderer.add(layer.mesh) + 1;
+        Field sum(pixels, pixels);
         const auto all = [&] {
             turn(arm);
-            for (std::size_t i = 0; i < scene.layers.size(); ++i) renderer.render(static_cast<int>(i), arm);
+            for (int mesh = 0; mesh < drawn; ++mesh) renderer.accumulate(mesh, arm, sum);
         };
         all();
         lengths = median_ms(calls, all);

@@ -118,7 +118,7 @@ TEST(Determinism, PicturesAreTheSameFromRunToRunAndForAnyNumberOfThreads) {
 }
 
 // A hash that moves without a reason that the commit names is a fault. With -ffp-contract=off the same came
-// out at -O0, -O2 and -O3 and for x86-64-v3.
+// out at -O0, -O2 and -O3, for x86-64-v3, and from the C library with and without fused arithmetic.
 
 TEST(Determinism, OfTheDetector) {
     const Field few = render::read_out(uneven(96, 1.0f, 40), 0.29, {}, 3, 14);

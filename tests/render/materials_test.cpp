@@ -16,6 +16,12 @@ TEST(Materials, GiveTheTabulatedValuesAtTheirRows) {
     EXPECT_NEAR(render::attenuation(Material::cortical_bone, 50.0), 0.1 * 0.4242 * 1.92, 1e-9);
     EXPECT_NEAR(render::attenuation(Material::platinum, 60.0), 0.1 * 4.339 * 21.45, 1e-9);
     EXPECT_NEAR(render::attenuation(Material::iodine, 40.0), 0.1 * 22.10 * 0.001, 1e-9);
+    EXPECT_NEAR(render::attenuation(Material::adipose, 60.0), 0.1 * 0.1974 * 0.95, 1e-9);
+    EXPECT_NEAR(render::attenuation(Material::aluminium, 60.0), 0.1 * 0.2778 * 2.699, 1e-9);
+    EXPECT_NEAR(render::attenuation(Material::copper, 60.0), 0.1 * 1.593 * 8.96, 1e-9);
+    EXPECT_NEAR(render::attenuation(Material::caesium_iodide, 60.0), 0.1 * 7.921 * 4.51, 1e-9);
+    EXPECT_NEAR(render::attenuation(Material::nitinol, 60.0), 0.1 * 6.45 * (0.558 * 1.512 + 0.442 * 0.7661),
+                1e-9);
 }
 
 TEST(Materials, JumpAtAnAbsorptionEdge) {
