@@ -10,8 +10,8 @@
 namespace render {
 
 struct DisplaySpec {
-    double compression = 0.55;        // share of slow changes of brightness that is taken out, at least [-]
-    double range = 1.2;               // what may be left of them, as between lung and heart [e-folds of signal]
+    double compression = 0.55;  // share of slow changes of brightness that is taken out, at least [-]
+    double range = 1.2;         // what may be left of them, as between lung and heart [e-folds of signal]
     double compression_reach = 0.06;  // what counts as slow: standard deviation, in image widths [-]
     double contrast = 2.6;            // steepness of the grey curve per e-fold of signal [-]
     double brightness = 0.60;         // grey of the average signal, 0 black to 1 white [-]

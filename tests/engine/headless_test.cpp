@@ -150,10 +150,9 @@ TEST(Headless, BadArmCommandIsRefusedBeforeAnythingIsWritten) {
 TEST(Headless, ContrastBeyondTheLimitIsRefusedBeforeAnythingIsWritten) {
     const test::TemporaryFolder folder;
     const std::string text = test::refusal([&] {
-        run_headless(
-            test::small_scenario(),
-            script("1 inject 200 ml at 20 ml/s into tube\n9 inject 150 ml at 20 ml/s into tube\n"),
-            folder / "out", {});
+        run_headless(test::small_scenario(),
+                     script("1 inject 200 ml at 20 ml/s into tube\n9 inject 150 ml at 20 ml/s into tube\n"),
+                     folder / "out", {});
     });
     EXPECT_EQ(text.find("x.gw:2:3"), 0u) << text;
     EXPECT_NE(text.find("100"), std::string::npos) << "what is left: " << text;
