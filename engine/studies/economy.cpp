@@ -204,8 +204,11 @@ Plot bars(const std::vector<Case>& list) {
     plot.commands += "\nunset multiplot\n";
     plot.caption =
         "Segments, processor time and deviation of wires with half the chosen λ, with the chosen λ, and "
-        "adaptive from "
-        "either. Wires, vessels, the chosen λ and k of each are in economy.md.";
+        "adaptive from either; economy.md tells λ and N of each.";
+    for (const Case& c : list)
+        plot.caption +=
+            fmt::format(" {}: EI = {:g} N·mm² (tip {:g}), k = {:g} N/mm a mm of wire, pushed to {:g} mm.",
+                        c.name, c.wire.shaft_rigidity, c.wire.tip_rigidity, c.stiffness, c.end);
     return plot;
 }
 

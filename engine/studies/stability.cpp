@@ -8,6 +8,7 @@
 
 #include "engine/parallel.h"
 #include "engine/studies/stability_cell.h"
+#include "physics/energy.h"
 
 namespace engine {
 namespace {
@@ -93,6 +94,13 @@ Table map_table(const std::vector<BreakingCase>& cases, const std::vector<Stabil
     return table;
 }
 
+std::string numbers_of(const BreakingCase& c) {
+    const auto contacts = physics::all_contacts(c.start, *c.wall);
+    return fmt::format("N = {}, λ = {:g} mm, EI = {:g} N·mm² (tip {:g}), k = {:g} N/mm a joint",
+                       c.start.segments(), c.start.spec.segment_length, c.start.spec.shaft_rigidity,
+                       c.start.spec.tip_rigidity, contacts.back().stiffness);
+}
+
 std::string page(const std::vector<BreakingCase>& cases, const std::vector<StabilityReference>& references,
                  const Table& map, bool quick) {
     const StabilityRules rules;
@@ -139,7 +147,7 @@ std::string page(const std::vector<BreakingCase>& cases, const std::vector<Stabi
         "counts N. It stops when it has converged, and its time is what that took.\n\n## Cases\n\n";
     for (std::size_t r = 0; r < cases.size(); ++r) {
         const BreakingCase& c = cases[r];
-        text += fmt::format("- **{}**: {} {} cycles of work.", c.what, c.how, c.cycles);
+        text += fmt::format("- **{}**: {} {} cycles of work. {}.", c.what, c.how, c.cycles, numbers_of(c));
         if (references[r].gradient > rules.gradient)
             text += fmt::format(" The reference itself stops at a gradient over C of {:.1e}.",
                                 references[r].gradient);
