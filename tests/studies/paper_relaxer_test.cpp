@@ -51,7 +51,7 @@ Course course(const char* scene, int cycles) {
     return result;
 }
 
-double nearest(double energy, std::initializer_list<double> minima) {
+double nearest(double energy, const std::vector<double>& minima) {
     double best = 1e9;
     for (double m : minima) best = std::abs(energy - m) < std::abs(energy - best) ? m : best;
     return best;
@@ -154,7 +154,7 @@ TEST(PaperRelaxer, OnlyTheWallsCurvatureBringsRest) {
 }
 
 TEST(PaperRelaxer, StoredPlanesSettleAtTheListedMinima) {
-    const std::pair<const char*, std::initializer_list<double>> listed[] = {
+    const std::pair<const char*, std::vector<double>> listed[] = {
         {"sinuous", {5.808956, 5.808954}},
         {"spatial", {1.86512, 1.86577}},
         {"hairpin", {13.4646, 13.4661, 13.4681, 13.4716}}};
