@@ -9,7 +9,7 @@ namespace {
 
 using physics::Vec2;
 
-constexpr int kBins = 5;  // of a cycle
+constexpr int kBins = 20;  // of a cycle
 
 }  // namespace
 

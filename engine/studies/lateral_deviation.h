@@ -41,7 +41,7 @@ public:
     /// |d_i| at the end of cycle `cycle` (from 0), over that at the first record [-].
     double left_after(int cycle) const;
 
-    /// The trace as a few thousand points: the least and the largest d_i of each fifth of a cycle, in the
+    /// The trace as some thousand points: the least and the largest d_i of each twentieth of a cycle, in the
     /// order they came in, so that an oscillation is as wide as it was.
     struct Point {
         double cycles, deviation;  // [-], [mm]
