@@ -403,7 +403,7 @@ DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
     auto read = [&](auto* values, std::size_t count) {
         if (count > (body.size() - at) / sizeof *values)
             throw std::runtime_error("the saved distance field is damaged");
-        std::memcpy(values, body.data() + at, count * sizeof *values);
+        if (count > 0) std::memcpy(values, body.data() + at, count * sizeof *values);
         at += count * sizeof *values;
     };
     std::uint64_t print = 0, count = 0;
