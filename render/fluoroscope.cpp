@@ -58,7 +58,7 @@ struct PoseImages {
 /// What the tube voltage adds to that.
 struct BeamImages {
     EnergyBins bins;
-    Technique technique;             // for 1 nGy at the detector, where the tube has no limits
+    double kvp = 0.0;                // [kV]
     std::vector<PixelBins> primary;  // per pixel and bin, relative to the open beam, flat field included
     Field scatter;                   // in the same unit
     double gain = 0.0;               // quanta per unit and nGy
@@ -256,10 +256,8 @@ const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
     if (!is_new) return result;
     const CArm& arm = pose->arm;
     // The voltage belongs to the usual dose, so that a change of dose does not change the contrast.
-    const double voltage =
-        kvp ? *kvp : automatic_exposure([this](double kv) { return usual_dose * charge(kv); }).kvp;
-    result.technique.kvp = voltage;
-    result.bins = fit_bins(detected_spectrum(voltage));
+    result.kvp = kvp ? *kvp : automatic_exposure([this](double kv) { return usual_dose * charge(kv); }).kvp;
+    result.bins = fit_bins(detected_spectrum(result.kvp));
 
     std::vector<PixelBins> changes;
     for (const Mixture& m : pose->mixtures) changes.push_back(change_of(m, result.bins));
@@ -316,7 +314,7 @@ const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
 
     const CArm& arm = pose->arm;
     const BeamImages& at = beam(exposure.kvp);
-    const double kvp = at.technique.kvp;
+    const double kvp = at.kvp;
     result.technique = exposure_at(kvp, exposure.detector_dose * charge(kvp));
     const double metres = 1e-3 * std::max(arm.sod - reference_point, 1.0);
     const double charge = 1e-3 * result.technique.current * result.technique.pulse_width;  // [mAs]

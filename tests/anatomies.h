@@ -4,17 +4,16 @@
 #include "engine/anatomy/generate_run.h"
 #include "engine/anatomy/vessel_presets.h"
 
-namespace test {
+namespace engine::test {
 
-inline engine::ModelCache cache() {
+inline ModelCache cache() {
     return {SELDINGER_SOURCE "/build/cache", {}};
 }
 
 /// From both groins to the renal arteries; ends aorta+LCIA+LEIA+LCFA.in, …out, RCIA+REIA+RCFA.out, ….
-inline const engine::Anatomy& iliac_renal() {
-    static const engine::Anatomy anatomy =
-        engine::generated_anatomy(engine::vessel_preset("iliac-renal"), cache());
+inline const Anatomy& iliac_renal() {
+    static const Anatomy anatomy = generated_anatomy(vessel_preset("iliac-renal"), cache());
     return anatomy;
 }
 
-}  // namespace test
+}  // namespace engine::test

@@ -150,7 +150,7 @@ TEST(Relax, EveryMethodLowersTheEnergyAndIsNamedInTheReport) {
 
 TEST(Relax, AnAnatomyIsEnteredByABranch) {
     const Bench bench;
-    const auto anatomy = engine::write_anatomy(::test::iliac_renal(), bench.folder.path(), {});
+    const auto anatomy = engine::write_anatomy(engine::test::iliac_renal(), bench.folder.path(), {});
     const Outcome result = bench.relax(bench.good(
         {"--tube", "-", "--radius", "-", "--anatomy", anatomy, "--branch", "RIIA", "--segment-length", "2"}));
     EXPECT_EQ(result.code, 0) << result.error;
@@ -218,7 +218,7 @@ TEST(RelaxRefuses, AnatomiesThatAreOpenOrUnknown) {
                            "-",      "--anatomy", bench.folder / "iliac-renal.anatomy.json"};
     bench.expect_refused(anatomy, "iliac-renal.anatomy.json: no such anatomy");
     bench.expect_refused({"--anatomy", anatomy.back()}, "both were given");
-    engine::write_anatomy(::test::iliac_renal(), bench.folder.path(), {});
+    engine::write_anatomy(engine::test::iliac_renal(), bench.folder.path(), {});
     Words unknown = anatomy;
     unknown.insert(unknown.end(), {"--branch", "LCX"});
     bench.expect_refused(unknown, "--branch: 'LCX' is no branch of");

@@ -32,10 +32,10 @@ TriangleMesh subdivided(TriangleMesh mesh, int times) {
 
 /// Joints close to the wall of the iliac and renal arteries, each asked with its own station as the hint.
 void wall_query_by_field(benchmark::State& state) {
-    static const DistanceField wall(test::iliac_renal().lumen, test::iliac_renal().branches,
-                                    test::iliac_renal().openings(), 20.0, 0.44, {.threads = 2});
+    static const DistanceField wall(engine::test::iliac_renal().lumen, engine::test::iliac_renal().branches,
+                                    engine::test::iliac_renal().openings(), 20.0, 0.44, {.threads = 2});
     std::vector<Vec3> joints;
-    for (const auto& branch : test::iliac_renal().branches)
+    for (const auto& branch : engine::test::iliac_renal().branches)
         for (std::size_t i = 4; i + 4 < branch.points.size(); i += 2) {
             Vec3 a, b;
             tangent_basis((branch.points[i + 1] - branch.points[i]).normalized(), a, b);
@@ -59,10 +59,11 @@ void wall_query_by_field(benchmark::State& state) {
 BENCHMARK(wall_query_by_field)->ArgName("motion_um")->Arg(300)->Arg(10);
 
 void make_field(benchmark::State& state) {
-    const TriangleMesh mesh = subdivided(test::iliac_renal().lumen, static_cast<int>(state.range(0)));
+    const TriangleMesh mesh = subdivided(engine::test::iliac_renal().lumen, static_cast<int>(state.range(0)));
     for (auto _ : state) {
-        const DistanceField wall(mesh, test::iliac_renal().branches, test::iliac_renal().openings(), 20.0,
-                                 0.44, {.threads = static_cast<int>(state.range(1))});
+        const DistanceField wall(mesh, engine::test::iliac_renal().branches,
+                                 engine::test::iliac_renal().openings(), 20.0, 0.44,
+                                 {.threads = static_cast<int>(state.range(1))});
         benchmark::DoNotOptimize(wall.bytes());
     }
     state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
@@ -107,12 +108,14 @@ BENCHMARK(global_push_in_a_mesh)
 
 /// From the left groin through the iliac arteries into the aorta: 165 segments of 2 mm.
 void global_push_in_the_iliac_artery(benchmark::State& state) {
-    const TriangleMesh mesh = subdivided(test::iliac_renal().lumen, static_cast<int>(state.range(0)));
-    const engine::EntryPath entry = engine::path_from(
-        test::iliac_renal(), *engine::find_end(test::iliac_renal(), "aorta+LCIA+LEIA+LCFA.out"));
+    const TriangleMesh mesh = subdivided(engine::test::iliac_renal().lumen, static_cast<int>(state.range(0)));
+    const engine::EntryPath entry =
+        engine::path_from(engine::test::iliac_renal(),
+                          *engine::find_end(engine::test::iliac_renal(), "aorta+LCIA+LEIA+LCFA.out"));
     const GuidewireSpec spec;
-    const DistanceField wall(mesh, test::iliac_renal().branches, test::iliac_renal().openings(), 20.0,
-                             0.5 * spec.diameter, {.threads = 2});
+    const DistanceField wall(mesh, engine::test::iliac_renal().branches,
+                             engine::test::iliac_renal().openings(), 20.0, 0.5 * spec.diameter,
+                             {.threads = 2});
     push_through(state, wall, entry.points, spec, 165, 1);
     state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
     state.counters["MB"] = static_cast<double>(wall.bytes()) * 1e-6;

@@ -13,6 +13,7 @@
 #include "physics/newton_terms.h"
 #include "physics/relaxer.h"
 #include "tests/anatomies.h"
+#include "tests/physics/ask_always.h"
 #include "tests/physics/wires.h"
 
 using namespace physics;
@@ -45,19 +46,6 @@ BENCHMARK(one_cycle)
     ->ArgsProduct({{1, 2, 3}, {0, 1}})
     ->Unit(benchmark::kMillisecond);
 
-/// Asks for every joint distal of every update, as the paper does: no clearance is trusted.
-class AskAlways final : public LumenWall {
-public:
-    explicit AskAlways(const LumenWall& wall) : wall_(wall) {}
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
-        wall_.contacts(joints, contacts);
-        for (WallContact& c : contacts) c.trust = 0;
-    }
-
-private:
-    const LumenWall& wall_;
-};
-
 /// 20 100 updates of M = 2, a cycle at N = 200, of a wire of N segments of 1 mm in the mesh of the spatial
 /// scene's tube over and over. Form 0: every joint asked at every update; 1: those that may touch; 2: stored
 /// planes, once a sweep.
@@ -71,7 +59,7 @@ void forms_of_the_segment_method(benchmark::State& state) {
     const Polyline line = engine::draw(path);
     const engine::Anatomy tube = engine::tube_anatomy("tube", line, 2.0);
     const MeshWall mesh(tube.lumen, tube.branches, tube.openings(), 42.0);
-    const AskAlways always(mesh);
+    const physics::test::AskAlways always(mesh);
     const Guidewire start = wire_along(scene_setup("spatial").wire.spec, line, segments);
     RelaxerConfig config;
     config.kind = RelaxerKind::Segment;
@@ -96,7 +84,7 @@ BENCHMARK(forms_of_the_segment_method)
 /// Joints close to the wall of the iliac and renal arteries, each asked with its own station as the
 /// hint.
 void wall_query_by_ray(benchmark::State& state) {
-    static const engine::Anatomy anatomy = test::iliac_renal();
+    static const engine::Anatomy anatomy = engine::test::iliac_renal();
     const MeshWall wall(anatomy.lumen, anatomy.branches, anatomy.openings(), 20.0, 0.44);
     std::vector<Vec3> joints;
     for (const auto& branch : anatomy.branches)
@@ -287,14 +275,14 @@ BENCHMARK(riccati_backward_pass)->ArgName("twist")->Arg(0)->Arg(1);
 /// Segments tested for crossings: 300 joints of λ = 1 mm from the left groin up the iliac arteries, along the
 /// wall or (where = 0) along the centreline, on a distance field or (mesh = 1) on the mesh by rays.
 void crossings_of_300_joints(benchmark::State& state) {
-    static const engine::Anatomy& anatomy = test::iliac_renal();
+    static const engine::Anatomy& anatomy = engine::test::iliac_renal();
     const double stiffness = 20, wire_radius = 0.44;
     std::unique_ptr<LumenWall> wall;
     if (state.range(1) != 0)
         wall = std::make_unique<MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(), stiffness,
                                           wire_radius);
     else
-        wall = engine::cached_distance_field(anatomy, stiffness, wire_radius, test::cache());
+        wall = engine::cached_distance_field(anatomy, stiffness, wire_radius, engine::test::cache());
     const auto entry = engine::path_from(anatomy, *engine::find_end(anatomy, "aorta+LCIA+LEIA+LCFA.out"));
     Polyline path;
     for (std::size_t i = 1; i + 1 < entry.points.size(); ++i) {

@@ -127,7 +127,7 @@ TEST(BloodFlow, TreesThatDoNotMeetHaveASourceEach) {
 }
 
 TEST(BloodFlow, OfTheGeneratedVesselsIsAsPublished) {
-    const Anatomy& anatomy = ::test::iliac_renal();
+    const Anatomy& anatomy = test::iliac_renal();
     const BloodFlow flow = blood_flow(anatomy);
     EXPECT_NEAR(flow.cells[0].centre.z(), 129, 2);
     const auto of = [&](const std::string& name) { return outlet(flow, name + ".out").flow; };

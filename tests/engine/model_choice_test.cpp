@@ -82,7 +82,7 @@ TEST(ModelChoice, TakesTheWallThatTheAnatomyAllows) {
 }
 
 TEST(ModelChoice, ChoosesForTheIliacArteriesWithReasons) {
-    const Anatomy& iliac = ::test::iliac_renal();
+    const Anatomy& iliac = test::iliac_renal();
     const ModelChoice choice =
         choose_model(iliac, find_guidewire_preset("glide035")->spec, kTolerance, false);
     EXPECT_EQ(choice.wall, WallModel::DistanceField);

@@ -241,7 +241,7 @@ TEST(Simulation, WireThickerThanTheVesselAtItsEntryIsRefused) {
     iliac.entry.end = "LIIA.out";
     iliac.target = {"LRA", {}, 3, 0.5};
     iliac.guidewire.diameter = 4.5;
-    const std::string thick = test::refusal([&] { Simulation simulation(iliac, ::test::cache()); });
+    const std::string thick = test::refusal([&] { Simulation simulation(iliac, test::cache()); });
     EXPECT_NE(thick.find("does not enter at 'LIIA.out'"), std::string::npos) << thick;
 }
 
@@ -266,8 +266,8 @@ TEST(Simulation, TooMuchOrTooLittleWireInsideIsRefused) {
 }
 
 TEST(Simulation, SegmentsAcrossACarinaGetAJointThereAndLoseItAgain) {
-    Simulation simulation(bifurcation("global"), ::test::cache());
-    const auto wall = cached_distance_field(simulation.anatomy(), 5, 0.18, ::test::cache());
+    Simulation simulation(bifurcation("global"), test::cache());
+    const auto wall = cached_distance_field(simulation.anatomy(), 5, 0.18, test::cache());
     const auto into_the_branch = [&] {
         go(simulation, 1, Rotate{5});
         int with_pieces = 0;
@@ -292,7 +292,7 @@ TEST(Simulation, SegmentsAcrossACarinaGetAJointThereAndLoseItAgain) {
 }
 
 TEST(Simulation, TellsOfCrossingsThatItsRelaxerDoesNotMend) {
-    Simulation simulation(bifurcation("segment"), ::test::cache());
+    Simulation simulation(bifurcation("segment"), test::cache());
     go(simulation, 1, Rotate{5});
     double deepest = 0;
     for (int frame = 0; frame < 14; ++frame) {

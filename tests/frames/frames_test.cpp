@@ -45,7 +45,7 @@ TEST_P(Frames, EqualTheirGoldens) {
     const engine::Scenario scenario = engine::load_scenario(folder / "scenario.toml");
     const engine::CommandScript script = engine::load_commands(folder / "commands.gw");
     engine::RunOptions options;
-    options.cache = test::cache();
+    options.cache = engine::test::cache();
     engine::run_headless(scenario, script, output, options);
 
     for (const int frame : limits.at("golden_frames").get<std::vector<int>>()) {

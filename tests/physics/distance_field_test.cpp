@@ -35,8 +35,8 @@ DistanceField field_of(const engine::Anatomy& anatomy, double wire = 0.0,
 
 /// A coarser grid than the default and a narrow band: fast to build.
 const DistanceField& iliac_field() {
-    static const DistanceField field =
-        field_of(test::iliac_renal(), kWire, {.spacing = 0.4, .inner = 0.6, .outer = 0.5, .threads = 2});
+    static const DistanceField field = field_of(engine::test::iliac_renal(), kWire,
+                                                {.spacing = 0.4, .inner = 0.6, .outer = 0.5, .threads = 2});
     return field;
 }
 
@@ -231,7 +231,7 @@ Vec3 past(const OpenEnd& end, double out, double r, double angle) {
 }
 
 TEST(DistanceField, LeavesTheWayOutOfAnOpenEndFree) {
-    for (const OpenEnd& end : test::iliac_renal().openings())
+    for (const OpenEnd& end : engine::test::iliac_renal().openings())
         for (double angle = 0; angle < 6.2; angle += 0.5) {
             for (double out : {0.01, 0.5, 2.0, 7.0, 20.0})
                 for (double r : {0.0, 0.5})
@@ -245,7 +245,7 @@ TEST(DistanceField, LeavesTheWayOutOfAnOpenEndFree) {
 
 TEST(DistanceField, HasNoStepAtAnOpenEnd) {
     constexpr double h = 1e-5, step = 0.02;
-    for (const OpenEnd& end : test::iliac_renal().openings())
+    for (const OpenEnd& end : engine::test::iliac_renal().openings())
         for (const double angle : {0.3, 2.4, 4.5}) {
             WallContact before;
             for (double out = -1; out < 9.9; out += step) {
@@ -315,7 +315,7 @@ TEST(DistanceField, KeepsTheLimbsOfATightBendApart) {
 
 TEST(DistanceField, MakesNoJumpBetweenAVesselAndItsBranches) {
     int crossings = 0, felt = 0;
-    for (const CentrelineBranch& child : test::iliac_renal().branches)
+    for (const CentrelineBranch& child : engine::test::iliac_renal().branches)
         for (int n = 0; child.parent >= 0 && n < 128; ++n) {
             const double around = n / 4 * 0.2, share = 0.65 + 0.13 * (n % 4);
             std::vector<Vec3> way;  // along one side of the branch, from within its parent
@@ -354,9 +354,9 @@ TEST(DistanceField, KnowsInsideFromOutside) {
     // Against the capped mesh's winding number, wherever the wall is more than 0.1 mm away.
     std::mt19937 random(11);
     std::normal_distribution<double> bell;
-    const TriangleMesh closed = engine::closed_lumen(test::iliac_renal());
-    const MeshWall rays(test::iliac_renal().lumen, test::iliac_renal().branches,
-                        test::iliac_renal().openings(), kStiffness);
+    const TriangleMesh closed = engine::closed_lumen(engine::test::iliac_renal());
+    const MeshWall rays(engine::test::iliac_renal().lumen, engine::test::iliac_renal().branches,
+                        engine::test::iliac_renal().openings(), kStiffness);
     int asked = 0, wrong = 0;
     while (asked < 500) {
         const auto stations = iliac_field().tree().stations();
@@ -364,7 +364,7 @@ TEST(DistanceField, KnowsInsideFromOutside) {
         const Vec3 way = Vec3(bell(random), bell(random), bell(random)).normalized();
         const Vec3 x = s.centre + s.radius * (0.7 + 0.5 * (random() / 4294967296.0)) * way;
         bool at_end = false;
-        for (const OpenEnd& end : test::iliac_renal().openings())
+        for (const OpenEnd& end : engine::test::iliac_renal().openings())
             at_end |= (x - end.centre).norm() < 3 * end.radius;
         if (at_end) continue;
         const WallContact c = ask(iliac_field(), x);

@@ -64,9 +64,9 @@ TEST(MeshWall, RelaxesAWireToTheEnergyOfTheTubeWall) {
 }
 
 TEST(MeshWall, TouchesNothingBeyondAnOpenEnd) {
-    const MeshWall wall(test::iliac_renal().lumen, test::iliac_renal().branches,
-                        test::iliac_renal().openings(), 20.0, 0.4);
-    for (const OpenEnd& end : test::iliac_renal().openings())
+    const MeshWall wall(engine::test::iliac_renal().lumen, engine::test::iliac_renal().branches,
+                        engine::test::iliac_renal().openings(), 20.0, 0.4);
+    for (const OpenEnd& end : engine::test::iliac_renal().openings())
         for (double out : {0.5, 2.0, 5.0}) {
             Vec3 a, b;
             tangent_basis(end.outward_normal, a, b);
@@ -76,10 +76,10 @@ TEST(MeshWall, TouchesNothingBeyondAnOpenEnd) {
 }
 
 TEST(MeshWall, PutsAJointInTheBranchThatHoldsIt) {
-    const MeshWall wall(test::iliac_renal().lumen, test::iliac_renal().branches,
-                        test::iliac_renal().openings(), 20.0, 0.4);
-    for (std::size_t b = 0; b < test::iliac_renal().branches.size(); ++b) {
-        const auto& branch = test::iliac_renal().branches[b];
+    const MeshWall wall(engine::test::iliac_renal().lumen, engine::test::iliac_renal().branches,
+                        engine::test::iliac_renal().openings(), 20.0, 0.4);
+    for (std::size_t b = 0; b < engine::test::iliac_renal().branches.size(); ++b) {
+        const auto& branch = engine::test::iliac_renal().branches[b];
         const std::size_t i = branch.points.size() * 3 / 4;
         const WallContact c = ask(wall, branch.points[i] + Vec3(0.3, 0.2, 0.1));
         EXPECT_EQ(wall.place(c.station).branch, static_cast<int>(b)) << branch.name;
@@ -88,28 +88,29 @@ TEST(MeshWall, PutsAJointInTheBranchThatHoldsIt) {
 }
 
 TEST(MeshWall, FollowsAJointFromTheAortaIntoTheRenalArteryAndBack) {
-    const MeshWall wall(test::iliac_renal().lumen, test::iliac_renal().branches,
-                        test::iliac_renal().openings(), 20.0, 0.4);
-    const auto lra = std::find_if(test::iliac_renal().branches.begin(), test::iliac_renal().branches.end(),
-                                  [](const auto& b) { return b.name == "LRA"; });
-    ASSERT_NE(lra, test::iliac_renal().branches.end());
+    const MeshWall wall(engine::test::iliac_renal().lumen, engine::test::iliac_renal().branches,
+                        engine::test::iliac_renal().openings(), 20.0, 0.4);
+    const auto lra =
+        std::find_if(engine::test::iliac_renal().branches.begin(), engine::test::iliac_renal().branches.end(),
+                     [](const auto& b) { return b.name == "LRA"; });
+    ASSERT_NE(lra, engine::test::iliac_renal().branches.end());
     int station = ask(wall, lra->points[0]).station;
-    EXPECT_NE(test::iliac_renal().branches[wall.place(station).branch].name, "LRA");
+    EXPECT_NE(engine::test::iliac_renal().branches[wall.place(station).branch].name, "LRA");
     for (const Vec3& x : lra->points) {
         const WallContact c = ask(wall, x, station);
         EXPECT_FALSE(c.touches()) << x.transpose();
         station = c.station;
     }
-    EXPECT_EQ(test::iliac_renal().branches[wall.place(station).branch].name, "LRA");
+    EXPECT_EQ(engine::test::iliac_renal().branches[wall.place(station).branch].name, "LRA");
     for (auto x = lra->points.rbegin(); x != lra->points.rend(); ++x)
         station = ask(wall, *x, station).station;
-    EXPECT_NE(test::iliac_renal().branches[wall.place(station).branch].name, "LRA");
+    EXPECT_NE(engine::test::iliac_renal().branches[wall.place(station).branch].name, "LRA");
 }
 
 TEST(MeshWall, NoJointInsideTheBallsOfTheCentrelineTouches) {
-    const MeshWall wall(test::iliac_renal().lumen, test::iliac_renal().branches,
-                        test::iliac_renal().openings(), 20.0, 0.4);
-    const auto& branches = test::iliac_renal().branches;
+    const MeshWall wall(engine::test::iliac_renal().lumen, engine::test::iliac_renal().branches,
+                        engine::test::iliac_renal().openings(), 20.0, 0.4);
+    const auto& branches = engine::test::iliac_renal().branches;
     for (const auto& branch : branches)
         for (std::size_t i = 5; i + 5 < branch.points.size(); i += 3) {
             // At a carina the plane of a facet runs on into the vessel beside it.

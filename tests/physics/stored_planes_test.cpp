@@ -6,24 +6,12 @@
 #include "physics/energy.h"
 #include "physics/mesh_wall.h"
 #include "physics/relaxer.h"
+#include "tests/physics/ask_always.h"
 #include "tests/physics/wires.h"
 
 using namespace physics;
 
 namespace {
-
-/// Asks the wall for every joint at every update, as the paper does.
-class AskAlways final : public LumenWall {
-public:
-    explicit AskAlways(const LumenWall& wall) : wall_(wall) {}
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
-        wall_.contacts(joints, contacts);
-        for (WallContact& c : contacts) c.trust = 0;
-    }
-
-private:
-    const LumenWall& wall_;
-};
 
 RelaxerConfig with(int varied, bool stored) {
     RelaxerConfig config;
@@ -126,7 +114,7 @@ TEST(StoredPlanes, AskATenthOfThePlainFormAtMost) {
     const engine::Anatomy tube = engine::tube_anatomy("tube", setup.wall.centreline(), scene.radius, 32, 1.0);
     const MeshWall mesh(tube.lumen, tube.branches, {tube.ends[0].opening, tube.ends[1].opening},
                         scene.wall_stiffness);
-    const AskAlways always(mesh);
+    const test::AskAlways always(mesh);
     Guidewire wire = wire_along(setup.wire.spec, setup.wall.centreline(), 70);
     Guidewire same = wire;
     const long long few = make_relaxer(with(2, true))->relax(wire, mesh, whole_cycles(70, 2)).wall_queries;

@@ -19,6 +19,7 @@
 #include "render/fluoroscope.h"
 #include "render/palette.h"
 #include "render/solids.h"
+#include "tests/render/noisy.h"
 
 namespace {
 
@@ -29,18 +30,9 @@ using render::Ink;
 using render::Panel;
 using render::PanelArea;
 using render::Readout;
+using render::test::noisy;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-GrayImage noisy(int width, int height) {
-    GrayImage image{width, height, {}};
-    std::uint32_t x = 7;
-    for (int i = 0; i < width * height; ++i) {
-        x = x * 1664525u + 1013904223u;
-        image.pixels.push_back(static_cast<std::uint8_t>(x >> 24));
-    }
-    return image;
-}
 
 GrayImage plain(int width, int height, std::uint8_t grey) {
     return {width, height, std::vector<std::uint8_t>(static_cast<std::size_t>(width) * height, grey)};

@@ -12,20 +12,13 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include "tests/render/noisy.h"
+
 namespace {
 
 namespace fs = std::filesystem;
 using render::GrayImage;
-
-GrayImage noisy(int width, int height) {
-    GrayImage image{width, height, {}};
-    std::uint32_t x = 1;
-    for (int i = 0; i < width * height; ++i) {
-        x = x * 1664525u + 1013904223u;
-        image.pixels.push_back(static_cast<std::uint8_t>(x >> 24));
-    }
-    return image;
-}
+using render::test::noisy;
 
 class Png : public testing::Test {
 protected:

@@ -14,7 +14,7 @@ using engine::Table;
 Table signs(const char* preset) {
     engine::StudyOptions options;
     options.quick = true;
-    options.cache = test::cache();
+    options.cache = engine::test::cache();
     Table table = engine::sign_table();
     engine::add_signs(table, preset, options);
     std::printf("%s\n", engine::to_markdown(table).c_str());

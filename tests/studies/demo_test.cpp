@@ -16,7 +16,7 @@ engine::Score run(
     const engine::Scenario& scenario, const std::string& name, double turn,
     const std::function<void(int, const engine::Simulation&, const engine::StepReport&)>& look) {
     const engine::CommandScript script = engine::load_commands(assets + "scripts/" + name + ".gw");
-    engine::Exercise exercise(scenario, false, test::cache());
+    engine::Exercise exercise(scenario, false, engine::test::cache());
     auto next = script.commands.begin();
     for (int frame = 0; frame <= script.last_frame(10); ++frame) {
         std::vector<engine::Command> commands;

@@ -49,7 +49,7 @@ TEST(Navigation, ACarelessHandNeverBreaksTheWire) {
     const char* more = std::getenv("SELDINGER_FUZZ_SEEDS");
     const int seeds = more ? std::max(1, std::atoi(more)) : 2;
     const engine::Scenario scenario = engine::load_scenario(SELDINGER_SOURCE "/assets/scenarios/renal.toml");
-    engine::Simulation simulation(scenario, test::cache());
+    engine::Simulation simulation(scenario, engine::test::cache());
     Tally tally;
     for (int seed = 1; seed <= seeds; ++seed) {
         simulation.reset();

@@ -82,23 +82,31 @@ TEST(PaperRelaxer, SettlesTheHairpinAtAListedMinimum) {
     EXPECT_LE(c.to_hundredth, 130);
 }
 
+namespace {
+
+/// Mean |ε| of an update over a cycle after so many of the method on sinuous.
+double mean_turn(const RelaxerConfig& config, int cycles) {
+    auto [wall, wire] = scene_setup("sinuous");
+    const auto relaxer = make_relaxer(config);
+    relaxer->relax(wire, wall, whole_cycles(wire.segments(), cycles));
+    double sum = 0;
+    std::vector<Vec3> last = wire.tangents;
+    const RelaxBudget cycle = whole_cycles(wire.segments(), 1);
+    relaxer->relax(wire, wall, cycle, [&](int b, const Guidewire& now) {
+        sum += (now.tangents[b] - last[b]).norm();
+        last = now.tangents;
+    });
+    return sum / cycle.updates;
+}
+
+}  // namespace
+
 TEST(PaperRelaxer, SecondOrderComesToRestWhereFirstOrderBounces) {
-    // Mean |ε| of an update over a cycle, after 150 cycles on sinuous.
+    RelaxerConfig config;
     double mean[2];
     for (const RelaxerKind kind : {RelaxerKind::FirstOrder, RelaxerKind::Segment}) {
-        auto [wall, wire] = scene_setup("sinuous");
-        RelaxerConfig config;
         config.kind = kind;
-        const auto relaxer = make_relaxer(config);
-        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 150));
-        double sum = 0;
-        std::vector<Vec3> last = wire.tangents;
-        const RelaxBudget cycle = whole_cycles(wire.segments(), 1);
-        relaxer->relax(wire, wall, cycle, [&](int b, const Guidewire& now) {
-            sum += (now.tangents[b] - last[b]).norm();
-            last = now.tangents;
-        });
-        mean[kind == RelaxerKind::Segment] = sum / cycle.updates;
+        mean[kind == RelaxerKind::Segment] = mean_turn(config, 150);
     }
     std::printf("mean |ε|: first order %.2e, second order M = 2 %.2e\n", mean[0], mean[1]);
     EXPECT_LE(mean[1], 1e-5 * mean[0]);
@@ -117,21 +125,6 @@ RelaxerConfig kind_of(RelaxerKind kind, int varied = 1) {
     return config;
 }
 
-/// Mean |ε| of an update over a cycle after 100 cycles of the method on sinuous.
-double mean_turn(const RelaxerConfig& config) {
-    auto [wall, wire] = scene_setup("sinuous");
-    const auto relaxer = make_relaxer(config);
-    relaxer->relax(wire, wall, whole_cycles(wire.segments(), 100));
-    double sum = 0;
-    std::vector<Vec3> last = wire.tangents;
-    const RelaxBudget cycle = whole_cycles(wire.segments(), 1);
-    relaxer->relax(wire, wall, cycle, [&](int b, const Guidewire& now) {
-        sum += (now.tangents[b] - last[b]).norm();
-        last = now.tangents;
-    });
-    return sum / cycle.updates;
-}
-
 }  // namespace
 
 TEST(PaperRelaxer, OnlyTheWallsCurvatureBringsRest) {
@@ -144,7 +137,7 @@ TEST(PaperRelaxer, OnlyTheWallsCurvatureBringsRest) {
     cases[4].varied_segments = 2;
     double mean[5];
     for (int k = 0; k < 5; ++k) {
-        mean[k] = mean_turn(cases[k]);
+        mean[k] = mean_turn(cases[k], 100);
         std::printf("(%c) mean |ε| = %.2e\n", 'a' + k, mean[k]);
     }
     EXPECT_LT(mean[0], 1e-2 * mean[1]);

@@ -16,7 +16,7 @@ StudyResult quick_map(int threads) {
     engine::StudyOptions options;
     options.quick = true;
     options.threads = threads;
-    options.cache = test::cache();
+    options.cache = engine::test::cache();
     return engine::run_stability(options);
 }
 

@@ -19,7 +19,7 @@ using Json = nlohmann::json;
 template <class Change>
 std::string refusal_after(Change change) {
     const test::TemporaryFolder folder;
-    Json description = Json::parse(test::read(write_anatomy(::test::iliac_renal(), folder.path(), {})));
+    Json description = Json::parse(test::read(write_anatomy(test::iliac_renal(), folder.path(), {})));
     change(description);
     test::write(folder / "x.anatomy.json", description.dump());
     return test::refusal([&] { load_anatomy(folder / "x.anatomy.json"); });
@@ -32,15 +32,15 @@ Anatomy straight_tube() {
 }  // namespace
 
 TEST(Anatomy, IliacArteriesLoadWithTheirBranchesEndsAndTargets) {
-    EXPECT_EQ(::test::iliac_renal().branches.size(), 7u);
-    EXPECT_EQ(::test::iliac_renal().ends.size(), 8u);
-    ASSERT_EQ(::test::iliac_renal().targets.size(), 3u);
-    EXPECT_EQ(::test::iliac_renal().targets[0].name, "LRA");
-    EXPECT_TRUE(inside(::test::iliac_renal(), ::test::iliac_renal().targets[0].centre));
+    EXPECT_EQ(test::iliac_renal().branches.size(), 7u);
+    EXPECT_EQ(test::iliac_renal().ends.size(), 8u);
+    ASSERT_EQ(test::iliac_renal().targets.size(), 3u);
+    EXPECT_EQ(test::iliac_renal().targets[0].name, "LRA");
+    EXPECT_TRUE(inside(test::iliac_renal(), test::iliac_renal().targets[0].centre));
 }
 
 TEST(Anatomy, CappedLumenIsClosedAndHoldsItsVolume) {
-    const physics::TriangleMesh closed = closed_lumen(::test::iliac_renal());
+    const physics::TriangleMesh closed = closed_lumen(test::iliac_renal());
     EXPECT_EQ(topology(closed).boundary_edges, 0);
     const double tube = signed_volume(closed_lumen(straight_tube()));
     const double polygon = 24 * 0.5 * 4.0 * std::sin(2 * std::numbers::pi / 24);
@@ -122,8 +122,8 @@ TEST(Anatomy, UnknownLandmarkIsRefusedWithThoseThatThereAre) {
 
 TEST(Anatomy, PathFromAnEndLeadsIntoTheLumenAndUpItsParents) {
     const EntryPath path =
-        path_from(::test::iliac_renal(), *find_end(::test::iliac_renal(), "RCIA+REIA+RCFA.out"));
-    const physics::OpenEnd& end = ::test::iliac_renal().ends[2].opening;
+        path_from(test::iliac_renal(), *find_end(test::iliac_renal(), "RCIA+REIA+RCFA.out"));
+    const physics::OpenEnd& end = test::iliac_renal().ends[2].opening;
     EXPECT_TRUE(path.points.front().isApprox(end.centre));
     EXPECT_LT((path.points[1] - path.points[0]).dot(end.outward_normal), 0);
     EXPECT_LT((path.points.back() - Vec3(0, 0, 130)).norm(), 1e-9);  // the root's start
@@ -133,11 +133,11 @@ TEST(Anatomy, PathFromAnEndLeadsIntoTheLumenAndUpItsParents) {
 }
 
 TEST(Anatomy, CentrelineDistanceGoesRoundTheFork) {
-    const Vec3 left = ::test::iliac_renal().branches[0].points[300],
-               right = ::test::iliac_renal().branches[1].points[100];
-    const double along = centreline_distance(::test::iliac_renal(), left, right);
+    const Vec3 left = test::iliac_renal().branches[0].points[300],
+               right = test::iliac_renal().branches[1].points[100];
+    const double along = centreline_distance(test::iliac_renal(), left, right);
     EXPECT_GT(along, 1.2 * (left - right).norm());
-    EXPECT_NEAR(along, centreline_distance(::test::iliac_renal(), right, left), 1e-9);
+    EXPECT_NEAR(along, centreline_distance(test::iliac_renal(), right, left), 1e-9);
     EXPECT_NEAR(centreline_distance(straight_tube(), {5, 0, 0}, {30, 0, 0}), 25, 1e-9);
 }
 
