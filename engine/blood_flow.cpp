@@ -76,11 +76,11 @@ double square(double x) {
 }
 
 /// Places and radii along a branch by its arc.
-struct Arc {
+struct BranchArc {
     const CentrelineBranch* branch;
     std::vector<double> lengths{0};  // to each sample [mm]
 
-    explicit Arc(const CentrelineBranch& given) : branch(&given) {
+    explicit BranchArc(const CentrelineBranch& given) : branch(&given) {
         for (std::size_t i = 1; i < given.points.size(); ++i)
             lengths.push_back(lengths.back() + (given.points[i] - given.points[i - 1]).norm());
     }
@@ -107,7 +107,7 @@ bool holds(const CentrelineBranch& branch, const Vec3& x) {
 }
 
 /// Where along a branch it has left its parent's lumen [mm].
-double exit_of(const Anatomy& anatomy, int b, const Arc& arc, double spacing) {
+double exit_of(const Anatomy& anatomy, int b, const BranchArc& arc, double spacing) {
     const CentrelineBranch& branch = anatomy.branches[b];
     if (branch.parent < 0) return 0;
     std::size_t i = 0;
@@ -141,7 +141,7 @@ struct Undirected {
 Undirected cut(const Anatomy& anatomy, double spacing) {
     Undirected made;
     for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
-        const Arc arc(anatomy.branches[b]);
+        const BranchArc arc(anatomy.branches[b]);
         const double start = exit_of(anatomy, b, arc, spacing), whole = arc.lengths.back() - start;
         const int count = std::max(1, static_cast<int>(std::lround(whole / spacing)));
         const double length = whole / count;

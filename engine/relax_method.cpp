@@ -14,7 +14,7 @@ using physics::CycleOrder;
 using physics::RelaxerConfig;
 using physics::RelaxerKind;
 
-constexpr int kMostSegments = 5, kLeastDelta = 2, kMostDelta = 200;
+constexpr int kMostVaried = 5, kLeastDelta = 2, kMostDelta = 200;
 
 [[noreturn]] void refuse(std::string_view method, const std::string& why) {
     throw InputError(
@@ -22,7 +22,7 @@ constexpr int kMostSegments = 5, kLeastDelta = 2, kMostDelta = 200;
                     "segment:M (M varied segments, 1 to {}), segment:M:delta (delta from {} to {} "
                     "segments), combined:M, combined:M:delta; after segment:M or segment:M:delta also "
                     ":no-a, :no-r, :uniform, :plain, :fast",
-                    method, why, kMostSegments, kLeastDelta, kMostDelta));
+                    method, why, kMostVaried, kLeastDelta, kMostDelta));
 }
 
 /// What may follow segment:M, in the order that method_text writes it.
@@ -44,15 +44,16 @@ constexpr Option options[] = {
      [](RelaxerConfig& c) { c.stored_planes = true; }},
 };
 
-struct Word {
+struct MethodWord {
     std::string_view word;
     RelaxerKind kind;
 };
-constexpr Word alone[] = {{"global", RelaxerKind::Global},
-                          {"first-order", RelaxerKind::FirstOrder},
-                          {"konings", RelaxerKind::Konings},
-                          {"geometric", RelaxerKind::Geometric}};
-constexpr Word with_segments[] = {{"segment", RelaxerKind::Segment}, {"combined", RelaxerKind::Combined}};
+constexpr MethodWord alone[] = {{"global", RelaxerKind::Global},
+                                {"first-order", RelaxerKind::FirstOrder},
+                                {"konings", RelaxerKind::Konings},
+                                {"geometric", RelaxerKind::Geometric}};
+constexpr MethodWord with_segments[] = {{"segment", RelaxerKind::Segment},
+                                        {"combined", RelaxerKind::Combined}};
 
 std::vector<std::string_view> split(std::string_view text) {
     std::vector<std::string_view> parts;
@@ -84,18 +85,18 @@ const std::string_view method_words =
 RelaxerConfig parse_method(std::string_view method) {
     const std::vector<std::string_view> parts = split(method);
     RelaxerConfig config;
-    for (const Word& known : alone) {
+    for (const MethodWord& known : alone) {
         if (parts[0] != known.word) continue;
         if (parts.size() > 1) refuse(method, "says more than the method knows");
         config.kind = known.kind;
         return config;
     }
-    const Word* known = std::ranges::find(with_segments, parts[0], &Word::word);
+    const MethodWord* known = std::ranges::find(with_segments, parts[0], &MethodWord::word);
     if (known == std::end(with_segments)) refuse(method, "is not known");
     config.kind = known->kind;
 
     const std::optional<int> m = parts.size() > 1 ? parse_integer(parts[1]) : std::nullopt;
-    if (!m || *m < 1 || *m > kMostSegments) refuse(method, "names no possible number of varied segments");
+    if (!m || *m < 1 || *m > kMostVaried) refuse(method, "names no possible number of varied segments");
     config.varied_segments = *m;
     std::size_t at = 2;
     if (at < parts.size()) {
@@ -116,9 +117,9 @@ RelaxerConfig parse_method(std::string_view method) {
 }
 
 std::string method_text(const RelaxerConfig& config) {
-    for (const Word& known : alone)
+    for (const MethodWord& known : alone)
         if (config.kind == known.kind) return std::string(known.word);
-    const Word* known = std::ranges::find(with_segments, config.kind, &Word::kind);
+    const MethodWord* known = std::ranges::find(with_segments, config.kind, &MethodWord::kind);
     std::string text = fmt::format("{}:{}", known->word, config.varied_segments);
     if (config.separation) text += fmt::format(":{}", *config.separation);
     if (config.kind == RelaxerKind::Segment)

@@ -1,7 +1,8 @@
 #include "engine/room_readout.h"
 
 #include <algorithm>
-#include <fmt/format.h>
+
+#include "physics/energy.h"
 
 namespace engine {
 namespace {
@@ -14,12 +15,6 @@ constexpr double table_height = 900.0;  // of its top above the floor, at the st
 const char* name_of(ImagingMode mode) {
     constexpr const char* names[] = {"FLUORO", "DSA", "ROADMAP"};
     return names[static_cast<int>(mode)];
-}
-
-double largest_force(std::span<const physics::WallContact> contacts) {
-    double largest = 0;
-    for (std::size_t i = 1; i < contacts.size(); ++i) largest = std::max(largest, contacts[i].force());
-    return largest;
 }
 
 }  // namespace
@@ -43,10 +38,11 @@ void RoomReadout::observe(const Exercise& exercise, const StepReport& report) {
     hub_ += report.turned;
     push_force_ = report.relax.push_force;
     base_torque_ = report.relax.base_torque;
-    wall_forces_.push_back(largest_force(simulation.contacts()));
+    wall_forces_.push_back(physics::largest_force(simulation.contacts()));
     while (wall_forces_.size() > history * rate) wall_forces_.pop_front();
 
     if (report.insertion_stopped) tell(frame, "The wire goes no further: open end", render::Notice::warning);
+    if (report.whole_wire_is_in) tell(frame, "The wire is in to its end", render::Notice::warning);
     if (report.withdrawal_stopped) tell(frame, "The tip is at the introducer", render::Notice::warning);
     if (exercise.monitor() && exercise.monitor()->map_is_missing())
         tell(frame, "No roadmap: take a DSA run first", render::Notice::warning);
@@ -89,6 +85,7 @@ render::Readout RoomReadout::read(const Exercise& exercise) const {
         if (monitor->reference()) r.reference_label = "Reference";
     }
     r.inserted = simulation.inserted();
+    r.wire_length = scenario.wire_length;
     r.tip_to_target = simulation.tip_to_target();
     r.hub_twist = hub_;
     r.base_torque = base_torque_;

@@ -6,7 +6,7 @@
 namespace physics {
 namespace {
 
-constexpr double kSlope = 1.1;         // of penetration at most, smoothed creases included
+constexpr double kSteepest = 1.1;      // of penetration at most, smoothed creases included
 constexpr double kShortest = 0.01;     // stretch of a segment that is still halved [mm]
 constexpr double kPrecision = 0.02;    // of the depth that is found [mm]
 constexpr double kMergeShare = 0.5;    // of the tolerance that a segment made whole may use
@@ -26,7 +26,7 @@ struct Bound {
 };
 
 Bound by_slope(const WallContact& c) {
-    return {c.penetration > 0 ? c.penetration : -kSlope * c.trust, kSlope, 0};
+    return {c.penetration > 0 ? c.penetration : -kSteepest * c.trust, kSteepest, 0};
 }
 
 /// Near a wall that is nowhere bent more tightly than the lumen is wide, penetration grows along `way` by its

@@ -204,7 +204,7 @@ std::vector<Cube> cubes(const CentrelineTree& tree, const VesselSheets& sheets, 
 }
 
 /// The search for the bricks from which a cell within the band is served.
-struct Search {
+struct BrickSearch {
     const std::vector<StationRuns>& runs;  // per sheet
     const FieldBand& band;
     double spacing;  // [mm]
@@ -356,7 +356,7 @@ private:
             starts.size(), band_.threads,
             [&](std::size_t c) {
                 View here = view();
-                Search{runs_, band_, spacing, here}.serve(starts[c], found[c]);
+                BrickSearch{runs_, band_, spacing, here}.serve(starts[c], found[c]);
             },
             part(from, to));
         double total = 0;

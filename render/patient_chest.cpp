@@ -13,7 +13,7 @@ using physics::Vec3;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 constexpr double apex = 447.0;    // z of the lungs' tops [mm]
 constexpr double lung_gap = 2.5;  // between a lung and what it lies against [mm]
 

@@ -11,7 +11,7 @@ using physics::Vec3;
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// In the head, places are told from the sella.
 Vec3 from_sella(const Vec3& p) {
