@@ -3,7 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "physics/geometry.h"
 
 namespace render {
 
@@ -16,7 +17,6 @@ bool operator==(const CArm& a, const CArm& b) {
 }
 
 std::vector<std::string> problems(const CArm& arm) {
-    constexpr double degree = std::numbers::pi / 180.0;
     // Rounding in a conversion from degrees must not refuse the limit itself.
     constexpr double slack = 1e-9;
     std::vector<std::string> found;
@@ -24,8 +24,9 @@ std::vector<std::string> problems(const CArm& arm) {
         if (!holds) found.emplace_back(sentence);
     };
     // Each comparison is written so that NaN fails it.
-    require(std::abs(arm.lao) <= 120.0 * degree + slack, "the LAO/RAO angle must lie within 120 degrees");
-    require(std::abs(arm.cranial) <= 45.0 * degree + slack,
+    require(std::abs(arm.lao) <= 120.0 * physics::kDegree + slack,
+            "the LAO/RAO angle must lie within 120 degrees");
+    require(std::abs(arm.cranial) <= 45.0 * physics::kDegree + slack,
             "the cranial/caudal angle must lie within 45 degrees");
     require(arm.sod > 0.0 && std::isfinite(arm.sod),
             "the distance from source to isocentre must be positive");

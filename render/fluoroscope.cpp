@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "render/beam_images.h"
 #include "render/fast_exp.h"
-#include "render/filter.h"
 #include "render/path_length.h"
 
 namespace render {
@@ -17,53 +17,6 @@ using physics::Vec3;
 
 namespace {
 
-using PixelBins = std::array<float, energy_bins>;
-
-/// Lengths through all layers that change μ in the same way.
-struct Mixture {
-    Material material, inside;
-    Field length;  // [mm]
-};
-
-/// What size, distances and collimator determine, however the arm is turned.
-struct PlaneImages {
-    CArm arm;
-    Field flat, open, measured;  // open beam, collimator, measuring field: shares of 1
-};
-
-/// Where a layer lies before few pixels: their indices, and the length of each pixel's ray in it [mm].
-struct SparseLength {
-    std::vector<std::uint32_t> pixels;
-    std::vector<float> lengths;
-
-    explicit SparseLength(const Field& length = {}) {
-        for (std::uint32_t i = 0; i < length.values.size(); ++i) {
-            if (!(length.values[i] > 0.0f)) continue;
-            pixels.push_back(i);
-            lengths.push_back(length.values[i]);
-        }
-    }
-};
-
-/// What the pose determines, and the mesh passes cost time for.
-struct PoseImages {
-    CArm arm;
-    std::vector<Mixture> mixtures;
-    SparseLength contrast;                  // through layers that take contrast
-    std::map<int, SparseLength> organs;     // through each perfused layer
-    std::optional<ContrastMatrix> vessels;  // made when contrast first needs it
-    int unbalanced_pixels = 0;
-};
-
-/// What the tube voltage adds to that.
-struct BeamImages {
-    EnergyBins bins;
-    double kvp = 0.0;                // [kV]
-    std::vector<PixelBins> primary;  // per pixel and bin, relative to the open beam, flat field included
-    Field scatter;                   // in the same unit
-    double gain = 0.0;               // quanta per unit and nGy
-};
-
 /// The image with neither contrast nor wire at one dose.
 struct BareImage {
     float scale = 0.0f;  // quanta per unit of BeamImages
@@ -71,38 +24,6 @@ struct BareImage {
     Technique technique;
     std::optional<Display> display;
 };
-
-/// Intensity with nothing in the beam, as share of its middle: inverse square and obliquity (cos³), heel
-/// effect.
-Field flat_field(const CArm& arm, double heel) {
-    Field flat(arm.pixels, arm.pixels);
-    const double step = pixel_width(arm) / arm.sid;
-    for (int j = 0; j < arm.pixels; ++j) {
-        const double y = (j + 0.5 - 0.5 * arm.pixels) * step;
-        const double toward_head = -(j + 0.5 - 0.5 * arm.pixels) / (0.5 * arm.pixels);
-        for (int i = 0; i < arm.pixels; ++i) {
-            const double x = (i + 0.5 - 0.5 * arm.pixels) * step;
-            const double square = 1.0 + x * x + y * y;
-            flat.values[static_cast<std::size_t>(j) * arm.pixels + i] =
-                static_cast<float>((1.0 - 0.5 * heel * (1.0 + toward_head)) / (square * std::sqrt(square)));
-        }
-    }
-    return flat;
-}
-
-/// 1 in the disc where automatic exposure measures, 0 outside: air beside the patient does not count.
-Field measuring_field(const CArm& arm, double radius) {
-    Field field(arm.pixels, arm.pixels);
-    // Never without a pixel.
-    const double reach = std::max(radius * arm.pixels, 1.0);
-    for (int j = 0; j < arm.pixels; ++j) {
-        for (int i = 0; i < arm.pixels; ++i) {
-            const double away = std::hypot(i + 0.5 - 0.5 * arm.pixels, j + 0.5 - 0.5 * arm.pixels);
-            field.values[static_cast<std::size_t>(j) * arm.pixels + i] = away <= reach ? 1.0f : 0.0f;
-        }
-    }
-    return field;
-}
 
 /// Whether images of the two differ by rotation and by what lies in the isocentre alone.
 bool same_plane(CArm a, const CArm& b) {
@@ -116,31 +37,6 @@ bool same_plane(CArm a, const CArm& b) {
 CArm shifted(CArm arm, const Vec3& shift) {
     arm.isocentre -= shift;
     return arm;
-}
-
-constexpr double usual_dose = 30.0;  // of a fluoroscopy pulse [nGy]
-
-/// Air kerma of the open beam per detected signal, in units of kerma_per_signal.
-double open_kerma(double kvp) {
-    const Spectrum spectrum = detected_spectrum(kvp);
-    double sum = 0.0;
-    for (std::size_t i = 0; i < spectrum.energies.size(); ++i)
-        sum += spectrum.weights[i] * kerma_per_signal(spectrum.energies[i]);
-    return sum;
-}
-
-/// μ of the mixture's material less that of what it lies in [1/mm].
-PixelBins change_of(const Mixture& mixture, const EnergyBins& bins) {
-    const Bins own = bins.attenuation(mixture.material), around = bins.attenuation(mixture.inside);
-    PixelBins change;
-    for (int k = 0; k < energy_bins; ++k) change[k] = static_cast<float>(own[k] - around[k]);
-    return change;
-}
-
-float sum(const PixelBins& bins) {
-    float result = 0.0f;
-    for (float value : bins) result += value;
-    return result;
 }
 
 }  // namespace
@@ -173,7 +69,6 @@ struct Fluoroscope::State {
     std::vector<std::uint32_t> iodine_pixels;             // where that is not 0
 
     void move_to(const CArm&);
-    double charge(double kvp) const;
     const BeamImages& beam(const std::optional<double>& kvp);
     const BareImage& bare_image(const Exposure&);
     void dissolve(const Exposure&);
@@ -185,126 +80,14 @@ void Fluoroscope::State::move_to(const CArm& arm) {
     if (pose && pose->arm == arm) return;
     beams.clear();
     bare.clear();
-    pose.emplace();
-    pose->arm = arm;
-    if (!plane || !same_plane(plane->arm, arm)) {
-        plane = PlaneImages{arm, flat_field(arm, config.heel), shutters(config.display, arm),
-                            measuring_field(arm, config.measuring_radius)};
-    }
-    const Field nothing(arm.pixels, arm.pixels);
-    const auto mixture = [&](const TissueLayer& tissue) -> Field& {
-        for (Mixture& m : pose->mixtures)
-            if (m.material == tissue.material && m.inside == tissue.inside) return m.length;
-        return pose->mixtures.emplace_back(Mixture{tissue.material, tissue.inside, nothing}).length;
-    };
-    const auto add = [](const Field& length, Field& sum) {
-        for (std::size_t i = 0; i < length.values.size(); ++i) sum.values[i] += length.values[i];
-    };
-    Field contrast;
-    for (std::size_t layer = 0; layer < layers.size(); ++layer) {
-        const TissueLayer& tissue = layers[layer];
-        const bool mixed = tissue.material != tissue.inside;
-        if (!mixed && !tissue.perfused && vessels) continue;
-        const int mesh = static_cast<int>(layer);
-        if (mixed && !tissue.takes_contrast && !tissue.perfused) {
-            pose->unbalanced_pixels += renderer.accumulate(mesh, arm, mixture(tissue));
-            continue;
-        }
-        const PathLengthRenderer::Result path = renderer.render(mesh, arm);
-        pose->unbalanced_pixels += path.unbalanced_pixels;
-        if (mixed) add(path.length, mixture(tissue));
-        if (tissue.perfused) pose->organs[mesh] = SparseLength(path.length);
-        if (!tissue.takes_contrast) continue;
-        if (contrast.values.empty()) contrast = nothing;
-        add(path.length, contrast);
-    }
-    pose->contrast = SparseLength(contrast);
-}
-
-/// Of a pulse at that voltage that gives the detector 1 nGy [mAs], from a sample of the measuring field.
-double Fluoroscope::State::charge(double kvp) const {
-    const CArm& arm = pose->arm;
-    const EnergyBins bins = fit_bins(detected_spectrum(kvp));
-    std::vector<PixelBins> change;
-    for (const Mixture& m : pose->mixtures) change.push_back(change_of(m, bins));
-    constexpr int sampled = 24;  // places along either side
-    double kerma = 0.0;
-    int places = 0;
-    const int step = std::max(1, arm.pixels / sampled);
-    for (int j = step / 2; j < arm.pixels; j += step) {
-        for (int i = step / 2; i < arm.pixels; i += step) {
-            const std::size_t pixel = static_cast<std::size_t>(j) * arm.pixels + i;
-            if (plane->measured.values[pixel] == 0.0f) continue;
-            ++places;
-            for (int k = 0; k < energy_bins; ++k) {
-                double exponent = 0.0;
-                for (std::size_t m = 0; m < change.size(); ++m)
-                    exponent -= change[m][k] * pose->mixtures[m].length.values[pixel];
-                kerma += bins.weights[k] * kerma_per_signal(bins.energies[k]) * std::exp(exponent);
-            }
-        }
-    }
-    const double transmitted = (1.0 + config.scatter_to_primary) * kerma / std::max(places, 1);
-    const double metres = 1e-3 * arm.sid;
-    constexpr double nGy_per_mGy = 1e6;
-    return open_kerma(kvp) / transmitted * metres * metres / (kerma_per_charge(kvp) * nGy_per_mGy);
+    if (!plane || !same_plane(plane->arm, arm)) plane = plane_images(config, arm);
+    pose = pose_images(renderer, layers, vessels.has_value(), arm);
 }
 
 const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
     const auto [place, is_new] = beams.try_emplace(kvp.value_or(0.0));
-    BeamImages& result = place->second;
-    if (!is_new) return result;
-    const CArm& arm = pose->arm;
-    // The voltage belongs to the usual dose, so that a change of dose does not change the contrast.
-    result.kvp = kvp ? *kvp : automatic_exposure([this](double kv) { return usual_dose * charge(kv); }).kvp;
-    result.bins = fit_bins(detected_spectrum(result.kvp));
-
-    std::vector<PixelBins> changes;
-    for (const Mixture& m : pose->mixtures) changes.push_back(change_of(m, result.bins));
-    const std::size_t count = plane->flat.values.size();
-    result.primary.resize(count);
-    Field relative(arm.pixels, arm.pixels), lit(arm.pixels, arm.pixels);
-    // Row by row, so that a row's exponents, bins of a pixel side by side, stay in the cache.
-    const std::size_t row = static_cast<std::size_t>(arm.pixels);
-    std::vector<float> exponents(row * energy_bins);
-    for (std::size_t start = 0; start < count; start += row) {
-        std::fill(exponents.begin(), exponents.end(), 0.0f);
-        for (std::size_t m = 0; m < changes.size(); ++m) {
-            const float* length = pose->mixtures[m].length.values.data() + start;
-            for (std::size_t i = 0; i < row; ++i)
-                for (int k = 0; k < energy_bins; ++k)
-                    exponents[i * energy_bins + k] -= changes[m][k] * length[i];
-        }
-        exponentiate(exponents);
-        for (std::size_t i = 0; i < row; ++i) {
-            const std::size_t pixel = start + i;
-            for (int k = 0; k < energy_bins; ++k) {
-                result.primary[pixel][k] = plane->flat.values[pixel] *
-                                           static_cast<float>(result.bins.weights[k]) *
-                                           exponents[i * energy_bins + k];
-            }
-            relative.values[pixel] = sum(result.primary[pixel]);
-            lit.values[pixel] = plane->open.values[pixel] * relative.values[pixel];
-        }
-    }
-
-    // Scatter: the primary image spread wide. What the collimator keeps out scatters nowhere.
-    const int block = std::max(1, arm.pixels / 64);
-    result.scatter =
-        enlarge(gaussian_blur(shrink(lit, block), config.scatter_reach / pixel_width(arm) / block), block,
-                arm.pixels, arm.pixels);
-    for (float& value : result.scatter.values) value *= static_cast<float>(config.scatter_to_primary);
-
-    // Automatic exposure: one nGy on average in the measuring field; each frame scales it to its dose.
-    double field = 0.0, received = 0.0;
-    for (std::size_t i = 0; i < count; ++i) {
-        field += plane->measured.values[i];
-        received +=
-            static_cast<double>(plane->measured.values[i]) * (relative.values[i] + result.scatter.values[i]);
-    }
-    const double quanta = quanta_per_dose_and_area * pixel_width(arm) * pixel_width(arm);
-    result.gain = received > 0.0 ? quanta * field / received : 0.0;
-    return result;
+    if (is_new) place->second = beam_images(config, *plane, *pose, kvp);
+    return place->second;
 }
 
 const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
@@ -315,7 +98,7 @@ const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
     const CArm& arm = pose->arm;
     const BeamImages& at = beam(exposure.kvp);
     const double kvp = at.kvp;
-    result.technique = exposure_at(kvp, exposure.detector_dose * charge(kvp));
+    result.technique = exposure_at(kvp, exposure.detector_dose * charge_per_dose(config, *plane, *pose, kvp));
     const double metres = 1e-3 * std::max(arm.sod - reference_point, 1.0);
     const double charge = 1e-3 * result.technique.current * result.technique.pulse_width;  // [mAs]
     const double at_one_metre = kerma_per_charge(kvp) * charge;                            // [mGy]

@@ -24,7 +24,7 @@ using physics::TriangleMesh;
 using physics::Vec3;
 using render::CArm;
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// A body whose chords are known.
 struct Solid {

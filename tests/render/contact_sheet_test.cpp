@@ -6,13 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "tests/render/images.h"
+
 namespace {
 
 using render::GrayImage;
-
-GrayImage plain(int width, int height, std::uint8_t grey) {
-    return {width, height, std::vector<std::uint8_t>(static_cast<std::size_t>(width) * height, grey)};
-}
+using render::test::plain;
 
 int at(const GrayImage& image, int x, int y) {
     return image.pixels[static_cast<std::size_t>(y) * image.width + x];

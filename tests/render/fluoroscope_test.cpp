@@ -232,6 +232,21 @@ TEST(Fluoroscope, ExposesAnEmptyRoomAndAWireThatIsNotFinite) {
     EXPECT_NE(scope.expose(arm, across(), {}), empty);
 }
 
+TEST(Fluoroscope, ExposesWhatNothingGetsThrough) {
+    std::vector<TissueLayer> layers = phantom();
+    layers[0].material = Material::platinum;  // 200 mm of it: exp(−μt) is 0
+    Fluoroscope scope({}, std::move(layers));
+    const Exposure exposure{1, 1};
+    for (const float quanta : scope.expected_quanta(small_arm(), across(), exposure).values)
+        ASSERT_TRUE(std::isfinite(quanta) && quanta >= 0.0f) << quanta;
+    const render::Technique technique = scope.technique(small_arm(), exposure);
+    EXPECT_EQ(technique.kvp, 120.0);
+    EXPECT_GT(technique.delivered, 0.0);
+    EXPECT_LT(technique.delivered, 1e-6);
+    EXPECT_TRUE(std::isfinite(technique.air_kerma) && technique.air_kerma > 0.0);
+    EXPECT_EQ(scope.expose(small_arm(), across(), exposure).pixels.size(), 128u * 128u);
+}
+
 TEST(Fluoroscope, BalancesEveryPixelOfThePatient) {
     Fluoroscope scope({}, render::make_patient({}));
     for (double lao : {0.0, 0.5, -0.5}) {

@@ -19,7 +19,7 @@
 #include "render/fluoroscope.h"
 #include "render/palette.h"
 #include "render/solids.h"
-#include "tests/render/noisy.h"
+#include "tests/render/images.h"
 
 namespace {
 
@@ -30,13 +30,9 @@ using render::Ink;
 using render::Panel;
 using render::PanelArea;
 using render::Readout;
-using render::test::noisy;
+using render::test::noisy, render::test::plain;
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-
-GrayImage plain(int width, int height, std::uint8_t grey) {
-    return {width, height, std::vector<std::uint8_t>(static_cast<std::size_t>(width) * height, grey)};
-}
 
 Readout sample() {
     Readout r;

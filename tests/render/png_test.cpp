@@ -12,7 +12,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include "tests/render/noisy.h"
+#include "tests/render/images.h"
 
 namespace {
 

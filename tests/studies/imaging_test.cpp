@@ -71,8 +71,8 @@ TEST(ImagingStudy, PathLengthsReachTheirFigures) {
     EXPECT_EQ(number(balance, 0, "unbalanced_pixels"), 0);
 }
 
-TEST(ImagingStudy, WireEnergiesAndNoiseReachTheirFigures) {
-    const StudyResult result = engine::imaging_signal(quick());
+TEST(ImagingStudy, TheWireReachesItsFigures) {
+    const StudyResult result = engine::imaging_wire(quick());
     const Table& wire = table(result, "imaging_wire");
     for (std::size_t row = 0; row < wire.rows.size(); ++row) {
         const bool platinum = word(wire, row, "wire") == "platinum";
@@ -81,10 +81,18 @@ TEST(ImagingStudy, WireEnergiesAndNoiseReachTheirFigures) {
         }
         EXPECT_NEAR(number(wire, row, "mass_error_percent"), 0, 0.3) << word(wire, row, "wire");
     }
+}
+
+TEST(ImagingStudy, TheEnergiesReachTheirFigures) {
+    const StudyResult result = engine::imaging_bins(quick());
     const Table& bins = table(result, "imaging_bins_largest");
     EXPECT_EQ(word(bins, bins.rows.size() - 1, "object"), "all");
     EXPECT_LE(number(bins, bins.rows.size() - 1, "gauss"), 0.005);
     EXPECT_GT(number(bins, bins.rows.size() - 1, "four_equal_signal"), 0.005);
+}
+
+TEST(ImagingStudy, TheNoiseReachesItsFigures) {
+    const StudyResult result = engine::imaging_noise(quick());
     const Table& variance = table(result, "imaging_noise");
     for (std::size_t row = 0; row < variance.rows.size(); ++row)
         EXPECT_NEAR(number(variance, row, "variance_over_mean"), 1, 0.01)

@@ -1,12 +1,18 @@
 #pragma once
-/// Images that do not compress.
+/// Images that several tests start from.
 
 #include <cstdint>
+#include <vector>
 
 #include "render/image.h"
 
 namespace render::test {
 
+inline GrayImage plain(int width, int height, std::uint8_t grey) {
+    return {width, height, std::vector<std::uint8_t>(static_cast<std::size_t>(width) * height, grey)};
+}
+
+/// Does not compress.
 inline GrayImage noisy(int width, int height) {
     GrayImage image{width, height, {}};
     std::uint32_t x = 1;

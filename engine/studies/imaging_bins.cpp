@@ -1,0 +1,161 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <string_view>
+#include <utility>
+
+#include "engine/studies/imaging.h"
+#include "render/materials.h"
+
+namespace engine {
+namespace {
+
+using render::EnergyBins;
+using render::Material;
+using render::Spectrum;
+
+/// A few energies that stand for a spectrum.
+struct Stand {
+    std::vector<double> energies, weights;
+};
+
+double through(const std::vector<double>& energies, const std::vector<double>& weights,
+               const std::function<double(double)>& depth) {
+    double sum = 0;
+    for (std::size_t i = 0; i < energies.size(); ++i) sum += weights[i] * std::exp(-depth(energies[i]));
+    return sum;
+}
+
+/// `count` energies, each the mean of an equal share of the signal that 210 mm of soft tissue leave.
+Stand equal_signal(const Spectrum& spectrum, int count) {
+    const auto tissue = [](double energy) {
+        return std::exp(-210 * render::attenuation(Material::soft_tissue, energy));
+    };
+    double total = 0;
+    for (std::size_t i = 0; i < spectrum.energies.size(); ++i)
+        total += spectrum.weights[i] * tissue(spectrum.energies[i]);
+    std::vector<double> signal(count, 0.0), energy(count, 0.0);
+    int bin = 0;
+    for (std::size_t i = 0; i < spectrum.energies.size(); ++i) {
+        double left = spectrum.weights[i] * tissue(spectrum.energies[i]);
+        while (left > 0) {
+            const double room = bin + 1 < count ? total / count - signal[bin] : left;
+            const double taken = std::min(left, room);
+            signal[bin] += taken;
+            energy[bin] += taken * spectrum.energies[i];
+            left -= taken;
+            if (taken == room && bin + 1 < count) ++bin;
+        }
+    }
+    Stand stand{std::vector<double>(count), std::vector<double>(count)};
+    for (int k = 0; k < count; ++k) {
+        stand.energies[k] = energy[k] / signal[k];
+        stand.weights[k] = signal[k] / tissue(stand.energies[k]);
+    }
+    return stand;
+}
+
+struct Object {
+    std::string_view name;
+    Material material;
+    double length;         // [mm]
+    double concentration;  // of iodine [mg/ml], else 1
+};
+
+constexpr std::array<Object, 12> objects = {{{"10 mm bone", Material::cortical_bone, 10, 1},
+                                             {"30 mm bone", Material::cortical_bone, 30, 1},
+                                             {"60 mm spongiosa", Material::trabecular_bone, 60, 1},
+                                             {"3 mm · 300 mg/ml", Material::iodine, 3, 300},
+                                             {"10 mm · 150 mg/ml", Material::iodine, 10, 150},
+                                             {"20 mm · 300 mg/ml", Material::iodine, 20, 300},
+                                             {"0.36 mm steel", Material::steel, 0.36, 1},
+                                             {"0.9 mm steel", Material::steel, 0.9, 1},
+                                             {"0.36 mm nitinol", Material::nitinol, 0.36, 1},
+                                             {"0.9 mm nitinol", Material::nitinol, 0.9, 1},
+                                             {"0.3 mm platinum", Material::platinum, 0.3, 1},
+                                             {"0.9 mm platinum", Material::platinum, 0.9, 1}}};
+
+Table bin_table() {
+    Table table{"imaging_bins",
+                {"object", "kvp", "tissue_mm", "transmission", "one_energy", "four_equal_signal", "gauss"},
+                {}};
+    for (const double kvp : {60.0, imaging_kvp, 90.0, 110.0}) {
+        const Spectrum spectrum = render::detected_spectrum(kvp);
+        const EnergyBins own = render::fit_bins(spectrum);
+        const std::array<Stand, 3> stands = {
+            {equal_signal(spectrum, 1),
+             equal_signal(spectrum, 4),
+             {{own.energies.begin(), own.energies.end()}, {own.weights.begin(), own.weights.end()}}}};
+        for (const Object& object : objects) {
+            for (const double tissue : {120.0, 165.0, 210.0, 255.0, 300.0}) {
+                const auto before = [&](double energy) {
+                    return tissue * render::attenuation(Material::soft_tissue, energy);
+                };
+                const auto both = [&](double energy) {
+                    return before(energy) + object.concentration * object.length *
+                                                render::attenuation(object.material, energy);
+                };
+                const double exact = through(spectrum.energies, spectrum.weights, both) /
+                                     through(spectrum.energies, spectrum.weights, before);
+                std::vector<TableCell> row = {std::string(object.name), kvp, tissue, exact};
+                for (const Stand& stand : stands)
+                    row.emplace_back(through(stand.energies, stand.weights, both) /
+                                         through(stand.energies, stand.weights, before) -
+                                     exact);
+                table.add(std::move(row));
+            }
+        }
+    }
+    return table;
+}
+
+/// Per object the largest error over the thicknesses at the usual voltage; the last row is of all.
+Table largest_bin_errors(const Table& errors) {
+    Table table{"imaging_bins_largest", {"object", "one_energy", "four_equal_signal", "gauss"}, {}};
+    std::array<double, 3> all{};
+    for (const Object& object : objects) {
+        std::array<double, 3> largest{};
+        for (const auto& row : errors.rows) {
+            if (std::get<std::string>(row[0]) != object.name || std::get<double>(row[1]) != imaging_kvp)
+                continue;
+            for (int k = 0; k < 3; ++k)
+                largest[k] = std::max(largest[k], std::abs(std::get<double>(row[4 + k])));
+        }
+        for (int k = 0; k < 3; ++k) all[k] = std::max(all[k], largest[k]);
+        table.add({std::string(object.name), largest[0], largest[1], largest[2]});
+    }
+    table.add({std::string("all"), all[0], all[1], all[2]});
+    return table;
+}
+
+Plot bin_picture() {
+    Plot plot{"imaging_bins", "", 980, 480};
+    plot.commands =
+        "set logscale y\nset yrange [1e-5:0.2]\nset grid y\nset style data histogram\n"
+        "set style histogram cluster gap 1\nset style fill solid noborder\nset xtics rotate by -30\n"
+        "set key top left horizontal\nset ylabel 'largest error of transmission at 74 kV'\n"
+        "plot 'imaging_bins_largest.csv' skip 1 using 2:xtic(1) title 'one energy' linecolor '#999999', \\\n"
+        "     '' skip 1 using 3 title 'four of equal signal' linecolor '#E69F00', \\\n"
+        "     '' skip 1 using 4 title 'four Gauss nodes' linecolor '#0072B2', \\\n"
+        "     0.005 with lines linecolor 'black' dashtype 2 title 'figure to reach'\n";
+    return plot;
+}
+
+}  // namespace
+
+StudyResult imaging_bins(const StudyOptions&) {
+    Table bins = bin_table(), largest = largest_bin_errors(bins);
+    StudyResult result;
+    result.page =
+        "\n## Energy bins\n\nError of an object's transmission behind 120 to 300 mm of soft tissue against "
+        "the "
+        "full spectrum at 74 kV, the largest over the thicknesses. Signal is what tissue of 210 mm "
+        "leaves.\n\n![Errors of the bins](imaging_bins.svg)\n\n" +
+        to_markdown(largest);
+    result.tables = {std::move(bins), std::move(largest)};
+    result.plots = {bin_picture()};
+    return result;
+}
+
+}  // namespace engine

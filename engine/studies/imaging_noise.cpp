@@ -1,0 +1,198 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <fmt/format.h>
+#include <functional>
+#include <numbers>
+#include <utility>
+
+#include "engine/studies/imaging.h"
+#include "render/detector.h"
+
+namespace engine {
+namespace {
+
+using render::Field;
+using std::numbers::pi;
+
+Table variance_table(bool quick) {
+    Table table{"imaging_noise", {"mean_quanta", "variance_over_mean", "mean_error_percent", "pixels"}, {}};
+    const int side = 640, frames = quick ? 1 : 8;
+    for (const double mean : {1.0, 2.0, 5.0, 9.0, 16.0, 24.5, 25.5, 54.0, 220.0, 900.0, 5000.0}) {
+        double sum = 0, square = 0;
+        for (int frame = 0; frame < frames; ++frame) {
+            const Field counted = render::read_out(Field(side, side, static_cast<float>(mean)), 0.29,
+                                                   {0.0, 0.0}, 11, static_cast<std::uint64_t>(frame));
+            for (const float value : counted.values) {
+                sum += value - mean;
+                square += (value - mean) * (value - mean);
+            }
+        }
+        const double count = static_cast<double>(side) * side * frames, offset = sum / count;
+        table.add({mean, (square / count - offset * offset) / mean, 100 * offset / mean, count});
+    }
+    return table;
+}
+
+constexpr int spectrum_length = 128;  // of the pieces of a row that are transformed
+
+/// Mean periodogram along the rows, over that of white noise of `variance`, at k / spectrum_length of the
+/// sampling frequency. Von Hann's window keeps the strong low frequencies out of the weak high ones.
+std::vector<double> row_spectrum(const std::function<Field(int frame)>& frame_of, int frames, double mean,
+                                 double variance) {
+    constexpr int n = spectrum_length;
+    std::array<std::complex<double>, n> turn;
+    std::array<double, n> window;
+    double weight = 0;
+    for (int i = 0; i < n; ++i) {
+        turn[i] = std::polar(1.0, -2 * pi * i / n);
+        window[i] = 0.5 - 0.5 * std::cos(2 * pi * (i + 0.5) / n);
+        weight += window[i] * window[i];
+    }
+    std::vector<double> power(n / 2 + 1, 0.0);
+    double pieces = 0;
+    for (int frame = 0; frame < frames; ++frame) {
+        const Field field = frame_of(frame);
+        for (std::size_t start = 0; start + n <= field.values.size(); start += n, ++pieces) {
+            for (int k = 0; k <= n / 2; ++k) {
+                std::complex<double> sum = 0;
+                for (int i = 0; i < n; ++i)
+                    sum += window[i] * (field.values[start + i] - mean) * turn[i * k % n];
+                power[k] += std::norm(sum);
+            }
+        }
+    }
+    for (double& value : power) value /= pieces * weight * variance;
+    return power;
+}
+
+/// Square of the transfer of a Gaussian spread caught by square pixels, frequencies beyond the sampling's
+/// folded in; `sigma` [pixels], `frequency` [1/pixel].
+double squared_mtf(double frequency, double sigma) {
+    if (sigma == 0) return 1;
+    double sum = 0;
+    for (int fold = -4; fold <= 4; ++fold) {
+        const double f = frequency + fold, x = pi * f;
+        sum += std::exp(-2 * pi * pi * sigma * sigma * f * f) * (std::abs(x) < 1e-9 ? 1 : std::sin(x) / x);
+    }
+    return sum * sum;
+}
+
+Table spectrum_table(bool quick) {
+    Table table{"imaging_noise_spectrum",
+                {"what", "pixel_mm", "frequency_per_mm", "measured", "expected", "deviation_percent",
+                 "deviation_percent_of_zero"},
+                {}};
+    constexpr int side = 512, group = 4;  // neighbouring frequencies told as one
+    constexpr double quanta = 54;
+    const int frames = quick ? 2 : 24;
+    const auto add = [&](const std::string& what, double pixel, double sigma,
+                         const std::vector<double>& power) {
+        // Along a row all frequencies across it are seen at once.
+        double across = 0;
+        for (int k = 0; k < 512; ++k) across += squared_mtf((k + 0.5) / 512 - 0.5, sigma) / 512;
+        for (std::size_t k = 2; k + group <= power.size(); k += group) {
+            double measured = 0, expected = 0, frequency = 0;
+            for (std::size_t i = k; i < k + group; ++i) {
+                const double f = static_cast<double>(i) / spectrum_length;
+                measured += power[i] / group;
+                expected += across * squared_mtf(f, sigma) / group;
+                frequency += f / pixel / group;
+            }
+            table.add({what, pixel, frequency, measured / across, expected / across,
+                       100 * (measured / expected - 1), 100 * (measured - expected) / across});
+        }
+    };
+    for (const double pixel : {0.586, 0.293, 0.15}) {
+        const double sigma = render::DetectorSpec{}.scintillator_blur / pixel;
+        add("quanta", pixel, sigma,
+            row_spectrum(
+                [&](int frame) {
+                    return render::read_out(Field(side, side, quanta), pixel,
+                                            {render::DetectorSpec{}.scintillator_blur, 0}, 5,
+                                            static_cast<std::uint64_t>(frame));
+                },
+                frames, quanta, quanta));
+    }
+    constexpr double electronic = 3;
+    add("electronic", 0.293, 0,
+        row_spectrum(
+            [&](int frame) {
+                return render::read_out(Field(side, side, 0.0f), 0.293, {0.18, electronic}, 5,
+                                        static_cast<std::uint64_t>(frame));
+            },
+            frames, 0, electronic * electronic));
+    return table;
+}
+
+/// Of each case: in per cent of what is expected where that is a tenth of the power at frequency 0 or more,
+/// and everywhere of the latter.
+Table largest_deviations(const Table& spectrum) {
+    Table table{"imaging_noise_spectrum_largest",
+                {"what", "pixel_mm", "largest_deviation_percent", "largest_percent_of_zero"},
+                {}};
+    for (std::size_t i = 0; i < spectrum.rows.size();) {
+        const auto& first = spectrum.rows[i];
+        double largest = 0, of_zero = 0;
+        for (; i < spectrum.rows.size() && spectrum.rows[i][0] == first[0] && spectrum.rows[i][1] == first[1];
+             ++i) {
+            const auto number = [&](int k) { return std::get<double>(spectrum.rows[i][k]); };
+            if (number(4) >= 0.1) largest = std::max(largest, std::abs(number(5)));
+            of_zero = std::max(of_zero, std::abs(number(6)));
+        }
+        table.add({first[0], first[1], largest, of_zero});
+    }
+    return table;
+}
+
+Plot noise_picture() {
+    Plot plot{"imaging_noise_spectrum", "", 1100, 460};
+    plot.commands =
+        "set multiplot layout 1,2\nset grid\nset title 'Noise power over that at frequency 0'\n"
+        "set xlabel 'frequency [1/mm]'\nset yrange [0:1.3]\nset key top right\nplot ";
+    const std::array<std::array<const char*, 4>, 4> series = {
+        {{"quanta", "0.586", "#0072B2", "pixel 0.586 mm"},
+         {"quanta", "0.293", "#D55E00", "0.293 mm"},
+         {"quanta", "0.15", "#009E73", "0.15 mm"},
+         {"electronic", "0.293", "#999999", "electronic, 0.293 mm"}}};
+    for (const auto& [what, pixel, colour, title] : series)
+        plot.commands += fmt::format(
+            "'imaging_noise_spectrum.csv' skip 1 using 3:(strcol(1) eq '{}' && $2 == {} ? $4 : 1/0) with "
+            "points "
+            "pointtype 7 pointsize 0.6 linecolor '{}' title '{}', \\\n '' skip 1 using 3:(strcol(1) eq '{}' "
+            "&& "
+            "$2 == {} ? $5 : 1/0) with lines linecolor '{}' notitle{}",
+            what, pixel, colour, title, what, pixel, colour,
+            std::string_view(what) == "electronic" ? "\n" : ", \\\n ");
+    plot.commands +=
+        "set title 'Variance over that of a Poisson count'\nset xlabel 'mean quanta'\nset logscale x\n"
+        "set xrange [0.7:7000]\nset yrange [0.98:1.02]\nunset key\nplot 'imaging_noise.csv' skip 1 using "
+        "1:2:(2*sqrt((2+1/$1)/$4)) with yerrorbars pointtype 7 linecolor '#0072B2', 1.01 with lines "
+        "linecolor "
+        "'#999999' dashtype 2, 0.99 with lines linecolor '#999999' dashtype 2\nunset multiplot\n";
+    return plot;
+}
+
+}  // namespace
+
+StudyResult imaging_noise(const StudyOptions& options) {
+    Table variance = variance_table(options.quick), spectrum = spectrum_table(options.quick);
+    Table deviations = largest_deviations(spectrum);
+    StudyResult result;
+    result.page =
+        "\n## Noise\n\n![Noise power spectra and variance](imaging_noise_spectrum.svg)\n\nCounts of single "
+        "pixels before the scintillator; bars in the picture are two standard errors.\n\n" +
+        to_markdown(variance, 5) +
+        "\nPower along the rows of flat frames against the squared transfer of the scintillator's Gaussian "
+        "(0.18 mm) caught by square pixels; the electronic noise is white. The largest deviation in per cent "
+        "of what is expected, where that is a tenth of the power at frequency 0 or more, and everywhere of "
+        "the "
+        "latter.\n\n" +
+        to_markdown(deviations);
+    result.tables = {std::move(variance), std::move(spectrum), std::move(deviations)};
+    result.plots = {noise_picture()};
+    return result;
+}
+
+}  // namespace engine
