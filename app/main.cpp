@@ -8,7 +8,6 @@
 #include <exception>
 #include <filesystem>
 #include <fmt/format.h>
-#include <numbers>
 #include <optional>
 #include <string>
 
@@ -241,11 +240,10 @@ int render_image(const RenderArguments& arguments) {
         script = engine::load_commands(arguments.commands);
     else if (std::filesystem::exists(own))
         script = engine::load_commands(own);
-    constexpr double degree = std::numbers::pi / 180.0;
     engine::StillRequest request;
     request.frame = arguments.frame;
-    if (arguments.lao) request.lao = *arguments.lao * degree;
-    if (arguments.cranial) request.cranial = *arguments.cranial * degree;
+    if (arguments.lao) request.lao = *arguments.lao * physics::kDegree;
+    if (arguments.cranial) request.cranial = *arguments.cranial * physics::kDegree;
     request.mode = static_cast<engine::ImagingMode>(
         std::find(engine::imaging_modes.begin(), engine::imaging_modes.end(), arguments.mode) -
         engine::imaging_modes.begin());

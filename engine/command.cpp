@@ -5,26 +5,25 @@
 #include <charconv>
 #include <cmath>
 #include <fmt/format.h>
-#include <numbers>
 
 #include "engine/text.h"
+#include "physics/geometry.h"
 
 namespace engine {
 namespace {
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 /// The shortest number of degrees that becomes these very bits again.
 std::string degrees_text(double angle) {
     std::array<char, 64> buffer;
     for (int digits = 1; digits <= 17; ++digits) {
-        const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), angle / degree,
-                                                std::chars_format::general, digits);
+        const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(),
+                                                angle / physics::kDegree, std::chars_format::general, digits);
         if (error != std::errc{}) break;
         const std::string_view text(buffer.data(), static_cast<std::size_t>(end - buffer.data()));
-        if (const auto read = parse_number(text); read && *read * degree == angle) return number_text(*read);
+        if (const auto read = parse_number(text); read && *read * physics::kDegree == angle)
+            return number_text(*read);
     }
-    return number_text(angle / degree);
+    return number_text(angle / physics::kDegree);
 }
 
 struct CommandText {
@@ -76,7 +75,7 @@ std::string to_text(const Command& command) {
 }
 
 Command canonical(const Command& command) {
-    const auto read_back = [](double angle) { return *parse_number(degrees_text(angle)) * degree; };
+    const auto read_back = [](double angle) { return *parse_number(degrees_text(angle)) * physics::kDegree; };
     Command result = command;
     if (Rotate* turn = std::get_if<Rotate>(&result)) turn->angle = read_back(turn->angle);
     if (MoveArm* move = std::get_if<MoveArm>(&result)) {

@@ -2,16 +2,15 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <fstream>
-#include <numbers>
 #include <sstream>
 
 #include "engine/command.h"
 #include "engine/text.h"
+#include "physics/geometry.h"
 
 namespace engine {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr std::size_t most_commands = 2'000'000;
 constexpr std::size_t most_messages = 20;
 
@@ -109,9 +108,9 @@ MoveArm arm_command(Line& line) {
         const std::string accepted = "accepted are: " + joined(arm_words);
         const Word& word = line.take(accepted);
         if (word.text == "lao")
-            move.lao = line.amount(-120, 120, "deg") * degree;
+            move.lao = line.amount(-120, 120, "deg") * physics::kDegree;
         else if (word.text == "cranial")
-            move.cranial = line.amount(-45, 45, "deg") * degree;
+            move.cranial = line.amount(-45, 45, "deg") * physics::kDegree;
         else if (word.text == "sid")
             move.sid = line.amount(500, 2000, "mm");
         else if (word.text == "sod")
@@ -176,7 +175,7 @@ Command command(const Word& verb, Line& line) {
     if (verb.text == "advance") return Advance{line.amount(0, largest_motion, "mm")};
     if (verb.text == "withdraw") return Withdraw{line.amount(0, largest_motion, "mm")};
     if (verb.text == "rotate")
-        return Rotate{line.amount(-largest_rotation, largest_rotation, "deg") * degree};
+        return Rotate{line.amount(-largest_rotation, largest_rotation, "deg") * physics::kDegree};
     if (verb.text == "arm") return arm_command(line);
     if (verb.text == "contrast") return Contrast{line.amount(0, largest_iodine, "mg/ml")};
     if (verb.text == "inject") return inject_command(line);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "physics/geometry.h"
+
 namespace engine {
 
 Scorer::Scorer(const Simulation& simulation) {
@@ -92,7 +94,6 @@ Score Scorer::score() const {
 }
 
 std::string to_json(const Score& s) {
-    constexpr double degree = std::numbers::pi / 180.0;
     nlohmann::ordered_json json;
     json["schema"] = 1;
     json["scenario"] = s.scenario;
@@ -107,7 +108,7 @@ std::string to_json(const Score& s) {
     json["withdrawn_mm"] = s.withdrawn;
     json["back_and_forth_ratio"] = s.back_and_forth_ratio;
     json["reversals"] = s.reversals;
-    json["rotation_deg"] = s.rotation / degree;
+    json["rotation_deg"] = s.rotation / physics::kDegree;
     json["tip_path_mm"] = s.tip_path;
     json["path_efficiency"] = s.path_efficiency;
     json["peak_wall_force_N"] = s.peak_wall_force;

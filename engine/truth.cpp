@@ -3,19 +3,17 @@
 #include <Eigen/Core>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <numbers>
 
 #include "engine/error.h"
 #include "engine/files.h"
 #include "engine/frame_sink.h"
+#include "physics/geometry.h"
 #include "render/png.h"
 
 namespace engine {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 render::GrayImage mask(int pixels, const std::vector<std::uint32_t>& set) {
     render::GrayImage image{pixels, pixels,
@@ -51,8 +49,8 @@ std::string to_json(const Truth& truth, int frame, double frame_rate) {
     json["pulse_of_frame"] = pulse.exposure.frame;
     json["mode"] = imaging_modes[static_cast<std::size_t>(pulse.mode)];
     json["image"] = {{"width", arm.pixels}, {"height", arm.pixels}};
-    json["c_arm"] = {{"lao_deg", arm.lao / degree},
-                     {"cranial_deg", arm.cranial / degree},
+    json["c_arm"] = {{"lao_deg", arm.lao / physics::kDegree},
+                     {"cranial_deg", arm.cranial / physics::kDegree},
                      {"sid_mm", arm.sid},
                      {"sod_mm", arm.sod},
                      {"isocentre_mm", list(arm.isocentre)},

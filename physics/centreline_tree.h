@@ -9,6 +9,9 @@
 
 namespace physics {
 
+/// Centrelines and radii of a mesh are known to about this much [mm]; taken off every promise of clearance.
+constexpr double kCentrelineError = 0.1;
+
 /// A vessel branch: points with inscribed radii. A child starts on its parent's centreline.
 struct CentrelineBranch {
     std::string name;

@@ -18,8 +18,6 @@
 namespace physics {
 namespace {
 
-/// Centrelines and radii of a mesh are known to about this much [mm]; taken off every promise of clearance.
-constexpr double kCentrelineError = 0.1;
 /// The spline changes by no more than 1 / kSlope per mm, creases of the wall included.
 constexpr double kSlope = 0.9;
 /// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.

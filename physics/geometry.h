@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <array>
+#include <numbers>
 #include <vector>
 
 namespace physics {
@@ -11,6 +12,8 @@ namespace physics {
 using Vec2 = Eigen::Vector2d;
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
+
+constexpr double kDegree = std::numbers::pi / 180.0;  // [rad]
 
 using Polyline = std::vector<Vec3>;  // points [mm], in order
 

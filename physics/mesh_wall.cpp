@@ -13,8 +13,6 @@ namespace {
 
 /// A joint deeper inside than this share of the local radius asks no ray: it touches nothing.
 constexpr double kNearWall = 0.35;
-/// Centrelines and radii of a mesh are known to about this much [mm]; taken off every promise of clearance.
-constexpr double kCentrelineError = 0.1;
 
 }  // namespace
 

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <fstream>
-#include <numbers>
 #include <sstream>
 #include <toml++/toml.h>
 
@@ -11,11 +10,11 @@
 #include "engine/error.h"
 #include "engine/text.h"
 #include "engine/toml_section.h"
+#include "physics/geometry.h"
 
 namespace engine {
 namespace {
 
-constexpr double degree = std::numbers::pi / 180.0;
 constexpr Range along{0, 5000};  // a centreline [mm]
 
 void read_points(Section& section, std::vector<VesselKnot>& knots) {
@@ -90,7 +89,7 @@ void read_modifiers(Section& top, VesselTreeSpec& spec) {
         place(section, aneurysm.branch, aneurysm.at);
         section.number("diameter_mm", aneurysm.diameter, {1, 60});
         section.number("neck_mm", aneurysm.neck, {0.4, 60});
-        section.number("angle_deg", aneurysm.angle, {-360, 360}, degree);
+        section.number("angle_deg", aneurysm.angle, {-360, 360}, physics::kDegree);
         section.finish();
         spec.aneurysms.push_back(aneurysm);
     }
@@ -206,7 +205,7 @@ Stenosis parse_stenosis(const std::string& text) {
 Aneurysm parse_aneurysm(const std::string& text) {
     const Parts p = split(text, 4, 5, 1, 4, "--aneurysm", "BRANCH:AT:DIAMETER:NECK[:ANGLE]");
     return {p.words[0], p.numbers[0], p.numbers[1], p.numbers[2],
-            p.numbers.size() > 3 ? p.numbers[3] * degree : 0};
+            p.numbers.size() > 3 ? p.numbers[3] * physics::kDegree : 0};
 }
 
 Tortuosity parse_tortuosity(const std::string& text) {

@@ -4,17 +4,15 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <numbers>
 
 #include "engine/error.h"
 #include "engine/text.h"
+#include "physics/geometry.h"
 
 namespace engine {
 namespace {
 
 using physics::Vec3;
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 /// Numbers from a seed, the same on every machine (splitmix64); seed 0 draws every mean.
 class Draw {
@@ -371,7 +369,7 @@ VesselTreeSpec arch(Draw& draw, const ArchShape& shape) {
     const double ascending = draw.normal(34.6, 4.7) / 2, trunk = draw.normal(12.5, 2) / 2,
                  carotid = draw.normal(8.3, 1.5) / 2, subclavian = draw.normal(10.4, 2.2) / 2,
                  gap_1 = draw.normal(4.4, 0.8), gap_2 = draw.normal(6.4, 1.2),
-                 plane = draw.normal(50 * degree, 14 * degree);
+                 plane = draw.normal(50 * physics::kDegree, 14 * physics::kDegree);
     const Vec3 along(std::sin(plane), std::cos(plane), 0);
     const double bow = 36;  // radius of the arch's centreline [mm]
     BranchSpec aorta{"aorta", "", 0, {}, false};
@@ -379,7 +377,7 @@ VesselTreeSpec arch(Draw& draw, const ArchShape& shape) {
     constexpr double clock[] = {150, 120, 90, 60, 30, 0};
     constexpr double width[] = {0.95, 0.91, 0.86, 0.82, 0.79, 0.77};
     for (int k = 0; k < 6; ++k) {
-        const double a = clock[k] * degree;
+        const double a = clock[k] * physics::kDegree;
         aorta.knots.push_back(
             {bow * (1 + std::cos(a)) * along + Vec3(0, 0, 60 + bow * std::sin(a)), width[k] * ascending});
     }

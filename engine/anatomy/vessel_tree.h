@@ -94,8 +94,11 @@ SampledBranch extended(const SampledBranch&, int& before);
 /// Everything that keeps the spec from being grown: names, numbers, places. Empty when it is fine.
 std::vector<std::string> problems(const VesselTreeSpec&);
 
-/// Samples the branches and applies what modifies them. Throws InputError with problems(spec), and for
-/// branches that bend tighter than their radius, leave no lumen or run through one another.
+/// Everything wrong with the tree that was grown: branches that bend tighter than their radius, leave no
+/// lumen or run through one another. Empty when it is fine.
+std::vector<std::string> problems(const VesselTree&);
+
+/// Samples the branches and applies what modifies them. Throws InputError with the problems of spec or tree.
 VesselTree grow(const VesselTreeSpec&);
 
 }  // namespace engine

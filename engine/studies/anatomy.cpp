@@ -14,13 +14,12 @@
 #include "engine/cpu_clock.h"
 #include "engine/studies/anatomy_sign.h"
 #include "engine/studies/import_truth.h"
+#include "physics/geometry.h"
 
 namespace engine {
 namespace {
 
 using physics::TriangleMesh;
-
-constexpr double degrees = 180 / std::numbers::pi;
 
 /// Distances of the triangles' centroids from f = 0, in order [mm].
 std::vector<double> centroid_errors(const TriangleMesh& mesh, const ImplicitLumen& lumen) {
@@ -45,9 +44,9 @@ void add_row(Table& table, std::string_view preset, std::uint64_t seed) {
     const TriangleAngles angles = smallest_angles(anatomy.lumen);
     const std::vector<double> errors = centroid_errors(anatomy.lumen, closed.implicit);
     table.add({std::string(preset), static_cast<double>(seed), spent,
-               static_cast<double>(anatomy.lumen.triangles.size()), angles.least * degrees,
-               angles.percentile * degrees, errors[errors.size() / 2], errors[errors.size() * 99 / 100],
-               errors.back(), static_cast<double>(before.boundary_edges),
+               static_cast<double>(anatomy.lumen.triangles.size()), angles.least / physics::kDegree,
+               angles.percentile / physics::kDegree, errors[errors.size() / 2],
+               errors[errors.size() * 99 / 100], errors.back(), static_cast<double>(before.boundary_edges),
                static_cast<double>(euler_characteristic(closed.mesh)),
                static_cast<double>(after.non_manifold_edges),
                static_cast<double>(self_intersections(anatomy.lumen))});
