@@ -2,13 +2,10 @@
 
 #include "render/png.h"
 #include "tests/engine/fixtures.h"
+#include "tests/render/images.h"
 
 namespace engine {
 namespace {
-
-render::GrayImage image(int grey) {
-    return {8, 8, std::vector<std::uint8_t>(64, static_cast<std::uint8_t>(grey))};
-}
 
 Expectation of_states(const std::string& text) {
     Expectation expectation;
@@ -47,13 +44,13 @@ TEST(Expectation, FramesOfAFolderAreComparedPixelByPixel) {
     const test::TemporaryFolder folder;
     std::filesystem::create_directory(folder / "frames");
     test::write(folder / "run.gw", "state 1 000000000000000a\n");
-    render::write_png(folder / "frames/frame_000000.png", image(5));
-    render::write_png(folder / "frames/frame_000001.png", image(6));
+    render::write_png(folder / "frames/frame_000000.png", render::test::plain(8, 8, 5));
+    render::write_png(folder / "frames/frame_000001.png", render::test::plain(8, 8, 6));
     Expectation expectation;
     expectation.add(folder.path());
-    expectation.check_frame(0, image(5));
+    expectation.check_frame(0, render::test::plain(8, 8, 5));
     EXPECT_TRUE(expectation.differences().empty());
-    render::GrayImage changed = image(6);
+    render::GrayImage changed = render::test::plain(8, 8, 6);
     changed.pixels[10] = 9;
     expectation.check_frame(1, changed);
     ASSERT_EQ(expectation.differences().size(), 1u);

@@ -57,6 +57,10 @@ std::string refusal(Call&& call) {
     return "";
 }
 
+inline void expect_said(const std::string& said, const std::string& expected) {
+    EXPECT_NE(said.find(expected), std::string::npos) << said;
+}
+
 /// A bent tube of 4 mm with 20 mm of wire inside: a frame takes a millisecond.
 inline const char* const small_toml = R"(schema = 1
 title = "small"

@@ -2,16 +2,9 @@
 
 #include "render/png.h"
 #include "tests/engine/fixtures.h"
+#include "tests/render/images.h"
 
 namespace engine {
-namespace {
-
-render::GrayImage image(int grey) {
-    return {8, 8, std::vector<std::uint8_t>(64, static_cast<std::uint8_t>(grey))};
-}
-
-}  // namespace
-
 TEST(FrameSink, NamesAreSixDigitsAndReadBack) {
     EXPECT_EQ(frame_file_name(123), "frame_000123.png");
     EXPECT_EQ(frame_of_file_name("frame_000123.png"), 123);
@@ -23,10 +16,10 @@ TEST(FrameSink, NamesAreSixDigitsAndReadBack) {
 TEST(FrameSink, AllFramesAreThereWhenItHasFinished) {
     const test::TemporaryFolder folder;
     PngFolder sink(folder.path());
-    for (int frame = 0; frame < 40; ++frame) sink.accept(frame, image(frame));
+    for (int frame = 0; frame < 40; ++frame) sink.accept(frame, render::test::plain(8, 8, frame));
     sink.finish();
     for (int frame = 0; frame < 40; ++frame) {
-        EXPECT_EQ(render::read_png(folder / frame_file_name(frame)), image(frame));
+        EXPECT_EQ(render::read_png(folder / frame_file_name(frame)), render::test::plain(8, 8, frame));
     }
 }
 
@@ -34,7 +27,7 @@ TEST(FrameSink, FailureOnTheWorkerReachesTheCaller) {
     const test::TemporaryFolder folder;
     PngFolder sink(folder / "missing");
     const std::string text = test::refusal([&] {
-        for (int frame = 0; frame < 40; ++frame) sink.accept(frame, image(0));
+        for (int frame = 0; frame < 40; ++frame) sink.accept(frame, render::test::plain(8, 8, 0));
         sink.finish();
     });
     EXPECT_NE(text.find("frame_000000.png"), std::string::npos) << text;
@@ -44,7 +37,7 @@ TEST(FrameSink, FullDiskLeavesNoHalfFrame) {
     const test::TemporaryFolder folder;
     std::filesystem::create_symlink("/dev/full", folder / (frame_file_name(0) + ".part"));
     PngFolder sink(folder.path());
-    EXPECT_NE(test::refusal([&] { sink.accept(0, image(0)), sink.finish(); }), "");
+    EXPECT_NE(test::refusal([&] { sink.accept(0, render::test::plain(8, 8, 0)), sink.finish(); }), "");
     EXPECT_FALSE(std::filesystem::exists(folder / frame_file_name(0)));
 }
 

@@ -45,12 +45,6 @@ private:
     double sine_, cosine_;
 };
 
-WallContact ask(const LumenWall& wall, const Vec3& x) {
-    WallContact c;
-    wall.contacts({&x, 1}, {&c, 1});
-    return c;
-}
-
 std::optional<Crossing> crossing(const LumenWall& wall, const Vec3& from, const Vec3& to) {
     return crossing_between(wall, from, to, ask(wall, from), ask(wall, to), 0.1);
 }

@@ -19,13 +19,6 @@ using namespace physics;
 
 namespace {
 
-WallContact ask(const LumenWall& wall, const Vec3& x, int station = -1) {
-    WallContact c;
-    c.station = station;
-    wall.contacts({&x, 1}, {&c, 1});
-    return c;
-}
-
 constexpr double kStiffness = 20, kWire = 0.4;
 
 DistanceField field_of(const engine::Anatomy& anatomy, double wire = 0.0,

@@ -10,18 +10,6 @@ using namespace physics;
 
 namespace {
 
-constexpr RelaxBudget kUnlimited{1'000'000'000, 0, 0};
-
-std::unique_ptr<Relaxer> global_relaxer() {
-    RelaxerConfig config;
-    config.kind = RelaxerKind::Global;
-    return make_relaxer(config);
-}
-
-double energy_of(const Guidewire& wire, const LumenWall& wall) {
-    return total_energy(wire, all_contacts(wire, wall)).total();
-}
-
 void expect_equilibrium(const Guidewire& wire, const LumenWall& wall, const RelaxReport& report) {
     EXPECT_TRUE(report.converged);
     EXPECT_TRUE(report.strict_minimum);

@@ -13,17 +13,6 @@
 
 using namespace physics;
 
-namespace {
-
-WallContact ask(const LumenWall& wall, const Vec3& x, int station = -1) {
-    WallContact c;
-    c.station = station;
-    wall.contacts({&x, 1}, {&c, 1});
-    return c;
-}
-
-}  // namespace
-
 TEST(MeshWall, AgreesWithTubeWallOnAFinelyTessellatedTube) {
     const Polyline centreline = engine::draw(engine::find_scene("spatial")->path);
     const engine::Anatomy anatomy = engine::tube_anatomy("spatial", centreline, 2.0, 128, 0.3);

@@ -12,14 +12,6 @@ using namespace physics;
 
 namespace {
 
-constexpr RelaxBudget kUnlimited{1'000'000'000, 0, 0};
-
-std::unique_ptr<Relaxer> global_relaxer() {
-    RelaxerConfig config;
-    config.kind = RelaxerKind::Global;
-    return make_relaxer(config);
-}
-
 /// The scene's wire at rest, with λ as the scene has it.
 SceneSetup at_rest(const char* scene) {
     SceneSetup setup = scene_setup(scene);

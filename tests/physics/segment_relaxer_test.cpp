@@ -11,10 +11,6 @@ using namespace physics;
 
 namespace {
 
-double energy_of(const Guidewire& wire, const LumenWall& wall) {
-    return total_energy(wire, all_contacts(wire, wall)).total();
-}
-
 RelaxerConfig with(int varied, bool safeguard = true) {
     RelaxerConfig config;
     config.kind = RelaxerKind::Segment;

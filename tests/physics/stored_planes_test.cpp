@@ -13,7 +13,7 @@ using namespace physics;
 
 namespace {
 
-RelaxerConfig with(int varied, bool stored) {
+RelaxerConfig storing(int varied, bool stored) {
     RelaxerConfig config;
     config.kind = RelaxerKind::Segment;
     config.varied_segments = varied;
@@ -21,15 +21,11 @@ RelaxerConfig with(int varied, bool stored) {
     return config;
 }
 
-double energy_of(const Guidewire& wire, const LumenWall& wall) {
-    return total_energy(wire, all_contacts(wire, wall)).total();
-}
-
 /// A wire of the hairpin past its first turn, pressed against the wall all along.
 SceneSetup pressed() {
     SceneSetup scene = scene_setup("hairpin");
     scene.wire = wire_along(scene.wire.spec, scene.wall.centreline(), 70);
-    make_relaxer(with(2, false))->relax(scene.wire, scene.wall, whole_cycles(70, 2));
+    make_relaxer(storing(2, false))->relax(scene.wire, scene.wall, whole_cycles(70, 2));
     return scene;
 }
 
@@ -103,7 +99,7 @@ TEST(StoredPlanes, RestWhereThePlainFormRests) {
         for (int i = 30; i < 50; ++i) wire.tangents[i] = (wire.tangents[i] + Vec3(0, 0, 1e-3)).normalized();
         rebuild_joints(wire);
         ASSERT_GT(energy_of(wire, scene.wall), rest * (1 + 1e-6));
-        make_relaxer(with(m, true))->relax(wire, scene.wall, whole_cycles(70, 25));
+        make_relaxer(storing(m, true))->relax(wire, scene.wall, whole_cycles(70, 25));
         EXPECT_NEAR(energy_of(wire, scene.wall), rest, 1e-9 * rest) << m;
     }
 }
@@ -117,8 +113,9 @@ TEST(StoredPlanes, AskATenthOfThePlainFormAtMost) {
     const test::AskAlways always(mesh);
     Guidewire wire = wire_along(setup.wire.spec, setup.wall.centreline(), 70);
     Guidewire same = wire;
-    const long long few = make_relaxer(with(2, true))->relax(wire, mesh, whole_cycles(70, 2)).wall_queries;
-    const long long all = make_relaxer(with(2, false))->relax(same, always, whole_cycles(70, 2)).wall_queries;
+    const long long few = make_relaxer(storing(2, true))->relax(wire, mesh, whole_cycles(70, 2)).wall_queries;
+    const long long all =
+        make_relaxer(storing(2, false))->relax(same, always, whole_cycles(70, 2)).wall_queries;
     EXPECT_LT(10 * few, all);
     EXPECT_TRUE(validate(wire).empty());
 }
@@ -127,9 +124,9 @@ TEST(StoredPlanes, AreNotDisturbedByWhoLooksOn) {
     const SceneSetup scene = pressed();
     for (const double distal_share : {0.0, 0.6}) {
         Guidewire alone = scene.wire, watched = scene.wire;
-        make_relaxer(with(2, true))->relax(alone, scene.wall, {1500, distal_share, 25});
+        make_relaxer(storing(2, true))->relax(alone, scene.wall, {1500, distal_share, 25});
         Guidewire last = watched;
-        make_relaxer(with(2, true))
+        make_relaxer(storing(2, true))
             ->relax(watched, scene.wall, {1500, distal_share, 25}, [&](int first, const Guidewire& now) {
                 for (int i = 0; i < first; ++i)
                     ASSERT_LT((now.joints[i] - last.joints[i]).norm(), 1e-12) << first;
@@ -151,7 +148,7 @@ TEST(StoredPlanes, BearALoadAndACurvedTip) {
         Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
         wire.load = Vec3(2e-3, -1e-3, 0);
         rotate(wire, 0.4);
-        make_relaxer(with(2, stored))->relax(wire, wall, whole_cycles(30, 80));
+        make_relaxer(storing(2, stored))->relax(wire, wall, whole_cycles(30, 80));
         energy[stored] = energy_of(wire, wall);
         EXPECT_TRUE(validate(wire).empty());
     }

@@ -8,17 +8,9 @@
 
 #include "engine/scenes.h"
 #include "tests/finite_difference.h"
+#include "tests/physics/wires.h"
 
 using namespace physics;
-
-namespace {
-WallContact ask(const LumenWall& wall, const Vec3& x, int station = -1) {
-    WallContact c;
-    c.station = station;
-    wall.contacts({&x, 1}, {&c, 1});
-    return c;
-}
-}  // namespace
 
 TEST(TubeWall, MeasuresPenetrationFromTheWiresSurface) {
     const TubeWall wall({{0, 0, 0}, {100, 0, 0}}, 2.0, 40.0, 0.5);

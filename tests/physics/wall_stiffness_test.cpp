@@ -24,12 +24,6 @@ WallStiffness fourier(double mean, double length) {
     return {mean, length, terms};
 }
 
-WallContact ask(const LumenWall& wall, const Vec3& x) {
-    WallContact c;
-    wall.contacts({&x, 1}, {&c, 1});
-    return c;
-}
-
 std::vector<OpenEnd> openings(const engine::Anatomy& anatomy) {
     return {anatomy.ends[0].opening, anatomy.ends[1].opening};
 }

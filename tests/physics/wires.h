@@ -2,10 +2,13 @@
 /// Wires and walls that several physics tests share.
 
 #include <cmath>
+#include <memory>
 #include <random>
 
 #include "engine/scenes.h"
+#include "physics/energy.h"
 #include "physics/guidewire.h"
+#include "physics/relaxer.h"
 #include "physics/tube_wall.h"
 
 /// A wire of uneven shape, with a curved tip where `curved_angle` is not zero.
@@ -41,4 +44,24 @@ inline SceneSetup scene_setup(const char* name) {
     spec.curved_length = spec.curved_angle = 0;
     return {physics::TubeWall(centreline, scene.radius, scene.wall_stiffness),
             physics::wire_along(spec, centreline, scene.segments)};
+}
+
+constexpr physics::RelaxBudget kUnlimited{1'000'000'000, 0, 0};
+
+inline std::unique_ptr<physics::Relaxer> global_relaxer() {
+    physics::RelaxerConfig config;
+    config.kind = physics::RelaxerKind::Global;
+    return physics::make_relaxer(config);
+}
+
+inline double energy_of(const physics::Guidewire& wire, const physics::LumenWall& wall) {
+    return physics::total_energy(wire, physics::all_contacts(wire, wall)).total();
+}
+
+/// What the wall says of one place [mm], to a joint held by that station.
+inline physics::WallContact ask(const physics::LumenWall& wall, const physics::Vec3& x, int station = -1) {
+    physics::WallContact c;
+    c.station = station;
+    wall.contacts({&x, 1}, {&c, 1});
+    return c;
 }

@@ -10,8 +10,6 @@ using namespace physics;
 
 namespace {
 
-constexpr RelaxBudget kUnlimited{1'000'000'000, 0, 0};
-
 double farthest_apart(const Guidewire& a, const Guidewire& b) {
     double farthest = 0;
     for (int i = 0; i <= a.segments(); ++i) farthest = std::max(farthest, (a.joints[i] - b.joints[i]).norm());

@@ -114,10 +114,6 @@ TEST(PaperRelaxer, SecondOrderComesToRestWhereFirstOrderBounces) {
 
 namespace {
 
-double energy_of(const Guidewire& wire, const LumenWall& wall) {
-    return total_energy(wire, all_contacts(wire, wall)).total();
-}
-
 RelaxerConfig kind_of(RelaxerKind kind, int varied = 1) {
     RelaxerConfig config;
     config.kind = kind;

@@ -7,6 +7,7 @@
 #include "engine/anatomy/mesh_topology.h"
 #include "engine/scenes.h"
 #include "tests/anatomies.h"
+#include "tests/engine/anatomy/trees.h"
 #include "tests/engine/fixtures.h"
 
 namespace engine {
@@ -25,10 +26,6 @@ std::string refusal_after(Change change) {
     return test::refusal([&] { load_anatomy(folder / "x.anatomy.json"); });
 }
 
-Anatomy straight_tube() {
-    return tube_anatomy("tube", draw(std::vector<PenMove>{Run{40}}), 2.0, 24, 1.0);
-}
-
 }  // namespace
 
 TEST(Anatomy, IliacArteriesLoadWithTheirBranchesEndsAndTargets) {
@@ -42,7 +39,7 @@ TEST(Anatomy, IliacArteriesLoadWithTheirBranchesEndsAndTargets) {
 TEST(Anatomy, CappedLumenIsClosedAndHoldsItsVolume) {
     const physics::TriangleMesh closed = closed_lumen(test::iliac_renal());
     EXPECT_EQ(topology(closed).boundary_edges, 0);
-    const double tube = signed_volume(closed_lumen(straight_tube()));
+    const double tube = signed_volume(closed_lumen(test::straight_tube("tube")));
     const double polygon = 24 * 0.5 * 4.0 * std::sin(2 * std::numbers::pi / 24);
     EXPECT_NEAR(tube, 40 * polygon, 1e-6);
 }
@@ -86,15 +83,15 @@ TEST(Anatomy, EndWithoutAnOpeningIsRefused) {
 }
 
 TEST(Anatomy, InvertedLumenIsRefused) {
-    Anatomy anatomy = straight_tube();
+    Anatomy anatomy = test::straight_tube("tube");
     for (auto& t : anatomy.lumen.triangles) std::swap(t[1], t[2]);
     ASSERT_EQ(problems(anatomy).size(), 1u);
     EXPECT_NE(problems(anatomy)[0].find("inward"), std::string::npos);
-    EXPECT_TRUE(problems(straight_tube()).empty());
+    EXPECT_TRUE(problems(test::straight_tube("tube")).empty());
 }
 
 TEST(Anatomy, HoleInTheWallIsRefused) {
-    Anatomy anatomy = straight_tube();
+    Anatomy anatomy = test::straight_tube("tube");
     anatomy.lumen.triangles.erase(anatomy.lumen.triangles.begin() + 500);
     ASSERT_EQ(problems(anatomy).size(), 1u);
     EXPECT_NE(problems(anatomy)[0].find("3 edges"), std::string::npos);
@@ -102,7 +99,7 @@ TEST(Anatomy, HoleInTheWallIsRefused) {
 
 TEST(Anatomy, PlaceInTheBodyIsWrittenAndRead) {
     const test::TemporaryFolder folder;
-    Anatomy anatomy = straight_tube();
+    Anatomy anatomy = test::straight_tube("tube");
     EXPECT_FALSE(load_anatomy(write_anatomy(anatomy, folder.path(), {})).body);
     anatomy.body = {render::Landmark::sella, Vec3(1, -2, 3.5)};
     const std::optional<render::BodyPlace> read =
@@ -138,13 +135,13 @@ TEST(Anatomy, CentrelineDistanceGoesRoundTheFork) {
     const double along = centreline_distance(test::iliac_renal(), left, right);
     EXPECT_GT(along, 1.2 * (left - right).norm());
     EXPECT_NEAR(along, centreline_distance(test::iliac_renal(), right, left), 1e-9);
-    EXPECT_NEAR(centreline_distance(straight_tube(), {5, 0, 0}, {30, 0, 0}), 25, 1e-9);
+    EXPECT_NEAR(centreline_distance(test::straight_tube("tube"), {5, 0, 0}, {30, 0, 0}), 25, 1e-9);
 }
 
 TEST(Anatomy, PointsBeyondTheRadiusAreOutside) {
-    EXPECT_TRUE(inside(straight_tube(), {20, 1.9, 0}));
-    EXPECT_FALSE(inside(straight_tube(), {20, 2.1, 0}));
-    EXPECT_FALSE(inside(straight_tube(), {std::nan(""), 0, 0}));
+    EXPECT_TRUE(inside(test::straight_tube("tube"), {20, 1.9, 0}));
+    EXPECT_FALSE(inside(test::straight_tube("tube"), {20, 2.1, 0}));
+    EXPECT_FALSE(inside(test::straight_tube("tube"), {std::nan(""), 0, 0}));
 }
 
 }  // namespace engine

@@ -19,12 +19,7 @@ namespace engine {
 namespace {
 
 using physics::Vec3;
-using test::small_tree;
-
-const Anatomy& small_anatomy() {
-    static const Anatomy anatomy = generate(small_tree());
-    return anatomy;
-}
+using test::small_anatomy, test::small_tree;
 
 bool same(const physics::TriangleMesh& a, const physics::TriangleMesh& b) {
     return a.vertices == b.vertices && a.triangles == b.triangles;

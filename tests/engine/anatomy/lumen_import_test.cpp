@@ -19,11 +19,6 @@ using physics::TriangleMesh;
 using physics::Vec3;
 using test::refusal, test::tube;
 
-const Anatomy& small_anatomy() {
-    static const Anatomy anatomy = generate(test::small_tree());
-    return anatomy;
-}
-
 ImportOptions millimetres() {
     ImportOptions options;
     options.unit = "mm";
@@ -54,8 +49,8 @@ TriangleMesh scaled(TriangleMesh mesh, double factor) {
 }  // namespace
 
 TEST(LumenImport, FindsTheBranchesItWasMadeFrom) {
-    const ImportedLumen lumen = imported(small_anatomy().lumen);
-    const ImportErrors errors = import_errors(small_anatomy(), lumen.anatomy);
+    const ImportedLumen lumen = imported(test::small_anatomy().lumen);
+    const ImportErrors errors = import_errors(test::small_anatomy(), lumen.anatomy);
     EXPECT_EQ(errors.branches, 2);
     EXPECT_EQ(errors.invented, 0);
     EXPECT_EQ(errors.ends, 3);
@@ -71,10 +66,10 @@ TEST(LumenImport, FindsTheBranchesItWasMadeFrom) {
     ImportOptions alone = millimetres();
     alone.threads = 1;
     alone.inlet = Vec3(29, 0, 0);
-    const Anatomy other = imported(small_anatomy().lumen, alone).anatomy;
+    const Anatomy other = imported(test::small_anatomy().lumen, alone).anatomy;
     EXPECT_NEAR(other.ends[0].opening.centre.x(), 30, 1);
     alone.inlet.reset();
-    const Anatomy again = imported(small_anatomy().lumen, alone).anatomy;
+    const Anatomy again = imported(test::small_anatomy().lumen, alone).anatomy;
     for (std::size_t b = 0; b < 2; ++b) {
         EXPECT_EQ(again.branches[b].points, anatomy.branches[b].points);
         EXPECT_EQ(again.branches[b].radii, anatomy.branches[b].radii);
@@ -84,11 +79,11 @@ TEST(LumenImport, FindsTheBranchesItWasMadeFrom) {
 
 TEST(LumenImport, MendsACorruptedMeshAndGivesADistanceField) {
     const test::TemporaryFolder folder;
-    const ImportedLumen lumen = imported(corrupted(small_anatomy().lumen, 7));
+    const ImportedLumen lumen = imported(corrupted(test::small_anatomy().lumen, 7));
     EXPECT_TRUE(told(lumen, "holes were filled"));
     EXPECT_TRUE(told(lumen, "were turned outward"));
     const Anatomy read = load_anatomy(write_anatomy(lumen.anatomy, folder.path(), {}));
-    const ImportErrors errors = import_errors(small_anatomy(), read);
+    const ImportErrors errors = import_errors(test::small_anatomy(), read);
     EXPECT_EQ(errors.branches, 2);
     EXPECT_EQ(errors.invented, 0);
     EXPECT_EQ(errors.ends, 3);
@@ -105,7 +100,8 @@ TEST(LumenImport, MendsACorruptedMeshAndGivesADistanceField) {
 }
 
 TEST(LumenImport, CutsAClosedLumenOpenAtItsTips) {
-    const TriangleMesh closed = capped(small_anatomy().lumen, topology(small_anatomy().lumen).loops);
+    const TriangleMesh closed =
+        capped(test::small_anatomy().lumen, topology(test::small_anatomy().lumen).loops);
     const ImportedLumen lumen = imported(closed);
     EXPECT_TRUE(told(lumen, "the lumen is closed: its 3 tips"));
     EXPECT_EQ(lumen.anatomy.ends.size(), 3u);
@@ -129,9 +125,9 @@ TEST(LumenImport, UsesGivenCentrelines) {
                 "0\nside,20,11,2\n");
     ImportOptions options = millimetres();
     options.centrelines = folder / "lines.csv";
-    const ImportedLumen lumen = imported(small_anatomy().lumen, options);
+    const ImportedLumen lumen = imported(test::small_anatomy().lumen, options);
     EXPECT_TRUE(told(lumen, "the centrelines are 2 lines of lines.csv"));
-    const ImportErrors errors = import_errors(small_anatomy(), lumen.anatomy);
+    const ImportErrors errors = import_errors(test::small_anatomy(), lumen.anatomy);
     EXPECT_EQ(errors.branches, 2);
     EXPECT_EQ(errors.invented, 0);
     EXPECT_LE(errors.centre_p95, 0.1);
@@ -233,7 +229,7 @@ TEST(GivenCentrelines, SayWhatIsAccepted) {
 }
 
 TEST(AnatomyCheck, NamesWhatFails) {
-    Anatomy anatomy = small_anatomy();
+    Anatomy anatomy = test::small_anatomy();
     anatomy.branches[1].points[20] += Vec3(0, 0, 3);
     anatomy.branches[0].radii[18] = 3;
     anatomy.branches[0].radii[15] = 0.1;
@@ -243,7 +239,7 @@ TEST(AnatomyCheck, NamesWhatFails) {
     EXPECT_NE(failed.find("FAIL  centreline samples outside the lumen: 1 of"), std::string::npos) << failed;
     EXPECT_NE(failed.find("FAIL  smallest radius: 0.100 mm in main, sample 15"), std::string::npos) << failed;
     EXPECT_NE(failed.find("note  radius over the distance to the wall: 1.5"), std::string::npos) << failed;
-    Anatomy pierced = small_anatomy();
+    Anatomy pierced = test::small_anatomy();
     for (Vec3& v : pierced.lumen.vertices) {
         if ((v - Vec3(24, 2, 0)).norm() > 0.7) continue;
         v.y() = -2.6;

@@ -2,21 +2,13 @@
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/mesh_topology.h"
-#include "engine/scenes.h"
+#include "tests/engine/anatomy/trees.h"
 #include "tests/engine/fixtures.h"
 
 namespace engine {
-namespace {
-
-Anatomy straight_tube() {
-    return tube_anatomy("vessel", draw(std::vector<PenMove>{Run{40}}), 2.0, 24, 1.0);
-}
-
-}  // namespace
-
 TEST(MeshFile, BinaryStlIsReadAndWelded) {
     const test::TemporaryFolder folder;
-    const Anatomy tube = straight_tube();
+    const Anatomy tube = test::straight_tube("vessel");
     write_anatomy(tube, folder.path(), {});
     const physics::TriangleMesh mesh = load_mesh(folder / "vessel.stl");
     EXPECT_EQ(mesh.triangles.size(), tube.lumen.triangles.size());
@@ -39,7 +31,7 @@ TEST(MeshFile, RubbishIsRefused) {
 
 TEST(MeshFile, TruncatedStlIsRefused) {
     const test::TemporaryFolder folder;
-    write_anatomy(straight_tube(), folder.path(), {});
+    write_anatomy(test::straight_tube("vessel"), folder.path(), {});
     test::write(folder / "vessel.stl", test::read(folder / "vessel.stl").substr(0, 50'000));
     EXPECT_NE(test::refusal([&] { load_mesh(folder / "vessel.stl"); }).find("vessel.stl"), std::string::npos);
 }

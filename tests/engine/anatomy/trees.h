@@ -1,7 +1,8 @@
 #pragma once
 /// Small vessel trees that several tests grow.
 
-#include "engine/anatomy/vessel_tree.h"
+#include "engine/anatomy/generator.h"
+#include "engine/scenes.h"
 
 namespace engine::test {
 
@@ -13,6 +14,15 @@ inline VesselTreeSpec small_tree() {
                      {"side", "main", 12, {{{0, 0, 0}, 1.2}, {{3, 4, 0}, 1.2}, {{8, 11, 2}, 1}}, false}};
     spec.targets = {{"far", "side", 9}};
     return spec;
+}
+
+inline Anatomy straight_tube(const char* name) {
+    return tube_anatomy(name, draw(std::vector<PenMove>{Run{40}}), 2.0, 24, 1.0);
+}
+
+inline const Anatomy& small_anatomy() {
+    static const Anatomy anatomy = generate(small_tree());
+    return anatomy;
 }
 
 }  // namespace engine::test

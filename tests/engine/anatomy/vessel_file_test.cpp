@@ -35,10 +35,6 @@ std::string refusal_of(const std::string& from, const std::string& to) {
     return refusal([&] { parse_vessel_file(text, "vessels/x.toml"); });
 }
 
-void expect_said(const std::string& said, const std::string& expected) {
-    EXPECT_NE(said.find(expected), std::string::npos) << said;
-}
-
 }  // namespace
 
 TEST(VesselFile, IsReadWithEverythingInIt) {
@@ -64,20 +60,21 @@ TEST(VesselFile, ModifiesAPreset) {
 }
 
 TEST(VesselFile, TellsWhatIsWrongAndWhere) {
-    expect_said(refusal_of("schema = 1", "schema = "), "vessels/x.toml:1:");
-    expect_said(refusal_of("at_mm = 12", "at_mm = \"far\""), "x.toml:8:9: [branch 2] at_mm = ");
-    expect_said(refusal_of("at_mm = 12", "at_m = 12"),
-                "unknown key 'at_m' in [branch 2] (is 'at_mm' meant?)");
-    expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0]"), "x.toml:4:");
-    expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0, nan]"),
-                "four numbers x, y, z and radius are accepted");
-    expect_said(refusal_of("percent = 40", "percent = 140"), "x.toml:18:");
-    expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0, 200]"), "a radius of 200 mm was found");
-    expect_said(refusal([] { parse_vessel_file("schema = 1\npreset = \"lac\"\n", "x.toml"); }),
-                "x.toml:2:10: 'lac' is not a preset (is 'lca' meant?)");
-    expect_said(refusal([] { parse_vessel_file("schema = 1\n", "x.toml"); }),
-                "a section [[branch]] is missing");
-    expect_said(refusal([] { load_vessel_file("/nowhere/x.toml"); }), "no such vessel tree can be read");
+    test::expect_said(refusal_of("schema = 1", "schema = "), "vessels/x.toml:1:");
+    test::expect_said(refusal_of("at_mm = 12", "at_mm = \"far\""), "x.toml:8:9: [branch 2] at_mm = ");
+    test::expect_said(refusal_of("at_mm = 12", "at_m = 12"),
+                      "unknown key 'at_m' in [branch 2] (is 'at_mm' meant?)");
+    test::expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0]"), "x.toml:4:");
+    test::expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0, nan]"),
+                      "four numbers x, y, z and radius are accepted");
+    test::expect_said(refusal_of("percent = 40", "percent = 140"), "x.toml:18:");
+    test::expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0, 200]"), "a radius of 200 mm was found");
+    test::expect_said(refusal([] { parse_vessel_file("schema = 1\npreset = \"lac\"\n", "x.toml"); }),
+                      "x.toml:2:10: 'lac' is not a preset (is 'lca' meant?)");
+    test::expect_said(refusal([] { parse_vessel_file("schema = 1\n", "x.toml"); }),
+                      "a section [[branch]] is missing");
+    test::expect_said(refusal([] { load_vessel_file("/nowhere/x.toml"); }),
+                      "no such vessel tree can be read");
 }
 
 TEST(VesselFile, ModifiersAreReadFromShortWords) {
@@ -86,9 +83,10 @@ TEST(VesselFile, ModifiersAreReadFromShortWords) {
     EXPECT_NEAR(parse_aneurysm("M1:10:7:4:90").angle, std::numbers::pi / 2, 1e-12);
     EXPECT_EQ(parse_tortuosity("1.5:20").branch, "");
     EXPECT_EQ(parse_tortuosity("1.5:20:LRA").branch, "LRA");
-    expect_said(refusal([] { parse_stenosis("LAD:54:twelve:70"); }),
-                "--stenosis: 'LAD:54:twelve:70' was found; BRANCH:AT:LENGTH:PERCENT is accepted");
-    expect_said(refusal([] { parse_aneurysm("M1:10:7"); }), "BRANCH:AT:DIAMETER:NECK[:ANGLE] is accepted");
+    test::expect_said(refusal([] { parse_stenosis("LAD:54:twelve:70"); }),
+                      "--stenosis: 'LAD:54:twelve:70' was found; BRANCH:AT:LENGTH:PERCENT is accepted");
+    test::expect_said(refusal([] { parse_aneurysm("M1:10:7"); }),
+                      "BRANCH:AT:DIAMETER:NECK[:ANGLE] is accepted");
 }
 
 }  // namespace engine

@@ -24,10 +24,6 @@ std::string refusal_after(Change&& change) {
     return refusal([&] { grow(spec); });
 }
 
-void expect_said(const std::string& said, const std::string& expected) {
-    EXPECT_NE(said.find(expected), std::string::npos) << said;
-}
-
 }  // namespace
 
 TEST(VesselTree, PassesThroughItsKnotsWithTheirRadii) {
@@ -101,47 +97,52 @@ TEST(VesselTree, AneurysmIsAClosedBranchOfItsDiameter) {
 }
 
 TEST(VesselTree, RefusesWhatCannotBeAVessel) {
-    expect_said(refusal_after([](auto& s) { s.branches[1].parent = "nobody"; }),
-                "'side': its parent 'nobody'");
-    expect_said(refusal_after([](auto& s) { s.branches[1].name = "main"; }), "two branches are named 'main'");
-    expect_said(refusal_after([](auto& s) { s.branches[0].knots[1].radius = -1; }),
-                "a radius of -1 mm was found");
-    expect_said(refusal_after([](auto& s) { s.branches[0].knots[1].radius = std::nan(""); }),
-                "a radius of nan mm");
-    expect_said(refusal_after([](auto& s) { s.branches[0].knots[1].place.x() = 1e9; }), "coordinates within");
-    expect_said(refusal_after([](auto& s) { s.branches[0].knots.resize(1); }), "has 1 points; two or more");
-    expect_said(refusal_after([](auto& s) { s.branches[1].at = 40; }), "is 40 mm along 'main'; 0 to 30.0 mm");
-    expect_said(refusal_after([](auto& s) { s.branches[1].knots[0].radius = 3; }),
-                "starts with a radius of 3.00 mm");
-    expect_said(refusal_after([](auto& s) { s.stenoses = {{"man", 5, 5, 50}}; }), "(is 'main' meant?)");
-    expect_said(refusal_after([](auto& s) { s.stenoses = {{"main", 5, 5, 99}}; }), "0 to 90 percent");
-    expect_said(refusal_after([](auto& s) {
-                    s.branches.clear();
-                    s.targets.clear();
-                }),
-                "there is no branch");
+    test::expect_said(refusal_after([](auto& s) { s.branches[1].parent = "nobody"; }),
+                      "'side': its parent 'nobody'");
+    test::expect_said(refusal_after([](auto& s) { s.branches[1].name = "main"; }),
+                      "two branches are named 'main'");
+    test::expect_said(refusal_after([](auto& s) { s.branches[0].knots[1].radius = -1; }),
+                      "a radius of -1 mm was found");
+    test::expect_said(refusal_after([](auto& s) { s.branches[0].knots[1].radius = std::nan(""); }),
+                      "a radius of nan mm");
+    test::expect_said(refusal_after([](auto& s) { s.branches[0].knots[1].place.x() = 1e9; }),
+                      "coordinates within");
+    test::expect_said(refusal_after([](auto& s) { s.branches[0].knots.resize(1); }),
+                      "has 1 points; two or more");
+    test::expect_said(refusal_after([](auto& s) { s.branches[1].at = 40; }),
+                      "is 40 mm along 'main'; 0 to 30.0 mm");
+    test::expect_said(refusal_after([](auto& s) { s.branches[1].knots[0].radius = 3; }),
+                      "starts with a radius of 3.00 mm");
+    test::expect_said(refusal_after([](auto& s) { s.stenoses = {{"man", 5, 5, 50}}; }), "(is 'main' meant?)");
+    test::expect_said(refusal_after([](auto& s) { s.stenoses = {{"main", 5, 5, 99}}; }), "0 to 90 percent");
+    test::expect_said(refusal_after([](auto& s) {
+                          s.branches.clear();
+                          s.targets.clear();
+                      }),
+                      "there is no branch");
 }
 
 TEST(VesselTree, NamesBranchesThatBendTooTightlyOrRunThroughOneAnother) {
-    expect_said(refusal_after([](auto& s) {
-                    s.branches[0].knots[1].place = {15, 12, 0};
-                    s.branches[0].knots[2].place = {14, 0, 1};
-                }),
-                "branch 'main' bends with a radius of");
-    expect_said(refusal_after([](auto& s) {
-                    s.branches[1].knots = {{{0, 0, 0}, 1}, {{10, 0.5, 0}, 1}};
-                }),
-                "branch 'side' never leaves 'main'");
+    test::expect_said(refusal_after([](auto& s) {
+                          s.branches[0].knots[1].place = {15, 12, 0};
+                          s.branches[0].knots[2].place = {14, 0, 1};
+                      }),
+                      "branch 'main' bends with a radius of");
+    test::expect_said(refusal_after([](auto& s) {
+                          s.branches[1].knots = {{{0, 0, 0}, 1}, {{10, 0.5, 0}, 1}};
+                      }),
+                      "branch 'side' never leaves 'main'");
     const VesselKnot start{{0, 0, 0}, 1}, up{{2, 8, 0}, 1}, back{{8, 8, 0}, 1}, down{{10, 0, 0}, 1};
-    expect_said(refusal_after([&](auto& s) {
-                    s.branches[1].knots = {start, up, back, down};
-                }),
-                "branch 'side' runs into branch 'main'");
-    expect_said(refusal_after([&](auto& s) {
-                    s.branches.push_back(
-                        {"other", "main", 20, {{{0, 0, 0}, 1}, {{-2, 6, 1}, 1}, {{-8, 10, 1}, 1}}, false});
-                }),
-                "branch 'other' runs into branch 'side'");
+    test::expect_said(refusal_after([&](auto& s) {
+                          s.branches[1].knots = {start, up, back, down};
+                      }),
+                      "branch 'side' runs into branch 'main'");
+    test::expect_said(
+        refusal_after([&](auto& s) {
+            s.branches.push_back(
+                {"other", "main", 20, {{{0, 0, 0}, 1}, {{-2, 6, 1}, 1}, {{-8, 10, 1}, 1}}, false});
+        }),
+        "branch 'other' runs into branch 'side'");
 }
 
 TEST(VesselTree, OfEveryPresetCanBeGrownForManySeeds) {
@@ -158,8 +159,8 @@ TEST(VesselTree, OfEveryPresetCanBeGrownForManySeeds) {
 }
 
 TEST(VesselTree, OfAnUnknownPresetIsRefusedWithTheNearest) {
-    expect_said(refusal([] { vessel_preset("arch-4"); }),
-                "'arch-4' is not a preset (is 'arch-1' meant?); presets are: arch-1");
+    test::expect_said(refusal([] { vessel_preset("arch-4"); }),
+                      "'arch-4' is not a preset (is 'arch-1' meant?); presets are: arch-1");
 }
 
 TEST(VesselTree, ArchTypesDifferByTheDropOfTheTrunk) {
