@@ -11,6 +11,7 @@ namespace engine {
 struct GuidewirePreset {
     std::string_view name;
     physics::GuidewireSpec spec;
+    double length;            // of the whole wire [mm]
     std::string_view source;  // of the rigidities and the shape of the tip
 };
 

@@ -70,11 +70,12 @@ std::string frames(int count) {
 }
 
 struct Notices {
-    int stopped_withdrawals = 0, stopped_insertions = 0, kinked = 0, restless = 0, crossed = 0;
+    int stopped_withdrawals = 0, stopped_insertions = 0, used_up = 0, kinked = 0, restless = 0, crossed = 0;
     double deepest_crossing = 0;  // [mm]
     void observe(const StepReport& report) {
         stopped_withdrawals += report.withdrawal_stopped;
         stopped_insertions += report.insertion_stopped;
+        used_up += report.whole_wire_is_in;
         kinked += report.relax.largest_bend > kink;
         restless += report.relax.newton_steps > 0 && !report.relax.converged;
         crossed += report.deepest_crossing > 0;
@@ -87,10 +88,14 @@ struct Notices {
                 fmt::format("withdrawal stopped at the introducer in {}", frames(stopped_withdrawals)));
         }
         if (stopped_insertions > 0) {
+            result.push_back(fmt::format("insertion stopped in {}: the tip stood in an open end",
+                                         frames(stopped_insertions)));
+        }
+        if (used_up > 0) {
             result.push_back(
-                fmt::format("insertion stopped in {}: the tip stood in an open end, or the wire had "
-                            "no more length",
-                            frames(stopped_insertions)));
+                fmt::format("insertion stopped in {}: the whole wire was in; a longer one has "
+                            "another [guidewire] length_mm",
+                            frames(used_up)));
         }
         if (kinked > 0) {
             result.push_back(

@@ -32,6 +32,11 @@ std::vector<std::string> problems(const Scenario& s) {
     for (const std::string& text : physics::problems(s.guidewire)) say("guidewire", "[guidewire] " + text);
     for (const std::string& text : physics::problems(s.relaxer)) say("relaxer", "[relaxer] " + text);
     for (const std::string& text : render::problems(s.c_arm)) say("c_arm", "[c_arm] " + text);
+    if (s.entry.inserted > s.wire_length) {
+        say("entry.inserted_mm",
+            fmt::format("a wire of {} mm cannot be in by {} mm; up to its length is accepted", s.wire_length,
+                        s.entry.inserted));
+    }
     if (s.imaging.pulse_rate && *s.imaging.pulse_rate > s.frame_rate)
         say("imaging.pulse_rate_hz", too_many_pulses(*s.imaging.pulse_rate, s.frame_rate));
     if (s.wall_model == WallModel::Analytic && !s.tube) {

@@ -72,6 +72,7 @@ struct Scenario {
     std::optional<TubeSource> tube;
     Entry entry;
     physics::GuidewireSpec guidewire;
+    double wire_length = 1800;           // that can be pushed in at most [mm]
     bool choose_segment_length = false;  // segment_length_mm = "auto": λ as choose_model finds
     bool adaptive = false;               // λ fine at the tip and in bends, coarse elsewhere
     physics::RefinementOptions refinement;

@@ -12,13 +12,12 @@
 #include "engine/scenario.h"
 #include "engine/text.h"
 #include "engine/toml_section.h"
+#include "physics/geometry.h"
 
 namespace engine {
 namespace {
 
 using physics::Vec3;
-
-constexpr double degree = std::numbers::pi / 180.0;
 
 constexpr Range positive(double most) {
     return {1e-6, most};
@@ -51,7 +50,7 @@ void read_tube(Section tube, Reading& reading, Scenario& s) {
             } else {
                 Arc arc{10, 0, Vec3::UnitZ()};
                 move.number("arc_radius_mm", arc.radius, {0.5, 2000});
-                move.number("angle_deg", arc.angle, {-720, 720}, degree);
+                move.number("angle_deg", arc.angle, {-720, 720}, physics::kDegree);
                 move.point("axis", arc.axis, 1e3);
                 if (arc.axis.norm() < 1e-6)
                     move.refuse("axis", *table->get("axis"), "an axis other than zero is accepted");
@@ -70,8 +69,11 @@ void read_tube(Section tube, Reading& reading, Scenario& s) {
 void read_guidewire(Section wire, Scenario& s) {
     std::vector<std::string_view> names;
     for (const GuidewirePreset& preset : guidewire_presets()) names.push_back(preset.name);
-    s.guidewire = find_guidewire_preset("glide035")->spec;
-    if (const auto preset = wire.choice("preset", names)) s.guidewire = guidewire_presets()[*preset].spec;
+    const auto preset = wire.choice("preset", names);
+    const GuidewirePreset& usual = preset ? guidewire_presets()[*preset] : *find_guidewire_preset("glide035");
+    s.guidewire = usual.spec;
+    s.wire_length = usual.length;
+    wire.number("length_mm", s.wire_length, {100, 3500});
     if (wire.is_word("segment_length_mm")) {
         constexpr std::string_view words[] = {"auto"};
         s.choose_segment_length = wire.choice("segment_length_mm", words).has_value();
@@ -86,7 +88,7 @@ void read_guidewire(Section wire, Scenario& s) {
     wire.number("tip_length_mm", s.guidewire.tip_length, {0, 1000});
     wire.number("transition_length_mm", s.guidewire.transition_length, {0, 1000});
     wire.number("curved_length_mm", s.guidewire.curved_length, {0, 200});
-    wire.number("curved_angle_deg", s.guidewire.curved_angle, {-270, 270}, degree);
+    wire.number("curved_angle_deg", s.guidewire.curved_angle, {-270, 270}, physics::kDegree);
     wire.finish();
 }
 
@@ -113,8 +115,8 @@ void read_relaxer(Section relaxer, Scenario& s) {
 }
 
 void read_c_arm(Section arm, Scenario& s) {
-    arm.number("lao_deg", s.c_arm.lao, {-120, 120}, degree);
-    arm.number("cranial_deg", s.c_arm.cranial, {-45, 45}, degree);
+    arm.number("lao_deg", s.c_arm.lao, {-120, 120}, physics::kDegree);
+    arm.number("cranial_deg", s.c_arm.cranial, {-45, 45}, physics::kDegree);
     arm.number("sid_mm", s.c_arm.sid, {500, 2000});
     arm.number("sod_mm", s.c_arm.sod, {300, 1500});
     arm.point("isocentre_mm", s.c_arm.isocentre, 1e4);

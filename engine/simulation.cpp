@@ -24,8 +24,6 @@ constexpr int least_share = 8;
 /// |g|/C at which the next segment may come in: farther from rest, wires go through walls.
 constexpr double passing_tolerance = 1e-3;
 constexpr double passing_tolerance_of_planes = 3e-2;  // a mesh's planes jump by about that
-/// The longest wires in use; also what keeps a frame's work finite.
-constexpr double longest_wire = 3000;  // [mm]
 /// The wire put in along the centreline is far from rest: updates a segment before frame 0.
 constexpr int updates_at_start = 200;
 /// A joint at the deepest place of a crossing mends it, or one in each of the parts does.
@@ -294,10 +292,13 @@ void Simulation::mend_crossings(int updates, StepReport& report) {
 void Simulation::insert(Motion& motion, int share, StepReport& report) {
     const double before = inserted();
     while (motion.insertion != 0 && settled_) {
-        if (motion.insertion > 0 && (wire_.inserted_length() >= longest_wire || tip_has_left())) {
-            report.insertion_stopped = true;
-            motion.insertion = 0;
-            break;
+        if (motion.insertion > 0) {
+            const double left = std::max(0.0, scenario_.wire_length - inserted());
+            report.whole_wire_is_in = report.whole_wire_is_in || motion.insertion > left + 1e-9;
+            motion.insertion = std::min(motion.insertion, left);
+            report.insertion_stopped = tip_has_left();
+            if (report.insertion_stopped) motion.insertion = 0;
+            if (motion.insertion == 0) break;
         }
         const int steps = steps_of(motion.insertion, wire_.spec.segment_length);
         const double wanted = motion.insertion / steps, expected = inserted() + wanted;

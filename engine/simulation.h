@@ -24,7 +24,8 @@ struct StepReport {
     double rotation = 0;              // Σ|angle| of the hub [rad]
     double turned = 0;                // Σ angle [rad]
     bool withdrawal_stopped = false;  // the curved tip was at the introducer
-    bool insertion_stopped = false;   // the tip stands in an open end, or the wire has no more length
+    bool insertion_stopped = false;   // the tip stands in an open end
+    bool whole_wire_is_in = false;    // and more was asked for
     double deepest_crossing = 0;      // of a segment through the wall between its joints, left so [mm]
 };
 

@@ -1,5 +1,9 @@
 #include "engine/scenario.h"
 
+#include <filesystem>
+#include <regex>
+
+#include "engine/guidewire_presets.h"
 #include "tests/engine/fixtures.h"
 
 namespace engine {
@@ -60,6 +64,21 @@ TEST(Scenario, ShippedScenariosAreSound) {
     for (const auto& file : files) EXPECT_FALSE(load_scenario(file).title.empty()) << file;
 }
 
+TEST(Scenario, EveryKeyIsInTheReference) {
+    const std::string reference = test::read(test::asset("scenarios/README.md"));
+    const std::regex key(
+        "(?:number|whole|flag|word|choice|point|find|section|sections)\\(\"([A-Za-z0-9_]+)\"");
+    int keys = 0;
+    for (const char* file : {"engine/scenario_file.cpp", "engine/anatomy/vessel_file.cpp"}) {
+        const std::string source = test::read(std::filesystem::path(SELDINGER_SOURCE) / file);
+        for (std::sregex_iterator at(source.begin(), source.end(), key), end; at != end; ++at, ++keys) {
+            const std::regex word("[`.\\[{ ]" + (*at)[1].str() + "[`\\] ]");
+            EXPECT_TRUE(std::regex_search(reference, word)) << file << ": " << (*at)[1];
+        }
+    }
+    EXPECT_GT(keys, 70);
+}
+
 TEST(Scenario, UnknownKeyIsRefusedWithItsPlaceAndTheKeysThereAre) {
     const std::string text = refusal_of("preset =", "presett =");
     EXPECT_NE(text.find("small.toml:13:1: unknown key 'presett' in [guidewire]"), std::string::npos) << text;
@@ -82,6 +101,21 @@ TEST(Scenario, SegmentsMayBeChosenAndAdaptive) {
     };
     EXPECT_NE(refused("segment_length_mm = \"fine\"").find("auto"), std::string::npos);
     EXPECT_NE(refused("curve_tolerance_mm = 0").find("curve_tolerance_mm"), std::string::npos);
+}
+
+TEST(Scenario, WireIsAsLongAsItsPresetOrAsItsKeySays) {
+    EXPECT_EQ(test::small_scenario().wire_length, find_guidewire_preset("glide035")->length);
+    const auto with = [](const std::string& line) {
+        return parse_scenario(test::small_toml_with("[guidewire]", "[guidewire]\n" + line), "small.toml");
+    };
+    EXPECT_EQ(with("length_mm = 2600").wire_length, 2600);
+    const std::string text = test::refusal([] {
+        parse_scenario(test::small_toml_with("inserted_mm = 20.0\n[guidewire]",
+                                             "inserted_mm = 200.0\n[guidewire]\nlength_mm = 150"),
+                       "small.toml");
+    });
+    EXPECT_NE(text.find("small.toml:11:"), std::string::npos) << text;
+    EXPECT_NE(text.find("a wire of 150 mm cannot be in by 200 mm"), std::string::npos) << text;
 }
 
 TEST(Scenario, RelaxersOfThePaperHaveTheirWords) {

@@ -165,6 +165,25 @@ TEST(Simulation, WireStopsAtAnOpenEnd) {
     EXPECT_LT(simulation.inserted(), 85);
 }
 
+TEST(Simulation, WireStopsWhereItsLengthEnds) {
+    std::string text = test::small_toml_with("run_mm = 30.0", "run_mm = 200.0");
+    text.replace(text.find("[guidewire]"), 11, "[guidewire]\nlength_mm = 100");
+    Simulation simulation(parse_scenario(text, "small.toml"));
+    go(simulation, 4, Advance{20});
+    EXPECT_NEAR(simulation.inserted(), 100, 1e-6);
+    simulation.apply(Advance{3});
+    const StepReport report = simulation.step();
+    EXPECT_TRUE(report.whole_wire_is_in);
+    EXPECT_FALSE(report.insertion_stopped);
+    EXPECT_NEAR(simulation.inserted(), 100, 1e-6);
+    simulation.apply(Withdraw{10});
+    simulation.apply(Advance{15});
+    bool stopped = false;
+    for (int frame = 0; frame < 6; ++frame) stopped = simulation.step().whole_wire_is_in || stopped;
+    EXPECT_TRUE(stopped);
+    EXPECT_NEAR(simulation.inserted(), 100, 1e-6);
+}
+
 TEST(Simulation, AdaptiveWireHasFewerSegmentsAndIsWhereTheUniformOneIs) {
     const auto tube = [](const char* guidewire) {
         std::string text = test::small_toml_with("run_mm = 30.0", "run_mm = 200.0");
