@@ -10,9 +10,8 @@
 namespace app {
 namespace {
 
-using test::asset, test::Outcome, test::read, test::run, test::TemporaryFolder, test::write;
-
-const std::string good_script = asset("scripts/s_bend.gw");
+using test::asset, test::good_script, test::Outcome, test::read, test::run, test::TemporaryFolder,
+    test::write;
 
 /// Asserts a refusal that says `expected` and left no output folder.
 void expect_refused(const Outcome& result, const TemporaryFolder& folder, const std::string& expected) {

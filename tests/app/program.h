@@ -16,6 +16,8 @@ using engine::test::read;
 using engine::test::TemporaryFolder;
 using engine::test::write;
 
+inline const std::string good_script = asset("scripts/s_bend.gw");
+
 struct Outcome {
     int code = -1;  // exit code, or 1000 + signal
     std::string out, error;

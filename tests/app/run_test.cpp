@@ -8,9 +8,7 @@
 namespace app {
 namespace {
 
-using test::asset, test::read, test::run, test::TemporaryFolder, test::write;
-
-const std::string good_script = asset("scripts/s_bend.gw");
+using test::asset, test::good_script, test::read, test::run, test::TemporaryFolder, test::write;
 
 std::vector<std::string> frames_in(const std::filesystem::path& folder) {
     std::vector<std::string> names;

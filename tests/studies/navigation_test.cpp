@@ -10,12 +10,12 @@
 
 namespace {
 
-struct Tally {
+struct Restlessness {
     int frames = 0, late = 0, late_in_a_row = 0, most_late_in_a_row = 0;
     double bend = 0, deepest_at_rest = 0;
 };
 
-void play(engine::Simulation& simulation, std::uint32_t seed, int frames, Tally& tally) {
+void play(engine::Simulation& simulation, std::uint32_t seed, int frames, Restlessness& tally) {
     std::mt19937 random(seed);
     const auto draw = [&](double from, double to) { return from + (to - from) * (random() / 4294967296.0); };
     double trend = 1;
@@ -50,7 +50,7 @@ TEST(Navigation, ACarelessHandNeverBreaksTheWire) {
     const int seeds = more ? std::max(1, std::atoi(more)) : 2;
     const engine::Scenario scenario = engine::load_scenario(SELDINGER_SOURCE "/assets/scenarios/renal.toml");
     engine::Simulation simulation(scenario, engine::test::cache());
-    Tally tally;
+    Restlessness tally;
     for (int seed = 1; seed <= seeds; ++seed) {
         simulation.reset();
         play(simulation, static_cast<std::uint32_t>(seed), 500, tally);

@@ -62,14 +62,14 @@ double nearest(double energy, const std::vector<double>& minima) {
 // Reference minima, found by three independent solvers; they are listed to the digits given here.
 
 TEST(PaperRelaxer, SettlesTheSinuousTubeAtAListedMinimum) {
-    const Course c = course("sinuous", 300);
+    const Course c = course("sinuous", 150);
     EXPECT_NEAR(c.energy, nearest(c.energy, {5.808956, 5.808954}), 1e-6);
     EXPECT_LE(c.to_tenth, 20);
     EXPECT_LE(c.to_hundredth, 60);
 }
 
 TEST(PaperRelaxer, SettlesTheSpatialTubeAtAListedMinimum) {
-    const Course c = course("spatial", 300);
+    const Course c = course("spatial", 150);
     EXPECT_NEAR(c.energy, nearest(c.energy, {1.86512, 1.86577}), 5e-6);
     EXPECT_LE(c.to_tenth, 60);
     EXPECT_LE(c.to_hundredth, 90);
