@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <embree3/rtcore.h>
 #include <istream>
 #include <limits>
 #include <ostream>
@@ -11,6 +10,7 @@
 #include <string>
 
 #include "physics/bspline_grid.h"
+#include "physics/embree_mesh.h"
 #include "physics/field_sampler.h"
 #include "physics/lumen_surface.h"
 #include "physics/vessel_sheets.h"
@@ -84,52 +84,17 @@ struct Sleeve {
     }
 };
 
-/// The triangles in Embree, for closest points.
-class EmbreeSurface {
+/// Closest points of the triangles that a place sees.
+class SeenSurface {
 public:
-    explicit EmbreeSurface(const LumenSurface& surface) : surface_(surface) {
-        device_ = rtcNewDevice("threads=1");
-        if (!device_) throw std::runtime_error("Embree could not be started");
-        scene_ = rtcNewScene(device_);
-        rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST);
-        const TriangleMesh& mesh = surface.mesh();
-        RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-        auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(
-            geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
-        auto* t = static_cast<unsigned*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0,
-                                                                 RTC_FORMAT_UINT3, 3 * sizeof(unsigned),
-                                                                 mesh.triangles.size()));
-        if (v && t) {
-            for (const Vec3& p : mesh.vertices)
-                for (int k = 0; k < 3; ++k) *v++ = static_cast<float>(p[k]);
-            for (const auto& triangle : mesh.triangles)
-                for (int k = 0; k < 3; ++k) *t++ = static_cast<unsigned>(triangle[k]);
-            rtcCommitGeometry(geometry);
-            rtcAttachGeometry(scene_, geometry);
-        }
-        rtcReleaseGeometry(geometry);
-        rtcCommitScene(scene_);
-        if (!v || !t) {
-            release();
-            throw std::runtime_error("Embree could not hold the lumen mesh");
-        }
-    }
-    EmbreeSurface(const EmbreeSurface&) = delete;
-    EmbreeSurface& operator=(const EmbreeSurface&) = delete;
-    ~EmbreeSurface() { release(); }
+    explicit SeenSurface(const LumenSurface& surface) : surface_(surface), embree_(surface.mesh()) {}
 
     NearestTriangle nearest(const Vec3& x, int seed, const std::vector<char>& seen,
                             const std::vector<int>& station_of_triangle) const {
         Search search{&surface_, &seen, &station_of_triangle, x};
-        RTCPointQuery query{};
-        query.x = static_cast<float>(x.x());
-        query.y = static_cast<float>(x.y());
-        query.z = static_cast<float>(x.z());
-        query.radius = std::numeric_limits<float>::infinity();
-        if (seed >= 0 && search.look_at(seed)) query.radius = search.radius();
-        RTCPointQueryContext context;
-        rtcInitPointQueryContext(&context);
-        rtcPointQuery(scene_, &query, &context, &EmbreeSurface::visit, &search);
+        float radius = std::numeric_limits<float>::infinity();
+        if (seed >= 0 && search.look_at(seed)) radius = search.radius();
+        embree_.near(x, radius, &SeenSurface::visit, &search);
         return search.best;
     }
 
@@ -164,14 +129,9 @@ private:
         arguments->query->radius = std::min(arguments->query->radius, search.radius());
         return true;
     }
-    void release() {
-        rtcReleaseScene(scene_);
-        rtcReleaseDevice(device_);
-    }
 
     const LumenSurface& surface_;
-    RTCDevice device_ = nullptr;
-    RTCScene scene_ = nullptr;
+    EmbreeMesh embree_;
 };
 
 /// FNV-1a over 8-byte words, the last filled with zeros.
@@ -236,12 +196,12 @@ DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const Centreli
     const double near = options.outer + (uniform ? 2 : 4) * h;
     VesselSheets sheets = vessel_sheets(tree, near);
     const LumenSurface surface = lumen_surface(lumen, tree);
-    const EmbreeSurface embree(surface);
+    const SeenSurface triangles(surface);
     std::vector<SheetField> fields = sampled_fields(
         surface, tree, sheets,
         {h, options.inner, options.outer, wide, std::max(1, options.threads), options.largest},
         [&](const Vec3& x, int seed, const std::vector<char>& seen, const std::vector<int>& stations) {
-            return embree.nearest(x, seed, seen, stations);
+            return triangles.nearest(x, seed, seen, stations);
         },
         progress);
     data_.reset(new Data{std::move(tree), std::move(sheets), std::move(fields), h, options.inner,

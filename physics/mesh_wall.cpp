@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <embree3/rtcore.h>
 #include <limits>
 #include <stdexcept>
+
+#include "physics/embree_mesh.h"
 
 namespace physics {
 namespace {
@@ -21,16 +22,14 @@ struct MeshWall::Scene {
     CentrelineTree tree;
     WallStiffness stiffness;
     double wire_radius;
-    RTCDevice device = nullptr;
-    RTCScene scene = nullptr;
+    EmbreeMesh embree;
 
     Scene(const TriangleMesh& lumen, CentrelineTree centrelines, WallStiffness k, double radius)
-        : mesh(lumen), tree(std::move(centrelines)), stiffness(std::move(k)), wire_radius(radius) {}
-    ~Scene() {
-        if (scene) rtcReleaseScene(scene);
-        if (device) rtcReleaseDevice(device);
-    }
-    void build_embree();
+        : mesh(lumen),
+          tree(std::move(centrelines)),
+          stiffness(std::move(k)),
+          wire_radius(radius),
+          embree(mesh) {}
     WallContact contact(const Vec3& x, int hint) const;
 };
 
@@ -43,37 +42,11 @@ MeshWall::MeshWall(const TriangleMesh& lumen, std::vector<CentrelineBranch> bran
         for (int v : t)
             if (v < 0 || v >= static_cast<int>(lumen.vertices.size()))
                 throw std::invalid_argument("the lumen mesh has a triangle with an index out of range");
-    auto scene = std::make_unique<Scene>(lumen, CentrelineTree(branches, std::move(ends)),
-                                         std::move(stiffness), wire_radius);
-    scene->build_embree();
-    scene_ = std::move(scene);
+    scene_ = std::make_unique<const Scene>(lumen, CentrelineTree(branches, std::move(ends)),
+                                           std::move(stiffness), wire_radius);
 }
 
 MeshWall::~MeshWall() = default;
-
-void MeshWall::Scene::build_embree() {
-    device = rtcNewDevice("threads=1");
-    if (!device) throw std::runtime_error("Embree could not be started");
-    scene = rtcNewScene(device);
-    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);
-    RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    auto* v = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.vertices.size()));
-    auto* t = static_cast<unsigned*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(unsigned), mesh.triangles.size()));
-    if (!v || !t) {
-        rtcReleaseGeometry(geometry);
-        throw std::runtime_error("Embree could not hold the lumen mesh");
-    }
-    for (const Vec3& p : mesh.vertices)
-        for (int k = 0; k < 3; ++k) *v++ = static_cast<float>(p[k]);
-    for (const auto& tri : mesh.triangles)
-        for (int k = 0; k < 3; ++k) *t++ = static_cast<unsigned>(tri[k]);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometry(scene, geometry);
-    rtcReleaseGeometry(geometry);
-    rtcCommitScene(scene);
-}
 
 WallContact MeshWall::Scene::contact(const Vec3& x, int hint) const {
     WallContact c;
@@ -93,22 +66,10 @@ WallContact MeshWall::Scene::contact(const Vec3& x, int hint) const {
     if (distance < 1e-9 || tree.beyond_an_end(x)) return c;
     const Vec3 way = out / distance;
 
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    RTCRayHit hit{};
-    hit.ray.org_x = static_cast<float>(origin.x());
-    hit.ray.org_y = static_cast<float>(origin.y());
-    hit.ray.org_z = static_cast<float>(origin.z());
-    hit.ray.dir_x = static_cast<float>(way.x());
-    hit.ray.dir_y = static_cast<float>(way.y());
-    hit.ray.dir_z = static_cast<float>(way.z());
-    hit.ray.tfar = std::numeric_limits<float>::infinity();
-    hit.ray.mask = ~0u;
-    hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    rtcIntersect1(scene, &context, &hit);
-    if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return c;  // out through an open end
+    const RTCRayHit ray = embree.cast(origin, way);
+    if (!EmbreeMesh::hits(ray)) return c;  // out through an open end
 
-    const auto& triangle = mesh.triangles[hit.hit.primID];
+    const auto& triangle = mesh.triangles[ray.hit.primID];
     const Vec3 &p = mesh.vertices[triangle[0]], &q = mesh.vertices[triangle[1]],
                &r = mesh.vertices[triangle[2]];
     Vec3 normal = (q - p).cross(r - p).normalized();

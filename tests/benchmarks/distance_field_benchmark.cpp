@@ -8,6 +8,7 @@
 #include "physics/guidewire.h"
 #include "tests/anatomies.h"
 #include "tests/benchmarks/push_times.h"
+#include "tests/benchmarks/wall_queries.h"
 
 using namespace physics;
 
@@ -30,30 +31,10 @@ TriangleMesh subdivided(TriangleMesh mesh, int times) {
     return mesh;
 }
 
-/// Joints close to the wall of the iliac and renal arteries, each asked with its own station as the hint.
 void wall_query_by_field(benchmark::State& state) {
     static const DistanceField wall(engine::test::iliac_renal().lumen, engine::test::iliac_renal().branches,
                                     engine::test::iliac_renal().openings(), 20.0, 0.44, {.threads = 2});
-    std::vector<Vec3> joints;
-    for (const auto& branch : engine::test::iliac_renal().branches)
-        for (std::size_t i = 4; i + 4 < branch.points.size(); i += 2) {
-            Vec3 a, b;
-            tangent_basis((branch.points[i + 1] - branch.points[i]).normalized(), a, b);
-            joints.push_back(branch.points[i] + (branch.radii[i] - 0.44 + 0.02) * (i % 4 ? a : b));
-        }
-    std::vector<WallContact> contacts(joints.size());
-    wall.contacts(joints, contacts);
-    const auto motion = static_cast<double>(state.range(0)) * 1e-3;
-    double sign = 1;
-    for (auto _ : state) {
-        for (Vec3& x : joints) x.x() += sign * motion;
-        sign = -sign;
-        wall.contacts(joints, contacts);
-        benchmark::DoNotOptimize(contacts.data());
-    }
-    state.counters["ns_per_query"] =
-        benchmark::Counter(static_cast<double>(joints.size()) * 1e-9,
-                           benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    time_wall_queries(state, wall);
     state.counters["MB"] = static_cast<double>(wall.bytes()) * 1e-6;
 }
 BENCHMARK(wall_query_by_field)->ArgName("motion_um")->Arg(300)->Arg(10);

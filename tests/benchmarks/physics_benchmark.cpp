@@ -13,6 +13,7 @@
 #include "physics/newton_terms.h"
 #include "physics/relaxer.h"
 #include "tests/anatomies.h"
+#include "tests/benchmarks/wall_queries.h"
 #include "tests/physics/ask_always.h"
 #include "tests/physics/wires.h"
 
@@ -81,32 +82,9 @@ BENCHMARK(forms_of_the_segment_method)
     ->ArgsProduct({{200, 400, 800}, {0, 1, 2}})
     ->Unit(benchmark::kMillisecond);
 
-/// Joints close to the wall of the iliac and renal arteries, each asked with its own station as the
-/// hint.
 void wall_query_by_ray(benchmark::State& state) {
     static const engine::Anatomy anatomy = engine::test::iliac_renal();
-    const MeshWall wall(anatomy.lumen, anatomy.branches, anatomy.openings(), 20.0, 0.44);
-    std::vector<Vec3> joints;
-    for (const auto& branch : anatomy.branches)
-        for (std::size_t i = 4; i + 4 < branch.points.size(); i += 2) {
-            Vec3 a, b;
-            tangent_basis((branch.points[i + 1] - branch.points[i]).normalized(), a, b);
-            joints.push_back(branch.points[i] + (branch.radii[i] - 0.44 + 0.02) * (i % 4 ? a : b));
-        }
-    std::vector<WallContact> contacts(joints.size());
-    wall.contacts(joints, contacts);
-    const auto motion = static_cast<double>(state.range(0)) * 1e-3;
-    double sign = 1;
-    for (auto _ : state) {
-        for (Vec3& x : joints) x.x() += sign * motion;
-        sign = -sign;
-        wall.contacts(joints, contacts);
-        benchmark::DoNotOptimize(contacts.data());
-    }
-    state.SetItemsProcessed(state.iterations() * static_cast<long long>(joints.size()));
-    state.counters["ns_per_query"] = benchmark::Counter(
-        static_cast<double>(state.iterations()) * static_cast<double>(joints.size()) * 1e-9,
-        benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+    time_wall_queries(state, MeshWall(anatomy.lumen, anatomy.branches, anatomy.openings(), 20.0, 0.44));
 }
 BENCHMARK(wall_query_by_ray)->ArgName("motion_um")->Arg(10)->Arg(300);
 

@@ -97,17 +97,7 @@ TEST(GlobalRelaxer, DoesNoWorkWhereNothingChanged) {
 }
 
 TEST(GlobalRelaxer, WorksAtTheTipOfALongWireFirst) {
-    std::vector<engine::PenMove> path;
-    for (int k = 0; k < 4; ++k) {
-        const auto& piece = engine::find_scene("spatial")->path;
-        path.insert(path.end(), piece.begin(), piece.end());
-    }
-    const TubeWall wall(engine::draw(path), 2.0, 42);
-    GuidewireSpec spec;
-    spec.segment_length = 1;
-    spec.shaft_rigidity = spec.tip_rigidity = 50;
-    spec.curved_angle = 0;
-    Guidewire wire = wire_along(spec, wall.centreline(), 560);
+    auto [wall, wire] = long_scene(560);
     auto relaxer = global_relaxer();
     relaxer->relax(wire, wall, kUnlimited);
     long long windows = 0, wholes = 0;

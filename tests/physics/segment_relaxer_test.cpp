@@ -198,24 +198,16 @@ TEST(SegmentRelaxer, SecondOrderRestsWhereFirstOrderBounces) {
 TEST(SegmentRelaxer, RestsAsLongAsTheWallsCurvatureIsKept) {
     // Section 3.3: (a) A and R and (c) R alone come to rest alike, (b) none and (d) A alone bounce alike.
     const auto [wall, start] = past_the_first_turn();
-    const auto mean_turn = [&](bool bending, bool of_wall) {
+    const auto mean = [&](bool bending, bool of_wall) {
         Guidewire wire = start;
         RelaxerConfig config = with(1, false);
         config.bending_curvature = bending;
         config.wall_curvature = of_wall;
         const auto relaxer = make_relaxer(config);
         relaxer->relax(wire, wall, whole_cycles(wire.segments(), 15));
-        double sum = 0;
-        std::vector<Vec3> last = wire.tangents;
-        const RelaxBudget cycle = whole_cycles(wire.segments(), 1);
-        relaxer->relax(wire, wall, cycle, [&](int b, const Guidewire& now) {
-            sum += (now.tangents[b] - last[b]).norm();
-            last = now.tangents;
-        });
-        return sum / cycle.updates;
+        return mean_turn(*relaxer, wire, wall);
     };
-    const double a = mean_turn(true, true), b = mean_turn(false, false), c = mean_turn(false, true),
-                 d = mean_turn(true, false);
+    const double a = mean(true, true), b = mean(false, false), c = mean(false, true), d = mean(true, false);
     EXPECT_LT(a, 0.15 * b);
     EXPECT_NEAR(c, a, 0.2 * a);
     EXPECT_GT(d, 0.3 * b);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <random>
+#include <vector>
 
 #include "engine/scenes.h"
 #include "physics/energy.h"
@@ -46,6 +47,21 @@ inline SceneSetup scene_setup(const char* name) {
             physics::wire_along(spec, centreline, scene.segments)};
 }
 
+/// The spatial scene four times over, with segments of 1 mm.
+inline SceneSetup long_scene(int segments) {
+    std::vector<engine::PenMove> path;
+    for (int k = 0; k < 4; ++k) {
+        const auto& piece = engine::find_scene("spatial")->path;
+        path.insert(path.end(), piece.begin(), piece.end());
+    }
+    physics::TubeWall wall(engine::draw(path), 2.0, 42);
+    physics::GuidewireSpec spec;
+    spec.segment_length = 1;
+    spec.shaft_rigidity = spec.tip_rigidity = 50;
+    spec.curved_length = spec.curved_angle = 0;
+    return {wall, physics::wire_along(spec, wall.centreline(), segments)};
+}
+
 constexpr physics::RelaxBudget kUnlimited{1'000'000'000, 0, 0};
 
 inline std::unique_ptr<physics::Relaxer> global_relaxer() {
@@ -64,4 +80,16 @@ inline physics::WallContact ask(const physics::LumenWall& wall, const physics::V
     c.station = station;
     wall.contacts({&x, 1}, {&c, 1});
     return c;
+}
+
+/// Mean |ε| of the updates of one more cycle.
+inline double mean_turn(physics::Relaxer& relaxer, physics::Guidewire& wire, const physics::LumenWall& wall) {
+    double sum = 0;
+    std::vector<physics::Vec3> last = wire.tangents;
+    const physics::RelaxBudget cycle = physics::whole_cycles(wire.segments(), 1);
+    relaxer.relax(wire, wall, cycle, [&](int b, const physics::Guidewire& now) {
+        sum += (now.tangents[b] - last[b]).norm();
+        last = now.tangents;
+    });
+    return sum / cycle.updates;
 }

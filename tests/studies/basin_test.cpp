@@ -53,17 +53,8 @@ TEST(Basin, APushEndsWhereAVerySlowOneDoes) {
 }
 
 TEST(Basin, APushOfALongWireEndsWhereAVerySlowOneDoes) {
-    std::vector<engine::PenMove> path;
-    for (int k = 0; k < 4; ++k) {
-        const auto& piece = engine::find_scene("spatial")->path;
-        path.insert(path.end(), piece.begin(), piece.end());
-    }
-    const TubeWall wall(engine::draw(path), 2.0, 42);
-    GuidewireSpec spec;
-    spec.segment_length = 1;
-    spec.shaft_rigidity = spec.tip_rigidity = 50;
-    spec.curved_length = spec.curved_angle = 0;
-    expect_same_basin("long", wire_along(spec, wall.centreline(), 575), wall, 589, 1);
+    const auto [wall, wire] = long_scene(575);
+    expect_same_basin("long", wire, wall, 589, 1);
 }
 
 TEST(Basin, AFoldedWireStaysFoldedAsItIsPushed) {

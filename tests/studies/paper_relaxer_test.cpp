@@ -85,18 +85,11 @@ TEST(PaperRelaxer, SettlesTheHairpinAtAListedMinimum) {
 namespace {
 
 /// Mean |ε| of an update over a cycle after so many of the method on sinuous.
-double mean_turn(const RelaxerConfig& config, int cycles) {
+double mean_turn_after(int cycles, const RelaxerConfig& config) {
     auto [wall, wire] = scene_setup("sinuous");
     const auto relaxer = make_relaxer(config);
     relaxer->relax(wire, wall, whole_cycles(wire.segments(), cycles));
-    double sum = 0;
-    std::vector<Vec3> last = wire.tangents;
-    const RelaxBudget cycle = whole_cycles(wire.segments(), 1);
-    relaxer->relax(wire, wall, cycle, [&](int b, const Guidewire& now) {
-        sum += (now.tangents[b] - last[b]).norm();
-        last = now.tangents;
-    });
-    return sum / cycle.updates;
+    return mean_turn(*relaxer, wire, wall);
 }
 
 }  // namespace
@@ -106,7 +99,7 @@ TEST(PaperRelaxer, SecondOrderComesToRestWhereFirstOrderBounces) {
     double mean[2];
     for (const RelaxerKind kind : {RelaxerKind::FirstOrder, RelaxerKind::Segment}) {
         config.kind = kind;
-        mean[kind == RelaxerKind::Segment] = mean_turn(config, 150);
+        mean[kind == RelaxerKind::Segment] = mean_turn_after(150, config);
     }
     std::printf("mean |ε|: first order %.2e, second order M = 2 %.2e\n", mean[0], mean[1]);
     EXPECT_LE(mean[1], 1e-5 * mean[0]);
@@ -133,7 +126,7 @@ TEST(PaperRelaxer, OnlyTheWallsCurvatureBringsRest) {
     cases[4].varied_segments = 2;
     double mean[5];
     for (int k = 0; k < 5; ++k) {
-        mean[k] = mean_turn(cases[k], 100);
+        mean[k] = mean_turn_after(100, cases[k]);
         std::printf("(%c) mean |ε| = %.2e\n", 'a' + k, mean[k]);
     }
     EXPECT_LT(mean[0], 1e-2 * mean[1]);
