@@ -1,8 +1,5 @@
-#define GL_GLEXT_PROTOTYPES  // declared for decltype below, never linked
 #include "render/draw_data.h"
 
-#include <GL/gl.h>
-#include <GL/glext.h>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -12,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "render/offscreen.h"
+#include "render/gl_context.h"
 
 namespace render {
 
@@ -41,7 +38,7 @@ void main() { colour = ink * texture(picture, texture_place); })";
 
 }  // namespace
 
-struct DrawDataRenderer::Gl {
+struct DrawDataRenderer::Gl : GlContext {
     struct Texture {
         GLuint name = 0;
         int width = 0;
@@ -49,33 +46,12 @@ struct DrawDataRenderer::Gl {
         bool opaque = false;
     };
 
-    OffscreenContext context;
     int width = 0, height = 0;  // of the target [pixels]
     GLuint program = 0, array = 0, vertices = 0, indices = 0, framebuffer = 0, target = 0;
     std::map<int, Texture> textures;
     std::vector<std::uint8_t> readback;  // red, green, blue, alpha
 
-// clang-format off
-#define RENDER_GL_FUNCTIONS(X) \
-    X(AttachShader) X(BindBuffer) X(BindFramebuffer) X(BindTexture) X(BindVertexArray) X(BlendEquation) \
-    X(BlendFunc) X(BufferData) X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(CompileShader) \
-    X(CreateProgram) X(CreateShader) X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram) X(DeleteShader) \
-    X(DeleteTextures) X(DeleteVertexArrays) X(Disable) X(DrawElementsBaseVertex) X(Enable) \
-    X(EnableVertexAttribArray) X(FramebufferTexture2D) X(GenBuffers) X(GenFramebuffers) X(GenTextures) \
-    X(GenVertexArrays) X(GetError) X(GetProgramiv) X(GetUniformLocation) X(LinkProgram) X(PixelStorei) \
-    X(ReadPixels) X(Scissor) X(ShaderSource) X(TexImage2D) X(TexParameteri) X(TexParameteriv) \
-    X(TexSubImage2D) X(Uniform2f) X(UseProgram) X(VertexAttribPointer) X(Viewport)
-// clang-format on
-#define RENDER_GL_MEMBER(name) decltype(&::gl##name) name = nullptr;
-    RENDER_GL_FUNCTIONS(RENDER_GL_MEMBER)
-#undef RENDER_GL_MEMBER
-
     Gl(int columns, int rows) : width(columns), height(rows) {
-        context.make_current();
-#define RENDER_GL_LOAD(name) name = reinterpret_cast<decltype(name)>(context.function("gl" #name));
-        RENDER_GL_FUNCTIONS(RENDER_GL_LOAD)
-#undef RENDER_GL_LOAD
-#undef RENDER_GL_FUNCTIONS
         make_program();
         make_target();
         make_buffers();
@@ -98,22 +74,8 @@ struct DrawDataRenderer::Gl {
         DeleteProgram(program);
     }
 
-    void attach(GLenum kind, const char* text) {
-        const GLuint shader = CreateShader(kind);
-        ShaderSource(shader, 1, &text, nullptr);
-        CompileShader(shader);
-        AttachShader(program, shader);
-        DeleteShader(shader);
-    }
-
     void make_program() {
-        program = CreateProgram();
-        attach(GL_VERTEX_SHADER, vertex_shader);
-        attach(GL_FRAGMENT_SHADER, fragment_shader);
-        LinkProgram(program);
-        GLint linked = GL_FALSE;
-        GetProgramiv(program, GL_LINK_STATUS, &linked);
-        if (linked != GL_TRUE) throw std::runtime_error("the panel's shader was refused by OpenGL");
+        program = linked_program(vertex_shader, fragment_shader, "the panel");
         UseProgram(program);
         Uniform2f(GetUniformLocation(program, "size"), float(width), float(height));
     }
@@ -148,13 +110,6 @@ struct DrawDataRenderer::Gl {
         attribute(0, 2, GL_FLOAT, GL_FALSE, offsetof(ImDrawVert, pos));
         attribute(1, 2, GL_FLOAT, GL_FALSE, offsetof(ImDrawVert, uv));
         attribute(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, offsetof(ImDrawVert, col));
-    }
-
-    void require_no_error(const char* doing) {
-        const GLenum error = GetError();
-        if (error != GL_NO_ERROR) {
-            throw std::runtime_error("OpenGL error " + std::to_string(error) + " while " + doing);
-        }
     }
 
     /// One byte per pixel; `swizzle` says which channels it stands for.

@@ -1,8 +1,5 @@
-#define GL_GLEXT_PROTOTYPES  // declared for decltype below, never linked
 #include "render/path_length.h"
 
-#include <GL/gl.h>
-#include <GL/glext.h>
 #include <algorithm>
 #include <cassert>
 #include <cmath>
@@ -11,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "render/offscreen.h"
+#include "render/gl_context.h"
 #include "render/surface_crossings.h"
 
 namespace render {
@@ -89,48 +86,19 @@ OpenMeshError::OpenMeshError(const std::string& name, int edges, int pixels)
       edges_(edges),
       pixels_(pixels) {}
 
-struct PathLengthRenderer::Gl {
+struct PathLengthRenderer::Gl : GlContext {
     struct Mesh {
         GLuint array = 0, vertices = 0, indices = 0;
         GLsizei count = 0;
         Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // of the box around it [mm]
     };
 
-    OffscreenContext context;
     std::vector<Mesh> meshes;
-    GLuint program = 0, framebuffer = 0, texture = 0;
+    GLuint program, framebuffer = 0, texture = 0;
     int size = 0;                 // of the target, pixels along a side
     std::vector<float> readback;  // length and count, interleaved
 
-// clang-format off
-#define RENDER_GL_FUNCTIONS(X) \
-    X(AttachShader) X(BindBuffer) X(BindFramebuffer) X(BindTexture) X(BindVertexArray) X(BlendEquation) \
-    X(BlendFunc) X(BufferData) X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(CompileShader) \
-    X(CreateProgram) X(CreateShader) X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram) X(DeleteShader) \
-    X(DeleteTextures) X(DeleteVertexArrays) X(Disable) X(DrawElements) X(Enable) X(EnableVertexAttribArray) \
-    X(FramebufferTexture2D) X(GenBuffers) X(GenFramebuffers) X(GenTextures) X(GenVertexArrays) X(GetError) \
-    X(GetProgramiv) X(GetUniformLocation) X(LinkProgram) X(PixelStorei) X(ReadPixels) X(Scissor) \
-    X(ShaderSource) X(TexImage2D) X(TexParameteri) X(Uniform1f) X(Uniform3f) X(UseProgram) \
-    X(VertexAttribPointer) X(Viewport)
-// clang-format on
-#define RENDER_GL_MEMBER(name) decltype(&::gl##name) name = nullptr;
-    RENDER_GL_FUNCTIONS(RENDER_GL_MEMBER)
-#undef RENDER_GL_MEMBER
-
-    Gl() {
-        context.make_current();
-#define RENDER_GL_LOAD(name) name = reinterpret_cast<decltype(name)>(context.function("gl" #name));
-        RENDER_GL_FUNCTIONS(RENDER_GL_LOAD)
-#undef RENDER_GL_LOAD
-#undef RENDER_GL_FUNCTIONS
-        program = CreateProgram();
-        attach(GL_VERTEX_SHADER, vertex_shader);
-        attach(GL_FRAGMENT_SHADER, fragment_shader);
-        LinkProgram(program);
-        GLint linked = GL_FALSE;
-        GetProgramiv(program, GL_LINK_STATUS, &linked);
-        if (linked != GL_TRUE) throw std::runtime_error("the path length shader was refused by OpenGL");
-    }
+    Gl() : program(linked_program(vertex_shader, fragment_shader, "the path length")) {}
 
     ~Gl() {
         try {
@@ -146,21 +114,6 @@ struct PathLengthRenderer::Gl {
         DeleteFramebuffers(1, &framebuffer);
         DeleteTextures(1, &texture);
         DeleteProgram(program);
-    }
-
-    void attach(GLenum kind, const char* text) {
-        const GLuint shader = CreateShader(kind);
-        ShaderSource(shader, 1, &text, nullptr);
-        CompileShader(shader);
-        AttachShader(program, shader);
-        DeleteShader(shader);
-    }
-
-    void require_no_error(const char* doing) {
-        const GLenum error = GetError();
-        if (error != GL_NO_ERROR) {
-            throw std::runtime_error("OpenGL error " + std::to_string(error) + " while " + doing);
-        }
     }
 
     void resize(int pixels) {
@@ -186,9 +139,7 @@ struct PathLengthRenderer::Gl {
     void uniform(const char* name, const Vec3& v) {
         Uniform3f(GetUniformLocation(program, name), float(v.x()), float(v.y()), float(v.z()));
     }
-    void uniform(const char* name, double v) {
-        Uniform1f(GetUniformLocation(program, name), float(v));
-    }
+    void uniform(const char* name, double v) { Uniform1f(GetUniformLocation(program, name), float(v)); }
 };
 
 PathLengthRenderer::PathLengthRenderer() : gl_(std::make_unique<Gl>()) {}
