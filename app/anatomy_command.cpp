@@ -29,8 +29,10 @@ void AnatomyCommand::add_generate() {
     CLI::App* generate = generate_ = command_->add_subcommand(
         "generate", "Grow vessels from a preset or a file, with a lumen to push wires in");
     generate->add_option("source", request_.source, "A preset, or a vessel tree (.toml)")->required();
-    generate->add_option("--seed", request_.seed,
-                         "Draws dimensions and bends of a preset; 0 = the published means");
+    generate
+        ->add_option("--seed", request_.seed,
+                     "Draws dimensions and bends of a preset; 0 = the published means")
+        ->check(CLI::Range(0.0, 9e15));
     generate->add_option("--out", request_.out, "Folder for NAME.anatomy.json and NAME.stl")->required();
     generate->add_option("--name", request_.name, "NAME; else the preset or the file, with the seed");
     generate->add_option("--stenosis", stenoses_, "BRANCH:AT:LENGTH:PERCENT of the diameter [mm]")

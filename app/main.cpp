@@ -58,6 +58,9 @@ int run(const RunArguments& arguments) {
     engine::RunOptions options;
     options.every = arguments.every;
     options.images = arguments.frames != "none";
+    if (!options.images && (arguments.panel || arguments.truth))
+        throw engine::InputError(fmt::format("--frames none: {} needs images; 'all' is accepted with it",
+                                             arguments.panel ? "--panel" : "--truth"));
     options.panel = arguments.panel;
     options.truth = arguments.truth;
     options.program = "seldinger " SELDINGER_VERSION;
@@ -117,7 +120,10 @@ int relax(engine::RelaxRequest request, const engine::RelaxFiles& files) {
     engine::write_files(files, outcome);
     fmt::print("{}: {} segments, energy {:.8g} N·mm, |g|/C {:.1e} ({}), {} contacts, {:.3g} s\n",
                outcome.method, outcome.wire.segments(), outcome.energy.total(), outcome.gradient,
-               outcome.converged ? "converged" : "not converged", outcome.contacts, outcome.cpu);
+               !outcome.converged                                       ? "not converged"
+               : outcome.counts_newton_steps && !outcome.strict_minimum ? "converged, not at a strict minimum"
+                                                                        : "converged",
+               outcome.contacts, outcome.cpu);
     return 0;
 }
 
@@ -232,6 +238,7 @@ struct RenderArguments {
 };
 
 int render_image(const RenderArguments& arguments) {
+    engine::check_still(arguments.out);
     const engine::Scenario scenario =
         engine::load_scenario(engine::find_scenario(arguments.scenario, shipped));
     engine::CommandScript script;
@@ -343,7 +350,8 @@ int main(int count, char** values) {
         ->check(CLI::Range(1, 256));
     add_optional(study_command, "--shard", study_arguments.shard,
                  "i/n: the i-th of n equal parts, for 'merge' (wall-variation)");
-    study_command->add_option("--seed", study_arguments.seed, "Of a study that draws random numbers");
+    study_command->add_option("--seed", study_arguments.seed, "Of a study that draws random numbers")
+        ->check(CLI::Range(0.0, 9e15));
 
     try {
         app.parse(count, values);

@@ -293,6 +293,7 @@ private:
 
 CommandScript parse_commands(std::string_view text, const std::string& file) {
     Parser parser(file);
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // a byte order mark, as some editors write
     for (int number = 1; !text.empty(); ++number) {
         const std::size_t end = std::min(text.find('\n'), text.size());
         parser.read(text.substr(0, end), number);

@@ -8,6 +8,7 @@
 
 #include "engine/command.h"
 #include "engine/error.h"
+#include "engine/text.h"
 
 namespace engine {
 
@@ -70,7 +71,10 @@ int ContrastFlow::cell_of(const Injection& injection) const {
                              [&](const std::string& branch) { return branch.starts_with(name + "+"); });
     }
     if (found == branches_.end()) {
-        throw InputError(fmt::format("contrast cannot go into '{}': no such branch; branches are {}", name,
+        const std::string near =
+            nearest_word(name, std::vector<std::string_view>(branches_.begin(), branches_.end()));
+        throw InputError(fmt::format("contrast cannot go into '{}': no such branch{}; branches are {}", name,
+                                     near.empty() ? "" : " (is '" + near + "' meant?)",
                                      fmt::join(branches_, ", ")));
     }
     return blood_.entry_of(static_cast<int>(found - branches_.begin()));

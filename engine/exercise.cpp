@@ -46,8 +46,11 @@ StepReport Exercise::next_frame(std::span<const Command> commands) {
 
 void Exercise::take_pulse() {
     Pulse pulse = pulse_of(simulation_, organs_);
-    pulse.new_mask = masks_ != simulation_.console().masks();
-    masks_ = simulation_.console().masks();
+    pulse.frame = frame_;
+    if (pulse.mode == ImagingMode::dsa) {
+        pulse.new_mask = masks_ != simulation_.console().masks();
+        masks_ = simulation_.console().masks();
+    }
     monitor_->take(std::move(pulse));
 }
 

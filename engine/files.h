@@ -4,12 +4,17 @@
 #include <filesystem>
 #include <string>
 #include <string_view>
+#include <utility>
+#include <vector>
 
 namespace engine {
 
-/// Writes beside the target, as path + ".part", then renames. On failure nothing is left behind and
-/// InputError names the path and the reason the system gave.
+/// Writes beside the target, under a name of its own that ends in ".part", then renames. A link's target is
+/// replaced, not the link; devices and pipes are written to. On failure nothing is left behind and InputError
+/// names the path and the reason the system gave.
 void write_whole(const std::filesystem::path&, std::string_view text);
+/// The same for several: none is touched before all are written.
+void write_whole(const std::vector<std::pair<std::filesystem::path, std::string_view>>&);
 
 /// A file that grows by whole pieces: one that cannot be written in full is taken back.
 class GrowingFile {

@@ -17,7 +17,8 @@ struct Pulse {
     physics::Polyline joints;  // of the wire [mm]
     render::Exposure exposure;
     ImagingMode mode = ImagingMode::live;
-    bool new_mask = false;  // of DSA and roadmap
+    bool new_mask = false;  // of DSA
+    int frame = 0;          // of the exercise
 };
 
 /// Of the attempt.

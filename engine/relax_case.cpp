@@ -211,10 +211,10 @@ Vec3 direction(const std::string& text) {
         at = end + 1;
     }
     const Vec3 u = parts.size() == 3 ? Vec3(parts[0], parts[1], parts[2]) : Vec3::Zero();
-    if (!u.allFinite() || !(u.norm() > 1e-12))
+    if (!u.allFinite() || u.isZero(0))
         refuse("--entry-direction", fmt::format("'{}' was found", text),
                "three numbers X,Y,Z that are not all zero are accepted");
-    return u.normalized();
+    return u.stableNormalized();
 }
 
 /// Every joint must start inside, or no deeper in the wall than a wire at rest may be.

@@ -155,18 +155,12 @@ void check_files(const RelaxFiles& files, const RelaxRequest& request) {
 }
 
 void write_files(const RelaxFiles& files, const RelaxOutcome& outcome) {
-    std::vector<std::pair<fs::path, std::string>> texts = {{files.joints, points_csv(outcome.wire.joints)}};
-    if (!outcome.pushes.empty()) texts.emplace_back(files.push(), push_csv(outcome));
-    texts.emplace_back(files.report, report_json(outcome));
-    for (std::size_t i = 0; i < texts.size(); ++i) {
-        try {
-            write_whole(texts[i].first, texts[i].second);
-        } catch (const InputError&) {
-            std::error_code ignored;
-            for (std::size_t k = 0; k < i; ++k) fs::remove(texts[k].first, ignored);
-            throw;
-        }
-    }
+    const std::string joints = points_csv(outcome.wire.joints), pushes = push_csv(outcome),
+                      report = report_json(outcome);
+    std::vector<std::pair<fs::path, std::string_view>> texts = {{files.joints, joints},
+                                                                {files.report, report}};
+    if (!outcome.pushes.empty()) texts.emplace_back(files.push(), pushes);
+    write_whole(texts);
 }
 
 }  // namespace engine

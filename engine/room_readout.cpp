@@ -44,8 +44,12 @@ void RoomReadout::observe(const Exercise& exercise, const StepReport& report) {
     if (report.insertion_stopped) tell(frame, "The wire goes no further: open end", render::Notice::warning);
     if (report.whole_wire_is_in) tell(frame, "The wire is in to its end", render::Notice::warning);
     if (report.withdrawal_stopped) tell(frame, "The tip is at the introducer", render::Notice::warning);
+    constexpr const char* no_map = "No roadmap: take a DSA run first";
     if (exercise.monitor() && exercise.monitor()->map_is_missing())
-        tell(frame, "No roadmap: take a DSA run first", render::Notice::warning);
+        tell(frame, no_map, render::Notice::warning);
+    else
+        std::erase_if(told_, [&](const Told& told) { return told.message.text == no_map; });
+    if (simulation.pulse()) pulse_rate_ = simulation.console().pulse_rate();
     const bool complete = exercise.score().completed;
     if (complete && !was_complete_) tell(frame, "Target reached", render::Notice::success);
     was_complete_ = complete;
@@ -74,6 +78,12 @@ render::Readout RoomReadout::read(const Exercise& exercise) const {
     const Score score = exercise.score();
     r.fluoro_time = score.beam_on_time;
     if (const Monitor* monitor = exercise.monitor(); monitor && monitor->last_pulse()) {
+        const Pulse& pulse = *monitor->last_pulse();
+        r.image = render::ImageMarks{
+            name_of(pulse.mode), pulse.arm.lao,
+            pulse.arm.cranial,   pulse_rate_,
+            pulse.arm.sid,       pulse.arm.detector_width,
+            pulse.frame,         (static_cast<double>(pulse.exposure.frame) + 1) / scenario.frame_rate};
         const Dose& dose = monitor->dose();
         r.tube_voltage = dose.last.kvp;
         r.tube_current = dose.last.current;

@@ -27,6 +27,7 @@ private:
     double hub_ = 0;                  // turned so far [rad]
     double push_force_ = 0;           // [N]
     double base_torque_ = 0;          // [N·mm]
+    double pulse_rate_ = 0;           // at the last pulse [1/s]
     bool was_complete_ = false;
     int resets_ = 0;
 };

@@ -39,6 +39,11 @@ std::vector<std::string> problems(const Scenario& s) {
     }
     if (s.imaging.pulse_rate && *s.imaging.pulse_rate > s.frame_rate)
         say("imaging.pulse_rate_hz", too_many_pulses(*s.imaging.pulse_rate, s.frame_rate));
+    if (s.motion.moves() && !s.imaging.patient) {
+        say("motion",
+            "[motion] moves vessels before a body that stands still; [imaging] patient = true is "
+            "accepted with it");
+    }
     if (s.wall_model == WallModel::Analytic && !s.tube) {
         say("wall.model", "an anatomy has no analytic wall; auto, distance-field, mesh are accepted");
     }

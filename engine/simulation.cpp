@@ -96,8 +96,12 @@ Simulation::Simulation(const Scenario& scenario, const ModelCache& cache)
     choose();
     choose_entry();
     locate_target();
+    try {
+        contrast_ = std::make_unique<ContrastFlow>(anatomy_, scenario_.blood);
+    } catch (const InputError& error) {
+        throw InputError(located(scenario_.place("contrast.blood_from"), error.what()));
+    }
     wall_ = make_wall(scenario_, anatomy_, cache);
-    contrast_ = std::make_unique<ContrastFlow>(anatomy_, scenario_.blood);
     reset();
     resets_ = 0;
 }

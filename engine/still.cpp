@@ -13,6 +13,14 @@ namespace engine {
 render::GrayImage render_still(const Scenario& scenario, const CommandScript& script,
                                const StillRequest& request, const ModelCache& cache) {
     check(scenario, script);
+    render::CArm arm = scenario.c_arm;
+    arm.lao = request.lao.value_or(arm.lao);
+    arm.cranial = request.cranial.value_or(arm.cranial);
+    if (const auto wrong = render::problems(arm); !wrong.empty()) throw InputError(joined(wrong, "; "));
+    if (script.end && request.frame > *script.end) {
+        throw InputError(fmt::format("frame {} was asked for; the script ends at {}: 0 to {} are accepted",
+                                     request.frame, *script.end, *script.end));
+    }
     Simulation simulation(scenario, cache);
     if (const auto wrong = simulation.problems(script); !wrong.empty()) throw InputError(joined(wrong, "\n"));
     auto next = script.commands.begin();
@@ -48,6 +56,14 @@ render::GrayImage render_still(const Scenario& scenario, const CommandScript& sc
         monitor.take(pulse);
     }
     return *monitor.image();
+}
+
+void check_still(const std::filesystem::path& path) {
+    if (path.extension() != ".png") throw InputError(path.string() + ": a picture named .png is accepted");
+    std::error_code ignored;
+    if (!path.parent_path().empty() && !std::filesystem::is_directory(path.parent_path(), ignored))
+        throw InputError(fmt::format("{}: cannot be written: there is no folder {}", path.string(),
+                                     path.parent_path().string()));
 }
 
 void write_still(const std::filesystem::path& path, const render::GrayImage& image) {

@@ -22,6 +22,8 @@ struct StillRequest {
 render::GrayImage render_still(const Scenario&, const CommandScript&, const StillRequest&,
                                const ModelCache& = {});
 
+/// Before any work: throws InputError for a picture that is not named .png or has no folder to lie in.
+void check_still(const std::filesystem::path&);
 /// Throws InputError when the PNG cannot be written.
 void write_still(const std::filesystem::path&, const render::GrayImage&);
 

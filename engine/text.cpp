@@ -81,6 +81,13 @@ std::optional<std::uint64_t> parse_hash(std::string_view word) {
 }
 
 std::string nearest_word(std::string_view written, std::span<const std::string_view> accepted) {
+    // A vessel is named by the arteries along it, such as LM+LAD.
+    for (const std::string_view word : accepted) {
+        const std::string chain = "+" + std::string(word) + "+";
+        if (!written.empty() && word != written &&
+            chain.find("+" + std::string(written) + "+") != std::string::npos)
+            return std::string(word);
+    }
     std::string_view best;
     std::size_t least = std::max<std::size_t>(2, written.size() / 3) + 1;
     for (const std::string_view word : accepted) {

@@ -50,7 +50,7 @@ Section::Section(Reading& reading, const toml::table* table, std::string name)
 }
 
 const toml::node* Section::find(std::string_view key) {
-    keys_.push_back(key);
+    if (std::find(keys_.begin(), keys_.end(), key) == keys_.end()) keys_.push_back(key);
     const toml::node* node = table_ ? table_->get(key) : nullptr;
     if (node)
         reading_.places[(name_.empty() ? "" : name_ + ".") + std::string(key)] =

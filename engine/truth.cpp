@@ -46,7 +46,7 @@ std::string to_json(const Truth& truth, int frame, double frame_rate) {
     json["schema"] = 1;
     json["frame"] = frame;
     json["time_s"] = (frame + 1) / frame_rate;
-    json["pulse_of_frame"] = pulse.exposure.frame;
+    json["pulse_of_frame"] = pulse.frame;
     json["mode"] = imaging_modes[static_cast<std::size_t>(pulse.mode)];
     json["image"] = {{"width", arm.pixels}, {"height", arm.pixels}};
     json["c_arm"] = {{"lao_deg", arm.lao / physics::kDegree},
@@ -56,6 +56,8 @@ std::string to_json(const Truth& truth, int frame, double frame_rate) {
                      {"isocentre_mm", list(arm.isocentre)},
                      {"detector_width_mm", arm.detector_width},
                      {"source_mm", list(render::source(arm))}};
+    const render::PixelBox open = render::opening_of(arm);
+    json["collimator_px"] = {open.left, open.top, open.right, open.bottom};
     const Eigen::Matrix<double, 3, 4> camera = render::camera_matrix(arm);
     for (int row = 0; row < 3; ++row)
         json["camera_matrix"].push_back({camera(row, 0), camera(row, 1), camera(row, 2), camera(row, 3)});
@@ -70,7 +72,7 @@ std::string to_json(const Truth& truth, int frame, double frame_rate) {
     json["tip_mm"] = places.back();
     json["tip_px"] = pixels.back();
     const double x = pixels.back()[0], y = pixels.back()[1];
-    json["tip_in_image"] = x >= 0 && y >= 0 && x < arm.pixels && y < arm.pixels;
+    json["tip_in_image"] = x >= open.left && y >= open.top && x < open.right && y < open.bottom;
     json["wire_mm"] = std::move(places);
     json["wire_px"] = std::move(pixels);
     json["wire_mask"] = stem(frame) + "_wire.png";

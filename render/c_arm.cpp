@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <sstream>
+#include <utility>
 
 #include "physics/geometry.h"
 
@@ -20,18 +22,27 @@ std::vector<std::string> problems(const CArm& arm) {
     // Rounding in a conversion from degrees must not refuse the limit itself.
     constexpr double slack = 1e-9;
     std::vector<std::string> found;
-    const auto require = [&found](bool holds, const char* sentence) {
-        if (!holds) found.emplace_back(sentence);
+    const auto require = [&found](bool holds, std::string sentence) {
+        if (!holds) found.push_back(std::move(sentence));
+    };
+    const auto text = [](double number) {
+        std::ostringstream stream;
+        stream << number;
+        return stream.str();
     };
     // Each comparison is written so that NaN fails it.
-    require(std::abs(arm.lao) <= 120.0 * physics::kDegree + slack,
-            "the LAO/RAO angle must lie within 120 degrees");
+    require(
+        std::abs(arm.lao) <= 120.0 * physics::kDegree + slack,
+        "the LAO/RAO angle must lie within 120 degrees; " + text(arm.lao / physics::kDegree) + " was found");
     require(std::abs(arm.cranial) <= 45.0 * physics::kDegree + slack,
-            "the cranial/caudal angle must lie within 45 degrees");
+            "the cranial/caudal angle must lie within 45 degrees; " + text(arm.cranial / physics::kDegree) +
+                " was found");
     require(arm.sod > 0.0 && std::isfinite(arm.sod),
             "the distance from source to isocentre must be positive");
     require(arm.sid > 0.0 && std::isfinite(arm.sid), "the distance from source to detector must be positive");
-    require(arm.sod < arm.sid, "the isocentre must lie between source and detector (sod < sid)");
+    require(arm.sod < arm.sid, "the isocentre must lie between source and detector (sod < sid); it is " +
+                                   text(arm.sod) + " mm from the source, the detector " + text(arm.sid) +
+                                   " mm");
     require(arm.detector_width > 0.0 && arm.detector_width <= 1000.0,
             "the detector must be wider than 0 mm and at most 1000 mm");
     require(arm.opening_width > 0.0 && arm.opening_height > 0.0 && arm.opening_width <= 1000.0 &&
@@ -58,6 +69,13 @@ Vec3 detector_centre(const CArm& arm) {
 
 double pixel_width(const CArm& arm) {
     return arm.detector_width / arm.pixels;
+}
+
+PixelBox opening_of(const CArm& arm) {
+    const double middle = 0.5 * arm.pixels, width = pixel_width(arm);
+    const double across = 0.5 * std::min(arm.opening_width, arm.detector_width) / width;
+    const double along = 0.5 * std::min(arm.opening_height, arm.detector_width) / width;
+    return {middle - across, middle - along, middle + across, middle + along};
 }
 
 double open_area(const CArm& arm) {

@@ -41,7 +41,12 @@ ArmAxes axes(const CArm&);
 physics::Vec3 source(const CArm&);           // focal spot [mm]
 physics::Vec3 detector_centre(const CArm&);  // [mm]
 double pixel_width(const CArm&);             // on the detector [mm]
-double open_area(const CArm&);               // of the detector that the collimator leaves [mm²]
+/// Edges in pixels from the image's left and top.
+struct PixelBox {
+    double left, top, right, bottom;
+};
+PixelBox opening_of(const CArm&);  // what the collimator leaves of the image
+double open_area(const CArm&);     // of the detector that the collimator leaves [mm²]
 
 /// Where a point falls. Pixel (i, j) covers [i, i+1) × [j, j+1), j downward from the top.
 struct Pixel {

@@ -71,6 +71,11 @@ void draw_status(Canvas& canvas, const Box& area, const Readout& r) {
     trefoil(canvas, {right - width - 26.0f, top + 0.5f * canvas.text_height(face)}, 11.0f);
 }
 
+ImageMarks marks_of(const Readout& r) {
+    return r.image.value_or(
+        ImageMarks{r.mode, r.lao, r.cranial, r.pulse_rate, r.sid, r.field_of_view, r.frame, r.time});
+}
+
 /// What stands on the image itself, as on the monitors of the room.
 void draw_marks(Canvas& canvas, const Box& area, const Readout& r) {
     constexpr float inset = 14.0f;
@@ -78,13 +83,14 @@ void draw_marks(Canvas& canvas, const Box& area, const Readout& r) {
                 half = 0.5f * (area.right - area.left) - 40.0f;
     marked(canvas, {area.left + inset, area.top + 10.0f}, r.title, Face::bold, palette::value, Align::left,
            half);
-    std::string mode = r.mode;
-    if (is_known(r.pulse_rate)) mode += " " + rate_text(r.pulse_rate) + " p/s";
+    const ImageMarks m = marks_of(r);
+    std::string mode = m.mode;
+    if (is_known(m.pulse_rate)) mode += " " + rate_text(m.pulse_rate) + " p/s";
     marked(canvas, {area.left + inset, area.top + 28.0f}, mode, Face::title, palette::bright, Align::left,
            half);
     draw_status(canvas, area, r);
 
-    const ImageSides sides = image_sides(r.lao, r.cranial);
+    const ImageSides sides = image_sides(m.lao, m.cranial);
     const float level = area.top + 0.5f * height - 10.0f;
     marked(canvas, {area.left + inset, level}, sides.left, Face::title, palette::bright);
     marked(canvas, {area.right - inset, level}, sides.right, Face::title, palette::bright, Align::right);
@@ -92,14 +98,14 @@ void draw_marks(Canvas& canvas, const Box& area, const Readout& r) {
 
     const float upper = area.bottom - 46.0f, lower = area.bottom - 25.0f;
     marked(canvas, {area.left + inset, upper},
-           primary_angle_text(r.lao) + "   " + secondary_angle_text(r.cranial), Face::figure,
+           primary_angle_text(m.lao) + "   " + secondary_angle_text(m.cranial), Face::figure,
            palette::bright);
     marked(canvas, {area.left + inset, lower},
-           "SID " + centimetre_text(r.sid) + " cm   FD " + centimetre_text(r.field_of_view) + " cm",
+           "SID " + centimetre_text(m.sid) + " cm   FD " + centimetre_text(m.field_of_view) + " cm",
            Face::plain, palette::value);
-    marked(canvas, {area.right - inset, upper}, clock_text(r.time), Face::figure, palette::bright,
+    marked(canvas, {area.right - inset, upper}, clock_text(m.time), Face::figure, palette::bright,
            Align::right);
-    marked(canvas, {area.right - inset, lower}, "image " + std::to_string(r.frame), Face::plain,
+    marked(canvas, {area.right - inset, lower}, "image " + std::to_string(m.frame), Face::plain,
            palette::value, Align::right);
 }
 

@@ -305,17 +305,18 @@ void require_closed(const std::string& name, const TriangleMesh& mesh) {
     throw OpenMeshError(name, edges, renderer.render(renderer.add(mesh), arm).unbalanced_pixels);
 }
 
-OverlappingMeshError::OverlappingMeshError(const std::string& name, int pixels)
-    : std::runtime_error("the mesh '" + name +
-                         "' overlaps itself or is inside out: " + std::to_string(pixels) +
-                         " of 256 × 256 pixels of a view of it are unbalanced on the way"),
+OverlappingMeshError::OverlappingMeshError(const std::string& name, int pixels, int covered)
+    : std::runtime_error("the mesh '" + name + "' overlaps itself or is inside out: " +
+                         std::to_string(pixels) + " of the " + std::to_string(covered) +
+                         " pixels that it covers in a view are unbalanced on the way; up to one in a hundred "
+                         "is accepted"),
       pixels_(pixels) {}
 
 void require_simple(const std::string& name, const TriangleMesh& mesh) {
     CArm arm = view_of(mesh);
     arm.pixels = 256;
     const SurfaceCrossings met = surface_crossings(mesh, arm, 1);
-    int wrong = 0;
+    int wrong = 0, covered = 0;
     for (int v = 0; v < met.side; ++v) {
         for (int u = 0; u < met.side; ++u) {
             int inside = 0;
@@ -325,9 +326,12 @@ void require_simple(const std::string& name, const TriangleMesh& mesh) {
                 alternates = alternates && (inside == 0 || inside == 1);
             }
             wrong += !alternates;
+            covered += met.of(u, v).size() > 0;
         }
     }
-    if (wrong > 0) throw OverlappingMeshError(name, wrong);
+    // A few triangles that cross, as in a surface drawn by hand, change no image.
+    constexpr double tolerated = 0.01;
+    if (wrong > tolerated * covered) throw OverlappingMeshError(name, wrong, covered);
 }
 
 }  // namespace render

@@ -61,7 +61,7 @@ private:
 /// A mesh that encloses some places twice, or is inside out: path lengths there would be counted wrongly.
 class OverlappingMeshError : public std::runtime_error {
 public:
-    OverlappingMeshError(const std::string& name, int pixels);
+    OverlappingMeshError(const std::string& name, int pixels, int covered);
 
     int pixels() const { return pixels_; }  // that see such a place
 
@@ -71,7 +71,8 @@ private:
 
 /// Throws OpenMeshError, with the unbalanced pixels of a view of the whole mesh, if the mesh is open.
 void require_closed(const std::string& name, const physics::TriangleMesh&);
-/// Throws OverlappingMeshError if a view of 256 × 256 rays of the whole, closed mesh meets an overlap.
+/// Throws OverlappingMeshError if of 256 × 256 rays of a view of the whole, closed mesh more than a hundredth
+/// of those that meet it meet an overlap.
 void require_simple(const std::string& name, const physics::TriangleMesh&);
 
 }  // namespace render

@@ -21,15 +21,25 @@ struct TablePlace {
     double height = 0.0;        // of its top above the floor [mm]
 };
 
+/// What stands on an image: how its own pulse was taken, whatever the stand has done since.
+struct ImageMarks {
+    std::string mode;                                      // FLUORO, DSA, ROADMAP
+    double lao = 0.0, cranial = 0.0;                       // [rad]
+    std::optional<double> pulse_rate, sid, field_of_view;  // [1/s], [mm]
+    long frame = 0;
+    std::optional<double> time;  // [s]
+};
+
 /// One state of the panel. A value that is missing, or not finite, is shown as a dash.
 struct Readout {
-    std::string title;              // of the scenario
-    std::string mode = "FLUORO";    // FLUORO, DSA, ROADMAP
-    bool beam_on = false;           // otherwise the image is the last one held
-    long frame = 0;                 // counted from 0
-    std::optional<double> time;     // since the first frame [s]
-    std::string reference_label;    // what the stored image is
-    std::vector<Message> messages;  // oldest first; the last that fit are shown
+    std::string title;                // of the scenario
+    std::string mode = "FLUORO";      // FLUORO, DSA, ROADMAP
+    bool beam_on = false;             // otherwise the image is the last one held
+    long frame = 0;                   // counted from 0
+    std::optional<double> time;       // since the first frame [s]
+    std::optional<ImageMarks> image;  // empty = the image shown is of this very state
+    std::string reference_label;      // what the stored image is
+    std::vector<Message> messages;    // oldest first; the last that fit are shown
 
     // C-arm and table
     double lao = 0.0;                     // RAO negative [rad]

@@ -18,33 +18,35 @@ namespace {
 /// Keeps empty pixels out of the logarithm; a pulse has about 1 per unit of dose.
 constexpr float least_signal = 1e-3f;
 /// Of the signal, at least so much is left as primary: behind the densest bone the estimate is too high.
-constexpr float least_primary = 0.2f;
+constexpr float least_primary = 0.12f;
 /// And of the mean close about a pixel, at most so much is scatter, as at the rim of a body in the open beam.
-constexpr float most_scatter = 0.5f;
+constexpr float most_scatter = 0.6f;
 
 }  // namespace
 
 Subtraction::Subtraction(Field mask, Field open, const SubtractionSpec& spec)
     : spec_(spec), open_(std::move(open)) {
     assert(mask.values.size() == open_.values.size());
-    log_mask_ = log_of(std::move(mask));
-}
-
-Field Subtraction::log_of(Field signal) const {
-    for (float& value : signal.values) value = std::max(0.0f, value);  // also takes NaN
-    const int block = std::max(1, signal.width / 64);
-    Field scatter = shrink(signal, block);
+    for (float& value : mask.values) value = std::max(0.0f, value);  // also takes NaN
+    const int block = std::max(1, mask.width / 64);
+    Field scatter = shrink(mask, block);
     const Field close = gaussian_blur(scatter, 1.0);
-    blur(scatter, spec_.scatter_reach * signal.width / block);
+    blur(scatter, spec_.scatter_reach * mask.width / block);
     for (std::size_t i = 0; i < scatter.values.size(); ++i) {
         scatter.values[i] =
             std::min(static_cast<float>(spec_.scatter) * scatter.values[i], most_scatter * close.values[i]);
     }
-    const Field estimate = enlarge(scatter, block, signal.width, signal.height);
+    scatter_ = enlarge(scatter, block, mask.width, mask.height);
+    log_mask_ = log_of(std::move(mask));
+}
+
+/// Of what is left without scatter. That of the mask serves every pulse: a vessel full of contrast scatters
+/// hardly less, for it is the whole body that scatters.
+Field Subtraction::log_of(Field signal) const {
     const FastLog& log = fast_log();
     for (std::size_t i = 0; i < signal.values.size(); ++i) {
-        const float value = std::max(signal.values[i], least_signal);
-        signal.values[i] = log(std::max(value - estimate.values[i], least_primary * value));
+        const float value = std::max(least_signal, signal.values[i]);  // also takes NaN
+        signal.values[i] = log(std::max(value - scatter_.values[i], least_primary * value));
     }
     return signal;
 }

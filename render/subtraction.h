@@ -9,9 +9,9 @@ struct SubtractionSpec {
     /// Share of the signal's mean about each pixel that is taken for scatter and removed before the
     /// logarithm: left in, it pales vessels behind bone. Less than there is, or noise would be divided by
     /// nothing.
-    double scatter = 0.22;
+    double scatter = 0.31;
     double scatter_reach = 0.08;  // standard deviation of that mean, in image widths [-]
-    double dsa_gain = 190.0;      // grey levels per e-fold of signal
+    double dsa_gain = 160.0;      // grey levels per e-fold of signal
     double dsa_background = 205;  // grey where nothing changed
     double map_blur = 0.8;        // standard deviation before the peak is taken, against noise [pixels]
     double roadmap_gain = 230.0;  // of what changed since the mask: the wire, in grey levels per e-fold
@@ -43,6 +43,7 @@ private:
     GrayImage framed(const Field& grey) const;
 
     SubtractionSpec spec_;
+    Field scatter_;  // of the mask, in its unit
     Field log_mask_, open_, map_;
     Field vessels_;  // grey that the map adds
 };

@@ -106,6 +106,46 @@ void check_branches(const Anatomy& anatomy, std::vector<std::string>& found) {
     }
 }
 
+/// Centrelines and ends lie where the mesh is. Cheap, so for every load; anatomy_check looks closer.
+void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
+    Eigen::AlignedBox3d box;
+    for (const Vec3& v : anatomy.lumen.vertices) box.extend(v);
+    const Eigen::AlignedBox3d near(box.min() - Vec3::Constant(1), box.max() + Vec3::Constant(1));
+    const double widest = 0.5 * box.diagonal().norm();
+    const auto outside = [&](const std::string& what, const Vec3& place, double radius) {
+        if (near.contains(place) && radius <= widest) return false;
+        found.push_back(
+            fmt::format("{} is at ({:.6g}, {:.6g}, {:.6g}) with a radius of {:.6g} mm; the mesh "
+                        "reaches from ({:.6g}, {:.6g}, {:.6g}) to ({:.6g}, {:.6g}, {:.6g}); places "
+                        "within it and radii of up to {:.6g} mm are accepted",
+                        what, place.x(), place.y(), place.z(), radius, box.min().x(), box.min().y(),
+                        box.min().z(), box.max().x(), box.max().y(), box.max().z(), widest));
+        return true;
+    };
+    for (const CentrelineBranch& branch : anatomy.branches) {
+        for (std::size_t i = 0; i < branch.points.size(); ++i)
+            if (outside(fmt::format("branch '{}': sample {}", branch.name, i), branch.points[i],
+                        branch.radii[i]))
+                break;
+    }
+    for (const VesselEnd& end : anatomy.ends) {
+        const physics::OpenEnd& opening = end.opening;
+        if (outside(fmt::format("end '{}'", opening.name), opening.centre, opening.radius)) continue;
+        // Seen from its end, the vessel that it ends lies inside.
+        const VesselPlace place = nearest_place(anatomy, opening.centre);
+        const physics::Polyline& line = anatomy.branches[place.branch].points;
+        const int last = static_cast<int>(line.size()) - 1, reach = std::max(1, std::min(last, last / 4));
+        const Vec3 within = line[place.sample > last / 2 ? std::max(0, place.sample - reach)
+                                                         : std::min(last, place.sample + reach)];
+        if ((within - opening.centre).dot(opening.outward_normal) > 0) {
+            found.push_back(
+                fmt::format("end '{}': its normal points into branch '{}'; one that points out of "
+                            "the lumen is accepted",
+                            opening.name, anatomy.branches[place.branch].name));
+        }
+    }
+}
+
 double arc_between(const CentrelineBranch& branch, int from, int to) {
     if (from > to) std::swap(from, to);
     double length = 0;
@@ -137,6 +177,7 @@ std::vector<std::string> problems(const Anatomy& anatomy) {
         found.push_back(fmt::format("target '{}' is not at a finite place", target.name));
     }
     if (found.empty()) check_mesh(anatomy, found);
+    if (found.empty()) check_extent(anatomy, found);
     return found;
 }
 

@@ -55,6 +55,8 @@ void check_stl(const fs::path& path, std::ifstream& stream, std::uintmax_t size)
         check_count(path, static_cast<double>(size) / binary_stl);
         return;
     }
+    if (head.size() == 84 && count == 0)
+        refuse(path, "a binary STL of 0 triangles was found; the surface of a lumen is accepted");
     const std::size_t word = std::min(head.find_first_not_of(" \t\r\n"), head.size());
     if (head.compare(word, 5, "solid") == 0 && head.find("facet") != std::string::npos) {
         check_count(path, static_cast<double>(size) / text_stl);

@@ -272,11 +272,19 @@ private:
         int count = 0;
         for (int t = 0; t < total; ++t) count += gone[t] = find(t) != main;
         const double share = 100 * (1 - kept / whole);
+        const std::string where = place_text(centroid(mesh_, mesh_.triangles[next]));
+        if (areas.at(next) > 0.25 * whole) {
+            throw InputError(fmt::format(
+                "the surface is in pieces apart, one of them {:.2g} % of it, at {}: two vessels, or "
+                "the inside and the outside of a wall; one lumen, with specks of up to 25 % beside "
+                "it, is accepted",
+                100 * areas.at(next) / whole, where));
+        }
         note(share > 5 ? Finding::Kind::Warned : Finding::Kind::Mended,
              fmt::format(
                  "{} pieces apart from the vessel were dropped: {} triangles, {:.2g} % of the surface, "
                  "the largest at {}",
-                 areas.size(), count, share, place_text(centroid(mesh_, mesh_.triangles[next]))));
+                 areas.size(), count, share, where));
         remove(mesh_.triangles, gone);
     }
 

@@ -165,6 +165,15 @@ std::vector<std::string> problems(const VesselTree& tree) {
     for (std::size_t c = 0; c < branches.size(); ++c) {
         const SampledBranch& child = branches[c];
         if (child.parent < 0) continue;
+        const SampledBranch& parent = branches[child.parent];
+        const double apart = (child.points[0] - parent.points[child.parent_sample]).norm();
+        if (apart > parent.radii[child.parent_sample]) {
+            found.push_back(fmt::format(
+                "branch '{}' starts {:.2f} mm from its place on '{}', whose radius there is {:.2f} mm; "
+                "points relative to that place, from 0, 0, 0 on, are accepted",
+                child.name, apart, parent.name, parent.radii[child.parent_sample]));
+            continue;
+        }
         if (child.separation + 1 >= static_cast<int>(child.points.size()) && !child.closed) {
             found.push_back(
                 fmt::format("branch '{}' never leaves '{}'; a branch that comes out of its parent's "

@@ -187,8 +187,9 @@ void claim_ratios(const std::vector<CycleCost>& mesh, const std::vector<CycleCos
             std::isfinite(product.back()) ? fmt::format("{:.2f}", product.back()) : std::string("never"));
     }
     const std::string measure = fmt::format(
-        "Cycles until |d_{}| stays within 0.1 mm times the time of a cycle. More segments cost little more "
-        "here, for the wall takes most of the time whatever M is.",
+        "Cycles until |d_{}| stays within 0.1 mm times the time of a cycle. The more of it the wall takes, "
+        "the "
+        "less more segments cost.",
         joint);
     const auto best = std::min_element(product.begin(), product.end()) - product.begin() + 1;
     claims.push_back({"Section 3.2: the best outcomes in time are those of M = 2 and M = 3 [s]",

@@ -60,29 +60,34 @@ std::vector<Claim> claims(const std::vector<Run>& runs, const std::vector<int>& 
     std::vector<Claim> list;
     const std::string measure = fmt::format("Least cycles after which |d_{}| stays within 0.1 mm.", joint);
     for (const int varied : {2, 3}) {
-        const double best = best_separation(runs, 0, varied);
+        const double best = best_separation(runs, 0, varied), closer = best_separation(runs, 0, varied, 1);
+        const bool differ = std::isfinite(closer) && closer != best;
         list.push_back(
             {fmt::format("Fig. 5{}: separation of the fastest M = {} [segments]", varied == 2 ? 'a' : 'b',
                          varied),
              std::string("10 to 20"), best, best >= 10 && best <= 20,
-             fmt::format("{} Within 0.01 mm the fastest is δ = {:g}: what counts as relaxed decides "
-                         "between separations that are nearly as fast.",
-                         measure, best_separation(runs, 0, varied, 1))});
+             differ ? fmt::format("{} Within 0.01 mm the fastest is δ = {:g}: what counts as relaxed decides "
+                                  "between separations that are nearly as fast.",
+                                  measure, closer)
+                    : measure});
     }
     const Run& single = find(runs, 1, 0);
-    const Run* best = fastest(runs, 0, 2);
-    bool slow = best != nullptr, faster = true;
+    double slowest_of_the_good = 0;  // of those that the paper calls best, 10 to 20
+    for (const int delta : separations)
+        if (delta >= 10 && delta <= 20)
+            slowest_of_the_good = std::max(slowest_of_the_good, find(runs, 2, delta).settled[0]);
+    bool slow = true, faster = true;
     std::string cycles_of;
     for (const int delta : separations) {
         if (delta > 5 && delta < 30) continue;
         const Run& run = find(runs, 2, delta);
-        slow = slow && run.settled[0] > best->settled[0];
+        slow = slow && run.settled[0] > slowest_of_the_good;
         faster = faster && run.settled[0] < single.settled[0];
         cycles_of += fmt::format("δ = {}: {}, ", delta, cycles_text(run.settled[0]));
     }
     list.push_back(
         {"Fig. 5a: M = 2 with δ of 2 to 5 and from 30 on is slow, still faster than M = 1 [cycles]",
-         std::string("slower than the best, faster than M = 1"),
+         std::string("slower than δ of 10 to 20, faster than M = 1"),
          cycles_of + "M = 1: " + cycles_text(single.settled[0]), slow && faster, measure});
     int won = 0;
     std::string lost;
@@ -95,7 +100,7 @@ std::vector<Claim> claims(const std::vector<Run>& runs, const std::vector<int>& 
                                 cycles_text(two));
     }
     list.push_back({"Fig. 5: separations at which M = 3 is faster than M = 2, of those tried",
-                    static_cast<double>(separations.size()), static_cast<double>(won),
+                    std::string("all"), fmt::format("{} of {}", won, separations.size()),
                     won == static_cast<int>(separations.size()),
                     lost.empty() ? measure
                                  : measure + lost +

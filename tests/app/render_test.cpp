@@ -52,6 +52,7 @@ TEST(Render, AnglesBeyondTheGantryAreRefused) {
 TEST(Render, ModesFramesAndContrastThereAreNotAreRefused) {
     expect_render_refused({"--mode", "cine"}, "live,dsa,roadmap");
     expect_render_refused({"--frame", "-1"}, "--frame");
+    expect_render_refused({"--frame", "40000"}, "the script ends at 40: 0 to 40 are accepted");
     expect_render_refused({"--mode", "dsa", "--iodine", "900"}, "--iodine");
 }
 

@@ -92,7 +92,7 @@ TEST(Exercise, DsaShowsContrastAloneAndRoadmapKeepsIt) {
 
 TEST(Exercise, ARoadmapIsLostWhenTheArmTheTableOrTheFieldMoves) {
     const std::vector<Command> moves = {MoveArm{0.1, {}, {}, {}, {}, {}}, MoveTable{{0, 0, 5}},
-                                        MoveArm{{}, {}, {}, {}, 80.0, {}}, Collimate{40, 40}, NewMask{}};
+                                        MoveArm{{}, {}, {}, {}, 80.0, {}}, Collimate{40, 40}};
     for (const Command& move : moves) {
         Exercise exercise(test::small_scenario(), true);
         const auto next = [&](const Commands& commands) { exercise.next_frame(commands); };
@@ -103,6 +103,18 @@ TEST(Exercise, ARoadmapIsLostWhenTheArmTheTableOrTheFieldMoves) {
         next({move});
         EXPECT_TRUE(exercise.monitor()->map_is_missing()) << to_text(move);
     }
+}
+
+TEST(Exercise, AMaskAskedForIsTakenByTheNextPulseOfDsa) {
+    Exercise exercise(test::small_scenario(), true);
+    const auto next = [&](const Commands& commands) { exercise.next_frame(commands); };
+    next({Beam{true}, SetMode{ImagingMode::dsa}});
+    next({Contrast{60}});
+    next({SetMode{ImagingMode::roadmap}, NewMask{}});
+    EXPECT_FALSE(exercise.monitor()->map_is_missing());
+    next({SetMode{ImagingMode::dsa}});
+    next({SetMode{ImagingMode::roadmap}});
+    EXPECT_TRUE(exercise.monitor()->map_is_missing());
 }
 
 TEST(Exercise, LiveImagesKeepAShareOfThoseBefore) {
@@ -201,8 +213,11 @@ TEST(Exercise, InjectionsOfReplaysAreTheSame) {
 
 TEST(Exercise, VesselsThatMoveTakeWireAndContrastWithThem) {
     const std::string motion = "[motion]\nbreathing_rate_per_min = 60\nbreathing_reach_mm = [0, 0, 40]\n";
-    Exercise still(test::small_scenario(), true);
-    Exercise moving(parse_scenario(test::small_toml_with("", "") + motion, "small.toml"), true);
+    Exercise still(parse_scenario(test::small_toml_with("patient = false", "patient = true"), "small.toml"),
+                   true);
+    Exercise moving(
+        parse_scenario(test::small_toml_with("patient = false", "patient = true") + motion, "small.toml"),
+        true);
     const auto row_of_the_vessel = [](Exercise& exercise) {
         exercise.next_frame(Commands{Beam{true}, SetMode{ImagingMode::dsa}});
         for (int frame = 1; frame < 7; ++frame) exercise.next_frame(Commands{Contrast{200}});

@@ -12,8 +12,9 @@ namespace {
 
 /// Of the small scenario, moved, at 128 pixels.
 Truth small_truth(const std::vector<Command>& commands, const std::string& motion = "") {
-    Exercise exercise(
-        parse_scenario(test::small_toml_with("pixels = 64", "pixels = 128") + motion, "small.toml"), true);
+    std::string text = test::small_toml_with("pixels = 64", "pixels = 128") + motion;
+    if (!motion.empty()) text.replace(text.find("patient = false"), 15, "patient = true");
+    Exercise exercise(parse_scenario(text, "small.toml"), true);
     exercise.next_frame(commands);
     return exercise.truth();
 }
@@ -61,6 +62,29 @@ TEST(Truth, TheCameraMatrixProjectsWhatTheFileLists) {
         EXPECT_NEAR(projected[1] / projected[2], json["wire_px"][i][1].get<double>(), 1e-9);
     }
     EXPECT_EQ(json["tip_px"], json["wire_px"].back());
+}
+
+TEST(Truth, TellsWhatTheCollimatorLeaves) {
+    const auto json = [](const Command& command) {
+        return nlohmann::json::parse(to_json(small_truth({Beam{true}, Advance{20}, command}), 0, 15));
+    };
+    const auto open = json(Collimate{1000, 1000}), narrow = json(Collimate{60, 3});
+    EXPECT_EQ(open["collimator_px"], (std::vector<double>{0, 0, 128, 128}));
+    const double half_width = 0.5 * 128 * 60 / 300, half_height = 0.5 * 128 * 3 / 300;
+    EXPECT_NEAR(narrow["collimator_px"][0].get<double>(), 64 - half_width, 1e-9);
+    EXPECT_NEAR(narrow["collimator_px"][3].get<double>(), 64 + half_height, 1e-9);
+    EXPECT_TRUE(open["tip_in_image"].get<bool>());
+    EXPECT_FALSE(narrow["tip_in_image"].get<bool>());
+}
+
+TEST(Truth, NamesTheFrameOfItsPulseAfterAReset) {
+    Exercise exercise(test::small_scenario(), true);
+    exercise.next_frame(std::vector<Command>{Beam{true}});
+    exercise.next_frame(std::vector<Command>{Advance{2}});
+    exercise.next_frame(std::vector<Command>{Reset{}, Beam{true}});
+    EXPECT_EQ(exercise.truth().pulse.frame, 2);
+    exercise.next_frame(std::vector<Command>{Beam{false}});
+    EXPECT_EQ(exercise.truth().pulse.frame, 2);
 }
 
 TEST(Truth, FollowsVesselsThatMove) {

@@ -97,6 +97,21 @@ TEST(Anatomy, HoleInTheWallIsRefused) {
     EXPECT_NE(problems(anatomy)[0].find("3 edges"), std::string::npos);
 }
 
+TEST(Anatomy, CentrelinesAndEndsFarFromTheMeshAreRefused) {
+    for (const double x : {1e30, 1e6, 500.0}) {
+        const std::string text = refusal_after([x](Json& d) { d["branches"][0]["points"][3][0] = x; });
+        EXPECT_NE(text.find("': sample 3 is at ("), std::string::npos) << text;
+        EXPECT_NE(text.find("places within it"), std::string::npos) << text;
+    }
+    test::expect_said(refusal_after([](Json& d) { d["branches"][1]["points"][2][3] = 1e4; }),
+                      "radius of 10000 mm");
+    test::expect_said(refusal_after([](Json& d) { d["ends"][0]["centre"] = {0, 0, 1e5}; }), "end '");
+    test::expect_said(refusal_after([](Json& d) {
+                          for (Json& n : d["ends"][0]["normal"]) n = -n.get<double>();
+                      }),
+                      "its normal points into branch");
+}
+
 TEST(Anatomy, PlaceInTheBodyIsWrittenAndRead) {
     const test::TemporaryFolder folder;
     Anatomy anatomy = test::straight_tube("tube");

@@ -78,6 +78,14 @@ TEST(MeshRepair, DropsDoublesFinsAndIslands) {
     expect_whole(lumen, whole);
 }
 
+TEST(MeshRepair, RefusesPiecesThatAreNoSpecks) {
+    TriangleMesh wall = tube(4, 20);
+    test::append(wall, tube(3, 20));  // the inside of the wall
+    const std::string text = test::refusal([&] { repaired(wall); });
+    EXPECT_NE(text.find("in pieces apart, one of them"), std::string::npos) << text;
+    EXPECT_NE(text.find("one lumen"), std::string::npos) << text;
+}
+
 TEST(MeshRepair, FillsHolesAndListsThem) {
     TriangleMesh mesh = tube(2, 20);
     const std::size_t whole = mesh.triangles.size();

@@ -99,6 +99,10 @@ TEST(VesselTree, AneurysmIsAClosedBranchOfItsDiameter) {
 TEST(VesselTree, RefusesWhatCannotBeAVessel) {
     test::expect_said(refusal_after([](auto& s) { s.branches[1].parent = "nobody"; }),
                       "'side': its parent 'nobody'");
+    test::expect_said(refusal_after([](auto& s) {
+                          for (auto& k : s.branches[1].knots) k.place.y() += 20;
+                      }),
+                      "'side' starts 20.00 mm from its place on 'main'");
     test::expect_said(refusal_after([](auto& s) { s.branches[1].name = "main"; }),
                       "two branches are named 'main'");
     test::expect_said(refusal_after([](auto& s) { s.branches[0].knots[1].radius = -1; }),
