@@ -83,9 +83,10 @@ Vessel tube_vessel(const RelaxRequest& r) {
     Vessel vessel{file, nullptr, load_points(*r.tube), {}};
     const Polyline& points = vessel.path;
     if (points.size() < 2)
-        refuse(located({file, static_cast<int>(points.size()) + 1, 1},
-                       fmt::format("{} point was found", points.size())),
-               "a centreline", "two points or more are accepted");
+        refuse(
+            located({file, static_cast<int>(points.size()) + 1, 1},
+                    fmt::format("{} point{} found", points.size(), points.size() == 1 ? " was" : "s were")),
+            "a centreline", "two points or more are accepted");
     for (std::size_t i = 1; i < points.size(); ++i) {
         if ((points[i] - points[i - 1]).norm() >= 1e-9) continue;
         throw InputError(located({file, static_cast<int>(i) + 2, 1},
@@ -232,9 +233,9 @@ void check_inside(const Vessel& vessel, const Guidewire& wire, const std::string
         const double most = kPressedIn * contacts[i].room;
         if (contacts[i].penetration <= most) continue;
         refuse(name,
-               fmt::format("joint {} starts {:.3g} mm outside the lumen of {}", i, contacts[i].penetration,
+               fmt::format("joint {} starts {:.5g} mm outside the lumen of {}", i, contacts[i].penetration,
                            vessel.name),
-               fmt::format("inside, or up to {:.3g} mm in the wall, is accepted", most));
+               fmt::format("inside, or up to {:.5g} mm in the wall, is accepted", most));
     }
 }
 

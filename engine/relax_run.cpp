@@ -48,14 +48,17 @@ int relax(const RelaxCase& given, physics::Guidewire& wire, physics::Relaxer& re
 bool same_file(const fs::path& a, const fs::path& b) {
     std::error_code error;
     if (fs::equivalent(a, b, error) && !error) return true;
-    return fs::absolute(a).lexically_normal() == fs::absolute(b).lexically_normal();
+    const fs::path whole = fs::absolute(a, error).lexically_normal();
+    return !whole.empty() && whole == fs::absolute(b, error).lexically_normal();
 }
 
 void check_writable(const fs::path& file) {
     const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
     std::error_code ignored;
     std::string reason;
-    if (!file.has_filename() || fs::is_directory(file, ignored))
+    if (file.empty())
+        reason = "a file without a name was asked for";
+    else if (!file.has_filename() || fs::is_directory(file, ignored))
         reason = "a folder is in its place";
     else if (!fs::is_directory(folder, ignored))
         reason = fmt::format("there is no folder {}", folder.string());

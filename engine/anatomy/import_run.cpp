@@ -44,7 +44,8 @@ std::string report_of(const ImportedLumen& imported, const std::filesystem::path
     return text + fmt::format(
                       "\n{}: names may be edited. A scenario uses it by\nanatomy = \"{}\"\nentry.end = "
                       "\"{}\"\ntarget.name = \"{}\"\n",
-                      file.string(), file.string(), anatomy.ends[0].opening.name, anatomy.targets[0].name);
+                      file.string(), std::filesystem::absolute(file).lexically_normal().string(),
+                      anatomy.ends[0].opening.name, anatomy.targets[0].name);
 }
 
 }  // namespace

@@ -155,6 +155,9 @@ TEST(PathLength, RefusesAMeshThatOverlapsItselfOrIsInsideOut) {
     EXPECT_THROW(render::require_simple("heart", turned), render::OverlappingMeshError);
     for (int i = 0; i < n; ++i) two.vertices[n + i] += Vec3(40, 0, 0);
     EXPECT_NO_THROW(render::require_simple("heart", two)) << "side by side they are two bodies";
+    TriangleMesh pricked = ball;  // a corner on the far side: a thin spike, seen by few rays
+    pricked.vertices[pricked.triangles[500][0]] *= -1.2;
+    EXPECT_NO_THROW(render::require_simple("heart", pricked));
 }
 
 TEST(PathLength, TakesAnUnindexedMeshAsClosed) {
