@@ -9,7 +9,7 @@
 namespace engine {
 namespace {
 
-constexpr std::size_t most_told = 5;
+constexpr std::size_t most_differences = 5;
 
 }  // namespace
 
@@ -87,7 +87,7 @@ std::vector<std::string> Expectation::differences() const {
 
 void Expectation::differ(const std::string& text) {
     ++differing_;
-    if (differences_.size() < most_told) differences_.push_back(text);
+    if (differences_.size() < most_differences) differences_.push_back(text);
 }
 
 }  // namespace engine

@@ -9,7 +9,7 @@ namespace {
 constexpr double kSteepest = 1.1;      // of penetration at most, smoothed creases included
 constexpr double kShortest = 0.01;     // stretch of a segment that is still halved [mm]
 constexpr double kPrecision = 0.02;    // of the depth that is found [mm]
-constexpr double kMergeShare = 0.5;    // of the tolerance that a segment made whole may use
+constexpr double kWholeShare = 0.5;    // of the tolerance that a segment made whole may use
 constexpr double kLeastPart = 0.25;    // of a segment that a split leaves on either side
 constexpr double kLeastPiece = 0.125;  // of λ
 
@@ -152,7 +152,7 @@ int merge_pieces(Guidewire& wire, const LumenWall& wall, bool every, double tole
     int count = 0;
     for (int i = wire.segments() - 1; i >= 1; --i) {
         if (!wire.within_a_segment(i)) continue;
-        if (!every && needed(wire, wall, i, kMergeShare * tolerance)) continue;
+        if (!every && needed(wire, wall, i, kWholeShare * tolerance)) continue;
         merge_segments(wire, i);
         ++count;
     }

@@ -19,7 +19,7 @@ std::string joined(const std::vector<std::string>& sentences) {
 }
 
 /// Lengths are whole numbers of λ to this share of it, in spite of rounding.
-constexpr double kWhole = 1e-9;
+constexpr double kWholeSegment = 1e-9;
 
 /// Segments of the spec's λ in the curved tip.
 int whole_curved_segments(const GuidewireSpec& spec) {
@@ -118,14 +118,14 @@ double Guidewire::inserted_length() const {
 }
 
 int Guidewire::curved_segments() const {
-    double left = whole_curved_segments(spec) * spec.segment_length * (1 - kWhole);
+    double left = whole_curved_segments(spec) * spec.segment_length * (1 - kWholeSegment);
     int count = 0;
     for (int i = segments(); i >= 1 && left > 0; --i, ++count) left -= lengths[i];
     return count;
 }
 
 bool Guidewire::within_a_segment(int joint) const {
-    const double piece = spec.segment_length * (1 - kWhole);  // is shorter
+    const double piece = spec.segment_length * (1 - kWholeSegment);  // is shorter
     if (joint < 1 || joint >= segments() || lengths[joint] >= piece || lengths[joint + 1] >= piece)
         return false;
     double from_base = 0;
@@ -216,7 +216,7 @@ void merge_segments(Guidewire& wire, int i) {
     wire.lengths[i] += wire.lengths[i + 1];
     // A segment made whole of its pieces is as it was before.
     const double lambda = wire.spec.segment_length;
-    if (std::abs(wire.lengths[i] - lambda) < kWhole * lambda) wire.lengths[i] = lambda;
+    if (std::abs(wire.lengths[i] - lambda) < kWholeSegment * lambda) wire.lengths[i] = lambda;
     wire.lengths.erase(wire.lengths.begin() + i + 1);
     wire.joints.erase(wire.joints.begin() + i);
     wire.stations.erase(wire.stations.begin() + i);
@@ -240,7 +240,7 @@ void insert_segment(Guidewire& wire) {
 bool remove_segment(Guidewire& wire) {
     int last = wire.segments() - wire.curved_segments();
     for (; wire.lengths[last] > 1.5 * wire.spec.segment_length; ++last) split_segment(wire, last);
-    for (; wire.lengths[last] < wire.spec.segment_length * (1 - kWhole); --last)
+    for (; wire.lengths[last] < wire.spec.segment_length * (1 - kWholeSegment); --last)
         merge_segments(wire, last - 1);
     if (last < 2) return false;
     wire.tangents.erase(wire.tangents.begin() + last);

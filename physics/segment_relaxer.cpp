@@ -11,10 +11,10 @@
 namespace physics {
 namespace {
 
-constexpr int kTries = 6;            // of an update that would raise the energy
-constexpr double kTryAgain = 0.4;    // share of the last try
-constexpr double kRest = 1e-10;      // largest turn in a sweep that counts as converged
-constexpr double kRounding = 4e-16;  // of the energies that an update touches
+constexpr int kTries = 6;                  // of an update that would raise the energy
+constexpr double kTryAgain = 0.4;          // share of the last try
+constexpr double kRest = 1e-10;            // largest turn in a sweep that counts as converged
+constexpr double kUpdateRounding = 4e-16;  // of the energies that an update touches
 
 /// Breaks perfect symmetry the same way every time: a bow of 1e-4 rad towards a fixed side. Its energy, about
 /// 1e-9 C, is far below what a wire in need of it has to give.
@@ -180,7 +180,7 @@ bool SegmentRelaxer::try_turn(Guidewire& wire, Contacts& contacts, const Tangent
         const double change = (bending_after - bending_before) + (push_after - push_before);
         const double scale = bending_before + bending_after + std::abs(push_before) + std::abs(push_after) +
                              2 * contacts.load_scale(first);
-        const double rounding = kRounding * scale;
+        const double rounding = kUpdateRounding * scale;
         if (!(change <= rounding)) {
             for (int m = 0; m < count_; ++m) wire.tangents[varied_[m]] = old[m];
             contacts.undo(wire);

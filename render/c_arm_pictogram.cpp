@@ -11,13 +11,13 @@ namespace render {
 
 namespace {
 
-constexpr float pi = std::numbers::pi_v<float>;
+constexpr float half_turn = std::numbers::pi_v<float>;  // [rad]
 constexpr Ink body{70, 82, 90};
 
 std::array<Point, 32> ellipse(Point centre, float a, float b) {
     std::array<Point, 32> points;
     for (std::size_t k = 0; k < points.size(); ++k) {
-        const float angle = 2.0f * pi * static_cast<float>(k) / static_cast<float>(points.size());
+        const float angle = 2.0f * half_turn * static_cast<float>(k) / static_cast<float>(points.size());
         points[k] = {centre.x + a * std::cos(angle), centre.y + b * std::sin(angle)};
     }
     return points;
@@ -56,8 +56,8 @@ void stand(Canvas& canvas, Point iso, float tilt, float lift, bool beam_on) {
         std::array{place(-radius, 0.0f), place(face, -half_detector), place(face, half_detector)},
         beam_on ? palette::with_alpha(palette::beam, 105) : palette::with_alpha(palette::label, 38));
     // From the source round by the left to the column of the detector.
-    const float top = tilt - 0.5f * pi;
-    canvas.arc(iso, radius + 2.0f, top - pi, top, palette::label, 3.5f);
+    const float top = tilt - 0.5f * half_turn;
+    canvas.arc(iso, radius + 2.0f, top - half_turn, top, palette::label, 3.5f);
     canvas.line(place(radius + 2.0f, 0.0f), place(face + 3.0f, 0.0f), palette::label, 4.0f);
     block(face, 5.0f, half_detector, palette::value);
     block(-radius - 6.0f, 8.0f, 5.5f, beam_on ? palette::beam : palette::value);

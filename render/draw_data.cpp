@@ -16,7 +16,7 @@ namespace render {
 namespace {
 
 // The top row is drawn, and so read back, first.
-constexpr const char* vertex_shader = R"(#version 330 core
+constexpr const char* panel_vertex_shader = R"(#version 330 core
 layout(location = 0) in vec2 position;
 layout(location = 1) in vec2 place;
 layout(location = 2) in vec4 colour;
@@ -29,7 +29,7 @@ void main() {
     gl_Position = vec4(2.0 * position / size - 1.0, 0.0, 1.0);
 })";
 
-constexpr const char* fragment_shader = R"(#version 330 core
+constexpr const char* panel_fragment_shader = R"(#version 330 core
 uniform sampler2D picture;
 in vec2 texture_place;
 in vec4 ink;
@@ -75,7 +75,7 @@ struct DrawDataRenderer::Gl : GlContext {
     }
 
     void make_program() {
-        program = linked_program(vertex_shader, fragment_shader, "the panel");
+        program = linked_program(panel_vertex_shader, panel_fragment_shader, "the panel");
         UseProgram(program);
         Uniform2f(GetUniformLocation(program, "size"), float(width), float(height));
     }

@@ -20,7 +20,7 @@ using Verdict = Check::Verdict;
 
 /// Lumens have 86 % and more of such rays, the two sides of a wall 57 % and fewer.
 constexpr double least_once = 0.75;
-constexpr double least_radius = 0.2, largest_radius = 20;  // of the median [mm]
+constexpr double least_median = 0.2, largest_median = 20;  // of the median [mm]
 constexpr double largest_edge_ratio = 1.5;
 constexpr int most_rays = 20'000;
 
@@ -44,7 +44,7 @@ std::string other_units(double median, const std::string& taken) {
     std::string text;
     for (const Unit& unit : units) {
         const double radius = median / used->mm * unit.mm;
-        if (&unit == used || radius < least_radius || radius > largest_radius) continue;
+        if (&unit == used || radius < least_median || radius > largest_median) continue;
         text +=
             fmt::format("{}--unit {} would make it {:.2g} mm", text.empty() ? " (" : ", ", unit.name, radius);
     }
@@ -173,8 +173,8 @@ SurfaceFigures surface_figures(const TriangleMesh& closed) {
 }
 
 std::vector<Check> surface_checks(const SurfaceFigures& figures, const std::string& unit) {
-    const bool usual = figures.median_radius >= least_radius && figures.median_radius <= largest_radius;
-    const std::string range = fmt::format("{} to {} mm{}", least_radius, largest_radius,
+    const bool usual = figures.median_radius >= least_median && figures.median_radius <= largest_median;
+    const std::string range = fmt::format("{} to {} mm{}", least_median, largest_median,
                                           usual ? "" : other_units(figures.median_radius, unit));
     return {{"median radius", fmt::format("{:.3g} mm", figures.median_radius), range, failed_unless(usual)},
             {"rays inward that cross the surface once", fmt::format("{:.0f} %", 100 * figures.once),

@@ -14,9 +14,9 @@ namespace {
 using physics::TriangleMesh;
 using physics::Vec3;
 
-struct Box {
+struct VoxelBox {
     Vec3 low = Vec3::Constant(std::numeric_limits<double>::infinity()), high = -low;
-    explicit Box(const TriangleMesh& mesh) {
+    explicit VoxelBox(const TriangleMesh& mesh) {
         for (const Vec3& v : mesh.vertices) low = low.cwiseMin(v), high = high.cwiseMax(v);
     }
 };
@@ -39,12 +39,12 @@ double edge_area(double ax, double ay, double bx, double by, double x, double y)
 }  // namespace
 
 double LumenVoxels::box_count(const TriangleMesh& mesh, double size) {
-    const Box box(mesh);
+    const VoxelBox box(mesh);
     return ((box.high - box.low) / size).array().ceil().prod();
 }
 
 LumenVoxels::LumenVoxels(const TriangleMesh& closed, double size) : size_(size) {
-    const Box box(closed);
+    const VoxelBox box(closed);
     // A place that no coordinate of a tidy mesh falls on, so that columns miss corners and edges.
     origin_ = box.low + size * Vec3(0.3819, 0.4427, 0.4142);
     for (int k = 0; k < 3; ++k)
