@@ -23,7 +23,7 @@ constexpr double kWhileMade = 2;  // times that
 constexpr double kWide = 15;      // vessels of so many spacings in radius have a grid of twice the spacing
 
 /// The point of a branch `way` before (< 0) or behind a sample along it; none past its ends.
-std::optional<Vec3> along(const physics::CentrelineBranch& branch, int sample, double way) {
+std::optional<Vec3> place_along(const physics::CentrelineBranch& branch, int sample, double way) {
     const int step = way < 0 ? -1 : 1, count = static_cast<int>(branch.points.size());
     double left = std::abs(way);
     for (int i = sample; i + step >= 0 && i + step < count; i += step) {
@@ -116,7 +116,7 @@ LumenDemand demand_of(const Anatomy& anatomy) {
             const double radius = branch.radii[i];
             if (radius < demand.smallest_radius)
                 demand.smallest_radius = radius, demand.narrowest = branch.name, demand.narrowest_sample = i;
-            const auto before = along(branch, i, -radius), behind = along(branch, i, radius);
+            const auto before = place_along(branch, i, -radius), behind = place_along(branch, i, radius);
             if (!before || !behind) continue;
             const double bent = curvature(*before, branch.points[i], *behind);
             if (bent > std::max(demand.largest_curvature, 1e-9))

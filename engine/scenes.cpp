@@ -41,7 +41,7 @@ std::vector<Scene> all_scenes() {
 }
 
 /// Points about `step` apart along a polyline, its first and last among them.
-Polyline resampled(const Polyline& path, double step) {
+Polyline resampled_path(const Polyline& path, double step) {
     double total = 0;
     for (std::size_t i = 1; i < path.size(); ++i) total += (path[i] - path[i - 1]).norm();
     const int count = std::max(1, static_cast<int>(std::ceil(total / step - 1e-9)));
@@ -107,7 +107,7 @@ const Scene* find_scene(std::string_view name) {
 Anatomy tube_anatomy(const std::string& name, const Polyline& centreline, double radius, int around,
                      double step) {
     assert(around >= 3 && step > 0 && radius > 0 && centreline.size() >= 2);
-    const Polyline points = resampled(centreline, step);
+    const Polyline points = resampled_path(centreline, step);
     const int rings = static_cast<int>(points.size());
     const auto tangent = [&](int i) {
         return (points[std::min(i + 1, rings - 1)] - points[std::max(i - 1, 0)]).normalized().eval();

@@ -11,7 +11,6 @@ namespace render {
 
 namespace {
 
-constexpr float half_turn = std::numbers::pi_v<float>;  // [rad]
 constexpr Ink body{70, 82, 90};
 
 std::array<Point, 32> ellipse(Point centre, float a, float b) {

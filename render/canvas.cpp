@@ -99,7 +99,7 @@ std::vector<Between> between(int from, int to) {
 }
 
 /// Bilinear, in integers: the same on every machine. Unaltered at its own size.
-GrayImage interpolated(const GrayImage& image, int width, int height) {
+GrayImage enlarged(const GrayImage& image, int width, int height) {
     if (image.width == width && image.height == height) return image;
     const auto columns = between(image.width, width), rows = between(image.height, height);
     GrayImage result{width, height, std::vector<std::uint8_t>(std::size_t(width) * height)};
@@ -319,8 +319,8 @@ void Canvas::picture(int slot, const GrayImage& image, int left, int top, int wi
     const int texture = first_slot + slot;
     if (kept.width != width || kept.height != height || kept.image != image) {
         const bool smaller = width < image.width || height < image.height;
-        state_->renderer.set_grey(
-            texture, smaller ? resample(image, width, height) : interpolated(image, width, height));
+        state_->renderer.set_grey(texture,
+                                  smaller ? resample(image, width, height) : enlarged(image, width, height));
         kept = {image, width, height};
     }
     state_->list->AddImage(State::texture_id(texture), ImVec2(float(left), float(top)),

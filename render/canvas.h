@@ -4,12 +4,15 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <numbers>
 #include <span>
 #include <string_view>
 
 #include "render/image.h"
 
 namespace render {
+
+constexpr float half_turn = std::numbers::pi_v<float>;  // [rad]
 
 struct Point {
     float x = 0.0f;

@@ -55,7 +55,7 @@ struct Kind {
     const char* name;
 };
 constexpr Kind grey = {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_GRAY, Z_HUFFMAN_ONLY, "grey"};
-constexpr Kind colour = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, Z_DEFAULT_STRATEGY, "colour"};
+constexpr Kind colour_png = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, Z_DEFAULT_STRATEGY, "colour"};
 
 /// False with sink.error filled on failure. `pixels` holds width·height·channels levels.
 bool encode(const std::uint8_t* pixels, int width, int height, const Kind& kind, Sink* sink) {
@@ -171,7 +171,7 @@ std::vector<std::uint8_t> encode_png(const GrayImage& image) {
     return encode_image(image, grey);
 }
 std::vector<std::uint8_t> encode_png(const ColourImage& image) {
-    return encode_image(image, colour);
+    return encode_image(image, colour_png);
 }
 
 void write_png(const std::filesystem::path& path, const GrayImage& image) {
@@ -185,7 +185,7 @@ GrayImage read_png(const std::filesystem::path& path) {
     return read_image<GrayImage>(path, grey);
 }
 ColourImage read_colour_png(const std::filesystem::path& path) {
-    return read_image<ColourImage>(path, colour);
+    return read_image<ColourImage>(path, colour_png);
 }
 
 }  // namespace render

@@ -19,7 +19,6 @@ namespace {
 
 constexpr float margin = 12.0f;
 constexpr float heading_height = 20.0f;
-constexpr float pi = std::numbers::pi_v<float>;
 
 /// value / full, 0 when either is missing.
 float share_of(std::optional<double> value, std::optional<double> full) {
@@ -153,13 +152,13 @@ void twist_dial(Canvas& canvas, Point centre, float radius, std::optional<double
         return Point{centre.x + r * std::sin(angle), centre.y - r * std::cos(angle)};
     };
     for (int k = 0; k < 8; ++k) {
-        const float angle = 0.25f * pi * static_cast<float>(k);
+        const float angle = 0.25f * half_turn * static_cast<float>(k);
         canvas.line(at(angle, radius - (k % 2 == 0 ? 6.0f : 3.0f)), at(angle, radius - 1.0f), palette::faint);
     }
     if (!is_known(twist)) return;
     const auto angle = static_cast<float>(std::remainder(*twist, 2.0 * std::numbers::pi));
-    canvas.arc(centre, radius - 3.0f, -0.5f * pi + std::min(angle, 0.0f), -0.5f * pi + std::max(angle, 0.0f),
-               palette::calm, 3.0f);
+    canvas.arc(centre, radius - 3.0f, -0.5f * half_turn + std::min(angle, 0.0f),
+               -0.5f * half_turn + std::max(angle, 0.0f), palette::calm, 3.0f);
     canvas.line(centre, at(angle, radius - 7.0f), palette::bright, 2.0f);
     canvas.disc(centre, 3.0f, palette::bright);
 }
