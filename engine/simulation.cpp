@@ -300,8 +300,10 @@ void Simulation::insert(Motion& motion, int share, StepReport& report) {
             const double left = std::max(0.0, scenario_.wire_length - inserted());
             report.whole_wire_is_in = report.whole_wire_is_in || motion.insertion > left + 1e-9;
             motion.insertion = std::min(motion.insertion, left);
-            report.insertion_stopped = tip_has_left();
-            if (report.insertion_stopped) motion.insertion = 0;
+            if (tip_has_left()) {
+                report.insertion_stopped = true;
+                motion.insertion = 0;
+            }
             if (motion.insertion == 0) break;
         }
         const int steps = steps_of(motion.insertion, wire_.spec.segment_length);

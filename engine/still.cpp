@@ -32,7 +32,6 @@ render::GrayImage render_still(const Scenario& scenario, const CommandScript& sc
     Pulse pulse = pulse_of(simulation, imaging.organs);
     pulse.arm.lao = request.lao.value_or(pulse.arm.lao);
     pulse.arm.cranial = request.cranial.value_or(pulse.arm.cranial);
-    if (const auto wrong = render::problems(pulse.arm); !wrong.empty()) throw InputError(joined(wrong, "; "));
     pulse.mode = ImagingMode::live;
     pulse.exposure.detector_dose = detector_dose(scenario, pulse.arm, pulse.mode);
 

@@ -115,5 +115,6 @@ TEST(ImagingStudy, TimesEveryStage) {
     const Table& poses = table(result, "imaging_pose_ms");
     ASSERT_EQ(poses.rows.size(), 1u);
     EXPECT_GT(number(poses, 0, "path_lengths"), 0);
+    // It contains the other; both are medians of few, on a machine that may be busy.
     EXPECT_GT(number(poses, 0, "pose_change"), 0.5 * number(poses, 0, "path_lengths"));
 }
