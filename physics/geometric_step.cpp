@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/guidewire.h"
-
 namespace physics {
 namespace {
 

@@ -209,7 +209,7 @@ bool GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, RelaxReport& rep
             const bool last = correction == kCorrections - 1;
             const double energy = evaluate(wire, contacts), expected = std::min(0.0, slope_);
             const bool falls = energy <= energy_ + (last ? kArmijo : kGoodArmijo) * expected;
-            const bool unseen = -expected < rounding && energy < energy_ + rounding;
+            const bool unseen = correction == 0 && -expected < rounding && energy < energy_ + rounding;
             if (std::isfinite(energy) && (falls || unseen)) {
                 double turn = 0;
                 for (int j = first_; j <= wire.segments(); ++j)

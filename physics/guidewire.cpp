@@ -103,8 +103,9 @@ double rigidity_at(const GuidewireSpec& s, double from_end) {
 }
 
 double Guidewire::length_of(int joint) const {
-    if (joint == 0) return lengths[1];
-    return joint == segments() ? lengths[joint] : 0.5 * (lengths[joint] + lengths[joint + 1]);
+    if (joint > 0 && joint < segments()) return 0.5 * (lengths[joint] + lengths[joint + 1]);
+    const double only = lengths[joint == 0 ? 1 : joint];
+    return spec.end_cells == EndCells::Half ? 0.5 * only : only;
 }
 
 double Guidewire::spring_constant(int joint) const {
@@ -178,8 +179,9 @@ Guidewire wire_along(const GuidewireSpec& spec, const Polyline& path, int segmen
 }
 
 Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry, const Vec3& clamped,
-                       const std::vector<Vec3>& tangents) {
+                       const std::vector<Vec3>& tangents, EndCells end_cells) {
     GuidewireSpec spec;
+    spec.end_cells = end_cells;
     spec.segment_length = segment_length;
     spec.shaft_rigidity = spec.tip_rigidity = rigidity;
     spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
@@ -303,15 +305,6 @@ std::vector<Vec3> directors(const Guidewire& wire) {
     d[0] = rolled_director(wire);
     transport_directors(wire, 1, d);
     return d;
-}
-
-void tangent_basis(const Vec3& u, Vec3& a, Vec3& b) {
-    // Start from the axis that u is farthest from.
-    int axis = 0;
-    if (std::abs(u[1]) < std::abs(u[axis])) axis = 1;
-    if (std::abs(u[2]) < std::abs(u[axis])) axis = 2;
-    a = u.cross(Vec3::Unit(axis)).normalized();
-    b = u.cross(a);
 }
 
 std::vector<std::string> validate(const Guidewire& wire) {

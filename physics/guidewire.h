@@ -11,9 +11,16 @@
 
 namespace physics {
 
+/// Which length of wire the first and the last joint stand for.
+enum class EndCells {
+    Half,  // half of their one segment, as every joint stands for half of each of its two: second order in λ
+    Paper  // the whole segment, which is first order in λ
+};
+
 /// What a wire is made of; s is the distance from its distal end.
 struct GuidewireSpec {
     double segment_length = 2.0;       // λ [mm]
+    EndCells end_cells = EndCells::Half;
     double diameter = 0.889;           // [mm]; 0.035 in
     double shaft_rigidity = 250.0;     // EI of the shaft [N·mm²]
     double tip_rigidity = 6.0;         // EI of the floppy tip [N·mm²]
@@ -47,10 +54,10 @@ struct Guidewire {
 
     int segments() const { return static_cast<int>(joints.size()) - 1; }
     const Vec3& tip() const { return joints.back(); }
-    double length_of(int joint) const;  // that the joint stands for: the mean of its segments' lengths [mm]
+    double length_of(int joint) const;  // of wire that the joint stands for: half of each of its segments [mm]
     double spring_constant(int joint) const;  // C_i = EI_i over the length that joint i stands for [N·mm]
     /// Wall stiffness of the joint in that of a joint of the spec's λ: a wall is as stiff per length of wire
-    /// however coarse the wire is. 1 for every joint of a wire of uniform λ.
+    /// however coarse the wire is. 1 for every joint between two segments of the spec's λ.
     double wall_share(int joint) const { return length_of(joint) / spec.segment_length; }
     double inserted_length() const;  // Σλ [mm]
     int curved_segments() const;     // segments of the pre-curved tip, pieces of them counted each
@@ -65,9 +72,9 @@ Guidewire straight_wire(const GuidewireSpec&, const Vec3& entry, const Vec3& dir
 /// A wire with its joints on `path`, each exactly λ from the last, starting at path.front().
 Guidewire wire_along(const GuidewireSpec&, const Polyline& path, int segments);
 
-/// A wire of uniform rigidity with straight rest shape through given tangents: the paper's wire.
+/// A wire of uniform rigidity with straight rest shape through given tangents.
 Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry, const Vec3& clamped,
-                       const std::vector<Vec3>& tangents);
+                       const std::vector<Vec3>& tangents, EndCells = EndCells::Half);
 
 /// Split a segment, `share` of its length proximal of the new joint. Its parts bend by the mean of the
 /// curvatures at its ends, so that the curve stays smooth; joints distal of it come closer by what the bent
@@ -104,9 +111,6 @@ void transport_directors(const Guidewire&, int first, std::vector<Vec3>& directo
 
 /// The base director turned by roll.
 Vec3 rolled_director(const Guidewire&);
-
-/// Unit vectors ⟂ u, a deterministic function of u.
-void tangent_basis(const Vec3& u, Vec3& a, Vec3& b);
 
 /// What is wrong with the state: non-finite numbers, tangents not unit (1e-12), joints not λ apart (1e-9).
 std::vector<std::string> validate(const Guidewire&);

@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "physics/guidewire.h"
-
 namespace physics {
 namespace {
 

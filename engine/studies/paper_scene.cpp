@@ -20,6 +20,7 @@ std::string PaperScene::text() const {
 PaperScene paper_scene(const char* name, const SceneChange& change) {
     const Scene& scene = *find_scene(name);
     physics::GuidewireSpec spec;
+    spec.end_cells = physics::EndCells::Paper;
     spec.segment_length = change.segment_length > 0 ? change.segment_length : scene.segment_length;
     spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
     spec.curved_length = spec.curved_angle = 0;

@@ -94,6 +94,7 @@ Vessel scene_vessel(const char* name, bool quick) {
     Vessel v;
     v.name = name;
     v.path = draw(scene.path);
+    v.spec.end_cells = physics::EndCells::Paper;
     v.spec.segment_length = scene.segment_length;
     v.spec.shaft_rigidity = v.spec.tip_rigidity = scene.rigidity;
     v.spec.curved_length = v.spec.curved_angle = 0;

@@ -31,7 +31,8 @@ inline physics::Guidewire bent_wire(int segments, double curved_angle, unsigned 
     return wire;
 }
 
-/// A scene of PHYSICS: tube, and its wire laid along the centreline.
+/// A scene of PHYSICS: tube, and its wire laid along the centreline, with the paper's rule at its ends, which the
+/// listed energies are of.
 struct SceneSetup {
     physics::TubeWall wall;
     physics::Guidewire wire;
@@ -40,6 +41,7 @@ inline SceneSetup scene_setup(const char* name) {
     const engine::Scene& scene = *engine::find_scene(name);
     const physics::Polyline centreline = engine::draw(scene.path);
     physics::GuidewireSpec spec;
+    spec.end_cells = physics::EndCells::Paper;
     spec.segment_length = scene.segment_length;
     spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
     spec.curved_length = spec.curved_angle = 0;
