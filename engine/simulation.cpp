@@ -15,15 +15,11 @@ namespace {
 
 using physics::Vec3;
 
-/// A turn of the hub is made in steps of at most this, each relaxed, so that the tip follows instead of
-/// jumping.
-constexpr double largest_turn = 10.0 * std::numbers::pi / 180.0;  // [rad]
-/// Long motions get more than the frame's budget: each step at least this part of it, or the wire leaves the
-/// vessel.
+/// Segment relaxers get more than the frame's budget for long motions: each step at least this part of it, or the
+/// wire leaves the vessel.
 constexpr int least_share = 8;
-/// |g|/C at which the next segment may come in: farther from rest, wires go through walls.
-constexpr double passing_tolerance = 1e-3;
-constexpr double passing_tolerance_of_planes = 3e-2;  // a mesh's planes jump by about that
+/// |g|/C that counts as rest on a mesh, whose planes jump by about that.
+constexpr double tolerance_of_planes = 3e-2;
 /// The wire put in along the centreline is far from rest: updates a segment before frame 0.
 constexpr int updates_at_start = 200;
 /// A joint at the deepest place of a crossing mends it, or one in each of the parts does.
@@ -146,8 +142,8 @@ void Simulation::choose_entry() {
         spec.curved_angle == 0 || spec.curved_length <= 0
             ? 0
             : std::max(1, static_cast<int>(std::lround(spec.curved_length / spec.segment_length)));
-    segments_at_start_ = static_cast<int>(std::lround(scenario_.entry.inserted / spec.segment_length));
-    if (segments_at_start_ < curved + 2 || scenario_.entry.inserted > length + 1e-6) {
+    if (scenario_.entry.inserted < (curved + 2) * spec.segment_length * (1 - 1e-9) ||
+        scenario_.entry.inserted > length + 1e-6) {
         throw InputError(located(scenario_.place("entry.inserted_mm"),
                                  fmt::format("{} mm of wire cannot start inside; {} mm (its curved tip and "
                                              "two segments) to {:.4g} mm (the "
@@ -183,30 +179,45 @@ void Simulation::locate_target() {
 
 void Simulation::reset() {
     ++resets_;
-    relaxer_ = physics::make_relaxer(scenario_.relaxer);  // it remembers where it stopped: a new one
-    passing_.reset();
-    if (scenario_.relaxer.kind == physics::RelaxerKind::Global) {
-        physics::RelaxerConfig passing = scenario_.relaxer;
-        const bool planes = scenario_.wall_model == WallModel::Mesh;
-        passing.tolerance =
-            std::max(passing.tolerance, planes ? passing_tolerance_of_planes : passing_tolerance);
-        passing_ = physics::make_relaxer(passing);
-    }
-    settled_ = true;
-    wire_ = physics::wire_along(scenario_.guidewire, entry_.points, segments_at_start_);
+    const bool global = scenario_.relaxer.kind == physics::RelaxerKind::Global;
+    hub_.reset();  // relaxers remember where they stopped: new ones
+    relaxer_.reset();
+    physics::RelaxerConfig config = scenario_.relaxer;
+    if (global && !wall_->smooth()) config.tolerance = std::max(config.tolerance, tolerance_of_planes);
+    if (global)
+        hub_ = std::make_unique<physics::Hub>(config, *wall_);
+    else
+        relaxer_ = physics::make_relaxer(config);
     waiting_.clear();
     console_ = start_console(scenario_);
     pulse_ = false;
     frames_ = 0;
     iodine_ = scenario_.imaging.iodine;
+    deepest_crossing_ = 0;
     contrast_->reset();
     StepReport ignored;
-    relax(*relaxer_, updates_at_start * segments_at_start_, ignored);
-    if (scenario_.adaptive) {
-        physics::refine(wire_, *wall_, scenario_.refinement);
-        relax(*relaxer_, updates_at_start * wire_.segments(), ignored);
+    const physics::GuidewireSpec& spec = scenario_.guidewire;
+    if (global) {
+        moving_ = physics::wire_of_length(spec, entry_.points, scenario_.entry.inserted);
+        const int updates = updates_at_start * moving_.segments();
+        hub_->settle(moving_, updates);
+        if (scenario_.adaptive) {
+            physics::refine(moving_, *wall_, scenario_.refinement);
+            hub_->settle(moving_, updates);
+        }
+        rounds_of_mending_ = 0;
+        show();
+        mend_crossings(ignored);
+    } else {
+        const int segments = static_cast<int>(std::lround(scenario_.entry.inserted / spec.segment_length));
+        wire_ = physics::wire_along(spec, entry_.points, segments);
+        relax(updates_at_start * segments, ignored);
+        if (scenario_.adaptive) {
+            physics::refine(wire_, *wall_, scenario_.refinement);
+            relax(updates_at_start * wire_.segments(), ignored);
+        }
+        contacts_ = physics::all_contacts(wire_, *wall_);
     }
-    mend_crossings(updates_at_start * wire_.segments(), ignored);
     tip_at_start_ = wire_.tip();
 }
 
@@ -239,29 +250,11 @@ std::vector<std::string> Simulation::problems(const CommandScript& script) const
 
 StepReport Simulation::step() {
     StepReport report;
-    if (!waiting_.empty()) {
-        physics::merge_pieces(wire_, *wall_, scenario_.adaptive);
-        if (scenario_.adaptive) physics::refine(wire_, *wall_, scenario_.refinement);
+    hub_ ? move_hub(report) : move_segments(report);
+    for (const Motion& m : waiting_) {
+        report.waiting_insertion += m.insertion;
+        report.waiting_rotation += m.rotation;
     }
-    int parts = 0;
-    for (const Motion& m : waiting_)
-        parts += steps_of(m.insertion, wire_.spec.segment_length) + steps_of(m.rotation, largest_turn);
-    const int budget = scenario_.budget.updates;
-    // One part more for the frame's end, so that a frame with a motion settles as one without.
-    const int share = passing_ ? budget : std::max({1, budget / (parts + 1), budget / least_share});
-    if (!settled_) settle(share, report);
-    while (settled_ && !waiting_.empty()) {
-        Motion& motion = waiting_.front();
-        if (motion.insertion != 0) insert(motion, share, report);
-        if (motion.rotation != 0) turn(motion, share, report);
-        if (motion.insertion == 0 && motion.rotation == 0) waiting_.erase(waiting_.begin());
-    }
-    if (settled_) {
-        const int left = budget - report.relax.updates;
-        relax(*relaxer_, passing_ ? std::max(left, wire_.segments()) : std::max(share, left), report);
-    }
-    if (report.relax.updates > 0 || contacts_.size() != wire_.joints.size())
-        mend_crossings(budget - report.relax.updates, report);
     contrast_->step(1 / scenario_.frame_rate);
     ++frames_;
     pulse_ = console_.end_frame();
@@ -276,40 +269,143 @@ Vec3 Simulation::vessel_shift() const {
     return scenario_.motion.at(time());
 }
 
-/// Takes the contacts as well. Between two motions the wire may not be near rest: its crossings are mended
-/// when it is.
-void Simulation::mend_crossings(int updates, StepReport& report) {
-    const int most = report.relax.updates + updates;
-    for (int round = 0;; ++round) {
-        contacts_ = physics::all_contacts(wire_, *wall_);
+int Simulation::updates_left(const StepReport& report) const {
+    return std::max(scenario_.budget.updates - report.relax.updates, 0);
+}
+
+void Simulation::move_hub(StepReport& report) {
+    if (hub_->working()) account(hub_->resume(moving_, scenario_.budget.updates), report);
+    if (hub_is_idle() && !waiting_.empty()) prepare_motion(report);
+    while (hub_is_idle() && !waiting_.empty() && updates_left(report) > 0)
+        if (!make_motion(waiting_.front(), report)) waiting_.erase(waiting_.begin());
+    if (hub_is_idle()) {
+        if (report.relax.updates == 0) account(hub_->settle(moving_, scenario_.budget.updates), report);
+        show();
+        mend_crossings(report);
+    }
+    report.deepest_crossing = deepest_crossing_;
+    report.settling = hub_->working();
+}
+
+/// What crossed the wall between its joints is made whole again where it no longer does.
+void Simulation::prepare_motion(StepReport& report) {
+    int changed = physics::merge_pieces(moving_, *wall_, scenario_.adaptive);
+    if (scenario_.adaptive) {
+        const physics::RefinementReport made = physics::refine(moving_, *wall_, scenario_.refinement);
+        changed += made.split + made.merged;
+    }
+    rounds_of_mending_ = 0;
+    if (changed > 0) account(hub_->settle(moving_, scenario_.budget.updates), report);
+}
+
+/// A part of the motion; the rest stays in it. False when it is done with.
+bool Simulation::make_motion(Motion& motion, StepReport& report) {
+    motion.insertion = allowed_insertion(motion, report);
+    if (motion.insertion == 0 && motion.rotation == 0) return false;
+    const double lambda = moving_.spec.segment_length, turn = physics::Hub::kLargestTurn;
+    physics::HubMotion part;
+    if (motion.insertion != 0) {
+        part.feed = motion.insertion / steps_of(motion.insertion, lambda);
+        const double least = physics::least_length(moving_.spec) - moving_.inserted_length();
+        if (part.feed < 0 && part.feed < least - 1e-9) {
+            report.withdrawal_stopped = true;
+            motion.insertion = part.feed = std::min(0.0, least);
+            if (-least < 1e-9) motion.insertion = part.feed = 0;
+            if (part.feed == 0) return motion.rotation != 0;
+        }
+    } else {
+        part.turn = motion.rotation / steps_of(motion.rotation, turn);
+    }
+    const physics::HubReport made = hub_->move(moving_, part, updates_left(report));
+    account(made, report);
+    if (made.outcome == physics::HubReport::Outcome::Refused) {
+        motion = {};
+        report.refused = true;
+    }
+    return motion.insertion != 0 || motion.rotation != 0;
+}
+
+/// Takes what was made off the motion that it is a part of.
+void Simulation::account(const physics::HubReport& made, StepReport& report) {
+    accumulate(report.relax, made.relax);
+    if (made.outcome != physics::HubReport::Outcome::AtRest || (made.made.feed == 0 && made.made.turn == 0)) return;
+    Motion& motion = waiting_.front();
+    const auto take = [](double& whole, double part) {
+        whole = std::abs(whole - part) < 1e-12 * (std::abs(whole) + std::abs(part)) ? 0 : whole - part;
+    };
+    take(motion.insertion, made.made.feed);
+    take(motion.rotation, made.made.turn);
+    if (made.made.feed != 0) report.insertions.push_back(made.made.feed);
+    report.rotation += std::abs(made.made.turn);
+    report.turned += made.made.turn;
+}
+
+/// The wire at rest is what is seen and scored.
+void Simulation::show() {
+    wire_ = moving_;
+    contacts_.assign(hub_->contacts().begin(), hub_->contacts().end());
+    deepest_crossing_ = 0;
+}
+
+/// Looks for crossings of the wire shown and mends them in the one that goes on.
+void Simulation::mend_crossings(StepReport& report) {
+    for (;;) {
         const std::vector<physics::Crossing> found = physics::crossings(wire_, contacts_, *wall_);
-        report.deepest_crossing = 0;
+        deepest_crossing_ = 0;
         for (const physics::Crossing& crossing : found)
-            report.deepest_crossing = std::max(report.deepest_crossing, crossing.depth);
-        const bool mendable = passing_ && settled_ && round < rounds_of_mending;
-        if (found.empty() || !mendable || physics::split_crossings(wire_, found) == 0) return;
-        relax(*relaxer_, std::max(most - report.relax.updates, wire_.segments()), report);
+            deepest_crossing_ = std::max(deepest_crossing_, crossing.depth);
+        if (found.empty() || rounds_of_mending_ >= rounds_of_mending ||
+            physics::split_crossings(moving_, found) == 0)
+            return;
+        ++rounds_of_mending_;
+        account(hub_->settle(moving_, std::max(updates_left(report), 2 * moving_.segments())), report);
+        if (hub_->working()) return;
+        show();
     }
 }
 
-/// Makes what the budget allows of the motion; the rest stays in it.
-void Simulation::insert(Motion& motion, int share, StepReport& report) {
+void Simulation::move_segments(StepReport& report) {
+    if (!waiting_.empty() && scenario_.adaptive) physics::refine(wire_, *wall_, scenario_.refinement);
+    int parts = 0;
+    for (const Motion& m : waiting_)
+        parts += steps_of(m.insertion, wire_.spec.segment_length) +
+                 steps_of(m.rotation, physics::Hub::kLargestTurn);
+    // One part more for the frame's end, so that a frame with a motion settles as one without.
+    const int budget = scenario_.budget.updates, share = std::max({1, budget / (parts + 1), budget / least_share});
+    for (Motion& motion : waiting_) {
+        if (motion.insertion != 0) insert_segments(motion, share, report);
+        if (motion.rotation != 0) turn(motion, share, report);
+    }
+    waiting_.clear();
+    relax(std::max(share, budget - report.relax.updates), report);
+    contacts_ = physics::all_contacts(wire_, *wall_);
+    report.deepest_crossing = 0;
+    for (const physics::Crossing& crossing : physics::crossings(wire_, contacts_, *wall_))
+        report.deepest_crossing = std::max(report.deepest_crossing, crossing.depth);
+}
+
+/// Of what is asked for, as far as there is wire and vessel [mm].
+double Simulation::allowed_insertion(const Motion& motion, StepReport& report) const {
+    if (!(motion.insertion > 0)) return motion.insertion;
+    const physics::Guidewire& wire = hub_ ? moving_ : wire_;
+    const double left = std::max(0.0, scenario_.wire_length - wire.inserted_length() - wire.carried);
+    report.whole_wire_is_in = report.whole_wire_is_in || motion.insertion > left + 1e-9;
+    if (left > 0 && tip_has_left()) {
+        report.insertion_stopped = true;
+        return 0;
+    }
+    return left < 1e-12 ? 0 : std::min(motion.insertion, left);
+}
+
+void Simulation::insert_segments(Motion& motion, int share, StepReport& report) {
     const double before = inserted();
-    while (motion.insertion != 0 && settled_) {
-        if (motion.insertion > 0) {
-            const double left = std::max(0.0, scenario_.wire_length - inserted());
-            report.whole_wire_is_in = report.whole_wire_is_in || motion.insertion > left + 1e-9;
-            motion.insertion = std::min(motion.insertion, left);
-            if (tip_has_left()) {
-                report.insertion_stopped = true;
-                motion.insertion = 0;
-            }
-            if (motion.insertion == 0) break;
-        }
+    while (motion.insertion != 0) {
+        motion.insertion = allowed_insertion(motion, report);
+        if (motion.insertion == 0) break;
         const int steps = steps_of(motion.insertion, wire_.spec.segment_length);
         const double wanted = motion.insertion / steps, expected = inserted() + wanted;
         motion.insertion = steps == 1 ? 0 : motion.insertion - wanted;
-        if (physics::move(wire_, wanted) != 0) settle(share, report);
+        if (physics::move(wire_, wanted) != 0) relax(share, report);
         if (wanted < 0 && std::abs(inserted() - expected) > 1e-6) {
             report.withdrawal_stopped = true;
             motion.insertion = 0;
@@ -320,7 +416,7 @@ void Simulation::insert(Motion& motion, int share, StepReport& report) {
 
 /// Beyond an open end there is no wall to lead the wire: it stops there.
 bool Simulation::tip_has_left() const {
-    const Vec3 tip = wire_.tip();
+    const Vec3 tip = (hub_ ? moving_ : wire_).tip();
     const VesselPlace nearest = nearest_place(anatomy_, tip);
     const physics::Polyline& line = anatomy_.branches[nearest.branch].points;
     return std::any_of(anatomy_.ends.begin(), anatomy_.ends.end(), [&](const VesselEnd& end) {
@@ -335,51 +431,41 @@ bool Simulation::tip_has_left() const {
 }
 
 void Simulation::turn(Motion& motion, int share, StepReport& report) {
-    while (motion.rotation != 0 && settled_) {
-        const int steps = steps_of(motion.rotation, largest_turn);
-        const double wanted = motion.rotation / steps;
-        motion.rotation = steps == 1 ? 0 : motion.rotation - wanted;
+    const int steps = steps_of(motion.rotation, physics::Hub::kLargestTurn);
+    const double wanted = motion.rotation / steps;
+    for (int step = 0; step < steps; ++step) {
         physics::rotate(wire_, wanted);
         report.rotation += std::abs(wanted);
         report.turned += wanted;
-        settle(share, report);
+        relax(share, report);
     }
+    motion.rotation = 0;
 }
 
-/// Relaxes so far that the wire may be moved again.
-void Simulation::settle(int share, StepReport& report) {
-    if (!passing_) {
-        relax(*relaxer_, share, report);
-        return;
-    }
-    // A Newton method that stops within its budget can do no more; one that does not has to go on first.
-    const int budget = std::max(share - report.relax.updates, wire_.segments());
-    const physics::RelaxReport part = relax(*passing_, budget, report);
-    settled_ = part.converged || part.updates + wire_.segments() <= budget;
-}
-
-physics::RelaxReport Simulation::relax(physics::Relaxer& relaxer, int updates, StepReport& report) {
+void Simulation::relax(int updates, StepReport& report) {
     const physics::RelaxBudget budget = {updates, scenario_.budget.distal_share,
                                          scenario_.budget.distal_segments};
-    const physics::RelaxReport part = relaxer.relax(wire_, *wall_, budget);
-    accumulate(report.relax, part);
-    return part;
+    accumulate(report.relax, relaxer_->relax(wire_, *wall_, budget));
 }
 
 std::uint64_t Simulation::state_hash() const {
     Fnv1a hash;
-    hash.add(wire_.joints);
-    hash.add(wire_.tangents);
-    hash.add(wire_.lengths);
-    hash.add(wire_.rigidity);
-    hash.add(wire_.rest_angle);
-    hash.add(wire_.stations);
-    hash.add(wire_.base_director);
-    hash.add(wire_.roll);
-    hash.add(wire_.load);
-    hash.add(wire_.carried);
+    const auto add_wire = [&](const physics::Guidewire& wire) {
+        hash.add(wire.joints);
+        hash.add(wire.tangents);
+        hash.add(wire.lengths);
+        hash.add(wire.rigidity);
+        hash.add(wire.rest_angle);
+        hash.add(wire.stations);
+        hash.add(wire.base_director);
+        hash.add(wire.roll);
+        hash.add(wire.load);
+        hash.add(wire.carried);
+    };
+    add_wire(wire_);
     for (const Motion& motion : waiting_) hash.add(motion.insertion), hash.add(motion.rotation);
-    hash.add(static_cast<int>(settled_));
+    hash.add(static_cast<int>(hub_ && hub_->working()));
+    if (hub_ && hub_->working()) add_wire(moving_);
     const render::CArm arm = console_.arm();
     hash.add(arm.lao), hash.add(arm.cranial), hash.add(arm.sid), hash.add(arm.sod);
     hash.add(arm.isocentre), hash.add(arm.detector_width), hash.add(arm.pixels);

@@ -13,6 +13,7 @@
 #include "engine/contrast_flow.h"
 #include "engine/model_choice.h"
 #include "engine/scenario.h"
+#include "physics/hub.h"
 #include "physics/relaxer.h"
 
 namespace engine {
@@ -27,6 +28,10 @@ struct StepReport {
     bool insertion_stopped = false;   // the tip stands in an open end
     bool whole_wire_is_in = false;    // and more was asked for
     double deepest_crossing = 0;      // of a segment through the wall between its joints, left so [mm]
+    bool settling = false;            // the wire shown is the last at rest: it is still on its way from there
+    bool refused = false;             // a motion that led to no rest was not made
+    double waiting_insertion = 0;     // asked for and not made yet [mm]
+    double waiting_rotation = 0;      // [rad]
 };
 
 class Simulation {
@@ -43,11 +48,13 @@ public:
     void apply(const Command&);
     /// The commands that apply() would refuse, a sentence each.
     std::vector<std::string> problems(const CommandScript&) const;
-    /// Makes the motions that wait, segment by segment, and relaxes with one frame's budget. With the global
-    /// relaxer a segment comes in only once the wire is near rest: what the budget does not allow is made in
-    /// the frames that follow, in the order it was asked for. A segment at rest that crosses the wall between
-    /// its joints, as at a carina, gets a joint there and is relaxed again; before a later motion it is made
-    /// whole where it no longer crosses. Segment relaxers are left with their crossings.
+    /// Makes the motions that wait and relaxes, with one frame's budget. With the global relaxer motion is
+    /// continuous and every part of it ends at rest before the next is made; what the budget does not allow waits
+    /// for the frames that follow, in the order it was asked for. Where the budget ends on the way to rest, as in a
+    /// snap, the wire stays where it was last at rest until it has arrived: what is shown and scored is always an
+    /// equilibrium. A segment at rest that crosses the wall between its joints, as at a carina, gets a joint there
+    /// and is relaxed again; before a later motion it is made whole where it no longer crosses. Segment relaxers
+    /// move whole segments, end where the budget does and are left with their crossings.
     StepReport step();
     /// Everything as after construction, bit for bit.
     void reset();
@@ -71,7 +78,7 @@ public:
     physics::Vec3 vessel_shift() const;
     int resets() const { return resets_; }
 
-    double inserted() const { return wire_.inserted_length() + wire_.carried; }  // [mm]
+    double inserted() const { return wire_.inserted_length() + wire_.carried; }  // as shown [mm]
     double tip_to_target() const { return (wire_.tip() - target_).norm(); }      // [mm]
 
     /// FNV-1a over every bit that later frames depend on, the relaxer's own bookkeeping aside.
@@ -82,11 +89,21 @@ private:
         double insertion = 0;  // [mm]
         double rotation = 0;   // [rad]
     };
-    void insert(Motion&, int share, StepReport&);
+    // Of a frame with the global relaxer.
+    void move_hub(StepReport&);
+    void prepare_motion(StepReport&);
+    bool make_motion(Motion&, StepReport&);
+    void account(const physics::HubReport&, StepReport&);
+    void mend_crossings(StepReport&);
+    void show();
+    // Of a frame with a segment relaxer.
+    void move_segments(StepReport&);
+    void insert_segments(Motion&, int share, StepReport&);
     void turn(Motion&, int share, StepReport&);
-    void settle(int share, StepReport&);
-    void mend_crossings(int updates, StepReport&);
-    physics::RelaxReport relax(physics::Relaxer&, int updates, StepReport&);
+    void relax(int updates, StepReport&);
+    double allowed_insertion(const Motion&, StepReport&) const;
+    bool hub_is_idle() const { return !hub_ || !hub_->working(); }
+    int updates_left(const StepReport&) const;
     bool tip_has_left() const;
     void locate_target();
     void choose();
@@ -98,15 +115,16 @@ private:
     EntryPath entry_;
     physics::Vec3 target_ = physics::Vec3::Zero();
     physics::Vec3 tip_at_start_ = physics::Vec3::Zero();
-    int segments_at_start_ = 0;
     std::unique_ptr<const physics::LumenWall> wall_;
 
-    std::unique_ptr<physics::Relaxer> relaxer_;
-    std::unique_ptr<physics::Relaxer> passing_;  // between two segments of one frame; global relaxer only
-    physics::Guidewire wire_;
+    std::unique_ptr<physics::Hub> hub_;          // of the global relaxer
+    std::unique_ptr<physics::Relaxer> relaxer_;  // of segments
+    physics::Guidewire wire_;                    // as it is shown
+    physics::Guidewire moving_;                  // as the hub works at it
     std::vector<physics::WallContact> contacts_;
     std::vector<Motion> waiting_;
-    bool settled_ = true;  // near enough to rest for the next motion
+    double deepest_crossing_ = 0;  // of the wire shown [mm]
+    int rounds_of_mending_ = 0;    // since the last motion
     std::unique_ptr<ContrastFlow> contrast_;
     Console console_;
     bool pulse_ = false;

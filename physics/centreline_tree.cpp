@@ -101,6 +101,12 @@ int CentrelineTree::locate(const Vec3& x, int hint) const {
     return best;
 }
 
+bool CentrelineTree::same_branch(int station, int other) const {
+    const int count = static_cast<int>(stations_.size());
+    return station >= 0 && other >= 0 && station < count && other < count &&
+           stations_[station].branch == stations_[other].branch;
+}
+
 VesselWay CentrelineTree::way(int station, const Vec3& x) const {
     const int branch = stations_[station].branch, first = first_of_branch_[branch];
     const auto count = static_cast<std::size_t>(first_of_branch_[branch + 1] - first);

@@ -57,6 +57,8 @@ public:
     /// The station that holds x deepest: of all when the hint is -1, else downhill from the hint, so that a
     /// joint stays in its vessel where others come close.
     int locate(const Vec3& x, int hint) const;
+    /// Whether both stations exist and lie on one branch.
+    bool same_branch(int station, int other) const;
     bool beyond_an_end(const Vec3& x) const;
     /// Closest point to x of the centreline on both sides of a station.
     Vec3 closest_point(int station, const Vec3& x) const;

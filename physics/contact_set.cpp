@@ -3,9 +3,15 @@
 #include <algorithm>
 
 namespace physics {
+namespace {
+
+constexpr double kDeeper = 1e-6;  // in another vessel's lumen, for a joint to change over to it [mm]
+
+}  // namespace
 
 void ContactSet::reset(const Guidewire& wire) {
     contacts_.clear();
+    touching_.clear();
     update(wire);
 }
 
@@ -24,6 +30,8 @@ void ContactSet::update(const Guidewire& wire) {
         if (!asked || (x != asked_at_[i] && !known(i, x))) add(i, x, wire.stations[i]);
     }
     ask();
+    std::erase_if(touching_, [&](int i) { return i > wire.segments(); });
+    sums_.clear();
     commit();
     load_.weigh(wire);
 }
@@ -78,13 +86,18 @@ void ContactSet::commit() {
         contacts_[index_[k]] = answer_[k];
         asked_at_[index_[k]] = at_[k];
     }
-    list_touching();
+    if (!index_.empty()) list_touching(index_.front());
 }
 
-void ContactSet::list_touching() {
-    touching_.clear();
-    for (int i = 1; i < static_cast<int>(contacts_.size()); ++i)
+/// What touches proximal of `first` is as it was.
+void ContactSet::list_touching(int first) {
+    touching_.erase(std::lower_bound(touching_.begin(), touching_.end(), first), touching_.end());
+    for (int i = first; i < static_cast<int>(contacts_.size()); ++i)
         if (contacts_[i].touches()) touching_.push_back(i);
+    sums_.clear();
+}
+
+void ContactSet::sum_pushes() const {
     sums_.resize(touching_.size());
     PushSum sum;
     for (int k = static_cast<int>(touching_.size()) - 1; k >= 0; --k) {
@@ -93,6 +106,24 @@ void ContactSet::list_touching() {
         sum.stiffness += c.stiffness * c.normal * c.normal.transpose();
         sums_[k] = sum;
     }
+}
+
+int ContactSet::rejoin_vessels(const Guidewire& wire) {
+    int first = -1;
+    for (int i = 2; i < static_cast<int>(contacts_.size()); ++i) {
+        WallContact& own = contacts_[i];
+        if (!own.touches() || wall_.same_vessel(own.station, contacts_[i - 1].station)) continue;
+        WallContact other;
+        other.station = contacts_[i - 1].station;
+        wall_.contacts({&wire.joints[i], 1}, {&other, 1});
+        ++queries_;
+        if (other.station == own.station || !(other.penetration < own.penetration - kDeeper)) continue;
+        other.share_stiffness(shares_[i]);
+        own = other;
+        if (first < 0) first = i;
+    }
+    if (first >= 0) list_touching(first);
+    return first;
 }
 
 double ContactSet::energy(std::span<const Vec3> joints, int first, int last) const {
@@ -124,6 +155,7 @@ void ContactSet::undo(Guidewire& wire) const {
 }
 
 PushSum ContactSet::sum_from(int joint) const {
+    if (sums_.size() != touching_.size()) sum_pushes();
     const auto k = std::lower_bound(touching_.begin(), touching_.end(), joint);
     PushSum sum = k == touching_.end() ? PushSum{} : sums_[k - touching_.begin()];
     sum.force -= load_.from(joint);

@@ -51,6 +51,12 @@ public:
     /// nothing. Takes the wire's load as well.
     void update(const Guidewire&);
 
+    /// Joints in touch whose station is not of the vessel that their proximal neighbour is in: where that
+    /// neighbour's station leads to one that holds the joint deeper in the lumen, it takes its place. So a
+    /// joint that has come out of a side branch is held by the vessel it came into: of two lumens that overlap
+    /// their union counts. Returns the first joint changed, or -1; the energy is lower then.
+    int rejoin_vessels(const Guidewire&);
+
     /// Energy [N·mm] of joints ≥ first, of all from x_{first-1} on at these positions, in wall and load. The
     /// load's is 0 with all of them at x_{first-1}. The answers wait for commit().
     double evaluate(std::span<const Vec3> joints, int first) {
@@ -88,7 +94,8 @@ public:
     long long queries() const { return queries_; }
 
 private:
-    void list_touching();
+    void list_touching(int first);
+    void sum_pushes() const;
     bool known(int joint, const Vec3& x) const {
         const WallContact& c = contacts_[joint];
         return !c.touches() && (x - asked_at_[joint]).squaredNorm() < c.trust * c.trust;
@@ -102,7 +109,7 @@ private:
     std::vector<double> shares_;         // of the wall's stiffness, per joint
     std::vector<Vec3> asked_at_;         // where each was asked
     std::vector<int> touching_;          // joints in touch, ascending
-    std::vector<PushSum> sums_;          // [k] = sum from touching_[k] to the tip
+    mutable std::vector<PushSum> sums_;  // [k] = sum from touching_[k] to the tip; empty until asked for
     CarriedLoad load_;
     long long queries_ = 0;
     // scratch of move and evaluate

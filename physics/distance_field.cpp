@@ -280,6 +280,10 @@ void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
     c.trust = std::max(c.trust, kSlope * (inner - wire_radius));
 }
 
+bool DistanceField::same_vessel(int station, int other) const {
+    return data_->tree.same_branch(station, other);
+}
+
 void DistanceField::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
     for (std::size_t i = 0; i < joints.size(); ++i)
         contacts[i] = data_->contact(joints[i], contacts[i].station);

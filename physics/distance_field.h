@@ -45,6 +45,7 @@ public:
     ~DistanceField() override;
 
     void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
+    bool same_vessel(int station, int other) const override;
 
     /// Its stations are those of the contacts: where a joint is, by branch and sample.
     const CentrelineTree& tree() const;

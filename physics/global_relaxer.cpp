@@ -21,12 +21,21 @@ constexpr double kForgetTrust = 1e-8;  // μ below this share of its unit is non
 constexpr double kRounding = 1e-13;    // of the energy: less than this a line search can't see
 constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
 constexpr int kIdleSteps = 40;      // of them before the wall is made softer
+constexpr int kIdleStepsOnPlanes = 4;  // before a wall whose planes jump is left as it is
 constexpr double kSoft = 1.0;       // k λ²/C that always converges; continuation starts there
 constexpr double kLeastPivot = 1e-6;  // of a recursion, over C
 constexpr double kKick = 1e-3;        // turn that leaves a saddle [rad]
 constexpr double kSettled = 0.01;     // |dU/du| in a window over that proximal of it: time to widen
 constexpr int kWidening = 4;          // of a window
-constexpr int kLeastWindow = 64;      // segments
+constexpr int kLeastWindow = 16;      // segments
+constexpr double kRestless = 0.3;     // of the largest |dU/du|: segments that have more are in the window
+constexpr int kMargin = 8;            // segments of the window proximal of those
+constexpr double kPredictedCap = 1;    // largest joint move of a prediction, in lumen radii
+constexpr double kPredictedRise = 1;   // of the energy, by a prediction
+constexpr double kPredictedWork = 4;    // of the hand's work
+constexpr double kLeastPart = 0.1;     // of a motion that is predicted
+constexpr int kPredictedWindow = 64;  // segments
+constexpr double kFallen = 0.1;  // of |dU/du| in the window: time to look at that proximal of it again
 
 /// A wall made softer, for the continuation in stiffness.
 class SofterWall final : public LumenWall {
@@ -36,22 +45,22 @@ public:
         wall_.contacts(joints, contacts);
         for (WallContact& c : contacts) c.share_stiffness(share_);
     }
+    bool same_vessel(int a, int b) const override { return wall_.same_vessel(a, b); }
 
 private:
     const LumenWall& wall_;
     double share_;
 };
 
-/// Angle of a joint away from its rest shape [rad].
-double bend(const Guidewire& wire, const std::vector<Vec3>& d, int joint) {
-    const Vec3 rest =
-        wire.rest_angle[joint] == 0 ? wire.tangents[joint] : rest_direction(wire, joint, d[joint]);
-    return std::atan2(rest.cross(wire.tangents[joint + 1]).norm(), rest.dot(wire.tangents[joint + 1]));
+/// Cosine of the angle of a joint away from its rest shape.
+double straightness(const Guidewire& wire, const std::vector<Vec3>& d, int joint) {
+    if (wire.rest_angle[joint] == 0) return wire.tangents[joint].dot(wire.tangents[joint + 1]);
+    return rest_direction(wire, joint, d[joint]).dot(wire.tangents[joint + 1]);
 }
 
-/// Whether a joint turns by more than 60°.
-bool kinked(const Guidewire& wire) {
-    for (int j = 0; j < wire.segments(); ++j)
+/// Whether a joint from `first` on turns by more than 60°.
+bool kinked(const Guidewire& wire, int first) {
+    for (int j = first; j < wire.segments(); ++j)
         if (wire.tangents[j].dot(wire.tangents[j + 1]) < 0.5) return true;
     return false;
 }
@@ -59,30 +68,39 @@ bool kinked(const Guidewire& wire) {
 }  // namespace
 
 /// Terms of the accepted state.
-void GlobalRelaxer::linearise(const Guidewire& wire, const ContactSet& contacts) {
-    if (wire.curved_segments() > 0) {
-        directors_.resize(wire.joints.size());
-        directors_[0] = rolled_director(wire);
-        transport_directors(wire, first_, directors_);
-    }
-    assemble(wire, contacts.contacts(), directors_, first_, terms_);
+void GlobalRelaxer::linearise(const Guidewire& wire, const ContactSet& contacts, bool proximal) {
+    if (wire.curved_segments() > 0) transport_directors(wire, first_, directors_);
+    assemble(wire, contacts.contacts(), directors_, first_, terms_, proximal);
+}
+
+void GlobalRelaxer::measure_window(const Guidewire& wire, const ContactSet& contacts) {
+    energy_ = contacts.energy(wire.joints, first_);
+    for (int j = first_ - 1; j < wire.segments(); ++j) energy_ += joint_energy(wire, directors_, j);
+    load_scale_ = contacts.load_scale(first_);
 }
 
 void GlobalRelaxer::open_window(const Guidewire& wire, const ContactSet& contacts, int segments) {
-    const int n = wire.segments();
-    first_ = std::max(1, n - segments + 1);
+    first_ = std::max(1, wire.segments() - segments + 1);
     linearise(wire, contacts);
-    energy_ = contacts.energy(wire.joints, first_);
-    for (int j = first_ - 1; j < n; ++j) energy_ += joint_energy(wire, directors_, j);
-    load_scale_ = contacts.load_scale(first_);
+    measure_window(wire, contacts);
+}
+
+/// Distal segments from the first on whose gradient is more than a share of the largest, and a few more.
+int GlobalRelaxer::restless_segments(double share) const {
+    const int n = static_cast<int>(terms_.stages.size());
+    const double limit = share * std::max(terms_.relative_gradient, terms_.proximal_gradient);
+    int first = 0;
+    while (first < n && terms_.relative(first) <= limit) ++first;
+    return std::min(n, std::max(kLeastWindow, n - first + kMargin));
 }
 
 /// Forces to start from. No segment at rest passes on more than C/λ, under which a joint would buckle by
 /// itself: a larger force is that of a joint which has just been put into a stiff wall.
 void GlobalRelaxer::settle_forces(const Guidewire& wire, const ContactSet& contacts) {
+    planes_.assign(wire.joints.size(), {});
     for (int j = 1; j <= wire.segments(); ++j)
-        planes_[j].force =
-            std::min(contacts.contacts()[j].force(), wire.spring_constant(j - 1) / wire.lengths[j]);
+        if (const WallContact& c = contacts.contacts()[j]; c.touches())
+            planes_[j].force = std::min(c.force(), wire.spring_constant(j - 1) / wire.lengths[j]);
 }
 
 /// What the model of the last rollout makes of each contact's force.
@@ -141,13 +159,15 @@ void GlobalRelaxer::model_axial_force(const Guidewire& wire) {
     }
 }
 
-/// Trial state: gains applied from the window's base. Returns the largest move of a joint [mm].
-double GlobalRelaxer::roll_out(const Guidewire& wire) {
+/// Trial state: gains applied from the window's base, where the material frame is turned by `twist`, with more wire
+/// in the stages that are fed. Returns the largest move of a joint, that along its segment by what is fed left out
+/// [mm].
+double GlobalRelaxer::roll_out(const Guidewire& wire, double twist, std::span<const FedStage> fed) {
     const int n = wire.segments();
     trial_joints_[first_ - 1] = wire.joints[first_ - 1];
     trial_tangents_[first_ - 1] = wire.tangents[first_ - 1];
     turns_[first_ - 1].setZero();
-    double twist = 0, farthest = 0;
+    double farthest = 0, slid = 0;
     slope_ = 0;
     for (int j = first_; j <= n; ++j) {
         const RiccatiStage& s = terms_.stages[j - 1];
@@ -162,8 +182,16 @@ double GlobalRelaxer::roll_out(const Guidewire& wire) {
         turns_[j] = alpha;
         slope_ += terms_.gradient[j - 1].dot(alpha);
         trial_tangents_[j] = (wire.tangents[j] + s.basis * alpha).normalized();
-        trial_joints_[j] = trial_joints_[j - 1] + s.length * trial_tangents_[j];
-        farthest = std::max(farthest, (trial_joints_[j] - wire.joints[j]).squaredNorm());
+        double length = s.length;
+        for (const FedStage& f : fed) {
+            if (f.stage != j - 1) continue;
+            const double by = f.by.dot(wire.tangents[j]);
+            length += by, slid += by;
+        }
+        trial_joints_[j] = trial_joints_[j - 1] + length * trial_tangents_[j];
+        Vec3 moved = trial_joints_[j] - wire.joints[j];
+        if (slid != 0) moved -= slid * wire.tangents[j];
+        farthest = std::max(farthest, moved.squaredNorm());
     }
     return std::sqrt(farthest);
 }
@@ -185,18 +213,23 @@ void GlobalRelaxer::accept(Guidewire& wire, ContactSet& contacts, double energy)
     energy_ = energy;
 }
 
-/// One Newton step. False where nothing lower was found.
-bool GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, RelaxReport& report) {
-    const double part = kinked(wire) ? kKinkedCap : kCap;
+/// One Newton step.
+GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, int most_updates,
+                                         RelaxReport& report) {
+    const double part = kinked(wire, first_ - 1) ? kKinkedCap : kCap;
     double cap = kFree;
     for (const WallContact& c : contacts.contacts().subspan(first_))
         if (c.room > 0) cap = std::min(cap, part * c.room);
     const auto gains = std::span(gains_).subspan(first_ - 1);
     const double rounding = kRounding * energy_scale();
+    const int window = wire.segments() - first_ + 1;
     int rejected = 0;
     for (int pass = 0; pass < kTrustPasses; ++pass) {
         model_contacts(contacts, rejected < kForeseenPasses);
         for (int correction = 0;; ++correction) {
+            if ((pass > 0 || correction > 0) && report.updates + window > most_updates)
+                return Trial::OutOfBudget;
+            report.updates += window;
             model_axial_force(wire);
             riccati_backward(terms_.window(), mu_, least_pivot_, terms_.twist, gains);
             const double reach = roll_out(wire) / cap;
@@ -209,7 +242,10 @@ bool GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, RelaxReport& rep
             const bool last = correction == kCorrections - 1;
             const double energy = evaluate(wire, contacts), expected = std::min(0.0, slope_);
             const bool falls = energy <= energy_ + (last ? kArmijo : kGoodArmijo) * expected;
-            const bool unseen = correction == 0 && -expected < rounding && energy < energy_ + rounding;
+            // A fall too small to be seen is believed of the model of the accepted state alone: the wall as it is
+            // at a trial state may have its rest where the wire is now, and then nothing would ever move.
+            const bool unseen =
+                correction == 0 && -expected < rounding && energy < energy_ + rounding;
             if (std::isfinite(energy) && (falls || unseen)) {
                 double turn = 0;
                 for (int j = first_; j <= wire.segments(); ++j)
@@ -219,7 +255,7 @@ bool GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, RelaxReport& rep
                 accept(wire, contacts, energy);
                 mu_ *= std::clamp(reach * reach, kTrustGrowth, 1.0);  // so that the next step just fits
                 if (mu_ < kForgetTrust * mu_unit_) mu_ = 0;
-                return true;
+                return Trial::Accepted;
             }
             ++report.rejected;
             if (last) {
@@ -230,7 +266,7 @@ bool GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, RelaxReport& rep
             model_trial_contacts(wire, contacts);
         }
     }
-    return false;
+    return Trial::NothingLower;
 }
 
 /// At rest but not at a minimum: turn the worst segment a little down the negative curvature, the rest of the
@@ -240,12 +276,14 @@ bool GlobalRelaxer::leave_saddle(Guidewire& wire, ContactSet& contacts, const Ri
     if (way.x() < 0 || (way.x() == 0 && way.y() < 0)) way = -way;
     for (RiccatiGain& gain : gains_) gain.step.setZero();
     for (double kick = kKick; kick > 1e-7; kick *= 0.25) {
-        gains_[pivots.stage].step = kick * way;
-        roll_out(wire);
-        const double energy = evaluate(wire, contacts);
-        if (!std::isfinite(energy) || energy >= energy_) continue;
-        accept(wire, contacts, energy);
-        return true;
+        for (const double sign : {1.0, -1.0}) {
+            gains_[pivots.stage].step = sign * kick * way;
+            roll_out(wire);
+            const double energy = evaluate(wire, contacts);
+            if (!std::isfinite(energy) || energy >= energy_) continue;
+            accept(wire, contacts, energy);
+            return true;
+        }
     }
     return false;
 }
@@ -262,9 +300,9 @@ void GlobalRelaxer::set_units(const Guidewire& wire, const ContactSet& contacts)
     least_pivot_ = kLeastPivot * stiffest;
 }
 
-GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& contacts,
-                                              const RelaxBudget& budget, int window, RelaxReport& report,
-                                              const UpdateObserver& observer) {
+/// Stages of the segments up to `valid` are still those of the wire.
+GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& contacts, int most_updates, int valid,
+                                              RelaxReport& report, const UpdateObserver& observer) {
     const int n = wire.segments();
     set_units(wire, contacts);
     mu_ = 0;
@@ -272,67 +310,124 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
     turns_.resize(n + 1);
     trial_joints_.resize(n + 1);
     trial_tangents_.resize(n + 1);
-    planes_.assign(n + 1, {});
     settle_forces(wire, contacts);
-    open_window(wire, contacts, n);
-    if (terms_.relative_gradient > config_.tolerance && window < n) open_window(wire, contacts, window);
-    double best = std::numeric_limits<double>::max();
+    first_ = std::min(valid + 1, n);
+    linearise(wire, contacts);
+    bool proximal_known = true;  // of the accepted state
+    double best = std::numeric_limits<double>::max(), looked_at = 0;
     int idle = 0;
-    const int most_updates = report.updates + budget.updates, steps_before = report.newton_steps;
-    auto widen = [&](int segments) {
+    const int steps_before = report.newton_steps;
+    auto open = [&](int segments) {
         open_window(wire, contacts, segments);
+        proximal_known = true;
         best = std::numeric_limits<double>::max();
         idle = 0;
+        looked_at = terms_.relative_gradient;
     };
+    if (std::max(terms_.relative_gradient, terms_.proximal_gradient) > config_.tolerance)
+        open(restless_segments(kRestless));
     for (;;) {
-        window = n - first_ + 1;
+        const int window = n - first_ + 1;
+        const bool settled = terms_.relative_gradient <=
+                             std::max(config_.tolerance, kSettled * terms_.proximal_gradient);
+        if (!proximal_known && (settled || terms_.relative_gradient < kFallen * looked_at)) {
+            sum_from_tip(wire, terms_);
+            proximal_known = true;
+            looked_at = terms_.relative_gradient;
+            continue;
+        }
         report.gradient = std::max(terms_.relative_gradient, terms_.proximal_gradient);
         const bool affordable =
             report.newton_steps == steps_before || report.updates + window <= most_updates;
-        if (report.gradient <= config_.tolerance) {
-            if (first_ > 1) widen(n);  // the certificate is of the whole wire
+        if (proximal_known && report.gradient <= config_.tolerance) {
+            if (const int moved = contacts.rejoin_vessels(wire); moved > 0) {
+                open(n - moved + 1 + kMargin);
+                continue;
+            }
+            if (terms_.twist && first_ > 1) open(n);  // the certificate is of the whole wire
+            report.updates += n;
             const RiccatiReport pivots =
                 riccati_backward(terms_.stages, 0, least_pivot_, terms_.twist, gains_);
             report.strict_minimum = pivots.shifted == 0;
             if (report.strict_minimum) return Outcome::Converged;
             if (!affordable) return Outcome::OutOfBudget;
+            if (first_ > 1) open(n);
             if (!leave_saddle(wire, contacts, pivots)) return Outcome::Converged;
-        } else if (terms_.relative_gradient <=
-                   std::max(config_.tolerance, kSettled * terms_.proximal_gradient)) {
-            widen(kWidening * window);
+        } else if (settled) {
+            open(std::max(kWidening * window, restless_segments(kRestless)));
             continue;
         } else {
-            if (!affordable) return Outcome::OutOfBudget;
+            if (!affordable) {
+                if (!proximal_known) sum_from_tip(wire, terms_);
+                report.gradient = std::max(terms_.relative_gradient, terms_.proximal_gradient);
+                return Outcome::OutOfBudget;
+            }
             const double before = energy_, least_fall = kProgress * energy_scale();
-            bool stuck = !step(wire, contacts, report);
-            if (stuck) {
+            const Trial trial = step(wire, contacts, most_updates, report);
+            bool stuck = trial == Trial::NothingLower;
+            if (trial != Trial::Accepted) {
                 linearise(wire, contacts);
+                proximal_known = true;
+                if (trial == Trial::OutOfBudget) return Outcome::OutOfBudget;
             } else if (terms_.relative_gradient < 0.5 * best) {
                 best = terms_.relative_gradient;
                 idle = 0;
             } else if (energy_ > before - least_fall) {
-                stuck = ++idle > kIdleSteps;
+                stuck = ++idle > (smooth_ ? kIdleSteps : kIdleStepsOnPlanes);
             }
             if (stuck && first_ == 1) return Outcome::Stuck;
             if (stuck) {
-                widen(n);
+                open(n);
                 continue;
             }
         }
         ++report.newton_steps;
-        report.updates += n - first_ + 1;
         report.window = std::max(report.window, n - first_ + 1);
         if (observer) observer(first_, wire);
-        linearise(wire, contacts);
+        linearise(wire, contacts, false);
+        proximal_known = first_ == 1;
     }
 }
 
-/// Distal segments from the first one that is not as the last call left it.
-int GlobalRelaxer::changed_segments(const Guidewire& wire) const {
+/// A stiff wall lets only tiny steps through: find the way with a softer one, then harden it. What comes of it
+/// counts only where it is lower than what there was: a soft wall also lets the wire out of the vessel.
+GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, const LumenWall& wall,
+                                                              int most_updates, RelaxReport& report,
+                                                              const UpdateObserver& observer) {
+    const Guidewire before = wire;
+    open_window(wire, *contacts_, wire.segments());
+    const double energy_before = energy_;
+    double stiffness = 0, softest = std::numeric_limits<double>::max();
+    for (const WallContact& c : contacts_->contacts()) stiffness = std::max(stiffness, c.stiffness);
+    for (int j = 0; j < wire.segments(); ++j)
+        softest = std::min(softest, wire.spring_constant(j) / std::pow(wire.lengths[j + 1], 2));
+    for (double k = kSoft * softest; k < stiffness && report.updates < most_updates; k *= 10) {
+        const SofterWall soft(wall, k / stiffness);
+        ContactSet softened(soft);
+        softened.reset(wire);
+        descend(wire, softened, most_updates, 0, report, observer);
+        report.wall_queries += softened.queries();
+    }
+    rebuild_joints(wire);
+    contacts_->update(wire);
+    Outcome outcome = descend(wire, *contacts_, most_updates, 0, report, observer);
+    open_window(wire, *contacts_, wire.segments());
+    if (!(energy_ < energy_before)) {
+        wire = before;
+        contacts_->update(wire);
+        open_window(wire, *contacts_, wire.segments());
+        report.gradient = terms_.relative_gradient;
+        outcome = Outcome::Stuck;
+    }
+    return outcome;
+}
+
+/// Proximal segments whose stages are as the last call left them.
+int GlobalRelaxer::unchanged_segments(const Guidewire& wire) const {
     const int n = wire.segments(), both = std::min(n, end_.segments());
     if (end_.joints.empty() || wire.joints[0] != end_.joints[0] || wire.tangents[0] != end_.tangents[0] ||
-        wire.load != end_.load)
-        return n;
+        wire.load != end_.load || wire.spec.end_cells != end_.spec.end_cells || wire.spec.segment_length != end_.spec.segment_length)
+        return 0;
     int same = 0;
     while (same < both && wire.tangents[same + 1] == end_.tangents[same + 1] &&
            wire.lengths[same + 1] == end_.lengths[same + 1] && wire.rigidity[same] == end_.rigidity[same] &&
@@ -340,8 +435,59 @@ int GlobalRelaxer::changed_segments(const Guidewire& wire) const {
         ++same;
     if (wire.roll != end_.roll || wire.base_director != end_.base_director)
         same = std::min(same, n - wire.curved_segments());
-    if (n != end_.segments()) same = std::min(same, n - 1);
-    return n - same;
+    return same;
+}
+
+/// The wire's answer to the motion to first order. False where nothing is known of it: it is not at rest, or not
+/// this relaxer's.
+bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
+    const int n = wire.segments();
+    if (!end_report_.converged || n != end_.segments() || unchanged_segments(wire) < n ||
+        static_cast<int>(terms_.stages.size()) != n || contacts_->contacts().size() != wire.joints.size())
+        return false;
+    double cap = kFree;
+    for (const WallContact& c : contacts_->contacts())
+        if (c.room > 0) cap = std::min(cap, kPredictedCap * c.room);
+    first_ = std::max(1, n - std::max(kPredictedWindow, 2 * wire.curved_segments()) + 1);
+    if (terms_.twist) first_ = 1;  // the hub's turn comes from the base
+    terms_.first = first_;
+    measure_window(wire, *contacts_);
+    const double energy = energy_, force = std::abs(end_report_.push_force);
+    for (double part = 1; part > kLeastPart; part *= 0.5) {
+        const FeedPlan plan = plan_feed(wire, part * motion.feed);
+        if (motion.feed != 0 && !plan.whole) return false;
+        FedStage fed[2];
+        if (plan.change != 0) fed[0] = {plan.grows - first_, plan.change * wire.tangents[plan.grows]};
+        if (plan.change_before != 0)
+            fed[1] = {plan.grows - 1 - first_, plan.change_before * wire.tangents[plan.grows - 1]};
+        if (plan.grows - 1 < first_) return false;
+        riccati_backward(terms_.window(), 0, least_pivot_, terms_.twist,
+                         std::span(gains_).subspan(first_ - 1), fed);
+        for (FedStage& f : fed) f.stage += first_ - 1;
+        if (!(roll_out(wire, part * motion.turn, fed) <= cap)) continue;
+        const double rise = evaluate(wire, *contacts_) - energy;
+        if (!(rise <= kPredictedRise * std::abs(energy) + kPredictedWork * force * std::abs(plan.mm))) continue;
+        std::copy(trial_tangents_.begin() + first_, trial_tangents_.end(), wire.tangents.begin() + first_);
+        std::copy(trial_joints_.begin() + first_, trial_joints_.end(), wire.joints.begin() + first_);
+        if (motion.feed != 0) apply_feed(wire, plan);
+        rotate(wire, part * motion.turn);
+        motion = {plan.mm, part * motion.turn};
+        return true;
+    }
+    // A wire about to snap answers by more than that to any motion: the smallest part, as it slides on.
+    motion = {motion.feed == 0 ? 0 : feed(wire, kLeastPart * motion.feed), kLeastPart * motion.turn};
+    rotate(wire, motion.turn);
+    return true;
+}
+
+RelaxReport GlobalRelaxer::move(Guidewire& wire, const LumenWall& wall, HubMotion& motion,
+                                const RelaxBudget& budget) {
+    motion.feed = std::clamp(motion.feed, -wire.spec.segment_length, wire.spec.segment_length);
+    if (wall_ != &wall || !predict(wire, motion)) {
+        if (motion.feed != 0) motion.feed = feed(wire, motion.feed);
+        rotate(wire, motion.turn);
+    }
+    return relax(wire, wall, budget);
 }
 
 RelaxReport GlobalRelaxer::relax(Guidewire& wire, const LumenWall& wall, const RelaxBudget& budget,
@@ -350,51 +496,50 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const LumenWall& wall, const R
     rebuild_joints(wire);
     if (wall_ != &wall) {
         wall_ = &wall;
+        smooth_ = wall.smooth();
         contacts_.emplace(wall);
         end_ = {};
         end_report_ = {};
     }
-    const int changed = changed_segments(wire);
+    const int unchanged = unchanged_segments(wire);
     RelaxReport report;
-    if (changed == 0 && end_report_.converged && wire.stations == end_.stations) {
+    if (unchanged == n && n == end_.segments() && end_report_.converged && wire.stations == end_.stations) {
         report = end_report_;
         report.updates = report.newton_steps = report.window = report.rejected = 0;
+        report.out_of_budget = false;
         report.wall_queries = 0;
         report.largest_turn = 0;
         return report;
     }
+    if (wire.curved_segments() > 0) {
+        const bool turned = end_.joints.empty() || wire.roll != end_.roll ||
+                            wire.base_director != end_.base_director || directors_.empty();
+        directors_.resize(wire.joints.size());
+        directors_[0] = rolled_director(wire);
+        transport_directors(wire, turned ? 1 : std::max(1, unchanged), directors_);
+    }
     const long long asked_before = contacts_->queries();
     contacts_->update(wire);
-    const int unsettled = end_report_.converged ? 0 : end_report_.window;
-    const int window = std::max({kLeastWindow, 2 * changed, unsettled});
-    Outcome outcome = descend(wire, *contacts_, budget, window, report, observer);
-    if (outcome == Outcome::Stuck) {
-        // A stiff wall lets only tiny steps through: find the way with a softer one, then harden it.
-        double stiffness = 0, softest = std::numeric_limits<double>::max();
-        for (const WallContact& c : contacts_->contacts()) stiffness = std::max(stiffness, c.stiffness);
-        for (int j = 0; j < n; ++j)
-            softest = std::min(softest, wire.spring_constant(j) / std::pow(wire.lengths[j + 1], 2));
-        for (double k = kSoft * softest; k < stiffness; k *= 10) {
-            const SofterWall soft(wall, k / stiffness);
-            ContactSet softened(soft);
-            softened.reset(wire);
-            descend(wire, softened, budget, n, report, observer);
-            report.wall_queries += softened.queries();
-        }
-        rebuild_joints(wire);
-        contacts_->update(wire);
-        outcome = descend(wire, *contacts_, budget, n, report, observer);
-    }
+    const int moved = contacts_->rejoin_vessels(wire);
+    // The last segment that is unchanged ends at a joint whose share of the wall may have changed.
+    int valid = wire.load.isZero(0) ? std::max(0, unchanged - 1) : 0;
+    if (moved > 0) valid = std::min(valid, moved - 1);
+    const int most_updates = std::max(0, budget.updates);
+    Outcome outcome = descend(wire, *contacts_, most_updates, valid, report, observer);
+    if (outcome == Outcome::Stuck && smooth_)
+        outcome = descend_in_softer_walls(wire, wall, most_updates, report, observer);
     rebuild_joints(wire);
     for (int i = 1; i <= n; ++i) wire.stations[i] = contacts_->contacts()[i].station;
 
     report.converged = outcome == Outcome::Converged && report.strict_minimum;
+    report.out_of_budget = outcome == Outcome::OutOfBudget;
     report.contacts = contacts_->touching();
     report.wall_queries += contacts_->queries() - asked_before;
     report.push_force = terms_.push.dot(wire.tangents[0]);
     report.base_torque = terms_.torque;
-    for (int j = 0; j < n; ++j)
-        report.largest_bend = std::max(report.largest_bend, bend(wire, directors_, j));
+    double least = 1;
+    for (int j = 0; j < n; ++j) least = std::min(least, straightness(wire, directors_, j));
+    report.largest_bend = std::acos(std::max(-1.0, least));
     end_ = wire;
     end_report_ = report;
     return report;

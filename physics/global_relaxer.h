@@ -18,6 +18,7 @@
 
 #include "physics/contact_set.h"
 #include "physics/newton_terms.h"
+#include "physics/riccati.h"
 #include "physics/relaxer.h"
 
 namespace physics {
@@ -26,30 +27,47 @@ class GlobalRelaxer final : public Relaxer {
 public:
     explicit GlobalRelaxer(const RelaxerConfig& config) : config_(config) {}
 
-    /// A step is charged the segments of its window; one is made even where the budget's updates do not
-    /// allow it. The budget's distal share is not needed: work starts at the tip by itself. Ends with the
-    /// last accepted state. Remembers that state, so that a wire which comes back as it went costs nothing.
+    /// Every pass of the recursion is charged the segments of its window, those of rejected trials too; one step
+    /// is tried even where the budget does not allow it. The budget's distal share is not needed: work starts at
+    /// the tip by itself. Ends with the last accepted state. Remembers that state, so that a wire which comes
+    /// back as it went costs nothing, and one that was fed only what its change costs.
     RelaxReport relax(Guidewire&, const LumenWall&, const RelaxBudget&, const UpdateObserver& = {}) override;
 
+    /// Moves a wire at rest and lets it come to rest again. The wire starts where its whole answer to the motion
+    /// leads to first order, wall and twist included: far nearer its new rest than where it merely slides on.
+    /// Where that moves a joint by more than the model is good for, less of the motion is made; `motion` becomes
+    /// what was made. A feed is of λ at most.
+    RelaxReport move(Guidewire&, const LumenWall&, HubMotion& motion, const RelaxBudget&);
+
+    /// Of the last call: its report, and the contacts of the wire's joints as it left them.
+    const RelaxReport& last_report() const { return end_report_; }
+    std::span<const WallContact> contacts() const { return contacts_->contacts(); }
+    double tolerance() const { return config_.tolerance; }
+
 private:
+    bool predict(Guidewire&, HubMotion&);
     enum class Outcome { Converged, OutOfBudget, Stuck };
-    Outcome descend(Guidewire&, ContactSet&, const RelaxBudget&, int window, RelaxReport&,
-                    const UpdateObserver&);
+    enum class Trial { Accepted, OutOfBudget, NothingLower };
+    Outcome descend(Guidewire&, ContactSet&, int most_updates, int valid, RelaxReport&, const UpdateObserver&);
+    Outcome descend_in_softer_walls(Guidewire&, const LumenWall&, int most_updates, RelaxReport&,
+                                    const UpdateObserver&);
     void set_units(const Guidewire&, const ContactSet&);
-    bool step(Guidewire&, ContactSet&, RelaxReport&);
+    Trial step(Guidewire&, ContactSet&, int most_updates, RelaxReport&);
     bool leave_saddle(Guidewire&, ContactSet&, const RiccatiReport&);
     void open_window(const Guidewire&, const ContactSet&, int segments);
-    void linearise(const Guidewire&, const ContactSet&);
+    int restless_segments(double share) const;
+    void linearise(const Guidewire&, const ContactSet&, bool proximal = true);
+    void measure_window(const Guidewire&, const ContactSet&);
     void settle_forces(const Guidewire&, const ContactSet&);
     void foresee_forces(const Guidewire&);
     void model_contacts(const ContactSet&, bool foreseen_forces);
     void model_trial_contacts(const Guidewire&, const ContactSet&);
     void model_contact(const WallContact&, int joint, const Vec3& moved, double force);
     void model_axial_force(const Guidewire&);
-    double roll_out(const Guidewire&);
+    double roll_out(const Guidewire&, double twist = 0, std::span<const FedStage> fed = {});
     double evaluate(Guidewire&, ContactSet&);
     void accept(Guidewire&, ContactSet&, double energy);
-    int changed_segments(const Guidewire&) const;
+    int unchanged_segments(const Guidewire&) const;
     double energy_scale() const { return std::abs(energy_) + load_scale_; }
 
     RelaxerConfig config_;
@@ -73,6 +91,7 @@ private:
     double slope_ = 0;  // of the energy along the last rollout [N·mm]
     // How the last call ended.
     const LumenWall* wall_ = nullptr;
+    bool smooth_ = true;
     std::optional<ContactSet> contacts_;
     Guidewire end_;
     RelaxReport end_report_;

@@ -46,6 +46,17 @@ void assign_material(Guidewire& wire) {
     }
 }
 
+/// Segments of the shaft of a wire that is fed: whole ones and a last one of λ/2 to 3λ/2.
+struct Shaft {
+    int whole = 0;
+    double last = 0;  // [mm]
+    Shaft(const GuidewireSpec& spec, double length) {
+        const double lambda = spec.segment_length;
+        whole = std::max(0, static_cast<int>(std::floor(length / lambda - 0.5 + kWholeSegment)));
+        last = length - whole * lambda;
+    }
+};
+
 Guidewire chain(const GuidewireSpec& spec, const Vec3& entry, const Vec3& clamped, int segments) {
     Guidewire wire;
     wire.spec = spec;
@@ -102,16 +113,6 @@ double rigidity_at(const GuidewireSpec& s, double from_end) {
     return s.tip_rigidity * std::pow(s.shaft_rigidity / s.tip_rigidity, t / s.transition_length);
 }
 
-double Guidewire::length_of(int joint) const {
-    if (joint > 0 && joint < segments()) return 0.5 * (lengths[joint] + lengths[joint + 1]);
-    const double only = lengths[joint == 0 ? 1 : joint];
-    return spec.end_cells == EndCells::Half ? 0.5 * only : only;
-}
-
-double Guidewire::spring_constant(int joint) const {
-    return rigidity[joint] / length_of(joint);
-}
-
 double Guidewire::inserted_length() const {
     double sum = 0;
     for (int i = 1; i <= segments(); ++i) sum += lengths[i];
@@ -126,12 +127,14 @@ int Guidewire::curved_segments() const {
 }
 
 bool Guidewire::within_a_segment(int joint) const {
-    const double piece = spec.segment_length * (1 - kWholeSegment);  // is shorter
-    if (joint < 1 || joint >= segments() || lengths[joint] >= piece || lengths[joint + 1] >= piece)
-        return false;
+    const double lambda = spec.segment_length, slack = 1e-6 * lambda;
+    const auto whole = [&](int i) { return lengths[i] == lambda || lengths[i] > 1.5 * lambda; };
+    if (joint < 1 || joint >= segments() || whole(joint) || whole(joint + 1)) return false;
     double from_base = 0;
     for (int i = 1; i <= joint; ++i) from_base += lengths[i];
-    return !whole_number(from_base, spec.segment_length);
+    const double shaft = inserted_length() - whole_curved_segments(spec) * lambda;
+    if (from_base > shaft - slack) return !whole_number(from_base - shaft, lambda);
+    return from_base > Shaft(spec, shaft).whole * lambda + slack || !whole_number(from_base, lambda);
 }
 
 Guidewire straight_wire(const GuidewireSpec& spec, const Vec3& entry, const Vec3& direction, int segments) {
@@ -142,26 +145,16 @@ Guidewire straight_wire(const GuidewireSpec& spec, const Vec3& entry, const Vec3
     return wire_along(spec, {entry, entry + (segments + 1) * spec.segment_length * u}, segments);
 }
 
-Guidewire wire_along(const GuidewireSpec& spec, const Polyline& path, int segments) {
-    if (const auto wrong = problems(spec); !wrong.empty()) throw std::invalid_argument(joined(wrong));
-    if (path.size() < 2) throw std::invalid_argument("a wire's path needs at least two points");
-    for (const Vec3& p : path)
-        if (!p.allFinite()) throw std::invalid_argument("a wire's path has a point that is not finite");
-    const Vec3 first = path[1] - path[0];
-    if (first.norm() < 1e-12) throw std::invalid_argument("a wire's path starts with two equal points");
+namespace {
 
-    Guidewire wire = chain(spec, path[0], first.normalized(), std::max(segments, 1));
-    if (segments < wire.curved_segments() + 1)
-        throw std::invalid_argument("a wire needs its curved tip and one segment more inside: " +
-                                    std::to_string(wire.curved_segments() + 1) + " segments, not " +
-                                    std::to_string(segments));
-    // Each joint is the next point of the path exactly λ from the last joint; past its end the path goes on
-    // straight.
+/// Joints on the path, each a length of the wire's from the last; the number of segments is right.
+void lay_along(Guidewire& wire, const Polyline& path) {
     std::size_t piece = 1;
-    for (int i = 1; i <= segments; ++i) {
+    for (int i = 1; i <= wire.segments(); ++i) {
         const Vec3 from = wire.joints[i - 1];
         const double lambda = wire.lengths[i];
         Vec3 u = wire.tangents[i - 1];
+        // The next point of the path that is far enough; past its end the path goes on straight.
         for (; piece < path.size(); ++piece) {
             if ((path[piece] - from).norm() < lambda) continue;
             const Vec3 a = path[piece - 1] - from, d = path[piece] - path[piece - 1];
@@ -175,6 +168,44 @@ Guidewire wire_along(const GuidewireSpec& spec, const Polyline& path, int segmen
         wire.joints[i] = from + lambda * u;
     }
     assign_material(wire);
+}
+
+/// A wire of that many segments with all its joints at the start of the path. Throws std::invalid_argument.
+Guidewire wire_at_start_of(const GuidewireSpec& spec, const Polyline& path, int segments) {
+    if (const auto wrong = problems(spec); !wrong.empty()) throw std::invalid_argument(joined(wrong));
+    if (path.size() < 2) throw std::invalid_argument("a wire's path needs at least two points");
+    for (const Vec3& p : path)
+        if (!p.allFinite()) throw std::invalid_argument("a wire's path has a point that is not finite");
+    const Vec3 first = path[1] - path[0];
+    if (first.norm() < 1e-12) throw std::invalid_argument("a wire's path starts with two equal points");
+    const int least = whole_curved_segments(spec) + 1;
+    if (segments < least)
+        throw std::invalid_argument("a wire needs its curved tip and one segment more inside: " +
+                                    std::to_string(least) + " segments, not " + std::to_string(segments));
+    return chain(spec, path[0], first.normalized(), segments);
+}
+
+}  // namespace
+
+Guidewire wire_along(const GuidewireSpec& spec, const Polyline& path, int segments) {
+    Guidewire wire = wire_at_start_of(spec, path, segments);
+    lay_along(wire, path);
+    return wire;
+}
+
+double least_length(const GuidewireSpec& spec) {
+    return (whole_curved_segments(spec) + 1) * spec.segment_length;
+}
+
+Guidewire wire_of_length(const GuidewireSpec& spec, const Polyline& path, double length) {
+    const int curved = whole_curved_segments(spec);
+    if (!(std::isfinite(length) && length >= least_length(spec) * (1 - kWholeSegment)))
+        throw std::invalid_argument("a wire needs its curved tip and one segment more inside: " +
+                                    std::to_string(least_length(spec)) + " mm, not " + std::to_string(length));
+    const Shaft shaft(spec, length - curved * spec.segment_length);
+    Guidewire wire = wire_at_start_of(spec, path, shaft.whole + 1 + curved);
+    wire.lengths[shaft.whole + 1] = shaft.last;
+    lay_along(wire, path);
     return wire;
 }
 
@@ -273,6 +304,61 @@ int move(Guidewire& wire, double mm) {
         --made;
     }
     return made;
+}
+
+FeedPlan plan_feed(const Guidewire& wire, double mm) {
+    FeedPlan plan;
+    plan.grows = wire.segments() - wire.curved_segments();
+    plan.mm = std::max(mm, std::min(0.0, least_length(wire.spec) - wire.inserted_length()));
+    const int before = plan.grows - 1;
+    const auto in_pieces = [&](int joint) { return joint >= 1 && wire.within_a_segment(joint); };
+    plan.whole = !in_pieces(before) && !in_pieces(before - 1) && wire.lengths[plan.grows] > 0 &&
+                 (before < 1 || wire.lengths[before] <= 1.5 * wire.spec.segment_length);
+    const double left = wire.lengths[plan.grows] + plan.mm;
+    if (plan.mm < 0 && before >= 1 && left < (0.5 - kWholeSegment) * wire.spec.segment_length) {
+        const double both = wire.lengths[before] + wire.lengths[plan.grows];
+        plan.change_before = plan.mm * wire.lengths[before] / both;
+    }
+    plan.change = plan.mm - plan.change_before;
+    plan.whole = plan.whole && plan.change > -wire.lengths[plan.grows] * (1 - 1e-6);
+    return plan;
+}
+
+void apply_feed(Guidewire& wire, const FeedPlan& plan) {
+    const double lambda = wire.spec.segment_length;
+    int grows = plan.grows;
+    wire.lengths[grows] += plan.change;
+    if (plan.change_before != 0) wire.lengths[grows - 1] += plan.change_before;
+    // On the way out two segments have become shorter: they become one, or a whole one and a rest.
+    if (plan.change_before != 0) merge_segments(wire, --grows);
+    for (; wire.lengths[grows] >= (1.5 - kWholeSegment) * lambda; ++grows) {
+        split_segment(wire, grows, lambda / wire.lengths[grows]);
+        wire.lengths[grows] = lambda;
+    }
+    rebuild_joints(wire, std::max(1, plan.grows - 1));
+    assign_material(wire);
+}
+
+double feed(Guidewire& wire, double mm) {
+    const double lambda = wire.spec.segment_length;
+    const auto make_whole = [&](int i) {  // of its pieces
+        while (i > 1 && wire.within_a_segment(i - 1)) merge_segments(wire, --i);
+        return i;
+    };
+    double fed = 0;
+    for (;;) {
+        int last = make_whole(wire.segments() - wire.curved_segments());
+        if (last > 1) {
+            int before = make_whole(last - 1);
+            for (; wire.lengths[before] > 1.5 * lambda; ++before) split_segment(wire, before);
+        }
+        const double part = std::clamp(mm - fed, -lambda, lambda);
+        const FeedPlan plan = plan_feed(wire, part);
+        if (plan.mm == 0) return fed;
+        apply_feed(wire, plan);
+        fed += plan.mm;
+        if (plan.mm != part || std::abs(mm - fed) < 1e-12 * lambda) return fed;
+    }
 }
 
 void rotate(Guidewire& wire, double angle) {

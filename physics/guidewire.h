@@ -54,8 +54,14 @@ struct Guidewire {
 
     int segments() const { return static_cast<int>(joints.size()) - 1; }
     const Vec3& tip() const { return joints.back(); }
-    double length_of(int joint) const;  // of wire that the joint stands for: half of each of its segments [mm]
-    double spring_constant(int joint) const;  // C_i = EI_i over the length that joint i stands for [N·mm]
+    /// Of wire that the joint stands for: half of each of its segments [mm].
+    double length_of(int joint) const {
+        if (joint > 0 && joint < segments()) return 0.5 * (lengths[joint] + lengths[joint + 1]);
+        const double only = lengths[joint == 0 ? 1 : joint];
+        return spec.end_cells == EndCells::Half ? 0.5 * only : only;
+    }
+    /// C_i = EI_i over the length that joint i stands for [N·mm].
+    double spring_constant(int joint) const { return rigidity[joint] / length_of(joint); }
     /// Wall stiffness of the joint in that of a joint of the spec's λ: a wall is as stiff per length of wire
     /// however coarse the wire is. 1 for every joint between two segments of the spec's λ.
     double wall_share(int joint) const { return length_of(joint) / spec.segment_length; }
@@ -72,6 +78,13 @@ Guidewire straight_wire(const GuidewireSpec&, const Vec3& entry, const Vec3& dir
 /// A wire with its joints on `path`, each exactly λ from the last, starting at path.front().
 Guidewire wire_along(const GuidewireSpec&, const Polyline& path, int segments);
 
+/// The same with `length` [mm] of wire inside, λ apart but for one segment just before the curved tip, as feed()
+/// leaves it. Throws std::invalid_argument for less than least_length(spec).
+Guidewire wire_of_length(const GuidewireSpec&, const Polyline& path, double length);
+
+/// Of wire that must be inside: its curved tip and one segment [mm].
+double least_length(const GuidewireSpec&);
+
 /// A wire of uniform rigidity with straight rest shape through given tangents.
 Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry, const Vec3& clamped,
                        const std::vector<Vec3>& tangents, EndCells = EndCells::Half);
@@ -84,6 +97,25 @@ void split_segment(Guidewire&, int segment, double share = 0.5);
 /// Make one straight segment of this one and the next, as long as both; in the curved tip only of the pieces
 /// of one segment. Joints distal of it move off along it by what the bent pair was shorter across.
 void merge_segments(Guidewire&, int segment);
+
+/// Let `mm` of wire in (negative: take it out). The segment just before the curved tip, λ/2 to 3λ/2 long, grows or
+/// shrinks; where it comes out of that range it gives a whole segment to the shaft or takes one from it, so that
+/// the wire's segments depend on its length alone. Pieces of segments there are made whole. Returns what was let
+/// in: withdrawal ends at least_length().
+double feed(Guidewire&, double mm);
+
+/// How feed() would change the lengths of a wire's segments by up to λ either way.
+struct FeedPlan {
+    int grows = 0;             // segment
+    double mm = 0;             // let in: what was asked for, or less on the way out [mm]
+    double change = 0;         // of that segment's length [mm]
+    double change_before = 0;  // of that of the one before, on the way out [mm]
+    bool whole = true;         // both are segments, not pieces of one, and not longer than 3λ/2: apply_feed() may be called
+};
+FeedPlan plan_feed(const Guidewire&, double mm);
+/// Changes the lengths and splits or merges what is too long or too short. The plan must be `whole` and of this
+/// wire, but for its tangents.
+void apply_feed(Guidewire&, const FeedPlan&);
 
 /// Insert one segment just before the curved tip (the paper, Section 2.1).
 void insert_segment(Guidewire&);

@@ -21,6 +21,8 @@ public:
     ~MeshWall() override;
 
     void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
+    bool same_vessel(int station, int other) const override;
+    bool smooth() const override { return false; }
 
     /// Branch that a station belongs to, and its sample there.
     struct Place {

@@ -46,15 +46,48 @@ void curved_joint(double c, double beta, const Vec3& ui, const Vec3& d, const Ma
     s.twist_cross = curve * w * b + slope * sb * (s.basis.transpose() * aside);
 }
 
+void sum_from_tip_to(const Guidewire& wire, int last, NewtonTerms& terms) {
+    const bool loaded = !wire.load.isZero(0);
+    double carried = 0;  // length of wire whose load is felt
+    Vec3 force = Vec3::Zero();
+    double torque = 0;
+    Vec2 slope_of_next = Vec2::Zero();
+    terms.relative_gradient = 0;
+    if (last < terms.first || terms.first == 1) terms.proximal_gradient = 0;
+    for (int j = wire.segments(); j >= last; --j) {
+        RiccatiStage& s = terms.stages[j - 1];
+        if (s.touches) force += s.force;
+        s.axial = s.length * wire.tangents[j].dot(force);
+        if (loaded) {
+            carried += wire.length_of(j);
+            s.axial -= s.length * carried * wire.tangents[j].dot(wire.load);
+        }
+        Vec2 g = s.slope + slope_of_next;
+        g.noalias() += s.length * (s.basis.transpose() * force);
+        slope_of_next = s.slope_prev;
+        if (terms.twist) {
+            g += torque * s.twist;
+            slope_of_next += torque * s.twist_prev;
+            torque += s.slope_twist;
+        }
+        terms.gradient[j - 1] = g;
+        double& largest = j >= terms.first ? terms.relative_gradient : terms.proximal_gradient;
+        largest = std::max(largest, terms.relative(j - 1));
+    }
+    terms.push = force - carried * wire.load;
+    terms.torque = torque;
+}
+
 }  // namespace
 
 void assemble(const Guidewire& wire, std::span<const WallContact> contacts,
-              const std::vector<Vec3>& directors, int first, NewtonTerms& terms) {
+              const std::vector<Vec3>& directors, int first, NewtonTerms& terms, bool proximal) {
     const int n = wire.segments();
     terms.first = first;
     terms.twist = wire.curved_segments() > 0;
     terms.stages.resize(n);
     terms.gradient.resize(n);
+    terms.inverse_spring.resize(n);
 
     Mat32 prev;
     Vec3 a, b;
@@ -66,6 +99,7 @@ void assemble(const Guidewire& wire, std::span<const WallContact> contacts,
         s.basis << a, b;
         s.length = wire.lengths[j];
         const double c = wire.spring_constant(j - 1), beta = wire.rest_angle[j - 1];
+        terms.inverse_spring[j - 1] = 1 / c;
         const Vec3 &ui = wire.tangents[j - 1], &uj = wire.tangents[j];
         if (beta == 0) {
             straight_joint(c, ui, prev, uj, s);
@@ -81,54 +115,42 @@ void assemble(const Guidewire& wire, std::span<const WallContact> contacts,
             s.twist = -(s.basis.transpose() * turn);
         }
         prev = s.basis;
-    }
-
-    // From the tip: forces and torques distal of each segment.
-    const bool loaded = !wire.load.isZero(0);
-    double carried = 0;  // length of wire whose load is felt
-    Vec3 force = Vec3::Zero();
-    double torque = 0;
-    Vec2 slope_of_next = Vec2::Zero();
-    terms.relative_gradient = terms.proximal_gradient = 0;
-    for (int j = n; j >= 1; --j) {
-        RiccatiStage& s = terms.stages[j - 1];
         const WallContact& contact = contacts[j];
-        const bool inside = j >= first;
-        if (inside) s.touches = contact.touches();
-        if (inside && s.touches) {
+        s.touches = contact.touches();
+        if (s.touches) {
             s.force = contact.push();
             s.stiffness = contact.stiffness * contact.normal * contact.normal.transpose() +
                           contact.force() * contact.curvature;
         }
-        if (s.touches) force += s.force;
-        s.axial = s.length * wire.tangents[j].dot(force);
-        if (loaded) {
+    }
+    // From the tip: loads, and the twist that the torque distal of a joint gives its two segments.
+    if (!wire.load.isZero(0)) {
+        double carried = 0;
+        for (int j = n; j >= first; --j) {
+            RiccatiStage& s = terms.stages[j - 1];
             carried += wire.length_of(j);
-            const Vec3 work = s.length * carried * wire.load;
-            s.axial -= wire.tangents[j].dot(work);
-            if (inside) s.slope.noalias() -= s.basis.transpose() * work;
+            s.slope.noalias() -= s.length * carried * (s.basis.transpose() * wire.load);
         }
-        Vec2 g = s.slope + slope_of_next + s.length * (s.basis.transpose() * force);
-        slope_of_next = s.slope_prev;
-        if (terms.twist) {
-            g += torque * s.twist;
-            slope_of_next += torque * s.twist_prev;
-            // The second-order twist of a joint is half the area that its two tangents sweep against each
-            // other.
-            if (j > first) {
-                const Vec3 axis = (wire.tangents[j - 1] + wire.tangents[j]).normalized();
+    }
+    if (terms.twist) {
+        // The second-order twist of a joint is half the area that its two tangents sweep against each other.
+        double torque = 0;
+        for (int j = n; j >= first; --j) {
+            RiccatiStage& s = terms.stages[j - 1];
+            if (j > first && torque != 0) {
+                const Vec3 axis = 0.5 * torque * (wire.tangents[j - 1] + wire.tangents[j]).normalized();
                 const Mat32& ti = terms.stages[j - 2].basis;
-                for (int k = 0; k < 2; ++k)
-                    s.cross.col(k) += 0.5 * torque * (ti.transpose() * Vec3(s.basis.col(k)).cross(axis));
+                s.cross.col(0) += ti.transpose() * Vec3(s.basis.col(0)).cross(axis);
+                s.cross.col(1) += ti.transpose() * Vec3(s.basis.col(1)).cross(axis);
             }
             torque += s.slope_twist;
         }
-        terms.gradient[j - 1] = g;
-        double& largest = inside ? terms.relative_gradient : terms.proximal_gradient;
-        largest = std::max(largest, g.norm() / wire.spring_constant(j - 1));
     }
-    terms.push = force - carried * wire.load;
-    terms.torque = torque;
+    sum_from_tip_to(wire, proximal ? 1 : first, terms);
+}
+
+void sum_from_tip(const Guidewire& wire, NewtonTerms& terms) {
+    sum_from_tip_to(wire, 1, terms);
 }
 
 }  // namespace physics

@@ -21,14 +21,22 @@ struct NewtonTerms {
     double torque = 0;         // dU/droll: what the hub is held against [N·mm]
 
     std::span<RiccatiStage> window() { return std::span(stages).subspan(first - 1); }
+    /// Of a stage, over C of its segment's proximal joint [-].
+    double relative(int stage) const { return gradient[stage].norm() * inverse_spring[stage]; }
+    std::vector<double> inverse_spring;  // 1/C of the joint proximal of each segment [1/N·mm]
 };
 
 /// Gradient and Hessian blocks of bending (Eq. 1, with rest directions), load and wall (Eq. 9, with the
 /// wall's curvature) in the planes ⟂ u_j, u turned by u ← (u + Tα)/|u + Tα|. Exact but for terms of the twist
 /// that are of the order of torque times bend. `directors` as from physics::directors where the tip is
 /// curved. Stages proximal of `first` are taken as they stand from the last call, and only their gradient
-/// answers to the forces and the torque from the window. Allocates on growth only.
+/// answers to the forces and the torque from the window; without `proximal` it does not, and push and torque are
+/// those of the window alone. Allocates on growth only.
 void assemble(const Guidewire&, std::span<const WallContact>, const std::vector<Vec3>& directors, int first,
-              NewtonTerms&);
+              NewtonTerms&, bool proximal = true);
+
+/// The sums from the tip alone: gradients, axial forces and what the introducer holds, of stages that assemble()
+/// has made.
+void sum_from_tip(const Guidewire&, NewtonTerms&);
 
 }  // namespace physics

@@ -16,7 +16,8 @@ public:
     Refinement(Guidewire& wire, const LumenWall& wall, const RefinementOptions& options)
         : wire_(wire), wall_(wall), options_(options) {
         const GuidewireSpec& spec = wire.spec;
-        const double fine = std::max(spec.tip_length, wire.curved_segments() * spec.segment_length);
+        // The segment that grows as the wire is fed lies just before the curved tip and stays as it is.
+        const double fine = std::max(spec.tip_length, (wire.curved_segments() + 1) * spec.segment_length);
         fine_ = static_cast<int>(std::ceil((fine + options.fine_length) / spec.segment_length));
         measure();
     }
@@ -52,13 +53,13 @@ public:
     }
 
 private:
-    /// Lengths and places in whole λ.
+    /// Lengths and places in whole λ; the segment that grows, λ/2 to 3λ/2 long, counts as one.
     void measure() {
         const int n = wire_.segments();
         start_.assign(n + 2, 0);
         for (int i = 1; i <= n; ++i) {
             const double units = wire_.lengths[i] / wire_.spec.segment_length;
-            assert(std::abs(units - std::round(units)) < 1e-6);
+            assert(i == n - wire_.curved_segments() || std::abs(units - std::round(units)) < 1e-6);
             assert(std::has_single_bit(static_cast<unsigned>(std::lround(units))));
             start_[i + 1] = start_[i] + static_cast<int>(std::lround(units));
         }

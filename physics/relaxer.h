@@ -65,6 +65,7 @@ struct RelaxReport {
     // minimum.
     bool converged = false;
     // Of the global relaxer only:
+    bool out_of_budget = false;   // it would have gone on
     int newton_steps = 0;         // each charged an update for every segment of its window
     int window = 0;               // distal segments that moved; the others kept their tangents
     double gradient = 0;          // largest |dU/du| over C at the end [-]
@@ -72,6 +73,12 @@ struct RelaxReport {
     double largest_bend = 0;      // of a joint from its rest shape [rad]; above π/3 is a kink
     double push_force = 0;        // along the wire at the introducer, > 0 where the hand must push [N]
     double base_torque = 0;       // that the hand must hold the hub against [N·mm]
+};
+
+/// What a hand does at the hub: lets wire in (negative: out) and turns it.
+struct HubMotion {
+    double feed = 0;  // [mm]
+    double turn = 0;  // [rad]
 };
 
 /// Called after each update with the first joint that moved.

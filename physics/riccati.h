@@ -44,6 +44,12 @@ struct RiccatiGain {
     Vec2 from_twist;
 };
 
+/// A segment of which more is let in: joint j is moved by `by` beside what the turns do [mm].
+struct FedStage {
+    int stage = -1;  // index into stages
+    Vec3 by = Vec3::Zero();
+};
+
 struct RiccatiReport {
     int shifted = 0;  // pivots that were not positive definite and were shifted until they were
     // The most distal of them, whose lower eigenvalue is the energy's own curvature along `way`, all that is
@@ -56,7 +62,9 @@ struct RiccatiReport {
 /// region. `twist`: whether any stage has a rest shape that is not straight; without it the twist is left
 /// out. Equal to a dense factorisation of the same quadratic model; no pivot shifted at μ = 0 means that the
 /// model's Hessian is positive definite: a strict local minimum where the gradient vanishes.
+/// `fed`: segments that change their length, in any order; the gains' steps are then the answer to that, to first
+/// order.
 RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
-                               bool twist, std::span<RiccatiGain> gains);
+                               bool twist, std::span<RiccatiGain> gains, std::span<const FedStage> fed = {});
 
 }  // namespace physics
