@@ -215,6 +215,11 @@ CLI::App* add_relax(CLI::App& app, engine::RelaxRequest& request, engine::RelaxF
     add_optional(command, "--entry-direction", request.entry_direction,
                  "X,Y,Z; else along the first segment");
     command->add_option("--rigidity", request.rigidity, "EI [N·mm²]")->required();
+    command->add_option("--clamp", request.clamp,
+                        "What the first and the last joint stand for: half of a segment (second order in "
+                        "its length), or paper, a whole one");
+    add_optional(command, "--load", request.load,
+                 "X,Y,Z, force on the wire per length, as its weight [N/mm]");
     command->add_option("--wall-stiffness", request.wall_stiffness, "k of each joint [N/mm]")->required();
     command->add_option("--method", request.method, "Method of relaxation, see below")->required();
     add_optional(command, "--cycles", request.cycles,

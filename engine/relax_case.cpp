@@ -22,6 +22,7 @@ using physics::Vec3;
 
 constexpr int kMostSegments = 20'000;
 constexpr double kSpacing = 1e-4;  // largest difference of a segment's length from the others', a part of it
+constexpr double kHeaviest = 100;  // load [N/mm]
 
 [[noreturn]] void refuse(const std::string& where, const std::string& found, const std::string& accepted) {
     throw InputError(fmt::format("{}: {}; {}", where, found, accepted));
@@ -47,6 +48,36 @@ void check_numbers(const RelaxRequest& r) {
                fmt::format("2 to {} segments are accepted", kMostSegments));
     if (r.cycles && (*r.cycles < 1 || *r.cycles > 1'000'000))
         refuse("--cycles", fmt::format("'{}' was found", *r.cycles), "1 to 1000000 cycles are accepted");
+}
+
+/// The numbers of "X,Y,Z", finite ones.
+std::optional<Vec3> three_numbers(const std::string& text) {
+    std::vector<double> parts;
+    for (std::size_t at = 0; at <= text.size();) {
+        const std::size_t end = std::min(text.find(',', at), text.size());
+        const std::optional<double> part = parse_number(std::string_view(text).substr(at, end - at));
+        if (!part) return std::nullopt;
+        parts.push_back(*part);
+        at = end + 1;
+    }
+    if (parts.size() != 3) return std::nullopt;
+    const Vec3 v(parts[0], parts[1], parts[2]);
+    return v.allFinite() ? std::optional(v) : std::nullopt;
+}
+
+physics::EndCells end_cells(const RelaxRequest& r) {
+    if (r.clamp == "half") return physics::EndCells::Half;
+    if (r.clamp == "paper") return physics::EndCells::Paper;
+    refuse("--clamp", fmt::format("'{}' was found", r.clamp), "half or paper is accepted");
+}
+
+Vec3 load_of(const RelaxRequest& r) {
+    if (!r.load) return Vec3::Zero();
+    const std::optional<Vec3> load = three_numbers(*r.load);
+    if (!load || load->norm() > kHeaviest)
+        refuse("--load", fmt::format("'{}' was found", *r.load),
+               fmt::format("three numbers X,Y,Z of a force up to {:g} N/mm are accepted", kHeaviest));
+    return *load;
 }
 
 void check_combination(const RelaxRequest& r) {
@@ -144,7 +175,8 @@ Vessel anatomy_vessel(const RelaxRequest& r) {
 }
 
 /// The wire through these joints, which must be equally far apart.
-Guidewire wire_through(const Polyline& joints, const std::string& file, double rigidity) {
+Guidewire wire_through(const Polyline& joints, const std::string& file, double rigidity,
+                       physics::EndCells ends) {
     if (joints.size() < 3)
         throw InputError(located({file, static_cast<int>(joints.size()) + 1, 1},
                                  fmt::format("{} joints were found; 3 or more are accepted", joints.size())));
@@ -173,7 +205,7 @@ Guidewire wire_through(const Polyline& joints, const std::string& file, double r
     if (!(usual <= 50))
         throw InputError(
             fmt::format("{}: joints are {:.6g} mm apart; up to 50 mm are accepted", file, usual));
-    return physics::uniform_wire(rigidity, usual, joints.front(), tangents.front(), tangents);
+    return physics::uniform_wire(rigidity, usual, joints.front(), tangents.front(), tangents, ends);
 }
 
 double distance_to(const Polyline& path, const Vec3& x) {
@@ -187,9 +219,11 @@ double distance_to(const Polyline& path, const Vec3& x) {
 }
 
 /// Joints on the path; wire_along goes on straight where the path ends, which would be outside the vessel.
-Guidewire wire_on(const Vessel& vessel, int segments, double segment_length, double rigidity) {
+Guidewire wire_on(const Vessel& vessel, int segments, double segment_length, double rigidity,
+                  physics::EndCells ends) {
     const double limit = 1e-6 * segment_length;
     physics::GuidewireSpec spec;
+    spec.end_cells = ends;
     spec.segment_length = segment_length;
     spec.shaft_rigidity = spec.tip_rigidity = rigidity;
     spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
@@ -203,16 +237,8 @@ Guidewire wire_on(const Vessel& vessel, int segments, double segment_length, dou
 }
 
 Vec3 direction(const std::string& text) {
-    std::vector<double> parts;
-    for (std::size_t at = 0; at <= text.size();) {
-        const std::size_t end = std::min(text.find(',', at), text.size());
-        const std::optional<double> part = parse_number(std::string_view(text).substr(at, end - at));
-        if (part) parts.push_back(*part);
-        if (!part) break;
-        at = end + 1;
-    }
-    const Vec3 u = parts.size() == 3 ? Vec3(parts[0], parts[1], parts[2]) : Vec3::Zero();
-    if (!u.allFinite() || u.isZero(0))
+    const Vec3 u = three_numbers(text).value_or(Vec3::Zero());
+    if (u.isZero(0))
         refuse("--entry-direction", fmt::format("'{}' was found", text),
                "three numbers X,Y,Z that are not all zero are accepted");
     return u.stableNormalized();
@@ -246,20 +272,23 @@ RelaxCase make_relax_case(const RelaxRequest& r) {
     result.method = parse_method(r.method);
     check_numbers(r);
     check_combination(r);
+    const physics::EndCells ends = end_cells(r);
+    const Vec3 load = load_of(r);
     result.cycles = r.cycles.value_or(r.push_from ? kUsualCyclesPerPush : kUsualCycles);
     result.tolerance = r.tolerance;
     if (r.tolerance) result.method.tolerance = *r.tolerance;
 
     Vessel vessel = r.tube ? tube_vessel(r) : anatomy_vessel(r);
     if (r.wire) {
-        result.wire = wire_through(load_points(*r.wire), r.wire->string(), r.rigidity);
+        result.wire = wire_through(load_points(*r.wire), r.wire->string(), r.rigidity, ends);
         result.segments = result.wire.segments();
     } else {
         result.segments = *r.segments;
-        result.wire = wire_on(vessel, result.segments, *r.segment_length, r.rigidity);
-        if (r.push_from) result.wire = wire_on(vessel, *r.push_from, *r.segment_length, r.rigidity);
+        result.wire = wire_on(vessel, result.segments, *r.segment_length, r.rigidity, ends);
+        if (r.push_from) result.wire = wire_on(vessel, *r.push_from, *r.segment_length, r.rigidity, ends);
     }
     result.wire.spec.diameter = r.wire_diameter;
+    result.wire.load = load;
     if (r.entry_direction) {
         result.wire.tangents[0] = direction(*r.entry_direction);
         Vec3 other;

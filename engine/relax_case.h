@@ -29,9 +29,12 @@ struct RelaxRequest {
     double wire_diameter = 0;                    // taken off the lumen's; 0 = the paper's line [mm]
     std::optional<std::string> entry_direction;  // "X,Y,Z"; empty = along the wire's first segment
 
-    double rigidity = 0;        // EI, the same all along, straight when unloaded [N·mm²]
-    double wall_stiffness = 0;  // k per joint [N/mm]
-    std::string method;         // see parse_method
+    double rigidity = 0;              // EI, the same all along, straight when unloaded [N·mm²]
+    std::string clamp = "half";       // what the first and the last joint stand for: half a segment, or
+                                      // "paper", a whole one
+    std::optional<std::string> load;  // "X,Y,Z", force on the wire per length [N/mm]; empty = none
+    double wall_stiffness = 0;        // k per joint [N/mm]
+    std::string method;               // see parse_method
 
     std::optional<int> cycles;        // most work, in relaxation cycles (a push)
     std::optional<double> tolerance;  // stop at |g|/C [-]

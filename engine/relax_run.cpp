@@ -109,8 +109,11 @@ std::string report_json(const RelaxOutcome& o) {
     json["method"] = o.method;
     json["segments"] = o.wire.segments();
     json["segment_length_mm"] = o.wire.spec.segment_length;
+    json["clamp"] = o.wire.spec.end_cells == physics::EndCells::Half ? "half" : "paper";
+    json["load_N_per_mm"] = {o.wire.load.x(), o.wire.load.y(), o.wire.load.z()};
     json["energy"] = {{"bending_N_mm", number(o.energy.bending)},
                       {"wall_N_mm", number(o.energy.wall)},
+                      {"load_N_mm", number(o.energy.load)},
                       {"total_N_mm", number(o.energy.total())}};
     json["gradient"] = number(o.gradient);
     json["contacts"] = o.contacts;

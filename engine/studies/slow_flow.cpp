@@ -135,7 +135,7 @@ SlowFlowReport flow_to_rest(Guidewire& wire, const physics::LumenWall& wall, con
     auto contacts = physics::all_contacts(wire, wall);
     report.energy = physics::total_energy(wire, contacts).total();
     std::vector<Gain> gains(wire.joints.size());
-    const double stiff = wire.spring_constant(0) / std::pow(wire.spec.segment_length, 3);
+    const double stiff = wire.rigidity[0] / std::pow(wire.spec.segment_length, 4);
     const double least = 1e-12 * stiff, most = 1e12 * stiff;
     double drag = stiff;
     while (true) {

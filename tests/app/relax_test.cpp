@@ -83,7 +83,10 @@ TEST(Relax, LeavesJointsAndAReport) {
     EXPECT_EQ(report["cycles"], 5);
     EXPECT_EQ(report["updates"], 5 * 820);
     EXPECT_GT(report["wall_queries"], 0);
+    EXPECT_EQ(report["clamp"], "half");
+    EXPECT_EQ(report["load_N_per_mm"], nlohmann::json({0.0, 0.0, 0.0}));
     EXPECT_GT(report["energy"]["bending_N_mm"], 0.5);
+    EXPECT_EQ(report["energy"]["load_N_mm"], 0.0);
     EXPECT_NEAR(report["energy"]["total_N_mm"].get<double>(),
                 report["energy"]["bending_N_mm"].get<double>() + report["energy"]["wall_N_mm"].get<double>(),
                 1e-12);
@@ -148,6 +151,25 @@ TEST(Relax, EveryMethodLowersTheEnergyAndIsNamedInTheReport) {
         EXPECT_NE(help.out.find(word), std::string::npos) << word;
 }
 
+TEST(Relax, AClampOfThePaperIsSofterAndALoadBendsTheWire) {
+    const Bench bench;
+    write(bench.folder / "tube.csv", engine::points_csv(physics::Polyline{{0, 0, 0}, {50, 0, 0}}));
+    // 40 mm of wire in the middle of a wide tube sag by q L⁴/8EI = 0.064 mm, by 1/N² more with half cells and
+    // by 10/3N more by the paper's rule.
+    const auto sag = [&](const std::string& clamp) {
+        const Outcome result = bench.relax(
+            bench.good({"--radius", "20", "--method", "global", "--load", "0,0,-1e-5", "--clamp", clamp}));
+        EXPECT_EQ(result.code, 0) << result.error;
+        return -engine::load_points(bench.folder / "joints.csv").back().z() / 0.064;
+    };
+    EXPECT_NEAR(sag("half"), 1 + 1 / 1600.0, 1e-5);
+    EXPECT_NEAR(sag("paper"), 1 + 10 / 120.0, 2e-3);
+    const auto report = nlohmann::json::parse(read(bench.folder / "report.json"));
+    EXPECT_EQ(report["clamp"], "paper");
+    EXPECT_EQ(report["load_N_per_mm"], nlohmann::json({0.0, 0.0, -1e-5}));
+    EXPECT_LT(report["energy"]["load_N_mm"], 0);
+}
+
 TEST(Relax, AnAnatomyIsEnteredByABranch) {
     const Bench bench;
     const auto anatomy = engine::write_anatomy(engine::test::iliac_renal(), bench.folder.path(), {});
@@ -182,6 +204,11 @@ TEST(RelaxRefuses, NumbersThatNoWireHas) {
             bench.expect_refused({flag, value}, std::string(flag) + ": '");
     bench.expect_refused({"--segments", "1"}, "--segments: '1' was found; 2 to 20000 segments are accepted");
     bench.expect_refused({"--entry-direction", "0,0,0"}, "--entry-direction: '0,0,0' was found");
+    bench.expect_refused({"--clamp", "hinge"}, "--clamp: 'hinge' was found; half or paper is accepted");
+    for (const char* load : {"1,2", "0,0,nan", "0,0,x", "-60,-60,-60", "inf,0,0"})
+        bench.expect_refused({"--load", load},
+                             std::string("--load: '") + load +
+                                 "' was found; three numbers X,Y,Z of a force up to 100 N/mm are accepted");
     bench.expect_refused({"--cycles", "0"}, "--cycles: '0'");
     bench.expect_refused({"--tolerance", "-1"}, "--tolerance: '-1'");
     bench.expect_refused({"--push-from", "40"}, "--push-from: '40' was found; 2 to 39 segments");

@@ -52,6 +52,31 @@ TEST(RelaxCase, TheEntryDirectionIsMadeUnit) {
     }
 }
 
+TEST(RelaxCase, TheWireHasTheClampAndTheLoadThatWereAskedForHoweverItIsGiven) {
+    Given given;
+    EXPECT_EQ(make_relax_case(given.request).wire.spec.end_cells, physics::EndCells::Half);
+    EXPECT_EQ(make_relax_case(given.request).wire.load, physics::Vec3::Zero());
+    given.request.clamp = "paper";
+    given.request.load = "-1e-3,0,2.5e-5";
+    const auto expect_both = [&] {
+        const RelaxCase c = make_relax_case(given.request);
+        EXPECT_EQ(c.wire.spec.end_cells, physics::EndCells::Paper);
+        EXPECT_EQ(c.wire.load, physics::Vec3(-1e-3, 0, 2.5e-5));
+    };
+    expect_both();
+    given.request.push_from = 30;
+    expect_both();
+    test::write(given.folder / "wire.csv", points_csv(make_relax_case(given.request).wire.joints));
+    given.request.wire = given.folder / "wire.csv";
+    given.request.segments.reset();
+    given.request.segment_length.reset();
+    given.request.push_from.reset();
+    expect_both();
+    given.request.clamp = "Half";
+    EXPECT_EQ(test::refusal([&] { make_relax_case(given.request); }),
+              "--clamp: 'Half' was found; half or paper is accepted");
+}
+
 TEST(RelaxCase, TheWiresRadiusIsTakenOffTheLumens) {
     Given given;
     given.request.wire_diameter = 0.5;

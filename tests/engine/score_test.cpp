@@ -84,7 +84,11 @@ TEST(Score, DeepestContactIsExplainedByItsForce) {
     ASSERT_GE(score.deepest.joint, 1);
     EXPECT_GT(score.deepest.penetration, 0);
     EXPECT_NEAR(score.deepest.penetration * score.deepest.stiffness, score.deepest.force, 1e-12);
-    EXPECT_NEAR(score.peak_wall_force, score.deepest.force, 1e-12);  // one stiffness everywhere
+    // One stiffness everywhere but at the tip, which stands for half a segment: where that is the deepest, a
+    // joint less deep may be pressed harder.
+    const double share = score.peak_wall_force / score.deepest.force;
+    EXPECT_GE(share, 1 - 1e-12);
+    EXPECT_LE(share, 2);
     EXPECT_GT(score.wall_force_impulse, 0);
 }
 

@@ -23,8 +23,9 @@ TEST(Bending, KeepsItsDigitsWhereTheWireIsNearlyStraight) {
 }
 
 TEST(Bending, ArcHasTheBeamsEnergy) {
-    // EI L / 2R². With chords of the arc only the polynomial of Eq. 1 is off, by 3/1280 C θ⁶ a joint: as λ⁴
-    // in all.
+    // EI L / 2R². With chords of the arc, and a chord before its first for the clamp, every joint stands for
+    // a whole segment, as it does by the paper's rule: only the polynomial of Eq. 1 is off, by 3/1280 C θ⁶ a
+    // joint, as λ⁴ in all.
     const double radius = 20, angle = 1.5, rigidity = 50;
     const double exact = rigidity * radius * angle / (2 * radius * radius);
     double last_error = 0;
@@ -35,10 +36,34 @@ TEST(Bending, ArcHasTheBeamsEnergy) {
             tangents.emplace_back(std::cos(step * (i + 0.5)), std::sin(step * (i + 0.5)), 0);
         const Vec3 clamped(std::cos(step / 2), -std::sin(step / 2), 0);
         const double error =
-            bending_energy(uniform_wire(rigidity, lambda, Vec3::Zero(), clamped, tangents)) / exact - 1;
+            bending_energy(uniform_wire(rigidity, lambda, Vec3::Zero(), clamped, tangents, EndCells::Paper)) /
+                exact -
+            1;
         EXPECT_LT(std::abs(error), 1e-7);
         if (last_error != 0) {
             EXPECT_NEAR(last_error / error, 16, 0.1);
+        }
+        last_error = error;
+    }
+}
+
+TEST(Bending, ArcClampedAlongItsOwnTangentHasTheBeamsEnergyUpToHalfASegmentBeforeItsEnd) {
+    // The first chord turns by half a step from the clamp, with twice the spring: a half cell. Each joint has
+    // the energy of the wire it stands for, which ends half a segment before the tip. The first is off by
+    // θ²/32 of its own, so by λ³ in all.
+    const double radius = 20, angle = 1.5, rigidity = 50;
+    double last_error = 0;
+    for (int n : {25, 50, 100}) {
+        const double step = angle / n, lambda = 2 * radius * std::sin(step / 2);
+        const double exact = rigidity * (angle - step / 2) / (2 * radius);
+        std::vector<Vec3> tangents;
+        for (int i = 0; i < n; ++i)
+            tangents.emplace_back(std::cos(step * (i + 0.5)), std::sin(step * (i + 0.5)), 0);
+        const double error =
+            bending_energy(uniform_wire(rigidity, lambda, Vec3::Zero(), Vec3::UnitX(), tangents)) / exact - 1;
+        EXPECT_NEAR(error / (step * step * step / (64 * angle)), 1, 0.05);
+        if (last_error != 0) {
+            EXPECT_NEAR(last_error / error, 8, 0.3);
         }
         last_error = error;
     }

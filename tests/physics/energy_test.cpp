@@ -40,7 +40,10 @@ TEST(Energy, OfALoadIsItsWorkOnTheWayFromTheIntroducer) {
     Guidewire wire = straight_wire({}, {1, 2, 3}, {0, 0, 1}, 30);
     wire.load = Vec3(0, 0, -0.01);
     const TubeWall wall({{1, 2, 0}, {1, 2, 100}}, 2.0, 30.0);
-    // λ = 2 at each of 30 joints, of which the middle one of a pair is 31 mm up.
+    // q L²/2: half a segment's load at the last joint makes the sum the trapezoidal rule.
+    EXPECT_NEAR(total_energy(wire, all_contacts(wire, wall)).load, 0.01 * 60 * 30, 1e-12);
+    // By the paper's rule λ = 2 at each of 30 joints, of which the middle one of a pair is 31 mm up.
+    wire.spec.end_cells = EndCells::Paper;
     EXPECT_NEAR(total_energy(wire, all_contacts(wire, wall)).load, 0.01 * 60 * 31, 1e-12);
 }
 

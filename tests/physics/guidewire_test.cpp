@@ -114,11 +114,41 @@ TEST(Guidewire, WallSharesAreLengthsAndExactlyOneWhereLambdaIsUniform) {
     Guidewire wire = bent_wire(30, 0.8);
     wire.spec.segment_length = 1.1;  // no binary fraction
     std::fill(wire.lengths.begin() + 1, wire.lengths.end(), 1.1);
-    for (int i = 0; i <= 30; ++i) EXPECT_EQ(wire.wall_share(i), 1.0);
+    for (int i = 1; i < 30; ++i) EXPECT_EQ(wire.wall_share(i), 1.0);
+    for (const int i : {0, 30}) EXPECT_EQ(wire.wall_share(i), 0.5);  // half of their one segment
     merge_segments(wire, 10);
     EXPECT_NEAR(wire.wall_share(10), 1.5, 1e-12);
     EXPECT_NEAR(wire.wall_share(9), 1.5, 1e-12);
     EXPECT_EQ(wire.wall_share(12), 1.0);
+}
+
+TEST(Guidewire, TheFirstAndTheLastJointStandForHalfASegmentOrByThePapersRuleForAWholeOne) {
+    Guidewire wire = bent_wire(30, 0.8);
+    split_segment(wire, 1, 0.2);  // segments of 0.3 and 1.2 mm, then of 1.5 mm
+    ASSERT_EQ(wire.segments(), 31);
+    struct Expected {
+        EndCells ends;
+        double first, last;  // lengths [mm]
+    };
+    for (const auto& [ends, first, last] :
+         {Expected{EndCells::Half, 0.15, 0.75}, {EndCells::Paper, 0.3, 1.5}}) {
+        wire.spec.end_cells = ends;
+        EXPECT_NEAR(wire.length_of(0), first, 1e-12);
+        EXPECT_NEAR(wire.length_of(1), 0.75, 1e-12);
+        EXPECT_NEAR(wire.length_of(2), 1.35, 1e-12);
+        EXPECT_NEAR(wire.length_of(31), last, 1e-12);
+        EXPECT_NEAR(wire.spring_constant(0), wire.rigidity[0] / first, 1e-9);
+        EXPECT_NEAR(wire.spring_constant(2), wire.rigidity[2] / 1.35, 1e-9);
+        EXPECT_NEAR(wire.wall_share(31), last / 1.5, 1e-12);
+    }
+    // Half cells share out the whole wire; the paper's are a segment more.
+    double sum = 0;
+    for (int i = 0; i <= 31; ++i) sum += wire.length_of(i);
+    EXPECT_NEAR(sum, wire.inserted_length() + 0.15 + 0.75, 1e-12);
+    wire.spec.end_cells = EndCells::Half;
+    sum = 0;
+    for (int i = 0; i <= 31; ++i) sum += wire.length_of(i);
+    EXPECT_NEAR(sum, wire.inserted_length(), 1e-12);
 }
 
 TEST(Guidewire, CarriesMovementShorterThanASegment) {

@@ -1,10 +1,11 @@
-/// A wire under a load: both relaxers against beam theory and against each other.
+/// A wire under a load: both relaxers against beam theory, the exact elastica and each other.
 
 #include <cmath>
 #include <gtest/gtest.h>
 
 #include "physics/energy.h"
 #include "physics/relaxer.h"
+#include "tests/physics/elastica.h"
 #include "tests/physics/wires.h"
 
 using namespace physics;
@@ -13,33 +14,109 @@ namespace {
 
 constexpr double kLength = 40, kRigidity = 50, kWeight = 1e-5;  // [mm], [N·mm²], [N/mm]
 
-/// How far the end of a horizontal wire, clamped at its base and far from any wall, sinks [mm].
-double sag(RelaxerKind kind, int segments) {
+/// A horizontal wire under a load downwards, clamped at its base and far from any wall, at rest.
+Guidewire hanging(RelaxerKind kind, int segments, double weight, EndCells ends) {
     Guidewire wire = uniform_wire(kRigidity, kLength / segments, {0, 0, 0}, {1, 0, 0},
-                                  std::vector<Vec3>(segments, Vec3::UnitX()));
-    wire.load = Vec3(0, 0, -kWeight);
-    const TubeWall wall({{-10, 0, 0}, {60, 0, 0}}, 30.0, 40);
+                                  std::vector<Vec3>(segments, Vec3::UnitX()), ends);
+    wire.load = Vec3(0, 0, -weight);
+    const TubeWall wall({{-50, 0, 0}, {60, 0, 0}}, 60.0, 40);
     RelaxerConfig config;
     config.kind = kind;
     config.varied_segments = 1;
+    config.tolerance = 1e-11;  // C times 1e-8 turns the tip of 200 segments by as much as λ does
     const RelaxReport report = make_relaxer(config)->relax(wire, wall, {2'000'000, 0, 0});
     EXPECT_TRUE(report.converged);
     EXPECT_NEAR(wire.tip().y(), 0, 1e-12);
-    return -wire.tip().z();
+    return wire;
+}
+
+double sag(RelaxerKind kind, int segments, EndCells ends = EndCells::Half) {  // [mm]
+    return -hanging(kind, segments, kWeight, ends).tip().z();
+}
+
+/// w L⁴/8EI of small deflections [mm]; large ones are 1e-6 of it less here.
+constexpr double kBeam = kWeight * kLength * kLength * kLength * kLength / (8 * kRigidity);
+
+/// How far the tip is from the exact one under a weight that bends the wire down by 77°, over L [-].
+double error_of_tip(int segments, EndCells ends) {
+    Elastica exact{.rigidity = kRigidity, .length = kLength, .load = 4e-3};
+    exact.clamp_at(0);
+    const Vec3 tip = hanging(RelaxerKind::Global, segments, exact.load, ends).tip();
+    return (tip - Vec3(exact.x, 0, exact.y)).norm() / kLength;
+}
+
+/// A wire that leaves the axis of a straight tube at 0.6 rad and ends on its wall, 6 mm away: in their plane
+/// the wall is flat, and so stiff that the tip is 1e-6 mm in it. Force of the wall on the tip [N].
+double force_on_wall(int segments, EndCells ends) {
+    const Vec3 clamped(std::cos(0.6), std::sin(0.6), 0);
+    std::vector<Vec3> tangents;
+    for (int i = 0; i < segments; ++i) {
+        const double angle = 0.6 * (1 - 0.8 * (i + 0.5) / segments);
+        tangents.emplace_back(std::cos(angle), std::sin(angle), 0);
+    }
+    Guidewire wire = uniform_wire(kRigidity, 20.0 / segments, {0, 0, 0}, clamped, tangents, ends);
+    const TubeWall wall({{-20, 0, 0}, {60, 0, 0}}, 6.0, 1e5);
+    EXPECT_TRUE(make_relaxer({})->relax(wire, wall, {2'000'000, 0, 0}).converged);
+    EXPECT_NEAR(wire.tip().y(), 6, 1e-5);
+    const auto contacts = all_contacts(wire, wall);
+    EXPECT_FALSE(contacts[segments - 1].touches());
+    return contacts[segments].force();
 }
 
 }  // namespace
 
 TEST(LoadedWire, SagsAsABeamUnderItsWeight) {
-    // w L⁴/8EI. A load and a bend at every joint make it 10/3N larger, which two lengths of segments take
-    // out.
-    const double beam = kWeight * std::pow(kLength, 4) / (8 * kRigidity);
+    // With half a segment's load at the tip and half a segment's bend at the clamp both sums are the
+    // trapezoidal rule: of a load that grows linearly exact, of a moment that grows as a square off by 1/N².
+    for (const RelaxerKind kind : {RelaxerKind::Global, RelaxerKind::Segment})
+        for (const int segments : {10, 20})
+            EXPECT_NEAR(sag(kind, segments) / kBeam - 1, 1.0 / (segments * segments), 1e-5) << segments;
+    EXPECT_NEAR(sag(RelaxerKind::Global, 200) / kBeam - 1, 1.0 / (200 * 200), 5e-6);
+}
+
+TEST(LoadedWire, SagsByOneSegmentInThreeTenthsMoreByThePapersRule) {
+    // A whole segment's load at the tip and a whole one's bend at the clamp: 10/3N, and 1/N² and less.
     for (const RelaxerKind kind : {RelaxerKind::Global, RelaxerKind::Segment}) {
-        const double coarse = sag(kind, 10), fine = sag(kind, 20);
-        EXPECT_NEAR((coarse - beam) / (fine - beam), 2, 0.1);
-        EXPECT_NEAR(2 * fine - coarse, beam, 0.02 * beam);
+        const double coarse = sag(kind, 10, EndCells::Paper), fine = sag(kind, 20, EndCells::Paper);
+        EXPECT_NEAR((coarse - kBeam) / (fine - kBeam), 2, 0.1);
+        EXPECT_NEAR(2 * fine - coarse, kBeam, 0.02 * kBeam);
     }
-    EXPECT_NEAR(2 * sag(RelaxerKind::Global, 400) - sag(RelaxerKind::Global, 200), beam, 5e-5 * beam);
+    EXPECT_NEAR(200 * (sag(RelaxerKind::Global, 200, EndCells::Paper) / kBeam - 1), 10.0 / 3, 0.03);
+}
+
+TEST(LoadedWire, BentFarDownItConvergesToTheElasticaAsTheSquareOfLambda) {
+    const double coarse = error_of_tip(50, EndCells::Half), middle = error_of_tip(100, EndCells::Half),
+                 fine = error_of_tip(200, EndCells::Half);
+    EXPECT_LT(fine, 2e-5);
+    EXPECT_NEAR(coarse / middle, 4, 0.05);
+    EXPECT_NEAR(middle / fine, 4, 0.05);
+    const double papers = error_of_tip(200, EndCells::Paper);
+    EXPECT_NEAR(error_of_tip(100, EndCells::Paper) / papers, 2, 0.1);
+    EXPECT_GT(papers, 100 * fine);
+}
+
+TEST(LoadedWire, PressesOnAWallAsTheElasticaDoes) {
+    Elastica exact{.rigidity = kRigidity, .length = 20};
+    exact.rest_at(0.6, 6);
+    const auto error = [&](int segments, EndCells ends) {
+        return std::abs(force_on_wall(segments, ends) / exact.tip_force - 1);
+    };
+    const double half = error(20, EndCells::Half), paper = error(20, EndCells::Paper);
+    EXPECT_NEAR(error(10, EndCells::Half) / half, 4, 0.1);
+    EXPECT_NEAR(error(10, EndCells::Paper) / paper, 2, 0.1);
+    EXPECT_LT(half, 0.0015);  // at λ = 1 mm
+    EXPECT_GT(paper, 0.06);
+}
+
+TEST(LoadedWire, BothRulesMeetAsSegmentsShrink) {
+    const auto apart = [](int segments) {
+        return (hanging(RelaxerKind::Global, segments, 1e-3, EndCells::Half).tip() -
+                hanging(RelaxerKind::Global, segments, 1e-3, EndCells::Paper).tip())
+            .norm();
+    };
+    const double coarse = apart(100), fine = apart(400);
+    EXPECT_GT(coarse, 0.05);
+    EXPECT_NEAR(coarse / fine, 4, 0.1);  // what the paper's rule is off, of first order
 }
 
 TEST(LoadedWire, RestsInATubeWhereBothRelaxersSay) {

@@ -31,8 +31,8 @@ inline physics::Guidewire bent_wire(int segments, double curved_angle, unsigned 
     return wire;
 }
 
-/// A scene of PHYSICS: tube, and its wire laid along the centreline, with the paper's rule at its ends, which the
-/// listed energies are of.
+/// A scene of PHYSICS: tube, and its wire laid along the centreline, with the paper's rule at its ends, which
+/// the listed energies are of.
 struct SceneSetup {
     physics::TubeWall wall;
     physics::Guidewire wire;
