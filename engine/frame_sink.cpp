@@ -8,9 +8,8 @@
 #include <thread>
 #include <utility>
 
-#include "engine/error.h"
+#include "engine/picture_file.h"
 #include "engine/text.h"
-#include "render/png.h"
 
 namespace engine {
 
@@ -48,10 +47,8 @@ struct PngFolder::Worker {
             std::exception_ptr failed;
             try {
                 std::visit(
-                    [&](const auto& pixels) { render::write_png(folder / frame_file_name(frame), pixels); },
+                    [&](const auto& pixels) { write_picture(folder / frame_file_name(frame), pixels); },
                     picture);
-            } catch (const std::runtime_error& error) {
-                failed = std::make_exception_ptr(InputError(error.what()));
             } catch (...) {
                 failed = std::current_exception();
             }

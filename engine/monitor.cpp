@@ -1,6 +1,8 @@
 #include "engine/monitor.h"
 
+#include <algorithm>
 #include <utility>
+#include <vector>
 
 namespace engine {
 namespace {
@@ -47,15 +49,25 @@ const render::Field& Monitor::signal(Recent& recent) {
     return *recent.signal;
 }
 
-render::Field Monitor::with_lag() {
+const render::Field& Monitor::with_lag(float dose) {
     // Weights (1 − lag)·lag^k of the k-th pulse back; the oldest takes what is left of 1.
-    render::Field mixed = signal(recent_.front());
-    for (std::size_t i = 1; i < recent_.size(); ++i) {
-        const std::vector<float>& next = signal(recent_[i]).values;
-        for (std::size_t p = 0; p < next.size(); ++p)
-            mixed.values[p] += (1.0f - lag) * (next[p] - mixed.values[p]);
+    std::vector<const float*> pulses;
+    for (Recent& recent : recent_) pulses.push_back(signal(recent).values.data());
+    const render::Field& size = *recent_.front().signal;
+    if (mixed_.width != size.width || mixed_.height != size.height)
+        mixed_ = render::Field(size.width, size.height);
+    constexpr std::size_t together = 1024;  // pixels that stay in the cache
+    for (std::size_t start = 0; start < mixed_.values.size(); start += together) {
+        const std::size_t count = std::min(together, mixed_.values.size() - start);
+        float* const mixed = mixed_.values.data() + start;
+        std::copy_n(pulses[0] + start, count, mixed);
+        for (std::size_t i = 1; i < pulses.size(); ++i) {
+            const float* const next = pulses[i] + start;
+            for (std::size_t p = 0; p < count; ++p) mixed[p] += (1.0f - lag) * (next[p] - mixed[p]);
+        }
+        for (std::size_t p = 0; p < count; ++p) mixed[p] *= dose;
     }
-    return mixed;
+    return mixed_;
 }
 
 bool Monitor::map_is_missing() const {
@@ -70,12 +82,10 @@ const render::GrayImage* Monitor::image() {
     if (last.mode == ImagingMode::dsa) {
         image_ = subtraction_->subtracted(signal(recent_.back()));
     } else if (last.mode == ImagingMode::roadmap && !map_is_missing()) {
-        image_ = subtraction_->roadmap(with_lag());
+        image_ = subtraction_->roadmap(with_lag(1.0f));
     } else {
-        render::Field shown = with_lag();
         const auto dose = static_cast<float>(recent_.back().dose);
-        for (float& value : shown.values) value *= dose;
-        image_ = fluoroscope_.display(last.arm, last.exposure).show(shown);
+        image_ = fluoroscope_.display(last.arm, last.exposure).show(with_lag(dose));
     }
     return &*image_;
 }

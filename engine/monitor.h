@@ -61,11 +61,13 @@ private:
         std::optional<render::Field> signal;  // per nGy; read when needed
     };
     const render::Field& signal(Recent&);
-    render::Field with_lag();
+    /// The mixture of recent signals, as if of one pulse of so many nGy.
+    const render::Field& with_lag(float dose);
 
     render::Fluoroscope fluoroscope_;
     std::deque<Recent> recent_;  // of one pose and mode
     std::optional<render::Subtraction> subtraction_;
+    render::Field mixed_;  // scratch of with_lag
     std::optional<render::GrayImage> image_, reference_;
     Dose dose_;
 };

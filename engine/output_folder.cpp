@@ -6,7 +6,7 @@
 #include "engine/error.h"
 #include "engine/files.h"
 #include "engine/frame_sink.h"
-#include "render/png.h"
+#include "engine/picture_file.h"
 
 namespace engine {
 namespace {
@@ -86,11 +86,7 @@ void OutputFolder::write_score(const std::string& json) const {
 }
 
 void OutputFolder::write_sheet(const render::GrayImage& page) const {
-    try {
-        render::write_png(path_ / "sheet.png", page);
-    } catch (const std::runtime_error& error) {
-        throw InputError(error.what());
-    }
+    write_picture(path_ / "sheet.png", page);
 }
 
 }  // namespace engine

@@ -5,8 +5,8 @@
 #include "engine/headless.h"
 #include "engine/imaging.h"
 #include "engine/monitor.h"
+#include "engine/picture_file.h"
 #include "engine/text.h"
-#include "render/png.h"
 
 namespace engine {
 
@@ -66,11 +66,7 @@ void check_still(const std::filesystem::path& path) {
 }
 
 void write_still(const std::filesystem::path& path, const render::GrayImage& image) {
-    try {
-        render::write_png(path, image);
-    } catch (const std::runtime_error& error) {
-        throw InputError(error.what());
-    }
+    write_picture(path, image);
 }
 
 }  // namespace engine

@@ -7,8 +7,8 @@
 #include "engine/error.h"
 #include "engine/files.h"
 #include "engine/frame_sink.h"
+#include "engine/picture_file.h"
 #include "physics/geometry.h"
-#include "render/png.h"
 
 namespace engine {
 namespace {
@@ -81,12 +81,8 @@ std::string to_json(const Truth& truth, int frame, double frame_rate) {
 }
 
 void write_truth(const std::filesystem::path& folder, const Truth& truth, int frame, double frame_rate) {
-    try {
-        render::write_png(folder / (stem(frame) + "_wire.png"), truth.wire);
-        render::write_png(folder / (stem(frame) + "_vessels.png"), truth.vessels);
-    } catch (const std::runtime_error& error) {
-        throw InputError(error.what());
-    }
+    write_picture(folder / (stem(frame) + "_wire.png"), truth.wire);
+    write_picture(folder / (stem(frame) + "_vessels.png"), truth.vessels);
     write_whole(folder / (stem(frame) + ".json"), to_json(truth, frame, frame_rate));
 }
 

@@ -1,5 +1,6 @@
 #include "render/detector.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -88,19 +89,36 @@ float PixelNoise::quanta(float mean, std::uint64_t bits) {
 Field read_out(Field expected, double pixel_width, const DetectorSpec& detector, std::uint64_t seed,
                std::uint64_t frame) {
     const PixelNoise noise(seed, frame);
-    std::vector<float>& values = expected.values;  // counted, blurred and read out in place
     const auto& table = quantiles();
-    for (std::size_t i = 0; i < values.size(); ++i) {
-        const float mean = values[i];
-        values[i] = mean >= fewest_for_normal ? mean + std::sqrt(mean) * normal_from(table, noise.bits(i), 0)
-                                              : PixelNoise::quanta(mean, noise.bits(i));
-    }
-    blur(expected, detector.scintillator_blur / pixel_width);
+    const double sigma = detector.scintillator_blur / pixel_width;
     const auto electronic = static_cast<float>(detector.electronic_noise);
-    if (electronic > 0.0f) {
-        for (std::size_t i = 0; i < values.size(); ++i)
-            values[i] += electronic * normal_from(table, noise.bits(i), 1);
-    }
+    const std::size_t width = expected.width;
+    // A pixel's bits serve twice: what the electronics will add waits until the row has been blurred.
+    const int waiting = blur_reach(sigma) + 1;
+    std::vector<float> counted(width), added(waiting * width);
+    const auto added_to = [&](int row) { return added.data() + row % waiting * width; };
+    const auto count = [&](int row, std::span<float> values) {
+        const std::size_t first = row * width;
+        float* const later = added_to(row);
+        for (std::size_t i = 0; i < width; ++i) {
+            const std::uint64_t bits = noise.bits(first + i);
+            counted[i] = normal_from(table, bits, 0);
+            later[i] = normal_from(table, bits, 1);
+        }
+        int few = 0;  // where a normal number will not do
+        for (const float mean : values) few += mean >= fewest_for_normal ? 0 : 1;
+        if (few > 0) {
+            for (std::size_t i = 0; i < width; ++i)
+                values[i] = PixelNoise::quanta(values[i], noise.bits(first + i));
+        } else {
+            for (std::size_t i = 0; i < width; ++i) values[i] += std::sqrt(values[i]) * counted[i];
+        }
+    };
+    const auto add = [&](int row, std::span<float> values) {
+        const float* const own = added_to(row);
+        for (std::size_t i = 0; i < width; ++i) values[i] += electronic * own[i];
+    };
+    blur(expected, sigma, count, electronic > 0.0f ? ForRow(add) : ForRow());
     return expected;
 }
 

@@ -95,12 +95,23 @@ GrayImage Display::show(const Field& signal) const {
     const FastLog& log = fast_log();
     const auto steps = static_cast<int>(grey_.size());
     const float scale = static_cast<float>(steps) / (highest - lowest);
-    for (std::size_t i = 0; i < signal.values.size(); ++i) {
-        const float d = log(std::max(signal.values[i], 0.25f)) - reference_.values[i];
-        const int step = static_cast<int>((std::clamp(d, lowest, highest) - lowest) * scale);
-        const float grey = grey_[std::min(step, steps - 1)];
-        image.pixels[i] =
-            static_cast<std::uint8_t>(shutter_grey + open_.values[i] * (grey - shutter_grey) + 0.5f);
+    constexpr std::size_t together = FastLog::together;
+    std::array<float, together> level;
+    std::array<int, together> step;
+    for (std::size_t start = 0; start < signal.values.size(); start += together) {
+        const std::size_t count = std::min(together, signal.values.size() - start);
+        const float *const read = signal.values.data() + start, *const open = open_.values.data() + start;
+        const float* const reference = reference_.values.data() + start;
+        for (std::size_t i = 0; i < count; ++i) level[i] = std::max(read[i], 0.25f);
+        log(std::span(level).first(count));
+        for (std::size_t i = 0; i < count; ++i) {
+            const float d = std::min(std::max(level[i] - reference[i], lowest), highest);
+            step[i] = std::min(static_cast<int>((d - lowest) * scale), steps - 1);
+        }
+        for (std::size_t i = 0; i < count; ++i) level[i] = grey_[step[i]];
+        std::uint8_t* const shown = image.pixels.data() + start;
+        for (std::size_t i = 0; i < count; ++i)
+            shown[i] = static_cast<std::uint8_t>(shutter_grey + open[i] * (level[i] - shutter_grey) + 0.5f);
     }
     return image;
 }

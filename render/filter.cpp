@@ -11,7 +11,7 @@ namespace {
 
 /// Half of a symmetric kernel: the middle weight first.
 std::vector<float> half_kernel(double sigma) {
-    const int reach = static_cast<int>(std::ceil(3.0 * sigma + 0.5));
+    const int reach = blur_reach(sigma);
     const auto below = [sigma](double x) { return 0.5 * std::erf(x / (sigma * std::numbers::sqrt2)); };
     std::vector<double> weights;
     for (int k = 0; k <= reach; ++k) weights.push_back(below(k + 0.5) - below(k - 0.5));
@@ -24,16 +24,23 @@ std::vector<float> half_kernel(double sigma) {
 
 }  // namespace
 
+int blur_reach(double sigma) {
+    return sigma > 0.0 ? static_cast<int>(std::ceil(3.0 * sigma + 0.5)) : 0;
+}
+
 void blur(Field& field, double sigma) {
-    if (!(sigma > 0.0) || field.values.empty()) return;
-    const std::vector<float> kernel = half_kernel(sigma);
+    if (sigma > 0.0) blur(field, sigma, {}, {});
+}
+
+void blur(Field& field, double sigma, const ForRow& before, const ForRow& after) {
+    if (field.values.empty()) return;
+    const std::vector<float> kernel = sigma > 0.0 ? half_kernel(sigma) : std::vector<float>{1.0f};
     const int reach = static_cast<int>(kernel.size()) - 1;
     const int width = field.width, height = field.height;
     const auto row = [&field, width](int j) { return &field.values[static_cast<std::size_t>(j) * width]; };
     // Tap by tap over a whole line, so that the compiler can vectorise.
     std::vector<float> line(static_cast<std::size_t>(width + 2 * reach));
-    for (int j = 0; j < height; ++j) {
-        float* to = row(j);
+    const auto blur_along = [&](float* to) {
         std::fill_n(line.begin(), reach, to[0]);
         std::copy_n(to, width, line.begin() + reach);
         std::fill_n(line.begin() + reach + width, reach, to[width - 1]);
@@ -42,11 +49,11 @@ void blur(Field& field, double sigma) {
         for (int k = 1; k <= reach; ++k) {
             for (int i = 0; i < width; ++i) to[i] += kernel[k] * (middle[i - k] + middle[i + k]);
         }
-    }
+    };
     // Down the columns in place: rows that are overwritten but still needed wait in a ring.
     std::vector<std::vector<float>> ring(static_cast<std::size_t>(reach) + 1, std::vector<float>(width));
-    const std::vector<float> top(row(0), row(0) + width);
-    for (int j = 0; j < height; ++j) {
+    std::vector<float> top;
+    const auto blur_down = [&](int j) {
         float* to = row(j);
         std::vector<float>& own = ring[j % (reach + 1)];
         std::copy_n(to, width, own.begin());
@@ -58,6 +65,17 @@ void blur(Field& field, double sigma) {
             if (below == nullptr) below = j == height - 1 ? own.data() : row(height - 1);
             for (int i = 0; i < width; ++i) to[i] += kernel[k] * (above[i] + below[i]);
         }
+    };
+    // A row is done as soon as those that reach it are there: all are still in the cache.
+    for (int j = 0; j < height + reach; ++j) {
+        if (j < height) {
+            if (before) before(j, {row(j), static_cast<std::size_t>(width)});
+            if (reach > 0) blur_along(row(j));
+            if (j == 0) top.assign(row(0), row(0) + width);
+        }
+        if (j < reach) continue;
+        if (reach > 0) blur_down(j - reach);
+        if (after) after(j - reach, {row(j - reach), static_cast<std::size_t>(width)});
     }
 }
 

@@ -212,6 +212,8 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
     const std::span<const std::uint32_t> dissolved_in = state.iodine_pixels;
     for (std::size_t start = 0; start < dissolved_in.size(); start += together) {
         const auto pixels = dissolved_in.subspan(start, std::min(together, dissolved_in.size() - start));
+        // They lie too far apart for the processor to guess.
+        for (const std::uint32_t pixel : pixels) __builtin_prefetch(&beam.primary[pixel]);
         for (std::size_t i = 0; i < pixels.size(); ++i)
             for (int k = 0; k < energy_bins; ++k)
                 transmission[i * energy_bins + k] = per_iodine[k] * state.iodine.values[pixels[i]];

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <map>
+#include <span>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -57,24 +58,43 @@ int unmatched_edges(const TriangleMesh& mesh) {
         // Adding zero makes −0 and +0 the same place.
         corner[i] = corners.try_emplace({v.x() + 0.0, v.y() + 0.0, v.z() + 0.0}, i).first->second;
     }
-    // Both directions of an edge share a key; the sum is zero when each is run through as often.
-    std::unordered_map<std::uint64_t, int> balance;
-    balance.reserve(mesh.triangles.size() * 2);
-    for (const auto& triangle : mesh.triangles) {
-        for (int k = 0; k < 3; ++k) {
-            const int a = triangle[k], b = triangle[(k + 1) % 3];
-            if (a < 0 || a >= count || b < 0 || b >= count) {
-                throw std::invalid_argument("a triangle names vertex " +
-                                            std::to_string(a < 0 || a >= count ? a : b) + " of " +
-                                            std::to_string(count));
+    // Edges by their lower corner, of which few share one. An edge that is run through as often either way is
+    // matched.
+    std::vector<std::size_t> starts(mesh.vertices.size() + 1, 0);
+    const auto for_each_edge = [&](const auto& use) {
+        for (const auto& triangle : mesh.triangles) {
+            for (int k = 0; k < 3; ++k) {
+                const int a = corner[triangle[k]], b = corner[triangle[(k + 1) % 3]];
+                if (a != b) use(std::min(a, b), std::max(a, b), a < b ? 1 : -1);
             }
-            const auto low = static_cast<std::uint64_t>(std::min(corner[a], corner[b]));
-            const auto high = static_cast<std::uint64_t>(std::max(corner[a], corner[b]));
-            if (low != high) balance[low << 32 | high] += corner[a] < corner[b] ? 1 : -1;
+        }
+    };
+    for (const auto& triangle : mesh.triangles) {
+        for (const int v : triangle) {
+            if (v >= 0 && v < count) continue;
+            throw std::invalid_argument("a triangle names vertex " + std::to_string(v) + " of " +
+                                        std::to_string(count));
         }
     }
+    for_each_edge([&](int low, int, int) { ++starts[low + 1]; });
+    for (int i = 0; i < count; ++i) starts[i + 1] += starts[i];
+    struct Way {
+        int other, forward;
+    };
+    std::vector<Way> ways(starts.back());
+    std::vector<std::size_t> next(starts.begin(), starts.end() - 1);
+    for_each_edge([&](int low, int high, int forward) { ways[next[low]++] = {high, forward}; });
     int unmatched = 0;
-    for (const auto& [edge, sum] : balance) unmatched += std::abs(sum);
+    for (int i = 0; i < count; ++i) {
+        const auto own = std::span(ways).subspan(starts[i], starts[i + 1] - starts[i]);
+        std::sort(own.begin(), own.end(), [](const Way& a, const Way& b) { return a.other < b.other; });
+        for (std::size_t k = 0; k < own.size();) {
+            const int other = own[k].other;
+            int sum = 0;
+            for (; k < own.size() && own[k].other == other; ++k) sum += own[k].forward;
+            unmatched += std::abs(sum);
+        }
+    }
     return unmatched;
 }
 

@@ -1,132 +1,133 @@
 #include "render/png.h"
 
-#include <array>
+#include <algorithm>
 #include <cerrno>
-#include <cstdio>
-#include <cstring>
-#include <fcntl.h>
 #include <fstream>
 #include <iterator>
+#include <libdeflate.h>
+#include <memory>
+#include <new>
 #include <png.h>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <system_error>
-#include <unistd.h>
-#include <utility>
-#include <zlib.h>
+
+#include "render/deflate.h"
 
 namespace render {
 
 namespace {
-
-/// What the callbacks of libpng share with the caller. libpng reports errors by longjmp, which skips
-/// destructors: the function that calls setjmp holds nothing that needs one, and callbacks let no exception
-/// through C frames.
-struct Sink {
-    std::vector<std::uint8_t> bytes;
-    std::array<char, 128> error{};
-};
-
-void append(png_structp png, png_bytep data, std::size_t size) {
-    auto& sink = *static_cast<Sink*>(png_get_io_ptr(png));
-    bool full = false;
-    try {
-        sink.bytes.insert(sink.bytes.end(), data, data + size);
-    } catch (const std::bad_alloc&) {
-        full = true;
-    }
-    if (full) png_error(png, "out of memory");
-}
-
-void fail(png_structp png, png_const_charp message) {
-    auto& sink = *static_cast<Sink*>(png_get_error_ptr(png));
-    std::strncpy(sink.error.data(), message, sink.error.size() - 1);
-    png_longjmp(png, 1);
-}
-
-void ignore(png_structp, png_const_charp) {}
 
 /// What distinguishes the kinds of image in a file.
 struct Kind {
     int channels;
     int colour_type;
     png_uint_32 format;
-    int strategy;  // of zlib: noise in one channel has no repeats, its equal three channels have
     const char* name;
 };
-constexpr Kind grey = {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_GRAY, Z_HUFFMAN_ONLY, "grey"};
-constexpr Kind colour_png = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, Z_DEFAULT_STRATEGY, "colour"};
+constexpr Kind grey = {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_GRAY, "grey"};
+constexpr Kind colour_png = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, "colour"};
 
-/// False with sink.error filled on failure. `pixels` holds width·height·channels levels.
-bool encode(const std::uint8_t* pixels, int width, int height, const Kind& kind, Sink* sink) {
-    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, sink, fail, ignore);
-    if (png == nullptr) return false;
-    png_infop info = png_create_info_struct(png);
-    if (info == nullptr || setjmp(png_jmpbuf(png))) {
-        png_destroy_write_struct(&png, &info);
-        return false;
+using Bytes = std::vector<std::uint8_t>;
+
+/// Each row's filter (PNG specification, chapter 9), then what it leaves of the row. `row`: bytes of one.
+enum Filter : std::uint8_t { sub = 1, up = 2, average = 3 };
+
+/// Noise is packed best as what is left of it beside the average of the pixels at its left and above.
+Bytes averaged(const std::uint8_t* pixels, std::size_t row, std::size_t rows) {
+    Bytes filtered((row + 1) * rows);
+    filtered[0] = sub;
+    filtered[1] = pixels[0];
+    for (std::size_t i = 1; i < row; ++i)
+        filtered[1 + i] = static_cast<std::uint8_t>(pixels[i] - pixels[i - 1]);
+    for (std::size_t j = 1; j < rows; ++j) {
+        const std::uint8_t *own = pixels + j * row, *above = own - row;
+        std::uint8_t* to = filtered.data() + j * (row + 1);
+        *to++ = average;
+        to[0] = static_cast<std::uint8_t>(own[0] - above[0] / 2);
+        for (std::size_t i = 1; i < row; ++i)
+            to[i] = static_cast<std::uint8_t>(own[i] - (own[i - 1] + above[i]) / 2);
     }
-    png_set_write_fn(png, sink, append, nullptr);
-    png_set_compression_level(png, 1);
-    png_set_compression_strategy(png, kind.strategy);
-    png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
-    png_set_IHDR(png, info, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), 8,
-                 kind.colour_type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-    png_write_info(png, info);
-    const std::size_t row = static_cast<std::size_t>(width) * kind.channels;
-    for (int j = 0; j < height; ++j) png_write_row(png, pixels + j * row);
-    png_write_end(png, nullptr);
-    png_destroy_write_struct(&png, &info);
-    return true;
+    return filtered;
 }
 
-[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& reason) {
-    throw std::runtime_error(path.string() + ": " + reason);
+/// A panel's text and lines repeat from row to row.
+Bytes less_the_row_above(const std::uint8_t* pixels, std::size_t row, std::size_t rows) {
+    Bytes filtered((row + 1) * rows);
+    filtered[0] = up;
+    std::copy_n(pixels, row, filtered.data() + 1);
+    for (std::size_t j = 1; j < rows; ++j) {
+        const std::uint8_t *own = pixels + j * row, *above = own - row;
+        std::uint8_t* to = filtered.data() + j * (row + 1);
+        *to++ = up;
+        for (std::size_t i = 0; i < row; ++i) to[i] = static_cast<std::uint8_t>(own[i] - above[i]);
+    }
+    return filtered;
 }
 
-/// 0, or the errno of the first step that failed.
-int write_all(const std::string& path, const std::vector<std::uint8_t>& bytes) {
-    const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (file < 0) return errno;
-    int error = 0;
-    for (std::size_t done = 0; done < bytes.size() && error == 0;) {
-        const ssize_t written = ::write(file, bytes.data() + done, bytes.size() - done);
-        if (written > 0) {
-            done += static_cast<std::size_t>(written);
-        } else if (written == 0) {
-            error = ENOSPC;
-        } else if (errno != EINTR) {
-            error = errno;
-        }
-    }
-    if (::close(file) != 0 && error == 0) error = errno;
-    return error;
+/// Appends a zlib stream.
+void deflate(const Bytes& filtered, Bytes& to) {
+    const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+        libdeflate_alloc_compressor(1), libdeflate_free_compressor);
+    if (!compressor) throw std::bad_alloc();
+    const std::size_t start = to.size();
+    to.resize(start + libdeflate_zlib_compress_bound(compressor.get(), filtered.size()));
+    const std::size_t size = libdeflate_zlib_compress(compressor.get(), filtered.data(), filtered.size(),
+                                                      to.data() + start, to.size() - start);
+    to.resize(start + size);
+}
+
+/// Highest byte first.
+void append_number(Bytes& to, std::size_t number) {
+    for (int shift = 24; shift >= 0; shift -= 8) to.push_back(static_cast<std::uint8_t>(number >> shift));
+}
+
+/// Appends a chunk, whose contents `append` appends.
+template <class Append>
+void append_chunk(Bytes& to, std::string_view type, const Append& append) {
+    const std::size_t start = to.size();
+    append_number(to, 0);  // its length, when it is known
+    to.insert(to.end(), type.begin(), type.end());
+    append();
+    const std::size_t length = to.size() - start - 8;
+    if (length > PNG_UINT_31_MAX) throw std::length_error("an image too large for a PNG");
+    Bytes told;
+    append_number(told, length);
+    std::copy(told.begin(), told.end(), to.begin() + static_cast<std::ptrdiff_t>(start));
+    append_number(to, libdeflate_crc32(0, to.data() + start + 4, length + 4));
 }
 
 template <class Image>
-std::vector<std::uint8_t> encode_image(const Image& image, const Kind& kind) {
+Bytes encode_image(const Image& image, const Kind& kind) {
     if (image.width < 1 || image.height < 1 ||
         image.pixels.size() != static_cast<std::size_t>(image.width) * image.height * kind.channels) {
         throw std::invalid_argument("an image of " + std::to_string(image.width) + "x" +
                                     std::to_string(image.height) + " with " +
                                     std::to_string(image.pixels.size()) + " levels cannot be written");
     }
-    Sink sink;
-    sink.bytes.reserve(image.pixels.size() + 1024);
-    if (!encode(image.pixels.data(), image.width, image.height, kind, &sink)) {
-        throw std::runtime_error(std::string("PNG encoding failed: ") + sink.error.data());
-    }
-    return std::move(sink.bytes);
+    const std::size_t row = static_cast<std::size_t>(image.width) * kind.channels;
+    Bytes bytes = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+    bytes.reserve(image.pixels.size() + image.height + 1024);
+    append_chunk(bytes, "IHDR", [&] {
+        append_number(bytes, static_cast<std::size_t>(image.width));
+        append_number(bytes, static_cast<std::size_t>(image.height));
+        const auto type = static_cast<std::uint8_t>(kind.colour_type);
+        bytes.insert(bytes.end(),
+                     {8, type, 0, 0, 0});  // bits; the one way to pack, to filter; not interlaced
+    });
+    append_chunk(bytes, "IDAT", [&] {
+        if (kind.channels == 1)
+            deflate_noise(averaged(image.pixels.data(), row, image.height), bytes);
+        else
+            deflate(less_the_row_above(image.pixels.data(), row, image.height), bytes);
+    });
+    append_chunk(bytes, "IEND", [] {});
+    return bytes;
 }
 
-void write_file(const std::filesystem::path& path, const std::vector<std::uint8_t>& bytes) {
-    const std::string part = path.string() + ".part";
-    int error = write_all(part, bytes);
-    if (error == 0 && std::rename(part.c_str(), path.c_str()) != 0) error = errno;
-    if (error != 0) {
-        ::unlink(part.c_str());
-        refuse(path, "cannot be written: " + std::generic_category().message(error));
-    }
+[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& reason) {
+    throw std::runtime_error(path.string() + ": " + reason);
 }
 
 template <class Image>
@@ -172,13 +173,6 @@ std::vector<std::uint8_t> encode_png(const GrayImage& image) {
 }
 std::vector<std::uint8_t> encode_png(const ColourImage& image) {
     return encode_image(image, colour_png);
-}
-
-void write_png(const std::filesystem::path& path, const GrayImage& image) {
-    write_file(path, encode_png(image));
-}
-void write_png(const std::filesystem::path& path, const ColourImage& image) {
-    write_file(path, encode_png(image));
 }
 
 GrayImage read_png(const std::filesystem::path& path) {

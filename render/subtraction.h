@@ -1,6 +1,9 @@
 #pragma once
 /// Images of the difference between two pulses: DSA and roadmap.
 
+#include <cstddef>
+#include <span>
+
 #include "render/image.h"
 
 namespace render {
@@ -35,17 +38,23 @@ public:
     bool has_map() const { return !map_.values.empty(); }
 
     /// The map, bright, behind what has changed since the mask, dark. Throws std::logic_error without a map.
-    GrayImage roadmap(const Field& signal) const;
+    GrayImage roadmap(const Field& signal);
 
 private:
-    Field log_of(Field signal) const;
-    Field difference(const Field& signal) const;
-    GrayImage framed(const Field& grey) const;
+    // Fields pass in pieces that stay in the cache; `start`: the first pixel of one.
+    void log_of(std::span<const float> signal, std::size_t start, std::span<float> log) const;
+    /// Calls use(start, differences): ln(mask) − ln(signal), positive where less arrives than did.
+    template <class Use>
+    void for_differences(const Field& signal, const Use&) const;
+    /// Of grey(pixel, difference), behind the collimator.
+    template <class Grey>
+    GrayImage framed(const Field& signal, const Grey&) const;
+    const Field& vessels();
 
     SubtractionSpec spec_;
     Field scatter_;  // of the mask, in its unit
     Field log_mask_, open_, map_;
-    Field vessels_;  // grey that the map adds
+    Field vessels_;  // grey that the map adds; empty until it is asked for
 };
 
 }  // namespace render

@@ -29,7 +29,62 @@ std::array<std::uint64_t, 3> bits(const Vec3& p) {
 }
 
 struct EdgeUse {
+    int high = 0;                   // index
     int forward = 0, backward = 0;  // by triangles that run from the lower index to the higher, and back
+};
+
+/// The edges of a mesh by their lower index, of which few share one.
+class EdgeUses {
+public:
+    explicit EdgeUses(const TriangleMesh& mesh) {
+        std::size_t vertices = 0;
+        for (const auto& t : mesh.triangles)
+            for (const int v : t) vertices = std::max(vertices, static_cast<std::size_t>(v) + 1);
+        starts_.assign(vertices + 1, 0);
+        for (const auto& t : mesh.triangles)
+            for (int k = 0; k < 3; ++k) ++starts_[std::min(t[k], t[(k + 1) % 3]) + 1];
+        for (std::size_t i = 0; i < vertices; ++i) starts_[i + 1] += starts_[i];
+        uses_.resize(starts_.back());
+        ends_.assign(starts_.begin(), starts_.end() - 1);
+        for (const auto& t : mesh.triangles) {
+            for (int k = 0; k < 3; ++k) {
+                const int a = t[k], b = t[(k + 1) % 3];
+                uses_[ends_[std::min(a, b)]++] = {std::max(a, b), a < b ? 1 : 0, a < b ? 0 : 1};
+            }
+        }
+        for (std::size_t low = 0; low < vertices; ++low) {
+            const auto first = uses_.begin() + static_cast<std::ptrdiff_t>(starts_[low]);
+            const auto last = uses_.begin() + static_cast<std::ptrdiff_t>(ends_[low]);
+            std::sort(first, last, [](const EdgeUse& a, const EdgeUse& b) { return a.high < b.high; });
+            auto kept = first;
+            for (auto use = first; use != last; ++use) {
+                if (use != first && use->high == kept->high) {
+                    kept->forward += use->forward;
+                    kept->backward += use->backward;
+                } else {
+                    if (use != first) ++kept;
+                    *kept = *use;
+                }
+            }
+            if (first != last) ends_[low] = static_cast<std::size_t>(kept - uses_.begin()) + 1;
+        }
+    }
+    /// Of an edge that is there.
+    const EdgeUse& of(int a, int b) const {
+        const auto low = static_cast<std::size_t>(std::min(a, b));
+        return *std::lower_bound(uses_.begin() + static_cast<std::ptrdiff_t>(starts_[low]),
+                                 uses_.begin() + static_cast<std::ptrdiff_t>(ends_[low]), std::max(a, b),
+                                 [](const EdgeUse& use, int high) { return use.high < high; });
+    }
+    template <class Use>
+    void each(const Use& use) const {
+        for (std::size_t low = 0; low < ends_.size(); ++low)
+            for (std::size_t at = starts_[low]; at < ends_[low]; ++at) use(uses_[at]);
+    }
+
+private:
+    std::vector<std::size_t> starts_, ends_;  // of each lower index's edges
+    std::vector<EdgeUse> uses_;
 };
 
 }  // namespace
@@ -48,32 +103,23 @@ Vec3 rim_centre(const TriangleMesh& mesh, const BoundaryLoop& loop) {
 
 Topology topology(const TriangleMesh& mesh) {
     Topology found;
-    std::unordered_map<std::uint64_t, EdgeUse> edges;
-    edges.reserve(mesh.triangles.size() * 2);
-    const auto key = [](int a, int b) {
-        return static_cast<std::uint64_t>(std::min(a, b)) << 32 | static_cast<std::uint32_t>(std::max(a, b));
-    };
-    for (const auto& t : mesh.triangles) {
+    const EdgeUses edges(mesh);
+    for (const auto& t : mesh.triangles)
         if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) ++found.degenerate_triangles;
-        for (int k = 0; k < 3; ++k) {
-            const int a = t[k], b = t[(k + 1) % 3];
-            ++(a < b ? edges[key(a, b)].forward : edges[key(a, b)].backward);
-        }
-    }
     std::map<int, int> next;  // a boundary edge a→b of the mesh is b→a of its cap
     for (const auto& t : mesh.triangles) {
         for (int k = 0; k < 3; ++k) {
             const int a = t[k], b = t[(k + 1) % 3];
-            const EdgeUse use = edges[key(a, b)];
+            const EdgeUse& use = edges.of(a, b);
             if (use.forward + use.backward != 1) continue;
             ++found.boundary_edges;
             next[b] = a;
         }
     }
-    for (const auto& [_, use] : edges) {
+    edges.each([&](const EdgeUse& use) {
         if (use.forward + use.backward > 2 || use.forward == 2 || use.backward == 2)
             ++found.non_manifold_edges;
-    }
+    });
     while (!next.empty()) {
         BoundaryLoop loop;
         for (auto at = next.begin(); at != next.end();) {

@@ -6,9 +6,9 @@
 #include <string>
 #include <unistd.h>
 
+#include "engine/picture_file.h"
 #include "render/fluoroscope.h"
 #include "render/patient.h"
-#include "render/png.h"
 #include "render/solids.h"
 
 namespace {
@@ -112,7 +112,7 @@ void png_file(benchmark::State& state) {
     const auto image = scope.expose(arm_of(static_cast<int>(state.range(0))), wire(), {});
     const auto path = std::filesystem::temp_directory_path() /
                       ("seldinger_benchmark_" + std::to_string(::getpid()) + ".png");
-    for (auto _ : state) render::write_png(path, image);
+    for (auto _ : state) engine::write_picture(path, image);
     state.counters["bytes"] = static_cast<double>(std::filesystem::file_size(path));
     std::filesystem::remove(path);
 }

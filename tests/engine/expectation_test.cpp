@@ -1,6 +1,6 @@
 #include "engine/expectation.h"
 
-#include "render/png.h"
+#include "engine/picture_file.h"
 #include "tests/engine/fixtures.h"
 #include "tests/render/images.h"
 
@@ -44,8 +44,8 @@ TEST(Expectation, FramesOfAFolderAreComparedPixelByPixel) {
     const test::TemporaryFolder folder;
     std::filesystem::create_directory(folder / "frames");
     test::write(folder / "run.gw", "state 1 000000000000000a\n");
-    render::write_png(folder / "frames/frame_000000.png", render::test::plain(8, 8, 5));
-    render::write_png(folder / "frames/frame_000001.png", render::test::plain(8, 8, 6));
+    write_picture(folder / "frames/frame_000000.png", render::test::plain(8, 8, 5));
+    write_picture(folder / "frames/frame_000001.png", render::test::plain(8, 8, 6));
     Expectation expectation;
     expectation.add(folder.path());
     expectation.check_frame(0, render::test::plain(8, 8, 5));

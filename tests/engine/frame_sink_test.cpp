@@ -1,5 +1,8 @@
 #include "engine/frame_sink.h"
 
+#include <csignal>
+#include <sys/resource.h>
+
 #include "render/png.h"
 #include "tests/engine/fixtures.h"
 #include "tests/render/images.h"
@@ -35,10 +38,19 @@ TEST(FrameSink, FailureOnTheWorkerReachesTheCaller) {
 
 TEST(FrameSink, FullDiskLeavesNoHalfFrame) {
     const test::TemporaryFolder folder;
-    std::filesystem::create_symlink("/dev/full", folder / (frame_file_name(0) + ".part"));
     PngFolder sink(folder.path());
-    EXPECT_NE(test::refusal([&] { sink.accept(0, render::test::plain(8, 8, 0)), sink.finish(); }), "");
-    EXPECT_FALSE(std::filesystem::exists(folder / frame_file_name(0)));
+    // A limit on file size stands in for a full disk: the write stops part way.
+    const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+    rlimit before{};
+    ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+    const rlimit tight{4096, before.rlim_max};
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &tight), 0);
+    const std::string text =
+        test::refusal([&] { sink.accept(0, render::test::noisy(256, 256)), sink.finish(); });
+    ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+    std::signal(SIGXFSZ, handler);
+    EXPECT_NE(text.find("frame_000000.png: cannot be written: File too large"), std::string::npos) << text;
+    EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
 }  // namespace engine

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/headless.h"
+#include "engine/picture_file.h"
 #include "render/png.h"
 #include "tests/anatomies.h"
 
@@ -52,7 +53,7 @@ TEST_P(Frames, EqualTheirGoldens) {
         const std::string name = engine::frame_file_name(frame);
         const render::GrayImage actual = render::read_png(output / "frames" / name);
         if (update) {
-            render::write_png(folder / name, actual);
+            engine::write_picture(folder / name, actual);
             continue;
         }
         ASSERT_TRUE(fs::exists(folder / name)) << "no golden " << name << "; see tests/frames/README.md";
@@ -63,8 +64,8 @@ TEST_P(Frames, EqualTheirGoldens) {
         const bool good = difference.mean <= limits.at("mean_difference").get<double>() &&
                           difference.largest <= limits.at("largest_difference").get<double>();
         if (!good) {
-            render::write_png(output / ("actual_" + name), actual);
-            render::write_png(output / ("difference_" + name), render::difference_image(golden, actual));
+            engine::write_picture(output / ("actual_" + name), actual);
+            engine::write_picture(output / ("difference_" + name), render::difference_image(golden, actual));
         }
         EXPECT_TRUE(good) << name << ": mean " << difference.mean << ", largest " << difference.largest
                           << ", " << difference.pixels_differing << " pixels differ; look at " << output

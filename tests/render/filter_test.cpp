@@ -28,6 +28,33 @@ TEST(Filter, BlurLeavesAConstantAloneUpToTheBorder) {
     for (float v : render::gaussian_blur(Field(9, 5, 3.0f), 1.3).values) EXPECT_NEAR(v, 3.0f, 1e-5f);
 }
 
+TEST(Filter, BlurTakesEachRowOnceBeforeAndOnceWhenItIsDone) {
+    for (const double sigma : {0.0, 0.3, 1.3}) {
+        for (const int height : {1, 2, 3, 12}) {
+            Field rows(7, height), raised(7, height);
+            for (std::size_t i = 0; i < rows.values.size(); ++i)
+                rows.values[i] = static_cast<float>(i * i % 19);
+            for (std::size_t i = 0; i < rows.values.size(); ++i) raised.values[i] = rows.values[i] + 2.0f;
+            render::blur(raised, sigma);
+            for (float& value : raised.values) value *= 3.0f;
+            int begun = 0, done = 0;
+            render::blur(
+                rows, sigma,
+                [&](int row, std::span<float> values) {
+                    EXPECT_EQ(row, begun++);
+                    for (float& value : values) value += 2.0f;
+                },
+                [&](int row, std::span<float> values) {
+                    EXPECT_EQ(row, done++);
+                    EXPECT_LE(begun - row - 1, render::blur_reach(sigma));
+                    for (float& value : values) value *= 3.0f;
+                });
+            EXPECT_EQ(done, height);
+            EXPECT_EQ(rows.values, raised.values) << sigma << ", " << height << " rows";
+        }
+    }
+}
+
 TEST(Filter, BlurTreatsRowsColumnsAndAllFourBordersAlike) {
     Field uneven(17, 17), turned(17, 17), mirrored(17, 17);
     for (int j = 0; j < 17; ++j) {
