@@ -22,6 +22,8 @@ constexpr int least_share = 8;
 constexpr double tolerance_of_planes = 3e-2;
 /// The wire put in along the centreline is far from rest: updates a segment before frame 0.
 constexpr int updates_at_start = 200;
+/// Radii of an open end that a wire which goes through it passes within.
+constexpr double opening_reach = 1.5;
 /// A joint at the deepest place of a crossing mends it, or one in each of the parts does.
 constexpr int rounds_of_mending = 4;
 
@@ -414,19 +416,25 @@ void Simulation::insert_segments(Motion& motion, int share, StepReport& report) 
     report.insertions.push_back(inserted() - before);
 }
 
-/// Beyond an open end there is no wall to lead the wire: it stops there.
+/// Beyond an open end there is no wall to lead the wire: it stops there. The wire has left by an end whose opening
+/// it went out through more often than in.
 bool Simulation::tip_has_left() const {
-    const Vec3 tip = (hub_ ? moving_ : wire_).tip();
-    const VesselPlace nearest = nearest_place(anatomy_, tip);
-    const physics::Polyline& line = anatomy_.branches[nearest.branch].points;
+    const physics::Guidewire& wire = hub_ ? moving_ : wire_;
     return std::any_of(anatomy_.ends.begin(), anatomy_.ends.end(), [&](const VesselEnd& end) {
-        const Vec3 way = tip - end.opening.centre;
-        const double beyond = way.dot(end.opening.outward_normal);
-        if (beyond <= 0 || way.norm() > 2 * (end.opening.radius + beyond)) return false;
-        // Behind its plane, far away, other vessels and this one's own bends may lie.
-        const VesselPlace last = nearest_place(anatomy_, end.opening.centre);
-        return last.branch == nearest.branch &&
-               (line[last.sample] - line[nearest.sample]).norm() < 2 * end.opening.radius;
+        const physics::OpenEnd& opening = end.opening;
+        const double reach = opening_reach * opening.radius;
+        int out = 0;
+        double before = std::min(0.0, (wire.joints[0] - opening.centre).dot(opening.outward_normal));
+        for (int i = 1; i <= wire.segments(); ++i) {
+            const double beyond = (wire.joints[i] - opening.centre).dot(opening.outward_normal);
+            if ((beyond > 0) != (before > 0)) {
+                const double part = before / (before - beyond);
+                const Vec3 at = wire.joints[i - 1] + part * (wire.joints[i] - wire.joints[i - 1]);
+                if ((at - opening.centre).norm() < reach) out += beyond > 0 ? 1 : -1;
+            }
+            before = beyond;
+        }
+        return out > 0;
     });
 }
 

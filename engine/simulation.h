@@ -63,6 +63,7 @@ public:
     /// What was left to choose is as chosen in scenario().
     const ModelChoice& choice() const { return choice_; }
     const Anatomy& anatomy() const { return anatomy_; }
+    const physics::LumenWall& wall() const { return *wall_; }
     const physics::Guidewire& wire() const { return wire_; }
     const physics::Vec3& tip_at_start() const { return tip_at_start_; }           // before frame 0 [mm]
     std::span<const physics::WallContact> contacts() const { return contacts_; }  // of the joints as they are

@@ -80,6 +80,10 @@ WallContact MeshWall::Scene::contact(const Vec3& x, int hint) const {
     return c;
 }
 
+bool MeshWall::same_vessel(int station, int other) const {
+    return scene_->tree.same_branch(station, other);
+}
+
 void MeshWall::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
     for (std::size_t i = 0; i < joints.size(); ++i)
         contacts[i] = scene_->contact(joints[i], contacts[i].station);
