@@ -90,8 +90,8 @@ public:
         return signed_distance(y, triangles_.nearest(y, seed_, {seen_, station_of_triangle_}));
     }
 
-    /// Calls visit(k, distance) for each of these places, the k-th of which is near the others of its eight,
-    /// and all of which are near one another.
+    /// Calls visit(k, distance) for each of these places until that returns false. They are near one another,
+    /// and more so each eight.
     template <class Visit>
     void distances(std::span<const Vec3> places, const Visit& visit) {
         moved_.clear();
@@ -105,7 +105,7 @@ public:
             if (!all_.empty()) few_.gather(all_, centre, radius);
             for (const Vec3& y : eight) {
                 const NearestTriangle nearest = all_.empty() ? NearestTriangle{} : few_.nearest(y);
-                visit(&y - moved_.data(), signed_distance(y, nearest, all_outside));
+                if (!visit(&y - moved_.data(), signed_distance(y, nearest, all_outside))) return;
             }
         }
     }
@@ -310,7 +310,7 @@ public:
             sampled = 0.15;
         } else {
             coarse = grids(2 * h, served(cubes(tree_, sheets_, band_, 2 * h), 2 * h, 0.05, 0.1));
-            const auto narrow = sample(coarse, 0.1, 0.5);
+            const auto narrow = sample_wide(coarse, 0.1, 0.5);
             std::vector<Cube> starts;
             std::vector<BrickList> close;
             for (std::size_t g = 0; g < coarse.size(); ++g) {
@@ -382,12 +382,26 @@ private:
         return {(k >> 4 & 2) | (k >> 2 & 1), (k >> 3 & 2) | (k >> 1 & 1), (k >> 2 & 2) | (k & 1)};
     }
 
-    /// Writes the distances at all nodes; per grid and brick, whether a narrow wall is the nearest to one.
-    std::vector<std::vector<char>> sample(std::vector<SplineGrid>& grids, double from, double to) const {
+    /// Writes the distances at all nodes.
+    void sample(std::vector<SplineGrid>& grids, double from, double to) const {
+        sample(grids, from, to, [](const View&, int, std::size_t) { return true; });
+    }
+    /// Writes them but in the bricks where a narrow wall is the nearest to a node: which are marked, per
+    /// grid.
+    std::vector<std::vector<char>> sample_wide(std::vector<SplineGrid>& grids, double from, double to) const {
         std::vector<std::vector<char>> narrow;
+        for (const SplineGrid& grid : grids) narrow.emplace_back(grid.bricks(), 0);
+        sample(grids, from, to, [&](const View& at, int g, std::size_t b) {
+            narrow[g][b] = at.triangle() >= 0 && narrow_[at.triangle()];
+            return narrow[g][b] == 0;
+        });
+        return narrow;
+    }
+    /// Writes distances to the nodes of each brick until `goes_on`, asked after each, says no.
+    template <class GoesOn>
+    void sample(std::vector<SplineGrid>& grids, double from, double to, const GoesOn& goes_on) const {
         std::vector<std::pair<int, std::size_t>> work;  // grid, brick
         for (std::size_t g = 0; g < grids.size(); ++g) {
-            narrow.emplace_back(grids[g].bricks(), 0);
             for (std::size_t b = 0; b < grids[g].bricks(); ++b) work.push_back({static_cast<int>(g), b});
         }
         constexpr std::size_t kPiece = 4;  // bricks, of which each is a seed for the next
@@ -408,12 +422,11 @@ private:
                                  const auto [x, y, z] = by_cubes(static_cast<int>(k));
                                  constexpr int n = SplineGrid::kSide;
                                  grids[g].nodes(b)[(x * n + y) * n + z] = static_cast<float>(distance);
-                                 if (here.triangle() >= 0 && narrow_[here.triangle()]) narrow[g][b] = 1;
+                                 return goes_on(here, g, b);
                              });
                          }
                      },
                      part(from, to));
-        return narrow;
     }
 
     /// Takes the marked bricks out of a grid of values.
