@@ -1,40 +1,61 @@
 #pragma once
-/// How far a long piece of work is, for whoever waits at a terminal.
+/// How far a long piece of work is, for whoever waits for it.
 
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <fmt/format.h>
+#include <functional>
 #include <string>
 #include <unistd.h>
 
 namespace app {
 
-/// One line on a terminal, rewritten; nothing where it would end up in a file.
+/// On a terminal one line, rewritten. Where output goes to a file or a pipe, a plain line every few seconds,
+/// and none for work that is done sooner.
 class ProgressBar {
 public:
-    ProgressBar() : shown_(isatty(STDERR_FILENO) != 0) {}
+    using Clock = std::chrono::steady_clock;
+
+    ProgressBar() : ProgressBar(stderr, isatty(STDERR_FILENO) != 0) {}
+    ProgressBar(std::FILE* out, bool terminal, Clock::duration between_lines = std::chrono::seconds(5),
+                std::function<Clock::time_point()> now = Clock::now)
+        : out_(out), terminal_(terminal), between_lines_(between_lines), now_(std::move(now)) {}
     ~ProgressBar() {
-        if (drawn_) std::fputs("\r\033[K", stderr);
+        if (drawn_) std::fputs("\r\033[K", out_);
     }
+    ProgressBar(const ProgressBar&) = delete;
+    ProgressBar& operator=(const ProgressBar&) = delete;
+
     /// `part` of the work is done, 0 to 1; `told` says what a user wants to know of it.
     void show(double part, const std::string& told) {
-        if (!shown_) return;
-        const auto now = Clock::now();
-        if (part < 1 && now - last_ < std::chrono::milliseconds(100)) return;
+        const auto now = now_();
+        if (terminal_)
+            draw(part, told, now);
+        else if (part < 1 && now - last_ >= between_lines_) {
+            last_ = now;
+            fmt::print(out_, "{}: {:.0f} %\n", told, 100 * std::clamp(part, 0.0, 1.0));
+            std::fflush(out_);
+        }
+    }
+
+private:
+    void draw(double part, const std::string& told, Clock::time_point now) {
+        if (drawn_ && part < 1 && now - last_ < std::chrono::milliseconds(100)) return;
         last_ = now;
         drawn_ = true;
         const double spent = std::chrono::duration<double>(now - start_).count();
         const auto filled = static_cast<std::size_t>(30 * std::clamp(part, 0.0, 1.0));
-        fmt::print(stderr, "\r\033[K[{}{}] {}  {:.0f} s left", std::string(filled, '#'),
+        fmt::print(out_, "\r\033[K[{}{}] {}  {:.0f} s left", std::string(filled, '#'),
                    std::string(30 - filled, '.'), told, part > 0 ? spent / part * (1 - part) : 0.0);
-        std::fflush(stderr);
+        std::fflush(out_);
     }
 
-private:
-    using Clock = std::chrono::steady_clock;
-    bool shown_ = false, drawn_ = false;
-    Clock::time_point start_ = Clock::now(), last_ = start_ - std::chrono::seconds(1);
+    std::FILE* out_;
+    bool terminal_, drawn_ = false;
+    Clock::duration between_lines_;
+    std::function<Clock::time_point()> now_;
+    Clock::time_point start_ = now_(), last_ = start_;
 };
 
 }  // namespace app

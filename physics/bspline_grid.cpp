@@ -82,7 +82,15 @@ std::size_t SplineGrid::bytes() const {
     return nodes_.size() * sizeof(Nodes) + bricks_.size() * sizeof(Place) + table_.size() * sizeof(table_[0]);
 }
 
-std::optional<float> SplineGrid::subdivided(const std::array<int, 3>& node) const {
+SplineGrid::Bricks SplineGrid::around(const Brick& brick) const {
+    Bricks all;
+    for (int n = 0; n < 27; ++n)
+        all[n] = find({brick[0] + n / 9 - 1, brick[1] + n / 3 % 3 - 1, brick[2] + n % 3 - 1});
+    return all;
+}
+
+std::optional<float> SplineGrid::subdivided(const std::array<int, 3>& node, const Brick& brick,
+                                            const Bricks& around) const {
     // A B-spline is a sum of five of half its width, with weights of (1, 4, 6, 4, 1) / 8.
     int first[3], count[3];
     for (int d = 0; d < 3; ++d) {
@@ -96,7 +104,8 @@ std::optional<float> SplineGrid::subdivided(const std::array<int, 3>& node) cons
         for (int j = 0; j < count[1]; ++j)
             for (int k = 0; k < count[2]; ++k) {
                 const int p = first[0] + i, q = first[1] + j, r = first[2] + k;
-                const std::int32_t b = find({p >> 2, q >> 2, r >> 2});
+                const std::int32_t b = around[9 * ((p >> 2) - brick[0] + 1) + 3 * ((q >> 2) - brick[1] + 1) +
+                                              (r >> 2) - brick[2] + 1];
                 if (b < 0) return std::nullopt;
                 sum += weight(0, i) * weight(1, j) * weight(2, k) * nodes_[b].of[local(p & 3, q & 3, r & 3)];
             }
@@ -106,20 +115,19 @@ std::optional<float> SplineGrid::subdivided(const std::array<int, 3>& node) cons
 void SplineGrid::fit(int threads, const SplineGrid* coarse) {
     std::vector<Nodes> coefficients(nodes_.size());
     parallel_for(bricks_.size(), threads, [&](std::size_t b) {
-        std::int32_t around[3][3][3];
-        bool whole = true;
-        for (int i = 0; i < 27; ++i) {
-            std::int32_t& at = around[i / 9][i / 3 % 3][i % 3];
-            at = find({brick(b)[0] + i / 9 - 1, brick(b)[1] + i / 3 % 3 - 1, brick(b)[2] + i % 3 - 1});
-            whole &= at >= 0;
-        }
+        const Bricks beside = around(brick(b));
+        const bool whole = std::ranges::all_of(beside, [](std::int32_t at) { return at >= 0; });
+        const Brick within{brick(b)[0] >> 1, brick(b)[1] >> 1, brick(b)[2] >> 1};  // of the coarse grid
+        Bricks coarse_beside{};
+        if (coarse && !whole) coarse_beside = coarse->around(within);
         constexpr int n = kSide + 2;  // with the layer of nodes around the brick
         double v[n][n][n];
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j)
                 for (int k = 0; k < n; ++k) {
                     const int node[3] = {i - 1, j - 1, k - 1};
-                    const std::int32_t from = around[(i + 3) / kSide][(j + 3) / kSide][(k + 3) / kSide];
+                    const std::int32_t from =
+                        beside[9 * ((i + 3) / kSide) + 3 * ((j + 3) / kSide) + (k + 3) / kSide];
                     if (from >= 0) {
                         v[i][j][k] = nodes_[from].of[local(node[0] & 3, node[1] & 3, node[2] & 3)];
                         continue;
@@ -139,9 +147,9 @@ void SplineGrid::fit(int threads, const SplineGrid* coarse) {
                 for (int k = 0; k < kSide; ++k) {
                     float& coefficient = coefficients[b].of[local(i, j, k)];
                     if (coarse && !whole)
-                        if (const auto taken =
-                                coarse->subdivided({kSide * brick(b)[0] + i, kSide * brick(b)[1] + j,
-                                                    kSide * brick(b)[2] + k})) {
+                        if (const auto taken = coarse->subdivided(
+                                {kSide * brick(b)[0] + i, kSide * brick(b)[1] + j, kSide * brick(b)[2] + k},
+                                within, coarse_beside)) {
                             coefficient = *taken;
                             continue;
                         }

@@ -61,8 +61,12 @@ private:
         std::array<float, kNodes> of{};
     };
     std::int32_t find(const Brick&) const;
-    /// The coefficient of a node in the grid of half the spacing; nothing where one of its own is missing.
-    std::optional<float> subdivided(const std::array<int, 3>& node) const;
+    using Bricks = std::array<std::int32_t, 27>;
+    /// This brick and those around it, the last coordinate fastest; -1 = none.
+    Bricks around(const Brick&) const;
+    /// The coefficient of a node in the grid of half the spacing, which lies in the brick that these are
+    /// around; nothing where one of its own is missing.
+    std::optional<float> subdivided(const std::array<int, 3>& node, const Brick&, const Bricks&) const;
 
     double spacing_;
     std::vector<Place> bricks_;

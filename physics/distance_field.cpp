@@ -10,7 +10,6 @@
 #include <string>
 
 #include "physics/bspline_grid.h"
-#include "physics/embree_mesh.h"
 #include "physics/field_sampler.h"
 #include "physics/lumen_surface.h"
 #include "physics/vessel_sheets.h"
@@ -21,7 +20,7 @@ namespace {
 /// The spline changes by no more than 1 / kSlope per mm, creases of the wall included.
 constexpr double kSlope = 0.9;
 /// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
-constexpr std::uint32_t kVersion = 3;
+constexpr std::uint32_t kVersion = 4;
 constexpr char kMagic[8] = {'S', 'E', 'L', 'D', 'F', 'L', 'D', '\n'};
 
 /// Past an open end the lumen goes on straight, first whole, then fading, so that energy and force have no
@@ -82,56 +81,6 @@ struct Sleeve {
         c.normal = w * c.normal + c.penetration * dw * out;
         c.penetration *= w;
     }
-};
-
-/// Closest points of the triangles that a place sees.
-class SeenSurface {
-public:
-    explicit SeenSurface(const LumenSurface& surface) : surface_(surface), embree_(surface.mesh()) {}
-
-    NearestTriangle nearest(const Vec3& x, int seed, const std::vector<char>& seen,
-                            const std::vector<int>& station_of_triangle) const {
-        Search search{&surface_, &seen, &station_of_triangle, x};
-        float radius = std::numeric_limits<float>::infinity();
-        if (seed >= 0 && search.look_at(seed)) radius = search.radius();
-        embree_.near(x, radius, &SeenSurface::visit, &search);
-        return search.best;
-    }
-
-private:
-    struct Search {
-        const LumenSurface* surface;
-        const std::vector<char>* seen;
-        const std::vector<int>* station_of_triangle;
-        Vec3 x;
-        NearestTriangle best = {};
-        double reach = std::numeric_limits<double>::infinity();  // distance of the best [mm]
-
-        bool look_at(int t) {
-            if (!(*seen)[(*station_of_triangle)[t]]) return false;
-            // A sphere around the triangle tells most of those that Embree's boxes let pass.
-            const LumenSurface::Sphere& sphere = surface->sphere(t);
-            const double limit = sphere.radius + reach;
-            if ((x - sphere.centre).squaredNorm() > limit * limit) return false;
-            const TrianglePoint p =
-                closest_point(surface->corner(t, 0), surface->corner(t, 1), surface->corner(t, 2), x);
-            if (best.triangle >= 0 && p.square_distance >= best.at.square_distance) return false;
-            best = {t, p};
-            reach = std::sqrt(p.square_distance);
-            return true;
-        }
-        /// A little more than the distance, for boxes that Embree keeps in single precision.
-        float radius() const { return static_cast<float>(1.0001 * reach + 1e-3); }
-    };
-    static bool visit(RTCPointQueryFunctionArguments* arguments) {
-        auto& search = *static_cast<Search*>(arguments->userPtr);
-        if (!search.look_at(static_cast<int>(arguments->primID))) return false;
-        arguments->query->radius = std::min(arguments->query->radius, search.radius());
-        return true;
-    }
-
-    const LumenSurface& surface_;
-    EmbreeMesh embree_;
 };
 
 /// FNV-1a over 8-byte words, the last filled with zeros.
@@ -196,13 +145,9 @@ DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const Centreli
     const double near = options.outer + (uniform ? 2 : 4) * h;
     VesselSheets sheets = vessel_sheets(tree, near);
     const LumenSurface surface = lumen_surface(lumen, tree);
-    const SeenSurface triangles(surface);
     std::vector<SheetField> fields = sampled_fields(
         surface, tree, sheets,
         {h, options.inner, options.outer, wide, std::max(1, options.threads), options.largest},
-        [&](const Vec3& x, int seed, const std::vector<char>& seen, const std::vector<int>& stations) {
-            return triangles.nearest(x, seed, seen, stations);
-        },
         progress);
     data_.reset(new Data{std::move(tree), std::move(sheets), std::move(fields), h, options.inner,
                          options.outer, near, std::move(stiffness), wire_radius, print});

@@ -1,13 +1,16 @@
 #include "physics/field_sampler.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <set>
 #include <stdexcept>
 #include <string>
 
 #include "physics/parallel.h"
+#include "physics/station_runs.h"
 
 namespace physics {
 namespace {
@@ -21,87 +24,43 @@ constexpr double kCrease = 0.87;
 /// Bricks along the edge of the cubes that the search for the wall starts from, a power of two.
 constexpr int kCube = 4;
 
-/// The vessel wall that a triangle belongs to: of the stations it faces away from, the one whose ball is
-/// nearest. Facing tells apart the walls of two vessels that nearly touch.
-int station_of(const LumenSurface& surface, int triangle, std::span<const Station> stations) {
-    const Vec3 x = surface.centroid(triangle), normal = surface.area_normal(triangle);
-    int best = -1, any = 0;
-    double least = 0, least_any = stations[0].power(x);
-    for (int s = 0; s < static_cast<int>(stations.size()); ++s) {
-        const double p = stations[s].power(x);
-        if (p < least_any) least_any = p, any = s;
-        if ((best < 0 || p < least) && normal.dot(x - stations[s].centre) > 0) least = p, best = s;
-    }
-    return best < 0 ? any : best;
+std::vector<int> all_of(std::span<const Station> stations) {
+    std::vector<int> all(stations.size());
+    std::iota(all.begin(), all.end(), 0);
+    return all;
 }
 
-/// The stations of a sheet in runs, each in a sphere, so that a search passes over most of them.
-class StationRuns {
-public:
-    StationRuns(std::span<const Station> stations, std::span<const int> sheet)
-        : stations_(stations), sheet_(sheet) {
-        for (std::size_t first = 0; first < sheet.size(); first += kLength) {
-            const auto run = sheet.subspan(first, std::min(kLength, sheet.size() - first));
-            Sphere sphere{run, stations[run[run.size() / 2]].centre};
-            for (int s : run) {
-                sphere.reach = std::max(sphere.reach, (stations[s].centre - sphere.centre).norm());
-                sphere.widest = std::max(sphere.widest, stations[s].radius);
-            }
-            runs_.push_back(sphere);
+/// Per triangle the station whose vessel wall it belongs to: of those it faces away from, the one whose ball
+/// is nearest. Facing tells apart the walls of two vessels that nearly touch.
+std::vector<int> stations_of(const LumenSurface& surface, const CentrelineTree& tree, int threads) {
+    const StationRuns runs(tree.stations(), all_of(tree.stations()));
+    std::vector<int> found(surface.count());
+    constexpr std::size_t kPiece = 256;  // triangles, of which each is a seed for the next
+    parallel_for((found.size() + kPiece - 1) / kPiece, threads, [&](std::size_t piece) {
+        int seed = -1;
+        for (std::size_t t = piece * kPiece; t < std::min(found.size(), (piece + 1) * kPiece); ++t) {
+            const Vec3 x = surface.centroid(t), normal = surface.area_normal(t);
+            const auto faced_away = [&](int s) { return normal.dot(x - tree.stations()[s].centre) > 0; };
+            const int best = runs.deepest(x, seed >= 0 && faced_away(seed) ? seed : -1, faced_away);
+            if (best >= 0) seed = best;
+            found[t] = best >= 0 ? best : runs.deepest(x, -1);
         }
-    }
-
-    /// The first of those that hold x deepest. `seed`: one that is likely to, -1 = none.
-    int deepest(const Vec3& x, int seed) const {
-        int best = seed >= 0 ? seed : sheet_.front();
-        double least = stations_[best].power(x);
-        for (const Sphere& run : runs_) {
-            const double gap = std::max(0.0, (x - run.centre).norm() - run.reach);
-            if (gap * gap - run.widest * run.widest > least + kRounding) continue;
-            for (int s : run.stations) {
-                const double p = stations_[s].power(x);
-                if (p < least || (p == least && s < best)) least = p, best = s;
-            }
-        }
-        return best;
-    }
-    /// Whether x is within kRoundness radii and a margin [mm] of a station.
-    bool near(const Vec3& x, double margin) const {
-        return std::any_of(runs_.begin(), runs_.end(), [&](const Sphere& run) {
-            const double most = run.reach + kRoundness * run.widest + margin + kRounding;
-            if ((x - run.centre).squaredNorm() > most * most) return false;
-            return std::any_of(run.stations.begin(), run.stations.end(), [&](int s) {
-                const double limit = kRoundness * stations_[s].radius + margin;
-                return (x - stations_[s].centre).squaredNorm() < limit * limit;
-            });
-        });
-    }
-
-private:
-    static constexpr std::size_t kLength = 16;
-    static constexpr double kRounding = 1e-6;
-    struct Sphere {
-        std::span<const int> stations;
-        Vec3 centre;
-        double reach = 0, widest = 0;  // of the stations' centres, and their largest radius [mm]
-    };
-    std::span<const Station> stations_;
-    std::span<const int> sheet_;
-    std::vector<Sphere> runs_;
-};
+    });
+    return found;
+}
 
 /// The distance to the wall that a place on a sheet sees.
 class View {
 public:
     View(const LumenSurface& surface, const CentrelineTree& tree, const VesselSheets& sheets,
          const std::vector<StationRuns>& runs, const std::vector<int>& station_of_triangle,
-         const FindNearest& nearest, double margin)
+         const SeenSurface& triangles, double margin)
         : surface_(surface),
           tree_(tree),
           sheets_(sheets),
           runs_(runs),
           station_of_triangle_(station_of_triangle),
-          nearest_(nearest),
+          triangles_(triangles),
           margin_(margin),
           seen_(tree.stations().size(), 0) {}
 
@@ -126,24 +85,58 @@ public:
     int triangle() const { return found_; }
 
     /// Signed distance, negative inside. Beyond an open end the wall goes on straight.
-    double distance(Vec3 x) {
+    double distance(const Vec3& x) {
+        const Vec3 y = seen_at(x);
+        return signed_distance(y, triangles_.nearest(y, seed_, {seen_, station_of_triangle_}));
+    }
+
+    /// Calls visit(k, distance) for each of these places until that returns false. They are near one another,
+    /// and more so each eight.
+    template <class Visit>
+    void distances(std::span<const Vec3> places, const Visit& visit) {
+        moved_.clear();
+        for (const Vec3& x : places) moved_.push_back(seen_at(x));
+        const auto [middle, reach] = ball_around(moved_);
+        all_.gather(triangles_, middle, reach, seed_, {seen_, station_of_triangle_});
+        const bool all_outside = !well_inside(middle, reach);
+        for (std::size_t first = 0; first < moved_.size(); first += 8) {
+            const std::span eight = std::span<const Vec3>(moved_).subspan(first, 8);
+            const auto [centre, radius] = ball_around(eight);
+            if (!all_.empty()) few_.gather(all_, centre, radius);
+            for (const Vec3& y : eight) {
+                const NearestTriangle nearest = all_.empty() ? NearestTriangle{} : few_.nearest(y);
+                if (!visit(&y - moved_.data(), signed_distance(y, nearest, all_outside))) return;
+            }
+        }
+    }
+
+private:
+    static std::pair<Vec3, double> ball_around(std::span<const Vec3> places) {
+        Eigen::AlignedBox3d box;
+        for (const Vec3& x : places) box.extend(x);
+        double square = 0;
+        for (const Vec3& x : places) square = std::max(square, (x - box.center()).squaredNorm());
+        return {box.center(), std::sqrt(square)};
+    }
+    Vec3 seen_at(Vec3 x) const {
         for (int e : sheets_.ends[station_]) {
             const OpenEnd& end = tree_.ends()[e];
             x -= end.beyond(x, margin_) * end.outward_normal;
         }
-        const NearestTriangle found = nearest_(x, seed_, seen_, station_of_triangle_);
-        found_ = found.triangle;
+        return x;
+    }
+    /// `not_well_inside`: known not to be.
+    double signed_distance(const Vec3& x, const NearestTriangle& nearest, bool not_well_inside = false) {
+        found_ = nearest.triangle;
         if (found_ < 0) return to_balls(x);
         seed_ = found_;
-        const double d = std::sqrt(found.at.square_distance);
-        const Vec3 normal = surface_.pseudo_normal(found.triangle, found.at.feature);
-        if (normal.dot(x - found.at.point) < 0) return -d;
+        const double d = std::sqrt(nearest.at.square_distance);
+        const Vec3 normal = surface_.pseudo_normal(nearest.triangle, nearest.at.feature);
+        if (normal.dot(x - nearest.at.point) < 0) return -d;
         // What lies well within an inscribed ball is inside, whatever a damaged mesh says.
         const bool doubtful = d > 0.3 * tree_.stations()[station_].radius;
-        return doubtful && well_inside(x) ? -d : d;
+        return doubtful && !not_well_inside && well_inside(x, 0) ? -d : d;
     }
-
-private:
     double to_balls(const Vec3& x) const {
         double least = std::numeric_limits<double>::max();
         for (int s : sheets_.seen[station_]) {
@@ -152,10 +145,14 @@ private:
         }
         return least;
     }
-    bool well_inside(const Vec3& x) const {
+    /// Whether any place within `reach` of x is well within a ball.
+    bool well_inside(const Vec3& x, double reach) const {
         return std::any_of(sheets_.seen[station_].begin(), sheets_.seen[station_].end(), [&](int s) {
             const Station& station = tree_.stations()[s];
-            return (x - station.centre).squaredNorm() < 0.5 * station.radius * station.radius;
+            const double square = (x - station.centre).squaredNorm();
+            if (reach == 0) return square < 0.5 * station.radius * station.radius;
+            const double most = std::sqrt(0.5) * station.radius + reach + 1e-9;
+            return square < most * most;
         });
     }
 
@@ -164,8 +161,10 @@ private:
     const VesselSheets& sheets_;
     const std::vector<StationRuns>& runs_;  // per sheet
     const std::vector<int>& station_of_triangle_;
-    const FindNearest& nearest_;
+    const SeenSurface& triangles_;
     double margin_;  // [mm]
+    SeenSurface::Patch all_, few_;
+    std::vector<Vec3> moved_;
     std::vector<char> seen_;
     int station_ = -1, seed_ = -1, found_ = -1;
 };
@@ -213,7 +212,7 @@ struct BrickSearch {
     /// Whether the band may come into a cube of space.
     bool meets(int sheet, const Vec3& centre, double side) const {
         const double reach = side / 2 * std::numbers::sqrt3;
-        if (!runs[sheet].near(centre, band.outer + reach)) return false;
+        if (!runs[sheet].near(centre, kRoundness, band.outer + reach)) return false;
         view.look_from(sheet, centre);
         if (view.beyond_an_end(centre) > reach + kPastEnds * spacing) return false;
         const double d = view.distance(centre);
@@ -285,33 +284,33 @@ BrickList with_neighbours(const BrickList& bricks) {
 class Sampler {
 public:
     Sampler(const LumenSurface& surface, const CentrelineTree& tree, const VesselSheets& sheets,
-            const FieldBand& band, const FindNearest& nearest, const std::function<void(double)>& progress)
+            const FieldBand& band, const std::function<void(double)>& progress)
         : surface_(surface),
           tree_(tree),
           sheets_(sheets),
           band_(band),
-          nearest_(nearest),
+          triangles_(surface),
           progress_(progress),
-          station_of_triangle_(surface.count()),
+          station_of_triangle_(stations_of(surface, tree, band.threads)),
           narrow_(surface.count(), 0) {
         const auto stations = tree.stations();
         for (const auto& sheet : sheets.stations) runs_.emplace_back(stations, sheet);
-        parallel_for(surface.count(), band.threads, [&](std::size_t t) {
-            station_of_triangle_[t] = station_of(surface, t, stations);
+        for (int t = 0; t < surface.count(); ++t)
             narrow_[t] =
                 stations[station_of_triangle_[t]].radius < band.wide || surface.flatness(t) < kCrease;
-        });
     }
 
     std::vector<SheetField> fields() {
         const double h = band_.spacing;
+        double sampled = 0.55;  // of the work, before the fine grids are sampled
         std::vector<BrickList> bricks(sheets_.stations.size());
         std::vector<SplineGrid> coarse = grids(2 * h, std::move(bricks));
         if (std::find(narrow_.begin(), narrow_.end(), 0) == narrow_.end()) {
-            bricks = served(cubes(tree_, sheets_, band_, h), h, 0.05, 0.3);
+            bricks = served(cubes(tree_, sheets_, band_, h), h, 0.05, 0.15);
+            sampled = 0.15;
         } else {
             coarse = grids(2 * h, served(cubes(tree_, sheets_, band_, 2 * h), 2 * h, 0.05, 0.1));
-            const auto narrow = sample(coarse, 0.1, 0.3);
+            const auto narrow = sample_wide(coarse, 0.1, 0.5);
             std::vector<Cube> starts;
             std::vector<BrickList> close;
             for (std::size_t g = 0; g < coarse.size(); ++g) {
@@ -319,7 +318,7 @@ public:
                 for (const auto& b : close[g])
                     starts.push_back({static_cast<int>(g), {2 * b[0], 2 * b[1], 2 * b[2]}, 2});
             }
-            bricks = served(starts, h, 0.3, 0.4);
+            bricks = served(starts, h, 0.5, 0.55);
             for (std::size_t g = 0; g < bricks.size(); ++g)
                 std::erase_if(bricks[g], [&](const SplineGrid::Brick& b) {
                     const SplineGrid::Brick around{b[0] >> 1, b[1] >> 1, b[2] >> 1};
@@ -327,7 +326,7 @@ public:
                 });
         }
         std::vector<SplineGrid> fine = grids(h, std::move(bricks));
-        sample(fine, 0.4, 1.0);
+        sample(fine, sampled, 0.95);
         std::vector<SheetField> fields;
         for (std::size_t g = 0; g < fine.size(); ++g) {
             coarse[g].fit(band_.threads);
@@ -340,7 +339,7 @@ public:
 
 private:
     View view() const {
-        return View(surface_, tree_, sheets_, runs_, station_of_triangle_, nearest_, band_.outer);
+        return View(surface_, tree_, sheets_, runs_, station_of_triangle_, triangles_, band_.outer);
     }
     std::function<void(double)> part(double from, double to) const {
         return [this, from, to](double share) {
@@ -377,31 +376,57 @@ private:
         return all;
     }
 
-    /// Writes the distances at all nodes; per grid and brick, whether a narrow wall is the nearest to one.
-    std::vector<std::vector<char>> sample(std::vector<SplineGrid>& grids, double from, double to) const {
+    /// Nodes of a brick in an order in which each eight are the corners of a cell.
+    static std::array<int, 3> by_cubes(int k) {
+        static_assert(SplineGrid::kSide == 4);
+        return {(k >> 4 & 2) | (k >> 2 & 1), (k >> 3 & 2) | (k >> 1 & 1), (k >> 2 & 2) | (k & 1)};
+    }
+
+    /// Writes the distances at all nodes.
+    void sample(std::vector<SplineGrid>& grids, double from, double to) const {
+        sample(grids, from, to, [](const View&, int, std::size_t) { return true; });
+    }
+    /// Writes them but in the bricks where a narrow wall is the nearest to a node: which are marked, per
+    /// grid.
+    std::vector<std::vector<char>> sample_wide(std::vector<SplineGrid>& grids, double from, double to) const {
         std::vector<std::vector<char>> narrow;
+        for (const SplineGrid& grid : grids) narrow.emplace_back(grid.bricks(), 0);
+        sample(grids, from, to, [&](const View& at, int g, std::size_t b) {
+            narrow[g][b] = at.triangle() >= 0 && narrow_[at.triangle()];
+            return narrow[g][b] == 0;
+        });
+        return narrow;
+    }
+    /// Writes distances to the nodes of each brick until `goes_on`, asked after each, says no.
+    template <class GoesOn>
+    void sample(std::vector<SplineGrid>& grids, double from, double to, const GoesOn& goes_on) const {
         std::vector<std::pair<int, std::size_t>> work;  // grid, brick
         for (std::size_t g = 0; g < grids.size(); ++g) {
-            narrow.emplace_back(grids[g].bricks(), 0);
             for (std::size_t b = 0; b < grids[g].bricks(); ++b) work.push_back({static_cast<int>(g), b});
         }
-        parallel_for(
-            work.size(), band_.threads,
-            [&](std::size_t w) {
-                const auto [g, b] = work[w];
-                View here = view();
-                constexpr int n = SplineGrid::kSide;
-                here.look_from(g, grids[g].place(b, n / 2, n / 2, n / 2));
-                auto value = grids[g].nodes(b).begin();
-                for (int i = 0; i < n; ++i)
-                    for (int j = 0; j < n; ++j)
-                        for (int k = 0; k < n; ++k) {
-                            *value++ = static_cast<float>(here.distance(grids[g].place(b, i, j, k)));
-                            if (here.triangle() >= 0 && narrow_[here.triangle()]) narrow[g][b] = 1;
-                        }
-            },
-            part(from, to));
-        return narrow;
+        constexpr std::size_t kPiece = 4;  // bricks, of which each is a seed for the next
+        parallel_for((work.size() + kPiece - 1) / kPiece, band_.threads,
+                     [&](std::size_t piece) {
+                         View here = view();
+                         std::array<Vec3, SplineGrid::kNodes> places;  // cubes of eight, one after another
+                         for (std::size_t w = piece * kPiece; w < std::min(work.size(), (piece + 1) * kPiece);
+                              ++w) {
+                             const auto [g, b] = work[w];
+                             for (int k = 0; k < SplineGrid::kNodes; ++k) {
+                                 const auto [x, y, z] = by_cubes(k);
+                                 places[k] = grids[g].place(b, x, y, z);
+                             }
+                             constexpr int half = SplineGrid::kSide / 2;
+                             here.look_from(g, grids[g].place(b, half, half, half));
+                             here.distances(places, [&, g = g, b = b](std::size_t k, double distance) {
+                                 const auto [x, y, z] = by_cubes(static_cast<int>(k));
+                                 constexpr int n = SplineGrid::kSide;
+                                 grids[g].nodes(b)[(x * n + y) * n + z] = static_cast<float>(distance);
+                                 return goes_on(here, g, b);
+                             });
+                         }
+                     },
+                     part(from, to));
     }
 
     /// Takes the marked bricks out of a grid of values.
@@ -419,7 +444,7 @@ private:
     const CentrelineTree& tree_;
     const VesselSheets& sheets_;
     const FieldBand& band_;
-    const FindNearest& nearest_;
+    SeenSurface triangles_;
     const std::function<void(double)>& progress_;
     std::vector<StationRuns> runs_;  // per sheet
     std::vector<int> station_of_triangle_;
@@ -429,15 +454,19 @@ private:
 }  // namespace
 
 LumenSurface lumen_surface(const TriangleMesh& mesh, const CentrelineTree& tree) {
-    return LumenSurface(mesh, [&](const Vec3& x) { return tree.stations()[tree.locate(x, -1)].centre; });
+    const StationRuns runs(tree.stations(), all_of(tree.stations()));
+    int seed = -1;
+    return LumenSurface(mesh, [&](const Vec3& x) {
+        seed = runs.deepest(x, seed);
+        return tree.stations()[seed].centre;
+    });
 }
 
 std::vector<SheetField> sampled_fields(const LumenSurface& surface, const CentrelineTree& tree,
                                        const VesselSheets& sheets, const FieldBand& band,
-                                       const FindNearest& nearest,
                                        const std::function<void(double)>& progress) {
     check_size(band_bricks(tree, band), band);
-    return Sampler(surface, tree, sheets, band, nearest, progress).fields();
+    return Sampler(surface, tree, sheets, band, progress).fields();
 }
 
 }  // namespace physics

@@ -6,18 +6,10 @@
 
 #include "physics/bspline_grid.h"
 #include "physics/lumen_surface.h"
+#include "physics/seen_surface.h"
 #include "physics/vessel_sheets.h"
 
 namespace physics {
-
-/// The triangle of a surface closest to a point among those that `accept` lets pass. `seed`: a triangle that
-/// is likely to be near, -1 = none; it bounds the search.
-struct NearestTriangle {
-    int triangle = -1;
-    TrianglePoint at;
-};
-using FindNearest = std::function<NearestTriangle(const Vec3& x, int seed, const std::vector<char>& seen,
-                                                  const std::vector<int>& station_of_triangle)>;
 
 struct FieldBand {
     double spacing, inner, outer;  // [mm]
@@ -43,7 +35,6 @@ struct SheetField {
 /// Per sheet the signed distance, negative inside: coarse where the nearest wall is a wide vessel's and has
 /// no crease. Throws std::invalid_argument when they would be larger than the band allows.
 std::vector<SheetField> sampled_fields(const LumenSurface&, const CentrelineTree&, const VesselSheets&,
-                                       const FieldBand&, const FindNearest&,
-                                       const std::function<void(double)>& progress);
+                                       const FieldBand&, const std::function<void(double)>& progress);
 
 }  // namespace physics

@@ -118,10 +118,10 @@ void LumenSurface::face_out(const std::vector<double>& vote) {
         double reach = 0;
         for (int k = 0; k < 3; ++k) reach = std::max(reach, (corner(t, k) - centroid(t)).norm());
         spheres_.push_back({centroid(t), reach * (1 + 1e-12)});
-        const Vec3 normal = area_normal(t).normalized();
+        normals_.push_back(area_normal(t).normalized());
         for (int k = 0; k < 3; ++k) {
             const Vec3 p = corner(t, (k + 1) % 3) - corner(t, k), q = corner(t, (k + 2) % 3) - corner(t, k);
-            corner_normals_[v[k]] += std::atan2(p.cross(q).norm(), p.dot(q)) * normal;
+            corner_normals_[v[k]] += std::atan2(p.cross(q).norm(), p.dot(q)) * normals_[t];
         }
     }
 }
@@ -129,17 +129,14 @@ void LumenSurface::face_out(const std::vector<double>& vote) {
 double LumenSurface::flatness(int t) const {
     double least = 1;
     for (const int over : across_[t])
-        if (over >= 0)
-            least = std::min(least, area_normal(t).normalized().dot(area_normal(over).normalized()));
+        if (over >= 0) least = std::min(least, normals_[t].dot(normals_[over]));
     return least;
 }
 
 Vec3 LumenSurface::pseudo_normal(int t, int feature) const {
     if (feature < 3) return corner_normals_[mesh_.triangles[t][feature]];
-    Vec3 normal = area_normal(t).normalized();
-    if (feature < 6 && across_[t][feature - 3] >= 0)
-        normal += area_normal(across_[t][feature - 3]).normalized();
-    return normal;
+    if (feature < 6 && across_[t][feature - 3] >= 0) return normals_[t] + normals_[across_[t][feature - 3]];
+    return normals_[t];
 }
 
 /// The regions of the plane around a triangle, each with its closest feature (Ericson 2005, Section 5.1.5).

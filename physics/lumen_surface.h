@@ -61,6 +61,7 @@ private:
     std::vector<int> part_;                   // connected part of each triangle
     int parts_ = 0;
     std::vector<Sphere> spheres_;       // around each triangle, a little larger than need be
+    std::vector<Vec3> normals_;         // of the triangles, unit
     std::vector<Vec3> corner_normals_;  // per vertex
 };
 

@@ -6,11 +6,36 @@
 namespace physics {
 namespace {
 
+constexpr double kRounding = 1e-6;  // of sums of lengths [mm]
+
+/// Of each station the largest of radius less half the way there along the vessels, over all stations: beyond
+/// it, none is seen from farther than twice that and the looker's radius.
+std::vector<double> widest_beyond(const CentrelineTree& tree) {
+    std::vector<double> widest;
+    std::priority_queue<std::pair<double, int>> open;
+    for (const Station& station : tree.stations()) {
+        open.push({station.radius, static_cast<int>(widest.size())});
+        widest.push_back(station.radius);
+    }
+    while (!open.empty()) {
+        const auto [radius, s] = open.top();
+        open.pop();
+        if (radius < widest[s]) continue;
+        for (int t : tree.neighbours(s)) {
+            const double there =
+                radius - 0.5 * (tree.stations()[t].centre - tree.stations()[s].centre).norm();
+            if (there <= widest[t]) continue;
+            widest[t] = there;
+            open.push({there, t});
+        }
+    }
+    return widest;
+}
+
 /// Stations within reach along the vessels (Dijkstra's algorithm, stopped there).
-std::vector<int> seen_from(const CentrelineTree& tree, int from, double largest_radius,
+std::vector<int> seen_from(const CentrelineTree& tree, int from, const std::vector<double>& widest,
                            std::vector<double>& way) {
     const auto stations = tree.stations();
-    const double reach = 2 * (stations[from].radius + largest_radius);
     using Entry = std::pair<double, int>;
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
     std::vector<int> touched{from}, seen;
@@ -27,6 +52,7 @@ std::vector<int> seen_from(const CentrelineTree& tree, int from, double largest_
             seen.push_back(s);
         for (int t : tree.neighbours(s)) {
             const double there = length + (stations[t].centre - stations[s].centre).norm();
+            const double reach = 2 * (stations[from].radius + widest[t]) + kRounding;
             if ((there > reach && s != from) || there >= way[t]) continue;
             if (way[t] == std::numeric_limits<double>::max()) touched.push_back(t);
             way[t] = there;
@@ -43,12 +69,10 @@ std::vector<int> seen_from(const CentrelineTree& tree, int from, double largest_
 VesselSheets vessel_sheets(const CentrelineTree& tree, double near) {
     const auto stations = tree.stations();
     const int count = static_cast<int>(stations.size());
-    double largest = 0;
-    for (const Station& s : stations) largest = std::max(largest, s.radius);
-
+    const std::vector<double> widest = widest_beyond(tree);
     VesselSheets sheets;
     std::vector<double> way(count, std::numeric_limits<double>::max());
-    for (int s = 0; s < count; ++s) sheets.seen.push_back(seen_from(tree, s, largest, way));
+    for (int s = 0; s < count; ++s) sheets.seen.push_back(seen_from(tree, s, widest, way));
     auto sees = [&](int a, int b) {
         return std::binary_search(sheets.seen[a].begin(), sheets.seen[a].end(), b);
     };

@@ -14,7 +14,7 @@ namespace {
 using physics::Vec3;
 
 /// How far the work is when each step is done, as measured.
-constexpr double sampled_part = 0.35, remeshed_part = 0.95;
+constexpr double sampled_part = 0.3, remeshed_part = 0.95;
 
 VesselEnd end_of(const SampledBranch& branch, bool start) {
     const int last = static_cast<int>(branch.points.size()) - 1, sample = start ? 1 : last - 1;
@@ -36,9 +36,9 @@ ClosedLumen closed_surface(const VesselTree& tree, const GeneratorOptions& optio
     };
     ImplicitLumen lumen(tree, tree.least_radius / options.cells_per_radius);
     const physics::TriangleMesh nets =
-        surface_nets(lumen, options.threads, part(0, sampled_part, "finding the surface"));
-    physics::TriangleMesh mesh =
-        remeshed(nets, lumen, options.remesh, part(sampled_part, remeshed_part, "making better triangles"));
+        surface_nets(lumen, options.threads, part(0, sampled_part, "vessels, finding the surface"));
+    physics::TriangleMesh mesh = remeshed(
+        nets, lumen, options.remesh, part(sampled_part, remeshed_part, "vessels, making better triangles"));
     return {std::move(lumen), std::move(mesh)};
 }
 

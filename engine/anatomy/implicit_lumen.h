@@ -29,9 +29,18 @@ public:
         double place = 0;                                // along that branch, in samples
     };
     Value at(const physics::Vec3&) const;
+    /// The same at a point in or on the border of one of the blocks, by index.
+    Value at(const physics::Vec3&, int block) const;
 
     /// The point moved to f = 0 along the gradient. Points farther than a cell from it may not arrive.
-    physics::Vec3 projected(const physics::Vec3&) const;
+    physics::Vec3 projected(const physics::Vec3& x) const { return foot(x).point; }
+    struct Foot {
+        physics::Vec3 point;  // the projected one
+        Value value;          // there
+    };
+    Foot foot(const physics::Vec3&) const;
+    /// f changes by no more than this times the way.
+    static constexpr double steepest = 1.2;
 
     using Block = std::array<int, 3>;  // its first cell over block_cells
     /// The blocks that hold every cell the surface passes through, in order.
@@ -50,13 +59,32 @@ private:
         double blend = 0;                          // width of the smooth minimum [mm]; 0 for the root
         physics::Vec3 junction = physics::Vec3::Zero();
         double full = 0, none = 0;  // distance from the junction up to which it is whole, and then gone [mm]
+        double dip = 0;             // a ball between samples comes no nearer than theirs by more [mm]
+        struct Group {              // of samples one after another
+            int first, last, middle;
+            double reach;  // their balls lie within this of the middle one's centre [mm]
+        };
+        std::vector<Group> groups;
+        struct Four {  // samples in single precision, from the origin; past the last, far away
+            Eigen::Array4f x, y, z, radius;
+        };
+        std::vector<Four> fours;
+        physics::Vec3 origin = physics::Vec3::Zero();
+        double extent = 0;  // of the samples, from the origin [mm]
     };
     struct Run {  // of samples that may hold the nearest ball of a limb
         int limb, first, last;
+        int guess;  // a sample of this or another run of the limb that is likely to
     };
+    struct Near {  // the nearest ball among a limb's samples
+        int limb = -1, sample = -1;
+        double distance = 0;  // [mm]
+    };
+    void search(const Run&, const physics::Vec3&, Near&) const;
     double ball_distance(const Limb&, int sample, const physics::Vec3&) const;
     Value limb_value(const Limb&, int sample, const physics::Vec3&) const;
     Value evaluate(const physics::Vec3&, std::span<const Run>) const;
+    void unite(Value& united, const Value& of_limb, const Limb&, const physics::Vec3&) const;
     void make_blocks();
     void collect_runs(const physics::Vec3& centre, double reach, std::vector<Run>&) const;
 

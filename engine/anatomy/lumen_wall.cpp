@@ -54,7 +54,7 @@ std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy
         }
     }
     std::function<void(double)> progress;
-    if (cache.progress) progress = [&](double part) { cache.progress(part, "distance field of the vessel"); };
+    if (cache.progress) progress = [&](double part) { cache.progress(part, "distance field"); };
     auto field = std::make_unique<physics::DistanceField>(anatomy.lumen, anatomy.branches, ends, stiffness,
                                                           wire_radius, options, progress);
     if (!cache.folder.empty()) keep(*field, path);

@@ -81,24 +81,27 @@ private:
     void try_merge(int e) {
         if (!mesh_.may_collapse(e)) return;
         const int a = mesh_.from(e), b = mesh_.to(e);
-        const Vec3 middle = lumen_.projected(0.5 * (point(a) + point(b)));
-        const ImplicitLumen::Value there = lumen_.at(middle);
+        const auto [middle, there] = lumen_.foot(0.5 * (point(a) + point(b)));
         if (std::abs(there.distance) > 1e-4) return;
         const double wanted = wanted_length(there.radius);
         const Vec3 outward = there.gradient.normalized();
+        // What is cheap to know comes first.
         bool fine = true;
+        made_.clear();
         for (const int corner : {a, b}) {
-            mesh_.around(corner, [&](int out) {
+            mesh_.around(corner, [&, to = middle](int out) {
                 const int c = mesh_.to(out), d = mesh_.across(out);
                 if (!fine || c == a || c == b) return;
-                if ((point(c) - middle).norm() > longest_edge * std::min(wanted, wanted_[c])) fine = false;
+                if ((point(c) - to).norm() > longest_edge * std::min(wanted, wanted_[c])) fine = false;
                 if (d == a || d == b) return;
-                fine = fine && acceptable(middle, point(c), point(d), outward) &&
-                       near_surface(middle, point(c), point(d)) &&
-                       (sharpness(middle, point(c), point(d)) > sharp ||
-                        sharpness(middle, point(c), point(d)) > sharpness(point(corner), point(c), point(d)));
+                fine = fine && acceptable(to, point(c), point(d), outward);
+                if (!fine) return;
+                const double after = sharpness(to, point(c), point(d));
+                fine = after > sharp || after > sharpness(point(corner), point(c), point(d));
+                made_.push_back({c, d});
             });
         }
+        for (const auto& [c, d] : made_) fine = fine && near_surface(middle, point(c), point(d));
         if (!fine) return;
         mesh_.collapse(e);
         mesh_.points[b] = middle;
@@ -142,8 +145,7 @@ private:
         });
         Vec3 move = sum / weights - here;
         move -= move.dot(outward_[corner]) * outward_[corner];
-        const Vec3 moved = lumen_.projected(here + 0.8 * move);
-        const ImplicitLumen::Value there = lumen_.at(moved);
+        const auto [moved, there] = lumen_.foot(here + 0.8 * move);
         if (std::abs(there.distance) > 1e-4) return;
         const Vec3 outward = there.gradient.normalized();
         bool fine = true;
@@ -163,6 +165,8 @@ private:
     RemeshOptions options_;
     std::vector<double> wanted_;  // edge length at each corner [mm]
     std::vector<Vec3> outward_;   // unit
+    std::vector<std::pair<int, int>>
+        made_;  // of the triangles that a merger makes: corners but the merged one
 };
 
 }  // namespace
@@ -174,11 +178,16 @@ TriangleMesh remeshed(const TriangleMesh& mesh, const ImplicitLumen& lumen, cons
     std::vector<double> passes;
     for (double most = lumen.cell(); most < largest; most *= growth) passes.push_back(most);
     passes.insert(passes.end(), finishing_passes, largest);
+    const auto tell = [&](std::size_t pass, double part) {
+        if (progress) progress((static_cast<double>(pass) + part) / static_cast<double>(passes.size()));
+    };
     for (std::size_t k = 0; k < passes.size(); ++k) {
         remesher.merge(passes[k]);
+        tell(k, 0.5);
         remesher.turn();
+        tell(k, 0.6);
         remesher.even_out();
-        if (progress) progress(static_cast<double>(k + 1) / static_cast<double>(passes.size()));
+        tell(k, 1);
     }
     remesher.turn();
     return remesher.mesh();

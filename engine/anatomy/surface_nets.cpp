@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bitset>
 #include <cmath>
 #include <limits>
 
@@ -16,6 +17,7 @@ using physics::Vec3;
 constexpr int n = ImplicitLumen::block_cells, w = n + 1;  // cells and nodes along a block
 constexpr int nodes_of_block = n * n * n, nodes_of_window = w * w * w;
 constexpr float nowhere = std::numeric_limits<float>::quiet_NaN();
+constexpr float untold = 1e9f;  // f where its sign alone is known [mm]
 
 constexpr int in_block(int x, int y, int z) {
     return (z * n + y) * n + x;
@@ -59,17 +61,7 @@ std::array<bool, 256> make_ambiguous() {
 class Nets {
 public:
     Nets(const ImplicitLumen& lumen, int threads, const std::function<void(double)>& progress)
-        : lumen_(lumen), values_(lumen.blocks().size()) {
-        physics::parallel_for(
-            values_.size(), threads,
-            [&](std::size_t b) {
-                for (int z = 0; z < n; ++z)
-                    for (int y = 0; y < n; ++y)
-                        for (int x = 0; x < n; ++x)
-                            values_[b][in_block(x, y, z)] =
-                                static_cast<float>(lumen.at(lumen.node(lumen.blocks()[b], x, y, z)).distance);
-            },
-            progress);
+        : lumen_(lumen), values_(lumen.blocks().size()), exact_(values_.size()) {
         for (auto& neighbours : neighbours_) neighbours.resize(values_.size());
         for (std::size_t b = 0; b < values_.size(); ++b) {
             for (int k = 0; k < 27; ++k) {
@@ -77,6 +69,22 @@ public:
                 neighbours_[k][b] = lumen.find({at[0] + k % 3 - 1, at[1] + k / 3 % 3 - 1, at[2] + k / 9 - 1});
             }
         }
+        const auto part = [&progress](double from, double to) -> std::function<void(double)> {
+            if (!progress) return {};
+            return [&progress, from, to](double share) { progress(from + share * (to - from)); };
+        };
+        physics::parallel_for(
+            values_.size(), threads, [&](std::size_t b) { find_sides(static_cast<int>(b)); }, part(0, 0.5));
+        // What one block asks of the others must not change meanwhile.
+        std::vector<std::vector<int>> crossed(values_.size());
+        physics::parallel_for(values_.size(), threads,
+                              [&](std::size_t b) { crossed[b] = crossed_nodes(static_cast<int>(b)); });
+        physics::parallel_for(
+            values_.size(), threads,
+            [&](std::size_t b) {
+                for (const int node : crossed[b]) make_exact(static_cast<int>(b), node);
+            },
+            part(0.5, 1));
     }
 
     /// Fills until no cell is ambiguous; ends, for nodes only ever change to inside.
@@ -124,6 +132,72 @@ public:
     }
 
 private:
+    /// On which side of the surface each node of a block is. Most are so far from it that a node nearby
+    /// tells: their value is no more than a sign.
+    void find_sides(int b) {
+        values_[b].fill(nowhere);
+        for (const int step : {4, 2, 1}) {
+            for (int first = 0; first < nodes_of_block; ++first) {
+                const int x = first % n, y = first / n % n, z = first / (n * n);
+                if (x % step != 0 || y % step != 0 || z % step != 0) continue;
+                if (!std::isnan(values_[b][first])) continue;
+                make_exact(b, first);
+                tell_around(b, x, y, z);
+            }
+        }
+    }
+    /// Nodes of the block that lie on the other side of the surface than the end of an edge from them.
+    std::vector<int> crossed_nodes(int b) const {
+        std::vector<int> nodes;
+        for (int node = 0; node < nodes_of_block; ++node) {
+            const int x = node % n, y = node / n % n, z = node / (n * n);
+            const bool inner = values_[b][node] < 0;
+            const auto crossed = [&](int dx, int dy, int dz) {
+                const float other = value_at(b, x + dx, y + dy, z + dz);
+                return !std::isnan(other) && (other < 0) != inner;
+            };
+            if (!exact_[b][node] && (crossed(1, 0, 0) || crossed(-1, 0, 0) || crossed(0, 1, 0) ||
+                                     crossed(0, -1, 0) || crossed(0, 0, 1) || crossed(0, 0, -1)))
+                nodes.push_back(node);
+        }
+        return nodes;
+    }
+    void make_exact(int b, int node) {
+        if (exact_[b][node]) return;
+        exact_[b][node] = true;
+        const int x = node % n, y = node / n % n, z = node / (n * n);
+        values_[b][node] =
+            static_cast<float>(lumen_.at(lumen_.node(lumen_.blocks()[b], x, y, z), b).distance);
+    }
+    /// Nodes of the block so near this one that they are on its side.
+    void tell_around(int b, int x, int y, int z) {
+        const float distance = values_[b][in_block(x, y, z)];
+        const double reach = std::abs(distance) / (ImplicitLumen::steepest * lumen_.cell()) - 1e-3;  // cells
+        if (reach < 1) return;
+        const float side = distance < 0 ? -untold : untold;
+        const int most = static_cast<int>(std::min<double>(n, reach));
+        for (int k = std::max(0, z - most); k <= std::min(n - 1, z + most); ++k)
+            for (int j = std::max(0, y - most); j <= std::min(n - 1, y + most); ++j)
+                for (int i = std::max(0, x - most); i <= std::min(n - 1, x + most); ++i) {
+                    const int square = (i - x) * (i - x) + (j - y) * (j - y) + (k - z) * (k - z);
+                    float& other = values_[b][in_block(i, j, k)];
+                    if (square <= reach * reach && std::isnan(other)) other = side;
+                }
+    }
+    /// Of a node that may be one beyond the block.
+    float value_at(int b, int x, int y, int z) const {
+        const auto shift = [](int i) { return i < 0 ? -1 : i / n; };
+        const int block = neighbour(b, shift(x), shift(y), shift(z));
+        return block < 0 ? nowhere : values_[block][in_block((x + n) % n, (y + n) % n, (z + n) % n)];
+    }
+    void make_exact_at(int b, int x, int y, int z) {
+        const auto shift = [](int i) { return i < 0 ? -1 : i / n; };
+        const int block = neighbour(b, shift(x), shift(y), shift(z));
+        if (block >= 0) make_exact(block, in_block((x + n) % n, (y + n) % n, (z + n) % n));
+    }
+    void make_exact_beside(int b, int x, int y, int z, int axis, int way) {
+        make_exact_at(b, x + (axis == 0 ? way : 0), y + (axis == 1 ? way : 0), z + (axis == 2 ? way : 0));
+    }
     /// The block's nodes and the first ones of its neighbours.
     void load(int b) {
         for (int z = 0; z < w; ++z)
@@ -150,6 +224,8 @@ private:
     }
     /// The outer corner nearest to the surface becomes an inner one.
     void fill(int b, int x, int y, int z, int mask, std::vector<bool>& stale) {
+        for (int c = 0; c < 8; ++c) make_exact_at(b, x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
+        load(b);
         int chosen = -1;
         for (int c = 0; c < 8; ++c) {
             if (mask >> c & 1) continue;
@@ -157,6 +233,9 @@ private:
         }
         const int i = x + (chosen & 1), j = y + (chosen >> 1 & 1), k = z + (chosen >> 2);
         const int block = neighbour(b, i / n, j / n, k / n);
+        // It is crossed from now on.
+        for (int axis = 0; axis < 3; ++axis)
+            for (const int way : {-1, 1}) make_exact_beside(block, i % n, j % n, k % n, axis, way);
         values_[block][in_block(i % n, j % n, k % n)] = -1e-3f * static_cast<float>(lumen_.cell());
         for (int at = 0; at < 27; ++at) {
             if (neighbours_[at][block] >= 0) stale[neighbours_[at][block]] = true;
@@ -213,7 +292,8 @@ private:
     }
 
     const ImplicitLumen& lumen_;
-    std::vector<std::array<float, nodes_of_block>> values_;
+    std::vector<std::array<float, nodes_of_block>> values_;  // ±untold for a sign alone
+    std::vector<std::bitset<nodes_of_block>> exact_;         // which are f
     std::array<std::vector<int>, 27> neighbours_;
     std::array<float, nodes_of_window> window_{};
     std::vector<std::array<int, nodes_of_block>> corner_;

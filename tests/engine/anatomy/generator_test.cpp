@@ -62,6 +62,27 @@ TEST(ImplicitLumen, HasTheGradientOfItsValue) {
     EXPECT_GT(blended, 3);  // the smooth minimum was among them
 }
 
+TEST(ImplicitLumen, IsTheSameWhicheverBlocksItKnows) {
+    // A cell of 0.1 mm leaves most of these places without a block: there every sample of every branch is
+    // asked.
+    const VesselTree tree = grow(small_tree());
+    const ImplicitLumen coarse(tree, 0.4), fine(tree, 0.1);
+    int asked = 0;
+    for (const SampledBranch& branch : tree.branches) {
+        for (std::size_t i = 0; i < branch.points.size(); i += 3) {
+            for (int k = 0; k < 8; ++k) {
+                const Vec3 away(std::sin(3.1 * k + 1), std::cos(1.7 * k), std::sin(0.9 * k + 1));
+                const Vec3 x = branch.points[i] + (branch.radii[i] - 0.9) * away.normalized();
+                const auto a = coarse.at(x), b = fine.at(x);
+                EXPECT_EQ(a.distance, b.distance) << x.transpose();
+                EXPECT_EQ(a.gradient, b.gradient) << x.transpose();
+                ++asked;
+            }
+        }
+    }
+    EXPECT_GT(asked, 100);
+}
+
 TEST(SurfaceNets, OfTheSmallTreeAreClosedAndWithoutHandles) {
     const ImplicitLumen lumen(grow(small_tree()), 0.4);
     const physics::TriangleMesh mesh = surface_nets(lumen, 1);
