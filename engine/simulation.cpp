@@ -15,8 +15,8 @@ namespace {
 
 using physics::Vec3;
 
-/// Segment relaxers get more than the frame's budget for long motions: each step at least this part of it, or the
-/// wire leaves the vessel.
+/// Segment relaxers get more than the frame's budget for long motions: each step at least this part of it, or
+/// the wire leaves the vessel.
 constexpr int least_share = 8;
 /// |g|/C that counts as rest on a mesh, whose planes jump by about that.
 constexpr double tolerance_of_planes = 3e-2;
@@ -330,7 +330,8 @@ bool Simulation::make_motion(Motion& motion, StepReport& report) {
 /// Takes what was made off the motion that it is a part of.
 void Simulation::account(const physics::HubReport& made, StepReport& report) {
     accumulate(report.relax, made.relax);
-    if (made.outcome != physics::HubReport::Outcome::AtRest || (made.made.feed == 0 && made.made.turn == 0)) return;
+    if (made.outcome != physics::HubReport::Outcome::AtRest || (made.made.feed == 0 && made.made.turn == 0))
+        return;
     Motion& motion = waiting_.front();
     const auto take = [](double& whole, double part) {
         whole = std::abs(whole - part) < 1e-12 * (std::abs(whole) + std::abs(part)) ? 0 : whole - part;
@@ -373,7 +374,8 @@ void Simulation::move_segments(StepReport& report) {
         parts += steps_of(m.insertion, wire_.spec.segment_length) +
                  steps_of(m.rotation, physics::Hub::kLargestTurn);
     // One part more for the frame's end, so that a frame with a motion settles as one without.
-    const int budget = scenario_.budget.updates, share = std::max({1, budget / (parts + 1), budget / least_share});
+    const int budget = scenario_.budget.updates,
+              share = std::max({1, budget / (parts + 1), budget / least_share});
     for (Motion& motion : waiting_) {
         if (motion.insertion != 0) insert_segments(motion, share, report);
         if (motion.rotation != 0) turn(motion, share, report);
@@ -416,8 +418,8 @@ void Simulation::insert_segments(Motion& motion, int share, StepReport& report) 
     report.insertions.push_back(inserted() - before);
 }
 
-/// Beyond an open end there is no wall to lead the wire: it stops there. The wire has left by an end whose opening
-/// it went out through more often than in.
+/// Beyond an open end there is no wall to lead the wire: it stops there. The wire has left by an end whose
+/// opening it went out through more often than in.
 bool Simulation::tip_has_left() const {
     const physics::Guidewire& wire = hub_ ? moving_ : wire_;
     return std::any_of(anatomy_.ends.begin(), anatomy_.ends.end(), [&](const VesselEnd& end) {

@@ -53,8 +53,8 @@ public:
 
     /// Joints in touch whose station is not of the vessel that their proximal neighbour is in: where that
     /// neighbour's station leads to one that holds the joint deeper in the lumen, it takes its place. So a
-    /// joint that has come out of a side branch is held by the vessel it came into: of two lumens that overlap
-    /// their union counts. Returns the first joint changed, or -1; the energy is lower then.
+    /// joint that has come out of a side branch is held by the vessel it came into: of two lumens that
+    /// overlap their union counts. Returns the first joint changed, or -1; the energy is lower then.
     int rejoin_vessels(const Guidewire&);
 
     /// Energy [N·mm] of joints ≥ first, of all from x_{first-1} on at these positions, in wall and load. The

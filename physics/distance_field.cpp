@@ -147,8 +147,7 @@ DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const Centreli
     const LumenSurface surface = lumen_surface(lumen, tree);
     std::vector<SheetField> fields = sampled_fields(
         surface, tree, sheets,
-        {h, options.inner, options.outer, wide, std::max(1, options.threads), options.largest},
-        progress);
+        {h, options.inner, options.outer, wide, std::max(1, options.threads), options.largest}, progress);
     data_.reset(new Data{std::move(tree), std::move(sheets), std::move(fields), h, options.inner,
                          options.outer, near, std::move(stiffness), wire_radius, print});
 }

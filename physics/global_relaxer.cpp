@@ -22,20 +22,20 @@ constexpr double kRounding = 1e-13;    // of the energy: less than this a line s
 constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
 constexpr int kIdleSteps = 40;      // of them before the wall is made softer
 constexpr int kIdleStepsOnPlanes = 4;  // before a wall whose planes jump is left as it is
-constexpr double kSoft = 1.0;       // k λ²/C that always converges; continuation starts there
-constexpr double kLeastPivot = 1e-6;  // of a recursion, over C
-constexpr double kKick = 1e-3;        // turn that leaves a saddle [rad]
-constexpr double kSettled = 0.01;     // |dU/du| in a window over that proximal of it: time to widen
-constexpr int kWidening = 4;          // of a window
-constexpr int kLeastWindow = 16;      // segments
-constexpr double kRestless = 0.3;     // of the largest |dU/du|: segments that have more are in the window
-constexpr int kMargin = 8;            // segments of the window proximal of those
+constexpr double kSoft = 1.0;          // k λ²/C that always converges; continuation starts there
+constexpr double kLeastPivot = 1e-6;   // of a recursion, over C
+constexpr double kKick = 1e-3;         // turn that leaves a saddle [rad]
+constexpr double kSettled = 0.01;      // |dU/du| in a window over that proximal of it: time to widen
+constexpr int kWidening = 4;           // of a window
+constexpr int kLeastWindow = 16;       // segments
+constexpr double kRestless = 0.3;      // of the largest |dU/du|: segments that have more are in the window
+constexpr int kMargin = 8;             // segments of the window proximal of those
 constexpr double kPredictedCap = 1;    // largest joint move of a prediction, in lumen radii
 constexpr double kPredictedRise = 1;   // of the energy, by a prediction
-constexpr double kPredictedWork = 4;    // of the hand's work
+constexpr double kPredictedWork = 4;   // of the hand's work
 constexpr double kLeastPart = 0.1;     // of a motion that is predicted
-constexpr int kPredictedWindow = 64;  // segments
-constexpr double kFallen = 0.1;  // of |dU/du| in the window: time to look at that proximal of it again
+constexpr int kPredictedWindow = 64;   // segments
+constexpr double kFallen = 0.1;        // of |dU/du| in the window: time to look at that proximal of it again
 
 /// A wall made softer, for the continuation in stiffness.
 class SofterWall final : public LumenWall {
@@ -159,9 +159,9 @@ void GlobalRelaxer::model_axial_force(const Guidewire& wire) {
     }
 }
 
-/// Trial state: gains applied from the window's base, where the material frame is turned by `twist`, with more wire
-/// in the stages that are fed. Returns the largest move of a joint, that along its segment by what is fed left out
-/// [mm].
+/// Trial state: gains applied from the window's base, where the material frame is turned by `twist`, with
+/// more wire in the stages that are fed. Returns the largest move of a joint, that along its segment by what
+/// is fed left out [mm].
 double GlobalRelaxer::roll_out(const Guidewire& wire, double twist, std::span<const FedStage> fed) {
     const int n = wire.segments();
     trial_joints_[first_ - 1] = wire.joints[first_ - 1];
@@ -242,10 +242,10 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
             const bool last = correction == kCorrections - 1;
             const double energy = evaluate(wire, contacts), expected = std::min(0.0, slope_);
             const bool falls = energy <= energy_ + (last ? kArmijo : kGoodArmijo) * expected;
-            // A fall too small to be seen is believed of the model of the accepted state alone: the wall as it is
-            // at a trial state may have its rest where the wire is now, and then nothing would ever move.
-            const bool unseen =
-                correction == 0 && -expected < rounding && energy < energy_ + rounding;
+            // A fall too small to be seen is believed of the model of the accepted state alone: the wall as
+            // it is at a trial state may have its rest where the wire is now, and then nothing would ever
+            // move.
+            const bool unseen = correction == 0 && -expected < rounding && energy < energy_ + rounding;
             if (std::isfinite(energy) && (falls || unseen)) {
                 double turn = 0;
                 for (int j = first_; j <= wire.segments(); ++j)
@@ -301,8 +301,9 @@ void GlobalRelaxer::set_units(const Guidewire& wire, const ContactSet& contacts)
 }
 
 /// Stages of the segments up to `valid` are still those of the wire.
-GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& contacts, int most_updates, int valid,
-                                              RelaxReport& report, const UpdateObserver& observer) {
+GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& contacts, int most_updates,
+                                              int valid, RelaxReport& report,
+                                              const UpdateObserver& observer) {
     const int n = wire.segments();
     set_units(wire, contacts);
     mu_ = 0;
@@ -328,8 +329,8 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
         open(restless_segments(kRestless));
     for (;;) {
         const int window = n - first_ + 1;
-        const bool settled = terms_.relative_gradient <=
-                             std::max(config_.tolerance, kSettled * terms_.proximal_gradient);
+        const bool settled =
+            terms_.relative_gradient <= std::max(config_.tolerance, kSettled * terms_.proximal_gradient);
         if (!proximal_known && (settled || terms_.relative_gradient < kFallen * looked_at)) {
             sum_from_tip(wire, terms_);
             proximal_known = true;
@@ -389,8 +390,8 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
     }
 }
 
-/// A stiff wall lets only tiny steps through: find the way with a softer one, then harden it. What comes of it
-/// counts only where it is lower than what there was: a soft wall also lets the wire out of the vessel.
+/// A stiff wall lets only tiny steps through: find the way with a softer one, then harden it. What comes of
+/// it counts only where it is lower than what there was: a soft wall also lets the wire out of the vessel.
 GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, const LumenWall& wall,
                                                               int most_updates, RelaxReport& report,
                                                               const UpdateObserver& observer) {
@@ -426,7 +427,8 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, c
 int GlobalRelaxer::unchanged_segments(const Guidewire& wire) const {
     const int n = wire.segments(), both = std::min(n, end_.segments());
     if (end_.joints.empty() || wire.joints[0] != end_.joints[0] || wire.tangents[0] != end_.tangents[0] ||
-        wire.load != end_.load || wire.spec.end_cells != end_.spec.end_cells || wire.spec.segment_length != end_.spec.segment_length)
+        wire.load != end_.load || wire.spec.end_cells != end_.spec.end_cells ||
+        wire.spec.segment_length != end_.spec.segment_length)
         return 0;
     int same = 0;
     while (same < both && wire.tangents[same + 1] == end_.tangents[same + 1] &&
@@ -438,8 +440,8 @@ int GlobalRelaxer::unchanged_segments(const Guidewire& wire) const {
     return same;
 }
 
-/// The wire's answer to the motion to first order. False where nothing is known of it: it is not at rest, or not
-/// this relaxer's.
+/// The wire's answer to the motion to first order. False where nothing is known of it: it is not at rest, or
+/// not this relaxer's.
 bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
     const int n = wire.segments();
     if (!end_report_.converged || n != end_.segments() || unchanged_segments(wire) < n ||
@@ -466,7 +468,8 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
         for (FedStage& f : fed) f.stage += first_ - 1;
         if (!(roll_out(wire, part * motion.turn, fed) <= cap)) continue;
         const double rise = evaluate(wire, *contacts_) - energy;
-        if (!(rise <= kPredictedRise * std::abs(energy) + kPredictedWork * force * std::abs(plan.mm))) continue;
+        if (!(rise <= kPredictedRise * std::abs(energy) + kPredictedWork * force * std::abs(plan.mm)))
+            continue;
         std::copy(trial_tangents_.begin() + first_, trial_tangents_.end(), wire.tangents.begin() + first_);
         std::copy(trial_joints_.begin() + first_, trial_joints_.end(), wire.joints.begin() + first_);
         if (motion.feed != 0) apply_feed(wire, plan);

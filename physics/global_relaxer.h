@@ -18,8 +18,8 @@
 
 #include "physics/contact_set.h"
 #include "physics/newton_terms.h"
-#include "physics/riccati.h"
 #include "physics/relaxer.h"
+#include "physics/riccati.h"
 
 namespace physics {
 
@@ -27,16 +27,16 @@ class GlobalRelaxer final : public Relaxer {
 public:
     explicit GlobalRelaxer(const RelaxerConfig& config) : config_(config) {}
 
-    /// Every pass of the recursion is charged the segments of its window, those of rejected trials too; one step
-    /// is tried even where the budget does not allow it. The budget's distal share is not needed: work starts at
-    /// the tip by itself. Ends with the last accepted state. Remembers that state, so that a wire which comes
-    /// back as it went costs nothing, and one that was fed only what its change costs.
+    /// Every pass of the recursion is charged the segments of its window, those of rejected trials too; one
+    /// step is tried even where the budget does not allow it. The budget's distal share is not needed: work
+    /// starts at the tip by itself. Ends with the last accepted state. Remembers that state, so that a wire
+    /// which comes back as it went costs nothing, and one that was fed only what its change costs.
     RelaxReport relax(Guidewire&, const LumenWall&, const RelaxBudget&, const UpdateObserver& = {}) override;
 
-    /// Moves a wire at rest and lets it come to rest again. The wire starts where its whole answer to the motion
-    /// leads to first order, wall and twist included: far nearer its new rest than where it merely slides on.
-    /// Where that moves a joint by more than the model is good for, less of the motion is made; `motion` becomes
-    /// what was made. A feed is of λ at most.
+    /// Moves a wire at rest and lets it come to rest again. The wire starts where its whole answer to the
+    /// motion leads to first order, wall and twist included: far nearer its new rest than where it merely
+    /// slides on. Where that moves a joint by more than the model is good for, less of the motion is made;
+    /// `motion` becomes what was made. A feed is of λ at most.
     RelaxReport move(Guidewire&, const LumenWall&, HubMotion& motion, const RelaxBudget&);
 
     /// Of the last call: its report, and the contacts of the wire's joints as it left them.
@@ -48,7 +48,8 @@ private:
     bool predict(Guidewire&, HubMotion&);
     enum class Outcome { Converged, OutOfBudget, Stuck };
     enum class Trial { Accepted, OutOfBudget, NothingLower };
-    Outcome descend(Guidewire&, ContactSet&, int most_updates, int valid, RelaxReport&, const UpdateObserver&);
+    Outcome descend(Guidewire&, ContactSet&, int most_updates, int valid, RelaxReport&,
+                    const UpdateObserver&);
     Outcome descend_in_softer_walls(Guidewire&, const LumenWall&, int most_updates, RelaxReport&,
                                     const UpdateObserver&);
     void set_units(const Guidewire&, const ContactSet&);

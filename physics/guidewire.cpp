@@ -200,8 +200,9 @@ double least_length(const GuidewireSpec& spec) {
 Guidewire wire_of_length(const GuidewireSpec& spec, const Polyline& path, double length) {
     const int curved = whole_curved_segments(spec);
     if (!(std::isfinite(length) && length >= least_length(spec) * (1 - kWholeSegment)))
-        throw std::invalid_argument("a wire needs its curved tip and one segment more inside: " +
-                                    std::to_string(least_length(spec)) + " mm, not " + std::to_string(length));
+        throw std::invalid_argument(
+            "a wire needs its curved tip and one segment more inside: " + std::to_string(least_length(spec)) +
+            " mm, not " + std::to_string(length));
     const Shaft shaft(spec, length - curved * spec.segment_length);
     Guidewire wire = wire_at_start_of(spec, path, shaft.whole + 1 + curved);
     wire.lengths[shaft.whole + 1] = shaft.last;

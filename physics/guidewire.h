@@ -19,7 +19,7 @@ enum class EndCells {
 
 /// What a wire is made of; s is the distance from its distal end.
 struct GuidewireSpec {
-    double segment_length = 2.0;       // λ [mm]
+    double segment_length = 2.0;  // λ [mm]
     EndCells end_cells = EndCells::Half;
     double diameter = 0.889;           // [mm]; 0.035 in
     double shaft_rigidity = 250.0;     // EI of the shaft [N·mm²]
@@ -78,8 +78,8 @@ Guidewire straight_wire(const GuidewireSpec&, const Vec3& entry, const Vec3& dir
 /// A wire with its joints on `path`, each exactly λ from the last, starting at path.front().
 Guidewire wire_along(const GuidewireSpec&, const Polyline& path, int segments);
 
-/// The same with `length` [mm] of wire inside, λ apart but for one segment just before the curved tip, as feed()
-/// leaves it. Throws std::invalid_argument for less than least_length(spec).
+/// The same with `length` [mm] of wire inside, λ apart but for one segment just before the curved tip, as
+/// feed() leaves it. Throws std::invalid_argument for less than least_length(spec).
 Guidewire wire_of_length(const GuidewireSpec&, const Polyline& path, double length);
 
 /// Of wire that must be inside: its curved tip and one segment [mm].
@@ -98,10 +98,10 @@ void split_segment(Guidewire&, int segment, double share = 0.5);
 /// of one segment. Joints distal of it move off along it by what the bent pair was shorter across.
 void merge_segments(Guidewire&, int segment);
 
-/// Let `mm` of wire in (negative: take it out). The segment just before the curved tip, λ/2 to 3λ/2 long, grows or
-/// shrinks; where it comes out of that range it gives a whole segment to the shaft or takes one from it, so that
-/// the wire's segments depend on its length alone. Pieces of segments there are made whole. Returns what was let
-/// in: withdrawal ends at least_length().
+/// Let `mm` of wire in (negative: take it out). The segment just before the curved tip, λ/2 to 3λ/2 long,
+/// grows or shrinks; where it comes out of that range it gives a whole segment to the shaft or takes one from
+/// it, so that the wire's segments depend on its length alone. Pieces of segments there are made whole.
+/// Returns what was let in: withdrawal ends at least_length().
 double feed(Guidewire&, double mm);
 
 /// How feed() would change the lengths of a wire's segments by up to λ either way.
@@ -110,11 +110,12 @@ struct FeedPlan {
     double mm = 0;             // let in: what was asked for, or less on the way out [mm]
     double change = 0;         // of that segment's length [mm]
     double change_before = 0;  // of that of the one before, on the way out [mm]
-    bool whole = true;         // both are segments, not pieces of one, and not longer than 3λ/2: apply_feed() may be called
+    bool whole =
+        true;  // both are segments, not pieces of one, and not longer than 3λ/2: apply_feed() may be called
 };
 FeedPlan plan_feed(const Guidewire&, double mm);
-/// Changes the lengths and splits or merges what is too long or too short. The plan must be `whole` and of this
-/// wire, but for its tangents.
+/// Changes the lengths and splits or merges what is too long or too short. The plan must be `whole` and of
+/// this wire, but for its tangents.
 void apply_feed(Guidewire&, const FeedPlan&);
 
 /// Insert one segment just before the curved tip (the paper, Section 2.1).

@@ -9,11 +9,11 @@
 namespace physics {
 namespace {
 
-constexpr int kHalvings = 5;               // of a motion before it is refused
-constexpr double kWorkShare = 2;           // of the hand's work by the forces before and after
-constexpr double kEnergyShare = 0.05;      // of the wire's energy: its bends move as it does
-constexpr double kEnergyFloor = 1e-3;      // [N·mm]
-constexpr double kSharpest = kDegree * 90; // of a joint
+constexpr int kHalvings = 5;                // of a motion before it is refused
+constexpr double kWorkShare = 2;            // of the hand's work by the forces before and after
+constexpr double kEnergyShare = 0.05;       // of the wire's energy: its bends move as it does
+constexpr double kEnergyFloor = 1e-3;       // [N·mm]
+constexpr double kSharpest = kDegree * 90;  // of a joint
 
 void add(RelaxReport& sum, const RelaxReport& part) {
     const RelaxReport before = sum;

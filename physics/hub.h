@@ -17,13 +17,13 @@ struct HubReport {
     RelaxReport relax;  // of all that was tried
 };
 
-/// Moves a wire by parts that each end at rest. A part that does not is taken back and made again by halves: one
-/// whose wire does not settle, is bent by more than a right angle at a joint, is farther outside than the lumen is
-/// wide, or has more energy than the hand has done work.
+/// Moves a wire by parts that each end at rest. A part that does not is taken back and made again by halves:
+/// one whose wire does not settle, is bent by more than a right angle at a joint, is farther outside than the
+/// lumen is wide, or has more energy than the hand has done work.
 class Hub {
 public:
-    /// The global relaxer's configuration; the wall must outlive the hub. Throws std::invalid_argument for another
-    /// kind of relaxer.
+    /// The global relaxer's configuration; the wall must outlive the hub. Throws std::invalid_argument for
+    /// another kind of relaxer.
     Hub(const RelaxerConfig&, const LumenWall&);
 
     /// Brings a wire to rest where it is; what it was before does not matter.

@@ -74,6 +74,8 @@ void sum_from_tip_to(const Guidewire& wire, int last, NewtonTerms& terms) {
         double& largest = j >= terms.first ? terms.relative_gradient : terms.proximal_gradient;
         largest = std::max(largest, terms.relative(j - 1));
     }
+    // Half of the first segment's load is borne by the introducer itself.
+    if (loaded && wire.spec.end_cells == EndCells::Half) carried += wire.length_of(0);
     terms.push = force - carried * wire.load;
     terms.torque = torque;
 }

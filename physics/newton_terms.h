@@ -30,13 +30,13 @@ struct NewtonTerms {
 /// wall's curvature) in the planes ⟂ u_j, u turned by u ← (u + Tα)/|u + Tα|. Exact but for terms of the twist
 /// that are of the order of torque times bend. `directors` as from physics::directors where the tip is
 /// curved. Stages proximal of `first` are taken as they stand from the last call, and only their gradient
-/// answers to the forces and the torque from the window; without `proximal` it does not, and push and torque are
-/// those of the window alone. Allocates on growth only.
+/// answers to the forces and the torque from the window; without `proximal` it does not, and push and torque
+/// are those of the window alone. Allocates on growth only.
 void assemble(const Guidewire&, std::span<const WallContact>, const std::vector<Vec3>& directors, int first,
               NewtonTerms&, bool proximal = true);
 
-/// The sums from the tip alone: gradients, axial forces and what the introducer holds, of stages that assemble()
-/// has made.
+/// The sums from the tip alone: gradients, axial forces and what the introducer holds, of stages that
+/// assemble() has made.
 void sum_from_tip(const Guidewire&, NewtonTerms&);
 
 }  // namespace physics

@@ -21,9 +21,10 @@ Pivot lower_eigenpair(double a, double b, double c) {  // of [a b; b c]
     return p;
 }
 
-/// Negative curvature is mirrored: as long a step as along an equally positive one. The other way of the segment
-/// keeps its own, so that a wire balanced in one plane still converges in the other.
-Mat2 mirrored_inverse(double q00, double q01, double q11, double least_pivot, int stage, RiccatiReport& report) {
+/// Negative curvature is mirrored: as long a step as along an equally positive one. The other way of the
+/// segment keeps its own, so that a wire balanced in one plane still converges in the other.
+Mat2 mirrored_inverse(double q00, double q01, double q11, double least_pivot, int stage,
+                      RiccatiReport& report) {
     const Pivot pivot = lower_eigenpair(q00, q01, q11);
     if (report.shifted++ == 0) {
         report.stage = stage;
@@ -139,9 +140,11 @@ RiccatiReport backward_untwisted(std::span<const RiccatiStage> stages, double mu
         }
 
         const Vec3 a = lambda * s.basis.col(0), b = lambda * s.basis.col(1);
-        const Vec3 y0(x0[0] + p00 * a[0] + p01 * a[1] + p02 * a[2], x0[1] + p01 * a[0] + p11 * a[1] + p12 * a[2],
+        const Vec3 y0(x0[0] + p00 * a[0] + p01 * a[1] + p02 * a[2],
+                      x0[1] + p01 * a[0] + p11 * a[1] + p12 * a[2],
                       x0[2] + p02 * a[0] + p12 * a[1] + p22 * a[2]);
-        const Vec3 y1(x1[0] + p00 * b[0] + p01 * b[1] + p02 * b[2], x1[1] + p01 * b[0] + p11 * b[1] + p12 * b[2],
+        const Vec3 y1(x1[0] + p00 * b[0] + p01 * b[1] + p02 * b[2],
+                      x1[1] + p01 * b[0] + p11 * b[1] + p12 * b[2],
                       x1[2] + p02 * b[0] + p12 * b[1] + p22 * b[2]);
         const double q00 = a00 + s.own(0, 0) - s.axial + a.dot(y0) + x0.dot(a);
         const double q01 = a01 + s.own(0, 1) + a.dot(y1) + x0.dot(b);

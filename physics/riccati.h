@@ -62,8 +62,8 @@ struct RiccatiReport {
 /// region. `twist`: whether any stage has a rest shape that is not straight; without it the twist is left
 /// out. Equal to a dense factorisation of the same quadratic model; no pivot shifted at μ = 0 means that the
 /// model's Hessian is positive definite: a strict local minimum where the gradient vanishes.
-/// `fed`: segments that change their length, in any order; the gains' steps are then the answer to that, to first
-/// order.
+/// `fed`: segments that change their length, in any order; the gains' steps are then the answer to that, to
+/// first order.
 RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
                                bool twist, std::span<RiccatiGain> gains, std::span<const FedStage> fed = {});
 

@@ -37,8 +37,8 @@ public:
     virtual void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const = 0;
     /// Whether two stations lie in one vessel, so that a joint held by the one needs no look at the other.
     virtual bool same_vessel(int, int) const { return true; }
-    /// Whether penetration is twice continuously differentiable near the wall. Planes of a mesh are not: on them
-    /// a Newton method comes only as near to rest as the planes jump.
+    /// Whether penetration is twice continuously differentiable near the wall. Planes of a mesh are not: on
+    /// them a Newton method comes only as near to rest as the planes jump.
     virtual bool smooth() const { return true; }
 };
 
