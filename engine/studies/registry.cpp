@@ -2,6 +2,7 @@
 
 #include "engine/error.h"
 #include "engine/files.h"
+#include "engine/studies/accuracy.h"
 #include "engine/studies/anatomy.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/economy.h"
@@ -20,6 +21,7 @@ namespace {
 const Study studies[] = {
     {"stability", "Which method survives which way of breaking it?", run_stability},
     {"pareto", "Which method reaches which accuracy in the least time?", run_pareto},
+    {"accuracy", "How exact is a wire of segments, and what does it cost?", run_accuracy},
     {"anatomy", "Are generated vessels fit to push wires through?", run_anatomy},
     {"economy", "What do a chosen λ and an adaptive wire save?", run_economy},
     {"imaging", "Are frames what physics says, and what do they cost?", run_imaging},

@@ -1,0 +1,261 @@
+#include "engine/studies/accuracy_cases.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "engine/studies/bent_tube.h"
+#include "engine/studies/plane_wire.h"
+#include "physics/energy.h"
+#include "physics/relaxer.h"
+#include "physics/tube_wall.h"
+
+namespace engine {
+namespace {
+
+using physics::EndCells;
+using physics::Guidewire;
+using physics::LumenWall;
+using physics::Vec2;
+using physics::Vec3;
+
+constexpr double kBend = 30, kBentRadius = 3, kFlatWall = 6;   // of the tubes [mm]
+constexpr double kArc = 60, kArcRadius = 2, kArcAngle = 3.03;  // of the arc's tube [mm], [rad]
+constexpr double kHelixRadius = 2, kHelixPitch = 0.5;          // of the helix's tube [mm]; to its axis [rad]
+
+AgainstExact relative(const std::string& quantity, double exact, double measured) {
+    return {quantity, exact, measured, std::abs(measured / exact - 1)};
+}
+
+Guidewire wire_of(double length, int segments, EndCells ends, const Vec3& entry, const Vec3& clamped,
+                  const std::function<Vec3(double)>& tangent) {
+    const double lambda = length / segments;
+    std::vector<Vec3> tangents;
+    for (int i = 0; i < segments; ++i) tangents.push_back(tangent((i + 0.5) * lambda));
+    return physics::uniform_wire(kExactRigidity, lambda, entry, clamped, tangents, ends);
+}
+
+Vec3 heading(double angle) {
+    return {std::cos(angle), std::sin(angle), 0};
+}
+
+/// A wall's stiffness for a joint of the spec's λ that gives the tip this one by either rule.
+double for_tip(double stiffness, EndCells ends) {
+    return ends == EndCells::Half ? 2 * stiffness : stiffness;
+}
+
+/// What a wire in a plane is held to: tip, farthest joint, energy and, on a wall, the force of the tip.
+void hold_to_exact(ExactCase& c, const PlaneWire& problem) {
+    ExactStart fine = c.set(c.segments.back(), EndCells::Half);
+    bring_to_rest(fine.start, *fine.wall);
+    const auto contacts = physics::all_contacts(fine.start, *fine.wall);
+    Vec3 force = -contacts.back().push() + problem.length * Vec3(problem.load[0], problem.load[1], 0);
+    const double turn = std::asin(fine.start.tangents[0].cross(fine.start.tangents[1]).z());
+    const PlaneCurve curve = exact_curve(problem, c.segments.back(), fine.start.spring_constant(0) * turn,
+                                         Vec2(force[0], force[1]));
+    c.exact_residual = curve.residual;
+    c.exact_step_error = curve.step_error;
+    c.measure = [curve, problem](const Guidewire& wire, const LumenWall& wall) {
+        const int n = wire.segments(), each = static_cast<int>(curve.points.size() - 1) / n;
+        double farthest = 0;
+        const auto off = [&](int i) {
+            const Vec2& x = curve.points[static_cast<std::size_t>(i * each)].place;
+            return (wire.joints[i] - Vec3(x[0], x[1], 0)).norm();
+        };
+        for (int i = 0; i <= n; ++i) farthest = std::max(farthest, off(i));
+        const auto at = physics::all_contacts(wire, wall);
+        std::vector<AgainstExact> list = {
+            {"tip", 0, off(n), off(n) / problem.length},
+            {"farthest joint", 0, farthest, farthest / problem.length},
+            relative("energy", curve.energy, physics::total_energy(wire, at).total())};
+        if (problem.wall)
+            list.push_back(relative("force", curve.points.back().force.norm(), at.back().force()));
+        return list;
+    };
+}
+
+ExactCase flat_wall() {
+    ExactCase c;
+    c.id = "wall";
+    c.title = "clamped wire on a wall: force";
+    c.text = fmt::format(
+        "20 mm of wire clamped at 0.6 rad to a flat wall {:g} mm away, on which its tip slides", kFlatWall);
+    c.headline = "force";
+    c.look = "lc rgb '#D55E00'";
+    c.length = 20;
+    c.segments = {5, 10, 20, 40, 80};
+    c.set = [](int n, EndCells ends) {
+        const auto tangent = [](double s) { return heading(0.6 * (1 - 0.8 * s / 20)); };
+        return ExactStart{std::make_unique<physics::TubeWall>(physics::Polyline{{-20, 0, 0}, {60, 0, 0}},
+                                                              kFlatWall, for_tip(kFlatStiffness, ends)),
+                          wire_of(20, n, ends, Vec3::Zero(), heading(0.6), tangent)};
+    };
+    PlaneWire problem{.rigidity = kExactRigidity, .length = 20, .angle = 0.6};
+    problem.wall = [](const Vec2& x) { return PlaneContact{x[1] - kFlatWall, Vec2(0, 1)}; };
+    problem.tip_stiffness = kFlatStiffness;
+    hold_to_exact(c, problem);
+    return c;
+}
+
+ExactCase bent_tube() {
+    ExactCase c;
+    c.id = "bent tube";
+    c.title = "wire through a bent tube: farthest joint";
+    c.text = fmt::format(
+        "60 mm of wire in a tube of radius {:g} mm bent to {:g} mm, clamped on its axis, the tip on its "
+        "outer "
+        "wall",
+        kBentRadius, kBend);
+    c.headline = "farthest joint";
+    c.look = "lc rgb '#0072B2'";
+    c.length = 60;
+    c.segments = {15, 30, 60, 120, 240};
+    c.set = [](int n, EndCells ends) {
+        const auto tangent = [](double s) { return heading(s / kBend); };
+        return ExactStart{std::make_unique<BentTube>(kBend, 2.7, kBentRadius, for_tip(kBentStiffness, ends)),
+                          wire_of(60, n, ends, Vec3::Zero(), heading(0), tangent)};
+    };
+    PlaneWire problem{.rigidity = kExactRigidity, .length = 60};
+    problem.wall = [](const Vec2& x) {
+        const Vec2 out = x - Vec2(0, kBend);
+        const double beyond = out.norm() - kBend;
+        return PlaneContact{std::abs(beyond) - kBentRadius, std::copysign(1.0, beyond) * out.normalized()};
+    };
+    problem.tip_stiffness = kBentStiffness;
+    hold_to_exact(c, problem);
+    return c;
+}
+
+ExactCase weight(const char* id, double load, const char* how, const char* look) {
+    ExactCase c;
+    c.id = id;
+    c.text = fmt::format("40 mm of wire clamped level, far from any wall, under {:g} N/mm: {}", load, how);
+    c.title = fmt::format("{}: tip", id);
+    c.headline = "tip";
+    c.look = look;
+    c.length = 40;
+    c.segments = {25, 50, 100, 200, 400};
+    c.set = [load](int n, EndCells ends) {
+        ExactStart s{
+            std::make_unique<physics::TubeWall>(physics::Polyline{{-50, 0, 0}, {90, 0, 0}}, 80.0, 1.0),
+            wire_of(40, n, ends, Vec3::Zero(), heading(0), [](double) { return heading(0); })};
+        s.start.load = Vec3(0, -load, 0);
+        return s;
+    };
+    hold_to_exact(c, {.rigidity = kExactRigidity, .length = 40, .load = Vec2(0, -load)});
+    return c;
+}
+
+/// First and last joint of the middle quarter.
+std::pair<int, int> middle(const Guidewire& wire) {
+    return {wire.segments() * 3 / 8, wire.segments() * 5 / 8};
+}
+
+/// Of the wall on all that is distal of a joint.
+Vec3 push_from(const std::vector<physics::WallContact>& contacts, int joint) {
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t i = contacts.size() - 1; i >= static_cast<std::size_t>(joint); --i)
+        sum += contacts[i].push();
+    return sum;
+}
+
+ExactCase helix() {
+    ExactCase c;
+    c.id = "helix";
+    c.title = "helix in a cylinder: axial force";
+    c.text = fmt::format(
+        "200 mm of wire held short in a straight closed tube of radius {:g} mm, where it lies as a helix at "
+        "about "
+        "{:g} rad to the axis; in the middle quarter F = 2EI sin²a cos a/r², w = EI sin⁴a/r³, a and r those "
+        "of "
+        "its joints",
+        kHelixRadius, kHelixPitch);
+    c.headline = "axial force";
+    c.look = "lc rgb '#009E73'";
+    c.length = 200;
+    c.segments = {50, 100, 200, 400, 800};
+    c.has_ends = false;
+    c.set = [](int n, EndCells ends) {
+        const double turn = std::sin(kHelixPitch) / kHelixRadius;
+        const auto tangent = [=](double s) {
+            return Vec3(std::cos(kHelixPitch), -std::sin(kHelixPitch) * std::sin(turn * s),
+                        std::sin(kHelixPitch) * std::cos(turn * s));
+        };
+        const physics::Polyline axis = {{-20, 0, 0}, {200 * std::cos(kHelixPitch) - 0.5, 0, 0}};
+        return ExactStart{std::make_unique<physics::TubeWall>(axis, kHelixRadius, kPerLength * 200 / n),
+                          wire_of(200, n, ends, Vec3(0, kHelixRadius, 0), tangent(0), tangent)};
+    };
+    c.measure = [](const Guidewire& wire, const LumenWall& wall) -> std::vector<AgainstExact> {
+        const auto [first, last] = middle(wire);
+        const auto contacts = physics::all_contacts(wire, wall);
+        double turn = 0, advance = 0, radius = 0, pressing = 0;
+        for (int i = first; i < last; ++i) {
+            const Vec3 &p = wire.joints[i], &q = wire.joints[i + 1];
+            turn += std::atan2(p.y() * q.z() - p.z() * q.y(), p.y() * q.y() + p.z() * q.z());
+            advance += q.x() - p.x();
+            radius += std::hypot(p.y(), p.z()) / (last - first);
+            pressing += contacts[i].force() / wire.lengths[i] / (last - first);
+        }
+        const double angle = std::atan2(radius * turn, advance), s = std::sin(angle);
+        return {relative("axial force", 2 * kExactRigidity * s * s * std::cos(angle) / (radius * radius),
+                         push_from(contacts, last).x()),
+                relative("wall force", kExactRigidity * std::pow(s, 4) / std::pow(radius, 3), pressing)};
+    };
+    return c;
+}
+
+ExactCase arc() {
+    ExactCase c;
+    c.id = "arc";
+    c.title = "arc in a bent tube: bending moment";
+    c.text = fmt::format(
+        "188 mm of wire held short in a closed tube of radius {:g} mm bent to {:g} mm, along its outer wall; "
+        "in the "
+        "middle M = EI/ρ and w = C/ρ, C the wire's compression and ρ the radius of its joints",
+        kArcRadius, kArc);
+    c.headline = "moment";
+    c.look = "lc rgb '#CC79A7'";
+    c.length = 188;
+    c.segments = {47, 94, 188, 376, 752};
+    c.has_ends = false;
+    c.set = [](int n, EndCells ends) {
+        // From the axis to the outer wall in 20 mm, then along it.
+        const auto tangent = [](double s) {
+            if (s > 20) return heading(20 / kArc + (s - 20) / (kArc + kArcRadius));
+            return heading(s / kArc - kArcRadius / 20 * (1 - std::cos(2 * M_PI * s / 20)));
+        };
+        return ExactStart{std::make_unique<BentTube>(kArc, kArcAngle, kArcRadius, kPerLength * 188 / n),
+                          wire_of(188, n, ends, Vec3::Zero(), heading(0), tangent)};
+    };
+    c.measure = [](const Guidewire& wire, const LumenWall& wall) -> std::vector<AgainstExact> {
+        const int joint = wire.segments() / 2;
+        const auto contacts = physics::all_contacts(wire, wall);
+        const double rho = (wire.joints[joint] - Vec3(0, kArc, 0)).norm();
+        Vec3 moment = Vec3::Zero();
+        for (int i = joint + 1; i <= wire.segments(); ++i)
+            moment -= (wire.joints[i] - wire.joints[joint]).cross(contacts[i].push());
+        const double compression = push_from(contacts, joint + 1).dot(wire.tangents[joint + 1]);
+        return {relative("moment", kExactRigidity / rho, moment.z()),
+                relative("wall force", compression / rho, contacts[joint].force() / wire.lengths[joint])};
+    };
+    return c;
+}
+
+}  // namespace
+
+void bring_to_rest(Guidewire& wire, const LumenWall& wall) {
+    physics::RelaxerConfig config;
+    config.tolerance = 1e-11;
+    physics::make_relaxer(config)->relax(wire, wall, {1'000'000'000, 0, 0});
+}
+
+std::vector<ExactCase> exact_cases() {
+    return {flat_wall(),
+            bent_tube(),
+            weight("small load", 1e-5, "the tip sinks 0.06 mm", "lc rgb '#E69F00'"),
+            weight("large load", 4e-3, "the tip sinks 21 mm", "lc rgb '#56B4E9'"),
+            helix(),
+            arc()};
+}
+
+}  // namespace engine

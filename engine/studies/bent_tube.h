@@ -1,0 +1,24 @@
+#pragma once
+/// A tube of constant radius around an arc, closed by half balls, in closed form and without a polyline's
+/// corners.
+
+#include "physics/wall.h"
+
+namespace engine {
+
+class BentTube final : public physics::LumenWall {
+public:
+    /// The axis leaves the origin along +x and bends to +y by `angle` < π at `bend` mm; k per joint [N/mm].
+    BentTube(double bend, double angle, double radius, double stiffness)
+        : bend_(bend), angle_(angle), radius_(radius), stiffness_(stiffness) {}
+
+    void contacts(std::span<const physics::Vec3> joints,
+                  std::span<physics::WallContact> contacts) const override;
+
+private:
+    physics::WallContact contact(const physics::Vec3& joint) const;
+
+    double bend_, angle_, radius_, stiffness_;
+};
+
+}  // namespace engine

@@ -1,0 +1,47 @@
+#pragma once
+/// The exact curve of a wire in a plane, from the differential equations of an inextensible rod: what chains
+/// of segments are held to. Nothing of the physics' own is used.
+
+#include <functional>
+#include <vector>
+
+#include "physics/geometry.h"
+
+namespace engine {
+
+/// How deep a point is in a wall, > 0 outside the lumen [mm], and the unit normal out of the lumen.
+struct PlaneContact {
+    double penetration = 0;
+    physics::Vec2 normal = physics::Vec2::Zero();
+};
+
+/// A wire clamped at the origin, straight when unloaded, whose tip alone meets a wall:
+///   x′ = cos φ, y′ = sin φ, φ′ = M/EI, M′ = n_x sin φ − n_y cos φ, n′ = −q,
+/// n being the force of what is distal on what is proximal. At the tip M = 0 and n = −K pen ν, ν the wall's
+/// normal.
+struct PlaneWire {
+    double rigidity = 50, length = 0;                             // EI [N·mm²], L [mm]
+    double angle = 0;                                             // φ at the clamp [rad]
+    physics::Vec2 load = physics::Vec2::Zero();                   // q [N/mm]
+    std::function<PlaneContact(const physics::Vec2&)> wall = {};  // empty = none
+    double tip_stiffness = 0;                                     // K [N/mm]
+};
+
+struct PlanePoint {
+    physics::Vec2 place = physics::Vec2::Zero();  // [mm]
+    double angle = 0, moment = 0;                 // φ [rad], M [N·mm]
+    physics::Vec2 force = physics::Vec2::Zero();  // n [N]
+};
+
+struct PlaneCurve {
+    std::vector<PlanePoint> points;  // equally far apart along the wire, from the clamp to the tip
+    double energy = 0;               // of bending, wall and load [N·mm]
+    double residual = 0;             // at the tip, of M [N·mm] or n [N]
+    double step_error = 0;           // how far any point moves when steps are halved [mm]
+};
+
+/// Shooting from a guess of M and n at the clamp: Newton's method on what the tip asks for, Runge and Kutta's
+/// of fourth order between the points.
+PlaneCurve exact_curve(const PlaneWire&, int intervals, double moment, const physics::Vec2& force);
+
+}  // namespace engine
