@@ -71,13 +71,20 @@ std::string frames(int count) {
 
 struct Notices {
     int stopped_withdrawals = 0, stopped_insertions = 0, used_up = 0, kinked = 0, restless = 0, crossed = 0;
-    double deepest_crossing = 0;  // [mm]
+    int settling = 0, refused = 0, late = 0, flat = 0;
+    double deepest_crossing = 0, most_waiting = 0;  // [mm]
     void observe(const StepReport& report) {
         stopped_withdrawals += report.withdrawal_stopped;
         stopped_insertions += report.insertion_stopped;
         used_up += report.whole_wire_is_in;
         kinked += report.relax.largest_bend > kink;
-        restless += report.relax.newton_steps > 0 && !report.relax.converged;
+        settling += report.settling;
+        refused += report.refused;
+        late += report.waiting_insertion != 0 || report.waiting_rotation != 0;
+        most_waiting = std::max(most_waiting, std::abs(report.waiting_insertion));
+        const bool moved = !report.settling && report.relax.newton_steps > 0;
+        flat += moved && report.relax.at_rest && !report.relax.strict_minimum;
+        restless += moved && !report.relax.at_rest;
         crossed += report.deepest_crossing > 0;
         deepest_crossing = std::max(deepest_crossing, report.deepest_crossing);
     }
@@ -103,10 +110,32 @@ struct Notices {
                             "shorter segments or a stiffer wire would follow",
                             frames(kinked)));
         }
+        if (settling > 0) {
+            result.push_back(
+                fmt::format("the wire was on its way at the end of {}, as in a snap: they show it where it was "
+                            "last at rest; more [relaxer] updates_per_frame would let it arrive",
+                            frames(settling)));
+        }
+        if (late > 0) {
+            result.push_back(
+                fmt::format("the wire lagged behind the hand at the end of {}, by up to {:.2g} mm: the motion "
+                            "waited for the wire to come to rest",
+                            frames(late), most_waiting));
+        }
+        if (refused > 0) {
+            result.push_back(
+                fmt::format("a motion was not made in {}: it led to no rest that the wire could be in",
+                            frames(refused)));
+        }
+        if (flat > 0) {
+            result.push_back(
+                fmt::format("the wire rested at a flat minimum or a saddle in {}: another rest may be as near",
+                            frames(flat)));
+        }
         if (restless > 0) {
             result.push_back(
-                fmt::format("the wire had not come to rest at the end of {}: more "
-                            "[relaxer] updates_per_frame would let it",
+                fmt::format("the wire had not come to rest at the end of {}: a mesh's planes jump between its "
+                            "triangles, which a distance field does not",
                             frames(restless)));
         }
         if (crossed > 0) {

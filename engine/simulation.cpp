@@ -53,6 +53,8 @@ void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
     sum.largest_turn = std::max(sum.largest_turn, part.largest_turn);
     sum.rejected += part.rejected;
     sum.converged = part.converged;
+    sum.at_rest = part.at_rest;
+    sum.out_of_budget = part.out_of_budget;
     sum.newton_steps += part.newton_steps;
     sum.gradient = part.gradient;
     sum.strict_minimum = part.strict_minimum;

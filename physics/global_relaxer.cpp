@@ -536,6 +536,7 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const LumenWall& wall, const R
 
     report.converged = outcome == Outcome::Converged && report.strict_minimum;
     report.out_of_budget = outcome == Outcome::OutOfBudget;
+    report.at_rest = outcome == Outcome::Converged;
     report.contacts = contacts_->touching();
     report.wall_queries += contacts_->queries() - asked_before;
     report.push_force = terms_.push.dot(wire.tangents[0]);

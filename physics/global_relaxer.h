@@ -42,7 +42,6 @@ public:
     /// Of the last call: its report, and the contacts of the wire's joints as it left them.
     const RelaxReport& last_report() const { return end_report_; }
     std::span<const WallContact> contacts() const { return contacts_->contacts(); }
-    double tolerance() const { return config_.tolerance; }
 
 private:
     bool predict(Guidewire&, HubMotion&);

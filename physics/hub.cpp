@@ -42,7 +42,7 @@ double Hub::energy_of(const Guidewire& wire) const {
 /// Whether a wire can rest there, come from the last rest by this motion.
 bool Hub::can_be(const Guidewire& wire, const RelaxReport& report, const HubMotion& made) const {
     // A flat minimum is a rest, and on planes, which jump, there may be none.
-    const bool rests = report.converged || report.gradient <= relaxer_.tolerance() || !wall_.smooth();
+    const bool rests = report.at_rest || !wall_.smooth();
     if (!rests || report.largest_bend > kSharpest) return false;
     for (const WallContact& c : relaxer_.contacts())
         if (c.room > 0 && c.penetration > c.room) return false;

@@ -66,6 +66,7 @@ struct RelaxReport {
     bool converged = false;
     // Of the global relaxer only:
     bool out_of_budget = false;   // it would have gone on
+    bool at_rest = false;         // |dU/du|/C within tolerance; a strict minimum or not
     int newton_steps = 0;         // each charged an update for every segment of its window
     int window = 0;               // distal segments that moved; the others kept their tangents
     double gradient = 0;          // largest |dU/du| over C at the end [-]

@@ -52,7 +52,7 @@ Polyline bent_wire() {
     return joints;
 }
 
-render::CArm small_arm() {
+render::CArm pinned_arm() {
     render::CArm arm;
     arm.lao = 0.25;
     arm.pixels = 96;
@@ -60,7 +60,7 @@ render::CArm small_arm() {
     return arm;
 }
 
-std::vector<render::TissueLayer> phantom() {
+std::vector<render::TissueLayer> pinned_phantom() {
     return {{"trunk", render::Material::soft_tissue, render::Material::air,
              render::ellipsoid(Vec3::Zero(), Vec3(150, 100, 200), 48), false},
             {"bone", render::Material::cortical_bone, render::Material::soft_tissue,
@@ -73,11 +73,11 @@ std::vector<render::TissueLayer> phantom() {
 std::string picture_hashes() {
     render::PathLengthRenderer renderer;
     const int mesh = renderer.add(render::ellipsoid(Vec3(5, 3, -8), Vec3(40, 20, 30), 60));
-    const Field length = renderer.render(mesh, small_arm()).length;
-    render::Fluoroscope scope({}, phantom());
+    const Field length = renderer.render(mesh, pinned_arm()).length;
+    render::Fluoroscope scope({}, pinned_phantom());
     render::Exposure exposure;
     exposure.iodine = 60.0;
-    const GrayImage frame = scope.expose(small_arm(), bent_wire(), exposure);
+    const GrayImage frame = scope.expose(pinned_arm(), bent_wire(), exposure);
     render::PanelSpec spec;
     spec.width = 640;
     spec.height = 512;
@@ -132,7 +132,7 @@ TEST(Determinism, OfTheDetector) {
 TEST(Determinism, OfTheDisplay) {
     const Field expected = uneven(96, 20.0f, 60), flat(96, 96, 1.0f), weight(96, 96, 1.0f);
     const render::DisplaySpec spec;
-    const render::Display display(spec, expected, flat, weight, render::shutters(spec, small_arm()));
+    const render::Display display(spec, expected, flat, weight, render::shutters(spec, pinned_arm()));
     EXPECT_EQ(hash_of(display.show(uneven(96, 5.0f, 120)).pixels), 0x5210C5D53CC42690ull);
 }
 
@@ -151,7 +151,7 @@ TEST(Determinism, OfTheWire) {
     std::vector<float> transmission;
     std::vector<std::uint32_t> pixels;
     for (const render::WirePixel& pixel :
-         wire.cast(small_arm(), bent_wire(), look, render::wire_attenuation(look, bins, {}))) {
+         wire.cast(pinned_arm(), bent_wire(), look, render::wire_attenuation(look, bins, {}))) {
         pixels.push_back(pixel.index);
         transmission.insert(transmission.end(), pixel.transmission.begin(), pixel.transmission.end());
     }
@@ -162,8 +162,8 @@ TEST(Determinism, OfTheWire) {
 TEST(Determinism, OfContrast) {
     std::vector<Vec3> nodes;
     for (int i = 0; i <= 40; ++i) nodes.emplace_back(2.0 * i - 40.0, 0.125 * i, 0.75 * i - 20.0);
-    const render::LumenContrast lumen(phantom().back().mesh, nodes, std::vector<float>(nodes.size(), 5.0f));
-    const render::ContrastMatrix matrix = lumen.at(small_arm());
+    const render::LumenContrast lumen(pinned_phantom().back().mesh, nodes, std::vector<float>(nodes.size(), 5.0f));
+    const render::ContrastMatrix matrix = lumen.at(pinned_arm());
     EXPECT_EQ(hash_of(matrix.pixels), 0x4580EEB9CF5EE3B3ull);
     EXPECT_EQ(hash_of(matrix.lengths), 0x0FE0B2C736FF7837ull);
     std::vector<float> iodine;

@@ -32,7 +32,7 @@ using render::PanelArea;
 using render::Readout;
 using render::test::noisy, render::test::plain;
 
-constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 Readout sample() {
     Readout r;
@@ -214,7 +214,7 @@ TEST_F(PanelTest, AReadoutChangesItsOwnPlaceOnly) {
         {"wall force", [](Readout& r) { r.largest_wall_force = 0.8; }},
         {"history",
          [](Readout& r) {
-             r.force_history = {1e30, 0.0, nan, 5.0, 0.0};
+             r.force_history = {1e30, 0.0, not_a_number, 5.0, 0.0};
          }},
         {"contrast", [](Readout& r) { r.contrast = 1e30; }},
         {"injection", [](Readout& r) { r.injection_rate = 1e30; }},
@@ -295,7 +295,7 @@ TEST_F(PanelTest, DoseIsColouredUpToTheNotificationLevel) {
 
 TEST_F(PanelTest, ValuesThatAreNotNumbersAreShownAsIfMissing) {
     Readout missing, broken;
-    for (double* angle : {&missing.lao, &missing.cranial, &broken.lao, &broken.cranial}) *angle = nan;
+    for (double* angle : {&missing.lao, &missing.cranial, &broken.lao, &broken.cranial}) *angle = not_a_number;
     for (auto field : {&Readout::time,
                        &Readout::sid,
                        &Readout::sod,
@@ -319,13 +319,13 @@ TEST_F(PanelTest, ValuesThatAreNotNumbersAreShownAsIfMissing) {
                        &Readout::tip_force,
                        &Readout::largest_wall_force,
                        &Readout::contrast}) {
-        broken.*field = nan;
+        broken.*field = not_a_number;
     }
     EXPECT_EQ(draw(broken), draw(missing));
     EXPECT_NE(draw(missing), draw(sample()));
 
     constexpr double infinity = std::numeric_limits<double>::infinity();
-    for (const double odd : {nan, infinity, -infinity, 1e308, -1e308, 1e-320, -0.0}) {
+    for (const double odd : {not_a_number, infinity, -infinity, 1e308, -1e308, 1e-320, -0.0}) {
         Readout r = sample();
         r.lao = r.cranial = r.force_limit = r.history_length = r.injection_rate = odd;
         r.sid = r.sod = r.hub_twist = r.wire_length = r.contrast_limit = r.inserted = r.contrast = odd;
