@@ -79,7 +79,7 @@ struct Scenario {
     double wall_stiffness = 5;  // k of each joint of the guidewire's own λ [N/mm]
     WallModel wall_model = WallModel::Auto;
     physics::RelaxerConfig relaxer;
-    physics::RelaxBudget budget = {40000, 0.75, 60};  // work of one frame
+    physics::RelaxBudget budget = {80000, 0.75, 60};  // work of one frame
     Target target;
     render::CArm c_arm;  // at the start
     Imaging imaging;

@@ -19,9 +19,10 @@ using physics::Vec3;
 /// the wire leaves the vessel.
 constexpr int least_share = 8;
 /// |g|/C that counts as rest on a mesh, whose planes jump by about that.
-constexpr double tolerance_of_planes = 3e-2;
+constexpr double tolerance_of_planes = 1e-3;
 /// The wire put in along the centreline is far from rest: updates a segment before frame 0.
 constexpr int updates_at_start = 200;
+constexpr int budgets_at_start = 20;  // of those, at most
 /// Radii of an open end that a wire which goes through it passes within.
 constexpr double opening_reach = 1.5;
 /// A joint at the deepest place of a crossing mends it, or one in each of the parts does.
@@ -203,11 +204,15 @@ void Simulation::reset() {
     const physics::GuidewireSpec& spec = scenario_.guidewire;
     if (global) {
         moving_ = physics::wire_of_length(spec, entry_.points, scenario_.entry.inserted);
-        const int updates = updates_at_start * moving_.segments();
-        hub_->settle(moving_, updates);
+        const auto settle = [&] {
+            const int updates = updates_at_start * moving_.segments();
+            hub_->settle(moving_, updates);
+            for (int k = 1; hub_->working() && k < budgets_at_start; ++k) hub_->resume(moving_, updates);
+        };
+        settle();
         if (scenario_.adaptive) {
             physics::refine(moving_, *wall_, scenario_.refinement);
-            hub_->settle(moving_, updates);
+            settle();
         }
         rounds_of_mending_ = 0;
         show();
@@ -322,18 +327,20 @@ bool Simulation::make_motion(Motion& motion, StepReport& report) {
     }
     const physics::HubReport made = hub_->move(moving_, part, updates_left(report));
     account(made, report);
-    if (made.outcome == physics::HubReport::Outcome::Refused) {
-        motion = {};
-        report.refused = true;
-    }
+    const bool moved = made.made.feed != 0 || made.made.turn != 0;
+    if (made.outcome == physics::HubReport::Outcome::AtRest && !moved) motion = {};
     return motion.insertion != 0 || motion.rotation != 0;
 }
 
-/// Takes what was made off the motion that it is a part of.
+/// Takes what was made off the motion that it is a part of; what was refused is not asked for again.
 void Simulation::account(const physics::HubReport& made, StepReport& report) {
     accumulate(report.relax, made.relax);
-    if (made.outcome != physics::HubReport::Outcome::AtRest || (made.made.feed == 0 && made.made.turn == 0))
-        return;
+    if (made.outcome == physics::HubReport::Outcome::Refused) {
+        waiting_.front() = {};
+        report.refused = true;
+    }
+    if (made.outcome != physics::HubReport::Outcome::AtRest) return;
+    if (made.made.feed == 0 && made.made.turn == 0) return;
     Motion& motion = waiting_.front();
     const auto take = [](double& whole, double part) {
         whole = std::abs(whole - part) < 1e-12 * (std::abs(whole) + std::abs(part)) ? 0 : whole - part;

@@ -21,7 +21,7 @@ constexpr double kForgetTrust = 1e-8;  // μ below this share of its unit is non
 constexpr double kRounding = 1e-13;    // of the energy: less than this a line search can't see
 constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
 constexpr int kIdleSteps = 40;      // of them before the wall is made softer
-constexpr int kIdleStepsOnPlanes = 4;  // before a wall whose planes jump is left as it is
+constexpr int kIdleStepsOnPlanes = 12;  // before a wall whose planes jump is left as it is
 constexpr double kSoft = 1.0;          // k λ²/C that always converges; continuation starts there
 constexpr double kLeastPivot = 1e-6;   // of a recursion, over C
 constexpr double kKick = 1e-3;         // turn that leaves a saddle [rad]
@@ -227,7 +227,7 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
     for (int pass = 0; pass < kTrustPasses; ++pass) {
         model_contacts(contacts, rejected < kForeseenPasses);
         for (int correction = 0;; ++correction) {
-            if ((pass > 0 || correction > 0) && report.updates + window > most_updates)
+            if ((pass > 0 || correction > 0) && report.updates > most_updates - window)
                 return Trial::OutOfBudget;
             report.updates += window;
             model_axial_force(wire);
@@ -352,7 +352,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
             report.strict_minimum = pivots.shifted == 0;
             if (report.strict_minimum) return Outcome::Converged;
             if (!affordable) return Outcome::OutOfBudget;
-            if (first_ > 1) open(n);
+            open(n);
             if (!leave_saddle(wire, contacts, pivots)) return Outcome::Converged;
         } else if (settled) {
             open(std::max(kWidening * window, restless_segments(kRestless)));
@@ -364,7 +364,10 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
                 return Outcome::OutOfBudget;
             }
             const double before = energy_, least_fall = kProgress * energy_scale();
-            const Trial trial = step(wire, contacts, most_updates, report);
+            // The first step is seen to its end, or a small budget would never get anywhere.
+            const bool first_step = report.newton_steps == steps_before;
+            const Trial trial =
+                step(wire, contacts, first_step ? std::numeric_limits<int>::max() : most_updates, report);
             bool stuck = trial == Trial::NothingLower;
             if (trial != Trial::Accepted) {
                 linearise(wire, contacts);
