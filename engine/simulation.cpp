@@ -285,8 +285,10 @@ int Simulation::updates_left(const StepReport& report) const {
 void Simulation::move_hub(StepReport& report) {
     if (hub_->working()) account(hub_->resume(moving_, scenario_.budget.updates), report);
     if (hub_is_idle() && !waiting_.empty()) prepare_motion(report);
-    while (hub_is_idle() && !waiting_.empty() && updates_left(report) > 0)
+    while (hub_is_idle() && !waiting_.empty() && updates_left(report) > 0) {
         if (!make_motion(waiting_.front(), report)) waiting_.erase(waiting_.begin());
+        if (hub_is_idle()) show();
+    }
     if (hub_is_idle()) {
         if (report.relax.updates == 0) account(hub_->settle(moving_, scenario_.budget.updates), report);
         show();

@@ -18,7 +18,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Raised whenever the same spec gives another mesh or description.
-constexpr int generator_version = 2;
+constexpr int generator_version = 3;
 
 VesselTreeSpec make_spec(const GenerateRequest& request) {
     VesselTreeSpec spec = request.source.ends_with(".toml") ? load_vessel_file(request.source, request.seed)

@@ -1,6 +1,8 @@
 #include "engine/anatomy/generator.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "engine/anatomy/mesh_quality.h"
 #include "engine/anatomy/open_ends.h"
@@ -29,12 +31,25 @@ VesselEnd end_of(const SampledBranch& branch, bool start) {
 
 }  // namespace
 
+double grid_cell(const VesselTree& tree, const GeneratorOptions& options) {
+    double area = 0;  // of the walls [mm²]
+    for (const SampledBranch& branch : tree.branches)
+        for (std::size_t i = 1; i < branch.points.size(); ++i)
+            area += 2 * std::numbers::pi * branch.radii[i] * (branch.points[i] - branch.points[i - 1]).norm();
+    // The surface passes through one and a half cells for each face of a cell that it covers. A grid much
+    // finer than the edges of the smallest vessel's triangles takes time for nothing.
+    const double radius = tree.least_radius, finest = radius / options.most_cells_per_radius;
+    return std::max(finest, std::min({radius / options.fewest_cells_per_radius,
+                                      1.1 * std::sqrt(8 * radius * options.remesh.sagitta),
+                                      std::sqrt(1.5 * area / options.many_cells)}));
+}
+
 ClosedLumen closed_surface(const VesselTree& tree, const GeneratorOptions& options) {
     const auto part = [&](double from, double to, const char* what) -> std::function<void(double)> {
         if (!options.progress) return {};
         return [&options, from, to, what](double p) { options.progress(from + p * (to - from), what); };
     };
-    ImplicitLumen lumen(tree, tree.least_radius / options.cells_per_radius);
+    ImplicitLumen lumen(tree, grid_cell(tree, options));
     const physics::TriangleMesh nets =
         surface_nets(lumen, options.threads, part(0, sampled_part, "vessels, finding the surface"));
     physics::TriangleMesh mesh = remeshed(

@@ -10,11 +10,16 @@
 namespace engine {
 
 struct GeneratorOptions {
-    double cells_per_radius = 3;  // of the smallest vessel, for the grid that finds the surface
+    /// For the grid that finds the surface, of the smallest vessel: the most, unless the surface then passes
+    /// through more than many cells; never fewer than the fewest.
+    double most_cells_per_radius = 3, fewest_cells_per_radius = 2, many_cells = 200e3;
     RemeshOptions remesh;
     int threads = 2;  // the anatomy has the same bits for any number
     std::function<void(double part, const char* what)> progress;
 };
+
+/// The edge of a cell of the grid that finds the surface [mm].
+double grid_cell(const VesselTree&, const GeneratorOptions& = {});
 
 /// The lumen as a closed surface, before its ends are cut open.
 struct ClosedLumen {

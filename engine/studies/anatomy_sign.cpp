@@ -49,7 +49,7 @@ public:
     Truth(std::string_view preset, const StudyOptions& options)
         : spec_(vessel_preset(preset)),
           tree_(grow(spec_)),
-          lumen_(tree_, tree_.least_radius / GeneratorOptions{}.cells_per_radius),
+          lumen_(tree_, grid_cell(tree_)),
           anatomy_(generated_anatomy(spec_, options.cache)) {
         const int count = options.quick ? 2000 : 20000;
         const auto keep = [&](std::vector<Place>& places, const Vec3& x) {

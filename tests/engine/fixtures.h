@@ -76,7 +76,7 @@ inserted_mm = 20.0
 [guidewire]
 preset = "glide035"
 [relaxer]
-updates_per_frame = 2000
+updates_per_frame = 20000
 [target]
 name = "end"
 radius_mm = 3.0

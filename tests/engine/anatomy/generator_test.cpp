@@ -9,6 +9,7 @@
 #include "engine/anatomy/mesh_quality.h"
 #include "engine/anatomy/mesh_topology.h"
 #include "engine/anatomy/surface_nets.h"
+#include "engine/anatomy/vessel_presets.h"
 #include "physics/distance_field.h"
 #include "physics/guidewire.h"
 #include "physics/relaxer.h"
@@ -115,6 +116,34 @@ TEST(Generator, MeetsItsFiguresOnTheSmallTree) {
     std::sort(errors.begin(), errors.end());
     EXPECT_LE(errors[errors.size() * 99 / 100], 0.05);
     EXPECT_LE(errors.back(), 0.35);
+}
+
+TEST(Generator, MeetsItsFiguresOnTheGridOfALargeTree) {
+    GeneratorOptions coarse;
+    coarse.many_cells = 1;  // as if the small tree were large
+    const VesselTree tree = grow(small_tree());
+    EXPECT_NEAR(grid_cell(tree), 1.0 / 3, 1e-9);
+    EXPECT_GT(grid_cell(tree, coarse), 0.45);  // its smallest radius is 1
+    const physics::TriangleMesh lumen = generate(small_tree(), coarse).lumen;
+    EXPECT_EQ(topology(lumen).non_manifold_edges, 0);
+    EXPECT_EQ(self_intersections(lumen), 0);
+    EXPECT_GE(smallest_angles(lumen).percentile, 30 * std::numbers::pi / 180);
+    const ImplicitLumen exact(tree, grid_cell(tree));
+    std::vector<double> errors;
+    for (const auto& t : lumen.triangles) {
+        const Vec3 centroid = (lumen.vertices[t[0]] + lumen.vertices[t[1]] + lumen.vertices[t[2]]) / 3;
+        errors.push_back(std::abs(exact.at(centroid).distance));
+    }
+    std::sort(errors.begin(), errors.end());
+    EXPECT_LE(errors[errors.size() * 99 / 100], 0.05);
+    EXPECT_LE(errors.back(), 0.35);
+}
+
+TEST(Generator, MakesTheGridOfALargeTreeNoFinerThanItsTriangles) {
+    const VesselTree tree = grow(vessel_preset("arch-lca"));
+    EXPECT_NEAR(grid_cell(tree), tree.least_radius / 2, 1e-9);
+    const VesselTree alone = grow(vessel_preset("lca"));
+    EXPECT_NEAR(grid_cell(alone), alone.least_radius / 3, 1e-9);
 }
 
 TEST(Generator, OpensExactlyTheEndsInTheirPlanes) {
