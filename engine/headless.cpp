@@ -111,32 +111,31 @@ struct Notices {
                             frames(kinked)));
         }
         if (settling > 0) {
-            result.push_back(
-                fmt::format("the wire was on its way at the end of {}, as in a snap: they show it where it was "
-                            "last at rest; more [relaxer] updates_per_frame would let it arrive",
-                            frames(settling)));
+            result.push_back(fmt::format(
+                "the wire was on its way at the end of {}, as in a snap: they show it where it was "
+                "last at rest; more [relaxer] updates_per_frame would let it arrive",
+                frames(settling)));
         }
         if (late > 0) {
-            result.push_back(
-                fmt::format("the wire lagged behind the hand at the end of {}, by up to {:.2g} mm: the motion "
-                            "waited for the wire to come to rest",
-                            frames(late), most_waiting));
+            result.push_back(fmt::format(
+                "the wire lagged behind the hand at the end of {}, by up to {:.2g} mm: the motion "
+                "waited for the wire to come to rest",
+                frames(late), most_waiting));
         }
         if (refused > 0) {
-            result.push_back(
-                fmt::format("a motion was not made in {}: it led to no rest that the wire could be in",
-                            frames(refused)));
+            result.push_back(fmt::format(
+                "a motion was not made in {}: it led to no rest that the wire could be in", frames(refused)));
         }
         if (flat > 0) {
-            result.push_back(
-                fmt::format("the wire rested at a flat minimum or a saddle in {}: another rest may be as near",
-                            frames(flat)));
+            result.push_back(fmt::format(
+                "the wire rested at a flat minimum or a saddle in {}: another rest may be as near",
+                frames(flat)));
         }
         if (restless > 0) {
-            result.push_back(
-                fmt::format("the wire had not come to rest at the end of {}: a mesh's planes jump between its "
-                            "triangles, which a distance field does not",
-                            frames(restless)));
+            result.push_back(fmt::format(
+                "the wire had not come to rest at the end of {}: a mesh's planes jump between its "
+                "triangles, which a distance field does not",
+                frames(restless)));
         }
         if (crossed > 0) {
             result.push_back(

@@ -291,9 +291,9 @@ void Simulation::move_hub(StepReport& report) {
     }
     if (hub_is_idle()) {
         if (report.relax.updates == 0) account(hub_->settle(moving_, scenario_.budget.updates), report);
-        show();
-        mend_crossings(report);
+        if (report.relax.updates > 0) show();
     }
+    if (contacts_.empty()) mend_crossings(report);
     report.deepest_crossing = deepest_crossing_;
     report.settling = hub_->working();
 }
@@ -357,18 +357,19 @@ void Simulation::account(const physics::HubReport& made, StepReport& report) {
 /// The wire at rest is what is seen and scored.
 void Simulation::show() {
     wire_ = moving_;
-    contacts_.assign(hub_->contacts().begin(), hub_->contacts().end());
-    deepest_crossing_ = 0;
+    contacts_.clear();
 }
 
-/// Looks for crossings of the wire shown and mends them in the one that goes on.
+/// Asks for the contacts of the wire shown, looks for its crossings and mends them in the one that goes on.
+/// The hub's own contacts would not do: it does not ask again for a joint that can touch nothing.
 void Simulation::mend_crossings(StepReport& report) {
     for (;;) {
+        contacts_ = physics::all_contacts(wire_, *wall_);
         const std::vector<physics::Crossing> found = physics::crossings(wire_, contacts_, *wall_);
         deepest_crossing_ = 0;
         for (const physics::Crossing& crossing : found)
             deepest_crossing_ = std::max(deepest_crossing_, crossing.depth);
-        if (found.empty() || rounds_of_mending_ >= rounds_of_mending ||
+        if (found.empty() || hub_->working() || rounds_of_mending_ >= rounds_of_mending ||
             physics::split_crossings(moving_, found) == 0)
             return;
         ++rounds_of_mending_;

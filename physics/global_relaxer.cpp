@@ -21,21 +21,22 @@ constexpr double kForgetTrust = 1e-8;  // μ below this share of its unit is non
 constexpr double kRounding = 1e-13;    // of the energy: less than this a line search can't see
 constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
 constexpr int kIdleSteps = 40;      // of them before the wall is made softer
-constexpr int kIdleStepsOnPlanes = 12;  // before a wall whose planes jump is left as it is
-constexpr double kSoft = 1.0;          // k λ²/C that always converges; continuation starts there
-constexpr double kLeastPivot = 1e-6;   // of a recursion, over C
-constexpr double kKick = 1e-3;         // turn that leaves a saddle [rad]
-constexpr double kSettled = 0.01;      // |dU/du| in a window over that proximal of it: time to widen
-constexpr int kWidening = 4;           // of a window
-constexpr int kLeastWindow = 64;       // segments
-constexpr double kRestless = 0.3;      // of the largest |dU/du|: segments that have more are in the window
-constexpr int kMargin = 8;             // segments of the window proximal of those
-constexpr double kPredictedCap = 1;    // largest joint move of a prediction, in lumen radii
-constexpr double kPredictedRise = 1;   // of the energy, by a prediction
-constexpr double kPredictedWork = 4;   // of the hand's work
-constexpr double kLeastPart = 0.1;     // of a motion that is predicted
-constexpr int kPredictedWindow = 64;   // segments
-constexpr double kFallen = 0.1;        // of |dU/du| in the window: time to look at that proximal of it again
+constexpr int kIdleStepsOnPlanes = 40;     // before a wall whose planes jump is left as it is
+constexpr double kSoft = 1.0;              // k λ²/C that always converges; continuation starts there
+constexpr double kLeastPivot = 1e-6;       // of a recursion, over C
+constexpr double kKick = 1e-3;             // turn that leaves a saddle [rad]
+constexpr double kSettled = 0.01;          // |dU/du| in a window over that proximal of it: time to widen
+constexpr int kWidening = 4;               // of a window
+constexpr int kLeastWindow = 64;           // segments
+constexpr int kChangedShare = 2;           // segments of a window for each that changed
+constexpr int kLeastPredictedWindow = 32;  // of a wire that starts near its rest
+constexpr int kMargin = 8;                 // segments of the window proximal of those
+constexpr double kPredictedCap = 1;        // largest joint move of a prediction, in lumen radii
+constexpr double kPredictedRise = 1;       // of the energy, by a prediction
+constexpr double kPredictedWork = 4;       // of the hand's work
+constexpr double kLeastPredicted = 0.1;    // of a motion that is predicted
+constexpr int kPredictedWindow = 64;       // segments
+constexpr double kFallen = 0.1;  // of |dU/du| in the window: time to look at that proximal of it again
 
 /// A wall made softer, for the continuation in stiffness.
 class SofterWall final : public LumenWall {
@@ -83,15 +84,6 @@ void GlobalRelaxer::open_window(const Guidewire& wire, const ContactSet& contact
     first_ = std::max(1, wire.segments() - segments + 1);
     linearise(wire, contacts);
     measure_window(wire, contacts);
-}
-
-/// Distal segments from the first on whose gradient is more than a share of the largest, and a few more.
-int GlobalRelaxer::restless_segments(double share) const {
-    const int n = static_cast<int>(terms_.stages.size());
-    const double limit = share * std::max(terms_.relative_gradient, terms_.proximal_gradient);
-    int first = 0;
-    while (first < n && terms_.relative(first) <= limit) ++first;
-    return std::min(n, std::max(kLeastWindow, n - first + kMargin));
 }
 
 /// Forces to start from. No segment at rest passes on more than C/λ, under which a joint would buckle by
@@ -236,6 +228,8 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
             if (!(reach <= 1)) {
                 double factor = std::isfinite(reach) ? std::clamp(reach * reach, 2.0, 30.0) : 30.0;
                 if (correction > 0) factor = 4;
+                // Back to what the last step fitted with, which may just have been too hopeful.
+                if (pass == 0 && mu_ > 0) factor = std::min(factor, 1 / kTrustGrowth);
                 mu_ = std::max(mu_ * factor, 1e-6 * mu_unit_);
                 break;
             }
@@ -300,9 +294,9 @@ void GlobalRelaxer::set_units(const Guidewire& wire, const ContactSet& contacts)
     least_pivot_ = kLeastPivot * stiffest;
 }
 
-/// Stages of the segments up to `valid` are still those of the wire.
+/// Stages of the segments up to `valid` are still those of the wire; the first window has that many segments.
 GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& contacts, int most_updates,
-                                              int valid, RelaxReport& report,
+                                              int valid, int first_window, RelaxReport& report,
                                               const UpdateObserver& observer) {
     const int n = wire.segments();
     set_units(wire, contacts);
@@ -325,8 +319,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
         idle = 0;
         looked_at = terms_.relative_gradient;
     };
-    if (std::max(terms_.relative_gradient, terms_.proximal_gradient) > config_.tolerance)
-        open(restless_segments(kRestless));
+    if (std::max(terms_.relative_gradient, terms_.proximal_gradient) > config_.tolerance) open(first_window);
     for (;;) {
         const int window = n - first_ + 1;
         const bool settled =
@@ -355,7 +348,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
             open(n);
             if (!leave_saddle(wire, contacts, pivots)) return Outcome::Converged;
         } else if (settled) {
-            open(std::max(kWidening * window, restless_segments(kRestless)));
+            open(kWidening * window);
             continue;
         } else {
             if (!affordable) {
@@ -396,7 +389,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
 /// A stiff wall lets only tiny steps through: find the way with a softer one, then harden it. What comes of
 /// it counts only where it is lower than what there was: a soft wall also lets the wire out of the vessel.
 GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, const LumenWall& wall,
-                                                              int most_updates, RelaxReport& report,
+                                                              int updates, RelaxReport& report,
                                                               const UpdateObserver& observer) {
     const Guidewire before = wire;
     open_window(wire, *contacts_, wire.segments());
@@ -405,16 +398,18 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, c
     for (const WallContact& c : contacts_->contacts()) stiffness = std::max(stiffness, c.stiffness);
     for (int j = 0; j < wire.segments(); ++j)
         softest = std::min(softest, wire.spring_constant(j) / std::pow(wire.lengths[j + 1], 2));
-    for (double k = kSoft * softest; k < stiffness && report.updates < most_updates; k *= 10) {
+    // Each wall has the budget anew: a wire left in a soft one would be outside.
+    for (double k = kSoft * softest; k < stiffness; k *= 10) {
         const SofterWall soft(wall, k / stiffness);
         ContactSet softened(soft);
         softened.reset(wire);
-        descend(wire, softened, most_updates, 0, report, observer);
+        descend(wire, softened, report.updates + updates, 0, wire.segments(), report, observer);
         report.wall_queries += softened.queries();
     }
     rebuild_joints(wire);
     contacts_->update(wire);
-    Outcome outcome = descend(wire, *contacts_, most_updates, 0, report, observer);
+    Outcome outcome =
+        descend(wire, *contacts_, report.updates + updates, 0, wire.segments(), report, observer);
     open_window(wire, *contacts_, wire.segments());
     if (!(energy_ < energy_before)) {
         wire = before;
@@ -458,7 +453,7 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
     terms_.first = first_;
     measure_window(wire, *contacts_);
     const double energy = energy_, force = std::abs(end_report_.push_force);
-    for (double part = 1; part > kLeastPart; part *= 0.5) {
+    for (double part = 1; part > kLeastPredicted; part *= 0.5) {
         const FeedPlan plan = plan_feed(wire, part * motion.feed);
         if (motion.feed != 0 && !plan.whole) return false;
         FedStage fed[2];
@@ -477,11 +472,13 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
         std::copy(trial_joints_.begin() + first_, trial_joints_.end(), wire.joints.begin() + first_);
         if (motion.feed != 0) apply_feed(wire, plan);
         rotate(wire, part * motion.turn);
+        predicted_ = 2 * (n - plan.grows + 2);
         motion = {plan.mm, part * motion.turn};
         return true;
     }
     // A wire about to snap answers by more than that to any motion: the smallest part, as it slides on.
-    motion = {motion.feed == 0 ? 0 : feed(wire, kLeastPart * motion.feed), kLeastPart * motion.turn};
+    motion = {motion.feed == 0 ? 0 : feed(wire, kLeastPredicted * motion.feed),
+              kLeastPredicted * motion.turn};
     rotate(wire, motion.turn);
     return true;
 }
@@ -531,7 +528,12 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const LumenWall& wall, const R
     int valid = wire.load.isZero(0) ? std::max(0, unchanged - 1) : 0;
     if (moved > 0) valid = std::min(valid, moved - 1);
     const int most_updates = std::max(0, budget.updates);
-    Outcome outcome = descend(wire, *contacts_, most_updates, valid, report, observer);
+    const int unsettled = end_report_.converged ? 0 : end_report_.window;
+    const int changed = predicted_ > 0 ? std::max(kLeastPredictedWindow, predicted_)
+                                       : std::max(kLeastWindow, kChangedShare * (n - unchanged));
+    predicted_ = 0;
+    Outcome outcome =
+        descend(wire, *contacts_, most_updates, valid, std::max(changed, unsettled), report, observer);
     if (outcome == Outcome::Stuck && smooth_)
         outcome = descend_in_softer_walls(wire, wall, most_updates, report, observer);
     rebuild_joints(wire);

@@ -47,7 +47,7 @@ private:
     bool predict(Guidewire&, HubMotion&);
     enum class Outcome { Converged, OutOfBudget, Stuck };
     enum class Trial { Accepted, OutOfBudget, NothingLower };
-    Outcome descend(Guidewire&, ContactSet&, int most_updates, int valid, RelaxReport&,
+    Outcome descend(Guidewire&, ContactSet&, int most_updates, int valid, int first_window, RelaxReport&,
                     const UpdateObserver&);
     Outcome descend_in_softer_walls(Guidewire&, const LumenWall&, int most_updates, RelaxReport&,
                                     const UpdateObserver&);
@@ -55,7 +55,6 @@ private:
     Trial step(Guidewire&, ContactSet&, int most_updates, RelaxReport&);
     bool leave_saddle(Guidewire&, ContactSet&, const RiccatiReport&);
     void open_window(const Guidewire&, const ContactSet&, int segments);
-    int restless_segments(double share) const;
     void linearise(const Guidewire&, const ContactSet&, bool proximal = true);
     void measure_window(const Guidewire&, const ContactSet&);
     void settle_forces(const Guidewire&, const ContactSet&);
@@ -92,6 +91,7 @@ private:
     // How the last call ended.
     const LumenWall* wall_ = nullptr;
     bool smooth_ = true;
+    int predicted_ = 0;  // segments that the motion made now changes the most
     std::optional<ContactSet> contacts_;
     Guidewire end_;
     RelaxReport end_report_;

@@ -10,7 +10,7 @@ namespace physics {
 namespace {
 
 /// Covers the rounding of square distances to discs in double precision, as a part of them and [mm²].
-constexpr double kRounding = 1e-9;
+constexpr double kBoxRounding = 1e-9;
 /// Corners may be so far from the plane of a disc [mm].
 constexpr double kFlat = 1e-7;
 
@@ -58,7 +58,8 @@ struct SeenSurface::Search {
     bool look_at(int t) {
         if (!seen(t)) return false;
         // Discs tell most of the triangles that Embree's boxes let pass.
-        if (surface.discs_[t].square_distance(x) > best_square() * (1 + kRounding) + kRounding) return false;
+        if (surface.discs_[t].square_distance(x) > best_square() * (1 + kBoxRounding) + kBoxRounding)
+            return false;
         const LumenSurface& mesh = surface.surface_;
         const TrianglePoint p = closest_point(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), x);
         if (!nearer({t, p}, best)) return false;

@@ -9,9 +9,9 @@
 
 namespace render {
 
-/// The bytes of a PNG file: 8 bits a channel, no time stamp, so that equal images give equal bytes. Grey images
-/// are taken for noise, which is packed as such, coloured ones for panels, where text and lines repeat. Throws
-/// std::invalid_argument for an image without pixels or of the wrong length.
+/// The bytes of a PNG file: 8 bits a channel, no time stamp, so that equal images give equal bytes. Grey
+/// images are taken for noise, which is packed as such, coloured ones for panels, where text and lines
+/// repeat. Throws std::invalid_argument for an image without pixels or of the wrong length.
 std::vector<std::uint8_t> encode_png(const GrayImage&);
 std::vector<std::uint8_t> encode_png(const ColourImage&);
 

@@ -34,9 +34,9 @@ struct EdgeUse {
 };
 
 /// The edges of a mesh by their lower index, of which few share one.
-class EdgeUses {
+class SortedEdges {
 public:
-    explicit EdgeUses(const TriangleMesh& mesh) {
+    explicit SortedEdges(const TriangleMesh& mesh) {
         std::size_t vertices = 0;
         for (const auto& t : mesh.triangles)
             for (const int v : t) vertices = std::max(vertices, static_cast<std::size_t>(v) + 1);
@@ -103,7 +103,7 @@ Vec3 rim_centre(const TriangleMesh& mesh, const BoundaryLoop& loop) {
 
 Topology topology(const TriangleMesh& mesh) {
     Topology found;
-    const EdgeUses edges(mesh);
+    const SortedEdges edges(mesh);
     for (const auto& t : mesh.triangles)
         if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) ++found.degenerate_triangles;
     std::map<int, int> next;  // a boundary edge a→b of the mesh is b→a of its cap

@@ -24,7 +24,7 @@ TEST(Scenario, ReadsUnitsIntoMillimetresAndRadians) {
     EXPECT_DOUBLE_EQ(s.c_arm.cranial, -std::numbers::pi / 18);
     EXPECT_DOUBLE_EQ(s.guidewire.curved_angle, std::numbers::pi / 4);
     EXPECT_DOUBLE_EQ(length(s.tube->path), 60 + 25 * 40 * std::numbers::pi / 180);
-    EXPECT_EQ(s.budget.updates, 2000);
+    EXPECT_EQ(s.budget.updates, 20000);
 }
 
 TEST(Scenario, AnatomyIsFoundBesideTheScenarioFile) {

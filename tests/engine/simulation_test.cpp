@@ -77,7 +77,8 @@ TEST(Simulation, AdvanceAndWithdrawMoveTheWireByWhatIsAsked) {
     Simulation simulation(test::small_scenario());
     simulation.apply(Advance{5.3});
     const StepReport report = simulation.step();
-    EXPECT_EQ(simulation.wire().segments(), 13);  // 25.3 mm are 11 of 2 mm, the tip's 6 among them, and one of 1.3… mm
+    EXPECT_EQ(simulation.wire().segments(),
+              13);  // 25.3 mm are 11 of 2 mm, the tip's 6 among them, and one of 1.3… mm
     EXPECT_EQ(simulation.wire().carried, 0.0);
     EXPECT_NEAR(std::accumulate(report.insertions.begin(), report.insertions.end(), 0.0), 5.3, 1e-12);
     EXPECT_NEAR(simulation.inserted(), 25.3, 1e-9);
@@ -120,8 +121,10 @@ TEST(Simulation, ClosedFormWallLeadsTheWireAsTheMeshDoes) {
     go(mesh, 15, Advance{2});
     go(tube, 15, Advance{2});
     for (int i = 0; i < 60; ++i) mesh.step(), tube.step();
-    // The mesh's chords lie up to r(1 − cos(π/96)) = 0.001 mm inside; the rest is that planes have steps.
-    EXPECT_LT((mesh.wire().tip() - tube.wire().tip()).norm(), 0.1);
+    // The mesh's chords lie up to r(1 − cos(π/96)) = 0.001 mm inside; the rest is that planes have steps, at
+    // which a wire may stay: 0.145 mm here. Each part of its motion ends there, where there was one end a
+    // frame before.
+    EXPECT_LT((mesh.wire().tip() - tube.wire().tip()).norm(), 0.2);
 }
 
 TEST(Simulation, MotionThatTheBudgetDoesNotAllowIsMadeInTheFramesThatFollow) {
@@ -304,8 +307,8 @@ TEST(Simulation, SegmentsAcrossACarinaGetAJointThereAndLoseItAgain) {
     int with_pieces = 0;
     const auto into_the_branch = [&](double roll) {
         go(simulation, 1, Rotate{roll});
-        for (int frame = 0; frame < 14; ++frame) {
-            simulation.apply(Advance{1});
+        for (int frame = 0; frame < 28; ++frame) {
+            simulation.apply(Advance{0.5});
             EXPECT_EQ(simulation.step().deepest_crossing, 0);
             EXPECT_LT(deepest_crossing(simulation, *wall), 0.106);
             EXPECT_TRUE(physics::validate(simulation.wire()).empty());
@@ -318,7 +321,7 @@ TEST(Simulation, SegmentsAcrossACarinaGetAJointThereAndLoseItAgain) {
         EXPECT_NEAR(simulation.inserted(), 14, 1e-9);
         return simulation.state_hash();
     };
-    for (const double roll : {0.0, 1.2, 2.5, 3.8, 5.0}) {
+    for (double roll = 0; roll < 6.28; roll += 0.6) {
         simulation.reset();
         const auto hash = into_the_branch(roll);
         simulation.reset();

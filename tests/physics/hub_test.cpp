@@ -42,9 +42,10 @@ struct Vessel {
 };
 Vessel smooth_vessel() {
     const Vec3 y = Vec3::UnitY(), z = Vec3::UnitZ();
-    const std::vector<engine::PenMove> path = {engine::Run{40},         engine::Arc{40, 1.2, z}, engine::Run{15},
-                                               engine::Arc{30, -1.3, y}, engine::Run{20},
-                                               engine::Arc{35, 1.0, Vec3(0, 1, 1)}, engine::Run{80}};
+    const std::vector<engine::PenMove> path = {engine::Run{40}, engine::Arc{40, 1.2, z},
+                                               engine::Run{15}, engine::Arc{30, -1.3, y},
+                                               engine::Run{20}, engine::Arc{35, 1.0, Vec3(0, 1, 1)},
+                                               engine::Run{80}};
     const Polyline line = engine::draw(path);
     return {line, TubeWall(line, 3, 20, 0.44)};
 }
@@ -149,8 +150,8 @@ TEST(Hub, GoesOnWhereItsBudgetEndedAndComesToTheSameRest) {
 
 /// A wire far stiffer than the wall round a bend would go through it.
 TEST(Hub, RefusesWhatLeadsThroughTheWallAndLeavesTheWireAsItWas) {
-    const Polyline line = engine::draw(std::vector<engine::PenMove>{
-        engine::Run{60}, engine::Arc{2.5, 3.0, Vec3::UnitZ()}, engine::Run{60}});
+    const Polyline line = engine::draw(
+        std::vector<engine::PenMove>{engine::Run{60}, engine::Arc{2.5, 3.0, Vec3::UnitZ()}, engine::Run{60}});
     const TubeWall wall(line, 2, 0.05);
     GuidewireSpec spec;
     spec.segment_length = 2;

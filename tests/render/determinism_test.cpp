@@ -162,7 +162,8 @@ TEST(Determinism, OfTheWire) {
 TEST(Determinism, OfContrast) {
     std::vector<Vec3> nodes;
     for (int i = 0; i <= 40; ++i) nodes.emplace_back(2.0 * i - 40.0, 0.125 * i, 0.75 * i - 20.0);
-    const render::LumenContrast lumen(pinned_phantom().back().mesh, nodes, std::vector<float>(nodes.size(), 5.0f));
+    const render::LumenContrast lumen(pinned_phantom().back().mesh, nodes,
+                                      std::vector<float>(nodes.size(), 5.0f));
     const render::ContrastMatrix matrix = lumen.at(pinned_arm());
     EXPECT_EQ(hash_of(matrix.pixels), 0x4580EEB9CF5EE3B3ull);
     EXPECT_EQ(hash_of(matrix.lengths), 0x0FE0B2C736FF7837ull);

@@ -295,7 +295,8 @@ TEST_F(PanelTest, DoseIsColouredUpToTheNotificationLevel) {
 
 TEST_F(PanelTest, ValuesThatAreNotNumbersAreShownAsIfMissing) {
     Readout missing, broken;
-    for (double* angle : {&missing.lao, &missing.cranial, &broken.lao, &broken.cranial}) *angle = not_a_number;
+    for (double* angle : {&missing.lao, &missing.cranial, &broken.lao, &broken.cranial})
+        *angle = not_a_number;
     for (auto field : {&Readout::time,
                        &Readout::sid,
                        &Readout::sod,
