@@ -21,21 +21,20 @@ constexpr double kForgetTrust = 1e-8;  // μ below this share of its unit is non
 constexpr double kRounding = 1e-13;    // of the energy: less than this a line search can't see
 constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
 constexpr int kIdleSteps = 40;      // of them before the wall is made softer
-constexpr int kIdleStepsOnPlanes = 40;     // before a wall whose planes jump is left as it is
-constexpr double kSoft = 1.0;              // k λ²/C that always converges; continuation starts there
-constexpr double kLeastPivot = 1e-6;       // of a recursion, over C
-constexpr double kKick = 1e-3;             // turn that leaves a saddle [rad]
-constexpr double kSettled = 0.01;          // |dU/du| in a window over that proximal of it: time to widen
-constexpr int kWidening = 4;               // of a window
-constexpr int kLeastWindow = 64;           // segments
-constexpr int kChangedShare = 2;           // segments of a window for each that changed
-constexpr int kLeastPredictedWindow = 32;  // of a wire that starts near its rest
-constexpr int kMargin = 8;                 // segments of the window proximal of those
-constexpr double kPredictedCap = 1;        // largest joint move of a prediction, in lumen radii
-constexpr double kPredictedRise = 1;       // of the energy, by a prediction
-constexpr double kPredictedWork = 4;       // of the hand's work
-constexpr double kLeastPredicted = 0.1;    // of a motion that is predicted
-constexpr int kPredictedWindow = 64;       // segments
+constexpr int kIdleStepsOnPlanes = 40;   // before a wall whose planes jump is left as it is
+constexpr double kSoft = 1.0;            // k λ²/C that always converges; continuation starts there
+constexpr double kLeastPivot = 1e-6;     // of a recursion, over C
+constexpr double kKick = 1e-3;           // turn that leaves a saddle [rad]
+constexpr double kSettled = 0.01;        // |dU/du| in a window over that proximal of it: time to widen
+constexpr int kWidening = 4;             // of a window
+constexpr int kLeastWindow = 32;         // segments
+constexpr int kChangedShare = 2;         // segments of a window for each that changed
+constexpr int kMargin = 8;               // segments of the window proximal of those
+constexpr double kPredictedCap = 1;      // largest joint move of a prediction, in lumen radii
+constexpr double kPredictedRise = 1;     // of the energy, by a prediction
+constexpr double kPredictedWork = 4;     // of the hand's work
+constexpr double kLeastPredicted = 0.1;  // of a motion that is predicted
+constexpr int kPredictedWindow = 64;     // segments
 constexpr double kFallen = 0.1;  // of |dU/du| in the window: time to look at that proximal of it again
 
 /// A wall made softer, for the continuation in stiffness.
@@ -529,8 +528,7 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const LumenWall& wall, const R
     if (moved > 0) valid = std::min(valid, moved - 1);
     const int most_updates = std::max(0, budget.updates);
     const int unsettled = end_report_.converged ? 0 : end_report_.window;
-    const int changed = predicted_ > 0 ? std::max(kLeastPredictedWindow, predicted_)
-                                       : std::max(kLeastWindow, kChangedShare * (n - unchanged));
+    const int changed = std::max(kLeastWindow, predicted_ > 0 ? predicted_ : kChangedShare * (n - unchanged));
     predicted_ = 0;
     Outcome outcome =
         descend(wire, *contacts_, most_updates, valid, std::max(changed, unsettled), report, observer);
