@@ -18,7 +18,7 @@ void go(Simulation& simulation, int frames, const Command& command) {
     }
 }
 
-std::string refusal_of(const std::string& from, const std::string& to) {
+std::string refusal_with(const std::string& from, const std::string& to) {
     return test::refusal([&] { Simulation simulation(with(from, to)); });
 }
 
@@ -269,7 +269,7 @@ TEST(Simulation, ResetEqualsAFreshLoad) {
 
 TEST(Simulation, WireThickerThanTheVesselAtItsEntryIsRefused) {
     // A millimetre-wide first branch would be refused by the tube's own check; here the anatomy is at fault.
-    const std::string text = refusal_of("preset = \"glide035\"", "diameter_mm = 4.0");
+    const std::string text = refusal_with("preset = \"glide035\"", "diameter_mm = 4.0");
     EXPECT_NE(text, "");
     Scenario iliac = test::small_scenario();
     iliac.tube.reset();
@@ -282,22 +282,22 @@ TEST(Simulation, WireThickerThanTheVesselAtItsEntryIsRefused) {
 }
 
 TEST(Simulation, UnknownEndAndTargetAreRefusedWithThoseThereAre) {
-    const std::string end = refusal_of("end = \"start\"", "end = \"groin\"");
+    const std::string end = refusal_with("end = \"start\"", "end = \"groin\"");
     EXPECT_NE(end.find("small.toml:10:"), std::string::npos) << end;
     EXPECT_NE(end.find("start, end"), std::string::npos) << end;
-    EXPECT_NE(refusal_of("name = \"end\"", "name = \"heart\"").find("targets are: end"), std::string::npos);
+    EXPECT_NE(refusal_with("name = \"end\"", "name = \"heart\"").find("targets are: end"), std::string::npos);
 }
 
 TEST(Simulation, TargetOutsideTheAnatomyIsRefused) {
-    const std::string text = refusal_of("name = \"end\"", "centre_mm = [0.0, 50.0, 0.0]");
+    const std::string text = refusal_with("name = \"end\"", "centre_mm = [0.0, 50.0, 0.0]");
     EXPECT_NE(text.find("outside the anatomy"), std::string::npos) << text;
     EXPECT_NE(text.find("small.toml:"), std::string::npos) << text;
 }
 
 TEST(Simulation, TooMuchOrTooLittleWireInsideIsRefused) {
-    EXPECT_NE(refusal_of("inserted_mm = 20.0", "inserted_mm = 500.0").find("cannot start inside"),
+    EXPECT_NE(refusal_with("inserted_mm = 20.0", "inserted_mm = 500.0").find("cannot start inside"),
               std::string::npos);
-    EXPECT_NE(refusal_of("inserted_mm = 20.0", "inserted_mm = 4.0").find("cannot start inside"),
+    EXPECT_NE(refusal_with("inserted_mm = 20.0", "inserted_mm = 4.0").find("cannot start inside"),
               std::string::npos);
 }
 

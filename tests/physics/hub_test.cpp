@@ -36,11 +36,11 @@ GuidewireSpec tipped(double lambda) {
     return spec;
 }
 
-struct Vessel {
+struct SmoothVessel {
     Polyline line;
     TubeWall wall;
 };
-Vessel smooth_vessel() {
+SmoothVessel smooth_vessel() {
     const Vec3 y = Vec3::UnitY(), z = Vec3::UnitZ();
     const std::vector<engine::PenMove> path = {engine::Run{40}, engine::Arc{40, 1.2, z},
                                                engine::Run{15}, engine::Arc{30, -1.3, y},
@@ -53,14 +53,14 @@ Vessel smooth_vessel() {
 }  // namespace
 
 TEST(Hub, TakesTheGlobalRelaxerAlone) {
-    const Vessel vessel = smooth_vessel();
+    const SmoothVessel vessel = smooth_vessel();
     RelaxerConfig config;
     config.kind = RelaxerKind::Segment;
     EXPECT_THROW(Hub(config, vessel.wall), std::invalid_argument);
 }
 
 TEST(Hub, LetsInWhatIsAskedForAndTheTipFollowsSmoothly) {
-    const Vessel vessel = smooth_vessel();
+    const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall);
     Guidewire wire = wire_of_length(tipped(2), vessel.line, 61.3);
     hub.settle(wire, kEnough);
@@ -79,7 +79,7 @@ TEST(Hub, LetsInWhatIsAskedForAndTheTipFollowsSmoothly) {
 }
 
 TEST(Hub, LosesNothingWhereTheHandTurnsRound) {
-    const Vessel vessel = smooth_vessel();
+    const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall);
     Guidewire wire = wire_of_length(tipped(2), vessel.line, 90);
     hub.settle(wire, kEnough);
@@ -92,7 +92,7 @@ TEST(Hub, LosesNothingWhereTheHandTurnsRound) {
 }
 
 TEST(Hub, SegmentsDependOnTheLengthAloneHoweverItWasFed) {
-    const Vessel vessel = smooth_vessel();
+    const SmoothVessel vessel = smooth_vessel();
     std::mt19937 random(11);
     for (int trial = 0; trial < 6; ++trial) {
         const double lambda = 0.7 + 0.4 * trial;
@@ -118,7 +118,7 @@ TEST(Hub, SegmentsDependOnTheLengthAloneHoweverItWasFed) {
 }
 
 TEST(Hub, WithdrawsToTheCurvedTipAndNoFarther) {
-    const Vessel vessel = smooth_vessel();
+    const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall);
     Guidewire wire = wire_of_length(tipped(2), vessel.line, 30);
     hub.settle(wire, kEnough);
@@ -129,7 +129,7 @@ TEST(Hub, WithdrawsToTheCurvedTipAndNoFarther) {
 }
 
 TEST(Hub, GoesOnWhereItsBudgetEndedAndComesToTheSameRest) {
-    const Vessel vessel = smooth_vessel();
+    const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall), other({}, vessel.wall);
     Guidewire wire = wire_of_length(tipped(2), vessel.line, 120);
     hub.settle(wire, kEnough);
@@ -176,7 +176,7 @@ TEST(Hub, RefusesWhatLeadsThroughTheWallAndLeavesTheWireAsItWas) {
 
 /// The relaxer's own sums against the energy module: the hand's work is what the wire's energy gains.
 TEST(Hub, EnergyRisesByTheWorkOfTheHand) {
-    const Vessel vessel = smooth_vessel();
+    const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall);
     Guidewire wire = wire_of_length(tipped(2), vessel.line, 100);
     HubReport report = hub.settle(wire, kEnough);

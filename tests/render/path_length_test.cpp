@@ -15,7 +15,7 @@ using physics::Vec3;
 using render::CArm;
 using render::Field;
 
-CArm oblique(int pixels) {
+CArm oblique_stand(int pixels) {
     CArm arm;
     arm.lao = 0.5;
     arm.cranial = -0.2;
@@ -29,7 +29,7 @@ TEST(PathLength, OfASphereIsItsChord) {
     const Vec3 centre(10, 5, -7);
     // The tessellation stays inside the sphere by up to r(1 − cos(π/n)) = 0.012 mm at n = 128.
     const TriangleMesh mesh = render::ellipsoid(centre, Vec3(radius, radius, radius), 128);
-    const CArm arm = oblique(96);
+    const CArm arm = oblique_stand(96);
     render::PathLengthRenderer renderer;
     const auto result = renderer.render(renderer.add(mesh), arm);
     EXPECT_EQ(result.unbalanced_pixels, 0);
@@ -65,7 +65,7 @@ TEST(PathLength, AgreesWithAllHitsOfAnIndependentRayTracer) {
     const engine::AllHits oracle(mesh);
     // Amid the image, and half beyond its left and upper edge.
     for (const Vec3& isocentre : {Vec3(3, -8, 12), Vec3(95, 0, -75)}) {
-        CArm arm = oblique(200);
+        CArm arm = oblique_stand(200);
         arm.isocentre = isocentre;
         const Field length = renderer.render(drawn, arm).length;
         double square = 0.0;
@@ -94,7 +94,7 @@ TEST(PathLength, AgreesWithAllHitsOfAnIndependentRayTracer) {
 TEST(PathLength, AccumulatesOverWhatIsThere) {
     const TriangleMesh a = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
     const TriangleMesh b = render::ellipsoid(Vec3(60, 5, 5), Vec3(40, 40, 20));
-    const CArm arm = oblique(64);
+    const CArm arm = oblique_stand(64);
     render::PathLengthRenderer renderer;
     const int first = renderer.add(a), second = renderer.add(b);
     Field sum(64, 64, 2.0f);
@@ -108,11 +108,11 @@ TEST(PathLength, AccumulatesOverWhatIsThere) {
 TEST(PathLength, DoesNotDependOnWhatWasDrawnBefore) {
     const TriangleMesh a = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
     const TriangleMesh b = render::ellipsoid(Vec3(5, 5, 5), Vec3(40, 40, 20));
-    const CArm arm = oblique(64);
+    const CArm arm = oblique_stand(64);
     render::PathLengthRenderer first, second;
     const int own = first.add(a);
     const int other = second.add(b), later = second.add(a);
-    second.render(other, oblique(80));
+    second.render(other, oblique_stand(80));
     EXPECT_EQ(first.render(own, arm).length.values, second.render(later, arm).length.values);
 }
 
@@ -181,7 +181,7 @@ TEST(PathLength, RefusesATriangleWithAMissingVertex) {
 }
 
 TEST(PathLength, CountsPixelsOfAMeshThatReachesBehindTheSource) {
-    const CArm arm = oblique(64);
+    const CArm arm = oblique_stand(64);
     render::PathLengthRenderer renderer;
     const int around_source = renderer.add(render::ellipsoid(render::source(arm), Vec3(100, 100, 100)));
     EXPECT_GT(renderer.render(around_source, arm).unbalanced_pixels, 1000);

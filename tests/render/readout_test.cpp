@@ -9,7 +9,7 @@ namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 constexpr double infinity = std::numeric_limits<double>::infinity();
-constexpr double degree = std::numbers::pi / 180.0;
+constexpr double one_degree = std::numbers::pi / 180.0;
 
 TEST(Readout, FiguresHaveTheirDigitsAndMissingOnesADash) {
     EXPECT_EQ(render::figure_text(41.72, 1), "41.7");
@@ -28,11 +28,11 @@ TEST(Readout, PulseRatesShowHalves) {
 }
 
 TEST(Readout, AnglesAreNamedBySide) {
-    EXPECT_EQ(render::primary_angle_text(30.0 * degree), "LAO 30°");
-    EXPECT_EQ(render::primary_angle_text(-12.4 * degree), "RAO 12°");
-    EXPECT_EQ(render::primary_angle_text(-0.3 * degree), "LAO 0°");
-    EXPECT_EQ(render::secondary_angle_text(10.0 * degree), "CRAN 10°");
-    EXPECT_EQ(render::secondary_angle_text(-25.0 * degree), "CAUD 25°");
+    EXPECT_EQ(render::primary_angle_text(30.0 * one_degree), "LAO 30°");
+    EXPECT_EQ(render::primary_angle_text(-12.4 * one_degree), "RAO 12°");
+    EXPECT_EQ(render::primary_angle_text(-0.3 * one_degree), "LAO 0°");
+    EXPECT_EQ(render::secondary_angle_text(10.0 * one_degree), "CRAN 10°");
+    EXPECT_EQ(render::secondary_angle_text(-25.0 * one_degree), "CAUD 25°");
     EXPECT_EQ(render::primary_angle_text(nan), "LAO --");
 }
 
@@ -52,12 +52,12 @@ TEST(Readout, SidesOfTheImageFollowTheView) {
     EXPECT_EQ(frontal.right, "L");
     EXPECT_EQ(frontal.top, "H");
     // The detector over the patient's left: his back comes in from the right.
-    const auto oblique = render::image_sides(30.0 * degree, 0.0);
+    const auto oblique = render::image_sides(30.0 * one_degree, 0.0);
     EXPECT_EQ(oblique.right, "LP");
     EXPECT_EQ(oblique.left, "RA");
-    EXPECT_EQ(render::image_sides(90.0 * degree, 0.0).right, "P");
+    EXPECT_EQ(render::image_sides(90.0 * one_degree, 0.0).right, "P");
     // From over the head the upper edge shows what lies behind.
-    EXPECT_EQ(render::image_sides(0.0, 30.0 * degree).top, "HP");
+    EXPECT_EQ(render::image_sides(0.0, 30.0 * one_degree).top, "HP");
     EXPECT_EQ(render::image_sides(nan, 0.0).left, "");
 }
 
