@@ -2,38 +2,49 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "physics/bending.h"
 
 namespace physics {
 namespace {
 
-constexpr double kCap = 0.3;          // largest joint move of a step, in lumen radii
-constexpr double kKinkedCap = 0.03;   // of a wire with a kink, which leads to many rests
-constexpr double kFree = 1e9;         // room of a joint that knows no lumen [mm]
-constexpr int kCorrections = 4;       // backward passes for one trust region, the wall corrected between them
-constexpr int kTrustPasses = 40;      // changes of μ for one step
-constexpr int kForeseenPasses = 2;    // of them with foreseen forces
-constexpr double kArmijo = 1e-4;      // share of the slope that the energy must fall by
-constexpr double kGoodArmijo = 0.2;   // the same as long as the wall can still be corrected
-constexpr double kTrustGrowth = 0.1;  // of μ after a step well inside its cap
-constexpr double kForgetTrust = 1e-8;  // μ below this share of its unit is none
-constexpr double kRounding = 1e-13;    // of the energy: less than this a line search can't see
+constexpr double kCap = 0.3;         // largest joint move of a step, in lumen radii
+constexpr double kKinkedCap = 0.03;  // of a wire with a kink, which leads to many rests
+constexpr double kFree = 1e9;        // room of a joint that knows no lumen [mm]
+constexpr int kCorrections = 4;      // backward passes for one trust region, the wall corrected between them
+constexpr int kTrustPasses = 40;     // changes of μ for one step
+constexpr int kForeseenPasses = 2;   // of them with foreseen forces
+constexpr double kArmijo = 1e-4;     // share of the slope that the energy must fall by
+constexpr double kGoodArmijo = 0.2;  // the same as long as the wall can still be corrected
+constexpr double kCorrectedShare = 0.02;  // of the uncorrected slope that a corrected step must fall by
+constexpr double kTrustGrowth = 0.01;     // of μ after a step well inside its cap
+constexpr double kSlowGrowth = 0.25;      // the same where the energy rose first
+constexpr double kHopeful = 10;           // of μ when it fitted the step before
+constexpr double kLeastTrust = 1e-6;      // of the unit of μ
+constexpr double kSecantReach = 20;       // caps, below which 1/reach is a straight line in μ
+constexpr double kAimedReach = 0.8;       // caps
+constexpr double kSecantGrowth = 1000;    // of μ at most
+constexpr double kForgetTrust = 1e-8;     // μ below this share of its unit is none
+constexpr double kRounding = 1e-13;       // of the energy: less than this a line search can't see
 constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
 constexpr int kIdleSteps = 40;      // of them before the wall is made softer
 constexpr int kIdleStepsOnPlanes = 40;   // before a wall whose planes jump is left as it is
 constexpr double kSoft = 1.0;            // k λ²/C that always converges; continuation starts there
 constexpr double kLeastPivot = 1e-6;     // of a recursion, over C
 constexpr double kKick = 1e-3;           // turn that leaves a saddle [rad]
-constexpr double kSettled = 0.01;        // |dU/du| in a window over that proximal of it: time to widen
-constexpr int kWidening = 4;             // of a window
+constexpr double kSettled = 0.1;         // |dU/du| in a window over that proximal of it: time to widen
+constexpr int kWidening = 8;             // of a window
 constexpr int kLeastWindow = 32;         // segments
 constexpr int kChangedShare = 2;         // segments of a window for each that changed
 constexpr int kMargin = 8;               // segments of the window proximal of those
 constexpr double kPredictedCap = 1;      // largest joint move of a prediction, in lumen radii
 constexpr double kPredictedRise = 1;     // of the energy, by a prediction
 constexpr double kPredictedWork = 4;     // of the hand's work
-constexpr double kLeastPredicted = 0.1;  // of a motion that is predicted
+constexpr double kPredictedWell = 0.01;  // of energy and work: by less than this a prediction is as it is
+constexpr double kLeastFeed = 0.1;       // of λ, that is predicted
+constexpr double kLeastTurn = 0.1;       // that is predicted [rad]
+constexpr double kSlides = 1e3;          // μ over its unit, with which a wire answers by sliding on
 constexpr int kPredictedWindow = 64;     // segments
 constexpr double kFallen = 0.1;  // of |dU/du| in the window: time to look at that proximal of it again
 
@@ -67,139 +78,26 @@ bool kinked(const Guidewire& wire, int first) {
 
 }  // namespace
 
-/// Terms of the accepted state.
-void GlobalRelaxer::linearise(const Guidewire& wire, const ContactSet& contacts, bool proximal) {
-    if (wire.curved_segments() > 0) transport_directors(wire, first_, directors_);
-    assemble(wire, contacts.contacts(), directors_, first_, terms_, proximal);
+/// Model of the accepted state, the window from `first` on, and its minimum at the trust region as it is.
+void GlobalRelaxer::linearise(const Guidewire& wire, const ContactSet& contacts, int first) {
+    pivots_ = model_.linearise(wire, contacts, first, mu_);
 }
 
 void GlobalRelaxer::measure_window(const Guidewire& wire, const ContactSet& contacts) {
-    energy_ = contacts.energy(wire.joints, first_);
-    for (int j = first_ - 1; j < wire.segments(); ++j) energy_ += joint_energy(wire, directors_, j);
-    load_scale_ = contacts.load_scale(first_);
+    const int first = model_.first();
+    energy_ = contacts.energy(wire.joints, first);
+    for (int j = first - 1; j < wire.segments(); ++j) energy_ += joint_energy(wire, model_.directors, j);
+    load_scale_ = contacts.load_scale(first);
 }
 
 void GlobalRelaxer::open_window(const Guidewire& wire, const ContactSet& contacts, int segments) {
-    first_ = std::max(1, wire.segments() - segments + 1);
-    linearise(wire, contacts);
+    linearise(wire, contacts, std::max(1, wire.segments() - segments + 1));
+    model_.sum_proximal(wire, contacts);
     measure_window(wire, contacts);
 }
 
-/// Forces to start from. No segment at rest passes on more than C/λ, under which a joint would buckle by
-/// itself: a larger force is that of a joint which has just been put into a stiff wall.
-void GlobalRelaxer::settle_forces(const Guidewire& wire, const ContactSet& contacts) {
-    planes_.assign(wire.joints.size(), {});
-    for (int j = 1; j <= wire.segments(); ++j)
-        if (const WallContact& c = contacts.contacts()[j]; c.touches())
-            planes_[j].force = std::min(c.force(), wire.spring_constant(j - 1) / wire.lengths[j]);
-}
-
-/// What the model of the last rollout makes of each contact's force.
-void GlobalRelaxer::foresee_forces(const Guidewire& wire) {
-    for (int j = first_; j <= wire.segments(); ++j) {
-        Plane& p = planes_[j];
-        const double depth = p.gap + p.normal.dot(trial_joints_[j] - wire.joints[j]);
-        p.force = terms_.stages[j - 1].touches ? p.stiffness * std::max(0.0, depth) : 0.0;
-    }
-}
-
-/// The wall's part of the model at the accepted state. With foreseen forces in the second-order terms, in
-/// place of stiffness times penetration, which in a stiff wall is far too large while the wire settles; what
-/// bears a force then counts as touching.
-void GlobalRelaxer::model_contacts(const ContactSet& contacts, bool foreseen_forces) {
-    for (int j = first_; j < static_cast<int>(planes_.size()); ++j) {
-        const WallContact& c = contacts.contacts()[j];
-        const double force = foreseen_forces ? planes_[j].force : c.force();
-        terms_.stages[j - 1].touches = false;
-        if (c.touches() || force > 0) model_contact(c, j, Vec3::Zero(), force);
-    }
-}
-
-/// The same with the wall as it is at the trial state: the normals there, and the contacts made and lost on
-/// the way.
-void GlobalRelaxer::model_trial_contacts(const Guidewire& wire, const ContactSet& contacts) {
-    foresee_forces(wire);
-    for (int j = first_; j <= wire.segments(); ++j) terms_.stages[j - 1].touches = false;
-    for (std::size_t k = 0; k < contacts.asked().size(); ++k) {
-        const WallContact& c = contacts.answers()[k];
-        const int j = contacts.asked()[k];
-        const double force = planes_[j].force;
-        if (c.touches() || force > 0) model_contact(c, j, trial_joints_[j] - wire.joints[j], force);
-    }
-}
-
-/// A contact's terms of second order about the place where the wall was asked, `moved` from the accepted
-/// joint.
-void GlobalRelaxer::model_contact(const WallContact& c, int joint, const Vec3& moved, double force) {
-    RiccatiStage& s = terms_.stages[joint - 1];
-    Plane& p = planes_[joint];
-    p = {c.penetration - c.normal.dot(moved), c.stiffness, c.normal, force};
-    s.touches = true;
-    s.stiffness = c.stiffness * c.normal * c.normal.transpose() + force * c.curvature;
-    s.force = c.stiffness * p.gap * c.normal - force * (c.curvature * moved) + c.stiffening_push();
-}
-
-void GlobalRelaxer::model_axial_force(const Guidewire& wire) {
-    const bool loaded = !wire.load.isZero(0);
-    Vec3 force = Vec3::Zero();
-    for (int j = wire.segments(); j >= first_; --j) {
-        RiccatiStage& s = terms_.stages[j - 1];
-        if (s.touches) force += planes_[j].force * planes_[j].normal;
-        if (loaded) force -= wire.length_of(j) * wire.load;
-        s.axial = s.length * wire.tangents[j].dot(force);
-    }
-}
-
-/// Trial state: gains applied from the window's base, where the material frame is turned by `twist`, with
-/// more wire in the stages that are fed. Returns the largest move of a joint, that along its segment by what
-/// is fed left out [mm].
-double GlobalRelaxer::roll_out(const Guidewire& wire, double twist, std::span<const FedStage> fed) {
-    const int n = wire.segments();
-    trial_joints_[first_ - 1] = wire.joints[first_ - 1];
-    trial_tangents_[first_ - 1] = wire.tangents[first_ - 1];
-    turns_[first_ - 1].setZero();
-    double farthest = 0, slid = 0;
-    slope_ = 0;
-    for (int j = first_; j <= n; ++j) {
-        const RiccatiStage& s = terms_.stages[j - 1];
-        const RiccatiGain& gain = gains_[j - 1];
-        Vec2 alpha = gain.step;
-        alpha.noalias() += gain.from_x * (trial_joints_[j - 1] - wire.joints[j - 1]);
-        alpha.noalias() += gain.from_prev * turns_[j - 1];
-        if (terms_.twist) {
-            alpha += gain.from_twist * twist;
-            twist += s.twist_prev.dot(turns_[j - 1]) + s.twist.dot(alpha);
-        }
-        turns_[j] = alpha;
-        slope_ += terms_.gradient[j - 1].dot(alpha);
-        trial_tangents_[j] = (wire.tangents[j] + s.basis * alpha).normalized();
-        double length = s.length;
-        for (const FedStage& f : fed) {
-            if (f.stage != j - 1) continue;
-            const double by = f.by.dot(wire.tangents[j]);
-            length += by, slid += by;
-        }
-        trial_joints_[j] = trial_joints_[j - 1] + length * trial_tangents_[j];
-        Vec3 moved = trial_joints_[j] - wire.joints[j];
-        if (slid != 0) moved -= slid * wire.tangents[j];
-        farthest = std::max(farthest, moved.squaredNorm());
-    }
-    return std::sqrt(farthest);
-}
-
-/// Energy of the window's trial state; its contacts wait in the set.
-double GlobalRelaxer::evaluate(Guidewire& wire, ContactSet& contacts) {
-    double energy = contacts.evaluate(trial_joints_, first_);
-    std::swap(wire.tangents, trial_tangents_);
-    if (terms_.twist) transport_directors(wire, first_, directors_);
-    for (int j = first_ - 1; j < wire.segments(); ++j) energy += joint_energy(wire, directors_, j);
-    std::swap(wire.tangents, trial_tangents_);
-    return energy;
-}
-
 void GlobalRelaxer::accept(Guidewire& wire, ContactSet& contacts, double energy) {
-    std::copy(trial_tangents_.begin() + first_, trial_tangents_.end(), wire.tangents.begin() + first_);
-    std::copy(trial_joints_.begin() + first_, trial_joints_.end(), wire.joints.begin() + first_);
+    model_.take(wire);
     contacts.commit();
     energy_ = energy;
 }
@@ -207,46 +105,57 @@ void GlobalRelaxer::accept(Guidewire& wire, ContactSet& contacts, double energy)
 /// One Newton step.
 GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, int most_updates,
                                          RelaxReport& report) {
-    const double part = kinked(wire, first_ - 1) ? kKinkedCap : kCap;
+    const int first = model_.first(), window = wire.segments() - first + 1;
+    const double part = kinked(wire, first - 1) ? kKinkedCap : kCap;
     double cap = kFree;
-    for (const WallContact& c : contacts.contacts().subspan(first_))
+    for (const WallContact& c : contacts.contacts().subspan(first))
         if (c.room > 0) cap = std::min(cap, part * c.room);
-    const auto gains = std::span(gains_).subspan(first_ - 1);
     const double rounding = kRounding * energy_scale();
-    const int window = wire.segments() - first_ + 1;
     int rejected = 0;
+    double last_mu = 0, last_reach = std::numeric_limits<double>::infinity();
     for (int pass = 0; pass < kTrustPasses; ++pass) {
-        model_contacts(contacts, rejected < kForeseenPasses);
+        if (pass > 0) model_.take_contacts(contacts, first, rejected < kForeseenPasses);
+        double uncorrected = 0;
         for (int correction = 0;; ++correction) {
-            if ((pass > 0 || correction > 0) && report.updates > most_updates - window)
-                return Trial::OutOfBudget;
+            const bool solved = pass == 0 && correction == 0;  // as it was linearised
+            if (!solved && report.updates > most_updates - window) return Trial::OutOfBudget;
             report.updates += window;
-            model_axial_force(wire);
-            riccati_backward(terms_.window(), mu_, least_pivot_, terms_.twist, gains);
-            const double reach = roll_out(wire) / cap;
+            if (!solved) model_.solve(wire, mu_);
+            const double reach = model_.roll_out(wire) / cap;
             if (!(reach <= 1)) {
                 double factor = std::isfinite(reach) ? std::clamp(reach * reach, 2.0, 30.0) : 30.0;
                 if (correction > 0) factor = 4;
                 // Back to what the last step fitted with, which may just have been too hopeful.
-                if (pass == 0 && mu_ > 0) factor = std::min(factor, 1 / kTrustGrowth);
-                mu_ = std::max(mu_ * factor, 1e-6 * mu_unit_);
+                if (pass == 0 && mu_ > 0) factor = std::min(factor, kHopeful);
+                double next = std::max(mu_ * factor, kLeastTrust * mu_unit_);
+                // 1/reach is nearly a straight line in μ.
+                if (correction == 0) {
+                    const double rise = (1 / reach - 1 / last_reach) / (mu_ - last_mu);
+                    if (reach < kSecantReach && last_reach < kSecantReach && rise > 0)
+                        next = std::clamp(mu_ + (1 / kAimedReach - 1 / reach) / rise, 1.5 * mu_,
+                                          kSecantGrowth * mu_);
+                    last_mu = mu_, last_reach = reach;
+                }
+                mu_ = next;
                 break;
             }
             const bool last = correction == kCorrections - 1;
-            const double energy = evaluate(wire, contacts), expected = std::min(0.0, slope_);
-            const bool falls = energy <= energy_ + (last ? kArmijo : kGoodArmijo) * expected;
+            const double energy = model_.evaluate(wire, contacts), expected = std::min(0.0, model_.slope());
+            if (correction == 0) uncorrected = expected;
+            // A corrected wall that has its rest where the wire is would let it stay there for ever.
+            const double asked = std::min((last ? kArmijo : kGoodArmijo) * expected,
+                                          correction > 0 ? kCorrectedShare * uncorrected : 0.0);
+            const bool falls = energy <= energy_ + asked;
             // A fall too small to be seen is believed of the model of the accepted state alone: the wall as
             // it is at a trial state may have its rest where the wire is now, and then nothing would ever
             // move.
             const bool unseen = correction == 0 && -expected < rounding && energy < energy_ + rounding;
             if (std::isfinite(energy) && (falls || unseen)) {
-                double turn = 0;
-                for (int j = first_; j <= wire.segments(); ++j)
-                    turn = std::max(turn, turns_[j].squaredNorm());
-                report.largest_turn = std::max(report.largest_turn, std::sqrt(turn));
-                foresee_forces(wire);
+                report.largest_turn = std::max(report.largest_turn, model_.largest_turn());
+                model_.foresee_forces(wire);
                 accept(wire, contacts, energy);
-                mu_ *= std::clamp(reach * reach, kTrustGrowth, 1.0);  // so that the next step just fits
+                // So that the next step just fits.
+                mu_ *= std::clamp(reach * reach, rejected > 0 ? kSlowGrowth : kTrustGrowth, 1.0);
                 if (mu_ < kForgetTrust * mu_unit_) mu_ = 0;
                 return Trial::Accepted;
             }
@@ -256,7 +165,7 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
                 mu_ = std::max(4 * mu_, 1e-4 * mu_unit_);
                 break;
             }
-            model_trial_contacts(wire, contacts);
+            model_.take_trial_contacts(wire, contacts);
         }
     }
     return Trial::NothingLower;
@@ -264,15 +173,14 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
 
 /// At rest but not at a minimum: turn the worst segment a little down the negative curvature, the rest of the
 /// wire answering as the recursion tells it to.
-bool GlobalRelaxer::leave_saddle(Guidewire& wire, ContactSet& contacts, const RiccatiReport& pivots) {
-    Vec2 way = pivots.way;
+bool GlobalRelaxer::leave_saddle(Guidewire& wire, ContactSet& contacts) {
+    Vec2 way = pivots_.way;
     if (way.x() < 0 || (way.x() == 0 && way.y() < 0)) way = -way;
-    for (RiccatiGain& gain : gains_) gain.step.setZero();
     for (double kick = kKick; kick > 1e-7; kick *= 0.25) {
         for (const double sign : {1.0, -1.0}) {
-            gains_[pivots.stage].step = sign * kick * way;
-            roll_out(wire);
-            const double energy = evaluate(wire, contacts);
+            model_.turn_one(pivots_.stage, sign * kick * way);
+            model_.roll_out(wire);
+            const double energy = model_.evaluate(wire, contacts);
             if (!std::isfinite(energy) || energy >= energy_) continue;
             accept(wire, contacts, energy);
             return true;
@@ -290,7 +198,7 @@ void GlobalRelaxer::set_units(const Guidewire& wire, const ContactSet& contacts)
         if (c.room > 0) room = std::min(room, c.room);
     const double length = wire.inserted_length() / wire.segments();
     mu_unit_ = stiffest * length / std::pow(room < kFree ? room : length, 4);
-    least_pivot_ = kLeastPivot * stiffest;
+    model_.least_pivot = kLeastPivot * stiffest;
 }
 
 /// Stages of the segments up to `valid` are still those of the wire; the first window has that many segments.
@@ -300,13 +208,11 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
     const int n = wire.segments();
     set_units(wire, contacts);
     mu_ = 0;
-    gains_.resize(n);
-    turns_.resize(n + 1);
-    trial_joints_.resize(n + 1);
-    trial_tangents_.resize(n + 1);
-    settle_forces(wire, contacts);
-    first_ = std::min(valid + 1, n);
-    linearise(wire, contacts);
+    model_.start(wire, contacts, foreseen_);
+    foreseen_ = 0;
+    linearise(wire, contacts, std::min(valid + 1, n));
+    model_.sum_proximal(wire, contacts);
+    const NewtonTerms& terms = model_.terms();
     bool proximal_known = true;  // of the accepted state
     double best = std::numeric_limits<double>::max(), looked_at = 0;
     int idle = 0;
@@ -316,20 +222,20 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
         proximal_known = true;
         best = std::numeric_limits<double>::max();
         idle = 0;
-        looked_at = terms_.relative_gradient;
+        looked_at = terms.relative_gradient;
     };
-    if (std::max(terms_.relative_gradient, terms_.proximal_gradient) > config_.tolerance) open(first_window);
+    if (std::max(terms.relative_gradient, terms.proximal_gradient) > config_.tolerance) open(first_window);
     for (;;) {
-        const int window = n - first_ + 1;
+        const int window = n - model_.first() + 1;
         const bool settled =
-            terms_.relative_gradient <= std::max(config_.tolerance, kSettled * terms_.proximal_gradient);
-        if (!proximal_known && (settled || terms_.relative_gradient < kFallen * looked_at)) {
-            sum_from_tip(wire, terms_);
+            terms.relative_gradient <= std::max(config_.tolerance, kSettled * terms.proximal_gradient);
+        if (!proximal_known && (settled || terms.relative_gradient < kFallen * looked_at)) {
+            model_.sum_proximal(wire, contacts);
             proximal_known = true;
-            looked_at = terms_.relative_gradient;
+            looked_at = terms.relative_gradient;
             continue;
         }
-        report.gradient = std::max(terms_.relative_gradient, terms_.proximal_gradient);
+        report.gradient = std::max(terms.relative_gradient, terms.proximal_gradient);
         const bool affordable =
             report.newton_steps == steps_before || report.updates + window <= most_updates;
         if (proximal_known && report.gradient <= config_.tolerance) {
@@ -337,22 +243,24 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
                 open(n - moved + 1 + kMargin);
                 continue;
             }
-            if (terms_.twist && first_ > 1) open(n);  // the certificate is of the whole wire
+            // With twist a stage depends on the torque from all that is distal of it.
+            if (terms.twist && model_.first() > 1) open(n);
             report.updates += n;
-            const RiccatiReport pivots =
-                riccati_backward(terms_.stages, 0, least_pivot_, terms_.twist, gains_);
-            report.strict_minimum = pivots.shifted == 0;
+            if (!model_.certifies()) pivots_ = model_.certify(wire, contacts);
+            report.strict_minimum = pivots_.shifted == 0;
             if (report.strict_minimum) return Outcome::Converged;
             if (!affordable) return Outcome::OutOfBudget;
+            mu_ = 0;
             open(n);
-            if (!leave_saddle(wire, contacts, pivots)) return Outcome::Converged;
+            pivots_ = model_.certify(wire, contacts);
+            if (pivots_.shifted == 0 || !leave_saddle(wire, contacts)) return Outcome::Converged;
         } else if (settled) {
             open(kWidening * window);
             continue;
         } else {
             if (!affordable) {
-                if (!proximal_known) sum_from_tip(wire, terms_);
-                report.gradient = std::max(terms_.relative_gradient, terms_.proximal_gradient);
+                if (!proximal_known) model_.sum_proximal(wire, contacts);
+                report.gradient = std::max(terms.relative_gradient, terms.proximal_gradient);
                 return Outcome::OutOfBudget;
             }
             const double before = energy_, least_fall = kProgress * energy_scale();
@@ -362,26 +270,27 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
                 step(wire, contacts, first_step ? std::numeric_limits<int>::max() : most_updates, report);
             bool stuck = trial == Trial::NothingLower;
             if (trial != Trial::Accepted) {
-                linearise(wire, contacts);
+                linearise(wire, contacts, model_.first());
+                model_.sum_proximal(wire, contacts);
                 proximal_known = true;
                 if (trial == Trial::OutOfBudget) return Outcome::OutOfBudget;
-            } else if (terms_.relative_gradient < 0.5 * best) {
-                best = terms_.relative_gradient;
+            } else if (terms.relative_gradient < 0.5 * best) {
+                best = terms.relative_gradient;
                 idle = 0;
             } else if (energy_ > before - least_fall) {
                 stuck = ++idle > (smooth_ ? kIdleSteps : kIdleStepsOnPlanes);
             }
-            if (stuck && first_ == 1) return Outcome::Stuck;
+            if (stuck && model_.first() == 1) return Outcome::Stuck;
             if (stuck) {
                 open(n);
                 continue;
             }
         }
         ++report.newton_steps;
-        report.window = std::max(report.window, n - first_ + 1);
-        if (observer) observer(first_, wire);
-        linearise(wire, contacts, false);
-        proximal_known = first_ == 1;
+        report.window = std::max(report.window, n - model_.first() + 1);
+        if (observer) observer(model_.first(), wire);
+        linearise(wire, contacts, model_.first());
+        proximal_known = model_.first() == 1;
     }
 }
 
@@ -409,12 +318,13 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, c
     contacts_->update(wire);
     Outcome outcome =
         descend(wire, *contacts_, report.updates + updates, 0, wire.segments(), report, observer);
+    mu_ = 0;  // a prediction takes these gains
     open_window(wire, *contacts_, wire.segments());
     if (!(energy_ < energy_before)) {
         wire = before;
         contacts_->update(wire);
         open_window(wire, *contacts_, wire.segments());
-        report.gradient = terms_.relative_gradient;
+        report.gradient = model_.terms().relative_gradient;
         outcome = Outcome::Stuck;
     }
     return outcome;
@@ -437,47 +347,79 @@ int GlobalRelaxer::unchanged_segments(const Guidewire& wire) const {
     return same;
 }
 
-/// The wire's answer to the motion to first order. False where nothing is known of it: it is not at rest, or
-/// not this relaxer's.
+/// The wire's answer to a motion to first order, as the model's trial state; its steps are cut by μ. Returns
+/// by how much it raises the energy, or no finite number where it goes farther than the model is good for.
+double GlobalRelaxer::try_answer(Guidewire& wire, const FeedPlan& plan, double turn, double mu, double cap,
+                                 double seen_rise) {
+    FedStage fed[2];
+    if (plan.change != 0) fed[0] = {plan.grows - 1, plan.change * wire.tangents[plan.grows]};
+    if (plan.change_before != 0)
+        fed[1] = {plan.grows - 2, plan.change_before * wire.tangents[plan.grows - 1]};
+    const int first = model_.first();
+    auto rise = [&] {
+        if (!(model_.roll_out(wire, turn, fed) <= cap)) return std::numeric_limits<double>::infinity();
+        return model_.evaluate(wire, *contacts_) - energy_;
+    };
+    if (!model_.answers()) {
+        model_.certify(wire, *contacts_);
+        model_.look_from(first);
+    }
+    model_.answer(fed, mu);
+    const double once = rise();
+    if (!std::isfinite(once) || once <= seen_rise) return once;
+    // Once more, with the wall as it is there.
+    model_.take_trial_contacts(wire, *contacts_);
+    model_.answer_again(wire, fed);
+    const double again = rise();
+    if (again < once) return again;
+    model_.certify(wire, *contacts_);
+    model_.look_from(first);
+    model_.answer(fed, mu);
+    return rise();
+}
+
+/// The wire starts where its answer to the motion leads to. False where nothing is known of that: it is not
+/// at rest, or not this relaxer's.
 bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
     const int n = wire.segments();
     if (!end_report_.converged || n != end_.segments() || unchanged_segments(wire) < n ||
-        static_cast<int>(terms_.stages.size()) != n || contacts_->contacts().size() != wire.joints.size())
+        model_.stages() != n || contacts_->contacts().size() != wire.joints.size())
         return false;
     double cap = kFree;
     for (const WallContact& c : contacts_->contacts())
         if (c.room > 0) cap = std::min(cap, kPredictedCap * c.room);
-    first_ = std::max(1, n - std::max(kPredictedWindow, 2 * wire.curved_segments()) + 1);
-    if (terms_.twist) first_ = 1;  // the hub's turn comes from the base
-    terms_.first = first_;
+    // A turn of the hub comes from the base.
+    const bool twist = wire.curved_segments() > 0;
+    model_.look_from(twist ? 1 : std::max(1, n - kPredictedWindow + 1));
     measure_window(wire, *contacts_);
-    const double energy = energy_, force = std::abs(end_report_.push_force);
-    for (double part = 1; part > kLeastPredicted; part *= 0.5) {
+    const double force = std::abs(end_report_.push_force);
+    const double least_part = std::min({1.0, kLeastFeed * wire.spec.segment_length / std::abs(motion.feed),
+                                        kLeastTurn / std::abs(motion.turn)});
+    double part = 1, mu = 0;
+    while (mu < kSlides * mu_unit_) {
         const FeedPlan plan = plan_feed(wire, part * motion.feed);
-        if (motion.feed != 0 && !plan.whole) return false;
-        FedStage fed[2];
-        if (plan.change != 0) fed[0] = {plan.grows - first_, plan.change * wire.tangents[plan.grows]};
-        if (plan.change_before != 0)
-            fed[1] = {plan.grows - 1 - first_, plan.change_before * wire.tangents[plan.grows - 1]};
-        if (plan.grows - 1 < first_) return false;
-        riccati_backward(terms_.window(), 0, least_pivot_, terms_.twist,
-                         std::span(gains_).subspan(first_ - 1), fed);
-        for (FedStage& f : fed) f.stage += first_ - 1;
-        if (!(roll_out(wire, part * motion.turn, fed) <= cap)) continue;
-        const double rise = evaluate(wire, *contacts_) - energy;
-        if (!(rise <= kPredictedRise * std::abs(energy) + kPredictedWork * force * std::abs(plan.mm)))
-            continue;
-        std::copy(trial_tangents_.begin() + first_, trial_tangents_.end(), wire.tangents.begin() + first_);
-        std::copy(trial_joints_.begin() + first_, trial_joints_.end(), wire.joints.begin() + first_);
-        if (motion.feed != 0) apply_feed(wire, plan);
-        rotate(wire, part * motion.turn);
-        predicted_ = 2 * (n - plan.grows + 2);
-        motion = {plan.mm, part * motion.turn};
-        return true;
+        if ((motion.feed != 0 && !plan.whole) || plan.grows <= model_.first()) return false;
+        const double work = kPredictedWork * force * std::abs(plan.mm), energy = std::abs(energy_);
+        const double rise =
+            try_answer(wire, plan, part * motion.turn, mu, cap, kPredictedWell * (energy + work));
+        if (rise <= kPredictedRise * energy + work) {
+            model_.foresee_forces(wire);
+            foreseen_ = plan.grows - 1;
+            model_.take(wire);
+            if (motion.feed != 0) apply_feed(wire, plan);
+            rotate(wire, part * motion.turn);
+            predicted_ = 2 * (n - plan.grows + 2);
+            motion = {plan.mm, part * motion.turn};
+            return true;
+        }
+        // A wire about to snap answers by more than that to any motion: less of the motion, then the answer
+        // of a stiffer wire.
+        if (part > least_part)
+            part = std::max(least_part, 0.5 * part);
+        else
+            mu = std::max(kLeastTrust * mu_unit_, 10 * mu);
     }
-    // A wire about to snap answers by more than that to any motion: the smallest part, as it slides on.
-    motion = {motion.feed == 0 ? 0 : feed(wire, kLeastPredicted * motion.feed),
-              kLeastPredicted * motion.turn};
+    motion = {motion.feed == 0 ? 0 : feed(wire, part * motion.feed), part * motion.turn};
     rotate(wire, motion.turn);
     return true;
 }
@@ -515,10 +457,10 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const LumenWall& wall, const R
     }
     if (wire.curved_segments() > 0) {
         const bool turned = end_.joints.empty() || wire.roll != end_.roll ||
-                            wire.base_director != end_.base_director || directors_.empty();
-        directors_.resize(wire.joints.size());
-        directors_[0] = rolled_director(wire);
-        transport_directors(wire, turned ? 1 : std::max(1, unchanged), directors_);
+                            wire.base_director != end_.base_director || model_.directors.empty();
+        model_.directors.resize(wire.joints.size());
+        model_.directors[0] = rolled_director(wire);
+        transport_directors(wire, turned ? 1 : std::max(1, unchanged), model_.directors);
     }
     const long long asked_before = contacts_->queries();
     contacts_->update(wire);
@@ -542,10 +484,10 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const LumenWall& wall, const R
     report.at_rest = outcome == Outcome::Converged;
     report.contacts = contacts_->touching();
     report.wall_queries += contacts_->queries() - asked_before;
-    report.push_force = terms_.push.dot(wire.tangents[0]);
-    report.base_torque = terms_.torque;
+    report.push_force = model_.terms().push.dot(wire.tangents[0]);
+    report.base_torque = model_.terms().torque;
     double least = 1;
-    for (int j = 0; j < n; ++j) least = std::min(least, straightness(wire, directors_, j));
+    for (int j = 0; j < n; ++j) least = std::min(least, straightness(wire, model_.directors, j));
     report.largest_bend = std::acos(std::max(-1.0, least));
     end_ = wire;
     end_report_ = report;

@@ -17,9 +17,8 @@
 #include <vector>
 
 #include "physics/contact_set.h"
-#include "physics/newton_terms.h"
+#include "physics/newton_model.h"
 #include "physics/relaxer.h"
-#include "physics/riccati.h"
 
 namespace physics {
 
@@ -45,6 +44,7 @@ public:
 
 private:
     bool predict(Guidewire&, HubMotion&);
+    double try_answer(Guidewire&, const FeedPlan&, double turn, double mu, double cap, double seen_rise);
     enum class Outcome { Converged, OutOfBudget, Stuck };
     enum class Trial { Accepted, OutOfBudget, NothingLower };
     Outcome descend(Guidewire&, ContactSet&, int most_updates, int valid, int first_window, RelaxReport&,
@@ -53,44 +53,24 @@ private:
                                     const UpdateObserver&);
     void set_units(const Guidewire&, const ContactSet&);
     Trial step(Guidewire&, ContactSet&, int most_updates, RelaxReport&);
-    bool leave_saddle(Guidewire&, ContactSet&, const RiccatiReport&);
+    bool leave_saddle(Guidewire&, ContactSet&);
     void open_window(const Guidewire&, const ContactSet&, int segments);
-    void linearise(const Guidewire&, const ContactSet&, bool proximal = true);
+    void linearise(const Guidewire&, const ContactSet&, int first);
     void measure_window(const Guidewire&, const ContactSet&);
-    void settle_forces(const Guidewire&, const ContactSet&);
-    void foresee_forces(const Guidewire&);
-    void model_contacts(const ContactSet&, bool foreseen_forces);
-    void model_trial_contacts(const Guidewire&, const ContactSet&);
-    void model_contact(const WallContact&, int joint, const Vec3& moved, double force);
-    void model_axial_force(const Guidewire&);
-    double roll_out(const Guidewire&, double twist = 0, std::span<const FedStage> fed = {});
-    double evaluate(Guidewire&, ContactSet&);
     void accept(Guidewire&, ContactSet&, double energy);
     int unchanged_segments(const Guidewire&) const;
     double energy_scale() const { return std::abs(energy_) + load_scale_; }
 
     RelaxerConfig config_;
-    int first_ = 1;                // segment that the window starts with
     double mu_ = 0, mu_unit_ = 0;  // trust region and its natural size [N/mm²]
-    double least_pivot_ = 0;       // that a shifted one becomes [N·mm]
     double energy_ = 0;            // of the window's accepted state; a load makes it negative [N·mm]
     double load_scale_ = 0;        // of the load's part of it [N·mm]
-    NewtonTerms terms_;
-    std::vector<RiccatiGain> gains_;
-    // The model's contacts, per joint: penetration = gap + normal·(x − x_accepted).
-    struct Plane {
-        double gap = 0, stiffness = 0;
-        Vec3 normal = Vec3::Zero();
-        double force = 0;  // foreseen by the last rollout [N]
-    };
-    std::vector<Plane> planes_;
-    // Trial state of a rollout, from joint first_ − 1 on.
-    std::vector<Vec3> trial_tangents_, trial_joints_, directors_;
-    std::vector<Vec2> turns_;
-    double slope_ = 0;  // of the energy along the last rollout [N·mm]
+    NewtonModel model_;
+    RiccatiReport pivots_;  // of the model
     // How the last call ended.
     const LumenWall* wall_ = nullptr;
     bool smooth_ = true;
+    int foreseen_ = 0;   // joints whose forces the prediction has foreseen
     int predicted_ = 0;  // segments that the motion made now changes the most
     std::optional<ContactSet> contacts_;
     Guidewire end_;

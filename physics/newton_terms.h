@@ -9,6 +9,21 @@
 
 namespace physics {
 
+/// A contact as the model has it: penetration = gap + normal·(x − x_accepted).
+struct ContactPlane {
+    double gap = 0, stiffness = 0;
+    Vec3 normal = Vec3::Zero();
+    double force = 0;  // in its second-order terms [N]
+};
+
+/// Sums over all that is distal of a segment.
+struct DistalSums {
+    double length = 0;          // whose load is felt [mm]
+    Vec3 force = Vec3::Zero();  // of the wall on the wire, reversed [N]
+    double torque = 0;          // [N·mm]
+    Vec2 slope = Vec2::Zero();  // of the joint between that segment and the next [N·mm]
+};
+
 struct NewtonTerms {
     int first = 1;                     // segment that the window starts with; what lies proximal stands still
     bool twist = false;                // the rest shape is curved somewhere
@@ -19,11 +34,11 @@ struct NewtonTerms {
     Vec3 push = Vec3::Zero();  // Σ of the forces of wall and load on the wire, reversed: what the introducer
                                // holds [N]
     double torque = 0;         // dU/droll: what the hub is held against [N·mm]
+    bool exact = true;  // the window's stages have the contacts' own forces in their second-order terms
 
     std::span<RiccatiStage> window() { return std::span(stages).subspan(first - 1); }
-    /// Of a stage, over C of its segment's proximal joint [-].
-    double relative(int stage) const { return gradient[stage].norm() * inverse_spring[stage]; }
     std::vector<double> inverse_spring;  // 1/C of the joint proximal of each segment [1/N·mm]
+    DistalSums base;                     // from the window's most proximal segment on
 };
 
 /// Gradient and Hessian blocks of bending (Eq. 1, with rest directions), load and wall (Eq. 9, with the
@@ -35,8 +50,15 @@ struct NewtonTerms {
 void assemble(const Guidewire&, std::span<const WallContact>, const std::vector<Vec3>& directors, int first,
               NewtonTerms&, bool proximal = true);
 
-/// The sums from the tip alone: gradients, axial forces and what the introducer holds, of stages that
-/// assemble() has made.
-void sum_from_tip(const Guidewire&, NewtonTerms&);
+/// The same of the window alone and, in the same loop, riccati_backward() over it: what makes a stage runs
+/// while the recursion waits for its own results. The second-order terms of a joint in touch have its plane's
+/// force, as those of one that has left the wall, which then counts as touching; `planes` (per joint) become
+/// the contacts'. `gains` are the window's.
+RiccatiReport assemble_and_solve(const Guidewire&, std::span<const WallContact>,
+                                 const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
+                                 NewtonTerms&, std::span<ContactPlane> planes, std::span<RiccatiGain> gains);
+
+/// Gradient proximal of the window and what the introducer holds, of stages that have been assembled.
+void sum_proximal(const Guidewire&, std::span<const WallContact>, NewtonTerms&);
 
 }  // namespace physics

@@ -36,12 +36,18 @@ struct RiccatiStage {
     Vec2 twist_cross_prev = Vec2::Zero(), twist_cross = Vec2::Zero();
 };
 
-/// α_j = t·step + from_x δx_{j-1} + from_prev α_{j-1} + from_twist ψ_{j-1}.
+/// [a b; b c]
+struct SymmetricBlock {
+    double a = 0, b = 0, c = 0;
+};
+
+/// α_j = step + from_x δx_{j-1} + from_prev α_{j-1} + from_twist ψ_{j-1}.
 struct RiccatiGain {
     Vec2 step;
     Mat23 from_x;
     Mat2 from_prev;
-    Vec2 from_twist;
+    Vec2 from_twist;         // set where there is twist
+    SymmetricBlock inverse;  // minus that of the Hessian block of α_j, all distal of it answering
 };
 
 /// A segment of which more is let in: joint j is moved by `by` beside what the turns do [mm].
@@ -62,9 +68,14 @@ struct RiccatiReport {
 /// region. `twist`: whether any stage has a rest shape that is not straight; without it the twist is left
 /// out. Equal to a dense factorisation of the same quadratic model; no pivot shifted at μ = 0 means that the
 /// model's Hessian is positive definite: a strict local minimum where the gradient vanishes.
-/// `fed`: segments that change their length, in any order; the gains' steps are then the answer to that, to
-/// first order.
 RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
-                               bool twist, std::span<RiccatiGain> gains, std::span<const FedStage> fed = {});
+                               bool twist, std::span<RiccatiGain> gains);
+
+/// Makes the gains' steps the answer to segments that change their length, to first order. `gains` are those
+/// of the same stages at μ = 0. The most distal stages are gone over again up to the most proximal one that
+/// is fed; for the others up to `first` this is a small part of a backward pass. With `anew` all are, and the
+/// gains become those at that μ.
+void riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
+                    bool twist, std::span<RiccatiGain> gains, std::span<const FedStage> fed);
 
 }  // namespace physics
