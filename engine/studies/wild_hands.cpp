@@ -8,6 +8,7 @@
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/lumen_import.h"
+#include "engine/anatomy/mesh_topology.h"
 #include "engine/cpu_clock.h"
 #include "engine/files.h"
 #include "physics/energy.h"
@@ -74,19 +75,33 @@ void WildHand::act(Simulation& simulation) {
     }
 }
 
-std::vector<bool> beyond_an_end(const physics::Guidewire& wire, const Anatomy& anatomy) {
+Exits::Exits(const Anatomy& anatomy) {
+    for (const VesselEnd& end : anatomy.ends)
+        discs_.push_back({end.opening.centre, end.opening.outward_normal, kReach * end.opening.radius, 0});
+    for (const BoundaryLoop& rim : topology(anatomy.lumen).loops) {
+        const auto distance = [&](const Disc& disc) { return (disc.centre - rim.centroid).norm(); };
+        Disc& disc = *std::min_element(discs_.begin(), discs_.end(), [&](const Disc& a, const Disc& b) {
+            return distance(a) < distance(b);
+        });
+        for (const int v : rim.vertices)
+            disc.inside = std::max(disc.inside, (disc.centre - anatomy.lumen.vertices[v]).dot(disc.outward));
+    }
+}
+
+std::vector<bool> Exits::beyond(const physics::Guidewire& wire) const {
     std::vector<int> out(wire.joints.size(), 0);
-    for (const VesselEnd& end : anatomy.ends) {
-        const physics::OpenEnd& disc = end.opening;
-        // The introducer stands in the plane of its end, and inside.
-        double before = std::min(0.0, (wire.joints[0] - disc.centre).dot(disc.outward_normal));
+    for (const Disc& disc : discs_) {
+        const double inside = disc.inside + 0.5 * wire.spec.diameter;
+        const auto beyond_disc = [&](const Vec3& x) { return (x - disc.centre).dot(disc.outward) + inside; };
+        // The introducer stands in the plane of its end: the wire begins inside.
+        double before = std::min(beyond_disc(wire.joints[0]), -1e-9);
         int crossed = 0;
         for (int i = 1; i <= wire.segments(); ++i) {
-            const double beyond = (wire.joints[i] - disc.centre).dot(disc.outward_normal);
+            const double beyond = beyond_disc(wire.joints[i]);
             if ((beyond > 0) != (before > 0)) {
                 const double part = before / (before - beyond);
                 const Vec3 at = wire.joints[i - 1] + part * (wire.joints[i] - wire.joints[i - 1]);
-                if ((at - disc.centre).norm() < kReach * disc.radius) crossed += beyond > 0 ? 1 : -1;
+                if ((at - disc.centre).norm() < disc.radius) crossed += beyond > 0 ? 1 : -1;
             }
             out[i] += std::max(crossed, 0);
             before = beyond;
@@ -129,6 +144,7 @@ void WildTally::add(const WildTally& other) {
 WildJudge::WildJudge(const Simulation& simulation)
     : name_(simulation.scenario().name),
       lumen_(simulation.anatomy()),
+      exits_(simulation.anatomy()),
       rest_(simulation.wall().smooth() ? kRestLimit : kPlanesRestLimit),
       wire_radius_(0.5 * simulation.scenario().guidewire.diameter) {}
 
@@ -147,7 +163,7 @@ void WildJudge::judge(const Simulation& simulation, const StepReport& report, st
     }
     const bool told = report.deepest_crossing > 0;
     tally.told_crossings += told;
-    const std::vector<bool> left = beyond_an_end(wire, simulation.anatomy());
+    const std::vector<bool> left = exits_.beyond(wire);
     tally.left += std::find(left.begin(), left.end(), true) != left.end();
     int outside = 0, worst = 0;
     double excess = 0;

@@ -29,9 +29,22 @@ private:
     double trend_ = 1;
 };
 
-/// Per joint, whether the wire has left the vessels by an open end proximal of it: it went out through that
-/// end's disc more often than in.
-std::vector<bool> beyond_an_end(const physics::Guidewire&, const Anatomy&);
+/// Tells where a wire has left the vessels.
+class Exits {
+public:
+    explicit Exits(const Anatomy&);
+    /// Per joint, whether the wire is out by an open end proximal of it: it went out through that end's disc
+    /// more often than in. Rims of real meshes are uneven: the disc lies as far inside as the rim reaches,
+    /// and a wire's radius more.
+    std::vector<bool> beyond(const physics::Guidewire&) const;
+
+private:
+    struct Disc {
+        physics::Vec3 centre, outward;
+        double radius = 0, inside = 0;  // inside: by which the rim reaches in [mm]
+    };
+    std::vector<Disc> discs_;
+};
 
 /// The mesh of a lumen as it is.
 class RawLumen {
@@ -74,6 +87,7 @@ public:
 private:
     std::string name_;
     RawLumen lumen_;
+    Exits exits_;
     double rest_ = kRestLimit, wire_radius_;
 };
 

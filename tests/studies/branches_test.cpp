@@ -45,7 +45,7 @@ Way way_into(const engine::Anatomy& anatomy, int branch) {
     return way;
 }
 
-struct Tally {
+struct Journal {
     int frames = 0, ways = 0, told = 0, refused = 0, restless = 0, outside = 0;
     double gradient = 0;
 };
@@ -53,10 +53,10 @@ struct Tally {
 /// One wire in one branch, moved as a simulation moves it.
 class Traveller {
 public:
-    Traveller(const engine::Anatomy& anatomy, const engine::RawLumen& lumen, const LumenWall& wall,
-              Guidewire wire, std::string what, Tally& tally)
-        : anatomy_(anatomy),
-          lumen_(lumen),
+    Traveller(const engine::RawLumen& lumen, const engine::Exits& exits, const LumenWall& wall,
+              Guidewire wire, std::string what, Journal& tally)
+        : lumen_(lumen),
+          exits_(exits),
           wall_(wall),
           hub_({}, wall),
           wire_(std::move(wire)),
@@ -102,7 +102,7 @@ private:
         EXPECT_LE(gradient, engine::kRestLimit) << what_ << ", " << wire_.inserted_length() << " mm";
         tally_.told += told_;
         if (told_) return;
-        const std::vector<bool> left = engine::beyond_an_end(wire_, anatomy_);
+        const std::vector<bool> left = exits_.beyond(wire_);
         for (int i = 1; i <= wire_.segments(); ++i) {
             if (left[i] || lumen_.encloses(wire_.joints[i])) continue;
             ++tally_.outside;
@@ -112,20 +112,21 @@ private:
         }
     }
 
-    const engine::Anatomy& anatomy_;
     const engine::RawLumen& lumen_;
+    const engine::Exits& exits_;
     const LumenWall& wall_;
     Hub hub_;
     Guidewire wire_;
     std::string what_;
     bool told_ = false;
-    Tally& tally_;
+    Journal& tally_;
 };
 
-void travel(std::string_view preset, Tally& tally) {
+void travel(std::string_view preset, Journal& tally) {
     const engine::Anatomy anatomy =
         engine::generated_anatomy(engine::vessel_preset(preset), engine::test::cache());
     const engine::RawLumen lumen(anatomy);
+    const engine::Exits exits(anatomy);
     for (const char* name : {"glide035", "floppy014"}) {
         const GuidewireSpec spec = engine::find_guidewire_preset(name)->spec;
         const auto wall =
@@ -142,7 +143,7 @@ void travel(std::string_view preset, Tally& tally) {
                 Guidewire wire = wire_of_length(spec, way.points, length);
                 wire.roll = 2 * M_PI * k / kRolls;
                 Traveller traveller(
-                    anatomy, lumen, *wall, wire,
+                    lumen, exits, *wall, wire,
                     std::string(preset) + ", " + anatomy.branches[b].name + ", roll " + std::to_string(k),
                     tally);
                 traveller.feed(-out);
@@ -158,7 +159,7 @@ void travel(std::string_view preset, Tally& tally) {
 class Branches : public testing::TestWithParam<engine::VesselPreset> {};
 
 TEST_P(Branches, AWireInAndOutStaysInsideAndAtRest) {
-    Tally tally;
+    Journal tally;
     travel(GetParam().name, tally);
     std::printf(
         "%d ways, %d frames: %d not at rest (largest |g|/C %.1e), %d joints outside, %d frames told to "

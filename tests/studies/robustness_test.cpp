@@ -23,14 +23,14 @@ StudyResult quick(int threads) {
     return engine::run_robustness(options);
 }
 
-std::size_t column_of(const Table& table, const std::string& name) {
+std::size_t place_of(const Table& table, const std::string& name) {
     const auto at = std::find(table.columns.begin(), table.columns.end(), name);
     EXPECT_NE(at, table.columns.end()) << name;
     return static_cast<std::size_t>(at - table.columns.begin());
 }
 
 double total(const Table& table, const std::string& name) {
-    return std::get<double>(table.rows.back().at(column_of(table, name)));
+    return std::get<double>(table.rows.back().at(place_of(table, name)));
 }
 
 }  // namespace
@@ -96,7 +96,8 @@ TEST(Robustness, AWireIsBeyondAnEndUntilItComesBack) {
     const physics::Polyline hook = {{0, 0, 0}, {43, 0, 0}, {43, 1, 0}, {20, 1, 0}};
     physics::GuidewireSpec spec;
     const physics::Guidewire wire = physics::wire_along(spec, hook, 30);
-    const std::vector<bool> beyond = engine::beyond_an_end(wire, tube);
-    for (int i = 0; i <= wire.segments(); ++i) EXPECT_EQ(beyond[i], wire.joints[i].x() > 40) << i;
+    const std::vector<bool> beyond = engine::Exits(tube).beyond(wire);
+    for (int i = 0; i <= wire.segments(); ++i)
+        EXPECT_EQ(beyond[i], wire.joints[i].x() > 40 - 0.5 * spec.diameter) << i;
     EXPECT_TRUE(std::find(beyond.begin(), beyond.end(), true) != beyond.end());
 }
