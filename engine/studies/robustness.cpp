@@ -106,6 +106,7 @@ Table tube_table(const std::vector<TubeCourse>& courses) {
                  "refused",
                  "not_strict_minimum",
                  "over_work",
+                 "wall_gave_way",
                  "largest_gradient",
                  "largest_excess",
                  "steps",
@@ -133,6 +134,7 @@ Table tube_table(const std::vector<TubeCourse>& courses) {
                    static_cast<double>(c.refused),
                    static_cast<double>(c.flat),
                    static_cast<double>(c.over_work),
+                   static_cast<double>(c.gave_way),
                    c.gradient,
                    c.excess,
                    static_cast<double>(c.steps),
@@ -146,7 +148,7 @@ Table tube_table(const std::vector<TubeCourse>& courses) {
         segments += c.tube.segments, reached += c.reached;
         sum.pushes += c.pushes, sum.unconverged += c.unconverged, sum.restless += c.restless;
         sum.folds += c.folds, sum.deep += c.deep, sum.refused += c.refused, sum.flat += c.flat;
-        sum.over_work += c.over_work, sum.steps += c.steps;
+        sum.over_work += c.over_work, sum.gave_way += c.gave_way, sum.steps += c.steps;
         sum.gradient = std::max(sum.gradient, c.gradient), sum.excess = std::max(sum.excess, c.excess);
         sum.times.insert(sum.times.end(), c.times.begin(), c.times.end());
     }
@@ -265,9 +267,10 @@ std::vector<Claim> claims_of(const Table& tubes, const Table& hands, const std::
          "by the energy module's exact gradient");
     none(tubes, "folds", "random tubes: folds", "a joint bent by more than 90°");
     none(tubes, "deep", "random tubes: joints farther outside than the lumen's radius", "");
-    none(tubes, "refused", "random tubes: refused pushes", "");
+    none(tubes, "refused", "random tubes: refused pushes",
+         "but where a wall too soft for the wire gave way by its lumen's radius");
     none(tubes, "over_work", "random tubes: rises of the energy beyond the hand's work",
-         "the larger of the forces before and after each part, times its length; by more than 5 %");
+         "the larger of dE/dL before and after each part, times its length; by more than 5 %");
     if (hands.rows.size() == 1) return claims;
     none(hands, "not_at_rest", "wild hands: frames not at rest",
          fmt::format("{} frames in {} scenarios", number(hands, hands.rows.back(), "frames"),
@@ -287,7 +290,7 @@ Plot picture(bool hands) {
         "set cblabel 'processor time [ms]'\nset xrange [4:2500]\nset yrange [0.8:1250]\n"
         "set palette defined (0 '#0072B2', 1 '#56B4E9', 2 '#F0E442', 3 '#E69F00', 4 '#D55E00')\n"
         "set key below\n"
-        "plot 'robustness_tubes.csv' skip 1 using 4:5:(0.4+$2/3):21 with points pt 7 ps variable lc palette "
+        "plot 'robustness_tubes.csv' skip 1 using 4:5:(0.4+$2/3):22 with points pt 7 ps variable lc palette "
         "title 'a tube; the larger, the wider', \\\n"
         "     '' skip 1 using ($9+$10+$11+$12+$13+$15 > 0 ? $4 : 1/0):5 with points pt 2 ps 2 lw 2 lc rgb "
         "'black' "
