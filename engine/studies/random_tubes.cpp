@@ -22,7 +22,6 @@ constexpr double kStraightAtStart = 22;    // λ
 constexpr double kStraightAtEnd = 30;      // [mm]
 constexpr double kSharpestArc = 1.2;       // radius over the lumen's
 constexpr double kExcess = 0.05;           // of the energy, beyond the hand's work
-constexpr double kGaveWay = 0.9;           // of the lumen's radius
 constexpr double kExcessFloor = 1e-3;      // [N·mm]
 
 /// The same on every machine, as the standard's distributions are not.
@@ -109,6 +108,18 @@ private:
         return (physics::total_energy(longer, contacts).total() - energy()) / little;
     }
 
+    /// Where the wire would go if the hub let it [mm].
+    double depth_of_next_rest() const {
+        double deepest = 0;
+        for (const double part : {1.0 / 32, 1.0 / 4}) {
+            physics::Guidewire wire = wire_;
+            physics::feed(wire, part * tube_.segment_length);
+            physics::make_relaxer({})->relax(wire, wall_, {kUnlimited, 0, 0});
+            deepest = std::max(deepest, physics::largest_penetration(physics::all_contacts(wire, wall_)));
+        }
+        return deepest;
+    }
+
     bool judge(bool refused, double work) {
         const auto contacts = physics::all_contacts(wire_, wall_);
         const double gradient = physics::relative_gradient(wire_, contacts), now = energy(),
@@ -116,11 +127,12 @@ private:
         energy_ = now;
         const double bend = last_.largest_bend / physics::kDegree;
         const bool fold = bend > 90, deep = depth > tube_.radius;
-        // Where a joint is as far outside as the lumen is wide a hub makes no push.
-        const bool gave_way = refused && depth > kGaveWay * tube_.radius;
-        count(refused && !gave_way, course_.refused, "refused");
-        count(gave_way, course_.gave_way,
-              fmt::format("refused: the wall gave way by {:.3g} of {:.3g} mm", depth, tube_.radius));
+        const double next = refused ? depth_of_next_rest() : 0;
+        const bool gave_way = next > tube_.radius;
+        count(refused && !gave_way, course_.refused, fmt::format("refused: {:.3g} mm deep", depth));
+        count(
+            gave_way, course_.gave_way,
+            fmt::format("refused: the next rest is {:.3g} mm outside a lumen of {:.3g}", next, tube_.radius));
         if (!refused) {
             course_.gradient = std::max(course_.gradient, gradient);
             course_.excess = std::max(course_.excess, excess / std::max(now, kExcessFloor));

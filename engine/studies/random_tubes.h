@@ -41,7 +41,7 @@ struct TubeCourse {
     int folds = 0;                // a joint bent by more than a right angle
     int deep = 0;                 // a joint farther outside than the lumen is wide
     int refused = 0;              // the hub would not make it; nothing follows
-    int gave_way = 0;             // the same where the wall was too soft for the wire
+    int gave_way = 0;             // the same where the next rest lies outside the lumen
     int flat = 0;                 // at rest, but not shown to be a strict minimum
     int over_work = 0;            // the energy rose by more than the hand's work
     double gradient = 0;          // the largest |g|/C

@@ -269,7 +269,7 @@ std::vector<Claim> claims_of(const Table& tubes, const Table& hands, const std::
     none(tubes, "folds", "random tubes: folds", "a joint bent by more than 90°");
     none(tubes, "deep", "random tubes: joints farther outside than the lumen's radius", "");
     none(tubes, "refused", "random tubes: refused pushes",
-         "but where a wall too soft for the wire gave way by its lumen's radius");
+         "but where the next rest lies outside the lumen, by more than its radius");
     none(tubes, "over_work", "random tubes: rises of the energy beyond the hand's work",
          "the larger of dE/dL before and after each part, times its length; by more than 5 %");
     if (hands.rows.size() == 1) return claims;
