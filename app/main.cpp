@@ -160,6 +160,7 @@ int study(const StudyArguments& arguments) {
     engine::StudyOptions options;
     const char* meshes = std::getenv("SELDINGER_REAL_MESHES");
     options.real_meshes = meshes ? meshes : SELDINGER_ASSETS "/../../shared/anatomy";
+    options.scenarios = shipped;
     options.quick = arguments.quick;
     options.threads = arguments.threads;
     options.seed = arguments.seed;

@@ -16,7 +16,9 @@ namespace {
 using physics::Vec3;
 
 constexpr double kShortest = 0.2, kLongest = 5;  // λ [mm]
-constexpr double kCellsToAxis = 4;  // of the grid from a wall to the axis: fewer don't tell its sides apart
+/// Of the grid from a wall to the axis: with fewer the field does not tell its sides apart. In tubes of so
+/// many it is off by 0.03 mm at 1 % of the places near the wall, of two by 0.01 mm at most.
+constexpr double kCellsToAxis = 1.25;
 /// Of the band, what bricks at its rim waste included: 15 of a tube of radius 1 mm and of the iliac arteries.
 constexpr double kBytesPerCell = 16;
 constexpr double kWhileMade = 2;  // times that

@@ -9,6 +9,7 @@
 #include "engine/studies/imaging.h"
 #include "engine/studies/paper.h"
 #include "engine/studies/pareto.h"
+#include "engine/studies/robustness.h"
 #include "engine/studies/stability.h"
 #include "engine/studies/study.h"
 #include "engine/studies/study_files.h"
@@ -23,6 +24,7 @@ const Study studies[] = {
     {"pareto", "Which method reaches which accuracy in the least time?", run_pareto},
     {"accuracy", "How exact is a wire of segments, and what does it cost?", run_accuracy},
     {"anatomy", "Are generated vessels fit to push wires through?", run_anatomy},
+    {"robustness", "Does anything a hand may do break the wire?", run_robustness},
     {"economy", "What do a chosen λ and an adaptive wire save?", run_economy},
     {"imaging", "Are frames what physics says, and what do they cost?", run_imaging},
     {"separation", "How far apart should varied segments be?", run_separation},

@@ -26,6 +26,7 @@ struct StudyOptions {
     std::uint64_t seed = 1;             // of a study that draws random numbers
     std::string program;                // name and version; shards of another are not merged
     std::filesystem::path real_meshes;  // folder of meshes from elsewhere; may be missing
+    std::filesystem::path scenarios;    // folder of the scenarios that ship; may be missing
     ModelCache cache;                   // the folder, where empty, is cache beside the study's own
     std::function<void(const StudyProgress&)> progress;  // one call at a time
 };

@@ -70,11 +70,13 @@ TEST(ModelChoice, TheCurvedTipIsAWholeNumberOfSegmentsThatFollowIt) {
 }
 
 TEST(ModelChoice, TakesTheWallThatTheAnatomyAllows) {
-    const Anatomy wide = tube(2, {engine::Run{60}}), narrow = tube(0.5, {engine::Run{60}});
+    const Anatomy wide = tube(2, {engine::Run{60}}), narrow = tube(0.2, {engine::Run{60}});
     const Anatomy huge = tube(40, {engine::Run{40'000}});
     EXPECT_EQ(choose_model(wide, straight_tip(), kTolerance, true).wall, WallModel::Analytic);
     EXPECT_EQ(choose_model(wide, straight_tip(), kTolerance, false).wall, WallModel::DistanceField);
     EXPECT_EQ(choose_model(narrow, straight_tip(), kTolerance, false).wall, WallModel::Mesh);
+    const Anatomy tight = tube(0.27, {engine::Run{60}});  // a stenosis that a wire of 0.014 in just passes
+    EXPECT_EQ(choose_model(tight, straight_tip(), kTolerance, false).wall, WallModel::DistanceField);
     EXPECT_EQ(choose_model(huge, straight_tip(), kTolerance, false).wall, WallModel::Mesh);
     physics::GuidewireSpec thick = straight_tip();
     thick.diameter = 3;

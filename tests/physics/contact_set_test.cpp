@@ -138,3 +138,77 @@ TEST(ContactSet, PushesWithTheLoadAsWell) {
     EXPECT_LT((set.sum_from(40).force - (wall_force - length * wire.load)).norm(), 1e-12);
     EXPECT_EQ(set.sum_from(wire.segments() + 1).force, Vec3::Zero());
 }
+
+namespace {
+
+/// A vessel along x, station 0, and one that leaves it at x = 20 along y, station 1. Each answers for itself.
+class TwoVessels final : public LumenWall {
+public:
+    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+        for (std::size_t i = 0; i < joints.size(); ++i) {
+            const bool side = contacts[i].station == 1;
+            Vec3 from_axis = side ? Vec3(joints[i] - Vec3(20, 0, 0)) : joints[i];
+            from_axis[side ? 1 : 0] = 0;
+            contacts[i] = {};
+            contacts[i].station = side ? 1 : 0;
+            contacts[i].penetration = from_axis.norm() - (side ? 1.5 : 3.0);
+            contacts[i].normal = from_axis.normalized();
+            contacts[i].stiffness = 10;
+            contacts[i].room = side ? 1.5 : 3;
+        }
+    }
+    bool same_vessel(int a, int b) const override { return a == b; }
+};
+
+/// A wire along the first vessel whose distal joints are held by the second.
+Guidewire drawn_back(double x, double y, int held) {
+    GuidewireSpec spec;
+    spec.segment_length = 1;
+    spec.curved_angle = spec.curved_length = 0;
+    Guidewire wire = wire_along(spec, Polyline{{0, 0, 0}, {x, 0, 0}, {x, y + 5, 0}}, static_cast<int>(x + y));
+    for (int i = 0; i <= wire.segments(); ++i) wire.stations[i] = i > wire.segments() - held ? 1 : 0;
+    return wire;
+}
+
+}  // namespace
+
+TEST(ContactSet, ATipDrawnBackOutOfASideBranchIsHeldByTheVesselItCameInto) {
+    const TwoVessels wall;
+    const Guidewire wire = drawn_back(24, 2, 3);  // 4 mm past the branch's axis, well inside the first vessel
+    ContactSet set(wall);
+    set.reset(wire);
+    ASSERT_EQ(set.touching(), 3);
+    const double held = set.energy(wire.joints, 1);
+    EXPECT_EQ(set.rejoin_vessels(wire), wire.segments() - 2);
+    for (int i = 1; i <= wire.segments(); ++i) EXPECT_EQ(set.contacts()[i].station, 0) << i;
+    EXPECT_EQ(set.touching(), 0);
+    EXPECT_GT(held, 1.0);
+    EXPECT_EQ(set.energy(wire.joints, 1), 0.0);
+    EXPECT_EQ(set.rejoin_vessels(wire), -1);
+}
+
+TEST(ContactSet, AJointBesideTheMouthKeepsTheContactThatIsLessDeep) {
+    const TwoVessels wall;
+    // The tip is 1.7 mm from the branch's axis, 0.2 mm in its wall, and 5 mm from the first vessel's: 2 mm.
+    const Guidewire wire = drawn_back(21.7, 5, 5);
+    ContactSet set(wall);
+    set.reset(wire);
+    const int tip = wire.segments();
+    ASSERT_GT(wire.tip().y(), 3.4);
+    ASSERT_TRUE(set.contacts()[tip].touches());
+    set.rejoin_vessels(wire);
+    EXPECT_EQ(set.contacts()[tip].station, 1);
+    EXPECT_GT(set.contacts()[tip].penetration, 0.0);
+    // Its neighbours in the first vessel's lumen are no longer held by the branch.
+    EXPECT_EQ(set.contacts()[tip - 4].station, 0);
+}
+
+TEST(ContactSet, NoJointInItsOwnVesselLooksElsewhere) {
+    const TwoVessels wall;
+    Guidewire wire = drawn_back(24, 2, 0);
+    ContactSet set(wall);
+    set.reset(wire);
+    const long long asked = set.queries();
+    EXPECT_EQ(set.rejoin_vessels(wire), -1);
+    EXPECT_EQ(set.queries(), asked);
+}

@@ -1,0 +1,58 @@
+#pragma once
+/// Wires pushed segment by segment into tubes drawn at random.
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "physics/geometry.h"
+
+namespace engine {
+
+/// Something that should not have come about, and where to look for it.
+struct Incident {
+    std::string where;
+    std::uint64_t seed = 0;
+    int at = 0;  // push or frame, from 0
+    std::string what;
+};
+
+struct RandomTube {
+    double radius = 1;                         // [mm]
+    double segment_length = 1;                 // λ [mm]
+    double rigidity = 50, wall_stiffness = 1;  // EI [N·mm²], k [N/mm]
+    int segments = 50;                         // N, when all of the wire is in
+    physics::Polyline centreline;
+};
+
+/// Radius 1 to 6 mm, λ 0.5 to 3 mm, EI 5 to 2000 N·mm² and k 1 to 1000 N/mm of equal odds by their logarithm,
+/// N 50 to 400, arcs about any axis with radii of 1.2 to 20 lumen radii. The seed says all, on any machine.
+RandomTube random_tube(std::uint64_t seed);
+
+constexpr int kSegmentsAtStart = 20;
+
+/// A wire laid along the centreline and pushed in, from rest to rest, until all of it is in.
+struct TubeCourse {
+    std::uint64_t seed = 0;
+    RandomTube tube;
+    int pushes = 0, reached = 0;  // reached: segments inside at the end
+    int unconverged = 0;          // ended without rest
+    int restless = 0;             // |g|/C by the energy module above kRestLimit
+    int folds = 0;                // a joint bent by more than a right angle
+    int deep = 0;                 // a joint farther outside than the lumen is wide
+    int refused = 0;              // the hub would not make it; nothing follows
+    int gave_way = 0;             // the same where the next rest lies outside the lumen
+    int flat = 0;                 // at rest, but not shown to be a strict minimum
+    int over_work = 0;            // the energy rose by more than the hand's work
+    double gradient = 0;          // the largest |g|/C
+    double excess = 0;            // the largest rise of the energy above the hand's work, over the energy
+    long long steps = 0;          // of Newton's method
+    std::vector<double> times;    // processor time of each push [ms]
+    std::vector<Incident> incidents;
+};
+
+constexpr double kRestLimit = 2e-8;
+
+TubeCourse push_through(std::uint64_t seed, int most_pushes);
+
+}  // namespace engine

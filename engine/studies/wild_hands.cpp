@@ -1,0 +1,228 @@
+#include "engine/studies/wild_hands.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <numbers>
+#include <random>
+
+#include "engine/anatomy/anatomy_writer.h"
+#include "engine/anatomy/lumen_import.h"
+#include "engine/anatomy/mesh_topology.h"
+#include "engine/cpu_clock.h"
+#include "engine/files.h"
+#include "physics/energy.h"
+
+namespace engine {
+namespace {
+
+using physics::Vec3;
+
+constexpr double kLargestPush = 30;                    // a frame [mm]
+constexpr double kLargestTurn = 2 * std::numbers::pi;  // a frame [rad]
+constexpr int kFramesOfATrend = 40;
+constexpr double kPlanesRestLimit = 2e-3;  // |g|/C on a wall of planes, which jump
+constexpr double kReach = 1.5;             // of an open end's disc, radii
+/// The smooth wall rounds creases of the mesh off, and facets lie inside round vessels [mm].
+constexpr double kSmoothing = 0.15;
+
+const std::array<Vec3, 5> kRays = {Vec3(0.31, 0.47, 0.83).normalized(), Vec3(-0.71, 0.23, 0.4).normalized(),
+                                   Vec3(0.2, -0.9, 0.31).normalized(), Vec3(-0.4, -0.3, -0.86).normalized(),
+                                   Vec3(0.9, -0.1, -0.42).normalized()};
+
+/// A mesh from elsewhere and the wire that suits it.
+struct Import {
+    const char *mesh, *wire;
+    double inserted;  // [mm]
+};
+constexpr Import kImports[] = {{"carotid_stenosis_lumen.stl", "floppy014", 20},
+                               {"sofa_carotids.stl", "floppy014", 20},
+                               {"sofa_phantom.obj", "glide035", 40}};
+
+/// The anatomy and a scenario of it in the cache, for readers to play again.
+Scenario imported(const Import& import, const std::filesystem::path& mesh, const StudyOptions& options) {
+    ImportOptions how;
+    how.unit = "mm";
+    how.threads = 1;
+    const Anatomy anatomy = import_lumen(mesh, how).anatomy;
+    const std::filesystem::path folder = options.cache.folder / "imported";
+    const std::filesystem::path file = write_anatomy(anatomy, folder, {{"mesh", mesh.filename().string()}});
+    const std::string text = fmt::format(
+        "schema = 1\ntitle = \"{0}\"\nanatomy = \"{1}\"\n\n[entry]\nend = \"{2}\"\ninserted_mm = {3:.1f}\n\n"
+        "[guidewire]\npreset = \"{4}\"\n\n[wall]\nstiffness_N_per_mm = 20.0\n\n[target]\nname = \"{5}\"\n",
+        import.mesh, file.filename().string(), anatomy.ends.front().opening.name, import.inserted,
+        import.wire, anatomy.targets.front().name);
+    const std::filesystem::path scenario = folder / (mesh.stem().string() + ".toml");
+    write_whole(scenario, text);
+    return load_scenario(scenario);
+}
+
+}  // namespace
+
+void WildHand::act(Simulation& simulation) {
+    if (frame_++ % kFramesOfATrend == 0) trend_ = 2 * unit() - 0.6;
+    const double what = unit();
+    if (what < 0.7) {
+        const double a = unit(), b = unit(), length = kLargestPush * a * b;
+        if (unit() < 0.5 + 0.5 * trend_)
+            simulation.apply(Advance{length});
+        else
+            simulation.apply(Withdraw{length});
+    }
+    if (what > 0.4) {
+        const double a = unit(), b = unit();
+        simulation.apply(Rotate{kLargestTurn * (2 * a - 1) * b});
+    }
+}
+
+Exits::Exits(const Anatomy& anatomy) {
+    for (const VesselEnd& end : anatomy.ends)
+        discs_.push_back({end.opening.centre, end.opening.outward_normal, kReach * end.opening.radius, 0});
+    for (const BoundaryLoop& rim : topology(anatomy.lumen).loops) {
+        const auto distance = [&](const Disc& disc) { return (disc.centre - rim.centroid).norm(); };
+        Disc& disc = *std::min_element(discs_.begin(), discs_.end(), [&](const Disc& a, const Disc& b) {
+            return distance(a) < distance(b);
+        });
+        for (const int v : rim.vertices)
+            disc.inside = std::max(disc.inside, (disc.centre - anatomy.lumen.vertices[v]).dot(disc.outward));
+    }
+}
+
+std::vector<bool> Exits::beyond(const physics::Guidewire& wire) const {
+    std::vector<int> out(wire.joints.size(), 0);
+    for (const Disc& disc : discs_) {
+        const double inside = disc.inside + 0.5 * wire.spec.diameter;
+        const auto beyond_disc = [&](const Vec3& x) { return (x - disc.centre).dot(disc.outward) + inside; };
+        // The introducer stands in the plane of its end: the wire begins inside.
+        double before = std::min(beyond_disc(wire.joints[0]), -1e-9);
+        int crossed = 0;
+        for (int i = 1; i <= wire.segments(); ++i) {
+            const double beyond = beyond_disc(wire.joints[i]);
+            if ((beyond > 0) != (before > 0)) {
+                const double part = before / (before - beyond);
+                const Vec3 at = wire.joints[i - 1] + part * (wire.joints[i] - wire.joints[i - 1]);
+                if ((at - disc.centre).norm() < disc.radius) crossed += beyond > 0 ? 1 : -1;
+            }
+            out[i] += std::max(crossed, 0);
+            before = beyond;
+        }
+    }
+    return {out.begin(), out.end()};
+}
+
+bool RawLumen::encloses(const Vec3& x) const {
+    int votes = 0;
+    for (const Vec3& ray : kRays) votes += closed_.crossings(x, ray, 64) % 2;
+    return 2 * votes > static_cast<int>(kRays.size());
+}
+
+double RawLumen::outside_by(const Vec3& x, double within) const {
+    return encloses(x) ? -wall_.nearest(x, within).distance : wall_.distance(x);
+}
+
+void WildTally::add(const WildTally& other) {
+    frames += other.frames;
+    segments = std::max(segments, other.segments);
+    restless += other.restless;
+    gradient = std::max(gradient, other.gradient);
+    outside += other.outside;
+    outside_frames += other.outside_frames;
+    told_crossings += other.told_crossings;
+    beyond_force += other.beyond_force;
+    beyond_force_by = std::max(beyond_force_by, other.beyond_force_by);
+    left += other.left;
+    refused += other.refused;
+    settling += other.settling;
+    lagging += other.lagging;
+    largest_lag = std::max(largest_lag, other.largest_lag);
+    deepest = std::max(deepest, other.deepest);
+    largest_force = std::max(largest_force, other.largest_force);
+    times.insert(times.end(), other.times.begin(), other.times.end());
+    incidents.insert(incidents.end(), other.incidents.begin(), other.incidents.end());
+}
+
+WildJudge::WildJudge(const Simulation& simulation)
+    : name_(simulation.scenario().name),
+      lumen_(simulation.anatomy()),
+      exits_(simulation.anatomy()),
+      rest_(simulation.wall().smooth() ? kRestLimit : kPlanesRestLimit),
+      wire_radius_(0.5 * simulation.scenario().guidewire.diameter) {}
+
+void WildJudge::judge(const Simulation& simulation, const StepReport& report, std::uint64_t seed, int frame,
+                      WildTally& tally) const {
+    const physics::Guidewire& wire = simulation.wire();
+    const auto contacts = physics::all_contacts(wire, simulation.wall());
+    const auto tell = [&](const std::string& what) { tally.incidents.push_back({name_, seed, frame, what}); };
+    ++tally.frames;
+    tally.segments = std::max(tally.segments, wire.segments());
+    const double gradient = physics::relative_gradient(wire, contacts);
+    tally.gradient = std::max(tally.gradient, gradient);
+    if (!(gradient <= rest_)) {
+        ++tally.restless;
+        tell(fmt::format("not at rest: |g|/C {:.1e}", gradient));
+    }
+    const bool told = report.deepest_crossing > 0;
+    tally.told_crossings += told;
+    const std::vector<bool> left = exits_.beyond(wire);
+    tally.left += std::find(left.begin(), left.end(), true) != left.end();
+    int outside = 0, worst = 0;
+    double excess = 0;
+    for (int i = 1; i <= wire.segments(); ++i) {
+        const physics::WallContact& c = contacts[i];
+        if (left[i]) continue;
+        tally.deepest = std::max(tally.deepest, c.penetration);
+        tally.largest_force = std::max(tally.largest_force, c.force());
+        const double outside_by = lumen_.outside_by(wire.joints[i], wire_radius_);
+        outside += outside_by > 0;
+        const double more = outside_by + wire_radius_ - std::max(c.penetration, 0.0);
+        if (more > kSmoothing) {
+            ++tally.beyond_force;
+            if (more > excess) excess = more, worst = i;
+        }
+    }
+    tally.beyond_force_by = std::max(tally.beyond_force_by, excess);
+    if (excess > 0)
+        tell(fmt::format("joint {} of {} is {:.2f} mm deeper than its force explains", worst, wire.segments(),
+                         excess));
+    if (outside > 0 && !told) {
+        tally.outside += outside;
+        ++tally.outside_frames;
+        tell(fmt::format("{} joints outside the mesh", outside));
+    }
+    tally.refused += report.refused;
+    if (report.refused) tell("a motion was refused");
+    tally.settling += report.settling;
+    const double lag = std::abs(report.waiting_insertion);
+    tally.lagging += lag > 1e-9 || std::abs(report.waiting_rotation) > 1e-9;
+    tally.largest_lag = std::max(tally.largest_lag, lag);
+}
+
+WildTally play_wildly(Simulation& simulation, const WildJudge& judge, std::uint32_t seed, int frames) {
+    simulation.reset();
+    WildHand hand(seed);
+    WildTally tally;
+    for (int frame = 0; frame < frames; ++frame) {
+        hand.act(simulation);
+        const double start = thread_cpu_seconds();
+        const StepReport report = simulation.step();
+        tally.times.push_back(1e3 * (thread_cpu_seconds() - start));
+        judge.judge(simulation, report, seed, frame, tally);
+    }
+    return tally;
+}
+
+std::vector<Scenario> wild_scenarios(const StudyOptions& options) {
+    std::vector<Scenario> list;
+    if (std::filesystem::is_directory(options.scenarios))
+        for (const std::filesystem::path& file : shipped_scenarios(options.scenarios))
+            if (!options.quick || file.stem() == "s_bend" || file.stem() == "renal")
+                list.push_back(load_scenario(file));
+    if (options.quick) return list;
+    for (const Import& import : kImports)
+        if (const std::filesystem::path mesh = options.real_meshes / import.mesh;
+            std::filesystem::exists(mesh))
+            list.push_back(imported(import, mesh, options));
+    return list;
+}
+
+}  // namespace engine

@@ -1,0 +1,101 @@
+#pragma once
+/// A hand that pushes, pulls and turns far more than any physician, in the vessels of a scenario, frame by
+/// frame; every frame is judged by what the simulation does not use: the exact gradient and the raw mesh.
+
+#include <random>
+#include <string>
+#include <vector>
+
+#include "engine/anatomy/mesh_query.h"
+#include "engine/scenario.h"
+#include "engine/simulation.h"
+#include "engine/studies/random_tubes.h"
+#include "engine/studies/study.h"
+
+namespace engine {
+
+/// Pushes or pulls of up to 30 mm and turns of up to 360° a frame; every 40 frames the hand changes its mind
+/// about whether it is going in or out. The seed says all, on any machine.
+class WildHand {
+public:
+    explicit WildHand(std::uint32_t seed) : random_(seed) {}
+    /// What it does in its next frame.
+    void act(Simulation&);
+
+private:
+    double unit() { return static_cast<double>(random_()) / 4294967296.0; }
+    std::mt19937 random_;
+    int frame_ = 0;
+    double trend_ = 1;
+};
+
+/// Tells where a wire has left the vessels.
+class Exits {
+public:
+    explicit Exits(const Anatomy&);
+    /// Per joint, whether the wire is out by an open end proximal of it: it went out through that end's disc
+    /// more often than in. Rims of real meshes are uneven: the disc lies as far inside as the rim reaches,
+    /// and a wire's radius more.
+    std::vector<bool> beyond(const physics::Guidewire&) const;
+
+private:
+    struct Disc {
+        physics::Vec3 centre, outward;
+        double radius = 0, inside = 0;  // inside: by which the rim reaches in [mm]
+    };
+    std::vector<Disc> discs_;
+};
+
+/// The mesh of a lumen as it is.
+class RawLumen {
+public:
+    explicit RawLumen(const Anatomy& anatomy) : closed_(closed_lumen(anatomy)), wall_(anatomy.lumen) {}
+    /// Whether most of five rays cross the mesh, closed by planes at its ends, an odd number of times.
+    bool encloses(const physics::Vec3&) const;
+    /// How far beyond the wall a point is, < 0 inside, where it is looked for no farther than `within` [mm].
+    double outside_by(const physics::Vec3&, double within) const;
+
+private:
+    MeshQuery closed_, wall_;
+};
+
+/// What frames came to.
+struct WildTally {
+    int frames = 0, segments = 0;         // segments: the most there were
+    int restless = 0;                     // |g|/C above what rest is
+    double gradient = 0;                  // the largest |g|/C
+    int outside = 0, outside_frames = 0;  // joints outside the raw mesh, but for those beyond an open end
+    int told_crossings = 0;               // frames whose report tells of a crossing; not in the above
+    int beyond_force = 0;                 // joints deeper in the raw mesh than their force explains
+    double beyond_force_by = 0;           // at most [mm]
+    int left = 0;                         // frames with a part of the wire beyond an open end
+    int refused = 0, settling = 0, lagging = 0;
+    double largest_lag = 0;                 // [mm]
+    double deepest = 0, largest_force = 0;  // of contacts [mm], [N]
+    std::vector<double> times;              // processor time of each frame [ms]
+    std::vector<Incident> incidents;
+
+    void add(const WildTally&);
+};
+
+/// Looks at frames of one simulation.
+class WildJudge {
+public:
+    explicit WildJudge(const Simulation&);
+    void judge(const Simulation&, const StepReport&, std::uint64_t seed, int frame, WildTally&) const;
+
+private:
+    std::string name_;
+    RawLumen lumen_;
+    Exits exits_;
+    double rest_ = kRestLimit, wire_radius_;
+};
+
+/// So many frames of the hand with this seed, from the scenario's start.
+WildTally play_wildly(Simulation&, const WildJudge&, std::uint32_t seed, int frames);
+
+/// Scenarios to try: those of options.scenarios and, of options.real_meshes, three from elsewhere, imported
+/// into the cache with a scenario file beside each. The quick study has s_bend and renal.
+std::vector<Scenario> wild_scenarios(const StudyOptions&);
+
+}  // namespace engine

@@ -1,0 +1,178 @@
+/// A wire drawn out of every branch of every generated anatomy and pushed in again, the hub turned to five
+/// sides: every frame is at rest, and no joint is outside the mesh but where a crossing is told.
+
+#include <cstdlib>
+#include <gtest/gtest.h>
+
+#include "engine/guidewire_presets.h"
+#include "engine/studies/wild_hands.h"
+#include "physics/crossings.h"
+#include "physics/energy.h"
+#include "physics/hub.h"
+#include "tests/anatomies.h"
+
+using namespace physics;
+
+namespace {
+
+constexpr int kRolls = 5, kEnough = 1'000'000'000, kRoundsOfMending = 4;
+constexpr double kStiffness = 20;   // N/mm
+constexpr double kFromTheEnd = 4;   // of the tip at the start [mm]
+constexpr double kLongestWay = 60;  // in and out [mm]
+
+/// From the start of the root to the end of a branch, and how far along it the branch leaves its parent.
+struct Way {
+    Polyline points;
+    double mouth = 0, length = 0;  // [mm]
+    double narrowest = 1e9, parent_radius = 0;
+};
+
+Way way_into(const engine::Anatomy& anatomy, int branch) {
+    std::vector<int> line = {branch};
+    while (anatomy.branches[line.back()].parent >= 0) line.push_back(anatomy.branches[line.back()].parent);
+    Way way;
+    for (std::size_t k = line.size(); k-- > 0;) {
+        const CentrelineBranch& b = anatomy.branches[line[k]];
+        const std::size_t last = k > 0 ? anatomy.branches[line[k - 1]].parent_sample : b.points.size() - 1;
+        if (k == 0) way.mouth = way.length;
+        if (k == 1) way.parent_radius = b.radii[last];
+        for (std::size_t i = 0; i <= last; ++i) {
+            if (!way.points.empty()) way.length += (b.points[i] - way.points.back()).norm();
+            if (way.points.empty() || b.points[i] != way.points.back()) way.points.push_back(b.points[i]);
+            way.narrowest = std::min(way.narrowest, b.radii[i]);
+        }
+    }
+    return way;
+}
+
+struct Journal {
+    int frames = 0, ways = 0, told = 0, refused = 0, restless = 0, outside = 0;
+    double gradient = 0;
+};
+
+/// One wire in one branch, moved as a simulation moves it.
+class Traveller {
+public:
+    Traveller(const engine::RawLumen& lumen, const engine::Exits& exits, const LumenWall& wall,
+              Guidewire wire, std::string what, Journal& tally)
+        : lumen_(lumen),
+          exits_(exits),
+          wall_(wall),
+          hub_({}, wall),
+          wire_(std::move(wire)),
+          what_(std::move(what)),
+          tally_(tally) {
+        hub_.settle(wire_, kEnough);
+        mend();
+        judge();
+    }
+
+    void feed(double mm) {
+        const double lambda = wire_.spec.segment_length;
+        while (std::abs(mm) > 1e-9) {
+            if (merge_pieces(wire_, wall_) > 0) hub_.settle(wire_, kEnough);
+            double part = std::clamp(mm, -lambda, lambda);
+            mm -= part;
+            while (std::abs(part) > 1e-9) {
+                const HubReport report = hub_.move(wire_, {part, 0}, kEnough);
+                tally_.refused += report.outcome == HubReport::Outcome::Refused;
+                if (report.outcome != HubReport::Outcome::AtRest || report.made.feed == 0) break;
+                part -= report.made.feed;
+            }
+            mend();
+            judge();
+        }
+    }
+
+private:
+    void mend() {
+        for (int round = 0;; ++round) {
+            const auto found = crossings(wire_, all_contacts(wire_, wall_), wall_);
+            told_ = !found.empty();
+            if (!told_ || round == kRoundsOfMending || split_crossings(wire_, found) == 0) return;
+            hub_.settle(wire_, kEnough);
+        }
+    }
+
+    void judge() {
+        ++tally_.frames;
+        const double gradient = relative_gradient(wire_, all_contacts(wire_, wall_));
+        tally_.gradient = std::max(tally_.gradient, gradient);
+        tally_.restless += !(gradient <= engine::kRestLimit);
+        EXPECT_LE(gradient, engine::kRestLimit) << what_ << ", " << wire_.inserted_length() << " mm";
+        tally_.told += told_;
+        if (told_) return;
+        const std::vector<bool> left = exits_.beyond(wire_);
+        for (int i = 1; i <= wire_.segments(); ++i) {
+            if (left[i] || lumen_.encloses(wire_.joints[i])) continue;
+            ++tally_.outside;
+            ADD_FAILURE() << what_ << ", " << wire_.inserted_length() << " mm: joint " << i << " of "
+                          << wire_.segments() << " is " << lumen_.outside_by(wire_.joints[i], 1)
+                          << " mm outside the mesh";
+        }
+    }
+
+    const engine::RawLumen& lumen_;
+    const engine::Exits& exits_;
+    const LumenWall& wall_;
+    Hub hub_;
+    Guidewire wire_;
+    std::string what_;
+    bool told_ = false;
+    Journal& tally_;
+};
+
+void travel(std::string_view preset, Journal& tally) {
+    const engine::Anatomy anatomy =
+        engine::generated_anatomy(engine::vessel_preset(preset), engine::test::cache());
+    const engine::RawLumen lumen(anatomy);
+    const engine::Exits exits(anatomy);
+    for (const char* name : {"glide035", "floppy014"}) {
+        const GuidewireSpec spec = engine::find_guidewire_preset(name)->spec;
+        const auto wall =
+            engine::cached_distance_field(anatomy, kStiffness, 0.5 * spec.diameter, engine::test::cache());
+        for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
+            const Way way = way_into(anatomy, b);
+            const bool wide = way.narrowest > 1.2;
+            if (wide != (std::string_view(name) == "glide035")) continue;
+            const double length =
+                std::max(least_length(spec) + spec.segment_length, way.length - kFromTheEnd);
+            const double out = std::min({length - way.mouth + 3 * way.parent_radius + spec.curved_length,
+                                         kLongestWay, length - least_length(spec)});
+            for (int k = 0; k < kRolls; ++k) {
+                Guidewire wire = wire_of_length(spec, way.points, length);
+                wire.roll = 2 * M_PI * k / kRolls;
+                Traveller traveller(
+                    lumen, exits, *wall, wire,
+                    std::string(preset) + ", " + anatomy.branches[b].name + ", roll " + std::to_string(k),
+                    tally);
+                traveller.feed(-out);
+                traveller.feed(out);
+                ++tally.ways;
+            }
+        }
+    }
+}
+
+}  // namespace
+
+class Branches : public testing::TestWithParam<engine::VesselPreset> {};
+
+TEST_P(Branches, AWireInAndOutStaysInsideAndAtRest) {
+    Journal tally;
+    travel(GetParam().name, tally);
+    std::printf(
+        "%d ways, %d frames: %d not at rest (largest |g|/C %.1e), %d joints outside, %d frames told to "
+        "cross, %d refused\n",
+        tally.ways, tally.frames, tally.restless, tally.gradient, tally.outside, tally.told, tally.refused);
+    EXPECT_GE(tally.ways, kRolls);
+    EXPECT_LE(tally.told, tally.frames / 50);
+}
+
+INSTANTIATE_TEST_SUITE_P(OfEveryPreset, Branches,
+                         testing::ValuesIn(engine::vessel_presets().begin(), engine::vessel_presets().end()),
+                         [](const auto& of) {
+                             std::string name(of.param.name);
+                             std::replace(name.begin(), name.end(), '-', '_');
+                             return name;
+                         });

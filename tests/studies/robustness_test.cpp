@@ -1,0 +1,103 @@
+/// The quick study of random tubes and wild hands: nothing comes about that should not, on any number of
+/// threads.
+
+#include "engine/studies/robustness.h"
+
+#include <algorithm>
+#include <gtest/gtest.h>
+
+#include "engine/studies/wild_hands.h"
+#include "tests/anatomies.h"
+
+namespace {
+
+using engine::StudyResult;
+using engine::Table;
+
+StudyResult quick(int threads) {
+    engine::StudyOptions options;
+    options.quick = true;
+    options.threads = threads;
+    options.scenarios = SELDINGER_SOURCE "/assets/scenarios";
+    options.cache = engine::test::cache();
+    return engine::run_robustness(options);
+}
+
+std::size_t place_of(const Table& table, const std::string& name) {
+    const auto at = std::find(table.columns.begin(), table.columns.end(), name);
+    EXPECT_NE(at, table.columns.end()) << name;
+    return static_cast<std::size_t>(at - table.columns.begin());
+}
+
+double total(const Table& table, const std::string& name) {
+    return std::get<double>(table.rows.back().at(place_of(table, name)));
+}
+
+}  // namespace
+
+TEST(Robustness, QuickStudyFindsNothingAndDoesNotDependOnThreads) {
+    const StudyResult one = quick(1), two = quick(2);
+    const Table &tubes = one.tables.at(0), &hands = one.tables.at(1), &incidents = one.tables.at(2);
+    EXPECT_EQ(total(tubes, "pushes"), 300.0);
+    EXPECT_EQ(total(hands, "frames"), 150.0);
+    ASSERT_EQ(hands.rows.size(), 3u);  // renal, s_bend, all
+    for (const char* none : {"unconverged", "gradient_above_limit", "folds", "deep", "refused", "over_work"})
+        EXPECT_EQ(total(tubes, none), 0.0) << none;
+    for (const char* none : {"not_at_rest", "joints_outside", "beyond_force"})
+        EXPECT_EQ(total(hands, none), 0.0) << none;
+    for (const auto& row : incidents.rows)
+        std::printf("%s, seed %.0f, %.0f: %s\n", std::get<std::string>(row[0]).c_str(),
+                    std::get<double>(row[1]), std::get<double>(row[2]),
+                    std::get<std::string>(row[3]).c_str());
+    for (const engine::Claim& claim : one.claims) EXPECT_TRUE(claim.holds) << claim.text;
+    for (std::size_t t = 0; t < 2; ++t) {
+        ASSERT_EQ(two.tables[t].rows.size(), one.tables[t].rows.size());
+        for (std::size_t r = 0; r < one.tables[t].rows.size(); ++r)
+            for (std::size_t k = 1; k < one.tables[t].columns.size(); ++k) {
+                const std::string& name = one.tables[t].columns[k];
+                if (name.ends_with("_ms")) continue;
+                const auto &a = one.tables[t].rows[r][k], &b = two.tables[t].rows[r][k];
+                const bool none = a != a && b != b;
+                EXPECT_TRUE(none || a == b) << name << ", row " << r;
+            }
+    }
+}
+
+TEST(Robustness, ARandomTubeIsItsSeed) {
+    const engine::RandomTube a = engine::random_tube(7), b = engine::random_tube(7),
+                             c = engine::random_tube(8);
+    EXPECT_EQ(a.centreline, b.centreline);
+    EXPECT_NE(a.radius, c.radius);
+    for (std::uint64_t seed = 0; seed < 50; ++seed) {
+        const engine::RandomTube tube = engine::random_tube(seed);
+        EXPECT_TRUE(tube.radius >= 1 && tube.radius <= 6) << seed;
+        EXPECT_TRUE(tube.segments >= 50 && tube.segments <= 400) << seed;
+        double length = 0;
+        for (std::size_t i = 1; i < tube.centreline.size(); ++i)
+            length += (tube.centreline[i] - tube.centreline[i - 1]).norm();
+        EXPECT_GT(length, tube.segments * tube.segment_length) << seed;
+    }
+}
+
+TEST(Robustness, TheRawLumenKnowsInsideAndHowFarOutside) {
+    const engine::Anatomy tube =
+        engine::tube_anatomy("tube", engine::draw(std::vector<engine::PenMove>{engine::Run{40}}), 2, 96, 0.5);
+    const engine::RawLumen lumen(tube);
+    EXPECT_TRUE(lumen.encloses({20, 1.9, 0}));
+    EXPECT_FALSE(lumen.encloses({20, 2.1, 0}));
+    EXPECT_FALSE(lumen.encloses({-0.1, 0, 0}));
+    EXPECT_NEAR(lumen.outside_by({20, 2.5, 0}, 1), 0.5, 0.005);
+    EXPECT_NEAR(lumen.outside_by({20, 1.5, 0}, 1), -0.5, 0.005);
+}
+
+TEST(Robustness, AWireIsBeyondAnEndUntilItComesBack) {
+    const engine::Anatomy tube =
+        engine::tube_anatomy("tube", engine::draw(std::vector<engine::PenMove>{engine::Run{40}}), 2, 48, 0.5);
+    const physics::Polyline hook = {{0, 0, 0}, {43, 0, 0}, {43, 1, 0}, {20, 1, 0}};
+    physics::GuidewireSpec spec;
+    const physics::Guidewire wire = physics::wire_along(spec, hook, 30);
+    const std::vector<bool> beyond = engine::Exits(tube).beyond(wire);
+    for (int i = 0; i <= wire.segments(); ++i)
+        EXPECT_EQ(beyond[i], wire.joints[i].x() > 40 - 0.5 * spec.diameter) << i;
+    EXPECT_TRUE(std::find(beyond.begin(), beyond.end(), true) != beyond.end());
+}
