@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "physics/bending.h"
 
@@ -22,11 +23,16 @@ constexpr double kTrustGrowth = 0.01;     // of μ after a step well inside its 
 constexpr double kSlowGrowth = 0.25;      // the same where the energy rose first
 constexpr double kHopeful = 10;           // of μ when it fitted the step before
 constexpr double kLeastTrust = 1e-6;      // of the unit of μ
-constexpr double kSecantReach = 20;       // caps, below which 1/reach is a straight line in μ
-constexpr double kAimedReach = 0.8;       // caps
-constexpr double kSecantGrowth = 1000;    // of μ at most
-constexpr double kForgetTrust = 1e-8;     // μ below this share of its unit is none
-constexpr double kRounding = 1e-13;       // of the energy: less than this a line search can't see
+constexpr int kIdleBeforeSearch = 3;    // idle steps, before μ is looked for between too soft and too stiff
+constexpr double kTimid = 0.03;         // cap: a step below it is too stiff
+constexpr int kTries = 5;               // of that search
+constexpr double kNarrow = 2;           // between the values of μ, which ends it
+constexpr double kFarBelow = 1e-4;      // of μ, where none is too soft
+constexpr double kSecantReach = 20;     // caps, below which 1/reach is a straight line in μ
+constexpr double kAimedReach = 0.8;     // caps
+constexpr double kSecantGrowth = 1000;  // of μ at most
+constexpr double kForgetTrust = 1e-8;   // μ below this share of its unit is none
+constexpr double kRounding = 1e-13;     // of the energy: less than this a line search can't see
 constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
 constexpr int kIdleSteps = 40;      // of them before the wall is made softer
 constexpr int kIdleStepsOnPlanes = 40;   // before a wall whose planes jump is left as it is
@@ -61,6 +67,54 @@ public:
 private:
     const LumenWall& wall_;
     double share_;
+};
+
+/// The trust region μ of one step. `reach` is how far its trial goes, over the cap.
+class TrustSearch {
+public:
+    TrustSearch(double& mu, double unit) : mu_(mu), unit_(unit) {}
+
+    /// A trial goes farther than the cap: a larger μ. A trial with a corrected wall says little about others.
+    void raise(double reach, bool first_trial, bool corrected) {
+        overshoots_ = mu_;
+        if (fits_ > 0) {
+            mu_ = between();
+            return;
+        }
+        double factor = std::isfinite(reach) ? std::clamp(reach * reach, 2.0, 30.0) : 30.0;
+        if (corrected) factor = 4;
+        // Back to what the last step fitted with, which may just have been too hopeful.
+        if (first_trial && mu_ > 0) factor = std::min(factor, kHopeful);
+        double next = std::max(mu_ * factor, kLeastTrust * unit_);
+        if (!corrected) {
+            // 1/reach is nearly a straight line in μ.
+            const double rise = (1 / reach - 1 / last_reach_) / (mu_ - last_mu_);
+            if (reach < kSecantReach && last_reach_ < kSecantReach && rise > 0)
+                next = std::clamp(mu_ + (1 / kAimedReach - 1 / reach) / rise, 1.5 * mu_, kSecantGrowth * mu_);
+            last_mu_ = mu_, last_reach_ = reach;
+        }
+        mu_ = next;
+    }
+
+    /// Negative curvature can make every step far too long or far too short. Of a trial that fits: whether a
+    /// μ between it and one that does not is to be tried instead.
+    bool lower(double reach) {
+        if (!(reach < kTimid) || overshoots_ < 0 || mu_ <= kNarrow * overshoots_ || tries_ == kTries)
+            return false;
+        fits_ = mu_;
+        mu_ = between();
+        return true;
+    }
+
+private:
+    double between() {
+        return ++tries_ < kTries ? std::sqrt(std::max(overshoots_, kFarBelow * fits_) * fits_) : fits_;
+    }
+
+    double& mu_;
+    double unit_, overshoots_ = -1, fits_ = 0;
+    double last_mu_ = 0, last_reach_ = std::numeric_limits<double>::infinity();
+    int tries_ = 0;
 };
 
 /// Cosine of the angle of a joint away from its rest shape.
@@ -112,7 +166,7 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
         if (c.room > 0) cap = std::min(cap, part * c.room);
     const double rounding = kRounding * energy_scale();
     int rejected = 0;
-    double last_mu = 0, last_reach = std::numeric_limits<double>::infinity();
+    TrustSearch search(mu_, mu_unit_);
     for (int pass = 0; pass < kTrustPasses; ++pass) {
         if (pass > 0) model_.take_contacts(contacts, first, rejected < kForeseenPasses);
         double uncorrected = 0;
@@ -123,22 +177,10 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
             if (!solved) model_.solve(wire, mu_);
             const double reach = model_.roll_out(wire) / cap;
             if (!(reach <= 1)) {
-                double factor = std::isfinite(reach) ? std::clamp(reach * reach, 2.0, 30.0) : 30.0;
-                if (correction > 0) factor = 4;
-                // Back to what the last step fitted with, which may just have been too hopeful.
-                if (pass == 0 && mu_ > 0) factor = std::min(factor, kHopeful);
-                double next = std::max(mu_ * factor, kLeastTrust * mu_unit_);
-                // 1/reach is nearly a straight line in μ.
-                if (correction == 0) {
-                    const double rise = (1 / reach - 1 / last_reach) / (mu_ - last_mu);
-                    if (reach < kSecantReach && last_reach < kSecantReach && rise > 0)
-                        next = std::clamp(mu_ + (1 / kAimedReach - 1 / reach) / rise, 1.5 * mu_,
-                                          kSecantGrowth * mu_);
-                    last_mu = mu_, last_reach = reach;
-                }
-                mu_ = next;
+                search.raise(reach, pass == 0, correction > 0);
                 break;
             }
+            if (correction == 0 && rejected == 0 && idle_ >= kIdleBeforeSearch && search.lower(reach)) break;
             const bool last = correction == kCorrections - 1;
             const double energy = model_.evaluate(wire, contacts), expected = std::min(0.0, model_.slope());
             if (correction == 0) uncorrected = expected;
@@ -208,6 +250,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
     const int n = wire.segments();
     set_units(wire, contacts);
     mu_ = 0;
+    idle_ = 0;
     model_.start(wire, contacts, foreseen_);
     foreseen_ = 0;
     linearise(wire, contacts, std::min(valid + 1, n));
@@ -215,13 +258,12 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
     const NewtonTerms& terms = model_.terms();
     bool proximal_known = true;  // of the accepted state
     double best = std::numeric_limits<double>::max(), looked_at = 0;
-    int idle = 0;
     const int steps_before = report.newton_steps;
     auto open = [&](int segments) {
         open_window(wire, contacts, segments);
         proximal_known = true;
         best = std::numeric_limits<double>::max();
-        idle = 0;
+        idle_ = 0;
         looked_at = terms.relative_gradient;
     };
     if (std::max(terms.relative_gradient, terms.proximal_gradient) > config_.tolerance) open(first_window);
@@ -276,9 +318,9 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
                 if (trial == Trial::OutOfBudget) return Outcome::OutOfBudget;
             } else if (terms.relative_gradient < 0.5 * best) {
                 best = terms.relative_gradient;
-                idle = 0;
+                idle_ = 0;
             } else if (energy_ > before - least_fall) {
-                stuck = ++idle > (smooth_ ? kIdleSteps : kIdleStepsOnPlanes);
+                stuck = ++idle_ > (smooth_ ? kIdleSteps : kIdleStepsOnPlanes);
             }
             if (stuck && model_.first() == 1) return Outcome::Stuck;
             if (stuck) {

@@ -65,6 +65,7 @@ private:
     double mu_ = 0, mu_unit_ = 0;  // trust region and its natural size [N/mm²]
     double energy_ = 0;            // of the window's accepted state; a load makes it negative [N·mm]
     double load_scale_ = 0;        // of the load's part of it [N·mm]
+    int idle_ = 0;                 // steps one after another that led nowhere
     NewtonModel model_;
     RiccatiReport pivots_;  // of the model
     // How the last call ended.
