@@ -35,6 +35,7 @@ constexpr double kForgetTrust = 1e-8;   // μ below this share of its unit is no
 constexpr double kRounding = 1e-13;     // of the energy: less than this a line search can't see
 constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
 constexpr int kIdleSteps = 40;      // of them before the wall is made softer
+constexpr int kRejectedOnPlanes = 3;      // values of μ, with which the energy rose
 constexpr int kIdleStepsOnPlanes = 40;   // before a wall whose planes jump is left as it is
 constexpr double kSoft = 1.0;            // k λ²/C that always converges; continuation starts there
 constexpr double kLeastPivot = 1e-6;     // of a recursion, over C
@@ -203,7 +204,7 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
             }
             ++report.rejected;
             if (last) {
-                ++rejected;
+                if (++rejected == kRejectedOnPlanes && !smooth_) return Trial::NothingLower;
                 mu_ = std::max(4 * mu_, 1e-4 * mu_unit_);
                 break;
             }
