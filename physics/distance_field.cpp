@@ -295,21 +295,22 @@ DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
         throw std::runtime_error("this is not a saved distance field");
     if (version != kVersion) throw std::runtime_error("the distance field was saved by another version");
     if (head[0] > std::uint64_t{1} << 32) throw std::runtime_error("the saved distance field is damaged");
-    std::string body;
-    for (char piece[1 << 16]; body.size() < head[0] && in;) {  // a wrong size must not claim memory
-        in.read(piece,
-                static_cast<std::streamsize>(std::min<std::uint64_t>(sizeof piece, head[0] - body.size())));
-        body.append(piece, static_cast<std::size_t>(in.gcount()));
-    }
-    if (body.size() != head[0]) throw std::runtime_error("the saved distance field is cut short");
-    if (mixed(body.data(), body.size()) != head[1])
-        throw std::runtime_error("the saved distance field is damaged");
+    const auto size = static_cast<std::size_t>(head[0]);
+    const std::streamoff start = in.tellg();  // a wrong size must not claim memory
+    const std::streamoff end = in.seekg(0, std::ios::end).tellg();
+    if (start < 0 || end < start || static_cast<std::uint64_t>(end - start) < head[0])
+        throw std::runtime_error("the saved distance field is cut short");
+    in.seekg(start);
+    const auto body = std::make_unique_for_overwrite<char[]>(size);
+    if (!in.read(body.get(), static_cast<std::streamsize>(size)))
+        throw std::runtime_error("the saved distance field is cut short");
+    if (mixed(body.get(), size) != head[1]) throw std::runtime_error("the saved distance field is damaged");
 
     std::size_t at = 0;
     auto read = [&](auto* values, std::size_t count) {
-        if (count > (body.size() - at) / sizeof *values)
+        if (count > (size - at) / sizeof *values)
             throw std::runtime_error("the saved distance field is damaged");
-        if (count > 0) std::memcpy(values, body.data() + at, count * sizeof *values);
+        if (count > 0) std::memcpy(values, body.get() + at, count * sizeof *values);
         at += count * sizeof *values;
     };
     std::uint64_t print = 0, count = 0;
@@ -325,7 +326,7 @@ DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
     auto read_grid = [&](double spacing) {
         std::uint64_t bricks = 0;
         read(&bricks, 1);
-        if (bricks > body.size()) throw std::runtime_error("the saved distance field is damaged");
+        if (bricks > size) throw std::runtime_error("the saved distance field is damaged");
         std::vector<SplineGrid::Brick> list(bricks);
         read(list.data(), list.size());
         SplineGrid grid(spacing, std::move(list));
