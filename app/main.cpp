@@ -108,6 +108,7 @@ int run(const RunArguments& arguments) {
 
 int relax(engine::RelaxRequest request, const engine::RelaxFiles& files) {
     engine::check_files(files, request);
+    const bool planes = request.wall == "mesh" && request.method == "global";
     engine::RelaxOutcome outcome;
     {
         ProgressBar bar;
@@ -120,7 +121,8 @@ int relax(engine::RelaxRequest request, const engine::RelaxFiles& files) {
     engine::write_files(files, outcome);
     fmt::print("{}: {} segments, energy {:.8g} N·mm, |g|/C {:.1e} ({}), {} contacts, {:.3g} s\n",
                outcome.method, outcome.wire.segments(), outcome.energy.total(), outcome.gradient,
-               !outcome.converged                                       ? "not converged"
+               !outcome.converged && planes                             ? "as near to rest as the mesh's planes let it"
+               : !outcome.converged                                     ? "not converged"
                : outcome.counts_newton_steps && !outcome.strict_minimum ? "converged, not at a strict minimum"
                                                                         : "converged",
                outcome.contacts, outcome.cpu);

@@ -170,37 +170,45 @@ void ContrastFlow::carry(double dt) {
     const int substeps = std::max(1, static_cast<int>(std::ceil(dt * fastest / courant)));
     const double part = dt / substeps;
 
-    // Concentration on the face between a cell and the one that it flows into, with `behind` the one before.
-    const auto on_face = [&](double behind, int from, int to) {
-        const double before = iodine_[from] - behind, after = iodine_[to] - iodine_[from];
-        if (before * after <= 0) return iodine_[from];
-        const double passed = part * outflow_[from] / volume_[from];
-        return iodine_[from] + (1 - passed) * before * after / (before + after);
+    // Blood passes from a cell into the next one; `behind` is the one before.
+    struct Face {
+        int cell, from, to, behind;  // of the cell that the face is upstream of; behind -1 = none
+        double volume, kept;         // that passes in a substep [ml]; of `from`, the part that does not
     };
+    std::vector<Face> faces;
+    faces.reserve(count);
+    for (int i = 0; i < count; ++i) {
+        if (into_[i] == 0) continue;
+        const int up = upstream_[i];
+        Face face{i, up, i, -1, into_[i] * part, 0};
+        if (up >= 0 && into_[i] > 0) {
+            const bool straight = only_child_[up] == i && upstream_[up] >= 0 && into_[up] > 0;
+            if (straight) face.behind = upstream_[up];
+        } else {
+            if (up < 0 && into_[i] > 0) continue;  // clean blood
+            face.from = i, face.to = up;
+            const int child = only_child_[i];
+            if (up >= 0 && child >= 0 && into_[child] < 0) face.behind = child;
+        }
+        face.kept = 1 - part * outflow_[face.from] / volume_[face.from];
+        faces.push_back(face);
+    }
     for (int k = 0; k < substeps; ++k) {
         for (int i = 0; i < count; ++i) change_[i] = part * added_iodine_[i];
-        for (int i = 0; i < count; ++i) {
-            if (into_[i] == 0) continue;
-            if (upstream_[i] < 0) {
-                if (into_[i] > 0) continue;  // clean blood
-                const double mass = -into_[i] * part * iodine_[i];
-                change_[i] -= mass;
-                drained_ += mass;
-                continue;
+        for (const Face& face : faces) {
+            double concentration = iodine_[face.from];
+            if (face.behind >= 0) {
+                const double before = iodine_[face.from] - iodine_[face.behind],
+                             after = iodine_[face.to] - iodine_[face.from];
+                if (before * after > 0) concentration += face.kept * before * after / (before + after);
             }
-            const int up = upstream_[i];
-            double face;
-            if (into_[i] > 0) {
-                const bool straight = only_child_[up] == i && upstream_[up] >= 0 && into_[up] > 0;
-                face = straight ? on_face(iodine_[upstream_[up]], up, i) : iodine_[up];
-            } else {
-                const int child = only_child_[i];
-                const bool straight = child >= 0 && into_[child] < 0;
-                face = straight ? on_face(iodine_[child], i, up) : iodine_[i];
-            }
-            const double mass = into_[i] * part * face;
-            change_[i] += mass;
-            change_[up] -= mass;
+            if (concentration == 0) continue;
+            const double mass = face.volume * concentration;
+            change_[face.cell] += mass;
+            if (upstream_[face.cell] >= 0)
+                change_[upstream_[face.cell]] -= mass;
+            else
+                drained_ -= mass;
         }
         for (std::size_t o = 0; o < leaving_.size(); ++o) {
             const int cell = blood_.outlets[o].cell;

@@ -20,7 +20,7 @@ void Exercise::record(const std::filesystem::path& path, const RecordingHeader& 
 }
 
 void Exercise::close_recording() {
-    if (recording_) recording_->close();
+    if (recording_) recording_->close([&] { return simulation_.state_hash(); });
     recording_.reset();
 }
 
@@ -35,7 +35,7 @@ StepReport Exercise::next_frame(std::span<const Command> commands) {
         masks_ = references_ = 0;
     }
     scorer_.observe(frame_, simulation_, report);
-    if (recording_) recording_->frame(frame_, commands, simulation_.state_hash());
+    if (recording_) recording_->frame(frame_, commands, [&] { return simulation_.state_hash(); });
     if (monitor_ && simulation_.pulse()) take_pulse();
     if (monitor_ && references_ != simulation_.console().references()) {
         references_ = simulation_.console().references();

@@ -20,6 +20,7 @@ public:
     /// A recording, or the output folder of an earlier run: its run.gw and its frames. Throws InputError.
     void add(const std::filesystem::path&);
 
+    bool knows_state(int frame) const { return states_.contains(frame); }
     void check_state(int frame, std::uint64_t hash);
     void check_frame(int frame, const render::GrayImage&);
     /// After the last frame: states and frames that were expected but never came.

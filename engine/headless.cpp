@@ -167,8 +167,8 @@ RunResult run(Exercise& exercise, const CommandScript& script, int last, Expecta
         notices.observe(report);
         if (beside.frame) beside.frame(report);
         result.frames = frame + 1;
-        result.state_hash = exercise.simulation().state_hash();
-        expectation.check_state(frame, result.state_hash);
+        if (expectation.knows_state(frame))
+            expectation.check_state(frame, exercise.simulation().state_hash());
         result.interrupted = options.interrupted && frame < last && options.interrupted();
         result.time_is_up = exercise.time_is_up();
         const bool ends = result.interrupted || result.time_is_up;
@@ -186,6 +186,7 @@ RunResult run(Exercise& exercise, const CommandScript& script, int last, Expecta
         if (ends) break;
     }
     if (sink) sink->finish();
+    result.state_hash = exercise.simulation().state_hash();
     expectation.finish(result.frames - 1, result.interrupted);
     result.score = exercise.score();
     result.score.interrupted = result.interrupted;

@@ -22,7 +22,8 @@ constexpr double kCellsToAxis = 1.25;
 /// Of the band, what bricks at its rim waste included: 15 of a tube of radius 1 mm and of the iliac arteries.
 constexpr double kBytesPerCell = 16;
 constexpr double kWhileMade = 2;  // times that
-constexpr double kWide = 15;      // vessels of so many spacings in radius have a grid of twice the spacing
+/// Vessels of so many spacings in radius have a grid of twice the spacing, of twice as many of four times.
+constexpr double kWide = 12;
 
 /// The point of a branch `way` before (< 0) or behind a sample along it; none past its ends.
 std::optional<Vec3> place_along(const physics::CentrelineBranch& branch, int sample, double way) {
@@ -83,7 +84,8 @@ void choose_wall(const Anatomy& anatomy, const physics::GuidewireSpec& wire, boo
     double cells = 0;
     for (const physics::CentrelineBranch& branch : anatomy.branches)
         for (std::size_t i = 1; i < branch.points.size(); ++i) {
-            const double side = branch.radii[i] < kWide * spacing ? spacing : 2 * spacing;
+            const double wide = branch.radii[i] / (kWide * spacing);
+            const double side = spacing * (wide < 1 ? 1 : wide < 2 ? 2 : 4);
             cells += 2 * std::numbers::pi * branch.radii[i] *
                      (branch.points[i] - branch.points[i - 1]).norm() * (field.inner + field.outer) /
                      (side * side * side);

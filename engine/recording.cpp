@@ -13,20 +13,19 @@ Recording::Recording(const std::filesystem::path& path, const RecordingHeader& h
     file_.append(fmt::format("# recorded by {}\n# scenario {}\n", header.program, header.scenario));
 }
 
-void Recording::frame(int number, std::span<const Command> commands, std::uint64_t state_hash) {
+void Recording::frame(int number, std::span<const Command> commands, const StateHash& state_hash) {
     std::string lines;
     for (const Command& command : commands) lines += fmt::format("{} {}\n", number, to_text(command));
     last_hash_written_ = number % hash_every_ == 0;
-    if (last_hash_written_) lines += fmt::format("state {} {}\n", number, hash_text(state_hash));
+    if (last_hash_written_) lines += fmt::format("state {} {}\n", number, hash_text(state_hash()));
     if (!lines.empty()) file_.append(lines);
     last_frame_ = number;
-    last_hash_ = state_hash;
 }
 
-void Recording::close() {
+void Recording::close(const StateHash& state_hash) {
     if (last_frame_ < 0) return;
     std::string lines;
-    if (!last_hash_written_) lines = fmt::format("state {} {}\n", last_frame_, hash_text(last_hash_));
+    if (!last_hash_written_) lines = fmt::format("state {} {}\n", last_frame_, hash_text(state_hash()));
     file_.append(lines + fmt::format("{} end\n", last_frame_));
 }
 

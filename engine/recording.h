@@ -2,7 +2,9 @@
 /// run.gw: the commands of an attempt as they were made, with the state hashes they led to. A recording is a
 /// command script: replayed, it reaches the same state, and says so.
 
+#include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <span>
 #include <string>
 
@@ -24,15 +26,16 @@ public:
     /// Throws InputError when the file cannot be written, here and below.
     Recording(const std::filesystem::path&, const RecordingHeader&);
 
-    void frame(int number, std::span<const Command>, std::uint64_t state_hash);
+    /// The state's hash, asked for where it is written.
+    using StateHash = std::function<std::uint64_t()>;
+    void frame(int number, std::span<const Command>, const StateHash&);
     /// States the last frame and its hash. Nothing may follow.
-    void close();
+    void close(const StateHash&);
 
 private:
     GrowingFile file_;
     int hash_every_ = 10;
     int last_frame_ = -1;
-    std::uint64_t last_hash_ = 0;
     bool last_hash_written_ = false;
 };
 

@@ -14,11 +14,14 @@ namespace {
 constexpr int kSide = SplineGrid::kSide;
 constexpr int kFarthest = 1 << 20;  // brick
 
+/// In the order of bricks.
+std::uint64_t key(const SplineGrid::Brick& b) {
+    std::uint64_t all = 0;
+    for (int k : b) all = all << 21 | static_cast<std::uint32_t>(k + kFarthest);
+    return all;
+}
 std::size_t hash(const SplineGrid::Brick& b) {
-    std::uint64_t key = 0;
-    for (int k : b) key = key << 21 | static_cast<std::uint32_t>(k + kFarthest);
-    key *= 0x9e3779b97f4a7c15u;
-    return key >> 20;
+    return key(b) * 0x9e3779b97f4a7c15u >> 20;
 }
 
 int local(int i, int j, int k) {
@@ -62,10 +65,26 @@ SplineGrid::SplineGrid(double spacing, std::vector<Brick> bricks)
         while (table_[slot] >= 0) slot = (slot + 1) & mask;
         table_[slot] = static_cast<std::int32_t>(b);
     }
-    for (Place& place : bricks_)
-        for (int n = 0; n < 8; ++n)
-            place.upper[n] =
-                find({place.at[0] + (n >> 2), place.at[1] + (n >> 1 & 1), place.at[2] + (n & 1)});
+    // In a sorted list what is above a brick comes after what is above those before.
+    std::vector<std::uint64_t> keys;
+    keys.reserve(bricks.size());
+    for (const Brick& brick : bricks) keys.push_back(key(brick));
+    const bool sorted = std::is_sorted(keys.begin(), keys.end());
+    for (int n = 0; n < 8; ++n) {
+        const Brick step{n >> 2, n >> 1 & 1, n & 1};
+        std::size_t next = 0;
+        for (Place& place : bricks_) {
+            const Brick above{place.at[0] + step[0], place.at[1] + step[1], place.at[2] + step[2]};
+            if (!sorted) {
+                place.upper[n] = find(above);
+                continue;
+            }
+            const std::uint64_t wanted = key(above);
+            while (next < keys.size() && keys[next] < wanted) ++next;
+            const bool there = next < keys.size() && keys[next] == wanted;
+            place.upper[n] = there ? static_cast<std::int32_t>(next) : -1;
+        }
+    }
 }
 
 std::int32_t SplineGrid::find(const Brick& brick) const {

@@ -20,7 +20,7 @@ namespace {
 /// The spline changes by no more than 1 / kSlope per mm, creases of the wall included.
 constexpr double kSlope = 0.9;
 /// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
-constexpr std::uint32_t kVersion = 4;
+constexpr std::uint32_t kVersion = 5;
 constexpr char kMagic[8] = {'S', 'E', 'L', 'D', 'F', 'L', 'D', '\n'};
 
 /// Past an open end the lumen goes on straight, first whole, then fading, so that energy and force have no
@@ -101,10 +101,16 @@ double chosen_spacing(double wanted, const CentrelineTree& tree) {
     for (const Station& s : tree.stations()) smallest = std::min(smallest, s.radius);
     return std::clamp(smallest / 6, 0.2, 0.3);
 }
-/// The radius from which twice the spacing is little enough, two fifteenths; none when the spacing was
-/// chosen.
+/// The radius from which twice the spacing is little enough, a sixth as in the smallest vessel, and of twice
+/// that radius four times; none when the spacing was chosen.
 double wide_from(double wanted, double spacing) {
-    return wanted != 0 ? std::numeric_limits<double>::infinity() : 15 * spacing;
+    return wanted != 0 ? std::numeric_limits<double>::infinity() : 12 * spacing;
+}
+
+/// Walls that do not see one another lie in different sheets when this close, so that no cell of the band
+/// needs nodes that the other is nearest to [mm].
+auto nearness(double outer, double spacing, double wide) {
+    return [=](double radius) { return outer + 2 * spacing * (1 << level_of(radius, wide)); };
 }
 
 void check(double wire_radius, double inner) {
@@ -120,7 +126,7 @@ struct DistanceField::Data {
     VesselSheets sheets;
     std::vector<SheetField> fields;  // per sheet
     double spacing, inner, outer;
-    double near;  // walls that do not see one another lie in different sheets when this close [mm]
+    double wide;  // radius of vessels known at twice the spacing [mm]
     WallStiffness stiffness;
     double wire_radius;
     std::uint64_t fingerprint;
@@ -140,16 +146,13 @@ DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const Centreli
     const std::uint64_t print = fingerprint(lumen, branches, ends, options);
     CentrelineTree tree(branches, std::move(ends));
     const double h = chosen_spacing(options.spacing, tree), wide = wide_from(options.spacing, h);
-    const bool uniform =
-        std::ranges::all_of(tree.stations(), [&](const Station& s) { return s.radius < wide; });
-    const double near = options.outer + (uniform ? 2 : 4) * h;
-    VesselSheets sheets = vessel_sheets(tree, near);
+    const FieldBand band{
+        h, options.inner, options.outer, wide, std::max(1, options.threads), options.largest};
+    VesselSheets sheets = vessel_sheets(tree, nearness(options.outer, h, wide));
     const LumenSurface surface = lumen_surface(lumen, tree);
-    std::vector<SheetField> fields = sampled_fields(
-        surface, tree, sheets,
-        {h, options.inner, options.outer, wide, std::max(1, options.threads), options.largest}, progress);
+    std::vector<SheetField> fields = sampled_fields(surface, tree, sheets, band, progress);
     data_.reset(new Data{std::move(tree), std::move(sheets), std::move(fields), h, options.inner,
-                         options.outer, near, std::move(stiffness), wire_radius, print});
+                         options.outer, wide, std::move(stiffness), wire_radius, print});
 }
 
 DistanceField::DistanceField(std::unique_ptr<Data> data) : data_(std::move(data)) {}
@@ -263,17 +266,17 @@ void DistanceField::save(std::ostream& out) const {
     auto write = [&](const auto* values, std::size_t count) {
         body.append(reinterpret_cast<const char*>(values), count * sizeof *values);
     };
-    const double band[4] = {data_->spacing, data_->inner, data_->outer, data_->near};
+    const double band[4] = {data_->spacing, data_->inner, data_->outer, data_->wide};
     write(&data_->fingerprint, 1);
     write(band, 4);
     const std::uint64_t sheets = data_->fields.size();
     write(&sheets, 1);
     for (const SheetField& field : data_->fields)
-        for (const SplineGrid* grid : {&field.coarse, &field.fine}) {
-            const std::uint64_t bricks = grid->bricks();
+        for (const SplineGrid& grid : field.grids) {
+            const std::uint64_t bricks = grid.bricks();
             write(&bricks, 1);
-            for (std::size_t b = 0; b < bricks; ++b) write(&grid->brick(b), 1);
-            for (std::size_t b = 0; b < bricks; ++b) write(grid->nodes(b).data(), SplineGrid::kNodes);
+            for (std::size_t b = 0; b < bricks; ++b) write(&grid.brick(b), 1);
+            for (std::size_t b = 0; b < bricks; ++b) write(grid.nodes(b).data(), SplineGrid::kNodes);
         }
     const std::uint64_t head[2] = {body.size(), mixed(body.data(), body.size())};
     out.write(kMagic, sizeof kMagic);
@@ -295,21 +298,22 @@ DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
         throw std::runtime_error("this is not a saved distance field");
     if (version != kVersion) throw std::runtime_error("the distance field was saved by another version");
     if (head[0] > std::uint64_t{1} << 32) throw std::runtime_error("the saved distance field is damaged");
-    std::string body;
-    for (char piece[1 << 16]; body.size() < head[0] && in;) {  // a wrong size must not claim memory
-        in.read(piece,
-                static_cast<std::streamsize>(std::min<std::uint64_t>(sizeof piece, head[0] - body.size())));
-        body.append(piece, static_cast<std::size_t>(in.gcount()));
-    }
-    if (body.size() != head[0]) throw std::runtime_error("the saved distance field is cut short");
-    if (mixed(body.data(), body.size()) != head[1])
-        throw std::runtime_error("the saved distance field is damaged");
+    const auto size = static_cast<std::size_t>(head[0]);
+    const std::streamoff start = in.tellg();  // a wrong size must not claim memory
+    const std::streamoff end = in.seekg(0, std::ios::end).tellg();
+    if (start < 0 || end < start || static_cast<std::uint64_t>(end - start) < head[0])
+        throw std::runtime_error("the saved distance field is cut short");
+    in.seekg(start);
+    const auto body = std::make_unique_for_overwrite<char[]>(size);
+    if (!in.read(body.get(), static_cast<std::streamsize>(size)))
+        throw std::runtime_error("the saved distance field is cut short");
+    if (mixed(body.get(), size) != head[1]) throw std::runtime_error("the saved distance field is damaged");
 
     std::size_t at = 0;
     auto read = [&](auto* values, std::size_t count) {
-        if (count > (body.size() - at) / sizeof *values)
+        if (count > (size - at) / sizeof *values)
             throw std::runtime_error("the saved distance field is damaged");
-        if (count > 0) std::memcpy(values, body.data() + at, count * sizeof *values);
+        if (count > 0) std::memcpy(values, body.get() + at, count * sizeof *values);
         at += count * sizeof *values;
     };
     std::uint64_t print = 0, count = 0;
@@ -320,12 +324,12 @@ DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
     read(&count, 1);
     check(wire_radius, band[1]);
     CentrelineTree tree(branches, std::move(ends));
-    VesselSheets sheets = vessel_sheets(tree, band[3]);
+    VesselSheets sheets = vessel_sheets(tree, nearness(band[2], band[0], band[3]));
     if (sheets.stations.size() != count) throw std::runtime_error("the saved distance field is damaged");
     auto read_grid = [&](double spacing) {
         std::uint64_t bricks = 0;
         read(&bricks, 1);
-        if (bricks > body.size()) throw std::runtime_error("the saved distance field is damaged");
+        if (bricks > size) throw std::runtime_error("the saved distance field is damaged");
         std::vector<SplineGrid::Brick> list(bricks);
         read(list.data(), list.size());
         SplineGrid grid(spacing, std::move(list));
@@ -334,8 +338,9 @@ DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
     };
     std::vector<SheetField> fields;
     for (std::uint64_t g = 0; g < count; ++g) {
-        SplineGrid coarse = read_grid(2 * band[0]);
-        fields.push_back({std::move(coarse), read_grid(band[0])});
+        fields.emplace_back();
+        for (int level = 0; level < SheetField::kLevels; ++level)
+            fields.back().grids.push_back(read_grid(band[0] * (1 << level)));
     }
     return DistanceField(
         std::unique_ptr<Data>(new Data{std::move(tree), std::move(sheets), std::move(fields), band[0],

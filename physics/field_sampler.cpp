@@ -245,7 +245,7 @@ double band_bricks(const CentrelineTree& tree, const FieldBand& band) {
     double bricks = 0;
     for (std::size_t s = 1; s < stations.size(); ++s) {
         if (stations[s].branch != stations[s - 1].branch) continue;
-        const double edge = SplineGrid::kSide * band.spacing * (stations[s].radius < band.wide ? 1 : 2);
+        const double edge = SplineGrid::kSide * band.spacing * (1 << level_of(stations[s].radius, band.wide));
         bricks += 2 * std::numbers::pi * stations[s].radius *
                   (stations[s].centre - stations[s - 1].centre).norm() * (band.inner + band.outer) /
                   (edge * edge * edge);
@@ -292,46 +292,51 @@ public:
           triangles_(surface),
           progress_(progress),
           station_of_triangle_(stations_of(surface, tree, band.threads)),
-          narrow_(surface.count(), 0) {
+          level_(surface.count(), 0) {
         const auto stations = tree.stations();
         for (const auto& sheet : sheets.stations) runs_.emplace_back(stations, sheet);
         for (int t = 0; t < surface.count(); ++t)
-            narrow_[t] =
-                stations[station_of_triangle_[t]].radius < band.wide || surface.flatness(t) < kCrease;
+            if (surface.flatness(t) >= kCrease)
+                level_[t] = static_cast<char>(level_of(stations[station_of_triangle_[t]].radius, band.wide));
     }
 
     std::vector<SheetField> fields() {
         const double h = band_.spacing;
-        double sampled = 0.55;  // of the work, before the fine grids are sampled
-        std::vector<BrickList> bricks(sheets_.stations.size());
-        std::vector<SplineGrid> coarse = grids(2 * h, std::move(bricks));
-        if (std::find(narrow_.begin(), narrow_.end(), 0) == narrow_.end()) {
-            bricks = served(cubes(tree_, sheets_, band_, h), h, 0.05, 0.15);
-            sampled = 0.15;
-        } else {
-            coarse = grids(2 * h, served(cubes(tree_, sheets_, band_, 2 * h), 2 * h, 0.05, 0.1));
-            const auto narrow = sample_wide(coarse, 0.1, 0.5);
-            std::vector<Cube> starts;
-            std::vector<BrickList> close;
-            for (std::size_t g = 0; g < coarse.size(); ++g) {
-                close.push_back(with_neighbours(split_off(narrow[g], coarse[g])));
-                for (const auto& b : close[g])
+        const int top = *std::max_element(level_.begin(), level_.end());
+        std::vector<SheetField> fields(sheets_.stations.size());
+        std::vector<std::vector<SplineGrid>> levels;
+        for (int level = 0; level < SheetField::kLevels; ++level)
+            levels.push_back(grids(h * (1 << level), std::vector<BrickList>(fields.size())));
+        std::vector<Cube> starts = cubes(tree_, sheets_, band_, h * (1 << top));
+        std::vector<BrickList> close;  // per sheet, of the level above: where this one is asked for
+        for (int level = top; level >= 0; --level) {
+            const double part = 0.9 / (top + 1), from = 0.05 + (top - level) * part,
+                         sampled = from + part / 8;
+            std::vector<BrickList> bricks = served(starts, h * (1 << level), from, sampled);
+            for (std::size_t g = 0; g < close.size(); ++g)
+                std::erase_if(bricks[g],
+                              [&](const SplineGrid::Brick& b) { return !holds(close[g], half(b)); });
+            std::vector<SplineGrid>& here = levels[level];
+            here = grids(h * (1 << level), std::move(bricks));
+            if (level == 0) {
+                sample(here, sampled, from + part);
+                break;
+            }
+            const auto least = sample_down_to(level, here, sampled, from + part);
+            std::vector<BrickList> closer;
+            starts.clear();
+            for (std::size_t g = 0; g < here.size(); ++g) {
+                const auto split = to_split(level, here[g], least[g], close.empty() ? nullptr : &close[g]);
+                closer.push_back(with_neighbours(split_off(split, here[g])));
+                for (const auto& b : closer[g])
                     starts.push_back({static_cast<int>(g), {2 * b[0], 2 * b[1], 2 * b[2]}, 2});
             }
-            bricks = served(starts, h, 0.5, 0.55);
-            for (std::size_t g = 0; g < bricks.size(); ++g)
-                std::erase_if(bricks[g], [&](const SplineGrid::Brick& b) {
-                    const SplineGrid::Brick around{b[0] >> 1, b[1] >> 1, b[2] >> 1};
-                    return !std::binary_search(close[g].begin(), close[g].end(), around);
-                });
+            close = std::move(closer);
         }
-        std::vector<SplineGrid> fine = grids(h, std::move(bricks));
-        sample(fine, sampled, 0.95);
-        std::vector<SheetField> fields;
-        for (std::size_t g = 0; g < fine.size(); ++g) {
-            coarse[g].fit(band_.threads);
-            fine[g].fit(band_.threads, &coarse[g]);
-            fields.push_back({std::move(coarse[g]), std::move(fine[g])});
+        for (std::size_t g = 0; g < fields.size(); ++g) {
+            for (int level = top; level >= 0; --level)
+                levels[level][g].fit(band_.threads, level < top ? &levels[level + 1][g] : nullptr);
+            for (auto& grids_of_level : levels) fields[g].grids.push_back(std::move(grids_of_level[g]));
         }
         if (progress_) progress_(1.0);
         return fields;
@@ -386,18 +391,42 @@ private:
     void sample(std::vector<SplineGrid>& grids, double from, double to) const {
         sample(grids, from, to, [](const View&, int, std::size_t) { return true; });
     }
-    /// Writes them but in the bricks where a narrow wall is the nearest to a node: which are marked, per
-    /// grid.
-    std::vector<std::vector<char>> sample_wide(std::vector<SplineGrid>& grids, double from, double to) const {
-        std::vector<std::vector<char>> narrow;
-        for (const SplineGrid& grid : grids) narrow.emplace_back(grid.bricks(), 0);
+    /// Writes them and tells the least level that a wall nearest to a node of a brick asks for,
+    /// per grid; a brick where that is the finest, of which there is no need, is left unfinished.
+    std::vector<std::vector<char>> sample_down_to(int level, std::vector<SplineGrid>& grids, double from,
+                                                  double to) const {
+        std::vector<std::vector<char>> least;
+        for (const SplineGrid& grid : grids) least.emplace_back(grid.bricks(), static_cast<char>(level));
         sample(grids, from, to, [&](const View& at, int g, std::size_t b) {
-            narrow[g][b] = at.triangle() >= 0 && narrow_[at.triangle()];
-            return narrow[g][b] == 0;
+            if (at.triangle() >= 0) least[g][b] = std::min(least[g][b], level_[at.triangle()]);
+            return least[g][b] > 0;
         });
-        return narrow;
+        return least;
     }
-    /// Writes distances to the nodes of each brick until `goes_on`, asked after each, says no.
+    /// The bricks that a finer grid replaces: those whose walls ask for it, and for a level after next those
+    /// around them too. At the edge of where this level is asked for none is: the next one lies within it.
+    static std::vector<char> to_split(int level, const SplineGrid& grid, const std::vector<char>& least,
+                                      const BrickList* close) {
+        BrickList wanted;
+        for (std::size_t b = 0; b < grid.bricks(); ++b)
+            if (least[b] < level - 1) wanted.push_back(grid.brick(b));
+        wanted = with_neighbours(wanted);
+        std::vector<char> split(grid.bricks(), 0);
+        for (std::size_t b = 0; b < grid.bricks(); ++b) {
+            if (least[b] >= level && !holds(wanted, grid.brick(b))) continue;
+            const BrickList around = with_neighbours({grid.brick(b)});
+            split[b] = !close || std::ranges::all_of(around, [&](const SplineGrid::Brick& beside) {
+                return holds(*close, half(beside));
+            });
+        }
+        return split;
+    }
+    static SplineGrid::Brick half(const SplineGrid::Brick& b) { return {b[0] >> 1, b[1] >> 1, b[2] >> 1}; }
+    static bool holds(const BrickList& bricks, const SplineGrid::Brick& b) {
+        return std::binary_search(bricks.begin(), bricks.end(), b);
+    }
+    /// Writes distances to the nodes of each brick until `goes_on`, asked of the middle and after each, says
+    /// no.
     template <class GoesOn>
     void sample(std::vector<SplineGrid>& grids, double from, double to, const GoesOn& goes_on) const {
         std::vector<std::pair<int, std::size_t>> work;  // grid, brick
@@ -448,7 +477,7 @@ private:
     const std::function<void(double)>& progress_;
     std::vector<StationRuns> runs_;  // per sheet
     std::vector<int> station_of_triangle_;
-    std::vector<char> narrow_;  // per triangle, whether its wall needs the finer spacing
+    std::vector<char> level_;  // per triangle, of the coarsest grid that is fine enough for its wall
 };
 
 }  // namespace

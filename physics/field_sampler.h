@@ -13,7 +13,7 @@ namespace physics {
 
 struct FieldBand {
     double spacing, inner, outer;  // [mm]
-    double wide;                   // vessels of this radius or more are known at twice the spacing [mm]
+    double wide;  // vessels of this radius or more are known at twice the spacing, of twice it at four times
     int threads;
     std::size_t largest;  // [bytes]
 };
@@ -21,18 +21,30 @@ struct FieldBand {
 /// The surface of a lumen with these centrelines, facing out of them.
 LumenSurface lumen_surface(const TriangleMesh&, const CentrelineTree&);
 
-/// The field of a sheet: `fine` where that is known, else `coarse`, of twice its spacing; one function, twice
-/// continuously differentiable.
+/// The field of a sheet in grids of the spacing, twice and four times that, where each is known the finest;
+/// one function, twice continuously differentiable.
 struct SheetField {
-    SplineGrid coarse, fine;
+    static constexpr int kLevels = 3;
+    std::vector<SplineGrid> grids;  // kLevels
 
     bool evaluate(const Vec3& x, SplineValue& out) const {
-        return fine.evaluate(x, out) || coarse.evaluate(x, out);
+        for (const SplineGrid& grid : grids)
+            if (grid.evaluate(x, out)) return true;
+        return false;
     }
-    std::size_t bytes() const { return coarse.bytes() + fine.bytes(); }
+    std::size_t bytes() const {
+        std::size_t sum = 0;
+        for (const SplineGrid& grid : grids) sum += grid.bytes();
+        return sum;
+    }
 };
 
-/// Per sheet the signed distance, negative inside: coarse where the nearest wall is a wide vessel's and has
+/// Of a vessel of this radius, the level of the grid that is fine enough.
+inline int level_of(double radius, double wide) {
+    return radius < wide ? 0 : radius < 2 * wide ? 1 : 2;
+}
+
+/// Per sheet the signed distance, negative inside: coarser where the nearest wall is a wide vessel's and has
 /// no crease. Throws std::invalid_argument when they would be larger than the band allows.
 std::vector<SheetField> sampled_fields(const LumenSurface&, const CentrelineTree&, const VesselSheets&,
                                        const FieldBand&, const std::function<void(double)>& progress);

@@ -97,36 +97,43 @@ struct SeenSurface::Gathering {
     static bool visit(RTCPointQueryFunctionArguments* arguments) {
         auto& g = *static_cast<Gathering*>(arguments->userPtr);
         const int t = static_cast<int>(arguments->primID);
-        if (g.seen(t) && g.patch.surface_->discs_[t].square_distance(g.patch.centre_) <= g.square_reach)
-            g.patch.add(t);
+        if (!g.seen(t)) return false;
+        const double square = g.patch.surface_->discs_[t].square_distance(g.patch.centre_);
+        if (square <= g.square_reach) g.patch.candidates_.push_back({static_cast<float>(square), t});
         return false;
     }
 };
 
-void SeenSurface::Patch::add(const Four& from, int which) {
-    const int at = count_++ % 4;
-    if (at == 0) {
-        fours_.emplace_back();
-        fours_.back().x.setConstant(1e15f);  // never near
+template <class Put>
+void SeenSurface::Patch::take(const Vec3& middle, const NearestTriangle& nearest, const Put& put) {
+    middle_ = middle;
+    middle_triangle_ = nearest.triangle;
+    // Sorted as closely as the questions can tell: by steps of the square distance.
+    constexpr int kSteps = 8;
+    const auto first = static_cast<float>(nearest.at.square_distance), last = static_cast<float>(far_ * far_);
+    const float step = (last - first) / kSteps + 1e-30f;
+    const auto step_of = [&](const Candidate& c) {
+        return std::clamp(static_cast<int>((c.square - first) / step), 0, kSteps - 1);
+    };
+    int next[kSteps + 1] = {};
+    for (const Candidate& c : candidates_) ++next[step_of(c) + 1];
+    for (int k = 0; k < kSteps; ++k) next[k + 1] += next[k];
+    const int count = static_cast<int>(candidates_.size());
+    lanes_.resize((count + kLanes - 1) / kLanes);
+    square_.assign(lanes_.size(), 0);
+    for (std::size_t at = count; at < kLanes * lanes_.size(); ++at) {
+        Lanes& lanes = lanes_[at / kLanes];
+        const std::size_t k = at % kLanes;
+        lanes.x[k] = 1e15f;  // never near
         for (auto column :
-             {&Four::y, &Four::z, &Four::normal_x, &Four::normal_y, &Four::normal_z, &Four::radius})
-            (fours_.back().*column).setZero();
+             {&Lanes::y, &Lanes::z, &Lanes::normal_x, &Lanes::normal_y, &Lanes::normal_z, &Lanes::radius})
+            (lanes.*column)[k] = 0;
     }
-    for (auto column :
-         {&Four::x, &Four::y, &Four::z, &Four::normal_x, &Four::normal_y, &Four::normal_z, &Four::radius})
-        (fours_.back().*column)[at] = (from.*column)[which];
-    fours_.back().triangle[at] = from.triangle[which];
-}
-
-void SeenSurface::Patch::add(int triangle) {
-    const Disc& disc = surface_->discs_[triangle];
-    const Eigen::Vector3f from = (disc.centre - centre_).cast<float>(), normal = disc.normal.cast<float>();
-    Four one;
-    one.x[0] = from.x(), one.y[0] = from.y(), one.z[0] = from.z();
-    one.normal_x[0] = normal.x(), one.normal_y[0] = normal.y(), one.normal_z[0] = normal.z();
-    one.radius[0] = static_cast<float>(disc.radius);
-    one.triangle[0] = triangle;
-    add(one, 0);
+    for (const Candidate& c : candidates_) {
+        const int k = step_of(c), at = next[k]++;
+        if (at % kLanes == 0 && k > 0) square_[at / kLanes] = first + static_cast<float>(k) * step;
+        put(c.which, lanes_[at / kLanes], at % kLanes);
+    }
 }
 
 // A point of the ball is no farther from the surface than the middle is, and `reach`; from the middle to
@@ -139,58 +146,73 @@ void SeenSurface::Patch::gather(const SeenSurface& surface, const Vec3& centre, 
     centre_ = centre;
     far_ = std::sqrt(middle.at.square_distance) + 2 * reach;
     rounding_ = 1e-5 * (1 + far_ * far_);
-    count_ = 0;
-    fours_.clear();
-    if (middle.triangle < 0) return;
-    Gathering gathering{*this, seen, far_ * far_ + rounding_};
-    surface.scene_->embree.near(centre, static_cast<float>(1.0001 * far_ + 1e-3), &Gathering::visit,
-                                &gathering);
+    candidates_.clear();
+    if (middle.triangle >= 0) {
+        Gathering gathering{*this, seen, far_ * far_ + rounding_};
+        surface.scene_->embree.near(centre, static_cast<float>(1.0001 * far_ + 1e-3), &Gathering::visit,
+                                    &gathering);
+    }
+    take(centre, middle, [&](int triangle, Lanes& to, int at) {
+        const Disc& disc = surface.discs_[triangle];
+        const Eigen::Vector3f from = (disc.centre - centre_).cast<float>(),
+                              normal = disc.normal.cast<float>();
+        to.x[at] = from.x(), to.y[at] = from.y(), to.z[at] = from.z();
+        to.normal_x[at] = normal.x(), to.normal_y[at] = normal.y(), to.normal_z[at] = normal.z();
+        to.radius[at] = static_cast<float>(disc.radius);
+        to.triangle[at] = triangle;
+    });
 }
 
 void SeenSurface::Patch::gather(const Patch& whole, const Vec3& middle, double reach) {
     surface_ = whole.surface_;
     centre_ = whole.centre_;
     rounding_ = whole.rounding_;
-    far_ = std::sqrt(whole.nearest(middle).at.square_distance) + 2 * reach;
-    count_ = 0;
-    fours_.clear();
+    const NearestTriangle nearest = whole.nearest(middle, 2 * reach);
+    far_ = std::sqrt(nearest.at.square_distance) + 2 * reach;
     const auto limit = static_cast<float>(far_ * far_ + rounding_);
-    const Eigen::Vector3f from = (middle - centre_).cast<float>();
-    for (const Four& four : whole.fours_) {
-        const Four::Column low = four.square_distance(from);
-        if (low.minCoeff() > limit) continue;
-        for (int k = 0; k < 4; ++k)
-            if (low[k] <= limit) add(four, k);
+    candidates_.clear();
+    for (int n = 0; n < static_cast<int>(whole.distances_.size()); ++n) {
+        const Lanes::Column& square = whole.distances_[n];
+        if (square.minCoeff() > limit) continue;
+        for (int k = 0; k < kLanes; ++k)
+            if (square[k] <= limit) candidates_.push_back({square[k], kLanes * n + k});
     }
+    take(middle, nearest, [&](int which, Lanes& to, int at) {
+        const Lanes& from = whole.lanes_[which / kLanes];
+        const int k = which % kLanes;
+        to.x[at] = from.x[k], to.y[at] = from.y[k], to.z[at] = from.z[k];
+        to.normal_x[at] = from.normal_x[k], to.normal_y[at] = from.normal_y[k];
+        to.normal_z[at] = from.normal_z[k], to.radius[at] = from.radius[k];
+        to.triangle[at] = from.triangle[k];
+    });
 }
 
-NearestTriangle SeenSurface::Patch::nearest(const Vec3& x) const {
+NearestTriangle SeenSurface::Patch::nearest(const Vec3& x, double more) const {
     const Eigen::Vector3f from = (x - centre_).cast<float>();
-    const std::size_t count = fours_.size();
-    distances_.resize(count);
-    Four::Column least = Four::Column::Constant(std::numeric_limits<float>::infinity());
-    for (std::size_t f = 0; f < count; ++f) {
-        distances_[f] = fours_[f].square_distance(from);
-        least = least.min(distances_[f]);
-    }
-    NearestTriangle best;
+    const double way = (x - middle_).norm() + more;
     const LumenSurface& mesh = surface_->surface_;
-    float limit = least.minCoeff();  // at first the disc that is nearest, then all that may be nearer
+    NearestTriangle best;
+    float limit = 0, from_middle = 0;  // of square distances to discs
     const auto look_at = [&](int t) {
         const TrianglePoint p = closest_point(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), x);
         if (!nearer({t, p}, best)) return;
         best = {t, p};
         limit = static_cast<float>(p.square_distance + rounding_);
+        const double most = std::sqrt(p.square_distance) + way;
+        from_middle = static_cast<float>(most * most + 2 * rounding_);
     };
-    for (std::size_t f = 0; best.triangle < 0; ++f)
-        for (int k = 0; k < 4 && best.triangle < 0; ++k)
-            if (distances_[f][k] == limit) look_at(fours_[f].triangle[k]);
-    const int first = best.triangle;
-    for (std::size_t f = 0; f < count; ++f) {
-        if (distances_[f].minCoeff() > limit) continue;
-        for (int k = 0; k < 4; ++k)
-            if (distances_[f][k] <= limit && fours_[f].triangle[k] != first) look_at(fours_[f].triangle[k]);
+    look_at(middle_triangle_);
+    distances_.resize(lanes_.size());
+    std::size_t n = 0;
+    for (; n < lanes_.size() && square_[n] <= from_middle; ++n) {
+        const Lanes::Column square = lanes_[n].square_distances(from);
+        distances_[n] = square;
+        if (square.minCoeff() > limit) continue;
+        for (int k = 0; k < kLanes; ++k)
+            if (square[k] <= limit && lanes_[n].triangle[k] != middle_triangle_)
+                look_at(lanes_[n].triangle[k]);
     }
+    distances_.resize(n);
     return best;
 }
 

@@ -39,19 +39,20 @@ public:
         void gather(const SeenSurface&, const Vec3& centre, double reach, int seed, const SeenStations&);
         /// Of a ball within that of the other patch, which is not empty.
         void gather(const Patch&, const Vec3& middle, double reach);
-        bool empty() const { return count_ == 0; }
+        bool empty() const { return lanes_.empty(); }
         /// What SeenSurface::nearest answers. Not empty.
-        NearestTriangle nearest(const Vec3& x) const;
+        NearestTriangle nearest(const Vec3& x) const { return nearest(x, 0); }
 
     private:
         friend class SeenSurface;
-        /// Four triangles and the discs around them, from the centre; where there are none, far away.
-        struct Four {
-            using Column = Eigen::Array4f;
+        /// Some triangles and the discs around them, from the centre; where there are none, far away.
+        static constexpr int kLanes = 4;
+        struct Lanes {
+            using Column = Eigen::Array<float, kLanes, 1>;
             Column x, y, z, normal_x, normal_y, normal_z, radius;
-            std::array<int, 4> triangle;
-            /// As that of a disc.
-            Column square_distance(const Eigen::Vector3f& from) const {
+            std::array<int, kLanes> triangle;
+            /// As those of discs.
+            Column square_distances(const Eigen::Vector3f& from) const {
                 const Column dx = from.x() - x, dy = from.y() - y, dz = from.z() - z;
                 const Column height = dx * normal_x + dy * normal_y + dz * normal_z;
                 const Column height2 = height * height;
@@ -60,16 +61,26 @@ public:
                 return height2 + beside * beside;
             }
         };
-        void add(int triangle);
-        void add(const Four&, int which);
+        struct Candidate {
+            float square;  // of the distance from the middle of the ball to the disc
+            int which;
+        };
+        /// Takes the candidates, those whose discs are nearer to the middle first: put(which, lanes, lane).
+        template <class Put>
+        void take(const Vec3& middle, const NearestTriangle&, const Put& put);
+        /// Leaves in `distances_` the bounds of all that may be within the distance and `more` [mm] of x.
+        NearestTriangle nearest(const Vec3& x, double more) const;
 
         const SeenSurface* surface_ = nullptr;
         Vec3 centre_ = Vec3::Zero();
-        double far_ = 0;       // from the middle of the ball to the farthest disc that counts [mm]
-        double rounding_ = 0;  // of square distances in single precision, and more [mm²]
-        int count_ = 0;
-        std::vector<Four> fours_;
-        mutable std::vector<Four::Column> distances_;  // scratch
+        Vec3 middle_ = Vec3::Zero();  // of the ball
+        int middle_triangle_ = -1;    // nearest to it
+        double far_ = 0;              // from the middle of the ball to the farthest disc that counts [mm]
+        double rounding_ = 0;         // of square distances in single precision, and more [mm²]
+        std::vector<Lanes> lanes_;
+        std::vector<float> square_;  // of each: no disc is nearer to the middle, nor are those that follow
+        std::vector<Candidate> candidates_;             // scratch
+        mutable std::vector<Lanes::Column> distances_;  // square, of the first lanes
     };
 
 private:

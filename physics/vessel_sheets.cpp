@@ -66,7 +66,7 @@ std::vector<int> seen_from(const CentrelineTree& tree, int from, const std::vect
 
 }  // namespace
 
-VesselSheets vessel_sheets(const CentrelineTree& tree, double near) {
+VesselSheets vessel_sheets(const CentrelineTree& tree, const std::function<double(double)>& near) {
     const auto stations = tree.stations();
     const int count = static_cast<int>(stations.size());
     const std::vector<double> widest = widest_beyond(tree);
@@ -77,13 +77,31 @@ VesselSheets vessel_sheets(const CentrelineTree& tree, double near) {
         return std::binary_search(sheets.seen[a].begin(), sheets.seen[a].end(), b);
     };
 
+    std::vector<double> along(count, 0.0);  // the stations, from any start
+    double widest_radius = 0;
+    std::vector<double> nears;
+    for (int s = 0; s < count; ++s) {
+        if (s > 0) along[s] = along[s - 1] + (stations[s].centre - stations[s - 1].centre).norm();
+        widest_radius = std::max(widest_radius, stations[s].radius);
+        nears.push_back(near(stations[s].radius));
+    }
+    const double largest_near = near(widest_radius);
+    /// Whether a station comes near one of those from `first` to before it without seeing it.
+    const auto comes_near = [&](int first, int s) {
+        for (int t = first; t < s;) {
+            const double gap = (stations[s].centre - stations[t].centre).norm();
+            const double reach = stations[s].radius + stations[t].radius + std::max(nears[s], nears[t]);
+            if (gap < reach && !sees(s, t)) return true;
+            // Those that follow are no nearer by more than the way along the vessel there.
+            const double past =
+                along[t] + gap - (stations[s].radius + widest_radius + largest_near) - kWayRounding;
+            for (++t; t < s && along[t] < past;) ++t;
+        }
+        return false;
+    };
     for (int s = 0; s < count; ++s) {
         bool fresh = s == 0 || stations[s].branch != stations[s - 1].branch;
-        if (!fresh)
-            fresh = std::any_of(sheets.stations.back().begin(), sheets.stations.back().end(), [&](int t) {
-                const double reach = stations[s].radius + stations[t].radius + near;
-                return (stations[s].centre - stations[t].centre).squaredNorm() < reach * reach && !sees(s, t);
-            });
+        if (!fresh) fresh = comes_near(sheets.stations.back().front(), s);
         if (fresh) sheets.stations.emplace_back();
         sheets.stations.back().push_back(s);
         sheets.sheet_of.push_back(static_cast<int>(sheets.stations.size()) - 1);

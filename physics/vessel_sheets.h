@@ -2,6 +2,7 @@
 /// Which walls a place in the vessels can see, measured along the vessels: what keeps two vessels apart that
 /// nearly touch, or the two limbs of a tight bend.
 
+#include <functional>
 #include <limits>
 #include <span>
 #include <vector>
@@ -20,8 +21,8 @@ struct VesselSheets {
 };
 
 /// A station sees another when the way between them along the vessels is at most 2 (r + r'): enough for the
-/// wall nearest to any point of the lumen, and for both sides of a carina. `near` [mm]: walls closer than
-/// this that do not see one another belong to different sheets.
-VesselSheets vessel_sheets(const CentrelineTree&, double near);
+/// wall nearest to any point of the lumen, and for both sides of a carina. Walls closer than near(radius of
+/// the wider vessel) [mm], which grows with it, that do not see one another belong to different sheets.
+VesselSheets vessel_sheets(const CentrelineTree&, const std::function<double(double radius)>& near);
 
 }  // namespace physics

@@ -1,11 +1,11 @@
 #include "render/path_length.h"
 
 #include <algorithm>
+#include <bit>
 #include <cassert>
 #include <cmath>
 #include <map>
 #include <span>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -49,14 +49,18 @@ struct CornerHash {
 
 int unmatched_edges(const TriangleMesh& mesh) {
     const int count = static_cast<int>(mesh.vertices.size());
-    std::unordered_map<std::array<double, 3>, int, CornerHash> corners;
-    corners.reserve(mesh.vertices.size());
+    // The first corner at a place, in an open-addressed hash table of places, -1 = free.
+    std::vector<int> corners(std::bit_ceil(2 * mesh.vertices.size() + 1), -1);
     std::vector<int> corner(mesh.vertices.size());
     for (int i = 0; i < count; ++i) {
         const Vec3& v = mesh.vertices[i];
         if (!v.allFinite()) throw std::invalid_argument("vertex " + std::to_string(i) + " is not finite");
         // Adding zero makes −0 and +0 the same place.
-        corner[i] = corners.try_emplace({v.x() + 0.0, v.y() + 0.0, v.z() + 0.0}, i).first->second;
+        std::size_t slot = CornerHash{}({v.x() + 0.0, v.y() + 0.0, v.z() + 0.0}) & (corners.size() - 1);
+        while (corners[slot] >= 0 && mesh.vertices[corners[slot]] != v)
+            slot = (slot + 1) & (corners.size() - 1);
+        if (corners[slot] < 0) corners[slot] = i;
+        corner[i] = corners[slot];
     }
     // Edges by their lower corner, of which few share one. An edge that is run through as often either way is
     // matched.

@@ -96,9 +96,10 @@ Vec3 CageSection::point(double angle, double z, double outward) const {
 }
 
 bool CageSection::holds(double x, double y, double inset) const {
-    return std::pow(std::abs(x) / (half_width - inset), exponent) +
-               std::pow(std::abs(y - middle) / (half_depth - inset), exponent) <
-           1.0;
+    const double a = std::abs(x) / (half_width - inset), b = std::abs(y - middle) / (half_depth - inset);
+    // Powers take long, and places well within the ellipse need none.
+    if (exponent >= 2.0 && a >= 0.0 && b >= 0.0 && a * a + b * b < 0.999) return true;
+    return std::pow(a, exponent) + std::pow(b, exponent) < 1.0;
 }
 
 CageSection Chest::section(double z) const {

@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <fmt/format.h>
 #include <map>
-#include <unordered_map>
 
 namespace engine {
 namespace {
@@ -79,7 +78,7 @@ public:
     template <class Use>
     void each(const Use& use) const {
         for (std::size_t low = 0; low < ends_.size(); ++low)
-            for (std::size_t at = starts_[low]; at < ends_[low]; ++at) use(uses_[at]);
+            for (std::size_t at = starts_[low]; at < ends_[low]; ++at) use(static_cast<int>(low), uses_[at]);
     }
 
 private:
@@ -106,17 +105,25 @@ Topology topology(const TriangleMesh& mesh) {
     const SortedEdges edges(mesh);
     for (const auto& t : mesh.triangles)
         if (t[0] == t[1] || t[1] == t[2] || t[2] == t[0]) ++found.degenerate_triangles;
+    std::vector<bool> at_rim;
+    edges.each([&](int low, const EdgeUse& use) {
+        if (use.forward + use.backward != 1) return;
+        at_rim.resize(std::max(at_rim.size(), static_cast<std::size_t>(use.high) + 1));
+        at_rim[low] = at_rim[use.high] = true;
+    });
+    const auto is_at_rim = [&](int v) { return static_cast<std::size_t>(v) < at_rim.size() && at_rim[v]; };
     std::map<int, int> next;  // a boundary edge a→b of the mesh is b→a of its cap
     for (const auto& t : mesh.triangles) {
         for (int k = 0; k < 3; ++k) {
             const int a = t[k], b = t[(k + 1) % 3];
+            if (!is_at_rim(a) || !is_at_rim(b)) continue;
             const EdgeUse& use = edges.of(a, b);
             if (use.forward + use.backward != 1) continue;
             ++found.boundary_edges;
             next[b] = a;
         }
     }
-    edges.each([&](const EdgeUse& use) {
+    edges.each([&](int, const EdgeUse& use) {
         if (use.forward + use.backward > 2 || use.forward == 2 || use.backward == 2)
             ++found.non_manifold_edges;
     });
@@ -137,13 +144,19 @@ Topology topology(const TriangleMesh& mesh) {
 
 TriangleMesh welded(const TriangleMesh& mesh) {
     TriangleMesh result;
-    std::unordered_map<std::array<std::uint64_t, 3>, int, BitwiseHash> index_of;
+    // An open-addressed hash table of what is in the result, -1 = free.
+    std::vector<int> index_of(std::bit_ceil(2 * mesh.vertices.size() + 1), -1);
     std::vector<int> renumbered(mesh.vertices.size());
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-        const auto [at, fresh] =
-            index_of.try_emplace(bits(mesh.vertices[i]), static_cast<int>(result.vertices.size()));
-        if (fresh) result.vertices.push_back(mesh.vertices[i]);
-        renumbered[i] = at->second;
+        const auto key = bits(mesh.vertices[i]);
+        std::size_t slot = BitwiseHash{}(key) & (index_of.size() - 1);
+        while (index_of[slot] >= 0 && bits(result.vertices[index_of[slot]]) != key)
+            slot = (slot + 1) & (index_of.size() - 1);
+        if (index_of[slot] < 0) {
+            index_of[slot] = static_cast<int>(result.vertices.size());
+            result.vertices.push_back(mesh.vertices[i]);
+        }
+        renumbered[i] = index_of[slot];
     }
     result.triangles.reserve(mesh.triangles.size());
     for (const auto& t : mesh.triangles) {

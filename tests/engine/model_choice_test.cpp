@@ -71,7 +71,7 @@ TEST(ModelChoice, TheCurvedTipIsAWholeNumberOfSegmentsThatFollowIt) {
 
 TEST(ModelChoice, TakesTheWallThatTheAnatomyAllows) {
     const Anatomy wide = tube(2, {engine::Run{60}}), narrow = tube(0.2, {engine::Run{60}});
-    const Anatomy huge = tube(40, {engine::Run{40'000}});
+    const Anatomy huge = tube(40, {engine::Run{400'000}});
     EXPECT_EQ(choose_model(wide, straight_tip(), kTolerance, true).wall, WallModel::Analytic);
     EXPECT_EQ(choose_model(wide, straight_tip(), kTolerance, false).wall, WallModel::DistanceField);
     EXPECT_EQ(choose_model(narrow, straight_tip(), kTolerance, false).wall, WallModel::Mesh);

@@ -7,11 +7,11 @@ namespace engine {
 TEST(Recording, IsAScriptWithTheCommandsStatesAndEnd) {
     const test::TemporaryFolder folder;
     Recording recording(folder / "run.gw", {"test 1", "small", 2});
-    recording.frame(0, std::vector<Command>{Beam{true}}, 0xa);
-    recording.frame(1, std::vector<Command>{Advance{2}, Rotate{0.5}}, 0xb);
-    recording.frame(2, {}, 0xc);
-    recording.frame(3, {}, 0xd);
-    recording.close();
+    recording.frame(0, std::vector<Command>{Beam{true}}, [] { return 0xaull; });
+    recording.frame(1, std::vector<Command>{Advance{2}, Rotate{0.5}}, [] { return 0xbull; });
+    recording.frame(2, {}, [] { return 0xcull; });
+    recording.frame(3, {}, [] { return 0xdull; });
+    recording.close([] { return 0xdull; });
     const CommandScript script = load_commands(folder / "run.gw");
     ASSERT_EQ(script.commands.size(), 3u);
     EXPECT_EQ(script.commands[1].frame, 1);
@@ -25,7 +25,7 @@ TEST(Recording, CanBeReplayedAfterEachFrame) {
     const test::TemporaryFolder folder;
     Recording recording(folder / "run.gw", {"test 1", "small", 10});
     for (int frame = 0; frame < 5; ++frame) {
-        recording.frame(frame, std::vector<Command>{Advance{1}}, 7);
+        recording.frame(frame, std::vector<Command>{Advance{1}}, [] { return 7ull; });
         EXPECT_EQ(load_commands(folder / "run.gw").commands.size(), static_cast<std::size_t>(frame) + 1);
     }
 }
