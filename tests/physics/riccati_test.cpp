@@ -27,7 +27,7 @@ struct Dense {
     Eigen::MatrixXd hessian;
     Eigen::VectorXd gradient;
 };
-Dense dense(const NewtonTerms& terms, double mu) {
+Dense dense(const NewtonTerms& terms, double mu, std::span<const FedStage> fed = {}) {
     const auto& stages = terms.stages;
     const int n = static_cast<int>(stages.size());
     Dense d{Eigen::MatrixXd::Zero(2 * n, 2 * n), Eigen::VectorXd::Zero(2 * n)};
@@ -64,14 +64,15 @@ Dense dense(const NewtonTerms& terms, double mu) {
             d.gradient += x.transpose() * s.force;
         }
         add(x, h, x);
+        for (const FedStage& f : fed)
+            if (f.stage <= j) d.gradient += x.transpose() * (h * f.by);
     }
     return d;
 }
 
-Eigen::VectorXd riccati_solution(const NewtonTerms& terms, double mu, RiccatiReport& report) {
+Eigen::VectorXd rolled_out(const NewtonTerms& terms, std::span<const RiccatiGain> gains,
+                           std::span<const FedStage> fed = {}) {
     const int n = static_cast<int>(terms.stages.size());
-    std::vector<RiccatiGain> gains(n);
-    report = riccati_backward(terms.stages, mu, 1e-9, terms.twist, gains);
     Eigen::VectorXd alpha(2 * n);
     Vec3 x = Vec3::Zero();
     Vec2 prev = Vec2::Zero();
@@ -84,10 +85,27 @@ Eigen::VectorXd riccati_solution(const NewtonTerms& terms, double mu, RiccatiRep
             twist += s.twist_prev.dot(prev) * (j > 0) + s.twist.dot(now);
         }
         x += s.length * s.basis * now;
+        for (const FedStage& f : fed)
+            if (f.stage == j) x += f.by;
         alpha.segment<2>(2 * j) = now;
         prev = now;
     }
     return alpha;
+}
+
+Eigen::VectorXd riccati_solution(const NewtonTerms& terms, double mu, RiccatiReport& report) {
+    std::vector<RiccatiGain> gains(terms.stages.size());
+    report = riccati_backward(terms.stages, mu, 1e-9, terms.twist, gains);
+    return rolled_out(terms, gains);
+}
+
+/// The terms, made positive definite where they are not.
+NewtonTerms convex(NewtonTerms terms, double mu) {
+    const double least =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dense(terms, mu).hessian).eigenvalues()[0];
+    if (least <= 0)
+        for (RiccatiStage& s : terms.stages) s.own += (1 - least) * Mat2::Identity();
+    return terms;
 }
 
 /// A wire of 30 segments pressed into a tube, at rest shape curved where asked.
@@ -108,20 +126,56 @@ TEST(Riccati, StepEqualsADenseFactorisation) {
     for (const double curved : {0.0, 1.2})
         for (const double mu : {0.0, 5.0}) {
             const auto [wire, wall] = pressed(curved);
-            const NewtonTerms terms = terms_of(wire, all_contacts(wire, wall));
+            const NewtonTerms terms = convex(terms_of(wire, all_contacts(wire, wall)), mu);
             RiccatiReport report;
-            Dense d = dense(terms, mu);
-            // Made positive definite where it is not, in both alike.
-            const double least = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(d.hessian).eigenvalues()[0];
-            NewtonTerms convex = terms;
-            if (least <= 0)
-                for (RiccatiStage& s : convex.stages) s.own += (1 - least) * Mat2::Identity();
-            d = dense(convex, mu);
+            const Dense d = dense(terms, mu);
             const Eigen::VectorXd expected = -d.hessian.llt().solve(d.gradient);
-            const Eigen::VectorXd found = riccati_solution(convex, mu, report);
+            const Eigen::VectorXd found = riccati_solution(terms, mu, report);
             EXPECT_EQ(report.shifted, 0);
             EXPECT_LT((found - expected).norm(), 1e-10 * expected.norm()) << curved << " " << mu;
         }
+}
+
+TEST(Riccati, AnswerToFedSegmentsEqualsADenseFactorisation) {
+    for (const double curved : {0.0, 1.2})
+        for (const bool anew : {false, true}) {
+            const auto [wire, wall] = pressed(curved);
+            const NewtonTerms terms = convex(terms_of(wire, all_contacts(wire, wall)), 0);
+            const FedStage fed[] = {{22, {0.3, -0.1, 0.7}}, {21, {-0.1, 0.2, 0.1}}};
+            std::vector<RiccatiGain> gains(terms.stages.size());
+            riccati_backward(terms.stages, 0, 1e-9, terms.twist, gains);
+            riccati_answer(terms.stages, 0, 0, anew, 1e-9, terms.twist, gains, fed);
+            const Dense d = dense(terms, 0, fed);
+            const Eigen::VectorXd expected = -d.hessian.llt().solve(d.gradient);
+            EXPECT_LT((rolled_out(terms, gains, fed) - expected).norm(), 1e-10 * expected.norm())
+                << curved << " " << anew;
+        }
+}
+
+TEST(NewtonTerms, AreSolvedWhileTheyAreAssembled) {
+    for (const double curved : {0.0, 1.2}) {
+        const auto [wire, wall] = pressed(curved, kLoad);
+        const auto contacts = all_contacts(wire, wall);
+        std::vector<Vec3> d;
+        if (curved > 0) d = directors(wire);
+        std::vector<ContactPlane> planes(wire.joints.size());
+        for (std::size_t j = 0; j < planes.size(); ++j) planes[j].force = contacts[j].force();
+        NewtonTerms terms;
+        terms.stages.resize(30);
+        std::vector<RiccatiGain> gains(30);
+        const RiccatiReport report =
+            assemble_and_solve(wire, contacts, d, 1, 0.7, 1e-9, terms, planes, gains);
+        EXPECT_TRUE(terms.exact);
+        const NewtonTerms expected = terms_of(wire, contacts);
+        std::vector<RiccatiGain> by_itself(30);
+        EXPECT_EQ(report.shifted,
+                  riccati_backward(expected.stages, 0.7, 1e-9, expected.twist, by_itself).shifted);
+        EXPECT_EQ(terms.relative_gradient, expected.relative_gradient);
+        for (int j = 0; j < 30; ++j) {
+            EXPECT_EQ(gains[j].step, by_itself[j].step) << j;
+            EXPECT_EQ(gains[j].from_x, by_itself[j].from_x) << j;
+        }
+    }
 }
 
 TEST(Riccati, PivotsTellWhetherTheHessianIsPositiveDefinite) {
