@@ -23,20 +23,22 @@ constexpr double kTrustGrowth = 0.01;     // of μ after a step well inside its 
 constexpr double kSlowGrowth = 0.25;      // the same where the energy rose first
 constexpr double kHopeful = 10;           // of μ when it fitted the step before
 constexpr double kLeastTrust = 1e-6;      // of the unit of μ
-constexpr int kIdleBeforeSearch = 3;    // idle steps, before μ is looked for between too soft and too stiff
-constexpr double kTimid = 0.03;         // cap: a step below it is too stiff
-constexpr int kTries = 5;               // of that search
-constexpr double kNarrow = 2;           // between the values of μ, which ends it
-constexpr double kFarBelow = 1e-4;      // of μ, where none is too soft
-constexpr double kSecantReach = 20;     // caps, below which 1/reach is a straight line in μ
-constexpr double kAimedReach = 0.8;     // caps
+constexpr int kIdleBeforeSearch = 30;  // of idle steps, before μ is looked for between too soft and too stiff
+constexpr double kTimid = 0.03;        // cap: a step below it is too stiff
+constexpr int kTries = 5;              // of that search
+constexpr double kNarrow = 2;          // between the values of μ, which ends it
+constexpr double kFarBelow = 1e-4;     // of μ, where none is too soft
+constexpr double kSecantReach = 20;    // caps, below which 1/reach is a straight line in μ
+constexpr double kAimedReach = 0.8;    // caps
 constexpr double kSecantGrowth = 1000;  // of μ at most
 constexpr double kForgetTrust = 1e-8;   // μ below this share of its unit is none
 constexpr double kRounding = 1e-13;     // of the energy: less than this a line search can't see
 constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
-constexpr int kIdleSteps = 40;      // of them before the wall is made softer
-constexpr int kRejectedOnPlanes = 3;      // values of μ, with which the energy rose
-constexpr int kIdleStepsOnPlanes = 40;   // before a wall whose planes jump is left as it is
+constexpr int kIdle = 400;          // of idle steps, before the wall is made softer
+constexpr int kRejectedOnPlanes = 3;     // values of μ, with which the energy rose
+constexpr int kIdleOnPlanes = 400;       // of idle steps, before a wall whose planes jump is left as it is
+constexpr double kSliding = 0.05;        // cap: an idle step beyond it moves the wire, and counts as one
+constexpr int kHardlyMoved = 10;         // as which any other counts
 constexpr double kSoft = 1.0;            // k λ²/C that always converges; continuation starts there
 constexpr double kLeastPivot = 1e-6;     // of a recursion, over C
 constexpr double kKick = 1e-3;           // turn that leaves a saddle [rad]
@@ -195,6 +197,7 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
             const bool unseen = correction == 0 && -expected < rounding && energy < energy_ + rounding;
             if (std::isfinite(energy) && (falls || unseen)) {
                 report.largest_turn = std::max(report.largest_turn, model_.largest_turn());
+                idle_ += reach > kSliding ? 1 : kHardlyMoved;
                 model_.foresee_forces(wire);
                 accept(wire, contacts, energy);
                 // So that the next step just fits.
@@ -306,6 +309,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
                 report.gradient = std::max(terms.relative_gradient, terms.proximal_gradient);
                 return Outcome::OutOfBudget;
             }
+            const int idle_before = idle_;
             const double before = energy_, least_fall = kProgress * energy_scale();
             // The first step is seen to its end, or a small budget would never get anywhere.
             const bool first_step = report.newton_steps == steps_before;
@@ -321,7 +325,9 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
                 best = terms.relative_gradient;
                 idle_ = 0;
             } else if (energy_ > before - least_fall) {
-                stuck = ++idle_ > (smooth_ ? kIdleSteps : kIdleStepsOnPlanes);
+                stuck = idle_ > (smooth_ ? kIdle : kIdleOnPlanes);
+            } else {
+                idle_ = idle_before;
             }
             if (stuck && model_.first() == 1) return Outcome::Stuck;
             if (stuck) {
@@ -441,7 +447,10 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
     double part = 1, mu = 0;
     while (mu < kSlides * mu_unit_) {
         const FeedPlan plan = plan_feed(wire, part * motion.feed);
-        if ((motion.feed != 0 && !plan.whole) || plan.grows <= model_.first()) return false;
+        if ((motion.feed != 0 && !plan.whole) || plan.grows <= model_.first()) {
+            if (twist) transport_directors(wire, 1, model_.directors);
+            return false;
+        }
         const double work = kPredictedWork * force * std::abs(plan.mm), energy = std::abs(energy_);
         const double rise =
             try_answer(wire, plan, part * motion.turn, mu, cap, kPredictedWell * (energy + work));
@@ -462,6 +471,7 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
         else
             mu = std::max(kLeastTrust * mu_unit_, 10 * mu);
     }
+    if (twist) transport_directors(wire, 1, model_.directors);  // trials have moved them
     motion = {motion.feed == 0 ? 0 : feed(wire, part * motion.feed), part * motion.turn};
     rotate(wire, motion.turn);
     return true;
