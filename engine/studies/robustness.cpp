@@ -113,6 +113,7 @@ Table tube_table(const std::vector<TubeCourse>& courses) {
                  "steps",
                  "median_ms",
                  "p99_ms",
+                 "p99_9_ms",
                  "max_ms"},
                 {}};
     TubeCourse sum;
@@ -141,6 +142,7 @@ Table tube_table(const std::vector<TubeCourse>& courses) {
                    static_cast<double>(c.steps),
                    quantile(c.times, 0.5),
                    quantile(c.times, 0.99),
+                   quantile(c.times, 0.999),
                    quantile(c.times, 1)});
     };
     for (const TubeCourse& c : courses) {
@@ -281,7 +283,7 @@ std::vector<Claim> claims_of(const Table& tubes, const Table& hands, const std::
     none(hands, "beyond_force", "wild hands: joints deeper than their force explains",
          "distance to the raw mesh against force over stiffness; by more than 0.15 mm");
     none(hands, "refused", "wild hands: frames in which a motion was refused",
-         "a floppy tip that just touches, out of an open end, finds no rest on the other side of the touch");
+         "the hub found no rest for it, however small its parts");
     return claims;
 }
 
