@@ -25,7 +25,7 @@ constexpr double kHopeful = 10;           // of μ when it fitted the step befor
 constexpr double kLeastTrust = 1e-6;      // of the unit of μ
 constexpr int kIdleBeforeSearch = 30;  // of idle steps, before μ is looked for between too soft and too stiff
 constexpr double kTimid = 0.03;        // cap: a step below it is too stiff
-constexpr int kTries = 5;              // of that search
+constexpr int kSearchTries = 5;        // of that search
 constexpr double kNarrow = 2;          // between the values of μ, which ends it
 constexpr double kFarBelow = 1e-4;     // of μ, where none is too soft
 constexpr double kSecantReach = 20;    // caps, below which 1/reach is a straight line in μ
@@ -102,7 +102,7 @@ public:
     /// Negative curvature can make every step far too long or far too short. Of a trial that fits: whether a
     /// μ between it and one that does not is to be tried instead.
     bool lower(double reach) {
-        if (!(reach < kTimid) || overshoots_ < 0 || mu_ <= kNarrow * overshoots_ || tries_ == kTries)
+        if (!(reach < kTimid) || overshoots_ < 0 || mu_ <= kNarrow * overshoots_ || tries_ == kSearchTries)
             return false;
         fits_ = mu_;
         mu_ = between();
@@ -111,7 +111,7 @@ public:
 
 private:
     double between() {
-        return ++tries_ < kTries ? std::sqrt(std::max(overshoots_, kFarBelow * fits_) * fits_) : fits_;
+        return ++tries_ < kSearchTries ? std::sqrt(std::max(overshoots_, kFarBelow * fits_) * fits_) : fits_;
     }
 
     double& mu_;
