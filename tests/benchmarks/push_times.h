@@ -17,7 +17,7 @@ inline void push_through(benchmark::State& state, const physics::LumenWall& wall
     std::vector<double> times;
     int unconverged = 0;
     for (auto _ : state) {
-        const auto relaxer = physics::make_relaxer({});
+        const auto relaxer = physics::make_relaxer({.kind = physics::RelaxerKind::Global});
         physics::Guidewire wire = physics::wire_along(spec, path, 20);
         relaxer->relax(wire, wall, unlimited);
         while (wire.segments() + burst <= segments) {
