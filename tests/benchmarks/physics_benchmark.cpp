@@ -13,6 +13,7 @@
 #include "physics/newton_terms.h"
 #include "physics/relaxer.h"
 #include "tests/anatomies.h"
+#include "tests/benchmarks/push_times.h"
 #include "tests/benchmarks/wall_queries.h"
 #include "tests/physics/ask_always.h"
 #include "tests/physics/wires.h"
@@ -122,34 +123,13 @@ void global_cold_start(benchmark::State& state) {
 }
 BENCHMARK(global_cold_start)->DenseRange(0, 3)->Unit(benchmark::kMillisecond);
 
-/// One segment (or a burst of them) pushed in, each push to full equilibrium, over the second half of the
-/// tube.
+/// One segment (or a burst of them) pushed in by a hub, each push to full equilibrium, over the second half
+/// of the tube.
 void global_push(benchmark::State& state) {
-    auto [wall, start] = scene_setup(tubes[state.range(0)]);
-    const int burst = static_cast<int>(state.range(1));
-    const auto relaxer = make_relaxer(global_config());
-    std::vector<double> times;
-    int unconverged = 0;
-    for (auto _ : state) {
-        Guidewire wire = wire_along(start.spec, wall.centreline(), 20);
-        relaxer->relax(wire, wall, unlimited);
-        while (wire.segments() + burst <= start.segments()) {
-            const auto before = std::clock();
-            bool converged = true;
-            for (int k = 0; k < burst; ++k) {
-                insert_segment(wire);
-                converged = relaxer->relax(wire, wall, unlimited).converged;
-            }
-            const double time = 1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
-            if (wire.segments() > start.segments() / 2) times.push_back(time);
-            unconverged += !converged;
-        }
-    }
-    std::sort(times.begin(), times.end());
+    const auto [wall, start] = scene_setup(tubes[state.range(0)]);
+    push_through(state, wall, wall.centreline(), start.spec, start.segments(),
+                 static_cast<int>(state.range(1)));
     state.SetLabel(tubes[state.range(0)]);
-    state.counters["median_ms"] = times[times.size() / 2];
-    state.counters["max_ms"] = times.back();
-    state.counters["unconverged"] = unconverged;
 }
 BENCHMARK(global_push)->ArgsProduct({{0, 1, 2, 3}, {1, 20}})->Unit(benchmark::kMillisecond);
 

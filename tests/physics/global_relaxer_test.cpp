@@ -72,7 +72,7 @@ TEST(GlobalRelaxer, GoesWhereThePapersRelaxerGoes) {
     auto [wall, wire] = scene_setup("hairpin");
     Guidewire other = wire;
     global_relaxer()->relax(wire, wall, kUnlimited);
-    make_relaxer({})->relax(other, wall, whole_cycles(other.segments(), 100));
+    paper_relaxer()->relax(other, wall, whole_cycles(other.segments(), 100));
     double farthest = 0;
     for (int i = 0; i <= wire.segments(); ++i)
         farthest = std::max(farthest, (wire.joints[i] - other.joints[i]).norm());

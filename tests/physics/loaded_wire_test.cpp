@@ -56,7 +56,7 @@ double force_on_wall(int segments, EndCells ends) {
     }
     Guidewire wire = uniform_wire(kRigidity, 20.0 / segments, {0, 0, 0}, clamped, tangents, ends);
     const TubeWall wall({{-20, 0, 0}, {60, 0, 0}}, 6.0, 1e5);
-    EXPECT_TRUE(make_relaxer({})->relax(wire, wall, {2'000'000, 0, 0}).converged);
+    EXPECT_TRUE(global_relaxer()->relax(wire, wall, {2'000'000, 0, 0}).converged);
     EXPECT_NEAR(wire.tip().y(), 6, 1e-5);
     const auto contacts = all_contacts(wire, wall);
     EXPECT_FALSE(contacts[segments - 1].touches());
@@ -131,8 +131,8 @@ TEST(LoadedWire, RestsInATubeWhereBothRelaxersSay) {
     RelaxerConfig segment;
     segment.kind = RelaxerKind::Segment;
     const RelaxBudget unlimited{1'000'000'000, 0, 0};
-    make_relaxer({})->relax(unloaded, wall, unlimited);
-    const RelaxReport report = make_relaxer({})->relax(wire, wall, unlimited);
+    global_relaxer()->relax(unloaded, wall, unlimited);
+    const RelaxReport report = global_relaxer()->relax(wire, wall, unlimited);
     EXPECT_TRUE(report.converged);
     make_relaxer(segment)->relax(other, wall, whole_cycles(40, 150));
     double farthest = 0, moved = 0;

@@ -45,7 +45,7 @@ TEST(MeshWall, RelaxesAWireToTheEnergyOfTheTubeWall) {
     const MeshWall mesh(anatomy.lumen, anatomy.branches, anatomy.openings(), scene.wall_stiffness);
     Guidewire wire = scene_setup("hairpin").wire;
     // The introducer lies in the end plane; the wire's last joints stay inside the tube.
-    const auto relaxer = make_relaxer({});
+    const auto relaxer = global_relaxer();
     relaxer->relax(wire, mesh, whole_cycles(wire.segments(), 40));
     EXPECT_TRUE(validate(wire).empty());
     const double energy = total_energy(wire, all_contacts(wire, mesh)).total();

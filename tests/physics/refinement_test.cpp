@@ -162,7 +162,7 @@ TEST(Refinement, ThePapersRelaxerFindsTheSameRest) {
     refine(wire, wall);
     Guidewire other = wire;
     global_relaxer()->relax(wire, wall, kUnlimited);
-    make_relaxer({})->relax(other, wall, whole_cycles(other.segments(), 60));
+    paper_relaxer()->relax(other, wall, whole_cycles(other.segments(), 60));
     EXPECT_LT(curve_error(wire, other), 0.02);
 }
 

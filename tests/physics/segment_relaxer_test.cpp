@@ -165,7 +165,7 @@ TEST(SegmentRelaxer, PlainAndGuardedReachTheSameBasin) {
         Guidewire wire = start;
         make_relaxer(with(2, safeguard))->relax(wire, wall, whole_cycles(wire.segments(), 30));
         const double energy = energy_of(wire, wall);
-        make_relaxer({})->relax(wire, wall, {100000, 0, 0});
+        global_relaxer()->relax(wire, wall, {100000, 0, 0});
         rest[safeguard] = energy_of(wire, wall);
         EXPECT_NEAR(energy, rest[safeguard], 1e-3) << safeguard;
     }
@@ -244,7 +244,7 @@ TEST(SegmentRelaxer, SegmentsOfUnequalLengthsRestWhereTheGlobalRelaxerRests) {
         make_relaxer(config)->relax(wire, wall, whole_cycles(wire.segments(), 25));
         const double energy = energy_of(wire, wall);
         EXPECT_TRUE(validate(wire).empty());
-        make_relaxer({})->relax(wire, wall, {1'000'000, 0, 0});
+        global_relaxer()->relax(wire, wall, {1'000'000, 0, 0});
         const double rest = energy_of(wire, wall);
         const bool konings_slow = config.kind == RelaxerKind::Konings;
         EXPECT_NEAR(energy, rest, (konings_slow ? 0.1 : 1e-3) * (before - rest));

@@ -92,7 +92,7 @@ TEST(StoredPlanes, RestWhereThePlainFormRests) {
     // From the same basin to rest: the energies agree to 1e-9.
     const SceneSetup scene = pressed();
     Guidewire plain = scene.wire;
-    make_relaxer({})->relax(plain, scene.wall, {1'000'000, 0, 0});
+    global_relaxer()->relax(plain, scene.wall, {1'000'000, 0, 0});
     const double rest = energy_of(plain, scene.wall);
     for (const int m : {2, 3}) {
         Guidewire wire = plain;

@@ -72,6 +72,13 @@ inline std::unique_ptr<physics::Relaxer> global_relaxer() {
     return physics::make_relaxer(config);
 }
 
+/// The paper's own method, single segments to second order.
+inline std::unique_ptr<physics::Relaxer> paper_relaxer() {
+    physics::RelaxerConfig config;
+    config.kind = physics::RelaxerKind::Segment;
+    return physics::make_relaxer(config);
+}
+
 inline double energy_of(const physics::Guidewire& wire, const physics::LumenWall& wall) {
     return physics::total_energy(wire, physics::all_contacts(wire, wall)).total();
 }

@@ -37,7 +37,8 @@ Guidewire expect_same_basin(const char* name, Guidewire wire, const LumenWall& w
         farthest = std::max(farthest, apart);
         ++pushes;
     }
-    std::printf("%s: %d pushes, farthest from the slow flow %.2g mm\n", name, pushes, farthest);
+    testing::Test::RecordProperty("pushes", pushes);
+    testing::Test::RecordProperty("farthest_from_the_slow_flow_mm", std::to_string(farthest));
     return wire;
 }
 

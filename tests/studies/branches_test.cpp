@@ -161,10 +161,12 @@ class Branches : public testing::TestWithParam<engine::VesselPreset> {};
 TEST_P(Branches, AWireInAndOutStaysInsideAndAtRest) {
     Journal tally;
     travel(GetParam().name, tally);
-    std::printf(
-        "%d ways, %d frames: %d not at rest (largest |g|/C %.1e), %d joints outside, %d frames told to "
-        "cross, %d refused\n",
-        tally.ways, tally.frames, tally.restless, tally.gradient, tally.outside, tally.told, tally.refused);
+    RecordProperty("ways", tally.ways);
+    RecordProperty("frames", tally.frames);
+    RecordProperty("not_at_rest", tally.restless);
+    RecordProperty("joints_outside", tally.outside);
+    RecordProperty("told_to_cross", tally.told);
+    RecordProperty("refused", tally.refused);
     EXPECT_GE(tally.ways, kRolls);
     EXPECT_LE(tally.told, tally.frames / 50);
 }

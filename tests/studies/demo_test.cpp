@@ -1,6 +1,7 @@
 /// The demo as it ships: in every frame the wire is whole, at rest, and no deeper in the wall than its force
 /// explains; it reaches its target, also when the hand is not exact or the wall another.
 
+#include <algorithm>
 #include <gtest/gtest.h>
 
 #include "engine/exercise.h"
@@ -47,13 +48,23 @@ TEST_P(Demo, ReachesItsTargetAtRestInEveryFrame) {
         ASSERT_TRUE(broken.empty()) << "frame " << frame << ": " << broken.front();
         for (const physics::WallContact& c : simulation.contacts().subspan(1)) {
             ASSERT_LE(c.penetration, 0.3) << "frame " << frame;
-            ASSERT_NEAR(c.force(), c.touches() ? c.stiffness * c.penetration : 0.0, 1e-12);
         }
+        // What the walls press with is what the bent wire asks for: without the deepest contact it is not at
+        // rest.
+        auto contacts = physics::all_contacts(wire, simulation.wall());
+        EXPECT_LE(physics::relative_gradient(wire, contacts), 2e-8) << "frame " << frame;
+        const auto deepest =
+            std::max_element(contacts.begin(), contacts.end(),
+                             [](const auto& a, const auto& b) { return a.force() < b.force(); });
+        if (deepest->force() < 1e-3) return;
+        *deepest = {};
+        EXPECT_GT(physics::relative_gradient(wire, contacts), 1e-6) << "frame " << frame;
     };
     const engine::Score score = run(scenario, GetParam(), 1.0, look);
     EXPECT_TRUE(score.completed);
-    std::printf("tip %.2f mm from the target, deepest contact %.4f mm, largest force %.3f N\n",
-                score.tip_to_target, score.deepest.penetration, score.peak_wall_force);
+    RecordProperty("tip_to_target_mm", std::to_string(score.tip_to_target));
+    RecordProperty("deepest_mm", std::to_string(score.deepest.penetration));
+    RecordProperty("peak_wall_force_N", std::to_string(score.peak_wall_force));
 }
 
 TEST_P(Demo, ForgivesAnInexactHandAndAnotherWall) {

@@ -130,7 +130,7 @@ private:
         Guidewire wire = wire_;
         RelaxReport report = last_;
         if (cut_short && !report.converged)
-            report = make_relaxer({})->relax(wire, *wall_, {kUnlimited, 0, 0});
+            report = global_relaxer()->relax(wire, *wall_, {kUnlimited, 0, 0});
         ++tally_.frames;
         tally_.short_frames += cut_short;
         tally_.loaded += !wire.load.isZero(0);
@@ -157,7 +157,7 @@ private:
     double length_ = 0;  // of the vessel [mm]
     std::optional<TubeWall> wall_;
     Guidewire wire_;
-    std::unique_ptr<Relaxer> relaxer_ = make_relaxer({}), passing_ = make_relaxer(passing());
+    std::unique_ptr<Relaxer> relaxer_ = global_relaxer(), passing_ = make_relaxer(passing());
     double insertion_ = 0, rotation_ = 0;  // asked for and not made yet [mm], [rad]
     bool settled_ = true;
     int left_ = 0;      // updates of this frame

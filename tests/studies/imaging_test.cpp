@@ -49,6 +49,7 @@ TEST(ImagingStudy, PathLengthsReachTheirFigures) {
         EXPECT_NEAR(number(orders, row, "order"), 2, 0.15) << word(orders, row, "solid");
     const Table& forms = table(result, "imaging_closed_forms");
     int shipped = 0;
+    ASSERT_FALSE(forms.rows.empty());
     for (std::size_t row = 0; row < forms.rows.size(); ++row) {
         if (number(forms, row, "around") != 48) continue;
         EXPECT_LE(number(forms, row, "mean_error_percent"), 1) << word(forms, row, "solid");
@@ -57,6 +58,7 @@ TEST(ImagingStudy, PathLengthsReachTheirFigures) {
     EXPECT_EQ(shipped, 3);
     // Of a tree with vessels of 2 mm, whose facets are as wide as their radius.
     const Table& vessels = table(result, "imaging_vessels");
+    ASSERT_FALSE(vessels.rows.empty());
     for (std::size_t row = 0; row < vessels.rows.size(); ++row)
         EXPECT_LE(number(vessels, row, "mean_error_percent"), 1.3);
     const Table& agreement = table(result, "imaging_ray_tracer");
@@ -74,6 +76,7 @@ TEST(ImagingStudy, PathLengthsReachTheirFigures) {
 TEST(ImagingStudy, TheWireReachesItsFigures) {
     const StudyResult result = engine::imaging_wire(quick());
     const Table& wire = table(result, "imaging_wire");
+    ASSERT_FALSE(wire.rows.empty());
     for (std::size_t row = 0; row < wire.rows.size(); ++row) {
         const bool platinum = word(wire, row, "wire") == "platinum";
         if (word(wire, row, "quanta") == "behind 210 mm") {
@@ -94,12 +97,14 @@ TEST(ImagingStudy, TheEnergiesReachTheirFigures) {
 TEST(ImagingStudy, TheNoiseReachesItsFigures) {
     const StudyResult result = engine::imaging_noise(quick());
     const Table& variance = table(result, "imaging_noise");
+    ASSERT_FALSE(variance.rows.empty());
     for (std::size_t row = 0; row < variance.rows.size(); ++row)
         EXPECT_NEAR(number(variance, row, "variance_over_mean"), 1, 0.01)
             << number(variance, row, "mean_quanta");
     // Four neighbouring frequencies of 4096 pieces, in rows and columns that are alike: standard errors of
     // one or two per cent.
     const Table& spectrum = table(result, "imaging_noise_spectrum_largest");
+    ASSERT_FALSE(spectrum.rows.empty());
     for (std::size_t row = 0; row < spectrum.rows.size(); ++row) {
         EXPECT_LE(number(spectrum, row, "largest_deviation_percent"), 6);
         EXPECT_LE(number(spectrum, row, "largest_percent_of_zero"), 6);

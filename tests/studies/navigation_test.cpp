@@ -59,6 +59,8 @@ TEST(Navigation, ACarelessHandNeverBreaksTheWire) {
     EXPECT_LE(tally.most_late_in_a_row, 4);
     EXPECT_LT(tally.bend, std::numbers::pi / 3);
     EXPECT_LT(tally.deepest_at_rest, 0.1);  // 2 N at 20 N/mm
-    std::printf("%d frames: %d under way at their end, at most %d in a row; largest bend %.0f degrees\n",
-                tally.frames, tally.late, tally.most_late_in_a_row, 180 / std::numbers::pi * tally.bend);
+    RecordProperty("frames", tally.frames);
+    RecordProperty("under_way_at_their_end", tally.late);
+    RecordProperty("most_late_in_a_row", tally.most_late_in_a_row);
+    RecordProperty("largest_bend_rad", std::to_string(tally.bend));
 }

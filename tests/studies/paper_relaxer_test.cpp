@@ -147,7 +147,7 @@ TEST(PaperRelaxer, StoredPlanesSettleAtTheListedMinima) {
         const RelaxReport report =
             make_relaxer(config)->relax(wire, wall, whole_cycles(wire.segments(), 300));
         const double energy = energy_of(wire, wall);
-        make_relaxer({})->relax(wire, wall, {1'000'000, 0, 0});  // the bottom of the same basin
+        global_relaxer()->relax(wire, wall, {1'000'000, 0, 0});  // the bottom of the same basin
         const double rest = energy_of(wire, wall);
         std::printf("%s: U = %.9f N·mm, %.1e above its basin; %lld queries\n", scene, energy,
                     energy / rest - 1, report.wall_queries);
