@@ -17,7 +17,7 @@ inline void push_through(benchmark::State& state, const physics::LumenWall& wall
     std::vector<double> times;
     int unfinished = 0;
     for (auto _ : state) {
-        physics::Hub hub({.kind = physics::RelaxerKind::Global}, wall);
+        physics::Hub hub({}, wall);
         physics::Guidewire wire = physics::wire_along(spec, path, 20);
         hub.settle(wire, unlimited);
         while (wire.segments() + burst <= segments) {

@@ -190,7 +190,9 @@ TEST(Generator, MakesALumenThatAWireCanBePushedThrough) {
     const EntryPath path = path_from(anatomy, *find_end(anatomy, "side.out"));
     const Vec3 inward = -anatomy.ends[2].opening.outward_normal;
     physics::Guidewire wire = physics::uniform_wire(20, 1, path.points[0], inward, {inward, inward, inward});
-    const auto relaxer = physics::make_relaxer({.kind = physics::RelaxerKind::Global});
+    physics::RelaxerConfig config;
+    config.kind = physics::RelaxerKind::Global;
+    const auto relaxer = physics::make_relaxer(config);
     for (int push = 0; push < 15; ++push) {
         physics::insert_segment(wire);
         EXPECT_TRUE(relaxer->relax(wire, *wall, {100'000, 0, 1}).converged) << push;
