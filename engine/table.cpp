@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <fmt/format.h>
+#include <stdexcept>
 
 #include "engine/text.h"
 
@@ -39,6 +40,20 @@ std::string markdown_cell(const TableCell& cell, int digits) {
 }
 
 }  // namespace
+
+std::size_t Table::column(std::string_view of) const {
+    const auto at = std::find(columns.begin(), columns.end(), of);
+    if (at == columns.end()) throw std::out_of_range(fmt::format("table '{}' has no column '{}'", name, of));
+    return static_cast<std::size_t>(at - columns.begin());
+}
+
+double Table::number(std::size_t row, std::string_view of) const {
+    return std::get<double>(rows.at(row).at(column(of)));
+}
+
+const std::string& Table::word(std::size_t row, std::string_view of) const {
+    return std::get<std::string>(rows.at(row).at(column(of)));
+}
 
 void Table::add(std::vector<TableCell> row) {
     assert(row.size() == columns.size());

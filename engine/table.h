@@ -17,6 +17,12 @@ struct Table {
 
     /// Adds a row; as many cells as columns (asserted).
     void add(std::vector<TableCell>);
+
+    /// Of a column by its name, and what stands there in a row. Throw std::out_of_range, which names the
+    /// table and the column, and std::bad_variant_access where the cell is of the other kind.
+    std::size_t column(std::string_view) const;
+    double number(std::size_t row, std::string_view column) const;
+    const std::string& word(std::size_t row, std::string_view column) const;
 };
 
 /// RFC 4180 with LF: words with commas, quotes or line ends are quoted. Numbers read back to the same bits;

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <limits>
+#include <utility>
 
 #include "physics/bending.h"
+#include "physics/trust_search.h"
 
 namespace physics {
 namespace {
@@ -21,18 +22,9 @@ constexpr double kGoodArmijo = 0.2;  // the same as long as the wall can still b
 constexpr double kCorrectedShare = 0.02;  // of the uncorrected slope that a corrected step must fall by
 constexpr double kTrustGrowth = 0.01;     // of μ after a step well inside its cap
 constexpr double kSlowGrowth = 0.25;      // the same where the energy rose first
-constexpr double kHopeful = 10;           // of μ when it fitted the step before
-constexpr double kLeastTrust = 1e-6;      // of the unit of μ
 constexpr int kIdleBeforeSearch = 30;  // of idle steps, before μ is looked for between too soft and too stiff
-constexpr double kTimid = 0.03;        // cap: a step below it is too stiff
-constexpr int kSearchTries = 5;        // of that search
-constexpr double kNarrow = 2;          // between the values of μ, which ends it
-constexpr double kFarBelow = 1e-4;     // of μ, where none is too soft
-constexpr double kSecantReach = 20;    // caps, below which 1/reach is a straight line in μ
-constexpr double kAimedReach = 0.8;    // caps
-constexpr double kSecantGrowth = 1000;  // of μ at most
-constexpr double kForgetTrust = 1e-8;   // μ below this share of its unit is none
-constexpr double kRounding = 1e-13;     // of the energy: less than this a line search can't see
+constexpr double kForgetTrust = 1e-8;  // μ below this share of its unit is none
+constexpr double kRounding = 1e-13;    // of the energy: less than this a line search can't see
 constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
 constexpr int kIdle = 400;          // of idle steps, before the wall is made softer
 constexpr int kRejectedOnPlanes = 3;     // values of μ, with which the energy rose
@@ -70,54 +62,6 @@ public:
 private:
     const LumenWall& wall_;
     double share_;
-};
-
-/// The trust region μ of one step. `reach` is how far its trial goes, over the cap.
-class TrustSearch {
-public:
-    TrustSearch(double& mu, double unit) : mu_(mu), unit_(unit) {}
-
-    /// A trial goes farther than the cap: a larger μ. A trial with a corrected wall says little about others.
-    void raise(double reach, bool first_trial, bool corrected) {
-        overshoots_ = mu_;
-        if (fits_ > 0) {
-            mu_ = between();
-            return;
-        }
-        double factor = std::isfinite(reach) ? std::clamp(reach * reach, 2.0, 30.0) : 30.0;
-        if (corrected) factor = 4;
-        // Back to what the last step fitted with, which may just have been too hopeful.
-        if (first_trial && mu_ > 0) factor = std::min(factor, kHopeful);
-        double next = std::max(mu_ * factor, kLeastTrust * unit_);
-        if (!corrected) {
-            // 1/reach is nearly a straight line in μ.
-            const double rise = (1 / reach - 1 / last_reach_) / (mu_ - last_mu_);
-            if (reach < kSecantReach && last_reach_ < kSecantReach && rise > 0)
-                next = std::clamp(mu_ + (1 / kAimedReach - 1 / reach) / rise, 1.5 * mu_, kSecantGrowth * mu_);
-            last_mu_ = mu_, last_reach_ = reach;
-        }
-        mu_ = next;
-    }
-
-    /// Negative curvature can make every step far too long or far too short. Of a trial that fits: whether a
-    /// μ between it and one that does not is to be tried instead.
-    bool lower(double reach) {
-        if (!(reach < kTimid) || overshoots_ < 0 || mu_ <= kNarrow * overshoots_ || tries_ == kSearchTries)
-            return false;
-        fits_ = mu_;
-        mu_ = between();
-        return true;
-    }
-
-private:
-    double between() {
-        return ++tries_ < kSearchTries ? std::sqrt(std::max(overshoots_, kFarBelow * fits_) * fits_) : fits_;
-    }
-
-    double& mu_;
-    double unit_, overshoots_ = -1, fits_ = 0;
-    double last_mu_ = 0, last_reach_ = std::numeric_limits<double>::infinity();
-    int tries_ = 0;
 };
 
 /// Cosine of the angle of a joint away from its rest shape.
@@ -404,23 +348,27 @@ double GlobalRelaxer::try_answer(Guidewire& wire, const FeedPlan& plan, double t
     if (plan.change != 0) fed[0] = {plan.grows - 1, plan.change * wire.tangents[plan.grows]};
     if (plan.change_before != 0)
         fed[1] = {plan.grows - 2, plan.change_before * wire.tangents[plan.grows - 1]};
-    const int first = model_.first();
+    const int first = model_.first(), whole = wire.segments(), window = whole - first + 1;
     auto rise = [&] {
         if (!(model_.roll_out(wire, turn, fed) <= cap)) return std::numeric_limits<double>::infinity();
         return model_.evaluate(wire, *contacts_) - energy_;
     };
     if (!model_.answers()) {
+        spent_ += whole;
         model_.certify(wire, *contacts_);
         model_.look_from(first);
     }
+    spent_ += window;
     model_.answer(fed, mu);
     const double once = rise();
     if (!std::isfinite(once) || once <= seen_rise) return once;
     // Once more, with the wall as it is there.
+    spent_ += window;
     model_.take_trial_contacts(wire, *contacts_);
     model_.answer_again(wire, fed);
     const double again = rise();
     if (again < once) return again;
+    spent_ += whole + window;
     model_.certify(wire, *contacts_);
     model_.look_from(first);
     model_.answer(fed, mu);
@@ -456,7 +404,8 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
             try_answer(wire, plan, part * motion.turn, mu, cap, kPredictedWell * (energy + work));
         if (rise <= kPredictedRise * energy + work) {
             model_.foresee_forces(wire);
-            foreseen_ = plan.grows - 1;
+            // A segment may be merged with the one before it, and their joint goes.
+            foreseen_ = plan.grows - 2;
             model_.take(wire);
             if (motion.feed != 0) apply_feed(wire, plan);
             rotate(wire, part * motion.turn);
@@ -500,9 +449,12 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const LumenWall& wall, const R
     }
     const int unchanged = unchanged_segments(wire);
     RelaxReport report;
+    report.updates = std::exchange(spent_, 0);
     if (unchanged == n && n == end_.segments() && end_report_.converged && wire.stations == end_.stations) {
+        const int spent = report.updates;
         report = end_report_;
-        report.updates = report.newton_steps = report.window = report.rejected = 0;
+        report.updates = spent;
+        report.newton_steps = report.window = report.rejected = 0;
         report.out_of_budget = false;
         report.wall_queries = 0;
         report.largest_turn = 0;

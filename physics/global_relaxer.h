@@ -26,8 +26,9 @@ class GlobalRelaxer final : public Relaxer {
 public:
     explicit GlobalRelaxer(const RelaxerConfig& config) : config_(config) {}
 
-    /// Every pass of the recursion is charged the segments of its window, those of rejected trials too; one
-    /// step is tried even where the budget does not allow it. The budget's distal share is not needed: work
+    /// Every pass of the recursion is charged the segments of its window, those of rejected trials and of
+    /// predictions too; one step is tried even where the budget does not allow it, and each of the softer
+    /// walls that lead out of a dead end has the budget anew. The budget's distal share is not needed: work
     /// starts at the tip by itself. Ends with the last accepted state. Remembers that state, so that a wire
     /// which comes back as it went costs nothing, and one that was fed only what its change costs.
     RelaxReport relax(Guidewire&, const LumenWall&, const RelaxBudget&, const UpdateObserver& = {}) override;
@@ -73,6 +74,7 @@ private:
     bool smooth_ = true;
     int foreseen_ = 0;   // joints whose forces the prediction has foreseen
     int predicted_ = 0;  // segments that the motion made now changes the most
+    int spent_ = 0;      // updates that its prediction has cost
     std::optional<ContactSet> contacts_;
     Guidewire end_;
     RelaxReport end_report_;

@@ -36,8 +36,6 @@ public:
     bool certifies() const { return terms_.first == 1 && terms_.exact && mu_ == 0; }
     /// The same over the whole wire by a pass of its own. The gains are then the whole wire's.
     RiccatiReport certify(const Guidewire&, const ContactSet&);
-    /// Of the last linearise().
-    double mu() const { return mu_; }
 
     /// The wall's part of the model at the accepted state. With foreseen forces in the second-order terms, in
     /// place of stiffness times penetration, which in a stiff wall is far too large while the wire settles;

@@ -84,7 +84,7 @@ void set_axial(const Guidewire& wire, int j, bool loaded, double length, const V
 }
 
 /// From the tip to the window's base, a stage at a time.
-template <bool kTwist, bool kSolve>
+template <bool kTwist>
 RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> contacts,
                        const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
                        NewtonTerms& terms, std::span<ContactPlane> planes, std::span<RiccatiGain> gains) {
@@ -128,19 +128,15 @@ RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> conta
         }
         const WallContact& contact = contacts[j];
         s.touches = contact.touches();
-        double force = contact.force();
-        if constexpr (kSolve) {
-            const double foreseen = planes[j].force;
-            if (std::abs(foreseen - force) > kSameForce * force) terms.exact = false;
-            force = foreseen;
-            s.touches |= force > 0;
-        }
+        const double force = planes[j].force;
+        if (std::abs(force - contact.force()) > kSameForce * contact.force()) terms.exact = false;
+        s.touches |= force > 0;
         if (s.touches) {
-            if constexpr (kSolve) planes[j] = {contact.penetration, contact.stiffness, contact.normal, force};
+            planes[j] = {contact.penetration, contact.stiffness, contact.normal, force};
             s.force = contact.stiffness * contact.penetration * contact.normal + contact.stiffening_push();
             s.stiffness =
                 contact.stiffness * contact.normal * contact.normal.transpose() + force * contact.curvature;
-            borne += kSolve ? Vec3(force * contact.normal) : s.force;
+            borne += force * contact.normal;
             if (contact.touches()) sums.force += s.force;
         }
         if (loaded)
@@ -148,26 +144,13 @@ RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> conta
                 s.length * (sums.length + wire.length_of(j)) * (s.basis.transpose() * wire.load);
         largest = std::max(largest, add_segment(wire, j, loaded, terms, sums));
         set_axial(wire, j, loaded, sums.length, borne, s);
-        if constexpr (kSolve) {
-            recursion.add_wall(s);
-            recursion.step(s, j - first, gains[j - first]);
-        }
+        recursion.add_wall(s);
+        recursion.step(s, j - first, gains[j - first]);
         own = prev;
     }
     terms.relative_gradient = std::sqrt(largest);
     terms.base = sums;
     return recursion.report();
-}
-
-void prepare(const Guidewire& wire, int first, NewtonTerms& terms) {
-    const int n = wire.segments();
-    terms.first = first;
-    terms.twist = wire.curved_segments() > 0;
-    terms.exact = true;
-    terms.stages.resize(n);
-    terms.gradient.resize(n);
-    terms.inverse_spring.resize(n);
-    if (first == 1) terms.proximal_gradient = 0;
 }
 
 /// What the introducer holds, of sums over the whole wire or over the window alone.
@@ -181,24 +164,22 @@ void hold(const Guidewire& wire, const DistalSums& sums, NewtonTerms& terms) {
 
 }  // namespace
 
-void assemble(const Guidewire& wire, std::span<const WallContact> contacts,
-              const std::vector<Vec3>& directors, int first, NewtonTerms& terms, bool proximal) {
-    prepare(wire, first, terms);
-    terms.twist ? from_tip<true, false>(wire, contacts, directors, first, 0, 0, terms, {}, {})
-                : from_tip<false, false>(wire, contacts, directors, first, 0, 0, terms, {}, {});
-    hold(wire, terms.base, terms);
-    if (proximal) sum_proximal(wire, contacts, terms);
-}
-
 RiccatiReport assemble_and_solve(const Guidewire& wire, std::span<const WallContact> contacts,
                                  const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
                                  NewtonTerms& terms, std::span<ContactPlane> planes,
                                  std::span<RiccatiGain> gains) {
-    prepare(wire, first, terms);
+    const int n = wire.segments();
+    terms.first = first;
+    terms.twist = wire.curved_segments() > 0;
+    terms.exact = true;
+    terms.stages.resize(n);
+    terms.gradient.resize(n);
+    terms.inverse_spring.resize(n);
+    if (first == 1) terms.proximal_gradient = 0;
     const RiccatiReport report =
         terms.twist
-            ? from_tip<true, true>(wire, contacts, directors, first, mu, least_pivot, terms, planes, gains)
-            : from_tip<false, true>(wire, contacts, directors, first, mu, least_pivot, terms, planes, gains);
+            ? from_tip<true>(wire, contacts, directors, first, mu, least_pivot, terms, planes, gains)
+            : from_tip<false>(wire, contacts, directors, first, mu, least_pivot, terms, planes, gains);
     hold(wire, terms.base, terms);
     return report;
 }

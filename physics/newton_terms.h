@@ -42,23 +42,19 @@ struct NewtonTerms {
 };
 
 /// Gradient and Hessian blocks of bending (Eq. 1, with rest directions), load and wall (Eq. 9, with the
-/// wall's curvature) in the planes ⟂ u_j, u turned by u ← (u + Tα)/|u + Tα|. Exact but for terms of the twist
-/// that are of the order of torque times bend. `directors` as from physics::directors where the tip is
-/// curved. Stages proximal of `first` are taken as they stand from the last call, and only their gradient
-/// answers to the forces and the torque from the window; without `proximal` it does not, and push and torque
-/// are those of the window alone. Allocates on growth only.
-void assemble(const Guidewire&, std::span<const WallContact>, const std::vector<Vec3>& directors, int first,
-              NewtonTerms&, bool proximal = true);
-
-/// The same of the window alone and, in the same loop, riccati_backward() over it: what makes a stage runs
-/// while the recursion waits for its own results. The second-order terms of a joint in touch have its plane's
-/// force, as those of one that has left the wall, which then counts as touching; `planes` (per joint) become
-/// the contacts'. `gains` are the window's.
+/// wall's curvature) in the planes ⟂ u_j, u turned by u ← (u + Tα)/|u + Tα|, of the window from `first` on.
+/// Exact but for terms of the twist that are of the order of torque times bend. In the same loop it does
+/// riccati_backward() over the window: what makes a stage runs while the recursion waits for its own results.
+/// `directors` as from physics::directors where the tip is curved. The second-order terms of a joint in touch
+/// have its plane's force, as those of one that has left the wall, which then counts as touching; `planes`
+/// (per joint) become the contacts'. `gains` are the window's. Push and torque are those of the window alone.
+/// Allocates on growth only.
 RiccatiReport assemble_and_solve(const Guidewire&, std::span<const WallContact>,
                                  const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
                                  NewtonTerms&, std::span<ContactPlane> planes, std::span<RiccatiGain> gains);
 
-/// Gradient proximal of the window and what the introducer holds, of stages that have been assembled.
+/// Gradient proximal of the window, whose stages stand as the last call left them, and what the introducer
+/// holds of the whole wire.
 void sum_proximal(const Guidewire&, std::span<const WallContact>, NewtonTerms&);
 
 }  // namespace physics

@@ -251,20 +251,15 @@ Table first_rows(Table table, std::size_t most) {
     return table;
 }
 
-double number(const Table& table, const std::vector<TableCell>& row, const char* column) {
-    const auto at = std::find(table.columns.begin(), table.columns.end(), column) - table.columns.begin();
-    return std::get<double>(row[static_cast<std::size_t>(at)]);
-}
-
 std::vector<Claim> claims_of(const Table& tubes, const Table& hands, const std::vector<TubeCourse>& courses) {
     std::vector<Claim> claims;
     const auto none = [&](const Table& table, const char* column, const std::string& text,
                           const std::string& note) {
-        const double found = number(table, table.rows.back(), column);
+        const double found = table.number(table.rows.size() - 1, column);
         claims.push_back({text, 0.0, found, found == 0, note});
     };
     const std::string pushes =
-        fmt::format("{} tubes, {} pushes", courses.size(), number(tubes, tubes.rows.back(), "pushes"));
+        fmt::format("{} tubes, {} pushes", courses.size(), tubes.number(tubes.rows.size() - 1, "pushes"));
     none(tubes, "unconverged", "random tubes: pushes that do not end at rest", pushes);
     none(tubes, "gradient_above_limit", fmt::format("random tubes: |g|/C above {:g}", kRestLimit),
          "by the energy module's exact gradient");
@@ -276,7 +271,7 @@ std::vector<Claim> claims_of(const Table& tubes, const Table& hands, const std::
          "the larger of dE/dL before and after each part, times its length; by more than 5 %");
     if (hands.rows.size() == 1) return claims;
     none(hands, "not_at_rest", "wild hands: frames not at rest",
-         fmt::format("{} frames in {} scenarios", number(hands, hands.rows.back(), "frames"),
+         fmt::format("{} frames in {} scenarios", hands.number(hands.rows.size() - 1, "frames"),
                      hands.rows.size() - 1));
     none(hands, "frames_with_joints_outside", "wild hands: frames with joints outside the raw mesh",
          "by five rays; frames that tell of a crossing and what is beyond an open end do not count");

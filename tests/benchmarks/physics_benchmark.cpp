@@ -220,7 +220,7 @@ BENCHMARK(global_refinement)->Iterations(5)->Unit(benchmark::kMillisecond);
 void riccati_backward_pass(benchmark::State& state) {
     auto [wall, wire] = scene_setup("sinuous");
     NewtonTerms terms;
-    assemble(wire, all_contacts(wire, wall), {}, 1, terms);
+    newton_terms(wire, all_contacts(wire, wall), {}, 1, terms);
     std::vector<RiccatiGain> gains(terms.stages.size());
     for (auto _ : state)
         benchmark::DoNotOptimize(riccati_backward(terms.stages, 1e-3, 1e-9, state.range(0) != 0, gains));

@@ -18,7 +18,7 @@ NewtonTerms terms_of(const Guidewire& wire, std::span<const WallContact> contact
     NewtonTerms terms;
     std::vector<Vec3> d;
     if (wire.curved_segments() > 0) d = directors(wire);
-    assemble(wire, contacts, d, first, terms);
+    newton_terms(wire, contacts, d, first, terms);
     return terms;
 }
 
@@ -161,7 +161,6 @@ TEST(NewtonTerms, AreSolvedWhileTheyAreAssembled) {
         std::vector<ContactPlane> planes(wire.joints.size());
         for (std::size_t j = 0; j < planes.size(); ++j) planes[j].force = contacts[j].force();
         NewtonTerms terms;
-        terms.stages.resize(30);
         std::vector<RiccatiGain> gains(30);
         const RiccatiReport report =
             assemble_and_solve(wire, contacts, d, 1, 0.7, 1e-9, terms, planes, gains);
@@ -254,7 +253,7 @@ TEST(NewtonTerms, AWindowHasTheTermsOfTheWholeWire) {
     rebuild_joints(wire);
     const auto contacts = all_contacts(wire, wall);
     const NewtonTerms whole = terms_of(wire, contacts);
-    assemble(wire, contacts, directors(wire), 21, window);
+    newton_terms(wire, contacts, directors(wire), 21, window);
     ASSERT_EQ(window.window().size(), 10u);
     double inside = 0, proximal = 0;
     for (int j = 1; j <= 30; ++j) {

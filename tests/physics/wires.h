@@ -9,6 +9,7 @@
 #include "engine/scenes.h"
 #include "physics/energy.h"
 #include "physics/guidewire.h"
+#include "physics/newton_terms.h"
 #include "physics/relaxer.h"
 #include "physics/tube_wall.h"
 
@@ -29,6 +30,19 @@ inline physics::Guidewire bent_wire(int segments, double curved_angle, unsigned 
     physics::rebuild_joints(wire);
     physics::rotate(wire, 0.7);
     return wire;
+}
+
+/// Second-order terms of a wire, its contacts' own forces in them, from segment `first` on; what is proximal
+/// of it stands as the last call left it.
+inline void newton_terms(const physics::Guidewire& wire, std::span<const physics::WallContact> contacts,
+                         const std::vector<physics::Vec3>& directors, int first,
+                         physics::NewtonTerms& terms) {
+    std::vector<physics::ContactPlane> planes(wire.joints.size());
+    for (std::size_t j = 0; j < planes.size(); ++j) planes[j].force = contacts[j].force();
+    std::vector<physics::RiccatiGain> gains(wire.segments());
+    physics::assemble_and_solve(wire, contacts, directors, first, 0, 1e-9, terms, planes,
+                                std::span(gains).subspan(first - 1));
+    physics::sum_proximal(wire, contacts, terms);
 }
 
 /// A scene of PHYSICS: tube, and its wire laid along the centreline, with the paper's rule at its ends, which

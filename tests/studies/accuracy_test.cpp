@@ -22,19 +22,13 @@ const StudyResult& result() {
     return once;
 }
 
-std::size_t column(const Table& table, const std::string& name) {
-    const auto at = std::find(table.columns.begin(), table.columns.end(), name);
-    EXPECT_NE(at, table.columns.end()) << name;
-    return static_cast<std::size_t>(at - table.columns.begin());
-}
-
 /// The number of a row that begins with these words.
 double number(const Table& table, const std::vector<std::string>& words, const std::string& name) {
     for (const auto& row : table.rows) {
         bool same = true;
         for (std::size_t k = 0; k < words.size(); ++k)
             same = same && std::get<std::string>(row[k]) == words[k];
-        if (same) return std::get<double>(row[column(table, name)]);
+        if (same) return std::get<double>(row[table.column(name)]);
     }
     ADD_FAILURE() << words.front() << ": no such row";
     return std::nan("");
@@ -70,8 +64,8 @@ TEST(AccuracyStudy, EveryWireIsAtRestAndATipAloneMeetsItsWall) {
     const Table& errors = result().tables.at(0);
     for (const auto& row : errors.rows) {
         const std::string& id = std::get<std::string>(row[0]);
-        EXPECT_LT(std::get<double>(row[column(errors, "gradient")]), 1e-9) << id;
-        const double contacts = std::get<double>(row[column(errors, "contacts")]);
+        EXPECT_LT(std::get<double>(row[errors.column("gradient")]), 1e-9) << id;
+        const double contacts = std::get<double>(row[errors.column("contacts")]);
         if (id == "wall" || id == "bent tube") {
             EXPECT_EQ(contacts, 1) << id;
         }
@@ -100,6 +94,6 @@ TEST(AccuracyStudy, TheRaceHasEveryMethodAndThePictureReadsIt) {
     ASSERT_EQ(result().plots.size(), 1u);
     for (const auto& row : race.rows) {
         EXPECT_NE(result().plots[0].commands.find(std::get<std::string>(row[0])), std::string::npos);
-        EXPECT_GT(std::get<double>(row[column(race, "cpu_s")]), 0);
+        EXPECT_GT(std::get<double>(row[race.column("cpu_s")]), 0);
     }
 }

@@ -21,25 +21,21 @@ Table signs(const char* preset) {
     return table;
 }
 
-double number(const Table& table, const std::vector<engine::TableCell>& row, const char* column) {
-    const auto at = std::find(table.columns.begin(), table.columns.end(), column);
-    return std::get<double>(row.at(static_cast<std::size_t>(at - table.columns.begin())));
-}
-
 void expect_signs(const char* preset) {
     const Table table = signs(preset);
     ASSERT_EQ(table.rows.size(), 6u);
-    for (const auto& row : table.rows) {
+    for (std::size_t r = 0; r < table.rows.size(); ++r) {
+        const auto& row = table.rows[r];
         const std::string what = std::get<std::string>(row[1]) + ", " + std::get<std::string>(row[3]);
         EXPECT_EQ(std::get<std::string>(row[2]),
                   row == table.rows[0] || row == table.rows[1] ? "accepts" : "refuses")
             << what;
-        EXPECT_LE(number(table, row, "wrong_anywhere_percent"), 0.1) << what;
-        EXPECT_LE(number(table, row, "wrong_at_carinas_percent"), 0.1) << what;
-        EXPECT_GT(number(table, row, "places_at_carinas"), 1000) << what;
-        EXPECT_EQ(number(table, row, "contacts_past_ends"), 0) << what;
-        EXPECT_GT(number(table, row, "crossings"), 20) << what;
-        EXPECT_EQ(number(table, row, "missed_crossings"), 0) << what;
+        EXPECT_LE(table.number(r, "wrong_anywhere_percent"), 0.1) << what;
+        EXPECT_LE(table.number(r, "wrong_at_carinas_percent"), 0.1) << what;
+        EXPECT_GT(table.number(r, "places_at_carinas"), 1000) << what;
+        EXPECT_EQ(table.number(r, "contacts_past_ends"), 0) << what;
+        EXPECT_GT(table.number(r, "crossings"), 20) << what;
+        EXPECT_EQ(table.number(r, "missed_crossings"), 0) << what;
     }
 }
 

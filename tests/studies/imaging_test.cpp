@@ -25,20 +25,6 @@ const Table& table(const StudyResult& result, std::string_view name) {
     return *found;
 }
 
-std::size_t column(const Table& table, std::string_view name) {
-    const auto at = std::find(table.columns.begin(), table.columns.end(), name);
-    EXPECT_NE(at, table.columns.end()) << name;
-    return static_cast<std::size_t>(at - table.columns.begin());
-}
-
-double number(const Table& table, std::size_t row, std::string_view name) {
-    return std::get<double>(table.rows.at(row).at(column(table, name)));
-}
-
-const std::string& word(const Table& table, std::size_t row, std::string_view name) {
-    return std::get<std::string>(table.rows.at(row).at(column(table, name)));
-}
-
 }  // namespace
 
 TEST(ImagingStudy, PathLengthsReachTheirFigures) {
@@ -46,13 +32,13 @@ TEST(ImagingStudy, PathLengthsReachTheirFigures) {
     const Table& orders = table(result, "imaging_closed_form_orders");
     ASSERT_EQ(orders.rows.size(), 3u);
     for (std::size_t row = 0; row < 3; ++row)
-        EXPECT_NEAR(number(orders, row, "order"), 2, 0.15) << word(orders, row, "solid");
+        EXPECT_NEAR(orders.number(row, "order"), 2, 0.15) << orders.word(row, "solid");
     const Table& forms = table(result, "imaging_closed_forms");
     int shipped = 0;
     ASSERT_FALSE(forms.rows.empty());
     for (std::size_t row = 0; row < forms.rows.size(); ++row) {
-        if (number(forms, row, "around") != 48) continue;
-        EXPECT_LE(number(forms, row, "mean_error_percent"), 1) << word(forms, row, "solid");
+        if (forms.number(row, "around") != 48) continue;
+        EXPECT_LE(forms.number(row, "mean_error_percent"), 1) << forms.word(row, "solid");
         ++shipped;
     }
     EXPECT_EQ(shipped, 3);
@@ -60,17 +46,17 @@ TEST(ImagingStudy, PathLengthsReachTheirFigures) {
     const Table& vessels = table(result, "imaging_vessels");
     ASSERT_FALSE(vessels.rows.empty());
     for (std::size_t row = 0; row < vessels.rows.size(); ++row)
-        EXPECT_LE(number(vessels, row, "mean_error_percent"), 1.3);
+        EXPECT_LE(vessels.number(row, "mean_error_percent"), 1.3);
     const Table& agreement = table(result, "imaging_ray_tracer");
     const std::size_t all = agreement.rows.size() - 1;
-    EXPECT_EQ(word(agreement, all, "layer"), "all drawn");
-    EXPECT_GT(number(agreement, all, "rays"), 10000);
-    EXPECT_LT(number(agreement, all, "undecided"), 0.001 * number(agreement, all, "rays"));
-    EXPECT_LE(number(agreement, all, "rms_mm"), 0.001);
-    EXPECT_LE(number(agreement, all, "beyond_0.01_mm_ppm"), 100);
+    EXPECT_EQ(agreement.word(all, "layer"), "all drawn");
+    EXPECT_GT(agreement.number(all, "rays"), 10000);
+    EXPECT_LT(agreement.number(all, "undecided"), 0.001 * agreement.number(all, "rays"));
+    EXPECT_LE(agreement.number(all, "rms_mm"), 0.001);
+    EXPECT_LE(agreement.number(all, "beyond_0.01_mm_ppm"), 100);
     const Table& balance = table(result, "imaging_balance");
-    EXPECT_GT(number(balance, 0, "poses"), 8);
-    EXPECT_EQ(number(balance, 0, "unbalanced_pixels"), 0);
+    EXPECT_GT(balance.number(0, "poses"), 8);
+    EXPECT_EQ(balance.number(0, "unbalanced_pixels"), 0);
 }
 
 TEST(ImagingStudy, TheWireReachesItsFigures) {
@@ -78,20 +64,20 @@ TEST(ImagingStudy, TheWireReachesItsFigures) {
     const Table& wire = table(result, "imaging_wire");
     ASSERT_FALSE(wire.rows.empty());
     for (std::size_t row = 0; row < wire.rows.size(); ++row) {
-        const bool platinum = word(wire, row, "wire") == "platinum";
-        if (word(wire, row, "quanta") == "behind 210 mm") {
-            EXPECT_LE(number(wire, row, "rms"), platinum ? 0.03 : 0.01);
+        const bool platinum = wire.word(row, "wire") == "platinum";
+        if (wire.word(row, "quanta") == "behind 210 mm") {
+            EXPECT_LE(wire.number(row, "rms"), platinum ? 0.03 : 0.01);
         }
-        EXPECT_NEAR(number(wire, row, "mass_error_percent"), 0, 0.3) << word(wire, row, "wire");
+        EXPECT_NEAR(wire.number(row, "mass_error_percent"), 0, 0.3) << wire.word(row, "wire");
     }
 }
 
 TEST(ImagingStudy, TheEnergiesReachTheirFigures) {
     const StudyResult result = engine::imaging_bins(quick());
     const Table& bins = table(result, "imaging_bins_largest");
-    EXPECT_EQ(word(bins, bins.rows.size() - 1, "object"), "all");
-    EXPECT_LE(number(bins, bins.rows.size() - 1, "gauss"), 0.005);
-    EXPECT_GT(number(bins, bins.rows.size() - 1, "four_equal_signal"), 0.005);
+    EXPECT_EQ(bins.word(bins.rows.size() - 1, "object"), "all");
+    EXPECT_LE(bins.number(bins.rows.size() - 1, "gauss"), 0.005);
+    EXPECT_GT(bins.number(bins.rows.size() - 1, "four_equal_signal"), 0.005);
 }
 
 TEST(ImagingStudy, TheNoiseReachesItsFigures) {
@@ -99,15 +85,15 @@ TEST(ImagingStudy, TheNoiseReachesItsFigures) {
     const Table& variance = table(result, "imaging_noise");
     ASSERT_FALSE(variance.rows.empty());
     for (std::size_t row = 0; row < variance.rows.size(); ++row)
-        EXPECT_NEAR(number(variance, row, "variance_over_mean"), 1, 0.01)
-            << number(variance, row, "mean_quanta");
+        EXPECT_NEAR(variance.number(row, "variance_over_mean"), 1, 0.01)
+            << variance.number(row, "mean_quanta");
     // Four neighbouring frequencies of 4096 pieces, in rows and columns that are alike: standard errors of
     // one or two per cent.
     const Table& spectrum = table(result, "imaging_noise_spectrum_largest");
     ASSERT_FALSE(spectrum.rows.empty());
     for (std::size_t row = 0; row < spectrum.rows.size(); ++row) {
-        EXPECT_LE(number(spectrum, row, "largest_deviation_percent"), 6);
-        EXPECT_LE(number(spectrum, row, "largest_percent_of_zero"), 6);
+        EXPECT_LE(spectrum.number(row, "largest_deviation_percent"), 6);
+        EXPECT_LE(spectrum.number(row, "largest_percent_of_zero"), 6);
     }
 }
 
@@ -115,11 +101,11 @@ TEST(ImagingStudy, TimesEveryStage) {
     const StudyResult result = engine::imaging_times(quick());
     const Table& frames = table(result, "imaging_frame_ms");
     ASSERT_EQ(frames.rows.size(), 1u);
-    EXPECT_GT(number(frames, 0, "frame"), 0);
-    EXPECT_GT(number(frames, 0, "panel"), 0);
+    EXPECT_GT(frames.number(0, "frame"), 0);
+    EXPECT_GT(frames.number(0, "panel"), 0);
     const Table& poses = table(result, "imaging_pose_ms");
     ASSERT_EQ(poses.rows.size(), 1u);
-    EXPECT_GT(number(poses, 0, "path_lengths"), 0);
+    EXPECT_GT(poses.number(0, "path_lengths"), 0);
     // It contains the other; both are medians of few, on a machine that may be busy.
-    EXPECT_GT(number(poses, 0, "pose_change"), 0.5 * number(poses, 0, "path_lengths"));
+    EXPECT_GT(poses.number(0, "pose_change"), 0.5 * poses.number(0, "path_lengths"));
 }

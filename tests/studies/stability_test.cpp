@@ -20,12 +20,6 @@ StudyResult quick_map(int threads) {
     return engine::run_stability(options);
 }
 
-std::size_t column_of(const Table& table, const std::string& name) {
-    const auto at = std::find(table.columns.begin(), table.columns.end(), name);
-    EXPECT_NE(at, table.columns.end()) << name;
-    return static_cast<std::size_t>(at - table.columns.begin());
-}
-
 }  // namespace
 
 TEST(Stability, QuickMapIsWholeAndIndependentOfThreads) {
@@ -37,7 +31,7 @@ TEST(Stability, QuickMapIsWholeAndIndependentOfThreads) {
     for (std::size_t r = 0; r < a.rows.size(); ++r) {
         for (const char* name :
              {"case", "method", "outcome", "energy_N_mm", "deviation_mm", "gradient", "updates"}) {
-            const std::size_t k = column_of(a, name);
+            const std::size_t k = a.column(name);
             EXPECT_EQ(a.rows[r][k], b.rows[r][k]) << r << " " << name;
         }
     }
@@ -46,13 +40,13 @@ TEST(Stability, QuickMapIsWholeAndIndependentOfThreads) {
     std::map<std::string, int> outcomes;
     std::map<std::string, int> lost;  // NaN or out of the lumen, by method
     for (const auto& row : a.rows) {
-        const std::string outcome = std::get<std::string>(row[column_of(a, "outcome")]);
+        const std::string outcome = std::get<std::string>(row[a.column("outcome")]);
         ++outcomes[outcome];
-        if (std::get<std::string>(row[column_of(a, "method")]) == "global") {
-            EXPECT_EQ(outcome, "converged") << std::get<std::string>(row[column_of(a, "case")]);
+        if (std::get<std::string>(row[a.column("method")]) == "global") {
+            EXPECT_EQ(outcome, "converged") << std::get<std::string>(row[a.column("case")]);
         }
         if (outcome == "NaN" || outcome == "left the lumen" || outcome == "oscillates")
-            ++lost[std::get<std::string>(row[column_of(a, "method")])];
+            ++lost[std::get<std::string>(row[a.column("method")])];
     }
     for (const auto& [outcome, count] : outcomes) std::printf("%s: %d\n", outcome.c_str(), count);
     EXPECT_GE(outcomes["converged"], 30);

@@ -1,0 +1,33 @@
+#pragma once
+/// The trust region of one Newton step, found by trials.
+
+#include <limits>
+
+namespace physics {
+
+/// Least μ, over its unit: that of a wire's stiffness over the width of the lumen.
+constexpr double kLeastTrust = 1e-6;
+
+/// Looks for the μ with which a step just fits its cap. `mu` is what the next trial is made with [N/mm²].
+class TrustSearch {
+public:
+    TrustSearch(double& mu, double unit) : mu_(mu), unit_(unit) {}
+
+    /// A trial goes farther than the cap, `reach` times, or to no finite place: a larger μ. A trial with a
+    /// corrected wall says little about others.
+    void raise(double reach, bool first_trial, bool corrected);
+
+    /// Negative curvature can make every step far too long or far too short. Of a trial that fits: whether a
+    /// μ between it and one that does not is to be tried instead.
+    bool lower(double reach);
+
+private:
+    double between();
+
+    double& mu_;
+    double unit_, overshoots_ = -1, fits_ = 0;
+    double last_mu_ = 0, last_reach_ = std::numeric_limits<double>::infinity();
+    int tries_ = 0;
+};
+
+}  // namespace physics
