@@ -1,14 +1,47 @@
-#include "app/anatomy_command.h"
+/// `seldinger anatomy …`: vessels from presets, files and meshes.
 
 #include <fmt/format.h>
+#include <memory>
+#include <string>
+#include <vector>
 
+#include "app/command.h"
 #include "app/progress_bar.h"
 #include "engine/anatomy/anatomy_picture.h"
-#include "engine/anatomy/vessel_file.h"
-#include "engine/anatomy/vessel_presets.h"
-#include "engine/text.h"
+#include "engine/anatomy/grow/generate_run.h"
+#include "engine/anatomy/grow/vessel_file.h"
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/anatomy/import/import_run.h"
+#include "engine/io/text.h"
 
 namespace app {
+namespace {
+
+class AnatomyCommand {
+public:
+    /// Adds the sub-command; lives as long as it.
+    explicit AnatomyCommand(CLI::App&);
+    CLI::App* parser() { return command_; }
+    /// Exit code, 0 or of a check that failed 2; throws io::InputError.
+    int run();
+
+private:
+    void add_generate();
+    void add_import();
+    void add_check();
+    void add_show();
+    int generate();
+    int import();
+    int check() const;
+    int show() const;
+
+    CLI::App *command_, *generate_ = nullptr, *import_ = nullptr, *check_ = nullptr, *show_ = nullptr;
+    anatomy::GenerateRequest request_;
+    std::vector<std::string> stenoses_, aneurysms_, tortuosities_;
+    anatomy::ImportRequest import_request_;
+    std::vector<double> inlet_;
+    std::string checked_, shown_, picture_;
+};
 
 AnatomyCommand::AnatomyCommand(CLI::App& app)
     : command_(app.add_subcommand("anatomy", "Make a vessel anatomy that scenarios can name")) {
@@ -42,7 +75,7 @@ void AnatomyCommand::add_generate() {
     generate->add_option("--threads", request_.threads, "Threads; the anatomy does not depend on them")
         ->check(CLI::Range(1, 256));
     std::string presets = "Presets:\n";
-    for (const engine::VesselPreset& preset : engine::vessel_presets())
+    for (const anatomy::VesselPreset& preset : anatomy::vessel_presets())
         presets += fmt::format("  {:<12} {}\n", preset.name, preset.what);
     generate->footer(presets +
                      "An anatomy that the folder holds already is not made again.\n"
@@ -50,25 +83,25 @@ void AnatomyCommand::add_generate() {
 }
 
 int AnatomyCommand::generate() {
-    for (const std::string& text : stenoses_) request_.stenoses.push_back(engine::parse_stenosis(text));
-    for (const std::string& text : aneurysms_) request_.aneurysms.push_back(engine::parse_aneurysm(text));
+    for (const std::string& text : stenoses_) request_.stenoses.push_back(anatomy::parse_stenosis(text));
+    for (const std::string& text : aneurysms_) request_.aneurysms.push_back(anatomy::parse_aneurysm(text));
     for (const std::string& text : tortuosities_)
-        request_.tortuosities.push_back(engine::parse_tortuosity(text));
-    request_.program = "seldinger " SELDINGER_VERSION;
-    engine::GenerateOutcome outcome;
+        request_.tortuosities.push_back(anatomy::parse_tortuosity(text));
+    request_.program = program;
+    anatomy::GenerateOutcome outcome;
     {
         ProgressBar bar;
         request_.progress = [&bar](double part, const char* what) { bar.show(part, what); };
-        outcome = engine::run_generate(request_);
+        outcome = anatomy::run_generate(request_);
     }
     fmt::print("{}: {} branches, {} triangles{}\nends:    {}\ntargets: {}\n", outcome.file.string(),
                outcome.branches, outcome.triangles, outcome.kept ? ", kept as it was" : "",
-               engine::joined(outcome.ends), engine::joined(outcome.targets));
+               io::joined(outcome.ends), io::joined(outcome.targets));
     return 0;
 }
 
 void AnatomyCommand::add_import() {
-    engine::ImportRequest& request = import_request_;
+    anatomy::ImportRequest& request = import_request_;
     import_ =
         command_->add_subcommand("import", "Mend the mesh of a lumen and find its ends, branches and radii");
     import_->add_option("mesh", request.mesh, "STL, OBJ or PLY of the lumen's surface")->required();
@@ -87,14 +120,14 @@ void AnatomyCommand::add_import() {
 }
 
 int AnatomyCommand::import() {
-    engine::ImportRequest& request = import_request_;
+    anatomy::ImportRequest& request = import_request_;
     if (!inlet_.empty()) request.options.inlet = {inlet_[0], inlet_[1], inlet_[2]};
-    request.program = "seldinger " SELDINGER_VERSION;
-    engine::ImportOutcome outcome;
+    request.program = program;
+    anatomy::ImportOutcome outcome;
     {
         ProgressBar bar;
         request.options.progress = [&bar](double part, const char* what) { bar.show(part, what); };
-        outcome = engine::run_import(request);
+        outcome = anatomy::run_import(request);
     }
     fmt::print("{}", outcome.report);
     return 0;
@@ -107,7 +140,7 @@ void AnatomyCommand::add_check() {
 }
 
 int AnatomyCommand::check() const {
-    const engine::CheckOutcome outcome = engine::run_check(checked_);
+    const anatomy::CheckOutcome outcome = anatomy::run_check(checked_);
     fmt::print("{}", outcome.report);
     return outcome.fine ? 0 : 2;
 }
@@ -120,8 +153,15 @@ void AnatomyCommand::add_show() {
 }
 
 int AnatomyCommand::show() const {
-    engine::draw_anatomy(engine::load_anatomy(shown_), picture_);
+    anatomy::draw_anatomy(anatomy::load_anatomy(shown_), picture_);
     return 0;
+}
+
+}  // namespace
+
+Command add_anatomy(CLI::App& parser) {
+    const auto command = std::make_shared<AnatomyCommand>(parser);
+    return {command->parser(), [command] { return command->run(); }};
 }
 
 }  // namespace app

@@ -1,7 +1,8 @@
-/// Who may include whom: every #include of the tree against the arrows of the design.
+/// Who may include whom: every #include of the tree against the arrows of docs/architecture.md.
 
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <gtest/gtest.h>
 #include <map>
 #include <regex>
@@ -11,110 +12,215 @@
 namespace {
 
 namespace fs = std::filesystem;
+using Names = std::set<std::string>;
 
-struct Layer {
-    std::set<std::string> folders;                         // of the project that it may include
-    std::set<std::string> third_party;                     // first part of a third-party path, anywhere
-    std::map<std::string, std::set<std::string>> only_in;  // third-party path → files (.cpp) that alone may
+/// Which rooms a room may include besides itself, and which namespace is its own.
+struct Room {
+    Names rooms;
+    std::string space;
 };
 
-const std::set<std::string> posix = {"fcntl.h", "sys/wait.h", "unistd.h"};
+const Names all_physics = {"physics/geometry", "physics/wall", "physics/wire", "physics/relax"};
+const Names all_render = {"render/picture", "render/xray", "render/patient", "render/panel"};
 
-/// Of the language: neither a folder nor an ending.
-bool standard(const std::string& included) {
-    return included.find_first_of("/.") == std::string::npos;
+Names operator+(Names a, const Names& b) {
+    a.insert(b.begin(), b.end());
+    return a;
 }
 
-const std::map<std::string, Layer> layers = {
-    {"physics", {{"physics"}, {"Eigen"}, {{"embree3", {"embree_mesh.h"}}}}},
-    {"render",
-     {{"render"},
-      {"Eigen"},
-      {{"png.h", {"*.cpp"}},
-       {"libdeflate.h", {"*.cpp"}},
-       {"imgui.h", {"*.cpp"}},
-       {"GL", {"gl_context.h", "offscreen.cpp"}}}}},
-    {"engine",
-     {{"engine", "render", "physics"},
-      {"Eigen"},
-      {{"assimp", {"*.cpp"}}, {"toml++", {"*.cpp"}}, {"nlohmann", {"*.cpp"}}, {"fmt", {"*.cpp"}}}}},
-    {"app", {{"app", "engine"}, {"CLI", "fmt"}, {}}},
+const std::map<std::string, Room> rooms = {
+    {"physics/geometry", {{}, "geometry"}},
+    {"physics/wall", {{"physics/geometry"}, "physics"}},
+    {"physics/wire", {{"physics/geometry", "physics/wall"}, "physics"}},
+    {"physics/relax", {{"physics/geometry", "physics/wall", "physics/wire"}, "physics"}},
+    {"render/picture", {{}, "render"}},
+    {"render/xray", {{"physics/geometry", "render/picture"}, "render"}},
+    {"render/patient", {{"physics/geometry", "render/xray"}, "render"}},
+    {"render/panel", {{"render/picture", "render/xray"}, "render"}},
+    {"engine/io", {{"physics/geometry"}, "io"}},
+    {"engine/anatomy", {{"engine/io", "physics/geometry", "physics/wall", "physics/wire"}, "anatomy"}},
+    {"engine/anatomy/grow", {{"engine/anatomy", "engine/io", "physics/geometry"}, "anatomy"}},
+    {"engine/anatomy/import", {{"engine/anatomy", "engine/io", "physics/geometry"}, "anatomy"}},
+    {"engine/blood", {{"engine/anatomy", "engine/io", "physics/geometry", "render/xray"}, "blood"}},
+    {"engine/script", {{"engine/io", "physics/geometry", "render/xray"}, "script"}},
+    {"engine/scenario",
+     {all_physics + Names{"engine/anatomy", "engine/anatomy/grow", "engine/blood", "engine/io",
+                          "engine/script", "render/xray"},
+      "scenario"}},
+    {"engine/exercise",
+     {all_physics + all_render +
+          Names{"engine/anatomy", "engine/blood", "engine/io", "engine/scenario", "engine/script"},
+      "exercise"}},
+    {"engine/run",
+     {all_physics + all_render +
+          Names{"engine/anatomy", "engine/exercise", "engine/io", "engine/scenario", "engine/script"},
+      "run"}},
+    {"engine/studies",
+     {all_physics + all_render +
+          Names{"engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/blood",
+                "engine/exercise", "engine/io", "engine/run", "engine/scenario"},
+      "studies"}},
+    {"app",
+     {{"engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/io", "engine/run",
+       "engine/scenario", "engine/studies", "render/xray"},
+      "app"}},
 };
 
-bool allowed(const std::string& folder, const std::string& file, const std::string& included) {
-    const Layer& layer = layers.at(folder);
-    const std::string first = included.substr(0, included.find('/'));
-    if (layers.contains(first)) {
-        // Of the physics, render borrows one header of plain data.
-        if (folder == "render" && included == "physics/geometry.h") return true;
-        // They bring headers of Embree and OpenGL.
-        const bool brings = included == "physics/embree_mesh.h" || included == "render/gl_context.h";
-        if (brings && !file.ends_with(".cpp")) return false;
-        return layer.folders.contains(first);
+/// Third-party headers, by the first part of their path: where they may be included. A room is named for its
+/// .cpp files alone, a file for itself; "" is everywhere.
+const std::map<std::string, Names> third_party = {
+    {"Eigen", {""}},
+    {"embree3", {"physics/geometry/embree_mesh.h"}},
+    {"png.h", {"render/picture"}},
+    {"libdeflate.h", {"render/picture"}},
+    {"GL", {"render/picture/gl_context.h", "render/picture/offscreen.cpp"}},
+    {"imgui.h", {"render/panel"}},
+    {"assimp", {"engine/anatomy"}},
+    {"toml++", {"engine/anatomy/grow", "engine/io", "engine/scenario"}},
+    {"nlohmann",
+     {"engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/exercise", "engine/run",
+      "engine/studies"}},
+    {"CLI", {"app", "app/command.h"}},
+};
+const Names with_fmt = {"engine", "app"};  // folders
+const Names posix = {"fcntl.h", "sys/wait.h", "unistd.h"};
+
+std::string folder_of(const std::string& file) {
+    return file.substr(0, file.rfind('/'));
+}
+
+bool is_source(const std::string& file) {
+    return file.ends_with(".cpp");
+}
+
+/// `file` and `included` as they stand in an #include, from the root.
+bool allowed(const std::string& file, const std::string& included) {
+    const std::string room = folder_of(file), first = included.substr(0, included.find('/'));
+    if (first == "physics" || first == "render" || first == "engine" || first == "app") {
+        // They bring the headers of Embree and OpenGL.
+        if (included == "physics/geometry/embree_mesh.h" || included == "render/picture/gl_context.h") {
+            if (!is_source(file)) return false;
+        }
+        if (included.ends_with("embree_mesh.h") && room != "physics/geometry" && room != "physics/wall" &&
+            room != "engine/studies")
+            return false;
+        const std::string other = folder_of(included);
+        // Of the program only the one that runs the studies knows them.
+        if (other == "engine/studies" && room == "app" && file != "app/study_main.cpp") return false;
+        return other == room || rooms.at(room).rooms.contains(other);
     }
-    if (standard(included) || posix.contains(included)) return true;
-    if (layer.third_party.contains(first)) return true;
-    const auto files = layer.only_in.find(first);
-    if (files == layer.only_in.end()) return false;
-    return files->second.contains(file) || (files->second.contains("*.cpp") && file.ends_with(".cpp"));
+    if (included.find_first_of("/.") == std::string::npos || posix.contains(included)) return true;
+    if (first == "fmt") return with_fmt.contains(file.substr(0, file.find('/')));
+    const auto found = third_party.find(first);
+    if (found == third_party.end()) return false;
+    const Names& where = found->second;
+    return where.contains("") || where.contains(file) || (is_source(file) && where.contains(room));
 }
 
-}  // namespace
-
-TEST(Layering, EveryIncludeFollowsTheArrows) {
-    const std::regex include(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])");
-    int files = 0, includes = 0;
-    for (const auto& [folder, layer] : layers) {
-        for (const auto& entry : fs::recursive_directory_iterator(fs::path(SELDINGER_SOURCE) / folder)) {
+/// Calls visit(file from the root, number, line) for every line of the rooms' sources.
+int for_each_line(const std::function<void(const std::string&, int, const std::string&)>& visit,
+                  std::initializer_list<const char*> folders = {"physics", "render", "engine", "app"}) {
+    int files = 0;
+    const fs::path root(SELDINGER_SOURCE);
+    for (const char* folder : folders) {
+        for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
             const std::string extension = entry.path().extension().string();
             if (extension != ".h" && extension != ".cpp") continue;
             ++files;
             std::ifstream text(entry.path());
+            const std::string file = fs::relative(entry.path(), root).generic_string();
             std::string line;
-            for (int number = 1; std::getline(text, line); ++number) {
-                std::smatch match;
-                if (!std::regex_search(line, match, include)) continue;
-                ++includes;
-                EXPECT_TRUE(allowed(folder, entry.path().filename().string(), match[1]))
-                    << entry.path().string() << ":" << number << ": " << folder << " may not include "
-                    << match[1];
-            }
+            for (int number = 1; std::getline(text, line); ++number) visit(file, number, line);
         }
     }
-    EXPECT_GT(files, 40);
-    EXPECT_GT(includes, 200);
+    return files;
+}
+
+const std::regex include_line(R"(^\s*#\s*include\s*[<"]([^>"]+)[>"])");
+
+}  // namespace
+
+TEST(Layering, EveryIncludeFollowsTheArrows) {
+    int includes = 0;
+    const int files = for_each_line([&](const std::string& file, int number, const std::string& line) {
+        ASSERT_TRUE(rooms.contains(folder_of(file))) << file << " stands in no room";
+        std::smatch match;
+        if (!std::regex_search(line, match, include_line)) return;
+        ++includes;
+        EXPECT_TRUE(allowed(file, match[1])) << file << ":" << number << ": may not include " << match[1];
+    });
+    EXPECT_GT(files, 250);
+    EXPECT_GT(includes, 1000);
+}
+
+TEST(Layering, ArrowsOfTheTableGoDownwardsAlone) {
+    // A room's floor is above all floors that it may include; a circle would have none.
+    std::map<std::string, int> floor;
+    std::function<int(const std::string&, int)> floor_of = [&](const std::string& room, int depth) {
+        EXPECT_LT(depth, 30) << room << " includes itself in a circle";
+        if (depth >= 30) return 0;
+        if (const auto known = floor.find(room); known != floor.end()) return known->second;
+        int highest = -1;
+        for (const std::string& other : rooms.at(room).rooms)
+            highest = std::max(highest, floor_of(other, depth + 1));
+        return floor[room] = highest + 1;
+    };
+    for (const auto& [room, ignored] : rooms) floor_of(room, 0);
+    EXPECT_EQ(floor["physics/geometry"], 0);
+    EXPECT_GT(floor["engine/exercise"], floor["engine/scenario"]);
+}
+
+TEST(Layering, EveryRoomHasItsNamespace) {
+    const std::regex opens(R"(^namespace (\w+)[\w:]* \{)");
+    const Names forward = {"io"};  // whose classes other rooms name ahead
+    std::map<std::string, int> found;
+    for_each_line([&](const std::string& file, int number, const std::string& line) {
+        std::smatch match;
+        if (!std::regex_search(line, match, opens)) return;
+        if (match[1] == rooms.at(folder_of(file)).space)
+            ++found[folder_of(file)];
+        else
+            EXPECT_TRUE(forward.contains(match[1]) || match[1] == "toml")
+                << file << ":" << number << ": " << line;
+    });
+    for (const auto& [room, ignored] : rooms) EXPECT_GT(found[room], 0) << room;
 }
 
 TEST(Layering, TestsNameTheRelaxerThatTheyMean) {
     // A default that changed has made two tests compare a relaxer with itself.
     const std::string unnamed = std::string("make_relaxer") + "({})";
-    for (const auto& entry : fs::recursive_directory_iterator(fs::path(SELDINGER_SOURCE) / "tests")) {
-        const std::string extension = entry.path().extension().string();
-        if (extension != ".h" && extension != ".cpp") continue;
-        std::ifstream text(entry.path());
-        std::string line;
-        for (int number = 1; std::getline(text, line); ++number)
-            EXPECT_EQ(line.find(unnamed), std::string::npos) << entry.path().string() << ":" << number;
-    }
+    for_each_line(
+        [&](const std::string& file, int number, const std::string& line) {
+            EXPECT_EQ(line.find(unnamed), std::string::npos) << file << ":" << number;
+        },
+        {"tests"});
 }
 
 TEST(Layering, RulesRefuseWhatTheyShould) {
-    EXPECT_FALSE(allowed("physics", "energy.cpp", "boost/array.hpp"));
-    EXPECT_FALSE(allowed("engine", "table.cpp", "sqlite3.h"));
-    EXPECT_TRUE(allowed("engine", "files.cpp", "unistd.h"));
-    EXPECT_FALSE(allowed("physics", "energy.cpp", "render/image.h"));
-    EXPECT_FALSE(allowed("physics", "energy.cpp", "embree3/rtcore.h"));
-    EXPECT_TRUE(allowed("physics", "mesh_wall.cpp", "physics/embree_mesh.h"));
-    EXPECT_FALSE(allowed("physics", "mesh_wall.h", "physics/embree_mesh.h"));
-    EXPECT_FALSE(allowed("physics", "energy.cpp", "fmt/format.h"));
-    EXPECT_FALSE(allowed("render", "image.cpp", "physics/guidewire.h"));
-    EXPECT_TRUE(allowed("render", "image.cpp", "physics/geometry.h"));
-    EXPECT_FALSE(allowed("render", "path_length.h", "render/gl_context.h"));
-    EXPECT_FALSE(allowed("render", "png.h", "png.h"));
-    EXPECT_FALSE(allowed("render", "canvas.h", "imgui.h"));
-    EXPECT_FALSE(allowed("render", "image.cpp", "engine/score.h"));
-    EXPECT_FALSE(allowed("engine", "scenario.h", "toml++/toml.h"));
-    EXPECT_FALSE(allowed("engine", "scenario.cpp", "app/main.h"));
-    EXPECT_FALSE(allowed("engine", "simulation.cpp", "embree3/rtcore.h"));
-    EXPECT_FALSE(allowed("app", "main.cpp", "physics/guidewire.h"));
+    EXPECT_FALSE(allowed("physics/wire/energy.cpp", "boost/array.hpp"));
+    EXPECT_FALSE(allowed("engine/io/table.cpp", "sqlite3.h"));
+    EXPECT_TRUE(allowed("engine/io/files.cpp", "unistd.h"));
+    EXPECT_FALSE(allowed("physics/wire/energy.cpp", "render/picture/image.h"));
+    EXPECT_FALSE(allowed("physics/wire/energy.cpp", "physics/relax/relaxer.h"));
+    EXPECT_FALSE(allowed("physics/geometry/mesh_query.cpp", "physics/wall/wall.h"));
+    EXPECT_FALSE(allowed("physics/wire/energy.cpp", "embree3/rtcore.h"));
+    EXPECT_TRUE(allowed("physics/wall/mesh_wall.cpp", "physics/geometry/embree_mesh.h"));
+    EXPECT_FALSE(allowed("physics/wall/mesh_wall.h", "physics/geometry/embree_mesh.h"));
+    EXPECT_FALSE(allowed("physics/wire/energy.cpp", "fmt/format.h"));
+    EXPECT_FALSE(allowed("render/picture/image.cpp", "physics/wire/guidewire.h"));
+    EXPECT_FALSE(allowed("render/picture/image.cpp", "render/xray/c_arm.h"));
+    EXPECT_TRUE(allowed("render/xray/c_arm.cpp", "physics/geometry/vec.h"));
+    EXPECT_FALSE(allowed("render/xray/path_length.h", "render/picture/gl_context.h"));
+    EXPECT_FALSE(allowed("render/picture/png.h", "png.h"));
+    EXPECT_FALSE(allowed("render/panel/canvas.h", "imgui.h"));
+    EXPECT_FALSE(allowed("render/picture/image.cpp", "engine/exercise/score.h"));
+    EXPECT_FALSE(allowed("engine/scenario/scenario.h", "toml++/toml.h"));
+    EXPECT_FALSE(allowed("engine/scenario/scenario.cpp", "app/command.h"));
+    EXPECT_FALSE(allowed("engine/scenario/scenario.cpp", "engine/exercise/simulation.h"));
+    EXPECT_FALSE(allowed("engine/run/headless.cpp", "engine/studies/study.h"));
+    EXPECT_FALSE(allowed("engine/anatomy/anatomy.cpp", "engine/anatomy/grow/generator.h"));
+    EXPECT_FALSE(allowed("engine/exercise/simulation.cpp", "embree3/rtcore.h"));
+    EXPECT_FALSE(allowed("app/main.cpp", "physics/wire/guidewire.h"));
+    EXPECT_FALSE(allowed("app/run_command.cpp", "engine/studies/study.h"));
+    EXPECT_TRUE(allowed("app/study_main.cpp", "engine/studies/study.h"));
 }

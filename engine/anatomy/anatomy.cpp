@@ -6,17 +6,18 @@
 #include <limits>
 #include <map>
 
-#include "engine/anatomy/mesh_topology.h"
-#include "engine/error.h"
+#include "engine/io/error.h"
+#include "engine/io/text.h"
+#include "physics/geometry/mesh_topology.h"
 
-namespace engine {
+namespace anatomy {
 namespace {
 
-using physics::CentrelineBranch;
-using physics::Vec3;
+using geometry::CentrelineBranch;
+using geometry::Vec3;
 
 /// An opening is where it is declared when the rim's centre lies this near to the declared centre.
-double tolerance(const physics::OpenEnd& end) {
+double tolerance(const geometry::OpenEnd& end) {
     return 0.25 * end.radius;
 }
 
@@ -37,7 +38,7 @@ void check_mesh(const Anatomy& anatomy, std::vector<std::string>& found) {
         found.push_back("a triangle of the lumen names a corner that does not exist");
         return;
     }
-    const Topology edges = topology(anatomy.lumen);
+    const geometry::Topology edges = geometry::topology(anatomy.lumen);
     if (edges.non_manifold_edges > 0) {
         found.push_back(
             fmt::format("the lumen has {} edges shared by three triangles or by two that disagree about "
@@ -52,12 +53,13 @@ void check_mesh(const Anatomy& anatomy, std::vector<std::string>& found) {
         std::size_t nearest = edges.loops.size();
         double least = tolerance(end.opening);
         for (std::size_t i = 0; i < edges.loops.size(); ++i) {
-            const double distance = (rim_centre(anatomy.lumen, edges.loops[i]) - end.opening.centre).norm();
+            const double distance =
+                (geometry::rim_centre(anatomy.lumen, edges.loops[i]) - end.opening.centre).norm();
             if (distance <= least) least = distance, nearest = i;
         }
         if (nearest == edges.loops.size()) {
             found.push_back(fmt::format("end '{}' at {} has no opening of the mesh within {:.2f} mm of it",
-                                        end.opening.name, place_text(end.opening.centre),
+                                        end.opening.name, io::place_text(end.opening.centre),
                                         tolerance(end.opening)));
         } else {
             declared[nearest] = true;
@@ -69,9 +71,10 @@ void check_mesh(const Anatomy& anatomy, std::vector<std::string>& found) {
             fmt::format("the mesh is open at {} ({} edges), where no end is declared; a mesh that is closed "
                         "except at its "
                         "ends is accepted",
-                        place_text(edges.loops[i].centroid), edges.loops[i].vertices.size()));
+                        io::place_text(edges.loops[i].centroid), edges.loops[i].vertices.size()));
     }
-    if (edges.non_manifold_edges == 0 && signed_volume(capped(anatomy.lumen, edges.loops)) <= 0) {
+    if (edges.non_manifold_edges == 0 &&
+        geometry::signed_volume(geometry::capped(anatomy.lumen, edges.loops)) <= 0) {
         found.push_back("the normals of the lumen point inward; outward is accepted: reverse the triangles");
     }
 }
@@ -129,11 +132,11 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
                 break;
     }
     for (const VesselEnd& end : anatomy.ends) {
-        const physics::OpenEnd& opening = end.opening;
+        const geometry::OpenEnd& opening = end.opening;
         if (outside(fmt::format("end '{}'", opening.name), opening.centre, opening.radius)) continue;
         // Seen from its end, the vessel that it ends lies inside.
         const VesselPlace place = nearest_place(anatomy, opening.centre);
-        const physics::Polyline& line = anatomy.branches[place.branch].points;
+        const geometry::Polyline& line = anatomy.branches[place.branch].points;
         const int last = static_cast<int>(line.size()) - 1, reach = std::max(1, std::min(last, last / 4));
         const Vec3 within = line[place.sample > last / 2 ? std::max(0, place.sample - reach)
                                                          : std::min(last, place.sample + reach)];
@@ -155,8 +158,8 @@ double arc_between(const CentrelineBranch& branch, int from, int to) {
 
 }  // namespace
 
-std::vector<physics::OpenEnd> Anatomy::openings() const {
-    std::vector<physics::OpenEnd> result;
+std::vector<geometry::OpenEnd> Anatomy::openings() const {
+    std::vector<geometry::OpenEnd> result;
     for (const VesselEnd& end : ends) result.push_back(end.opening);
     return result;
 }
@@ -164,7 +167,7 @@ std::vector<physics::OpenEnd> Anatomy::openings() const {
 std::vector<std::string> problems(const Anatomy& anatomy) {
     std::vector<std::string> found;
     for (const VesselEnd& end : anatomy.ends) {
-        const physics::OpenEnd& opening = end.opening;
+        const geometry::OpenEnd& opening = end.opening;
         if (!opening.centre.allFinite() || !(opening.radius > 0) ||
             !(std::abs(opening.outward_normal.norm() - 1) < 1e-3)) {
             found.push_back(fmt::format(
@@ -181,11 +184,12 @@ std::vector<std::string> problems(const Anatomy& anatomy) {
     return found;
 }
 
-physics::TriangleMesh closed_lumen(const Anatomy& anatomy) {
-    const physics::TriangleMesh closed = capped(anatomy.lumen, topology(anatomy.lumen).loops);
-    const Topology left = topology(closed);
+geometry::TriangleMesh closed_lumen(const Anatomy& anatomy) {
+    const geometry::TriangleMesh closed =
+        geometry::capped(anatomy.lumen, geometry::topology(anatomy.lumen).loops);
+    const geometry::Topology left = geometry::topology(closed);
     if (left.boundary_edges > 0 || left.non_manifold_edges > 0) {
-        throw InputError(
+        throw io::InputError(
             fmt::format("{}: the lumen stays open at {} edges and ambiguous at {} when its ends are capped; "
                         "a closed mesh is "
                         "needed for imaging",
@@ -218,12 +222,12 @@ std::optional<int> find_end(const Anatomy& anatomy, const std::string& name) {
 }
 
 EntryPath path_from(const Anatomy& anatomy, int end) {
-    const physics::OpenEnd& opening = anatomy.ends[end].opening;
+    const geometry::OpenEnd& opening = anatomy.ends[end].opening;
     int branch = 0;
     bool at_start = true;
     double least = std::numeric_limits<double>::infinity();
     for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
-        const physics::Polyline& points = anatomy.branches[b].points;
+        const geometry::Polyline& points = anatomy.branches[b].points;
         const double to_start = (points.front() - opening.centre).norm();
         const double to_end = (points.back() - opening.centre).norm();
         if (to_start < least && anatomy.branches[b].parent < 0) least = to_start, branch = b, at_start = true;
@@ -288,4 +292,4 @@ double centreline_distance(const Anatomy& anatomy, const Vec3& from, const Vec3&
     return (to - from).norm();  // trees that do not meet
 }
 
-}  // namespace engine
+}  // namespace anatomy

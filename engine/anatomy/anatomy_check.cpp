@@ -6,16 +6,16 @@
 #include <limits>
 
 #include "engine/anatomy/mesh_quality.h"
-#include "engine/anatomy/mesh_query.h"
-#include "engine/anatomy/mesh_topology.h"
-#include "engine/guidewire_presets.h"
-#include "engine/text.h"
+#include "engine/io/text.h"
+#include "physics/geometry/mesh_query.h"
+#include "physics/geometry/mesh_topology.h"
+#include "physics/wire/guidewire_presets.h"
 
-namespace engine {
+namespace anatomy {
 namespace {
 
-using physics::TriangleMesh;
-using physics::Vec3;
+using geometry::TriangleMesh;
+using geometry::Vec3;
 using Verdict = Check::Verdict;
 
 /// Lumens have 86 % and more of such rays, the two sides of a wall 57 % and fewer.
@@ -57,7 +57,7 @@ Check surface_crossings(const TriangleMesh& mesh) {
     if (!pairs.empty()) {
         const auto& t = mesh.triangles[pairs[0].first];
         found += " pairs, the first at " +
-                 place_text((mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3);
+                 io::place_text((mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3);
     }
     return {"triangles that cross", found, "0", warned_unless(pairs.empty())};
 }
@@ -70,10 +70,10 @@ Check narrowest(const Anatomy& anatomy) {
         for (std::size_t i = 0; i < branch.radii.size(); ++i) {
             if (branch.radii[i] >= least) continue;
             least = branch.radii[i];
-            where = fmt::format("{}, sample {} at {}", branch.name, i, place_text(branch.points[i]));
+            where = fmt::format("{}, sample {} at {}", branch.name, i, io::place_text(branch.points[i]));
         }
     }
-    for (const GuidewirePreset& preset : guidewire_presets()) {
+    for (const physics::GuidewirePreset& preset : physics::guidewire_presets()) {
         if (preset.spec.diameter / 2 <= least)
             fitting += (fitting.empty() ? "" : " ") + std::string(preset.name);
     }
@@ -84,7 +84,7 @@ Check narrowest(const Anatomy& anatomy) {
 }
 
 std::vector<Check> centreline_checks(const Anatomy& anatomy, const TriangleMesh& closed) {
-    const MeshQuery wall(anatomy.lumen), whole(closed);
+    const geometry::MeshQuery wall(anatomy.lumen), whole(closed);
     int samples = 0, outside = 0;
     double ratio = 0;
     std::string where_outside, where_ratio;
@@ -97,7 +97,7 @@ std::vector<Check> centreline_checks(const Anatomy& anatomy, const TriangleMesh&
                 });
             if (at_end) continue;
             ++samples;
-            const std::string where = fmt::format("{}, sample {} at {}", branch.name, i, place_text(p));
+            const std::string where = fmt::format("{}, sample {} at {}", branch.name, i, io::place_text(p));
             if (!whole.encloses(p)) {
                 if (outside++ == 0) where_outside = ", the first in " + where;
                 continue;
@@ -137,13 +137,13 @@ std::string text_of(const Check& check) {
 
 double thinnest_wire_radius() {
     double thinnest = std::numeric_limits<double>::infinity();
-    for (const GuidewirePreset& preset : guidewire_presets())
+    for (const physics::GuidewirePreset& preset : physics::guidewire_presets())
         thinnest = std::min(thinnest, preset.spec.diameter / 2);
     return thinnest;
 }
 
 SurfaceFigures surface_figures(const TriangleMesh& closed) {
-    const MeshQuery query(closed);
+    const geometry::MeshQuery query(closed);
     const int total = static_cast<int>(closed.triangles.size()), stride = std::max(1, total / most_rays);
     std::vector<double> radii, ratios;
     int once = 0, rays = 0;
@@ -188,8 +188,8 @@ std::vector<Check> surface_checks(const SurfaceFigures& figures, const std::stri
 }
 
 std::vector<Check> anatomy_checks(const Anatomy& anatomy) {
-    const Topology edges = topology(anatomy.lumen);
-    const TriangleMesh closed = capped(anatomy.lumen, edges.loops);
+    const geometry::Topology edges = geometry::topology(anatomy.lumen);
+    const TriangleMesh closed = geometry::capped(anatomy.lumen, edges.loops);
     std::vector<Check> checks = {
         {"triangles", std::to_string(anatomy.lumen.triangles.size()), "any number", Verdict::Pass},
         {"edges of three or more triangles", std::to_string(edges.non_manifold_edges), "0",
@@ -197,8 +197,8 @@ std::vector<Check> anatomy_checks(const Anatomy& anatomy) {
         {"openings that are not ends",
          std::to_string(edges.loops.size() - std::min(edges.loops.size(), anatomy.ends.size())), "0",
          failed_unless(edges.loops.size() <= anatomy.ends.size())},
-        {"volume", fmt::format("{:.4g} mm³", signed_volume(closed)), "above 0, normals outward",
-         failed_unless(signed_volume(closed) > 0)},
+        {"volume", fmt::format("{:.4g} mm³", geometry::signed_volume(closed)), "above 0, normals outward",
+         failed_unless(geometry::signed_volume(closed) > 0)},
         {"open ends", std::to_string(anatomy.ends.size()), "2 or more",
          failed_unless(anatomy.ends.size() >= 2)}};
     const int loops = 1 - euler_characteristic(closed) / 2;
@@ -215,4 +215,4 @@ std::vector<Check> anatomy_checks(const Anatomy& anatomy) {
     return checks;
 }
 
-}  // namespace engine
+}  // namespace anatomy

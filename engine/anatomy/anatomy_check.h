@@ -6,7 +6,7 @@
 
 #include "engine/anatomy/anatomy.h"
 
-namespace engine {
+namespace anatomy {
 
 struct Check {
     enum class Verdict { Pass, Warning, Fail };
@@ -24,7 +24,7 @@ struct SurfaceFigures {
     double edge_ratio = 0;     // median of an edge over the radius at its triangle
 };
 /// Of a closed mesh whose normals point outward.
-SurfaceFigures surface_figures(const physics::TriangleMesh& closed);
+SurfaceFigures surface_figures(const geometry::TriangleMesh& closed);
 
 /// Whether the surface is that of a lumen in millimetres: rays, radius, edges. `unit` is what the file's
 /// numbers were taken for, "mm" for an anatomy's own.
@@ -36,4 +36,4 @@ double thinnest_wire_radius();
 /// Every check of an anatomy that load_anatomy accepts; takes a second or two for a large one.
 std::vector<Check> anatomy_checks(const Anatomy&);
 
-}  // namespace engine
+}  // namespace anatomy

@@ -7,13 +7,13 @@
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/mesh_file.h"
-#include "engine/error.h"
+#include "engine/io/error.h"
 
-namespace engine {
+namespace anatomy {
 namespace {
 
+using geometry::Vec3;
 using nlohmann::json;
-using physics::Vec3;
 
 /// One value of the file and the way to it, for messages such as `ends[2].radius: …`.
 class Value {
@@ -24,12 +24,12 @@ public:
     [[noreturn]] void refuse(const std::string& accepted) const {
         std::string found = value_.dump();
         if (found.size() > 60) found = found.substr(0, 57) + "...";
-        throw InputError(fmt::format("{}: {}: {} was found; {}", file_, path_, found, accepted));
+        throw io::InputError(fmt::format("{}: {}: {} was found; {}", file_, path_, found, accepted));
     }
     Value operator[](const std::string& key) const {
         if (!value_.is_object()) refuse("an object is accepted");
         if (!value_.contains(key)) {
-            throw InputError(
+            throw io::InputError(
                 fmt::format("{}: {}'{}' is missing", file_, path_.empty() ? "" : path_ + ": ", key));
         }
         return {value_.at(key), file_, path_.empty() ? key : path_ + "." + key};
@@ -86,7 +86,7 @@ int branch_index(const Anatomy& anatomy, const Value& name) {
 
 void read_branches(const Value& list, Anatomy& anatomy) {
     for (const Value& item : list.items()) {
-        physics::CentrelineBranch branch;
+        geometry::CentrelineBranch branch;
         branch.name = item["name"].word();
         if (!item["parent"].is_null()) {
             branch.parent = branch_index(anatomy, item["parent"]);
@@ -132,7 +132,7 @@ void read_targets(const Value& list, Anatomy& anatomy) {
         target.name = item["name"].word();
         target.branch = branch_index(anatomy, item["branch"]);
         target.sample = item["sample"].index();
-        const physics::Polyline& points = anatomy.branches[target.branch].points;
+        const geometry::Polyline& points = anatomy.branches[target.branch].points;
         if (target.sample >= static_cast<int>(points.size())) {
             item["sample"].refuse(fmt::format("0 to {} is accepted", points.size() - 1));
         }
@@ -141,11 +141,11 @@ void read_targets(const Value& list, Anatomy& anatomy) {
     }
 }
 
-render::BodyPlace read_body(const Value& body) {
-    const std::optional<render::Landmark> landmark = render::landmark_named(body["landmark"].word());
+geometry::BodyPlace read_body(const Value& body) {
+    const std::optional<geometry::Landmark> landmark = geometry::landmark_named(body["landmark"].word());
     if (!landmark) {
         std::string accepted;
-        for (const std::string_view name : render::landmark_names())
+        for (const std::string_view name : geometry::landmark_names())
             accepted += fmt::format("{}'{}'", accepted.empty() ? "" : " or ", name);
         body["landmark"].refuse(accepted + " is accepted");
     }
@@ -156,13 +156,14 @@ json parse_file(const std::filesystem::path& path) {
     std::error_code ignored;
     std::ifstream stream(path, std::ios::binary);
     if (!std::filesystem::is_regular_file(path, ignored) || !stream) {
-        throw InputError(path.string() + ": no such anatomy can be read; a NAME.anatomy.json is accepted");
+        throw io::InputError(path.string() +
+                             ": no such anatomy can be read; a NAME.anatomy.json is accepted");
     }
     try {
         return json::parse(stream);
     } catch (const json::parse_error& error) {
         std::ifstream again(path, std::ios::binary);
-        TextPlace place{path.string(), 1, 1};
+        io::TextPlace place{path.string(), 1, 1};
         char c = 0;
         for (std::size_t i = 1; i < error.byte && again.get(c); ++i) {
             if (c == '\n')
@@ -170,7 +171,8 @@ json parse_file(const std::filesystem::path& path) {
             else
                 ++place.column;
         }
-        throw InputError(located(place, "this is not JSON; a vessel anatomy written as JSON is accepted"));
+        throw io::InputError(
+            io::located(place, "this is not JSON; a vessel anatomy written as JSON is accepted"));
     }
 }
 
@@ -197,15 +199,15 @@ Anatomy load_anatomy(const std::filesystem::path& path) {
     anatomy.lumen = load_mesh(mesh_path);
     if (const int declared = mesh["triangles"].index();
         declared != static_cast<int>(anatomy.lumen.triangles.size())) {
-        throw InputError(fmt::format("{}: {} triangles were found; {} declares {}", mesh_path.string(),
-                                     anatomy.lumen.triangles.size(), file, declared));
+        throw io::InputError(fmt::format("{}: {} triangles were found; {} declares {}", mesh_path.string(),
+                                         anatomy.lumen.triangles.size(), file, declared));
     }
     std::string wrong;
     for (const std::string& problem : problems(anatomy)) {
         wrong += fmt::format("{}{}: {}", wrong.empty() ? "" : "\n", mesh_path.string(), problem);
     }
-    if (!wrong.empty()) throw InputError(wrong);
+    if (!wrong.empty()) throw io::InputError(wrong);
     return anatomy;
 }
 
-}  // namespace engine
+}  // namespace anatomy

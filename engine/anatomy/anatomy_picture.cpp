@@ -6,17 +6,17 @@
 #include <fmt/format.h>
 #include <fstream>
 
-#include "engine/anatomy/mesh_query.h"
-#include "engine/error.h"
-#include "engine/files.h"
-#include "engine/parallel.h"
-#include "engine/plot.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "engine/io/plot.h"
+#include "physics/geometry/mesh_query.h"
+#include "physics/geometry/parallel.h"
 
-namespace engine {
+namespace anatomy {
 namespace {
 
 namespace fs = std::filesystem;
-using physics::Vec3;
+using geometry::Vec3;
 
 /// An orthographic view: a point's place on the page is (right·p, up·p).
 struct View {
@@ -49,16 +49,17 @@ Box box_of(const Anatomy& anatomy, const View& view) {
 }
 
 /// The lumen as tinted glass: a grey level a pixel, rows from below, darker where its walls are seen aslant.
-std::string shade(const MeshQuery& mesh, const View& view, const Box& box, double scale, double depth) {
+std::string shade(const geometry::MeshQuery& mesh, const View& view, const Box& box, double scale,
+                  double depth) {
     const int width = static_cast<int>(box.width() * scale), height = static_cast<int>(box.height() * scale);
     std::string pixels(static_cast<std::size_t>(width) * height, '\xff');
-    for_each_index(height, 2, [&](int row) {
+    geometry::for_each_index(height, 2, [&](int row) {
         for (int column = 0; column < width; ++column) {
             const Vec3 eye = view.right * (box.left + (column + 0.5) / scale) +
                              view.up * (box.low + (row + 0.5) / scale) - view.away() * depth;
             double clear = 1, start = 0;
             for (int wall = 0; wall < 16; ++wall) {
-                const MeshQuery::Hit hit = mesh.hit(eye, view.away(), start);
+                const geometry::MeshQuery::Hit hit = mesh.hit(eye, view.away(), start);
                 if (!std::isfinite(hit.distance)) break;
                 const double slope = 1 - std::abs(hit.normal.dot(view.away()));
                 clear *= 1 - 0.10 - 0.45 * slope * slope;
@@ -89,7 +90,7 @@ std::string quoted(const std::string& name) {
 void write_data(const Anatomy& anatomy, const fs::path& folder) {
     std::string lines, names, ends, targets;
     for (std::size_t b = 0; b < anatomy.branches.size(); ++b) {
-        const physics::CentrelineBranch& branch = anatomy.branches[b];
+        const geometry::CentrelineBranch& branch = anatomy.branches[b];
         for (const Vec3& p : branch.points) lines += fmt::format("{},{}\n", places(p), b);
         lines += "\n";
         // Where it has left its parent behind.
@@ -101,10 +102,10 @@ void write_data(const Anatomy& anatomy, const fs::path& folder) {
         ends += fmt::format("{},{}\n", places(end.opening.centre), end.role == EndRole::Inlet ? 1 : 0);
     for (const VesselTarget& target : anatomy.targets)
         targets += fmt::format("{},{}\n", places(target.centre), quoted(target.name));
-    write_whole(folder / "lines.csv", lines);
-    write_whole(folder / "names.csv", names);
-    write_whole(folder / "ends.csv", ends);
-    write_whole(folder / "targets.csv", targets);
+    io::write_whole(folder / "lines.csv", lines);
+    io::write_whole(folder / "names.csv", names);
+    io::write_whole(folder / "ends.csv", ends);
+    io::write_whole(folder / "targets.csv", targets);
 }
 
 constexpr const char* colours =
@@ -154,8 +155,8 @@ std::string panel(std::size_t index, const Box& box, int columns, int rows, doub
 
 void draw_anatomy(const Anatomy& anatomy, const fs::path& png) {
     if (png.extension() != ".png")
-        throw InputError(png.string() + ": a file name that ends in .png is accepted");
-    const ScratchFolder scratch;
+        throw io::InputError(png.string() + ": a file name that ends in .png is accepted");
+    const io::ScratchFolder scratch;
     std::array<Box, 3> boxes;
     for (std::size_t i = 0; i < views.size(); ++i) boxes[i] = box_of(anatomy, views[i]);
     // Front and left stand side by side, the view from the feet below the front; all on one scale.
@@ -166,10 +167,10 @@ void draw_anatomy(const Anatomy& anatomy, const fs::path& png) {
     const double page_width = margin + scale * boxes[0].width() + gap + scale * boxes[1].width() + 90;
     const double page_height = head + scale * boxes[0].height() + gap + scale * boxes[2].height() + margin;
 
-    const MeshQuery mesh(anatomy.lumen);
+    const geometry::MeshQuery mesh(anatomy.lumen);
     double depth = 0;
     for (const Vec3& v : anatomy.lumen.vertices) depth = std::max(depth, v.norm() + 10);
-    Plot plot{"anatomy", "", static_cast<int>(page_width), static_cast<int>(page_height)};
+    io::Plot plot{"anatomy", "", static_cast<int>(page_width), static_cast<int>(page_height)};
     plot.commands = fmt::format(
         "set multiplot title \"{}\" noenhanced\nset tics out nomirror\nset grid linecolor '#dddddd'\n",
         quoted(anatomy.name));
@@ -178,7 +179,7 @@ void draw_anatomy(const Anatomy& anatomy, const fs::path& png) {
         const std::string pixels = shade(mesh, views[i], boxes[i], finer * scale, depth);
         const int columns = static_cast<int>(boxes[i].width() * finer * scale),
                   rows = static_cast<int>(boxes[i].height() * finer * scale);
-        write_whole(scratch.path() / fmt::format("view{}.bin", i), pixels);
+        io::write_whole(scratch.path() / fmt::format("view{}.bin", i), pixels);
         const double x = i == 1 ? margin + scale * boxes[0].width() + gap : margin;
         const double y = i == 2 ? margin : page_height - head - scale * boxes[i].height();
         plot.commands += i == 2 ? fmt::format("set key at screen {}, {} right bottom\n", 1 - 30 / page_width,
@@ -190,10 +191,10 @@ void draw_anatomy(const Anatomy& anatomy, const fs::path& png) {
     }
     plot.commands += "unset multiplot\n";
     write_data(anatomy, scratch.path());
-    if (const std::string notice = write_plot(plot, scratch.path()); !notice.empty())
-        throw InputError("no picture of " + anatomy.name + ": " + notice);
+    if (const std::string notice = io::write_plot(plot, scratch.path()); !notice.empty())
+        throw io::InputError("no picture of " + anatomy.name + ": " + notice);
     std::ifstream file(scratch.path() / "anatomy.png", std::ios::binary);
-    write_whole(png, std::string(std::istreambuf_iterator<char>(file), {}));
+    io::write_whole(png, std::string(std::istreambuf_iterator<char>(file), {}));
 }
 
-}  // namespace engine
+}  // namespace anatomy

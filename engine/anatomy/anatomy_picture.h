@@ -5,11 +5,11 @@
 
 #include "engine/anatomy/anatomy.h"
 
-namespace engine {
+namespace anatomy {
 
 /// Lumen, centrelines with the branches' names, ends and targets, from the front, the left and above, on the
 /// same scale with axes in mm, as a PNG file. Drawn by gnuplot. Throws InputError when the file cannot be
 /// written or gnuplot is not installed; the file then is what it was.
 void draw_anatomy(const Anatomy&, const std::filesystem::path& png);
 
-}  // namespace engine
+}  // namespace anatomy

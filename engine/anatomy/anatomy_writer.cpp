@@ -6,14 +6,14 @@
 #include <nlohmann/json.hpp>
 #include <unistd.h>
 
-#include "engine/error.h"
-#include "engine/files.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
 
-namespace engine {
+namespace anatomy {
 namespace {
 
+using geometry::Vec3;
 using nlohmann::ordered_json;
-using physics::Vec3;
 
 static_assert(std::endian::native == std::endian::little, "binary STL is little-endian");
 
@@ -46,7 +46,7 @@ ordered_json point(const Vec3& p) {
 
 ordered_json branches(const Anatomy& anatomy) {
     ordered_json list = ordered_json::array();
-    for (const physics::CentrelineBranch& branch : anatomy.branches) {
+    for (const geometry::CentrelineBranch& branch : anatomy.branches) {
         ordered_json points = ordered_json::array();
         for (std::size_t i = 0; i < branch.points.size(); ++i) {
             ordered_json sample = point(branch.points[i]);
@@ -95,7 +95,7 @@ std::string description(const Anatomy& anatomy, const std::string& mesh_file, co
                          {"targets", targets},
                          {"provenance", made}};
     if (anatomy.body)
-        root["body"] = {{"landmark", render::name_of(anatomy.body->landmark)},
+        root["body"] = {{"landmark", geometry::name_of(anatomy.body->landmark)},
                         {"at", point(anatomy.body->at)}};
     std::string text = "{";
     for (const auto& [key, value] : root.items())
@@ -107,15 +107,16 @@ std::string description(const Anatomy& anatomy, const std::string& mesh_file, co
 
 void check_anatomy_name(const std::string& name) {
     if (!name.empty() && name.find_first_of("/\\\n") == std::string::npos && name.size() <= 100) return;
-    throw InputError(fmt::format("--name: '{}' was found; a file name without a folder is accepted", name));
+    throw io::InputError(
+        fmt::format("--name: '{}' was found; a file name without a folder is accepted", name));
 }
 
 void check_anatomy_folder(const std::filesystem::path& folder) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (!error && std::filesystem::is_directory(folder, error) && ::access(folder.c_str(), W_OK) == 0) return;
-    throw InputError(fmt::format("{}: cannot be written: {}; a folder that may be written is accepted",
-                                 folder.string(), error ? error.message() : "it is not such a folder"));
+    throw io::InputError(fmt::format("{}: cannot be written: {}; a folder that may be written is accepted",
+                                     folder.string(), error ? error.message() : "it is not such a folder"));
 }
 
 std::filesystem::path write_anatomy(const Anatomy& anatomy, const std::filesystem::path& folder,
@@ -123,19 +124,19 @@ std::filesystem::path write_anatomy(const Anatomy& anatomy, const std::filesyste
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (error || !std::filesystem::is_directory(folder)) {
-        throw InputError(fmt::format("{}: the folder cannot be made: {}", folder.string(),
-                                     error ? error.message() : "a file is in its place"));
+        throw io::InputError(fmt::format("{}: the folder cannot be made: {}", folder.string(),
+                                         error ? error.message() : "a file is in its place"));
     }
     const std::string mesh_file = anatomy.name + ".stl";
     const std::filesystem::path path = folder / (anatomy.name + ".anatomy.json");
-    write_whole(folder / mesh_file, stl(anatomy));
+    io::write_whole(folder / mesh_file, stl(anatomy));
     try {
-        write_whole(path, description(anatomy, mesh_file, provenance));
-    } catch (const InputError&) {
+        io::write_whole(path, description(anatomy, mesh_file, provenance));
+    } catch (const io::InputError&) {
         std::filesystem::remove(folder / mesh_file, error);
         throw;
     }
     return path;
 }
 
-}  // namespace engine
+}  // namespace anatomy

@@ -8,7 +8,7 @@
 
 #include "engine/anatomy/anatomy.h"
 
-namespace engine {
+namespace anatomy {
 
 /// What made an anatomy, as keys and texts.
 using Provenance = std::vector<std::pair<std::string, std::string>>;
@@ -22,4 +22,4 @@ void check_anatomy_folder(const std::filesystem::path&);
 /// is not there. Throws InputError; neither file is then left half-written.
 std::filesystem::path write_anatomy(const Anatomy&, const std::filesystem::path& folder, const Provenance&);
 
-}  // namespace engine
+}  // namespace anatomy

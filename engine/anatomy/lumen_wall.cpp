@@ -7,11 +7,11 @@
 #include <thread>
 #include <unistd.h>
 
-#include "engine/error.h"
-#include "engine/files.h"
-#include "physics/distance_field.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "physics/wall/distance_field.h"
 
-namespace engine {
+namespace anatomy {
 namespace {
 
 namespace fs = std::filesystem;
@@ -24,8 +24,8 @@ void keep(const physics::DistanceField& field, const fs::path& path) {
     field.save(text);
     const fs::path own = fmt::format("{}.{}", path.string(), ::getpid());
     try {
-        write_whole(own, text.view());
-    } catch (const InputError&) {
+        io::write_whole(own, text.view());
+    } catch (const io::InputError&) {
         return;  // the field is at hand; only the next start will be slow again
     }
     fs::rename(own, path, failed);
@@ -61,4 +61,4 @@ std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy
     return field;
 }
 
-}  // namespace engine
+}  // namespace anatomy

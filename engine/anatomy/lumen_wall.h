@@ -5,10 +5,10 @@
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/model_cache.h"
-#include "physics/wall.h"
-#include "physics/wall_stiffness.h"
+#include "physics/wall/wall.h"
+#include "physics/wall/wall_stiffness.h"
 
-namespace engine {
+namespace anatomy {
 
 /// The distance field of an anatomy's lumen for a wire of this radius [mm]; stiffness: k per joint [N/mm].
 /// It is read from the cache folder when that holds the field of the same mesh, centrelines and version;
@@ -17,4 +17,4 @@ namespace engine {
 std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy&, physics::WallStiffness stiffness,
                                                           double wire_radius, const ModelCache& = {});
 
-}  // namespace engine
+}  // namespace anatomy

@@ -10,10 +10,10 @@
 #include <fmt/format.h>
 #include <fstream>
 
-#include "engine/anatomy/mesh_topology.h"
-#include "engine/error.h"
+#include "engine/io/error.h"
+#include "physics/geometry/mesh_topology.h"
 
-namespace engine {
+namespace anatomy {
 namespace {
 
 namespace fs = std::filesystem;
@@ -25,7 +25,7 @@ constexpr double most_triangles = 4e6;
 constexpr double binary_stl = 50, text_stl = 120, other = 16;
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& found) {
-    throw InputError(path.string() + ": " + found);
+    throw io::InputError(path.string() + ": " + found);
 }
 
 void check_count(const fs::path& path, double triangles) {
@@ -96,7 +96,7 @@ void check_before_reading(const fs::path& path) {
 
 }  // namespace
 
-physics::TriangleMesh load_mesh(const fs::path& path) {
+geometry::TriangleMesh load_mesh(const fs::path& path) {
     check_before_reading(path);
     Assimp::Importer importer;
     // Meshes carry no normals that we need, and STL's would keep its corners apart: weld them ourselves.
@@ -106,7 +106,7 @@ physics::TriangleMesh load_mesh(const fs::path& path) {
         refuse(path, fmt::format("not a readable mesh ({}); an STL, OBJ or PLY file is accepted",
                                  importer.GetErrorString()));
 
-    physics::TriangleMesh mesh;
+    geometry::TriangleMesh mesh;
     for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
         const aiMesh& part = *scene->mMeshes[m];
         const int first = static_cast<int>(mesh.vertices.size());
@@ -125,7 +125,7 @@ physics::TriangleMesh load_mesh(const fs::path& path) {
     }
     importer.FreeScene();
     if (mesh.triangles.empty()) refuse(path, "the mesh has no triangles; a surface of triangles is accepted");
-    return welded(mesh);
+    return geometry::welded(mesh);
 }
 
-}  // namespace engine
+}  // namespace anatomy

@@ -3,13 +3,13 @@
 
 #include <filesystem>
 
-#include "physics/geometry.h"
+#include "physics/geometry/vec.h"
 
-namespace engine {
+namespace anatomy {
 
 /// All triangles of the file in its own units, corners welded bit for bit.
 /// Throws InputError when the file is missing, of another kind, empty, not whole, or holds numbers that are
 /// not finite; and, before it is read, when it would need more than about 2 GB of memory.
-physics::TriangleMesh load_mesh(const std::filesystem::path&);
+geometry::TriangleMesh load_mesh(const std::filesystem::path&);
 
-}  // namespace engine
+}  // namespace anatomy

@@ -6,11 +6,11 @@
 #include <set>
 #include <unordered_map>
 
-namespace engine {
+namespace anatomy {
 namespace {
 
-using physics::TriangleMesh;
-using physics::Vec3;
+using geometry::TriangleMesh;
+using geometry::Vec3;
 
 double smallest_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
     const auto angle = [](const Vec3& u, const Vec3& v) { return std::atan2(u.cross(v).norm(), u.dot(v)); };
@@ -122,4 +122,4 @@ int self_intersections(const TriangleMesh& mesh) {
     return static_cast<int>(crossing_pairs(mesh).size());
 }
 
-}  // namespace engine
+}  // namespace anatomy

@@ -1,6 +1,6 @@
 #include "engine/anatomy/model_cache.h"
 
-namespace engine {
+namespace anatomy {
 
 std::filesystem::path cache_beside(const std::filesystem::path& output) {
     std::filesystem::path path = std::filesystem::absolute(output).lexically_normal();
@@ -8,4 +8,4 @@ std::filesystem::path cache_beside(const std::filesystem::path& output) {
     return path.parent_path() / "cache";
 }
 
-}  // namespace engine
+}  // namespace anatomy

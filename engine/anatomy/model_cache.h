@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <functional>
 
-namespace engine {
+namespace anatomy {
 
 /// A folder that cannot be written to, or an empty path, only means that everything is made every time.
 struct ModelCache {
@@ -16,4 +16,4 @@ struct ModelCache {
 /// The usual folder: cache beside an output file or folder.
 std::filesystem::path cache_beside(const std::filesystem::path& output);
 
-}  // namespace engine
+}  // namespace anatomy

@@ -6,15 +6,15 @@
 #include <fmt/format.h>
 #include <limits>
 
-#include "engine/cpu_clock.h"
+#include "engine/io/cpu_clock.h"
 #include "engine/studies/accuracy_cases.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/work.h"
-#include "physics/energy.h"
-#include "physics/relaxer.h"
+#include "physics/relax/relaxer.h"
+#include "physics/wire/energy.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 using physics::EndCells;
@@ -78,11 +78,11 @@ Cost cost_of(const ExactCase& c, const Contender& contender, int segments, int c
     for (int k = 0; k < (global ? 9 : 1); ++k) {
         ExactStart s = c.set(segments, contender.ends);
         const auto relaxer = physics::make_relaxer(contender.config);
-        const double start = thread_cpu_seconds();
+        const double start = io::thread_cpu_seconds();
         relaxer->relax(
             s.start, *s.wall,
             global ? physics::RelaxBudget{1'000'000'000, 0, 0} : physics::whole_cycles(segments, cycles));
-        times.push_back(thread_cpu_seconds() - start);
+        times.push_back(io::thread_cpu_seconds() - start);
         cost.farthest = c.measure(s.start, *s.wall)[1].measured;
     }
     std::nth_element(times.begin(), times.begin() + times.size() / 2, times.end());
@@ -90,8 +90,8 @@ Cost cost_of(const ExactCase& c, const Contender& contender, int segments, int c
     return cost;
 }
 
-Plot picture(const std::vector<ExactCase>& cases, const std::vector<Contender>& list, int cycles) {
-    Plot plot{"accuracy", "", 1300, 700};
+io::Plot picture(const std::vector<ExactCase>& cases, const std::vector<Contender>& list, int cycles) {
+    io::Plot plot{"accuracy", "", 1300, 700};
     std::string& text = plot.commands;
     text =
         "set multiplot layout 1,2\nset logscale xy\nset format y '10^{%L}'\nset grid lc rgb '#cccccc'\n"
@@ -183,11 +183,11 @@ StudyResult run_accuracy(const StudyOptions& options) {
         return fmt::format("{}, N = {}", contender.name, n);
     });
 
-    Table errors{"accuracy",
-                 {"case", "quantity", "clamp", "segments", "segment_length_mm", "exact", "measured",
-                  "relative_error", "contacts", "gradient"},
-                 {}};
-    Table orders{
+    io::Table errors{"accuracy",
+                     {"case", "quantity", "clamp", "segments", "segment_length_mm", "exact", "measured",
+                      "relative_error", "contacts", "gradient"},
+                     {}};
+    io::Table orders{
         "accuracy_orders", {"case", "quantity", "clamp", "order", "error_at_1_mm", "finest_error"}, {}};
     std::vector<Order> found;
     const double none = std::numeric_limits<double>::quiet_NaN();
@@ -218,9 +218,10 @@ StudyResult run_accuracy(const StudyOptions& options) {
                 orders.add({now.id, quantity, word(kRules[r]), found.back().order, at_one, off.back()});
             }
         }
-    Table race{"accuracy_cost",
-               {"method", "clamp", "segments", "segment_length_mm", "cycles", "cpu_s", "farthest_joint_mm"},
-               {}};
+    io::Table race{
+        "accuracy_cost",
+        {"method", "clamp", "segments", "segment_length_mm", "cycles", "cpu_s", "farthest_joint_mm"},
+        {}};
     for (int k = 0; k < races; ++k) {
         const Contender& contender = list[k / lengths];
         const int n = raced.segments[k % lengths];
@@ -282,7 +283,7 @@ StudyResult run_accuracy(const StudyOptions& options) {
         "the flat "
         "wall and {:g} in the bent tube; helix and arc lie on {:g} N/mm for each mm of wire.\n\n{}",
         kExactRigidity, residual, step_error, at_rest, kFlatStiffness, kBentStiffness, kPerLength,
-        to_markdown(orders, 3));
+        io::to_markdown(orders, 3));
     introduction += fmt::format(
         "\nErrors of places are over the length of the wire, all others over the exact number. Where no "
         "order is "
@@ -295,10 +296,10 @@ StudyResult run_accuracy(const StudyOptions& options) {
         "though fewer may do. A segment's length sets how near a method can come; the clamp, how fast it "
         "comes "
         "nearer as segments shrink.\n\n{}",
-        cycles, to_markdown(race, 3));
+        cycles, io::to_markdown(race, 3));
     result.tables = {std::move(errors), std::move(orders), std::move(race)};
     result.page = claims_page("accuracy", "How exact is a wire of segments?", introduction, result, options);
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -4,8 +4,8 @@
 
 #include "engine/studies/study.h"
 
-namespace engine {
+namespace studies {
 
 StudyResult run_accuracy(const StudyOptions&);
 
-}  // namespace engine
+}  // namespace studies

@@ -6,18 +6,18 @@
 
 #include "engine/studies/bent_tube.h"
 #include "engine/studies/plane_wire.h"
-#include "physics/energy.h"
-#include "physics/relaxer.h"
-#include "physics/tube_wall.h"
+#include "physics/relax/relaxer.h"
+#include "physics/wall/tube_wall.h"
+#include "physics/wire/energy.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
+using geometry::Vec2;
+using geometry::Vec3;
 using physics::EndCells;
 using physics::Guidewire;
 using physics::LumenWall;
-using physics::Vec2;
-using physics::Vec3;
 
 constexpr double kBend = 30, kBentRadius = 3, kFlatWall = 6;   // of the tubes [mm]
 constexpr double kArc = 60, kArcRadius = 2, kArcAngle = 3.03;  // of the arc's tube [mm], [rad]
@@ -86,7 +86,7 @@ ExactCase flat_wall() {
     c.segments = {5, 10, 20, 40, 80};
     c.set = [](int n, EndCells ends) {
         const auto tangent = [](double s) { return heading(0.6 * (1 - 0.8 * s / 20)); };
-        return ExactStart{std::make_unique<physics::TubeWall>(physics::Polyline{{-20, 0, 0}, {60, 0, 0}},
+        return ExactStart{std::make_unique<physics::TubeWall>(geometry::Polyline{{-20, 0, 0}, {60, 0, 0}},
                                                               kFlatWall, for_tip(kFlatStiffness, ends)),
                           wire_of(20, n, ends, Vec3::Zero(), heading(0.6), tangent)};
     };
@@ -137,7 +137,7 @@ ExactCase weight(const char* id, double load, const char* how, const char* look)
     c.segments = {25, 50, 100, 200, 400};
     c.set = [load](int n, EndCells ends) {
         ExactStart s{
-            std::make_unique<physics::TubeWall>(physics::Polyline{{-50, 0, 0}, {90, 0, 0}}, 80.0, 1.0),
+            std::make_unique<physics::TubeWall>(geometry::Polyline{{-50, 0, 0}, {90, 0, 0}}, 80.0, 1.0),
             wire_of(40, n, ends, Vec3::Zero(), heading(0), [](double) { return heading(0); })};
         s.start.load = Vec3(0, -load, 0);
         return s;
@@ -181,7 +181,7 @@ ExactCase helix() {
             return Vec3(std::cos(kHelixPitch), -std::sin(kHelixPitch) * std::sin(turn * s),
                         std::sin(kHelixPitch) * std::cos(turn * s));
         };
-        const physics::Polyline axis = {{-20, 0, 0}, {200 * std::cos(kHelixPitch) - 0.5, 0, 0}};
+        const geometry::Polyline axis = {{-20, 0, 0}, {200 * std::cos(kHelixPitch) - 0.5, 0, 0}};
         return ExactStart{std::make_unique<physics::TubeWall>(axis, kHelixRadius, kPerLength * 200 / n),
                           wire_of(200, n, ends, Vec3(0, kHelixRadius, 0), tangent(0), tangent)};
     };
@@ -258,4 +258,4 @@ std::vector<ExactCase> exact_cases() {
             arc()};
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "physics/guidewire.h"
-#include "physics/wall.h"
+#include "physics/wall/wall.h"
+#include "physics/wire/guidewire.h"
 
-namespace engine {
+namespace studies {
 
 /// A number of the exact wire, and how far a chain is off: a length over that of the wire, all else over the
 /// exact number.
@@ -47,4 +47,4 @@ void bring_to_rest(physics::Guidewire&, const physics::LumenWall&);
 /// wall that helix and arc lie on, for each mm of wire [N/mm²].
 inline constexpr double kExactRigidity = 50, kFlatStiffness = 1e4, kBentStiffness = 42, kPerLength = 42;
 
-}  // namespace engine
+}  // namespace studies

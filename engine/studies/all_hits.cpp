@@ -3,19 +3,19 @@
 #include <Eigen/Geometry>
 #include <utility>
 
-#include "physics/embree_mesh.h"
+#include "physics/geometry/embree_mesh.h"
 
-namespace engine {
+namespace studies {
 
-using physics::TriangleMesh;
-using physics::Vec3;
+using geometry::TriangleMesh;
+using geometry::Vec3;
 
 struct AllHits::Scene {
     explicit Scene(TriangleMesh closed)
         : mesh(std::move(closed)), embree(mesh, Vec3::Zero(), RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION) {}
 
     TriangleMesh mesh;
-    physics::EmbreeMesh embree;
+    geometry::EmbreeMesh embree;
 };
 
 AllHits::AllHits(TriangleMesh closed) : scene_(std::make_unique<const Scene>(std::move(closed))) {}
@@ -58,4 +58,4 @@ AllHits::Sum AllHits::along(const Vec3& origin, const Vec3& direction) const {
     return trace.sum;
 }
 
-}  // namespace engine
+}  // namespace studies

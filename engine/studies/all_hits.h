@@ -3,14 +3,14 @@
 
 #include <memory>
 
-#include "physics/geometry.h"
+#include "physics/geometry/vec.h"
 
-namespace engine {
+namespace studies {
 
 /// A closed mesh, as Embree meets its triangles.
 class AllHits {
 public:
-    explicit AllHits(physics::TriangleMesh);
+    explicit AllHits(geometry::TriangleMesh);
     ~AllHits();
     AllHits(AllHits&&) noexcept;
 
@@ -20,11 +20,11 @@ public:
     };
     /// From a place outside in a unit direction. Which triangles are met Embree says, in floats; where, their
     /// planes in doubles. A ray through an edge may meet both its triangles: then the balance is not 0.
-    Sum along(const physics::Vec3& origin, const physics::Vec3& direction) const;
+    Sum along(const geometry::Vec3& origin, const geometry::Vec3& direction) const;
 
 private:
     struct Scene;
     std::unique_ptr<const Scene> scene_;
 };
 
-}  // namespace engine
+}  // namespace studies

@@ -6,61 +6,63 @@
 #include <fmt/format.h>
 #include <numbers>
 
-#include "engine/anatomy/generator.h"
-#include "engine/anatomy/lumen_import.h"
+#include "engine/anatomy/grow/generator.h"
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/anatomy/import/lumen_import.h"
 #include "engine/anatomy/mesh_quality.h"
-#include "engine/anatomy/mesh_topology.h"
-#include "engine/anatomy/vessel_presets.h"
-#include "engine/cpu_clock.h"
+#include "engine/io/cpu_clock.h"
 #include "engine/studies/anatomy_sign.h"
 #include "engine/studies/import_truth.h"
-#include "physics/geometry.h"
+#include "physics/geometry/mesh_topology.h"
+#include "physics/geometry/vec.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
-using physics::TriangleMesh;
+using geometry::TriangleMesh;
 
 /// Distances of the triangles' centroids from f = 0, in order [mm].
-std::vector<double> centroid_errors(const TriangleMesh& mesh, const ImplicitLumen& lumen) {
+std::vector<double> centroid_errors(const TriangleMesh& mesh, const anatomy::ImplicitLumen& lumen) {
     std::vector<double> errors;
     for (const auto& t : mesh.triangles) {
-        const physics::Vec3 centroid = (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3;
+        const geometry::Vec3 centroid = (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3;
         errors.push_back(std::abs(lumen.at(centroid).distance));
     }
     std::sort(errors.begin(), errors.end());
     return errors;
 }
 
-void add_row(Table& table, std::string_view preset, std::uint64_t seed) {
-    const VesselTreeSpec spec = vessel_preset(preset, seed);
-    GeneratorOptions options;
+void add_row(io::Table& table, std::string_view preset, std::uint64_t seed) {
+    const anatomy::VesselTreeSpec spec = anatomy::vessel_preset(preset, seed);
+    anatomy::GeneratorOptions options;
     options.threads = 1;
-    const double start = thread_cpu_seconds();
-    const Anatomy anatomy = generate(spec, options);
-    const double spent = thread_cpu_seconds() - start;
-    const ClosedLumen closed = closed_surface(grow(spec), options);
-    const Topology before = topology(closed.mesh), after = topology(anatomy.lumen);
-    const TriangleAngles angles = smallest_angles(anatomy.lumen);
+    const double start = io::thread_cpu_seconds();
+    const anatomy::Anatomy anatomy = anatomy::generate(spec, options);
+    const double spent = io::thread_cpu_seconds() - start;
+    const anatomy::ClosedLumen closed = anatomy::closed_surface(anatomy::grow(spec), options);
+    const geometry::Topology before = geometry::topology(closed.mesh),
+                             after = geometry::topology(anatomy.lumen);
+    const anatomy::TriangleAngles angles = anatomy::smallest_angles(anatomy.lumen);
     const std::vector<double> errors = centroid_errors(anatomy.lumen, closed.implicit);
     table.add({std::string(preset), static_cast<double>(seed), spent,
-               static_cast<double>(anatomy.lumen.triangles.size()), angles.least / physics::kDegree,
-               angles.percentile / physics::kDegree, errors[errors.size() / 2],
+               static_cast<double>(anatomy.lumen.triangles.size()), angles.least / geometry::kDegree,
+               angles.percentile / geometry::kDegree, errors[errors.size() / 2],
                errors[errors.size() * 99 / 100], errors.back(), static_cast<double>(before.boundary_edges),
-               static_cast<double>(euler_characteristic(closed.mesh)),
+               static_cast<double>(anatomy::euler_characteristic(closed.mesh)),
                static_cast<double>(after.non_manifold_edges),
-               static_cast<double>(self_intersections(anatomy.lumen))});
+               static_cast<double>(anatomy::self_intersections(anatomy.lumen))});
 }
 
-void add_import(Table& table, const std::string& name, const Anatomy& truth, const TriangleMesh& mesh) {
-    ImportOptions options;
+void add_import(io::Table& table, const std::string& name, const anatomy::Anatomy& truth,
+                const TriangleMesh& mesh) {
+    anatomy::ImportOptions options;
     options.unit = "mm";
     options.threads = 1;
-    for (const VesselEnd& end : truth.ends)
-        if (end.role == EndRole::Inlet) options.inlet = end.opening.centre;
-    const double start = thread_cpu_seconds();
-    const ImportedLumen lumen = import_lumen(mesh, truth.name, options);
-    const double spent = thread_cpu_seconds() - start;
+    for (const anatomy::VesselEnd& end : truth.ends)
+        if (end.role == anatomy::EndRole::Inlet) options.inlet = end.opening.centre;
+    const double start = io::thread_cpu_seconds();
+    const anatomy::ImportedLumen lumen = anatomy::import_lumen(mesh, truth.name, options);
+    const double spent = io::thread_cpu_seconds() - start;
     const ImportErrors errors = import_errors(truth, lumen.anatomy);
     table.add({name, spent, static_cast<double>(errors.branches), static_cast<double>(errors.true_branches),
                static_cast<double>(errors.invented), static_cast<double>(errors.ends),
@@ -69,20 +71,20 @@ void add_import(Table& table, const std::string& name, const Anatomy& truth, con
 }
 
 /// Real meshes have no truth beside them: what was found is told.
-void add_real(Table& table, const std::filesystem::path& mesh) {
+void add_real(io::Table& table, const std::filesystem::path& mesh) {
     if (!std::filesystem::exists(mesh)) return;
-    ImportOptions options;
+    anatomy::ImportOptions options;
     options.unit = "mm";
     options.threads = 1;
-    const double start = thread_cpu_seconds();
-    const Anatomy anatomy = import_lumen(mesh, options).anatomy;
-    const double spent = thread_cpu_seconds() - start, none = std::nan("");
+    const double start = io::thread_cpu_seconds();
+    const anatomy::Anatomy anatomy = anatomy::import_lumen(mesh, options).anatomy;
+    const double spent = io::thread_cpu_seconds() - start, none = std::nan("");
     table.add({mesh.filename().string(), spent, static_cast<double>(anatomy.branches.size()), none, none,
                static_cast<double>(anatomy.ends.size()), none, none, none, none, none, none});
 }
 
-Plot picture() {
-    Plot plot{"generator", "", 1000, 420};
+io::Plot picture() {
+    io::Plot plot{"generator", "", 1000, 420};
     plot.commands =
         "set multiplot layout 1,2\nset style fill solid 0.8\nset boxwidth 0.7\nunset key\nset grid y\n"
         "set xtics rotate by -40\nset yrange [0:*]\n"
@@ -104,28 +106,28 @@ Plot picture() {
 }  // namespace
 
 StudyResult run_anatomy(const StudyOptions& options) {
-    Table table{"generator",
-                {"preset", "seed", "cpu_s", "triangles", "least_angle_deg", "p1_angle_deg", "error_p50_mm",
-                 "error_p99_mm", "error_max_mm", "boundary_edges_before_cut", "euler_before_cut",
-                 "non_manifold_edges", "self_intersections"},
-                {}};
-    Table imports{
+    io::Table table{"generator",
+                    {"preset", "seed", "cpu_s", "triangles", "least_angle_deg", "p1_angle_deg",
+                     "error_p50_mm", "error_p99_mm", "error_max_mm", "boundary_edges_before_cut",
+                     "euler_before_cut", "non_manifold_edges", "self_intersections"},
+                    {}};
+    io::Table imports{
         "importer",
         {"case", "cpu_s", "branches", "true_branches", "invented", "ends", "true_ends", "centre_p50_mm",
          "centre_p95_mm", "centre_max_mm", "radius_p50_percent", "radius_p95_percent"},
         {}};
-    const auto presets = vessel_presets();
+    const auto presets = anatomy::vessel_presets();
     const int seeds = options.quick ? 1 : 3, of = static_cast<int>(presets.size()) * (seeds + 1) + 3;
     int done = 0;
-    for (const VesselPreset& preset : presets) {
+    for (const anatomy::VesselPreset& preset : presets) {
         for (int seed = 0; seed < seeds; ++seed) {
             add_row(table, preset.name, static_cast<std::uint64_t>(seed));
             if (options.progress)
                 options.progress({++done, of, fmt::format("{}, seed {}", preset.name, seed)});
         }
     }
-    for (const VesselPreset& preset : presets) {
-        const Anatomy truth = generate(vessel_preset(preset.name));
+    for (const anatomy::VesselPreset& preset : presets) {
+        const anatomy::Anatomy truth = anatomy::generate(anatomy::vessel_preset(preset.name));
         add_import(imports, std::string(preset.name), truth, truth.lumen);
         add_import(imports, std::string(preset.name) + ", corrupted", truth, corrupted(truth.lumen, 1));
         if (options.progress) options.progress({++done, of, fmt::format("{} imported", preset.name)});
@@ -134,7 +136,7 @@ StudyResult run_anatomy(const StudyOptions& options) {
                              "steve_thrombectomy_remesh.obj"})
         add_real(imports, options.real_meshes / mesh);
     if (options.progress) options.progress({++done, of, "real meshes imported"});
-    Table signs = sign_table();
+    io::Table signs = sign_table();
     for (const char* preset : {"arch-1", "lca"}) {
         add_signs(signs, preset, options);
         if (options.progress) options.progress({++done, of, fmt::format("{} inside and outside", preset)});
@@ -147,7 +149,7 @@ StudyResult run_anatomy(const StudyOptions& options) {
         "triangle: of all, and such that 1 % are smaller. The error is the distance of a triangle's "
         "centroid from the implicit surface. Euler's characteristic of a closed surface without "
         "handles is 2.\n\n![Time and error](generator.svg)\n\n" +
-        to_markdown(table) +
+        io::to_markdown(table) +
         "\n## The importer\n\nThe same vessels from their meshes alone; corrupted: 1 % of the triangles "
         "missing, "
         "5 % turned, fins on 1 %, corners off by up to 0.01 mm along each axis. Centreline: distance of the "
@@ -159,10 +161,10 @@ StudyResult run_anatomy(const StudyOptions& options) {
         "difference over the true one, there. Meshes from elsewhere have no truth beside them and stand here "
         "where "
         "they are to be had.\n\n" +
-        to_markdown(imports) + sign_text() + to_markdown(signs);
+        io::to_markdown(imports) + sign_text() + io::to_markdown(signs);
     result.tables = {std::move(table), std::move(imports), std::move(signs)};
     result.plots = {picture()};
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -3,7 +3,7 @@
 
 #include "engine/studies/study.h"
 
-namespace engine {
+namespace studies {
 
 /// Every preset: time, triangles, angles, distance from the implicit surface, topology; and imported again
 /// from its mesh, clean and corrupted: time, branches, ends, distance from the true centrelines, radii.
@@ -11,4 +11,4 @@ namespace engine {
 /// simulation tell inside from outside.
 StudyResult run_anatomy(const StudyOptions&);
 
-}  // namespace engine
+}  // namespace studies

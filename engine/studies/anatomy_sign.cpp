@@ -6,18 +6,18 @@
 #include <optional>
 #include <random>
 
-#include "engine/anatomy/generate_run.h"
-#include "engine/anatomy/generator.h"
-#include "engine/anatomy/vessel_presets.h"
-#include "engine/cpu_clock.h"
-#include "physics/crossings.h"
-#include "physics/mesh_wall.h"
+#include "engine/anatomy/grow/generate_run.h"
+#include "engine/anatomy/grow/generator.h"
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/io/cpu_clock.h"
+#include "physics/wall/mesh_wall.h"
+#include "physics/wire/crossings.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
+using geometry::Vec3;
 using physics::LumenWall;
-using physics::Vec3;
 using physics::WallContact;
 
 constexpr double kClear = 0.1;     // from the wall, where a sign counts [mm]
@@ -47,10 +47,10 @@ struct Segment {
 class Truth {
 public:
     Truth(std::string_view preset, const StudyOptions& options)
-        : spec_(vessel_preset(preset)),
-          tree_(grow(spec_)),
-          lumen_(tree_, grid_cell(tree_)),
-          anatomy_(generated_anatomy(spec_, options.cache)) {
+        : spec_(anatomy::vessel_preset(preset)),
+          tree_(anatomy::grow(spec_)),
+          lumen_(tree_, anatomy::grid_cell(tree_)),
+          anatomy_(anatomy::generated_anatomy(spec_, options.cache)) {
         const int count = options.quick ? 2000 : 20000;
         const auto keep = [&](std::vector<Place>& places, const Vec3& x) {
             const double distance = lumen_.at(x).distance;
@@ -66,16 +66,16 @@ public:
         }
     }
 
-    const Anatomy& anatomy() const { return anatomy_; }
+    const anatomy::Anatomy& anatomy() const { return anatomy_; }
     const std::vector<Place>& anywhere() const { return anywhere_; }
     const std::vector<Place>& at_carinas() const { return at_carinas_; }
     const std::vector<Segment>& segments() const { return segments_; }  // that may cross
 
     /// Places past the open ends where a wire that left by them touches nothing, and the ends they belong to.
-    std::vector<std::pair<Vec3, const physics::OpenEnd*>> past_ends() {
-        std::vector<std::pair<Vec3, const physics::OpenEnd*>> places;
-        for (const VesselEnd& end : anatomy_.ends) {
-            const physics::OpenEnd& opening = end.opening;
+    std::vector<std::pair<Vec3, const geometry::OpenEnd*>> past_ends() {
+        std::vector<std::pair<Vec3, const geometry::OpenEnd*>> places;
+        for (const anatomy::VesselEnd& end : anatomy_.ends) {
+            const geometry::OpenEnd& opening = end.opening;
             for (int k = 0; k < 500; ++k) {
                 const double past = kPastEnd * unit();
                 const double radius = past > kSleeve ? 2 * opening.radius : opening.radius - kClear;
@@ -94,27 +94,27 @@ private:
         const double z = 2 * unit() - 1, angle = 2 * std::numbers::pi * unit();
         return {std::sqrt(1 - z * z) * std::cos(angle), std::sqrt(1 - z * z) * std::sin(angle), z};
     }
-    const SampledBranch& random_branch() {
+    const anatomy::SampledBranch& random_branch() {
         return tree_.branches[static_cast<std::size_t>(unit() * static_cast<double>(tree_.branches.size()))];
     }
-    Vec3 random_place(const SampledBranch& branch, int first, int last = -1) {
+    Vec3 random_place(const anatomy::SampledBranch& branch, int first, int last = -1) {
         if (last < 0) last = static_cast<int>(branch.points.size()) - 1;
         const int sample = first + static_cast<int>(unit() * (last - first + 1));
         return branch.points[sample] + (branch.radii[sample] + kAround) * unit() * direction();
     }
     bool past_an_end(const Vec3& x) const {
         return std::any_of(anatomy_.ends.begin(), anatomy_.ends.end(),
-                           [&](const VesselEnd& end) { return end.opening.beyond(x, kAround) > 0; });
+                           [&](const anatomy::VesselEnd& end) { return end.opening.beyond(x, kAround) > 0; });
     }
     /// Of the ball of a branch that holds a place deepest [mm].
-    static double to_balls(const SampledBranch& branch, const Vec3& x) {
+    static double to_balls(const anatomy::SampledBranch& branch, const Vec3& x) {
         double least = 1e9;
         for (std::size_t i = 0; i < branch.points.size(); ++i)
             least = std::min(least, (x - branch.points[i]).norm() - branch.radii[i]);
         return least;
     }
     std::optional<Vec3> place_at_a_carina() {
-        const SampledBranch& child = random_branch();
+        const anatomy::SampledBranch& child = random_branch();
         if (child.parent < 0) return std::nullopt;
         const Vec3 x = random_place(child, child.exit, child.separation);
         if (std::abs(to_balls(child, x)) > kAtCarina ||
@@ -137,10 +137,10 @@ private:
         segments_.push_back({from, to, deepest});
     }
 
-    VesselTreeSpec spec_;
-    VesselTree tree_;
-    ImplicitLumen lumen_;
-    Anatomy anatomy_;
+    anatomy::VesselTreeSpec spec_;
+    anatomy::VesselTree tree_;
+    anatomy::ImplicitLumen lumen_;
+    anatomy::Anatomy anatomy_;
     std::mt19937 random_{7};
     std::vector<Place> anywhere_, at_carinas_;
     std::vector<Segment> segments_;
@@ -158,9 +158,9 @@ double query_seconds(const LumenWall& wall, const std::vector<Place>& places) {
     for (const Place& place : places) joints.push_back(place.x);
     std::vector<WallContact> contacts(joints.size());
     wall.contacts(joints, contacts);
-    const double start = thread_cpu_seconds();
+    const double start = io::thread_cpu_seconds();
     wall.contacts(joints, contacts);
-    return (thread_cpu_seconds() - start) / static_cast<double>(joints.size());
+    return (io::thread_cpu_seconds() - start) / static_cast<double>(joints.size());
 }
 
 int contacts_past_ends(const LumenWall& wall, Truth& truth) {
@@ -182,7 +182,7 @@ Misses misses(const LumenWall& wall, const std::vector<Segment>& segments) {
         if (s.depth <= kClear) continue;
         ++result.deep;
         const WallContact from = ask(wall, s.from), to = ask(wall, s.to);
-        const auto found = crossing_between(wall, s.from, s.to, from, to);
+        const auto found = physics::crossing_between(wall, s.from, s.to, from, to);
         if (found) continue;
         ++result.missed;
         result.deepest_missed = std::max(result.deepest_missed, s.depth);
@@ -190,14 +190,14 @@ Misses misses(const LumenWall& wall, const std::vector<Segment>& segments) {
     return result;
 }
 
-void turn_over(physics::TriangleMesh& mesh, unsigned one_in) {
+void turn_over(geometry::TriangleMesh& mesh, unsigned one_in) {
     std::mt19937 random(3);
     for (auto& triangle : mesh.triangles)
         if (random() % one_in == 0) std::swap(triangle[1], triangle[2]);
 }
 
-void add_wall(Table& table, const std::string& preset, const std::string& mesh, const std::string& loading,
-              const std::string& name, const LumenWall& wall, Truth& truth) {
+void add_wall(io::Table& table, const std::string& preset, const std::string& mesh,
+              const std::string& loading, const std::string& name, const LumenWall& wall, Truth& truth) {
     const double anywhere = percent_wrong(wall, truth.anywhere()),
                  each = query_seconds(wall, truth.anywhere());
     const Misses crossings = misses(wall, truth.segments());
@@ -210,7 +210,7 @@ void add_wall(Table& table, const std::string& preset, const std::string& mesh, 
 
 }  // namespace
 
-Table sign_table() {
+io::Table sign_table() {
     return {"sign",
             {"preset", "mesh", "load_anatomy", "wall", "wrong_anywhere_percent", "wrong_at_carinas_percent",
              "places_at_carinas", "contacts_past_ends", "query_us", "crossings", "missed_crossings",
@@ -218,16 +218,16 @@ Table sign_table() {
             {}};
 }
 
-void add_signs(Table& table, std::string_view preset, const StudyOptions& options) {
+void add_signs(io::Table& table, std::string_view preset, const StudyOptions& options) {
     Truth truth(preset, options);
     const std::pair<const char*, unsigned> states[] = {
         {"as generated", 0}, {"inverted", 1}, {"5 % turned", 20}};
     for (const auto& [state, one_in] : states) {
-        Anatomy anatomy = truth.anatomy();
+        anatomy::Anatomy anatomy = truth.anatomy();
         if (one_in > 0) turn_over(anatomy.lumen, one_in);
-        const std::string loading = problems(anatomy).empty() ? "accepts" : "refuses";
+        const std::string loading = anatomy::problems(anatomy).empty() ? "accepts" : "refuses";
         add_wall(table, std::string(preset), state, loading, "distance field",
-                 *cached_distance_field(anatomy, 1, 0, options.cache), truth);
+                 *anatomy::cached_distance_field(anatomy, 1, 0, options.cache), truth);
         add_wall(table, std::string(preset), state, loading, "mesh",
                  physics::MeshWall(anatomy.lumen, anatomy.branches, anatomy.openings(), 1), truth);
     }
@@ -246,4 +246,4 @@ std::string sign_text() {
            "in between more than 0.1 mm outside.\n\n";
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-namespace engine {
+namespace studies {
 
-using physics::Mat3;
-using physics::Vec3;
+using geometry::Mat3;
+using geometry::Vec3;
 
 physics::WallContact BentTube::contact(const Vec3& x) const {
     // Seen from the middle of the bend: the angle along it, and outwards.
@@ -39,4 +39,4 @@ void BentTube::contacts(std::span<const Vec3> joints, std::span<physics::WallCon
     for (std::size_t i = 0; i < joints.size(); ++i) contacts[i] = contact(joints[i]);
 }
 
-}  // namespace engine
+}  // namespace studies

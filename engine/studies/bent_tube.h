@@ -2,9 +2,9 @@
 /// A tube of constant radius around an arc, closed by half balls, in closed form and without a polyline's
 /// corners.
 
-#include "physics/wall.h"
+#include "physics/wall/wall.h"
 
-namespace engine {
+namespace studies {
 
 class BentTube final : public physics::LumenWall {
 public:
@@ -12,13 +12,13 @@ public:
     BentTube(double bend, double angle, double radius, double stiffness)
         : bend_(bend), angle_(angle), radius_(radius), stiffness_(stiffness) {}
 
-    void contacts(std::span<const physics::Vec3> joints,
+    void contacts(std::span<const geometry::Vec3> joints,
                   std::span<physics::WallContact> contacts) const override;
 
 private:
-    physics::WallContact contact(const physics::Vec3& joint) const;
+    physics::WallContact contact(const geometry::Vec3& joint) const;
 
     double bend_, angle_, radius_, stiffness_;
 };
 
-}  // namespace engine
+}  // namespace studies

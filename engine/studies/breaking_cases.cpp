@@ -5,20 +5,20 @@
 #include <numbers>
 
 #include "engine/anatomy/anatomy.h"
-#include "engine/anatomy/generate_run.h"
-#include "engine/anatomy/vessel_presets.h"
-#include "engine/scenes.h"
+#include "engine/anatomy/grow/generate_run.h"
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/anatomy/scenes.h"
 #include "engine/studies/slow_flow.h"
-#include "physics/tube_wall.h"
+#include "physics/wall/tube_wall.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
+using geometry::Polyline;
+using geometry::Vec3;
 using physics::Guidewire;
 using physics::GuidewireSpec;
-using physics::Polyline;
 using physics::TubeWall;
-using physics::Vec3;
 
 constexpr double kRigidity = 50, kStiffness = 0.84 * kRigidity;  // of the paper's scenes, λ = 1 mm
 
@@ -33,8 +33,8 @@ GuidewireSpec line(double segment_length = 1) {
 /// A wire along the centreline of a named scene.
 BreakingCase in_scene(const char* scene_name, int segments, double segment_length, double radius_factor,
                       double stiffness_factor) {
-    const Scene& scene = *find_scene(scene_name);
-    const Polyline path = draw(scene.path);
+    const anatomy::Scene& scene = *anatomy::find_scene(scene_name);
+    const Polyline path = anatomy::draw(scene.path);
     // k per joint goes with λ, so that the wall is as stiff per length.
     const double stiffness = kStiffness * segment_length * stiffness_factor;
     BreakingCase c;
@@ -128,7 +128,8 @@ BreakingCase turning_tip(bool quick) {
     spec.transition_length = 30;
     spec.curved_length = 10;
     spec.curved_angle = std::numbers::pi / 3;
-    const Polyline path = draw(std::vector<PenMove>{Run{20}, Arc{40, 1.0, Vec3::UnitZ()}, Run{60}});
+    const Polyline path = anatomy::draw(std::vector<anatomy::PenMove>{
+        anatomy::Run{20}, anatomy::Arc{40, 1.0, Vec3::UnitZ()}, anatomy::Run{60}});
     BreakingCase c;
     c.wall = std::make_shared<TubeWall>(path, 2.0, kStiffness);
     c.start = physics::wire_along(spec, path, quick ? 50 : 80);
@@ -155,16 +156,17 @@ BreakingCase long_segments(bool quick) {
 }
 
 BreakingCase carina(const StudyOptions& options) {
-    const Anatomy anatomy = generated_anatomy(vessel_preset("iliac-renal"), options.cache);
-    const int inlet = *find_end(anatomy, "aorta+LCIA+LEIA+LCFA.in");
-    const EntryPath entry = path_from(anatomy, inlet);
+    const anatomy::Anatomy anatomy =
+        anatomy::generated_anatomy(anatomy::vessel_preset("iliac-renal"), options.cache);
+    const int inlet = *anatomy::find_end(anatomy, "aorta+LCIA+LEIA+LCFA.in");
+    const anatomy::EntryPath entry = anatomy::path_from(anatomy, inlet);
     std::size_t at = 0;  // 60 mm above the bifurcation, heading for it
     while (at + 1 < entry.points.size() && entry.points[at].z() > 65) ++at;
     const Vec3 from = entry.points[at], ridge(-0.8, -1.2, -7.2);
     GuidewireSpec spec;
     spec.curved_length = spec.curved_angle = 0;
     BreakingCase c;
-    c.wall = cached_distance_field(anatomy, 2.0, 0.5 * spec.diameter, options.cache);
+    c.wall = anatomy::cached_distance_field(anatomy, 2.0, 0.5 * spec.diameter, options.cache);
     c.start = physics::straight_wire(spec, from, ridge - from, 25);
     flow_to_rest(c.start, *c.wall);
     c.disturbances.assign(options.quick ? 20 : 30, {1, 0});
@@ -186,4 +188,4 @@ std::vector<BreakingCase> breaking_cases(const StudyOptions& options) {
             carina(options)};
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -6,10 +6,10 @@
 #include <vector>
 
 #include "engine/studies/study.h"
-#include "physics/guidewire.h"
-#include "physics/wall.h"
+#include "physics/wall/wall.h"
+#include "physics/wire/guidewire.h"
 
-namespace engine {
+namespace studies {
 
 /// One thing done to the wire; it is relaxed afterwards.
 struct Disturbance {
@@ -39,4 +39,4 @@ struct BreakingCase {
 /// In the order of the map. Quick ones are shorter and get less work. Throws InputError without the anatomy.
 std::vector<BreakingCase> breaking_cases(const StudyOptions&);
 
-}  // namespace engine
+}  // namespace studies

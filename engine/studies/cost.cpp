@@ -3,16 +3,16 @@
 #include <cmath>
 #include <fmt/format.h>
 
-#include "engine/cpu_clock.h"
-#include "engine/scenes.h"
+#include "engine/anatomy/scenes.h"
+#include "engine/io/cpu_clock.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/lateral_deviation.h"
 #include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/work.h"
-#include "physics/mesh_wall.h"
+#include "physics/wall/mesh_wall.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 constexpr int kMost = 5;  // varied segments
@@ -23,7 +23,7 @@ class AskedWall final : public physics::LumenWall {
 public:
     AskedWall(const physics::LumenWall& wall, bool trusts) : wall_(wall), trusts_(trusts) {}
 
-    void contacts(std::span<const physics::Vec3> joints,
+    void contacts(std::span<const geometry::Vec3> joints,
                   std::span<physics::WallContact> contacts) const override {
         queries += static_cast<long long>(joints.size());
         if (keeps) {
@@ -40,13 +40,13 @@ public:
     double answer_again() const {
         std::vector<physics::WallContact> answers(joints_.size());
         for (std::size_t i = 0; i < answers.size(); ++i) answers[i].station = stations_[i];
-        const double start = thread_cpu_seconds();
+        const double start = io::thread_cpu_seconds();
         std::size_t at = 0;
         for (const std::size_t size : sizes_) {
             wall_.contacts(std::span(joints_).subspan(at, size), std::span(answers).subspan(at, size));
             at += size;
         }
-        return thread_cpu_seconds() - start;
+        return io::thread_cpu_seconds() - start;
     }
     void forget() const { sizes_.clear(), joints_.clear(), stations_.clear(); }
 
@@ -57,7 +57,7 @@ private:
     const physics::LumenWall& wall_;
     bool trusts_;
     mutable std::vector<std::size_t> sizes_;
-    mutable std::vector<physics::Vec3> joints_;
+    mutable std::vector<geometry::Vec3> joints_;
     mutable std::vector<int> stations_;
 };
 
@@ -83,9 +83,9 @@ CycleCost first_cycles(const PaperScene& scene, const WallChoice& choice, int va
     const auto relaxer = physics::make_relaxer(paper_method(varied_segments).config);
     physics::Guidewire wire = scene.start;
     for (int k = 0; k < cycles; ++k) {
-        const double start = thread_cpu_seconds();
+        const double start = io::thread_cpu_seconds();
         const auto report = relaxer->relax(wire, wall, physics::whole_cycles(wire.segments(), 1));
-        cost.total += (thread_cpu_seconds() - start) / cycles;
+        cost.total += (io::thread_cpu_seconds() - start) / cycles;
         cost.updates += static_cast<double>(report.updates) / cycles;
         if (keeps) cost.surface += wall.answer_again() / cycles;
         wall.forget();
@@ -200,8 +200,8 @@ void claim_ratios(const std::vector<CycleCost>& mesh, const std::vector<CycleCos
                       more >= std::min({product[0], product[1], three}), measure});
 }
 
-Plot picture(const PaperScene& scene, const std::vector<WallChoice>& walls) {
-    Plot plot{"cost", "", 360 * static_cast<int>(walls.size()), 460};
+io::Plot picture(const PaperScene& scene, const std::vector<WallChoice>& walls) {
+    io::Plot plot{"cost", "", 360 * static_cast<int>(walls.size()), 460};
     plot.commands = fmt::format(
         "set multiplot layout 1,{}\nset style data histograms\nset style histogram rowstacked\nset boxwidth "
         "0.7\n"
@@ -232,9 +232,9 @@ StudyResult run_cost(const StudyOptions& options) {
     const PaperScene scene = paper_scene("sinuous", {options.quick ? 60 : 0, 0, 0});
     const int cycles = options.quick ? 2 : 10, repeats = options.quick ? 1 : 3,
               joint = options.quick ? 15 : 50;
-    const Scene& tube = *find_scene("sinuous");
-    const Anatomy anatomy =
-        tube_anatomy("sinuous", scene.wall->centreline(), tube.radius, 48, 0.2 * tube.radius);
+    const anatomy::Scene& tube = *anatomy::find_scene("sinuous");
+    const anatomy::Anatomy anatomy =
+        anatomy::tube_anatomy("sinuous", scene.wall->centreline(), tube.radius, 48, 0.2 * tube.radius);
     const physics::MeshWall mesh(anatomy.lumen, anatomy.branches, anatomy.openings(), scene.stiffness);
     const std::vector<WallChoice> walls = {
         {"triangles", "rays to a mesh, every joint asked", &mesh, false},
@@ -253,10 +253,10 @@ StudyResult run_cost(const StudyOptions& options) {
         });
 
     StudyResult result;
-    Table table{"cost",
-                {"wall", "varied_segments", "wall_cpu_s", "solution_cpu_s", "cycle_cpu_s", "over_one",
-                 "wall_queries", "updates", "cycles_needed"},
-                {}};
+    io::Table table{"cost",
+                    {"wall", "varied_segments", "wall_cpu_s", "solution_cpu_s", "cycle_cpu_s", "over_one",
+                     "wall_queries", "updates", "cycles_needed"},
+                    {}};
     for (std::size_t w = 0; w < walls.size(); ++w)
         for (int m = 1; m <= kMost; ++m) {
             const CycleCost& c = costs[w][m - 1];
@@ -275,10 +275,10 @@ StudyResult run_cost(const StudyOptions& options) {
                                           "triangles); *{}*: {}; *{}*: {}.\n\n{}",
                                           scene.text(), cycles, repeats, joint, walls[0].name, walls[0].what,
                                           anatomy.lumen.triangles.size(), walls[1].name, walls[1].what,
-                                          walls[2].name, walls[2].what, to_markdown(table, 3)),
+                                          walls[2].name, walls[2].what, io::to_markdown(table, 3)),
                               result, options);
     result.tables = {std::move(table)};
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -7,62 +7,68 @@
 #include <limits>
 #include <memory>
 
-#include "engine/anatomy/generate_run.h"
+#include "engine/anatomy/grow/generate_run.h"
+#include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/lumen_wall.h"
-#include "engine/anatomy/vessel_presets.h"
-#include "engine/cpu_clock.h"
-#include "engine/guidewire_presets.h"
-#include "engine/model_choice.h"
-#include "engine/scenes.h"
-#include "physics/refinement.h"
-#include "physics/relaxer.h"
-#include "physics/tube_wall.h"
+#include "engine/anatomy/scenes.h"
+#include "engine/io/cpu_clock.h"
+#include "engine/scenario/model_choice.h"
+#include "physics/relax/relaxer.h"
+#include "physics/wall/mesh_wall.h"
+#include "physics/wall/tube_wall.h"
+#include "physics/wire/guidewire_presets.h"
+#include "physics/wire/refinement.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
+using geometry::Vec3;
 using physics::Guidewire;
-using physics::Vec3;
 
 /// A wire pushed from `start` to `end` [mm] into a vessel. Wall stiffness is that per length of wire.
 struct Case {
     std::string name;
-    Anatomy anatomy;
-    physics::Polyline path;
+    anatomy::Anatomy anatomy;
+    geometry::Polyline path;
     physics::GuidewireSpec wire;
     std::optional<double> radius;  // of a tube in closed form [mm]
     double stiffness = 0;          // k over λ [N/mm²]
     double start = 20, end = 0;    // inserted length [mm]
 };
 
-Case tube_case(const std::string& name, const physics::Polyline& path, double radius, double stiffness,
+Case tube_case(const std::string& name, const geometry::Polyline& path, double radius, double stiffness,
                const physics::GuidewireSpec& wire, double end) {
-    return {name, tube_anatomy(name, path, radius, 16, radius), path, wire, radius, stiffness, 20, end};
+    return {name, anatomy::tube_anatomy(name, path, radius, 16, radius), path, wire, radius, stiffness, 20,
+            end};
 }
 
 Case paper_case(const char* name, double share) {
-    const Scene& scene = *find_scene(name);
+    const anatomy::Scene& scene = *anatomy::find_scene(name);
     physics::GuidewireSpec wire;
     wire.segment_length = scene.segment_length;
     wire.diameter = 0.1;
     wire.shaft_rigidity = wire.tip_rigidity = scene.rigidity;
     wire.tip_length = wire.transition_length = wire.curved_length = wire.curved_angle = 0;
-    return tube_case(name, draw(scene.path), scene.radius, scene.wall_stiffness / scene.segment_length, wire,
+    return tube_case(name, anatomy::draw(scene.path), scene.radius,
+                     scene.wall_stiffness / scene.segment_length, wire,
                      share * scene.segments * scene.segment_length);
 }
 
 Case long_case() {
     const Vec3 y = Vec3::UnitY(), z = Vec3::UnitZ();
-    const std::vector<PenMove> path = {Run{350}, Arc{40, 0.8, z}, Run{250}, Arc{25, -1.4, y}, Run{150}};
-    return tube_case("long tube", draw(path), 4, 2.5, find_guidewire_preset("glide035")->spec, 780);
+    const std::vector<anatomy::PenMove> path = {anatomy::Run{350}, anatomy::Arc{40, 0.8, z},
+                                                anatomy::Run{250}, anatomy::Arc{25, -1.4, y},
+                                                anatomy::Run{150}};
+    return tube_case("long tube", anatomy::draw(path), 4, 2.5,
+                     physics::find_guidewire_preset("glide035")->spec, 780);
 }
 
 Case iliac_case(const StudyOptions& options) {
     Case c;
     c.name = "iliac to aorta";
-    c.anatomy = generated_anatomy(vessel_preset("iliac-renal"), options.cache);
-    c.path = path_from(c.anatomy, *find_end(c.anatomy, "RCIA+REIA+RCFA.out")).points;
-    c.wire = find_guidewire_preset("glide035")->spec;
+    c.anatomy = anatomy::generated_anatomy(anatomy::vessel_preset("iliac-renal"), options.cache);
+    c.path = anatomy::path_from(c.anatomy, *anatomy::find_end(c.anatomy, "RCIA+REIA+RCFA.out")).points;
+    c.wire = physics::find_guidewire_preset("glide035")->spec;
     c.stiffness = 2.5;
     c.start = 60;
     c.end = 312;
@@ -111,12 +117,12 @@ Course push(const Case& c, const physics::LumenWall& wall, const Variant& varian
     Course course;
     while (wire.inserted_length() + lambda <= c.end + 1e-6) {
         for (int k = 0; k < every; ++k) {
-            const double begin = thread_cpu_seconds();
+            const double begin = io::thread_cpu_seconds();
             if (variant.adaptive) physics::refine(wire, wall);
-            const double refined = thread_cpu_seconds();
+            const double refined = io::thread_cpu_seconds();
             physics::insert_segment(wire);
             const auto report = relaxer->relax(wire, wall, unlimited);
-            const double end = thread_cpu_seconds();
+            const double end = io::thread_cpu_seconds();
             course.refining += refined - begin;
             course.relaxing += end - refined;
             course.slowest = std::max(course.slowest, end - begin);
@@ -154,22 +160,25 @@ double median(std::vector<double> values) {
     return values[values.size() / 2];
 }
 
-std::unique_ptr<const physics::LumenWall> wall_of(const Case& c, WallModel model, double stiffness) {
+std::unique_ptr<const physics::LumenWall> wall_of(const Case& c, scenario::WallModel model,
+                                                  double stiffness) {
     const double wire_radius = 0.5 * c.wire.diameter;
-    if (model == WallModel::Analytic)
+    if (model == scenario::WallModel::Analytic)
         return std::make_unique<physics::TubeWall>(c.path, *c.radius, stiffness, wire_radius);
-    if (model == WallModel::Mesh)
+    if (model == scenario::WallModel::Mesh)
         return std::make_unique<physics::MeshWall>(c.anatomy.lumen, c.anatomy.branches, c.anatomy.openings(),
                                                    stiffness, wire_radius);
-    return cached_distance_field(c.anatomy, stiffness, wire_radius, {});
+    return anatomy::cached_distance_field(c.anatomy, stiffness, wire_radius, {});
 }
 
-std::string_view word(WallModel model) {
-    return model == WallModel::Analytic ? "analytic" : model == WallModel::Mesh ? "mesh" : "distance field";
+std::string_view word(scenario::WallModel model) {
+    return model == scenario::WallModel::Analytic ? "analytic"
+           : model == scenario::WallModel::Mesh   ? "mesh"
+                                                  : "distance field";
 }
 
 /// The variants of one scene side by side, a panel for each figure and one for the key.
-Plot bars(const std::vector<Case>& list) {
+io::Plot bars(const std::vector<Case>& list) {
     struct Panel {
         int column;
         std::string_view title;
@@ -179,7 +188,7 @@ Plot bars(const std::vector<Case>& list) {
                                               {8, "processor time a mm of push [ms]", 0},
                                               {12, "median deviation from uniform λ/2 [mm]", 1}}};
     constexpr std::array<std::string_view, 4> colours = {"#999999", "#56B4E9", "#E69F00", "#009E73"};
-    Plot plot{"economy", "", 1700, 480};
+    io::Plot plot{"economy", "", 1700, 480};
     plot.commands =
         "set multiplot layout 1,4\nset style fill solid noborder\nset boxwidth 0.9\nset logscale y\n"
         "unset key\nset xtics scale 0 rotate by -25 font ',11'\nset bmargin 6\n";
@@ -212,7 +221,7 @@ Plot bars(const std::vector<Case>& list) {
     return plot;
 }
 
-std::string page(const Table& chosen, const Table& numbers, bool quick) {
+std::string page(const io::Table& chosen, const io::Table& numbers, bool quick) {
     const physics::RefinementOptions options;
     return fmt::format(
                R"(# No more model than the scene needs
@@ -237,7 +246,7 @@ Saved is what the adaptive wire from λ has less than uniform λ/2; in brackets 
 
 )",
                quick ? " --quick" : "", options.curve_tolerance, options.longest, options.curve_tolerance) +
-           to_markdown(chosen, 3) + "\n## All figures\n\n" + to_markdown(numbers, 3);
+           io::to_markdown(chosen, 3) + "\n## All figures\n\n" + io::to_markdown(numbers, 3);
 }
 
 }  // namespace
@@ -245,16 +254,17 @@ Saved is what the adaptive wire from λ has less than uniform λ/2; in brackets 
 StudyResult run_economy(const StudyOptions& options) {
     const std::vector<Case> list = cases(options);
     const double tolerance = physics::RefinementOptions{}.curve_tolerance;
-    Table all{"economy",
-              {"row", "column", "scene", "variant", "wall", "segment_length_mm", "segments", "cpu_ms_per_mm",
-               "refining_ms_per_mm", "slowest_push_ms", "newton_steps_per_push", "median_deviation_mm",
-               "largest_deviation_mm", "median_change_mm", "largest_change_mm", "unconverged"},
-              {}};
-    Table numbers{"economy_figures", {all.columns.begin() + 2, all.columns.end()}, {}};
-    Table chosen{"economy_choice",
-                 {"scene", "λ [mm]", "because", "wall", "since", "segments saved", "time saved",
-                  "median / largest deviation [mm]", "median / largest change [mm]"},
-                 {}};
+    io::Table all{
+        "economy",
+        {"row", "column", "scene", "variant", "wall", "segment_length_mm", "segments", "cpu_ms_per_mm",
+         "refining_ms_per_mm", "slowest_push_ms", "newton_steps_per_push", "median_deviation_mm",
+         "largest_deviation_mm", "median_change_mm", "largest_change_mm", "unconverged"},
+        {}};
+    io::Table numbers{"economy_figures", {all.columns.begin() + 2, all.columns.end()}, {}};
+    io::Table chosen{"economy_choice",
+                     {"scene", "λ [mm]", "because", "wall", "since", "segments saved", "time saved",
+                      "median / largest deviation [mm]", "median / largest change [mm]"},
+                     {}};
     const auto spread = [](const std::vector<double>& values) {
         return fmt::format("{:.2g} / {:.2g}", median(values),
                            *std::max_element(values.begin(), values.end()));
@@ -262,7 +272,8 @@ StudyResult run_economy(const StudyOptions& options) {
     int done = 0;
     for (std::size_t r = 0; r < list.size(); ++r) {
         const Case& c = list[r];
-        const ModelChoice choice = choose_model(c.anatomy, c.wire, tolerance, c.radius.has_value());
+        const scenario::ModelChoice choice =
+            scenario::choose_model(c.anatomy, c.wire, tolerance, c.radius.has_value());
         std::vector<Course> courses;
         std::vector<std::vector<double>> off;
         for (const Variant& variant : kVariants) {
@@ -273,20 +284,20 @@ StudyResult run_economy(const StudyOptions& options) {
             const Course& course = courses.back();
             const std::vector<double> change =
                 deviations(variant.adaptive ? courses[courses.size() - 2] : course, course);
-            std::vector<TableCell> row = {c.name,
-                                          std::string(variant.name),
-                                          std::string(word(choice.wall)),
-                                          lambda,
-                                          static_cast<double>(course.segments()),
-                                          1e3 * (course.relaxing + course.refining) / course.pushed,
-                                          1e3 * course.refining / course.pushed,
-                                          1e3 * course.slowest,
-                                          static_cast<double>(course.newton_steps) / course.pushes,
-                                          median(off.back()),
-                                          *std::max_element(off.back().begin(), off.back().end()),
-                                          median(change),
-                                          *std::max_element(change.begin(), change.end()),
-                                          static_cast<double>(course.unconverged)};
+            std::vector<io::TableCell> row = {c.name,
+                                              std::string(variant.name),
+                                              std::string(word(choice.wall)),
+                                              lambda,
+                                              static_cast<double>(course.segments()),
+                                              1e3 * (course.relaxing + course.refining) / course.pushed,
+                                              1e3 * course.refining / course.pushed,
+                                              1e3 * course.slowest,
+                                              static_cast<double>(course.newton_steps) / course.pushes,
+                                              median(off.back()),
+                                              *std::max_element(off.back().begin(), off.back().end()),
+                                              median(change),
+                                              *std::max_element(change.begin(), change.end()),
+                                              static_cast<double>(course.unconverged)};
             numbers.add(row);
             row.insert(row.begin(),
                        {static_cast<double>(r), static_cast<double>(&variant - kVariants.data())});
@@ -314,4 +325,4 @@ StudyResult run_economy(const StudyOptions& options) {
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-namespace engine {
+namespace studies {
 
 StudyResult run_imaging(const StudyOptions& options) {
     struct Part {
@@ -33,4 +33,4 @@ StudyResult run_imaging(const StudyOptions& options) {
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

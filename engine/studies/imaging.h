@@ -3,7 +3,7 @@
 
 #include "engine/studies/study.h"
 
-namespace engine {
+namespace studies {
 
 constexpr double imaging_kvp = 74;  // of what is not told for several voltages
 
@@ -16,4 +16,4 @@ StudyResult imaging_bins(const StudyOptions&);     // energies: the full spectru
 StudyResult imaging_noise(const StudyOptions&);    // its variance and power spectrum
 StudyResult imaging_times(const StudyOptions&);    // what each stage costs
 
-}  // namespace engine
+}  // namespace studies

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "engine/studies/imaging.h"
-#include "render/materials.h"
+#include "render/xray/materials.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 using render::EnergyBins;
@@ -76,10 +76,11 @@ constexpr std::array<Object, 12> objects = {{{"10 mm bone", Material::cortical_b
                                              {"0.3 mm platinum", Material::platinum, 0.3, 1},
                                              {"0.9 mm platinum", Material::platinum, 0.9, 1}}};
 
-Table bin_table() {
-    Table table{"imaging_bins",
-                {"object", "kvp", "tissue_mm", "transmission", "one_energy", "four_equal_signal", "gauss"},
-                {}};
+io::Table bin_table() {
+    io::Table table{
+        "imaging_bins",
+        {"object", "kvp", "tissue_mm", "transmission", "one_energy", "four_equal_signal", "gauss"},
+        {}};
     for (const double kvp : {60.0, imaging_kvp, 90.0, 110.0}) {
         const Spectrum spectrum = render::detected_spectrum(kvp);
         const EnergyBins own = render::fit_bins(spectrum);
@@ -98,7 +99,7 @@ Table bin_table() {
                 };
                 const double exact = through(spectrum.energies, spectrum.weights, both) /
                                      through(spectrum.energies, spectrum.weights, before);
-                std::vector<TableCell> row = {std::string(object.name), kvp, tissue, exact};
+                std::vector<io::TableCell> row = {std::string(object.name), kvp, tissue, exact};
                 for (const Stand& stand : stands)
                     row.emplace_back(through(stand.energies, stand.weights, both) /
                                          through(stand.energies, stand.weights, before) -
@@ -111,8 +112,8 @@ Table bin_table() {
 }
 
 /// Per object the largest error over the thicknesses at the usual voltage; the last row is of all.
-Table largest_bin_errors(const Table& errors) {
-    Table table{"imaging_bins_largest", {"object", "one_energy", "four_equal_signal", "gauss"}, {}};
+io::Table largest_bin_errors(const io::Table& errors) {
+    io::Table table{"imaging_bins_largest", {"object", "one_energy", "four_equal_signal", "gauss"}, {}};
     std::array<double, 3> all{};
     for (const Object& object : objects) {
         std::array<double, 3> largest{};
@@ -129,8 +130,8 @@ Table largest_bin_errors(const Table& errors) {
     return table;
 }
 
-Plot bin_picture() {
-    Plot plot{"imaging_bins", "", 980, 480};
+io::Plot bin_picture() {
+    io::Plot plot{"imaging_bins", "", 980, 480};
     plot.commands =
         "set logscale y\nset yrange [1e-5:0.2]\nset grid y\nset style data histogram\n"
         "set style histogram cluster gap 1\nset style fill solid noborder\nset xtics rotate by -30\n"
@@ -145,17 +146,17 @@ Plot bin_picture() {
 }  // namespace
 
 StudyResult imaging_bins(const StudyOptions&) {
-    Table bins = bin_table(), largest = largest_bin_errors(bins);
+    io::Table bins = bin_table(), largest = largest_bin_errors(bins);
     StudyResult result;
     result.page =
         "\n## Energy bins\n\nError of an object's transmission behind 120 to 300 mm of soft tissue against "
         "the "
         "full spectrum at 74 kV, the largest over the thicknesses. Signal is what tissue of 210 mm "
         "leaves.\n\n![Errors of the bins](imaging_bins.svg)\n\n" +
-        to_markdown(largest);
+        io::to_markdown(largest);
     result.tables = {std::move(bins), std::move(largest)};
     result.plots = {bin_picture()};
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

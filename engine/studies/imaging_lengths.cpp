@@ -7,21 +7,21 @@
 #include <functional>
 #include <numbers>
 
-#include "engine/anatomy/generate_run.h"
-#include "engine/anatomy/generator.h"
-#include "engine/anatomy/vessel_presets.h"
-#include "engine/imaging.h"
+#include "engine/anatomy/grow/generate_run.h"
+#include "engine/anatomy/grow/generator.h"
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/exercise/imaging.h"
 #include "engine/studies/all_hits.h"
 #include "engine/studies/imaging.h"
-#include "render/path_length.h"
-#include "render/solids.h"
-#include "render/surface_crossings.h"
+#include "render/patient/solids.h"
+#include "render/xray/path_length.h"
+#include "render/xray/surface_crossings.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
-using physics::TriangleMesh;
-using physics::Vec3;
+using geometry::TriangleMesh;
+using geometry::Vec3;
 using render::CArm;
 
 using std::numbers::pi;
@@ -127,10 +127,11 @@ double log_slope(const std::vector<double>& x, const std::vector<double>& y) {
 }
 
 struct ClosedForms {
-    Table errors{"imaging_closed_forms",
-                 {"solid", "around", "facet_over_radius", "mean_error_percent", "mean_error_mm", "triangles"},
-                 {}};
-    Table slopes{"imaging_closed_form_orders", {"solid", "order"}, {}};
+    io::Table errors{
+        "imaging_closed_forms",
+        {"solid", "around", "facet_over_radius", "mean_error_percent", "mean_error_mm", "triangles"},
+        {}};
+    io::Table slopes{"imaging_closed_form_orders", {"solid", "order"}, {}};
 };
 
 ClosedForms closed_forms(bool quick) {
@@ -174,8 +175,9 @@ CArm view_of(const TriangleMesh& lumen, int pixels, double lao, double cranial) 
 
 /// A generated lumen against the implicit surface that it was cut from: each crossing of a ray is moved along
 /// the ray to f = 0.
-void add_vessel(Table& table, std::string_view preset, int pixels) {
-    const ClosedLumen closed = closed_surface(grow(vessel_preset(preset)));
+void add_vessel(io::Table& table, std::string_view preset, int pixels) {
+    const anatomy::ClosedLumen closed =
+        anatomy::closed_surface(anatomy::grow(anatomy::vessel_preset(preset)));
     const CArm arm = view_of(closed.mesh, pixels, 20, -10);
     const render::SurfaceCrossings met = render::surface_crossings(closed.mesh, arm, 1);
     double error = 0, relative = 0;
@@ -189,7 +191,7 @@ void add_vessel(Table& table, std::string_view preset, int pixels) {
                 double t = (crossing.depth + arm.sod) * slant;
                 const double start = t;
                 for (int step = 0; step < 8; ++step) {
-                    const ImplicitLumen::Value value = closed.implicit.at(from + t * ray);
+                    const anatomy::ImplicitLumen::Value value = closed.implicit.at(from + t * ray);
                     radius = value.radius;
                     const double rate = value.gradient.dot(ray);
                     // A grazing ray may have no crossing of the smooth surface at all.
@@ -209,8 +211,8 @@ void add_vessel(Table& table, std::string_view preset, int pixels) {
 }
 
 /// Layers of a patient around a generated anatomy, the lumen last.
-std::vector<render::TissueLayer> patient_of(const Anatomy& anatomy) {
-    return tissue_layers(Scenario{}, anatomy);
+std::vector<render::TissueLayer> patient_of(const anatomy::Anatomy& anatomy) {
+    return exercise::tissue_layers(scenario::Scenario{}, anatomy);
 }
 
 struct Agreement {
@@ -220,7 +222,8 @@ struct Agreement {
         rays += other.rays, undecided += other.undecided, square += other.square, beyond += other.beyond;
         largest = std::max(largest, other.largest);
     }
-    std::vector<TableCell> row(const std::string& anatomy, const std::string& layer, double triangles) const {
+    std::vector<io::TableCell> row(const std::string& anatomy, const std::string& layer,
+                                   double triangles) const {
         return {anatomy,
                 layer,
                 triangles,
@@ -271,7 +274,7 @@ Agreement agreement(const render::Field& lengths, const AllHits& oracle, const C
     return result;
 }
 
-void add_agreement(Table& table, std::string_view preset, const std::vector<render::TissueLayer>& layers,
+void add_agreement(io::Table& table, std::string_view preset, const std::vector<render::TissueLayer>& layers,
                    const std::vector<CArm>& arms) {
     Agreement all, crossed;
     double triangles = 0;
@@ -294,7 +297,7 @@ void add_agreement(Table& table, std::string_view preset, const std::vector<rend
 }
 
 /// Unbalanced pixels over many poses; those whose source lies within the reach of a mesh stand apart.
-void add_balance(Table& table, std::string_view preset, const std::vector<render::TissueLayer>& layers,
+void add_balance(io::Table& table, std::string_view preset, const std::vector<render::TissueLayer>& layers,
                  const StudyOptions& options) {
     const TriangleMesh& lumen = layers.back().mesh;
     render::PathLengthRenderer renderer;
@@ -325,8 +328,8 @@ void add_balance(Table& table, std::string_view preset, const std::vector<render
                static_cast<double>(behind), static_cast<double>(behind_unbalanced), named});
 }
 
-Plot closed_form_picture() {
-    Plot plot{"imaging_closed_forms", "", 760, 520};
+io::Plot closed_form_picture() {
+    io::Plot plot{"imaging_closed_forms", "", 760, 520};
     plot.commands =
         "set logscale xy\nset grid\nset key top left\nset xlabel 'facet over radius, h/r'\n"
         "set ylabel 'mean error of path length [% of radius]'\nset xtics (0.02, 0.05, 0.1, 0.2, 0.5)\nset "
@@ -348,22 +351,23 @@ Plot closed_form_picture() {
 StudyResult imaging_lengths(const StudyOptions& options) {
     StudyResult result;
     ClosedForms forms = closed_forms(options.quick);
-    Table vessels{
+    io::Table vessels{
         "imaging_vessels", {"anatomy", "triangles", "rays", "mean_error_mm", "mean_error_percent"}, {}};
-    Table agreements{
+    io::Table agreements{
         "imaging_ray_tracer",
         {"anatomy", "layer", "triangles", "rays", "undecided", "rms_mm", "beyond_0.01_mm_ppm", "largest_mm"},
         {}};
-    Table balance{"imaging_balance",
-                  {"anatomy", "poses", "unbalanced_pixels", "poses_with_parts_behind_the_source",
-                   "unbalanced_there", "those_poses_lao_cranial_deg"},
-                  {}};
+    io::Table balance{"imaging_balance",
+                      {"anatomy", "poses", "unbalanced_pixels", "poses_with_parts_behind_the_source",
+                       "unbalanced_there", "those_poses_lao_cranial_deg"},
+                      {}};
     const int pixels = options.quick ? 96 : 512;
     std::vector<std::string_view> presets = {"iliac-renal"};
     if (!options.quick) presets.push_back("arch-1");
     for (const std::string_view preset : presets) {
         add_vessel(vessels, preset, pixels);
-        const Anatomy anatomy = generated_anatomy(vessel_preset(preset), options.cache);
+        const anatomy::Anatomy anatomy =
+            anatomy::generated_anatomy(anatomy::vessel_preset(preset), options.cache);
         const std::vector<render::TissueLayer> layers = patient_of(anatomy);
         std::vector<CArm> arms = {view_of(layers.back().mesh, pixels, 0, 0)};
         if (!options.quick) arms.push_back(view_of(layers.back().mesh, pixels, 35, -20));
@@ -379,23 +383,23 @@ StudyResult imaging_lengths(const StudyOptions& options) {
         "the patient's solids have 20 to 48, tubes of scenes 48.\n\n![Error over "
         "facets](imaging_closed_forms.svg)"
         "\n\n" +
-        to_markdown(forms.errors) + "\n" + to_markdown(forms.slopes) +
+        io::to_markdown(forms.errors) + "\n" + io::to_markdown(forms.slopes) +
         "\nGenerated vessels as they ship, against the implicit surface that they are cut from:\n\n" +
-        to_markdown(vessels) +
+        io::to_markdown(vessels) +
         "\n## Path lengths against a ray tracer\n\nThe same triangles by Embree, every hit of every pixel's "
         "ray. "
         "Undecided are rays that the tracer itself finds unbalanced, for they meet an edge; they are left "
         "out. The lumen is drawn only where no patient surrounds it; contrast has rays of its own through "
         "it.\n\n" +
-        to_markdown(agreements) +
+        io::to_markdown(agreements) +
         "\n## Balance\n\nEvery 15° from RAO 120° to LAO 120°, at cranial and caudal 45° and level. A mesh "
         "that "
         "reaches behind the focal spot cannot balance; those poses stand apart.\n\n" +
-        to_markdown(balance);
+        io::to_markdown(balance);
     result.tables = {std::move(forms.errors), std::move(forms.slopes), std::move(vessels),
                      std::move(agreements), std::move(balance)};
     result.plots = {closed_form_picture()};
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

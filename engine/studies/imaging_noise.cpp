@@ -8,16 +8,17 @@
 #include <utility>
 
 #include "engine/studies/imaging.h"
-#include "render/detector.h"
+#include "render/xray/detector.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 using render::Field;
 using std::numbers::pi;
 
-Table variance_table(bool quick) {
-    Table table{"imaging_noise", {"mean_quanta", "variance_over_mean", "mean_error_percent", "pixels"}, {}};
+io::Table variance_table(bool quick) {
+    io::Table table{
+        "imaging_noise", {"mean_quanta", "variance_over_mean", "mean_error_percent", "pixels"}, {}};
     const int side = 640, frames = quick ? 1 : 8;
     for (const double mean : {1.0, 2.0, 5.0, 9.0, 16.0, 24.5, 25.5, 54.0, 220.0, 900.0, 5000.0}) {
         double sum = 0, square = 0;
@@ -79,11 +80,11 @@ double squared_mtf(double frequency, double sigma) {
     return sum * sum;
 }
 
-Table spectrum_table(bool quick) {
-    Table table{"imaging_noise_spectrum",
-                {"what", "pixel_mm", "frequency_per_mm", "measured", "expected", "deviation_percent",
-                 "deviation_percent_of_zero"},
-                {}};
+io::Table spectrum_table(bool quick) {
+    io::Table table{"imaging_noise_spectrum",
+                    {"what", "pixel_mm", "frequency_per_mm", "measured", "expected", "deviation_percent",
+                     "deviation_percent_of_zero"},
+                    {}};
     constexpr int side = 512, group = 4;  // neighbouring frequencies told as one
     constexpr double quanta = 54;
     const int frames = quick ? 2 : 24;
@@ -128,10 +129,10 @@ Table spectrum_table(bool quick) {
 
 /// Of each case: in per cent of what is expected where that is a tenth of the power at frequency 0 or more,
 /// and everywhere of the latter.
-Table largest_deviations(const Table& spectrum) {
-    Table table{"imaging_noise_spectrum_largest",
-                {"what", "pixel_mm", "largest_deviation_percent", "largest_percent_of_zero"},
-                {}};
+io::Table largest_deviations(const io::Table& spectrum) {
+    io::Table table{"imaging_noise_spectrum_largest",
+                    {"what", "pixel_mm", "largest_deviation_percent", "largest_percent_of_zero"},
+                    {}};
     for (std::size_t i = 0; i < spectrum.rows.size();) {
         const auto& first = spectrum.rows[i];
         double largest = 0, of_zero = 0;
@@ -146,8 +147,8 @@ Table largest_deviations(const Table& spectrum) {
     return table;
 }
 
-Plot noise_picture() {
-    Plot plot{"imaging_noise_spectrum", "", 1100, 460};
+io::Plot noise_picture() {
+    io::Plot plot{"imaging_noise_spectrum", "", 1100, 460};
     plot.commands =
         "set multiplot layout 1,2\nset grid\nset title 'Noise power over that at frequency 0'\n"
         "set xlabel 'frequency [1/mm]'\nset yrange [0:1.3]\nset key top right\nplot ";
@@ -177,22 +178,22 @@ Plot noise_picture() {
 }  // namespace
 
 StudyResult imaging_noise(const StudyOptions& options) {
-    Table variance = variance_table(options.quick), spectrum = spectrum_table(options.quick);
-    Table deviations = largest_deviations(spectrum);
+    io::Table variance = variance_table(options.quick), spectrum = spectrum_table(options.quick);
+    io::Table deviations = largest_deviations(spectrum);
     StudyResult result;
     result.page =
         "\n## Noise\n\n![Noise power spectra and variance](imaging_noise_spectrum.svg)\n\nCounts of single "
         "pixels before the scintillator; bars in the picture are two standard errors.\n\n" +
-        to_markdown(variance, 5) +
+        io::to_markdown(variance, 5) +
         "\nPower along the rows of flat frames against the squared transfer of the scintillator's Gaussian "
         "(0.18 mm) caught by square pixels; the electronic noise is white. The largest deviation in per cent "
         "of what is expected, where that is a tenth of the power at frequency 0 or more, and everywhere of "
         "the "
         "latter.\n\n" +
-        to_markdown(deviations);
+        io::to_markdown(deviations);
     result.tables = {std::move(variance), std::move(spectrum), std::move(deviations)};
     result.plots = {noise_picture()};
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -6,24 +6,24 @@
 #include <functional>
 #include <numbers>
 
-#include "engine/anatomy/generate_run.h"
-#include "engine/anatomy/vessel_presets.h"
-#include "engine/contrast_flow.h"
-#include "engine/cpu_clock.h"
-#include "engine/imaging.h"
+#include "engine/anatomy/grow/generate_run.h"
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/blood/contrast_flow.h"
+#include "engine/exercise/imaging.h"
+#include "engine/io/cpu_clock.h"
 #include "engine/studies/imaging.h"
-#include "render/filter.h"
-#include "render/panel.h"
-#include "render/path_length.h"
-#include "render/png.h"
-#include "render/solids.h"
-#include "render/subtraction.h"
+#include "render/panel/panel.h"
+#include "render/patient/solids.h"
+#include "render/picture/filter.h"
+#include "render/picture/png.h"
+#include "render/xray/path_length.h"
+#include "render/xray/subtraction.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
-using physics::Polyline;
-using physics::Vec3;
+using geometry::Polyline;
+using geometry::Vec3;
 using render::CArm;
 using render::Exposure;
 using render::Field;
@@ -32,9 +32,9 @@ using render::Field;
 double median_ms(int calls, const std::function<void()>& call) {
     std::vector<double> times;
     for (int i = 0; i < calls; ++i) {
-        const double start = process_cpu_seconds();
+        const double start = io::process_cpu_seconds();
         call();
-        times.push_back(1e3 * (process_cpu_seconds() - start));
+        times.push_back(1e3 * (io::process_cpu_seconds() - start));
     }
     std::nth_element(times.begin(), times.begin() + calls / 2, times.end());
     return times[calls / 2];
@@ -67,19 +67,21 @@ Meshes finer(Meshes scene, const std::string& name, double triangles) {
 
 /// What the beam meets in one anatomy, at several finenesses, and what flows in it.
 struct Room {
-    Anatomy anatomy;
-    ContrastFlow flow;
+    anatomy::Anatomy anatomy;
+    blood::ContrastFlow flow;
     std::vector<Meshes> scenes;
     Polyline joints;
 
     explicit Room(const StudyOptions& options)
-        : anatomy(generated_anatomy(vessel_preset("iliac-renal"), options.cache)), flow(anatomy) {
-        Scenario scenario;
-        Meshes patient{"patient", tissue_layers(scenario, anatomy)};
-        for (const BlushingOrgan& organ : blushing_organs(patient.layers, flow.blood().outlets))
+        : anatomy(anatomy::generated_anatomy(anatomy::vessel_preset("iliac-renal"), options.cache)),
+          flow(anatomy) {
+        scenario::Scenario scenario;
+        Meshes patient{"patient", exercise::tissue_layers(scenario, anatomy)};
+        for (const exercise::BlushingOrgan& organ :
+             exercise::blushing_organs(patient.layers, flow.blood().outlets))
             patient.layers[organ.layer].perfused = true;
         scenario.imaging.patient = false;
-        scenes.push_back({"lumen in air", tissue_layers(scenario, anatomy)});
+        scenes.push_back({"lumen in air", exercise::tissue_layers(scenario, anatomy)});
         if (!options.quick) {
             scenes.push_back(patient);
             scenes.push_back(finer(patient, "patient, finer", 400e3));
@@ -122,7 +124,7 @@ void turn(CArm& arm) {
     arm.lao = arm.lao > 0.5 ? 0.0 : arm.lao + 0.02;
 }
 
-std::vector<TableCell> pose_row(const Room& room, const Meshes& scene, int pixels, int calls) {
+std::vector<io::TableCell> pose_row(const Room& room, const Meshes& scene, int pixels, int calls) {
     CArm arm = room.arm(pixels);
     double lengths = 0;
     {
@@ -164,7 +166,7 @@ std::vector<TableCell> pose_row(const Room& room, const Meshes& scene, int pixel
             whole + matrix};
 }
 
-std::vector<TableCell> frame_row(const Room& room, const Meshes& scene, int pixels, int calls) {
+std::vector<io::TableCell> frame_row(const Room& room, const Meshes& scene, int pixels, int calls) {
     const CArm arm = room.arm(pixels);
     render::Fluoroscope scope = room.fluoroscope(scene);
     Exposure plain, filled = room.filled(scene);
@@ -221,7 +223,7 @@ std::vector<TableCell> frame_row(const Room& room, const Meshes& scene, int pixe
             drawn};
 }
 
-std::vector<TableCell> preview_row(const Room& room, const Meshes& scene, int pixels, int calls) {
+std::vector<io::TableCell> preview_row(const Room& room, const Meshes& scene, int pixels, int calls) {
     CArm arm = room.arm(pixels);
     render::Fluoroscope scope = room.fluoroscope(scene);
     const auto change = [&] {
@@ -232,8 +234,8 @@ std::vector<TableCell> preview_row(const Room& room, const Meshes& scene, int pi
     return {scene.name, triangles_of(scene.layers), static_cast<double>(pixels), median_ms(calls, change)};
 }
 
-Plot picture() {
-    Plot plot{"imaging_times", "", 1200, 480};
+io::Plot picture() {
+    io::Plot plot{"imaging_times", "", 1200, 480};
     plot.commands =
         "set multiplot layout 1,2\nset style data histogram\nset style histogram rowstacked\n"
         "set style fill solid noborder\nset boxwidth 0.7\nset grid y\nset yrange [0:*]\n"
@@ -272,15 +274,15 @@ StudyResult imaging_times(const StudyOptions& options) {
     const Room room(options);
     const int calls = options.quick ? 1 : 15;
     const std::vector<int> sizes = options.quick ? std::vector{128} : std::vector{512, 1024};
-    Table poses{"imaging_pose_ms",
-                {"scene", "triangles", "layers", "pixels", "path_lengths", "beam_and_display", "frame",
-                 "contrast_matrix", "pose_change", "pose_change_with_matrix"},
-                {}};
-    Table frames{"imaging_frame_ms",
-                 {"pixels", "bare_image", "wire", "contrast", "quanta", "scintillator", "electronics",
-                  "display", "frame", "frame_with_contrast", "subtraction", "roadmap", "png", "panel"},
-                 {}};
-    Table previews{"imaging_preview_ms", {"scene", "triangles", "pixels", "pose_change"}, {}};
+    io::Table poses{"imaging_pose_ms",
+                    {"scene", "triangles", "layers", "pixels", "path_lengths", "beam_and_display", "frame",
+                     "contrast_matrix", "pose_change", "pose_change_with_matrix"},
+                    {}};
+    io::Table frames{"imaging_frame_ms",
+                     {"pixels", "bare_image", "wire", "contrast", "quanta", "scintillator", "electronics",
+                      "display", "frame", "frame_with_contrast", "subtraction", "roadmap", "png", "panel"},
+                     {}};
+    io::Table previews{"imaging_preview_ms", {"scene", "triangles", "pixels", "pose_change"}, {}};
     for (const int pixels : sizes) {
         for (const Meshes& scene : room.scenes) poses.add(pose_row(room, scene, pixels, calls));
         const Meshes& usual = room.scenes[options.quick ? 0 : 1];
@@ -296,11 +298,11 @@ StudyResult imaging_times(const StudyOptions& options) {
         "joints; contrast of 100 mg/ml in all vessels and in the organs. Meshes are made finer by cutting "
         "triangles into four. In DSA and roadmap, subtraction or roadmap stand in for the "
         "display.\n\n![Times of frames and poses](imaging_times.svg)\n\n" +
-        to_markdown(frames, 3) + "\nA new pose, to the first frame without contrast:\n\n" +
-        to_markdown(poses, 3) + "\nThe same at the size of a preview:\n\n" + to_markdown(previews, 3);
+        io::to_markdown(frames, 3) + "\nA new pose, to the first frame without contrast:\n\n" +
+        io::to_markdown(poses, 3) + "\nThe same at the size of a preview:\n\n" + io::to_markdown(previews, 3);
     result.tables = {std::move(frames), std::move(poses), std::move(previews)};
     result.plots = {picture()};
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -5,14 +5,14 @@
 #include <utility>
 
 #include "engine/studies/imaging.h"
-#include "render/materials.h"
-#include "render/wire_image.h"
+#include "render/xray/materials.h"
+#include "render/xray/wire_image.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
-using physics::Polyline;
-using physics::Vec3;
+using geometry::Polyline;
+using geometry::Vec3;
 using render::Bins;
 using render::CArm;
 using render::EnergyBins;
@@ -138,10 +138,11 @@ struct WireError {
     double rms() const { return std::sqrt(square / pixels); }
 };
 
-Table wire_table(bool quick) {
-    Table table{"imaging_wire",
-                {"wire", "pixel_mm", "quanta", "mu_per_mm", "pixels", "rms", "largest", "mass_error_percent"},
-                {}};
+io::Table wire_table(bool quick) {
+    io::Table table{
+        "imaging_wire",
+        {"wire", "pixel_mm", "quanta", "mu_per_mm", "pixels", "rms", "largest", "mass_error_percent"},
+        {}};
     const int length = quick ? 40 : 120;  // [mm]
     const Polyline joints = points_along(length + 1, 1.0);
     render::WireLook look;
@@ -203,8 +204,8 @@ StudyResult imaging_wire(const StudyOptions& options) {
         "that so much soft tissue leaves at 74 kV; below, at the energies of its bins. Mass is the sum of 1 "
         "− "
         "transmission.\n\n" +
-        to_markdown(result.tables[0]);
+        io::to_markdown(result.tables[0]);
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

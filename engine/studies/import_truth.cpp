@@ -5,12 +5,12 @@
 #include <limits>
 #include <random>
 
-namespace engine {
+namespace studies {
 namespace {
 
-using physics::CentrelineBranch;
-using physics::TriangleMesh;
-using physics::Vec3;
+using geometry::CentrelineBranch;
+using geometry::TriangleMesh;
+using geometry::Vec3;
 
 bool near_junction(const std::vector<CentrelineBranch>& branches, std::size_t own, std::size_t sample) {
     const Vec3& p = branches[own].points[sample];
@@ -25,8 +25,8 @@ bool near_junction(const std::vector<CentrelineBranch>& branches, std::size_t ow
     return false;
 }
 
-bool near_end(const Anatomy& anatomy, const Vec3& p) {
-    return std::any_of(anatomy.ends.begin(), anatomy.ends.end(), [&](const VesselEnd& end) {
+bool near_end(const anatomy::Anatomy& anatomy, const Vec3& p) {
+    return std::any_of(anatomy.ends.begin(), anatomy.ends.end(), [&](const anatomy::VesselEnd& end) {
         const Vec3 from = p - end.opening.centre;
         return from.norm() < 2 * end.opening.radius &&
                from.dot(end.opening.outward_normal) > -end.opening.radius;
@@ -86,16 +86,17 @@ CentrelinePlace nearest_on(const std::vector<CentrelineBranch>& branches, const 
     return best;
 }
 
-ImportErrors import_errors(const Anatomy& truth, const Anatomy& found) {
+ImportErrors import_errors(const anatomy::Anatomy& truth, const anatomy::Anatomy& found) {
     ImportErrors errors;
     errors.true_branches = static_cast<int>(truth.branches.size());
     errors.branches = matched(truth.branches, found.branches);
     errors.invented = static_cast<int>(found.branches.size()) - matched(found.branches, truth.branches);
     errors.true_ends = static_cast<int>(truth.ends.size());
-    for (const VesselEnd& end : truth.ends) {
-        errors.ends += std::any_of(found.ends.begin(), found.ends.end(), [&](const VesselEnd& other) {
-            return (other.opening.centre - end.opening.centre).norm() < 0.5 * end.opening.radius;
-        });
+    for (const anatomy::VesselEnd& end : truth.ends) {
+        errors.ends +=
+            std::any_of(found.ends.begin(), found.ends.end(), [&](const anatomy::VesselEnd& other) {
+                return (other.opening.centre - end.opening.centre).norm() < 0.5 * end.opening.radius;
+            });
     }
     std::vector<double> centres, radii;
     for (std::size_t b = 0; b < truth.branches.size(); ++b) {
@@ -115,4 +116,4 @@ ImportErrors import_errors(const Anatomy& truth, const Anatomy& found) {
     return errors;
 }
 
-}  // namespace engine
+}  // namespace studies

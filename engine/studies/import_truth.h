@@ -5,11 +5,11 @@
 
 #include "engine/anatomy/anatomy.h"
 
-namespace engine {
+namespace studies {
 
 /// What scanners and programs do to a mesh: of the triangles 1 % are missing, 5 % are turned and 1 % carry a
 /// fin; corners are off by up to 0.01 mm along each axis.
-physics::TriangleMesh corrupted(const physics::TriangleMesh&, std::uint32_t seed);
+geometry::TriangleMesh corrupted(const geometry::TriangleMesh&, std::uint32_t seed);
 
 /// Places of the true centrelines count as away from junctions when no other true branch is nearer, wall to
 /// wall, than 0.8 of the smaller radius, as far as the generator blends them; places beyond or within a
@@ -21,12 +21,12 @@ struct ImportErrors {
     double centre_p50 = 0, centre_p95 = 0, centre_max = 0;  // of true places from the found lines [mm]
     double radius_p50 = 0, radius_p95 = 0;                  // of the difference over the true radius
 };
-ImportErrors import_errors(const Anatomy& truth, const Anatomy& found);
+ImportErrors import_errors(const anatomy::Anatomy& truth, const anatomy::Anatomy& found);
 
 /// Distance of a point from the nearest of the centrelines, and the radius there [mm].
 struct CentrelinePlace {
     double distance = 0, radius = 0;
 };
-CentrelinePlace nearest_on(const std::vector<physics::CentrelineBranch>&, const physics::Vec3&);
+CentrelinePlace nearest_on(const std::vector<geometry::CentrelineBranch>&, const geometry::Vec3&);
 
-}  // namespace engine
+}  // namespace studies

@@ -4,18 +4,18 @@
 #include <cassert>
 #include <cmath>
 
-namespace engine {
+namespace studies {
 namespace {
 
-using physics::Vec2;
+using geometry::Vec2;
 
 constexpr int kBins = 20;  // of a cycle
 
 }  // namespace
 
-ReferenceCurve::ReferenceCurve(std::span<const physics::Vec3> joints) {
+ReferenceCurve::ReferenceCurve(std::span<const geometry::Vec3> joints) {
     assert(joints.size() >= 2);
-    for (const physics::Vec3& x : joints) points_.push_back(x.head<2>());
+    for (const geometry::Vec3& x : joints) points_.push_back(x.head<2>());
     for (std::size_t k = 0; k + 1 < points_.size(); ++k) {
         const Vec2 step = points_[k + 1] - points_[k];
         lengths_.push_back(step.norm());
@@ -24,7 +24,7 @@ ReferenceCurve::ReferenceCurve(std::span<const physics::Vec3> joints) {
     }
 }
 
-double ReferenceCurve::deviation(const physics::Vec3& joint) const {
+double ReferenceCurve::deviation(const geometry::Vec3& joint) const {
     const Vec2 x = joint.head<2>();
     double least = std::numeric_limits<double>::infinity();
     Vec2 from = Vec2::Zero(), heading = Vec2::Zero();
@@ -107,4 +107,4 @@ physics::RelaxReport follow(const physics::RelaxerConfig& config, physics::Guide
                                                 });
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -7,21 +7,21 @@
 #include <string>
 #include <vector>
 
-#include "physics/guidewire.h"
-#include "physics/relaxer.h"
+#include "physics/relax/relaxer.h"
+#include "physics/wire/guidewire.h"
 
-namespace engine {
+namespace studies {
 
 /// A wire's joints projected on the xy plane, where the tubes of the paper's kind lie.
 class ReferenceCurve {
 public:
     /// Two joints or more, no two in succession at one place (asserted).
-    explicit ReferenceCurve(std::span<const physics::Vec3> joints);
+    explicit ReferenceCurve(std::span<const geometry::Vec3> joints);
     /// d: least distance in the plane, > 0 to the right of the curve [mm].
-    double deviation(const physics::Vec3&) const;
+    double deviation(const geometry::Vec3&) const;
 
 private:
-    std::vector<physics::Vec2> points_, along_;  // along_[k]: unit, from point k to k + 1
+    std::vector<geometry::Vec2> points_, along_;  // along_[k]: unit, from point k to k + 1
     std::vector<double> lengths_;
 };
 
@@ -67,4 +67,4 @@ private:
 physics::RelaxReport follow(const physics::RelaxerConfig&, physics::Guidewire&, const physics::LumenWall&,
                             int cycles, std::span<DeviationTrace>);
 
-}  // namespace engine
+}  // namespace studies

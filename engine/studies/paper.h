@@ -3,7 +3,7 @@
 
 #include "engine/studies/study.h"
 
-namespace engine {
+namespace studies {
 
 StudyResult run_separation(const StudyOptions&);            // Fig. 5
 StudyResult run_varied_segments(const StudyOptions&);       // Figs. 4, 6, 7, 8, 10
@@ -15,4 +15,4 @@ StudyResult run_cost(const StudyOptions&);                  // Table 1
 
 extern const PieceWork wall_variation_pieces;  // a realisation each
 
-}  // namespace engine
+}  // namespace studies

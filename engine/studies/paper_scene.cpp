@@ -4,10 +4,10 @@
 #include <array>
 #include <fmt/format.h>
 
-#include "engine/scenes.h"
-#include "physics/energy.h"
+#include "engine/anatomy/scenes.h"
+#include "physics/wire/energy.h"
 
-namespace engine {
+namespace studies {
 
 using physics::Guidewire;
 
@@ -18,13 +18,13 @@ std::string PaperScene::text() const {
 }
 
 PaperScene paper_scene(const char* name, const SceneChange& change) {
-    const Scene& scene = *find_scene(name);
+    const anatomy::Scene& scene = *anatomy::find_scene(name);
     physics::GuidewireSpec spec;
     spec.end_cells = physics::EndCells::Paper;
     spec.segment_length = change.segment_length > 0 ? change.segment_length : scene.segment_length;
     spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
     spec.curved_length = spec.curved_angle = 0;
-    const physics::Polyline path = draw(scene.path);
+    const geometry::Polyline path = anatomy::draw(scene.path);
     const double radius = change.radius > 0 ? change.radius : scene.radius;
     const double stiffness = scene.wall_stiffness * spec.segment_length / scene.segment_length;
     return {name, std::make_shared<physics::TubeWall>(path, radius, stiffness),
@@ -79,4 +79,4 @@ std::string series(const std::string& table, const std::string& series, int x, i
                        look);
 }
 
-}  // namespace engine
+}  // namespace studies

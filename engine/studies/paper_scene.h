@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "engine/plot.h"
-#include "physics/guidewire.h"
-#include "physics/relaxer.h"
-#include "physics/tube_wall.h"
+#include "engine/io/plot.h"
+#include "physics/relax/relaxer.h"
+#include "physics/wall/tube_wall.h"
+#include "physics/wire/guidewire.h"
 
-namespace engine {
+namespace studies {
 
 /// A wire on the centreline of a scene's tube.
 struct PaperScene {
@@ -61,4 +61,4 @@ double farthest_joint(const physics::Guidewire&, const physics::Guidewire&);  //
 std::string series(const std::string& table, const std::string& series, int x, int y,
                    const std::string& look);
 
-}  // namespace engine
+}  // namespace studies

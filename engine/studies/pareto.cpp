@@ -8,22 +8,22 @@
 #include <memory>
 #include <numeric>
 
-#include "engine/anatomy/generate_run.h"
+#include "engine/anatomy/grow/generate_run.h"
+#include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/lumen_wall.h"
-#include "engine/anatomy/vessel_presets.h"
-#include "engine/cpu_clock.h"
-#include "engine/relax_method.h"
-#include "engine/scenes.h"
+#include "engine/anatomy/scenes.h"
+#include "engine/io/cpu_clock.h"
+#include "engine/run/relax_method.h"
 #include "engine/studies/slow_flow.h"
 #include "engine/studies/work.h"
-#include "physics/energy.h"
-#include "physics/tube_wall.h"
+#include "physics/wall/tube_wall.h"
+#include "physics/wire/energy.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
+using geometry::Vec3;
 using physics::Guidewire;
-using physics::Vec3;
 
 constexpr std::array<double, 4> kAccuracies = {1, 0.1, 0.01, 0.001};  // [mm]
 
@@ -35,7 +35,7 @@ struct Method {
 };
 
 Method named(const std::string& word, const std::string& look) {
-    return {word, parse_method(word), look};
+    return {word, run::parse_method(word), look};
 }
 
 /// Okabe and Ito's colours: one for each M; dashes tell what is varied beside it.
@@ -71,7 +71,7 @@ std::vector<Method> methods(bool quick) {
 struct Vessel {
     std::string name;
     std::shared_ptr<const physics::LumenWall> wall;
-    physics::Polyline path;
+    geometry::Polyline path;
     physics::GuidewireSpec spec;
     int segments = 0;
     double stiffness = 0;  // k of a joint [N/mm]
@@ -90,10 +90,10 @@ struct Vessel {
 };
 
 Vessel scene_vessel(const char* name, bool quick) {
-    const Scene& scene = *find_scene(name);
+    const anatomy::Scene& scene = *anatomy::find_scene(name);
     Vessel v;
     v.name = name;
-    v.path = draw(scene.path);
+    v.path = anatomy::draw(scene.path);
     v.spec.end_cells = physics::EndCells::Paper;
     v.spec.segment_length = scene.segment_length;
     v.spec.shaft_rigidity = v.spec.tip_rigidity = scene.rigidity;
@@ -105,25 +105,26 @@ Vessel scene_vessel(const char* name, bool quick) {
 }
 
 /// The tube as about 50 000 triangles, its wall their distance field.
-Vessel mesh_of(const char* name, const ModelCache& cache) {
+Vessel mesh_of(const char* name, const anatomy::ModelCache& cache) {
     Vessel v = scene_vessel(name, false);
-    const Scene& scene = *find_scene(name);
-    const Anatomy tube = tube_anatomy(v.name, v.path, scene.radius, 64, 0.1 * scene.radius);
-    v.wall = cached_distance_field(tube, scene.wall_stiffness, 0.0, cache);
+    const anatomy::Scene& scene = *anatomy::find_scene(name);
+    const anatomy::Anatomy tube = anatomy::tube_anatomy(v.name, v.path, scene.radius, 64, 0.1 * scene.radius);
+    v.wall = anatomy::cached_distance_field(tube, scene.wall_stiffness, 0.0, cache);
     v.name += " mesh";
     return v;
 }
 
 /// From the left groin into the aorta, by a wire with a floppy tip that is straight when unloaded.
 Vessel iliac(const StudyOptions& options) {
-    const Anatomy anatomy = generated_anatomy(vessel_preset("iliac-renal"), options.cache);
+    const anatomy::Anatomy anatomy =
+        anatomy::generated_anatomy(anatomy::vessel_preset("iliac-renal"), options.cache);
     Vessel v;
     v.name = "iliac mesh";
-    v.path = path_from(anatomy, *find_end(anatomy, "aorta+LCIA+LEIA+LCFA.out")).points;
+    v.path = anatomy::path_from(anatomy, *anatomy::find_end(anatomy, "aorta+LCIA+LEIA+LCFA.out")).points;
     v.spec.curved_length = v.spec.curved_angle = 0;
     v.segments = 165;
     v.stiffness = 5;
-    v.wall = cached_distance_field(anatomy, v.stiffness, 0.5 * v.spec.diameter, options.cache);
+    v.wall = anatomy::cached_distance_field(anatomy, v.stiffness, 0.5 * v.spec.diameter, options.cache);
     return v;
 }
 
@@ -179,9 +180,9 @@ Course follow(const Vessel& vessel, const Method& method, int series, int cycles
     long long done = 0;
     bool at_rest = false;
     for (long long goal = n; goal <= all && !at_rest; goal *= 2) {
-        const double start = thread_cpu_seconds();
+        const double start = io::thread_cpu_seconds();
         const auto report = relaxer->relax(wire, *vessel.wall, {static_cast<int>(goal - done), 0.0, 0});
-        cpu += thread_cpu_seconds() - start;
+        cpu += io::thread_cpu_seconds() - start;
         done += report.updates;
         at_rest = report.converged;
         course.points.push_back({series, cpu, 0});
@@ -213,9 +214,9 @@ PushCost push(const Vessel& vessel, const Method& method, int updates_per_segmen
     std::vector<double> times, deviations;
     for (int k = 0; k < pushes; ++k) {
         physics::insert_segment(wire);
-        const double start = thread_cpu_seconds();
+        const double start = io::thread_cpu_seconds();
         relaxer->relax(wire, *vessel.wall, {updates_per_segment * wire.segments(), 0.75, 60});
-        times.push_back(thread_cpu_seconds() - start);
+        times.push_back(io::thread_cpu_seconds() - start);
         Guidewire rest = wire;
         polish(rest);
         deviations.push_back(deviation(wire, rest));
@@ -226,9 +227,9 @@ PushCost push(const Vessel& vessel, const Method& method, int updates_per_segmen
 }
 
 /// For each vessel and accuracy the method that is there, to stay, in the least time.
-Table best_table(const std::vector<Vessel>& vessels, const std::vector<Method>& list,
-                 const std::vector<Course>& courses) {
-    Table table{
+io::Table best_table(const std::vector<Vessel>& vessels, const std::vector<Method>& list,
+                     const std::vector<Course>& courses) {
+    io::Table table{
         "pareto_best", {"vessel", "accuracy_mm", "method", "updates", "cpu_ms", "first_order_cpu_ms"}, {}};
     const double none = std::numeric_limits<double>::quiet_NaN();
     for (std::size_t t = 0; t < vessels.size(); ++t) {
@@ -256,12 +257,12 @@ Table best_table(const std::vector<Vessel>& vessels, const std::vector<Method>& 
 }
 
 /// A panel for each vessel, the last for the key.
-Plot panels(const std::string& name, const std::vector<Vessel>& vessels, const std::vector<Method>& list,
-            const std::string& x_label, const std::string& y_label,
-            const std::function<std::string(const Vessel&)>& curves, const std::string& last_key) {
+io::Plot panels(const std::string& name, const std::vector<Vessel>& vessels, const std::vector<Method>& list,
+                const std::string& x_label, const std::string& y_label,
+                const std::function<std::string(const Vessel&)>& curves, const std::string& last_key) {
     const int count = static_cast<int>(vessels.size()) + 1, columns = std::min(count, 4),
               rows = (count + columns - 1) / columns;
-    Plot plot{name, "", 400 * columns, rows == 1 ? 560 : 420 * rows};
+    io::Plot plot{name, "", 400 * columns, rows == 1 ? 560 : 420 * rows};
     std::string& text = plot.commands;
     text = fmt::format(
         "set multiplot layout {},{}\nset logscale xy\nset format x '10^{{%L}}'\nset format y '10^{{%L}}'\n"
@@ -280,7 +281,7 @@ Plot panels(const std::string& name, const std::vector<Vessel>& vessels, const s
     return plot;
 }
 
-Plot front_plot(const std::vector<Vessel>& vessels, const std::vector<Method>& list) {
+io::Plot front_plot(const std::vector<Vessel>& vessels, const std::vector<Method>& list) {
     const auto curves = [&](const Vessel& vessel) {
         std::string text;
         for (const Method& method : list)
@@ -299,7 +300,7 @@ Plot front_plot(const std::vector<Vessel>& vessels, const std::vector<Method>& l
                   "-1 with points pt 7 ps 0.6 lc rgb 'black' title 'nothing is faster and nearer'");
 }
 
-Plot push_plot(const std::vector<Vessel>& vessels, const std::vector<Method>& list) {
+io::Plot push_plot(const std::vector<Vessel>& vessels, const std::vector<Method>& list) {
     const auto curves = [&](const Vessel& vessel) {
         std::string text;
         for (const Method& method : list)
@@ -313,8 +314,8 @@ Plot push_plot(const std::vector<Vessel>& vessels, const std::vector<Method>& li
                   "farthest joint from rest after any push [mm]", curves, "-1 notitle");
 }
 
-Table push_table(const std::vector<Vessel>& vessels, const std::vector<Method>& list,
-                 const std::vector<int>& budgets, int pushes, Work& work) {
+io::Table push_table(const std::vector<Vessel>& vessels, const std::vector<Method>& list,
+                     const std::vector<int>& budgets, int pushes, Work& work) {
     const int columns = static_cast<int>(list.size()), depth = static_cast<int>(budgets.size());
     const int count = static_cast<int>(vessels.size()) * columns * depth;
     std::vector<PushCost> costs(static_cast<std::size_t>(count));
@@ -324,10 +325,10 @@ Table push_table(const std::vector<Vessel>& vessels, const std::vector<Method>& 
         costs[k] = push(vessel, method, budgets[k % depth], pushes);
         return fmt::format("{}, {}, pushes", vessel.name, method.name);
     });
-    Table table{"pareto_push",
-                {"vessel", "method", "updates_per_segment", "push_cpu_s", "median_deviation_mm",
-                 "largest_deviation_mm"},
-                {}};
+    io::Table table{"pareto_push",
+                    {"vessel", "method", "updates_per_segment", "push_cpu_s", "median_deviation_mm",
+                     "largest_deviation_mm"},
+                    {}};
     for (int k = 0; k < count; ++k)
         table.add({vessels[k / (columns * depth)].name, list[k / depth % columns].name,
                    static_cast<double>(budgets[k % depth]), costs[k].cpu, costs[k].usual, costs[k].farthest});
@@ -335,12 +336,12 @@ Table push_table(const std::vector<Vessel>& vessels, const std::vector<Method>& 
 }
 
 /// For each vessel and accuracy the method and budget whose pushes cost least and all end that near.
-Table best_push_table(const Table& pushes, const std::vector<Vessel>& vessels) {
-    Table table{
+io::Table best_push_table(const io::Table& pushes, const std::vector<Vessel>& vessels) {
+    io::Table table{
         "pareto_push_best", {"vessel", "accuracy_mm", "method", "updates_per_segment", "push_cpu_ms"}, {}};
     for (const Vessel& vessel : vessels) {
         for (const double accuracy : kAccuracies) {
-            const std::vector<TableCell>* best = nullptr;
+            const std::vector<io::TableCell>* best = nullptr;
             for (const auto& row : pushes.rows) {
                 if (std::get<std::string>(row[0]) != vessel.name || std::get<double>(row[5]) > accuracy)
                     continue;
@@ -398,8 +399,8 @@ StudyResult run_pareto(const StudyOptions& options) {
         return vessels[k / columns].name + ", " + list[k % columns].name;
     });
 
-    Table all{"pareto", {"vessel", "method", "updates", "cpu_s", "deviation_mm", "rest_energy_N_mm"}, {}};
-    Table front{"pareto_front", {"vessel", "method", "cpu_s", "deviation_mm"}, {}};
+    io::Table all{"pareto", {"vessel", "method", "updates", "cpu_s", "deviation_mm", "rest_energy_N_mm"}, {}};
+    io::Table front{"pareto_front", {"vessel", "method", "cpu_s", "deviation_mm"}, {}};
     for (std::size_t t = 0; t < vessels.size(); ++t) {
         std::vector<CostPoint> points;
         for (int m = 0; m < columns; ++m) {
@@ -413,9 +414,9 @@ StudyResult run_pareto(const StudyOptions& options) {
             front.add(
                 {vessels[t].name, list[points[i].series % columns].name, points[i].cpu, points[i].deviation});
     }
-    const Table best = best_table(vessels, list, courses);
-    Table push_costs = push_table(vessels, pushers, budgets, pushes, work);
-    const Table push_best = best_push_table(push_costs, vessels);
+    const io::Table best = best_table(vessels, list, courses);
+    io::Table push_costs = push_table(vessels, pushers, budgets, pushes, work);
+    const io::Table push_best = best_push_table(push_costs, vessels);
 
     StudyResult result;
     result.page = fmt::format(
@@ -441,11 +442,11 @@ StudyResult run_pareto(const StudyOptions& options) {
         "less.\n\n![Time "
         "of a push against deviation](pareto_push.svg)\n\n### Which method for which accuracy\n\n{}\n"
         "## The front of the first picture\n\nNo method is both faster and nearer than these.\n\n{}",
-        options.quick ? " --quick" : "", to_markdown(best, 3), pushes, fmt::join(budgets, ", "),
-        to_markdown(push_best, 3), to_markdown(front, 3));
+        options.quick ? " --quick" : "", io::to_markdown(best, 3), pushes, fmt::join(budgets, ", "),
+        io::to_markdown(push_best, 3), io::to_markdown(front, 3));
     result.tables = {std::move(all), std::move(front), best, std::move(push_costs), push_best};
     result.plots = {front_plot(vessels, list), push_plot(vessels, pushers)};
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -3,7 +3,7 @@
 
 #include "engine/studies/study.h"
 
-namespace engine {
+namespace studies {
 
 StudyResult run_pareto(const StudyOptions&);
 
@@ -21,4 +21,4 @@ std::vector<int> pareto_front(std::span<const CostPoint>);
 /// none.
 int settled_at(std::span<const CostPoint>, double accuracy);
 
-}  // namespace engine
+}  // namespace studies

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-namespace engine {
+namespace studies {
 namespace {
 
-using physics::Vec2;
-using physics::Vec3;
+using geometry::Vec2;
+using geometry::Vec3;
 using State = Eigen::Matrix<double, 7, 1>;  // x, y, φ, M, n_x, n_y, energy
 
 constexpr int kSteps = 4000;  // along the wire, or as many more as make whole intervals
@@ -58,7 +58,7 @@ Vec3 solve(const PlaneWire& wire, int intervals, int steps, Vec3 clamp) {
     Vec3 best = clamp;
     double least = missed(clamp).norm();
     for (int round = 0; round < 30; ++round) {
-        physics::Mat3 slopes;
+        geometry::Mat3 slopes;
         const double h = 1e-6 * std::max(1e-6, clamp.norm());
         for (int k = 0; k < 3; ++k)
             slopes.col(k) = (missed(clamp + h * Vec3::Unit(k)) - missed(clamp - h * Vec3::Unit(k))) / (2 * h);
@@ -92,4 +92,4 @@ PlaneCurve exact_curve(const PlaneWire& wire, int intervals, double moment, cons
     return curve;
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -5,14 +5,14 @@
 #include <functional>
 #include <vector>
 
-#include "physics/geometry.h"
+#include "physics/geometry/vec.h"
 
-namespace engine {
+namespace studies {
 
 /// How deep a point is in a wall, > 0 outside the lumen [mm], and the unit normal out of the lumen.
 struct PlaneContact {
     double penetration = 0;
-    physics::Vec2 normal = physics::Vec2::Zero();
+    geometry::Vec2 normal = geometry::Vec2::Zero();
 };
 
 /// A wire clamped at the origin, straight when unloaded, whose tip alone meets a wall:
@@ -20,17 +20,17 @@ struct PlaneContact {
 /// n being the force of what is distal on what is proximal. At the tip M = 0 and n = −K pen ν, ν the wall's
 /// normal.
 struct PlaneWire {
-    double rigidity = 50, length = 0;                             // EI [N·mm²], L [mm]
-    double angle = 0;                                             // φ at the clamp [rad]
-    physics::Vec2 load = physics::Vec2::Zero();                   // q [N/mm]
-    std::function<PlaneContact(const physics::Vec2&)> wall = {};  // empty = none
-    double tip_stiffness = 0;                                     // K [N/mm]
+    double rigidity = 50, length = 0;                              // EI [N·mm²], L [mm]
+    double angle = 0;                                              // φ at the clamp [rad]
+    geometry::Vec2 load = geometry::Vec2::Zero();                  // q [N/mm]
+    std::function<PlaneContact(const geometry::Vec2&)> wall = {};  // empty = none
+    double tip_stiffness = 0;                                      // K [N/mm]
 };
 
 struct PlanePoint {
-    physics::Vec2 place = physics::Vec2::Zero();  // [mm]
-    double angle = 0, moment = 0;                 // φ [rad], M [N·mm]
-    physics::Vec2 force = physics::Vec2::Zero();  // n [N]
+    geometry::Vec2 place = geometry::Vec2::Zero();  // [mm]
+    double angle = 0, moment = 0;                   // φ [rad], M [N·mm]
+    geometry::Vec2 force = geometry::Vec2::Zero();  // n [N]
 };
 
 struct PlaneCurve {
@@ -42,6 +42,6 @@ struct PlaneCurve {
 
 /// Shooting from a guess of M and n at the clamp: Newton's method on what the tip asks for, Runge and Kutta's
 /// of fourth order between the points.
-PlaneCurve exact_curve(const PlaneWire&, int intervals, double moment, const physics::Vec2& force);
+PlaneCurve exact_curve(const PlaneWire&, int intervals, double moment, const geometry::Vec2& force);
 
-}  // namespace engine
+}  // namespace studies

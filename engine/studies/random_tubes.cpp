@@ -6,16 +6,16 @@
 #include <numbers>
 #include <random>
 
-#include "engine/cpu_clock.h"
-#include "engine/scenes.h"
-#include "physics/energy.h"
-#include "physics/hub.h"
-#include "physics/tube_wall.h"
+#include "engine/anatomy/scenes.h"
+#include "engine/io/cpu_clock.h"
+#include "physics/relax/hub.h"
+#include "physics/wall/tube_wall.h"
+#include "physics/wire/energy.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
-using physics::Vec3;
+using geometry::Vec3;
 
 constexpr int kUnlimited = 1'000'000'000;  // updates
 constexpr double kStraightAtStart = 22;    // λ
@@ -76,9 +76,9 @@ private:
         bool refused = false;
         while (left > 1e-9 * lambda && !refused) {
             const double before = hand_force();
-            const double start = thread_cpu_seconds();
+            const double start = io::thread_cpu_seconds();
             const physics::HubReport made = hub_.move(wire_, {left, 0}, kUnlimited);
-            time += thread_cpu_seconds() - start;
+            time += io::thread_cpu_seconds() - start;
             last_ = made.relax;
             steps += last_.newton_steps;
             refused = made.outcome != physics::HubReport::Outcome::AtRest;
@@ -125,7 +125,7 @@ private:
         const double gradient = physics::relative_gradient(wire_, contacts), now = energy(),
                      depth = physics::largest_penetration(contacts), excess = now - energy_ - work;
         energy_ = now;
-        const double bend = last_.largest_bend / physics::kDegree;
+        const double bend = last_.largest_bend / geometry::kDegree;
         const bool fold = bend > 90, deep = depth > tube_.radius;
         const double next = refused ? depth_of_next_rest() : 0;
         const bool gave_way = next > tube_.radius;
@@ -174,17 +174,18 @@ RandomTube random_tube(std::uint64_t seed) {
     tube.rigidity = draw.by_logarithm(5, 2000);
     tube.wall_stiffness = draw.by_logarithm(1, 1000);
     tube.segments = 50 + static_cast<int>(351 * draw.unit());
-    std::vector<PenMove> path = {Run{std::max(10.0, kStraightAtStart * tube.segment_length)}};
+    std::vector<anatomy::PenMove> path = {
+        anatomy::Run{std::max(10.0, kStraightAtStart * tube.segment_length)}};
     const double length_needed = tube.segment_length * (tube.segments + 5);
-    while (length(path) < length_needed) {
+    while (anatomy::length(path) < length_needed) {
         const double x = draw.between(-1, 1), y = draw.between(-1, 1), z = draw.between(-1, 1);
         const double radius = tube.radius * draw.by_logarithm(kSharpestArc, 20),
                      angle = draw.between(0.2, 2.6);
-        path.push_back(Arc{radius, (draw.unit() < 0.5 ? -1 : 1) * angle, Vec3(x, y, z)});
-        path.push_back(Run{draw.between(0, 4 * tube.radius)});
+        path.push_back(anatomy::Arc{radius, (draw.unit() < 0.5 ? -1 : 1) * angle, Vec3(x, y, z)});
+        path.push_back(anatomy::Run{draw.between(0, 4 * tube.radius)});
     }
-    path.push_back(Run{kStraightAtEnd});
-    tube.centreline = engine::draw(path);
+    path.push_back(anatomy::Run{kStraightAtEnd});
+    tube.centreline = anatomy::draw(path);
     return tube;
 }
 
@@ -192,4 +193,4 @@ TubeCourse push_through(std::uint64_t seed, int most_pushes) {
     return Course(seed, most_pushes).run();
 }
 
-}  // namespace engine
+}  // namespace studies

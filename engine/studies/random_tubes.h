@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "physics/geometry.h"
+#include "physics/geometry/vec.h"
 
-namespace engine {
+namespace studies {
 
 /// Something that should not have come about, and where to look for it.
 struct Incident {
@@ -22,7 +22,7 @@ struct RandomTube {
     double segment_length = 1;                 // λ [mm]
     double rigidity = 50, wall_stiffness = 1;  // EI [N·mm²], k [N/mm]
     int segments = 50;                         // N, when all of the wire is in
-    physics::Polyline centreline;
+    geometry::Polyline centreline;
 };
 
 /// Radius 1 to 6 mm, λ 0.5 to 3 mm, EI 5 to 2000 N·mm² and k 1 to 1000 N/mm of equal odds by their logarithm,
@@ -55,4 +55,4 @@ constexpr double kRestLimit = 2e-8;
 
 TubeCourse push_through(std::uint64_t seed, int most_pushes);
 
-}  // namespace engine
+}  // namespace studies

@@ -1,7 +1,8 @@
 #include <fmt/format.h>
 
-#include "engine/error.h"
-#include "engine/files.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "engine/io/text.h"
 #include "engine/studies/accuracy.h"
 #include "engine/studies/anatomy.h"
 #include "engine/studies/claims.h"
@@ -13,9 +14,8 @@
 #include "engine/studies/stability.h"
 #include "engine/studies/study.h"
 #include "engine/studies/study_files.h"
-#include "engine/text.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 // Explicit, for a study that registers itself vanishes when it is linked from a static library.
@@ -49,14 +49,14 @@ const Study& find_study(std::string_view id) {
         if (study.id == id) return study;
         ids.push_back(study.id);
     }
-    throw InputError(fmt::format("'{}' is not a study; studies are: {}", id, joined(ids)));
+    throw io::InputError(fmt::format("'{}' is not a study; studies are: {}", id, io::joined(ids)));
 }
 
 std::vector<std::string> run_study(const Study& study, const std::filesystem::path& out,
                                    const StudyOptions& options) {
     make_writable(out);
     StudyOptions with_cache = options;
-    if (with_cache.cache.folder.empty()) with_cache.cache.folder = cache_beside(out);
+    if (with_cache.cache.folder.empty()) with_cache.cache.folder = anatomy::cache_beside(out);
     return write_study(study, study.run(with_cache), out);
 }
 
@@ -64,7 +64,7 @@ std::vector<std::string> run_all_studies(const std::filesystem::path& out, const
     make_writable(out);
     for (const Study& study : studies) make_writable(out / study.id);
     StudyOptions each = options;
-    if (each.cache.folder.empty()) each.cache.folder = cache_beside(out);
+    if (each.cache.folder.empty()) each.cache.folder = anatomy::cache_beside(out);
     std::vector<std::string> notices;
     std::vector<std::pair<const Study*, StudyResult>> results;
     std::vector<Claim> claims;
@@ -81,9 +81,9 @@ std::vector<std::string> run_all_studies(const std::filesystem::path& out, const
         claims.insert(claims.end(), result.claims.begin(), result.claims.end());
         results.emplace_back(&study, std::move(result));
     }
-    write_whole(out / "claims.json", claims_json(claims));
-    write_whole(out / "index.html", studies_html(results, options.quick));
+    io::write_whole(out / "claims.json", claims_json(claims));
+    io::write_whole(out / "index.html", studies_html(results, options.quick));
     return notices;
 }
 
-}  // namespace engine
+}  // namespace studies

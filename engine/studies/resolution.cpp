@@ -5,13 +5,13 @@
 #include <random>
 #include <span>
 
-#include "engine/scenes.h"
+#include "engine/anatomy/scenes.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/work.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 /// How the stiffness of a joint goes with λ.
@@ -29,12 +29,12 @@ struct Resolved {
     double eta = 1, energy = 0, wall = 0;  // [N·mm]
     double again = 0;                      // energy after a disturbance [N·mm]
     double gradient = 0;                   // |g|/C
-    physics::Polyline joints;
+    geometry::Polyline joints;
 };
 
 /// A wire of the length of `coarse` segments of the scene's λ, in `segments`.
 Resolved resolve(const Rule& rule, int coarse, int segments) {
-    const Scene& scene = *find_scene("sinuous");
+    const anatomy::Scene& scene = *anatomy::find_scene("sinuous");
     const double lambda = scene.segment_length * coarse / segments;
     PaperScene fine = paper_scene("sinuous", {segments, lambda, 0});
     if (!rule.per_length)
@@ -46,7 +46,7 @@ Resolved resolve(const Rule& rule, int coarse, int segments) {
     for (int i = 1; i <= segments; ++i) {
         const auto unit = [&] { return random() / 2147483648.0 - 1.0; };
         const double x = unit(), y = unit(), z = unit();
-        moved.tangents[i] = (moved.tangents[i] + 0.02 * physics::Vec3(x, y, z)).normalized();
+        moved.tangents[i] = (moved.tangents[i] + 0.02 * geometry::Vec3(x, y, z)).normalized();
     }
     physics::rebuild_joints(moved);
     return {static_cast<double>(segments) / coarse, rest.energy,   rest.wall,
@@ -100,11 +100,11 @@ struct Measured {
     double bent = 0, straight = 0;      // mean separation in the more and in the less curved half [mm]
 };
 
-void measure_separation(const physics::Polyline& coarse, const physics::Polyline& fine, Measured& m) {
-    const auto distance = [&](const physics::Vec3& x) {
+void measure_separation(const geometry::Polyline& coarse, const geometry::Polyline& fine, Measured& m) {
+    const auto distance = [&](const geometry::Vec3& x) {
         double least = 1e300;
         for (std::size_t k = 0; k + 1 < fine.size(); ++k) {
-            const physics::Vec3 ab = fine[k + 1] - fine[k];
+            const geometry::Vec3 ab = fine[k + 1] - fine[k];
             const double t = std::clamp((x - fine[k]).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
             least = std::min(least, (fine[k] + t * ab - x).norm());
         }
@@ -153,7 +153,7 @@ Measured measure(const std::vector<Resolved>& points) {
 }
 
 void claim(const Rule& rule, const Measured& m, std::vector<Claim>& claims) {
-    const auto add = [&](const std::string& text, TableCell published, TableCell measured, bool holds,
+    const auto add = [&](const std::string& text, io::TableCell published, io::TableCell measured, bool holds,
                          const std::string& note) {
         claims.push_back({fmt::format("{} (k {})", text, rule.name), std::move(published),
                           std::move(measured), holds, note});
@@ -199,8 +199,8 @@ void claim(const Rule& rule, const Measured& m, std::vector<Claim>& claims) {
         std::string("> 1"), m.bent / m.straight, m.bent > m.straight, entry);
 }
 
-Plot picture(const std::array<Measured, 2>& measured, int coarse) {
-    Plot plot{"resolution", "", 1000, 520};
+io::Plot picture(const std::array<Measured, 2>& measured, int coarse) {
+    io::Plot plot{"resolution", "", 1000, 520};
     plot.commands =
         "set grid lc rgb '#dddddd'\nset key outside right top\nset xlabel 'resolution η = N''/N'\n"
         "set ylabel 'ΔU/U [%]'\n";
@@ -228,8 +228,8 @@ Plot picture(const std::array<Measured, 2>& measured, int coarse) {
     return plot;
 }
 
-Plot wire_plot(int coarse) {
-    Plot plot{"resolution_wire", "", 1000, 480};
+io::Plot wire_plot(int coarse) {
+    io::Plot plot{"resolution_wire", "", 1000, 480};
     plot.commands =
         "set size ratio -1\nset xlabel 'x [mm]'\nset ylabel 'y [mm]'\nset key outside right top\nplot " +
         series("resolution_wire", fmt::format("N = {}", coarse), 2, 3,
@@ -261,10 +261,11 @@ StudyResult run_resolution(const StudyOptions& options) {
     const std::array<Measured, 2> measured = {measure(points[0]), measure(points[1])};
 
     StudyResult result;
-    Table table{"resolution",
-                {"rule", "segments", "eta", "energy_N_mm", "energy_again_N_mm", "relative_energy_percent"},
-                {}};
-    Table fits{
+    io::Table table{
+        "resolution",
+        {"rule", "segments", "eta", "energy_N_mm", "energy_again_N_mm", "relative_energy_percent"},
+        {}};
+    io::Table fits{
         "resolution_fit",
         {"rule", "c1", "c2", "rms", "mean_separation_mm", "separation_deviation_mm", "largest_gradient"},
         {}};
@@ -279,7 +280,7 @@ StudyResult run_resolution(const StudyOptions& options) {
             {std::string(kRules[k].name), m.fit.c1, m.fit.c2, m.fit.rms, m.separation, m.spread, m.gradient});
         claim(kRules[k], m, result.claims);
     }
-    Table wires{"resolution_wire", {"wire", "x_mm", "y_mm", "z_mm"}, {}};
+    io::Table wires{"resolution_wire", {"wire", "x_mm", "y_mm", "z_mm"}, {}};
     for (const auto* joints : {&points[0].front().joints, &points[0].back().joints})
         for (const auto& x : *joints)
             wires.add({fmt::format("N = {}", joints->size() - 1), x.x(), x.y(), x.z()});
@@ -291,10 +292,10 @@ StudyResult run_resolution(const StudyOptions& options) {
             "again "
             "after every tangent was turned by up to 0.02. Two rules for the stiffness of a joint: *{}*: {}; "
             "*{}*: {}.\n\n{}",
-            kRules[0].name, kRules[0].what, kRules[1].name, kRules[1].what, to_markdown(fits)),
+            kRules[0].name, kRules[0].what, kRules[1].name, kRules[1].what, io::to_markdown(fits)),
         result, options);
     result.tables = {std::move(table), std::move(fits), std::move(wires)};
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

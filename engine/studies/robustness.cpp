@@ -6,12 +6,12 @@
 #include <limits>
 #include <mutex>
 
-#include "engine/parallel.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/random_tubes.h"
 #include "engine/studies/wild_hands.h"
+#include "physics/geometry/parallel.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 constexpr std::size_t kMostIncidents = 1000;  // in the table
@@ -52,7 +52,7 @@ std::vector<TubeCourse> push_all(const StudyOptions& options, int pushes, Tally&
             shares.push_back(std::min(whole, left - planned));
         }
         courses.resize(first + shares.size());
-        for_each_index(static_cast<int>(shares.size()), options.threads, [&](int k) {
+        geometry::for_each_index(static_cast<int>(shares.size()), options.threads, [&](int k) {
             TubeCourse& course = courses[first + static_cast<std::size_t>(k)];
             course = push_through(first + static_cast<std::size_t>(k), shares[static_cast<std::size_t>(k)]);
             tally.add(course.pushes, fmt::format("random tube, seed {}", course.seed));
@@ -73,12 +73,12 @@ int hand_count(const StudyOptions& options) {  // that play each scenario
 
 /// All frames, shared out evenly among scenarios and hands.
 std::vector<WildRun> play_all(const StudyOptions& options, int frames, Tally& tally) {
-    const std::vector<Scenario> scenarios = wild_scenarios(options);
+    const std::vector<scenario::Scenario> scenarios = wild_scenarios(options);
     const int count = static_cast<int>(scenarios.size()), of = hand_count(options);
     std::vector<WildRun> runs(scenarios.size());
-    for_each_index(count, options.threads, [&](int k) {
+    geometry::for_each_index(count, options.threads, [&](int k) {
         const auto share = [&](int piece) { return static_cast<int>(1LL * frames * piece / (count * of)); };
-        Simulation simulation(scenarios[k], options.cache);
+        exercise::Simulation simulation(scenarios[k], options.cache);
         const WildJudge judge(simulation);
         runs[k].scenario = scenarios[k].name;
         for (int hand = 1; hand <= of; ++hand) {
@@ -90,35 +90,35 @@ std::vector<WildRun> play_all(const StudyOptions& options, int frames, Tally& ta
     return runs;
 }
 
-Table tube_table(const std::vector<TubeCourse>& courses) {
-    Table table{"robustness_tubes",
-                {"seed",
-                 "radius_mm",
-                 "segment_length_mm",
-                 "EI_N_mm2",
-                 "k_N_per_mm",
-                 "segments",
-                 "reached",
-                 "pushes",
-                 "unconverged",
-                 "gradient_above_limit",
-                 "folds",
-                 "deep",
-                 "refused",
-                 "not_strict_minimum",
-                 "over_work",
-                 "wall_gave_way",
-                 "largest_gradient",
-                 "largest_excess",
-                 "steps",
-                 "median_ms",
-                 "p99_ms",
-                 "p99_9_ms",
-                 "max_ms"},
-                {}};
+io::Table tube_table(const std::vector<TubeCourse>& courses) {
+    io::Table table{"robustness_tubes",
+                    {"seed",
+                     "radius_mm",
+                     "segment_length_mm",
+                     "EI_N_mm2",
+                     "k_N_per_mm",
+                     "segments",
+                     "reached",
+                     "pushes",
+                     "unconverged",
+                     "gradient_above_limit",
+                     "folds",
+                     "deep",
+                     "refused",
+                     "not_strict_minimum",
+                     "over_work",
+                     "wall_gave_way",
+                     "largest_gradient",
+                     "largest_excess",
+                     "steps",
+                     "median_ms",
+                     "p99_ms",
+                     "p99_9_ms",
+                     "max_ms"},
+                    {}};
     TubeCourse sum;
     int tubes = 0, segments = 0, reached = 0;
-    const auto row = [&](TableCell seed, const TubeCourse& c, double n, bool one) {
+    const auto row = [&](io::TableCell seed, const TubeCourse& c, double n, bool one) {
         const double none = std::numeric_limits<double>::quiet_NaN();
         const RandomTube& t = c.tube;
         table.add({std::move(seed),
@@ -160,29 +160,29 @@ Table tube_table(const std::vector<TubeCourse>& courses) {
     return table;
 }
 
-Table wild_table(const std::vector<WildRun>& runs) {
-    Table table{"robustness_hands",
-                {"scenario",
-                 "frames",
-                 "most_segments",
-                 "not_at_rest",
-                 "largest_gradient",
-                 "joints_outside",
-                 "frames_with_joints_outside",
-                 "frames_told_to_cross",
-                 "beyond_force",
-                 "beyond_force_mm",
-                 "frames_out_of_an_end",
-                 "refused",
-                 "settling",
-                 "lagging",
-                 "largest_lag_mm",
-                 "deepest_mm",
-                 "largest_force_N",
-                 "median_ms",
-                 "p99_ms",
-                 "max_ms"},
-                {}};
+io::Table wild_table(const std::vector<WildRun>& runs) {
+    io::Table table{"robustness_hands",
+                    {"scenario",
+                     "frames",
+                     "most_segments",
+                     "not_at_rest",
+                     "largest_gradient",
+                     "joints_outside",
+                     "frames_with_joints_outside",
+                     "frames_told_to_cross",
+                     "beyond_force",
+                     "beyond_force_mm",
+                     "frames_out_of_an_end",
+                     "refused",
+                     "settling",
+                     "lagging",
+                     "largest_lag_mm",
+                     "deepest_mm",
+                     "largest_force_N",
+                     "median_ms",
+                     "p99_ms",
+                     "max_ms"},
+                    {}};
     const auto row = [&](const std::string& name, const WildTally& t) {
         const auto n = [](int count) { return static_cast<double>(count); };
         table.add({name,
@@ -215,8 +215,8 @@ Table wild_table(const std::vector<WildRun>& runs) {
     return table;
 }
 
-Table incident_table(const std::vector<TubeCourse>& courses, const std::vector<WildRun>& runs) {
-    Table table{"robustness_incidents", {"where", "seed", "push_or_frame", "what"}, {}};
+io::Table incident_table(const std::vector<TubeCourse>& courses, const std::vector<WildRun>& runs) {
+    io::Table table{"robustness_incidents", {"where", "seed", "push_or_frame", "what"}, {}};
     const auto add = [&](const Incident& i) {
         if (table.rows.size() < kMostIncidents)
             table.add({i.where, static_cast<double>(i.seed), static_cast<double>(i.at), i.what});
@@ -227,33 +227,34 @@ Table incident_table(const std::vector<TubeCourse>& courses, const std::vector<W
 }
 
 /// The last row as a table of two columns.
-Table totals(const Table& tubes) {
-    Table table{"", {"all tubes", ""}, {}};
+io::Table totals(const io::Table& tubes) {
+    io::Table table{"", {"all tubes", ""}, {}};
     for (std::size_t k = 6; k < tubes.columns.size(); ++k)
         table.add({tubes.columns[k], tubes.rows.back()[k]});
     return table;
 }
 
 /// Scenarios side by side.
-Table transposed(const Table& hands) {
-    Table table{"", {"wild hands"}, {}};
+io::Table transposed(const io::Table& hands) {
+    io::Table table{"", {"wild hands"}, {}};
     for (const auto& row : hands.rows) table.columns.push_back(std::get<std::string>(row.front()));
     for (std::size_t k = 1; k < hands.columns.size(); ++k) {
-        std::vector<TableCell> cells = {hands.columns[k]};
+        std::vector<io::TableCell> cells = {hands.columns[k]};
         for (const auto& row : hands.rows) cells.push_back(row[k]);
         table.add(std::move(cells));
     }
     return table;
 }
 
-Table first_rows(Table table, std::size_t most) {
+io::Table first_rows(io::Table table, std::size_t most) {
     table.rows.resize(std::min(table.rows.size(), most));
     return table;
 }
 
-std::vector<Claim> claims_of(const Table& tubes, const Table& hands, const std::vector<TubeCourse>& courses) {
+std::vector<Claim> claims_of(const io::Table& tubes, const io::Table& hands,
+                             const std::vector<TubeCourse>& courses) {
     std::vector<Claim> claims;
-    const auto none = [&](const Table& table, const char* column, const std::string& text,
+    const auto none = [&](const io::Table& table, const char* column, const std::string& text,
                           const std::string& note) {
         const double found = table.number(table.rows.size() - 1, column);
         claims.push_back({text, 0.0, found, found == 0, note});
@@ -282,8 +283,8 @@ std::vector<Claim> claims_of(const Table& tubes, const Table& hands, const std::
     return claims;
 }
 
-Plot picture(bool hands) {
-    Plot plot{"robustness", "", 1250, 560};
+io::Plot picture(bool hands) {
+    io::Plot plot{"robustness", "", 1250, 560};
     plot.commands =
         "set multiplot layout 1,2\nset bmargin 9\nset grid lc rgb '#dddddd'\nset logscale xyz\nset logscale "
         "cb\n"
@@ -324,7 +325,8 @@ StudyResult run_robustness(const StudyOptions& options) {
     const std::vector<WildRun> runs = play_all(options, frames, tally);
 
     StudyResult result;
-    Table tubes = tube_table(courses), hands = wild_table(runs), incidents = incident_table(courses, runs);
+    io::Table tubes = tube_table(courses), hands = wild_table(runs),
+              incidents = incident_table(courses, runs);
     result.claims = claims_of(tubes, hands, courses);
     result.plots = {picture(!runs.empty())};
     const std::string introduction = fmt::format(
@@ -348,13 +350,13 @@ StudyResult run_robustness(const StudyOptions& options) {
         "them.\n\n"
         "{}\n{}\n{}",
         courses.size() - 1, pushes, kSegmentsAtStart, hand_count(options), frames,
-        to_markdown(totals(tubes), 3), to_markdown(transposed(hands), 3),
+        io::to_markdown(totals(tubes), 3), io::to_markdown(transposed(hands), 3),
         incidents.rows.empty() ? std::string("There was no incident.\n")
-                               : to_markdown(first_rows(incidents, 40)));
+                               : io::to_markdown(first_rows(incidents, 40)));
     result.tables = {std::move(tubes), std::move(hands), std::move(incidents)};
     result.page = claims_page("robustness", "Does anything a hand may do break the wire?", introduction,
                               result, options);
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

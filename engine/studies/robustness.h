@@ -3,11 +3,11 @@
 
 #include "engine/studies/study.h"
 
-namespace engine {
+namespace studies {
 
 /// 20 000 pushes of one segment through random tubes, and 12 000 frames of wild hands in the scenarios of
 /// options.scenarios and in the meshes of options.real_meshes, where these are to be had; quick: 300 and 150.
 /// The same on any number of threads, times aside.
 StudyResult run_robustness(const StudyOptions&);
 
-}  // namespace engine
+}  // namespace studies

@@ -8,7 +8,7 @@
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/work.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 constexpr const char* kColours[] = {"#CC79A7", "#E69F00", "#009E73", "#0072B2", "#56B4E9", "#D55E00"};
@@ -124,8 +124,8 @@ std::vector<Claim> claims(const std::vector<Run>& runs, const std::vector<int>& 
     return list;
 }
 
-Plot picture(const std::vector<int>& separations, const std::vector<Run>& runs, const Setting& setting) {
-    Plot plot{"separation", "", 1000, 760};
+io::Plot picture(const std::vector<int>& separations, const std::vector<Run>& runs, const Setting& setting) {
+    io::Plot plot{"separation", "", 1000, 760};
     plot.commands = fmt::format(
         "set multiplot layout 2,1\nset grid lc rgb '#dddddd'\nset key outside right top\n"
         "set ylabel 'lateral deviation d_{{{}}} [mm]'\n",
@@ -192,11 +192,11 @@ StudyResult run_separation(const StudyOptions& options) {
     });
 
     StudyResult result;
-    Table traces{"separation", {"curve", "cycles", "lateral_deviation_mm"}, {}};
-    Table settled{"separation_settled",
-                  {"setting", "varied_segments", "separation", "cycles_to_0.1_mm", "cycles_to_0.01_mm",
-                   "cycles_to_0.001_mm"},
-                  {}};
+    io::Table traces{"separation", {"curve", "cycles", "lateral_deviation_mm"}, {}};
+    io::Table settled{"separation_settled",
+                      {"setting", "varied_segments", "separation", "cycles_to_0.1_mm", "cycles_to_0.01_mm",
+                       "cycles_to_0.001_mm"},
+                      {}};
     for (const Run& run : runs) {
         const Setting& setting = settings[run.setting];
         settled.add({setting.what.empty() ? std::string("as it is") : setting.what,
@@ -215,10 +215,10 @@ StudyResult run_separation(const StudyOptions& options) {
             "Methods are the paper's, without safeguard. Other settings: λ = 2 mm with half the segments and "
             "the wall as stiff per length; a lumen of radius 2 mm.\n\n## Cycles until the deviation stays "
             "within a limit\n\n{}",
-            settings[0].scene.text(), options.quick ? 40 : 200, rests[0].gradient, to_markdown(settled)),
+            settings[0].scene.text(), options.quick ? 40 : 200, rests[0].gradient, io::to_markdown(settled)),
         result, options);
     result.tables = {std::move(traces), std::move(settled)};
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -6,9 +6,9 @@
 #include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/work.h"
-#include "physics/segment_relaxer.h"
+#include "physics/relax/segment_relaxer.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 constexpr int kLeast = physics::kLeastSeparation, kLargest = physics::kLargestSeparation;
@@ -98,8 +98,8 @@ std::vector<Claim> claims(const std::vector<Frequencies>& all) {
     return list;
 }
 
-Plot picture(const PaperScene& scene, int cycles) {
-    Plot plot{"separation_frequency", "", 900, 860};
+io::Plot picture(const PaperScene& scene, int cycles) {
+    io::Plot plot{"separation_frequency", "", 900, 860};
     plot.commands =
         "set multiplot layout 3,1\nset grid y lc rgb '#dddddd'\nset style fill solid 0.85 noborder\n"
         "set boxwidth 0.26\nset xtics 5,1,25\nset xrange [4.4:25.6]\nset yrange [0:*]\nset key top center\n"
@@ -133,7 +133,7 @@ StudyResult run_separation_frequency(const StudyOptions& options) {
         return fmt::format("M = {}", 2 + k);
     });
     StudyResult result;
-    Table table{
+    io::Table table{
         "separation_frequency", {"varied_segments", "index", "separation", "chosen_percent", "count"}, {}};
     for (int m = 2; m <= kMost; ++m)
         for (int k = 0; k < m - 1; ++k)
@@ -152,4 +152,4 @@ StudyResult run_separation_frequency(const StudyOptions& options) {
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -6,12 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "engine/error.h"
-#include "engine/files.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "engine/io/text.h"
 #include "engine/studies/study_files.h"
-#include "engine/text.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 using Json = nlohmann::ordered_json;
@@ -30,8 +30,8 @@ const PieceWork& pieces_of(const Study& study) {
     for (const Study& known : all_studies()) {
         if (known.in_pieces) ids.push_back(known.id);
     }
-    throw InputError(
-        fmt::format("--shard: study '{}' cannot be cut; those that can: {}", study.id, joined(ids)));
+    throw io::InputError(
+        fmt::format("--shard: study '{}' cannot be cut; those that can: {}", study.id, io::joined(ids)));
 }
 
 /// What must be equal in all shards of a run.
@@ -46,7 +46,7 @@ Json identity(const Study& study, const StudyOptions& options, int shards) {
 }
 
 [[noreturn]] void refuse(const std::filesystem::path& file, const std::string& why) {
-    throw InputError(fmt::format("{}: {}", file.string(), why));
+    throw io::InputError(fmt::format("{}: {}", file.string(), why));
 }
 
 Json load(const std::filesystem::path& file) {
@@ -100,12 +100,12 @@ void check_same_run(const Json& own, const Json& expected, const std::filesystem
 Shard parse_shard(std::string_view text) {
     const std::size_t slash = text.find('/');
     if (slash != std::string_view::npos) {
-        const auto index = parse_integer(text.substr(0, slash)),
-                   count = parse_integer(text.substr(slash + 1));
+        const auto index = io::parse_integer(text.substr(0, slash)),
+                   count = io::parse_integer(text.substr(slash + 1));
         if (index && count && *index >= 1 && *index <= *count && *count <= kMostShards)
             return {*index, *count};
     }
-    throw InputError(
+    throw io::InputError(
         fmt::format("--shard: '{}' was found; i/n with 1 <= i <= n <= {} is accepted", text, kMostShards));
 }
 
@@ -114,20 +114,21 @@ void run_shard(const Study& study, const Shard& shard, const std::filesystem::pa
     const PieceWork& work = pieces_of(study);
     const int pieces = work.pieces(options);
     if (shard.count > pieces)
-        throw InputError(fmt::format("--shard: {} shards were asked for; up to {}, one a piece, are accepted",
-                                     shard.count, pieces));
+        throw io::InputError(fmt::format(
+            "--shard: {} shards were asked for; up to {}, one a piece, are accepted", shard.count, pieces));
     make_writable(out);
     Json json = identity(study, options, shard.count);
     json["shard"] = shard.index;
     json["rows"] = work.rows(options, first_piece(pieces, shard.index, shard.count),
                              first_piece(pieces, shard.index + 1, shard.count));
-    write_whole(out / "shard.json", json.dump() + "\n");
+    io::write_whole(out / "shard.json", json.dump() + "\n");
 }
 
 std::vector<std::string> merge_shards(std::span<const std::filesystem::path> folders,
                                       const std::filesystem::path& out, const StudyOptions& options) {
     if (folders.empty())
-        throw InputError("study merge: no folder was given; the folders of all shards of a run are accepted");
+        throw io::InputError(
+            "study merge: no folder was given; the folders of all shards of a run are accepted");
     StudyOptions of_run = options;
     const Study* study = nullptr;
     Json expected;
@@ -161,10 +162,11 @@ std::vector<std::string> merge_shards(std::span<const std::filesystem::path> fol
         if (shards[i]) rows.insert(rows.end(), shards[i]->begin(), shards[i]->end());
     }
     if (!missing.empty())
-        throw InputError(fmt::format("study merge: {} missing: {}; the folders of all shards are accepted",
-                                     missing.size() == 1 ? "a shard is" : "shards are", joined(missing)));
+        throw io::InputError(
+            fmt::format("study merge: {} missing: {}; the folders of all shards are accepted",
+                        missing.size() == 1 ? "a shard is" : "shards are", io::joined(missing)));
     make_writable(out);
     return write_study(*study, study->in_pieces->finish(of_run, rows), out);
 }
 
-}  // namespace engine
+}  // namespace studies

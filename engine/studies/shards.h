@@ -9,7 +9,7 @@
 
 #include "engine/studies/study.h"
 
-namespace engine {
+namespace studies {
 
 /// The `index`-th of `count` equal shares, counted from 1.
 struct Shard {
@@ -29,4 +29,4 @@ void run_shard(const Study&, const Shard&, const std::filesystem::path& out, con
 std::vector<std::string> merge_shards(std::span<const std::filesystem::path> folders,
                                       const std::filesystem::path& out, const StudyOptions& options);
 
-}  // namespace engine
+}  // namespace studies

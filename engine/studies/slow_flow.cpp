@@ -4,16 +4,16 @@
 #include <cmath>
 #include <optional>
 
-#include "physics/bending.h"
-#include "physics/energy.h"
+#include "physics/wire/bending.h"
+#include "physics/wire/energy.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
+using geometry::Mat3;
+using geometry::Vec2;
+using geometry::Vec3;
 using physics::Guidewire;
-using physics::Mat3;
-using physics::Vec2;
-using physics::Vec3;
 using Mat2 = Eigen::Matrix2d;
 using Mat32 = Eigen::Matrix<double, 3, 2>;
 using Mat23 = Eigen::Matrix<double, 2, 3>;
@@ -45,12 +45,12 @@ std::vector<Stage> model(const Guidewire& wire, const std::vector<physics::WallC
     }
     std::vector<Stage> stages(static_cast<std::size_t>(n) + 1);
     Vec3 a, b, sum = Vec3::Zero();
-    physics::tangent_basis(wire.tangents[0], a, b);
+    geometry::tangent_basis(wire.tangents[0], a, b);
     stages[0].basis << a, b;
     for (int j = 1; j <= n; ++j) {
         Stage& s = stages[j];
         const Vec3 &u = wire.tangents[j], &before = wire.tangents[j - 1];
-        physics::tangent_basis(u, a, b);
+        geometry::tangent_basis(u, a, b);
         s.basis << a, b;
         s.length = wire.lengths[j];
         s.force = contacts[j].push();
@@ -179,4 +179,4 @@ SlowFlowReport flow_to_rest(Guidewire& wire, const physics::LumenWall& wall, con
     }
 }
 
-}  // namespace engine
+}  // namespace studies

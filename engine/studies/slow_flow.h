@@ -6,10 +6,10 @@
 /// in a viscous medium). μ is raised until the model is convex, no joint moves farther than `stride` and the
 /// true energy falls; it is lowered while that holds, so that the end is a Newton iteration.
 
-#include "physics/guidewire.h"
-#include "physics/wall.h"
+#include "physics/wall/wall.h"
+#include "physics/wire/guidewire.h"
 
-namespace engine {
+namespace studies {
 
 struct SlowFlow {
     double stride = 0.02;     // the farthest a joint moves in a step [mm]
@@ -26,4 +26,4 @@ struct SlowFlowReport {
 
 SlowFlowReport flow_to_rest(physics::Guidewire&, const physics::LumenWall&, const SlowFlow& = {});
 
-}  // namespace engine
+}  // namespace studies

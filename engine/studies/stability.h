@@ -3,8 +3,8 @@
 
 #include "engine/studies/study.h"
 
-namespace engine {
+namespace studies {
 
 StudyResult run_stability(const StudyOptions&);
 
-}  // namespace engine
+}  // namespace studies

@@ -5,15 +5,15 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/cpu_clock.h"
+#include "engine/io/cpu_clock.h"
 #include "engine/studies/slow_flow.h"
-#include "physics/energy.h"
+#include "physics/wire/energy.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
+using geometry::Vec3;
 using physics::Guidewire;
-using physics::Vec3;
 
 void disturb(Guidewire& wire, const Disturbance& disturbance) {
     for (int k = 0; k < disturbance.inserted; ++k) physics::insert_segment(wire);
@@ -23,7 +23,7 @@ void disturb(Guidewire& wire, const Disturbance& disturbance) {
 /// Far below what a wire in need of it has to give.
 void bow(Guidewire& wire) {
     Vec3 side, other;
-    physics::tangent_basis(wire.tangents[0], side, other);
+    geometry::tangent_basis(wire.tangents[0], side, other);
     const int n = wire.segments();
     for (int i = 1; i <= n; ++i)
         wire.tangents[i] =
@@ -39,9 +39,9 @@ bool finite(const Guidewire& wire) {
 bool work(physics::Relaxer& relaxer, Guidewire& wire, const physics::LumenWall& wall, long long updates,
           StabilityCell& cell, bool& at_rest) {
     const physics::RelaxBudget budget{static_cast<int>(std::max(1LL, updates)), 0.0, 0};
-    const double start = thread_cpu_seconds();
+    const double start = io::thread_cpu_seconds();
     const physics::RelaxReport report = relaxer.relax(wire, wall, budget);
-    cell.cpu += thread_cpu_seconds() - start;
+    cell.cpu += io::thread_cpu_seconds() - start;
     cell.updates += report.updates;
     at_rest = report.converged;
     return finite(wire);
@@ -158,4 +158,4 @@ StabilityCell run_cell(const BreakingCase& c, const StabilityReference& referenc
     return cell;
 }
 
-}  // namespace engine
+}  // namespace studies

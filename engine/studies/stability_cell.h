@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "engine/studies/breaking_cases.h"
-#include "physics/relaxer.h"
+#include "physics/relax/relaxer.h"
 
-namespace engine {
+namespace studies {
 
 enum class Outcome { Converged, StillMoving, Oscillates, WrongBasin, LeftTheLumen, NotANumber, Stuck };
 std::string_view outcome_text(Outcome);
@@ -49,10 +49,10 @@ struct StabilityCell {
 
 /// Where the slow flow takes the case, all its disturbances one after the other.
 struct StabilityReference {
-    std::vector<physics::Vec3> joints;  // [mm]
-    double energy = 0;                  // [N·mm]
-    double gradient = 0;                // |g|/C [-]
-    double penetration = 0;             // the largest [mm]
+    std::vector<geometry::Vec3> joints;  // [mm]
+    double energy = 0;                   // [N·mm]
+    double gradient = 0;                 // |g|/C [-]
+    double penetration = 0;              // the largest [mm]
 };
 StabilityReference find_reference(const BreakingCase&);
 
@@ -60,6 +60,6 @@ StabilityCell run_cell(const BreakingCase&, const StabilityReference&, const phy
                        const StabilityRules& = {});
 
 /// Of the farthest pair of joints [mm], the least over what the symmetry allows.
-double largest_deviation(std::span<const physics::Vec3>, std::span<const physics::Vec3>, Symmetry);
+double largest_deviation(std::span<const geometry::Vec3>, std::span<const geometry::Vec3>, Symmetry);
 
-}  // namespace engine
+}  // namespace studies

@@ -7,11 +7,11 @@
 #include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/work.h"
-#include "physics/bending.h"
-#include "physics/energy.h"
-#include "physics/segment_relaxer.h"
+#include "physics/relax/segment_relaxer.h"
+#include "physics/wire/bending.h"
+#include "physics/wire/energy.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 using physics::Guidewire;
@@ -55,7 +55,7 @@ Unrest watch(const PaperScene& scene, Guidewire wire, const Case& c, int settle_
     const int n = wire.segments();
     relaxer.relax(wire, *scene.wall, physics::whole_cycles(n, settle_cycles));
     std::vector<physics::WallContact> contacts = physics::all_contacts(wire, *scene.wall);
-    std::vector<physics::Vec3> before = wire.tangents;
+    std::vector<geometry::Vec3> before = wire.tangents;
     std::vector<long long> touching(contacts.size()), varied(contacts.size());
     Unrest unrest{std::vector<double>(contacts.size()), std::vector<double>(contacts.size())};
     const auto report = relaxer.relax(
@@ -151,12 +151,12 @@ struct Joint1D {
     double deep() const { return 2 * second_order_minimum(); }    // x_b: and throws it out of the wall
 };
 
-Table energies_table(const Joint1D& j) {
-    Table table{"static_contact_energies",
-                {"x_mm", "wall_second_order_N_mm", "wall_first_order_near_N_mm", "wall_first_order_deep_N_mm",
-                 "bending_N_mm", "total_second_order_N_mm", "total_first_order_near_N_mm",
-                 "total_first_order_deep_N_mm"},
-                {}};
+io::Table energies_table(const Joint1D& j) {
+    io::Table table{"static_contact_energies",
+                    {"x_mm", "wall_second_order_N_mm", "wall_first_order_near_N_mm",
+                     "wall_first_order_deep_N_mm", "bending_N_mm", "total_second_order_N_mm",
+                     "total_first_order_near_N_mm", "total_first_order_deep_N_mm"},
+                    {}};
     for (int i = -40; i <= 140; ++i) {
         const double x = 0.001 * i, bending = 0.5 * j.bending * (x - j.at) * (x - j.at);
         const double second = x > 0 ? 0.5 * j.stiffness * x * x : 0.0,
@@ -167,8 +167,8 @@ Table energies_table(const Joint1D& j) {
     return table;
 }
 
-Plot energies_plot(const Joint1D& j) {
-    Plot plot{"static_contact_energies", "", 1000, 720};
+io::Plot energies_plot(const Joint1D& j) {
+    io::Plot plot{"static_contact_energies", "", 1000, 720};
     plot.commands =
         "set multiplot layout 2,2\nset grid lc rgb '#dddddd'\nset xlabel 'x [mm], > 0 in the wall'\nset "
         "ylabel 'energy [N·mm]'\n"
@@ -215,8 +215,8 @@ Plot energies_plot(const Joint1D& j) {
     return plot;
 }
 
-Plot contact_plot(const PaperScene& scene) {
-    Plot plot{"static_contact", "", 1000, 760};
+io::Plot contact_plot(const PaperScene& scene) {
+    io::Plot plot{"static_contact", "", 1000, 760};
     plot.commands =
         "set multiplot layout 2,1\nset style fill solid 0.7 noborder\nset boxwidth 0.9\nset yrange [0:105]\n"
         "set ylabel 'in contact [% of updates]'\nset y2label 'mean |ε_i|'\nset logscale y2\n"
@@ -246,7 +246,7 @@ Plot contact_plot(const PaperScene& scene) {
 std::vector<Claim> claims(const std::vector<Unrest>& all, const Traces& traces, const Joint1D& joint) {
     const Unrest &a = all[0], &b = all[1], &c = all[2], &d = all[3];
     std::vector<Claim> list;
-    const auto add = [&](const std::string& text, TableCell published, TableCell measured, bool holds,
+    const auto add = [&](const std::string& text, io::TableCell published, io::TableCell measured, bool holds,
                          const std::string& note) {
         list.push_back({text, std::move(published), std::move(measured), holds, note});
     };
@@ -330,9 +330,9 @@ StudyResult run_static_contact(const StudyOptions& options) {
     const Joint1D joint;
 
     StudyResult result;
-    Table joints{
+    io::Table joints{
         "static_contact", {"case", "joint", "in_contact_percent", "mean_update", "trace_R_N_mm"}, {}};
-    Table cases{
+    io::Table cases{
         "static_contact_cases", {"case", "terms", "joints_touching", "joints_bouncing", "mean_update"}, {}};
     for (std::size_t k = 0; k < all.size(); ++k) {
         for (std::size_t i = 1; i < all[k].contact.size(); ++i)
@@ -351,10 +351,10 @@ StudyResult run_static_contact(const StudyOptions& options) {
                                           "are watched, update by update. The "
                                           "mean trace of R is {:.4g} N·mm, that of A {:.4g} N·mm.\n\n{}",
                                           scene.text(), options.quick ? 60 : 200, rest.gradient, settle,
-                                          cycles, traces.mean_wall, traces.bending, to_markdown(cases)),
+                                          cycles, traces.mean_wall, traces.bending, io::to_markdown(cases)),
                               result, options);
     result.tables = {std::move(joints), std::move(cases), energies_table(joint)};
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "engine/anatomy/lumen_wall.h"
-#include "engine/plot.h"
-#include "engine/table.h"
+#include "engine/io/plot.h"
+#include "engine/io/table.h"
 
-namespace engine {
+namespace studies {
 
 struct StudyProgress {
     int done = 0, of = 1;
@@ -27,23 +27,23 @@ struct StudyOptions {
     std::string program;                // name and version; shards of another are not merged
     std::filesystem::path real_meshes;  // folder of meshes from elsewhere; may be missing
     std::filesystem::path scenarios;    // folder of the scenarios that ship; may be missing
-    ModelCache cache;                   // the folder, where empty, is cache beside the study's own
+    anatomy::ModelCache cache;          // the folder, where empty, is cache beside the study's own
     std::function<void(const StudyProgress&)> progress;  // one call at a time
 };
 
 /// A published figure or statement against what was measured here. Times aside, the same on every run.
 struct Claim {
-    std::string text;               // where it is published and what it says, with its unit
-    TableCell published, measured;  // number or words; a number that is not finite was not to be had
+    std::string text;                   // where it is published and what it says, with its unit
+    io::TableCell published, measured;  // number or words; a number that is not finite was not to be had
     bool holds = false;
     std::string note = {};  // where it does not hold, the likely cause; else how it was measured
 };
 
 struct StudyResult {
-    std::vector<Table> tables;  // each is written as NAME.csv
-    std::vector<Plot> plots;    // each reads some of the tables
-    std::string page;           // Markdown, written as ID.md
-    std::vector<Claim> claims;  // written as claims.json where there are any
+    std::vector<io::Table> tables;  // each is written as NAME.csv
+    std::vector<io::Plot> plots;    // each reads some of the tables
+    std::string page;               // Markdown, written as ID.md
+    std::vector<Claim> claims;      // written as claims.json where there are any
 };
 
 /// Work of a study that can be cut in pieces which know nothing of one another: each leaves a row of numbers.
@@ -76,4 +76,4 @@ std::vector<std::string> run_study(const Study&, const std::filesystem::path& ou
 /// claims as claims.json. Returns notices; throws as run_study does.
 std::vector<std::string> run_all_studies(const std::filesystem::path& out, const StudyOptions&);
 
-}  // namespace engine
+}  // namespace studies

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
-#include "engine/error.h"
-#include "engine/files.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "engine/studies/claims.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 std::string escaped(std::string_view text) {
@@ -36,7 +36,7 @@ const char* const style =
 
 std::string claims_html(const std::vector<Claim>& claims) {
     std::string html = "<table>\n<tr>";
-    const Table table = claims_table(claims);
+    const io::Table table = claims_table(claims);
     for (const std::string& column : table.columns) html += "<th>" + escaped(column) + "</th>";
     html += "</tr>\n";
     for (const auto& row : table.rows) {
@@ -57,18 +57,19 @@ void make_writable(const std::filesystem::path& folder) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     if (!error && std::filesystem::is_directory(folder) && ::access(folder.c_str(), W_OK) == 0) return;
-    throw InputError(fmt::format("{}: cannot be written: {}; a folder that may be written is accepted",
-                                 folder.string(), error ? error.message() : "it is not such a folder"));
+    throw io::InputError(fmt::format("{}: cannot be written: {}; a folder that may be written is accepted",
+                                     folder.string(), error ? error.message() : "it is not such a folder"));
 }
 
 std::vector<std::string> write_study(const Study& study, const StudyResult& result,
                                      const std::filesystem::path& out) {
-    for (const Table& table : result.tables) write_whole(out / (table.name + ".csv"), to_csv(table));
-    write_whole(out / (std::string(study.id) + ".md"), result.page);
-    if (!result.claims.empty()) write_whole(out / "claims.json", claims_json(result.claims));
+    for (const io::Table& table : result.tables)
+        io::write_whole(out / (table.name + ".csv"), io::to_csv(table));
+    io::write_whole(out / (std::string(study.id) + ".md"), result.page);
+    if (!result.claims.empty()) io::write_whole(out / "claims.json", claims_json(result.claims));
     std::vector<std::string> notices;
-    for (const Plot& plot : result.plots) {
-        if (const std::string notice = write_plot(plot, out); !notice.empty()) notices.push_back(notice);
+    for (const io::Plot& plot : result.plots) {
+        if (const std::string notice = io::write_plot(plot, out); !notice.empty()) notices.push_back(notice);
     }
     return notices;
 }
@@ -89,10 +90,10 @@ std::string studies_html(const std::vector<std::pair<const Study*, StudyResult>>
     for (const auto& [study, result] : results) {
         html += fmt::format("<h2 id=\"{0}\">{0}</h2>\n<p>{1} <a href=\"{0}/{0}.md\">Its page</a>; tables:",
                             study->id, escaped(study->question));
-        for (const Table& table : result.tables)
+        for (const io::Table& table : result.tables)
             html += fmt::format(" <a href=\"{}/{}.csv\">{}</a>", study->id, table.name, table.name);
         html += "</p>\n";
-        for (const Plot& plot : result.plots)
+        for (const io::Plot& plot : result.plots)
             html += fmt::format(
                 "<figure>\n<img src=\"{0}/{1}.svg\" alt=\"{1}\" width=\"{2}\" height=\"{3}\">\n"
                 "<figcaption>{4}</figcaption>\n</figure>\n",
@@ -101,4 +102,4 @@ std::string studies_html(const std::vector<std::pair<const Study*, StudyResult>>
     return html + "</body>\n</html>\n";
 }
 
-}  // namespace engine
+}  // namespace studies

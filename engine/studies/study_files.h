@@ -7,7 +7,7 @@
 
 #include "engine/studies/study.h"
 
-namespace engine {
+namespace studies {
 
 /// Makes the folder. Throws InputError when it cannot be written.
 void make_writable(const std::filesystem::path& folder);
@@ -18,4 +18,4 @@ std::vector<std::string> write_study(const Study&, const StudyResult&, const std
 /// One HTML page of all pictures with their captions, and the claims.
 std::string studies_html(const std::vector<std::pair<const Study*, StudyResult>>&, bool quick);
 
-}  // namespace engine
+}  // namespace studies

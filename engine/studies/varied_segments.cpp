@@ -8,7 +8,7 @@
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/work.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 /// What is followed on the sinuous tube, and the hard joint.
@@ -255,27 +255,27 @@ Convergence converge(const PaperScene& scene, int varied_segments, int cycles) {
 }
 
 /// Outlines of the tube and the wire at the start and at rest.
-Table wires_table(const PaperScene& scene, const Rest& rest, const Sizes& size) {
-    Table table{"varied_segments_wires", {"curve", "x_mm", "y_mm"}, {}};
-    const physics::Polyline& path = scene.wall->centreline();
+io::Table wires_table(const PaperScene& scene, const Rest& rest, const Sizes& size) {
+    io::Table table{"varied_segments_wires", {"curve", "x_mm", "y_mm"}, {}};
+    const geometry::Polyline& path = scene.wall->centreline();
     for (const double side : {-1.0, 1.0}) {
         for (std::size_t i = 0; i + 1 < path.size(); i += 10) {
-            const physics::Vec3 u = (path[i + 1] - path[i]).normalized();
-            const physics::Vec3 x = path[i] + side * scene.wall->radius() * physics::Vec3(-u.y(), u.x(), 0);
+            const geometry::Vec3 u = (path[i + 1] - path[i]).normalized();
+            const geometry::Vec3 x = path[i] + side * scene.wall->radius() * geometry::Vec3(-u.y(), u.x(), 0);
             table.add({std::string(side < 0 ? "right wall" : "left wall"), x.x(), x.y()});
         }
     }
     for (const auto& x : scene.start.joints) table.add({std::string("initial"), x.x(), x.y()});
     for (const auto& x : rest.wire.joints) table.add({std::string("at rest"), x.x(), x.y()});
     for (const int i : size.joints) {
-        const physics::Vec3& x = rest.wire.joints[i];
+        const geometry::Vec3& x = rest.wire.joints[i];
         table.add({fmt::format("joint {}", i), x.x(), x.y()});
     }
     return table;
 }
 
-Plot wires_plot(const PaperScene& scene, const Sizes& size) {
-    Plot plot{"varied_segments_wires", "", 1000, 340};
+io::Plot wires_plot(const PaperScene& scene, const Sizes& size) {
+    io::Plot plot{"varied_segments_wires", "", 1000, 340};
     const auto line = [&](const std::string& name, const std::string& look) {
         return series(plot.name, name, 2, 3, look);
     };
@@ -299,9 +299,9 @@ Plot wires_plot(const PaperScene& scene, const Sizes& size) {
     return plot;
 }
 
-Plot traces_plot(const std::string& name, const std::vector<Run>& runs, std::size_t count, std::size_t trace,
-                 const std::string& figure, const PaperScene& scene, int cycles) {
-    Plot plot{name, "", 1000, 480};
+io::Plot traces_plot(const std::string& name, const std::vector<Run>& runs, std::size_t count,
+                     std::size_t trace, const std::string& figure, const PaperScene& scene, int cycles) {
+    io::Plot plot{name, "", 1000, 480};
     const int joint = runs[0].traces[trace].joint();
     plot.commands = fmt::format(
         "set grid lc rgb '#dddddd'\nset key outside right top\nset xlabel 'relaxation cycles'\n"
@@ -319,8 +319,8 @@ Plot traces_plot(const std::string& name, const std::vector<Run>& runs, std::siz
     return plot;
 }
 
-Table traces_table(const std::string& name, const std::vector<Run>& runs, std::size_t trace, int cycles) {
-    Table table{name, {"method", "cycles", "lateral_deviation_mm"}, {}};
+io::Table traces_table(const std::string& name, const std::vector<Run>& runs, std::size_t trace, int cycles) {
+    io::Table table{name, {"method", "cycles", "lateral_deviation_mm"}, {}};
     for (const Run& run : runs)
         for (const auto& point : run.traces[trace].points())
             if (point.cycles <= cycles) table.add({run.method.name, point.cycles, point.deviation});
@@ -369,17 +369,19 @@ StudyResult run_varied_segments(const StudyOptions& options) {
     });
 
     StudyResult result;
-    Table rest_table{"varied_segments_convergence",
-                     {"scene", "method", "cycles_to_0.1_mm", "cycles_to_0.01_mm", "energy_N_mm", "gradient"},
-                     {}};
+    io::Table rest_table{
+        "varied_segments_convergence",
+        {"scene", "method", "cycles_to_0.1_mm", "cycles_to_0.01_mm", "energy_N_mm", "gradient"},
+        {}};
     for (int k = 0; k < whole_count; ++k) {
         const Convergence& c = convergence[k];
         rest_table.add({whole[k / 2].name, fmt::format("M = {} safeguarded", 2 + k % 2), c.to_tenth,
                         c.to_hundredth, c.energy, c.gradient});
     }
-    Table settled{"varied_segments_settled",
-                  {"scene", "joint", "method", "cycles_to_0.1_mm", "cycles_to_0.01_mm", "cycles_to_0.001_mm"},
-                  {}};
+    io::Table settled{
+        "varied_segments_settled",
+        {"scene", "joint", "method", "cycles_to_0.1_mm", "cycles_to_0.01_mm", "cycles_to_0.001_mm"},
+        {}};
     const auto add_settled = [&](const std::string& scene, const std::vector<Run>& list) {
         for (const Run& run : list)
             for (const DeviationTrace& trace : run.traces)
@@ -414,8 +416,8 @@ StudyResult run_varied_segments(const StudyOptions& options) {
             "Cycles until no joint is farther from where the end comes to rest, and energy and gradient over "
             "C "
             "after {} cycles, with the safeguard.\n\n{}",
-            size.rest_cycles, rests[0].gradient, rests[1].gradient, to_markdown(settled), size.long_cycles,
-            to_markdown(rest_table, 7)),
+            size.rest_cycles, rests[0].gradient, rests[1].gradient, io::to_markdown(settled),
+            size.long_cycles, io::to_markdown(rest_table, 7)),
         result, options);
     result.tables = {wires_table(sinuous, rests[0], size), std::move(settled), std::move(rest_table)};
     for (std::size_t k = 0; k < size.joints.size(); ++k)
@@ -425,4 +427,4 @@ StudyResult run_varied_segments(const StudyOptions& options) {
     return result;
 }
 
-}  // namespace engine
+}  // namespace studies

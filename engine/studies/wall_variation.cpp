@@ -10,9 +10,9 @@
 #include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/work.h"
-#include "physics/wall_stiffness.h"
+#include "physics/wall/wall_stiffness.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 using physics::WallStiffness;
@@ -123,8 +123,8 @@ MeanAndRms over(const Rows& rows, int joint, std::size_t count) {
     return {sum / static_cast<double>(count), std::sqrt(squares / static_cast<double>(count))};
 }
 
-Table running_table(const Setting& s, const Rows& rows) {
-    Table table{"wall_variation_running", {"joint", "realisations", "mean_mm", "rms_mm"}, {}};
+io::Table running_table(const Setting& s, const Rows& rows) {
+    io::Table table{"wall_variation_running", {"joint", "realisations", "mean_mm", "rms_mm"}, {}};
     const std::size_t step = std::max<std::size_t>(1, rows.size() / 500);
     for (const int joint : s.size.joints) {
         double sum = 0, squares = 0;
@@ -141,14 +141,14 @@ Table running_table(const Setting& s, const Rows& rows) {
 }
 
 /// Density of values over [from, to] in so many bins; those outside count for the norm only.
-Table density_table(const std::string& name, const std::string& unit, const std::vector<double>& values,
-                    double from, double to, int bins) {
+io::Table density_table(const std::string& name, const std::string& unit, const std::vector<double>& values,
+                        double from, double to, int bins) {
     std::vector<long long> counts(static_cast<std::size_t>(bins));
     for (const double value : values) {
         const double at = (value - from) / (to - from) * bins;
         if (at >= 0 && at < bins) ++counts[static_cast<std::size_t>(at)];
     }
-    Table table{name, {"middle" + unit, "density"}, {}};
+    io::Table table{name, {"middle" + unit, "density"}, {}};
     const double width = (to - from) / bins;
     for (int b = 0; b < bins; ++b)
         table.add({from + (b + 0.5) * width, static_cast<double>(counts[static_cast<std::size_t>(b)]) /
@@ -187,7 +187,7 @@ Spread spread_of(const std::vector<double>& values, std::size_t per_realisation)
 std::vector<Claim> claims(const Setting& s, const Rows& rows, const Spread& k,
                           const std::vector<MeanAndRms>& of_joint, const std::vector<double>& deviations) {
     std::vector<Claim> list;
-    const auto add = [&](const std::string& text, TableCell published, TableCell measured, bool holds,
+    const auto add = [&](const std::string& text, io::TableCell published, io::TableCell measured, bool holds,
                          const std::string& note) {
         list.push_back({text, std::move(published), std::move(measured), holds, note});
     };
@@ -249,10 +249,10 @@ std::string where(const Setting& s) {
                        s.size.pieces_of_artery);
 }
 
-std::vector<Plot> pictures(const Setting& s, std::size_t realisations) {
+std::vector<io::Plot> pictures(const Setting& s, std::size_t realisations) {
     const std::string grid = "set grid lc rgb '#dddddd'\n";
-    std::vector<Plot> plots;
-    Plot profiles{"wall_variation_profiles", "", 900, 460};
+    std::vector<io::Plot> plots;
+    io::Plot profiles{"wall_variation_profiles", "", 900, 460};
     profiles.commands = grid +
                         "set xlabel 'piece of artery ω'\nset ylabel 'K/k'\nset yrange [0:2]\nset key outside "
                         "right top\nplot ";
@@ -266,7 +266,7 @@ std::vector<Plot> pictures(const Setting& s, std::size_t realisations) {
         "The first of the random walls, stiffness along the artery (the paper's Fig. 14): " + where(s) + ".";
     plots.push_back(profiles);
 
-    Plot stiffness{"wall_variation_stiffness", "", 800, 460};
+    io::Plot stiffness{"wall_variation_stiffness", "", 800, 460};
     stiffness.commands = grid +
                          "set style fill solid 0.8 noborder\nset xlabel 'K/k'\nset ylabel 'density'\nset "
                          "xrange [0:2]\nset yrange "
@@ -277,7 +277,7 @@ std::vector<Plot> pictures(const Setting& s, std::size_t realisations) {
                     realisations, where(s));
     plots.push_back(stiffness);
 
-    Plot running{"wall_variation_running", "", 900, 900};
+    io::Plot running{"wall_variation_running", "", 900, 900};
     running.commands =
         grid + "set multiplot layout 3,1\nset ylabel 'deviation d [µm]'\nset key outside right top\n";
     for (std::size_t k = 0; k < s.size.joints.size(); ++k)
@@ -296,7 +296,7 @@ std::vector<Plot> pictures(const Setting& s, std::size_t realisations) {
         where(s) + ".";
     plots.push_back(running);
 
-    Plot joints{"wall_variation_joints", "", 900, 460};
+    io::Plot joints{"wall_variation_joints", "", 900, 460};
     joints.commands =
         grid +
         "set xlabel 'joint i'\nset ylabel 'deviation d_i [µm]'\nset key outside right top\n"
@@ -308,7 +308,7 @@ std::vector<Plot> pictures(const Setting& s, std::size_t realisations) {
         realisations, where(s));
     plots.push_back(joints);
 
-    Plot density{"wall_variation_deviation", "", 800, 460};
+    io::Plot density{"wall_variation_deviation", "", 800, 460};
     density.commands =
         grid +
         "set style fill solid 0.8 noborder\nset xlabel 'lateral deviation d [µm]'\nset ylabel "
@@ -326,7 +326,7 @@ StudyResult finish(const StudyOptions& options, const Rows& rows) {
     const Setting s = setting(options);
     const auto realisations = static_cast<int>(rows.size());
     std::vector<double> stiffness, deviations;
-    Table profiles{"wall_variation_profiles", {"realisation", "piece", "stiffness_over_k"}, {}};
+    io::Table profiles{"wall_variation_profiles", {"realisation", "piece", "stiffness_over_k"}, {}};
     for (int r = 0; r < realisations; ++r) {
         const auto samples = profile_samples(s, options.seed, r);
         stiffness.insert(stiffness.end(), samples.begin(), samples.end());
@@ -336,7 +336,7 @@ StudyResult finish(const StudyOptions& options, const Rows& rows) {
                           rows[static_cast<std::size_t>(r)].end());
     }
     std::vector<MeanAndRms> of_joint;
-    Table joints{"wall_variation_joints", {"joint", "mean_mm", "rms_mm"}, {}};
+    io::Table joints{"wall_variation_joints", {"joint", "mean_mm", "rms_mm"}, {}};
     double squares = 0;
     for (int i = 1; i <= s.size.segments; ++i) {
         of_joint.push_back(over(rows, i, rows.size()));
@@ -373,4 +373,4 @@ StudyResult run_wall_variation(const StudyOptions& options) {
     return finish(options, rows(options, 0, pieces(options)));
 }
 
-}  // namespace engine
+}  // namespace studies

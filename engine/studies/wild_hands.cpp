@@ -7,16 +7,16 @@
 #include <random>
 
 #include "engine/anatomy/anatomy_writer.h"
-#include "engine/anatomy/lumen_import.h"
-#include "engine/anatomy/mesh_topology.h"
-#include "engine/cpu_clock.h"
-#include "engine/files.h"
-#include "physics/energy.h"
+#include "engine/anatomy/import/lumen_import.h"
+#include "engine/io/cpu_clock.h"
+#include "engine/io/files.h"
+#include "physics/geometry/mesh_topology.h"
+#include "physics/wire/energy.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
-using physics::Vec3;
+using geometry::Vec3;
 
 constexpr double kLargestPush = 30;                    // a frame [mm]
 constexpr double kLargestTurn = 2 * std::numbers::pi;  // a frame [rad]
@@ -40,45 +40,47 @@ constexpr Import kImports[] = {{"carotid_stenosis_lumen.stl", "floppy014", 20},
                                {"sofa_phantom.obj", "glide035", 40}};
 
 /// The anatomy and a scenario of it in the cache, for readers to play again.
-Scenario imported(const Import& import, const std::filesystem::path& mesh, const StudyOptions& options) {
-    ImportOptions how;
+scenario::Scenario imported(const Import& import, const std::filesystem::path& mesh,
+                            const StudyOptions& options) {
+    anatomy::ImportOptions how;
     how.unit = "mm";
     how.threads = 1;
-    const Anatomy anatomy = import_lumen(mesh, how).anatomy;
+    const anatomy::Anatomy anatomy = anatomy::import_lumen(mesh, how).anatomy;
     const std::filesystem::path folder = options.cache.folder / "imported";
-    const std::filesystem::path file = write_anatomy(anatomy, folder, {{"mesh", mesh.filename().string()}});
+    const std::filesystem::path file =
+        anatomy::write_anatomy(anatomy, folder, {{"mesh", mesh.filename().string()}});
     const std::string text = fmt::format(
         "schema = 1\ntitle = \"{0}\"\nanatomy = \"{1}\"\n\n[entry]\nend = \"{2}\"\ninserted_mm = {3:.1f}\n\n"
         "[guidewire]\npreset = \"{4}\"\n\n[wall]\nstiffness_N_per_mm = 20.0\n\n[target]\nname = \"{5}\"\n",
         import.mesh, file.filename().string(), anatomy.ends.front().opening.name, import.inserted,
         import.wire, anatomy.targets.front().name);
     const std::filesystem::path scenario = folder / (mesh.stem().string() + ".toml");
-    write_whole(scenario, text);
-    return load_scenario(scenario);
+    io::write_whole(scenario, text);
+    return scenario::load_scenario(scenario);
 }
 
 }  // namespace
 
-void WildHand::act(Simulation& simulation) {
+void WildHand::act(exercise::Simulation& simulation) {
     if (frame_++ % kFramesOfATrend == 0) trend_ = 2 * unit() - 0.6;
     const double what = unit();
     if (what < 0.7) {
         const double a = unit(), b = unit(), length = kLargestPush * a * b;
         if (unit() < 0.5 + 0.5 * trend_)
-            simulation.apply(Advance{length});
+            simulation.apply(script::Advance{length});
         else
-            simulation.apply(Withdraw{length});
+            simulation.apply(script::Withdraw{length});
     }
     if (what > 0.4) {
         const double a = unit(), b = unit();
-        simulation.apply(Rotate{kLargestTurn * (2 * a - 1) * b});
+        simulation.apply(script::Rotate{kLargestTurn * (2 * a - 1) * b});
     }
 }
 
-Exits::Exits(const Anatomy& anatomy) {
-    for (const VesselEnd& end : anatomy.ends)
+Exits::Exits(const anatomy::Anatomy& anatomy) {
+    for (const anatomy::VesselEnd& end : anatomy.ends)
         discs_.push_back({end.opening.centre, end.opening.outward_normal, kReach * end.opening.radius, 0});
-    for (const BoundaryLoop& rim : topology(anatomy.lumen).loops) {
+    for (const geometry::BoundaryLoop& rim : geometry::topology(anatomy.lumen).loops) {
         const auto distance = [&](const Disc& disc) { return (disc.centre - rim.centroid).norm(); };
         Disc& disc = *std::min_element(discs_.begin(), discs_.end(), [&](const Disc& a, const Disc& b) {
             return distance(a) < distance(b);
@@ -141,15 +143,15 @@ void WildTally::add(const WildTally& other) {
     incidents.insert(incidents.end(), other.incidents.begin(), other.incidents.end());
 }
 
-WildJudge::WildJudge(const Simulation& simulation)
+WildJudge::WildJudge(const exercise::Simulation& simulation)
     : name_(simulation.scenario().name),
       lumen_(simulation.anatomy()),
       exits_(simulation.anatomy()),
       rest_(simulation.wall().smooth() ? kRestLimit : kPlanesRestLimit),
       wire_radius_(0.5 * simulation.scenario().guidewire.diameter) {}
 
-void WildJudge::judge(const Simulation& simulation, const StepReport& report, std::uint64_t seed, int frame,
-                      WildTally& tally) const {
+void WildJudge::judge(const exercise::Simulation& simulation, const exercise::StepReport& report,
+                      std::uint64_t seed, int frame, WildTally& tally) const {
     const physics::Guidewire& wire = simulation.wire();
     const auto contacts = physics::all_contacts(wire, simulation.wall());
     const auto tell = [&](const std::string& what) { tally.incidents.push_back({name_, seed, frame, what}); };
@@ -197,26 +199,27 @@ void WildJudge::judge(const Simulation& simulation, const StepReport& report, st
     tally.largest_lag = std::max(tally.largest_lag, lag);
 }
 
-WildTally play_wildly(Simulation& simulation, const WildJudge& judge, std::uint32_t seed, int frames) {
+WildTally play_wildly(exercise::Simulation& simulation, const WildJudge& judge, std::uint32_t seed,
+                      int frames) {
     simulation.reset();
     WildHand hand(seed);
     WildTally tally;
     for (int frame = 0; frame < frames; ++frame) {
         hand.act(simulation);
-        const double start = thread_cpu_seconds();
-        const StepReport report = simulation.step();
-        tally.times.push_back(1e3 * (thread_cpu_seconds() - start));
+        const double start = io::thread_cpu_seconds();
+        const exercise::StepReport report = simulation.step();
+        tally.times.push_back(1e3 * (io::thread_cpu_seconds() - start));
         judge.judge(simulation, report, seed, frame, tally);
     }
     return tally;
 }
 
-std::vector<Scenario> wild_scenarios(const StudyOptions& options) {
-    std::vector<Scenario> list;
+std::vector<scenario::Scenario> wild_scenarios(const StudyOptions& options) {
+    std::vector<scenario::Scenario> list;
     if (std::filesystem::is_directory(options.scenarios))
-        for (const std::filesystem::path& file : shipped_scenarios(options.scenarios))
+        for (const std::filesystem::path& file : scenario::shipped_scenarios(options.scenarios))
             if (!options.quick || file.stem() == "s_bend" || file.stem() == "renal")
-                list.push_back(load_scenario(file));
+                list.push_back(scenario::load_scenario(file));
     if (options.quick) return list;
     for (const Import& import : kImports)
         if (const std::filesystem::path mesh = options.real_meshes / import.mesh;
@@ -225,4 +228,4 @@ std::vector<Scenario> wild_scenarios(const StudyOptions& options) {
     return list;
 }
 
-}  // namespace engine
+}  // namespace studies

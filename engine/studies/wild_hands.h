@@ -6,13 +6,13 @@
 #include <string>
 #include <vector>
 
-#include "engine/anatomy/mesh_query.h"
-#include "engine/scenario.h"
-#include "engine/simulation.h"
+#include "engine/exercise/simulation.h"
+#include "engine/scenario/scenario.h"
 #include "engine/studies/random_tubes.h"
 #include "engine/studies/study.h"
+#include "physics/geometry/mesh_query.h"
 
-namespace engine {
+namespace studies {
 
 /// Pushes or pulls of up to 30 mm and turns of up to 360° a frame; every 40 frames the hand changes its mind
 /// about whether it is going in or out. The seed says all, on any machine.
@@ -20,7 +20,7 @@ class WildHand {
 public:
     explicit WildHand(std::uint32_t seed) : random_(seed) {}
     /// What it does in its next frame.
-    void act(Simulation&);
+    void act(exercise::Simulation&);
 
 private:
     double unit() { return static_cast<double>(random_()) / 4294967296.0; }
@@ -32,7 +32,7 @@ private:
 /// Tells where a wire has left the vessels.
 class Exits {
 public:
-    explicit Exits(const Anatomy&);
+    explicit Exits(const anatomy::Anatomy&);
     /// Per joint, whether the wire is out by an open end proximal of it: it went out through that end's disc
     /// more often than in. Rims of real meshes are uneven: the disc lies as far inside as the rim reaches,
     /// and a wire's radius more.
@@ -40,7 +40,7 @@ public:
 
 private:
     struct Disc {
-        physics::Vec3 centre, outward;
+        geometry::Vec3 centre, outward;
         double radius = 0, inside = 0;  // inside: by which the rim reaches in [mm]
     };
     std::vector<Disc> discs_;
@@ -49,14 +49,15 @@ private:
 /// The mesh of a lumen as it is.
 class RawLumen {
 public:
-    explicit RawLumen(const Anatomy& anatomy) : closed_(closed_lumen(anatomy)), wall_(anatomy.lumen) {}
+    explicit RawLumen(const anatomy::Anatomy& anatomy)
+        : closed_(anatomy::closed_lumen(anatomy)), wall_(anatomy.lumen) {}
     /// Whether most of five rays cross the mesh, closed by planes at its ends, an odd number of times.
-    bool encloses(const physics::Vec3&) const;
+    bool encloses(const geometry::Vec3&) const;
     /// How far beyond the wall a point is, < 0 inside, where it is looked for no farther than `within` [mm].
-    double outside_by(const physics::Vec3&, double within) const;
+    double outside_by(const geometry::Vec3&, double within) const;
 
 private:
-    MeshQuery closed_, wall_;
+    geometry::MeshQuery closed_, wall_;
 };
 
 /// What frames came to.
@@ -81,8 +82,9 @@ struct WildTally {
 /// Looks at frames of one simulation.
 class WildJudge {
 public:
-    explicit WildJudge(const Simulation&);
-    void judge(const Simulation&, const StepReport&, std::uint64_t seed, int frame, WildTally&) const;
+    explicit WildJudge(const exercise::Simulation&);
+    void judge(const exercise::Simulation&, const exercise::StepReport&, std::uint64_t seed, int frame,
+               WildTally&) const;
 
 private:
     std::string name_;
@@ -92,10 +94,10 @@ private:
 };
 
 /// So many frames of the hand with this seed, from the scenario's start.
-WildTally play_wildly(Simulation&, const WildJudge&, std::uint32_t seed, int frames);
+WildTally play_wildly(exercise::Simulation&, const WildJudge&, std::uint32_t seed, int frames);
 
 /// Scenarios to try: those of options.scenarios and, of options.real_meshes, three from elsewhere, imported
 /// into the cache with a scenario file beside each. The quick study has s_bend and renal.
-std::vector<Scenario> wild_scenarios(const StudyOptions&);
+std::vector<scenario::Scenario> wild_scenarios(const StudyOptions&);
 
-}  // namespace engine
+}  // namespace studies

@@ -5,10 +5,10 @@
 #include <mutex>
 #include <string>
 
-#include "engine/parallel.h"
 #include "engine/studies/study.h"
+#include "physics/geometry/parallel.h"
 
-namespace engine {
+namespace studies {
 
 class Work {
 public:
@@ -16,7 +16,7 @@ public:
     Work(const StudyOptions& options, int of) : options_(options), of_(of) {}
     /// piece(0) … piece(count − 1), each once; a piece says what it was.
     void run(int count, const std::function<std::string(int)>& piece) {
-        for_each_index(count, options_.threads, [&](int k) {
+        geometry::for_each_index(count, options_.threads, [&](int k) {
             const std::string what = piece(k);
             const std::lock_guard lock(telling_);
             ++done_;
@@ -30,4 +30,4 @@ private:
     int done_ = 0, of_;
 };
 
-}  // namespace engine
+}  // namespace studies

@@ -45,7 +45,7 @@ void expect_scenario_refused(const std::string& name, const std::string& from, c
 void expect_mesh_refused(const std::function<void(const std::filesystem::path& stl)>& change,
                          const std::string& expected) {
     const TemporaryFolder folder;
-    engine::write_anatomy(engine::test::iliac_renal(), folder.path(), {});
+    anatomy::write_anatomy(test::iliac_renal(), folder.path(), {});
     change(folder / "iliac-renal.stl");
     std::string toml = read(asset("scenarios/renal.toml"));
     const std::string grown = "[anatomy]\npreset = \"iliac-renal\"\n";

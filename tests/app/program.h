@@ -9,12 +9,7 @@
 
 #include "tests/engine/fixtures.h"
 
-namespace app::test {
-
-using engine::test::asset;
-using engine::test::read;
-using engine::test::TemporaryFolder;
-using engine::test::write;
+namespace test {
 
 inline const std::string good_script = asset("scripts/s_bend.gw");
 
@@ -60,4 +55,4 @@ inline Outcome run(const TemporaryFolder& folder, const std::vector<std::string>
     return Started(folder, command(words)).wait();
 }
 
-}  // namespace app::test
+}  // namespace test

@@ -23,7 +23,7 @@ public:
         now_ = ProgressBar::Clock::time_point(seconds(second));
         bar_->show(part, told);
     }
-    std::string written() const { return engine::test::read(folder_ / "out.txt"); }
+    std::string written() const { return test::read(folder_ / "out.txt"); }
     std::string ended() {
         bar_.reset();
         std::fflush(out_);
@@ -31,7 +31,7 @@ public:
     }
 
 private:
-    engine::test::TemporaryFolder folder_;
+    test::TemporaryFolder folder_;
     ProgressBar::Clock::time_point now_{};
     std::FILE* out_;
     std::unique_ptr<ProgressBar> bar_;

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/anatomy/anatomy_writer.h"
-#include "engine/csv.h"
+#include "engine/io/csv.h"
 #include "tests/anatomies.h"
 #include "tests/app/program.h"
 
@@ -15,14 +15,14 @@ using Words = std::vector<std::string>;
 
 /// A quarter of a circle of 20 mm with 10 mm straight before and after, a point every degree or millimetre.
 std::string bent_tube() {
-    std::vector<physics::Vec3> points;
+    std::vector<geometry::Vec3> points;
     for (int i = 0; i < 10; ++i) points.emplace_back(i, 0, 0);
     for (int i = 0; i <= 90; ++i) {
         const double a = i * M_PI / 180;
         points.emplace_back(10 + 20 * std::sin(a), 20 - 20 * std::cos(a), 0);
     }
     for (int i = 1; i <= 10; ++i) points.emplace_back(30, 20 + i, 0);
-    return engine::points_csv(points);
+    return io::points_csv(points);
 }
 
 /// The bent tube, a wire of 40 segments and what else is said; flags given again take the later value.
@@ -74,7 +74,7 @@ TEST(Relax, LeavesJointsAndAReport) {
     const Bench bench;
     const Outcome result = bench.relax(bench.good());
     ASSERT_EQ(result.code, 0) << result.error;
-    const physics::Polyline joints = engine::load_points(bench.folder / "joints.csv");
+    const geometry::Polyline joints = io::load_points(bench.folder / "joints.csv");
     ASSERT_EQ(joints.size(), 41u);
     for (std::size_t i = 1; i < joints.size(); ++i) EXPECT_NEAR((joints[i] - joints[i - 1]).norm(), 1, 1e-9);
     const auto report = nlohmann::json::parse(read(bench.folder / "report.json"));
@@ -121,7 +121,7 @@ TEST(Relax, PushingLeavesARowAPush) {
         << rows;
     EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 11);
     EXPECT_NE(rows.find("\n40,"), std::string::npos);
-    EXPECT_EQ(engine::load_points(bench.folder / "joints.csv").size(), 41u);
+    EXPECT_EQ(io::load_points(bench.folder / "joints.csv").size(), 41u);
 }
 
 TEST(Relax, AWireLeftBehindCanBeTakenUpAgain) {
@@ -153,14 +153,14 @@ TEST(Relax, EveryMethodLowersTheEnergyAndIsNamedInTheReport) {
 
 TEST(Relax, AClampOfThePaperIsSofterAndALoadBendsTheWire) {
     const Bench bench;
-    write(bench.folder / "tube.csv", engine::points_csv(physics::Polyline{{0, 0, 0}, {50, 0, 0}}));
+    write(bench.folder / "tube.csv", io::points_csv(geometry::Polyline{{0, 0, 0}, {50, 0, 0}}));
     // 40 mm of wire in the middle of a wide tube sag by q L⁴/8EI = 0.064 mm, by 1/N² more with half cells and
     // by 10/3N more by the paper's rule.
     const auto sag = [&](const std::string& clamp) {
         const Outcome result = bench.relax(
             bench.good({"--radius", "20", "--method", "global", "--load", "0,0,-1e-5", "--clamp", clamp}));
         EXPECT_EQ(result.code, 0) << result.error;
-        return -engine::load_points(bench.folder / "joints.csv").back().z() / 0.064;
+        return -io::load_points(bench.folder / "joints.csv").back().z() / 0.064;
     };
     EXPECT_NEAR(sag("half"), 1 + 1 / 1600.0, 1e-5);
     EXPECT_NEAR(sag("paper"), 1 + 10 / 120.0, 2e-3);
@@ -172,7 +172,7 @@ TEST(Relax, AClampOfThePaperIsSofterAndALoadBendsTheWire) {
 
 TEST(Relax, AnAnatomyIsEnteredByABranch) {
     const Bench bench;
-    const auto anatomy = engine::write_anatomy(engine::test::iliac_renal(), bench.folder.path(), {});
+    const auto anatomy = anatomy::write_anatomy(test::iliac_renal(), bench.folder.path(), {});
     const Outcome result = bench.relax(bench.good(
         {"--tube", "-", "--radius", "-", "--anatomy", anatomy, "--branch", "RIIA", "--segment-length", "2"}));
     EXPECT_EQ(result.code, 0) << result.error;
@@ -245,7 +245,7 @@ TEST(RelaxRefuses, AnatomiesThatAreOpenOrUnknown) {
                            "-",      "--anatomy", bench.folder / "iliac-renal.anatomy.json"};
     bench.expect_refused(anatomy, "iliac-renal.anatomy.json: no such anatomy");
     bench.expect_refused({"--anatomy", anatomy.back()}, "both were given");
-    engine::write_anatomy(engine::test::iliac_renal(), bench.folder.path(), {});
+    anatomy::write_anatomy(test::iliac_renal(), bench.folder.path(), {});
     Words unknown = anatomy;
     unknown.insert(unknown.end(), {"--branch", "LCX"});
     bench.expect_refused(unknown, "--branch: 'LCX' is no branch of");

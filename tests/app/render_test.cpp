@@ -1,4 +1,4 @@
-#include "render/png.h"
+#include "render/picture/png.h"
 #include "tests/app/program.h"
 
 namespace app {

@@ -2,27 +2,27 @@
 
 #include <benchmark/benchmark.h>
 
-#include "engine/contrast_flow.h"
-#include "render/contrast.h"
-#include "render/solids.h"
+#include "engine/blood/contrast_flow.h"
+#include "render/patient/solids.h"
+#include "render/xray/contrast.h"
 #include "tests/anatomies.h"
 
 namespace {
 
-using physics::Vec3;
+using geometry::Vec3;
 
-engine::ContrastFlow& flow() {
-    static engine::ContrastFlow made(engine::test::iliac_renal());
+blood::ContrastFlow& flow() {
+    static blood::ContrastFlow made(test::iliac_renal());
     return made;
 }
 
-render::LumenContrast contrast_of(const physics::TriangleMesh& mesh) {
+render::LumenContrast contrast_of(const geometry::TriangleMesh& mesh) {
     return {
         mesh, {flow().nodes().begin(), flow().nodes().end()}, {flow().radii().begin(), flow().radii().end()}};
 }
 
 const render::LumenContrast& iliac_renal_contrast() {
-    static const render::LumenContrast made = contrast_of(engine::closed_lumen(engine::test::iliac_renal()));
+    static const render::LumenContrast made = contrast_of(anatomy::closed_lumen(test::iliac_renal()));
     return made;
 }
 
@@ -52,7 +52,7 @@ BENCHMARK(contrast_matrix)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
 
 /// Arg: how often every triangle of the iliac–renal lumen is cut into four.
 void contrast_matrix_of_finer_meshes(benchmark::State& state) {
-    auto mesh = engine::closed_lumen(engine::test::iliac_renal());
+    auto mesh = anatomy::closed_lumen(test::iliac_renal());
     for (int cut = 0; cut < state.range(0); ++cut) mesh = render::subdivided(mesh);
     const auto contrast = contrast_of(mesh);
     for (auto _ : state) benchmark::DoNotOptimize(contrast.at(arm_of(512)));
@@ -61,7 +61,7 @@ void contrast_matrix_of_finer_meshes(benchmark::State& state) {
 BENCHMARK(contrast_matrix_of_finer_meshes)->DenseRange(0, 2)->Unit(benchmark::kMillisecond);
 
 void contrast_grid(benchmark::State& state) {
-    const auto mesh = engine::closed_lumen(engine::test::iliac_renal());
+    const auto mesh = anatomy::closed_lumen(test::iliac_renal());
     for (auto _ : state) benchmark::DoNotOptimize(contrast_of(mesh));
 }
 BENCHMARK(contrast_grid)->Unit(benchmark::kMillisecond);
@@ -90,7 +90,7 @@ BENCHMARK(iodine_of_a_frame)
 
 /// A frame at 15 per second while contrast is everywhere.
 void contrast_flow_of_a_frame(benchmark::State& state) {
-    engine::ContrastFlow& at = flow();
+    blood::ContrastFlow& at = flow();
     at.reset();
     int frames = 0;
     for (auto _ : state) {

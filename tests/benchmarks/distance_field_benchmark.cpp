@@ -3,12 +3,14 @@
 #include <benchmark/benchmark.h>
 
 #include "engine/anatomy/anatomy.h"
-#include "engine/scenes.h"
-#include "physics/distance_field.h"
-#include "physics/guidewire.h"
+#include "engine/anatomy/scenes.h"
+#include "physics/wall/distance_field.h"
+#include "physics/wire/guidewire.h"
 #include "tests/anatomies.h"
 #include "tests/benchmarks/push_times.h"
 #include "tests/benchmarks/wall_queries.h"
+
+using namespace geometry;
 
 using namespace physics;
 
@@ -32,19 +34,18 @@ TriangleMesh subdivided(TriangleMesh mesh, int times) {
 }
 
 void wall_query_by_field(benchmark::State& state) {
-    static const DistanceField wall(engine::test::iliac_renal().lumen, engine::test::iliac_renal().branches,
-                                    engine::test::iliac_renal().openings(), 20.0, 0.44, {.threads = 2});
+    static const DistanceField wall(test::iliac_renal().lumen, test::iliac_renal().branches,
+                                    test::iliac_renal().openings(), 20.0, 0.44, {.threads = 2});
     time_wall_queries(state, wall);
     state.counters["MB"] = static_cast<double>(wall.bytes()) * 1e-6;
 }
 BENCHMARK(wall_query_by_field)->ArgName("motion_um")->Arg(300)->Arg(10);
 
 void make_field(benchmark::State& state) {
-    const TriangleMesh mesh = subdivided(engine::test::iliac_renal().lumen, static_cast<int>(state.range(0)));
+    const TriangleMesh mesh = subdivided(test::iliac_renal().lumen, static_cast<int>(state.range(0)));
     for (auto _ : state) {
-        const DistanceField wall(mesh, engine::test::iliac_renal().branches,
-                                 engine::test::iliac_renal().openings(), 20.0, 0.44,
-                                 {.threads = static_cast<int>(state.range(1))});
+        const DistanceField wall(mesh, test::iliac_renal().branches, test::iliac_renal().openings(), 20.0,
+                                 0.44, {.threads = static_cast<int>(state.range(1))});
         benchmark::DoNotOptimize(wall.bytes());
     }
     state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
@@ -61,16 +62,16 @@ BENCHMARK(make_field)
 
 /// The paper's tubes as meshes of about so many thousand triangles: what global_push does in closed form.
 void global_push_in_a_mesh(benchmark::State& state) {
-    const engine::Scene& scene = *engine::find_scene(state.range(0) == 0 ? "sinuous" : "spatial");
-    const Polyline path = engine::draw(scene.path);
+    const anatomy::Scene& scene = *anatomy::find_scene(state.range(0) == 0 ? "sinuous" : "spatial");
+    const Polyline path = anatomy::draw(scene.path);
     double length = 0;
     for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).norm();
     // Facets as wide as they are long.
     const double area = 2 * std::numbers::pi * scene.radius * length;
     const double step = std::sqrt(2 * area / (1e3 * static_cast<double>(state.range(1))));
     const int around = static_cast<int>(2 * std::numbers::pi * scene.radius / step);
-    const engine::Anatomy tube =
-        engine::tube_anatomy(std::string(scene.name), path, scene.radius, around, step);
+    const anatomy::Anatomy tube =
+        anatomy::tube_anatomy(std::string(scene.name), path, scene.radius, around, step);
     const DistanceField wall(tube.lumen, tube.branches, tube.openings(), scene.wall_stiffness, 0.0,
                              {.threads = 2});
     GuidewireSpec spec;
@@ -89,14 +90,12 @@ BENCHMARK(global_push_in_a_mesh)
 
 /// From the left groin through the iliac arteries into the aorta: 165 segments of 2 mm.
 void global_push_in_the_iliac_artery(benchmark::State& state) {
-    const TriangleMesh mesh = subdivided(engine::test::iliac_renal().lumen, static_cast<int>(state.range(0)));
-    const engine::EntryPath entry =
-        engine::path_from(engine::test::iliac_renal(),
-                          *engine::find_end(engine::test::iliac_renal(), "aorta+LCIA+LEIA+LCFA.out"));
+    const TriangleMesh mesh = subdivided(test::iliac_renal().lumen, static_cast<int>(state.range(0)));
+    const anatomy::EntryPath entry = anatomy::path_from(
+        test::iliac_renal(), *anatomy::find_end(test::iliac_renal(), "aorta+LCIA+LEIA+LCFA.out"));
     const GuidewireSpec spec;
-    const DistanceField wall(mesh, engine::test::iliac_renal().branches,
-                             engine::test::iliac_renal().openings(), 20.0, 0.5 * spec.diameter,
-                             {.threads = 2});
+    const DistanceField wall(mesh, test::iliac_renal().branches, test::iliac_renal().openings(), 20.0,
+                             0.5 * spec.diameter, {.threads = 2});
     push_through(state, wall, entry.points, spec, 165, 1);
     state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
     state.counters["MB"] = static_cast<double>(wall.bytes()) * 1e-6;

@@ -6,15 +6,15 @@
 #include <string>
 #include <unistd.h>
 
-#include "engine/picture_file.h"
-#include "render/fluoroscope.h"
-#include "render/patient.h"
-#include "render/solids.h"
+#include "engine/run/picture_file.h"
+#include "render/patient/patient.h"
+#include "render/patient/solids.h"
+#include "render/xray/fluoroscope.h"
 
 namespace {
 
-using physics::Polyline;
-using physics::Vec3;
+using geometry::Polyline;
+using geometry::Vec3;
 
 /// 200 joints 1 mm apart, gently curved in all directions.
 Polyline wire() {
@@ -112,7 +112,7 @@ void png_file(benchmark::State& state) {
     const auto image = scope.expose(arm_of(static_cast<int>(state.range(0))), wire(), {});
     const auto path = std::filesystem::temp_directory_path() /
                       ("seldinger_benchmark_" + std::to_string(::getpid()) + ".png");
-    for (auto _ : state) engine::write_picture(path, image);
+    for (auto _ : state) run::write_picture(path, image);
     state.counters["bytes"] = static_cast<double>(std::filesystem::file_size(path));
     std::filesystem::remove(path);
 }

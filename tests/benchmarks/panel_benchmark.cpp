@@ -3,8 +3,8 @@
 #include <benchmark/benchmark.h>
 #include <cstdint>
 
-#include "render/panel.h"
-#include "render/png.h"
+#include "render/panel/panel.h"
+#include "render/picture/png.h"
 
 namespace {
 

@@ -6,17 +6,19 @@
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/lumen_wall.h"
-#include "engine/scenes.h"
-#include "physics/crossings.h"
-#include "physics/energy.h"
-#include "physics/mesh_wall.h"
-#include "physics/newton_terms.h"
-#include "physics/relaxer.h"
+#include "engine/anatomy/scenes.h"
+#include "physics/relax/newton_terms.h"
+#include "physics/relax/relaxer.h"
+#include "physics/wall/mesh_wall.h"
+#include "physics/wire/crossings.h"
+#include "physics/wire/energy.h"
 #include "tests/anatomies.h"
 #include "tests/benchmarks/push_times.h"
 #include "tests/benchmarks/wall_queries.h"
 #include "tests/physics/ask_always.h"
 #include "tests/physics/wires.h"
+
+using namespace geometry;
 
 using namespace physics;
 
@@ -53,15 +55,15 @@ BENCHMARK(one_cycle)
 /// planes, once a sweep.
 void forms_of_the_segment_method(benchmark::State& state) {
     const int segments = static_cast<int>(state.range(0));
-    std::vector<engine::PenMove> path;
-    while (engine::length(path) < segments + 10) {
-        const auto& piece = engine::find_scene("spatial")->path;
+    std::vector<anatomy::PenMove> path;
+    while (anatomy::length(path) < segments + 10) {
+        const auto& piece = anatomy::find_scene("spatial")->path;
         path.insert(path.end(), piece.begin(), piece.end());
     }
-    const Polyline line = engine::draw(path);
-    const engine::Anatomy tube = engine::tube_anatomy("tube", line, 2.0);
+    const Polyline line = anatomy::draw(path);
+    const anatomy::Anatomy tube = anatomy::tube_anatomy("tube", line, 2.0);
     const MeshWall mesh(tube.lumen, tube.branches, tube.openings(), 42.0);
-    const physics::test::AskAlways always(mesh);
+    const test::AskAlways always(mesh);
     const Guidewire start = wire_along(scene_setup("spatial").wire.spec, line, segments);
     RelaxerConfig config;
     config.kind = RelaxerKind::Segment;
@@ -84,7 +86,7 @@ BENCHMARK(forms_of_the_segment_method)
     ->Unit(benchmark::kMillisecond);
 
 void wall_query_by_ray(benchmark::State& state) {
-    static const engine::Anatomy anatomy = engine::test::iliac_renal();
+    static const anatomy::Anatomy anatomy = test::iliac_renal();
     time_wall_queries(state, MeshWall(anatomy.lumen, anatomy.branches, anatomy.openings(), 20.0, 0.44));
 }
 BENCHMARK(wall_query_by_ray)->ArgName("motion_um")->Arg(10)->Arg(300);
@@ -144,16 +146,16 @@ struct LongWire {
 };
 /// The vessel of `spatial` over and over, its wall as stiff per length for every λ.
 LongWire long_wire(int segments, double segment_length) {
-    std::vector<engine::PenMove> path;
-    while (engine::length(path) < segment_length * (segments + 100)) {
-        const auto& piece = engine::find_scene("spatial")->path;
+    std::vector<anatomy::PenMove> path;
+    while (anatomy::length(path) < segment_length * (segments + 100)) {
+        const auto& piece = anatomy::find_scene("spatial")->path;
         path.insert(path.end(), piece.begin(), piece.end());
     }
     GuidewireSpec spec;
     spec.segment_length = segment_length;
     spec.shaft_rigidity = spec.tip_rigidity = 50;
     spec.curved_length = spec.curved_angle = 0;
-    const Polyline line = engine::draw(path);
+    const Polyline line = anatomy::draw(path);
     return {TubeWall(line, 2.0, 42 * segment_length), wire_along(spec, line, segments)};
 }
 
@@ -233,15 +235,15 @@ BENCHMARK(riccati_backward_pass)->ArgName("twist")->Arg(0)->Arg(1);
 /// Segments tested for crossings: 300 joints of λ = 1 mm from the left groin up the iliac arteries, along the
 /// wall or (where = 0) along the centreline, on a distance field or (mesh = 1) on the mesh by rays.
 void crossings_of_300_joints(benchmark::State& state) {
-    static const engine::Anatomy& anatomy = engine::test::iliac_renal();
+    static const anatomy::Anatomy& anatomy = test::iliac_renal();
     const double stiffness = 20, wire_radius = 0.44;
     std::unique_ptr<LumenWall> wall;
     if (state.range(1) != 0)
         wall = std::make_unique<MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(), stiffness,
                                           wire_radius);
     else
-        wall = engine::cached_distance_field(anatomy, stiffness, wire_radius, engine::test::cache());
-    const auto entry = engine::path_from(anatomy, *engine::find_end(anatomy, "aorta+LCIA+LEIA+LCFA.out"));
+        wall = anatomy::cached_distance_field(anatomy, stiffness, wire_radius, test::cache());
+    const auto entry = anatomy::path_from(anatomy, *anatomy::find_end(anatomy, "aorta+LCIA+LEIA+LCFA.out"));
     Polyline path;
     for (std::size_t i = 1; i + 1 < entry.points.size(); ++i) {
         Vec3 a, b;

@@ -5,13 +5,13 @@
 #include <benchmark/benchmark.h>
 #include <vector>
 
-#include "engine/cpu_clock.h"
-#include "physics/hub.h"
+#include "engine/io/cpu_clock.h"
+#include "physics/relax/hub.h"
 
 /// Pushes a wire from 20 to `segments` segments along `path`, `burst` at a time. The counters are of the
 /// pushes of the second half.
 inline void push_through(benchmark::State& state, const physics::LumenWall& wall,
-                         const physics::Polyline& path, const physics::GuidewireSpec& spec, int segments,
+                         const geometry::Polyline& path, const physics::GuidewireSpec& spec, int segments,
                          int burst) {
     constexpr int unlimited = 1'000'000'000;
     std::vector<double> times;
@@ -21,14 +21,14 @@ inline void push_through(benchmark::State& state, const physics::LumenWall& wall
         physics::Guidewire wire = physics::wire_along(spec, path, 20);
         hub.settle(wire, unlimited);
         while (wire.segments() + burst <= segments) {
-            const double before = engine::thread_cpu_seconds();
+            const double before = io::thread_cpu_seconds();
             double left = burst * spec.segment_length;
             while (left > 1e-9) {
                 const physics::HubReport report = hub.move(wire, {left, 0}, unlimited);
                 if (report.outcome != physics::HubReport::Outcome::AtRest) break;
                 left -= report.made.feed;
             }
-            const double after = engine::thread_cpu_seconds();
+            const double after = io::thread_cpu_seconds();
             if (wire.segments() > segments / 2) times.push_back(1e3 * (after - before));
             if (left > 1e-9) {
                 ++unfinished;

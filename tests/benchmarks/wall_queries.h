@@ -4,17 +4,17 @@
 #include <benchmark/benchmark.h>
 #include <vector>
 
-#include "physics/guidewire.h"
-#include "physics/wall.h"
+#include "physics/wall/wall.h"
+#include "physics/wire/guidewire.h"
 #include "tests/anatomies.h"
 
 /// Joints close to the wall, each asked with its own station as the hint, moved to and fro by range(0) µm.
 inline void time_wall_queries(benchmark::State& state, const physics::LumenWall& wall) {
-    std::vector<physics::Vec3> joints;
-    for (const auto& branch : engine::test::iliac_renal().branches)
+    std::vector<geometry::Vec3> joints;
+    for (const auto& branch : test::iliac_renal().branches)
         for (std::size_t i = 4; i + 4 < branch.points.size(); i += 2) {
-            physics::Vec3 a, b;
-            physics::tangent_basis((branch.points[i + 1] - branch.points[i]).normalized(), a, b);
+            geometry::Vec3 a, b;
+            geometry::tangent_basis((branch.points[i + 1] - branch.points[i]).normalized(), a, b);
             joints.push_back(branch.points[i] + (branch.radii[i] - 0.44 + 0.02) * (i % 4 ? a : b));
         }
     std::vector<physics::WallContact> contacts(joints.size());
@@ -22,7 +22,7 @@ inline void time_wall_queries(benchmark::State& state, const physics::LumenWall&
     const auto motion = static_cast<double>(state.range(0)) * 1e-3;
     double sign = 1;
     for (auto _ : state) {
-        for (physics::Vec3& x : joints) x.x() += sign * motion;
+        for (geometry::Vec3& x : joints) x.x() += sign * motion;
         sign = -sign;
         wall.contacts(joints, contacts);
         benchmark::DoNotOptimize(contacts.data());

@@ -8,9 +8,9 @@
 #include <string>
 #include <unistd.h>
 
-#include "engine/scenario.h"
+#include "engine/scenario/scenario.h"
 
-namespace engine::test {
+namespace test {
 
 /// A folder of its own for one test, gone afterwards.
 class TemporaryFolder {
@@ -51,7 +51,7 @@ template <class Call>
 std::string refusal(Call&& call) {
     try {
         call();
-    } catch (const InputError& error) {
+    } catch (const io::InputError& error) {
         return error.what();
     }
     return "";
@@ -88,8 +88,8 @@ pixels = 64
 patient = false
 )";
 
-inline Scenario small_scenario() {
-    return parse_scenario(small_toml, "small.toml");
+inline scenario::Scenario small_scenario() {
+    return scenario::parse_scenario(small_toml, "small.toml");
 }
 
 /// The small scenario with one line replaced (or, for an empty `from`, with a line in front).
@@ -100,4 +100,4 @@ inline std::string small_toml_with(const std::string& from, const std::string& t
     return text.replace(at, from.size(), to);
 }
 
-}  // namespace engine::test
+}  // namespace test

@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
-#include "engine/headless.h"
-#include "engine/picture_file.h"
-#include "render/png.h"
+#include "engine/run/headless.h"
+#include "engine/run/picture_file.h"
+#include "render/picture/png.h"
 #include "tests/anatomies.h"
 
 namespace {
@@ -43,17 +43,17 @@ TEST_P(Frames, EqualTheirGoldens) {
     // limits.json: how far another processor may be off, and which frames are golden.
     const json limits = read_json(folder / "limits.json");
     fs::create_directories(output);
-    const engine::Scenario scenario = engine::load_scenario(folder / "scenario.toml");
-    const engine::CommandScript script = engine::load_commands(folder / "commands.gw");
-    engine::RunOptions options;
-    options.cache = engine::test::cache();
-    engine::run_headless(scenario, script, output, options);
+    const scenario::Scenario scenario = scenario::load_scenario(folder / "scenario.toml");
+    const script::CommandScript script = script::load_commands(folder / "commands.gw");
+    run::RunOptions options;
+    options.cache = test::cache();
+    run::run_headless(scenario, script, output, options);
 
     for (const int frame : limits.at("golden_frames").get<std::vector<int>>()) {
-        const std::string name = engine::frame_file_name(frame);
+        const std::string name = run::frame_file_name(frame);
         const render::GrayImage actual = render::read_png(output / "frames" / name);
         if (update) {
-            engine::write_picture(folder / name, actual);
+            run::write_picture(folder / name, actual);
             continue;
         }
         ASSERT_TRUE(fs::exists(folder / name)) << "no golden " << name << "; see tests/frames/README.md";
@@ -64,8 +64,8 @@ TEST_P(Frames, EqualTheirGoldens) {
         const bool good = difference.mean <= limits.at("mean_difference").get<double>() &&
                           difference.largest <= limits.at("largest_difference").get<double>();
         if (!good) {
-            engine::write_picture(output / ("actual_" + name), actual);
-            engine::write_picture(output / ("difference_" + name), render::difference_image(golden, actual));
+            run::write_picture(output / ("actual_" + name), actual);
+            run::write_picture(output / ("difference_" + name), render::difference_image(golden, actual));
         }
         EXPECT_TRUE(good) << name << ": mean " << difference.mean << ", largest " << difference.largest
                           << ", " << difference.pixels_differing << " pixels differ; look at " << output

@@ -3,21 +3,22 @@
 
 #include <span>
 
-#include "physics/wall.h"
+#include "physics/wall/wall.h"
 
-namespace physics::test {
+namespace test {
 
 /// Of every joint distal of every update: no clearance is trusted.
-class AskAlways final : public LumenWall {
+class AskAlways final : public physics::LumenWall {
 public:
-    explicit AskAlways(const LumenWall& wall) : wall_(wall) {}
-    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+    explicit AskAlways(const physics::LumenWall& wall) : wall_(wall) {}
+    void contacts(std::span<const geometry::Vec3> joints,
+                  std::span<physics::WallContact> contacts) const override {
         wall_.contacts(joints, contacts);
-        for (WallContact& c : contacts) c.trust = 0;
+        for (physics::WallContact& c : contacts) c.trust = 0;
     }
 
 private:
-    const LumenWall& wall_;
+    const physics::LumenWall& wall_;
 };
 
-}  // namespace physics::test
+}  // namespace test

@@ -3,10 +3,12 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "physics/energy.h"
-#include "physics/relaxer.h"
+#include "physics/relax/relaxer.h"
+#include "physics/wire/energy.h"
 #include "tests/physics/elastica.h"
 #include "tests/physics/wires.h"
+
+using namespace geometry;
 
 using namespace physics;
 
@@ -120,7 +122,7 @@ TEST(LoadedWire, BothRulesMeetAsSegmentsShrink) {
 }
 
 TEST(LoadedWire, RestsInATubeWhereBothRelaxersSay) {
-    const Polyline line = engine::draw(engine::find_scene("spatial")->path);
+    const Polyline line = anatomy::draw(anatomy::find_scene("spatial")->path);
     const TubeWall wall(line, 2.0, 40, 0.44);
     GuidewireSpec spec;
     spec.segment_length = 2;

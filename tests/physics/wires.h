@@ -6,12 +6,12 @@
 #include <random>
 #include <vector>
 
-#include "engine/scenes.h"
-#include "physics/energy.h"
-#include "physics/guidewire.h"
-#include "physics/newton_terms.h"
-#include "physics/relaxer.h"
-#include "physics/tube_wall.h"
+#include "engine/anatomy/scenes.h"
+#include "physics/relax/newton_terms.h"
+#include "physics/relax/relaxer.h"
+#include "physics/wall/tube_wall.h"
+#include "physics/wire/energy.h"
+#include "physics/wire/guidewire.h"
 
 /// A wire of uneven shape, with a curved tip where `curved_angle` is not zero.
 inline physics::Guidewire bent_wire(int segments, double curved_angle, unsigned seed = 7) {
@@ -25,7 +25,8 @@ inline physics::Guidewire bent_wire(int segments, double curved_angle, unsigned 
     std::mt19937 random(seed);
     for (int i = 1; i <= segments; ++i) {
         auto unit = [&] { return random() / 2147483648.0 - 1.0; };
-        wire.tangents[i] = (wire.tangents[i - 1] + 0.25 * physics::Vec3(unit(), unit(), unit())).normalized();
+        wire.tangents[i] =
+            (wire.tangents[i - 1] + 0.25 * geometry::Vec3(unit(), unit(), unit())).normalized();
     }
     physics::rebuild_joints(wire);
     physics::rotate(wire, 0.7);
@@ -35,7 +36,7 @@ inline physics::Guidewire bent_wire(int segments, double curved_angle, unsigned 
 /// Second-order terms of a wire, its contacts' own forces in them, from segment `first` on; what is proximal
 /// of it stands as the last call left it.
 inline void newton_terms(const physics::Guidewire& wire, std::span<const physics::WallContact> contacts,
-                         const std::vector<physics::Vec3>& directors, int first,
+                         const std::vector<geometry::Vec3>& directors, int first,
                          physics::NewtonTerms& terms) {
     std::vector<physics::ContactPlane> planes(wire.joints.size());
     for (std::size_t j = 0; j < planes.size(); ++j) planes[j].force = contacts[j].force();
@@ -52,8 +53,8 @@ struct SceneSetup {
     physics::Guidewire wire;
 };
 inline SceneSetup scene_setup(const char* name) {
-    const engine::Scene& scene = *engine::find_scene(name);
-    const physics::Polyline centreline = engine::draw(scene.path);
+    const anatomy::Scene& scene = *anatomy::find_scene(name);
+    const geometry::Polyline centreline = anatomy::draw(scene.path);
     physics::GuidewireSpec spec;
     spec.end_cells = physics::EndCells::Paper;
     spec.segment_length = scene.segment_length;
@@ -65,12 +66,12 @@ inline SceneSetup scene_setup(const char* name) {
 
 /// The spatial scene four times over, with segments of 1 mm.
 inline SceneSetup long_scene(int segments) {
-    std::vector<engine::PenMove> path;
+    std::vector<anatomy::PenMove> path;
     for (int k = 0; k < 4; ++k) {
-        const auto& piece = engine::find_scene("spatial")->path;
+        const auto& piece = anatomy::find_scene("spatial")->path;
         path.insert(path.end(), piece.begin(), piece.end());
     }
-    physics::TubeWall wall(engine::draw(path), 2.0, 42);
+    physics::TubeWall wall(anatomy::draw(path), 2.0, 42);
     physics::GuidewireSpec spec;
     spec.segment_length = 1;
     spec.shaft_rigidity = spec.tip_rigidity = 50;
@@ -98,7 +99,7 @@ inline double energy_of(const physics::Guidewire& wire, const physics::LumenWall
 }
 
 /// What the wall says of one place [mm], to a joint held by that station.
-inline physics::WallContact ask(const physics::LumenWall& wall, const physics::Vec3& x, int station = -1) {
+inline physics::WallContact ask(const physics::LumenWall& wall, const geometry::Vec3& x, int station = -1) {
     physics::WallContact c;
     c.station = station;
     wall.contacts({&x, 1}, {&c, 1});
@@ -108,7 +109,7 @@ inline physics::WallContact ask(const physics::LumenWall& wall, const physics::V
 /// Mean |ε| of the updates of one more cycle.
 inline double mean_turn(physics::Relaxer& relaxer, physics::Guidewire& wire, const physics::LumenWall& wall) {
     double sum = 0;
-    std::vector<physics::Vec3> last = wire.tangents;
+    std::vector<geometry::Vec3> last = wire.tangents;
     const physics::RelaxBudget cycle = physics::whole_cycles(wire.segments(), 1);
     relaxer.relax(wire, wall, cycle, [&](int b, const physics::Guidewire& now) {
         sum += (now.tangents[b] - last[b]).norm();

@@ -12,20 +12,20 @@
 #include <string>
 #include <vector>
 
-#include "render/contrast.h"
-#include "render/detector.h"
-#include "render/display.h"
-#include "render/fluoroscope.h"
-#include "render/panel.h"
-#include "render/path_length.h"
-#include "render/solids.h"
-#include "render/subtraction.h"
-#include "render/wire_image.h"
+#include "render/panel/panel.h"
+#include "render/patient/solids.h"
+#include "render/xray/contrast.h"
+#include "render/xray/detector.h"
+#include "render/xray/display.h"
+#include "render/xray/fluoroscope.h"
+#include "render/xray/path_length.h"
+#include "render/xray/subtraction.h"
+#include "render/xray/wire_image.h"
 
 namespace {
 
-using physics::Polyline;
-using physics::Vec3;
+using geometry::Polyline;
+using geometry::Vec3;
 using render::Field;
 using render::GrayImage;
 

@@ -4,17 +4,17 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/image.h"
+#include "render/picture/image.h"
 
-namespace render::test {
+namespace test {
 
-inline GrayImage plain(int width, int height, std::uint8_t grey) {
+inline render::GrayImage plain(int width, int height, std::uint8_t grey) {
     return {width, height, std::vector<std::uint8_t>(static_cast<std::size_t>(width) * height, grey)};
 }
 
 /// Does not compress.
-inline GrayImage noisy(int width, int height) {
-    GrayImage image{width, height, {}};
+inline render::GrayImage noisy(int width, int height) {
+    render::GrayImage image{width, height, {}};
     std::uint32_t x = 1;
     for (int i = 0; i < width * height; ++i) {
         x = x * 1664525u + 1013904223u;
@@ -23,4 +23,4 @@ inline GrayImage noisy(int width, int height) {
     return image;
 }
 
-}  // namespace render::test
+}  // namespace test

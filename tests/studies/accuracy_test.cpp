@@ -9,15 +9,15 @@
 
 namespace {
 
-using engine::StudyResult;
-using engine::Table;
+using io::Table;
+using studies::StudyResult;
 
 const StudyResult& result() {
     static const StudyResult once = [] {
-        engine::StudyOptions options;
+        studies::StudyOptions options;
         options.quick = true;
         options.threads = 2;
-        return engine::run_accuracy(options);
+        return studies::run_accuracy(options);
     }();
     return once;
 }
@@ -83,7 +83,7 @@ TEST(AccuracyStudy, ForceOnAWallAndTipUnderLoadAreAsTheClaimsHaveThem) {
     EXPECT_NEAR(100 * number(orders, {"wall", "force", "half"}, "error_at_1_mm"), 0.118, 0.002);
     EXPECT_NEAR(100 * number(orders, {"wall", "force", "paper"}, "error_at_1_mm"), 6.80, 0.03);
     EXPECT_FALSE(result().claims.empty());
-    for (const engine::Claim& claim : result().claims) EXPECT_TRUE(claim.holds) << claim.text;
+    for (const studies::Claim& claim : result().claims) EXPECT_TRUE(claim.holds) << claim.text;
     EXPECT_NEAR(std::get<double>(result().claims.back().measured), 1.31e-5, 0.02e-5);
 }
 

@@ -10,17 +10,17 @@
 #include <sstream>
 #include <zlib.h>
 
-#include "engine/anatomy/generator.h"
-#include "engine/anatomy/lumen_import.h"
-#include "engine/anatomy/vessel_presets.h"
-#include "engine/error.h"
+#include "engine/anatomy/grow/generator.h"
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/anatomy/import/lumen_import.h"
+#include "engine/io/error.h"
 #include "engine/studies/import_truth.h"
 
 namespace {
 
 namespace fs = std::filesystem;
-using engine::ImportedLumen, engine::ImportErrors, engine::ImportOptions;
-using physics::Vec3;
+using anatomy::ImportedLumen, studies::ImportErrors, anatomy::ImportOptions;
+using geometry::Vec3;
 
 ImportOptions millimetres() {
     ImportOptions options;
@@ -28,11 +28,12 @@ ImportOptions millimetres() {
     return options;
 }
 
-void expect_found(const engine::Anatomy& truth, const physics::TriangleMesh& mesh, double radius_limit) {
+void expect_found(const anatomy::Anatomy& truth, const geometry::TriangleMesh& mesh, double radius_limit) {
     ImportOptions options = millimetres();
     for (const auto& end : truth.ends)
-        if (end.role == engine::EndRole::Inlet) options.inlet = end.opening.centre;
-    const ImportErrors errors = import_errors(truth, engine::import_lumen(mesh, truth.name, options).anatomy);
+        if (end.role == anatomy::EndRole::Inlet) options.inlet = end.opening.centre;
+    const ImportErrors errors =
+        studies::import_errors(truth, anatomy::import_lumen(mesh, truth.name, options).anatomy);
     EXPECT_EQ(errors.branches, errors.true_branches) << truth.name;
     EXPECT_EQ(errors.invented, 0) << truth.name;
     EXPECT_EQ(errors.ends, errors.true_ends) << truth.name;
@@ -104,7 +105,7 @@ protected:
                          << ": set SELDINGER_REAL_MESHES to a folder that has them";
     }
     ImportedLumen imported(const char* name, const ImportOptions& options = millimetres()) const {
-        return engine::import_lumen(folder_ / name, options);
+        return anatomy::import_lumen(folder_ / name, options);
     }
     fs::path folder_ = real_meshes();
 };
@@ -113,23 +114,23 @@ protected:
 
 TEST(AnatomyImport, FindsEveryBranchOfGeneratedVesselsCleanAndCorrupted) {
     for (const char* preset : {"lca", "rca", "iliac-renal"}) {
-        const engine::Anatomy truth = engine::generate(engine::vessel_preset(preset));
+        const anatomy::Anatomy truth = anatomy::generate(anatomy::vessel_preset(preset));
         expect_found(truth, truth.lumen, 0.1);
-        expect_found(truth, engine::corrupted(truth.lumen, 1), 0.2);
+        expect_found(truth, studies::corrupted(truth.lumen, 1), 0.2);
     }
 }
 
 TEST_F(RealMeshes, GeneratedOnesBesideThemAreFound) {
     for (const char* name : {"arch1", "arch3", "cerebral", "iliac", "lca"}) {
-        const engine::Anatomy truth =
-            engine::load_anatomy(folder_ / "generated" / (std::string(name) + ".anatomy.json"));
+        const anatomy::Anatomy truth =
+            anatomy::load_anatomy(folder_ / "generated" / (std::string(name) + ".anatomy.json"));
         expect_found(truth, truth.lumen, 0.1);
-        expect_found(truth, engine::corrupted(truth.lumen, 3), 0.2);
+        expect_found(truth, studies::corrupted(truth.lumen, 3), 0.2);
     }
 }
 
 TEST_F(RealMeshes, CarotidsHaveThreeEnds) {
-    const engine::Anatomy carotids = imported("sofa_carotids.stl").anatomy;
+    const anatomy::Anatomy carotids = imported("sofa_carotids.stl").anatomy;
     EXPECT_EQ(carotids.ends.size(), 3u);
     EXPECT_EQ(carotids.branches.size(), 2u);
 }
@@ -145,12 +146,12 @@ TEST_F(RealMeshes, PhantomHasEightEndsAndOneLoop) {
 }
 
 TEST_F(RealMeshes, StenosisAgreesWithTheCentrelineBesideIt) {
-    const engine::Anatomy stenosis = imported("carotid_stenosis_lumen.stl").anatomy;
+    const anatomy::Anatomy stenosis = imported("carotid_stenosis_lumen.stl").anatomy;
     EXPECT_EQ(stenosis.ends.size(), 3u);
     EXPECT_EQ(stenosis.branches.size(), 2u);
     std::vector<double> distances;
     for (const Vec3& p : vtp_points(folder_ / "carotid_stenosis_lumen.centreline.vtp"))
-        distances.push_back(engine::nearest_on(stenosis.branches, p).distance);
+        distances.push_back(studies::nearest_on(stenosis.branches, p).distance);
     ASSERT_EQ(distances.size(), 478u);
     std::sort(distances.begin(), distances.end());
     RecordProperty("p50_um", static_cast<int>(1000 * distances[distances.size() / 2]));
@@ -161,21 +162,21 @@ TEST_F(RealMeshes, StenosisAgreesWithTheCentrelineBesideIt) {
 TEST_F(RealMeshes, ThrombectomyMeshIsMendedAndLoads) {
     const ImportedLumen lumen = imported("steve_thrombectomy_remesh.obj");
     EXPECT_EQ(lumen.anatomy.ends.size(), 4u);
-    EXPECT_TRUE(engine::problems(lumen.anatomy).empty());
+    EXPECT_TRUE(anatomy::problems(lumen.anatomy).empty());
 }
 
 TEST_F(RealMeshes, CoarseTreeIsRefusedAndLoadsWithItsCentrelines) {
     try {
         imported("steve_vessel_architecture_collision.obj");
         ADD_FAILURE() << "accepted";
-    } catch (const engine::InputError& error) {
+    } catch (const io::InputError& error) {
         EXPECT_NE(std::string(error.what()).find("--centrelines"), std::string::npos) << error.what();
     }
     ImportOptions options = millimetres();
     options.centrelines = folder_ / "steve_vessel_architecture.centrelines.json";
     const ImportedLumen lumen = imported("steve_vessel_architecture_collision.obj", options);
     EXPECT_GE(lumen.anatomy.branches.size(), 5u);
-    EXPECT_TRUE(engine::problems(lumen.anatomy).empty());
+    EXPECT_TRUE(anatomy::problems(lumen.anatomy).empty());
     EXPECT_TRUE(std::any_of(lumen.findings.begin(), lumen.findings.end(),
-                            [](const auto& f) { return f.kind == engine::Finding::Kind::Warned; }));
+                            [](const auto& f) { return f.kind == anatomy::Finding::Kind::Warned; }));
 }

@@ -9,15 +9,15 @@
 
 namespace {
 
-using engine::Table;
+using io::Table;
 
-Table signs(const char* preset) {
-    engine::StudyOptions options;
+io::Table signs(const char* preset) {
+    studies::StudyOptions options;
     options.quick = true;
-    options.cache = engine::test::cache();
-    Table table = engine::sign_table();
-    engine::add_signs(table, preset, options);
-    std::printf("%s\n", engine::to_markdown(table).c_str());
+    options.cache = test::cache();
+    Table table = studies::sign_table();
+    studies::add_signs(table, preset, options);
+    std::printf("%s\n", io::to_markdown(table).c_str());
     return table;
 }
 

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include "engine/studies/slow_flow.h"
-#include "physics/relaxer.h"
+#include "physics/relax/relaxer.h"
 #include "tests/physics/wires.h"
+
+using namespace geometry;
 
 using namespace physics;
 
@@ -31,7 +33,7 @@ Guidewire expect_same_basin(const char* name, Guidewire wire, const LumenWall& w
         Guidewire slow = wire;
         EXPECT_TRUE(relaxer->relax(wire, wall, kUnlimited).converged) << name << " " << wire.segments();
         if (wire.segments() % every != 0) continue;
-        EXPECT_TRUE(engine::flow_to_rest(slow, wall).at_rest);
+        EXPECT_TRUE(studies::flow_to_rest(slow, wall).at_rest);
         const double apart = farthest_apart(wire, slow);
         EXPECT_LT(apart, 0.05) << name << " at " << wire.segments() << " segments";
         farthest = std::max(farthest, apart);

@@ -4,12 +4,14 @@
 #include <cstdlib>
 #include <gtest/gtest.h>
 
-#include "engine/guidewire_presets.h"
 #include "engine/studies/wild_hands.h"
-#include "physics/crossings.h"
-#include "physics/energy.h"
-#include "physics/hub.h"
+#include "physics/relax/hub.h"
+#include "physics/wire/crossings.h"
+#include "physics/wire/energy.h"
+#include "physics/wire/guidewire_presets.h"
 #include "tests/anatomies.h"
+
+using namespace geometry;
 
 using namespace physics;
 
@@ -27,7 +29,7 @@ struct Way {
     double narrowest = 1e9, parent_radius = 0;
 };
 
-Way way_into(const engine::Anatomy& anatomy, int branch) {
+Way way_into(const anatomy::Anatomy& anatomy, int branch) {
     std::vector<int> line = {branch};
     while (anatomy.branches[line.back()].parent >= 0) line.push_back(anatomy.branches[line.back()].parent);
     Way way;
@@ -53,7 +55,7 @@ struct Journal {
 /// One wire in one branch, moved as a simulation moves it.
 class Traveller {
 public:
-    Traveller(const engine::RawLumen& lumen, const engine::Exits& exits, const LumenWall& wall,
+    Traveller(const studies::RawLumen& lumen, const studies::Exits& exits, const LumenWall& wall,
               Guidewire wire, std::string what, Journal& tally)
         : lumen_(lumen),
           exits_(exits),
@@ -98,8 +100,8 @@ private:
         ++tally_.frames;
         const double gradient = relative_gradient(wire_, all_contacts(wire_, wall_));
         tally_.gradient = std::max(tally_.gradient, gradient);
-        tally_.restless += !(gradient <= engine::kRestLimit);
-        EXPECT_LE(gradient, engine::kRestLimit) << what_ << ", " << wire_.inserted_length() << " mm";
+        tally_.restless += !(gradient <= studies::kRestLimit);
+        EXPECT_LE(gradient, studies::kRestLimit) << what_ << ", " << wire_.inserted_length() << " mm";
         tally_.told += told_;
         if (told_) return;
         const std::vector<bool> left = exits_.beyond(wire_);
@@ -112,8 +114,8 @@ private:
         }
     }
 
-    const engine::RawLumen& lumen_;
-    const engine::Exits& exits_;
+    const studies::RawLumen& lumen_;
+    const studies::Exits& exits_;
     const LumenWall& wall_;
     Hub hub_;
     Guidewire wire_;
@@ -123,14 +125,14 @@ private:
 };
 
 void travel(std::string_view preset, Journal& tally) {
-    const engine::Anatomy anatomy =
-        engine::generated_anatomy(engine::vessel_preset(preset), engine::test::cache());
-    const engine::RawLumen lumen(anatomy);
-    const engine::Exits exits(anatomy);
+    const anatomy::Anatomy anatomy =
+        anatomy::generated_anatomy(anatomy::vessel_preset(preset), test::cache());
+    const studies::RawLumen lumen(anatomy);
+    const studies::Exits exits(anatomy);
     for (const char* name : {"glide035", "floppy014"}) {
-        const GuidewireSpec spec = engine::find_guidewire_preset(name)->spec;
+        const GuidewireSpec spec = physics::find_guidewire_preset(name)->spec;
         const auto wall =
-            engine::cached_distance_field(anatomy, kStiffness, 0.5 * spec.diameter, engine::test::cache());
+            anatomy::cached_distance_field(anatomy, kStiffness, 0.5 * spec.diameter, test::cache());
         for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
             const Way way = way_into(anatomy, b);
             const bool wide = way.narrowest > 1.2;
@@ -156,7 +158,7 @@ void travel(std::string_view preset, Journal& tally) {
 
 }  // namespace
 
-class Branches : public testing::TestWithParam<engine::VesselPreset> {};
+class Branches : public testing::TestWithParam<anatomy::VesselPreset> {};
 
 TEST_P(Branches, AWireInAndOutStaysInsideAndAtRest) {
     Journal tally;
@@ -172,7 +174,8 @@ TEST_P(Branches, AWireInAndOutStaysInsideAndAtRest) {
 }
 
 INSTANTIATE_TEST_SUITE_P(OfEveryPreset, Branches,
-                         testing::ValuesIn(engine::vessel_presets().begin(), engine::vessel_presets().end()),
+                         testing::ValuesIn(anatomy::vessel_presets().begin(),
+                                           anatomy::vessel_presets().end()),
                          [](const auto& of) {
                              std::string name(of.param.name);
                              std::replace(name.begin(), name.end(), '-', '_');

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 
-#include "engine/exercise.h"
-#include "physics/energy.h"
+#include "engine/exercise/exercise.h"
+#include "physics/wire/energy.h"
 #include "tests/anatomies.h"
 
 namespace {
@@ -13,26 +13,26 @@ namespace {
 const std::string assets = SELDINGER_SOURCE "/assets/";
 
 /// Runs the shipped script of that name, each rotation `turn` times as far; `look` sees every frame.
-engine::Score run(
-    const engine::Scenario& scenario, const std::string& name, double turn,
-    const std::function<void(int, const engine::Simulation&, const engine::StepReport&)>& look) {
-    const engine::CommandScript script = engine::load_commands(assets + "scripts/" + name + ".gw");
-    engine::Exercise exercise(scenario, false, engine::test::cache());
+exercise::Score run(
+    const scenario::Scenario& scenario, const std::string& name, double turn,
+    const std::function<void(int, const exercise::Simulation&, const exercise::StepReport&)>& look) {
+    const script::CommandScript script = script::load_commands(assets + "scripts/" + name + ".gw");
+    exercise::Exercise exercise(scenario, false, test::cache());
     auto next = script.commands.begin();
     for (int frame = 0; frame <= script.last_frame(10); ++frame) {
-        std::vector<engine::Command> commands;
+        std::vector<script::Command> commands;
         for (; next != script.commands.end() && next->frame == frame; ++next) {
             commands.push_back(next->command);
-            if (auto* rotation = std::get_if<engine::Rotate>(&commands.back())) rotation->angle *= turn;
+            if (auto* rotation = std::get_if<script::Rotate>(&commands.back())) rotation->angle *= turn;
         }
-        const engine::StepReport report = exercise.next_frame(commands);
+        const exercise::StepReport report = exercise.next_frame(commands);
         look(frame, exercise.simulation(), report);
     }
     return exercise.score();
 }
 
-engine::Scenario shipped(const std::string& name) {
-    return engine::load_scenario(assets + "scenarios/" + name + ".toml");
+scenario::Scenario shipped(const std::string& name) {
+    return scenario::load_scenario(assets + "scenarios/" + name + ".toml");
 }
 
 class Demo : public testing::TestWithParam<const char*> {};
@@ -40,8 +40,9 @@ class Demo : public testing::TestWithParam<const char*> {};
 }  // namespace
 
 TEST_P(Demo, ReachesItsTargetAtRestInEveryFrame) {
-    const engine::Scenario scenario = shipped(GetParam());
-    const auto look = [&](int frame, const engine::Simulation& simulation, const engine::StepReport& report) {
+    const scenario::Scenario scenario = shipped(GetParam());
+    const auto look = [&](int frame, const exercise::Simulation& simulation,
+                          const exercise::StepReport& report) {
         EXPECT_TRUE(report.relax.converged && report.relax.gradient <= 1e-8) << "frame " << frame;
         const physics::Guidewire& wire = simulation.wire();
         const auto broken = physics::validate(wire);  // finite, tangents unit, joints λ apart to 1e-9
@@ -60,7 +61,7 @@ TEST_P(Demo, ReachesItsTargetAtRestInEveryFrame) {
         *deepest = {};
         EXPECT_GT(physics::relative_gradient(wire, contacts), 1e-6) << "frame " << frame;
     };
-    const engine::Score score = run(scenario, GetParam(), 1.0, look);
+    const exercise::Score score = run(scenario, GetParam(), 1.0, look);
     EXPECT_TRUE(score.completed);
     RecordProperty("tip_to_target_mm", std::to_string(score.tip_to_target));
     RecordProperty("deepest_mm", std::to_string(score.deepest.penetration));
@@ -70,9 +71,9 @@ TEST_P(Demo, ReachesItsTargetAtRestInEveryFrame) {
 TEST_P(Demo, ForgivesAnInexactHandAndAnotherWall) {
     for (const double turn : {0.95, 1.05}) {
         for (const double stiffness : {0.5, 2.0}) {
-            engine::Scenario scenario = shipped(GetParam());
+            scenario::Scenario scenario = shipped(GetParam());
             scenario.wall_stiffness *= stiffness;
-            const engine::Score score = run(scenario, GetParam(), turn, [](auto&&...) {});
+            const exercise::Score score = run(scenario, GetParam(), turn, [](auto&&...) {});
             EXPECT_TRUE(score.completed) << "rotations " << turn << ", stiffness " << stiffness << ": tip "
                                          << score.tip_to_target << " mm from the target";
         }

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-using engine::StudyResult;
-using engine::Table;
+using io::Table;
+using studies::StudyResult;
 
 TEST(EconomyStudy, QuickRunSavesSegmentsAndStaysNearTheReference) {
-    engine::StudyOptions options;
+    studies::StudyOptions options;
     options.quick = true;
-    const StudyResult result = engine::run_economy(options);
+    const StudyResult result = studies::run_economy(options);
     const Table& all = result.tables.at(0);
     ASSERT_EQ(all.rows.size(), 4u);
     EXPECT_LT(all.number(0, "largest_deviation_mm"), 1e-12);

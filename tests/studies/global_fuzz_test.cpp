@@ -11,9 +11,11 @@
 #include <random>
 #include <vector>
 
-#include "physics/energy.h"
-#include "physics/relaxer.h"
+#include "physics/relax/relaxer.h"
+#include "physics/wire/energy.h"
 #include "tests/physics/wires.h"
+
+using namespace geometry;
 
 using namespace physics;
 
@@ -33,14 +35,14 @@ class Player {
 public:
     /// Random vessel and wire. `hardness` multiplies the wall's stiffness.
     Player(unsigned seed, double hardness, Tally& tally) : seed_(seed), random_(seed), tally_(tally) {
-        std::vector<engine::PenMove> path = {engine::Run{20}};
+        std::vector<anatomy::PenMove> path = {anatomy::Run{20}};
         for (int k = 0; k < 8; ++k) {
             const Vec3 axis(2 * unit() - 1, 2 * unit() - 1, 2 * unit() - 1);
-            path.push_back(engine::Arc{10 + 20 * unit(), (unit() < 0.5 ? -1 : 1) * (0.4 + unit()), axis});
-            path.push_back(engine::Run{2 + 10 * unit()});
+            path.push_back(anatomy::Arc{10 + 20 * unit(), (unit() < 0.5 ? -1 : 1) * (0.4 + unit()), axis});
+            path.push_back(anatomy::Run{2 + 10 * unit()});
         }
-        const Polyline line = engine::draw(path);
-        length_ = engine::length(path);
+        const Polyline line = anatomy::draw(path);
+        length_ = anatomy::length(path);
         GuidewireSpec spec;
         spec.segment_length = unit() < 0.5 ? 1.0 : 1.5;
         spec.tip_length = 10 + 30 * unit();

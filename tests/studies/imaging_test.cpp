@@ -8,11 +8,11 @@
 
 namespace {
 
-using engine::StudyResult;
-using engine::Table;
+using io::Table;
+using studies::StudyResult;
 
-engine::StudyOptions quick() {
-    engine::StudyOptions options;
+studies::StudyOptions quick() {
+    studies::StudyOptions options;
     options.quick = true;
     options.cache.folder = SELDINGER_SOURCE "/build/cache";
     return options;
@@ -28,7 +28,7 @@ const Table& table(const StudyResult& result, std::string_view name) {
 }  // namespace
 
 TEST(ImagingStudy, PathLengthsReachTheirFigures) {
-    const StudyResult result = engine::imaging_lengths(quick());
+    const StudyResult result = studies::imaging_lengths(quick());
     const Table& orders = table(result, "imaging_closed_form_orders");
     ASSERT_EQ(orders.rows.size(), 3u);
     for (std::size_t row = 0; row < 3; ++row)
@@ -60,7 +60,7 @@ TEST(ImagingStudy, PathLengthsReachTheirFigures) {
 }
 
 TEST(ImagingStudy, TheWireReachesItsFigures) {
-    const StudyResult result = engine::imaging_wire(quick());
+    const StudyResult result = studies::imaging_wire(quick());
     const Table& wire = table(result, "imaging_wire");
     ASSERT_FALSE(wire.rows.empty());
     for (std::size_t row = 0; row < wire.rows.size(); ++row) {
@@ -73,7 +73,7 @@ TEST(ImagingStudy, TheWireReachesItsFigures) {
 }
 
 TEST(ImagingStudy, TheEnergiesReachTheirFigures) {
-    const StudyResult result = engine::imaging_bins(quick());
+    const StudyResult result = studies::imaging_bins(quick());
     const Table& bins = table(result, "imaging_bins_largest");
     EXPECT_EQ(bins.word(bins.rows.size() - 1, "object"), "all");
     EXPECT_LE(bins.number(bins.rows.size() - 1, "gauss"), 0.005);
@@ -81,7 +81,7 @@ TEST(ImagingStudy, TheEnergiesReachTheirFigures) {
 }
 
 TEST(ImagingStudy, TheNoiseReachesItsFigures) {
-    const StudyResult result = engine::imaging_noise(quick());
+    const StudyResult result = studies::imaging_noise(quick());
     const Table& variance = table(result, "imaging_noise");
     ASSERT_FALSE(variance.rows.empty());
     for (std::size_t row = 0; row < variance.rows.size(); ++row)
@@ -98,7 +98,7 @@ TEST(ImagingStudy, TheNoiseReachesItsFigures) {
 }
 
 TEST(ImagingStudy, TimesEveryStage) {
-    const StudyResult result = engine::imaging_times(quick());
+    const StudyResult result = studies::imaging_times(quick());
     const Table& frames = table(result, "imaging_frame_ms");
     ASSERT_EQ(frames.rows.size(), 1u);
     EXPECT_GT(frames.number(0, "frame"), 0);

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 #include <random>
 
-#include "engine/simulation.h"
+#include "engine/exercise/simulation.h"
 #include "tests/anatomies.h"
 
 namespace {
@@ -15,7 +15,7 @@ struct Restlessness {
     double bend = 0, deepest_at_rest = 0;
 };
 
-void play(engine::Simulation& simulation, std::uint32_t seed, int frames, Restlessness& tally) {
+void play(exercise::Simulation& simulation, std::uint32_t seed, int frames, Restlessness& tally) {
     std::mt19937 random(seed);
     const auto draw = [&](double from, double to) { return from + (to - from) * (random() / 4294967296.0); };
     double trend = 1;
@@ -25,12 +25,12 @@ void play(engine::Simulation& simulation, std::uint32_t seed, int frames, Restle
         if (kind < 0.6) {
             const double mm = draw(0.2, 3) * (draw(0, 1) < 0.1 ? 8 : 1);
             if (draw(0, 1) < 0.5 + 0.5 * trend)
-                simulation.apply(engine::Advance{mm});
+                simulation.apply(script::Advance{mm});
             else
-                simulation.apply(engine::Withdraw{mm});
+                simulation.apply(script::Withdraw{mm});
         }
-        if (kind > 0.4 && kind < 0.9) simulation.apply(engine::Rotate{draw(-0.6, 0.6)});
-        const engine::StepReport report = simulation.step();
+        if (kind > 0.4 && kind < 0.9) simulation.apply(script::Rotate{draw(-0.6, 0.6)});
+        const exercise::StepReport report = simulation.step();
         ASSERT_TRUE(physics::validate(simulation.wire()).empty()) << "seed " << seed << ", frame " << frame;
         ++tally.frames;
         tally.late += !report.relax.converged;
@@ -48,8 +48,9 @@ void play(engine::Simulation& simulation, std::uint32_t seed, int frames, Restle
 TEST(Navigation, ACarelessHandNeverBreaksTheWire) {
     const char* more = std::getenv("SELDINGER_FUZZ_SEEDS");
     const int seeds = more ? std::max(1, std::atoi(more)) : 2;
-    const engine::Scenario scenario = engine::load_scenario(SELDINGER_SOURCE "/assets/scenarios/renal.toml");
-    engine::Simulation simulation(scenario, engine::test::cache());
+    const scenario::Scenario scenario =
+        scenario::load_scenario(SELDINGER_SOURCE "/assets/scenarios/renal.toml");
+    exercise::Simulation simulation(scenario, test::cache());
     Restlessness tally;
     for (int seed = 1; seed <= seeds; ++seed) {
         simulation.reset();

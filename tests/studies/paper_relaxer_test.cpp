@@ -5,10 +5,12 @@
 #include <ctime>
 #include <gtest/gtest.h>
 
-#include "physics/energy.h"
-#include "physics/mesh_wall.h"
-#include "physics/relaxer.h"
+#include "physics/relax/relaxer.h"
+#include "physics/wall/mesh_wall.h"
+#include "physics/wire/energy.h"
 #include "tests/physics/wires.h"
+
+using namespace geometry;
 
 using namespace physics;
 
@@ -172,8 +174,8 @@ TEST(PaperRelaxer, KoningsAndTheCombinationSettleInTheHairpinAtListedMinima) {
 TEST(PaperRelaxer, StoredPlanesAskAMeshATenthAndTakeHalfTheTime) {
     // Ten cycles from the centreline in the sinuous scene's tube as a mesh, by processor time.
     auto [tube, start] = scene_setup("sinuous");
-    const engine::Scene& scene = *engine::find_scene("sinuous");
-    const engine::Anatomy anatomy = engine::tube_anatomy("tube", tube.centreline(), scene.radius);
+    const anatomy::Scene& scene = *anatomy::find_scene("sinuous");
+    const anatomy::Anatomy anatomy = anatomy::tube_anatomy("tube", tube.centreline(), scene.radius);
     const MeshWall mesh(anatomy.lumen, anatomy.branches, anatomy.openings(), scene.wall_stiffness);
     long long queries[2];
     double seconds[2], energy[2];

@@ -8,58 +8,58 @@
 #include "engine/studies/shards.h"
 #include "tests/engine/fixtures.h"
 
-namespace engine {
+namespace test {
 namespace {
 
-StudyOptions quick(int threads) {
-    StudyOptions options;
+studies::StudyOptions quick(int threads) {
+    studies::StudyOptions options;
     options.quick = true;
     options.threads = threads;
     options.program = "tests";
     return options;
 }
 
-const Claim& claim(const StudyResult& result, const std::string& part) {
-    for (const Claim& c : result.claims)
+const studies::Claim& claim(const studies::StudyResult& result, const std::string& part) {
+    for (const studies::Claim& c : result.claims)
         if (c.text.find(part) != std::string::npos) return c;
     ADD_FAILURE() << "no claim of '" << part << "'";
     return result.claims.front();
 }
 
-double measured(const StudyResult& result, const std::string& part) {
+double measured(const studies::StudyResult& result, const std::string& part) {
     return std::get<double>(claim(result, part).measured);
 }
 
-const Table& table(const StudyResult& result, const std::string& name) {
-    for (const Table& t : result.tables)
+const io::Table& table(const studies::StudyResult& result, const std::string& name) {
+    for (const io::Table& t : result.tables)
         if (t.name == name) return t;
     ADD_FAILURE() << "no table " << name;
     return result.tables.front();
 }
 
 /// Pictures name their scene, and read tables that are there; claims say what differs.
-void expect_whole(const StudyResult& result) {
+void expect_whole(const studies::StudyResult& result) {
     EXPECT_FALSE(result.plots.empty());
-    for (const Plot& plot : result.plots) {
+    for (const io::Plot& plot : result.plots) {
         EXPECT_FALSE(plot.caption.empty()) << plot.name;
         EXPECT_NE(result.page.find(plot.name + ".svg"), std::string::npos) << plot.name;
         bool reads = false;
-        for (const Table& t : result.tables)
+        for (const io::Table& t : result.tables)
             reads = reads || plot.commands.find(t.name + ".csv") != std::string::npos;
         EXPECT_TRUE(reads) << plot.name;
     }
     EXPECT_FALSE(result.claims.empty());
-    for (const Claim& c : result.claims) {
+    for (const studies::Claim& c : result.claims) {
         EXPECT_TRUE(c.holds || !c.note.empty()) << c.text;
     }
 }
 
 /// Runs on one thread and on three, which must agree to the bit.
-StudyResult run_twice(StudyResult (*run)(const StudyOptions&)) {
-    const StudyResult one = run(quick(1)), three = run(quick(3));
+StudyResult run_twice(studies::StudyResult (*run)(const studies::StudyOptions&)) {
+    const studies::StudyResult one = run(quick(1)), three = run(quick(3));
     EXPECT_EQ(one.page, three.page);
     for (std::size_t k = 0; k < one.tables.size(); ++k)
-        EXPECT_EQ(to_csv(one.tables[k]), to_csv(three.tables[k])) << one.tables[k].name;
+        EXPECT_EQ(io::to_csv(one.tables[k]), io::to_csv(three.tables[k])) << one.tables[k].name;
     expect_whole(one);
     return one;
 }
@@ -75,14 +75,14 @@ std::map<std::string, std::string> contents(const std::filesystem::path& folder)
 }  // namespace
 
 TEST(PaperStudies, SeparationBetweenVariedSegments) {
-    const StudyResult result = run_twice(run_separation);
+    const studies::StudyResult result = run_twice(studies::run_separation);
     EXPECT_TRUE(claim(result, "i(i+1)/2").holds);
     EXPECT_EQ(table(result, "separation_settled").rows.size(), 13u);
 }
 
 TEST(PaperStudies, NumberOfVariedSegments) {
-    const StudyResult result = run_twice(run_varied_segments);
-    const Table& rests = table(result, "varied_segments_convergence");
+    const studies::StudyResult result = run_twice(studies::run_varied_segments);
+    const io::Table& rests = table(result, "varied_segments_convergence");
     ASSERT_EQ(rests.rows.size(), 6u);
     for (const auto& row : rests.rows) {
         if (std::get<std::string>(row[0]) == "sinuous") {
@@ -93,7 +93,7 @@ TEST(PaperStudies, NumberOfVariedSegments) {
 }
 
 TEST(PaperStudies, FrequencyOfSeparations) {
-    const StudyResult result = run_twice(run_separation_frequency);
+    const studies::StudyResult result = run_twice(studies::run_separation_frequency);
     double sums[5][4] = {};
     for (const auto& row : table(result, "separation_frequency").rows)
         sums[static_cast<int>(std::get<double>(row[0]))][static_cast<int>(std::get<double>(row[1]))] +=
@@ -103,7 +103,7 @@ TEST(PaperStudies, FrequencyOfSeparations) {
 }
 
 TEST(PaperStudies, ContactsOfAWireAtRest) {
-    const StudyResult result = run_twice(run_static_contact);
+    const studies::StudyResult result = run_twice(studies::run_static_contact);
     EXPECT_TRUE(claim(result, "Fig. 11a").holds);
     EXPECT_TRUE(claim(result, "Fig. 11b").holds);
     EXPECT_TRUE(claim(result, "Section 3.3 (c)").holds);
@@ -115,8 +115,8 @@ TEST(PaperStudies, ContactsOfAWireAtRest) {
 }
 
 TEST(PaperStudies, ResolutionOfTheWire) {
-    const StudyResult result = run_twice(run_resolution);
-    const Table& fits = table(result, "resolution_fit");
+    const studies::StudyResult result = run_twice(studies::run_resolution);
+    const io::Table& fits = table(result, "resolution_fit");
     ASSERT_EQ(fits.rows.size(), 2u);
     for (const auto& row : fits.rows) {
         EXPECT_LT(std::get<double>(row[3]), 1e-4);  // Eq. 40 fits
@@ -127,27 +127,27 @@ TEST(PaperStudies, ResolutionOfTheWire) {
 }
 
 TEST(PaperStudies, VariationOfTheWall) {
-    const StudyResult result = run_twice(run_wall_variation);
+    const studies::StudyResult result = run_twice(studies::run_wall_variation);
     EXPECT_TRUE(claim(result, "the equilibrium is found").holds);
     EXPECT_TRUE(claim(result, "K is positive").holds);
     EXPECT_TRUE(claim(result, "K is bounded").holds);
     EXPECT_NEAR(measured(result, "standard deviation of K/k"), 0.236, 0.03);
     EXPECT_GT(measured(result, "largest |d| of all"), 0);
-    StudyOptions other = quick(1);
+    studies::StudyOptions other = quick(1);
     other.seed = 2;
-    EXPECT_NE(run_wall_variation(other).page, result.page);
+    EXPECT_NE(studies::run_wall_variation(other).page, result.page);
 }
 
 TEST(PaperStudies, MergedShardsGiveTheBytesOfOneRun) {
     const test::TemporaryFolder folder;
-    const Study& study = find_study("wall-variation");
-    run_study(study, folder / "whole", quick(2));
+    const studies::Study& study = studies::find_study("wall-variation");
+    studies::run_study(study, folder / "whole", quick(2));
     std::vector<std::filesystem::path> shards;
     for (const int i : {3, 1, 2}) {
         shards.push_back(folder / std::to_string(i));
-        run_shard(study, {i, 3}, shards.back(), quick(i));
+        studies::run_shard(study, {i, 3}, shards.back(), quick(i));
     }
-    merge_shards(shards, folder / "merged", quick(1));
+    studies::merge_shards(shards, folder / "merged", quick(1));
     const auto whole = contents(folder / "whole"), merged = contents(folder / "merged");
     ASSERT_GT(whole.size(), 10u);
     ASSERT_EQ(merged.size(), whole.size());
@@ -158,7 +158,7 @@ TEST(PaperStudies, MergedShardsGiveTheBytesOfOneRun) {
 }
 
 TEST(PaperStudies, CostOfACycle) {
-    const StudyResult result = run_cost(quick(2));
+    const studies::StudyResult result = studies::run_cost(quick(2));
     expect_whole(result);
     // N(N+1)/2 updates that ask for N − b + 1 joints each, and all N + 1 once as a relaxation begins.
     for (const auto& row : table(result, "cost").rows) {
@@ -170,4 +170,4 @@ TEST(PaperStudies, CostOfACycle) {
     }
 }
 
-}  // namespace engine
+}  // namespace test

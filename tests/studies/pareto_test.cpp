@@ -4,14 +4,14 @@
 
 #include <gtest/gtest.h>
 
-using engine::StudyResult;
-using engine::Table;
+using io::Table;
+using studies::StudyResult;
 
 TEST(ParetoStudy, QuickRunFindsAFrontThatFallsAndAMethodForATenthOfAMillimetre) {
-    engine::StudyOptions options;
+    studies::StudyOptions options;
     options.quick = true;
     options.threads = 2;
-    const StudyResult result = engine::run_pareto(options);
+    const StudyResult result = studies::run_pareto(options);
     const Table& front = result.tables.at(1);
     ASSERT_GE(front.rows.size(), 3u);
     for (std::size_t r = 1; r < front.rows.size(); ++r)

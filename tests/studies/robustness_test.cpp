@@ -11,16 +11,16 @@
 
 namespace {
 
-using engine::StudyResult;
-using engine::Table;
+using io::Table;
+using studies::StudyResult;
 
 StudyResult quick(int threads) {
-    engine::StudyOptions options;
+    studies::StudyOptions options;
     options.quick = true;
     options.threads = threads;
     options.scenarios = SELDINGER_SOURCE "/assets/scenarios";
-    options.cache = engine::test::cache();
-    return engine::run_robustness(options);
+    options.cache = test::cache();
+    return studies::run_robustness(options);
 }
 
 double total(const Table& table, const std::string& name) {
@@ -39,8 +39,8 @@ TEST(Robustness, QuickStudyFindsNothingAndDoesNotDependOnThreads) {
         EXPECT_EQ(total(tubes, none), 0.0) << none;
     for (const char* none : {"not_at_rest", "joints_outside", "beyond_force"})
         EXPECT_EQ(total(hands, none), 0.0) << none;
-    for (const engine::Claim& claim : one.claims)
-        EXPECT_TRUE(claim.holds) << claim.text << '\n' << engine::to_markdown(incidents);
+    for (const studies::Claim& claim : one.claims)
+        EXPECT_TRUE(claim.holds) << claim.text << '\n' << io::to_markdown(incidents);
     for (std::size_t t = 0; t < 2; ++t) {
         ASSERT_EQ(two.tables[t].rows.size(), one.tables[t].rows.size());
         for (std::size_t r = 0; r < one.tables[t].rows.size(); ++r)
@@ -55,12 +55,12 @@ TEST(Robustness, QuickStudyFindsNothingAndDoesNotDependOnThreads) {
 }
 
 TEST(Robustness, ARandomTubeIsItsSeed) {
-    const engine::RandomTube a = engine::random_tube(7), b = engine::random_tube(7),
-                             c = engine::random_tube(8);
+    const studies::RandomTube a = studies::random_tube(7), b = studies::random_tube(7),
+                              c = studies::random_tube(8);
     EXPECT_EQ(a.centreline, b.centreline);
     EXPECT_NE(a.radius, c.radius);
     for (std::uint64_t seed = 0; seed < 50; ++seed) {
-        const engine::RandomTube tube = engine::random_tube(seed);
+        const studies::RandomTube tube = studies::random_tube(seed);
         EXPECT_TRUE(tube.radius >= 1 && tube.radius <= 6) << seed;
         EXPECT_TRUE(tube.segments >= 50 && tube.segments <= 400) << seed;
         double length = 0;
@@ -71,9 +71,9 @@ TEST(Robustness, ARandomTubeIsItsSeed) {
 }
 
 TEST(Robustness, TheRawLumenKnowsInsideAndHowFarOutside) {
-    const engine::Anatomy tube =
-        engine::tube_anatomy("tube", engine::draw(std::vector<engine::PenMove>{engine::Run{40}}), 2, 96, 0.5);
-    const engine::RawLumen lumen(tube);
+    const anatomy::Anatomy tube = anatomy::tube_anatomy(
+        "tube", anatomy::draw(std::vector<anatomy::PenMove>{anatomy::Run{40}}), 2, 96, 0.5);
+    const studies::RawLumen lumen(tube);
     EXPECT_TRUE(lumen.encloses({20, 1.9, 0}));
     EXPECT_FALSE(lumen.encloses({20, 2.1, 0}));
     EXPECT_FALSE(lumen.encloses({-0.1, 0, 0}));
@@ -82,12 +82,12 @@ TEST(Robustness, TheRawLumenKnowsInsideAndHowFarOutside) {
 }
 
 TEST(Robustness, AWireIsBeyondAnEndUntilItComesBack) {
-    const engine::Anatomy tube =
-        engine::tube_anatomy("tube", engine::draw(std::vector<engine::PenMove>{engine::Run{40}}), 2, 48, 0.5);
-    const physics::Polyline hook = {{0, 0, 0}, {43, 0, 0}, {43, 1, 0}, {20, 1, 0}};
+    const anatomy::Anatomy tube = anatomy::tube_anatomy(
+        "tube", anatomy::draw(std::vector<anatomy::PenMove>{anatomy::Run{40}}), 2, 48, 0.5);
+    const geometry::Polyline hook = {{0, 0, 0}, {43, 0, 0}, {43, 1, 0}, {20, 1, 0}};
     physics::GuidewireSpec spec;
     const physics::Guidewire wire = physics::wire_along(spec, hook, 30);
-    const std::vector<bool> beyond = engine::Exits(tube).beyond(wire);
+    const std::vector<bool> beyond = studies::Exits(tube).beyond(wire);
     for (int i = 0; i <= wire.segments(); ++i)
         EXPECT_EQ(beyond[i], wire.joints[i].x() > 40 - 0.5 * spec.diameter) << i;
     EXPECT_TRUE(std::find(beyond.begin(), beyond.end(), true) != beyond.end());

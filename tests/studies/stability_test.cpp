@@ -9,15 +9,15 @@
 
 namespace {
 
-using engine::StudyResult;
-using engine::Table;
+using io::Table;
+using studies::StudyResult;
 
 StudyResult quick_map(int threads) {
-    engine::StudyOptions options;
+    studies::StudyOptions options;
     options.quick = true;
     options.threads = threads;
-    options.cache = engine::test::cache();
-    return engine::run_stability(options);
+    options.cache = test::cache();
+    return studies::run_stability(options);
 }
 
 }  // namespace

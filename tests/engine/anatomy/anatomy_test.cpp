@@ -4,16 +4,16 @@
 #include <optional>
 
 #include "engine/anatomy/anatomy_writer.h"
-#include "engine/anatomy/mesh_topology.h"
-#include "engine/scenes.h"
+#include "engine/anatomy/scenes.h"
+#include "physics/geometry/mesh_topology.h"
 #include "tests/anatomies.h"
 #include "tests/engine/anatomy/trees.h"
 #include "tests/engine/fixtures.h"
 
-namespace engine {
+namespace anatomy {
 namespace {
 
-using physics::Vec3;
+using geometry::Vec3;
 using Json = nlohmann::json;
 
 /// Loads the iliac arteries after `change` to its description; returns what is said against it.
@@ -37,9 +37,9 @@ TEST(Anatomy, IliacArteriesLoadWithTheirBranchesEndsAndTargets) {
 }
 
 TEST(Anatomy, CappedLumenIsClosedAndHoldsItsVolume) {
-    const physics::TriangleMesh closed = closed_lumen(test::iliac_renal());
-    EXPECT_EQ(topology(closed).boundary_edges, 0);
-    const double tube = signed_volume(closed_lumen(test::straight_tube("tube")));
+    const geometry::TriangleMesh closed = closed_lumen(test::iliac_renal());
+    EXPECT_EQ(geometry::topology(closed).boundary_edges, 0);
+    const double tube = geometry::signed_volume(closed_lumen(test::straight_tube("tube")));
     const double polygon = 24 * 0.5 * 4.0 * std::sin(2 * std::numbers::pi / 24);
     EXPECT_NEAR(tube, 40 * polygon, 1e-6);
 }
@@ -116,11 +116,11 @@ TEST(Anatomy, PlaceInTheBodyIsWrittenAndRead) {
     const test::TemporaryFolder folder;
     Anatomy anatomy = test::straight_tube("tube");
     EXPECT_FALSE(load_anatomy(write_anatomy(anatomy, folder.path(), {})).body);
-    anatomy.body = {render::Landmark::sella, Vec3(1, -2, 3.5)};
-    const std::optional<render::BodyPlace> read =
+    anatomy.body = {geometry::Landmark::sella, Vec3(1, -2, 3.5)};
+    const std::optional<geometry::BodyPlace> read =
         load_anatomy(write_anatomy(anatomy, folder.path(), {})).body;
     ASSERT_TRUE(read);
-    EXPECT_EQ(read->landmark, render::Landmark::sella);
+    EXPECT_EQ(read->landmark, geometry::Landmark::sella);
     EXPECT_EQ(read->at, Vec3(1, -2, 3.5));
 }
 
@@ -135,7 +135,7 @@ TEST(Anatomy, UnknownLandmarkIsRefusedWithThoseThatThereAre) {
 TEST(Anatomy, PathFromAnEndLeadsIntoTheLumenAndUpItsParents) {
     const EntryPath path =
         path_from(test::iliac_renal(), *find_end(test::iliac_renal(), "RCIA+REIA+RCFA.out"));
-    const physics::OpenEnd& end = test::iliac_renal().ends[2].opening;
+    const geometry::OpenEnd& end = test::iliac_renal().ends[2].opening;
     EXPECT_TRUE(path.points.front().isApprox(end.centre));
     EXPECT_LT((path.points[1] - path.points[0]).dot(end.outward_normal), 0);
     EXPECT_LT((path.points.back() - Vec3(0, 0, 130)).norm(), 1e-9);  // the root's start
@@ -159,4 +159,4 @@ TEST(Anatomy, PointsBeyondTheRadiusAreOutside) {
     EXPECT_FALSE(inside(test::straight_tube("tube"), {std::nan(""), 0, 0}));
 }
 
-}  // namespace engine
+}  // namespace anatomy

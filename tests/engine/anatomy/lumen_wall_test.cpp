@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 
-#include "engine/scenes.h"
+#include "engine/anatomy/scenes.h"
 #include "tests/engine/fixtures.h"
 
-using namespace engine;
+using namespace anatomy;
 
 namespace {
 
@@ -36,7 +36,7 @@ Outcome wall_of(const Anatomy& anatomy, const fs::path& folder, double stiffness
     return outcome;
 }
 
-physics::WallContact ask(const physics::LumenWall& wall, const physics::Vec3& x) {
+physics::WallContact ask(const physics::LumenWall& wall, const geometry::Vec3& x) {
     physics::WallContact c;
     wall.contacts({&x, 1}, {&c, 1});
     return c;
@@ -63,7 +63,7 @@ TEST(LumenWall, OfAnotherWireOrStiffnessSharesTheCachedField) {
     const Outcome first = wall_of(tube(), folder.path(), 20, 0.3),
                   other = wall_of(tube(), folder.path(), 30, 0.5);
     EXPECT_FALSE(other.made);
-    const physics::Vec3 x(2.5, 1.4, 0);
+    const geometry::Vec3 x(2.5, 1.4, 0);
     EXPECT_NEAR(ask(*other.wall, x).penetration, ask(*first.wall, x).penetration + 0.2, 1e-12);
     EXPECT_EQ(ask(*other.wall, x).stiffness, 30);
 }

@@ -1,19 +1,19 @@
 #include "engine/anatomy/mesh_file.h"
 
 #include "engine/anatomy/anatomy_writer.h"
-#include "engine/anatomy/mesh_topology.h"
+#include "physics/geometry/mesh_topology.h"
 #include "tests/engine/anatomy/trees.h"
 #include "tests/engine/fixtures.h"
 
-namespace engine {
+namespace anatomy {
 TEST(MeshFile, BinaryStlIsReadAndWelded) {
     const test::TemporaryFolder folder;
     const Anatomy tube = test::straight_tube("vessel");
     write_anatomy(tube, folder.path(), {});
-    const physics::TriangleMesh mesh = load_mesh(folder / "vessel.stl");
+    const geometry::TriangleMesh mesh = load_mesh(folder / "vessel.stl");
     EXPECT_EQ(mesh.triangles.size(), tube.lumen.triangles.size());
     EXPECT_EQ(mesh.vertices.size(), tube.lumen.vertices.size());
-    const Topology found = topology(mesh);
+    const geometry::Topology found = geometry::topology(mesh);
     EXPECT_EQ(found.loops.size(), 2u);
     EXPECT_EQ(found.non_manifold_edges, 0);
 }
@@ -84,4 +84,4 @@ TEST(MeshFile, HugeFilesAreRefusedUnread) {
               std::string::npos);
 }
 
-}  // namespace engine
+}  // namespace anatomy

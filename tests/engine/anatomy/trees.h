@@ -1,14 +1,14 @@
 #pragma once
 /// Small vessel trees that several tests grow.
 
-#include "engine/anatomy/generator.h"
-#include "engine/scenes.h"
+#include "engine/anatomy/grow/generator.h"
+#include "engine/anatomy/scenes.h"
 
-namespace engine::test {
+namespace test {
 
 /// A straight vessel of radius 2 along +x with a branch of radius 1.2 to the side: 30 mm and 14 mm.
-inline VesselTreeSpec small_tree() {
-    VesselTreeSpec spec;
+inline anatomy::VesselTreeSpec small_tree() {
+    anatomy::VesselTreeSpec spec;
     spec.name = "small";
     spec.branches = {{"main", "", 0, {{{0, 0, 0}, 2}, {{15, 0, 0}, 2}, {{30, 0, 0}, 1.8}}, false},
                      {"side", "main", 12, {{{0, 0, 0}, 1.2}, {{3, 4, 0}, 1.2}, {{8, 11, 2}, 1}}, false}};
@@ -16,13 +16,14 @@ inline VesselTreeSpec small_tree() {
     return spec;
 }
 
-inline Anatomy straight_tube(const char* name) {
-    return tube_anatomy(name, draw(std::vector<PenMove>{Run{40}}), 2.0, 24, 1.0);
+inline anatomy::Anatomy straight_tube(const char* name) {
+    return anatomy::tube_anatomy(name, anatomy::draw(std::vector<anatomy::PenMove>{anatomy::Run{40}}), 2.0,
+                                 24, 1.0);
 }
 
-inline const Anatomy& small_anatomy() {
-    static const Anatomy anatomy = generate(small_tree());
-    return anatomy;
+inline const anatomy::Anatomy& small_anatomy() {
+    static const anatomy::Anatomy small = anatomy::generate(small_tree());
+    return small;
 }
 
-}  // namespace engine::test
+}  // namespace test

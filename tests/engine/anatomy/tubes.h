@@ -4,15 +4,15 @@
 #include <cmath>
 #include <numbers>
 
-#include "engine/anatomy/mesh_topology.h"
+#include "physics/geometry/mesh_topology.h"
 
-namespace engine::test {
+namespace test {
 
 /// Open at both ends, facing out. From the origin along +x, then, with a bend, in an arc of that radius in
 /// the xy plane, `length` along its axis.
-inline physics::TriangleMesh tube(double radius, double length, int around = 24, double bend = 0) {
-    using physics::Vec3;
-    physics::TriangleMesh mesh;
+inline geometry::TriangleMesh tube(double radius, double length, int around = 24, double bend = 0) {
+    using geometry::Vec3;
+    geometry::TriangleMesh mesh;
     const int along = static_cast<int>(std::ceil(length / (2 * std::numbers::pi * radius / around)));
     for (int i = 0; i <= along; ++i) {
         const double s = length * i / along, angle = bend > 0 ? s / bend : 0;
@@ -37,15 +37,15 @@ inline physics::TriangleMesh tube(double radius, double length, int around = 24,
             }
         }
     }
-    if (signed_volume(capped(mesh, topology(mesh).loops)) < 0)
+    if (geometry::signed_volume(geometry::capped(mesh, geometry::topology(mesh).loops)) < 0)
         for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
     return mesh;
 }
 
-inline void append(physics::TriangleMesh& mesh, const physics::TriangleMesh& more) {
+inline void append(geometry::TriangleMesh& mesh, const geometry::TriangleMesh& more) {
     const int first = static_cast<int>(mesh.vertices.size());
     mesh.vertices.insert(mesh.vertices.end(), more.vertices.begin(), more.vertices.end());
     for (const auto& t : more.triangles) mesh.triangles.push_back({first + t[0], first + t[1], first + t[2]});
 }
 
-}  // namespace engine::test
+}  // namespace test

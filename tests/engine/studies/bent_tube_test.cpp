@@ -3,13 +3,13 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "physics/tube_wall.h"
+#include "physics/wall/tube_wall.h"
 #include "tests/finite_difference.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
-using physics::Vec3;
+using geometry::Vec3;
 
 physics::WallContact ask(const physics::LumenWall& wall, const Vec3& x) {
     physics::WallContact c;
@@ -22,7 +22,7 @@ const Vec3 places[] = {{10, 4, 0.5},  {28, 20, -1.9}, {25, 12, 0.3},  {-1.5, 0.4
                        {16, 57, 2.5}, {10, 59, 0.1},  {-3, 60.5, 1.2}};
 
 TEST(BentTube, IsTheTubeThatAFinePolylineMakes) {
-    physics::Polyline axis;
+    geometry::Polyline axis;
     for (int i = 0; i <= 27000; ++i)
         axis.emplace_back(30 * std::sin(1e-4 * i), 30 - 30 * std::cos(1e-4 * i), 0);
     const BentTube tube(30, 2.7, 3, 42);
@@ -50,4 +50,4 @@ TEST(BentTube, NormalAndCurvatureAreTheSlopesOfThePenetration) {
 }
 
 }  // namespace
-}  // namespace engine
+}  // namespace studies

@@ -6,7 +6,7 @@
 
 #include "engine/studies/study_files.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 const std::vector<Claim> two = {{"Fig. 1: \"half\" [%]", 50.0, 49.5, true, "of 200"},
@@ -41,4 +41,4 @@ TEST(Claims, OfAllStudiesStandOnOnePageWithThePictures) {
     EXPECT_EQ(html.find("a < b"), std::string::npos);
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -5,10 +5,10 @@
 
 #include "engine/studies/paper_scene.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
-using physics::Vec3;
+using geometry::Vec3;
 
 /// Along +x, then +y: right of it is −y, then +x.
 const std::vector<Vec3> bend = {{0, 0, 0}, {1, 0, 0}, {2, 0, 5}, {2, 1, 0}, {2, 2, 0}};
@@ -70,4 +70,4 @@ TEST(DeviationTrace, SettlesWhereItStaysWithinTheLimit) {
     EXPECT_DOUBLE_EQ(trace.swing(3), 0);
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace engine {
+namespace studies {
 
 TEST(Pareto, FrontKeepsWhatNothingBeatsInBoth) {
     const std::vector<CostPoint> points = {{0, 1, 5}, {0, 2, 3}, {1, 1.5, 3},
@@ -18,4 +18,4 @@ TEST(Pareto, AMethodIsThereOnceItStaysThere) {
     EXPECT_EQ(settled_at(points, 0.001), -1);
 }
 
-}  // namespace engine
+}  // namespace studies

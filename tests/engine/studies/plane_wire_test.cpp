@@ -6,10 +6,10 @@
 
 #include "tests/physics/elastica.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
-using physics::Vec2;
+using geometry::Vec2;
 
 TEST(PlaneWire, SagsAsABeamUnderALittleLoadAndItsEnergyIsHalfTheLoadsWork) {
     const double beam = 1e-6 * std::pow(40.0, 4) / (8 * 50);
@@ -55,4 +55,4 @@ TEST(PlaneWire, IsTheElasticaThatAnotherIntegrationFinds) {
 }
 
 }  // namespace
-}  // namespace engine
+}  // namespace studies

@@ -4,7 +4,7 @@
 
 #include "tests/engine/fixtures.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 StudyOptions quick_options() {
@@ -118,4 +118,4 @@ TEST(Shards, DamagedOnesAreRefused) {
     }
 }
 
-}  // namespace engine
+}  // namespace studies

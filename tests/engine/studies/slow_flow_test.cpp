@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "physics/energy.h"
+#include "physics/wire/energy.h"
 #include "tests/physics/wires.h"
 
-namespace engine {
+namespace studies {
 
 TEST(SlowFlow, ReachesAMinimumThatOtherSolversFound) {
     auto [wall, wire] = scene_setup("sinuous");
@@ -31,4 +31,4 @@ TEST(SlowFlow, NeverMovesAJointFartherThanItsStride) {
         EXPECT_LE((wire.joints[i] - before[i]).norm(), 5 * 0.01 + 1e-9);
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-namespace engine {
+namespace studies {
 namespace {
 
 /// At rest where the reference is.
@@ -48,7 +48,7 @@ TEST(StabilityRules, NameEachOutcomeFromNumbersAlone) {
 }
 
 TEST(StabilityDeviation, OfARoundVesselIgnoresTurnsAndMirrors) {
-    std::vector<physics::Vec3> a, b, c;
+    std::vector<geometry::Vec3> a, b, c;
     for (int i = 0; i < 20; ++i) {
         const double y = std::sin(0.2 * i), z = 0.3 * std::sin(0.5 * i), t = 1.1;
         a.emplace_back(i, y, z);
@@ -62,4 +62,4 @@ TEST(StabilityDeviation, OfARoundVesselIgnoresTurnsAndMirrors) {
     EXPECT_TRUE(std::isinf(largest_deviation(a, {}, Symmetry::None)));
 }
 
-}  // namespace engine
+}  // namespace studies

@@ -4,12 +4,12 @@
 
 #include "tests/engine/fixtures.h"
 
-namespace engine {
+namespace studies {
 namespace {
 
 StudyResult tiny(const StudyOptions&) {
     StudyResult result;
-    Table table{"numbers", {"x"}, {}};
+    io::Table table{"numbers", {"x"}, {}};
     table.add({1.5});
     result.tables = {table};
     result.page = "# Tiny\n";
@@ -43,4 +43,4 @@ TEST(Studies, RefuseAFolderThatCannotBe) {
     EXPECT_NE(told.find("file: cannot be written"), std::string::npos) << told;
 }
 
-}  // namespace engine
+}  // namespace studies

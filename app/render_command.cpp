@@ -1,0 +1,78 @@
+/// `seldinger render`.
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "app/command.h"
+#include "app/progress_bar.h"
+#include "engine/run/still.h"
+#include "render/xray/materials.h"
+
+namespace app {
+namespace {
+
+struct RenderArguments {
+    std::string scenario, commands, out, cache, mode = "live";
+    int frame = 0;
+    std::optional<double> lao, cranial;  // [deg]
+    double iodine = 60;
+};
+
+int render_image(const RenderArguments& arguments) {
+    run::check_still(arguments.out);
+    const scenario::Scenario scenario =
+        scenario::load_scenario(scenario::find_scenario(arguments.scenario, assets() / "scenarios"));
+    script::CommandScript script;
+    if (const std::filesystem::path own = assets() / "scripts" / (scenario.name + ".gw");
+        !arguments.commands.empty())
+        script = script::load_commands(arguments.commands);
+    else if (std::filesystem::exists(own))
+        script = script::load_commands(own);
+    run::StillRequest request;
+    request.frame = arguments.frame;
+    if (arguments.lao) request.lao = *arguments.lao * geometry::kDegree;
+    if (arguments.cranial) request.cranial = *arguments.cranial * geometry::kDegree;
+    request.mode = static_cast<script::ImagingMode>(
+        std::find(script::imaging_modes.begin(), script::imaging_modes.end(), arguments.mode) -
+        script::imaging_modes.begin());
+    request.iodine = arguments.iodine;
+    anatomy::ModelCache cache;
+    cache.folder = arguments.cache.empty() ? anatomy::cache_beside(arguments.out).string() : arguments.cache;
+    ProgressBar bar;
+    cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+    run::write_still(arguments.out, run::render_still(scenario, script, request, cache));
+    return 0;
+}
+
+}  // namespace
+
+Command add_render(CLI::App& parser) {
+    const auto arguments = std::make_shared<RenderArguments>();
+    CLI::App* command = parser.add_subcommand("render", "One image of a scenario, from any side");
+    command
+        ->add_option("scenario", arguments->scenario,
+                     "A scenario file (.toml), or the name of one that ships")
+        ->required();
+    command->add_option(
+        "--commands", arguments->commands,
+        "Command script or recording (.gw); else the one that ships with the scenario, if any");
+    command->add_option("--frame", arguments->frame, "The frame to show; its script runs up to it")
+        ->check(CLI::Range(0, script::largest_frame));
+    add_optional(command, "--lao", arguments->lao, "Angle of the arm, RAO negative [deg]");
+    add_optional(command, "--cranial", arguments->cranial, "Angle of the arm, caudal negative [deg]");
+    command->add_option("--mode", arguments->mode, "live, dsa or roadmap")
+        ->check(CLI::IsMember(
+            std::vector<std::string>(script::imaging_modes.begin(), script::imaging_modes.end())));
+    command
+        ->add_option("--iodine", arguments->iodine,
+                     "DSA and roadmap: fills the vessels where the script left no contrast [mg/ml]")
+        ->check(CLI::Range(1.0, render::largest_iodine));
+    command->add_option("--out", arguments->out, "The image, a .png")->required();
+    command->add_option("--cache", arguments->cache,
+                        "Folder that keeps grown vessels and distance fields; else cache beside --out");
+    return {command, [arguments] { return render_image(*arguments); }};
+}
+
+}  // namespace app

@@ -1,0 +1,124 @@
+/// `seldinger run`.
+
+#include <csignal>
+#include <cstdio>
+#include <fmt/format.h>
+#include <memory>
+#include <string>
+
+#include "app/command.h"
+#include "app/progress_bar.h"
+#include "engine/io/error.h"
+#include "engine/run/headless.h"
+
+namespace app {
+namespace {
+
+volatile std::sig_atomic_t stop_requested = 0;
+void request_stop(int) {
+    stop_requested = 1;
+}
+
+const char* const footer =
+    "Exit codes: 0 target reached, 1 not reached, 2 bad input, 3 a state or frame differs from what was "
+    "expected,\n"
+    "130 interrupted (what was done up to the last whole frame is kept).\n"
+    "Commands are lines of 'FRAME verb arguments':\n"
+    "  0 beam on          20 arm lao 30 deg cranial 10 deg     120 end\n"
+    "  4..60 advance 2 mm 25 contrast 12 mg/ml                 state 60 0123456789abcdef\n"
+    "  9 rotate 30 deg    80 withdraw 10 mm, reset             # a comment\n"
+    "  30 inject 12 ml at 6 ml/s into aorta of 320 mg/ml       31 mode dsa, live, roadmap; mask; reference\n"
+    "  40 pulse 7.5 per second                                 41 collimate 120 90 mm; table 0 0 -40 mm";
+
+struct RunArguments {
+    std::string scenario, commands, out, expect, cache, frames = "all";
+    int every = 1;
+    bool panel = false, truth = false;
+};
+
+int run_scenario(const RunArguments& arguments) {
+    const scenario::Scenario scenario =
+        scenario::load_scenario(scenario::find_scenario(arguments.scenario, assets() / "scenarios"));
+    const script::CommandScript script = script::load_commands(arguments.commands);
+    run::RunOptions options;
+    options.every = arguments.every;
+    options.images = arguments.frames != "none";
+    if (!options.images && (arguments.panel || arguments.truth))
+        throw io::InputError(fmt::format("--frames none: {} needs images; 'all' is accepted with it",
+                                         arguments.panel ? "--panel" : "--truth"));
+    options.panel = arguments.panel;
+    options.truth = arguments.truth;
+    options.program = program;
+    if (!arguments.expect.empty()) options.expect = arguments.expect;
+    options.cache.folder = arguments.cache;
+    options.interrupted = [] { return stop_requested != 0; };
+
+    // A full disk or quota is told by write(), not by a signal that ends the program.
+    std::signal(SIGXFSZ, SIG_IGN);
+    std::signal(SIGINT, request_stop);
+    std::signal(SIGTERM, request_stop);
+
+    run::RunResult result;
+    {
+        ProgressBar bar;
+        options.cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+        options.progress = [&bar](const run::Progress& p) {
+            bar.show(static_cast<double>(p.frame) / p.frames,
+                     fmt::format("frame {}/{}  inserted {:.0f} mm  tip to target {:.1f} mm", p.frame,
+                                 p.frames, p.inserted, p.tip_to_target));
+        };
+        result = run::run_headless(scenario, script, arguments.out, options);
+    }
+    for (const std::string& notice : result.notices) fmt::print(stderr, "note: {}\n", notice);
+    for (const std::string& difference : result.differences) fmt::print(stderr, "{}\n", difference);
+    if (result.time_is_up) fmt::print(stderr, "note: the time limit of {} s is over\n", *scenario.time_limit);
+    const exercise::Score& score = result.score;
+    fmt::print("{}: {} frames, {}, tip {:.2f} mm from the target; score in {}/score.json\n", scenario.name,
+               result.frames,
+               score.completion_time ? fmt::format("target reached after {:.2f} s", *score.completion_time)
+                                     : std::string("target not reached"),
+               score.tip_to_target, arguments.out);
+    if (options.expect) {
+        fmt::print("{} states and {} frames compared, {}\n", result.compared_states, result.compared_frames,
+                   result.differences.empty() ? "all equal" : "with differences");
+    }
+    if (result.interrupted) {
+        fmt::print(stderr, "interrupted after frame {}; {}/run.gw can be replayed\n", result.frames - 1,
+                   arguments.out);
+        return interrupted;
+    }
+    if (!result.differences.empty()) return differs;
+    return score.completed ? done : not_reached;
+}
+
+}  // namespace
+
+Command add_run(CLI::App& parser) {
+    const auto arguments = std::make_shared<RunArguments>();
+    CLI::App* command =
+        parser.add_subcommand("run", "Run a scenario from a file of commands, without a display");
+    command
+        ->add_option("scenario", arguments->scenario,
+                     "A scenario file (.toml), or the name of one that ships")
+        ->required();
+    command->add_option("--commands", arguments->commands, "Command script or recording (.gw)")->required();
+    command->add_option("--out", arguments->out, "Folder for run.gw, score.json, sheet.png and frames/")
+        ->required();
+    command->add_option("--every", arguments->every, "Write an image of every K-th frame, and of the last")
+        ->check(CLI::Range(1, script::largest_frame));
+    command->add_option("--frames", arguments->frames, "'all', or 'none' for no images at all")
+        ->check(CLI::IsMember({"all", "none"}));
+    command->add_flag("--panel", arguments->panel,
+                      "The image amid the readouts of the room, in colour, in panel/");
+    command->add_flag(
+        "--truth", arguments->truth,
+        "Ground truth of every image in truth/: wire, tip and vessels in pixels, masks, camera");
+    command->add_option("--expect", arguments->expect,
+                        "Recording, or output folder of an earlier run, that states and frames must equal");
+    command->add_option("--cache", arguments->cache,
+                        "Folder that keeps grown vessels and distance fields; else cache beside --out");
+    command->footer(footer);
+    return {command, [arguments] { return run_scenario(*arguments); }};
+}
+
+}  // namespace app

@@ -1,0 +1,151 @@
+#include "engine/anatomy/grow/generate_run.h"
+
+#include <fmt/format.h>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "engine/anatomy/anatomy_writer.h"
+#include "engine/anatomy/grow/generator.h"
+#include "engine/anatomy/grow/vessel_file.h"
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "engine/io/text.h"
+
+namespace anatomy {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Raised whenever the same spec gives another mesh or description.
+constexpr int generator_version = 3;
+
+VesselTreeSpec make_spec(const GenerateRequest& request) {
+    VesselTreeSpec spec = request.source.ends_with(".toml") ? load_vessel_file(request.source, request.seed)
+                                                            : vessel_preset(request.source, request.seed);
+    const auto append = [](auto& to, const auto& more) { to.insert(to.end(), more.begin(), more.end()); };
+    append(spec.stenoses, request.stenoses);
+    append(spec.aneurysms, request.aneurysms);
+    append(spec.tortuosities, request.tortuosities);
+    if (!request.name.empty())
+        spec.name = request.name;
+    else if (request.seed != 0)
+        spec.name += fmt::format("-{}", request.seed);
+    check_anatomy_name(spec.name);
+    return spec;
+}
+
+/// Every number of the tree and its targets, so that another shape of the same name is told apart.
+std::string fingerprint(const VesselTreeSpec& spec) {
+    const VesselTree tree = grow(spec);
+    std::uint64_t hash = 14695981039346656037ull;
+    const auto add = [&hash](double number) {
+        for (const char c : io::number_text(number) + " ")
+            hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
+    };
+    for (const SampledBranch& branch : tree.branches) {
+        for (const char c : branch.name) add(c);
+        add(branch.parent), add(branch.parent_sample), add(branch.closed);
+        for (std::size_t i = 0; i < branch.points.size(); ++i) {
+            for (int axis = 0; axis < 3; ++axis) add(branch.points[i][axis]);
+            add(branch.radii[i]);
+        }
+    }
+    if (spec.body) {
+        add(static_cast<double>(spec.body->landmark));
+        for (int axis = 0; axis < 3; ++axis) add(spec.body->at[axis]);
+    }
+    for (const NamedTarget& target : spec.targets) {
+        for (const char c : target.name + target.branch) add(c);
+        add(target.at);
+    }
+    return io::hash_text(hash);
+}
+
+Provenance provenance_of(const GenerateRequest& request, const VesselTreeSpec& spec) {
+    Provenance made = {{"source", "generated"},
+                       {"program", request.program},
+                       {"generator", std::to_string(generator_version)},
+                       {"spec", fs::path(request.source).filename().string()},
+                       {"seed", std::to_string(request.seed)}};
+    std::string modified;
+    const auto note = [&modified](const std::string& text) {
+        modified += (modified.empty() ? "" : ", ") + text;
+    };
+    for (const Tortuosity& t : spec.tortuosities)
+        note(fmt::format("tortuosity {}:{}:{}", t.amplitude, t.wavelength, t.branch));
+    for (const Stenosis& s : spec.stenoses)
+        note(fmt::format("stenosis {}:{}:{}:{}", s.branch, s.at, s.length, s.percent));
+    for (const Aneurysm& a : spec.aneurysms)
+        note(fmt::format("aneurysm {}:{}:{}:{}", a.branch, a.at, a.diameter, a.neck));
+    if (!modified.empty()) made.emplace_back("modified", modified);
+    made.emplace_back("shape", fingerprint(spec));
+    made.emplace_back("licence", "project");
+    return made;
+}
+
+/// The anatomy in the folder, when it is whole and was made from the same.
+std::optional<Anatomy> kept(const fs::path& file, const Provenance& wanted) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) return std::nullopt;
+    const nlohmann::json root = nlohmann::json::parse(stream, nullptr, false);
+    if (root.is_discarded() || !root.is_object() || !root.contains("provenance")) return std::nullopt;
+    nlohmann::json made = nlohmann::json::object();
+    for (const auto& [key, text] : wanted) made[key] = text;
+    if (root["provenance"] != made) return std::nullopt;
+    try {
+        return load_anatomy(file);
+    } catch (const io::InputError&) {
+        return std::nullopt;
+    }
+}
+
+}  // namespace
+
+GenerateOutcome run_generate(const GenerateRequest& request) {
+    const VesselTreeSpec spec = make_spec(request);
+    const Provenance provenance = provenance_of(request, spec);
+    check_anatomy_folder(request.out);
+    GenerateOutcome outcome;
+    outcome.file = request.out / (spec.name + ".anatomy.json");
+    std::optional<Anatomy> anatomy = kept(outcome.file, provenance);
+    outcome.kept = anatomy.has_value();
+    if (!anatomy) {
+        GeneratorOptions options;
+        options.threads = request.threads;
+        options.progress = request.progress;
+        anatomy = generate(spec, options);
+        write_anatomy(*anatomy, request.out, provenance);
+    }
+    outcome.triangles = anatomy->lumen.triangles.size();
+    outcome.branches = anatomy->branches.size();
+    for (const VesselEnd& end : anatomy->ends) outcome.ends.push_back(end.opening.name);
+    for (const VesselTarget& target : anatomy->targets) outcome.targets.push_back(target.name);
+    return outcome;
+}
+
+Anatomy generated_anatomy(const VesselTreeSpec& spec, const ModelCache& cache) {
+    const std::string shape = fingerprint(spec);
+    const Provenance provenance = {{"source", "generated"},
+                                   {"generator", std::to_string(generator_version)},
+                                   {"shape", shape},
+                                   {"licence", "project"}};
+    const fs::path home = cache.folder / ("anatomy-" + shape);
+    const std::string file = spec.name + ".anatomy.json";
+    if (!cache.folder.empty()) {
+        if (std::optional<Anatomy> anatomy = kept(home / file, provenance)) return *std::move(anatomy);
+    }
+    GeneratorOptions options;
+    options.progress = cache.progress;
+    const io::ScratchFolder scratch(home);
+    // Read back, so that it has the bits that the next run will find.
+    Anatomy anatomy = load_anatomy(write_anatomy(generate(spec, options), scratch.path(), provenance));
+    if (!cache.folder.empty()) {
+        std::error_code failed;  // another program's was there first, or nothing can be kept
+        if (!kept(home / file, provenance)) fs::remove_all(home, failed);
+        fs::rename(scratch.path(), home, failed);
+    }
+    return anatomy;
+}
+
+}  // namespace anatomy

@@ -1,0 +1,20 @@
+#pragma once
+/// Fewer and better triangles for the surface of a lumen.
+
+#include <functional>
+
+#include "engine/anatomy/grow/implicit_lumen.h"
+
+namespace anatomy {
+
+struct RemeshOptions {
+    double sagitta = 0.025;    // of an edge across the vessel, which sets its length √(8·r·sagitta) [mm]
+    double deviation = 0.045;  // of a triangle's centroid from f = 0 that no collapse may pass [mm]
+};
+
+/// Merges edges up to the wanted length, turns them until they are Delaunay, and evens the corners out along
+/// the surface, again and again. Closed manifold in, closed manifold out.
+geometry::TriangleMesh remeshed(const geometry::TriangleMesh&, const ImplicitLumen&,
+                                const RemeshOptions& = {}, const std::function<void(double)>& progress = {});
+
+}  // namespace anatomy

@@ -1,0 +1,216 @@
+#include "engine/anatomy/grow/vessel_file.h"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <fstream>
+#include <sstream>
+#include <toml++/toml.h>
+
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/io/error.h"
+#include "engine/io/text.h"
+#include "engine/io/toml_section.h"
+#include "physics/geometry/vec.h"
+
+namespace anatomy {
+namespace {
+
+constexpr io::Range along{0, 5000};  // a centreline [mm]
+
+void read_points(io::Section& section, std::vector<VesselKnot>& knots) {
+    const toml::node* node = section.find("points_mm");
+    if (!node) {
+        section.missing("points_mm", "points_mm = [[x, y, z, radius], …]");
+        return;
+    }
+    const toml::array* list = node->as_array();
+    if (!list) section.refuse("points_mm", *node, "a list of [x, y, z, radius] is accepted");
+    for (std::size_t i = 0; list && i < list->size(); ++i) {
+        const toml::array* numbers = (*list)[i].as_array();
+        std::array<double, 4> read{};
+        bool fine = numbers && numbers->size() == 4;
+        for (std::size_t k = 0; fine && k < 4; ++k) {
+            const std::optional<double> number =
+                (*numbers)[k].is_number() ? (*numbers)[k].value<double>() : std::nullopt;
+            fine = number && std::isfinite(*number);
+            if (fine) read[k] = *number;
+        }
+        if (!fine) {
+            section.refuse("points_mm", (*list)[i], "four numbers x, y, z and radius are accepted");
+            return;
+        }
+        knots.push_back({{read[0], read[1], read[2]}, read[3]});
+    }
+}
+
+void read_branches(io::Section& top, VesselTreeSpec& spec) {
+    for (io::Section& section : top.sections("branch")) {
+        BranchSpec branch;
+        if (!section.word("name", branch.name)) section.missing("name", "name of the branch");
+        section.word("parent", branch.parent);
+        section.number("at_mm", branch.at, along);
+        section.flag("closed", branch.closed);
+        read_points(section, branch.knots);
+        section.finish();
+        spec.branches.push_back(std::move(branch));
+    }
+}
+
+void read_modifiers(io::Section& top, VesselTreeSpec& spec) {
+    const auto place = [](io::Section& section, std::string& branch, double& at) {
+        if (!section.word("branch", branch)) section.missing("branch", "branch");
+        section.number("at_mm", at, along);
+    };
+    for (io::Section& section : top.sections("target")) {
+        NamedTarget target;
+        if (!section.word("name", target.name)) section.missing("name", "name of the target");
+        place(section, target.branch, target.at);
+        section.finish();
+        spec.targets.push_back(target);
+    }
+    for (io::Section& section : top.sections("tortuosity")) {
+        Tortuosity tortuosity;
+        section.word("branch", tortuosity.branch);
+        section.number("amplitude_mm", tortuosity.amplitude, {0, 50});
+        section.number("wavelength_mm", tortuosity.wavelength, {2, 500});
+        section.finish();
+        spec.tortuosities.push_back(tortuosity);
+    }
+    for (io::Section& section : top.sections("stenosis")) {
+        Stenosis stenosis;
+        place(section, stenosis.branch, stenosis.at);
+        section.number("length_mm", stenosis.length, {1, 200});
+        section.number("percent", stenosis.percent, {0, 90});
+        section.finish();
+        spec.stenoses.push_back(stenosis);
+    }
+    for (io::Section& section : top.sections("aneurysm")) {
+        Aneurysm aneurysm;
+        place(section, aneurysm.branch, aneurysm.at);
+        section.number("diameter_mm", aneurysm.diameter, {1, 60});
+        section.number("neck_mm", aneurysm.neck, {0.4, 60});
+        section.number("angle_deg", aneurysm.angle, {-360, 360}, geometry::kDegree);
+        section.finish();
+        spec.aneurysms.push_back(aneurysm);
+    }
+}
+
+/// What stands in the section; `seed` is the preset's.
+VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64_t seed) {
+    VesselTreeSpec spec;
+    std::string preset;
+    const bool from_preset = section.word("preset", preset);
+    if (from_preset) {
+        try {
+            spec = vessel_preset(preset, seed);
+        } catch (const io::InputError& error) {
+            reading.refuse(section.find("preset")->source(), error.what());
+        }
+    }
+    read_branches(section, spec);
+    if (!from_preset && !section.find("branch"))
+        section.missing("branch", "preset = \"…\" or a section [[branch]]");
+    read_modifiers(section, spec);
+    return spec;
+}
+
+/// The parts between colons, the numbers among them from `first` on; `least` to `most` parts in all.
+struct Parts {
+    std::vector<std::string> words;
+    std::vector<double> numbers;
+};
+Parts split(const std::string& text, std::size_t least, std::size_t most, std::size_t first,
+            std::size_t count, std::string_view option, std::string_view shape) {
+    Parts parts;
+    std::stringstream stream(text);
+    for (std::string word; std::getline(stream, word, ':');) parts.words.push_back(word);
+    bool fine = parts.words.size() >= least && parts.words.size() <= most;
+    for (std::size_t i = first; fine && i < std::min(first + count, parts.words.size()); ++i) {
+        const std::optional<double> number = io::parse_number(parts.words[i]);
+        fine = number && std::isfinite(*number);
+        if (fine) parts.numbers.push_back(*number);
+    }
+    if (!fine) throw io::InputError(fmt::format("{}: '{}' was found; {} is accepted", option, text, shape));
+    return parts;
+}
+
+}  // namespace
+
+VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem::path& file,
+                                 std::uint64_t seed) {
+    io::Reading reading{file.string(), {}, {}};
+    VesselTreeSpec spec;
+    try {
+        const toml::table root = toml::parse(text, reading.file);
+        io::Section top(reading, &root, "");
+        int schema = 0;
+        if (!top.find("schema")) top.missing("schema", "schema = 1");
+        top.whole("schema", schema, {1, 1});
+        spec = read_spec(top, reading, seed);
+        top.finish();
+    } catch (const toml::parse_error& error) {
+        throw io::InputError(io::located(reading.place(error.source()),
+                                         fmt::format("this is not TOML: {}", error.description())));
+    }
+    spec.name = file.stem().string();
+    std::vector<std::string> wrong = reading.complaints();
+    if (wrong.empty()) {
+        for (const std::string& problem : problems(spec))
+            wrong.push_back(io::located({reading.file, 0, 0}, problem));
+    }
+    if (!wrong.empty()) throw io::InputError(io::joined(wrong, "\n"));
+    return spec;
+}
+
+VesselTreeSpec load_vessel_file(const std::filesystem::path& path, std::uint64_t seed) {
+    std::error_code ignored;
+    std::ifstream stream(path, std::ios::binary);
+    if (!std::filesystem::is_regular_file(path, ignored) || !stream) {
+        throw io::InputError(path.string() + ": no such vessel tree can be read; a .toml file is accepted");
+    }
+    std::stringstream text;
+    text << stream.rdbuf();
+    return parse_vessel_file(text.str(), path, seed);
+}
+
+VesselTreeSpec read_vessels(io::Section& section, io::Reading& reading, const std::string& name) {
+    std::uint64_t seed = 0;
+    section.whole("seed", seed, {0, 9e15});
+    VesselTreeSpec spec;
+    if (std::string tree; section.word("tree", tree)) {
+        const std::filesystem::path path = std::filesystem::path(reading.file).parent_path() / tree;
+        try {
+            spec = load_vessel_file(path, seed);
+        } catch (const io::InputError& error) {
+            reading.refuse(section.find("tree")->source(), error.what());
+        }
+        read_modifiers(section, spec);
+    } else {
+        spec = read_spec(section, reading, seed);
+        if (spec.name.empty()) spec.name = name;
+    }
+    if (seed != 0) spec.name += fmt::format("-{}", seed);
+    section.finish();
+    if (reading.wrong.empty()) {
+        for (const std::string& problem : problems(spec)) section.refuse_whole(problem);
+    }
+    return spec;
+}
+
+Stenosis parse_stenosis(const std::string& text) {
+    const Parts p = split(text, 4, 4, 1, 3, "--stenosis", "BRANCH:AT:LENGTH:PERCENT");
+    return {p.words[0], p.numbers[0], p.numbers[1], p.numbers[2]};
+}
+
+Aneurysm parse_aneurysm(const std::string& text) {
+    const Parts p = split(text, 4, 5, 1, 4, "--aneurysm", "BRANCH:AT:DIAMETER:NECK[:ANGLE]");
+    return {p.words[0], p.numbers[0], p.numbers[1], p.numbers[2],
+            p.numbers.size() > 3 ? p.numbers[3] * geometry::kDegree : 0};
+}
+
+Tortuosity parse_tortuosity(const std::string& text) {
+    const Parts p = split(text, 2, 3, 0, 2, "--tortuosity", "AMPLITUDE:WAVELENGTH[:BRANCH]");
+    return {p.words.size() > 2 ? p.words[2] : std::string(), p.numbers[0], p.numbers[1]};
+}
+
+}  // namespace anatomy

@@ -1,0 +1,297 @@
+#include "engine/anatomy/grow/vessel_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <numbers>
+
+#include "engine/io/error.h"
+#include "engine/io/text.h"
+
+namespace anatomy {
+namespace {
+
+using geometry::Polyline;
+using geometry::Vec3;
+
+/// A centreline through knots: a Catmull-Rom spline with centripetal parameters, which neither overshoots nor
+/// loops between knots. Radii follow a monotone cubic (Fritsch and Carlson 1980), so that none exceeds those
+/// of its knots.
+class KnotSpline {
+public:
+    explicit KnotSpline(const std::vector<VesselKnot>& knots) : knots_(knots) {
+        const int n = static_cast<int>(knots.size());
+        at_.resize(knots.size(), 0.0);
+        for (int i = 1; i < n; ++i)
+            at_[i] = at_[i - 1] + std::sqrt((knots[i].place - knots[i - 1].place).norm());
+        for (int i = 0; i < n; ++i) slopes_.push_back(place_slope(i, n));
+        for (int i = 0; i < n; ++i) radius_slopes_.push_back(radius_slope(i, n));
+        if (n > 2) {
+            slopes_.front() = 1.5 * secant(0) - 0.5 * slopes_[1];
+            slopes_.back() = 1.5 * secant(n - 2) - 0.5 * slopes_[n - 2];
+        }
+    }
+
+    int spans() const { return static_cast<int>(knots_.size()) - 1; }
+    VesselKnot at(int span, double t) const {
+        const double width = at_[span + 1] - at_[span], t2 = t * t, t3 = t2 * t;
+        const double a = 2 * t3 - 3 * t2 + 1, b = (t3 - 2 * t2 + t) * width, c = 3 * t2 - 2 * t3,
+                     d = (t3 - t2) * width;
+        const VesselKnot &from = knots_[span], &to = knots_[span + 1];
+        return {a * from.place + b * slopes_[span] + c * to.place + d * slopes_[span + 1],
+                a * from.radius + b * radius_slopes_[span] + c * to.radius + d * radius_slopes_[span + 1]};
+    }
+
+private:
+    double width(int i) const { return at_[i + 1] - at_[i]; }
+    Vec3 secant(int i) const { return (knots_[i + 1].place - knots_[i].place) / width(i); }
+    double rise(int i) const { return (knots_[i + 1].radius - knots_[i].radius) / width(i); }
+    Vec3 place_slope(int i, int n) const {
+        if (i == 0) return secant(0);
+        if (i == n - 1) return secant(n - 2);
+        return secant(i - 1) + secant(i) -
+               (knots_[i + 1].place - knots_[i - 1].place) / (at_[i + 1] - at_[i - 1]);
+    }
+    double radius_slope(int i, int n) const {
+        if (i == 0 || i == n - 1 || rise(i - 1) * rise(i) <= 0) return 0;
+        const double before = 2 * width(i) + width(i - 1), after = width(i) + 2 * width(i - 1);
+        return (before + after) / (before / rise(i - 1) + after / rise(i));
+    }
+
+    const std::vector<VesselKnot>& knots_;
+    std::vector<double> at_, radius_slopes_;
+    std::vector<Vec3> slopes_;
+};
+
+/// The curve resampled at equal arc lengths, about `spacing` apart.
+void resample(SampledBranch& branch, double spacing) {
+    const Polyline dense = std::move(branch.points);
+    const std::vector<double> radii = std::move(branch.radii);
+    std::vector<double> arc(dense.size(), 0.0);
+    for (std::size_t i = 1; i < dense.size(); ++i) arc[i] = arc[i - 1] + (dense[i] - dense[i - 1]).norm();
+    const int steps = std::max(4, static_cast<int>(std::lround(arc.back() / spacing)));
+    branch.points.clear();
+    branch.radii.clear();
+    std::size_t at = 0;
+    for (int k = 0; k <= steps; ++k) {
+        const double wanted = arc.back() * k / steps;
+        while (at + 2 < dense.size() && arc[at + 1] < wanted) ++at;
+        const double t = std::clamp((wanted - arc[at]) / (arc[at + 1] - arc[at]), 0.0, 1.0);
+        branch.points.push_back(dense[at] + t * (dense[at + 1] - dense[at]));
+        branch.radii.push_back(radii[at] + t * (radii[at + 1] - radii[at]));
+    }
+}
+
+SampledBranch sampled(const BranchSpec& spec, const Vec3& origin, double spacing) {
+    SampledBranch branch;
+    branch.name = spec.name;
+    branch.closed = spec.closed;
+    const KnotSpline spline(spec.knots);
+    for (int span = 0; span < spline.spans(); ++span) {
+        const double chord = (spec.knots[span + 1].place - spec.knots[span].place).norm();
+        const int pieces = std::max(16, static_cast<int>(std::ceil(20 * chord / spacing)));
+        for (int k = span == 0 ? 0 : 1; k <= pieces; ++k) {
+            const VesselKnot knot = spline.at(span, static_cast<double>(k) / pieces);
+            branch.points.push_back(origin + knot.place);
+            branch.radii.push_back(knot.radius);
+        }
+    }
+    resample(branch, spacing);
+    return branch;
+}
+
+/// Unit vectors across the branch, carried along it without turning about it.
+std::vector<Vec3> carried_across(const SampledBranch& branch) {
+    std::vector<Vec3> across;
+    Vec3 d = branch.tangent(0).unitOrthogonal();
+    for (int i = 0; i < static_cast<int>(branch.points.size()); ++i) {
+        const Vec3 t = branch.tangent(i);
+        d = (d - d.dot(t) * t).normalized();
+        across.push_back(d);
+    }
+    return across;
+}
+
+void wave(SampledBranch& branch, const Tortuosity& tortuosity, double spacing) {
+    const std::vector<Vec3> across = carried_across(branch);
+    const double step = branch.step(), length = step * static_cast<double>(branch.points.size() - 1);
+    const Polyline straight = branch.points;
+    for (int i = 0; i < static_cast<int>(straight.size()); ++i) {
+        const double arc = i * step;
+        const double end = std::min(arc, length - arc) / std::min(tortuosity.wavelength, length / 2);
+        const double fade = end >= 1 ? 1.0 : end * end * (3 - 2 * end);
+        const double phase = 2 * std::numbers::pi * arc / tortuosity.wavelength;
+        const Vec3 other = branch.tangent(i).cross(across[i]);
+        // The second direction at another frequency keeps the waves from lying in a plane.
+        branch.points[i] =
+            straight[i] +
+            tortuosity.amplitude * fade * (std::sin(phase) * across[i] + 0.5 * std::sin(0.6 * phase) * other);
+    }
+    resample(branch, spacing);
+}
+
+void narrow(SampledBranch& branch, const Stenosis& stenosis) {
+    for (int i = 0; i < static_cast<int>(branch.points.size()); ++i) {
+        const double from_middle = (i * branch.step() - stenosis.at) / (stenosis.length / 2);
+        if (std::abs(from_middle) >= 1) continue;
+        const double bell = 0.5 * (1 + std::cos(std::numbers::pi * from_middle));
+        branch.radii[i] *= 1 - stenosis.percent / 100 * bell;
+    }
+}
+
+/// The direction across the branch in which it bulges: away from the middle of its bend.
+Vec3 convex_side(const SampledBranch& branch, int sample) {
+    const int last = static_cast<int>(branch.points.size()) - 1, reach = std::max(1, last / 20);
+    const int a = std::max(0, sample - reach), b = std::min(last, sample + reach);
+    const Vec3 t = branch.tangent(sample);
+    Vec3 out = branch.points[sample] - 0.5 * (branch.points[a] + branch.points[b]);
+    out -= out.dot(t) * t;
+    return out.norm() > 1e-3 ? out.normalized() : t.unitOrthogonal();
+}
+
+/// The sac meets its neck where the sphere is as wide as the neck, at the branch's wall.
+BranchSpec sac(const Aneurysm& aneurysm, const SampledBranch& parent) {
+    const int sample = parent.sample_at(aneurysm.at);
+    const Vec3 out = Eigen::AngleAxisd(aneurysm.angle, parent.tangent(sample)) * convex_side(parent, sample);
+    const double sphere = aneurysm.diameter / 2, neck = aneurysm.neck / 2, wall = parent.radii[sample];
+    const double centre = wall + std::sqrt(std::max(0.0, sphere * sphere - neck * neck));
+    BranchSpec spec;
+    spec.name = aneurysm.branch + " aneurysm";
+    spec.parent = aneurysm.branch;
+    spec.at = aneurysm.at;
+    spec.closed = true;
+    const double root = std::min(neck, 0.9 * wall);
+    spec.knots = {{Vec3::Zero(), root}, {0.5 * wall * out, root}, {wall * out, neck}, {centre * out, sphere}};
+    if (centre < wall + 0.2) spec.knots.erase(spec.knots.end() - 2);
+    return spec;
+}
+
+/// Least distance from a lumen to a centreline point of another branch, over samples from `first` on.
+double clearance(const SampledBranch& branch, int first, const Vec3& point) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = first; i < static_cast<int>(branch.points.size()); ++i)
+        least = std::min(least, (branch.points[i] - point).norm() - branch.radii[i]);
+    return least;
+}
+
+void find_separation(const VesselTree& tree, SampledBranch& child) {
+    const SampledBranch& parent = tree.branches[child.parent];
+    const int last = static_cast<int>(child.points.size()) - 1;
+    child.exit = child.separation = last;
+    for (int i = last; i >= 0; --i) {
+        if (clearance(parent, 0, child.points[i]) >= 0) child.exit = i;
+    }
+    // Half as much again as the least: a gap that only just suffices may close once more.
+    for (int i = child.exit; i <= last; ++i) {
+        const double gap = 1.5 * least_gap(tree, child.radii[i]);
+        if (clearance(parent, 0, child.points[i]) < child.radii[i] + gap) continue;
+        child.separation = i;
+        return;
+    }
+}
+
+/// Refuses a place that is not on the branch.
+int place_on(const SampledBranch& branch, double at, const std::string& what) {
+    const double length = branch.step() * static_cast<double>(branch.points.size() - 1);
+    if (at >= 0 && at <= length) return branch.sample_at(at);
+    throw io::InputError(
+        fmt::format("{} is {} mm along '{}'; 0 to {:.1f} mm is accepted", what, at, branch.name, length));
+}
+
+SampledBranch& named(VesselTree& tree, const std::string& name) {
+    return *std::find_if(tree.branches.begin(), tree.branches.end(),
+                         [&](const SampledBranch& branch) { return branch.name == name; });
+}
+
+void add_branch(VesselTree& tree, const BranchSpec& spec) {
+    Vec3 origin = Vec3::Zero();
+    int parent = -1, sample = 0;
+    if (!spec.parent.empty()) {
+        SampledBranch& from = named(tree, spec.parent);
+        parent = static_cast<int>(&from - tree.branches.data());
+        sample = place_on(from, spec.at, "the start of branch '" + spec.name + "'");
+        origin = from.points[sample];
+    }
+    SampledBranch branch = sampled(spec, origin, tree.spacing);
+    branch.parent = parent;
+    branch.parent_sample = sample;
+    tree.branches.push_back(std::move(branch));
+}
+
+void refuse_if_any(const VesselTreeSpec& spec, std::vector<std::string> found) {
+    if (found.empty()) return;
+    for (std::string& problem : found) problem = spec.name + ": " + problem;
+    throw io::InputError(io::joined(found, "\n"));
+}
+
+}  // namespace
+
+int SampledBranch::sample_at(double arc) const {
+    return std::clamp(static_cast<int>(std::lround(arc / step())), 0, static_cast<int>(points.size()) - 1);
+}
+
+Vec3 SampledBranch::tangent(int sample) const {
+    const int last = static_cast<int>(points.size()) - 1;
+    return (points[std::min(last, sample + 1)] - points[std::max(0, sample - 1)]).normalized();
+}
+
+double least_gap(const VesselTree& tree, double radius) {
+    return std::max(0.7 * tree.least_radius, 0.3 * radius);
+}
+
+SampledBranch extended(const SampledBranch& branch, int& before) {
+    SampledBranch longer = branch;
+    const int last = static_cast<int>(branch.points.size()) - 1;
+    const auto samples = [&](int end) {
+        return static_cast<int>(std::ceil(2 * branch.radii[end] / branch.step()));
+    };
+    const int after = branch.closed ? 0 : samples(last);
+    for (int i = 1; i <= after; ++i)
+        longer.points.push_back(branch.points[last] + i * branch.step() * branch.tangent(last));
+    longer.radii.insert(longer.radii.end(), after, branch.radii[last]);
+    before = branch.parent < 0 ? samples(0) : 0;
+    Polyline front;
+    for (int i = before; i > 0; --i)
+        front.push_back(branch.points[0] - i * branch.step() * branch.tangent(0));
+    longer.points.insert(longer.points.begin(), front.begin(), front.end());
+    longer.radii.insert(longer.radii.begin(), before, branch.radii[0]);
+    return longer;
+}
+
+VesselTree grow(const VesselTreeSpec& spec) {
+    refuse_if_any(spec, problems(spec));
+    VesselTree tree;
+    tree.name = spec.name;
+    tree.least_radius = std::numeric_limits<double>::infinity();
+    for (const BranchSpec& branch : spec.branches) {
+        for (const VesselKnot& knot : branch.knots)
+            tree.least_radius = std::min(tree.least_radius, knot.radius);
+    }
+    // A third of the radius shows the shape; a millimetre is enough for wires.
+    tree.spacing = std::clamp(tree.least_radius / 3, 0.3, 1.0);
+    for (const BranchSpec& branch : spec.branches) {
+        add_branch(tree, branch);
+        for (const Tortuosity& t : spec.tortuosities) {
+            if (t.branch.empty() || t.branch == branch.name) wave(tree.branches.back(), t, tree.spacing);
+        }
+    }
+    for (const Aneurysm& aneurysm : spec.aneurysms) {
+        place_on(named(tree, aneurysm.branch), aneurysm.at, "the aneurysm");
+        add_branch(tree, sac(aneurysm, named(tree, aneurysm.branch)));
+    }
+    for (const Stenosis& stenosis : spec.stenoses) {
+        place_on(named(tree, stenosis.branch), stenosis.at, "the stenosis");
+        narrow(named(tree, stenosis.branch), stenosis);
+    }
+    for (SampledBranch& branch : tree.branches) {
+        for (const double radius : branch.radii) tree.least_radius = std::min(tree.least_radius, radius);
+    }
+    for (SampledBranch& branch : tree.branches) {
+        if (branch.parent >= 0) find_separation(tree, branch);
+    }
+    refuse_if_any(spec, problems(tree));
+    return tree;
+}
+
+}  // namespace anatomy

@@ -1,0 +1,103 @@
+#pragma once
+/// A vessel tree as it is described, by named branches through knots with radii, and as it is sampled for the
+/// generator.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "physics/geometry/landmark.h"
+
+namespace anatomy {
+
+/// A place that a centreline passes through, and the lumen's radius there [mm].
+struct VesselKnot {
+    geometry::Vec3 place;
+    double radius;
+};
+
+struct BranchSpec {
+    std::string name;
+    std::string parent;             // empty for the root, which comes first
+    double at = 0;                  // where on the parent's centreline it starts, from its first sample [mm]
+    std::vector<VesselKnot> knots;  // the root's in space, a child's relative to where it starts
+    bool closed = false;            // ends in a dome instead of an open end
+};
+
+/// A narrowing, smooth over its length. The branch is named as in the spec; `at` is its middle.
+struct Stenosis {
+    std::string branch;
+    double at = 0, length = 0;  // along the centreline [mm]
+    double percent = 0;         // of the diameter that is lost in the middle
+};
+
+/// A sac on the side of a branch, joined to it by a neck: a closed branch of its own.
+struct Aneurysm {
+    std::string branch;
+    double at = 0;        // along the centreline [mm]
+    double diameter = 0;  // of the sac [mm]
+    double neck = 0;      // its diameter where it leaves the branch [mm]
+    double angle = 0;     // about the branch, from its most convex side [rad]
+};
+
+/// Waves of a centreline across itself, fading at both ends; `branch` empty for all.
+struct Tortuosity {
+    std::string branch;
+    double amplitude = 0, wavelength = 0;  // [mm]
+};
+
+struct NamedTarget {
+    std::string name, branch;
+    double at = 0;  // along the centreline [mm]
+};
+
+struct VesselTreeSpec {
+    std::string name;
+    std::vector<BranchSpec> branches;  // parents before their children
+    std::vector<NamedTarget> targets;
+    std::vector<Tortuosity> tortuosities;
+    std::vector<Stenosis> stenoses;
+    std::vector<Aneurysm> aneurysms;
+    std::optional<geometry::BodyPlace> body;  // where in the body the vessels are, when that is known
+};
+
+struct SampledBranch {
+    std::string name;
+    int parent = -1, parent_sample = 0;  // a child starts at its parent's sample
+    geometry::Polyline points;           // equally far apart, about VesselTree::spacing [mm]
+    std::vector<double> radii;           // [mm]
+    bool closed = false;
+    int exit = 0;        // first sample outside the parent's lumen; the last if none is
+    int separation = 0;  // first sample whose lumen is well clear of the parent's; the last if none is
+
+    double step() const { return (points[1] - points[0]).norm(); }  // between samples [mm]
+    int sample_at(double arc) const;                                // nearest to so many mm from the start
+    geometry::Vec3 tangent(int sample) const;                       // unit
+};
+
+struct VesselTree {
+    std::string name;
+    std::vector<SampledBranch> branches;
+    double spacing = 0;       // of samples [mm]
+    double least_radius = 0;  // [mm]
+};
+
+/// Nearer than this, walls cannot be told apart on the generator's grid, or are drawn together where a branch
+/// of this radius leaves its parent [mm].
+double least_gap(const VesselTree&, double radius);
+
+/// The branch running on straight beyond its open ends for twice its radius there; `before` is how many
+/// samples that adds at its start.
+SampledBranch extended(const SampledBranch&, int& before);
+
+/// Everything that keeps the spec from being grown: names, numbers, places. Empty when it is fine.
+std::vector<std::string> problems(const VesselTreeSpec&);
+
+/// Everything wrong with the tree that was grown: branches that bend tighter than their radius, leave no
+/// lumen or run through one another. Empty when it is fine.
+std::vector<std::string> problems(const VesselTree&);
+
+/// Samples the branches and applies what modifies them. Throws InputError with the problems of spec or tree.
+VesselTree grow(const VesselTreeSpec&);
+
+}  // namespace anatomy

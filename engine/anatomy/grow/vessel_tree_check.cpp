@@ -1,0 +1,209 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+#include <set>
+
+#include "engine/anatomy/grow/vessel_tree.h"
+#include "engine/io/text.h"
+
+namespace anatomy {
+namespace {
+
+using geometry::Vec3;
+
+constexpr double least_radius = 0.2, largest_radius = 30;  // of arteries that a wire enters [mm]
+constexpr double largest_extent = 2000;                    // [mm]
+constexpr double steepest_taper = 0.8;                     // radius per length; at 1 balls swallow each other
+
+std::string place_text(const SampledBranch& branch, int sample) {
+    const Vec3& p = branch.points[sample];
+    return fmt::format("{:.0f} mm along it, at ({:.1f}, {:.1f}, {:.1f})", sample * branch.step(), p.x(),
+                       p.y(), p.z());
+}
+
+void check_bends(const SampledBranch& branch, std::vector<std::string>& found) {
+    const int last = static_cast<int>(branch.points.size()) - 1;
+    for (int i = 1; i < last; ++i) {
+        const Vec3 a = (branch.points[i] - branch.points[i - 1]).normalized(),
+                   b = (branch.points[i + 1] - branch.points[i]).normalized();
+        const double turn = std::atan2(a.cross(b).norm(), a.dot(b));
+        const double bend = turn > 1e-9 ? branch.step() / turn : std::numeric_limits<double>::infinity();
+        const double taper = std::abs(branch.radii[i + 1] - branch.radii[i]) / branch.step();
+        if (bend < 1.05 * branch.radii[i]) {
+            found.push_back(
+                fmt::format("branch '{}' bends with a radius of {:.2f} mm where its lumen has "
+                            "{:.2f} mm ({}); gentler bends are accepted",
+                            branch.name, bend, branch.radii[i], place_text(branch, i)));
+            return;
+        }
+        if (taper > steepest_taper && !branch.closed) {
+            found.push_back(
+                fmt::format("the radius of branch '{}' changes by {:.2f} mm a millimetre ({}); up "
+                            "to {} is accepted",
+                            branch.name, taper, place_text(branch, i), steepest_taper));
+            return;
+        }
+    }
+}
+
+/// Whether two branches come too near each other from these samples on; the first is the second's child when
+/// `related`. Within one branch, samples that are near along it do not count.
+void check_apart(const VesselTree& tree, const SampledBranch& a, int first_a, const SampledBranch& b,
+                 int first_b, bool related, std::vector<std::string>& found) {
+    const double largest = *std::max_element(b.radii.begin(), b.radii.end());
+    for (int i = first_a; i < static_cast<int>(a.points.size()); ++i) {
+        const double most = a.radii[i] + largest + least_gap(tree, std::max(a.radii[i], largest));
+        for (int j = first_b; j < static_cast<int>(b.points.size()); ++j) {
+            const double apart = (a.points[i] - b.points[j]).norm();
+            if (apart >= most) {  // so many samples on, they are still too far
+                j += static_cast<int>((apart - most) / (1.1 * b.step()));
+                continue;
+            }
+            const double gap = least_gap(tree, related ? a.radii[i] : std::max(a.radii[i], b.radii[j]));
+            const double reach = a.radii[i] + b.radii[j] + gap;
+            if (apart >= reach || (&a == &b && std::abs(i - j) * a.step() < 2 * reach)) continue;
+            found.push_back(
+                fmt::format("branch '{}' runs into {} ({}): their walls are {:.2f} mm apart; {:.2f} "
+                            "mm or more is accepted",
+                            a.name, &a == &b ? "itself" : "branch '" + b.name + "'", place_text(a, i),
+                            apart - a.radii[i] - b.radii[j], gap));
+            return;
+        }
+    }
+}
+
+template <class Modifier>
+void check_place(const VesselTreeSpec& spec, const Modifier& what, std::string_view kind,
+                 std::vector<std::string>& found) {
+    std::vector<std::string_view> names;
+    for (const BranchSpec& branch : spec.branches) names.push_back(branch.name);
+    if (std::find(names.begin(), names.end(), what.branch) != names.end()) return;
+    const std::string near = io::nearest_word(what.branch, names);
+    found.push_back(fmt::format("{} names the branch '{}'{}; branches are: {}", kind, what.branch,
+                                near.empty() ? "" : " (is '" + near + "' meant?)", io::joined(names)));
+}
+
+void check_knots(const BranchSpec& branch, std::vector<std::string>& found) {
+    if (branch.knots.size() < 2) {
+        found.push_back(fmt::format("branch '{}' has {} points; two or more are accepted", branch.name,
+                                    branch.knots.size()));
+    }
+    for (std::size_t i = 0; i < branch.knots.size(); ++i) {
+        const auto& [place, radius] = branch.knots[i];
+        if (!(radius >= least_radius && radius <= largest_radius)) {
+            found.push_back(
+                fmt::format("branch '{}', point {}: a radius of {} mm was found; {} to {} mm is accepted",
+                            branch.name, i + 1, radius, least_radius, largest_radius));
+            return;
+        }
+        if (!place.allFinite() || place.cwiseAbs().maxCoeff() > largest_extent) {
+            found.push_back(fmt::format("branch '{}', point {}: coordinates within ±{} mm are accepted",
+                                        branch.name, i + 1, largest_extent));
+            return;
+        }
+        if (i > 0 && (place - branch.knots[i - 1].place).norm() < 0.1) {
+            found.push_back(
+                fmt::format("branch '{}', points {} and {} are the same; points 0.1 mm or more apart "
+                            "are accepted",
+                            branch.name, i, i + 1));
+            return;
+        }
+    }
+}
+
+}  // namespace
+
+std::vector<std::string> problems(const VesselTreeSpec& spec) {
+    std::vector<std::string> found;
+    if (spec.branches.empty()) found.push_back("there is no branch; one or more are accepted");
+    std::set<std::string> names;
+    for (const BranchSpec& branch : spec.branches) {
+        if (branch.name.empty()) found.push_back("a branch has no name");
+        if (!branch.parent.empty() && !names.contains(branch.parent)) {
+            found.push_back(fmt::format("branch '{}': its parent '{}' is no branch listed before it",
+                                        branch.name, branch.parent));
+        }
+        if (branch.parent.empty() && !names.empty()) {
+            found.push_back(
+                fmt::format("branch '{}' has no parent; only the first is accepted without", branch.name));
+        }
+        if (!names.insert(branch.name).second)
+            found.push_back(fmt::format("two branches are named '{}'", branch.name));
+        check_knots(branch, found);
+    }
+    for (const NamedTarget& target : spec.targets)
+        check_place(spec, target, "target '" + target.name + "'", found);
+    for (const Tortuosity& t : spec.tortuosities) {
+        if (!t.branch.empty()) check_place(spec, t, "a tortuosity", found);
+        if (!(t.amplitude >= 0 && t.amplitude <= 50 && t.wavelength >= 2 && t.wavelength <= 500)) {
+            found.push_back("a tortuosity needs an amplitude of 0 to 50 mm and a wavelength of 2 to 500 mm");
+        }
+    }
+    for (const Stenosis& s : spec.stenoses) {
+        check_place(spec, s, "a stenosis", found);
+        if (!(s.length >= 1 && s.length <= 200 && s.percent >= 0 && s.percent <= 90))
+            found.push_back("a stenosis needs a length of 1 to 200 mm and a loss of 0 to 90 percent");
+    }
+    for (const Aneurysm& a : spec.aneurysms) {
+        check_place(spec, a, "an aneurysm", found);
+        if (!(a.diameter >= 1 && a.diameter <= 60 && a.neck >= 2 * least_radius && a.neck <= a.diameter))
+            found.push_back(
+                "an aneurysm needs a diameter of 1 to 60 mm and a neck of 0.4 mm to its diameter");
+    }
+    return found;
+}
+
+std::vector<std::string> problems(const VesselTree& tree) {
+    std::vector<std::string> found;
+    if (tree.least_radius < least_radius / 2) {
+        found.push_back(fmt::format("a stenosis leaves a radius of {:.2f} mm; {} mm or more is accepted",
+                                    tree.least_radius, least_radius / 2));
+    }
+    const auto& branches = tree.branches;
+    for (const SampledBranch& branch : branches) check_bends(branch, found);
+    for (std::size_t c = 0; c < branches.size(); ++c) {
+        const SampledBranch& child = branches[c];
+        if (child.parent < 0) continue;
+        const SampledBranch& parent = branches[child.parent];
+        const double apart = (child.points[0] - parent.points[child.parent_sample]).norm();
+        if (apart > parent.radii[child.parent_sample]) {
+            found.push_back(fmt::format(
+                "branch '{}' starts {:.2f} mm from its place on '{}', whose radius there is {:.2f} mm; "
+                "points relative to that place, from 0, 0, 0 on, are accepted",
+                child.name, apart, parent.name, parent.radii[child.parent_sample]));
+            continue;
+        }
+        if (child.separation + 1 >= static_cast<int>(child.points.size()) && !child.closed) {
+            found.push_back(
+                fmt::format("branch '{}' never leaves '{}'; a branch that comes out of its parent's "
+                            "lumen is accepted",
+                            child.name, branches[child.parent].name));
+        }
+        if (child.radii.front() > branches[child.parent].radii[child.parent_sample]) {
+            found.push_back(
+                fmt::format("branch '{}' starts with a radius of {:.2f} mm in '{}', which has {:.2f} "
+                            "mm there; up to that is accepted",
+                            child.name, child.radii.front(), branches[child.parent].name,
+                            branches[child.parent].radii[child.parent_sample]));
+        }
+    }
+    if (!found.empty()) return found;
+    std::vector<SampledBranch> whole;
+    std::vector<int> first;  // sample of each that keeps its distance from all
+    for (const SampledBranch& branch : branches) {
+        int before = 0;
+        whole.push_back(extended(branch, before));
+        first.push_back(branch.parent < 0 ? 0 : branch.separation);
+    }
+    for (std::size_t b = 0; b < branches.size(); ++b) {
+        for (std::size_t a = 0; a <= b; ++a) {
+            const bool related = branches[b].parent == static_cast<int>(a);
+            if (related && branches[b].closed) continue;  // a sac stays beside its vessel
+            check_apart(tree, whole[b], first[b], whole[a], related ? 0 : first[a], related, found);
+        }
+    }
+    return found;
+}
+
+}  // namespace anatomy

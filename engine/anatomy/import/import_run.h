@@ -1,0 +1,31 @@
+#pragma once
+/// One imported anatomy, from a mesh file to the files of a folder.
+
+#include "engine/anatomy/import/lumen_import.h"
+
+namespace anatomy {
+
+struct ImportRequest {
+    std::filesystem::path mesh, out;
+    std::string name;  // of the files; else the mesh's
+    ImportOptions options;
+    std::string program;  // name and version, for the provenance
+};
+
+struct ImportOutcome {
+    std::filesystem::path file;  // NAME.anatomy.json
+    std::string report;          // what was found and mended, checks, and three lines of a scenario
+};
+
+/// Throws InputError, before any work when the folder cannot be written; the folder then holds what it held.
+ImportOutcome run_import(const ImportRequest&);
+
+/// The checks of an anatomy file, a line each. `fine` is whether none failed. Throws InputError for a file
+/// that cannot be loaded.
+struct CheckOutcome {
+    std::string report;
+    bool fine = true;
+};
+CheckOutcome run_check(const std::filesystem::path& anatomy);
+
+}  // namespace anatomy

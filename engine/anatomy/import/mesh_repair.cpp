@@ -1,0 +1,424 @@
+#include "engine/anatomy/import/mesh_repair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <fmt/format.h>
+#include <map>
+#include <numeric>
+#include <unordered_map>
+#include <utility>
+
+#include "engine/anatomy/import/hole_filling.h"
+#include "engine/io/error.h"
+#include "engine/io/text.h"
+#include "physics/geometry/mesh_query.h"
+
+namespace anatomy {
+namespace {
+
+using geometry::TriangleMesh;
+using geometry::Vec3;
+using Triangle = std::array<int, 3>;
+
+/// The triangles on every edge, edges in order.
+struct EdgeUses {
+    struct Use {
+        int low, high, triangle;
+        bool forward;  // the triangle runs from low to high
+    };
+    std::vector<Use> uses;
+
+    explicit EdgeUses(const std::vector<Triangle>& triangles) {
+        uses.reserve(3 * triangles.size());
+        for (int t = 0; t < static_cast<int>(triangles.size()); ++t) {
+            for (int k = 0; k < 3; ++k) {
+                const int a = triangles[t][k], b = triangles[t][(k + 1) % 3];
+                uses.push_back({std::min(a, b), std::max(a, b), t, a < b});
+            }
+        }
+        std::sort(uses.begin(), uses.end(), [](const Use& p, const Use& q) {
+            return std::tie(p.low, p.high, p.triangle) < std::tie(q.low, q.high, q.triangle);
+        });
+    }
+    /// Calls visit(first, last) for the uses of every edge.
+    template <class Visit>
+    void each(Visit visit) const {
+        for (std::size_t i = 0, j; i < uses.size(); i = j) {
+            for (j = i + 1; j < uses.size() && uses[j].low == uses[i].low && uses[j].high == uses[i].high;)
+                ++j;
+            visit(uses.data() + i, uses.data() + j);
+        }
+    }
+};
+
+void remove(std::vector<Triangle>& triangles, const std::vector<char>& gone) {
+    std::size_t kept = 0;
+    for (std::size_t t = 0; t < triangles.size(); ++t)
+        if (!gone[t]) triangles[kept++] = triangles[t];
+    triangles.resize(kept);
+}
+
+Vec3 centroid(const TriangleMesh& mesh, const Triangle& t) {
+    return (mesh.vertices[t[0]] + mesh.vertices[t[1]] + mesh.vertices[t[2]]) / 3;
+}
+double area(const TriangleMesh& mesh, const Triangle& t) {
+    const Vec3& a = mesh.vertices[t[0]];
+    return 0.5 * (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).norm();
+}
+
+std::vector<MeshOpening> openings(const TriangleMesh& mesh,
+                                  const std::vector<geometry::BoundaryLoop>& loops) {
+    const geometry::MeshQuery wall(mesh);
+    std::vector<MeshOpening> result;
+    for (const geometry::BoundaryLoop& loop : loops) {
+        MeshOpening opening{loop, Vec3::Zero(), 0, 0, 0};
+        const std::size_t count = loop.vertices.size();
+        const auto rim = [&](std::size_t i) -> const Vec3& {
+            return mesh.vertices[loop.vertices[i % count]];
+        };
+        double length = 0, square = 0;
+        const Vec3 centre = geometry::rim_centre(mesh, loop);
+        for (std::size_t i = 0; i < count; ++i) {
+            opening.normal += (rim(i) - centre).cross(rim(i + 1) - centre);
+            const double edge = (rim(i + 1) - rim(i)).norm();
+            opening.radius += edge * ((rim(i) + rim(i + 1)) / 2 - centre).norm();
+            length += edge;
+        }
+        opening.loop.centroid = centre;
+        opening.normal.normalize();
+        opening.radius /= length;
+        for (std::size_t i = 0; i < count; ++i) {
+            const double off = (rim(i) - centre).dot(opening.normal);
+            square += off * off;
+        }
+        opening.uneven = std::sqrt(square / static_cast<double>(count));
+        for (double depth = 0.25; depth <= 2; depth += 0.25) {
+            opening.inscribed =
+                std::max(opening.inscribed, wall.distance(centre - depth * opening.radius * opening.normal));
+        }
+        result.push_back(std::move(opening));
+    }
+    return result;
+}
+
+class Repair {
+public:
+    explicit Repair(const TriangleMesh& given) : mesh_(given) {
+        for (Vec3& v : mesh_.vertices) v = v.cast<float>().cast<double>();  // as the result is stored
+        mesh_ = geometry::welded(mesh_);
+    }
+
+    RepairedLumen done() {
+        weld_near();
+        drop_doubles();
+        drop_fins();
+        drop_islands();
+        if (mesh_.triangles.size() < 4) {
+            throw io::InputError(
+                fmt::format("{} triangle{} found; the closed or tubular surface of a lumen is accepted",
+                            mesh_.triangles.size(), mesh_.triangles.size() == 1 ? " was" : "s were"));
+        }
+        orient();
+        fill_holes();
+        RepairedLumen result;
+        result.mesh = compact();
+        result.ends = openings_of(result.mesh);
+        result.findings = std::move(findings_);
+        return result;
+    }
+
+private:
+    void note(Finding::Kind kind, std::string text) { findings_.push_back({kind, std::move(text)}); }
+    void mended(std::string text) { note(Finding::Kind::Mended, std::move(text)); }
+
+    void weld_near() {
+        Vec3 low = Vec3::Constant(1e300), high = -low;
+        for (const Vec3& v : mesh_.vertices) low = low.cwiseMin(v), high = high.cwiseMax(v);
+        const double reach = 1e-6 * (high - low).norm();
+        if (!(reach > 0)) return;
+        using Cell = std::array<std::int64_t, 3>;
+        const auto cell_of = [&](const Vec3& v) {
+            Cell cell;
+            for (int k = 0; k < 3; ++k)
+                cell[k] = static_cast<std::int64_t>(std::floor((v[k] - low[k]) / reach));
+            return cell;
+        };
+        const auto key = [](const Cell& c) {
+            return static_cast<std::uint64_t>(c[0]) << 42 ^ static_cast<std::uint64_t>(c[1]) << 21 ^
+                   static_cast<std::uint64_t>(c[2]);
+        };
+        std::unordered_multimap<std::uint64_t, int> held;
+        held.reserve(mesh_.vertices.size());
+        std::vector<int> same(mesh_.vertices.size());
+        int count = 0;
+        for (int v = 0; v < static_cast<int>(same.size()); ++v) {
+            same[v] = v;
+            const Cell at = cell_of(mesh_.vertices[v]);
+            for (int n = 0; n < 27 && same[v] == v; ++n) {
+                const auto [from, to] =
+                    held.equal_range(key({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1}));
+                for (auto i = from; i != to; ++i) {
+                    if ((mesh_.vertices[i->second] - mesh_.vertices[v]).norm() <= reach)
+                        same[v] = std::min(same[v], i->second);
+                }
+            }
+            if (same[v] == v)
+                held.emplace(key(at), v);
+            else
+                ++count;
+        }
+        const std::size_t before = mesh_.triangles.size();
+        std::vector<char> gone(before, 0);
+        for (std::size_t t = 0; t < before; ++t) {
+            auto& [a, b, c] = mesh_.triangles[t];
+            a = same[a], b = same[b], c = same[c];
+            gone[t] = a == b || b == c || c == a;
+        }
+        remove(mesh_.triangles, gone);
+        if (count > 0)
+            mended(fmt::format("{} corners within {:.2g} mm of another were welded to it", count, reach));
+        if (const auto lost = before - mesh_.triangles.size(); lost > 0)
+            mended(fmt::format("{} triangles without area were dropped", lost));
+    }
+
+    void drop_doubles() {
+        std::vector<std::pair<Triangle, int>> sorted;
+        for (int t = 0; t < static_cast<int>(mesh_.triangles.size()); ++t) {
+            Triangle key = mesh_.triangles[t];
+            std::sort(key.begin(), key.end());
+            sorted.emplace_back(key, t);
+        }
+        std::sort(sorted.begin(), sorted.end());
+        std::vector<char> gone(mesh_.triangles.size(), 0);
+        int count = 0;
+        for (std::size_t i = 1; i < sorted.size(); ++i)
+            if (sorted[i].first == sorted[i - 1].first) gone[sorted[i].second] = 1, ++count;
+        remove(mesh_.triangles, gone);
+        if (count > 0) mended(fmt::format("{} double triangles were dropped", count));
+    }
+
+    /// Of the triangles on an edge of three or more, those that end in nothing go first.
+    void drop_fins() {
+        int edges = 0, count = 0;
+        Vec3 place = Vec3::Zero();
+        for (bool peeling = true; peeling;) {
+            const EdgeUses sides(mesh_.triangles);
+            std::vector<int> free_edges(mesh_.triangles.size(), 0);
+            sides.each([&](const auto* first, const auto* last) {
+                if (last - first == 1) ++free_edges[first->triangle];
+            });
+            std::vector<char> gone(mesh_.triangles.size(), 0);
+            int peeled = 0, crowded = 0;
+            const auto at_crowded = [&](auto visit) {
+                sides.each([&](const auto* first, const auto* last) {
+                    if (last - first > 2) visit(first, last);
+                });
+            };
+            at_crowded([&](const auto* first, const auto* last) {
+                if (++crowded == 1) place = (mesh_.vertices[first->low] + mesh_.vertices[first->high]) / 2;
+                auto left = std::count_if(first, last, [&](const auto& use) { return !gone[use.triangle]; });
+                for (const int wanted : {2, 1}) {
+                    for (const auto* use = first; use != last && left > 2; ++use) {
+                        if (gone[use->triangle] || free_edges[use->triangle] < wanted) continue;
+                        gone[use->triangle] = 1, ++peeled, --left;
+                    }
+                }
+            });
+            if (edges == 0) edges = crowded;
+            if (peeled == 0 && crowded > 0) {  // surfaces that share an edge: both are opened there
+                at_crowded([&](const auto* first, const auto* last) {
+                    for (const auto* use = first; use != last; ++use)
+                        peeled += !std::exchange(gone[use->triangle], 1);
+                });
+            }
+            remove(mesh_.triangles, gone);
+            count += peeled;
+            peeling = peeled > 0;
+        }
+        if (edges > 0) {
+            note(Finding::Kind::Warned,
+                 fmt::format(
+                     "{} edges of three or more triangles, such as at {}: {} triangles there were dropped",
+                     edges, io::place_text(place), count));
+        }
+    }
+
+    void drop_islands() {
+        const int total = static_cast<int>(mesh_.triangles.size());
+        std::vector<int> root(total);
+        std::iota(root.begin(), root.end(), 0);
+        const auto find = [&root](int t) {
+            while (root[t] != t) t = root[t] = root[root[t]];
+            return t;
+        };
+        EdgeUses(mesh_.triangles).each([&](const auto* first, const auto* last) {
+            for (const auto* use = first + 1; use < last; ++use) {
+                const int a = find(first->triangle), b = find(use->triangle);
+                root[std::max(a, b)] = std::min(a, b);
+            }
+        });
+        std::map<int, double> areas;
+        double whole = 0;
+        for (int t = 0; t < total; ++t) {
+            const double own = area(mesh_, mesh_.triangles[t]);
+            areas[find(t)] += own, whole += own;
+        }
+        if (areas.size() < 2) return;
+        const auto larger = [](const auto& a, const auto& b) { return a.second < b.second; };
+        const int main = std::max_element(areas.begin(), areas.end(), larger)->first;
+        const double kept = areas[main];
+        areas.erase(main);
+        const int next = std::max_element(areas.begin(), areas.end(), larger)->first;
+        std::vector<char> gone(total, 0);
+        int count = 0;
+        for (int t = 0; t < total; ++t) count += gone[t] = find(t) != main;
+        const double share = 100 * (1 - kept / whole);
+        const std::string where = io::place_text(centroid(mesh_, mesh_.triangles[next]));
+        if (areas.at(next) > 0.25 * whole) {
+            throw io::InputError(fmt::format(
+                "the surface is in pieces apart, one of them {:.2g} % of it, at {}: two vessels, or "
+                "the inside and the outside of a wall; one lumen, with specks of up to 25 % beside "
+                "it, is accepted",
+                100 * areas.at(next) / whole, where));
+        }
+        note(share > 5 ? Finding::Kind::Warned : Finding::Kind::Mended,
+             fmt::format(
+                 "{} pieces apart from the vessel were dropped: {} triangles, {:.2g} % of the surface, "
+                 "the largest at {}",
+                 areas.size(), count, share, where));
+        remove(mesh_.triangles, gone);
+    }
+
+    void orient() {
+        const int total = static_cast<int>(mesh_.triangles.size());
+        std::vector<std::vector<std::pair<int, bool>>> across(total);  // triangle, and whether it agrees
+        EdgeUses(mesh_.triangles).each([&](const auto* first, const auto* last) {
+            if (last - first != 2) return;
+            const bool agree = first[0].forward != first[1].forward;
+            across[first[0].triangle].emplace_back(first[1].triangle, agree);
+            across[first[1].triangle].emplace_back(first[0].triangle, agree);
+        });
+        std::vector<int> turned(total, -1), open = {0};
+        turned[0] = 0;
+        for (std::size_t next = 0; next < open.size(); ++next) {
+            const int t = open[next];
+            for (const auto& [u, agree] : across[t]) {
+                const int wanted = agree ? turned[t] : 1 - turned[t];
+                if (turned[u] < 0) turned[u] = wanted, open.push_back(u);
+                if (turned[u] == wanted) continue;
+                throw io::InputError(
+                    fmt::format("the surface has no inside: at {} it meets its own back, as a Möbius band "
+                                "does; a surface "
+                                "with two sides is accepted",
+                                io::place_text(centroid(mesh_, mesh_.triangles[t]))));
+            }
+        }
+        for (int t = 0; t < total; ++t)
+            if (turned[t] == 1) std::swap(mesh_.triangles[t][1], mesh_.triangles[t][2]);
+        if (geometry::signed_volume(geometry::capped(mesh_, simple_loops())) < 0) {
+            for (Triangle& t : mesh_.triangles) std::swap(t[1], t[2]);
+            for (int& t : turned) t = 1 - t;
+        }
+        const auto count = std::count(turned.begin(), turned.end(), 1);
+        if (count == total)
+            mended("all triangles faced into the lumen and were turned outward");
+        else if (count > 0)
+            mended(
+                fmt::format("{} of {} triangles faced into the lumen and were turned outward", count, total));
+    }
+
+    /// The boundary as loops that visit no corner twice.
+    std::vector<geometry::BoundaryLoop> simple_loops() const {
+        std::multimap<int, int> next;  // turned as a cap's edges
+        EdgeUses(mesh_.triangles).each([&](const auto* first, const auto* last) {
+            if (last - first != 1) return;
+            if (first->forward)
+                next.emplace(first->high, first->low);
+            else
+                next.emplace(first->low, first->high);
+        });
+        std::vector<geometry::BoundaryLoop> loops;
+        std::map<int, std::size_t> where;  // of a corner on the way
+        std::vector<int> way;
+        while (!next.empty()) {
+            if (way.empty()) {
+                way.push_back(next.begin()->first);
+                where[way[0]] = 0;
+            }
+            const auto step = next.find(way.back());
+            const int to = step->second;
+            next.erase(step);
+            if (const auto seen = where.find(to); seen != where.end()) {
+                const auto start = way.begin() + static_cast<std::ptrdiff_t>(seen->second);
+                loops.push_back({{start, way.end()}, Vec3::Zero()});
+                for (auto v = start; v != way.end(); ++v) where.erase(*v);
+                way.erase(start, way.end());
+                if (way.empty() && !next.contains(to)) continue;
+            }
+            if (way.empty() || way.back() != to) where[to] = way.size(), way.push_back(to);
+        }
+        for (geometry::BoundaryLoop& loop : loops) {
+            for (const int v : loop.vertices) loop.centroid += mesh_.vertices[v];
+            loop.centroid /= static_cast<double>(loop.vertices.size());
+        }
+        return loops;
+    }
+
+    void fill_holes() {
+        int count = 0;
+        std::string list;
+        EdgeSet edges(mesh_);
+        for (const MeshOpening& opening : openings(mesh_, simple_loops())) {
+            if (opening.is_end()) continue;
+            fill_hole(mesh_, edges, opening.loop);
+            if (++count <= 10)
+                list += fmt::format("{} {} r {:.2f}", count > 1 ? "," : "",
+                                    io::place_text(opening.loop.centroid), opening.radius);
+        }
+        if (count > 10) list += fmt::format(" and {} more", count - 10);
+        if (count > 0) mended(fmt::format("{} holes were filled [mm]:{}", count, list));
+        const geometry::Topology left = geometry::topology(mesh_);
+        if (left.non_manifold_edges > 0)
+            throw io::InputError(
+                fmt::format("{} edges are still shared by three triangles after mending; a surface "
+                            "without them is accepted: repair the mesh in a mesh editor",
+                            left.non_manifold_edges));
+    }
+
+    TriangleMesh compact() const {
+        TriangleMesh result;
+        std::vector<int> index(mesh_.vertices.size(), -1);
+        for (const Triangle& t : mesh_.triangles) {
+            Triangle renumbered;
+            for (int k = 0; k < 3; ++k) {
+                int& at = index[t[k]];
+                if (at < 0) {
+                    at = static_cast<int>(result.vertices.size());
+                    result.vertices.push_back(mesh_.vertices[t[k]].cast<float>().cast<double>());
+                }
+                renumbered[k] = at;
+            }
+            result.triangles.push_back(renumbered);
+        }
+        return result;
+    }
+
+    TriangleMesh mesh_;
+    std::vector<Finding> findings_;
+};
+
+}  // namespace
+
+std::vector<MeshOpening> openings_of(const TriangleMesh& mesh) {
+    std::vector<MeshOpening> all = openings(mesh, geometry::topology(mesh).loops);
+    std::stable_sort(all.begin(), all.end(),
+                     [](const auto& a, const auto& b) { return a.radius > b.radius; });
+    return all;
+}
+
+RepairedLumen repaired(const TriangleMesh& mesh) {
+    return Repair(mesh).done();
+}
+
+}  // namespace anatomy

@@ -1,0 +1,46 @@
+#pragma once
+/// A lumen's surface as scanners and programs leave it, made into one that a wall can be built from.
+
+#include <string>
+#include <vector>
+
+#include "physics/geometry/mesh_topology.h"
+
+namespace anatomy {
+
+/// One thing that was noticed about an anatomy.
+struct Finding {
+    enum class Kind { Told, Mended, Warned };
+    Kind kind = Kind::Told;
+    std::string text;
+};
+
+/// An opening of the surface, with the lumen behind it.
+struct MeshOpening {
+    geometry::BoundaryLoop loop;
+    geometry::Vec3 normal;  // of its plane, out of the lumen; unit
+    double radius = 0;      // mean distance of the rim from its centroid [mm]
+    double uneven = 0;      // root mean square distance of the rim from its plane [mm]
+    double inscribed = 0;   // largest ball that fits in the lumen close behind it [mm]
+
+    /// A vessel ends here, rather than that a piece of its wall is missing.
+    bool is_end() const {
+        return loop.vertices.size() > 3 && radius >= 0.6 * inscribed && uneven <= 0.2 * radius;
+    }
+};
+
+struct RepairedLumen {
+    geometry::TriangleMesh
+        mesh;  // welded, outward, manifold, open at the ends only; single-precision corners
+    std::vector<MeshOpening> ends;  // largest first
+    std::vector<Finding> findings;
+};
+
+/// Every opening of an oriented mesh whose boundary visits no corner twice, largest first.
+std::vector<MeshOpening> openings_of(const geometry::TriangleMesh&);
+
+/// Welds corners closer than a millionth of the diagonal, drops degenerate and double triangles, fins and
+/// islands, turns all triangles outward and fills holes. Throws InputError for a surface that has no inside.
+RepairedLumen repaired(const geometry::TriangleMesh&);
+
+}  // namespace anatomy

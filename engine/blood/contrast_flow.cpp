@@ -1,0 +1,285 @@
+#include "engine/blood/contrast_flow.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <fmt/format.h>
+#include <numbers>
+
+#include "engine/io/error.h"
+#include "engine/io/text.h"
+#include "render/xray/materials.h"
+
+namespace blood {
+
+namespace {
+
+/// Part of a cell's volume that may leave it in one substep.
+constexpr double courant = 0.8;
+/// Blood flows evenly and spreads in one go for so long at most, so that neither the pulse nor a bolus's
+/// shape depends on the frame rate [s].
+constexpr double longest_part = 1.0 / 60;
+/// Less than this counts as drained: it would fade for ever [mg/ml].
+constexpr double faintest = 1e-12;
+
+}  // namespace
+
+double contrast_limit(double weight, double creatinine) {
+    return std::min(300.0, 5.0 * weight / creatinine);
+}
+
+ContrastFlow::ContrastFlow(const anatomy::Anatomy& anatomy, const FlowSpec& spec)
+    : spec_(spec), blood_(blood_flow(anatomy, spec)) {
+    for (const geometry::CentrelineBranch& branch : anatomy.branches) branches_.push_back(branch.name);
+    const std::size_t count = blood_.cells.size();
+    only_child_.assign(count, -1);
+    std::vector<int> children(count, 0);
+    for (std::size_t i = 0; i < count; ++i) {
+        const FlowCell& cell = blood_.cells[i];
+        nodes_.push_back(cell.centre);
+        radii_.push_back(static_cast<float>(cell.radius));
+        upstream_.push_back(cell.upstream);
+        volume_.push_back(cell.volume);
+        if (cell.upstream >= 0)
+            only_child_[cell.upstream] = ++children[cell.upstream] == 1 ? static_cast<int>(i) : -1;
+    }
+    for (auto* array : {&into_, &added_, &added_iodine_, &outflow_, &change_, &diagonal_, &right_})
+        array->resize(count);
+    leaving_.resize(blood_.outlets.size());
+    reached_.resize(blood_.outlets.size());
+    reset();
+}
+
+void ContrastFlow::reset() {
+    time_ = injected_ = injected_iodine_ = drained_ = 0;
+    running_.clear();
+    iodine_.assign(blood_.cells.size(), 0.0);
+    tanks_.assign(blood_.outlets.size(), {});
+    blush_.assign(blood_.outlets.size(), {});
+    shown_.assign(blood_.cells.size(), 0.0f);
+}
+
+int ContrastFlow::cell_of(const Injection& injection) const {
+    if (const auto* place = std::get_if<geometry::Vec3>(&injection.at)) {
+        if (!place->allFinite()) throw io::InputError("the place of an injection must be finite");
+        return blood_.nearest(*place);
+    }
+    const std::string& name = std::get<std::string>(injection.at);
+    auto found = std::find(branches_.begin(), branches_.end(), name);
+    if (found == branches_.end()) {
+        found = std::find_if(branches_.begin(), branches_.end(),
+                             [&](const std::string& branch) { return branch.starts_with(name + "+"); });
+    }
+    if (found == branches_.end()) {
+        const std::string near =
+            io::nearest_word(name, std::vector<std::string_view>(branches_.begin(), branches_.end()));
+        throw io::InputError(fmt::format("contrast cannot go into '{}': no such branch{}; branches are {}",
+                                         name, near.empty() ? "" : " (is '" + near + "' meant?)",
+                                         fmt::join(branches_, ", ")));
+    }
+    return blood_.entry_of(static_cast<int>(found - branches_.begin()));
+}
+
+void ContrastFlow::inject(const Injection& asked) {
+    std::vector<std::string> wrong;
+    if (!(asked.rate > 0 && asked.rate <= 50))
+        wrong.push_back(
+            fmt::format("an injection of {} ml/s; above 0 and at most 50 is accepted", asked.rate));
+    if (!(asked.volume > 0 && std::isfinite(asked.volume)))
+        wrong.push_back(fmt::format("an injection of {} ml; more than 0 is accepted", asked.volume));
+    if (!(asked.iodine >= 0 && asked.iodine <= render::largest_iodine)) {
+        wrong.push_back(
+            fmt::format("contrast of {} mg/ml; 0 to {} is accepted", asked.iodine, render::largest_iodine));
+    }
+    if (!wrong.empty()) throw io::InputError(fmt::format("{}", fmt::join(wrong, "\n")));
+    const int cell = cell_of(asked);
+    // A limit used up to the last drop in several doses must not fail by rounding.
+    if (asked.volume > left() + 1e-9 * spec_.limit) {
+        throw io::InputError(fmt::format(
+            "{:.4g} ml of contrast were asked for, but {:.4g} ml are left of the limit of {:.4g} ml",
+            asked.volume, left(), spec_.limit));
+    }
+    running_.push_back({cell, asked.rate, asked.volume, asked.iodine});
+}
+
+double ContrastFlow::left() const {
+    double used = injected_;
+    for (const Running& injection : running_) used += injection.left;
+    return std::max(0.0, spec_.limit - used);
+}
+
+/// Flow over the heart's cycle relative to its mean. The third power of a raised cosine is above half its
+/// height for a quarter of the cycle, about as long as systole lasts; its mean is 5/16.
+double ContrastFlow::pulse(double time) const {
+    const double phase = 2 * std::numbers::pi * time * spec_.heart_rate / 60.0;
+    const double raised = 0.5 - 0.5 * std::cos(phase);
+    return 1 - spec_.pulsatility + spec_.pulsatility * raised * raised * raised * (16.0 / 5.0);
+}
+
+double ContrastFlow::injection_rate() const {
+    double rate = 0;
+    for (const Running& injection : running_) rate += injection.rate;
+    return rate;
+}
+
+void ContrastFlow::step(double dt) {
+    assert(dt >= 0);
+    while (dt > 0) {
+        double part = dt / std::max(1.0, std::ceil(dt / longest_part - 1e-9));
+        // Not past the end of an injection.
+        for (const Running& injection : running_) part = std::min(part, injection.left / injection.rate);
+        advance(part);
+        dt -= part;
+    }
+    show();
+}
+
+void ContrastFlow::advance(double dt) {
+    std::fill(added_.begin(), added_.end(), 0.0);
+    std::fill(added_iodine_.begin(), added_iodine_.end(), 0.0);
+    for (Running& injection : running_) {
+        added_[injection.cell] += injection.rate;
+        added_iodine_[injection.cell] += injection.rate * injection.iodine;
+        const double volume = std::min(injection.left, injection.rate * dt);
+        // What remains of the last drop would hold up the clock.
+        injection.left = injection.left - volume < 1e-12 * injection.left ? 0 : injection.left - volume;
+        injected_ += volume;
+        injected_iodine_ += injection.rate * dt * injection.iodine;
+    }
+    std::fill(reached_.begin(), reached_.end(), 0.0);
+    const bool clear =
+        running_.empty() && std::all_of(iodine_.begin(), iodine_.end(), [](double c) { return c == 0; });
+    if (!clear) {
+        blood_.balance(pulse(time_ + 0.5 * dt), added_, into_, leaving_);
+        carry(dt);
+        spread(dt);
+    }
+    perfuse(dt);
+    std::erase_if(running_, [](const Running& injection) { return injection.left <= 0; });
+    time_ += dt;
+}
+
+void ContrastFlow::carry(double dt) {
+    const int count = static_cast<int>(iodine_.size());
+    for (int i = 0; i < count; ++i) outflow_[i] = std::max(0.0, -into_[i]);
+    for (int i = 0; i < count; ++i)
+        if (upstream_[i] >= 0) outflow_[upstream_[i]] += std::max(0.0, into_[i]);
+    for (std::size_t o = 0; o < leaving_.size(); ++o) outflow_[blood_.outlets[o].cell] += leaving_[o];
+    double fastest = 0;
+    for (int i = 0; i < count; ++i) fastest = std::max(fastest, outflow_[i] / volume_[i]);
+    const int substeps = std::max(1, static_cast<int>(std::ceil(dt * fastest / courant)));
+    const double part = dt / substeps;
+
+    // Blood passes from a cell into the next one; `behind` is the one before.
+    struct Face {
+        int cell, from, to, behind;  // of the cell that the face is upstream of; behind -1 = none
+        double volume, kept;         // that passes in a substep [ml]; of `from`, the part that does not
+    };
+    std::vector<Face> faces;
+    faces.reserve(count);
+    for (int i = 0; i < count; ++i) {
+        if (into_[i] == 0) continue;
+        const int up = upstream_[i];
+        Face face{i, up, i, -1, into_[i] * part, 0};
+        if (up >= 0 && into_[i] > 0) {
+            const bool straight = only_child_[up] == i && upstream_[up] >= 0 && into_[up] > 0;
+            if (straight) face.behind = upstream_[up];
+        } else {
+            if (up < 0 && into_[i] > 0) continue;  // clean blood
+            face.from = i, face.to = up;
+            const int child = only_child_[i];
+            if (up >= 0 && child >= 0 && into_[child] < 0) face.behind = child;
+        }
+        face.kept = 1 - part * outflow_[face.from] / volume_[face.from];
+        faces.push_back(face);
+    }
+    for (int k = 0; k < substeps; ++k) {
+        for (int i = 0; i < count; ++i) change_[i] = part * added_iodine_[i];
+        for (const Face& face : faces) {
+            double concentration = iodine_[face.from];
+            if (face.behind >= 0) {
+                const double before = iodine_[face.from] - iodine_[face.behind],
+                             after = iodine_[face.to] - iodine_[face.from];
+                if (before * after > 0) concentration += face.kept * before * after / (before + after);
+            }
+            if (concentration == 0) continue;
+            const double mass = face.volume * concentration;
+            change_[face.cell] += mass;
+            if (upstream_[face.cell] >= 0)
+                change_[upstream_[face.cell]] -= mass;
+            else
+                drained_ -= mass;
+        }
+        for (std::size_t o = 0; o < leaving_.size(); ++o) {
+            const int cell = blood_.outlets[o].cell;
+            const double mass = leaving_[o] * part * iodine_[cell];
+            change_[cell] -= mass;
+            reached_[o] += mass;
+        }
+        for (int i = 0; i < count; ++i) iodine_[i] += change_[i] / volume_[i];
+    }
+}
+
+void ContrastFlow::spread(double dt) {
+    const std::vector<FlowCell>& cells = blood_.cells;
+    const int count = static_cast<int>(cells.size());
+    // Backward Euler on a tree: eliminated from the ends to the source and put in again on the way back. The
+    // exchange between neighbours [ml] goes into change_.
+    for (int i = 0; i < count; ++i) {
+        diagonal_[i] = volume_[i];
+        right_[i] = volume_[i] * iodine_[i];
+        // A vessel's stream spreads along it, not back out of its mouth.
+        const bool alone = upstream_[i] < 0 || cells[i].branch != cells[upstream_[i]].branch;
+        change_[i] =
+            alone ? 0 : dt * spec_.dispersion * cells[i].radius * std::abs(into_[i]) / cells[i].distance;
+    }
+    for (int i = 0; i < count; ++i) {
+        if (upstream_[i] < 0) continue;
+        diagonal_[i] += change_[i];
+        diagonal_[upstream_[i]] += change_[i];
+    }
+    for (int i = count - 1; i >= 0; --i) {
+        if (upstream_[i] < 0) continue;
+        const double share = change_[i] / diagonal_[i];
+        diagonal_[upstream_[i]] -= share * change_[i];
+        right_[upstream_[i]] += share * right_[i];
+    }
+    for (int i = 0; i < count; ++i) {
+        const double from_upstream = upstream_[i] < 0 ? 0 : change_[i] * iodine_[upstream_[i]];
+        iodine_[i] = (right_[i] + from_upstream) / diagonal_[i];
+    }
+    for (int i = 0; i < count; ++i) {
+        if (iodine_[i] >= faintest) continue;
+        drained_ += iodine_[i] * volume_[i];
+        iodine_[i] = 0;
+    }
+}
+
+void ContrastFlow::perfuse(double dt) {
+    for (std::size_t o = 0; o < tanks_.size(); ++o) {
+        const double rate = dt * 3 / blood_.outlets[o].transit;
+        double arriving = reached_[o], held = 0;
+        for (double& mass : tanks_[o].mass) {
+            mass = (mass + arriving) / (1 + rate);
+            arriving = rate * mass;
+            held += mass;
+        }
+        drained_ += arriving;
+        blush_[o] = {held, held / blood_.outlets[o].tissue};
+    }
+}
+
+void ContrastFlow::show() {
+    for (std::size_t i = 0; i < iodine_.size(); ++i) shown_[i] = static_cast<float>(iodine_[i]);
+}
+
+IodineBalance ContrastFlow::balance() const {
+    IodineBalance now;
+    now.injected = injected_iodine_;
+    now.drained = drained_;
+    for (std::size_t i = 0; i < iodine_.size(); ++i) now.in_vessels += iodine_[i] * volume_[i];
+    for (const Blush& organ : blush_) now.in_organs += organ.iodine;
+    return now;
+}
+
+}  // namespace blood

@@ -1,0 +1,59 @@
+#pragma once
+/// One attempt at a scenario: the vessel and wire, the C-arm's picture, the score, the recording.
+
+#include <optional>
+
+#include "engine/exercise/imaging.h"
+#include "engine/exercise/monitor.h"
+#include "engine/exercise/score.h"
+#include "engine/exercise/simulation.h"
+#include "engine/exercise/truth.h"
+#include "engine/script/recording.h"
+#include "render/picture/image.h"
+
+namespace exercise {
+
+class Exercise {
+public:
+    /// Throws InputError when scenario and anatomy do not fit, or `with_images` and the vessel can't be
+    /// imaged.
+    Exercise(const scenario::Scenario&, bool with_images, const anatomy::ModelCache& = {});
+
+    /// From the next frame on, frames are recorded. Throws InputError when the file cannot be written.
+    void record(const std::filesystem::path&, const script::RecordingHeader&);
+    void close_recording();
+
+    /// Commands, motion, relaxation, score, recording; time goes on by one frame.
+    StepReport next_frame(std::span<const script::Command>);
+
+    /// What the screen shows after the frame: a live image while the beam is on, the last one (last-image
+    /// hold) while it is off, black before the first. Depends on the frames made, not on which were looked
+    /// at.
+    const render::GrayImage& image();
+    /// The screens; null without images.
+    const Monitor* monitor() const { return monitor_ ? &*monitor_ : nullptr; }
+
+    /// Of the image; there must be one.
+    Truth truth();
+
+    int frame() const { return frame_; }  // the last one made, -1 before the first
+    const Simulation& simulation() const { return simulation_; }
+    Score score() const;
+    /// The scenario's time is up after the last frame made.
+    bool time_is_up() const;
+
+private:
+    void take_pulse();
+
+    Simulation simulation_;
+    Scorer scorer_;
+    std::optional<Monitor> monitor_;
+    std::vector<BlushingOrgan> organs_;
+    std::optional<script::Recording> recording_;
+    render::GrayImage black_;
+    int masks_ = 0, references_ = 0;  // asked for and taken
+    int frame_ = -1;
+    int attempt_start_ = 0;  // frame of the last reset
+};
+
+}  // namespace exercise

@@ -1,0 +1,189 @@
+#include "engine/exercise/imaging.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+
+#include "engine/io/error.h"
+#include "render/patient/patient.h"
+#include "render/xray/path_length.h"
+
+namespace exercise {
+namespace {
+
+/// A guess for vessels that do not say where they belong. The aortic bifurcation is where the widest branch
+/// that leads downward leaves a root branch; well below the vessels when none does, as in a chest. The body's
+/// middle is that of the highest vessels.
+geometry::BodyPlace guessed_place(const anatomy::Anatomy& anatomy) {
+    const geometry::CentrelineBranch* widest = nullptr;
+    double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+    for (const geometry::CentrelineBranch& branch : anatomy.branches) {
+        for (const geometry::Vec3& p : branch.points) lowest = std::min(lowest, p.z());
+        const bool forks_root = branch.parent >= 0 && anatomy.branches[branch.parent].parent < 0;
+        const bool downward = branch.points.back().z() < branch.points.front().z() - 100;
+        if (forks_root && downward && (!widest || branch.radii.front() > widest->radii.front()))
+            widest = &branch;
+    }
+    for (const geometry::Vec3& p : anatomy.lumen.vertices) highest = std::max(highest, p.z());
+    double left = -std::numeric_limits<double>::infinity(), right = -left, front = right;
+    for (const geometry::Vec3& p : anatomy.lumen.vertices) {
+        front = std::min(front, p.y());
+        if (p.z() < highest - 10.0) continue;
+        left = std::max(left, p.x());
+        right = std::min(right, p.x());
+    }
+    constexpr double below_chest = 150;  // from the end of a thoracic aorta to L4 [mm]
+    return {geometry::Landmark::aortic_bifurcation,
+            {0.5 * (left + right), front, widest ? widest->points.front().z() : lowest - below_chest}};
+}
+
+render::PatientSpec patient(const anatomy::Anatomy& anatomy) {
+    render::PatientSpec spec =
+        render::patient_around(anatomy.lumen.vertices, anatomy.body ? *anatomy.body : guessed_place(anatomy));
+    for (const geometry::CentrelineBranch& branch : anatomy.branches) {
+        // Close enough that balls make a tube.
+        double since = std::numeric_limits<double>::infinity();
+        for (std::size_t i = 0; i < branch.points.size(); ++i) {
+            if (i > 0) since += (branch.points[i] - branch.points[i - 1]).norm();
+            if (since < 0.5 * branch.radii[i]) continue;
+            spec.vessels.push_back({branch.points[i], branch.radii[i]});
+            since = 0.0;
+        }
+    }
+    return spec;
+}
+
+}  // namespace
+
+std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenario,
+                                               const anatomy::Anatomy& anatomy) {
+    std::vector<render::TissueLayer> layers;
+    if (scenario.imaging.patient) {
+        layers = render::make_patient(patient(anatomy));
+    }
+    render::TissueLayer lumen;
+    lumen.name = "lumen";
+    lumen.material = render::Material::soft_tissue;
+    lumen.inside = scenario.imaging.patient ? render::Material::soft_tissue : render::Material::air;
+    lumen.mesh = anatomy::closed_lumen(anatomy);
+    lumen.takes_contrast = true;
+    layers.push_back(std::move(lumen));
+    return layers;
+}
+
+namespace {
+
+double volume(const geometry::TriangleMesh& closed) {
+    double sum = 0;
+    for (const auto& t : closed.triangles)
+        sum += closed.vertices[t[0]].dot(closed.vertices[t[1]].cross(closed.vertices[t[2]]));
+    constexpr double cubic_mm_per_ml = 1000.0;
+    return sum / 6 / cubic_mm_per_ml;
+}
+
+/// Mean concentration in the blood about the wire, from its joints five apart [mg/ml].
+double along_wire(const blood::ContrastFlow& contrast, std::span<const geometry::Vec3> joints) {
+    constexpr std::size_t stride = 5;
+    double sum = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < joints.size(); i += stride, ++count)
+        sum += contrast.iodine()[contrast.blood().nearest(joints[i])];
+    return sum / std::max(count, 1);
+}
+
+}  // namespace
+
+std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer>& layers,
+                                           std::span<const blood::Outlet> outlets) {
+    std::vector<BlushingOrgan> organs;
+    for (std::size_t k = 0; k < outlets.size(); ++k) {
+        int nearest = -1;
+        double least = std::numeric_limits<double>::infinity();
+        for (std::size_t layer = 0; layer < layers.size(); ++layer) {
+            if (!layers[layer].name.ends_with(outlets[k].organ)) continue;
+            geometry::Vec3 middle = geometry::Vec3::Zero();
+            for (const geometry::Vec3& v : layers[layer].mesh.vertices) middle += v;
+            middle /= static_cast<double>(layers[layer].mesh.vertices.size());
+            const double away = (middle - outlets[k].place).norm();
+            if (away >= least) continue;
+            least = away;
+            nearest = static_cast<int>(layer);
+        }
+        if (nearest < 0) continue;
+        const auto known = std::find_if(organs.begin(), organs.end(),
+                                        [&](const BlushingOrgan& organ) { return organ.layer == nearest; });
+        BlushingOrgan& organ =
+            known == organs.end()
+                ? organs.emplace_back(BlushingOrgan{nearest, volume(layers[nearest].mesh), {}})
+                : *known;
+        organ.outlets.push_back(static_cast<int>(k));
+    }
+    return organs;
+}
+
+double detector_dose(const scenario::Scenario& scenario, const render::CArm& arm, script::ImagingMode mode) {
+    const double magnified = std::max(1.0, scenario.c_arm.detector_width / arm.detector_width);
+    const scenario::Imaging& imaging = scenario.imaging;
+    return magnified * (mode == script::ImagingMode::dsa ? imaging.acquisition_dose : imaging.detector_dose);
+}
+
+Pulse pulse_of(const Simulation& simulation, std::span<const BlushingOrgan> organs) {
+    const scenario::Scenario& scenario = simulation.scenario();
+    Pulse pulse;
+    pulse.arm = simulation.console().arm();
+    pulse.joints = simulation.wire().joints;
+    pulse.mode = simulation.console().mode();
+    render::Exposure& exposure = pulse.exposure;
+    exposure.frame = static_cast<std::uint64_t>(simulation.frames() - 1);
+    exposure.seed = scenario.seed;
+    exposure.detector_dose = detector_dose(scenario, pulse.arm, pulse.mode);
+    exposure.kvp = scenario.imaging.kvp;
+    exposure.iodine = simulation.iodine();
+    exposure.vessel_shift = simulation.vessel_shift();
+    const blood::ContrastFlow& contrast = simulation.contrast();
+    if (contrast.injected() > 0) {
+        exposure.vessel_iodine.assign(contrast.iodine().begin(), contrast.iodine().end());
+        exposure.wire_iodine = along_wire(contrast, pulse.joints);
+        for (const BlushingOrgan& organ : organs) {
+            double iodine = 0;
+            for (const int outlet : organ.outlets) iodine += contrast.blush()[outlet].iodine;
+            exposure.organs.push_back({organ.layer, iodine / organ.volume});
+        }
+    }
+    return pulse;
+}
+
+bool has_contrast(const render::Exposure& exposure) {
+    const auto some = [](float concentration) { return concentration > 1e-3f; };
+    return exposure.iodine > 0 ||
+           std::any_of(exposure.vessel_iodine.begin(), exposure.vessel_iodine.end(), some);
+}
+
+void remove_contrast(render::Exposure& exposure) {
+    exposure.iodine = exposure.wire_iodine = 0;
+    exposure.vessel_iodine.clear();
+    exposure.organs.clear();
+}
+
+ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
+                          const blood::ContrastFlow& contrast) {
+    render::FluoroscopeConfig config;
+    config.wire.diameter = scenario.guidewire.diameter;
+    config.wire.marker_length = std::min(config.wire.marker_length, scenario.guidewire.tip_length);
+    try {
+        std::vector<render::TissueLayer> layers = tissue_layers(scenario, anatomy);
+        std::vector<BlushingOrgan> organs = blushing_organs(layers, contrast.blood().outlets);
+        for (const BlushingOrgan& organ : organs) layers[organ.layer].perfused = true;
+        render::require_closed("lumen", layers.back().mesh);
+        render::LumenContrast vessels(layers.back().mesh, {contrast.nodes().begin(), contrast.nodes().end()},
+                                      {contrast.radii().begin(), contrast.radii().end()});
+        return {render::Fluoroscope(config, std::move(layers), std::move(vessels)), std::move(organs)};
+    } catch (const render::OpenMeshError& error) {
+        throw io::InputError(anatomy.name + ": a closed mesh is needed for imaging: " + error.what());
+    } catch (const render::OverlappingMeshError& error) {
+        throw io::InputError(anatomy.name +
+                             ": a mesh that encloses each place once is needed for imaging: " + error.what());
+    }
+}
+
+}  // namespace exercise

@@ -1,0 +1,47 @@
+#pragma once
+/// What of a scenario the beam meets.
+
+#include <span>
+#include <vector>
+
+#include "engine/exercise/monitor.h"
+#include "engine/exercise/simulation.h"
+#include "engine/scenario/scenario.h"
+#include "render/xray/fluoroscope.h"
+
+namespace exercise {
+
+/// The lumen, closed at its ends, takes the contrast; around it a patient or air. Throws InputError for a
+/// lumen that capping does not close.
+std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario&, const anatomy::Anatomy&);
+
+/// An organ that is drawn and that contrast reaches.
+struct BlushingOrgan {
+    int layer = 0;             // of the fluoroscope
+    double volume = 0;         // [ml]
+    std::vector<int> outlets;  // of the blood, that feed it
+};
+
+/// For each outlet the nearest layer that its organ's name ends with ("kidney", "left kidney").
+std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer>&,
+                                           std::span<const blood::Outlet>);
+
+struct ImagingChain {
+    render::Fluoroscope fluoroscope;
+    std::vector<BlushingOrgan> organs;
+};
+
+/// A fluoroscope for the scenario, with the nodes of that contrast. Throws InputError when
+/// it cannot be made.
+ImagingChain make_imaging(const scenario::Scenario&, const anatomy::Anatomy&, const blood::ContrastFlow&);
+
+/// Of a pulse in that mode [nGy]. A field magnified against that of the start gets more in proportion, so
+/// that what is seen larger is not seen noisier.
+double detector_dose(const scenario::Scenario&, const render::CArm&, script::ImagingMode);
+
+/// What the console asks for and the beam meets, after the last step.
+Pulse pulse_of(const Simulation&, std::span<const BlushingOrgan>);
+bool has_contrast(const render::Exposure&);
+void remove_contrast(render::Exposure&);
+
+}  // namespace exercise

@@ -1,0 +1,105 @@
+#include "engine/exercise/monitor.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace exercise {
+namespace {
+
+/// Share of a live image that is the sum of those before: detectors keep a few per cent, and fluoroscopy's
+/// recursive noise filter the rest.
+constexpr float lag = 0.3f;
+constexpr std::size_t remembered = 4;  // pulses; what was before counts less than 1 %
+
+}  // namespace
+
+Monitor::Monitor(render::Fluoroscope fluoroscope) : fluoroscope_(std::move(fluoroscope)) {}
+
+void Monitor::take(Pulse pulse) {
+    const render::Technique technique = fluoroscope_.technique(pulse.arm, pulse.exposure);
+    ++dose_.pulses;
+    dose_.air_kerma += technique.air_kerma;
+    dose_.area_product += technique.area_product;
+    dose_.last = technique;
+
+    const bool moved = !recent_.empty() && !(recent_.back().pulse.arm == pulse.arm);
+    if (moved || pulse.new_mask) subtraction_.reset();
+    if (moved || (!recent_.empty() && recent_.back().pulse.mode != pulse.mode)) recent_.clear();
+    const double delivered = technique.delivered * pulse.exposure.detector_dose;
+    recent_.push_back({std::move(pulse), delivered, {}});
+    if (recent_.size() > remembered) recent_.pop_front();
+    image_.reset();
+
+    Recent& last = recent_.back();
+    if (last.pulse.mode != script::ImagingMode::dsa) return;
+    if (!subtraction_)
+        subtraction_.emplace(signal(last), fluoroscope_.opening(last.pulse.arm));
+    else
+        subtraction_->opacify(signal(last));
+}
+
+const render::Field& Monitor::signal(Recent& recent) {
+    if (!recent.signal) {
+        const Pulse& pulse = recent.pulse;
+        recent.signal = fluoroscope_.read(pulse.arm, pulse.joints, pulse.exposure);
+        const auto per_dose = static_cast<float>(1.0 / recent.dose);
+        for (float& value : recent.signal->values) value *= per_dose;
+    }
+    return *recent.signal;
+}
+
+const render::Field& Monitor::with_lag(float dose) {
+    // Weights (1 − lag)·lag^k of the k-th pulse back; the oldest takes what is left of 1.
+    std::vector<const float*> pulses;
+    for (Recent& recent : recent_) pulses.push_back(signal(recent).values.data());
+    const render::Field& size = *recent_.front().signal;
+    if (mixed_.width != size.width || mixed_.height != size.height)
+        mixed_ = render::Field(size.width, size.height);
+    constexpr std::size_t together = 1024;  // pixels that stay in the cache
+    for (std::size_t start = 0; start < mixed_.values.size(); start += together) {
+        const std::size_t count = std::min(together, mixed_.values.size() - start);
+        float* const mixed = mixed_.values.data() + start;
+        std::copy_n(pulses[0] + start, count, mixed);
+        for (std::size_t i = 1; i < pulses.size(); ++i) {
+            const float* const next = pulses[i] + start;
+            for (std::size_t p = 0; p < count; ++p) mixed[p] += (1.0f - lag) * (next[p] - mixed[p]);
+        }
+        for (std::size_t p = 0; p < count; ++p) mixed[p] *= dose;
+    }
+    return mixed_;
+}
+
+bool Monitor::map_is_missing() const {
+    return !recent_.empty() && recent_.back().pulse.mode == script::ImagingMode::roadmap &&
+           !(subtraction_ && subtraction_->has_map());
+}
+
+const render::GrayImage* Monitor::image() {
+    if (recent_.empty()) return nullptr;
+    if (image_) return &*image_;
+    const Pulse& last = recent_.back().pulse;
+    if (last.mode == script::ImagingMode::dsa) {
+        image_ = subtraction_->subtracted(signal(recent_.back()));
+    } else if (last.mode == script::ImagingMode::roadmap && !map_is_missing()) {
+        image_ = subtraction_->roadmap(with_lag(1.0f));
+    } else {
+        const auto dose = static_cast<float>(recent_.back().dose);
+        image_ = fluoroscope_.display(last.arm, last.exposure).show(with_lag(dose));
+    }
+    return &*image_;
+}
+
+void Monitor::store_reference() {
+    if (const render::GrayImage* shown = image()) reference_ = *shown;
+}
+
+void Monitor::clear() {
+    recent_.clear();
+    subtraction_.reset();
+    image_.reset();
+    reference_.reset();
+    dose_ = {};
+}
+
+}  // namespace exercise

@@ -1,0 +1,75 @@
+#pragma once
+/// The screens: pulses in, images out.
+
+#include <deque>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "engine/script/command.h"
+#include "render/xray/fluoroscope.h"
+#include "render/xray/subtraction.h"
+
+namespace exercise {
+
+struct Pulse {
+    render::CArm arm;
+    geometry::Polyline joints;  // of the wire [mm]
+    render::Exposure exposure;
+    script::ImagingMode mode = script::ImagingMode::live;
+    bool new_mask = false;  // of DSA
+    int frame = 0;          // of the exercise
+};
+
+/// Of the attempt.
+struct Dose {
+    int pulses = 0;
+    double air_kerma = 0;     // K_a,r [mGy]
+    double area_product = 0;  // P_KA [Gy·cm²]
+    render::Technique last;   // of the last pulse
+};
+
+/// Live images mix each pulse with those before it (the lag of detector and noise filter); DSA subtracts the
+/// first pulse taken in that mode; a roadmap lays the vessels that DSA has shown under the live wire. Any
+/// change of the C-arm, table or field clears all of that. What the screen shows depends on the pulses taken,
+/// not on which were looked at.
+class Monitor {
+public:
+    explicit Monitor(render::Fluoroscope);
+
+    void take(Pulse);
+    /// The image to the reference screen.
+    void store_reference();
+    /// As before the first pulse.
+    void clear();
+
+    /// Of the last pulse: last-image hold while there are none. Null before the first.
+    const render::GrayImage* image();
+    /// Null when nothing was stored.
+    const render::GrayImage* reference() const { return reference_ ? &*reference_ : nullptr; }
+    const Dose& dose() const { return dose_; }
+    /// Null before the first.
+    const Pulse* last_pulse() const { return recent_.empty() ? nullptr : &recent_.back().pulse; }
+    /// A roadmap was asked for and there is no map: live images are shown instead.
+    bool map_is_missing() const;
+    render::Fluoroscope& fluoroscope() { return fluoroscope_; }
+
+private:
+    struct Recent {
+        Pulse pulse;
+        double dose;                          // at the detector [nGy]
+        std::optional<render::Field> signal;  // per nGy; read when needed
+    };
+    const render::Field& signal(Recent&);
+    /// The mixture of recent signals, as if of one pulse of so many nGy.
+    const render::Field& with_lag(float dose);
+
+    render::Fluoroscope fluoroscope_;
+    std::deque<Recent> recent_;  // of one pose and mode
+    std::optional<render::Subtraction> subtraction_;
+    render::Field mixed_;  // scratch of with_lag
+    std::optional<render::GrayImage> image_, reference_;
+    Dose dose_;
+};
+
+}  // namespace exercise

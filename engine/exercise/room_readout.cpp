@@ -1,0 +1,113 @@
+#include "engine/exercise/room_readout.h"
+
+#include <algorithm>
+
+#include "physics/wire/energy.h"
+
+namespace exercise {
+namespace {
+
+constexpr double history = 10.0;  // of forces [s]
+constexpr double told_for = 4.0;  // a message stays [s]
+constexpr std::size_t most_told = 6;
+constexpr double table_height = 900.0;  // of its top above the floor, at the start [mm]
+
+const char* name_of(script::ImagingMode mode) {
+    constexpr const char* names[] = {"FLUORO", "DSA", "ROADMAP"};
+    return names[static_cast<int>(mode)];
+}
+
+}  // namespace
+
+void RoomReadout::tell(int frame, std::string text, render::Notice notice) {
+    std::erase_if(told_, [&](const Told& told) { return told.message.text == text; });
+    told_.push_back({frame, {std::move(text), notice}});
+    if (told_.size() > most_told) told_.pop_front();
+}
+
+void RoomReadout::observe(const Exercise& exercise, const StepReport& report) {
+    const Simulation& simulation = exercise.simulation();
+    if (simulation.resets() != resets_) {
+        *this = RoomReadout();
+        resets_ = simulation.resets();
+    }
+    const double rate = simulation.scenario().frame_rate;
+    const int frame = simulation.frames();
+    while (!told_.empty() && frame - told_.front().frame > told_for * rate) told_.pop_front();
+
+    hub_ += report.turned;
+    push_force_ = report.relax.push_force;
+    base_torque_ = report.relax.base_torque;
+    wall_forces_.push_back(physics::largest_force(simulation.contacts()));
+    while (wall_forces_.size() > history * rate) wall_forces_.pop_front();
+
+    if (report.insertion_stopped) tell(frame, "The wire goes no further: open end", render::Notice::warning);
+    if (report.whole_wire_is_in) tell(frame, "The wire is in to its end", render::Notice::warning);
+    if (report.withdrawal_stopped) tell(frame, "The tip is at the introducer", render::Notice::warning);
+    constexpr const char* no_map = "No roadmap: take a DSA run first";
+    if (exercise.monitor() && exercise.monitor()->map_is_missing())
+        tell(frame, no_map, render::Notice::warning);
+    else
+        std::erase_if(told_, [&](const Told& told) { return told.message.text == no_map; });
+    if (simulation.pulse()) pulse_rate_ = simulation.console().pulse_rate();
+    const bool complete = exercise.score().completed;
+    if (complete && !was_complete_) tell(frame, "Target reached", render::Notice::success);
+    was_complete_ = complete;
+}
+
+render::Readout RoomReadout::read(const Exercise& exercise) const {
+    const Simulation& simulation = exercise.simulation();
+    const scenario::Scenario& scenario = simulation.scenario();
+    const Console& console = simulation.console();
+    const render::CArm arm = console.arm();
+    render::Readout r;
+    r.title = scenario.title;
+    r.mode = name_of(console.mode());
+    r.beam_on = console.beam_on();
+    r.frame = exercise.frame();
+    r.time = simulation.time();
+    for (const Told& told : told_) r.messages.push_back(told.message);
+    r.lao = arm.lao;
+    r.cranial = arm.cranial;
+    r.sid = arm.sid;
+    r.sod = arm.sod;
+    r.field_of_view = arm.detector_width;
+    r.table =
+        render::TablePlace{console.table().z(), console.table().x(), table_height - console.table().y()};
+    r.pulse_rate = console.pulse_rate();
+    const Score score = exercise.score();
+    r.fluoro_time = score.beam_on_time;
+    if (const Monitor* monitor = exercise.monitor(); monitor && monitor->last_pulse()) {
+        const Pulse& pulse = *monitor->last_pulse();
+        r.image = render::ImageMarks{
+            name_of(pulse.mode), pulse.arm.lao,
+            pulse.arm.cranial,   pulse_rate_,
+            pulse.arm.sid,       pulse.arm.detector_width,
+            pulse.frame,         (static_cast<double>(pulse.exposure.frame) + 1) / scenario.frame_rate};
+        const Dose& dose = monitor->dose();
+        r.tube_voltage = dose.last.kvp;
+        r.tube_current = dose.last.current;
+        r.pulse_width = dose.last.pulse_width;
+        r.detector_dose = monitor->last_pulse()->exposure.detector_dose;
+        r.air_kerma = dose.air_kerma;
+        r.kerma_area = dose.area_product;
+        r.air_kerma_rate = console.beam_on() ? dose.last.air_kerma * console.pulse_rate() * 60 : 0.0;
+        if (monitor->reference()) r.reference_label = "Reference";
+    }
+    r.inserted = simulation.inserted();
+    r.wire_length = scenario.wire_length;
+    r.tip_to_target = simulation.tip_to_target();
+    r.hub_twist = hub_;
+    r.base_torque = base_torque_;
+    r.push_force = push_force_;
+    if (!simulation.contacts().empty()) r.tip_force = simulation.contacts().back().force();
+    if (!wall_forces_.empty()) r.largest_wall_force = wall_forces_.back();
+    r.force_history.assign(wall_forces_.begin(), wall_forces_.end());
+    r.history_length = history;
+    r.contrast = simulation.contrast().injected();
+    r.contrast_limit = scenario.blood.limit;
+    r.injection_rate = simulation.contrast().injection_rate();
+    return r;
+}
+
+}  // namespace exercise

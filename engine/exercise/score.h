@@ -1,0 +1,77 @@
+#pragma once
+/// What an attempt is judged by. Definitions: completion time runs from the first motion of the wire to the
+/// first frame at which the tip has stayed within the target's radius for the hold. Time is frame over frame
+/// rate.
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "engine/exercise/simulation.h"
+
+namespace exercise {
+
+/// The deepest contact of an attempt and what explains it: penetration · stiffness = force.
+struct DeepestContact {
+    double penetration = 0;  // [mm]
+    int joint = -1;
+    int frame = -1;
+    double stiffness = 0;  // [N/mm]
+    double force = 0;      // [N]
+};
+
+/// Of the attempt since the start or the last reset, except `frames` and `resets`, which are of the run.
+struct Score {
+    std::string scenario;
+    bool completed = false;
+    std::optional<double> completion_time;  // [s]
+    double beam_on_time = 0;                // [s]
+    /// Of the patient; empty when no images were made, which alone tell what the tube must give.
+    std::optional<double> air_kerma;     // K_a,r at the reference point [mGy]
+    std::optional<double> area_product;  // P_KA [Gy·cm²]
+    double contrast = 0;                 // given [ml]
+    double wire_travel = 0;              // Σ|Δs| of the inserted length s [mm]
+    double advanced = 0, withdrawn = 0;  // its two parts [mm]
+    double back_and_forth_ratio = 0;     // (Σ|Δs| − |ΣΔs|) / Σ|Δs| [-]
+    int reversals = 0;                   // changes between advancing and withdrawing
+    double rotation = 0;                 // Σ|angle| of the hub [rad]
+    double tip_path = 0;                 // way of the tip over the frames [mm]
+    double path_efficiency = 0;     // way along the centreline from start to tip over that of the tip [-]
+    double peak_wall_force = 0;     // of one joint [N]
+    double wall_force_impulse = 0;  // ∫ of the forces of all joints dt [N·s]
+    DeepestContact deepest;
+    double tip_to_target = 0;  // at the end [mm]
+    int resets = 0;
+    int frames = 0;
+    bool interrupted = false;  // by the user, before the script's end
+};
+
+/// The text of score.json: keys carry units.
+std::string to_json(const Score&);
+
+class Scorer {
+public:
+    explicit Scorer(const Simulation&);
+    /// After each frame, once. `frame` counts from 0 over the whole run.
+    void observe(int frame, const Simulation&, const StepReport&);
+    Score score() const;
+
+private:
+    Scorer() = default;
+    void begin(const Simulation&);
+    void observe_motion(const Simulation&, const StepReport&, double time);
+    void observe_wall(int frame, const Simulation&);
+    void observe_target(const Simulation&, double time);
+
+    Score score_;
+    double frame_time_ = 0, hold_ = 0, target_radius_ = 0;  // [s], [s], [mm]
+    int attempt_start_ = 0;                                 // frame
+    int beam_frames_ = 0;
+    std::optional<double> first_motion_, on_target_since_;  // [s] of the attempt
+    double net_insertion_ = 0;                              // [mm]
+    int direction_ = 0;
+    geometry::Vec3 first_tip_ = geometry::Vec3::Zero(), last_tip_ = geometry::Vec3::Zero();
+    double shortest_ = 0;  // along centrelines from the first tip to the last [mm]
+};
+
+}  // namespace exercise

@@ -1,0 +1,512 @@
+#include "engine/exercise/simulation.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "engine/io/text.h"
+#include "physics/wall/mesh_wall.h"
+#include "physics/wall/tube_wall.h"
+#include "physics/wire/crossings.h"
+#include "physics/wire/energy.h"
+
+namespace exercise {
+namespace {
+
+using geometry::Vec3;
+
+/// Segment relaxers get more than the frame's budget for long motions: each step at least this part of it, or
+/// the wire leaves the vessel.
+constexpr int least_share = 8;
+/// |g|/C that counts as rest on a mesh, whose planes jump by about that.
+constexpr double tolerance_of_planes = 1e-3;
+/// The wire put in along the centreline is far from rest: updates a segment before frame 0.
+constexpr int updates_at_start = 200;
+constexpr int budgets_at_start = 20;  // of those, at most
+/// Radii of an open end that a wire which goes through it passes within.
+constexpr double opening_reach = 1.5;
+/// A joint at the deepest place of a crossing mends it, or one in each of the parts does.
+constexpr int rounds_of_mending = 4;
+
+class Fnv1a {
+public:
+    void add(std::uint64_t word) {
+        for (int byte = 0; byte < 8; ++byte, word >>= 8) hash_ = (hash_ ^ (word & 0xff)) * 1099511628211ull;
+    }
+    void add(int number) { add(static_cast<std::uint64_t>(static_cast<std::int64_t>(number))); }
+    void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
+    void add(const Vec3& v) { add(v.x()), add(v.y()), add(v.z()); }
+    template <class Item>
+    void add(const std::vector<Item>& items) {
+        add(static_cast<int>(items.size()));
+        for (const Item& item : items) add(item);
+    }
+    std::uint64_t hash() const { return hash_; }
+
+private:
+    std::uint64_t hash_ = 14695981039346656037ull;
+};
+
+void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
+    sum.updates += part.updates;
+    sum.contacts = part.contacts;
+    sum.wall_queries += part.wall_queries;
+    sum.largest_turn = std::max(sum.largest_turn, part.largest_turn);
+    sum.rejected += part.rejected;
+    sum.converged = part.converged;
+    sum.at_rest = part.at_rest;
+    sum.out_of_budget = part.out_of_budget;
+    sum.newton_steps += part.newton_steps;
+    sum.gradient = part.gradient;
+    sum.strict_minimum = part.strict_minimum;
+    sum.largest_bend = std::max(sum.largest_bend, part.largest_bend);
+    sum.push_force = part.push_force;
+    sum.base_torque = part.base_torque;
+}
+
+std::unique_ptr<const physics::LumenWall> make_wall(const scenario::Scenario& s,
+                                                    const anatomy::Anatomy& anatomy,
+                                                    const anatomy::ModelCache& cache) {
+    const double wire_radius = 0.5 * s.guidewire.diameter;
+    if (s.wall_model == scenario::WallModel::Analytic) {
+        return std::make_unique<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius,
+                                                   s.wall_stiffness, wire_radius);
+    }
+    if (s.wall_model == scenario::WallModel::Mesh) {
+        return std::make_unique<physics::MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(),
+                                                   s.wall_stiffness, wire_radius);
+    }
+    return anatomy::cached_distance_field(anatomy, s.wall_stiffness, wire_radius, cache);
+}
+
+blood::Injection injection(const script::Inject& command) {
+    return {command.branch, command.rate, command.volume, command.iodine};
+}
+
+Console start_console(const scenario::Scenario& scenario) {
+    return Console(scenario.c_arm, scenario.frame_rate, scenario.imaging.pulse_rate);
+}
+
+int steps_of(double amount, double step) {
+    return static_cast<int>(std::ceil(std::abs(amount) / step * (1 - 1e-12)));
+}
+
+}  // namespace
+
+Simulation::Simulation(const scenario::Scenario& scenario, const anatomy::ModelCache& cache)
+    : scenario_(scenario),
+      anatomy_(scenario::anatomy_of(scenario, cache)),
+      console_(start_console(scenario)) {
+    choose();
+    choose_entry();
+    locate_target();
+    try {
+        contrast_ = std::make_unique<blood::ContrastFlow>(anatomy_, scenario_.blood);
+    } catch (const io::InputError& error) {
+        throw io::InputError(io::located(scenario_.place("contrast.blood_from"), error.what()));
+    }
+    wall_ = make_wall(scenario_, anatomy_, cache);
+    reset();
+    resets_ = 0;
+}
+
+Simulation::~Simulation() = default;
+Simulation::Simulation(Simulation&&) noexcept = default;
+
+void Simulation::choose() {
+    physics::GuidewireSpec& wire = scenario_.guidewire;
+    choice_ = scenario::choose_model(anatomy_, wire, scenario_.refinement.curve_tolerance,
+                                     scenario_.tube.has_value());
+    if (scenario_.wall_model == scenario::WallModel::Auto) scenario_.wall_model = choice_.wall;
+    if (!scenario_.choose_segment_length) return;
+    scenario_.wall_stiffness *= choice_.segment_length / wire.segment_length;  // the same per length of wire
+    wire.segment_length = choice_.segment_length;
+}
+
+void Simulation::choose_entry() {
+    const std::optional<int> end = anatomy::find_end(anatomy_, scenario_.entry.end);
+    if (!end) {
+        std::vector<std::string> names;
+        for (const anatomy::VesselEnd& known : anatomy_.ends) names.push_back(known.opening.name);
+        throw io::InputError(io::located(scenario_.place("entry.end"),
+                                         fmt::format("'{}' is no open end of {}; ends are: {}",
+                                                     scenario_.entry.end, anatomy_.name, io::joined(names))));
+    }
+    entry_ = anatomy::path_from(anatomy_, *end);
+
+    const physics::GuidewireSpec& spec = scenario_.guidewire;
+    double length = 0, narrowest = entry_.radii.front();
+    for (std::size_t i = 1; i < entry_.points.size(); ++i) {
+        if (length < scenario_.entry.inserted) narrowest = std::min(narrowest, entry_.radii[i]);
+        length += (entry_.points[i] - entry_.points[i - 1]).norm();
+    }
+    if (spec.diameter >= 2 * narrowest) {
+        throw io::InputError(
+            io::located(scenario_.place("guidewire.diameter_mm"),
+                        fmt::format("a wire of diameter {} mm does not enter at '{}', which is {:.3g} mm "
+                                    "wide; a thinner wire is accepted",
+                                    spec.diameter, scenario_.entry.end, 2 * narrowest)));
+    }
+    const int curved =
+        spec.curved_angle == 0 || spec.curved_length <= 0
+            ? 0
+            : std::max(1, static_cast<int>(std::lround(spec.curved_length / spec.segment_length)));
+    if (scenario_.entry.inserted < (curved + 2) * spec.segment_length * (1 - 1e-9) ||
+        scenario_.entry.inserted > length + 1e-6) {
+        throw io::InputError(
+            io::located(scenario_.place("entry.inserted_mm"),
+                        fmt::format("{} mm of wire cannot start inside; {} mm (its curved tip and "
+                                    "two segments) to {:.4g} mm (the "
+                                    "way from '{}') are accepted",
+                                    scenario_.entry.inserted, (curved + 2) * spec.segment_length, length,
+                                    scenario_.entry.end)));
+    }
+}
+
+void Simulation::locate_target() {
+    if (scenario_.target.centre) {
+        target_ = *scenario_.target.centre;
+        if (anatomy::inside(anatomy_, target_)) return;
+        const anatomy::VesselPlace place = anatomy::nearest_place(anatomy_, target_);
+        throw io::InputError(
+            io::located(scenario_.place("target.centre_mm"),
+                        fmt::format("the target is outside the anatomy, {:.3g} mm from the wall of '{}'; a "
+                                    "place inside a vessel is accepted",
+                                    place.distance, anatomy_.branches[place.branch].name)));
+    }
+    std::vector<std::string> names;
+    for (const anatomy::VesselTarget& known : anatomy_.targets) {
+        if (known.name == scenario_.target.name) {
+            target_ = known.centre;
+            return;
+        }
+        names.push_back(known.name);
+    }
+    throw io::InputError(io::located(scenario_.place("target.name"),
+                                     fmt::format("'{}' is no target of {}; targets are: {}",
+                                                 scenario_.target.name, anatomy_.name, io::joined(names))));
+}
+
+void Simulation::reset() {
+    ++resets_;
+    const bool global = scenario_.relaxer.kind == physics::RelaxerKind::Global;
+    hub_.reset();  // relaxers remember where they stopped: new ones
+    relaxer_.reset();
+    physics::RelaxerConfig config = scenario_.relaxer;
+    if (global && !wall_->smooth()) config.tolerance = std::max(config.tolerance, tolerance_of_planes);
+    if (global)
+        hub_ = std::make_unique<physics::Hub>(config, *wall_);
+    else
+        relaxer_ = physics::make_relaxer(config);
+    waiting_.clear();
+    console_ = start_console(scenario_);
+    pulse_ = false;
+    frames_ = 0;
+    iodine_ = scenario_.imaging.iodine;
+    deepest_crossing_ = 0;
+    contrast_->reset();
+    StepReport ignored;
+    const physics::GuidewireSpec& spec = scenario_.guidewire;
+    if (global) {
+        moving_ = physics::wire_of_length(spec, entry_.points, scenario_.entry.inserted);
+        const auto settle = [&] {
+            const int updates = updates_at_start * moving_.segments();
+            hub_->settle(moving_, updates);
+            for (int k = 1; hub_->working() && k < budgets_at_start; ++k) hub_->resume(moving_, updates);
+        };
+        settle();
+        if (scenario_.adaptive) {
+            physics::refine(moving_, *wall_, scenario_.refinement);
+            settle();
+        }
+        rounds_of_mending_ = 0;
+        show();
+        mend_crossings(ignored);
+    } else {
+        const int segments = static_cast<int>(std::lround(scenario_.entry.inserted / spec.segment_length));
+        wire_ = physics::wire_along(spec, entry_.points, segments);
+        relax(updates_at_start * segments, ignored);
+        if (scenario_.adaptive) {
+            physics::refine(wire_, *wall_, scenario_.refinement);
+            relax(updates_at_start * wire_.segments(), ignored);
+        }
+        contacts_ = physics::all_contacts(wire_, *wall_);
+    }
+    tip_at_start_ = wire_.tip();
+}
+
+void Simulation::apply(const script::Command& command) {
+    console_.apply(command);
+    if (const auto* c = std::get_if<script::Advance>(&command)) waiting_.push_back({c->length, 0});
+    if (const auto* c = std::get_if<script::Withdraw>(&command)) waiting_.push_back({-c->length, 0});
+    if (const auto* c = std::get_if<script::Rotate>(&command)) waiting_.push_back({0, c->angle});
+    if (const auto* c = std::get_if<script::Contrast>(&command)) iodine_ = c->iodine;
+    if (const auto* c = std::get_if<script::Inject>(&command)) contrast_->inject(injection(*c));
+    if (std::holds_alternative<script::Reset>(command)) reset();
+}
+
+std::vector<std::string> Simulation::problems(const script::CommandScript& script) const {
+    std::vector<std::string> found;
+    blood::ContrastFlow trial(anatomy_, scenario_.blood);
+    for (const script::TimedCommand& timed : script.commands) {
+        if (std::holds_alternative<script::Reset>(timed.command)) trial.reset();
+        const script::Inject* inject = std::get_if<script::Inject>(&timed.command);
+        if (!inject) continue;
+        try {
+            trial.inject(injection(*inject));
+        } catch (const io::InputError& error) {
+            found.push_back(io::located(timed.place, error.what()));
+        }
+        if (found.size() > 20) break;
+    }
+    return found;
+}
+
+StepReport Simulation::step() {
+    StepReport report;
+    hub_ ? move_hub(report) : move_segments(report);
+    for (const Motion& m : waiting_) {
+        report.waiting_insertion += m.insertion;
+        report.waiting_rotation += m.rotation;
+    }
+    contrast_->step(1 / scenario_.frame_rate);
+    ++frames_;
+    pulse_ = console_.end_frame();
+    return report;
+}
+
+double Simulation::time() const {
+    return frames_ / scenario_.frame_rate;
+}
+
+Vec3 Simulation::vessel_shift() const {
+    return scenario_.motion.at(time());
+}
+
+int Simulation::updates_left(const StepReport& report) const {
+    return std::max(scenario_.budget.updates - report.relax.updates, 0);
+}
+
+void Simulation::move_hub(StepReport& report) {
+    if (hub_->working()) account(hub_->resume(moving_, scenario_.budget.updates), report);
+    if (hub_is_idle() && !waiting_.empty()) prepare_motion(report);
+    while (hub_is_idle() && !waiting_.empty() && updates_left(report) > 0) {
+        if (!make_motion(waiting_.front(), report)) waiting_.erase(waiting_.begin());
+        if (hub_is_idle()) show();
+    }
+    if (hub_is_idle()) {
+        if (report.relax.updates == 0) account(hub_->settle(moving_, scenario_.budget.updates), report);
+        if (report.relax.updates > 0) show();
+    }
+    if (contacts_.empty()) mend_crossings(report);
+    report.deepest_crossing = deepest_crossing_;
+    report.settling = hub_->working();
+}
+
+/// What crossed the wall between its joints is made whole again where it no longer does.
+void Simulation::prepare_motion(StepReport& report) {
+    int changed = physics::merge_pieces(moving_, *wall_, scenario_.adaptive);
+    if (scenario_.adaptive) {
+        const physics::RefinementReport made = physics::refine(moving_, *wall_, scenario_.refinement);
+        changed += made.split + made.merged;
+    }
+    rounds_of_mending_ = 0;
+    if (changed > 0) account(hub_->settle(moving_, scenario_.budget.updates), report);
+}
+
+/// A part of the motion; the rest stays in it. False when it is done with.
+bool Simulation::make_motion(Motion& motion, StepReport& report) {
+    motion.insertion = allowed_insertion(motion, report);
+    if (motion.insertion == 0 && motion.rotation == 0) return false;
+    const double lambda = moving_.spec.segment_length, turn = physics::Hub::kLargestTurn;
+    physics::HubMotion part;
+    if (motion.insertion != 0) {
+        part.feed = motion.insertion / steps_of(motion.insertion, lambda);
+        const double least = physics::least_length(moving_.spec) - moving_.inserted_length();
+        if (part.feed < 0 && part.feed < least - 1e-9) {
+            report.withdrawal_stopped = true;
+            motion.insertion = part.feed = std::min(0.0, least);
+            if (-least < 1e-9) motion.insertion = part.feed = 0;
+            if (part.feed == 0) return motion.rotation != 0;
+        }
+    } else {
+        part.turn = motion.rotation / steps_of(motion.rotation, turn);
+    }
+    const physics::HubReport made = hub_->move(moving_, part, updates_left(report));
+    account(made, report);
+    const bool moved = made.made.feed != 0 || made.made.turn != 0;
+    if (made.outcome == physics::HubReport::Outcome::AtRest && !moved) motion = {};
+    return motion.insertion != 0 || motion.rotation != 0;
+}
+
+/// Takes what was made off the motion that it is a part of; what was refused is not asked for again.
+void Simulation::account(const physics::HubReport& made, StepReport& report) {
+    accumulate(report.relax, made.relax);
+    if (made.outcome == physics::HubReport::Outcome::Refused) {
+        waiting_.front() = {};
+        report.refused = true;
+    }
+    if (made.outcome != physics::HubReport::Outcome::AtRest) return;
+    if (made.made.feed == 0 && made.made.turn == 0) return;
+    Motion& motion = waiting_.front();
+    const auto take = [](double& whole, double part) {
+        whole = std::abs(whole - part) < 1e-12 * (std::abs(whole) + std::abs(part)) ? 0 : whole - part;
+    };
+    take(motion.insertion, made.made.feed);
+    take(motion.rotation, made.made.turn);
+    if (made.made.feed != 0) report.insertions.push_back(made.made.feed);
+    report.rotation += std::abs(made.made.turn);
+    report.turned += made.made.turn;
+}
+
+/// The wire at rest is what is seen and scored.
+void Simulation::show() {
+    wire_ = moving_;
+    contacts_.clear();
+}
+
+/// Asks for the contacts of the wire shown, looks for its crossings and mends them in the one that goes on.
+/// The hub's own contacts would not do: it does not ask again for a joint that can touch nothing.
+void Simulation::mend_crossings(StepReport& report) {
+    for (;;) {
+        contacts_ = physics::all_contacts(wire_, *wall_);
+        const std::vector<physics::Crossing> found = physics::crossings(wire_, contacts_, *wall_);
+        deepest_crossing_ = 0;
+        for (const physics::Crossing& crossing : found)
+            deepest_crossing_ = std::max(deepest_crossing_, crossing.depth);
+        if (found.empty() || hub_->working() || rounds_of_mending_ >= rounds_of_mending ||
+            physics::split_crossings(moving_, found) == 0)
+            return;
+        ++rounds_of_mending_;
+        account(hub_->settle(moving_, std::max(updates_left(report), 2 * moving_.segments())), report);
+        if (hub_->working()) return;
+        show();
+    }
+}
+
+void Simulation::move_segments(StepReport& report) {
+    if (!waiting_.empty() && scenario_.adaptive) physics::refine(wire_, *wall_, scenario_.refinement);
+    int parts = 0;
+    for (const Motion& m : waiting_)
+        parts += steps_of(m.insertion, wire_.spec.segment_length) +
+                 steps_of(m.rotation, physics::Hub::kLargestTurn);
+    // One part more for the frame's end, so that a frame with a motion settles as one without.
+    const int budget = scenario_.budget.updates,
+              share = std::max({1, budget / (parts + 1), budget / least_share});
+    for (Motion& motion : waiting_) {
+        if (motion.insertion != 0) insert_segments(motion, share, report);
+        if (motion.rotation != 0) turn(motion, share, report);
+    }
+    waiting_.clear();
+    relax(std::max(share, budget - report.relax.updates), report);
+    contacts_ = physics::all_contacts(wire_, *wall_);
+    report.deepest_crossing = 0;
+    for (const physics::Crossing& crossing : physics::crossings(wire_, contacts_, *wall_))
+        report.deepest_crossing = std::max(report.deepest_crossing, crossing.depth);
+}
+
+/// Of what is asked for, as far as there is wire and vessel [mm].
+double Simulation::allowed_insertion(const Motion& motion, StepReport& report) const {
+    if (!(motion.insertion > 0)) return motion.insertion;
+    const physics::Guidewire& wire = hub_ ? moving_ : wire_;
+    const double left = std::max(0.0, scenario_.wire_length - wire.inserted_length() - wire.carried);
+    report.whole_wire_is_in = report.whole_wire_is_in || motion.insertion > left + 1e-9;
+    if (left > 0 && tip_has_left()) {
+        report.insertion_stopped = true;
+        return 0;
+    }
+    return left < 1e-12 ? 0 : std::min(motion.insertion, left);
+}
+
+void Simulation::insert_segments(Motion& motion, int share, StepReport& report) {
+    const double before = inserted();
+    while (motion.insertion != 0) {
+        motion.insertion = allowed_insertion(motion, report);
+        if (motion.insertion == 0) break;
+        const int steps = steps_of(motion.insertion, wire_.spec.segment_length);
+        const double wanted = motion.insertion / steps, expected = inserted() + wanted;
+        motion.insertion = steps == 1 ? 0 : motion.insertion - wanted;
+        if (physics::move(wire_, wanted) != 0) relax(share, report);
+        if (wanted < 0 && std::abs(inserted() - expected) > 1e-6) {
+            report.withdrawal_stopped = true;
+            motion.insertion = 0;
+        }
+    }
+    report.insertions.push_back(inserted() - before);
+}
+
+/// Beyond an open end there is no wall to lead the wire: it stops there. The wire has left by an end whose
+/// opening it went out through more often than in.
+bool Simulation::tip_has_left() const {
+    const physics::Guidewire& wire = hub_ ? moving_ : wire_;
+    return std::any_of(anatomy_.ends.begin(), anatomy_.ends.end(), [&](const anatomy::VesselEnd& end) {
+        const geometry::OpenEnd& opening = end.opening;
+        const double reach = opening_reach * opening.radius;
+        int out = 0;
+        double before = std::min(0.0, (wire.joints[0] - opening.centre).dot(opening.outward_normal));
+        for (int i = 1; i <= wire.segments(); ++i) {
+            const double beyond = (wire.joints[i] - opening.centre).dot(opening.outward_normal);
+            if ((beyond > 0) != (before > 0)) {
+                const double part = before / (before - beyond);
+                const Vec3 at = wire.joints[i - 1] + part * (wire.joints[i] - wire.joints[i - 1]);
+                if ((at - opening.centre).norm() < reach) out += beyond > 0 ? 1 : -1;
+            }
+            before = beyond;
+        }
+        return out > 0;
+    });
+}
+
+void Simulation::turn(Motion& motion, int share, StepReport& report) {
+    const int steps = steps_of(motion.rotation, physics::Hub::kLargestTurn);
+    const double wanted = motion.rotation / steps;
+    for (int step = 0; step < steps; ++step) {
+        physics::rotate(wire_, wanted);
+        report.rotation += std::abs(wanted);
+        report.turned += wanted;
+        relax(share, report);
+    }
+    motion.rotation = 0;
+}
+
+void Simulation::relax(int updates, StepReport& report) {
+    const physics::RelaxBudget budget = {updates, scenario_.budget.distal_share,
+                                         scenario_.budget.distal_segments};
+    accumulate(report.relax, relaxer_->relax(wire_, *wall_, budget));
+}
+
+std::uint64_t Simulation::state_hash() const {
+    Fnv1a hash;
+    const auto add_wire = [&](const physics::Guidewire& wire) {
+        hash.add(wire.joints);
+        hash.add(wire.tangents);
+        hash.add(wire.lengths);
+        hash.add(wire.rigidity);
+        hash.add(wire.rest_angle);
+        hash.add(wire.stations);
+        hash.add(wire.base_director);
+        hash.add(wire.roll);
+        hash.add(wire.load);
+        hash.add(wire.carried);
+    };
+    add_wire(wire_);
+    for (const Motion& motion : waiting_) hash.add(motion.insertion), hash.add(motion.rotation);
+    hash.add(static_cast<int>(hub_ && hub_->working()));
+    if (hub_ && hub_->working()) add_wire(moving_);
+    const render::CArm arm = console_.arm();
+    hash.add(arm.lao), hash.add(arm.cranial), hash.add(arm.sid), hash.add(arm.sod);
+    hash.add(arm.isocentre), hash.add(arm.detector_width), hash.add(arm.pixels);
+    hash.add(arm.opening_width), hash.add(arm.opening_height);
+    hash.add(static_cast<int>(console_.beam_on()));
+    hash.add(static_cast<int>(console_.mode())), hash.add(console_.pulse_rate());
+    hash.add(console_.masks()), hash.add(console_.references());
+    hash.add(iodine_);
+    hash.add(contrast_->injected());
+    if (contrast_->injected() > 0) {
+        for (const float concentration : contrast_->iodine()) hash.add(static_cast<double>(concentration));
+    }
+    return hash.hash();
+}
+
+}  // namespace exercise

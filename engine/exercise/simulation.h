@@ -1,0 +1,138 @@
+#pragma once
+/// One wire in one vessel under commands. The state after a frame depends on scenario and commands alone.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/anatomy/lumen_wall.h"
+#include "engine/blood/contrast_flow.h"
+#include "engine/exercise/console.h"
+#include "engine/scenario/model_choice.h"
+#include "engine/scenario/scenario.h"
+#include "engine/script/command.h"
+#include "physics/relax/hub.h"
+#include "physics/relax/relaxer.h"
+
+namespace exercise {
+
+/// What one frame did.
+struct StepReport {
+    physics::RelaxReport relax;       // of the whole frame
+    std::vector<double> insertions;   // change of the inserted length by each motion, in order [mm]
+    double rotation = 0;              // Σ|angle| of the hub [rad]
+    double turned = 0;                // Σ angle [rad]
+    bool withdrawal_stopped = false;  // the curved tip was at the introducer
+    bool insertion_stopped = false;   // the tip stands in an open end
+    bool whole_wire_is_in = false;    // and more was asked for
+    double deepest_crossing = 0;      // of a segment through the wall between its joints, left so [mm]
+    bool settling = false;            // the wire shown is the last at rest: it is still on its way from there
+    bool refused = false;             // a motion that led to no rest was not made
+    double waiting_insertion = 0;     // asked for and not made yet [mm]
+    double waiting_rotation = 0;      // [rad]
+};
+
+class Simulation {
+public:
+    /// Loads or draws the vessel, puts the wire in along the entry's centreline and relaxes it.
+    /// Throws InputError when scenario and anatomy do not fit: no such end or target, a target outside, a
+    /// wire thicker than the vessel at its entry, too much or too little wire inside.
+    explicit Simulation(const scenario::Scenario&, const anatomy::ModelCache& = {});
+    ~Simulation();
+    Simulation(Simulation&&) noexcept;
+
+    /// Motions wait for step(); all else takes effect at once. Throws InputError for an injection into a
+    /// branch that does not exist, or beyond the limit of contrast.
+    void apply(const script::Command&);
+    /// The commands that apply() would refuse, a sentence each.
+    std::vector<std::string> problems(const script::CommandScript&) const;
+    /// Makes the motions that wait and relaxes, with one frame's budget. With the global relaxer motion is
+    /// continuous and every part of it ends at rest before the next is made; what the budget does not allow
+    /// waits for the frames that follow, in the order it was asked for. Where the budget ends on the way to
+    /// rest, as in a snap, the wire stays where it was last at rest until it has arrived: what is shown and
+    /// scored is always an equilibrium. A segment at rest that crosses the wall between its joints, as at a
+    /// carina, gets a joint there and is relaxed again; before a later motion it is made whole where it no
+    /// longer crosses. Segment relaxers move whole segments, end where the budget does and are left with
+    /// their crossings.
+    StepReport step();
+    /// Everything as after construction, bit for bit.
+    void reset();
+
+    const scenario::Scenario& scenario() const { return scenario_; }
+    /// What was left to choose is as chosen in scenario().
+    const scenario::ModelChoice& choice() const { return choice_; }
+    const anatomy::Anatomy& anatomy() const { return anatomy_; }
+    const physics::LumenWall& wall() const { return *wall_; }
+    const physics::Guidewire& wire() const { return wire_; }
+    const geometry::Vec3& tip_at_start() const { return tip_at_start_; }          // before frame 0 [mm]
+    std::span<const physics::WallContact> contacts() const { return contacts_; }  // of the joints as they are
+    const geometry::Vec3& target() const { return target_; }                      // [mm]
+    const Console& console() const { return console_; }
+    /// The last step had a pulse of the beam.
+    bool pulse() const { return pulse_; }
+    double iodine() const { return iodine_; }  // throughout the vessels, injections aside [mg/ml]
+    const blood::ContrastFlow& contrast() const { return *contrast_; }
+    int frames() const { return frames_; }  // since the start or the last reset
+    double time() const;                    // at the end of the last step [s]
+    /// Where vessels and wire are now, from where anatomy() and wire() have them [mm].
+    geometry::Vec3 vessel_shift() const;
+    int resets() const { return resets_; }
+
+    double inserted() const { return wire_.inserted_length() + wire_.carried; }  // as shown [mm]
+    double tip_to_target() const { return (wire_.tip() - target_).norm(); }      // [mm]
+
+    /// FNV-1a over every bit that later frames depend on, the relaxer's own bookkeeping aside.
+    std::uint64_t state_hash() const;
+
+private:
+    struct Motion {
+        double insertion = 0;  // [mm]
+        double rotation = 0;   // [rad]
+    };
+    // Of a frame with the global relaxer.
+    void move_hub(StepReport&);
+    void prepare_motion(StepReport&);
+    bool make_motion(Motion&, StepReport&);
+    void account(const physics::HubReport&, StepReport&);
+    void mend_crossings(StepReport&);
+    void show();
+    // Of a frame with a segment relaxer.
+    void move_segments(StepReport&);
+    void insert_segments(Motion&, int share, StepReport&);
+    void turn(Motion&, int share, StepReport&);
+    void relax(int updates, StepReport&);
+    double allowed_insertion(const Motion&, StepReport&) const;
+    bool hub_is_idle() const { return !hub_ || !hub_->working(); }
+    int updates_left(const StepReport&) const;
+    bool tip_has_left() const;
+    void locate_target();
+    void choose();
+    void choose_entry();
+
+    scenario::Scenario scenario_;
+    anatomy::Anatomy anatomy_;
+    scenario::ModelChoice choice_;
+    anatomy::EntryPath entry_;
+    geometry::Vec3 target_ = geometry::Vec3::Zero();
+    geometry::Vec3 tip_at_start_ = geometry::Vec3::Zero();
+    std::unique_ptr<const physics::LumenWall> wall_;
+
+    std::unique_ptr<physics::Hub> hub_;          // of the global relaxer
+    std::unique_ptr<physics::Relaxer> relaxer_;  // of segments
+    physics::Guidewire wire_;                    // as it is shown
+    physics::Guidewire moving_;                  // as the hub works at it
+    std::vector<physics::WallContact> contacts_;
+    std::vector<Motion> waiting_;
+    double deepest_crossing_ = 0;  // of the wire shown [mm]
+    int rounds_of_mending_ = 0;    // since the last motion
+    std::unique_ptr<blood::ContrastFlow> contrast_;
+    Console console_;
+    bool pulse_ = false;
+    int frames_ = 0;  // since the start or the last reset
+    double iodine_ = 0;
+    int resets_ = 0;
+};
+
+}  // namespace exercise

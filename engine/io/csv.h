@@ -1,0 +1,29 @@
+#pragma once
+/// CSV files of numbers: a header that names columns with their units, then a row of numbers a line.
+
+#include <filesystem>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "physics/geometry/vec.h"
+
+namespace io {
+
+/// One joint or centreline point a row [mm].
+inline constexpr std::string_view kPointsHeader = "x_mm,y_mm,z_mm";
+
+/// The rows below the header, each with as many finite numbers as the header has columns; row i is line
+/// i + 2 of the file. Line ends may be CR LF, lines at the end may be empty.
+/// Throws InputError naming file:line:column, what was found and what is accepted.
+std::vector<std::vector<double>> parse_csv(std::string_view text, const std::string& file,
+                                           std::string_view header);
+
+/// The points of a file with the header x_mm,y_mm,z_mm. Throws InputError.
+geometry::Polyline load_points(const std::filesystem::path&);
+
+/// The same file back: numbers in their shortest form that reads to the same bits.
+std::string points_csv(std::span<const geometry::Vec3>);
+
+}  // namespace io

@@ -1,0 +1,23 @@
+#pragma once
+/// Pictures drawn by gnuplot from the CSV files beside them.
+
+#include <filesystem>
+#include <string>
+
+namespace io {
+
+struct Plot {
+    std::string name;               // NAME.gp, NAME.svg, NAME.png
+    std::string commands;           // gnuplot, without terminal and output; drawn once for each format
+    int width = 900, height = 600;  // [pixels]
+    std::string caption = {};       // what it shows, a sentence or two, for a page
+};
+
+/// The script as it is written: for readers to change and run again with `gnuplot NAME.gp` in its folder.
+std::string plot_script(const Plot&);
+
+/// Writes NAME.gp and, where gnuplot is installed, has it draw NAME.svg and NAME.png. Returns an empty text,
+/// or why there is no picture. Throws InputError when the script cannot be written.
+std::string write_plot(const Plot&, const std::filesystem::path& folder);
+
+}  // namespace io

@@ -1,0 +1,115 @@
+#include "engine/io/text.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <fmt/format.h>
+#include <numeric>
+
+#include "engine/io/error.h"
+
+namespace io {
+namespace {
+
+template <class Number, class... Options>
+std::optional<Number> parse_whole(std::string_view word, Options... options) {
+    Number number{};
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number, options...);
+    if (error != std::errc{} || end != word.data() + word.size() || word.empty()) return std::nullopt;
+    return number;
+}
+
+/// Levenshtein distance, two rows at a time.
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+    std::vector<std::size_t> row(b.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 1; i <= a.size(); ++i) {
+        std::size_t diagonal = row[0];
+        row[0] = i;
+        for (std::size_t j = 1; j <= b.size(); ++j) {
+            const std::size_t above = row[j];
+            row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
+            diagonal = above;
+        }
+    }
+    return row.back();
+}
+
+template <class Words>
+std::string join(const Words& words, std::string_view separator) {
+    std::string text;
+    for (const auto& word : words) {
+        if (!text.empty()) text += separator;
+        text += word;
+    }
+    return text;
+}
+
+}  // namespace
+
+std::string located(const TextPlace& place, const std::string& message) {
+    std::string text = place.file;
+    if (place.line > 0) text += ':' + std::to_string(place.line);
+    if (place.line > 0 && place.column > 0) text += ':' + std::to_string(place.column);
+    return text.empty() ? message : text + ": " + message;
+}
+
+std::string number_text(double number) {
+    std::array<char, 64> buffer;
+    const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(), number);
+    return error == std::errc{} ? std::string(buffer.data(), end) : std::string("nan");
+}
+
+std::optional<double> parse_number(std::string_view word) {
+    if (word.starts_with('+')) word.remove_prefix(1);
+    return parse_whole<double>(word);
+}
+
+std::optional<int> parse_integer(std::string_view word) {
+    return parse_whole<int>(word);
+}
+
+std::string hash_text(std::uint64_t hash) {
+    constexpr std::string_view digits = "0123456789abcdef";
+    std::string text(16, '0');
+    for (int i = 15; i >= 0; --i, hash >>= 4) text[i] = digits[hash & 15];
+    return text;
+}
+
+std::optional<std::uint64_t> parse_hash(std::string_view word) {
+    if (word.size() != 16) return std::nullopt;
+    return parse_whole<std::uint64_t>(word, 16);
+}
+
+std::string nearest_word(std::string_view written, std::span<const std::string_view> accepted) {
+    // A vessel is named by the arteries along it, such as LM+LAD.
+    for (const std::string_view word : accepted) {
+        const std::string chain = "+" + std::string(word) + "+";
+        if (!written.empty() && word != written &&
+            chain.find("+" + std::string(written) + "+") != std::string::npos)
+            return std::string(word);
+    }
+    std::string_view best;
+    std::size_t least = std::max<std::size_t>(2, written.size() / 3) + 1;
+    for (const std::string_view word : accepted) {
+        const std::size_t distance = edit_distance(written, word);
+        const bool continues =
+            written.size() >= 3 && (word.starts_with(written) || written.starts_with(word));
+        const std::size_t effective = continues ? std::min<std::size_t>(distance, 1) : distance;
+        if (effective < least) least = effective, best = word;
+    }
+    return std::string(best);
+}
+
+std::string joined(std::span<const std::string_view> words, std::string_view separator) {
+    return join(words, separator);
+}
+std::string joined(const std::vector<std::string>& words, std::string_view separator) {
+    return join(words, separator);
+}
+
+std::string place_text(const geometry::Vec3& p) {
+    return fmt::format("({:.2f}, {:.2f}, {:.2f})", p.x(), p.y(), p.z());
+}
+
+}  // namespace io

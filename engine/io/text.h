@@ -1,0 +1,36 @@
+#pragma once
+/// Numbers and words to text and back, the same in every locale.
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "physics/geometry/vec.h"
+
+namespace io {
+
+/// Shortest text that reads back to the same bits.
+std::string number_text(double);
+
+/// The whole word as a number; empty for anything else. "nan" and "inf" are read as such: callers judge them.
+std::optional<double> parse_number(std::string_view);
+std::optional<int> parse_integer(std::string_view);
+
+/// Sixteen lower-case hexadecimal digits and back.
+std::string hash_text(std::uint64_t);
+std::optional<std::uint64_t> parse_hash(std::string_view);
+
+/// "(1.00, 2.00, 3.00)", for messages [mm].
+std::string place_text(const geometry::Vec3&);
+
+/// The accepted word nearest to what was written, empty when none is near.
+std::string nearest_word(std::string_view written, std::span<const std::string_view> accepted);
+
+/// "a, b, c".
+std::string joined(std::span<const std::string_view> words, std::string_view separator = ", ");
+std::string joined(const std::vector<std::string>& words, std::string_view separator = ", ");
+
+}  // namespace io

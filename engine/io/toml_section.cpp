@@ -1,0 +1,181 @@
+#include "engine/io/toml_section.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <limits>
+#include <sstream>
+#include <toml++/toml.h>
+
+#include "engine/io/text.h"
+
+namespace io {
+namespace {
+
+using geometry::Vec3;
+
+std::string shown(const toml::node& node) {
+    std::ostringstream text;
+    node.visit([&text](const auto& value) { text << value; });
+    std::string line = text.str();
+    std::replace(line.begin(), line.end(), '\n', ' ');
+    return line.size() > 60 ? line.substr(0, 57) + "..." : line;
+}
+
+}  // namespace
+
+std::string Range::text() const {
+    return fmt::format("{} to {}", least, most);
+}
+
+TextPlace Reading::place(const toml::source_region& region) const {
+    return {file, static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
+}
+
+void Reading::refuse(const toml::source_region& region, const std::string& text) {
+    wrong.emplace_back(place(region), text);
+}
+
+std::vector<std::string> Reading::complaints() {
+    std::stable_sort(wrong.begin(), wrong.end(), [](const auto& a, const auto& b) {
+        return std::pair(a.first.line, a.first.column) < std::pair(b.first.line, b.first.column);
+    });
+    std::vector<std::string> lines;
+    for (const auto& [place, message] : wrong) lines.push_back(located(place, message));
+    return lines;
+}
+
+Section::Section(Reading& reading, const toml::table* table, std::string name)
+    : reading_(reading), table_(table), name_(std::move(name)) {
+    if (table_) reading_.places[name_] = reading_.place(table_->source());
+}
+
+const toml::node* Section::find(std::string_view key) {
+    if (std::find(keys_.begin(), keys_.end(), key) == keys_.end()) keys_.push_back(key);
+    const toml::node* node = table_ ? table_->get(key) : nullptr;
+    if (node)
+        reading_.places[(name_.empty() ? "" : name_ + ".") + std::string(key)] =
+            reading_.place(node->source());
+    return node;
+}
+
+void Section::refuse(std::string_view key, const toml::node& node, const std::string& accepted) {
+    reading_.refuse(node.source(),
+                    fmt::format("{}{} = {} was found; {}", name_.empty() ? "" : "[" + name_ + "] ", key,
+                                shown(node), accepted));
+}
+
+void Section::number(std::string_view key, double& value, Range range, double unit) {
+    const toml::node* node = find(key);
+    if (!node) return;
+    const std::optional<double> read = node->is_number() ? node->value<double>() : std::nullopt;
+    if (read && *read >= range.least && *read <= range.most)
+        value = *read * unit;
+    else
+        refuse(key, *node, fmt::format("a number from {} is accepted", range.text()));
+}
+
+std::optional<long long> Section::whole_number(std::string_view key, Range range) {
+    const toml::node* node = find(key);
+    if (!node) return std::nullopt;
+    const auto* read = node->as_integer();
+    if (read && read->get() >= range.least && read->get() <= range.most) return read->get();
+    refuse(key, *node, fmt::format("a whole number from {} is accepted", range.text()));
+    return std::nullopt;
+}
+
+void Section::flag(std::string_view key, bool& value) {
+    const toml::node* node = find(key);
+    if (!node) return;
+    if (const auto* read = node->as_boolean())
+        value = read->get();
+    else
+        refuse(key, *node, "true or false is accepted");
+}
+
+bool Section::word(std::string_view key, std::string& value) {
+    const toml::node* node = find(key);
+    if (!node) return false;
+    if (const auto* read = node->as_string(); read && !read->get().empty())
+        value = read->get();
+    else
+        refuse(key, *node, "a text is accepted");
+    return node->is_string();
+}
+
+bool Section::is_word(std::string_view key) {
+    const toml::node* node = find(key);
+    return node && node->is_string();
+}
+
+std::optional<std::size_t> Section::choice(std::string_view key, std::span<const std::string_view> accepted) {
+    const toml::node* node = find(key);
+    if (!node) return std::nullopt;
+    if (const auto* read = node->as_string()) {
+        const auto at = std::find(accepted.begin(), accepted.end(), read->get());
+        if (at != accepted.end()) return static_cast<std::size_t>(at - accepted.begin());
+    }
+    refuse(key, *node, "accepted are: " + joined(accepted));
+    return std::nullopt;
+}
+
+bool Section::point(std::string_view key, Vec3& value, double most) {
+    const toml::node* node = find(key);
+    if (!node) return false;
+    const toml::array* list = node->as_array();
+    Vec3 read = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
+    for (std::size_t i = 0; list && list->size() == 3 && i < 3; ++i) {
+        if ((*list)[i].is_number()) read[static_cast<int>(i)] = *(*list)[i].value<double>();
+    }
+    const bool fine = read.allFinite() && read.cwiseAbs().maxCoeff() <= most;
+    if (fine)
+        value = read;
+    else
+        refuse(key, *node, fmt::format("three numbers from {} to {} are accepted", -most, most));
+    return fine;
+}
+
+Section Section::section(std::string_view key, bool required) {
+    const toml::node* node = find(key);
+    if (node && !node->is_table()) refuse(key, *node, fmt::format("a section [{}] is accepted", key));
+    if (!node && required) missing(key, fmt::format("section [{}]", key));
+    return Section(reading_, node ? node->as_table() : nullptr, std::string(key));
+}
+
+void Section::missing(std::string_view, const std::string& what) {
+    refuse_whole(what + " is missing");
+}
+
+void Section::refuse_whole(const std::string& text) {
+    TextPlace place{reading_.file, 0, 0};
+    if (table_ && !name_.empty()) place = reading_.place(table_->source());
+    reading_.wrong.emplace_back(place, text);
+}
+
+void Section::finish() const {
+    if (!table_) return;
+    for (const auto& [key, node] : *table_) {
+        if (std::find(keys_.begin(), keys_.end(), key.str()) != keys_.end()) continue;
+        const std::string near = nearest_word(key.str(), keys_);
+        reading_.refuse(key.source(),
+                        fmt::format("unknown key '{}' {}{}; keys are: {}", key.str(),
+                                    name_.empty() ? "at the top" : "in [" + name_ + "]",
+                                    near.empty() ? "" : " (is '" + near + "' meant?)", joined(keys_)));
+    }
+}
+
+std::vector<Section> Section::sections(std::string_view key) {
+    std::vector<Section> result;
+    const toml::node* node = find(key);
+    if (!node) return result;
+    const toml::array* list = node->as_array();
+    if (!list) refuse(key, *node, fmt::format("sections [[{}]] are accepted", key));
+    for (std::size_t i = 0; list && i < list->size(); ++i) {
+        if (const toml::table* table = (*list)[i].as_table())
+            result.emplace_back(reading_, table, fmt::format("{} {}", key, i + 1));
+        else
+            refuse(key, (*list)[i], fmt::format("a section [[{}]] is accepted", key));
+    }
+    return result;
+}
+
+}  // namespace io

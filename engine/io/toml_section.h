@@ -1,0 +1,81 @@
+#pragma once
+/// Tables of TOML files that people write: values checked one by one, everything wrong collected with its
+/// line.
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "engine/io/error.h"
+#include "physics/geometry/vec.h"
+
+namespace toml {
+inline namespace v3 {
+class node;
+class table;
+struct source_region;
+}  // namespace v3
+}  // namespace toml
+
+namespace io {
+
+struct Range {
+    double least, most;
+    std::string text() const;
+};
+
+/// What the reading has found so far: where each key stands, and everything wrong.
+struct Reading {
+    std::string file;
+    std::map<std::string, TextPlace> places;
+    std::vector<std::pair<TextPlace, std::string>> wrong;
+
+    TextPlace place(const toml::source_region&) const;
+    void refuse(const toml::source_region&, const std::string& text);
+    /// One problem a line, in the order of the file.
+    std::vector<std::string> complaints();
+};
+
+/// A table being read: each question also notes that its key exists, so that finish() can name the strangers.
+/// Questions whose answer is no good note that in the reading and leave the value alone.
+class Section {
+public:
+    /// `table` may be null: then nothing is given.
+    Section(Reading&, const toml::table*, std::string name);
+
+    bool given() const { return table_ != nullptr; }
+    const toml::node* find(std::string_view key);
+    void refuse(std::string_view key, const toml::node&, const std::string& accepted);
+
+    void number(std::string_view key, double& value, Range, double unit = 1.0);
+    template <class Integer>
+    void whole(std::string_view key, Integer& value, Range range) {
+        if (const std::optional<long long> read = whole_number(key, range))
+            value = static_cast<Integer>(*read);
+    }
+    void flag(std::string_view key, bool& value);
+    bool word(std::string_view key, std::string& value);
+    bool is_word(std::string_view key);
+    /// The index of the word among those accepted.
+    std::optional<std::size_t> choice(std::string_view key, std::span<const std::string_view> accepted);
+    bool point(std::string_view key, geometry::Vec3& value, double most);
+    Section section(std::string_view key, bool required);
+    /// The tables of a list [[key]]; empty when it is not there.
+    std::vector<Section> sections(std::string_view key);
+    void missing(std::string_view key, const std::string& what);
+    void refuse_whole(const std::string& text);
+    void finish() const;
+
+private:
+    std::optional<long long> whole_number(std::string_view key, Range);
+    Reading& reading_;
+    const toml::table* table_;
+    std::string name_;
+    std::vector<std::string_view> keys_;
+};
+
+}  // namespace io

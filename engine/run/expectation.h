@@ -1,0 +1,44 @@
+#pragma once
+/// An earlier run that this one is held against.
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/script/command.h"
+#include "render/picture/image.h"
+
+namespace run {
+
+/// Collects where a run differs from the state hashes and frames that are expected of it.
+class Expectation {
+public:
+    /// State lines of a script or recording.
+    void add_states(const script::CommandScript&);
+    /// A recording, or the output folder of an earlier run: its run.gw and its frames. Throws InputError.
+    void add(const std::filesystem::path&);
+
+    bool knows_state(int frame) const { return states_.contains(frame); }
+    void check_state(int frame, std::uint64_t hash);
+    void check_frame(int frame, const render::GrayImage&);
+    /// After the last frame: states and frames that were expected but never came.
+    void finish(int last_frame, bool interrupted);
+
+    int last_state() const { return states_.empty() ? -1 : states_.rbegin()->first; }
+    int compared_states() const { return compared_states_; }
+    int compared_frames() const { return compared_frames_; }
+    /// The first few differences, a sentence each, and how many more there are.
+    std::vector<std::string> differences() const;
+
+private:
+    void differ(const std::string&);
+    std::multimap<int, script::StateCheck> states_;
+    std::map<int, std::filesystem::path> frames_;
+    std::vector<std::string> differences_;
+    std::size_t differing_ = 0;
+    int compared_states_ = 0, compared_frames_ = 0;
+};
+
+}  // namespace run

@@ -1,0 +1,44 @@
+#pragma once
+/// Where the frames of a run go.
+
+#include <filesystem>
+#include <memory>
+#include <variant>
+
+#include "render/picture/image.h"
+
+namespace run {
+
+class FrameSink {
+public:
+    virtual ~FrameSink() = default;
+    /// Takes a frame. Throws InputError for a failure of this frame or of an earlier one.
+    virtual void accept(int frame, const render::GrayImage&) = 0;
+    /// All frames are where they belong when it returns. Throws like accept.
+    virtual void finish() = 0;
+};
+
+/// frame_000123.png
+std::string frame_file_name(int frame);
+/// The frame of such a name, -1 for any other.
+int frame_of_file_name(const std::string&);
+
+/// Writes PNG files on a thread of its own; at most a few frames wait, so that a slow disk slows the run
+/// instead of filling the memory.
+class PngFolder final : public FrameSink {
+public:
+    explicit PngFolder(std::filesystem::path folder);  // which exists
+    ~PngFolder() override;
+
+    void accept(int frame, const render::GrayImage&) override;
+    void accept(int frame, const render::ColourImage&);
+    void finish() override;
+
+private:
+    using Picture = std::variant<render::GrayImage, render::ColourImage>;
+    void enqueue(int frame, Picture);
+    struct Worker;
+    std::unique_ptr<Worker> worker_;
+};
+
+}  // namespace run

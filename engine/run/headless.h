@@ -1,0 +1,60 @@
+#pragma once
+/// A whole run without a display: script in; frames, score and recording out.
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/exercise/score.h"
+#include "engine/exercise/simulation.h"
+#include "engine/run/frame_sink.h"
+#include "engine/scenario/scenario.h"
+#include "engine/script/command.h"
+
+namespace run {
+
+struct Progress {
+    int frame = 0, frames = 0;  // made so far, in all
+    double inserted = 0;        // [mm]
+    double tip_to_target = 0;   // [mm]
+};
+
+struct RunOptions {
+    int every = 1;                                // frames between two images; the last frame always has one
+    bool images = true;                           // off = neither frames nor a sheet
+    bool panel = false;                           // the image amid the readouts, in panel/
+    bool truth = false;                           // ground truth of each image, in truth/
+    int hash_every = 10;                          // frames between two state lines of the recording
+    std::string program = "seldinger";            // named in the recording
+    std::optional<std::filesystem::path> expect;  // recording or output folder to compare with
+    anatomy::ModelCache cache;  // the folder, where empty, is cache beside the output folder
+    std::function<void(const Progress&)> progress;  // after each frame
+    std::function<bool()> interrupted;              // asked after each frame; true ends the run
+};
+
+struct RunResult {
+    exercise::Score score;
+    std::uint64_t state_hash = 0;
+    int frames = 0;
+    bool interrupted = false;
+    bool time_is_up = false;  // the scenario's time limit ended the run
+    int compared_states = 0, compared_frames = 0;
+    std::vector<std::string> differences;  // from what was expected
+    std::vector<std::string> notices;      // what the trainee should know: stops of the wire
+};
+
+/// Throws InputError with everything wrong with the scenario, and with the script in it.
+void check(const scenario::Scenario&, const script::CommandScript&);
+
+/// Runs the script and leaves in `out` run.gw, score.json and, with images, frames/ and sheet.png. What an
+/// earlier run left there is replaced. Throws InputError, before anything is written where that can be known.
+RunResult run_headless(const scenario::Scenario&, const script::CommandScript&,
+                       const std::filesystem::path& out, const RunOptions&);
+
+/// The same without files: images go to `sink`, if there is one.
+RunResult run_headless(const scenario::Scenario&, const script::CommandScript&, FrameSink* sink,
+                       const RunOptions& = {});
+
+}  // namespace run

@@ -1,0 +1,43 @@
+#pragma once
+/// The folder that a run leaves behind: run.gw, score.json, sheet.png, and of its frames frames/, panel/ and
+/// truth/ with frame_000123.png and the like.
+
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "render/picture/image.h"
+
+namespace run {
+
+/// Throws InputError when writing to `out` would destroy the script being run or the run it is compared with.
+void refuse_to_overwrite(const std::filesystem::path& out, const std::filesystem::path& script,
+                         const std::optional<std::filesystem::path>& expected);
+
+class OutputFolder {
+public:
+    /// What of each frame is kept.
+    struct Parts {
+        bool frames = true, panel = false, truth = false;
+    };
+    /// Makes the folder and takes out of it what an earlier run left; other files stay. Throws InputError.
+    OutputFolder(std::filesystem::path, Parts);
+    /// Unless kept, folders made here that are still empty go.
+    ~OutputFolder();
+    OutputFolder(const OutputFolder&) = delete;
+    OutputFolder& operator=(const OutputFolder&) = delete;
+    void keep() { kept_ = true; }
+
+    std::filesystem::path recording() const { return path_ / "run.gw"; }
+    std::filesystem::path frames() const { return path_ / "frames"; }
+    std::filesystem::path panel() const { return path_ / "panel"; }
+    std::filesystem::path truth() const { return path_ / "truth"; }
+    void write_score(const std::string& json) const;
+    void write_sheet(const render::GrayImage&) const;
+
+private:
+    std::filesystem::path path_;
+    bool made_ = false, kept_ = false;
+};
+
+}  // namespace run

@@ -1,0 +1,174 @@
+#include "engine/run/relax_run.h"
+
+#include <cmath>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+#include <unistd.h>
+
+#include "engine/io/cpu_clock.h"
+#include "engine/io/csv.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "engine/io/text.h"
+#include "engine/run/relax_method.h"
+
+namespace run {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+Json number(double value) {
+    return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+/// Relaxes by whole cycles until the gradient is below the tolerance, the relaxer is at rest or the work is
+/// done. Returns the iterations and adds to the outcome.
+int relax(const RelaxCase& given, physics::Guidewire& wire, physics::Relaxer& relaxer, RelaxOutcome& outcome,
+          const std::function<void(double part, double gradient)>& progress) {
+    int iterations = 0;
+    for (int cycle = 0; cycle < given.cycles; ++cycle) {
+        const double start = io::thread_cpu_seconds();
+        const physics::RelaxReport report =
+            relaxer.relax(wire, *given.wall, physics::whole_cycles(wire.segments(), 1));
+        outcome.cpu += io::thread_cpu_seconds() - start;
+        iterations += outcome.counts_newton_steps ? report.newton_steps : 1;
+        outcome.updates += report.updates;
+        outcome.wall_queries += report.wall_queries;
+        outcome.strict_minimum = report.strict_minimum;
+        outcome.push_force = report.push_force;
+        outcome.base_torque = report.base_torque;
+        const double gradient = physics::relative_gradient(wire, physics::all_contacts(wire, *given.wall));
+        if (progress) progress((cycle + 1.0) / given.cycles, gradient);
+        if (report.converged || (given.tolerance && gradient <= *given.tolerance)) break;
+    }
+    return iterations;
+}
+
+bool same_file(const fs::path& a, const fs::path& b) {
+    std::error_code error;
+    if (fs::equivalent(a, b, error) && !error) return true;
+    const fs::path whole = fs::absolute(a, error).lexically_normal();
+    return !whole.empty() && whole == fs::absolute(b, error).lexically_normal();
+}
+
+void check_writable(const fs::path& file) {
+    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    std::error_code ignored;
+    std::string reason;
+    if (file.empty())
+        reason = "a file without a name was asked for";
+    else if (!file.has_filename() || fs::is_directory(file, ignored))
+        reason = "a folder is in its place";
+    else if (!fs::is_directory(folder, ignored))
+        reason = fmt::format("there is no folder {}", folder.string());
+    else if (::access(folder.c_str(), W_OK) != 0)
+        reason = fmt::format("nothing may be written to {}", folder.string());
+    else
+        return;
+    throw io::InputError(fmt::format("{}: cannot be written: {}; a file in an existing folder is accepted",
+                                     file.string(), reason));
+}
+
+}  // namespace
+
+RelaxOutcome run_relax(RelaxCase given, const std::function<void(const RelaxProgress&)>& progress) {
+    RelaxOutcome outcome;
+    outcome.method = method_text(given.method);
+    outcome.counts_newton_steps = given.method.kind == physics::RelaxerKind::Global;
+    physics::Guidewire& wire = given.wire;
+    const auto relaxer = physics::make_relaxer(given.method);
+    const int first = wire.segments(), relaxations = given.segments - first + 1;
+    for (int k = 0; k < relaxations; ++k) {
+        if (k > 0) physics::insert_segment(wire);
+        const double cpu = outcome.cpu;
+        const int iterations = relax(given, wire, *relaxer, outcome, [&](double part, double gradient) {
+            if (progress) progress({(k + part) / relaxations, gradient, wire.segments()});
+        });
+        outcome.iterations += iterations;
+        if (k == 0 && relaxations > 1) continue;  // the wire that pushing starts from
+        const auto contacts = physics::all_contacts(wire, *given.wall);
+        outcome.energy = physics::total_energy(wire, contacts);
+        outcome.gradient = physics::relative_gradient(wire, contacts);
+        outcome.penetration = physics::largest_penetration(contacts);
+        outcome.contacts = 0;
+        for (std::size_t i = 1; i < contacts.size(); ++i) outcome.contacts += contacts[i].touches() ? 1 : 0;
+        if (relaxations > 1) {
+            outcome.pushes.push_back({wire.segments(), iterations, outcome.cpu - cpu, outcome.energy.total(),
+                                      outcome.gradient, outcome.penetration});
+        }
+    }
+    outcome.converged = outcome.gradient <= given.tolerance.value_or(kUsualTolerance);
+    outcome.wire = std::move(wire);
+    return outcome;
+}
+
+std::string report_json(const RelaxOutcome& o) {
+    Json json;
+    json["schema"] = 1;
+    json["method"] = o.method;
+    json["segments"] = o.wire.segments();
+    json["segment_length_mm"] = o.wire.spec.segment_length;
+    json["clamp"] = o.wire.spec.end_cells == physics::EndCells::Half ? "half" : "paper";
+    json["load_N_per_mm"] = {o.wire.load.x(), o.wire.load.y(), o.wire.load.z()};
+    json["energy"] = {{"bending_N_mm", number(o.energy.bending)},
+                      {"wall_N_mm", number(o.energy.wall)},
+                      {"load_N_mm", number(o.energy.load)},
+                      {"total_N_mm", number(o.energy.total())}};
+    json["gradient"] = number(o.gradient);
+    json["contacts"] = o.contacts;
+    json["max_penetration_mm"] = number(o.penetration);
+    json[o.counts_newton_steps ? "iterations" : "cycles"] = o.iterations;
+    json["updates"] = o.updates;
+    json["wall_queries"] = o.wall_queries;
+    json["cpu_s"] = o.cpu;
+    json["converged"] = o.converged;
+    // The other methods look neither at the curvature of the whole wire's energy nor at its base.
+    const auto of_global = [&](const Json& value) { return o.counts_newton_steps ? value : Json(nullptr); };
+    json["strict_minimum"] = of_global(o.strict_minimum);
+    json["push_force_N"] = of_global(number(o.push_force));
+    json["base_torque_N_mm"] = of_global(number(o.base_torque));
+    return json.dump(2) + "\n";
+}
+
+std::string push_csv(const RelaxOutcome& outcome) {
+    std::string text = "segments,iterations,cpu_us,energy_N_mm,gradient,max_penetration_mm\n";
+    for (const PushRow& row : outcome.pushes) {
+        text += fmt::format("{},{},{:.1f},{},{},{}\n", row.segments, row.iterations, 1e6 * row.cpu,
+                            io::number_text(row.energy), io::number_text(row.gradient),
+                            io::number_text(row.penetration));
+    }
+    return text;
+}
+
+void check_files(const RelaxFiles& files, const RelaxRequest& request) {
+    std::vector<std::pair<const char*, fs::path>> outputs = {{"--out", files.joints},
+                                                             {"--report", files.report}};
+    if (request.push_from) outputs.push_back({"--push-from", files.push()});
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+        const auto& [flag, file] = outputs[i];
+        check_writable(file);
+        for (const auto& input : {request.tube, request.wire, request.anatomy}) {
+            if (!input || !same_file(file, *input)) continue;
+            throw io::InputError(fmt::format("{}: {} would overwrite what is read; another file is accepted",
+                                             flag, file.string()));
+        }
+        for (std::size_t j = 0; j < i; ++j) {
+            if (!same_file(file, outputs[j].second)) continue;
+            throw io::InputError(
+                fmt::format("{}: {} would be written twice, by {} too; another file is accepted", flag,
+                            file.string(), outputs[j].first));
+        }
+    }
+}
+
+void write_files(const RelaxFiles& files, const RelaxOutcome& outcome) {
+    const std::string joints = io::points_csv(outcome.wire.joints), pushes = push_csv(outcome),
+                      report = report_json(outcome);
+    std::vector<std::pair<fs::path, std::string_view>> texts = {{files.joints, joints},
+                                                                {files.report, report}};
+    if (!outcome.pushes.empty()) texts.emplace_back(files.push(), pushes);
+    io::write_whole(texts);
+}
+
+}  // namespace run

@@ -1,0 +1,77 @@
+#include "engine/run/still.h"
+
+#include <fmt/format.h>
+
+#include "engine/exercise/imaging.h"
+#include "engine/exercise/monitor.h"
+#include "engine/io/text.h"
+#include "engine/run/headless.h"
+#include "engine/run/picture_file.h"
+
+namespace run {
+
+render::GrayImage render_still(const scenario::Scenario& scenario, const script::CommandScript& script,
+                               const StillRequest& request, const anatomy::ModelCache& cache) {
+    check(scenario, script);
+    render::CArm arm = scenario.c_arm;
+    arm.lao = request.lao.value_or(arm.lao);
+    arm.cranial = request.cranial.value_or(arm.cranial);
+    if (const auto wrong = render::problems(arm); !wrong.empty())
+        throw io::InputError(io::joined(wrong, "; "));
+    if (script.end && request.frame > *script.end) {
+        throw io::InputError(
+            fmt::format("frame {} was asked for; the script ends at {}: 0 to {} are accepted", request.frame,
+                        *script.end, *script.end));
+    }
+    exercise::Simulation simulation(scenario, cache);
+    if (const auto wrong = simulation.problems(script); !wrong.empty())
+        throw io::InputError(io::joined(wrong, "\n"));
+    auto next = script.commands.begin();
+    for (int frame = 0; frame <= request.frame; ++frame) {
+        for (; next != script.commands.end() && next->frame == frame; ++next) simulation.apply(next->command);
+        simulation.step();
+    }
+    exercise::ImagingChain imaging =
+        exercise::make_imaging(simulation.scenario(), simulation.anatomy(), simulation.contrast());
+    exercise::Pulse pulse = exercise::pulse_of(simulation, imaging.organs);
+    pulse.arm.lao = request.lao.value_or(pulse.arm.lao);
+    pulse.arm.cranial = request.cranial.value_or(pulse.arm.cranial);
+    pulse.mode = script::ImagingMode::live;
+    pulse.exposure.detector_dose = exercise::detector_dose(scenario, pulse.arm, pulse.mode);
+
+    exercise::Monitor monitor(std::move(imaging.fluoroscope));
+    if (request.mode != script::ImagingMode::live) {
+        exercise::Pulse mask = pulse;
+        mask.mode = script::ImagingMode::dsa;
+        mask.exposure.detector_dose = exercise::detector_dose(scenario, mask.arm, mask.mode);
+        const bool flows = exercise::has_contrast(mask.exposure);
+        if (request.mode == script::ImagingMode::roadmap) mask.joints.clear();
+        exercise::Pulse filled = mask;
+        exercise::remove_contrast(mask.exposure);
+        if (!flows) filled.exposure.iodine = request.iodine;
+        ++filled.exposure.frame;  // another noise
+        monitor.take(mask);
+        monitor.take(filled);
+    }
+    if (request.mode != script::ImagingMode::dsa) {
+        pulse.mode = request.mode;
+        if (request.mode == script::ImagingMode::roadmap) exercise::remove_contrast(pulse.exposure);
+        monitor.take(pulse);
+    }
+    return *monitor.image();
+}
+
+void check_still(const std::filesystem::path& path) {
+    if (path.extension() != ".png")
+        throw io::InputError(path.string() + ": a picture named .png is accepted");
+    std::error_code ignored;
+    if (!path.parent_path().empty() && !std::filesystem::is_directory(path.parent_path(), ignored))
+        throw io::InputError(fmt::format("{}: cannot be written: there is no folder {}", path.string(),
+                                         path.parent_path().string()));
+}
+
+void write_still(const std::filesystem::path& path, const render::GrayImage& image) {
+    write_picture(path, image);
+}
+
+}  // namespace run

@@ -1,0 +1,41 @@
+#pragma once
+/// How fine a wire and which wall a vessel needs, and why.
+
+#include <string>
+
+#include "engine/anatomy/anatomy.h"
+#include "engine/scenario/scenario.h"
+#include "physics/wire/guidewire.h"
+
+namespace scenario {
+
+/// The narrowest place and the sharpest bend of an anatomy.
+struct LumenDemand {
+    double smallest_radius = 0;    // [mm]
+    std::string narrowest;         // branch that holds it
+    int narrowest_sample = 0;      // of that branch's centreline
+    double largest_curvature = 0;  // of a centreline [1/mm]
+    std::string sharpest;          // branch that holds it; empty = none bends
+};
+
+/// Curvature is that of the circle through a sample and the points one lumen radius before and behind it
+/// along its branch: a wire can cut across what is shorter.
+LumenDemand demand_of(const anatomy::Anatomy&);
+
+struct ModelChoice {
+    double segment_length = 0;   // λ [mm]
+    std::string segment_reason;  // one sentence
+    WallModel wall = WallModel::Mesh;
+    std::string wall_reason;  // one sentence
+    LumenDemand demand;
+};
+
+/// λ is the longest of which a segment sags by no more than the tolerance [mm] from the sharpest bend of the
+/// vessels and of the wire's unloaded tip, and is no longer than the smallest radius; within 0.2 to 5 mm, and
+/// such that the curved tip is a whole number of segments. The wall is closed form where `closed_form` says
+/// there is one, a distance field where its grid resolves the narrowest vessel and fits in memory, else the
+/// mesh.
+ModelChoice choose_model(const anatomy::Anatomy&, const physics::GuidewireSpec&, double curve_tolerance,
+                         bool closed_form);
+
+}  // namespace scenario

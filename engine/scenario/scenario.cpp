@@ -1,0 +1,113 @@
+#include "engine/scenario/scenario.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <string_view>
+
+#include "engine/anatomy/grow/generate_run.h"
+#include "engine/io/text.h"
+#include "engine/script/command.h"
+
+namespace scenario {
+
+io::TextPlace Scenario::place(const std::string& key) const {
+    for (std::string at = key; !at.empty();) {
+        if (const auto found = places.find(at); found != places.end()) return found->second;
+        const auto dot = at.rfind('.');
+        at = dot == std::string::npos ? "" : at.substr(0, dot);
+    }
+    const auto root = places.find("");
+    return root == places.end() ? io::TextPlace{} : root->second;
+}
+
+std::vector<std::string> problems(const Scenario& s) {
+    std::vector<std::string> found;
+    const auto say = [&](const std::string& key, const std::string& text) {
+        found.push_back(io::located(s.place(key), text));
+    };
+    if (int{!s.anatomy.empty()} + int{s.vessels.has_value()} + int{s.tube.has_value()} != 1) {
+        say("", "either 'anatomy', a file, or [anatomy], to be grown, or [tube] is accepted, one of them");
+    }
+    for (const std::string& text : physics::problems(s.guidewire)) say("guidewire", "[guidewire] " + text);
+    for (const std::string& text : physics::problems(s.relaxer)) say("relaxer", "[relaxer] " + text);
+    for (const std::string& text : render::problems(s.c_arm)) say("c_arm", "[c_arm] " + text);
+    if (s.entry.inserted > s.wire_length) {
+        say("entry.inserted_mm",
+            fmt::format("a wire of {} mm cannot be in by {} mm; up to its length is accepted", s.wire_length,
+                        s.entry.inserted));
+    }
+    if (s.imaging.pulse_rate && *s.imaging.pulse_rate > s.frame_rate)
+        say("imaging.pulse_rate_hz", script::too_many_pulses(*s.imaging.pulse_rate, s.frame_rate));
+    if (s.motion.moves() && !s.imaging.patient) {
+        say("motion",
+            "[motion] moves vessels before a body that stands still; [imaging] patient = true is "
+            "accepted with it");
+    }
+    if (s.wall_model == WallModel::Analytic && !s.tube) {
+        say("wall.model", "an anatomy has no analytic wall; auto, distance-field, mesh are accepted");
+    }
+    if (s.target.name.empty() == !s.target.centre) {
+        say("target", "[target] takes either 'name' or 'centre_mm', one of them");
+    }
+    if (s.tube) {
+        if (s.tube->scene.empty() == s.tube->path.empty()) {
+            say("tube", "[tube] takes either 'scene' or 'path', one of them");
+        }
+        if (!(s.tube->radius > 0.5 * s.guidewire.diameter)) {
+            say("tube.radius_mm", fmt::format("a wire of {} mm does not fit a tube of radius {} mm",
+                                              s.guidewire.diameter, s.tube->radius));
+        }
+    }
+    return found;
+}
+
+anatomy::Anatomy anatomy_of(const Scenario& s, const anatomy::ModelCache& cache) {
+    if (!s.tube) {
+        try {
+            return s.vessels ? anatomy::generated_anatomy(*s.vessels, cache)
+                             : anatomy::load_anatomy(s.anatomy);
+        } catch (const io::InputError& error) {
+            const io::TextPlace place = s.place("anatomy");
+            throw io::InputError(place.file.empty() ? error.what()
+                                                    : fmt::format("{}\n  (asked for by {})", error.what(),
+                                                                  io::located(place, "anatomy")));
+        }
+    }
+    if (s.tube->scene.empty()) {
+        return anatomy::tube_anatomy(s.name, anatomy::draw(s.tube->path), s.tube->radius, s.tube->around,
+                                     s.tube->step);
+    }
+    const anatomy::Scene* scene = anatomy::find_scene(s.tube->scene);
+    if (!scene)
+        throw io::InputError(io::located(s.place("tube.scene"), "unknown scene '" + s.tube->scene + "'"));
+    return anatomy::tube_anatomy(s.tube->scene, anatomy::draw(scene->path), s.tube->radius, s.tube->around,
+                                 s.tube->step);
+}
+
+std::vector<std::filesystem::path> shipped_scenarios(const std::filesystem::path& folder) {
+    std::vector<std::filesystem::path> files;
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
+        if (entry.path().extension() == ".toml") files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+std::filesystem::path find_scenario(const std::string& path_or_name, const std::filesystem::path& folder) {
+    std::error_code error;
+    if (std::filesystem::is_regular_file(path_or_name, error)) return path_or_name;
+    std::vector<std::string> names;
+    for (const std::filesystem::path& file : shipped_scenarios(folder)) {
+        names.push_back(file.stem().string());
+        if (names.back() == path_or_name) return file;
+    }
+    const std::vector<std::string_view> words(names.begin(), names.end());
+    const std::string near = io::nearest_word(path_or_name, words);
+    throw io::InputError(fmt::format("{}: no such scenario{}; a .toml file or one that ships is accepted: {}",
+                                     path_or_name, near.empty() ? "" : " (is '" + near + "' meant?)",
+                                     io::joined(names)));
+}
+
+}  // namespace scenario

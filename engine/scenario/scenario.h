@@ -1,0 +1,109 @@
+#pragma once
+/// An exercise as its author writes it: which vessel, wire, target, view. Units inside as everywhere: mm, N,
+/// s, rad.
+
+#include <cstdint>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/anatomy/grow/vessel_tree.h"
+#include "engine/anatomy/model_cache.h"
+#include "engine/anatomy/scenes.h"
+#include "engine/blood/blood_flow.h"
+#include "engine/io/error.h"
+#include "engine/scenario/vessel_motion.h"
+#include "physics/relax/relaxer.h"
+#include "physics/wire/guidewire.h"
+#include "physics/wire/refinement.h"
+#include "render/xray/c_arm.h"
+
+namespace scenario {
+
+/// A synthetic vessel in place of an anatomy file.
+struct TubeSource {
+    std::string scene;                   // name of one of scenes(); empty = `path` is given
+    std::vector<anatomy::PenMove> path;  // from the origin heading +x
+    double radius = 2;                   // [mm]
+    int around = 48;                     // facets round the lumen
+    double step = 0.5;                   // length of a facet [mm]
+};
+
+/// What the wire touches.
+enum class WallModel {
+    Auto,           // Analytic for a tube, else as choose_model finds
+    Analytic,       // a tube in closed form
+    DistanceField,  // of the lumen's mesh: smooth, so that a frame ends in equilibrium
+    Mesh            // the mesh's own planes by ray, as in the paper
+};
+
+struct Entry {
+    std::string end;       // name of the open end that the wire comes in by
+    double inserted = 60;  // wire inside at the start, along the centreline [mm]
+};
+
+struct Target {
+    std::string name;                      // of a target of the anatomy; empty = `centre` is given
+    std::optional<geometry::Vec3> centre;  // [mm]
+    double radius = 3;                     // the tip is on target within this [mm]
+    double hold = 0.5;                     // and must stay so long [s]
+};
+
+struct Imaging {
+    double detector_dose = 30;         // a pulse at the detector [nGy]
+    double iodine = 0;                 // contrast that fills the lumen at the start [mg/ml]
+    bool patient = true;               // a body around the vessel; off = the vessel and wire in air
+    double acquisition_dose = 1000;    // a pulse of DSA at the detector [nGy]
+    std::optional<double> kvp;         // tube voltage [kV]; empty = automatic
+    std::optional<double> pulse_rate;  // [1/s]; empty = a pulse every frame
+};
+
+struct Scenario {
+    std::string name;                  // of the file, without folder and extension
+    std::string title;                 // one line, shown by `seldinger list`
+    double frame_rate = 15;            // [1/s]
+    std::optional<double> time_limit;  // the exercise ends here, reached or not [s]
+    std::uint64_t seed = 1;            // of the noise in the images
+    // One of three vessels.
+    std::filesystem::path anatomy;  // NAME.anatomy.json
+    std::optional<anatomy::VesselTreeSpec> vessels;
+    std::optional<TubeSource> tube;
+    Entry entry;
+    physics::GuidewireSpec guidewire;
+    double wire_length = 1800;           // that can be pushed in at most [mm]
+    bool choose_segment_length = false;  // segment_length_mm = "auto": λ as choose_model finds
+    bool adaptive = false;               // λ fine at the tip and in bends, coarse elsewhere
+    physics::RefinementOptions refinement;
+    double wall_stiffness = 5;  // k of each joint of the guidewire's own λ [N/mm]
+    WallModel wall_model = WallModel::Auto;
+    physics::RelaxerConfig relaxer;
+    physics::RelaxBudget budget = {80000, 0.75, 60};  // work of one frame
+    Target target;
+    render::CArm c_arm;  // at the start
+    Imaging imaging;
+    VesselMotion motion;
+    blood::FlowSpec blood;  // its heart rate is that of the motion
+
+    std::map<std::string, io::TextPlace> places;        // "guidewire.diameter_mm" → where the file says so
+    io::TextPlace place(const std::string& key) const;  // of the key, or its section, or the file
+};
+
+/// Throws InputError that lists everything wrong, a line each, with file:line:column.
+Scenario load_scenario(const std::filesystem::path&);
+Scenario parse_scenario(const std::string& toml, const std::filesystem::path& file);
+
+/// Everything about the scenario alone that makes it unusable; empty when it is fine.
+std::vector<std::string> problems(const Scenario&);
+
+/// The vessel of the scenario, loaded, grown or drawn. Throws InputError.
+anatomy::Anatomy anatomy_of(const Scenario&, const anatomy::ModelCache& = {});
+
+/// Scenario files (*.toml) of a folder by name, in alphabetical order.
+std::vector<std::filesystem::path> shipped_scenarios(const std::filesystem::path& folder);
+
+/// A path to a file as it is, or the shipped scenario of that name. Throws InputError naming those that ship.
+std::filesystem::path find_scenario(const std::string& path_or_name, const std::filesystem::path& folder);
+
+}  // namespace scenario

@@ -1,0 +1,256 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <fstream>
+#include <sstream>
+#include <toml++/toml.h>
+
+#include "engine/anatomy/grow/vessel_file.h"
+#include "engine/blood/contrast_flow.h"
+#include "engine/io/text.h"
+#include "engine/io/toml_section.h"
+#include "engine/scenario/scenario.h"
+#include "engine/script/command.h"
+#include "physics/geometry/vec.h"
+#include "physics/wire/guidewire_presets.h"
+#include "render/xray/materials.h"
+
+namespace scenario {
+namespace {
+
+using geometry::Vec3;
+
+constexpr io::Range positive(double most) {
+    return {1e-6, most};
+}
+
+void read_tube(io::Section tube, io::Reading& reading, Scenario& s) {
+    if (!tube.given()) return;
+    s.tube.emplace();
+    std::vector<std::string_view> names;
+    for (const anatomy::Scene& scene : anatomy::scenes()) names.push_back(scene.name);
+    if (const auto scene = tube.choice("scene", names)) {
+        s.tube->scene = names[*scene];
+        s.tube->radius = anatomy::scenes()[*scene].radius;
+    }
+    if (const toml::node* path = tube.find("path")) {
+        const toml::array* moves = path->as_array();
+        if (!moves || moves->empty())
+            tube.refuse("path", *path, "a list of moves {run_mm = …} or {arc_radius_mm = …} is accepted");
+        for (std::size_t i = 0; moves && i < moves->size(); ++i) {
+            const toml::table* table = (*moves)[i].as_table();
+            if (!table) {
+                tube.refuse("path", (*moves)[i], "a move {run_mm = …} or {arc_radius_mm = …} is accepted");
+                continue;
+            }
+            io::Section move(reading, table, fmt::format("tube.path {}", i + 1));
+            if (table->contains("run_mm")) {
+                anatomy::Run run{1};
+                move.number("run_mm", run.length, {0.1, 2000});
+                s.tube->path.push_back(run);
+            } else {
+                anatomy::Arc arc{10, 0, Vec3::UnitZ()};
+                move.number("arc_radius_mm", arc.radius, {0.5, 2000});
+                move.number("angle_deg", arc.angle, {-720, 720}, geometry::kDegree);
+                move.point("axis", arc.axis, 1e3);
+                if (arc.axis.norm() < 1e-6)
+                    move.refuse("axis", *table->get("axis"), "an axis other than zero is accepted");
+                if (!table->contains("angle_deg")) move.missing("angle_deg", "angle_deg of the arc");
+                s.tube->path.push_back(arc);
+            }
+            move.finish();
+        }
+    }
+    tube.number("radius_mm", s.tube->radius, {0.2, 50});
+    tube.whole("around", s.tube->around, {6, 512});
+    tube.number("step_mm", s.tube->step, {0.05, 10});
+    tube.finish();
+}
+
+void read_guidewire(io::Section wire, Scenario& s) {
+    std::vector<std::string_view> names;
+    for (const physics::GuidewirePreset& preset : physics::guidewire_presets()) names.push_back(preset.name);
+    const auto preset = wire.choice("preset", names);
+    const physics::GuidewirePreset& usual =
+        preset ? physics::guidewire_presets()[*preset] : *physics::find_guidewire_preset("glide035");
+    s.guidewire = usual.spec;
+    s.wire_length = usual.length;
+    wire.number("length_mm", s.wire_length, {100, 3500});
+    if (wire.is_word("segment_length_mm")) {
+        constexpr std::string_view words[] = {"auto"};
+        s.choose_segment_length = wire.choice("segment_length_mm", words).has_value();
+    } else {
+        wire.number("segment_length_mm", s.guidewire.segment_length, {0.1, 10});
+    }
+    wire.flag("adaptive", s.adaptive);
+    wire.number("curve_tolerance_mm", s.refinement.curve_tolerance, {0.001, 5});
+    wire.number("diameter_mm", s.guidewire.diameter, {0.05, 5});
+    wire.number("shaft_rigidity_N_mm2", s.guidewire.shaft_rigidity, positive(1e5));
+    wire.number("tip_rigidity_N_mm2", s.guidewire.tip_rigidity, positive(1e5));
+    wire.number("tip_length_mm", s.guidewire.tip_length, {0, 1000});
+    wire.number("transition_length_mm", s.guidewire.transition_length, {0, 1000});
+    wire.number("curved_length_mm", s.guidewire.curved_length, {0, 200});
+    wire.number("curved_angle_deg", s.guidewire.curved_angle, {-270, 270}, geometry::kDegree);
+    wire.finish();
+}
+
+void read_relaxer(io::Section relaxer, Scenario& s) {
+    using enum physics::RelaxerKind;
+    constexpr std::string_view names[] = {"global",    "segment",  "first-order",
+                                          "geometric", "combined", "konings"};
+    constexpr physics::RelaxerKind kinds[] = {Global, Segment, FirstOrder, Geometric, Combined, Konings};
+    if (const auto kind = relaxer.choice("kind", names)) s.relaxer.kind = kinds[*kind];
+    relaxer.whole("varied_segments", s.relaxer.varied_segments, {1, 5});
+    int separation = 0;
+    relaxer.whole("separation", separation, {2, 200});
+    if (separation > 0) s.relaxer.separation = separation;
+    relaxer.whole("updates_per_frame", s.budget.updates, {1, 10'000'000});
+    relaxer.number("distal_share", s.budget.distal_share, {0, 1});
+    relaxer.whole("distal_segments", s.budget.distal_segments, {1, 100'000});
+    constexpr std::string_view cycles[] = {"nested", "uniform"};
+    if (const auto cycle = relaxer.choice("cycle", cycles)) {
+        s.relaxer.order = *cycle == 0 ? physics::CycleOrder::Nested : physics::CycleOrder::Uniform;
+    }
+    relaxer.flag("safeguard", s.relaxer.safeguard);
+    relaxer.flag("stored_planes", s.relaxer.stored_planes);
+    relaxer.finish();
+}
+
+void read_c_arm(io::Section arm, Scenario& s) {
+    arm.number("lao_deg", s.c_arm.lao, {-120, 120}, geometry::kDegree);
+    arm.number("cranial_deg", s.c_arm.cranial, {-45, 45}, geometry::kDegree);
+    arm.number("sid_mm", s.c_arm.sid, {500, 2000});
+    arm.number("sod_mm", s.c_arm.sod, {300, 1500});
+    arm.point("isocentre_mm", s.c_arm.isocentre, 1e4);
+    arm.number("detector_width_mm", s.c_arm.detector_width, {20, 600});
+    arm.whole("pixels", s.c_arm.pixels, {32, 2048});
+    arm.finish();
+}
+
+/// A file that holds one, or how one is to be grown.
+void read_anatomy(io::Section& top, io::Reading& reading, Scenario& s) {
+    const toml::node* node = top.find("anatomy");
+    if (!node) return;
+    if (node->is_table()) {
+        io::Section vessels = top.section("anatomy", false);
+        s.vessels = anatomy::read_vessels(vessels, reading, s.name);
+    } else if (std::string file; node->is_string() && top.word("anatomy", file)) {
+        s.anatomy = std::filesystem::path(reading.file).parent_path() / file;
+    } else {
+        top.refuse("anatomy", *node, "a file NAME.anatomy.json or a section [anatomy] is accepted");
+    }
+}
+
+void read_imaging(io::Section imaging, Scenario& s) {
+    imaging.number("detector_dose_nGy", s.imaging.detector_dose, {0.1, 1e5});
+    imaging.number("acquisition_dose_nGy", s.imaging.acquisition_dose, {0.1, 1e5});
+    double kvp = 0;
+    imaging.number("tube_voltage_kV", kvp, {40, 125});
+    if (kvp > 0) s.imaging.kvp = kvp;
+    if (const toml::node* node = imaging.find("pulse_rate_hz")) {
+        const auto rate = node->value<double>();
+        if (rate && std::find(script::pulse_rates.begin(), script::pulse_rates.end(), *rate) !=
+                        script::pulse_rates.end())
+            s.imaging.pulse_rate = *rate;
+        else
+            imaging.refuse("pulse_rate_hz", *node, "3.75, 7.5, 15 or 30 is accepted");
+    }
+    imaging.number("iodine_mg_per_ml", s.imaging.iodine, {0, render::largest_iodine});
+    imaging.flag("patient", s.imaging.patient);
+    imaging.finish();
+}
+
+void read_motion(io::Section motion, Scenario& s) {
+    motion.number("heart_rate_per_min", s.motion.heart_rate, {20, 240});
+    motion.point("heart_reach_mm", s.motion.heart_reach, 30);
+    motion.number("breathing_rate_per_min", s.motion.breathing_rate, {4, 60});
+    motion.point("breathing_reach_mm", s.motion.breathing_reach, 60);
+    motion.finish();
+}
+
+void read_contrast(io::Section contrast, Scenario& s) {
+    double weight = 75, creatinine = 1;
+    contrast.number("weight_kg", weight, {20, 250});
+    contrast.number("creatinine_mg_per_dl", creatinine, {0.2, 15});
+    s.blood.limit = blood::contrast_limit(weight, creatinine);
+    contrast.number("limit_ml", s.blood.limit, {0, 1000});
+    contrast.word("blood_from", s.blood.source);
+    double inflow = 0;
+    contrast.number("inflow_ml_per_s", inflow, {0.01, 500});
+    if (inflow > 0) s.blood.inflow = inflow;
+    contrast.finish();
+}
+
+void read_sections(const toml::table& root, io::Reading& reading, Scenario& s) {
+    io::Section top(reading, &root, "");
+    int schema = 0;
+    if (!top.find("schema")) top.missing("schema", "schema = 1");
+    top.whole("schema", schema, {1, 1});
+    if (!top.word("title", s.title)) top.missing("title", "title");
+    top.number("frame_rate_hz", s.frame_rate, {0.5, 120});
+    double limit = 0;
+    top.number("time_limit_s", limit, {0.1, 1e5});
+    if (limit > 0) s.time_limit = limit;
+    top.whole("seed", s.seed, {0, 9e15});
+    read_anatomy(top, reading, s);
+
+    read_tube(top.section("tube", false), reading, s);
+    io::Section entry = top.section("entry", true);
+    if (!entry.word("end", s.entry.end) && entry.given())
+        entry.missing("end", "end = \"NAME of an open end\"");
+    entry.number("inserted_mm", s.entry.inserted, {1, 2000});
+    entry.finish();
+    read_guidewire(top.section("guidewire", false), s);
+    io::Section wall = top.section("wall", false);
+    wall.number("stiffness_N_per_mm", s.wall_stiffness, {1e-3, 1e6});
+    constexpr std::string_view models[] = {"auto", "analytic", "distance-field", "mesh"};
+    if (const auto model = wall.choice("model", models)) s.wall_model = static_cast<WallModel>(*model);
+    wall.finish();
+    read_relaxer(top.section("relaxer", false), s);
+    io::Section target = top.section("target", true);
+    target.word("name", s.target.name);
+    if (Vec3 centre; target.point("centre_mm", centre, 1e4)) s.target.centre = centre;
+    target.number("radius_mm", s.target.radius, {0.1, 100});
+    target.number("hold_s", s.target.hold, {0, 60});
+    target.finish();
+    read_c_arm(top.section("c_arm", false), s);
+    read_imaging(top.section("imaging", false), s);
+    read_motion(top.section("motion", false), s);
+    s.blood.heart_rate = s.motion.heart_rate;
+    read_contrast(top.section("contrast", false), s);
+    top.finish();
+}
+
+}  // namespace
+
+Scenario parse_scenario(const std::string& text, const std::filesystem::path& file) {
+    io::Reading reading{file.string(), {}, {}};
+    Scenario s;
+    s.name = file.stem().string();
+    try {
+        const toml::table root = toml::parse(text, reading.file);
+        read_sections(root, reading, s);
+    } catch (const toml::parse_error& error) {
+        const io::TextPlace place = reading.place(error.source());
+        throw io::InputError(io::located(place, fmt::format("this is not TOML: {}", error.description())));
+    }
+    reading.places[""] = {reading.file, 0, 0};
+    s.places = std::move(reading.places);
+    std::vector<std::string> wrong = reading.complaints();
+    if (wrong.empty()) wrong = problems(s);
+    if (!wrong.empty()) throw io::InputError(io::joined(wrong, "\n"));
+    return s;
+}
+
+Scenario load_scenario(const std::filesystem::path& path) {
+    std::error_code ignored;
+    std::ifstream stream(path, std::ios::binary);
+    if (!std::filesystem::is_regular_file(path, ignored) || !stream) {
+        throw io::InputError(path.string() + ": no such scenario can be read; a .toml file is accepted");
+    }
+    std::stringstream text;
+    text << stream.rdbuf();
+    return parse_scenario(text.str(), path);
+}
+
+}  // namespace scenario

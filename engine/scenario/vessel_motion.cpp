@@ -1,0 +1,34 @@
+#include "engine/scenario/vessel_motion.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace scenario {
+namespace {
+
+constexpr double seconds_per_minute = 60.0;
+
+double phase(double time, double rate) {
+    const double cycles = time * rate / seconds_per_minute;
+    return cycles - std::floor(cycles);
+}
+
+}  // namespace
+
+double contraction(double time, double rate) {
+    constexpr double systole = 1.0 / 3;
+    const double p = phase(time, rate);
+    const double part = p < systole ? p / systole : 1 + (p - systole) / (1 - systole);
+    return 0.5 * (1 - std::cos(std::numbers::pi * part));
+}
+
+double inspiration(double time, double rate) {
+    const double s = std::sin(std::numbers::pi * phase(time, rate));
+    return s * s * s * s;
+}
+
+geometry::Vec3 VesselMotion::at(double time) const {
+    return contraction(time, heart_rate) * heart_reach + inspiration(time, breathing_rate) * breathing_reach;
+}
+
+}  // namespace scenario

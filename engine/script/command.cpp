@@ -1,0 +1,137 @@
+#include "engine/script/command.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "engine/io/text.h"
+#include "physics/geometry/vec.h"
+
+namespace script {
+namespace {
+
+/// The shortest number of degrees that becomes these very bits again.
+std::string degrees_text(double angle) {
+    std::array<char, 64> buffer;
+    for (int digits = 1; digits <= 17; ++digits) {
+        const auto [end, error] =
+            std::to_chars(buffer.data(), buffer.data() + buffer.size(), angle / geometry::kDegree,
+                          std::chars_format::general, digits);
+        if (error != std::errc{}) break;
+        const std::string_view text(buffer.data(), static_cast<std::size_t>(end - buffer.data()));
+        if (const auto read = io::parse_number(text); read && *read * geometry::kDegree == angle)
+            return io::number_text(*read);
+    }
+    return io::number_text(angle / geometry::kDegree);
+}
+
+struct CommandText {
+    std::string operator()(const Advance& c) const { return "advance " + io::number_text(c.length) + " mm"; }
+    std::string operator()(const Withdraw& c) const {
+        return "withdraw " + io::number_text(c.length) + " mm";
+    }
+    std::string operator()(const Rotate& c) const { return "rotate " + degrees_text(c.angle) + " deg"; }
+    std::string operator()(const Beam& c) const { return c.on ? "beam on" : "beam off"; }
+    std::string operator()(const Contrast& c) const {
+        return "contrast " + io::number_text(c.iodine) + " mg/ml";
+    }
+    std::string operator()(const Inject& c) const {
+        return fmt::format("inject {} ml at {} ml/s into {} of {} mg/ml", io::number_text(c.volume),
+                           io::number_text(c.rate), c.branch, io::number_text(c.iodine));
+    }
+    std::string operator()(const SetMode& c) const {
+        return fmt::format("mode {}", imaging_modes[static_cast<std::size_t>(c.mode)]);
+    }
+    std::string operator()(const SetPulseRate& c) const {
+        return "pulse " + io::number_text(c.rate) + " per second";
+    }
+    std::string operator()(const NewMask&) const { return "mask"; }
+    std::string operator()(const Collimate& c) const {
+        if (c.width >= widest_opening && c.height >= widest_opening) return "collimate open";
+        return fmt::format("collimate {} {} mm", io::number_text(c.width), io::number_text(c.height));
+    }
+    std::string operator()(const MoveTable& c) const {
+        return fmt::format("table {} {} {} mm", io::number_text(c.place.x()), io::number_text(c.place.y()),
+                           io::number_text(c.place.z()));
+    }
+    std::string operator()(const StoreReference&) const { return "reference"; }
+    std::string operator()(const Reset&) const { return "reset"; }
+    std::string operator()(const MoveArm& c) const {
+        std::string text = "arm";
+        if (c.lao) text += " lao " + degrees_text(*c.lao) + " deg";
+        if (c.cranial) text += " cranial " + degrees_text(*c.cranial) + " deg";
+        if (c.sid) text += " sid " + io::number_text(*c.sid) + " mm";
+        if (c.sod) text += " sod " + io::number_text(*c.sod) + " mm";
+        if (c.detector_width) text += " width " + io::number_text(*c.detector_width) + " mm";
+        if (c.isocentre) {
+            text += fmt::format(" isocentre {} {} {} mm", io::number_text(c.isocentre->x()),
+                                io::number_text(c.isocentre->y()), io::number_text(c.isocentre->z()));
+        }
+        return text;
+    }
+};
+
+}  // namespace
+
+std::string to_text(const Command& command) {
+    return std::visit(CommandText{}, command);
+}
+
+Command canonical(const Command& command) {
+    const auto read_back = [](double angle) {
+        return *io::parse_number(degrees_text(angle)) * geometry::kDegree;
+    };
+    Command result = command;
+    if (Rotate* turn = std::get_if<Rotate>(&result)) turn->angle = read_back(turn->angle);
+    if (MoveArm* move = std::get_if<MoveArm>(&result)) {
+        if (move->lao) move->lao = read_back(*move->lao);
+        if (move->cranial) move->cranial = read_back(*move->cranial);
+    }
+    return result;
+}
+
+render::CArm moved(render::CArm arm, const MoveArm& move) {
+    arm.lao = move.lao.value_or(arm.lao);
+    arm.cranial = move.cranial.value_or(arm.cranial);
+    arm.sid = move.sid.value_or(arm.sid);
+    arm.sod = move.sod.value_or(arm.sod);
+    arm.detector_width = move.detector_width.value_or(arm.detector_width);
+    arm.isocentre = move.isocentre.value_or(arm.isocentre);
+    return arm;
+}
+
+std::string too_many_pulses(double rate, double frame_rate) {
+    return fmt::format(
+        "{} pulses per second were asked for; up to {}, the scenario's frame rate, are accepted",
+        io::number_text(rate), io::number_text(frame_rate));
+}
+
+int CommandScript::last_frame(int tail) const {
+    if (end) return *end;
+    int last = -1;
+    if (!commands.empty()) last = commands.back().frame + tail;
+    if (!checks.empty()) last = std::max(last, checks.back().frame);
+    return std::max(last, 0);
+}
+
+std::vector<std::string> problems(const CommandScript& script, const render::CArm& start, double frame_rate) {
+    std::vector<std::string> found;
+    render::CArm arm = start;
+    for (const TimedCommand& timed : script.commands) {
+        if (std::holds_alternative<Reset>(timed.command)) arm = start;
+        if (const SetPulseRate* pulses = std::get_if<SetPulseRate>(&timed.command)) {
+            if (pulses->rate > frame_rate)
+                found.push_back(io::located(timed.place, too_many_pulses(pulses->rate, frame_rate)));
+        }
+        const MoveArm* move = std::get_if<MoveArm>(&timed.command);
+        if (!move) continue;
+        arm = moved(arm, *move);
+        for (const std::string& text : render::problems(arm)) found.push_back(io::located(timed.place, text));
+        if (found.size() > 20) break;
+    }
+    return found;
+}
+
+}  // namespace script

@@ -1,0 +1,137 @@
+#pragma once
+/// What a trainee does, one command at a time, and scripts of it.
+///
+///     0       beam on                    # frame, verb, arguments; # starts a comment
+///     3       advance 5 mm
+///     4..60   advance 2 mm               # at every frame from 4 to 60
+///     9       rotate 30 deg
+///     20      arm lao 30 deg cranial 10 deg sid 1000 mm
+///     25      contrast 12 mg/ml          # fills all vessels evenly, from now on
+///     30      inject 12 ml at 6 ml/s into aorta of 300 mg/ml
+///     32      mode dsa                   # or live, roadmap
+///     33      mask                       # the next pulse is the mask
+///     40      pulse 7.5 per second       # 3.75, 7.5, 15 or 30
+///     41      collimate 120 90 mm        # opening at the detector; collimate open
+///     42      table 0 0 -40 mm           # to the patient's left, back, head
+///     50      reference                  # the image to the reference screen
+///     80      withdraw 10 mm
+///     90      reset                      # everything as at the start
+///     120     end                        # the last frame; else the hold of the target after the last
+///     command state 60 0123456789abcdef          # the state hash that frame 60 must leave
+///
+/// Frames stand in order. A line may repeat over a range, and ranges may overlap.
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "engine/io/error.h"
+#include "physics/geometry/vec.h"
+#include "render/xray/c_arm.h"
+
+namespace script {
+
+struct Advance {
+    double length = 0;
+};  // [mm]
+struct Withdraw {
+    double length = 0;
+};  // [mm]
+struct Rotate {
+    double angle = 0;
+};  // of the hub, right-handed about the wire [rad]
+/// What is not given stays.
+struct MoveArm {
+    std::optional<double> lao, cranial;              // [rad]
+    std::optional<double> sid, sod, detector_width;  // [mm]
+    std::optional<geometry::Vec3> isocentre;         // [mm]
+};
+struct Beam {
+    bool on = false;
+};
+struct Contrast {
+    double iodine = 0;
+};  // that fills the lumen from now on [mg/ml]
+/// Through a catheter that is there and not drawn.
+struct Inject {
+    double volume = 0;    // [ml]
+    double rate = 0;      // [ml/s]
+    std::string branch;   // at the start of which its tip lies
+    double iodine = 320;  // [mg/ml]
+};
+enum class ImagingMode { live, dsa, roadmap };
+inline constexpr std::array<std::string_view, 3> imaging_modes = {"live", "dsa", "roadmap"};
+struct SetMode {
+    ImagingMode mode = ImagingMode::live;
+};
+struct SetPulseRate {
+    double rate = 15;
+};                                                                         // [1/s]
+inline constexpr std::array<double, 4> pulse_rates = {3.75, 7.5, 15, 30};  // [1/s]
+struct NewMask {};
+struct Collimate {
+    double width = 0, height = 0;
+};  // of the opening at the detector [mm]
+struct MoveTable {
+    geometry::Vec3 place = geometry::Vec3::Zero();
+};  // of the table from where it was at the start [mm]
+struct StoreReference {};
+struct Reset {};
+
+using Command = std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Inject, SetMode,
+                             SetPulseRate, NewMask, Collimate, MoveTable, StoreReference, Reset>;
+
+/// Amounts that one command may ask for; beyond lies a slip of the pen.
+inline constexpr double largest_motion = 500;            // [mm]
+inline constexpr double largest_rotation = 36000;        // [deg]
+inline constexpr double largest_volume = 300;            // of one injection [ml]
+inline constexpr double largest_flow = 40;               // of a power injector [ml/s]
+inline constexpr double widest_opening = 1000;           // of the collimator: open [mm]
+inline const geometry::Vec3 table_reach(180, 140, 600);  // either way [mm]
+inline constexpr int largest_frame = 1'000'000;
+
+/// "advance 5 mm": reads back to the same bits.
+std::string to_text(const Command&);
+/// The command as a recording of it will be read: angles made in radians move by a rounding error.
+Command canonical(const Command&);
+
+render::CArm moved(render::CArm, const MoveArm&);
+
+/// What is wrong with more pulses than frames.
+std::string too_many_pulses(double rate, double frame_rate);
+
+struct TimedCommand {
+    int frame = 0;
+    Command command;
+    io::TextPlace place;  // for messages
+};
+struct StateCheck {
+    int frame = 0;
+    std::uint64_t hash = 0;
+    io::TextPlace place;
+};
+
+struct CommandScript {
+    std::string file;
+    std::vector<TimedCommand> commands;  // in order of frames; ranges written out
+    std::vector<StateCheck> checks;      // in order of frames
+    std::optional<int> end;              // last frame, if the script says so
+
+    /// The last frame of the run: `end`, or `tail` frames after the last command or check.
+    int last_frame(int tail) const;
+};
+
+/// Throws InputError that lists everything wrong, a line each, with file:line:column.
+CommandScript parse_commands(std::string_view text, const std::string& file);
+CommandScript load_commands(const std::filesystem::path&);
+
+/// The commands of a script that no stand could follow from `start`, or that ask for more pulses than there
+/// are frames in a second, a sentence each.
+std::vector<std::string> problems(const CommandScript&, const render::CArm& start, double frame_rate);
+
+}  // namespace script

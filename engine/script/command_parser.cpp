@@ -1,0 +1,320 @@
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <fstream>
+#include <sstream>
+
+#include "engine/io/text.h"
+#include "engine/script/command.h"
+#include "physics/geometry/vec.h"
+#include "render/xray/materials.h"
+
+namespace script {
+namespace {
+
+constexpr std::size_t most_commands = 2'000'000;
+constexpr std::size_t most_messages = 20;
+
+constexpr std::array<std::string_view, 15> verbs = {"advance",   "withdraw", "rotate",    "arm",   "beam",
+                                                    "contrast",  "inject",   "mode",      "pulse", "mask",
+                                                    "collimate", "table",    "reference", "reset", "end"};
+constexpr std::array<std::string_view, 6> arm_words = {"lao", "cranial", "sid", "sod", "width", "isocentre"};
+
+struct Word {
+    std::string_view text;
+    int column = 1;
+};
+
+struct Refusal {
+    int column;
+    std::string message;
+};
+
+/// The words of one line, taken from the left; each taker says what it accepts.
+class Line {
+public:
+    explicit Line(std::string_view text) {
+        text = text.substr(0, text.find('#'));
+        length_ = static_cast<int>(text.size());
+        for (std::size_t i = 0; i < text.size();) {
+            if (is_space(text[i])) {
+                ++i;
+                continue;
+            }
+            std::size_t end = i;
+            while (end < text.size() && !is_space(text[end])) ++end;
+            words_.push_back({text.substr(i, end - i), static_cast<int>(i) + 1});
+            i = end;
+        }
+    }
+
+    bool done() const { return next_ == words_.size(); }
+    const Word& take(const std::string& accepted) {
+        if (done()) throw Refusal{length_ + 1, fmt::format("the line ends here; {}", accepted)};
+        return words_[next_++];
+    }
+    [[noreturn]] static void refuse(const Word& word, const std::string& accepted) {
+        throw Refusal{word.column, fmt::format("'{}' was found; {}", word.text, accepted)};
+    }
+    double number(double least, double most, std::string_view unit) {
+        const std::string accepted =
+            fmt::format("a number from {} to {} is accepted, in {}", least, most, unit);
+        const Word& word = take(accepted);
+        const std::optional<double> read = io::parse_number(word.text);
+        if (!read || !(*read >= least && *read <= most)) refuse(word, accepted);  // also refuses NaN
+        return *read;
+    }
+    /// Takes the word if it is this one.
+    bool next_is(std::string_view text) {
+        const bool is = !done() && words_[next_].text == text;
+        next_ += is;
+        return is;
+    }
+    void unit(std::string_view accepted) {
+        exactly(accepted, fmt::format("the unit '{}' is accepted", accepted));
+    }
+    void word(std::string_view accepted) { exactly(accepted, fmt::format("'{}' is accepted", accepted)); }
+    double amount(double least, double most, std::string_view accepted) {
+        const double value = number(least, most, accepted);
+        unit(accepted);
+        return value;
+    }
+    void finish() const {
+        if (!done()) refuse(words_[next_], "nothing more is accepted on this line");
+    }
+
+private:
+    void exactly(std::string_view accepted, const std::string& text) {
+        const Word& found = take(text);
+        if (found.text != accepted) refuse(found, text);
+    }
+    static bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+    std::vector<Word> words_;
+    std::size_t next_ = 0;
+    int length_ = 0;
+};
+
+int frame_number(const Word& word, std::string_view text) {
+    const std::optional<int> frame = io::parse_integer(text);
+    if (!frame || *frame < 0 || *frame > largest_frame) {
+        Line::refuse(word,
+                     fmt::format("a frame number from 0 to {}, or FIRST..LAST, is accepted", largest_frame));
+    }
+    return *frame;
+}
+
+MoveArm arm_command(Line& line) {
+    MoveArm move;
+    do {
+        const std::string accepted = "accepted are: " + io::joined(arm_words);
+        const Word& word = line.take(accepted);
+        if (word.text == "lao")
+            move.lao = line.amount(-120, 120, "deg") * geometry::kDegree;
+        else if (word.text == "cranial")
+            move.cranial = line.amount(-45, 45, "deg") * geometry::kDegree;
+        else if (word.text == "sid")
+            move.sid = line.amount(500, 2000, "mm");
+        else if (word.text == "sod")
+            move.sod = line.amount(300, 1500, "mm");
+        else if (word.text == "width")
+            move.detector_width = line.amount(20, 600, "mm");
+        else if (word.text == "isocentre") {
+            const double x = line.number(-1e4, 1e4, "mm"), y = line.number(-1e4, 1e4, "mm");
+            move.isocentre = geometry::Vec3(x, y, line.amount(-1e4, 1e4, "mm"));
+        } else
+            Line::refuse(word, accepted);
+    } while (!line.done());
+    return move;
+}
+
+Inject inject_command(Line& line) {
+    Inject inject;
+    inject.volume = line.amount(0.1, largest_volume, "ml");
+    line.word("at");
+    inject.rate = line.amount(0.1, largest_flow, "ml/s");
+    line.word("into");
+    inject.branch = line.take("the name of a branch is accepted").text;
+    if (!line.done()) {
+        line.word("of");
+        inject.iodine = line.amount(1, render::largest_iodine, "mg/ml");
+    }
+    return inject;
+}
+
+SetPulseRate pulse_command(Line& line) {
+    const std::string accepted = "3.75, 7.5, 15 or 30 is accepted, per second";
+    const Word& word = line.take(accepted);
+    const std::optional<double> rate = io::parse_number(word.text);
+    if (!rate || std::find(pulse_rates.begin(), pulse_rates.end(), *rate) == pulse_rates.end())
+        Line::refuse(word, accepted);
+    line.word("per");
+    line.word("second");
+    return {*rate};
+}
+
+SetMode mode_command(Line& line) {
+    const std::string accepted = "accepted are: " + io::joined(imaging_modes);
+    const Word& word = line.take(accepted);
+    const auto found = std::find(imaging_modes.begin(), imaging_modes.end(), word.text);
+    if (found == imaging_modes.end()) Line::refuse(word, accepted);
+    return {static_cast<ImagingMode>(found - imaging_modes.begin())};
+}
+
+Collimate collimate_command(Line& line) {
+    if (line.next_is("open")) return {widest_opening, widest_opening};
+    const double width = line.number(10, widest_opening, "mm");
+    return {width, line.amount(10, widest_opening, "mm")};
+}
+
+MoveTable table_command(Line& line) {
+    const double x = line.number(-table_reach.x(), table_reach.x(), "mm");
+    const double y = line.number(-table_reach.y(), table_reach.y(), "mm");
+    return {geometry::Vec3(x, y, line.amount(-table_reach.z(), table_reach.z(), "mm"))};
+}
+
+Command command(const Word& verb, Line& line) {
+    if (verb.text == "advance") return Advance{line.amount(0, largest_motion, "mm")};
+    if (verb.text == "withdraw") return Withdraw{line.amount(0, largest_motion, "mm")};
+    if (verb.text == "rotate")
+        return Rotate{line.amount(-largest_rotation, largest_rotation, "deg") * geometry::kDegree};
+    if (verb.text == "arm") return arm_command(line);
+    if (verb.text == "contrast") return Contrast{line.amount(0, render::largest_iodine, "mg/ml")};
+    if (verb.text == "inject") return inject_command(line);
+    if (verb.text == "mode") return mode_command(line);
+    if (verb.text == "pulse") return pulse_command(line);
+    if (verb.text == "mask") return NewMask{};
+    if (verb.text == "collimate") return collimate_command(line);
+    if (verb.text == "table") return table_command(line);
+    if (verb.text == "reference") return StoreReference{};
+    if (verb.text == "reset") return Reset{};
+    if (verb.text == "beam") {
+        const Word& state = line.take("'on' or 'off' is accepted");
+        if (state.text != "on" && state.text != "off") Line::refuse(state, "'on' or 'off' is accepted");
+        return Beam{state.text == "on"};
+    }
+    const std::string near = io::nearest_word(verb.text, verbs);
+    throw Refusal{verb.column,
+                  fmt::format("unknown command '{}'{}; commands are: {}", verb.text,
+                              near.empty() ? "" : " (is '" + near + "' meant?)", io::joined(verbs))};
+}
+
+class Parser {
+public:
+    explicit Parser(const std::string& file) { script_.file = file; }
+
+    void read(std::string_view text, int number) {
+        place_ = {script_.file, number, 1};
+        try {
+            Line line(text);
+            if (!line.done()) statement(line);
+        } catch (const Refusal& refusal) {
+            ++refused_;
+            place_.column = refusal.column;
+            if (wrong_.size() < most_messages) wrong_.push_back(io::located(place_, refusal.message));
+        }
+    }
+
+    CommandScript result() {
+        if (refused_ > wrong_.size())
+            wrong_.push_back(fmt::format("... and {} more", refused_ - wrong_.size()));
+        if (!wrong_.empty()) throw io::InputError(io::joined(wrong_, "\n"));
+        std::stable_sort(script_.commands.begin(), script_.commands.end(),
+                         [](const TimedCommand& a, const TimedCommand& b) { return a.frame < b.frame; });
+        return std::move(script_);
+    }
+
+private:
+    void statement(Line& line) {
+        const Word& first = line.take("");
+        place_.column = first.column;
+        if (first.text == "state") return state(line);
+
+        const auto dots = first.text.find("..");
+        const int from = frame_number(first, first.text.substr(0, dots));
+        const int to =
+            dots == std::string_view::npos ? from : frame_number(first, first.text.substr(dots + 2));
+        if (to < from) Line::refuse(first, "a range that ends at or after its first frame is accepted");
+        if (from < last_start_) {
+            Line::refuse(first, fmt::format("frames stand in order: {} or later is accepted", last_start_));
+        }
+        if (script_.end && to > *script_.end) {
+            Line::refuse(first,
+                         fmt::format("the run ends at frame {}: nothing after it is accepted", *script_.end));
+        }
+        last_start_ = from;
+        const Word& verb = line.take("accepted are: " + io::joined(verbs));
+        place_.column = verb.column;
+        if (verb.text == "end") {
+            line.finish();
+            if (to < last_frame_) {
+                Line::refuse(first,
+                             fmt::format("the run ends before frame {}, which has a command or a state; "
+                                         "{} or later is accepted",
+                                         last_frame_, last_frame_));
+            }
+            script_.end = to;
+            return;
+        }
+        const Command read = command(verb, line);
+        line.finish();
+        last_frame_ = std::max(last_frame_, to);
+        if (script_.commands.size() + static_cast<std::size_t>(to - from) >= most_commands) {
+            Line::refuse(first, fmt::format("{} commands in all are accepted", most_commands));
+        }
+        for (int frame = from; frame <= to; ++frame) script_.commands.push_back({frame, read, place_});
+    }
+
+    void state(Line& line) {
+        const Word& frame_word = line.take("the frame of the state is accepted");
+        const int frame = frame_number(frame_word, frame_word.text);
+        const Word& hash_word = line.take("a hash of 16 hexadecimal digits is accepted");
+        const std::optional<std::uint64_t> hash = io::parse_hash(hash_word.text);
+        if (!hash) Line::refuse(hash_word, "a hash of 16 hexadecimal digits is accepted");
+        line.finish();
+        if (!script_.checks.empty() && frame < script_.checks.back().frame) {
+            Line::refuse(frame_word, fmt::format("frames stand in order: {} or later is accepted",
+                                                 script_.checks.back().frame));
+        }
+        if (script_.end && frame > *script_.end) {
+            Line::refuse(frame_word,
+                         fmt::format("the run ends at frame {}: nothing after it is accepted", *script_.end));
+        }
+        last_frame_ = std::max(last_frame_, frame);
+        script_.checks.push_back({frame, *hash, place_});
+    }
+
+    CommandScript script_;
+    io::TextPlace place_;
+    int last_start_ = 0;  // frame that the line before began at
+    int last_frame_ = 0;  // of any command or state so far
+    std::size_t refused_ = 0;
+    std::vector<std::string> wrong_;
+};
+
+}  // namespace
+
+CommandScript parse_commands(std::string_view text, const std::string& file) {
+    Parser parser(file);
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // a byte order mark, as some editors write
+    for (int number = 1; !text.empty(); ++number) {
+        const std::size_t end = std::min(text.find('\n'), text.size());
+        parser.read(text.substr(0, end), number);
+        text.remove_prefix(std::min(end + 1, text.size()));
+    }
+    return parser.result();
+}
+
+CommandScript load_commands(const std::filesystem::path& path) {
+    std::error_code ignored;
+    std::ifstream stream(path, std::ios::binary);
+    if (!std::filesystem::is_regular_file(path, ignored) || !stream) {
+        throw io::InputError(path.string() +
+                             ": no such command file can be read; lines of 'frame verb arguments' are "
+                             "accepted");
+    }
+    std::stringstream text;
+    text << stream.rdbuf();
+    return parse_commands(text.str(), path.string());
+}
+
+}  // namespace script

@@ -1,0 +1,254 @@
+#include "physics/geometry/bspline_grid.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+
+#include "physics/geometry/parallel.h"
+
+namespace geometry {
+namespace {
+
+constexpr int kSide = SplineGrid::kSide;
+constexpr int kFarthest = 1 << 20;  // brick
+
+/// In the order of bricks.
+std::uint64_t key(const SplineGrid::Brick& b) {
+    std::uint64_t all = 0;
+    for (int k : b) all = all << 21 | static_cast<std::uint32_t>(k + kFarthest);
+    return all;
+}
+std::size_t hash(const SplineGrid::Brick& b) {
+    return key(b) * 0x9e3779b97f4a7c15u >> 20;
+}
+
+int local(int i, int j, int k) {
+    return (i * kSide + j) * kSide + k;
+}
+
+/// Uniform cubic B-splines over a cell, at t in [0, 1), and their derivatives by t.
+struct Weights {
+    double value[4], slope[4], bend[4];
+
+    explicit Weights(double t) {
+        const double s = 1 - t;
+        value[0] = s * s * s / 6;
+        value[1] = (3 * t * t * t - 6 * t * t + 4) / 6;
+        value[2] = (3 * s * s * s - 6 * s * s + 4) / 6;
+        value[3] = t * t * t / 6;
+        slope[0] = -s * s / 2;
+        slope[1] = (3 * t - 4) * t / 2;
+        slope[2] = -(3 * s - 4) * s / 2;
+        slope[3] = t * t / 2;
+        bend[0] = s;
+        bend[1] = 3 * t - 2;
+        bend[2] = 3 * s - 2;
+        bend[3] = t;
+    }
+};
+
+}  // namespace
+
+SplineGrid::SplineGrid(double spacing, std::vector<Brick> bricks)
+    : spacing_(spacing), bricks_(bricks.size()), nodes_(bricks.size()) {
+    if (!std::isfinite(spacing) || spacing <= 0) throw std::invalid_argument("a grid's spacing must be > 0");
+    table_.assign(std::bit_ceil(2 * bricks.size() + 2), -1);
+    const std::size_t mask = table_.size() - 1;
+    for (std::size_t b = 0; b < bricks.size(); ++b) {
+        for (int k : bricks[b])
+            if (k < -kFarthest + 2 || k > kFarthest - 2)
+                throw std::invalid_argument("a grid's brick lies too far from the origin");
+        bricks_[b].at = bricks[b];
+        std::size_t slot = hash(bricks[b]) & mask;
+        while (table_[slot] >= 0) slot = (slot + 1) & mask;
+        table_[slot] = static_cast<std::int32_t>(b);
+    }
+    // In a sorted list what is above a brick comes after what is above those before.
+    std::vector<std::uint64_t> keys;
+    keys.reserve(bricks.size());
+    for (const Brick& brick : bricks) keys.push_back(key(brick));
+    const bool sorted = std::is_sorted(keys.begin(), keys.end());
+    for (int n = 0; n < 8; ++n) {
+        const Brick step{n >> 2, n >> 1 & 1, n & 1};
+        std::size_t next = 0;
+        for (Place& place : bricks_) {
+            const Brick above{place.at[0] + step[0], place.at[1] + step[1], place.at[2] + step[2]};
+            if (!sorted) {
+                place.upper[n] = find(above);
+                continue;
+            }
+            const std::uint64_t wanted = key(above);
+            while (next < keys.size() && keys[next] < wanted) ++next;
+            const bool there = next < keys.size() && keys[next] == wanted;
+            place.upper[n] = there ? static_cast<std::int32_t>(next) : -1;
+        }
+    }
+}
+
+std::int32_t SplineGrid::find(const Brick& brick) const {
+    const std::size_t mask = table_.size() - 1;
+    for (std::size_t slot = hash(brick) & mask;; slot = (slot + 1) & mask) {
+        const std::int32_t b = table_[slot];
+        if (b < 0) return b;
+        const Brick& at = bricks_[b].at;  // compared by hand: == on arrays is a call
+        if (at[0] == brick[0] && at[1] == brick[1] && at[2] == brick[2]) return b;
+    }
+}
+
+std::size_t SplineGrid::bytes() const {
+    return nodes_.size() * sizeof(Nodes) + bricks_.size() * sizeof(Place) + table_.size() * sizeof(table_[0]);
+}
+
+SplineGrid::Bricks SplineGrid::around(const Brick& brick) const {
+    Bricks all;
+    for (int n = 0; n < 27; ++n)
+        all[n] = find({brick[0] + n / 9 - 1, brick[1] + n / 3 % 3 - 1, brick[2] + n % 3 - 1});
+    return all;
+}
+
+std::optional<float> SplineGrid::subdivided(const std::array<int, 3>& node, const Brick& brick,
+                                            const Bricks& around) const {
+    // A B-spline is a sum of five of half its width, with weights of (1, 4, 6, 4, 1) / 8.
+    int first[3], count[3];
+    for (int d = 0; d < 3; ++d) {
+        const bool odd = node[d] & 1;
+        first[d] = odd ? node[d] >> 1 : (node[d] >> 1) - 1;
+        count[d] = odd ? 2 : 3;
+    }
+    auto weight = [&](int d, int i) { return count[d] == 2 ? 0.5 : i == 1 ? 0.75 : 0.125; };
+    double sum = 0;
+    for (int i = 0; i < count[0]; ++i)
+        for (int j = 0; j < count[1]; ++j)
+            for (int k = 0; k < count[2]; ++k) {
+                const int p = first[0] + i, q = first[1] + j, r = first[2] + k;
+                const std::int32_t b = around[9 * ((p >> 2) - brick[0] + 1) + 3 * ((q >> 2) - brick[1] + 1) +
+                                              (r >> 2) - brick[2] + 1];
+                if (b < 0) return std::nullopt;
+                sum += weight(0, i) * weight(1, j) * weight(2, k) * nodes_[b].of[local(p & 3, q & 3, r & 3)];
+            }
+    return static_cast<float>(sum);
+}
+
+void SplineGrid::fit(int threads, const SplineGrid* coarse) {
+    std::vector<Nodes> coefficients(nodes_.size());
+    parallel_for(bricks_.size(), threads, [&](std::size_t b) {
+        const Bricks beside = around(brick(b));
+        const bool whole = std::ranges::all_of(beside, [](std::int32_t at) { return at >= 0; });
+        const Brick within{brick(b)[0] >> 1, brick(b)[1] >> 1, brick(b)[2] >> 1};  // of the coarse grid
+        Bricks coarse_beside{};
+        if (coarse && !whole) coarse_beside = coarse->around(within);
+        constexpr int n = kSide + 2;  // with the layer of nodes around the brick
+        double v[n][n][n];
+        for (int i = 0; i < n; ++i)
+            for (int j = 0; j < n; ++j)
+                for (int k = 0; k < n; ++k) {
+                    const int node[3] = {i - 1, j - 1, k - 1};
+                    const std::int32_t from =
+                        beside[9 * ((i + 3) / kSide) + 3 * ((j + 3) / kSide) + (k + 3) / kSide];
+                    if (from >= 0) {
+                        v[i][j][k] = nodes_[from].of[local(node[0] & 3, node[1] & 3, node[2] & 3)];
+                        continue;
+                    }
+                    int edge[3], mirrored[3];
+                    for (int d = 0; d < 3; ++d) {
+                        edge[d] = std::clamp(node[d], 0, kSide - 1);
+                        mirrored[d] = 2 * edge[d] - node[d];
+                    }
+                    v[i][j][k] = 2 * nodes_[b].of[local(edge[0], edge[1], edge[2])] -
+                                 nodes_[b].of[local(mirrored[0], mirrored[1], mirrored[2])];
+                }
+        // c = (1 − δ²/6) f along each axis, δ² the second difference.
+        constexpr double side[3] = {-1.0 / 6, 8.0 / 6, -1.0 / 6};
+        for (int i = 0; i < kSide; ++i)
+            for (int j = 0; j < kSide; ++j)
+                for (int k = 0; k < kSide; ++k) {
+                    float& coefficient = coefficients[b].of[local(i, j, k)];
+                    if (coarse && !whole)
+                        if (const auto taken = coarse->subdivided(
+                                {kSide * brick(b)[0] + i, kSide * brick(b)[1] + j, kSide * brick(b)[2] + k},
+                                within, coarse_beside)) {
+                            coefficient = *taken;
+                            continue;
+                        }
+                    double c = 0;
+                    for (int p = 0; p < 3; ++p)
+                        for (int q = 0; q < 3; ++q)
+                            for (int r = 0; r < 3; ++r)
+                                c += side[p] * side[q] * side[r] * v[i + p][j + q][k + r];
+                    coefficient = static_cast<float>(c);
+                }
+    });
+    nodes_ = std::move(coefficients);
+}
+
+bool SplineGrid::evaluate(const Vec3& x, SplineValue& out) const {
+    int first[3];
+    double within[3];  // the cell, from 0 to 1
+    Brick brick;
+    for (int d = 0; d < 3; ++d) {
+        const double at = x[d] / spacing_;
+        if (!(std::abs(at) < kSide * (kFarthest - 2.0))) return false;
+        const double below = std::floor(at);
+        const int node = static_cast<int>(below) - 1;
+        within[d] = at - below;
+        brick[d] = node >> 2;
+        first[d] = node & 3;
+    }
+    const std::int32_t b = find(brick);
+    if (b < 0) return false;
+    const auto& upper = bricks_[b].upper;
+    for (int n = 1; n < 8; ++n)
+        if (upper[n] < 0) return false;
+
+    // Rows of eight nodes along z, of which the cell's four start at first[2].
+    float rows[4][4][8];
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) {
+            const int p = first[0] + i, q = first[1] + j;
+            const int pair = (p >> 2) * 4 + (q >> 2) * 2, offset = local(p & 3, q & 3, 0);
+            std::memcpy(rows[j][i], &nodes_[upper[pair]].of[offset], 16);
+            std::memcpy(rows[j][i] + 4, &nodes_[upper[pair + 1]].of[offset], 16);
+        }
+
+    const Weights wx(within[0]), wy(within[1]), wz(within[2]);
+    // Contract x, then y, then z, four rows of z at a time; a letter of a name is a derivative taken.
+    using Row = Eigen::Array4d;
+    Row g = Row::Zero(), gx = g, gy = g, gxx = g, gxy = g, gyy = g;
+    for (int j = 0; j < 4; ++j) {
+        Row f = Row::Zero(), fx = f, fxx = f;
+        for (int i = 0; i < 4; ++i) {
+            const Row c = Eigen::Map<const Eigen::Array4f>(rows[j][i] + first[2]).cast<double>();
+            f += wx.value[i] * c;
+            fx += wx.slope[i] * c;
+            fxx += wx.bend[i] * c;
+        }
+        g += wy.value[j] * f;
+        gy += wy.slope[j] * f;
+        gyy += wy.bend[j] * f;
+        gx += wy.value[j] * fx;
+        gxy += wy.slope[j] * fx;
+        gxx += wy.value[j] * fxx;
+    }
+    double v = 0, vx = 0, vy = 0, vz = 0, vxx = 0, vxy = 0, vxz = 0, vyy = 0, vyz = 0, vzz = 0;
+    for (int k = 0; k < 4; ++k) {
+        v += wz.value[k] * g[k];
+        vx += wz.value[k] * gx[k];
+        vy += wz.value[k] * gy[k];
+        vz += wz.slope[k] * g[k];
+        vxx += wz.value[k] * gxx[k];
+        vxy += wz.value[k] * gxy[k];
+        vyy += wz.value[k] * gyy[k];
+        vxz += wz.slope[k] * gx[k];
+        vyz += wz.slope[k] * gy[k];
+        vzz += wz.bend[k] * g[k];
+    }
+    const double h = 1 / spacing_, h2 = h * h;
+    out.value = v;
+    out.gradient = Vec3(h * vx, h * vy, h * vz);
+    out.hessian << h2 * vxx, h2 * vxy, h2 * vxz, h2 * vxy, h2 * vyy, h2 * vyz, h2 * vxz, h2 * vyz, h2 * vzz;
+    return true;
+}
+
+}  // namespace geometry

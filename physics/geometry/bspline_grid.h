@@ -1,0 +1,77 @@
+#pragma once
+/// A cubic B-spline on a sparse grid: a twice continuously differentiable function known near a surface.
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "physics/geometry/vec.h"
+
+namespace geometry {
+
+struct SplineValue {
+    double value = 0;
+    Vec3 gradient = Vec3::Zero();
+    Mat3 hessian = Mat3::Zero();
+};
+
+/// Nodes lie at whole multiples of the spacing, in bricks of 4 × 4 × 4; brick (i, j, k) starts at node
+/// (4i, 4j, 4k). A cell needs the 4 × 4 × 4 nodes around it, which lie in a brick and the seven on its upper
+/// sides; where one of the eight is missing the spline is not known. A value is written at every node, then
+/// `fit` turns values into coefficients; two grids that hold the same values around a place agree there.
+class SplineGrid {
+public:
+    static constexpr int kSide = 4;                       // nodes along the edge of a brick
+    static constexpr int kNodes = kSide * kSide * kSide;  // of a brick, the last coordinate fastest
+    using Brick = std::array<int, 3>;
+
+    /// Bricks in any order, each once. Throws std::invalid_argument for a spacing that is not positive or
+    /// bricks more than 2²⁰ from the origin.
+    SplineGrid(double spacing, std::vector<Brick> bricks);
+
+    std::size_t bricks() const { return bricks_.size(); }
+    const Brick& brick(std::size_t b) const { return bricks_[b].at; }
+    double spacing() const { return spacing_; }
+    std::span<float> nodes(std::size_t b) { return nodes_[b].of; }
+    std::span<const float> nodes(std::size_t b) const { return nodes_[b].of; }
+    Vec3 place(std::size_t b, int i, int j, int k) const {
+        return spacing_ * Vec3(kSide * brick(b)[0] + i, kSide * brick(b)[1] + j, kSide * brick(b)[2] + k);
+    }
+    std::size_t bytes() const;
+
+    /// The quasi-interpolant of order 4: of a smooth f it is off by about h⁴ f⁗/36. Each coefficient comes
+    /// from the 3 × 3 × 3 values around it, hence from its surroundings alone; beyond the grid's edge values
+    /// are continued linearly. Where `coarse`, fitted and of twice the spacing, is known, a brick that lacks
+    /// one of its 26 neighbours takes its coefficients from it: there the two are one function, so that a
+    /// spline that is this grid's where it is known and else the coarse one's is twice continuously
+    /// differentiable.
+    void fit(int threads = 1, const SplineGrid* coarse = nullptr);
+
+    /// The spline at x with exact derivatives; false where it is not known.
+    bool evaluate(const Vec3& x, SplineValue&) const;
+
+private:
+    struct Place {
+        Brick at;
+        std::array<std::int32_t, 8> upper;  // this brick and those on its upper sides, -1 = none
+    };
+    struct alignas(64) Nodes {  // four lines of a usual cache, of which a cell reads one of each x
+        std::array<float, kNodes> of{};
+    };
+    std::int32_t find(const Brick&) const;
+    using Bricks = std::array<std::int32_t, 27>;
+    /// This brick and those around it, the last coordinate fastest; -1 = none.
+    Bricks around(const Brick&) const;
+    /// The coefficient of a node in the grid of half the spacing, which lies in the brick that these are
+    /// around; nothing where one of its own is missing.
+    std::optional<float> subdivided(const std::array<int, 3>& node, const Brick&, const Bricks&) const;
+
+    double spacing_;
+    std::vector<Place> bricks_;
+    std::vector<Nodes> nodes_;         // values, then coefficients
+    std::vector<std::int32_t> table_;  // open-addressed hash table of bricks, -1 = free
+};
+
+}  // namespace geometry

@@ -1,0 +1,135 @@
+#include "physics/geometry/centreline_tree.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace geometry {
+
+double OpenEnd::beyond(const Vec3& x, double margin) const {
+    const Vec3 d = x - centre;
+    const double out = d.dot(outward_normal);
+    const double reach = 2 * radius + margin;
+    if (out <= 0 || out >= 4 * radius + margin) return 0;
+    return (d - out * outward_normal).squaredNorm() < reach * reach ? out : 0;
+}
+
+CentrelineTree::CentrelineTree(std::span<const CentrelineBranch> branches, std::vector<OpenEnd> ends)
+    : ends_(std::move(ends)) {
+    std::vector<int> first;
+    for (std::size_t b = 0; b < branches.size(); ++b) {
+        const CentrelineBranch& branch = branches[b];
+        if (branch.points.size() < 2 || branch.radii.size() != branch.points.size())
+            throw std::invalid_argument("branch '" + branch.name +
+                                        "' needs two points or more, a radius for each");
+        first.push_back(static_cast<int>(stations_.size()));
+        for (std::size_t i = 0; i < branch.points.size(); ++i) {
+            if (!branch.points[i].allFinite() || !std::isfinite(branch.radii[i]) || branch.radii[i] <= 0)
+                throw std::invalid_argument("branch '" + branch.name + "', sample " + std::to_string(i) +
+                                            ": the point must be finite and the radius positive");
+            stations_.push_back(
+                {branch.points[i], branch.radii[i], static_cast<int>(b), static_cast<int>(i)});
+        }
+    }
+    if (stations_.empty()) throw std::invalid_argument("the lumen has no centreline");
+    for (const Station& station : stations_) centres_.push_back(station.centre);
+    for (std::size_t b = 0; b < branches.size(); ++b) {
+        // Parents come first; the check that they exist is below.
+        const CentrelineBranch& branch = branches[b];
+        const bool child = branch.parent >= 0 && branch.parent < static_cast<int>(b);
+        const double start = child ? ways_[first[branch.parent] + std::max(0, branch.parent_sample)] : 0.0;
+        first_of_branch_.push_back(first[b]);
+        const std::vector<double> own = ways_along(branch.points, start);
+        ways_.insert(ways_.end(), own.begin(), own.end());
+    }
+    first_of_branch_.push_back(static_cast<int>(stations_.size()));
+
+    neighbours_.resize(stations_.size());
+    auto link = [&](int a, int b) {
+        if (std::find(neighbours_[a].begin(), neighbours_[a].end(), b) == neighbours_[a].end()) {
+            neighbours_[a].push_back(b);
+            neighbours_[b].push_back(a);
+        }
+    };
+    for (std::size_t s = 0; s + 1 < stations_.size(); ++s)
+        if (stations_[s].branch == stations_[s + 1].branch) link(s, s + 1);
+    // A child lies inside its parent for its first samples: there each links to the parent's stations around
+    // it, so that a joint finds its way through the ostium in both directions.
+    for (std::size_t b = 0; b < branches.size(); ++b) {
+        const int parent = branches[b].parent;
+        if (parent < 0) continue;
+        if (parent >= static_cast<int>(branches.size()))
+            throw std::invalid_argument("branch '" + branches[b].name + "' has a parent that does not exist");
+        const int p0 = first[parent], p1 = p0 + static_cast<int>(branches[parent].points.size());
+        for (std::size_t i = 0; i < branches[b].points.size(); ++i) {
+            const int child = first[b] + static_cast<int>(i);
+            const Vec3& centre = stations_[child].centre;
+            int nearest = p0;
+            for (int p = p0; p < p1; ++p)
+                if (stations_[p].power(centre) < stations_[nearest].power(centre)) nearest = p;
+            const double gap = (stations_[nearest].centre - centre).norm() - stations_[nearest].radius -
+                               stations_[child].radius;
+            if (gap > 0) break;
+            // All that overlap it: between two vessels at a sharp angle the way across is not the shortest.
+            for (int p = p0; p < p1; ++p) {
+                const double reach = stations_[p].radius + stations_[child].radius;
+                if (std::abs(p - nearest) <= 3 ||
+                    (stations_[p].centre - centre).squaredNorm() < reach * reach)
+                    link(child, p);
+            }
+        }
+    }
+}
+
+int CentrelineTree::locate(const Vec3& x, int hint) const {
+    const int count = static_cast<int>(stations_.size());
+    if (hint < 0 || hint >= count) {
+        int best = 0;
+        double least = stations_[0].power(x);
+        for (int s = 1; s < count; ++s)
+            if (const double p = stations_[s].power(x); p < least) least = p, best = s;
+        return best;
+    }
+    int best = hint;
+    double least = stations_[best].power(x);
+    for (bool moved = true; moved;) {
+        moved = false;
+        const int from = best;
+        for (int s : neighbours_[from])
+            if (const double p = stations_[s].power(x); p < least) least = p, best = s, moved = true;
+    }
+    return best;
+}
+
+bool CentrelineTree::same_branch(int station, int other) const {
+    const int count = static_cast<int>(stations_.size());
+    return station >= 0 && other >= 0 && station < count && other < count &&
+           stations_[station].branch == stations_[other].branch;
+}
+
+VesselWay CentrelineTree::way(int station, const Vec3& x) const {
+    const int branch = stations_[station].branch, first = first_of_branch_[branch];
+    const auto count = static_cast<std::size_t>(first_of_branch_[branch + 1] - first);
+    return vessel_way(std::span(centres_).subspan(first, count), std::span(ways_).subspan(first, count),
+                      station - first, x);
+}
+
+bool CentrelineTree::beyond_an_end(const Vec3& x) const {
+    return std::any_of(ends_.begin(), ends_.end(), [&](const OpenEnd& end) { return end.beyond(x) > 0; });
+}
+
+Vec3 CentrelineTree::closest_point(int s, const Vec3& x) const {
+    Vec3 best = stations_[s].centre;
+    double least = (x - best).squaredNorm();
+    for (int other : {s - 1, s + 1}) {
+        if (other < 0 || other >= static_cast<int>(stations_.size())) continue;
+        if (stations_[other].branch != stations_[s].branch) continue;
+        const Vec3 a = stations_[s].centre, ab = stations_[other].centre - a;
+        if (ab.squaredNorm() == 0) continue;
+        const Vec3 c = a + std::clamp((x - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0) * ab;
+        if (const double d = (x - c).squaredNorm(); d < least) least = d, best = c;
+    }
+    return best;
+}
+
+}  // namespace geometry

@@ -1,0 +1,78 @@
+#pragma once
+/// The centrelines of a lumen as a tree of stations: balls inscribed along every branch, linked along it and
+/// across junctions. It tells which branch holds a joint and where the lumen is open.
+
+#include <span>
+#include <string>
+
+#include "physics/geometry/polyline.h"
+
+namespace geometry {
+
+/// Centrelines and radii of a mesh are known to about this much [mm]; taken off every promise of clearance.
+constexpr double kCentrelineError = 0.1;
+
+/// A vessel branch: points with inscribed radii. A child starts on its parent's centreline.
+struct CentrelineBranch {
+    std::string name;
+    int parent = -1;            // index into the list of branches, -1 for a root
+    int parent_sample = -1;     // sample of the parent nearest to points[0]
+    Polyline points;            // [mm]
+    std::vector<double> radii;  // [mm]
+};
+
+/// An open end of a lumen: beyond its plane there is no wall.
+struct OpenEnd {
+    std::string name;
+    Vec3 centre = Vec3::Zero();           // [mm]
+    Vec3 outward_normal = Vec3::UnitZ();  // unit
+    double radius = 0;                    // [mm]
+
+    /// How far the point is beyond the plane, 0 where it is before it or farther than twice the radius and a
+    /// margin from the axis [mm].
+    double beyond(const Vec3& x, double margin = 0) const;
+};
+
+/// The ball inscribed in the lumen at a sample of a branch.
+struct Station {
+    Vec3 centre;         // [mm]
+    double radius;       // [mm]
+    int branch, sample;  // where on the centrelines
+
+    /// Signed square distance to the ball: least for the ball that holds the point deepest [mm²].
+    double power(const Vec3& x) const { return (x - centre).squaredNorm() - radius * radius; }
+};
+
+class CentrelineTree {
+public:
+    /// Throws std::invalid_argument for no branch, one of fewer than two samples, a parent that does not
+    /// exist, points that are not finite or radii that are not positive.
+    CentrelineTree(std::span<const CentrelineBranch>, std::vector<OpenEnd>);
+
+    std::span<const Station> stations() const { return stations_; }
+    std::span<const OpenEnd> ends() const { return ends_; }
+    /// Stations next to this one: along its branch and, near a junction, across it.
+    std::span<const int> neighbours(int station) const { return neighbours_[station]; }
+
+    /// The station that holds x deepest: of all when the hint is -1, else downhill from the hint, so that a
+    /// joint stays in its vessel where others come close.
+    int locate(const Vec3& x, int hint) const;
+    /// Whether both stations exist and lie on one branch.
+    bool same_branch(int station, int other) const;
+    bool beyond_an_end(const Vec3& x) const;
+    /// Closest point to x of the centreline on both sides of a station.
+    Vec3 closest_point(int station, const Vec3& x) const;
+    /// How far x is along the vessels from the start of the station's root branch; a child starts as far as
+    /// its parent is at parent_sample.
+    VesselWay way(int station, const Vec3& x) const;
+
+private:
+    std::vector<Station> stations_;
+    std::vector<std::vector<int>> neighbours_;
+    std::vector<OpenEnd> ends_;
+    std::vector<Vec3> centres_;         // of the stations
+    std::vector<double> ways_;          // of the stations [mm]
+    std::vector<int> first_of_branch_;  // station, and past the last branch the number of stations
+};
+
+}  // namespace geometry

@@ -1,0 +1,39 @@
+#pragma once
+/// A triangle mesh in Embree, for rays and closest points. For source files alone: it brings Embree's header.
+
+#include <embree3/rtcore.h>
+
+#include "physics/geometry/vec.h"
+
+namespace geometry {
+
+/// Corners are kept in single precision: what is found is a triangle, whose place and plane the mesh's own
+/// corners tell.
+class EmbreeMesh {
+public:
+    /// `middle` is where coordinates are finest [mm]. Throws std::runtime_error when Embree can't be started
+    /// or can't hold the mesh.
+    explicit EmbreeMesh(const TriangleMesh&, const Vec3& middle = Vec3::Zero(),
+                        RTCSceneFlags more = RTC_SCENE_FLAG_NONE);
+    ~EmbreeMesh();
+    EmbreeMesh(const EmbreeMesh&) = delete;
+    EmbreeMesh& operator=(const EmbreeMesh&) = delete;
+
+    /// The first triangle along the unit direction, from `start` on [mm]; hits(…) tells whether there is one.
+    /// The context is an initialised one.
+    RTCRayHit cast(const Vec3& origin, const Vec3& direction, RTCIntersectContext&, double start = 0) const;
+    RTCRayHit cast(const Vec3& origin, const Vec3& direction, double start = 0) const;
+    static bool hits(const RTCRayHit& ray) { return ray.hit.geomID != RTC_INVALID_GEOMETRY_ID; }
+
+    /// Calls `visit` for triangles within the radius [mm], which it may shorten.
+    void near(const Vec3&, float radius, RTCPointQueryFunction visit, void* search) const;
+
+private:
+    void release();
+
+    Vec3 middle_;
+    RTCDevice device_;
+    RTCScene scene_ = nullptr;
+};
+
+}  // namespace geometry

@@ -1,0 +1,39 @@
+#pragma once
+/// Questions about the surface of a triangle mesh: its edges, its boundary, the volume it holds.
+
+#include <string>
+#include <vector>
+
+#include "physics/geometry/vec.h"
+
+namespace geometry {
+
+/// A closed chain of boundary edges, ordered as a cap needs it: fanned from its centroid to (loop[i],
+/// loop[i+1]), the cap faces the same side as the mesh.
+struct BoundaryLoop {
+    std::vector<int> vertices;
+    Vec3 centroid = Vec3::Zero();  // of the corners [mm]
+};
+
+/// The centroid of the rim as a line, wherever its corners crowd [mm].
+Vec3 rim_centre(const TriangleMesh&, const BoundaryLoop&);
+
+struct Topology {
+    std::vector<BoundaryLoop> loops;
+    int boundary_edges = 0;      // of one triangle
+    int non_manifold_edges = 0;  // of three or more triangles, or of two that disagree about outside
+    int degenerate_triangles = 0;
+};
+
+Topology topology(const TriangleMesh&);
+
+/// Vertices with equal coordinates (bit for bit) become one; triangles that collapse are dropped.
+TriangleMesh welded(const TriangleMesh&);
+
+/// The mesh with every boundary loop closed by a fan from its centroid.
+TriangleMesh capped(const TriangleMesh&, const std::vector<BoundaryLoop>&);
+
+/// Of a closed mesh; positive when its normals point out [mm³].
+double signed_volume(const TriangleMesh&);
+
+}  // namespace geometry

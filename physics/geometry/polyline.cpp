@@ -1,0 +1,34 @@
+#include "physics/geometry/polyline.h"
+
+#include <algorithm>
+
+namespace geometry {
+
+std::vector<double> ways_along(std::span<const Vec3> points, double start) {
+    std::vector<double> ways = {start};
+    for (std::size_t i = 1; i < points.size(); ++i)
+        ways.push_back(ways.back() + (points[i] - points[i - 1]).norm());
+    return ways;
+}
+
+VesselWay vessel_way(std::span<const Vec3> points, std::span<const double> ways, int near, const Vec3& x) {
+    const int last = static_cast<int>(points.size()) - 1;
+    const auto normal = [&](int i) {
+        Vec3 sum = Vec3::Zero();
+        if (i > 0) sum += (points[i] - points[i - 1]).normalized();
+        if (i < last) sum += (points[i + 1] - points[i]).normalized();
+        return sum.normalized();
+    };
+    const auto past = [&](int i) { return (x - points[i]).dot(normal(i)); };
+    int i = std::min(near, last - 1);
+    while (i > 0 && past(i) < 0) --i;
+    while (i + 1 < last && past(i + 1) > 0) ++i;
+    const Vec3 from = normal(i), to = normal(i + 1);
+    const double done = (x - points[i]).dot(from), left = (points[i + 1] - x).dot(to), both = done + left;
+    if ((i == 0 && done <= 0) || both <= 0) return {ways[i], Vec3::Zero()};
+    if (i + 1 == last && left <= 0) return {ways[last], Vec3::Zero()};
+    const double step = ways[i + 1] - ways[i];
+    return {ways[i] + step * done / both, step / (both * both) * (left * from + done * to)};
+}
+
+}  // namespace geometry

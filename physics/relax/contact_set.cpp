@@ -1,0 +1,165 @@
+#include "physics/relax/contact_set.h"
+
+#include <algorithm>
+
+namespace physics {
+namespace {
+
+constexpr double kDeeper = 1e-6;  // in another vessel's lumen, for a joint to change over to it [mm]
+
+}  // namespace
+
+void ContactSet::reset(const Guidewire& wire) {
+    contacts_.clear();
+    touching_.clear();
+    update(wire);
+}
+
+void ContactSet::update(const Guidewire& wire) {
+    const std::size_t before = contacts_.size();
+    contacts_.resize(wire.joints.size());
+    asked_at_.resize(wire.joints.size());
+    shares_.resize(wire.joints.size());
+    begin();
+    for (int i = 1; i <= wire.segments(); ++i) {
+        const Vec3& x = wire.joints[i];
+        const double share = wire.wall_share(i);
+        const bool asked = static_cast<std::size_t>(i) < before && wire.stations[i] == contacts_[i].station &&
+                           share == shares_[i];
+        shares_[i] = share;
+        if (!asked || (x != asked_at_[i] && !known(i, x))) add(i, x, wire.stations[i]);
+    }
+    ask();
+    std::erase_if(touching_, [&](int i) { return i > wire.segments(); });
+    sums_.clear();
+    commit();
+    load_.weigh(wire);
+}
+
+void CarriedLoad::weigh(const Guidewire& wire) {
+    load_ = wire.load;
+    carried_.clear();
+    if (load_.isZero(0)) return;
+    carried_.assign(wire.joints.size() + 1, 0.0);
+    for (int i = wire.segments(); i >= 1; --i) carried_[i] = carried_[i + 1] + wire.length_of(i);
+}
+
+double CarriedLoad::energy(std::span<const Vec3> joints, int first, int last) const {
+    if (none()) return 0;
+    Vec3 moved = Vec3::Zero();
+    const int end = std::min(last + 1, static_cast<int>(joints.size()) - 1);
+    for (int i = first; i <= end; ++i) moved += carried_[i] * (joints[i] - joints[i - 1]);
+    return -load_.dot(moved);
+}
+
+void ContactSet::begin() {
+    index_.clear();
+    at_.clear();
+    answer_.clear();
+}
+
+void ContactSet::add(int joint, const Vec3& x, int station) {
+    index_.push_back(joint);
+    at_.push_back(x);
+    answer_.emplace_back().station = station;
+}
+
+void ContactSet::ask() {
+    wall_.contacts(at_, answer_);
+    for (std::size_t k = 0; k < answer_.size(); ++k) answer_[k].share_stiffness(shares_[index_[k]]);
+    queries_ += static_cast<long long>(at_.size());
+}
+
+double ContactSet::evaluate(std::span<const Vec3> joints, int first, int last) {
+    begin();
+    for (int i = first; i <= last; ++i)
+        if (!known(i, joints[i])) add(i, joints[i], contacts_[i].station);
+    ask();
+    double energy = 0;
+    for (const WallContact& c : answer_)
+        if (c.touches()) energy += c.energy();
+    return energy + load_.energy(joints, first, last);
+}
+
+void ContactSet::commit() {
+    for (std::size_t k = 0; k < index_.size(); ++k) {
+        contacts_[index_[k]] = answer_[k];
+        asked_at_[index_[k]] = at_[k];
+    }
+    if (!index_.empty()) list_touching(index_.front());
+}
+
+/// What touches proximal of `first` is as it was.
+void ContactSet::list_touching(int first) {
+    touching_.erase(std::lower_bound(touching_.begin(), touching_.end(), first), touching_.end());
+    for (int i = first; i < static_cast<int>(contacts_.size()); ++i)
+        if (contacts_[i].touches()) touching_.push_back(i);
+    sums_.clear();
+}
+
+void ContactSet::sum_pushes() const {
+    sums_.resize(touching_.size());
+    PushSum sum;
+    for (int k = static_cast<int>(touching_.size()) - 1; k >= 0; --k) {
+        const WallContact& c = contacts_[touching_[k]];
+        sum.force += c.push();
+        sum.stiffness += c.stiffness * c.normal * c.normal.transpose();
+        sums_[k] = sum;
+    }
+}
+
+int ContactSet::rejoin_vessels(const Guidewire& wire) {
+    int first = -1;
+    for (int i = 2; i < static_cast<int>(contacts_.size()); ++i) {
+        WallContact& own = contacts_[i];
+        if (!own.touches() || wall_.same_vessel(own.station, contacts_[i - 1].station)) continue;
+        WallContact other;
+        other.station = contacts_[i - 1].station;
+        wall_.contacts({&wire.joints[i], 1}, {&other, 1});
+        ++queries_;
+        if (other.station == own.station || !(other.penetration < own.penetration - kDeeper)) continue;
+        other.share_stiffness(shares_[i]);
+        own = other;
+        if (first < 0) first = i;
+    }
+    if (first >= 0) list_touching(first);
+    return first;
+}
+
+double ContactSet::energy(std::span<const Vec3> joints, int first, int last) const {
+    double energy = 0;
+    for (auto k = std::lower_bound(touching_.begin(), touching_.end(), first);
+         k != touching_.end() && *k <= last; ++k)
+        energy += contacts_[*k].energy();
+    return energy + load_.energy(joints, first, last);
+}
+
+void ContactSet::start_sweep(Guidewire& wire, int) {
+    rebuild_joints(wire);
+}
+
+double ContactSet::move(Guidewire& wire, std::span<const TailStep> steps, int last) {
+    first_moved_ = steps.front().joint;
+    unmoved_.assign(wire.joints.begin() + first_moved_, wire.joints.begin() + last + 1);
+    Vec3 shift = Vec3::Zero();
+    auto step = steps.begin();
+    for (int i = first_moved_; i <= last; ++i) {
+        if (step != steps.end() && step->joint == i) shift += (step++)->by;
+        wire.joints[i] += shift;
+    }
+    return evaluate(wire.joints, first_moved_, last);
+}
+
+void ContactSet::undo(Guidewire& wire) const {
+    std::copy(unmoved_.begin(), unmoved_.end(), wire.joints.begin() + first_moved_);
+}
+
+PushSum ContactSet::sum_from(int joint) const {
+    if (sums_.size() != touching_.size()) sum_pushes();
+    const auto k = std::lower_bound(touching_.begin(), touching_.end(), joint);
+    PushSum sum = k == touching_.end() ? PushSum{} : sums_[k - touching_.begin()];
+    sum.force -= load_.from(joint);
+    return sum;
+}
+
+}  // namespace physics

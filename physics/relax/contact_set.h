@@ -1,0 +1,123 @@
+#pragma once
+/// What pushes on a wire's joints: their contacts, asked for again only where a joint may have come to touch
+/// or still touches, and the wire's load.
+
+#include <vector>
+
+#include "physics/wall/wall.h"
+#include "physics/wire/guidewire.h"
+
+namespace physics {
+
+/// Force and stiffness summed over all joints from one joint to the tip: s₍i,N₎ = λ·force and
+/// R₍i,N₎ = λ²·stiffness of Eq. 12, the force with the load's.
+struct PushSum {
+    Vec3 force = Vec3::Zero();      // on wall and load [N]
+    Mat3 stiffness = Mat3::Zero();  // [N/mm]
+};
+
+/// Joints from `joint` to the tip move by `by` [mm].
+struct TailStep {
+    int joint = 0;
+    Vec3 by = Vec3::Zero();
+};
+
+/// The load that a wire's joints bear, as felt by its segments.
+class CarriedLoad {
+public:
+    void weigh(const Guidewire&);
+    bool none() const { return carried_.empty(); }
+    /// Of all joints from one to the tip [N].
+    Vec3 from(int joint) const { return none() ? Vec3(Vec3::Zero()) : Vec3(carried_[joint] * load_); }
+    /// Energy of joints first…last and of the step after them, 0 with all of them at x_{first-1} [N·mm].
+    double energy(std::span<const Vec3> joints, int first, int last) const;
+    /// What it comes to at most, for measuring rounding [N·mm].
+    double scale(int first) const { return none() ? 0.0 : load_.norm() * carried_[first] * carried_[first]; }
+
+private:
+    Vec3 load_ = Vec3::Zero();     // [N/mm]
+    std::vector<double> carried_;  // [i] = length whose load joints ≥ i bear [mm]; empty without load
+};
+
+/// A joint out of touch is not asked again while it stays within its contact's trust; one in touch always is.
+/// A change is evaluated first and then committed or forgotten, so that a rejected update costs no second
+/// query. A contact's stiffness is the wall's times the joint's share of it, Guidewire::wall_share.
+class ContactSet {
+public:
+    explicit ContactSet(const LumenWall& wall) : wall_(wall) {}
+
+    void reset(const Guidewire&);  // ask for every joint
+    /// Ask for the joints that are not where, and at the station, they were asked last or trusted to touch
+    /// nothing. Takes the wire's load as well.
+    void update(const Guidewire&);
+
+    /// Joints in touch whose station is not of the vessel that their proximal neighbour is in: where that
+    /// neighbour's station leads to one that holds the joint deeper in the lumen, it takes its place. So a
+    /// joint that has come out of a side branch is held by the vessel it came into: of two lumens that
+    /// overlap their union counts. Returns the first joint changed, or -1; the energy is lower then.
+    int rejoin_vessels(const Guidewire&);
+
+    /// Energy [N·mm] of joints ≥ first, of all from x_{first-1} on at these positions, in wall and load. The
+    /// load's is 0 with all of them at x_{first-1}. The answers wait for commit().
+    double evaluate(std::span<const Vec3> joints, int first) {
+        return evaluate(joints, first, static_cast<int>(joints.size()) - 1);
+    }
+    /// The same where no joint past `last` has moved: energy of joints first…last.
+    double evaluate(std::span<const Vec3> joints, int first, int last);
+    void commit();
+    /// What the last evaluate asked: joints, ascending, and the answers to them. All others touch nothing.
+    std::span<const int> asked() const { return index_; }
+    std::span<const WallContact> answers() const { return answer_; }
+    /// The same of the committed contacts, which were asked for at these positions.
+    double energy(std::span<const Vec3> joints, int first) const {
+        return energy(joints, first, static_cast<int>(joints.size()) - 1);
+    }
+    double energy(std::span<const Vec3> joints, int first, int last) const;
+    double load_scale(int first) const { return load_.scale(first); }
+
+    /// For sweeps of updates, as StoredPlanes has them. move() moves the wire's joints, the steps' first to
+    /// `last`, and tells their energy; commit() or undo() follows.
+    void start_sweep(Guidewire&, int first);
+    void settle(Guidewire&, int) {}
+    void settle_all(Guidewire&) {}
+    const Guidewire& settled(const Guidewire& wire) const { return wire; }
+    double energy(const Guidewire& wire, int first, int last) const {
+        return energy(wire.joints, first, last);
+    }
+    double move(Guidewire&, std::span<const TailStep>, int last);
+    void undo(Guidewire&) const;
+
+    int last_touching() const { return touching_.empty() ? -1 : touching_.back(); }
+    int touching() const { return static_cast<int>(touching_.size()); }
+    PushSum sum_from(int joint) const;  // of the committed contacts and the load
+    std::span<const WallContact> contacts() const { return contacts_; }
+    long long queries() const { return queries_; }
+
+private:
+    void list_touching(int first);
+    void sum_pushes() const;
+    bool known(int joint, const Vec3& x) const {
+        const WallContact& c = contacts_[joint];
+        return !c.touches() && (x - asked_at_[joint]).squaredNorm() < c.trust * c.trust;
+    }
+    void begin();  // a round of questions: add them, then ask them at once
+    void add(int joint, const Vec3& x, int station);
+    void ask();
+
+    const LumenWall& wall_;
+    std::vector<WallContact> contacts_;  // per joint; [0], the introducer's, is never asked
+    std::vector<double> shares_;         // of the wall's stiffness, per joint
+    std::vector<Vec3> asked_at_;         // where each was asked
+    std::vector<int> touching_;          // joints in touch, ascending
+    mutable std::vector<PushSum> sums_;  // [k] = sum from touching_[k] to the tip; empty until asked for
+    CarriedLoad load_;
+    long long queries_ = 0;
+    // scratch of move and evaluate
+    int first_moved_ = 0;
+    std::vector<Vec3> unmoved_;
+    std::vector<int> index_;
+    std::vector<Vec3> at_;
+    std::vector<WallContact> answer_;
+};
+
+}  // namespace physics

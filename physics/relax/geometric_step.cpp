@@ -1,0 +1,112 @@
+#include "physics/relax/geometric_step.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+
+namespace physics {
+namespace {
+
+constexpr int kMost = 2 * kClosedSegments;  // turns of a piece
+using Turns = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMost, 1>;
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
+using Closure = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMost>;  // d(Σ λ v)/dα
+using Basis = Eigen::Matrix<double, 3, 2>;
+
+Basis basis_of(const Vec3& u) {
+    Vec3 a, b;
+    tangent_basis(u, a, b);
+    Basis basis;
+    basis << a, b;
+    return basis;
+}
+
+/// The minimum of g·α + ½ α·H·α, H made positive definite by a shift where it is not.
+Turns newton(Matrix h, const Turns& g) {
+    const double scale = std::max(h.diagonal().cwiseAbs().maxCoeff(), 1e-300);
+    Eigen::LLT<Matrix> cholesky(h);
+    for (double shift = 1e-3 * scale; cholesky.info() != Eigen::Success && shift < 1e6 * scale; shift *= 4) {
+        h.diagonal().array() += shift;
+        cholesky.compute(h);
+    }
+    return cholesky.info() == Eigen::Success ? Turns(cholesky.solve(-g)) : Turns(Turns::Zero(g.size()));
+}
+
+}  // namespace
+
+GeometricStep::GeometricStep(const SegmentProblem& p, const std::array<double, kClosedSegments>& lengths,
+                             bool closed)
+    : start_(p.tangent), lengths_(lengths), count_(p.count), closed_(closed) {
+    const int turns = 2 * count_;
+    std::array<Basis, kClosedSegments> basis;
+    Turns g(turns);
+    Matrix h(turns, turns);
+    Closure closure(3, turns);
+    for (int m = 0; m < count_; ++m) {
+        basis[m] = basis_of(start_[m]);
+        g.segment<2>(2 * m) = -(basis[m].transpose() * p.pull[m]);
+        closure.middleCols<2>(2 * m) = lengths_[m] * basis[m];
+    }
+    for (int m = 0; m < count_; ++m)
+        for (int n = 0; n < count_; ++n)
+            h.block<2, 2>(2 * m, 2 * n) = basis[m].transpose() * p.curvature[m][n] * basis[n];
+
+    // Where |v| = 1 and the closure hold, their multipliers σ and μ bend the model: σ_m = v·(q − λ_m μ).
+    Vec3 mu = Vec3::Zero();
+    const Eigen::HouseholderQR<Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMost, 3>> qr(closure.transpose());
+    if (closed_) {
+        const Mat3 square = closure * closure.transpose();
+        mu = -(square + 1e-12 * square.trace() * Mat3::Identity()).ldlt().solve(closure * g);
+    }
+    for (int m = 0; m < count_; ++m)
+        h.block<2, 2>(2 * m, 2 * m).diagonal().array() += start_[m].dot(p.pull[m] - lengths_[m] * mu);
+
+    Turns alpha;
+    if (closed_) {  // turns that keep the closure to first order: the last columns of Q
+        const Matrix q = Matrix(qr.householderQ() * Matrix::Identity(turns, turns));
+        const auto free = q.rightCols(turns - 3);
+        alpha = free * newton(free.transpose() * h * free, free.transpose() * g);
+    } else {
+        alpha = newton(h, g);
+    }
+    for (int m = 0; m < count_; ++m) {
+        step_[m] = basis[m] * alpha.segment<2>(2 * m);
+        largest_ = std::max(largest_, step_[m].norm());
+    }
+}
+
+std::optional<GeometricStep::Tangents> GeometricStep::turned(double share, double limit) const {
+    if (!(largest_ > 0)) return std::nullopt;
+    share = std::min(share, 0.9 * limit / largest_);  // closing turns a little more
+    Tangents v = start_;
+    for (int m = 0; m < count_; ++m) v[m] = (start_[m] + share * step_[m]).normalized();
+    if (!closed_) return v;
+    const auto closed = closed_by_turning(v);
+    for (int m = 0; closed && m < count_; ++m)
+        if ((*closed)[m].allFinite() && ((*closed)[m] - start_[m]).norm() > limit) return std::nullopt;
+    return closed;
+}
+
+/// The least turns that bring the piece back to its end, by Newton.
+std::optional<GeometricStep::Tangents> GeometricStep::closed_by_turning(Tangents v) const {
+    double size = 0;
+    Vec3 chord = Vec3::Zero();
+    for (int m = 0; m < count_; ++m) chord += lengths_[m] * start_[m], size += lengths_[m];
+    for (int iteration = 0; iteration < 12; ++iteration) {
+        Vec3 gap = chord;
+        Mat3 square = Mat3::Zero();
+        for (int m = 0; m < count_; ++m) {
+            gap -= lengths_[m] * v[m];
+            square += lengths_[m] * lengths_[m] * (Mat3::Identity() - v[m] * v[m].transpose());
+        }
+        if (gap.norm() < 1e-15 * size) return v;
+        const Vec3 way = square.ldlt().solve(gap);
+        if (!way.allFinite()) return std::nullopt;
+        for (int m = 0; m < count_; ++m)
+            v[m] = (v[m] + lengths_[m] * (way - way.dot(v[m]) * v[m])).normalized();
+    }
+    return std::nullopt;
+}
+
+}  // namespace physics

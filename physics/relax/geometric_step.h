@@ -1,0 +1,40 @@
+#pragma once
+/// One update of a few neighbouring segments that leaves the rest of the wire where it is: the geometrical
+/// relaxation, for segments of any lengths.
+///
+/// The paper names the method of Baier et al. (2016) without its formulas. Here a piece of up to three
+/// segments between two joints that stay (closed), or at the tip (open), turns to where the wire's energy is
+/// least: a wall that presses elsewhere does not hinder it, and a wire slides along the curve it lies on.
+
+#include <optional>
+
+#include "physics/relax/segment_step.h"
+
+namespace physics {
+
+inline constexpr int kClosedSegments = 3;  // the fewest that can move in a plane
+
+class GeometricStep {
+public:
+    using Tangents = std::array<Vec3, kMostVariedSegments>;
+
+    /// A Newton step of the model of `problem` (1 to 3 segments), whose curvature holds the terms of
+    /// neighbours too; lengths λ_m [mm]. Closed: Σ λ_m v_m stays, which needs all three.
+    GeometricStep(const SegmentProblem& problem, const std::array<double, kClosedSegments>& lengths,
+                  bool closed);
+
+    /// The tangents after this share of the step, the largest turn no more than `limit`; none where a closed
+    /// piece cannot turn so far, as when it is stretched.
+    std::optional<Tangents> turned(double share, double limit) const;
+
+private:
+    std::optional<Tangents> closed_by_turning(Tangents) const;
+
+    Tangents start_, step_;  // u; ε ⟂ u
+    std::array<double, kClosedSegments> lengths_;
+    int count_;
+    bool closed_;
+    double largest_ = 0;  // |ε|
+};
+
+}  // namespace physics

@@ -1,0 +1,502 @@
+#include "physics/relax/global_relaxer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "physics/relax/trust_search.h"
+#include "physics/wire/bending.h"
+
+namespace physics {
+namespace {
+
+constexpr double kCap = 0.3;         // largest joint move of a step, in lumen radii
+constexpr double kKinkedCap = 0.03;  // of a wire with a kink, which leads to many rests
+constexpr double kFree = 1e9;        // room of a joint that knows no lumen [mm]
+constexpr int kCorrections = 4;      // backward passes for one trust region, the wall corrected between them
+constexpr int kTrustPasses = 40;     // changes of μ for one step
+constexpr int kForeseenPasses = 2;   // of them with foreseen forces
+constexpr double kArmijo = 1e-4;     // share of the slope that the energy must fall by
+constexpr double kGoodArmijo = 0.2;  // the same as long as the wall can still be corrected
+constexpr double kCorrectedShare = 0.02;  // of the uncorrected slope that a corrected step must fall by
+constexpr double kTrustGrowth = 0.01;     // of μ after a step well inside its cap
+constexpr double kSlowGrowth = 0.25;      // the same where the energy rose first
+constexpr int kIdleBeforeSearch = 30;  // of idle steps, before μ is looked for between too soft and too stiff
+constexpr double kForgetTrust = 1e-8;  // μ below this share of its unit is none
+constexpr double kRounding = 1e-13;    // of the energy: less than this a line search can't see
+constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
+constexpr int kIdle = 400;          // of idle steps, before the wall is made softer
+constexpr int kRejectedOnPlanes = 3;     // values of μ, with which the energy rose
+constexpr int kIdleOnPlanes = 400;       // of idle steps, before a wall whose planes jump is left as it is
+constexpr double kSliding = 0.05;        // cap: an idle step beyond it moves the wire, and counts as one
+constexpr int kHardlyMoved = 10;         // as which any other counts
+constexpr double kSoft = 1.0;            // k λ²/C that always converges; continuation starts there
+constexpr double kLeastPivot = 1e-6;     // of a recursion, over C
+constexpr double kKick = 1e-3;           // turn that leaves a saddle [rad]
+constexpr double kSettled = 0.1;         // |dU/du| in a window over that proximal of it: time to widen
+constexpr int kWidening = 8;             // of a window
+constexpr int kLeastWindow = 32;         // segments
+constexpr int kChangedShare = 2;         // segments of a window for each that changed
+constexpr int kMargin = 8;               // segments of the window proximal of those
+constexpr double kPredictedCap = 1;      // largest joint move of a prediction, in lumen radii
+constexpr double kPredictedRise = 1;     // of the energy, by a prediction
+constexpr double kPredictedWork = 4;     // of the hand's work
+constexpr double kPredictedWell = 0.01;  // of energy and work: by less than this a prediction is as it is
+constexpr double kLeastFeed = 0.1;       // of λ, that is predicted
+constexpr double kLeastTurn = 0.1;       // that is predicted [rad]
+constexpr double kSlides = 1e3;          // μ over its unit, with which a wire answers by sliding on
+constexpr int kPredictedWindow = 64;     // segments
+constexpr double kFallen = 0.1;  // of |dU/du| in the window: time to look at that proximal of it again
+
+/// A wall made softer, for the continuation in stiffness.
+class SofterWall final : public LumenWall {
+public:
+    SofterWall(const LumenWall& wall, double share) : wall_(wall), share_(share) {}
+    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+        wall_.contacts(joints, contacts);
+        for (WallContact& c : contacts) c.share_stiffness(share_);
+    }
+    bool same_vessel(int a, int b) const override { return wall_.same_vessel(a, b); }
+
+private:
+    const LumenWall& wall_;
+    double share_;
+};
+
+/// Cosine of the angle of a joint away from its rest shape.
+double straightness(const Guidewire& wire, const std::vector<Vec3>& d, int joint) {
+    if (wire.rest_angle[joint] == 0) return wire.tangents[joint].dot(wire.tangents[joint + 1]);
+    return rest_direction(wire, joint, d[joint]).dot(wire.tangents[joint + 1]);
+}
+
+/// Whether a joint from `first` on turns by more than 60°.
+bool kinked(const Guidewire& wire, int first) {
+    for (int j = first; j < wire.segments(); ++j)
+        if (wire.tangents[j].dot(wire.tangents[j + 1]) < 0.5) return true;
+    return false;
+}
+
+}  // namespace
+
+/// Model of the accepted state, the window from `first` on, and its minimum at the trust region as it is.
+void GlobalRelaxer::linearise(const Guidewire& wire, const ContactSet& contacts, int first) {
+    pivots_ = model_.linearise(wire, contacts, first, mu_);
+}
+
+void GlobalRelaxer::measure_window(const Guidewire& wire, const ContactSet& contacts) {
+    const int first = model_.first();
+    energy_ = contacts.energy(wire.joints, first);
+    for (int j = first - 1; j < wire.segments(); ++j) energy_ += joint_energy(wire, model_.directors, j);
+    load_scale_ = contacts.load_scale(first);
+}
+
+void GlobalRelaxer::open_window(const Guidewire& wire, const ContactSet& contacts, int segments) {
+    linearise(wire, contacts, std::max(1, wire.segments() - segments + 1));
+    model_.sum_proximal(wire, contacts);
+    measure_window(wire, contacts);
+}
+
+void GlobalRelaxer::accept(Guidewire& wire, ContactSet& contacts, double energy) {
+    model_.take(wire);
+    contacts.commit();
+    energy_ = energy;
+}
+
+/// One Newton step.
+GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, int most_updates,
+                                         RelaxReport& report) {
+    const int first = model_.first(), window = wire.segments() - first + 1;
+    const double part = kinked(wire, first - 1) ? kKinkedCap : kCap;
+    double cap = kFree;
+    for (const WallContact& c : contacts.contacts().subspan(first))
+        if (c.room > 0) cap = std::min(cap, part * c.room);
+    const double rounding = kRounding * energy_scale();
+    int rejected = 0;
+    TrustSearch search(mu_, mu_unit_);
+    for (int pass = 0; pass < kTrustPasses; ++pass) {
+        if (pass > 0) model_.take_contacts(contacts, first, rejected < kForeseenPasses);
+        double uncorrected = 0;
+        for (int correction = 0;; ++correction) {
+            const bool solved = pass == 0 && correction == 0;  // as it was linearised
+            if (!solved && report.updates > most_updates - window) return Trial::OutOfBudget;
+            report.updates += window;
+            if (!solved) model_.solve(wire, mu_);
+            const double reach = model_.roll_out(wire) / cap;
+            if (!(reach <= 1)) {
+                search.raise(reach, pass == 0, correction > 0);
+                break;
+            }
+            if (correction == 0 && rejected == 0 && idle_ >= kIdleBeforeSearch && search.lower(reach)) break;
+            const bool last = correction == kCorrections - 1;
+            const double energy = model_.evaluate(wire, contacts), expected = std::min(0.0, model_.slope());
+            if (correction == 0) uncorrected = expected;
+            // A corrected wall that has its rest where the wire is would let it stay there for ever.
+            const double asked = std::min((last ? kArmijo : kGoodArmijo) * expected,
+                                          correction > 0 ? kCorrectedShare * uncorrected : 0.0);
+            const bool falls = energy <= energy_ + asked;
+            // A fall too small to be seen is believed of the model of the accepted state alone: the wall as
+            // it is at a trial state may have its rest where the wire is now, and then nothing would ever
+            // move.
+            const bool unseen = correction == 0 && -expected < rounding && energy < energy_ + rounding;
+            if (std::isfinite(energy) && (falls || unseen)) {
+                report.largest_turn = std::max(report.largest_turn, model_.largest_turn());
+                idle_ += reach > kSliding ? 1 : kHardlyMoved;
+                model_.foresee_forces(wire);
+                accept(wire, contacts, energy);
+                // So that the next step just fits.
+                mu_ *= std::clamp(reach * reach, rejected > 0 ? kSlowGrowth : kTrustGrowth, 1.0);
+                if (mu_ < kForgetTrust * mu_unit_) mu_ = 0;
+                return Trial::Accepted;
+            }
+            ++report.rejected;
+            if (last) {
+                if (++rejected == kRejectedOnPlanes && !smooth_) return Trial::NothingLower;
+                mu_ = std::max(4 * mu_, 1e-4 * mu_unit_);
+                break;
+            }
+            model_.take_trial_contacts(wire, contacts);
+        }
+    }
+    return Trial::NothingLower;
+}
+
+/// At rest but not at a minimum: turn the worst segment a little down the negative curvature, the rest of the
+/// wire answering as the recursion tells it to.
+bool GlobalRelaxer::leave_saddle(Guidewire& wire, ContactSet& contacts) {
+    Vec2 way = pivots_.way;
+    if (way.x() < 0 || (way.x() == 0 && way.y() < 0)) way = -way;
+    for (double kick = kKick; kick > 1e-7; kick *= 0.25) {
+        for (const double sign : {1.0, -1.0}) {
+            model_.turn_one(pivots_.stage, sign * kick * way);
+            model_.roll_out(wire);
+            const double energy = model_.evaluate(wire, contacts);
+            if (!std::isfinite(energy) || energy >= energy_) continue;
+            accept(wire, contacts, energy);
+            return true;
+        }
+    }
+    return false;
+}
+
+/// The trust region's unit is the wire's stiffness over the width of the lumen, whatever the segments'
+/// length.
+void GlobalRelaxer::set_units(const Guidewire& wire, const ContactSet& contacts) {
+    double stiffest = 0, room = kFree;
+    for (int j = 0; j < wire.segments(); ++j) stiffest = std::max(stiffest, wire.spring_constant(j));
+    for (const WallContact& c : contacts.contacts())
+        if (c.room > 0) room = std::min(room, c.room);
+    const double length = wire.inserted_length() / wire.segments();
+    mu_unit_ = stiffest * length / std::pow(room < kFree ? room : length, 4);
+    model_.least_pivot = kLeastPivot * stiffest;
+}
+
+/// Stages of the segments up to `valid` are still those of the wire; the first window has that many segments.
+GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& contacts, int most_updates,
+                                              int valid, int first_window, RelaxReport& report,
+                                              const UpdateObserver& observer) {
+    const int n = wire.segments();
+    set_units(wire, contacts);
+    mu_ = 0;
+    idle_ = 0;
+    model_.start(wire, contacts, foreseen_);
+    foreseen_ = 0;
+    linearise(wire, contacts, std::min(valid + 1, n));
+    model_.sum_proximal(wire, contacts);
+    const NewtonTerms& terms = model_.terms();
+    bool proximal_known = true;  // of the accepted state
+    double best = std::numeric_limits<double>::max(), looked_at = 0;
+    const int steps_before = report.newton_steps;
+    auto open = [&](int segments) {
+        open_window(wire, contacts, segments);
+        proximal_known = true;
+        best = std::numeric_limits<double>::max();
+        idle_ = 0;
+        looked_at = terms.relative_gradient;
+    };
+    if (std::max(terms.relative_gradient, terms.proximal_gradient) > config_.tolerance) open(first_window);
+    for (;;) {
+        const int window = n - model_.first() + 1;
+        const bool settled =
+            terms.relative_gradient <= std::max(config_.tolerance, kSettled * terms.proximal_gradient);
+        if (!proximal_known && (settled || terms.relative_gradient < kFallen * looked_at)) {
+            model_.sum_proximal(wire, contacts);
+            proximal_known = true;
+            looked_at = terms.relative_gradient;
+            continue;
+        }
+        report.gradient = std::max(terms.relative_gradient, terms.proximal_gradient);
+        const bool affordable =
+            report.newton_steps == steps_before || report.updates + window <= most_updates;
+        if (proximal_known && report.gradient <= config_.tolerance) {
+            if (const int moved = contacts.rejoin_vessels(wire); moved > 0) {
+                open(n - moved + 1 + kMargin);
+                continue;
+            }
+            // With twist a stage depends on the torque from all that is distal of it.
+            if (terms.twist && model_.first() > 1) open(n);
+            report.updates += n;
+            if (!model_.certifies()) pivots_ = model_.certify(wire, contacts);
+            report.strict_minimum = pivots_.shifted == 0;
+            if (report.strict_minimum) return Outcome::Converged;
+            if (!affordable) return Outcome::OutOfBudget;
+            mu_ = 0;
+            open(n);
+            pivots_ = model_.certify(wire, contacts);
+            if (pivots_.shifted == 0 || !leave_saddle(wire, contacts)) return Outcome::Converged;
+        } else if (settled) {
+            open(kWidening * window);
+            continue;
+        } else {
+            if (!affordable) {
+                if (!proximal_known) model_.sum_proximal(wire, contacts);
+                report.gradient = std::max(terms.relative_gradient, terms.proximal_gradient);
+                return Outcome::OutOfBudget;
+            }
+            const int idle_before = idle_;
+            const double before = energy_, least_fall = kProgress * energy_scale();
+            // The first step is seen to its end, or a small budget would never get anywhere.
+            const bool first_step = report.newton_steps == steps_before;
+            const Trial trial =
+                step(wire, contacts, first_step ? std::numeric_limits<int>::max() : most_updates, report);
+            bool stuck = trial == Trial::NothingLower;
+            if (trial != Trial::Accepted) {
+                linearise(wire, contacts, model_.first());
+                model_.sum_proximal(wire, contacts);
+                proximal_known = true;
+                if (trial == Trial::OutOfBudget) return Outcome::OutOfBudget;
+            } else if (terms.relative_gradient < 0.5 * best) {
+                best = terms.relative_gradient;
+                idle_ = 0;
+            } else if (energy_ > before - least_fall) {
+                stuck = idle_ > (smooth_ ? kIdle : kIdleOnPlanes);
+            } else {
+                idle_ = idle_before;
+            }
+            if (stuck && model_.first() == 1) return Outcome::Stuck;
+            if (stuck) {
+                open(n);
+                continue;
+            }
+        }
+        ++report.newton_steps;
+        report.window = std::max(report.window, n - model_.first() + 1);
+        if (observer) observer(model_.first(), wire);
+        linearise(wire, contacts, model_.first());
+        proximal_known = model_.first() == 1;
+    }
+}
+
+/// A stiff wall lets only tiny steps through: find the way with a softer one, then harden it. What comes of
+/// it counts only where it is lower than what there was: a soft wall also lets the wire out of the vessel.
+GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, const LumenWall& wall,
+                                                              int updates, RelaxReport& report,
+                                                              const UpdateObserver& observer) {
+    const Guidewire before = wire;
+    open_window(wire, *contacts_, wire.segments());
+    const double energy_before = energy_;
+    double stiffness = 0, softest = std::numeric_limits<double>::max();
+    for (const WallContact& c : contacts_->contacts()) stiffness = std::max(stiffness, c.stiffness);
+    for (int j = 0; j < wire.segments(); ++j)
+        softest = std::min(softest, wire.spring_constant(j) / std::pow(wire.lengths[j + 1], 2));
+    // Each wall has the budget anew: a wire left in a soft one would be outside.
+    for (double k = kSoft * softest; k < stiffness; k *= 10) {
+        const SofterWall soft(wall, k / stiffness);
+        ContactSet softened(soft);
+        softened.reset(wire);
+        descend(wire, softened, report.updates + updates, 0, wire.segments(), report, observer);
+        report.wall_queries += softened.queries();
+    }
+    rebuild_joints(wire);
+    contacts_->update(wire);
+    Outcome outcome =
+        descend(wire, *contacts_, report.updates + updates, 0, wire.segments(), report, observer);
+    mu_ = 0;  // a prediction takes these gains
+    open_window(wire, *contacts_, wire.segments());
+    if (!(energy_ < energy_before)) {
+        wire = before;
+        contacts_->update(wire);
+        open_window(wire, *contacts_, wire.segments());
+        report.gradient = model_.terms().relative_gradient;
+        outcome = Outcome::Stuck;
+    }
+    return outcome;
+}
+
+/// Proximal segments whose stages are as the last call left them.
+int GlobalRelaxer::unchanged_segments(const Guidewire& wire) const {
+    const int n = wire.segments(), both = std::min(n, end_.segments());
+    if (end_.joints.empty() || wire.joints[0] != end_.joints[0] || wire.tangents[0] != end_.tangents[0] ||
+        wire.load != end_.load || wire.spec.end_cells != end_.spec.end_cells ||
+        wire.spec.segment_length != end_.spec.segment_length)
+        return 0;
+    int same = 0;
+    while (same < both && wire.tangents[same + 1] == end_.tangents[same + 1] &&
+           wire.lengths[same + 1] == end_.lengths[same + 1] && wire.rigidity[same] == end_.rigidity[same] &&
+           wire.rest_angle[same] == end_.rest_angle[same])
+        ++same;
+    if (wire.roll != end_.roll || wire.base_director != end_.base_director)
+        same = std::min(same, n - wire.curved_segments());
+    return same;
+}
+
+/// The wire's answer to a motion to first order, as the model's trial state; its steps are cut by μ. Returns
+/// by how much it raises the energy, or no finite number where it goes farther than the model is good for.
+double GlobalRelaxer::try_answer(Guidewire& wire, const FeedPlan& plan, double turn, double mu, double cap,
+                                 double seen_rise) {
+    FedStage fed[2];
+    if (plan.change != 0) fed[0] = {plan.grows - 1, plan.change * wire.tangents[plan.grows]};
+    if (plan.change_before != 0)
+        fed[1] = {plan.grows - 2, plan.change_before * wire.tangents[plan.grows - 1]};
+    const int first = model_.first(), whole = wire.segments(), window = whole - first + 1;
+    auto rise = [&] {
+        if (!(model_.roll_out(wire, turn, fed) <= cap)) return std::numeric_limits<double>::infinity();
+        return model_.evaluate(wire, *contacts_) - energy_;
+    };
+    if (!model_.answers()) {
+        spent_ += whole;
+        model_.certify(wire, *contacts_);
+        model_.look_from(first);
+    }
+    spent_ += window;
+    model_.answer(fed, mu);
+    const double once = rise();
+    if (!std::isfinite(once) || once <= seen_rise) return once;
+    // Once more, with the wall as it is there.
+    spent_ += window;
+    model_.take_trial_contacts(wire, *contacts_);
+    model_.answer_again(wire, fed);
+    const double again = rise();
+    if (again < once) return again;
+    spent_ += whole + window;
+    model_.certify(wire, *contacts_);
+    model_.look_from(first);
+    model_.answer(fed, mu);
+    return rise();
+}
+
+/// The wire starts where its answer to the motion leads to. False where nothing is known of that: it is not
+/// at rest, or not this relaxer's.
+bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
+    const int n = wire.segments();
+    if (!end_report_.converged || n != end_.segments() || unchanged_segments(wire) < n ||
+        model_.stages() != n || contacts_->contacts().size() != wire.joints.size())
+        return false;
+    double cap = kFree;
+    for (const WallContact& c : contacts_->contacts())
+        if (c.room > 0) cap = std::min(cap, kPredictedCap * c.room);
+    // A turn of the hub comes from the base.
+    const bool twist = wire.curved_segments() > 0;
+    model_.look_from(twist ? 1 : std::max(1, n - kPredictedWindow + 1));
+    measure_window(wire, *contacts_);
+    const double force = std::abs(end_report_.push_force);
+    const double least_part = std::min({1.0, kLeastFeed * wire.spec.segment_length / std::abs(motion.feed),
+                                        kLeastTurn / std::abs(motion.turn)});
+    double part = 1, mu = 0;
+    while (mu < kSlides * mu_unit_) {
+        const FeedPlan plan = plan_feed(wire, part * motion.feed);
+        if ((motion.feed != 0 && !plan.whole) || plan.grows <= model_.first()) {
+            if (twist) transport_directors(wire, 1, model_.directors);
+            return false;
+        }
+        const double work = kPredictedWork * force * std::abs(plan.mm), energy = std::abs(energy_);
+        const double rise =
+            try_answer(wire, plan, part * motion.turn, mu, cap, kPredictedWell * (energy + work));
+        if (rise <= kPredictedRise * energy + work) {
+            model_.foresee_forces(wire);
+            // A segment may be merged with the one before it, and their joint goes.
+            foreseen_ = plan.grows - 2;
+            model_.take(wire);
+            if (motion.feed != 0) apply_feed(wire, plan);
+            rotate(wire, part * motion.turn);
+            predicted_ = 2 * (n - plan.grows + 2);
+            motion = {plan.mm, part * motion.turn};
+            return true;
+        }
+        // A wire about to snap answers by more than that to any motion: less of the motion, then the answer
+        // of a stiffer wire.
+        if (part > least_part)
+            part = std::max(least_part, 0.5 * part);
+        else
+            mu = std::max(kLeastTrust * mu_unit_, 10 * mu);
+    }
+    if (twist) transport_directors(wire, 1, model_.directors);  // trials have moved them
+    motion = {motion.feed == 0 ? 0 : feed(wire, part * motion.feed), part * motion.turn};
+    rotate(wire, motion.turn);
+    return true;
+}
+
+RelaxReport GlobalRelaxer::move(Guidewire& wire, const LumenWall& wall, HubMotion& motion,
+                                const RelaxBudget& budget) {
+    motion.feed = std::clamp(motion.feed, -wire.spec.segment_length, wire.spec.segment_length);
+    if (wall_ != &wall || !predict(wire, motion)) {
+        if (motion.feed != 0) motion.feed = feed(wire, motion.feed);
+        rotate(wire, motion.turn);
+    }
+    return relax(wire, wall, budget);
+}
+
+RelaxReport GlobalRelaxer::relax(Guidewire& wire, const LumenWall& wall, const RelaxBudget& budget,
+                                 const UpdateObserver& observer) {
+    const int n = wire.segments();
+    rebuild_joints(wire);
+    if (wall_ != &wall) {
+        wall_ = &wall;
+        smooth_ = wall.smooth();
+        contacts_.emplace(wall);
+        end_ = {};
+        end_report_ = {};
+    }
+    const int unchanged = unchanged_segments(wire);
+    RelaxReport report;
+    report.updates = std::exchange(spent_, 0);
+    if (unchanged == n && n == end_.segments() && end_report_.converged && wire.stations == end_.stations) {
+        const int spent = report.updates;
+        report = end_report_;
+        report.updates = spent;
+        report.newton_steps = report.window = report.rejected = 0;
+        report.out_of_budget = false;
+        report.wall_queries = 0;
+        report.largest_turn = 0;
+        return report;
+    }
+    if (wire.curved_segments() > 0) {
+        const bool turned = end_.joints.empty() || wire.roll != end_.roll ||
+                            wire.base_director != end_.base_director || model_.directors.empty();
+        model_.directors.resize(wire.joints.size());
+        model_.directors[0] = rolled_director(wire);
+        transport_directors(wire, turned ? 1 : std::max(1, unchanged), model_.directors);
+    }
+    const long long asked_before = contacts_->queries();
+    contacts_->update(wire);
+    const int moved = contacts_->rejoin_vessels(wire);
+    // The last segment that is unchanged ends at a joint whose share of the wall may have changed.
+    int valid = wire.load.isZero(0) ? std::max(0, unchanged - 1) : 0;
+    if (moved > 0) valid = std::min(valid, moved - 1);
+    const int most_updates = std::max(0, budget.updates);
+    const int unsettled = end_report_.converged ? 0 : end_report_.window;
+    const int changed = std::max(kLeastWindow, predicted_ > 0 ? predicted_ : kChangedShare * (n - unchanged));
+    predicted_ = 0;
+    Outcome outcome =
+        descend(wire, *contacts_, most_updates, valid, std::max(changed, unsettled), report, observer);
+    if (outcome == Outcome::Stuck && smooth_)
+        outcome = descend_in_softer_walls(wire, wall, most_updates, report, observer);
+    rebuild_joints(wire);
+    for (int i = 1; i <= n; ++i) wire.stations[i] = contacts_->contacts()[i].station;
+
+    report.converged = outcome == Outcome::Converged && report.strict_minimum;
+    report.out_of_budget = outcome == Outcome::OutOfBudget;
+    report.at_rest = outcome == Outcome::Converged;
+    report.contacts = contacts_->touching();
+    report.wall_queries += contacts_->queries() - asked_before;
+    report.push_force = model_.terms().push.dot(wire.tangents[0]);
+    report.base_torque = model_.terms().torque;
+    double least = 1;
+    for (int j = 0; j < n; ++j) least = std::min(least, straightness(wire, model_.directors, j));
+    report.largest_bend = std::acos(std::max(-1.0, least));
+    end_ = wire;
+    end_report_ = report;
+    return report;
+}
+
+}  // namespace physics

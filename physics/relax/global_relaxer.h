@@ -1,0 +1,83 @@
+#pragma once
+/// Newton on all segments at once with a trust region and a primal-dual wall: the equilibrium inside one
+/// frame.
+///
+/// Each step solves a quadratic model of the wire by the Riccati recursion, rolls it out, and is accepted
+/// only where the true energy falls enough (Armijo). Where it does not, the wall's part of the model is made
+/// again with the wall as it is at the trial state, which is what a stiff, curved wall asks for: along the
+/// tangent plane of a contact a wire leaves the wall, or runs into it, to second order. A step that would
+/// carry a joint past 0.3 of the lumen's radius is made again with a stiffer trust region rather than cut
+/// short, since cutting short folds the wire.
+///
+/// Steps move a window of distal segments: those that changed since the last call and as many more proximal
+/// of them as feel it.
+
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "physics/relax/contact_set.h"
+#include "physics/relax/newton_model.h"
+#include "physics/relax/relaxer.h"
+
+namespace physics {
+
+class GlobalRelaxer final : public Relaxer {
+public:
+    explicit GlobalRelaxer(const RelaxerConfig& config) : config_(config) {}
+
+    /// Every pass of the recursion is charged the segments of its window, those of rejected trials and of
+    /// predictions too; one step is tried even where the budget does not allow it, and each of the softer
+    /// walls that lead out of a dead end has the budget anew. The budget's distal share is not needed: work
+    /// starts at the tip by itself. Ends with the last accepted state. Remembers that state, so that a wire
+    /// which comes back as it went costs nothing, and one that was fed only what its change costs.
+    RelaxReport relax(Guidewire&, const LumenWall&, const RelaxBudget&, const UpdateObserver& = {}) override;
+
+    /// Moves a wire at rest and lets it come to rest again. The wire starts where its whole answer to the
+    /// motion leads to first order, wall and twist included: far nearer its new rest than where it merely
+    /// slides on. Where that moves a joint by more than the model is good for, less of the motion is made;
+    /// `motion` becomes what was made. A feed is of λ at most.
+    RelaxReport move(Guidewire&, const LumenWall&, HubMotion& motion, const RelaxBudget&);
+
+    /// Of the last call: its report, and the contacts of the wire's joints as it left them.
+    const RelaxReport& last_report() const { return end_report_; }
+    std::span<const WallContact> contacts() const { return contacts_->contacts(); }
+
+private:
+    bool predict(Guidewire&, HubMotion&);
+    double try_answer(Guidewire&, const FeedPlan&, double turn, double mu, double cap, double seen_rise);
+    enum class Outcome { Converged, OutOfBudget, Stuck };
+    enum class Trial { Accepted, OutOfBudget, NothingLower };
+    Outcome descend(Guidewire&, ContactSet&, int most_updates, int valid, int first_window, RelaxReport&,
+                    const UpdateObserver&);
+    Outcome descend_in_softer_walls(Guidewire&, const LumenWall&, int most_updates, RelaxReport&,
+                                    const UpdateObserver&);
+    void set_units(const Guidewire&, const ContactSet&);
+    Trial step(Guidewire&, ContactSet&, int most_updates, RelaxReport&);
+    bool leave_saddle(Guidewire&, ContactSet&);
+    void open_window(const Guidewire&, const ContactSet&, int segments);
+    void linearise(const Guidewire&, const ContactSet&, int first);
+    void measure_window(const Guidewire&, const ContactSet&);
+    void accept(Guidewire&, ContactSet&, double energy);
+    int unchanged_segments(const Guidewire&) const;
+    double energy_scale() const { return std::abs(energy_) + load_scale_; }
+
+    RelaxerConfig config_;
+    double mu_ = 0, mu_unit_ = 0;  // trust region and its natural size [N/mm²]
+    double energy_ = 0;            // of the window's accepted state; a load makes it negative [N·mm]
+    double load_scale_ = 0;        // of the load's part of it [N·mm]
+    int idle_ = 0;                 // steps one after another that led nowhere
+    NewtonModel model_;
+    RiccatiReport pivots_;  // of the model
+    // How the last call ended.
+    const LumenWall* wall_ = nullptr;
+    bool smooth_ = true;
+    int foreseen_ = 0;   // joints whose forces the prediction has foreseen
+    int predicted_ = 0;  // segments that the motion made now changes the most
+    int spent_ = 0;      // updates that its prediction has cost
+    std::optional<ContactSet> contacts_;
+    Guidewire end_;
+    RelaxReport end_report_;
+};
+
+}  // namespace physics

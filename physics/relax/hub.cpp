@@ -1,0 +1,114 @@
+#include "physics/relax/hub.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "physics/wire/energy.h"
+
+namespace physics {
+namespace {
+
+constexpr int kHalvings = 5;                // of a motion before it is refused
+constexpr double kWorkShare = 2;            // of the hand's work by the forces before and after
+constexpr double kEnergyShare = 0.05;       // of the wire's energy: its bends move as it does
+constexpr double kEnergyFloor = 1e-3;       // [N·mm]
+constexpr double kSharpest = kDegree * 90;  // of a joint
+
+void add(RelaxReport& sum, const RelaxReport& part) {
+    const RelaxReport before = sum;
+    sum = part;
+    sum.updates += before.updates;
+    sum.newton_steps += before.newton_steps;
+    sum.rejected += before.rejected;
+    sum.wall_queries += before.wall_queries;
+    sum.largest_turn = std::max(sum.largest_turn, before.largest_turn);
+    sum.window = std::max(sum.window, before.window);
+}
+
+const RelaxerConfig& checked(const RelaxerConfig& config) {
+    if (config.kind != RelaxerKind::Global) throw std::invalid_argument("a hub needs the global relaxer");
+    return config;
+}
+
+}  // namespace
+
+Hub::Hub(const RelaxerConfig& config, const LumenWall& wall) : relaxer_(checked(config)), wall_(wall) {}
+
+double Hub::energy_of(const Guidewire& wire) const {
+    return total_energy(wire, relaxer_.contacts()).total();
+}
+
+/// Whether a wire can rest there, come from the last rest by this motion.
+bool Hub::can_be(const Guidewire& wire, const RelaxReport& report, const HubMotion& made) const {
+    // A flat minimum is a rest, and on planes, which jump, there may be none.
+    const bool rests = report.at_rest || !wall_.smooth();
+    if (!rests || report.largest_bend > kSharpest) return false;
+    for (const WallContact& c : relaxer_.contacts())
+        if (c.room > 0 && c.penetration > c.room) return false;
+    const double energy = energy_of(wire);
+    const double force = std::max(std::abs(report.push_force), std::abs(rest_report_.push_force));
+    const double torque = std::max(std::abs(report.base_torque), std::abs(rest_report_.base_torque));
+    const double work = force * std::abs(made.feed) + torque * std::abs(made.turn);
+    return energy - rest_energy_ <= kWorkShare * work + kEnergyShare * std::abs(rest_energy_) + kEnergyFloor;
+}
+
+HubReport Hub::settle(Guidewire& wire, int updates) {
+    working_ = settling_ = true;
+    rest_ = wire;
+    made_ = {};
+    return resume(wire, updates);
+}
+
+HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
+    const double lambda = wire.spec.segment_length;
+    asked_ = {std::clamp(motion.feed, -lambda, lambda), std::clamp(motion.turn, -kLargestTurn, kLargestTurn)};
+    halvings_ = 0;
+    rest_ = wire;
+    working_ = true;
+    settling_ = false;
+    rest_report_ = relaxer_.last_report();
+    rest_energy_ = energy_of(wire);
+    HubReport report;
+    start_part(wire, updates, report);
+    return finish(wire, updates, std::move(report));
+}
+
+/// One part of the motion, from the last rest.
+void Hub::start_part(Guidewire& wire, int updates, HubReport& report) {
+    const double share = std::ldexp(1.0, -halvings_);
+    made_ = {share * asked_.feed, share * asked_.turn};
+    add(report.relax, relaxer_.move(wire, wall_, made_, {updates - report.relax.updates, 0, 0}));
+}
+
+HubReport Hub::resume(Guidewire& wire, int updates) {
+    HubReport report;
+    add(report.relax, relaxer_.relax(wire, wall_, {updates, 0, 0}));
+    return finish(wire, updates, std::move(report));
+}
+
+/// After a relaxation: at rest, out of budget, or to be made again by halves.
+HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
+    for (;;) {
+        if (report.relax.out_of_budget) {
+            report.outcome = HubReport::Outcome::Working;
+            return report;
+        }
+        if (settling_ || can_be(wire, report.relax, made_)) {
+            working_ = settling_ = false;
+            report.made = made_;
+            return report;
+        }
+        wire = rest_;
+        made_ = {};
+        add(report.relax, relaxer_.relax(wire, wall_, {2 * wire.segments(), 0, 0}));
+        if (++halvings_ > kHalvings) {
+            working_ = false;
+            report.outcome = HubReport::Outcome::Refused;
+            return report;
+        }
+        start_part(wire, updates, report);
+    }
+}
+
+}  // namespace physics

@@ -1,0 +1,184 @@
+#include "physics/relax/newton_model.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/wire/bending.h"
+
+namespace physics {
+
+void NewtonModel::start(const Guidewire& wire, const ContactSet& contacts, int foreseen) {
+    const std::size_t n = wire.segments();
+    gains_.resize(n);
+    turns_.resize(n + 1);
+    trial_joints_.resize(n + 1);
+    trial_tangents_.resize(n + 1);
+    planes_.resize(n + 1);
+    for (std::size_t j = foreseen + 1; j <= n; ++j) {
+        const WallContact& c = contacts.contacts()[j];
+        planes_[j] = {};
+        if (c.touches())
+            planes_[j].force =
+                std::min(c.force(), wire.spring_constant(static_cast<int>(j) - 1) / wire.lengths[j]);
+    }
+}
+
+RiccatiReport NewtonModel::linearise(const Guidewire& wire, const ContactSet& contacts, int first,
+                                     double mu) {
+    if (wire.curved_segments() > 0) transport_directors(wire, first, directors);
+    mu_ = mu;
+    const RiccatiReport report =
+        assemble_and_solve(wire, contacts.contacts(), directors, first, mu, least_pivot, terms_, planes_,
+                           std::span(gains_).subspan(first - 1));
+    answers_ = certifies();
+    return report;
+}
+
+RiccatiReport NewtonModel::certify(const Guidewire& wire, const ContactSet& contacts) {
+    take_contacts(contacts, 1, false);
+    const int window = terms_.first;
+    terms_.first = 1;
+    set_axial_forces(wire);
+    const RiccatiReport report = riccati_backward(terms_.stages, 0, least_pivot, terms_.twist, gains_);
+    terms_.first = window;
+    answers_ = true;
+    return report;
+}
+
+void NewtonModel::take_contacts(const ContactSet& contacts, int first, bool foreseen_forces) {
+    for (int j = first; j < static_cast<int>(planes_.size()); ++j) {
+        const WallContact& c = contacts.contacts()[j];
+        const double force = foreseen_forces ? planes_[j].force : c.force();
+        terms_.stages[j - 1].touches = false;
+        if (c.touches() || force > 0) take_contact(c, j, Vec3::Zero(), force);
+    }
+}
+
+void NewtonModel::take_trial_contacts(const Guidewire& wire, const ContactSet& contacts) {
+    foresee_forces(wire);
+    for (RiccatiStage& s : terms_.window()) s.touches = false;
+    for (std::size_t k = 0; k < contacts.asked().size(); ++k) {
+        const WallContact& c = contacts.answers()[k];
+        const int j = contacts.asked()[k];
+        const double force = planes_[j].force;
+        if (c.touches() || force > 0) take_contact(c, j, trial_joints_[j] - wire.joints[j], force);
+    }
+}
+
+/// A contact's terms of second order about the place where the wall was asked, `moved` from the accepted
+/// joint.
+void NewtonModel::take_contact(const WallContact& c, int joint, const Vec3& moved, double force) {
+    RiccatiStage& s = terms_.stages[joint - 1];
+    ContactPlane& p = planes_[joint];
+    p = {c.penetration - c.normal.dot(moved), c.stiffness, c.normal, force};
+    s.touches = true;
+    s.stiffness = c.stiffness * c.normal * c.normal.transpose() + force * c.curvature;
+    s.force = c.stiffness * p.gap * c.normal - force * (c.curvature * moved) + c.stiffening_push();
+}
+
+void NewtonModel::solve(const Guidewire& wire, double mu) {
+    answers_ = false;
+    set_axial_forces(wire);
+    riccati_backward(terms_.window(), mu, least_pivot, terms_.twist, window_gains());
+}
+
+void NewtonModel::set_axial_forces(const Guidewire& wire) {
+    const bool loaded = !wire.load.isZero(0);
+    Vec3 force = Vec3::Zero();
+    for (int j = wire.segments(); j >= terms_.first; --j) {
+        RiccatiStage& s = terms_.stages[j - 1];
+        if (s.touches) force += planes_[j].force * planes_[j].normal;
+        if (loaded) force -= wire.length_of(j) * wire.load;
+        s.axial = s.length * wire.tangents[j].dot(force);
+    }
+}
+
+void NewtonModel::answer(std::span<const FedStage> fed, double mu) {
+    answers_ = mu == 0;
+    riccati_answer(terms_.stages, terms_.first - 1, mu, mu > 0, least_pivot, terms_.twist, gains_, fed);
+}
+
+void NewtonModel::answer_again(const Guidewire& wire, std::span<const FedStage> fed) {
+    answers_ = false;
+    set_axial_forces(wire);
+    riccati_answer(terms_.stages, terms_.first - 1, 0, true, least_pivot, terms_.twist, gains_, fed);
+}
+
+double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<const FedStage> fed) {
+    const int n = wire.segments(), first = terms_.first;
+    Vec3 x = wire.joints[first - 1];
+    trial_joints_[first - 1] = x;
+    trial_tangents_[first - 1] = wire.tangents[first - 1];
+    turns_[first - 1].setZero();
+    Vec2 prev = Vec2::Zero();
+    double farthest = 0, slid = 0;
+    slope_ = 0;
+    for (int j = first; j <= n; ++j) {
+        const RiccatiStage& s = terms_.stages[j - 1];
+        const RiccatiGain& gain = gains_[j - 1];
+        Vec2 alpha = gain.step;
+        alpha.noalias() += gain.from_prev * prev;
+        if (terms_.twist) alpha += gain.from_twist * twist;
+        alpha.noalias() += gain.from_x * (x - wire.joints[j - 1]);
+        if (terms_.twist) twist += s.twist_prev.dot(prev) + s.twist.dot(alpha);
+        turns_[j] = prev = alpha;
+        slope_ += terms_.gradient[j - 1].dot(alpha);
+        Vec3 u = wire.tangents[j];
+        u.noalias() += s.basis * alpha;
+        u *= 1 / std::sqrt(u.squaredNorm());
+        trial_tangents_[j] = u;
+        double length = s.length;
+        for (const FedStage& f : fed) {
+            if (f.stage != j - 1) continue;
+            const double by = f.by.dot(wire.tangents[j]);
+            length += by, slid += by;
+        }
+        x += length * u;
+        trial_joints_[j] = x;
+        Vec3 moved = x - wire.joints[j];
+        if (slid != 0) moved -= slid * wire.tangents[j];
+        farthest = std::max(farthest, moved.squaredNorm());
+    }
+    return std::sqrt(farthest);
+}
+
+double NewtonModel::largest_turn() const {
+    double turn = 0;
+    for (std::size_t j = terms_.first; j < turns_.size(); ++j) turn = std::max(turn, turns_[j].squaredNorm());
+    return std::sqrt(turn);
+}
+
+double NewtonModel::evaluate(Guidewire& wire, ContactSet& contacts) {
+    const int first = terms_.first;
+    double energy = contacts.evaluate(trial_joints_, first);
+    std::swap(wire.tangents, trial_tangents_);
+    if (terms_.twist) transport_directors(wire, first, directors);
+    for (int j = first - 1; j < wire.segments(); ++j) energy += joint_energy(wire, directors, j);
+    std::swap(wire.tangents, trial_tangents_);
+    return energy;
+}
+
+void NewtonModel::foresee_forces(const Guidewire& wire) {
+    for (int j = terms_.first; j <= wire.segments(); ++j) {
+        ContactPlane& p = planes_[j];
+        if (!terms_.stages[j - 1].touches) {
+            p.force = 0;
+            continue;
+        }
+        const double depth = p.gap + p.normal.dot(trial_joints_[j] - wire.joints[j]);
+        p.force = p.stiffness * std::max(0.0, depth);
+    }
+}
+
+void NewtonModel::take(Guidewire& wire) const {
+    const int first = terms_.first;
+    std::copy(trial_tangents_.begin() + first, trial_tangents_.end(), wire.tangents.begin() + first);
+    std::copy(trial_joints_.begin() + first, trial_joints_.end(), wire.joints.begin() + first);
+}
+
+void NewtonModel::turn_one(int stage, const Vec2& by) {
+    for (RiccatiGain& gain : gains_) gain.step.setZero();
+    gains_[stage].step = by;
+}
+
+}  // namespace physics

@@ -1,0 +1,93 @@
+#pragma once
+/// Quadratic model of the wire's energy about an accepted state, for a window of its distal segments, and the
+/// rollout of its minimum.
+
+#include <vector>
+
+#include "physics/relax/contact_set.h"
+#include "physics/relax/newton_terms.h"
+#include "physics/relax/riccati.h"
+
+namespace physics {
+
+class NewtonModel {
+public:
+    // Material frames of the accepted state, where its tip is curved; whoever changes the wire keeps them.
+    std::vector<Vec3> directors;
+    double least_pivot = 0;  // that a shifted one becomes [N·mm]
+
+    int first() const { return terms_.first; }  // segment that the window starts with
+    const NewtonTerms& terms() const { return terms_; }
+    int stages() const { return static_cast<int>(terms_.stages.size()); }
+
+    /// Scratch for a wire of so many segments, and forces to start from. No segment at rest passes on more
+    /// than C/λ, under which a joint would buckle by itself: a larger force is that of a joint which has just
+    /// been put into a stiff wall. Up to joint `foreseen` they are those of foresee_forces().
+    void start(const Guidewire&, const ContactSet&, int foreseen = 0);
+
+    /// The model at the wire as it is, and its minimum with the trust region μ.
+    RiccatiReport linearise(const Guidewire&, const ContactSet&, int first, double mu);
+    /// Gradient proximal of the window.
+    void sum_proximal(const Guidewire& wire, const ContactSet& contacts) {
+        physics::sum_proximal(wire, contacts.contacts(), terms_);
+    }
+    /// Whether the last linearise() is the energy's own second order at μ = 0 over the whole wire, so that
+    /// its pivots certify a minimum.
+    bool certifies() const { return terms_.first == 1 && terms_.exact && mu_ == 0; }
+    /// The same over the whole wire by a pass of its own. The gains are then the whole wire's.
+    RiccatiReport certify(const Guidewire&, const ContactSet&);
+
+    /// The wall's part of the model at the accepted state. With foreseen forces in the second-order terms, in
+    /// place of stiffness times penetration, which in a stiff wall is far too large while the wire settles;
+    /// what bears a force then counts as touching.
+    void take_contacts(const ContactSet&, int first, bool foreseen_forces);
+    /// The same with the wall as it is at the trial state: the normals there, and the contacts made and lost
+    /// on the way.
+    void take_trial_contacts(const Guidewire&, const ContactSet&);
+    /// The minimum of the model, its wall changed since linearise().
+    void solve(const Guidewire&, double mu);
+
+    /// The window is what starts at `first`, all as it was left.
+    void look_from(int first) { terms_.first = first; }
+    /// Whether the gains are the whole wire's at rest, which answer() needs.
+    bool answers() const { return answers_; }
+    /// Steps of the gains become the answer to `fed` segments. With μ > 0 the gains no longer answer.
+    void answer(std::span<const FedStage> fed, double mu);
+    /// The same over the window at μ = 0, the wall changed since.
+    void answer_again(const Guidewire&, std::span<const FedStage> fed);
+
+    /// Trial state: gains applied from the window's base, where the material frame is turned by `twist`, with
+    /// more wire in the stages that are fed (indices into all stages). Returns the largest move of a joint,
+    /// that along its segment by what is fed left out [mm].
+    double roll_out(const Guidewire&, double twist = 0, std::span<const FedStage> fed = {});
+    /// Slope of the energy along the last rollout [N·mm] and its largest turn [rad].
+    double slope() const { return slope_; }
+    double largest_turn() const;
+    /// Energy of the trial state [N·mm], what is proximal of the window left out; its contacts wait in the
+    /// set.
+    double evaluate(Guidewire&, ContactSet&);
+    /// What the model makes of each contact's force at the trial state.
+    void foresee_forces(const Guidewire&);
+    /// The wire takes the trial state.
+    void take(Guidewire&) const;
+
+    /// Only the segment of this stage turns by itself, the rest answers.
+    void turn_one(int stage, const Vec2& by);
+
+private:
+    void set_axial_forces(const Guidewire&);
+    void take_contact(const WallContact&, int joint, const Vec3& moved, double force);
+    std::span<RiccatiGain> window_gains() { return std::span(gains_).subspan(terms_.first - 1); }
+
+    double mu_ = 0;
+    bool answers_ = false;
+    NewtonTerms terms_;
+    std::vector<RiccatiGain> gains_;
+    std::vector<ContactPlane> planes_;
+    // Trial state of a rollout, from the window's most proximal joint on.
+    std::vector<Vec3> trial_tangents_, trial_joints_;
+    std::vector<Vec2> turns_;
+    double slope_ = 0;
+};
+
+}  // namespace physics

@@ -1,0 +1,60 @@
+#pragma once
+/// Second-order terms of the energy of a whole wire, as the stages of the Riccati recursion.
+
+#include <vector>
+
+#include "physics/relax/riccati.h"
+#include "physics/wall/wall.h"
+#include "physics/wire/guidewire.h"
+
+namespace physics {
+
+/// A contact as the model has it: penetration = gap + normal·(x − x_accepted).
+struct ContactPlane {
+    double gap = 0, stiffness = 0;
+    Vec3 normal = Vec3::Zero();
+    double force = 0;  // in its second-order terms [N]
+};
+
+/// Sums over all that is distal of a segment.
+struct DistalSums {
+    double length = 0;          // whose load is felt [mm]
+    Vec3 force = Vec3::Zero();  // of the wall on the wire, reversed [N]
+    double torque = 0;          // [N·mm]
+    Vec2 slope = Vec2::Zero();  // of the joint between that segment and the next [N·mm]
+};
+
+struct NewtonTerms {
+    int first = 1;                     // segment that the window starts with; what lies proximal stands still
+    bool twist = false;                // the rest shape is curved somewhere
+    std::vector<RiccatiStage> stages;  // segments 1…N
+    std::vector<Vec2> gradient;        // dU/dα per stage [N·mm]
+    double relative_gradient = 0;  // largest |gradient| over C of the segment's proximal joint [-]: window
+    double proximal_gradient = 0;  // and the same proximal of the window
+    Vec3 push = Vec3::Zero();  // Σ of the forces of wall and load on the wire, reversed: what the introducer
+                               // holds [N]
+    double torque = 0;         // dU/droll: what the hub is held against [N·mm]
+    bool exact = true;  // the window's stages have the contacts' own forces in their second-order terms
+
+    std::span<RiccatiStage> window() { return std::span(stages).subspan(first - 1); }
+    std::vector<double> inverse_spring;  // 1/C of the joint proximal of each segment [1/N·mm]
+    DistalSums base;                     // from the window's most proximal segment on
+};
+
+/// Gradient and Hessian blocks of bending (Eq. 1, with rest directions), load and wall (Eq. 9, with the
+/// wall's curvature) in the planes ⟂ u_j, u turned by u ← (u + Tα)/|u + Tα|, of the window from `first` on.
+/// Exact but for terms of the twist that are of the order of torque times bend. In the same loop it does
+/// riccati_backward() over the window: what makes a stage runs while the recursion waits for its own results.
+/// `directors` as from physics::directors where the tip is curved. The second-order terms of a joint in touch
+/// have its plane's force, as those of one that has left the wall, which then counts as touching; `planes`
+/// (per joint) become the contacts'. `gains` are the window's. Push and torque are those of the window alone.
+/// Allocates on growth only.
+RiccatiReport assemble_and_solve(const Guidewire&, std::span<const WallContact>,
+                                 const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
+                                 NewtonTerms&, std::span<ContactPlane> planes, std::span<RiccatiGain> gains);
+
+/// Gradient proximal of the window, whose stages stand as the last call left them, and what the introducer
+/// holds of the whole wire.
+void sum_proximal(const Guidewire&, std::span<const WallContact>, NewtonTerms&);
+
+}  // namespace physics

@@ -1,0 +1,100 @@
+#pragma once
+/// A relaxer lowers the energy of a wire in a vessel by turning its segments, a stated amount of work at a
+/// time.
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/wall/wall.h"
+#include "physics/wire/guidewire.h"
+
+namespace physics {
+
+enum class RelaxerKind {
+    FirstOrder,  // Eq. 22, M = 1 without A and R
+    Segment,     // second order, M varied segments (Eqs. 26 to 34)
+    Geometric,   // closed pieces of wire between joints that stay (GeometricStep)
+    Combined,    // each update of Segment followed by one of Geometric
+    Konings,     // M = 1 by small turns of a harmonic joint, whole sweeps from the introducer: before Eq. 22
+    Global       // Newton on all segments at once
+};
+enum class CycleOrder {
+    Nested,  // the paper's: for k = 1…N, for b = k…N
+    Uniform  // the same number of updates as whole sweeps 1…N
+};
+
+struct RelaxerConfig {
+    RelaxerKind kind = RelaxerKind::Global;
+    int varied_segments = 2;  // M, 1 to 5
+    std::optional<int>
+        separation;           // fixed δ between varied segments; empty = chosen per update (Algorithm 2)
+    double turn_limit = 0.1;  // Δu_max of Eq. 24 [-]
+    // Section 3.3 of the paper, without safeguard: (a) both, (b) neither, which is FirstOrder, (c) R alone,
+    // (d) A alone, (e) both with M = 2 and 3.
+    bool bending_curvature = true;  // keep A
+    bool wall_curvature = true;     // keep R
+    bool safeguard = true;       // descend always (PHYSICS: Section 2); off = the plain method of the paper
+    bool stored_planes = false;  // Segment: the wall is asked once a sweep near it only; the same equilibrium
+    CycleOrder order = CycleOrder::Nested;
+    double tolerance = 1e-8;  // Global: largest |dU/du| over C at rest [-]
+};
+
+/// Everything that makes the configuration unusable; empty when it is fine.
+std::vector<std::string> problems(const RelaxerConfig&);
+
+/// Work for one call: `updates` updates, `distal_share` of them in the `distal_segments` segments at the tip.
+struct RelaxBudget {
+    int updates = 400;
+    double distal_share = 0.75;
+    int distal_segments = 60;
+};
+/// The budget of `cycles` whole relaxation cycles, ½N(N+1) updates each, on a wire of N segments.
+RelaxBudget whole_cycles(int segments, int cycles);
+
+struct RelaxReport {
+    int updates = 0;
+    int contacts = 0;  // joints that touch the wall at the end
+    long long wall_queries = 0;
+    double largest_turn = 0;  // largest |u_new − u| of any update [-]
+    int rejected = 0;         // updates kept back because they would have raised the energy
+    // Segment methods: no turn above 1e-10 in a whole sweep. Global: |dU/du|/C within tolerance, a strict
+    // minimum.
+    bool converged = false;
+    // Of the global relaxer only:
+    bool out_of_budget = false;   // it would have gone on
+    bool at_rest = false;         // |dU/du|/C within tolerance; a strict minimum or not
+    int newton_steps = 0;         // each charged an update for every segment of its window
+    int window = 0;               // distal segments that moved; the others kept their tangents
+    double gradient = 0;          // largest |dU/du| over C at the end [-]
+    bool strict_minimum = false;  // certificate: no pivot of the recursion had to be shifted
+    double largest_bend = 0;      // of a joint from its rest shape [rad]; above π/3 is a kink
+    double push_force = 0;        // along the wire at the introducer, > 0 where the hand must push [N]
+    double base_torque = 0;       // that the hand must hold the hub against [N·mm]
+};
+
+/// What a hand does at the hub: lets wire in (negative: out) and turns it.
+struct HubMotion {
+    double feed = 0;  // [mm]
+    double turn = 0;  // [rad]
+};
+
+/// Called after each update with the first joint that moved.
+using UpdateObserver = std::function<void(int first_moved_joint, const Guidewire&)>;
+
+class Relaxer {
+public:
+    virtual ~Relaxer() = default;
+    /// A relaxer may remember the wire and the contacts from one call to the next, so a wall must not change,
+    /// nor another take its place in memory, between calls.
+    virtual RelaxReport relax(Guidewire&, const LumenWall&, const RelaxBudget&,
+                              const UpdateObserver& = {}) = 0;
+};
+
+/// Throws std::invalid_argument listing problems(config).
+std::unique_ptr<Relaxer> make_relaxer(const RelaxerConfig&);
+
+}  // namespace physics

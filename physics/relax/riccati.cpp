@@ -1,0 +1,102 @@
+#include "physics/relax/riccati.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/relax/riccati_recursion.h"
+
+namespace physics {
+namespace {
+
+struct Pivot {
+    double least;  // lower eigenvalue
+    Vec2 way;      // its unit eigenvector
+};
+
+Pivot lower_eigenpair(double a, double b, double c) {  // of [a b; b c]
+    const double mean = 0.5 * (a + c), half = 0.5 * (a - c), root = std::hypot(half, b);
+    Pivot p{mean - root, Vec2::UnitX()};
+    const Vec2 way(b, p.least - a);
+    const Vec2 other(p.least - c, b);
+    const Vec2& longer = way.squaredNorm() > other.squaredNorm() ? way : other;
+    if (longer.squaredNorm() > 0) p.way = longer.normalized();
+    return p;
+}
+
+template <bool kTwist>
+RiccatiReport backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
+                       std::span<RiccatiGain> gains) {
+    RiccatiRecursion<kTwist> recursion(mu, least_pivot);
+    for (int j = static_cast<int>(stages.size()) - 1; j >= 0; --j) {
+        recursion.add_wall(stages[j]);
+        recursion.step(stages[j], j, gains[j]);
+    }
+    return recursion.report();
+}
+
+template <bool kTwist>
+void answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
+            std::span<RiccatiGain> gains, std::span<const FedStage> fed) {
+    int last = static_cast<int>(stages.size());  // most proximal fed stage
+    for (const FedStage& f : fed)
+        if (f.stage >= 0) last = std::min(last, f.stage);
+    if (anew) last = first;
+    RiccatiRecursion<kTwist> recursion(mu, least_pivot);
+    int j = static_cast<int>(stages.size()) - 1;
+    for (; j >= last; --j) {
+        recursion.add_wall(stages[j]);
+        for (const FedStage& f : fed)
+            if (f.stage == j) recursion.feed(f.by);
+        recursion.step(stages[j], j, gains[j]);
+    }
+    // Proximal of it no curvature changes: linear terms alone.
+    Vec3 p = recursion.slope_x();
+    Vec2 r = recursion.slope_turn();
+    [[maybe_unused]] double slope_twist = recursion.slope_twist();
+    for (; j >= first; --j) {
+        const RiccatiStage& s = stages[j];
+        RiccatiGain& gain = gains[j];
+        if (s.touches) p += s.force;
+        Vec2 g = r + s.slope + s.length * (s.basis.transpose() * p);
+        if constexpr (kTwist) g += slope_twist * s.twist;
+        const SymmetricBlock& i = gain.inverse;
+        gain.step = {i.a * g[0] + i.b * g[1], i.b * g[0] + i.c * g[1]};
+        p.noalias() += gain.from_x.transpose() * g;
+        r = s.slope_prev;
+        r.noalias() += gain.from_prev.transpose() * g;
+        if constexpr (kTwist) {
+            r += slope_twist * s.twist_prev;
+            slope_twist += s.slope_twist + gain.from_twist.dot(g);
+        }
+    }
+}
+
+}  // namespace
+
+SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double least_pivot, int stage,
+                                      RiccatiReport& report) {
+    const Pivot pivot = lower_eigenpair(q00, q01, q11);
+    if (report.shifted++ == 0) {
+        report.stage = stage;
+        report.way = pivot.way;
+    }
+    const double low = -1 / std::max(least_pivot, std::abs(pivot.least));
+    const double high = -1 / std::max(least_pivot, std::abs(q00 + q11 - pivot.least));
+    const Vec2& way = pivot.way;
+    return {high + (low - high) * way[0] * way[0], (low - high) * way[0] * way[1],
+            high + (low - high) * way[1] * way[1]};
+}
+
+RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
+                               bool twist, std::span<RiccatiGain> gains) {
+    return twist ? backward<true>(stages, mu, least_pivot, gains)
+                 : backward<false>(stages, mu, least_pivot, gains);
+}
+
+void riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
+                    bool twist, std::span<RiccatiGain> gains, std::span<const FedStage> fed) {
+    twist ? answer<true>(stages, first, mu, anew, least_pivot, gains, fed)
+          : answer<false>(stages, first, mu, anew, least_pivot, gains, fed);
+}
+
+}  // namespace physics

@@ -1,0 +1,83 @@
+#pragma once
+/// Newton step for all segments at once in O(N): the wire as an optimal-control problem, solved by a Riccati
+/// recursion from the tip to the base and a rollout back.
+///
+/// Stage j turns segment j by α_j in the plane ⟂ u_j. State after stage j: displacement δx_j of joint j, α_j,
+/// and the twist ψ_j of the material frame, with
+///   δx_j = δx_{j-1} + λ_j T_j α_j,      ψ_j = ψ_{j-1} + twist_prev·α_{j-1} + twist·α_j.
+/// The value function  V_j = ½δxPδx + δxP_xα + ½αP_aα + ψ(v·δx + w·α) + ½cψ² + p·δx + p_a·α + p_ψψ  is
+/// carried from j = N to 1.
+
+#include <span>
+
+#include "physics/geometry/vec.h"
+
+namespace physics {
+
+using namespace geometry;
+
+using Mat2 = Eigen::Matrix2d;
+using Mat32 = Eigen::Matrix<double, 3, 2>;
+using Mat23 = Eigen::Matrix<double, 2, 3>;
+
+/// Second-order model of segment j, its proximal joint j−1 and its distal joint j.
+struct RiccatiStage {
+    Mat32 basis;        // T_j, orthonormal, ⟂ u_j
+    double length = 0;  // λ_j [mm]
+    double axial = 0;   // λ_j u_j·s_j: what wall and load press along the segment times its length [N·mm]
+    Vec3 force;         // f_j of the wall at joint j, a gradient [N]
+    Mat3 stiffness;     // H_j [N/mm]
+    bool touches = false;  // force and stiffness are zero where false, and are not read
+    // Bending at joint j−1: gradient and Hessian blocks with respect to α_{j-1} and α_j [N·mm]. A load on the
+    // wire distal of there, whose force is constant, is part of `slope`.
+    Vec2 slope_prev, slope;
+    Mat2 prev_prev, own, cross;  // cross: α_{j-1}ᵀ · cross · α_j
+    // And with respect to the twist ψ_{j-1}; all zero where the wire's rest shape is straight.
+    Vec2 twist_prev = Vec2::Zero(), twist = Vec2::Zero();  // [-]
+    double slope_twist = 0, twist_twist = 0;
+    Vec2 twist_cross_prev = Vec2::Zero(), twist_cross = Vec2::Zero();
+};
+
+/// [a b; b c]
+struct SymmetricBlock {
+    double a = 0, b = 0, c = 0;
+};
+
+/// α_j = step + from_x δx_{j-1} + from_prev α_{j-1} + from_twist ψ_{j-1}.
+struct RiccatiGain {
+    Vec2 step;
+    Mat23 from_x;
+    Mat2 from_prev;
+    Vec2 from_twist;         // set where there is twist
+    SymmetricBlock inverse;  // minus that of the Hessian block of α_j, all distal of it answering
+};
+
+/// A segment of which more is let in: joint j is moved by `by` beside what the turns do [mm].
+struct FedStage {
+    int stage = -1;  // index into stages
+    Vec3 by = Vec3::Zero();
+};
+
+struct RiccatiReport {
+    int shifted = 0;  // pivots that were not positive definite and were shifted until they were
+    // The most distal of them, whose lower eigenvalue is the energy's own curvature along `way`, all that is
+    // distal of it answering by its gains: a way down where the gradient vanishes.
+    int stage = -1;           // index into stages
+    Vec2 way = Vec2::Zero();  // unit
+};
+
+/// Backward pass over stages 1…n (element 0 first). μ [N/mm²] adds μ λ_j to every joint's stiffness: a trust
+/// region. `twist`: whether any stage has a rest shape that is not straight; without it the twist is left
+/// out. Equal to a dense factorisation of the same quadratic model; no pivot shifted at μ = 0 means that the
+/// model's Hessian is positive definite: a strict local minimum where the gradient vanishes.
+RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
+                               bool twist, std::span<RiccatiGain> gains);
+
+/// Makes the gains' steps the answer to segments that change their length, to first order. `gains` are those
+/// of the same stages at μ = 0. The most distal stages are gone over again up to the most proximal one that
+/// is fed; for the others up to `first` this is a small part of a backward pass. With `anew` all are, and the
+/// gains become those at that μ.
+void riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
+                    bool twist, std::span<RiccatiGain> gains, std::span<const FedStage> fed);
+
+}  // namespace physics

@@ -1,0 +1,129 @@
+#pragma once
+/// One stage of the Riccati recursion at a time, for loops that make a stage just before it is used: what
+/// makes it then runs in the time that the recursion waits for its own last result.
+
+#include <algorithm>
+#include <cmath>
+
+#include "physics/relax/riccati.h"
+
+namespace physics {
+
+/// Minus the inverse of the 2×2 block [q00 q01; q01 q11], which is not positive definite. Negative curvature
+/// is mirrored: as long a step as along an equally positive one. The other way of the segment keeps its own,
+/// so that a wire balanced in one plane still converges in the other.
+SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double least_pivot, int stage,
+                                      RiccatiReport&);
+
+/// The value function that is carried from the tip to the base, in scalars: P and P_a by their upper
+/// triangles, P_x by its two columns. Without `kTwist` all that belongs to ψ is left out.
+template <bool kTwist>
+class RiccatiRecursion {
+public:
+    RiccatiRecursion(double mu, double least_pivot) : mu_(mu), least_pivot_(least_pivot) {}
+
+    const RiccatiReport& report() const { return report_; }
+    const Vec3& slope_x() const { return p_; }           // p
+    Vec2 slope_turn() const { return {r0_, r1_}; }       // p_a
+    double slope_twist() const { return slope_twist_; }  // p_ψ
+
+    /// The stage's wall and trust region; first of a stage.
+    [[gnu::always_inline]] void add_wall(const RiccatiStage& s) {
+        if (s.touches) {
+            const Mat3& h = s.stiffness;
+            p00_ += h(0, 0), p01_ += h(0, 1), p02_ += h(0, 2);
+            p11_ += h(1, 1), p12_ += h(1, 2), p22_ += h(2, 2);
+            p_ += s.force;
+        }
+        const double trust = mu_ * s.length;
+        p00_ += trust, p11_ += trust, p22_ += trust;
+    }
+
+    /// Joint of the stage is moved by `by` beside what the turns do.
+    void feed(const Vec3& by) {
+        p_ += times_p(by);
+        r0_ += x0_.dot(by), r1_ += x1_.dot(by);
+        if constexpr (kTwist) slope_twist_ += v_.dot(by);
+    }
+
+    /// Over the stage `index`: its gain, and the value function proximal of it.
+    [[gnu::always_inline]] void step(const RiccatiStage& s, int index, RiccatiGain& gain) {
+        const Vec3 a = s.length * s.basis.col(0), b = s.length * s.basis.col(1);
+        Vec3 y0 = x0_ + times_p(a), y1 = x1_ + times_p(b);
+        double q00 = a00_ + s.own(0, 0) - s.axial + a.dot(y0) + x0_.dot(a);
+        double q01 = a01_ + s.own(0, 1) + a.dot(y1) + x0_.dot(b);
+        double q11 = a11_ + s.own(1, 1) - s.axial + b.dot(y1) + x1_.dot(b);
+        double g0 = r0_ + s.slope[0] + a.dot(p_), g1 = r1_ + s.slope[1] + b.dot(p_);
+        double c00 = s.cross(0, 0), c01 = s.cross(0, 1), c10 = s.cross(1, 0), c11 = s.cross(1, 1);
+        [[maybe_unused]] double z0 = 0, z1 = 0;
+        if constexpr (kTwist) {
+            const double h0 = s.twist[0], h1 = s.twist[1], i0 = s.twist_prev[0], i1 = s.twist_prev[1];
+            z0 = a.dot(v_) + w0_, z1 = b.dot(v_) + w1_;  // answer of α_j to the twist itself
+            q00 += (2 * z0 + twist_twist_ * h0) * h0;
+            q01 += z0 * h1 + (z1 + twist_twist_ * h1) * h0;
+            q11 += (2 * z1 + twist_twist_ * h1) * h1;
+            y0 += h0 * v_, y1 += h1 * v_;
+            z0 += twist_twist_ * h0, z1 += twist_twist_ * h1;
+            c00 += i0 * z0, c01 += i0 * z1, c10 += i1 * z0, c11 += i1 * z1;
+            z0 += s.twist_cross[0], z1 += s.twist_cross[1];
+            g0 += slope_twist_ * h0, g1 += slope_twist_ * h1;
+        }
+
+        const double det = q00 * q11 - q01 * q01;
+        SymmetricBlock& i = gain.inverse;
+        if (q00 > 0 && det > 0) {
+            const double scale = -1 / det;
+            i = {q11 * scale, -q01 * scale, q00 * scale};
+        } else {
+            i = minus_mirrored_inverse(q00, q01, q11, least_pivot_, index, report_);
+        }
+        const double t0 = i.a * g0 + i.b * g1, t1 = i.b * g0 + i.c * g1;
+        gain.step = {t0, t1};
+        const Vec3 f0 = i.a * y0 + i.b * y1, f1 = i.b * y0 + i.c * y1;
+        gain.from_x.row(0) = f0, gain.from_x.row(1) = f1;
+        const double v00 = i.a * c00 + i.b * c01, v01 = i.a * c10 + i.b * c11;
+        const double v10 = i.b * c00 + i.c * c01, v11 = i.b * c10 + i.c * c11;
+        gain.from_prev << v00, v01, v10, v11;
+
+        p00_ += y0[0] * f0[0] + y1[0] * f1[0], p01_ += y0[0] * f0[1] + y1[0] * f1[1];
+        p02_ += y0[0] * f0[2] + y1[0] * f1[2], p11_ += y0[1] * f0[1] + y1[1] * f1[1];
+        p12_ += y0[1] * f0[2] + y1[1] * f1[2], p22_ += y0[2] * f0[2] + y1[2] * f1[2];
+        p_ += t0 * y0 + t1 * y1;
+        x0_ = v00 * y0 + v10 * y1;
+        x1_ = v01 * y0 + v11 * y1;
+        a00_ = s.prev_prev(0, 0) + c00 * v00 + c01 * v10;
+        a01_ = s.prev_prev(0, 1) + c00 * v01 + c01 * v11;
+        a11_ = s.prev_prev(1, 1) + c10 * v01 + c11 * v11;
+        r0_ = s.slope_prev[0] + c00 * t0 + c01 * t1;
+        r1_ = s.slope_prev[1] + c10 * t0 + c11 * t1;
+        if constexpr (kTwist) {
+            const double i0 = s.twist_prev[0], i1 = s.twist_prev[1], c = twist_twist_;
+            const double e0 = i.a * z0 + i.b * z1, e1 = i.b * z0 + i.c * z1;
+            gain.from_twist = {e0, e1};
+            x0_ += i0 * v_, x1_ += i1 * v_;
+            a00_ += c * i0 * i0, a01_ += c * i0 * i1, a11_ += c * i1 * i1;
+            r0_ += slope_twist_ * i0, r1_ += slope_twist_ * i1;
+            w0_ = c * i0 + s.twist_cross_prev[0] + c00 * e0 + c01 * e1;
+            w1_ = c * i1 + s.twist_cross_prev[1] + c10 * e0 + c11 * e1;
+            v_ += e0 * y0 + e1 * y1;
+            slope_twist_ += s.slope_twist + z0 * t0 + z1 * t1;
+            twist_twist_ += s.twist_twist + z0 * e0 + z1 * e1;
+        }
+    }
+
+private:
+    Vec3 times_p(const Vec3& d) const {
+        return {p00_ * d[0] + p01_ * d[1] + p02_ * d[2], p01_ * d[0] + p11_ * d[1] + p12_ * d[2],
+                p02_ * d[0] + p12_ * d[1] + p22_ * d[2]};
+    }
+
+    double mu_, least_pivot_;
+    double p00_ = 0, p01_ = 0, p02_ = 0, p11_ = 0, p12_ = 0, p22_ = 0;
+    Vec3 x0_ = Vec3::Zero(), x1_ = Vec3::Zero(), p_ = Vec3::Zero();
+    double a00_ = 0, a01_ = 0, a11_ = 0, r0_ = 0, r1_ = 0;
+    Vec3 v_ = Vec3::Zero();  // twist: cross terms with δx and α, own curvature and slope
+    double w0_ = 0, w1_ = 0, twist_twist_ = 0, slope_twist_ = 0;
+    RiccatiReport report_;
+};
+
+}  // namespace physics

@@ -1,0 +1,30 @@
+#include "physics/relax/schedule.h"
+
+#include <algorithm>
+
+namespace physics {
+
+int CycleWalk::next(int first, int last) {
+    const int count = last - first + 1;
+    if (at_ >= count) {  // the sweep is over, or the wire became shorter
+        sweep_ = sweep_ + 1 < count ? sweep_ + 1 : 0;
+        at_ = order_ == CycleOrder::Nested ? sweep_ : 0;
+    }
+    starts_sweep_ = at_ == (order_ == CycleOrder::Nested ? sweep_ : 0);
+    return first + at_++;
+}
+
+Schedule::Turn Schedule::next(int segments, const RelaxBudget& budget) {
+    const int window = std::min(segments, budget.distal_segments);
+    if (window > 0 && window < segments) {
+        owed_ += budget.distal_share;
+        if (owed_ >= 1) {
+            owed_ -= 1;
+            return {distal_.next(segments - window + 1, segments), false};
+        }
+    }
+    const int segment = whole_.next(1, segments);
+    return {segment, whole_.starts_sweep()};
+}
+
+}  // namespace physics

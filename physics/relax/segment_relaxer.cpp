@@ -1,0 +1,335 @@
+#include "physics/relax/segment_relaxer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "physics/relax/geometric_step.h"
+#include "physics/relax/global_relaxer.h"
+#include "physics/relax/stored_planes.h"
+
+namespace physics {
+namespace {
+
+constexpr int kTries = 6;                  // of an update that would raise the energy
+constexpr double kTryAgain = 0.4;          // share of the last try
+constexpr double kRest = 1e-10;            // largest turn in a sweep that counts as converged
+constexpr double kUpdateRounding = 4e-16;  // of the energies that an update touches
+
+/// Breaks perfect symmetry the same way every time: a bow of 1e-4 rad towards a fixed side. Its energy, about
+/// 1e-9 C, is far below what a wire in need of it has to give.
+void tilt(Guidewire& wire) {
+    const int n = wire.segments();
+    Vec3 side, other;
+    tangent_basis(wire.tangents[0], side, other);
+    side += 0.6 * other;
+    for (int i = 1; i <= n; ++i)
+        wire.tangents[i] = (wire.tangents[i] + 1e-4 * std::sin(M_PI * i / n) * side).normalized();
+}
+
+}  // namespace
+
+SegmentRelaxer::SegmentRelaxer(const RelaxerConfig& config) : config_(config), schedule_(config.order) {
+    if (config_.kind == RelaxerKind::FirstOrder) {  // Eq. 22: v = q̂
+        config_.varied_segments = 1;
+        config_.bending_curvature = config_.wall_curvature = config_.safeguard = false;
+    }
+    if (config_.kind == RelaxerKind::Konings) {
+        config_.varied_segments = 1;
+        config_.bending_curvature = config_.safeguard = false;
+        schedule_ = Schedule(CycleOrder::Uniform);
+    }
+}
+
+void SegmentRelaxer::refresh_tip(const Guidewire& wire, int first) {
+    if (wire.curved_segments() == 0) return;
+    transport_directors(wire, first, directors_);
+    tip_torque(wire, directors_, torque_);
+}
+
+template <class Contacts>
+void SegmentRelaxer::begin(Guidewire& wire, Contacts& contacts) {
+    rebuild_joints(wire);
+    contacts.reset(wire);
+    directors_.resize(wire.joints.size());
+    directors_[0] = rolled_director(wire);
+    refresh_tip(wire, 1);
+}
+
+/// Algorithm 2: of the segments i+5…i+25, the one whose inclusion lowers the estimate of Eq. 37 most.
+template <class Contacts>
+bool SegmentRelaxer::select_by_estimate(const Guidewire& wire, const Contacts& contacts, int last,
+                                        Vec3& turn) {
+    const int from = varied_[count_ - 1];
+    last = std::min(last, from + kLargestSeparation);
+    if (last < from + kLeastSeparation) return false;
+    double least = 0;
+    int best = -1;
+    Vec3 best_turn = Vec3::Zero();
+    for (int j = from + kLeastSeparation; j <= last; ++j) {  // Algorithm 1
+        const double lambda = wire.lengths[j];
+        const PushSum sum = contacts.sum_from(j);
+        const BendingTerms bending = bending_terms(wire, directors_, torque_, j);
+        const Vec3 q = bending.pull - lambda * sum.force;
+        const Vec3 e = q.normalized() - wire.tangents[j];
+        const double energy = -q.dot(e) + 0.5 * e.dot(bending.curvature * e) +
+                              lambda * e.dot(sum.stiffness * (0.5 * lambda * e + turn));
+        if (best < 0 || energy < least) best = j, least = energy, best_turn = lambda * e;
+    }
+    varied_[count_++] = best;
+    turn += best_turn;
+    return true;
+}
+
+template <class Contacts>
+void SegmentRelaxer::choose_segments(const Guidewire& wire, const Contacts& contacts, int segment) {
+    varied_[0] = segment;
+    count_ = 1;
+    const int last = contacts.last_touching();
+    if (config_.varied_segments == 1 || last < segment) return;
+    if (config_.separation) {
+        const int delta = *config_.separation;
+        while (count_ < config_.varied_segments && varied_[count_ - 1] + delta <= last) {
+            varied_[count_] = varied_[count_ - 1] + delta;
+            ++count_;
+        }
+        return;
+    }
+    if (last < segment + kLeastSeparation) return;
+    const double lambda = wire.lengths[segment];
+    const Vec3 q =
+        bending_terms(wire, directors_, torque_, segment).pull - lambda * contacts.sum_from(segment).force;
+    Vec3 turn =
+        lambda * (q.normalized() - wire.tangents[segment]);  // Σ λε of the segments chosen so far [mm]
+    while (count_ < config_.varied_segments && select_by_estimate(wire, contacts, last, turn)) {
+    }
+}
+
+/// `beyond` is the push of joints that stay where they are however the varied segments turn.
+template <class Contacts>
+SegmentProblem SegmentRelaxer::local_problem(const Guidewire& wire, const Contacts& contacts,
+                                             const PushSum& beyond) const {
+    SegmentProblem p;
+    p.count = count_;
+    std::array<PushSum, kMostVariedSegments> sum;
+    for (int m = 0; m < count_; ++m) {
+        const int i = varied_[m];
+        const BendingTerms bending = bending_terms(wire, directors_, torque_, i);
+        sum[m] = contacts.sum_from(i);
+        sum[m].force -= beyond.force;
+        sum[m].stiffness -= beyond.stiffness;
+        p.tangent[m] = wire.tangents[i];
+        p.pull[m] = bending.pull - wire.lengths[i] * sum[m].force;
+        p.curvature[m][m].setZero();
+        if (config_.bending_curvature) p.curvature[m][m] = bending.curvature;
+    }
+    for (int m = 0; m < count_; ++m)
+        for (int n = m; n < count_; ++n) {  // P_mn = λ_m λ_n Σ_{l ≥ max} k n nᵀ, Eq. 30
+            Mat3 wall = Mat3::Zero();
+            if (config_.wall_curvature)
+                wall = wire.lengths[varied_[m]] * wire.lengths[varied_[n]] * sum[n].stiffness;
+            if (m == n) {
+                p.curvature[m][m] += wall;
+                continue;
+            }
+            if (varied_[n] == varied_[m] + 1) wall += neighbour_curvature(wire, varied_[m]);
+            p.curvature[m][n] = wall;
+            p.curvature[n][m] = wall.transpose();
+        }
+    return p;
+}
+
+/// Give the varied segments these tangents; joints past `last` stay. Where it must descend and does not,
+/// nothing changes.
+template <class Contacts>
+bool SegmentRelaxer::try_turn(Guidewire& wire, Contacts& contacts, const Tangents& target, int last,
+                              bool must_descend) {
+    const int n = wire.segments(), first = varied_[0];
+    const bool curved = wire.curved_segments() > 0;
+    const int tip = curved ? std::max(0, n - wire.curved_segments()) : n;
+    // Joints whose bending changes: both ends of each varied segment, and all of the curved tip, which every
+    // turn proximal of it twists a little.
+    auto bending = [&] {
+        double sum = 0;
+        int done = -1;
+        for (int m = 0; m < count_; ++m)
+            for (int j = std::max(done + 1, varied_[m] - 1); j <= std::min(varied_[m], tip - 1); ++j) {
+                sum += joint_energy(wire, directors_, j);
+                done = j;
+            }
+        for (int j = tip; j < n; ++j) sum += joint_energy(wire, directors_, j);
+        return sum;
+    };
+    const double bending_before = must_descend ? bending() : 0.0;
+    const double push_before = must_descend ? contacts.energy(wire, first, last) : 0.0;
+
+    Tangents old;
+    std::array<TailStep, kMostVariedSegments> steps;
+    if (curved) old_directors_.assign(directors_.begin() + first, directors_.end());
+    for (int m = 0; m < count_; ++m) {
+        const int i = varied_[m];
+        old[m] = wire.tangents[i];
+        wire.tangents[i] = target[m];
+        steps[m] = {i, wire.lengths[i] * (target[m] - old[m])};
+    }
+    if (curved) transport_directors(wire, first, directors_);
+
+    const double push_after = contacts.move(wire, {steps.data(), static_cast<std::size_t>(count_)}, last);
+    if (must_descend) {
+        const double bending_after = bending();
+        const double change = (bending_after - bending_before) + (push_after - push_before);
+        const double scale = bending_before + bending_after + std::abs(push_before) + std::abs(push_after) +
+                             2 * contacts.load_scale(first);
+        const double rounding = kUpdateRounding * scale;
+        if (!(change <= rounding)) {
+            for (int m = 0; m < count_; ++m) wire.tangents[varied_[m]] = old[m];
+            contacts.undo(wire);
+            if (curved) std::copy(old_directors_.begin(), old_directors_.end(), directors_.begin() + first);
+            return false;
+        }
+    }
+    contacts.commit();
+    if (curved) tip_torque(wire, directors_, torque_);
+    return true;
+}
+
+SegmentRelaxer::Tangents SegmentRelaxer::solve(const Guidewire& wire, const SegmentProblem& problem) const {
+    if (config_.kind == RelaxerKind::Konings) {
+        const int i = varied_[0];
+        const double distal = i < wire.segments() ? wire.spring_constant(i) : 0.0;
+        Tangents target;
+        target.fill(small_turn_step(problem, wire.spring_constant(i - 1) + distal));
+        return target;
+    }
+    return (config_.safeguard ? descending_step(problem) : plain_step(problem)).tangent;
+}
+
+/// One update of the paper's method; the largest turn it made [-].
+template <class Contacts>
+double SegmentRelaxer::turn_segments(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
+    choose_segments(wire, contacts, segment);
+    const SegmentProblem problem = local_problem(wire, contacts, {});
+    const Tangents target = solve(wire, problem);
+    double share = 1;
+    const int n = wire.segments();
+    for (int m = 0; m < count_; ++m) {
+        if (!target[m].allFinite()) return 0;
+        const double limit = config_.turn_limit / std::sqrt(n + 1.0 - varied_[m]);
+        share = std::min(share, largest_share(problem.tangent[m], target[m], limit));
+    }
+    Tangents next;
+    for (int attempt = 0; attempt < kTries; ++attempt, share *= kTryAgain) {
+        for (int m = 0; m < count_; ++m) next[m] = limited_turn(problem.tangent[m], target[m], share);
+        if (try_turn(wire, contacts, next, n, config_.safeguard)) return largest_turn(wire, problem);
+    }
+    ++report.rejected;
+    return 0;
+}
+
+/// One update of the geometrical method: the piece of wire that begins with this segment.
+template <class Contacts>
+double SegmentRelaxer::turn_piece(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
+    const int n = wire.segments();
+    count_ = std::min(kClosedSegments, n - segment + 1);
+    const bool closed = count_ == kClosedSegments;
+    std::array<double, kClosedSegments> lengths{};
+    for (int m = 0; m < count_; ++m) {
+        varied_[m] = segment + m;
+        lengths[m] = wire.lengths[segment + m];
+    }
+    const int end = segment + count_ - 1;  // joint that a closed piece ends at
+    const SegmentProblem problem = local_problem(wire, contacts, closed ? contacts.sum_from(end) : PushSum{});
+    const GeometricStep step(problem, lengths, closed);
+    double share = 1;
+    for (int attempt = 0; attempt < kTries; ++attempt, share *= kTryAgain) {
+        const auto next = step.turned(share, config_.turn_limit);
+        if (next && try_turn(wire, contacts, *next, closed ? end - 1 : n, true))
+            return largest_turn(wire, problem);
+    }
+    ++report.rejected;
+    return 0;
+}
+
+double SegmentRelaxer::largest_turn(const Guidewire& wire, const SegmentProblem& before) const {
+    double turn = 0;
+    for (int m = 0; m < count_; ++m)
+        turn = std::max(turn, (wire.tangents[varied_[m]] - before.tangent[m]).norm());
+    return turn;
+}
+
+template <class Contacts>
+double SegmentRelaxer::update(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
+    double turn = 0;
+    if (config_.kind != RelaxerKind::Geometric) turn = turn_segments(wire, contacts, segment, report);
+    if (config_.kind == RelaxerKind::Geometric || config_.kind == RelaxerKind::Combined)
+        turn = std::max(turn, turn_piece(wire, contacts, segment, report));
+    return turn;
+}
+
+template <class Contacts>
+RelaxReport SegmentRelaxer::sweep(Guidewire& wire, Contacts contacts, const RelaxBudget& budget,
+                                  const UpdateObserver& observer) {
+    RelaxReport report;
+    begin(wire, contacts);
+    since_sweep_ = 1;
+    bool tilted = false;
+    for (; report.updates < budget.updates; ++report.updates) {
+        const Schedule::Turn turn = schedule_.next(wire.segments(), budget);
+        if (turn.starts_sweep) {
+            // A wire pressed exactly along its axis is stationary without being at rest: tilt it once, a
+            // little.
+            if (since_sweep_ == 0 && contacts.touching() > 0 && !tilted) {
+                tilt(wire);
+                begin(wire, contacts);
+                tilted = true;
+            } else if (since_sweep_ < kRest) {
+                report.converged = true;
+                break;
+            }
+            since_sweep_ = turn.segment == 1 ? 0 : 1;  // only a sweep over the whole wire tells
+            contacts.start_sweep(wire, turn.segment);
+        }
+        contacts.settle(wire, turn.segment);
+        const double turned = update(wire, contacts, turn.segment, report);
+        since_sweep_ = std::max(since_sweep_, turned);
+        report.largest_turn = std::max(report.largest_turn, turned);
+        if (observer) observer(turn.segment, contacts.settled(wire));
+    }
+    contacts.settle_all(wire);
+    rebuild_joints(wire);
+    for (int i = 1; i <= wire.segments(); ++i) wire.stations[i] = contacts.contacts()[i].station;
+    report.contacts = contacts.touching();
+    report.wall_queries = contacts.queries();
+    return report;
+}
+
+RelaxReport SegmentRelaxer::relax(Guidewire& wire, const LumenWall& wall, const RelaxBudget& budget,
+                                  const UpdateObserver& observer) {
+    if (config_.stored_planes) return sweep(wire, StoredPlanes(wall), budget, observer);
+    return sweep(wire, ContactSet(wall), budget, observer);
+}
+
+std::vector<std::string> problems(const RelaxerConfig& c) {
+    std::vector<std::string> out;
+    if (c.varied_segments < 1 || c.varied_segments > kMostVariedSegments)
+        out.push_back("varied_segments must lie in 1 to 5, not " + std::to_string(c.varied_segments) + ".");
+    if (c.stored_planes && c.kind != RelaxerKind::Segment && c.kind != RelaxerKind::FirstOrder)
+        out.push_back("stored_planes go with the segment and the first-order relaxer.");
+    if (c.separation && (*c.separation < 2 || *c.separation > 200))
+        out.push_back("separation must lie in 2 to 200, not " + std::to_string(*c.separation) + ".");
+    if (!std::isfinite(c.turn_limit) || c.turn_limit <= 0 || c.turn_limit > 2)
+        out.push_back("turn_limit must lie in (0, 2].");
+    return out;
+}
+
+RelaxBudget whole_cycles(int segments, int cycles) {
+    return {cycles * segments * (segments + 1) / 2, 0.0, 0};
+}
+
+std::unique_ptr<Relaxer> make_relaxer(const RelaxerConfig& config) {
+    if (const auto wrong = problems(config); !wrong.empty()) throw std::invalid_argument(wrong.front());
+    if (config.kind == RelaxerKind::Global) return std::make_unique<GlobalRelaxer>(config);
+    return std::make_unique<SegmentRelaxer>(config);
+}
+
+}  // namespace physics

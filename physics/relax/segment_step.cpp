@@ -1,0 +1,222 @@
+#include "physics/relax/segment_step.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+
+namespace physics {
+namespace {
+
+using Tangents = std::array<Vec3, kMostVariedSegments>;
+
+/// Model at one point of the iteration, in the planes ⟂ v_m.
+template <int M>
+struct Newton {
+    using Vector = Eigen::Matrix<double, 2 * M, 1>;
+    using Matrix = Eigen::Matrix<double, 2 * M, 2 * M>;
+    using Basis = Eigen::Matrix<double, 3, 2>;
+
+    const SegmentProblem& problem;
+    Tangents v;
+    std::array<double, kMostVariedSegments> sigma{};
+    std::array<Basis, M> basis;
+    std::array<Vec3, M> slope;  // Σ_n P_mn (v_n − u_n) − q_m
+
+    explicit Newton(const SegmentProblem& p) : problem(p) {}
+
+    void linearise() {
+        for (int m = 0; m < M; ++m) {
+            slope[m] = -problem.pull[m];
+            for (int n = 0; n < M; ++n) slope[m] += problem.curvature[m][n] * (v[n] - problem.tangent[n]);
+            Vec3 a, b;
+            tangent_basis(v[m], a, b);
+            basis[m].col(0) = a;
+            basis[m].col(1) = b;
+        }
+    }
+    Vector gradient() const {
+        Vector g;
+        for (int m = 0; m < M; ++m) g.template segment<2>(2 * m) = basis[m].transpose() * slope[m];
+        return g;
+    }
+    Matrix hessian() const {
+        Matrix h;
+        for (int m = 0; m < M; ++m)
+            for (int n = 0; n < M; ++n)
+                h.template block<2, 2>(2 * m, 2 * n) =
+                    basis[m].transpose() * problem.curvature[m][n] * basis[n];
+        for (int m = 0; m < M; ++m) h.template block<2, 2>(2 * m, 2 * m).diagonal().array() += sigma[m];
+        return h;
+    }
+    Tangents turned(const Vector& alpha) const {
+        Tangents w = v;
+        for (int m = 0; m < M; ++m) w[m] = (v[m] + basis[m] * alpha.template segment<2>(2 * m)).normalized();
+        return w;
+    }
+};
+
+template <int M>
+SegmentSolution plain(const SegmentProblem& problem, int most_iterations) {
+    Newton<M> newton(problem);
+    for (int m = 0; m < M; ++m) {
+        newton.sigma[m] = problem.pull[m].norm();
+        newton.v[m] = newton.sigma[m] > 1e-300 ? Vec3(problem.pull[m] / newton.sigma[m]) : problem.tangent[m];
+    }
+    SegmentSolution solution;
+    while (solution.iterations < most_iterations && !solution.converged) {
+        newton.linearise();
+        const typename Newton<M>::Vector alpha = newton.hessian().partialPivLu().solve(-newton.gradient());
+        if (!alpha.allFinite()) break;
+        std::array<Vec3, M> delta;
+        for (int m = 0; m < M; ++m) delta[m] = newton.basis[m] * alpha.template segment<2>(2 * m);
+        for (int m = 0; m < M; ++m) {  // last row block of Eq. 33 eliminated
+            Vec3 force = newton.slope[m] + newton.sigma[m] * newton.v[m];
+            for (int n = 0; n < M; ++n) force += problem.curvature[m][n] * delta[n];
+            newton.sigma[m] -= newton.v[m].dot(force);
+        }
+        newton.v = newton.turned(alpha);
+        ++solution.iterations;
+        solution.converged = alpha.template lpNorm<Eigen::Infinity>() < 1e-14;
+    }
+    solution.tangent = newton.v;
+    solution.multiplier = newton.sigma;
+    return solution;
+}
+
+template <int M>
+SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
+    Newton<M> newton(problem);
+    newton.v = problem.tangent;
+    double scale = 0;
+    for (int m = 0; m < M; ++m)
+        scale = std::max({scale, problem.pull[m].norm(), problem.curvature[m][m].trace()});
+    SegmentSolution solution;
+    double energy = 0;
+    bool kicked = false;
+    while (solution.iterations < most_iterations && !solution.converged && scale > 0) {
+        newton.linearise();
+        for (int m = 0; m < M; ++m) newton.sigma[m] = -newton.v[m].dot(newton.slope[m]);
+        const auto gradient = newton.gradient();
+        auto hessian = newton.hessian();
+        Eigen::LLT<typename Newton<M>::Matrix> cholesky(hessian);
+        ++solution.iterations;
+        const bool shifted = cholesky.info() != Eigen::Success;
+        if (shifted) {
+            if (!kicked && gradient.template lpNorm<Eigen::Infinity>() <= 1e-12 * scale) {
+                // On the axis of a wall met head-on, or an exact fold: balanced, but no minimum.
+                typename Newton<M>::Vector kick = Newton<M>::Vector::Zero();
+                kick[0] = 1e-3, kick[1] = 0.6e-3;
+                newton.v = newton.turned(kick);
+                energy = model_energy(problem, newton.v);
+                kicked = true;
+                continue;
+            }
+            for (double shift = 1e-3 * scale; cholesky.info() != Eigen::Success; shift *= 4) {
+                auto convex = hessian;
+                convex.diagonal().array() += shift;
+                cholesky.compute(convex);
+                if (shift > 1e6 * scale) break;
+            }
+            if (cholesky.info() != Eigen::Success) break;
+        }
+        typename Newton<M>::Vector alpha = cholesky.solve(-gradient);
+        if (!alpha.allFinite()) break;
+        const double size = alpha.template lpNorm<Eigen::Infinity>();
+        solution.converged = size < 1e-14;
+        if (size < 1e-5 && !shifted) {  // too short for a difference of energies to tell
+            newton.v = newton.turned(alpha);
+            energy = model_energy(problem, newton.v);
+            continue;
+        }
+        bool lower = false;
+        for (int attempt = 0; attempt < 12 && !lower; ++attempt, alpha *= 0.5) {
+            const Tangents trial = newton.turned(alpha);
+            const double trial_energy = model_energy(problem, trial);
+            if (!(trial_energy < energy)) continue;
+            lower = true;
+            newton.v = trial;
+            energy = trial_energy;
+        }
+        if (!lower) {
+            solution.converged = true;  // as low as rounding can tell
+            break;
+        }
+    }
+    solution.tangent = newton.v;
+    solution.multiplier = newton.sigma;
+    return solution;
+}
+
+}  // namespace
+
+double model_energy(const SegmentProblem& p, const Tangents& v) {
+    double energy = 0;
+    Tangents e;
+    for (int m = 0; m < p.count; ++m) e[m] = v[m] - p.tangent[m];
+    for (int m = 0; m < p.count; ++m) {
+        Vec3 slope = -p.pull[m];
+        for (int n = 0; n < p.count; ++n) slope += 0.5 * (p.curvature[m][n] * e[n]);
+        energy += e[m].dot(slope);
+    }
+    return energy;
+}
+
+SegmentSolution plain_step(const SegmentProblem& p, int most_iterations) {
+    switch (p.count) {
+        case 1:
+            return plain<1>(p, most_iterations);
+        case 2:
+            return plain<2>(p, most_iterations);
+        case 3:
+            return plain<3>(p, most_iterations);
+        case 4:
+            return plain<4>(p, most_iterations);
+        default:
+            return plain<5>(p, most_iterations);
+    }
+}
+
+SegmentSolution descending_step(const SegmentProblem& p, int most_iterations) {
+    switch (p.count) {
+        case 1:
+            return descending<1>(p, most_iterations);
+        case 2:
+            return descending<2>(p, most_iterations);
+        case 3:
+            return descending<3>(p, most_iterations);
+        case 4:
+            return descending<4>(p, most_iterations);
+        default:
+            return descending<5>(p, most_iterations);
+    }
+}
+
+Vec3 small_turn_step(const SegmentProblem& p, double sigma) {
+    Newton<1> newton(p);
+    newton.v = p.tangent;
+    newton.sigma[0] = sigma;
+    newton.linearise();
+    return newton.turned(newton.hessian().llt().solve(-newton.gradient()))[0];
+}
+
+double largest_share(const Vec3& u, const Vec3& v, double limit) {
+    if (limit >= 2 || (v - u).norm() <= limit) return 1.0;
+    // The blend (1−α)u + αv turns by φ when α = sin φ / (sin φ + sin(θ−φ)).
+    const double theta = std::atan2(u.cross(v).norm(), u.dot(v));
+    const double phi = 2 * std::asin(0.5 * limit);
+    return std::sin(phi) / (std::sin(phi) + std::sin(theta - phi));
+}
+
+Vec3 limited_turn(const Vec3& u, const Vec3& v, double alpha) {
+    if (alpha >= 1) return v;
+    const Vec3 blend = (1 - alpha) * u + alpha * v;
+    const double length = blend.norm();
+    if (length > 1e-9) return blend / length;
+    Vec3 a, b;  // v = −u exactly: any way round will do
+    tangent_basis(u, a, b);
+    return (u + alpha * a).normalized();
+}
+
+}  // namespace physics

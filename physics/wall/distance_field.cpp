@@ -1,0 +1,350 @@
+#include "physics/wall/distance_field.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <istream>
+#include <limits>
+#include <ostream>
+#include <stdexcept>
+#include <string>
+
+#include "physics/geometry/bspline_grid.h"
+#include "physics/geometry/lumen_surface.h"
+#include "physics/wall/field_sampler.h"
+#include "physics/wall/vessel_sheets.h"
+
+namespace physics {
+namespace {
+
+/// The spline changes by no more than 1 / kSlope per mm, creases of the wall included.
+constexpr double kSlope = 0.9;
+/// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
+constexpr std::uint32_t kVersion = 5;
+constexpr char kMagic[8] = {'S', 'E', 'L', 'D', 'F', 'L', 'D', '\n'};
+
+/// Past an open end the lumen goes on straight, first whole, then fading, so that energy and force have no
+/// step at the end's plane and a tip that looks out of it does not swing round its rim.
+constexpr double kWhole = 5, kGone = 10;  // past the plane [mm]
+/// Grid nodes past the plane in which the field becomes that of the plane.
+constexpr double kTurn = 4;
+
+/// 0 to 1 as t goes from 0 to 1, twice continuously differentiable, with its derivatives and its integral.
+struct SmoothStep {
+    double value, slope, curve, integral;
+    explicit SmoothStep(double t) {
+        t = std::clamp(t, 0.0, 1.0);
+        value = t * t * t * (10 + t * (6 * t - 15));
+        slope = 30 * t * t * (1 - t) * (1 - t);
+        curve = 60 * t * (1 - t) * (1 - 2 * t);
+        integral = t * t * t * t * (2.5 + t * (t - 3));
+    }
+};
+
+/// What lies past an open end, seen as if the lumen went on straight.
+struct Sleeve {
+    double past = 0;                        // the end's plane [mm]
+    Vec3 out = Vec3::Zero();                // the end's normal
+    double kept = 0, slope = 1, curve = 0;  // of `past` in the field's grid, and its derivatives
+
+    Sleeve(const Vec3& x, std::span<const OpenEnd> ends, std::span<const int> seen, double margin,
+           double spacing) {
+        for (const int e : seen) {
+            const Vec3 d = x - ends[e].centre;
+            const double t = d.dot(ends[e].outward_normal), reach = 2 * (ends[e].radius + t) + margin;
+            if (t <= past || (d - t * ends[e].outward_normal).squaredNorm() > reach * reach) continue;
+            past = t;
+            out = ends[e].outward_normal;
+        }
+        const double length = kTurn * spacing;
+        const SmoothStep step(past / length);
+        kept = std::min(past, length) - length * step.integral;
+        slope = 1 - step.value;
+        curve = -step.slope / length;
+    }
+    bool inside() const { return past == 0; }
+    bool gone() const { return past >= kGone; }
+    Vec3 seen_at(const Vec3& x) const { return x - (past - kept) * out; }
+
+    /// Chain rule of x ↦ seen_at(x), then the fading.
+    void apply(WallContact& c) const {
+        const double along = c.normal.dot(out);
+        const Mat3 flatten = Mat3::Identity() - (1 - slope) * out * out.transpose();
+        c.curvature = flatten * c.curvature * flatten + along * curve * out * out.transpose();
+        c.normal -= (1 - slope) * along * out;
+        if (!c.touches() || past <= kWhole) return;
+        const double length = kGone - kWhole;
+        const SmoothStep step((past - kWhole) / length);
+        const double w = 1 - step.value, dw = -step.slope / length, ddw = -step.curve / (length * length);
+        c.curvature = w * c.curvature + dw * (c.normal * out.transpose() + out * c.normal.transpose()) +
+                      c.penetration * ddw * out * out.transpose();
+        c.normal = w * c.normal + c.penetration * dw * out;
+        c.penetration *= w;
+    }
+};
+
+/// FNV-1a over 8-byte words, the last filled with zeros.
+std::uint64_t mixed(const void* bytes, std::size_t count, std::uint64_t hash = 0xcbf29ce484222325u) {
+    const char* at = static_cast<const char*>(bytes);
+    for (std::size_t i = 0; i < count; i += 8) {
+        std::uint64_t word = 0;
+        std::memcpy(&word, at + i, std::min<std::size_t>(8, count - i));
+        hash = (hash ^ word) * 0x100000001b3u;
+        hash ^= hash >> 32;
+    }
+    return hash;
+}
+
+double chosen_spacing(double wanted, const CentrelineTree& tree) {
+    if (wanted != 0) return wanted;
+    double smallest = std::numeric_limits<double>::max();
+    for (const Station& s : tree.stations()) smallest = std::min(smallest, s.radius);
+    return std::clamp(smallest / 6, 0.2, 0.3);
+}
+/// The radius from which twice the spacing is little enough, a sixth as in the smallest vessel, and of twice
+/// that radius four times; none when the spacing was chosen.
+double wide_from(double wanted, double spacing) {
+    return wanted != 0 ? std::numeric_limits<double>::infinity() : 12 * spacing;
+}
+
+/// Walls that do not see one another lie in different sheets when this close, so that no cell of the band
+/// needs nodes that the other is nearest to [mm].
+auto nearness(double outer, double spacing, double wide) {
+    return [=](double radius) { return outer + 2 * spacing * (1 << level_of(radius, wide)); };
+}
+
+void check(double wire_radius, double inner) {
+    if (!(wire_radius >= 0 && wire_radius < inner))
+        throw std::invalid_argument("the wire's radius must be >= 0 and below the field's depth of " +
+                                    std::to_string(inner) + " mm");
+}
+
+}  // namespace
+
+struct DistanceField::Data {
+    CentrelineTree tree;
+    VesselSheets sheets;
+    std::vector<SheetField> fields;  // per sheet
+    double spacing, inner, outer;
+    double wide;  // radius of vessels known at twice the spacing [mm]
+    WallStiffness stiffness;
+    double wire_radius;
+    std::uint64_t fingerprint;
+
+    WallContact contact(const Vec3& x, int hint) const;
+    void ask_grid(const Vec3& x, WallContact&) const;
+};
+
+DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const CentrelineBranch> branches,
+                             std::vector<OpenEnd> ends, WallStiffness stiffness, double wire_radius,
+                             const DistanceFieldOptions& options,
+                             const std::function<void(double)>& progress) {
+    if (!(options.spacing >= 0 && std::isfinite(options.spacing) && options.inner > 0 && options.outer > 0 &&
+          std::isfinite(options.inner + options.outer)))
+        throw std::invalid_argument("a distance field's spacing, inner and outer band must be positive");
+    check(wire_radius, options.inner);
+    const std::uint64_t print = fingerprint(lumen, branches, ends, options);
+    CentrelineTree tree(branches, std::move(ends));
+    const double h = chosen_spacing(options.spacing, tree), wide = wide_from(options.spacing, h);
+    const FieldBand band{
+        h, options.inner, options.outer, wide, std::max(1, options.threads), options.largest};
+    VesselSheets sheets = vessel_sheets(tree, nearness(options.outer, h, wide));
+    const LumenSurface surface = lumen_surface(lumen, tree);
+    std::vector<SheetField> fields = sampled_fields(surface, tree, sheets, band, progress);
+    data_.reset(new Data{std::move(tree), std::move(sheets), std::move(fields), h, options.inner,
+                         options.outer, wide, std::move(stiffness), wire_radius, print});
+}
+
+DistanceField::DistanceField(std::unique_ptr<Data> data) : data_(std::move(data)) {}
+DistanceField::DistanceField(DistanceField&&) noexcept = default;
+DistanceField::~DistanceField() = default;
+
+const CentrelineTree& DistanceField::tree() const {
+    return data_->tree;
+}
+double DistanceField::spacing() const {
+    return data_->spacing;
+}
+int DistanceField::sheets() const {
+    return static_cast<int>(data_->fields.size());
+}
+std::size_t DistanceField::bytes() const {
+    std::size_t sum = 0;
+    for (const SheetField& field : data_->fields) sum += field.bytes();
+    return sum;
+}
+
+WallContact DistanceField::Data::contact(const Vec3& x, int hint) const {
+    WallContact c;
+    c.station = tree.locate(x, hint);
+    c.stiffness = stiffness.mean();
+    const Sleeve sleeve(x, tree.ends(), sheets.ends[c.station], outer, spacing);
+    if (sleeve.gone()) {
+        c.room = tree.stations()[c.station].radius - wire_radius;
+        c.penetration = -1e-3;
+    } else if (sleeve.inside()) {
+        ask_grid(x, c);
+    } else {
+        ask_grid(sleeve.seen_at(x), c);
+        sleeve.apply(c);
+    }
+    if (!stiffness.uniform() && !c.normal.isZero(0)) stiffness.apply(tree.way(c.station, x), c);
+    return c;
+}
+
+void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
+    const Station& station = tree.stations()[c.station];
+    const double depth = station.radius - (x - station.centre).norm();  // in the inscribed ball
+    const double inside = depth - wire_radius;
+    c.room = station.radius - wire_radius;
+    c.penetration = -std::max(inside, 1e-3);
+    c.trust = std::max(0.0, inside - kCentrelineError);
+    if (depth > inner + kCentrelineError) return;
+
+    const SheetField& sheet = fields[sheets.sheet_of[c.station]];
+    SplineValue field;
+    if (sheet.evaluate(x, field)) {
+        c.penetration = field.value + wire_radius;
+        c.normal = field.gradient;
+        c.curvature = field.hessian;
+        c.trust = std::max(0.0, -kSlope * c.penetration);
+        return;
+    }
+    // Off the band: outside it, if the way to the centreline meets it at a place outside the wall.
+    const Vec3 way = tree.closest_point(c.station, x) - x;
+    const double length = way.norm();
+    for (double t = spacing; t < length; t += spacing) {
+        const Vec3 y = x + t / length * way;
+        if (!sheet.evaluate(y, field)) continue;
+        if (field.value <= 0) break;
+        c.penetration = field.value + field.gradient.dot(x - y) + wire_radius;
+        c.normal = field.gradient;
+        c.trust = 0;
+        return;
+    }
+    // Inside, where no wall is nearer than the band is deep.
+    c.penetration = -std::max(inside, inner - wire_radius);
+    c.trust = std::max(c.trust, kSlope * (inner - wire_radius));
+}
+
+bool DistanceField::same_vessel(int station, int other) const {
+    return data_->tree.same_branch(station, other);
+}
+
+void DistanceField::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
+    for (std::size_t i = 0; i < joints.size(); ++i)
+        contacts[i] = data_->contact(joints[i], contacts[i].station);
+}
+
+std::uint64_t DistanceField::fingerprint(const TriangleMesh& lumen,
+                                         std::span<const CentrelineBranch> branches,
+                                         std::span<const OpenEnd> ends, const DistanceFieldOptions& options) {
+    std::uint64_t hash = mixed(&kVersion, sizeof kVersion);
+    auto mix = [&](const auto* values, std::size_t count) {
+        hash = mixed(&count, sizeof count, hash);
+        hash = mixed(values, count * sizeof *values, hash);
+    };
+    const double band[3] = {options.spacing, options.inner, options.outer};
+    mix(band, 3);
+    mix(lumen.vertices.data(), lumen.vertices.size());
+    mix(lumen.triangles.data(), lumen.triangles.size());
+    for (const CentrelineBranch& branch : branches) {
+        mix(&branch.parent, 1);
+        mix(branch.points.data(), branch.points.size());
+        mix(branch.radii.data(), branch.radii.size());
+    }
+    for (const OpenEnd& end : ends) {
+        mix(&end.centre, 1);
+        mix(&end.outward_normal, 1);
+        mix(&end.radius, 1);
+    }
+    return hash;
+}
+
+void DistanceField::save(std::ostream& out) const {
+    std::string body;
+    auto write = [&](const auto* values, std::size_t count) {
+        body.append(reinterpret_cast<const char*>(values), count * sizeof *values);
+    };
+    const double band[4] = {data_->spacing, data_->inner, data_->outer, data_->wide};
+    write(&data_->fingerprint, 1);
+    write(band, 4);
+    const std::uint64_t sheets = data_->fields.size();
+    write(&sheets, 1);
+    for (const SheetField& field : data_->fields)
+        for (const SplineGrid& grid : field.grids) {
+            const std::uint64_t bricks = grid.bricks();
+            write(&bricks, 1);
+            for (std::size_t b = 0; b < bricks; ++b) write(&grid.brick(b), 1);
+            for (std::size_t b = 0; b < bricks; ++b) write(grid.nodes(b).data(), SplineGrid::kNodes);
+        }
+    const std::uint64_t head[2] = {body.size(), mixed(body.data(), body.size())};
+    out.write(kMagic, sizeof kMagic);
+    out.write(reinterpret_cast<const char*>(&kVersion), sizeof kVersion);
+    out.write(reinterpret_cast<const char*>(head), sizeof head);
+    out.write(body.data(), static_cast<std::streamsize>(body.size()));
+}
+
+DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
+                                  std::span<const CentrelineBranch> branches, std::vector<OpenEnd> ends,
+                                  WallStiffness stiffness, double wire_radius) {
+    char magic[sizeof kMagic];
+    std::uint32_t version = 0;
+    std::uint64_t head[2] = {};
+    in.read(magic, sizeof magic);
+    in.read(reinterpret_cast<char*>(&version), sizeof version);
+    in.read(reinterpret_cast<char*>(head), sizeof head);
+    if (!in || std::memcmp(magic, kMagic, sizeof magic) != 0)
+        throw std::runtime_error("this is not a saved distance field");
+    if (version != kVersion) throw std::runtime_error("the distance field was saved by another version");
+    if (head[0] > std::uint64_t{1} << 32) throw std::runtime_error("the saved distance field is damaged");
+    const auto size = static_cast<std::size_t>(head[0]);
+    const std::streamoff start = in.tellg();  // a wrong size must not claim memory
+    const std::streamoff end = in.seekg(0, std::ios::end).tellg();
+    if (start < 0 || end < start || static_cast<std::uint64_t>(end - start) < head[0])
+        throw std::runtime_error("the saved distance field is cut short");
+    in.seekg(start);
+    const auto body = std::make_unique_for_overwrite<char[]>(size);
+    if (!in.read(body.get(), static_cast<std::streamsize>(size)))
+        throw std::runtime_error("the saved distance field is cut short");
+    if (mixed(body.get(), size) != head[1]) throw std::runtime_error("the saved distance field is damaged");
+
+    std::size_t at = 0;
+    auto read = [&](auto* values, std::size_t count) {
+        if (count > (size - at) / sizeof *values)
+            throw std::runtime_error("the saved distance field is damaged");
+        if (count > 0) std::memcpy(values, body.get() + at, count * sizeof *values);
+        at += count * sizeof *values;
+    };
+    std::uint64_t print = 0, count = 0;
+    double band[4];
+    read(&print, 1);
+    if (print != fingerprint) throw std::runtime_error("the saved distance field is of another lumen");
+    read(band, 4);
+    read(&count, 1);
+    check(wire_radius, band[1]);
+    CentrelineTree tree(branches, std::move(ends));
+    VesselSheets sheets = vessel_sheets(tree, nearness(band[2], band[0], band[3]));
+    if (sheets.stations.size() != count) throw std::runtime_error("the saved distance field is damaged");
+    auto read_grid = [&](double spacing) {
+        std::uint64_t bricks = 0;
+        read(&bricks, 1);
+        if (bricks > size) throw std::runtime_error("the saved distance field is damaged");
+        std::vector<SplineGrid::Brick> list(bricks);
+        read(list.data(), list.size());
+        SplineGrid grid(spacing, std::move(list));
+        for (std::size_t b = 0; b < bricks; ++b) read(grid.nodes(b).data(), SplineGrid::kNodes);
+        return grid;
+    };
+    std::vector<SheetField> fields;
+    for (std::uint64_t g = 0; g < count; ++g) {
+        fields.emplace_back();
+        for (int level = 0; level < SheetField::kLevels; ++level)
+            fields.back().grids.push_back(read_grid(band[0] * (1 << level)));
+    }
+    return DistanceField(
+        std::unique_ptr<Data>(new Data{std::move(tree), std::move(sheets), std::move(fields), band[0],
+                                       band[1], band[2], band[3], std::move(stiffness), wire_radius, print}));
+}
+
+}  // namespace physics

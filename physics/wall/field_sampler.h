@@ -1,0 +1,52 @@
+#pragma once
+/// Signed distances to a lumen's wall as one sheet of the vessels sees it, and the grids made of them.
+
+#include <functional>
+#include <vector>
+
+#include "physics/geometry/bspline_grid.h"
+#include "physics/geometry/lumen_surface.h"
+#include "physics/geometry/seen_surface.h"
+#include "physics/wall/vessel_sheets.h"
+
+namespace physics {
+
+struct FieldBand {
+    double spacing, inner, outer;  // [mm]
+    double wide;  // vessels of this radius or more are known at twice the spacing, of twice it at four times
+    int threads;
+    std::size_t largest;  // [bytes]
+};
+
+/// The surface of a lumen with these centrelines, facing out of them.
+LumenSurface lumen_surface(const TriangleMesh&, const CentrelineTree&);
+
+/// The field of a sheet in grids of the spacing, twice and four times that, where each is known the finest;
+/// one function, twice continuously differentiable.
+struct SheetField {
+    static constexpr int kLevels = 3;
+    std::vector<SplineGrid> grids;  // kLevels
+
+    bool evaluate(const Vec3& x, SplineValue& out) const {
+        for (const SplineGrid& grid : grids)
+            if (grid.evaluate(x, out)) return true;
+        return false;
+    }
+    std::size_t bytes() const {
+        std::size_t sum = 0;
+        for (const SplineGrid& grid : grids) sum += grid.bytes();
+        return sum;
+    }
+};
+
+/// Of a vessel of this radius, the level of the grid that is fine enough.
+inline int level_of(double radius, double wide) {
+    return radius < wide ? 0 : radius < 2 * wide ? 1 : 2;
+}
+
+/// Per sheet the signed distance, negative inside: coarser where the nearest wall is a wide vessel's and has
+/// no crease. Throws std::invalid_argument when they would be larger than the band allows.
+std::vector<SheetField> sampled_fields(const LumenSurface&, const CentrelineTree&, const VesselSheets&,
+                                       const FieldBand&, const std::function<void(double)>& progress);
+
+}  // namespace physics

@@ -1,0 +1,98 @@
+#include "physics/wall/mesh_wall.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "physics/geometry/embree_mesh.h"
+
+namespace physics {
+namespace {
+
+/// A joint deeper inside than this share of the local radius asks no ray: it touches nothing.
+constexpr double kNearWall = 0.35;
+
+}  // namespace
+
+struct MeshWall::Scene {
+    TriangleMesh mesh;
+    CentrelineTree tree;
+    WallStiffness stiffness;
+    double wire_radius;
+    EmbreeMesh embree;
+
+    Scene(const TriangleMesh& lumen, CentrelineTree centrelines, WallStiffness k, double radius)
+        : mesh(lumen),
+          tree(std::move(centrelines)),
+          stiffness(std::move(k)),
+          wire_radius(radius),
+          embree(mesh) {}
+    WallContact contact(const Vec3& x, int hint) const;
+};
+
+MeshWall::MeshWall(const TriangleMesh& lumen, std::vector<CentrelineBranch> branches,
+                   std::vector<OpenEnd> ends, WallStiffness stiffness, double wire_radius) {
+    if (lumen.triangles.empty()) throw std::invalid_argument("the lumen mesh has no triangles");
+    for (const Vec3& v : lumen.vertices)
+        if (!v.allFinite()) throw std::invalid_argument("the lumen mesh has a vertex that is not finite");
+    for (const auto& t : lumen.triangles)
+        for (int v : t)
+            if (v < 0 || v >= static_cast<int>(lumen.vertices.size()))
+                throw std::invalid_argument("the lumen mesh has a triangle with an index out of range");
+    scene_ = std::make_unique<const Scene>(lumen, CentrelineTree(branches, std::move(ends)),
+                                           std::move(stiffness), wire_radius);
+}
+
+MeshWall::~MeshWall() = default;
+
+WallContact MeshWall::Scene::contact(const Vec3& x, int hint) const {
+    WallContact c;
+    c.station = tree.locate(x, hint);
+    c.stiffness = stiffness.mean();
+    const Station& station = tree.stations()[c.station];
+    const double inside = station.radius - (x - station.centre).norm() - wire_radius;
+    c.room = station.radius - wire_radius;
+    c.penetration = -std::max(inside, 1e-3);
+    c.trust = std::max(0.0, inside - kCentrelineError);
+    if (inside > kNearWall * station.radius) return c;
+
+    // From the closest point of the centreline the ray meets the wall about at a right angle.
+    const Vec3 origin = tree.closest_point(c.station, x);
+    const Vec3 out = x - origin;
+    const double distance = out.norm();
+    if (distance < 1e-9 || tree.beyond_an_end(x)) return c;
+    const Vec3 way = out / distance;
+
+    const RTCRayHit ray = embree.cast(origin, way);
+    if (!EmbreeMesh::hits(ray)) return c;  // out through an open end
+
+    const auto& triangle = mesh.triangles[ray.hit.primID];
+    const Vec3 &p = mesh.vertices[triangle[0]], &q = mesh.vertices[triangle[1]],
+               &r = mesh.vertices[triangle[2]];
+    Vec3 normal = (q - p).cross(r - p).normalized();
+    if (normal.dot(way) < 0) normal = -normal;
+    c.normal = normal;
+    c.penetration = normal.dot(x - p) + wire_radius;
+    if (!stiffness.uniform()) stiffness.apply(tree.way(c.station, x), c);
+    return c;
+}
+
+bool MeshWall::same_vessel(int station, int other) const {
+    return scene_->tree.same_branch(station, other);
+}
+
+void MeshWall::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
+    for (std::size_t i = 0; i < joints.size(); ++i)
+        contacts[i] = scene_->contact(joints[i], contacts[i].station);
+}
+
+MeshWall::Place MeshWall::place(int station) const {
+    const auto stations = scene_->tree.stations();
+    if (station < 0 || station >= static_cast<int>(stations.size())) return {};
+    return {stations[station].branch, stations[station].sample};
+}
+
+}  // namespace physics

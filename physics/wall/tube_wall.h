@@ -1,0 +1,42 @@
+#pragma once
+/// The wall of a tube of constant radius around a polyline, in closed form: the reference that meshes are
+/// tested against and the wall of the paper's scenes.
+
+#include <vector>
+
+#include "physics/wall/wall.h"
+#include "physics/wall/wall_stiffness.h"
+
+namespace physics {
+
+/// The lumen is the set of points within `radius` of the polyline; the wire's radius is taken off it.
+class TubeWall final : public LumenWall {
+public:
+    /// stiffness: k per joint [N/mm]. Throws std::invalid_argument for fewer than two points, repeated or
+    /// non-finite points, or a radius not larger than the wire's.
+    TubeWall(Polyline centreline, double radius, WallStiffness stiffness, double wire_radius = 0.0);
+
+    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
+
+    const Polyline& centreline() const { return centreline_; }
+    double radius() const { return radius_; }
+
+private:
+    WallContact contact(const Vec3& joint, int hint) const;
+    static Mat3 curvature(const Vec3& along, const Vec3& normal, double distance, bool corner);
+    int closest_segment(const Vec3& joint, int hint) const;
+
+    /// Ball around a run of segments, so that a search without a hint passes over most of them.
+    struct Ball {
+        Vec3 centre;
+        double radius;
+    };
+    Polyline centreline_;
+    std::vector<Ball> balls_;
+    double radius_;
+    WallStiffness stiffness_;
+    double wire_radius_;
+    std::vector<double> ways_;  // of the points, where the stiffness is not uniform [mm]
+};
+
+}  // namespace physics

@@ -1,0 +1,118 @@
+#include "physics/wall/vessel_sheets.h"
+
+#include <algorithm>
+#include <queue>
+
+namespace physics {
+namespace {
+
+constexpr double kWayRounding = 1e-6;  // of sums of lengths [mm]
+
+/// Of each station the largest of radius less half the way there along the vessels, over all stations: beyond
+/// it, none is seen from farther than twice that and the looker's radius.
+std::vector<double> widest_beyond(const CentrelineTree& tree) {
+    std::vector<double> widest;
+    std::priority_queue<std::pair<double, int>> open;
+    for (const Station& station : tree.stations()) {
+        open.push({station.radius, static_cast<int>(widest.size())});
+        widest.push_back(station.radius);
+    }
+    while (!open.empty()) {
+        const auto [radius, s] = open.top();
+        open.pop();
+        if (radius < widest[s]) continue;
+        for (int t : tree.neighbours(s)) {
+            const double there =
+                radius - 0.5 * (tree.stations()[t].centre - tree.stations()[s].centre).norm();
+            if (there <= widest[t]) continue;
+            widest[t] = there;
+            open.push({there, t});
+        }
+    }
+    return widest;
+}
+
+/// Stations within reach along the vessels (Dijkstra's algorithm, stopped there).
+std::vector<int> seen_from(const CentrelineTree& tree, int from, const std::vector<double>& widest,
+                           std::vector<double>& way) {
+    const auto stations = tree.stations();
+    using Entry = std::pair<double, int>;
+    std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+    std::vector<int> touched{from}, seen;
+    way[from] = 0;
+    open.push({0.0, from});
+    while (!open.empty()) {
+        const auto [length, s] = open.top();
+        open.pop();
+        if (length > way[s]) continue;
+        // Its own neighbours a station always sees, however far apart the samples are.
+        const auto next = tree.neighbours(from);
+        if (length <= 2 * (stations[from].radius + stations[s].radius) ||
+            std::find(next.begin(), next.end(), s) != next.end())
+            seen.push_back(s);
+        for (int t : tree.neighbours(s)) {
+            const double there = length + (stations[t].centre - stations[s].centre).norm();
+            const double reach = 2 * (stations[from].radius + widest[t]) + kWayRounding;
+            if ((there > reach && s != from) || there >= way[t]) continue;
+            if (way[t] == std::numeric_limits<double>::max()) touched.push_back(t);
+            way[t] = there;
+            open.push({there, t});
+        }
+    }
+    for (int s : touched) way[s] = std::numeric_limits<double>::max();
+    std::sort(seen.begin(), seen.end());
+    return seen;
+}
+
+}  // namespace
+
+VesselSheets vessel_sheets(const CentrelineTree& tree, const std::function<double(double)>& near) {
+    const auto stations = tree.stations();
+    const int count = static_cast<int>(stations.size());
+    const std::vector<double> widest = widest_beyond(tree);
+    VesselSheets sheets;
+    std::vector<double> way(count, std::numeric_limits<double>::max());
+    for (int s = 0; s < count; ++s) sheets.seen.push_back(seen_from(tree, s, widest, way));
+    auto sees = [&](int a, int b) {
+        return std::binary_search(sheets.seen[a].begin(), sheets.seen[a].end(), b);
+    };
+
+    std::vector<double> along(count, 0.0);  // the stations, from any start
+    double widest_radius = 0;
+    std::vector<double> nears;
+    for (int s = 0; s < count; ++s) {
+        if (s > 0) along[s] = along[s - 1] + (stations[s].centre - stations[s - 1].centre).norm();
+        widest_radius = std::max(widest_radius, stations[s].radius);
+        nears.push_back(near(stations[s].radius));
+    }
+    const double largest_near = near(widest_radius);
+    /// Whether a station comes near one of those from `first` to before it without seeing it.
+    const auto comes_near = [&](int first, int s) {
+        for (int t = first; t < s;) {
+            const double gap = (stations[s].centre - stations[t].centre).norm();
+            const double reach = stations[s].radius + stations[t].radius + std::max(nears[s], nears[t]);
+            if (gap < reach && !sees(s, t)) return true;
+            // Those that follow are no nearer by more than the way along the vessel there.
+            const double past =
+                along[t] + gap - (stations[s].radius + widest_radius + largest_near) - kWayRounding;
+            for (++t; t < s && along[t] < past;) ++t;
+        }
+        return false;
+    };
+    for (int s = 0; s < count; ++s) {
+        bool fresh = s == 0 || stations[s].branch != stations[s - 1].branch;
+        if (!fresh) fresh = comes_near(sheets.stations.back().front(), s);
+        if (fresh) sheets.stations.emplace_back();
+        sheets.stations.back().push_back(s);
+        sheets.sheet_of.push_back(static_cast<int>(sheets.stations.size()) - 1);
+    }
+
+    sheets.ends.resize(count);
+    for (std::size_t e = 0; e < tree.ends().size(); ++e) {
+        const int at = tree.locate(tree.ends()[e].centre, -1);
+        for (int s : sheets.seen[at]) sheets.ends[s].push_back(static_cast<int>(e));
+    }
+    return sheets;
+}
+
+}  // namespace physics

@@ -1,0 +1,30 @@
+#pragma once
+/// Which walls a place in the vessels can see, measured along the vessels: what keeps two vessels apart that
+/// nearly touch, or the two limbs of a tight bend.
+
+#include <functional>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "physics/geometry/centreline_tree.h"
+
+namespace physics {
+
+using namespace geometry;
+
+/// A sheet is a run of stations along one branch that comes nowhere near itself. Each has a distance field of
+/// its own, so that the fields of close vessels lie over one another like sheets.
+struct VesselSheets {
+    std::vector<std::vector<int>> stations;  // of each sheet, consecutive
+    std::vector<int> sheet_of;               // of each station
+    std::vector<std::vector<int>> seen;      // of each station: the stations whose wall it sees, ascending
+    std::vector<std::vector<int>> ends;      // of each station: the open ends it sees
+};
+
+/// A station sees another when the way between them along the vessels is at most 2 (r + r'): enough for the
+/// wall nearest to any point of the lumen, and for both sides of a carina. Walls closer than near(radius of
+/// the wider vessel) [mm], which grows with it, that do not see one another belong to different sheets.
+VesselSheets vessel_sheets(const CentrelineTree&, const std::function<double(double radius)>& near);
+
+}  // namespace physics

@@ -1,0 +1,62 @@
+#include "physics/wall/wall_stiffness.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <stdexcept>
+
+namespace physics {
+
+WallStiffness::WallStiffness(double mean, double length, std::vector<Term> terms)
+    : mean_(mean), length_(length), terms_(std::move(terms)) {
+    if (!std::isfinite(mean_) || mean_ <= 0) throw std::invalid_argument("wall stiffness must be > 0");
+    if (!std::isfinite(length_) || length_ <= 0)
+        throw std::invalid_argument("the length of a profile of wall stiffness must be > 0");
+    double most = 0;
+    for (const Term& term : terms_) {
+        if (!std::isfinite(term.amplitude) || !std::isfinite(term.phase))
+            throw std::invalid_argument("a profile of wall stiffness has a term that is not finite");
+        most += std::abs(term.amplitude);
+    }
+    if (most >= mean_)
+        throw std::invalid_argument("the terms of a profile of wall stiffness must add up to less than k");
+}
+
+double WallStiffness::at(double way) const {
+    const double w = std::numbers::pi * std::clamp(way / length_, 0.0, 1.0);
+    double sum = mean_, g = 0;
+    for (const Term& term : terms_) sum += term.amplitude * std::cos(++g * w + term.phase);
+    return sum;
+}
+
+double WallStiffness::slope(double way) const {
+    if (way <= 0 || way >= length_) return 0;
+    const double unit = std::numbers::pi / length_;
+    double sum = 0, g = 0;
+    for (const Term& term : terms_) {
+        g += unit;
+        sum -= g * term.amplitude * std::sin(g * way + term.phase);
+    }
+    return sum;
+}
+
+double WallStiffness::average(double from, double to) const {
+    const double unit = std::numbers::pi / length_;
+    const auto integral = [&](double way) {
+        const double s = std::clamp(way, 0.0, length_);
+        double sum = mean_ * s + at(way) * (way - s), g = 0;
+        for (const Term& term : terms_) {
+            g += unit;
+            sum += term.amplitude / g * std::sin(g * s + term.phase);
+        }
+        return sum;
+    };
+    return (integral(to) - integral(from)) / (to - from);
+}
+
+void WallStiffness::apply(const VesselWay& place, WallContact& contact) const {
+    contact.stiffness = at(place.way);
+    contact.stiffening = slope(place.way) * place.gradient;
+}
+
+}  // namespace physics

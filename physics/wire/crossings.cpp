@@ -1,0 +1,162 @@
+#include "physics/wire/crossings.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace physics {
+namespace {
+
+constexpr double kSteepest = 1.1;      // of penetration at most, smoothed creases included
+constexpr double kShortest = 0.01;     // stretch of a segment that is still halved [mm]
+constexpr double kPrecision = 0.02;    // of the depth that is found [mm]
+constexpr double kWholeShare = 0.5;    // of the tolerance that a segment made whole may use
+constexpr double kLeastPart = 0.25;    // of a segment that a split leaves on either side
+constexpr double kLeastPiece = 0.125;  // of λ
+
+/// A place of a segment that the wall was asked at.
+struct Probe {
+    double at = 0;  // from the proximal end [mm]
+    WallContact contact;
+};
+
+/// What the wall can be at most as far as `distance` from a probe [mm].
+struct Bound {
+    double value, slope, curve;
+    double operator()(double distance) const { return value + distance * (slope + 0.5 * curve * distance); }
+};
+
+Bound by_slope(const WallContact& c) {
+    return {c.penetration > 0 ? c.penetration : -kSteepest * c.trust, kSteepest, 0};
+}
+
+/// Near a wall that is nowhere bent more tightly than the lumen is wide, penetration grows along `way` by its
+/// slope and, in the second order, by no more than 1/room; twice that holds from half the way to the axis on.
+Bound by_normal(const WallContact& c, const Vec3& way) {
+    return {c.penetration, c.normal.dot(way), 2 / c.room};
+}
+
+bool knows_its_wall(const WallContact& c) {
+    return c.room > 0 && !c.normal.isZero(0) && -c.penetration < 0.5 * c.room;
+}
+
+/// Largest value that both bounds allow between places `length` apart. Each is convex, so it is at an end or
+/// where they meet.
+double peak(const Bound& a, const Bound& b, double length) {
+    double highest = std::max(std::min(a(0), b(length)), std::min(a(length), b(0)));
+    const double rise = a.slope + b.slope + a.curve * length;  // of a − b; both have the same curve
+    if (rise != 0) {
+        const double at = (b(length) - a(0)) / rise;
+        if (at > 0 && at < length) highest = std::max(highest, std::min(a(at), b(length - at)));
+    }
+    return highest;
+}
+
+class Search {
+public:
+    Search(const LumenWall& wall, const Vec3& from, const Vec3& to)
+        : wall_(wall), from_(from), length_((to - from).norm()), way_((to - from) / length_) {}
+
+    std::optional<Crossing> run(const WallContact& at_from, const WallContact& at_to, double tolerance) {
+        const double ends = std::max({0.0, at_from.penetration, at_to.penetration});
+        limit_ = ends + tolerance;
+        look_between({0, at_from}, {length_, at_to});
+        if (deepest_at_ < 0) return std::nullopt;
+        return Crossing{0, deepest_at_ / length_, deepest_ - ends};
+    }
+
+private:
+    double most_between(const Probe& a, const Probe& b) const {
+        const double length = b.at - a.at;
+        double most = peak(by_slope(a.contact), by_slope(b.contact), length);
+        if (most <= limit_ || !knows_its_wall(a.contact) || !knows_its_wall(b.contact)) return most;
+        Bound ahead = by_normal(a.contact, way_), back = by_normal(b.contact, -way_);
+        ahead.curve = back.curve = std::max(ahead.curve, back.curve);
+        return std::min(most, peak(ahead, back, length));
+    }
+
+    void look_between(const Probe& a, const Probe& b) {
+        const double length = b.at - a.at;
+        if (a.contact.trust + b.contact.trust >= length || length < kShortest) return;
+        if (most_between(a, b) <= limit_) return;
+        Probe middle{0.5 * (a.at + b.at), {}};
+        middle.contact.station = a.contact.station;
+        const Vec3 x = from_ + middle.at * way_;
+        wall_.contacts({&x, 1}, {&middle.contact, 1});
+        if (middle.contact.penetration > limit_) {
+            deepest_ = middle.contact.penetration;
+            deepest_at_ = middle.at;
+            limit_ = deepest_ + kPrecision;
+        }
+        look_between(a, middle);
+        look_between(middle, b);
+    }
+
+    const LumenWall& wall_;
+    Vec3 from_;
+    double length_;
+    Vec3 way_;
+    double limit_ = 0;  // of penetration: less is not looked for [mm]
+    double deepest_ = 0, deepest_at_ = -1;
+};
+
+/// Whether a joint bears a force, or the segment made of both its own would cross the wall. Off a carina that
+/// a joint holds it from, a segment does not cross: without the joint it would again.
+bool needed(const Guidewire& wire, const LumenWall& wall, int joint, double tolerance) {
+    const Vec3 &from = wire.joints[joint - 1], way = (wire.joints[joint + 1] - from).normalized();
+    const Vec3 places[] = {from, from + (wire.lengths[joint] + wire.lengths[joint + 1]) * way,
+                           wire.joints[joint]};
+    WallContact contacts[3];
+    for (int k = 0; k < 3; ++k) contacts[k].station = wire.stations[joint - 1];
+    wall.contacts(places, contacts);
+    return contacts[2].touches() ||
+           crossing_between(wall, places[0], places[1], contacts[0], contacts[1], tolerance);
+}
+
+}  // namespace
+
+std::optional<Crossing> crossing_between(const LumenWall& wall, const Vec3& from, const Vec3& to,
+                                         const WallContact& at_from, const WallContact& at_to,
+                                         double tolerance) {
+    if (at_from.trust + at_to.trust >= (to - from).norm()) return std::nullopt;
+    return Search(wall, from, to).run(at_from, at_to, tolerance);
+}
+
+std::vector<Crossing> crossings(const Guidewire& wire, std::span<const WallContact> contacts,
+                                const LumenWall& wall, double tolerance) {
+    std::vector<Crossing> found;
+    for (int i = 1; i <= wire.segments(); ++i) {
+        auto crossing = crossing_between(wall, wire.joints[i - 1], wire.joints[i], contacts[i - 1],
+                                         contacts[i], tolerance);
+        if (!crossing) continue;
+        crossing->segment = i;
+        found.push_back(*crossing);
+    }
+    return found;
+}
+
+int split_crossings(Guidewire& wire, std::span<const Crossing> found) {
+    const double lambda = wire.spec.segment_length;
+    int count = 0;
+    for (auto crossing = found.rbegin(); crossing != found.rend(); ++crossing) {
+        const int i = crossing->segment;
+        const bool coarse = wire.lengths[i] > 1.5 * lambda;
+        const double share = coarse ? 0.5 : std::clamp(crossing->share, kLeastPart, 1 - kLeastPart);
+        if (std::min(share, 1 - share) * wire.lengths[i] < kLeastPiece * lambda) continue;
+        split_segment(wire, i, share);
+        ++count;
+    }
+    return count;
+}
+
+int merge_pieces(Guidewire& wire, const LumenWall& wall, bool every, double tolerance) {
+    int count = 0;
+    for (int i = wire.segments() - 1; i >= 1; --i) {
+        if (!wire.within_a_segment(i)) continue;
+        if (!every && needed(wire, wall, i, kWholeShare * tolerance)) continue;
+        merge_segments(wire, i);
+        ++count;
+    }
+    return count;
+}
+
+}  // namespace physics

@@ -1,0 +1,65 @@
+#include "physics/wire/energy.h"
+
+#include <algorithm>
+
+#include "physics/wire/bending.h"
+
+namespace physics {
+
+std::vector<WallContact> all_contacts(const Guidewire& wire, const LumenWall& wall) {
+    std::vector<WallContact> contacts(wire.joints.size());
+    for (std::size_t i = 0; i < contacts.size(); ++i) contacts[i].station = wire.stations[i];
+    wall.contacts(wire.joints, contacts);
+    for (int i = 0; i <= wire.segments(); ++i) contacts[i].share_stiffness(wire.wall_share(i));
+    return contacts;
+}
+
+Energy total_energy(const Guidewire& wire, std::span<const WallContact> contacts) {
+    Energy energy;
+    energy.bending = bending_energy(wire);
+    for (std::size_t i = 1; i < contacts.size(); ++i) energy.wall += contacts[i].energy();
+    for (int i = 1; i <= wire.segments(); ++i)
+        energy.load -= wire.length_of(i) * wire.load.dot(wire.joints[i] - wire.joints[0]);
+    return energy;
+}
+
+std::vector<Vec3> energy_gradient(const Guidewire& wire, std::span<const WallContact> contacts) {
+    const int n = wire.segments();
+    const bool curved = wire.curved_segments() > 0;
+    std::vector<Vec3> d;
+    std::vector<double> torque;
+    if (curved) {
+        d = directors(wire);
+        tip_torque(wire, d, torque);
+    }
+    std::vector<Vec3> gradient(n + 1, Vec3::Zero());
+    Vec3 push = Vec3::Zero();
+    for (int i = n; i >= 1; --i) {
+        push += contacts[i].push() - wire.length_of(i) * wire.load;
+        const Vec3 g = wire.lengths[i] * push - bending_terms(wire, d, torque, i).pull;
+        gradient[i] = g - g.dot(wire.tangents[i]) * wire.tangents[i];
+    }
+    return gradient;
+}
+
+double relative_gradient(const Guidewire& wire, std::span<const WallContact> contacts) {
+    const auto gradient = energy_gradient(wire, contacts);
+    double largest = 0;
+    for (int i = 1; i <= wire.segments(); ++i)
+        largest = std::max(largest, gradient[i].norm() / wire.spring_constant(i - 1));
+    return largest;
+}
+
+double largest_penetration(std::span<const WallContact> contacts) {
+    double largest = 0;
+    for (std::size_t i = 1; i < contacts.size(); ++i) largest = std::max(largest, contacts[i].penetration);
+    return largest;
+}
+
+double largest_force(std::span<const WallContact> contacts) {
+    double largest = 0;
+    for (std::size_t i = 1; i < contacts.size(); ++i) largest = std::max(largest, contacts[i].force());
+    return largest;
+}
+
+}  // namespace physics

@@ -1,0 +1,417 @@
+#include "physics/wire/guidewire.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace physics {
+namespace {
+
+bool finite_positive(double x) {
+    return std::isfinite(x) && x > 0;
+}
+
+std::string joined(const std::vector<std::string>& sentences) {
+    std::string text;
+    for (const std::string& s : sentences) text += (text.empty() ? "" : " ") + s;
+    return text;
+}
+
+/// Lengths are whole numbers of λ to this share of it, in spite of rounding.
+constexpr double kWholeSegment = 1e-9;
+
+/// Segments of the spec's λ in the curved tip.
+int whole_curved_segments(const GuidewireSpec& spec) {
+    if (spec.curved_angle == 0 || spec.curved_length <= 0) return 0;
+    return std::max(1, static_cast<int>(std::lround(spec.curved_length / spec.segment_length)));
+}
+
+bool whole_number(double length, double lambda) {
+    return std::abs(length / lambda - std::round(length / lambda)) < 1e-6;
+}
+
+/// EI and rest angle are those of the material at each joint, so they move with the wire.
+void assign_material(Guidewire& wire) {
+    const int n = wire.segments();
+    const int curved = wire.curved_segments(), bends = whole_curved_segments(wire.spec);
+    wire.rigidity.assign(n + 1, 0.0);
+    wire.rest_angle.assign(n + 1, 0.0);
+    double from_end = 0;
+    for (int i = n - 1; i >= 0; --i) {
+        from_end += wire.lengths[i + 1];
+        wire.rigidity[i] = rigidity_at(wire.spec, from_end);
+        if (i >= n - curved && whole_number(from_end, wire.spec.segment_length))
+            wire.rest_angle[i] = wire.spec.curved_angle / bends;
+    }
+}
+
+/// Segments of the shaft of a wire that is fed: whole ones and a last one of λ/2 to 3λ/2.
+struct Shaft {
+    int whole = 0;
+    double last = 0;  // [mm]
+    Shaft(const GuidewireSpec& spec, double length) {
+        const double lambda = spec.segment_length;
+        whole = std::max(0, static_cast<int>(std::floor(length / lambda - 0.5 + kWholeSegment)));
+        last = length - whole * lambda;
+    }
+};
+
+Guidewire chain(const GuidewireSpec& spec, const Vec3& entry, const Vec3& clamped, int segments) {
+    Guidewire wire;
+    wire.spec = spec;
+    wire.joints.assign(segments + 1, entry);
+    wire.tangents.assign(segments + 1, clamped);
+    wire.lengths.assign(segments + 1, spec.segment_length);
+    wire.lengths[0] = 0;
+    wire.stations.assign(segments + 1, -1);
+    Vec3 other;
+    tangent_basis(clamped, wire.base_director, other);
+    return wire;
+}
+
+/// du/ds at a joint as the chain has it, 0 where the wire is bent without load [1/mm].
+Vec3 curvature_at(const Guidewire& wire, int joint) {
+    if (joint == wire.segments() || wire.rest_angle[joint] != 0) return Vec3::Zero();
+    return (wire.tangents[joint + 1] - wire.tangents[joint]) / wire.length_of(joint);
+}
+
+}  // namespace
+
+std::vector<std::string> problems(const GuidewireSpec& s) {
+    std::vector<std::string> out;
+    auto need = [&](bool ok, const char* text) {
+        if (!ok) out.emplace_back(text);
+    };
+    need(finite_positive(s.segment_length) && s.segment_length <= 50,
+         "segment_length must lie in (0, 50] mm.");
+    need(finite_positive(s.diameter) && s.diameter <= 10, "diameter must lie in (0, 10] mm.");
+    need(finite_positive(s.shaft_rigidity) && s.shaft_rigidity <= 1e6,
+         "shaft_rigidity must lie in (0, 1e6] N·mm².");
+    need(finite_positive(s.tip_rigidity) && s.tip_rigidity <= 1e6,
+         "tip_rigidity must lie in (0, 1e6] N·mm².");
+    need(std::isfinite(s.tip_length) && s.tip_length >= 0 && s.tip_length <= 1000,
+         "tip_length must lie in [0, 1000] mm.");
+    need(std::isfinite(s.transition_length) && s.transition_length >= 0 && s.transition_length <= 1000,
+         "transition_length must lie in [0, 1000] mm.");
+    need(std::isfinite(s.curved_length) && s.curved_length >= 0 && s.curved_length <= 200,
+         "curved_length must lie in [0, 200] mm.");
+    need(std::isfinite(s.curved_angle) && std::abs(s.curved_angle) <= 4.72,
+         "curved_angle must lie in [-270, 270] degrees.");
+    if (out.empty() && s.curved_angle != 0 && s.curved_length > 0) {
+        const int curved = std::max(1, static_cast<int>(std::lround(s.curved_length / s.segment_length)));
+        need(std::abs(s.curved_angle) / curved <= 1.0,
+             "the curved tip turns by more than 57 degrees at a joint: use shorter segments.");
+    }
+    return out;
+}
+
+double rigidity_at(const GuidewireSpec& s, double from_end) {
+    if (from_end <= s.tip_length) return s.tip_rigidity;
+    const double t = from_end - s.tip_length;
+    if (t >= s.transition_length) return s.shaft_rigidity;
+    return s.tip_rigidity * std::pow(s.shaft_rigidity / s.tip_rigidity, t / s.transition_length);
+}
+
+double Guidewire::inserted_length() const {
+    double sum = 0;
+    for (int i = 1; i <= segments(); ++i) sum += lengths[i];
+    return sum;
+}
+
+int Guidewire::curved_segments() const {
+    double left = whole_curved_segments(spec) * spec.segment_length * (1 - kWholeSegment);
+    int count = 0;
+    for (int i = segments(); i >= 1 && left > 0; --i, ++count) left -= lengths[i];
+    return count;
+}
+
+bool Guidewire::within_a_segment(int joint) const {
+    const double lambda = spec.segment_length, slack = 1e-6 * lambda;
+    const auto whole = [&](int i) { return lengths[i] == lambda || lengths[i] > 1.5 * lambda; };
+    if (joint < 1 || joint >= segments() || whole(joint) || whole(joint + 1)) return false;
+    double from_base = 0;
+    for (int i = 1; i <= joint; ++i) from_base += lengths[i];
+    const double shaft = inserted_length() - whole_curved_segments(spec) * lambda;
+    if (from_base > shaft - slack) return !whole_number(from_base - shaft, lambda);
+    return from_base > Shaft(spec, shaft).whole * lambda + slack || !whole_number(from_base, lambda);
+}
+
+Guidewire straight_wire(const GuidewireSpec& spec, const Vec3& entry, const Vec3& direction, int segments) {
+    const double length = direction.norm();
+    if (!entry.allFinite() || !std::isfinite(length) || length < 1e-12)
+        throw std::invalid_argument("a wire needs a finite entry and a direction that is not zero");
+    const Vec3 u = direction / length;
+    return wire_along(spec, {entry, entry + (segments + 1) * spec.segment_length * u}, segments);
+}
+
+namespace {
+
+/// Joints on the path, each a length of the wire's from the last; the number of segments is right.
+void lay_along(Guidewire& wire, const Polyline& path) {
+    std::size_t piece = 1;
+    for (int i = 1; i <= wire.segments(); ++i) {
+        const Vec3 from = wire.joints[i - 1];
+        const double lambda = wire.lengths[i];
+        Vec3 u = wire.tangents[i - 1];
+        // The next point of the path that is far enough; past its end the path goes on straight.
+        for (; piece < path.size(); ++piece) {
+            if ((path[piece] - from).norm() < lambda) continue;
+            const Vec3 a = path[piece - 1] - from, d = path[piece] - path[piece - 1];
+            const double dd = d.squaredNorm(), ad = a.dot(d), c = a.squaredNorm() - lambda * lambda;
+            if (dd < 1e-24) continue;
+            const double t = (-ad + std::sqrt(std::max(0.0, ad * ad - dd * c))) / dd;
+            u = (a + t * d).normalized();
+            break;
+        }
+        wire.tangents[i] = u;
+        wire.joints[i] = from + lambda * u;
+    }
+    assign_material(wire);
+}
+
+/// A wire of that many segments with all its joints at the start of the path. Throws std::invalid_argument.
+Guidewire wire_at_start_of(const GuidewireSpec& spec, const Polyline& path, int segments) {
+    if (const auto wrong = problems(spec); !wrong.empty()) throw std::invalid_argument(joined(wrong));
+    if (path.size() < 2) throw std::invalid_argument("a wire's path needs at least two points");
+    for (const Vec3& p : path)
+        if (!p.allFinite()) throw std::invalid_argument("a wire's path has a point that is not finite");
+    const Vec3 first = path[1] - path[0];
+    if (first.norm() < 1e-12) throw std::invalid_argument("a wire's path starts with two equal points");
+    const int least = whole_curved_segments(spec) + 1;
+    if (segments < least)
+        throw std::invalid_argument("a wire needs its curved tip and one segment more inside: " +
+                                    std::to_string(least) + " segments, not " + std::to_string(segments));
+    return chain(spec, path[0], first.normalized(), segments);
+}
+
+}  // namespace
+
+Guidewire wire_along(const GuidewireSpec& spec, const Polyline& path, int segments) {
+    Guidewire wire = wire_at_start_of(spec, path, segments);
+    lay_along(wire, path);
+    return wire;
+}
+
+double least_length(const GuidewireSpec& spec) {
+    return (whole_curved_segments(spec) + 1) * spec.segment_length;
+}
+
+Guidewire wire_of_length(const GuidewireSpec& spec, const Polyline& path, double length) {
+    const int curved = whole_curved_segments(spec);
+    if (!(std::isfinite(length) && length >= least_length(spec) * (1 - kWholeSegment)))
+        throw std::invalid_argument(
+            "a wire needs its curved tip and one segment more inside: " + std::to_string(least_length(spec)) +
+            " mm, not " + std::to_string(length));
+    const Shaft shaft(spec, length - curved * spec.segment_length);
+    Guidewire wire = wire_at_start_of(spec, path, shaft.whole + 1 + curved);
+    wire.lengths[shaft.whole + 1] = shaft.last;
+    lay_along(wire, path);
+    return wire;
+}
+
+Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry, const Vec3& clamped,
+                       const std::vector<Vec3>& tangents, EndCells end_cells) {
+    GuidewireSpec spec;
+    spec.end_cells = end_cells;
+    spec.segment_length = segment_length;
+    spec.shaft_rigidity = spec.tip_rigidity = rigidity;
+    spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
+    if (const auto wrong = problems(spec); !wrong.empty()) throw std::invalid_argument(joined(wrong));
+    if (tangents.empty()) throw std::invalid_argument("a wire needs at least one segment");
+    Guidewire wire = chain(spec, entry, clamped.normalized(), static_cast<int>(tangents.size()));
+    for (std::size_t i = 0; i < tangents.size(); ++i) wire.tangents[i + 1] = tangents[i].normalized();
+    rebuild_joints(wire);
+    assign_material(wire);
+    return wire;
+}
+
+void split_segment(Guidewire& wire, int i, double share) {
+    const Vec3 u = wire.tangents[i];
+    const double length = wire.lengths[i];
+    Vec3 turn = 0.125 * length * (curvature_at(wire, i - 1) + curvature_at(wire, i));
+    turn -= turn.dot(u) * u;
+    // The longer part turns less, so that the chord keeps its direction.
+    wire.tangents[i] = (u - 2 * (1 - share) * turn).normalized();
+    wire.tangents.insert(wire.tangents.begin() + i + 1, (u + 2 * share * turn).normalized());
+    wire.lengths[i] = share * length;
+    wire.lengths.insert(wire.lengths.begin() + i + 1, length - share * length);
+    wire.joints.insert(wire.joints.begin() + i, Vec3::Zero());
+    const int station = wire.stations[i - 1];
+    wire.stations.insert(wire.stations.begin() + i, station);
+    rebuild_joints(wire, i);
+    assign_material(wire);
+}
+
+void merge_segments(Guidewire& wire, int i) {
+    const Vec3 chord = wire.lengths[i] * wire.tangents[i] + wire.lengths[i + 1] * wire.tangents[i + 1];
+    wire.tangents[i] = chord.normalized();
+    wire.tangents.erase(wire.tangents.begin() + i + 1);
+    wire.lengths[i] += wire.lengths[i + 1];
+    // A segment made whole of its pieces is as it was before.
+    const double lambda = wire.spec.segment_length;
+    if (std::abs(wire.lengths[i] - lambda) < kWholeSegment * lambda) wire.lengths[i] = lambda;
+    wire.lengths.erase(wire.lengths.begin() + i + 1);
+    wire.joints.erase(wire.joints.begin() + i);
+    wire.stations.erase(wire.stations.begin() + i);
+    rebuild_joints(wire, i);
+    assign_material(wire);
+}
+
+void insert_segment(Guidewire& wire) {
+    const int before = wire.segments() - wire.curved_segments();  // last segment of the shaft
+    const Vec3 u = wire.tangents[before];
+    const double lambda = wire.spec.segment_length;
+    wire.tangents.insert(wire.tangents.begin() + before + 1, u);
+    wire.lengths.insert(wire.lengths.begin() + before + 1, lambda);
+    wire.joints.insert(wire.joints.begin() + before + 1, Vec3::Zero());
+    const int station = wire.stations[before];
+    wire.stations.insert(wire.stations.begin() + before + 1, station);
+    rebuild_joints(wire, before + 1);
+    assign_material(wire);
+}
+
+bool remove_segment(Guidewire& wire) {
+    int last = wire.segments() - wire.curved_segments();
+    for (; wire.lengths[last] > 1.5 * wire.spec.segment_length; ++last) split_segment(wire, last);
+    for (; wire.lengths[last] < wire.spec.segment_length * (1 - kWholeSegment); --last)
+        merge_segments(wire, last - 1);
+    if (last < 2) return false;
+    wire.tangents.erase(wire.tangents.begin() + last);
+    wire.lengths.erase(wire.lengths.begin() + last);
+    wire.joints.erase(wire.joints.begin() + last);
+    wire.stations.erase(wire.stations.begin() + last);
+    rebuild_joints(wire, last);
+    assign_material(wire);
+    return true;
+}
+
+int move(Guidewire& wire, double mm) {
+    // A sum of decimal steps that should make a whole segment does, in spite of rounding.
+    const double lambda = wire.spec.segment_length, whole = lambda * (1 - 1e-9);
+    int made = 0;
+    wire.carried += mm;
+    while (wire.carried >= whole) {
+        insert_segment(wire);
+        wire.carried -= lambda;
+        ++made;
+    }
+    while (wire.carried <= -whole) {
+        if (!remove_segment(wire)) {
+            wire.carried = 0;  // the hub can't pull the tip out of the introducer
+            break;
+        }
+        wire.carried += lambda;
+        --made;
+    }
+    return made;
+}
+
+FeedPlan plan_feed(const Guidewire& wire, double mm) {
+    FeedPlan plan;
+    plan.grows = wire.segments() - wire.curved_segments();
+    plan.mm = std::max(mm, std::min(0.0, least_length(wire.spec) - wire.inserted_length()));
+    const int before = plan.grows - 1;
+    const auto in_pieces = [&](int joint) { return joint >= 1 && wire.within_a_segment(joint); };
+    plan.whole = !in_pieces(before) && !in_pieces(before - 1) && wire.lengths[plan.grows] > 0 &&
+                 (before < 1 || wire.lengths[before] <= 1.5 * wire.spec.segment_length);
+    const double left = wire.lengths[plan.grows] + plan.mm;
+    if (plan.mm < 0 && before >= 1 && left < (0.5 - kWholeSegment) * wire.spec.segment_length) {
+        const double both = wire.lengths[before] + wire.lengths[plan.grows];
+        plan.change_before = plan.mm * wire.lengths[before] / both;
+    }
+    plan.change = plan.mm - plan.change_before;
+    plan.whole = plan.whole && plan.change > -wire.lengths[plan.grows] * (1 - 1e-6);
+    return plan;
+}
+
+void apply_feed(Guidewire& wire, const FeedPlan& plan) {
+    const double lambda = wire.spec.segment_length;
+    int grows = plan.grows;
+    wire.lengths[grows] += plan.change;
+    if (plan.change_before != 0) wire.lengths[grows - 1] += plan.change_before;
+    // On the way out two segments have become shorter: they become one, or a whole one and a rest.
+    if (plan.change_before != 0) merge_segments(wire, --grows);
+    for (; wire.lengths[grows] >= (1.5 - kWholeSegment) * lambda; ++grows) {
+        split_segment(wire, grows, lambda / wire.lengths[grows]);
+        wire.lengths[grows] = lambda;
+    }
+    rebuild_joints(wire, std::max(1, plan.grows - 1));
+    assign_material(wire);
+}
+
+double feed(Guidewire& wire, double mm) {
+    const double lambda = wire.spec.segment_length;
+    const auto make_whole = [&](int i) {  // of its pieces
+        while (i > 1 && wire.within_a_segment(i - 1)) merge_segments(wire, --i);
+        return i;
+    };
+    double fed = 0;
+    for (;;) {
+        int last = make_whole(wire.segments() - wire.curved_segments());
+        if (last > 1) {
+            int before = make_whole(last - 1);
+            for (; wire.lengths[before] > 1.5 * lambda; ++before) split_segment(wire, before);
+        }
+        const double part = std::clamp(mm - fed, -lambda, lambda);
+        const FeedPlan plan = plan_feed(wire, part);
+        if (plan.mm == 0) return fed;
+        apply_feed(wire, plan);
+        fed += plan.mm;
+        if (plan.mm != part || std::abs(mm - fed) < 1e-12 * lambda) return fed;
+    }
+}
+
+void rotate(Guidewire& wire, double angle) {
+    wire.roll = std::remainder(wire.roll + angle, 2 * M_PI);
+}
+
+void rebuild_joints(Guidewire& wire, int first) {
+    for (int i = std::max(first, 1); i <= wire.segments(); ++i)
+        wire.joints[i] = wire.joints[i - 1] + wire.lengths[i] * wire.tangents[i];
+}
+
+Vec3 rolled_director(const Guidewire& wire) {
+    const Vec3& u = wire.tangents[0];
+    return std::cos(wire.roll) * wire.base_director + std::sin(wire.roll) * u.cross(wire.base_director);
+}
+
+void transport_directors(const Guidewire& wire, int first, std::vector<Vec3>& d) {
+    for (int i = first; i <= wire.segments(); ++i) {
+        const Vec3 &from = wire.tangents[i - 1], &to = wire.tangents[i];
+        const double k = 1 + from.dot(to);
+        Vec3 next = d[i - 1];
+        if (k > 1e-9) next -= next.dot(to) / k * (from + to);  // smallest rotation that takes from to to
+        next -= next.dot(to) * to;
+        d[i] = next.normalized();
+    }
+}
+
+std::vector<Vec3> directors(const Guidewire& wire) {
+    std::vector<Vec3> d(wire.joints.size());
+    d[0] = rolled_director(wire);
+    transport_directors(wire, 1, d);
+    return d;
+}
+
+std::vector<std::string> validate(const Guidewire& wire) {
+    std::vector<std::string> out;
+    const std::size_t n = wire.joints.size();
+    if (n < 2 || wire.tangents.size() != n || wire.lengths.size() != n || wire.rigidity.size() != n ||
+        wire.rest_angle.size() != n || wire.stations.size() != n)
+        return {"the wire's arrays differ in length"};
+    if (!std::isfinite(wire.roll) || !std::isfinite(wire.carried) || !wire.load.allFinite())
+        out.push_back("roll, carried or load is not finite");
+    for (std::size_t i = 0; i < n; ++i) {
+        const std::string at = " " + std::to_string(i);
+        if (!wire.joints[i].allFinite()) out.push_back("joint" + at + " is not finite");
+        if (!(std::abs(wire.tangents[i].norm() - 1) <= 1e-12)) out.push_back("tangent" + at + " is not unit");
+        if (i == 0) continue;
+        const double apart = (wire.joints[i] - wire.joints[i - 1]).norm();
+        if (!(std::abs(apart - wire.lengths[i]) <= 1e-9))
+            out.push_back("joint" + at + " is not λ from the last");
+    }
+    return out;
+}
+
+}  // namespace physics

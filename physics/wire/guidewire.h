@@ -1,0 +1,153 @@
+#pragma once
+/// The guidewire: a chain of rigid segments with bending stiffness and a pre-curved, torsionally rigid tip.
+///
+/// Joints x_0…x_N, x_0 fixed at the introducer; segment i joins x_{i-1} to x_i along the unit tangent u_i;
+/// u_0 is the clamped entry direction. Joint i (0 ≤ i < N) bends between u_i and u_{i+1}.
+
+#include <string>
+#include <vector>
+
+#include "physics/geometry/vec.h"
+
+namespace physics {
+
+using namespace geometry;
+
+/// Which length of wire the first and the last joint stand for.
+enum class EndCells {
+    Half,  // half of their one segment, as every joint stands for half of each of its two: second order in λ
+    Paper  // the whole segment, which is first order in λ
+};
+
+/// What a wire is made of; s is the distance from its distal end.
+struct GuidewireSpec {
+    double segment_length = 2.0;  // λ [mm]
+    EndCells end_cells = EndCells::Half;
+    double diameter = 0.889;           // [mm]; 0.035 in
+    double shaft_rigidity = 250.0;     // EI of the shaft [N·mm²]
+    double tip_rigidity = 6.0;         // EI of the floppy tip [N·mm²]
+    double tip_length = 30.0;          // s < tip_length is floppy [mm]
+    double transition_length = 150.0;  // EI rises geometrically from tip to shaft over this length [mm]
+    double curved_length = 12.0;       // s < curved_length is pre-curved [mm]
+    double curved_angle = 0.785398163397448;  // total turn of the unloaded curved tip [rad]
+};
+
+/// Everything that makes the spec unusable, a sentence each; empty when it is fine.
+std::vector<std::string> problems(const GuidewireSpec&);
+
+/// EI at distance s [mm] from the distal end [N·mm²].
+double rigidity_at(const GuidewireSpec&, double s);
+
+/// State of a wire. Arrays over joints have N+1 entries; index i of `tangents` is segment i, [0] the clamped
+/// entry direction. Change it through the functions below, which keep the parts consistent.
+struct Guidewire {
+    GuidewireSpec spec;
+    std::vector<Vec3> joints;            // x_0…x_N [mm]
+    std::vector<Vec3> tangents;          // u_0…u_N, unit
+    std::vector<double> lengths;         // [i] = λ_i, i = 1…N; [0] unused [mm]
+    std::vector<double> rigidity;        // [i] = EI at joint i, i = 0…N-1 (and [N] unused) [N·mm²]
+    std::vector<double> rest_angle;      // [i] = turn of the unloaded wire at joint i [rad]
+    std::vector<int> stations;           // wall hint per joint, -1 = unknown; see LumenWall
+    Vec3 base_director = Vec3::UnitY();  // unit, ⟂ u_0: direction the tip curves to at roll 0
+    double roll = 0;                     // turn of the hub about u_0 [rad]
+    Vec3 load = Vec3::Zero();  // force on the wire per length, e.g. its weight [N/mm]; joint i ≥ 1
+                               // bears that of length_of(i)
+    double carried = 0;        // motion not yet made, |carried| < λ [mm]
+
+    int segments() const { return static_cast<int>(joints.size()) - 1; }
+    const Vec3& tip() const { return joints.back(); }
+    /// Of wire that the joint stands for: half of each of its segments [mm].
+    double length_of(int joint) const {
+        if (joint > 0 && joint < segments()) return 0.5 * (lengths[joint] + lengths[joint + 1]);
+        const double only = lengths[joint == 0 ? 1 : joint];
+        return spec.end_cells == EndCells::Half ? 0.5 * only : only;
+    }
+    /// C_i = EI_i over the length that joint i stands for [N·mm].
+    double spring_constant(int joint) const { return rigidity[joint] / length_of(joint); }
+    /// Wall stiffness of the joint in that of a joint of the spec's λ: a wall is as stiff per length of wire
+    /// however coarse the wire is. 1 for every joint between two segments of the spec's λ.
+    double wall_share(int joint) const { return length_of(joint) / spec.segment_length; }
+    double inserted_length() const;  // Σλ [mm]
+    int curved_segments() const;     // segments of the pre-curved tip, pieces of them counted each
+    /// Whether a joint lies between two pieces of what is one segment of the spec's λ in a whole wire.
+    bool within_a_segment(int joint) const;
+};
+
+/// A wire of `segments` segments along `direction` (any length) from `entry`, without load.
+/// Throws std::invalid_argument on a bad spec, direction or fewer segments than the curved tip plus one.
+Guidewire straight_wire(const GuidewireSpec&, const Vec3& entry, const Vec3& direction, int segments);
+
+/// A wire with its joints on `path`, each exactly λ from the last, starting at path.front().
+Guidewire wire_along(const GuidewireSpec&, const Polyline& path, int segments);
+
+/// The same with `length` [mm] of wire inside, λ apart but for one segment just before the curved tip, as
+/// feed() leaves it. Throws std::invalid_argument for less than least_length(spec).
+Guidewire wire_of_length(const GuidewireSpec&, const Polyline& path, double length);
+
+/// Of wire that must be inside: its curved tip and one segment [mm].
+double least_length(const GuidewireSpec&);
+
+/// A wire of uniform rigidity with straight rest shape through given tangents.
+Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry, const Vec3& clamped,
+                       const std::vector<Vec3>& tangents, EndCells = EndCells::Half);
+
+/// Split a segment, `share` of its length proximal of the new joint. Its parts bend by the mean of the
+/// curvatures at its ends, so that the curve stays smooth; joints distal of it come closer by what the bent
+/// piece is shorter across. The new joint is straight without load, also in the curved tip.
+void split_segment(Guidewire&, int segment, double share = 0.5);
+
+/// Make one straight segment of this one and the next, as long as both; in the curved tip only of the pieces
+/// of one segment. Joints distal of it move off along it by what the bent pair was shorter across.
+void merge_segments(Guidewire&, int segment);
+
+/// Let `mm` of wire in (negative: take it out). The segment just before the curved tip, λ/2 to 3λ/2 long,
+/// grows or shrinks; where it comes out of that range it gives a whole segment to the shaft or takes one from
+/// it, so that the wire's segments depend on its length alone. Pieces of segments there are made whole.
+/// Returns what was let in: withdrawal ends at least_length().
+double feed(Guidewire&, double mm);
+
+/// How feed() would change the lengths of a wire's segments by up to λ either way.
+struct FeedPlan {
+    int grows = 0;             // segment
+    double mm = 0;             // let in: what was asked for, or less on the way out [mm]
+    double change = 0;         // of that segment's length [mm]
+    double change_before = 0;  // of that of the one before, on the way out [mm]
+    bool whole =
+        true;  // both are segments, not pieces of one, and not longer than 3λ/2: apply_feed() may be called
+};
+FeedPlan plan_feed(const Guidewire&, double mm);
+/// Changes the lengths and splits or merges what is too long or too short. The plan must be `whole` and of
+/// this wire, but for its tangents.
+void apply_feed(Guidewire&, const FeedPlan&);
+
+/// Insert one segment just before the curved tip (the paper, Section 2.1).
+void insert_segment(Guidewire&);
+
+/// Take one segment of the spec's λ out there, split off a longer one or made whole of its pieces if need be.
+/// False when only the curved tip and one such segment are left.
+bool remove_segment(Guidewire&);
+
+/// Move the wire by `mm` (negative = withdraw): whole segments are made, the rest is carried.
+/// Returns the number of segments inserted, or minus the number taken out.
+int move(Guidewire&, double mm);
+
+/// Turn the hub by `angle` [rad]; the tip follows at once (torsionally rigid).
+void rotate(Guidewire&, double angle);
+
+/// Rebuild x_first…x_N from x_{first-1} and the tangents.
+void rebuild_joints(Guidewire&, int first = 1);
+
+/// Directors d_0…d_N: unit, d_i ⟂ u_i, the base director turned by roll and parallel-transported along the
+/// wire. The unloaded wire continues segment i along cos β u_i + sin β d_i, β the rest angle of joint i.
+std::vector<Vec3> directors(const Guidewire&);
+
+/// Recompute directors[i] for i ≥ first in place (first ≥ 1; directors[first-1] must be right).
+void transport_directors(const Guidewire&, int first, std::vector<Vec3>& directors);
+
+/// The base director turned by roll.
+Vec3 rolled_director(const Guidewire&);
+
+/// What is wrong with the state: non-finite numbers, tangents not unit (1e-12), joints not λ apart (1e-9).
+std::vector<std::string> validate(const Guidewire&);
+
+}  // namespace physics

@@ -1,0 +1,149 @@
+#include "physics/wire/refinement.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+
+namespace physics {
+namespace {
+
+constexpr double kMergeShare = 0.5;  // of the tolerance that a merged pair may use
+constexpr double kTouchShare = 0.1;  // of the tolerance that what lies on the wall may lie off it
+
+class Refinement {
+public:
+    Refinement(Guidewire& wire, const LumenWall& wall, const RefinementOptions& options)
+        : wire_(wire), wall_(wall), options_(options) {
+        const GuidewireSpec& spec = wire.spec;
+        // The segment that grows as the wire is fed lies just before the curved tip and stays as it is.
+        const double fine = std::max(spec.tip_length, (wire.curved_segments() + 1) * spec.segment_length);
+        fine_ = static_cast<int>(std::ceil((fine + options.fine_length) / spec.segment_length));
+        measure();
+    }
+
+    int split() {
+        int count = 0;
+        for (bool changed = true; changed;) {
+            changed = false;
+            for (int i = 1; i <= wire_.segments(); ++i) {
+                if (!too_long(i)) continue;
+                split_segment(wire_, i);
+                measure();
+                ++count;
+                changed = true;
+            }
+        }
+        return count;
+    }
+
+    int merge() {
+        int count = 0;
+        for (bool changed = true; changed;) {
+            changed = false;
+            for (int i = 1; i < wire_.segments(); ++i) {
+                if (!mergeable(i)) continue;
+                merge_segments(wire_, i);
+                measure();
+                ++count;
+                changed = true;
+            }
+        }
+        return count;
+    }
+
+private:
+    /// Lengths and places in whole λ; the segment that grows, λ/2 to 3λ/2 long, counts as one.
+    void measure() {
+        const int n = wire_.segments();
+        start_.assign(n + 2, 0);
+        for (int i = 1; i <= n; ++i) {
+            const double units = wire_.lengths[i] / wire_.spec.segment_length;
+            assert(i == n - wire_.curved_segments() || std::abs(units - std::round(units)) < 1e-6);
+            assert(std::has_single_bit(static_cast<unsigned>(std::lround(units))));
+            start_[i + 1] = start_[i] + static_cast<int>(std::lround(units));
+        }
+    }
+    int units(int i) const { return start_[i + 1] - start_[i]; }
+    bool kept_fine(int first_unit, int last_unit) const {
+        return first_unit == 0 || last_unit > start_.back() - fine_;
+    }
+
+    double curvature(int joint) const {
+        if (joint == wire_.segments()) return 0;
+        return (wire_.tangents[joint + 1] - wire_.tangents[joint]).norm() / wire_.length_of(joint);
+    }
+
+    bool too_long(int i) {
+        const int length = units(i);
+        if (length == 1) return false;
+        if (length > options_.longest || kept_fine(start_[i], start_[i + 1])) return true;
+        if (i > 1 && length > 2 * units(i - 1)) return true;
+        if (i < wire_.segments() && length > 2 * units(i + 1)) return true;
+        const double bent = std::max(curvature(i - 1), curvature(i));
+        return !represents(i, wire_.tangents[i], length, bent, options_.curve_tolerance);
+    }
+
+    bool mergeable(int i) {
+        const int half = units(i), length = 2 * half;
+        if (units(i + 1) != half || length > options_.longest || start_[i] % length != 0) return false;
+        if (kept_fine(start_[i], start_[i + 2])) return false;
+        if (i > 1 && units(i - 1) < half) return false;
+        if (i + 1 < wire_.segments() && units(i + 2) < half) return false;
+        const double bent = std::max({curvature(i - 1), curvature(i), curvature(i + 1)});
+        const Vec3 chord = (wire_.tangents[i] + wire_.tangents[i + 1]).normalized();
+        return represents(i, chord, length, bent, kMergeShare * options_.curve_tolerance);
+    }
+
+    /// Whether a straight segment from joint i − 1 is as good as the curve, within the tolerance.
+    bool represents(int i, const Vec3& along, int length, double bent, double tolerance) {
+        const double lambda = wire_.spec.segment_length;
+        if (!(bent * std::pow(length * lambda, 2) / 8 <= tolerance)) return false;
+        points_.clear();
+        contacts_.assign(length + 1, {});
+        for (int k = 0; k <= length; ++k) {
+            points_.push_back(wire_.joints[i - 1] + k * lambda * along);
+            contacts_[k].station = wire_.stations[i - 1];
+        }
+        wall_.contacts(points_, contacts_);
+        const auto [least, most] = std::minmax_element(
+            contacts_.begin(), contacts_.end(),
+            [](const WallContact& a, const WallContact& b) { return a.penetration < b.penetration; });
+        const double ends = std::max({0.0, contacts_.front().penetration, contacts_.back().penetration});
+        if (most->penetration > ends + tolerance) return false;
+        const double near = kTouchShare * (options_.curve_tolerance - tolerance);
+        return most->penetration <= -near || least->penetration >= -kTouchShare * tolerance;
+    }
+
+    Guidewire& wire_;
+    const LumenWall& wall_;
+    RefinementOptions options_;
+    int fine_ = 0;            // [λ] at the distal end
+    std::vector<int> start_;  // [i] = of segment i from the introducer [λ]; [N+1] is the whole length
+    std::vector<Vec3> points_;
+    std::vector<WallContact> contacts_;
+};
+
+}  // namespace
+
+std::vector<std::string> problems(const RefinementOptions& o) {
+    std::vector<std::string> out;
+    if (!std::isfinite(o.curve_tolerance) || o.curve_tolerance <= 0 || o.curve_tolerance > 10)
+        out.push_back("curve_tolerance must lie in (0, 10] mm.");
+    if (o.longest < 1 || o.longest > 1024 || !std::has_single_bit(static_cast<unsigned>(o.longest)))
+        out.push_back("longest must be a power of two from 1 to 1024.");
+    if (!std::isfinite(o.fine_length) || o.fine_length < 0 || o.fine_length > 1000)
+        out.push_back("fine_length must lie in [0, 1000] mm.");
+    return out;
+}
+
+RefinementReport refine(Guidewire& wire, const LumenWall& wall, const RefinementOptions& options) {
+    assert(problems(options).empty());
+    Refinement refinement(wire, wall, options);
+    RefinementReport report;
+    report.split = refinement.split();
+    report.merged = refinement.merge();
+    return report;
+}
+
+}  // namespace physics

@@ -1,0 +1,83 @@
+#pragma once
+/// Lines, faces and pictures on a sheet: drawn by Dear ImGui, without any of its windows.
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <numbers>
+#include <span>
+#include <string_view>
+
+#include "render/picture/image.h"
+
+namespace render {
+
+constexpr float half_turn = std::numbers::pi_v<float>;  // [rad]
+
+struct Point {
+    float x = 0.0f;
+    float y = 0.0f;
+};
+struct Box {
+    float left = 0.0f;
+    float top = 0.0f;
+    float right = 0.0f;
+    float bottom = 0.0f;
+};
+struct Ink {
+    std::uint8_t red = 0;
+    std::uint8_t green = 0;
+    std::uint8_t blue = 0;
+    std::uint8_t alpha = 255;
+};
+enum class Face { small, plain, bold, figure, title };
+enum class Align { left, centre, right };
+
+/// All lengths are in units, of which a sheet made with `unit` = 1 has one per pixel. Places of text, boxes
+/// and pictures are rounded to pixels. Later strokes cover earlier ones. The same calls give the same bytes.
+class Canvas {
+public:
+    /// `fonts`: folder of DejaVuSans.ttf and DejaVuSans-Bold.ttf; without them ImGui's own face is used.
+    /// Throws std::runtime_error when GL fails.
+    Canvas(int width, int height, float unit, const std::filesystem::path& fonts);
+    ~Canvas();
+    Canvas(const Canvas&) = delete;
+    Canvas& operator=(const Canvas&) = delete;
+
+    bool has_font() const;  // whether the faces come from `fonts`
+
+    /// Nothing is drawn but between these two. A window's ImGui of the same process is left as it was.
+    void begin();
+    ColourImage finish();
+
+    void clip(const Box&);  // until its `unclip`, nothing appears outside; may be nested
+    void unclip();
+
+    void box(const Box&, Ink, float rounding = 0.0f);
+    void frame(const Box&, Ink, float rounding = 0.0f);
+    void line(Point, Point, Ink, float thickness = 1.0f);
+    void path(std::span<const Point>, Ink, float thickness = 1.0f);
+    void polygon(std::span<const Point>, Ink);  // convex, clockwise on the sheet
+    void disc(Point centre, float radius, Ink);
+    void ring(Point centre, float radius, Ink, float thickness = 1.0f);
+    /// Angles from +x toward +y, clockwise on the sheet [rad].
+    void arc(Point centre, float radius, float from, float to, Ink, float thickness = 1.0f);
+    void sector(Point centre, float radius, float from, float to, Ink);  // at most half a turn
+
+    /// One line with its upper edge at y; x is where the text is aligned. Broken or control characters become
+    /// spaces; text wider than `room` is cut and ends in dots. Returns the width drawn.
+    float text(Point, std::string_view, Face, Ink, Align = Align::left, float room = 1e6f);
+    float text_width(std::string_view, Face) const;
+    float text_height(Face) const;
+
+    /// Fills the pixels [left, left + width) × [top, top + height) of the sheet, not units. Unaltered at its
+    /// own size, the mean over each new pixel where smaller, interpolated where larger. Slots 0 and 1
+    /// remember their last picture. The image has pixels.
+    void picture(int slot, const GrayImage&, int left, int top, int width, int height);
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace render

@@ -1,0 +1,54 @@
+#pragma once
+/// The screen of the angiography room: live image, stored image and readouts.
+
+#include <filesystem>
+#include <memory>
+
+#include "render/panel/readout.h"
+#include "render/picture/image.h"
+
+namespace render {
+
+struct PanelSpec {
+    int width = 1280;   // 640 to 4096 [pixels]
+    int height = 1024;  // 512 to 4096 [pixels]
+    // Folder of DejaVuSans.ttf and DejaVuSans-Bold.ttf (Debian's fonts-dejavu-core); ImGui's own face
+    // without.
+    std::filesystem::path fonts = "/usr/share/fonts/truetype/dejavu";
+};
+
+/// Where things stand [pixels].
+struct PanelArea {
+    int left = 0;
+    int top = 0;
+    int width = 0;
+    int height = 0;
+};
+
+/// Draws one state after the other; nothing is carried from one to the next. To be used by one thread at a
+/// time. Beside it a Fluoroscope keeps its own GL context.
+class Panel {
+public:
+    /// Throws std::invalid_argument for a size outside its limits, std::runtime_error when GL fails.
+    explicit Panel(PanelSpec = {});
+    ~Panel();
+    Panel(Panel&&) noexcept;
+    Panel& operator=(Panel&&) noexcept;
+
+    /// `live` fills the left of the panel, unaltered under its few marks where its size is that of
+    /// `live_area`, otherwise resampled. `reference` may be null. Throws std::invalid_argument for an image
+    /// without pixels or of more than 4096 along a side.
+    ColourImage draw(const GrayImage& live, const GrayImage* reference, const Readout&);
+
+    /// Of an image so many pixels wide and high: the largest that keeps its shape. Side by side with the
+    /// readouts, a panel of 1280 × 1024 has room for 1024 × 1024.
+    PanelArea live_area(int image_width, int image_height) const;
+
+    bool has_font() const;  // false when ImGui's own face stands in
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace render

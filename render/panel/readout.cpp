@@ -1,0 +1,93 @@
+#include "render/panel/readout.h"
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+
+#include "render/xray/c_arm.h"
+
+namespace render {
+
+namespace {
+
+constexpr const char* dash = "--";
+
+std::string angle_text(double angle, const char* positive, const char* negative) {
+    const double degrees = std::round(angle * 180.0 / std::numbers::pi);
+    if (!std::isfinite(degrees)) return std::string(positive) + " " + dash;
+    return (degrees < 0.0 ? negative : positive) + (" " + figure_text(std::abs(degrees), 0)) + "°";
+}
+
+std::string direction_letters(const geometry::Vec3& direction) {
+    constexpr const char* positive = "LPH";
+    constexpr const char* negative = "RAF";
+    int first = 0, second = 1;
+    if (std::abs(direction[second]) > std::abs(direction[first])) std::swap(first, second);
+    if (std::abs(direction[2]) > std::abs(direction[first])) {
+        second = first;
+        first = 2;
+    } else if (std::abs(direction[2]) > std::abs(direction[second])) {
+        second = 2;
+    }
+    const auto letter = [&](int axis) { return (direction[axis] > 0.0 ? positive : negative)[axis]; };
+    std::string letters(1, letter(first));
+    constexpr double oblique = 0.26;  // sin 15°
+    if (std::abs(direction[second]) > oblique) letters += letter(second);
+    return letters;
+}
+
+}  // namespace
+
+bool is_known(std::optional<double> value) {
+    return value && std::isfinite(*value);
+}
+
+std::string figure_text(std::optional<double> value, int decimals) {
+    if (!is_known(value)) return dash;
+    std::array<char, 64> text{};
+    // Beyond a million no readout has room for every digit.
+    const bool large = std::abs(*value) >= 1e6;
+    const auto end =
+        large ? std::to_chars(text.begin(), text.end(), *value, std::chars_format::scientific, 1)
+              : std::to_chars(text.begin(), text.end(), *value, std::chars_format::fixed, decimals);
+    std::string result(text.begin(), end.ptr);
+    if (result.find_first_of("123456789") == std::string::npos && result.starts_with('-')) result.erase(0, 1);
+    return result;
+}
+
+std::string centimetre_text(std::optional<double> length) {
+    if (length) *length *= 0.1;
+    return figure_text(length, 0);
+}
+
+std::string rate_text(std::optional<double> rate) {
+    return figure_text(rate, rate && *rate == std::round(*rate) ? 0 : 1);
+}
+
+std::string primary_angle_text(double lao) {
+    return angle_text(lao, "LAO", "RAO");
+}
+std::string secondary_angle_text(double cranial) {
+    return angle_text(cranial, "CRAN", "CAUD");
+}
+
+std::string clock_text(std::optional<double> time) {
+    if (!time || !(*time >= 0.0 && *time < 1e6)) return dash;
+    const auto seconds = static_cast<long>(*time);
+    const auto two = [](long n) { return (n < 10 ? "0" : "") + std::to_string(n); };
+    const std::string rest = ":" + two(seconds % 60);
+    if (seconds < 3600) return std::to_string(seconds / 60) + rest;
+    return std::to_string(seconds / 3600) + ":" + two(seconds / 60 % 60) + rest;
+}
+
+ImageSides image_sides(double lao, double cranial) {
+    if (!std::isfinite(lao) || !std::isfinite(cranial)) return {};
+    CArm arm;
+    arm.lao = lao;
+    arm.cranial = cranial;
+    const ArmAxes a = axes(arm);
+    return {direction_letters(-a.right), direction_letters(a.right), direction_letters(a.up)};
+}
+
+}  // namespace render

@@ -1,0 +1,324 @@
+#include "render/panel/readout_column.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "render/panel/c_arm_pictogram.h"
+#include "render/panel/palette.h"
+
+namespace render {
+
+namespace {
+
+constexpr float margin = 12.0f;
+constexpr float heading_height = 20.0f;
+
+/// value / full, 0 when either is missing.
+float share_of(std::optional<double> value, std::optional<double> full) {
+    if (!is_known(value) || !is_known(full) || *full <= 0.0) return 0.0f;
+    return static_cast<float>(std::clamp(*value / *full, 0.0, 10.0));
+}
+
+/// Amber from half of what is tolerated, red from all of it.
+Ink level_ink(float share) {
+    if (share >= 1.0f) return palette::alarm;
+    return share >= 0.5f ? palette::caution : palette::calm;
+}
+
+std::optional<double> times(std::optional<double> value, double factor) {
+    if (value) *value *= factor;
+    return value;
+}
+
+std::string signed_text(std::optional<double> value, int decimals) {
+    const std::string text = figure_text(value, decimals);
+    return is_known(value) && *value > 0.0 ? "+" + text : text;
+}
+
+/// To about three digits: "6.12", "41.7", "1620".
+std::string dose_text(std::optional<double> value) {
+    const double size = value ? std::abs(*value) : 0.0;
+    return figure_text(value, size >= 99.95 ? 0 : size >= 9.995 ? 1 : 2);
+}
+
+/// Upper edge of the content. `note` stands at the right end of the line.
+float heading(Canvas& canvas, const Box& area, std::string_view name, std::string_view note = {},
+              Ink note_ink = palette::value) {
+    canvas.line({area.left, area.top + 0.5f}, {area.right, area.top + 0.5f}, palette::rule);
+    const float width = canvas.text({area.left, area.top + 5.0f}, name, Face::small, palette::label);
+    canvas.text({area.right, area.top + 5.0f}, note, Face::small, note_ink, Align::right,
+                area.right - area.left - width - 12.0f);
+    return area.top + heading_height;
+}
+
+/// "K_a,r" is K with the subscript a,r.
+void label(Canvas& canvas, Point at, std::string_view name) {
+    const auto split = name.find('_');
+    const float width = canvas.text(at, name.substr(0, split), Face::plain, palette::label);
+    if (split == std::string_view::npos) return;
+    canvas.text({at.x + width + 1.0f, at.y + 5.0f}, name.substr(split + 1), Face::small, palette::label);
+}
+
+void row(Canvas& canvas, const Box& area, float top, std::string_view name, std::string_view value,
+         Ink ink = palette::value) {
+    label(canvas, {area.left, top}, name);
+    canvas.text({area.right, top}, value, Face::plain, ink, Align::right, 0.66f * (area.right - area.left));
+}
+
+void bar(Canvas& canvas, const Box& area, float top, float share, Ink ink) {
+    constexpr float height = 5.0f;
+    canvas.box({area.left, top, area.right, top + height}, palette::well, 2.0f);
+    canvas.frame({area.left, top, area.right, top + height}, palette::rule, 2.0f);
+    const float width = (area.right - area.left - 2.0f) * std::min(share, 1.0f);
+    if (width >= 1.0f) {
+        canvas.box({area.left + 1.0f, top + 1.0f, area.left + 1.0f + width, top + height - 1.0f}, ink, 1.0f);
+    }
+}
+
+void draw_gantry(Canvas& canvas, const Box& area, const Readout& r) {
+    const float top = heading(canvas, area, "C-ARM"), middle = 0.5f * (area.left + area.right);
+    constexpr float height = 102.0f, gap = 4.0f;
+    const Box axial{area.left, top, middle - gap, top + height},
+        sagittal{middle + gap, top, area.right, top + height};
+    const double lift = is_known(r.sid) && is_known(r.sod) ? (*r.sid - *r.sod) / *r.sod : 0.5;
+    draw_c_arm(canvas, axial, CArmView::from_feet, r.lao, lift, r.beam_on);
+    draw_c_arm(canvas, sagittal, CArmView::from_right, r.cranial, lift, r.beam_on);
+    const float angles = top + height + 3.0f;
+    for (const auto& [box, text] : {std::pair{axial, primary_angle_text(r.lao)},
+                                    std::pair{sagittal, secondary_angle_text(r.cranial)}}) {
+        canvas.text({0.5f * (box.left + box.right), angles}, text, Face::figure, palette::bright,
+                    Align::centre);
+    }
+    const float first = angles + 22.0f, second = first + 17.0f;
+    const auto distance = [&](float share, std::string_view name, std::optional<double> length) {
+        const Point at{area.left + share * (area.right - area.left), first};
+        const float after = at.x + canvas.text(at, name, Face::plain, palette::label) + 5.0f;
+        canvas.text({after, first}, centimetre_text(length) + " cm", Face::plain, palette::value);
+    };
+    distance(0.0f, "SID", r.sid);
+    distance(0.365f, "SOD", r.sod);
+    distance(0.72f, "FD", r.field_of_view);
+    std::string table = "--";
+    if (r.table) {
+        table = centimetre_text(r.table->longitudinal) + " / " + centimetre_text(r.table->lateral) + " / " +
+                centimetre_text(r.table->height);
+    }
+    row(canvas, area, second, "Table", table + " cm");
+}
+
+void draw_technique(Canvas& canvas, const Box& area, const Readout& r) {
+    const float top =
+        heading(canvas, area, "X-RAY", r.beam_on ? "ON" : "OFF", r.beam_on ? palette::beam : palette::faint);
+    const Ink ink = r.beam_on ? palette::bright : palette::value;
+    const auto tile = [&](float share, float y, const std::string& figure, std::string_view unit) {
+        const float x = area.left + share * (area.right - area.left);
+        const float width = canvas.text({x, y}, figure, Face::figure, ink);
+        canvas.text({x + width + 3.0f, y + 5.0f}, unit, Face::small, palette::label);
+    };
+    constexpr float second = 26.0f;
+    tile(0.0f, top, figure_text(r.tube_voltage, 0), "kV");
+    tile(0.35f, top, figure_text(r.tube_current, 0), "mA");
+    tile(0.70f, top, figure_text(r.pulse_width, 1), "ms");
+    tile(0.0f, top + second, rate_text(r.pulse_rate), "p/s");
+    tile(0.35f, top + second, figure_text(r.detector_dose, 0), "nGy/pulse at detector");
+}
+
+void draw_dose(Canvas& canvas, const Box& area, const Readout& r) {
+    float y = heading(canvas, area, "DOSE", dose_text(r.air_kerma_rate) + " mGy/min",
+                      r.beam_on ? palette::beam : palette::label);
+    const auto entry = [&](std::string_view name, const std::string& text, std::optional<double> value,
+                           double level) {
+        const float share = share_of(value, level);
+        row(canvas, area, y, name, text, share >= 0.5f ? level_ink(share) : palette::value);
+        bar(canvas, area, y + 18.0f, share, level_ink(share));
+        y += 28.0f;
+    };
+    entry("K_a,r", dose_text(r.air_kerma) + " mGy", r.air_kerma, DoseNotification::air_kerma);
+    entry("P_KA", dose_text(r.kerma_area) + " Gy·cm²", r.kerma_area, DoseNotification::kerma_area);
+    entry("Fluoro time", clock_text(r.fluoro_time), r.fluoro_time, DoseNotification::fluoro_time);
+}
+
+void twist_dial(Canvas& canvas, Point centre, float radius, std::optional<double> twist) {
+    canvas.disc(centre, radius, palette::well);
+    canvas.ring(centre, radius, palette::rule, 1.5f);
+    const auto at = [&](float angle, float r) {
+        return Point{centre.x + r * std::sin(angle), centre.y - r * std::cos(angle)};
+    };
+    for (int k = 0; k < 8; ++k) {
+        const float angle = 0.25f * half_turn * static_cast<float>(k);
+        canvas.line(at(angle, radius - (k % 2 == 0 ? 6.0f : 3.0f)), at(angle, radius - 1.0f), palette::faint);
+    }
+    if (!is_known(twist)) return;
+    const auto angle = static_cast<float>(std::remainder(*twist, 2.0 * std::numbers::pi));
+    canvas.arc(centre, radius - 3.0f, -0.5f * half_turn + std::min(angle, 0.0f),
+               -0.5f * half_turn + std::max(angle, 0.0f), palette::calm, 3.0f);
+    canvas.line(centre, at(angle, radius - 7.0f), palette::bright, 2.0f);
+    canvas.disc(centre, 3.0f, palette::bright);
+}
+
+/// At most `most` values, each the largest of its share of the history; NaN where none is finite.
+std::vector<double> peaks(const std::vector<double>& history, std::size_t most) {
+    std::vector<double> result(std::min(history.size(), most), std::nan(""));
+    for (std::size_t k = 0; k < history.size(); ++k) {
+        double& peak = result[k * result.size() / history.size()];
+        if (std::isfinite(history[k]) && !(history[k] <= peak)) peak = history[k];
+    }
+    return result;
+}
+
+void force_trace(Canvas& canvas, const Box& area, const Readout& r) {
+    canvas.box(area, palette::well, 2.0f);
+    canvas.frame(area, palette::rule, 2.0f);
+    canvas.text({area.right - 4.0f, area.top + 2.0f}, "last " + figure_text(r.history_length, 0) + " s",
+                Face::small, palette::faint, Align::right);
+    std::vector<Point> run;
+    const auto stroke = [&] {
+        if (run.size() > 1) canvas.path(run, palette::calm, 1.5f);
+        run.clear();
+    };
+    canvas.clip(area);
+    const auto values = peaks(r.force_history, 230);
+    for (std::size_t k = 0; k < values.size(); ++k) {
+        if (!std::isfinite(values[k])) {
+            stroke();
+            continue;
+        }
+        const float x =
+            static_cast<float>(k) / static_cast<float>(std::max<std::size_t>(values.size() - 1, 1));
+        const float share = std::min(share_of(values[k], r.force_limit), 1.0f);
+        run.push_back({area.left + 2.0f + x * (area.right - area.left - 4.0f),
+                       area.bottom - 3.0f - share * (area.bottom - area.top - 6.0f)});
+    }
+    stroke();
+    canvas.unclip();
+}
+
+void draw_wire(Canvas& canvas, const Box& area, const Readout& r) {
+    float y = heading(canvas, area, "WIRE");
+    std::string inserted = figure_text(r.inserted, 0);
+    if (is_known(r.wire_length)) inserted += " / " + figure_text(r.wire_length, 0);
+    row(canvas, area, y, "Inserted", inserted + " mm");
+    bar(canvas, area, y + 18.0f, share_of(r.inserted, r.wire_length), palette::calm);
+    y += 28.0f;
+    row(canvas, area, y, "Tip to target", figure_text(r.tip_to_target, 1) + " mm");
+    y += 21.0f;
+
+    constexpr float radius = 27.0f;
+    twist_dial(canvas, {area.left + radius + 1.0f, y + radius}, radius, r.hub_twist);
+    const Box beside{area.left + 2.0f * radius + 16.0f, 0, area.right, 0};
+    row(canvas, beside, y, "Twist", signed_text(times(r.hub_twist, 180.0 / std::numbers::pi), 0) + "°");
+    row(canvas, beside, y + 19.0f, "Torque", signed_text(r.base_torque, 2) + " N·mm");
+    row(canvas, beside, y + 38.0f, "Push", signed_text(r.push_force, 2) + " N");
+    y += 2.0f * radius + 7.0f;
+
+    const auto force = [&](std::string_view name, std::optional<double> value) {
+        const float share = share_of(value, r.force_limit);
+        label(canvas, {area.left, y}, name);
+        bar(canvas, {area.left + 84.0f, 0, area.right - 58.0f, 0}, y + 5.0f, share, level_ink(share));
+        canvas.text({area.right, y}, figure_text(value, 2) + " N", Face::plain,
+                    share >= 0.5f ? level_ink(share) : palette::value, Align::right, 54.0f);
+        y += 18.0f;
+    };
+    force("Tip force", r.tip_force);
+    force("Wall, max.", r.largest_wall_force);
+    force_trace(canvas, {area.left, y + 3.0f, area.right, y + 33.0f}, r);
+}
+
+void draw_contrast(Canvas& canvas, const Box& area, const Readout& r) {
+    const bool injecting = r.injection_rate > 0.0;
+    const float y =
+        heading(canvas, area, "CONTRAST",
+                injecting ? "INJECTING " + figure_text(r.injection_rate, 1) + " ml/s" : "", palette::caution);
+    const float share = share_of(r.contrast, r.contrast_limit);
+    std::string given = figure_text(r.contrast, 1);
+    if (is_known(r.contrast_limit)) given += " / " + figure_text(r.contrast_limit, 0);
+    row(canvas, area, y, "Given", given + " ml", share >= 0.5f ? level_ink(share) : palette::value);
+    bar(canvas, area, y + 18.0f, share, level_ink(share));
+}
+
+/// Broken at spaces into lines of at most `room`; a longer word has a line of its own.
+std::vector<std::string> wrapped(const Canvas& canvas, std::string_view text, Face face, float room) {
+    std::vector<std::string> lines;
+    while (!text.empty()) {
+        const std::size_t end = std::min(text.find(' '), text.size());
+        const std::string_view word = text.substr(0, end);
+        text.remove_prefix(std::min(end + 1, text.size()));
+        if (word.empty()) continue;
+        if (!lines.empty() && canvas.text_width(lines.back() + " " + std::string(word), face) <= room) {
+            lines.back().append(" ").append(word);
+        } else {
+            lines.emplace_back(word);
+        }
+    }
+    return lines;
+}
+
+Ink notice_ink(Notice notice) {
+    switch (notice) {
+        case Notice::success:
+            return palette::good;
+        case Notice::warning:
+            return palette::caution;
+        case Notice::alarm:
+            return palette::alarm;
+        case Notice::info:
+            break;
+    }
+    return palette::calm;
+}
+
+void draw_messages(Canvas& canvas, const Box& area, const Readout& r) {
+    const float top = heading(canvas, area, "MESSAGES");
+    constexpr float step = 16.0f, gap = 3.0f, indent = 10.0f;
+    // From the newest up, as many as there is room for.
+    std::vector<std::vector<std::string>> shown;
+    float left = area.bottom - top;
+    for (auto message = r.messages.rbegin(); message != r.messages.rend(); ++message) {
+        auto lines = wrapped(canvas, message->text, Face::plain, area.right - area.left - indent);
+        left -= step * static_cast<float>(lines.size()) + gap;
+        if (left < 0.0f && !shown.empty()) break;
+        shown.push_back(std::move(lines));
+    }
+    float y = top;
+    for (std::size_t k = shown.size(); k-- > 0;) {
+        const Notice notice = r.messages[r.messages.size() - 1 - k].notice;
+        const float height = step * static_cast<float>(shown[k].size());
+        canvas.box({area.left, y + 1.0f, area.left + 3.0f, y + height - 1.0f}, notice_ink(notice));
+        for (const std::string& line : shown[k]) {
+            canvas.text({area.left + indent, y}, line, Face::plain,
+                        notice == Notice::info ? palette::value : notice_ink(notice), Align::left,
+                        area.right - area.left - indent);
+            y += step;
+        }
+        y += gap;
+    }
+}
+
+struct Section {
+    void (*draw)(Canvas&, const Box&, const Readout&);
+    float height;  // the last takes what is left
+};
+constexpr Section sections[] = {{draw_gantry, 190.0f}, {draw_technique, 76.0f}, {draw_dose, 108.0f},
+                                {draw_wire, 212.0f},   {draw_contrast, 52.0f},  {draw_messages, 0.0f}};
+
+}  // namespace
+
+void draw_readouts(Canvas& canvas, const Box& area, const Readout& readout) {
+    float top = area.top;
+    for (const Section& section : sections) {
+        const float bottom = section.height > 0.0f ? top + section.height : area.bottom;
+        canvas.clip({area.left, top, area.right, bottom});
+        section.draw(canvas, {area.left + margin, top, area.right - margin, bottom - 4.0f}, readout);
+        canvas.unclip();
+        top = bottom;
+    }
+}
+
+}  // namespace render

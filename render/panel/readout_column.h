@@ -1,0 +1,14 @@
+#pragma once
+/// The readouts beside the image: C-arm, technique, dose, wire, contrast, messages.
+
+#include "render/panel/canvas.h"
+#include "render/panel/readout.h"
+
+namespace render {
+
+constexpr float readout_column_width = 256.0f;   // [units of the canvas]
+constexpr float readout_column_height = 762.0f;  // at least; more is for messages
+
+void draw_readouts(Canvas&, const Box&, const Readout&);
+
+}  // namespace render

@@ -1,0 +1,309 @@
+#include <Eigen/Geometry>
+#include <array>
+#include <functional>
+#include <numbers>
+
+#include "render/patient/patient_parts.h"
+
+namespace render {
+
+using geometry::Polyline;
+using geometry::TriangleMesh;
+using geometry::Vec3;
+
+namespace {
+
+using std::numbers::pi;
+constexpr double apex = 447.0;    // z of the lungs' tops [mm]
+constexpr double lung_gap = 2.5;  // between a lung and what it lies against [mm]
+
+/// Middle, axis and half-axes of an ellipsoid about that axis.
+struct Chamber {
+    Vec3 centre, axis;
+    double along, across;
+    double share(const Vec3& p) const {  // 1 on the surface
+        const Vec3 d = p - centre;
+        const double a = d.dot(axis), c2 = d.squaredNorm() - a * a;
+        return std::sqrt(a * a / (along * along) + c2 / (across * across));
+    }
+};
+
+/// Left and right heart, relative to the valve as the coronary arteries run on them.
+struct Heart {
+    Chamber ventricles, atria;
+
+    static Heart standard() {
+        const Vec3 valve = place_in_body(geometry::Landmark::aortic_valve);
+        return {{valve + Vec3(30, 8, -32), Vec3(0.70, -0.34, -0.63).normalized(), 74, 48},
+                {valve + Vec3(-3, 20, -24), Vec3(0.1, 0.1, 1.0).normalized(), 50, 40}};
+    }
+    /// Less than 1 inside; the two are blended.
+    double share(const Vec3& p) const {
+        const double a = ventricles.share(p), b = atria.share(p), k = 0.15;
+        const double h = std::clamp(0.5 + 0.5 * (b - a) / k, 0.0, 1.0);
+        return b + h * (a - b) - k * h * (1.0 - h);
+    }
+};
+
+/// The dome of one side of the diaphragm: its top, and the depth of the sulcus around it.
+struct Dome {
+    Side side;
+    double top() const { return side.sign > 0.0 ? 226.0 : 237.0; }
+    double height(double x, double y) const {
+        const double across = (side.sign * x - 66.0) / 66.0, along = (y + 12.0) / 104.0;
+        const double rim = 186.0 - 18.0 * std::clamp(along, -1.0, 1.0);
+        const double share = std::max(0.0, 1.0 - across * across - along * along);
+        return rim + (top() - rim) * std::pow(share, 0.75);
+    }
+};
+
+/// How far from the midline the mediastinum reaches: vertebrae, oesophagus and trachea, great vessels; thin
+/// behind the sternum.
+double mediastinum(Side side, double y, double z, double cage_front) {
+    const double front = spine_front(z), behind_sternum = y - cage_front;
+    const auto hump = [z](double middle, double reach) {
+        return std::exp(-std::pow((z - middle) / reach, 2.0));
+    };
+    // Pulmonary trunk and hilum on the left; superior vena cava down to the atrium on the right.
+    const double trunk = side.sign > 0.0 ? 19.0 * hump(322.0, 26.0) + 6.0 * hump(420.0, 30.0)
+                                         : 12.0 * hump(330.0, 55.0) + 9.0 * hump(405.0, 45.0);
+    if (y > front + 16.0) return 31.0;  // necks of the ribs, transverse processes
+    if (y > front - 4.0) return 22.0;
+    const double thin = std::clamp((behind_sternum - 8.0) / 25.0, 0.0, 1.0);
+    return 7.0 + thin * (15.0 + trunk);
+}
+
+/// The last point, up to `reach`, before a ray leaves what `inside` holds.
+double first_exit(double reach, double step, const std::function<bool(double)>& inside) {
+    double held = 0.0;
+    while (held + step < reach && inside(held + step)) held += step;
+    double out = held + step;
+    for (int k = 0; k < 7; ++k) {
+        const double middle = 0.5 * (held + out);
+        (inside(middle) ? held : out) = middle;
+    }
+    return held;
+}
+
+/// One lung: what of a half of the rib cage heart, vessels, mediastinum and diaphragm leave.
+class Lung {
+public:
+    Lung(const Chest& chest, Side side) : chest_(chest), side_(side), dome_{side} {
+        for (const VesselSample& vessel : chest.vessels) {
+            if (vessel.radius > 2.0 && vessel.place.z() > 140.0 && vessel.place.z() < apex + 20.0)
+                vessels_.push_back(vessel);
+        }
+    }
+
+    bool holds(const Vec3& p, double gap = lung_gap) const {
+        if (p.z() < dome_.height(p.x(), p.y()) + gap || p.z() > apex) return false;
+        const CageSection cage = chest_.section(p.z());
+        if (!cage.holds(p.x(), p.y(), gap - lung_gap)) return false;
+        if (side_.sign * p.x() <
+            mediastinum(side_, p.y(), p.z(), cage.middle - cage.half_depth) + gap - lung_gap)
+            return false;
+        if (heart_.share(p) < 1.0 + gap / 50.0) return false;
+        return std::none_of(vessels_.begin(), vessels_.end(), [&](const VesselSample& vessel) {
+            return (p - vessel.place).squaredNorm() < std::pow(vessel.radius + gap, 2);
+        });
+    }
+
+    /// Whether `mesh` reaches a place, clear of its surface: nothing may stand between it and the middle.
+    bool reaches(const Vec3& p, double gap) const {
+        const double low = dome_.height(p.x(), p.y()) + lung_gap;
+        const Vec3 middle = centre(std::clamp((p.z() - low) / (apex - low), 0.0, 1.0));
+        constexpr int steps = 16;
+        for (int i = 1; i <= steps; ++i) {
+            const Vec3 between = middle + (double(i) / steps) * (p - middle);
+            if (!holds({between.x(), between.y(), p.z()}, gap)) return false;
+        }
+        return true;
+    }
+
+    /// Rings from the base, which is the dome, to the apex: each at one share of the height above the dome.
+    TriangleMesh mesh() const {
+        constexpr int around = 96, levels = 52, base_rings = 10;
+        const auto at = [&](int level, int ray, double r) {
+            const double t = double(level) / levels, share = 0.004 + 0.99 * (1.0 - std::pow(1.0 - t, 1.5));
+            const double angle = 2.0 * pi * ray / around;
+            const Vec3 middle = centre(share);
+            return raised(middle.x() + r * std::cos(angle), middle.y() + r * std::sin(angle), share);
+        };
+        std::vector<std::array<double, around>> reach(levels + 1);
+        for (int i = 0; i <= levels; ++i) {
+            for (int k = 0; k < around; ++k) {
+                const auto inside = [&](double r) { return holds(at(i, k, r)); };
+                reach[i][k] = std::max(0.5, first_exit(160.0, 3.0, inside));
+            }
+        }
+        // Beside a ray that something ends early, none runs far past it: the wall between would cut through.
+        constexpr double leap = 12.0;
+        std::vector<Polyline> rings(levels + 1);
+        for (int i = 0; i <= levels; ++i) {
+            for (int k = 0; k < around; ++k) {
+                double r = reach[i][k];
+                for (int level : {std::max(i - 1, 0), i, std::min(i + 1, levels)}) {
+                    for (int ray : {k + around - 1, k, k + 1}) {
+                        const double beside = reach[level][ray % around];
+                        if (beside < reach[i][k] - leap) r = std::min(r, beside);
+                    }
+                }
+                rings[i].push_back(at(i, k, r));
+            }
+        }
+        std::vector<Polyline> closed;
+        const Vec3 middle = centre(0.004);
+        for (int i = 1; i <= base_rings; ++i) {  // the base, from its middle outward
+            Polyline ring;
+            for (const Vec3& edge : rings.front()) {
+                const Vec3 p = middle + (double(i) / (base_rings + 1)) * (edge - middle);
+                ring.push_back(raised(p.x(), p.y(), 0.004));
+            }
+            closed.push_back(std::move(ring));
+        }
+        closed.insert(closed.end(), rings.begin(), rings.end());
+        return loft(closed);
+    }
+
+private:
+    /// A share of the way from the dome to the apex above a place.
+    Vec3 raised(double x, double y, double share) const {
+        const double low = dome_.height(x, y) + lung_gap;
+        return {x, y, low + share * (apex - low)};
+    }
+    /// A place amid the lung at a share of its height.
+    Vec3 centre(double share) const {
+        constexpr double x[][2] = {{0.0, 104.0}, {0.25, 102.0}, {0.6, 76.0}, {0.85, 52.0}, {1.0, 40.0}};
+        constexpr double y[][2] = {{0.0, 8.0}, {0.3, 14.0}, {0.6, 16.0}, {0.85, 14.0}, {1.0, 22.0}};
+        return raised(side_.sign * interpolated(x, share), interpolated(y, share), share);
+    }
+
+    const Chest& chest_;
+    Side side_;
+    Dome dome_;
+    Heart heart_ = Heart::standard();
+    std::vector<VesselSample> vessels_;
+};
+
+/// Pulmonary vessels: from the hilum outward, forking, ever thinner; cut where they would leave the lung.
+TriangleMesh lung_vessels(const Lung& lung, Side side) {
+    TriangleMesh mesh;
+    struct Stem {
+        Vec3 from, along;
+        double radius;
+        int order;
+    };
+    std::vector<Stem> stems;
+    constexpr int stem_count = 11;
+    for (int i = 0; i < stem_count; ++i) {  // all around the hilum, evenly
+        const double angle = 2.0 * pi * (i + 0.3) / stem_count;
+        const double out = 0.55 + 0.35 * std::sin(2.4 * i);
+        stems.push_back(
+            {side.at(40.0 + 4.0 * std::sin(1.9 * i), spine_front(335.0) - 22.0 + 6.0 * std::cos(angle),
+                     334.0 + 18.0 * std::sin(angle)),
+             side.at(out, 0.75 * std::cos(angle), std::sin(angle)).normalized(),
+             3.2 + 0.9 * std::sin(3.7 * i), 0});
+    }
+    for (std::size_t i = 0; i < stems.size(); ++i) {
+        const Stem stem = stems[i];
+        const double length = 8.5 * stem.radius + 14.0;
+        Polyline path;
+        std::vector<double> radii;
+        const Vec3 bend = 0.18 * Vec3(std::sin(2.1 * i), std::cos(1.3 * i), std::sin(0.7 * i + 1.0));
+        constexpr int pieces = 7;
+        for (int k = 0; k <= pieces; ++k) {
+            const double t = double(k) / pieces;
+            const Vec3 p = stem.from + length * t * (stem.along + t * bend);
+            if (!lung.reaches(p, lung_gap + stem.radius + 2.0)) {
+                if (path.empty()) continue;
+                break;
+            }
+            path.push_back(p);
+            radii.push_back(stem.radius * (1.0 - 0.25 * t));
+        }
+        if (path.size() < 3) continue;
+        append(mesh, tube(path, Vec3(0.31, 0.83, 0.46), radii, radii, 8));
+        if (stem.order == 3 || path.size() < pieces) continue;
+        const Vec3 ahead = (path.back() - path[path.size() - 2]).normalized();
+        const Vec3 turn = ahead.cross(Vec3(std::sin(1.7 * i), std::cos(2.9 * i), 0.4)).normalized();
+        for (double way : {1.0, -0.8})
+            stems.push_back({path.back(), (ahead + 0.55 * way * turn).normalized(),
+                             (way > 0.0 ? 0.72 : 0.62) * stem.radius, stem.order + 1});
+    }
+    return mesh;
+}
+
+/// Muscle under the lung's base, 4 mm thick.
+TriangleMesh dome(const Chest& chest, Side side) {
+    const Dome shape{side};
+    constexpr int around = 48, rings = 10;
+    std::vector<Polyline> upper, lower;
+    for (int i = 1; i <= rings; ++i) {
+        Polyline top, bottom;
+        for (int k = 0; k < around; ++k) {
+            const double angle = 2.0 * pi * k / around, share = 0.94 * i / rings;
+            const double x = side.sign * 66.0 + share * 64.0 * std::cos(angle),
+                         y = -12.0 + share * 102.0 * std::sin(angle);
+            const double z = shape.height(x, y);
+            const CageSection cage = chest.section(z);
+            // Drawn in where the cage is narrower.
+            const double inward = std::min(
+                1.0,
+                0.97 / std::max(1e-3, std::pow(std::pow(std::abs(x) / cage.half_width, 2.3) +
+                                                   std::pow(std::abs(y - cage.middle) / cage.half_depth, 2.3),
+                                               1.0 / 2.3)));
+            const double px = inward * x, py = cage.middle + inward * (y - cage.middle);
+            const double pz = shape.height(px, py);
+            top.push_back({px, py, pz});
+            bottom.push_back({px, py, pz - 4.0});
+        }
+        upper.push_back(std::move(top));
+        lower.push_back(std::move(bottom));
+    }
+    upper.insert(upper.end(), lower.rbegin(), lower.rend());
+    return loft(upper);
+}
+
+TriangleMesh heart() {
+    const Heart shape = Heart::standard();
+    const Vec3 centre = 0.6 * shape.ventricles.centre + 0.4 * shape.atria.centre;
+    return star(
+        centre,
+        [&](const Vec3& direction) {
+            return first_exit(120.0, 4.0,
+                              [&](double r) { return shape.share(centre + r * direction) < 1.0; });
+        },
+        56);
+}
+
+/// Larynx, trachea and main bronchi.
+TriangleMesh airway() {
+    const auto before = [](double x, double z, double gap) -> Vec3 { return {x, spine_front(z) - gap, z}; };
+    TriangleMesh air = tube({before(0, 492, 20), before(0, 470, 19), before(0, 440, 19), before(0, 400, 18),
+                             before(1, 372, 18), before(1, 360, 18)},
+                            Vec3::UnitX(), {6, 8.5, 8.5, 8.5, 9.5, 8}, {8, 8, 8, 8, 8, 6}, 20);
+    append(air, tube({before(-5, 357, 18), before(-14, 344, 18), before(-23, 330, 17)}, Vec3::UnitY(),
+                     {6, 6.5, 5}, {6, 6.5, 5}, 16));
+    append(air, tube({before(7, 357, 18), before(17, 348, 18), before(27, 338, 17)}, Vec3::UnitY(),
+                     {5, 5.5, 4.5}, {5, 5.5, 4.5}, 16));
+    return air;
+}
+
+}  // namespace
+
+void add_chest_layers(std::vector<TissueLayer>& layers, const Chest& chest) {
+    TriangleMesh vessels, muscle;
+    for (const Side side : {left, right}) {
+        const Lung lung(chest, side);
+        layers.push_back({side.sign > 0.0 ? "left lung" : "right lung", Material::lung, Material::soft_tissue,
+                          lung.mesh(), false});
+        append(vessels, lung_vessels(lung, side));
+        append(muscle, dome(chest, side));
+    }
+    layers.push_back({"lung vessels", Material::blood, Material::lung, std::move(vessels), false});
+    layers.push_back({"heart", Material::soft_tissue, Material::soft_tissue, heart(), false});
+    layers.push_back({"diaphragm", Material::soft_tissue, Material::soft_tissue, std::move(muscle), false});
+    layers.push_back({"airway", Material::air, Material::soft_tissue, airway(), false});
+}
+
+}  // namespace render

@@ -1,0 +1,73 @@
+#pragma once
+/// The pieces that a patient is put together from, all in the body frame (body.h). For patient*.cpp only.
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "render/patient/body.h"
+#include "render/patient/patient.h"
+#include "render/patient/solids.h"
+
+namespace render {
+
+/// Bone in two meshes: the outer surface of the cortical shell and the marrow within.
+struct Bones {
+    geometry::TriangleMesh outer;
+    geometry::TriangleMesh core;
+};
+
+/// A tube of bone whose shell is `wall` thick [mm]; other arguments as for `tube`.
+void add_tube(Bones&, const geometry::Polyline& path, const geometry::Vec3& u, const std::vector<double>& a,
+              const std::vector<double>& b, double wall = 1.4, int around = 20);
+void add_ellipsoid(Bones&, const geometry::Vec3& centre, const geometry::Vec3& half_axes, double wall,
+                   int around = 24);
+
+/// A piece that is drawn once for each side: `at` mirrors x for the right one.
+struct Side {
+    double sign;  // +1 left, −1 right
+    geometry::Vec3 at(double x, double y, double z) const { return {sign * x, y, z}; }
+};
+constexpr Side left{1.0}, right{-1.0};
+
+/// Straight between the rows of a table of {height, value}.
+template <std::size_t N>
+double interpolated(const double (&rows)[N][2], double at) {
+    std::size_t i = 1;
+    while (i + 1 < N && at > rows[i][0]) ++i;
+    const double t = std::clamp((at - rows[i - 1][0]) / (rows[i][0] - rows[i - 1][0]), 0.0, 1.0);
+    return rows[i - 1][1] + t * (rows[i][1] - rows[i - 1][1]);
+}
+
+constexpr double sacrum_top = -60.0;  // top plate of S1 [mm]
+
+/// Vertebrae whose middle lies within two heights, with the sacrum where they reach below L5.
+void add_spine(Bones&, double low, double high);
+void add_pelvis(Bones&);
+
+/// The inside of the rib cage at a height: a superellipse.
+struct CageSection {
+    double half_width, half_depth, middle;  // middle: its y [mm]
+    static constexpr double exponent = 2.3;
+
+    /// At `angle` from the back (0) around the left side to the front (π), `outward` mm off the pleura.
+    geometry::Vec3 point(double angle, double z, double outward) const;
+    bool holds(double x, double y, double inset = 0.0) const;
+};
+
+/// Where the front of the chest stands and which vessels its lungs leave room for.
+struct Chest {
+    double front;  // y of the skin before the sternum [mm]
+    const std::vector<VesselSample>& vessels;
+
+    CageSection section(double z) const;
+};
+void add_cage(Bones&, const Chest&);
+void add_chest_layers(std::vector<TissueLayer>&, const Chest&);
+
+void add_abdomen_layers(std::vector<TissueLayer>&, double front, bool bowel_gas);
+
+void add_head_bones(Bones&);
+void add_head_layers(std::vector<TissueLayer>&);
+
+}  // namespace render

@@ -1,0 +1,71 @@
+#pragma once
+/// OpenGL without a window. For source files alone: it brings OpenGL's headers.
+
+#define GL_GLEXT_PROTOTYPES  // declared for decltype below, never linked
+#include <GL/gl.h>
+#include <GL/glext.h>
+#include <stdexcept>
+#include <string>
+
+#include "render/picture/offscreen.h"
+
+namespace render {
+
+/// A context of its own and the functions that drawing here takes, by their names without "gl".
+struct GlContext {
+    OffscreenContext context;
+
+// clang-format off
+#define RENDER_GL_FUNCTIONS(X) \
+    X(AttachShader) X(BindBuffer) X(BindFramebuffer) X(BindTexture) X(BindVertexArray) X(BlendEquation) \
+    X(BlendFunc) X(BufferData) X(CheckFramebufferStatus) X(Clear) X(ClearColor) X(CompileShader) \
+    X(CreateProgram) X(CreateShader) X(DeleteBuffers) X(DeleteFramebuffers) X(DeleteProgram) \
+    X(DeleteShader) X(DeleteTextures) X(DeleteVertexArrays) X(Disable) X(DrawElements) \
+    X(DrawElementsBaseVertex) X(Enable) X(EnableVertexAttribArray) X(FramebufferTexture2D) X(GenBuffers) \
+    X(GenFramebuffers) X(GenTextures) X(GenVertexArrays) X(GetError) X(GetProgramiv) X(GetUniformLocation) \
+    X(LinkProgram) X(PixelStorei) X(ReadPixels) X(Scissor) X(ShaderSource) X(TexImage2D) X(TexParameteri) \
+    X(TexParameteriv) X(TexSubImage2D) X(Uniform1f) X(Uniform2f) X(Uniform3f) X(UseProgram) \
+    X(VertexAttribPointer) X(Viewport)
+// clang-format on
+#define RENDER_GL_MEMBER(name) decltype(&::gl##name) name = nullptr;
+    RENDER_GL_FUNCTIONS(RENDER_GL_MEMBER)
+#undef RENDER_GL_MEMBER
+
+    /// Current afterwards. Throws std::runtime_error when there is no context.
+    GlContext() {
+        context.make_current();
+#define RENDER_GL_LOAD(name) name = reinterpret_cast<decltype(name)>(context.function("gl" #name));
+        RENDER_GL_FUNCTIONS(RENDER_GL_LOAD)
+#undef RENDER_GL_LOAD
+#undef RENDER_GL_FUNCTIONS
+    }
+
+    /// Throws std::runtime_error when OpenGL refuses the shaders of `what`.
+    GLuint linked_program(const char* vertex_shader, const char* fragment_shader, const char* what) const {
+        const GLuint program = CreateProgram();
+        const auto attach = [&](GLenum kind, const char* text) {
+            const GLuint shader = CreateShader(kind);
+            ShaderSource(shader, 1, &text, nullptr);
+            CompileShader(shader);
+            AttachShader(program, shader);
+            DeleteShader(shader);
+        };
+        attach(GL_VERTEX_SHADER, vertex_shader);
+        attach(GL_FRAGMENT_SHADER, fragment_shader);
+        LinkProgram(program);
+        GLint linked = GL_FALSE;
+        GetProgramiv(program, GL_LINK_STATUS, &linked);
+        if (linked != GL_TRUE)
+            throw std::runtime_error(std::string(what) + "'s shader was refused by OpenGL");
+        return program;
+    }
+
+    /// Throws std::runtime_error.
+    void require_no_error(const char* doing) const {
+        const GLenum error = GetError();
+        if (error != GL_NO_ERROR)
+            throw std::runtime_error("OpenGL error " + std::to_string(error) + " while " + doing);
+    }
+};
+
+}  // namespace render

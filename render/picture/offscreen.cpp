@@ -1,0 +1,68 @@
+#include "render/picture/offscreen.h"
+
+#include <GL/osmesa.h>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+#ifdef __SANITIZE_ADDRESS__
+// OSMesaDestroyContext of Mesa 22.3 keeps the context's record of its colour buffer, some 230 bytes. Leaks of
+// our own are still reported.
+extern "C" const char* __lsan_default_suppressions() {
+    return "leak:libOSMesa";
+}
+#endif
+
+namespace render {
+
+struct OffscreenContext::State {
+    OSMesaContext context = nullptr;
+    // OSMesa insists on a colour buffer of its own; drawing goes to framebuffer objects.
+    std::uint32_t buffer[16 * 16] = {};
+};
+
+OffscreenContext::OffscreenContext() : state_(nullptr) {
+    // 4.5 core is the best llvmpipe offers; 3.3 is all that is needed.
+    constexpr int versions[][2] = {{4, 5}, {3, 3}};
+    OSMesaContext context = nullptr;
+    for (const auto& version : versions) {
+        const int attributes[] = {OSMESA_FORMAT,
+                                  OSMESA_RGBA,
+                                  OSMESA_DEPTH_BITS,
+                                  0,
+                                  OSMESA_PROFILE,
+                                  OSMESA_CORE_PROFILE,
+                                  OSMESA_CONTEXT_MAJOR_VERSION,
+                                  version[0],
+                                  OSMESA_CONTEXT_MINOR_VERSION,
+                                  version[1],
+                                  0};
+        context = OSMesaCreateContextAttribs(attributes, nullptr);
+        if (context != nullptr) break;
+    }
+    if (context == nullptr) {
+        throw std::runtime_error(
+            "OSMesa gives no OpenGL 3.3 core context: is libosmesa6 installed and whole?");
+    }
+    state_ = new State;
+    state_->context = context;
+}
+
+OffscreenContext::~OffscreenContext() {
+    OSMesaDestroyContext(state_->context);
+    delete state_;
+}
+
+void OffscreenContext::make_current() const {
+    if (OSMesaMakeCurrent(state_->context, state_->buffer, GL_UNSIGNED_BYTE, 16, 16) != GL_TRUE) {
+        throw std::runtime_error("OSMesa could not make its context current");
+    }
+}
+
+OffscreenContext::Function OffscreenContext::function(const char* name) const {
+    const Function address = OSMesaGetProcAddress(name);
+    if (address == nullptr) throw std::runtime_error(std::string("OSMesa has no function ") + name);
+    return address;
+}
+
+}  // namespace render

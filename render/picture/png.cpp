@@ -1,0 +1,185 @@
+#include "render/picture/png.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <fstream>
+#include <iterator>
+#include <libdeflate.h>
+#include <memory>
+#include <new>
+#include <png.h>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <system_error>
+
+#include "render/picture/deflate.h"
+
+namespace render {
+
+namespace {
+
+/// What distinguishes the kinds of image in a file.
+struct Kind {
+    int channels;
+    int colour_type;
+    png_uint_32 format;
+    const char* name;
+};
+constexpr Kind grey = {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_GRAY, "grey"};
+constexpr Kind colour_png = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, "colour"};
+
+using Bytes = std::vector<std::uint8_t>;
+
+/// Each row's filter (PNG specification, chapter 9), then what it leaves of the row. `row`: bytes of one.
+enum class Filter : std::uint8_t { sub = 1, up = 2, average = 3 };
+
+/// Noise is packed best as what is left of it beside the average of the pixels at its left and above.
+Bytes averaged(const std::uint8_t* pixels, std::size_t row, std::size_t rows) {
+    Bytes filtered((row + 1) * rows);
+    filtered[0] = static_cast<std::uint8_t>(Filter::sub);
+    filtered[1] = pixels[0];
+    for (std::size_t i = 1; i < row; ++i)
+        filtered[1 + i] = static_cast<std::uint8_t>(pixels[i] - pixels[i - 1]);
+    for (std::size_t j = 1; j < rows; ++j) {
+        const std::uint8_t *own = pixels + j * row, *above = own - row;
+        std::uint8_t* to = filtered.data() + j * (row + 1);
+        *to++ = static_cast<std::uint8_t>(Filter::average);
+        to[0] = static_cast<std::uint8_t>(own[0] - above[0] / 2);
+        for (std::size_t i = 1; i < row; ++i)
+            to[i] = static_cast<std::uint8_t>(own[i] - (own[i - 1] + above[i]) / 2);
+    }
+    return filtered;
+}
+
+/// A panel's text and lines repeat from row to row.
+Bytes less_the_row_above(const std::uint8_t* pixels, std::size_t row, std::size_t rows) {
+    Bytes filtered((row + 1) * rows);
+    filtered[0] = static_cast<std::uint8_t>(Filter::up);
+    std::copy_n(pixels, row, filtered.data() + 1);
+    for (std::size_t j = 1; j < rows; ++j) {
+        const std::uint8_t *own = pixels + j * row, *above = own - row;
+        std::uint8_t* to = filtered.data() + j * (row + 1);
+        *to++ = static_cast<std::uint8_t>(Filter::up);
+        for (std::size_t i = 0; i < row; ++i) to[i] = static_cast<std::uint8_t>(own[i] - above[i]);
+    }
+    return filtered;
+}
+
+/// Appends a zlib stream.
+void deflate(const Bytes& filtered, Bytes& to) {
+    const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
+        libdeflate_alloc_compressor(1), libdeflate_free_compressor);
+    if (!compressor) throw std::bad_alloc();
+    const std::size_t start = to.size();
+    to.resize(start + libdeflate_zlib_compress_bound(compressor.get(), filtered.size()));
+    const std::size_t size = libdeflate_zlib_compress(compressor.get(), filtered.data(), filtered.size(),
+                                                      to.data() + start, to.size() - start);
+    to.resize(start + size);
+}
+
+/// Highest byte first.
+void append_number(Bytes& to, std::size_t number) {
+    for (int shift = 24; shift >= 0; shift -= 8) to.push_back(static_cast<std::uint8_t>(number >> shift));
+}
+
+/// Appends a chunk, whose contents `append` appends.
+template <class Append>
+void append_chunk(Bytes& to, std::string_view type, const Append& append) {
+    const std::size_t start = to.size();
+    append_number(to, 0);  // its length, when it is known
+    to.insert(to.end(), type.begin(), type.end());
+    append();
+    const std::size_t length = to.size() - start - 8;
+    if (length > PNG_UINT_31_MAX) throw std::length_error("an image too large for a PNG");
+    Bytes told;
+    append_number(told, length);
+    std::copy(told.begin(), told.end(), to.begin() + static_cast<std::ptrdiff_t>(start));
+    append_number(to, libdeflate_crc32(0, to.data() + start + 4, length + 4));
+}
+
+template <class Image>
+Bytes encode_image(const Image& image, const Kind& kind) {
+    if (image.width < 1 || image.height < 1 ||
+        image.pixels.size() != static_cast<std::size_t>(image.width) * image.height * kind.channels) {
+        throw std::invalid_argument("an image of " + std::to_string(image.width) + "x" +
+                                    std::to_string(image.height) + " with " +
+                                    std::to_string(image.pixels.size()) + " levels cannot be written");
+    }
+    const std::size_t row = static_cast<std::size_t>(image.width) * kind.channels;
+    Bytes bytes = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
+    bytes.reserve(image.pixels.size() + image.height + 1024);
+    append_chunk(bytes, "IHDR", [&] {
+        append_number(bytes, static_cast<std::size_t>(image.width));
+        append_number(bytes, static_cast<std::size_t>(image.height));
+        const auto type = static_cast<std::uint8_t>(kind.colour_type);
+        bytes.insert(bytes.end(),
+                     {8, type, 0, 0, 0});  // bits; the one way to pack, to filter; not interlaced
+    });
+    append_chunk(bytes, "IDAT", [&] {
+        if (kind.channels == 1)
+            deflate_noise(averaged(image.pixels.data(), row, image.height), bytes);
+        else
+            deflate(less_the_row_above(image.pixels.data(), row, image.height), bytes);
+    });
+    append_chunk(bytes, "IEND", [] {});
+    return bytes;
+}
+
+[[noreturn]] void refuse(const std::filesystem::path& path, const std::string& reason) {
+    throw std::runtime_error(path.string() + ": " + reason);
+}
+
+template <class Image>
+Image read_image(const std::filesystem::path& path, const Kind& kind) {
+    errno = 0;
+    std::ifstream file(path, std::ios::binary);
+    if (!file) refuse(path, "cannot be read: " + std::generic_category().message(errno != 0 ? errno : EIO));
+    const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+    if (file.bad()) refuse(path, "cannot be read");
+
+    // The simplified interface of libpng handles its long jumps inside.
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    if (png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) == 0) {
+        refuse(path, std::string("is no PNG: ") + png.message);
+    }
+    // The header's own bit depth and colour type; the interface above would convert silently.
+    const int depth = static_cast<unsigned char>(bytes.at(24)),
+              type = static_cast<unsigned char>(bytes.at(25));
+    if (depth != 8 || type != kind.colour_type || png.format != kind.format) {
+        png_image_free(&png);
+        refuse(path, "has colour type " + std::to_string(type) + " and " + std::to_string(depth) +
+                         " bits; only 8-bit " + kind.name + " without transparency (colour type " +
+                         std::to_string(kind.colour_type) + ") is read");
+    }
+    constexpr unsigned most = 16384;
+    if (png.width > most || png.height > most) {
+        png_image_free(&png);
+        refuse(path, "is larger than 16384 pixels along a side");
+    }
+    Image image{static_cast<int>(png.width), static_cast<int>(png.height), {}};
+    image.pixels.resize(static_cast<std::size_t>(png.width) * png.height * kind.channels);
+    if (png_image_finish_read(&png, nullptr, image.pixels.data(), 0, nullptr) == 0) {
+        refuse(path, std::string("is damaged: ") + png.message);
+    }
+    return image;
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode_png(const GrayImage& image) {
+    return encode_image(image, grey);
+}
+std::vector<std::uint8_t> encode_png(const ColourImage& image) {
+    return encode_image(image, colour_png);
+}
+
+GrayImage read_png(const std::filesystem::path& path) {
+    return read_image<GrayImage>(path, grey);
+}
+ColourImage read_colour_png(const std::filesystem::path& path) {
+    return read_image<ColourImage>(path, colour_png);
+}
+
+}  // namespace render

@@ -1,0 +1,77 @@
+#pragma once
+/// What the pose of the C-arm and the tube voltage determine of an image, before contrast and wire.
+
+#include <array>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "render/xray/fluoroscope.h"
+#include "render/xray/path_length.h"
+
+namespace render {
+
+using PixelBins = std::array<float, energy_bins>;
+
+/// Sum over the bins.
+inline float sum(const PixelBins& bins) {
+    float result = 0.0f;
+    for (float value : bins) result += value;
+    return result;
+}
+
+/// Lengths through all layers that change μ in the same way.
+struct Mixture {
+    Material material, inside;
+    Field length;  // [mm]
+};
+
+/// What size, distances and collimator determine, however the arm is turned.
+struct PlaneImages {
+    CArm arm;
+    Field flat, open, measured;  // open beam, collimator, measuring field: shares of 1
+};
+
+/// Where a layer lies before few pixels: their indices, and the length of each pixel's ray in it [mm].
+struct SparseLength {
+    std::vector<std::uint32_t> pixels;
+    std::vector<float> lengths;
+
+    explicit SparseLength(const Field& length = {});
+};
+
+/// What the pose determines, and the mesh passes cost time for.
+struct PoseImages {
+    CArm arm;
+    std::vector<Mixture> mixtures;
+    SparseLength contrast;                  // through layers that take contrast
+    std::map<int, SparseLength> organs;     // through each perfused layer
+    std::optional<ContrastMatrix> vessels;  // made when contrast first needs it
+    int unbalanced_pixels = 0;
+};
+
+/// What the tube voltage adds to that.
+struct BeamImages {
+    EnergyBins bins;
+    double kvp = 0.0;                // [kV]
+    std::vector<PixelBins> primary;  // per pixel and bin, relative to the open beam, flat field included
+    Field scatter;                   // in the same unit
+    double gain = 0.0;               // quanta per unit and nGy
+};
+
+PlaneImages plane_images(const FluoroscopeConfig&, const CArm&);
+
+/// Draws each layer's mesh, the renderer's of the same number. `has_nodes`: contrast has vessels of its own,
+/// and lumina need no lengths for it.
+PoseImages pose_images(PathLengthRenderer&, std::span<const TissueLayer>, bool has_nodes, const CArm&);
+
+/// Of a pulse at that voltage that gives the detector 1 nGy [mAs], from a sample of the measuring field.
+double charge_per_dose(const FluoroscopeConfig&, const PlaneImages&, const PoseImages&, double kvp);
+
+/// At a voltage [kV], or at the one that automatic exposure chooses.
+BeamImages beam_images(const FluoroscopeConfig&, const PlaneImages&, const PoseImages&,
+                       const std::optional<double>& kvp);
+
+}  // namespace render

@@ -1,0 +1,65 @@
+#pragma once
+/// Geometry of the C-arm: where the source and the detector stand and where a point appears.
+///
+/// Angles as in DICOM (0018,1510) and (0018,1511): LAO and cranial positive. LAO 30° puts the detector over
+/// the patient's left. The image faces the patient: the patient's left on the viewer's right, head up.
+
+#include <string>
+#include <vector>
+
+#include "physics/geometry/vec.h"
+
+namespace render {
+
+struct CArm {
+    double lao = 0.0;                                   // RAO negative [rad]
+    double cranial = 0.0;                               // caudal negative [rad]
+    double sid = 1100.0;                                // source to detector [mm]
+    double sod = 750.0;                                 // source to isocentre [mm]
+    geometry::Vec3 isocentre = geometry::Vec3::Zero();  // in patient coordinates [mm]
+    double detector_width = 300.0;                      // of the square field, smaller when magnified [mm]
+    /// Opening of the collimator at the detector [mm]; it opens no wider than the field.
+    double opening_width = 1000.0;
+    double opening_height = 1000.0;
+    int pixels = 512;  // along either side
+};
+
+bool operator==(const CArm&, const CArm&);
+
+/// Everything that makes the C-arm unusable, one sentence each; empty when it can be exposed.
+/// Limits of rotation and angulation are those of an angiography stand: ±120° and ±45°.
+std::vector<std::string> problems(const CArm&);
+
+/// Directions of the detector in patient coordinates, unit and mutually orthogonal.
+struct ArmAxes {
+    geometry::Vec3 beam;   // from the source to the detector
+    geometry::Vec3 right;  // along a row, to the viewer's right
+    geometry::Vec3 up;     // along a column, to the top of the image
+};
+ArmAxes axes(const CArm&);
+
+geometry::Vec3 source(const CArm&);           // focal spot [mm]
+geometry::Vec3 detector_centre(const CArm&);  // [mm]
+double pixel_width(const CArm&);              // on the detector [mm]
+/// Edges in pixels from the image's left and top.
+struct PixelBox {
+    double left, top, right, bottom;
+};
+PixelBox opening_of(const CArm&);  // what the collimator leaves of the image
+double open_area(const CArm&);     // of the detector that the collimator leaves [mm²]
+
+/// Where a point falls. Pixel (i, j) covers [i, i+1) × [j, j+1), j downward from the top.
+struct Pixel {
+    double x = 0.0;
+    double y = 0.0;
+    double depth = 0.0;  // along the beam axis from the source [mm]; x and y mean nothing when not positive
+};
+Pixel project(const CArm&, const geometry::Vec3& point);
+
+/// P of (x·w, y·w, w) = P·(point, 1), the same as project; w is the depth.
+Eigen::Matrix<double, 3, 4> camera_matrix(const CArm&);
+
+/// From the source toward the place (x, y) of the image, unit.
+geometry::Vec3 ray_direction(const CArm&, double x, double y);
+
+}  // namespace render

@@ -1,0 +1,72 @@
+#pragma once
+/// Contrast on the image: which pixels see how much of which piece of vessel.
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "physics/geometry/vec.h"
+#include "render/picture/image.h"
+#include "render/xray/c_arm.h"
+
+namespace render {
+
+/// Pixel × centreline node → length of the pixel's ray through the piece of lumen that belongs to the node.
+/// Row k is pixel pixels[k], its entries are starts[k] to starts[k + 1], nodes ascending. Pixels ascending;
+/// every row has an entry. The pixels listed are those that see the lumen.
+struct ContrastMatrix {
+    int width = 0;                      // of the square image [pixels]
+    int node_count = 0;                 // columns
+    std::vector<std::uint32_t> pixels;  // row by row from the top left
+    std::vector<std::uint32_t> starts{0};
+    std::vector<std::uint32_t> nodes;
+    std::vector<float> lengths;  // mean over the pixel [mm]
+    int unbalanced_rays = 0;     // that entered and left unequally often
+};
+
+/// A closed lumen cut into pieces: each place belongs to the node whose ball (centre, radius) holds it
+/// deepest, by the power distance |x − c|² − r². So a wide vessel keeps its lumen up to the ostium of a
+/// narrow branch, and of vessels that touch each keeps its own.
+class LumenContrast {
+public:
+    /// `nodes` along the centrelines of all vessels, one or two mm apart, each with its inscribed radius
+    /// [mm]. Throws std::invalid_argument for no nodes, not as many radii, radii that are not positive,
+    /// numbers that are not finite, or a triangle that names a vertex which is not there.
+    LumenContrast(const geometry::TriangleMesh& closed_lumen, std::vector<geometry::Vec3> nodes,
+                  std::vector<float> radii);
+    ~LumenContrast();
+    LumenContrast(LumenContrast&&) noexcept;
+    LumenContrast& operator=(LumenContrast&&) noexcept;
+
+    std::span<const geometry::Vec3> nodes() const;
+
+    /// Lengths are means over 2 × 2 rays a pixel; where those meet the same walls within ½ mm they are cut as
+    /// one. Where a ray enters and leaves unequally often, as at a hole of the mesh, only chords between an
+    /// entry and an exit that follow each other count. The same bits for the same arguments.
+    ContrastMatrix at(const CArm&) const;
+
+private:
+    struct Pieces;
+    std::unique_ptr<const Pieces> pieces_;
+};
+
+/// Σ_j L_ij c_j, `iodine` c of each node [mg/ml]; `out` becomes the matrix's size [mg/ml·mm].
+void iodine_thickness(const ContrastMatrix&, std::span<const float> iodine, Field& out);
+
+/// How far a node has moved on the image since the matrix was made, to the right and down [pixels].
+struct PixelShift {
+    float x = 0.0f;
+    float y = 0.0f;
+};
+
+/// Shifts of nodes that have moved from `nodes` to `moved`, each by its own depth.
+std::vector<PixelShift> pixel_shifts(const CArm&, std::span<const geometry::Vec3> nodes,
+                                     std::span<const geometry::Vec3> moved);
+
+/// The same for vessels that beat or breathe: what belongs to a node moves with it, shared among the four
+/// pixels around its place in proportion to their overlap. What leaves the image is lost, nothing else is.
+void iodine_thickness(const ContrastMatrix&, std::span<const float> iodine, std::span<const PixelShift>,
+                      Field& out);
+
+}  // namespace render

@@ -1,0 +1,47 @@
+#pragma once
+/// From detector signal to grey levels on the monitor.
+
+#include <array>
+#include <cstdint>
+
+#include "render/picture/image.h"
+#include "render/xray/c_arm.h"
+
+namespace render {
+
+struct DisplaySpec {
+    double compression = 0.55;  // share of slow changes of brightness that is taken out, at least [-]
+    double range = 1.2;         // what may be left of them, as between lung and heart [e-folds of signal]
+    double compression_reach = 0.06;  // what counts as slow: standard deviation, in image widths [-]
+    double contrast = 2.6;            // steepness of the grey curve per e-fold of signal [-]
+    double brightness = 0.60;         // grey of the average signal, 0 black to 1 white [-]
+    double shutter_margin = 0.018;    // of the rounded collimator, in image widths [-]
+    double shutter_radius = 0.060;    // of its corners, in image widths [-]
+    double shutter_softness = 0.005;  // of its edge, in image widths [-]
+};
+
+/// Logarithm, compression of dynamic range, window, shutters. Adjusted to one pose of the C-arm by the signal
+/// that is expected there with no wire and no contrast, so that the grey of the background does not follow
+/// the wire.
+class Display {
+public:
+    /// `expected`: detector signal without noise [quanta]; `flat`: the same with nothing in the beam, as
+    /// shares of its middle [-]; `weight`: of each pixel in the average that is shown at `brightness` [-];
+    /// `open`: transmission of the collimator [-]. Equal sizes.
+    Display(const DisplaySpec&, const Field& expected, const Field& flat, const Field& weight, Field open);
+
+    /// Shape as `expected`.
+    GrayImage show(const Field& signal) const;
+
+private:
+    std::array<std::uint8_t, 1024> grey_{};  // over ln(signal) less the reference, in equal steps
+    Field reference_;                        // ln of the signal that is shown at `brightness`
+    Field open_;                             // transmission of the shutters, 0 to 1 [-]
+};
+
+/// Transmission of the rounded collimator, 0 to 1 [-].
+Field shutters(const DisplaySpec&, const CArm&);
+
+constexpr float shutter_grey = 5.0f;  // of the closed collimator on the monitor
+
+}  // namespace render

@@ -1,0 +1,305 @@
+#include "render/xray/fluoroscope.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <stdexcept>
+#include <utility>
+
+#include "render/picture/fast_exp.h"
+#include "render/xray/beam_images.h"
+#include "render/xray/path_length.h"
+
+namespace render {
+
+using geometry::Vec3;
+
+namespace {
+
+/// The image with neither contrast nor wire at one dose.
+struct BareImage {
+    float scale = 0.0f;  // quanta per unit of BeamImages
+    Field expected;      // with scatter [quanta]
+    Technique technique;
+    std::optional<Display> display;
+};
+
+/// Whether images of the two differ by rotation and by what lies in the isocentre alone.
+bool same_plane(CArm a, const CArm& b) {
+    a.lao = b.lao;
+    a.cranial = b.cranial;
+    a.isocentre = b.isocentre;
+    return a == b;
+}
+
+/// The arm as what is shifted sees it.
+CArm shifted(CArm arm, const Vec3& shift) {
+    arm.isocentre -= shift;
+    return arm;
+}
+
+}  // namespace
+
+std::vector<std::string> problems(const Exposure& exposure) {
+    std::vector<std::string> found;
+    if (!(exposure.detector_dose > 0.0 && exposure.detector_dose <= 1e5)) {
+        found.emplace_back("the detector dose must be above 0 and at most 100000 nGy");
+    }
+    if (exposure.kvp && !(*exposure.kvp >= 40.0 && *exposure.kvp <= 125.0)) {
+        found.emplace_back("the tube voltage must lie within 40 and 125 kV");
+    }
+    if (!(exposure.iodine >= 0.0 && exposure.iodine <= largest_iodine)) {
+        found.emplace_back("the iodine concentration must lie within 0 and " +
+                           std::to_string(static_cast<int>(largest_iodine)) + " mg/ml");
+    }
+    return found;
+}
+
+struct Fluoroscope::State {
+    FluoroscopeConfig config;
+    std::vector<TissueLayer> layers;  // their meshes have moved on to the renderer
+    PathLengthRenderer renderer;
+    std::optional<LumenContrast> vessels;
+    WireImage wire;
+    std::optional<PlaneImages> plane;
+    std::optional<PoseImages> pose;
+    std::map<double, BeamImages> beams;                   // of the pose, by voltage asked for; 0 = automatic
+    std::map<std::pair<double, double>, BareImage> bare;  // of the pose, by voltage and dose
+    Field iodine;                                         // scratch: what the beam meets of it [mg/ml·mm]
+    std::vector<std::uint32_t> iodine_pixels;             // where that is not 0
+
+    void move_to(const CArm&);
+    const BeamImages& beam(const std::optional<double>& kvp);
+    const BareImage& bare_image(const Exposure&);
+    void dissolve(const Exposure&);
+    void dissolve_in_vessels(const Exposure&);
+    void dissolve_in(const SparseLength&, float concentration);
+};
+
+void Fluoroscope::State::move_to(const CArm& arm) {
+    if (pose && pose->arm == arm) return;
+    beams.clear();
+    bare.clear();
+    if (!plane || !same_plane(plane->arm, arm)) plane = plane_images(config, arm);
+    pose = pose_images(renderer, layers, vessels.has_value(), arm);
+}
+
+const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
+    const auto [place, is_new] = beams.try_emplace(kvp.value_or(0.0));
+    if (is_new) place->second = beam_images(config, *plane, *pose, kvp);
+    return place->second;
+}
+
+const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
+    const auto [place, is_new] = bare.try_emplace({exposure.kvp.value_or(0.0), exposure.detector_dose});
+    BareImage& result = place->second;
+    if (!is_new) return result;
+
+    const CArm& arm = pose->arm;
+    const BeamImages& at = beam(exposure.kvp);
+    const double kvp = at.kvp;
+    result.technique = exposure_at(kvp, exposure.detector_dose * charge_per_dose(config, *plane, *pose, kvp));
+    const double metres = 1e-3 * std::max(arm.sod - reference_point, 1.0);
+    const double charge = 1e-3 * result.technique.current * result.technique.pulse_width;  // [mAs]
+    const double at_one_metre = kerma_per_charge(kvp) * charge;                            // [mGy]
+    result.technique.air_kerma = at_one_metre / (metres * metres);
+    constexpr double Gy_cm2_per_mGy_mm2 = 1e-5;
+    result.technique.area_product =
+        at_one_metre * open_area(arm) / (1e-6 * arm.sid * arm.sid) * Gy_cm2_per_mGy_mm2;
+
+    result.scale = static_cast<float>(at.gain * exposure.detector_dose * result.technique.delivered);
+    result.expected = Field(arm.pixels, arm.pixels);
+    for (std::size_t i = 0; i < result.expected.values.size(); ++i)
+        result.expected.values[i] = result.scale * (sum(at.primary[i]) + at.scatter.values[i]);
+    // The display is adjusted to the image without contrast.
+    result.display.emplace(config.display, result.expected, plane->flat, plane->measured, plane->open);
+    return result;
+}
+
+/// Leaves in `iodine` what the beam meets, and in `iodine_pixels` where.
+void Fluoroscope::State::dissolve(const Exposure& exposure) {
+    const int pixels = pose->arm.pixels;
+    if (iodine.width != pixels) {
+        iodine = Field(pixels, pixels);
+    } else {
+        for (const std::uint32_t i : iodine_pixels) iodine.values[i] = 0.0f;
+    }
+    iodine_pixels.clear();
+    if (vessels && (exposure.iodine > 0.0 || !exposure.vessel_iodine.empty())) {
+        dissolve_in_vessels(exposure);
+    } else if (exposure.iodine > 0.0) {
+        dissolve_in(pose->contrast, static_cast<float>(exposure.iodine));
+    }
+    for (const OrganIodine& organ : exposure.organs) {
+        const auto found = pose->organs.find(organ.layer);
+        if (found != pose->organs.end() && organ.iodine > 0.0)
+            dissolve_in(found->second, static_cast<float>(organ.iodine));
+    }
+}
+
+void Fluoroscope::State::dissolve_in(const SparseLength& layer, float concentration) {
+    for (std::size_t i = 0; i < layer.pixels.size(); ++i) {
+        float& there = iodine.values[layer.pixels[i]];
+        if (there == 0.0f) iodine_pixels.push_back(layer.pixels[i]);
+        there += concentration * layer.lengths[i];
+    }
+}
+
+void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
+    if (!pose->vessels) pose->vessels = vessels->at(pose->arm);
+    const std::span<const Vec3> nodes = vessels->nodes();
+    std::vector<float> concentration(nodes.size(), static_cast<float>(exposure.iodine));
+    for (std::size_t i = 0; i < std::min(nodes.size(), exposure.vessel_iodine.size()); ++i)
+        concentration[i] += exposure.vessel_iodine[i];
+    if (exposure.vessel_shift.isZero()) {
+        iodine_thickness(*pose->vessels, concentration, iodine);
+        for (const std::uint32_t i : pose->vessels->pixels)
+            if (iodine.values[i] > 0.0f) iodine_pixels.push_back(i);
+        return;
+    }
+    std::vector<Vec3> moved(nodes.begin(), nodes.end());
+    for (Vec3& node : moved) node += exposure.vessel_shift;
+    iodine_thickness(*pose->vessels, concentration, pixel_shifts(pose->arm, nodes, moved), iodine);
+    for (std::uint32_t i = 0; i < iodine.values.size(); ++i)
+        if (iodine.values[i] > 0.0f) iodine_pixels.push_back(i);
+}
+
+Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> layers,
+                         std::optional<LumenContrast> vessels)
+    : state_(std::make_unique<State>()) {
+    state_->config = std::move(config);
+    state_->vessels = std::move(vessels);
+    for (TissueLayer& layer : layers) {
+        require_closed(layer.name, layer.mesh);
+        if (layer.takes_contrast) require_simple(layer.name, layer.mesh);
+        state_->renderer.add(layer.mesh);
+        layer.mesh = {};
+    }
+    state_->layers = std::move(layers);
+}
+
+Fluoroscope::~Fluoroscope() = default;
+Fluoroscope::Fluoroscope(Fluoroscope&&) noexcept = default;
+Fluoroscope& Fluoroscope::operator=(Fluoroscope&&) noexcept = default;
+
+namespace {
+
+void require(const CArm& arm, const Exposure& exposure) {
+    std::string wrong;
+    for (const auto& found : {problems(arm), problems(exposure)}) {
+        for (const std::string& sentence : found) wrong += (wrong.empty() ? "" : "; ") + sentence;
+    }
+    if (!wrong.empty()) throw std::invalid_argument(wrong);
+}
+
+}  // namespace
+
+Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints, const Exposure& exposure) {
+    require(arm, exposure);
+    State& state = *state_;
+    state.move_to(arm);
+    const BareImage& bare = state.bare_image(exposure);
+    const BeamImages& beam = state.beam(exposure.kvp);
+    Field expected = bare.expected;
+
+    state.dissolve(exposure);
+    const Bins per_concentration = beam.bins.attenuation(Material::iodine);
+    PixelBins per_iodine;
+    for (int k = 0; k < energy_bins; ++k) per_iodine[k] = static_cast<float>(-per_concentration[k]);
+    // Many pixels at once, for the sake of the exponentials.
+    constexpr std::size_t together = 256;
+    std::array<float, together * energy_bins> transmission;
+    const std::span<const std::uint32_t> dissolved_in = state.iodine_pixels;
+    for (std::size_t start = 0; start < dissolved_in.size(); start += together) {
+        const auto pixels = dissolved_in.subspan(start, std::min(together, dissolved_in.size() - start));
+        // They lie too far apart for the processor to guess.
+        for (const std::uint32_t pixel : pixels) __builtin_prefetch(&beam.primary[pixel]);
+        for (std::size_t i = 0; i < pixels.size(); ++i)
+            for (int k = 0; k < energy_bins; ++k)
+                transmission[i * energy_bins + k] = per_iodine[k] * state.iodine.values[pixels[i]];
+        exponentiate(std::span(transmission).first(pixels.size() * energy_bins));
+        for (std::size_t i = 0; i < pixels.size(); ++i) {
+            float passed = beam.scatter.values[pixels[i]];
+            for (int k = 0; k < energy_bins; ++k)
+                passed += beam.primary[pixels[i]][k] * transmission[i * energy_bins + k];
+            expected.values[pixels[i]] = bare.scale * passed;
+        }
+    }
+
+    // The wire displaces blood and what is dissolved in it; it is taken to lie in a vessel all along.
+    Bins displaced = beam.bins.attenuation(Material::blood);
+    const double dissolved = exposure.iodine + exposure.wire_iodine;
+    for (int k = 0; k < energy_bins; ++k) displaced[k] += dissolved * per_concentration[k];
+    const WireLook& look = state.config.wire;
+    for (const WirePixel& pixel : state.wire.cast(shifted(arm, exposure.vessel_shift), joints, look,
+                                                  wire_attenuation(look, beam.bins, displaced))) {
+        const float amount = state.iodine.values[pixel.index];
+        for (int k = 0; k < energy_bins; ++k) {
+            const float arriving = beam.primary[pixel.index][k] * fast_exp(per_iodine[k] * amount);
+            expected.values[pixel.index] -= bare.scale * arriving * (1.0f - pixel.transmission[k]);
+        }
+    }
+    return expected;
+}
+
+Field Fluoroscope::read(const CArm& arm, std::span<const Vec3> joints, const Exposure& exposure) {
+    return read_out(expected_quanta(arm, joints, exposure), pixel_width(arm), state_->config.detector,
+                    exposure.seed, exposure.frame);
+}
+
+const Display& Fluoroscope::display(const CArm& arm, const Exposure& exposure) {
+    require(arm, exposure);
+    state_->move_to(arm);
+    return *state_->bare_image(exposure).display;
+}
+
+GrayImage Fluoroscope::expose(const CArm& arm, std::span<const Vec3> joints, const Exposure& exposure) {
+    const Field signal = read(arm, joints, exposure);
+    return display(arm, exposure).show(signal);
+}
+
+Field Fluoroscope::opening(const CArm& arm) const {
+    return shutters(state_->config.display, arm);
+}
+
+Technique Fluoroscope::technique(const CArm& arm, const Exposure& exposure) {
+    require(arm, exposure);
+    state_->move_to(arm);
+    return state_->bare_image(exposure).technique;
+}
+
+std::vector<std::uint32_t> Fluoroscope::wire_pixels(const CArm& arm, std::span<const Vec3> joints,
+                                                    const Vec3& shift) {
+    require(arm, {});
+    const EnergyBins bins = fit_bins(detected_spectrum(74.0));
+    const WireLook& look = state_->config.wire;
+    const Bins blood = bins.attenuation(Material::blood);
+    std::vector<std::uint32_t> shadowed;
+    for (const WirePixel& pixel :
+         state_->wire.cast(shifted(arm, shift), joints, look, wire_attenuation(look, bins, blood))) {
+        if (pixel.transmission[0] < 0.98f) shadowed.push_back(pixel.index);
+    }
+    std::sort(shadowed.begin(), shadowed.end());
+    return shadowed;
+}
+
+std::vector<std::uint32_t> Fluoroscope::vessel_pixels(const CArm& arm, const Vec3& shift) {
+    require(arm, {});
+    Field through(arm.pixels, arm.pixels);
+    for (std::size_t layer = 0; layer < state_->layers.size(); ++layer) {
+        if (!state_->layers[layer].takes_contrast) continue;
+        const Field length = state_->renderer.render(static_cast<int>(layer), shifted(arm, shift)).length;
+        for (std::size_t i = 0; i < length.values.size(); ++i) through.values[i] += length.values[i];
+    }
+    std::vector<std::uint32_t> pixels;
+    for (std::uint32_t i = 0; i < through.values.size(); ++i)
+        if (through.values[i] > 0.0f) pixels.push_back(i);
+    return pixels;
+}
+
+int Fluoroscope::unbalanced_pixels() const {
+    return state_->pose ? state_->pose->unbalanced_pixels : 0;
+}
+
+}  // namespace render

@@ -1,0 +1,120 @@
+#pragma once
+/// The imaging chain: from anatomy, wire and exposure to a frame.
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "physics/geometry/vec.h"
+#include "render/picture/image.h"
+#include "render/xray/c_arm.h"
+#include "render/xray/contrast.h"
+#include "render/xray/detector.h"
+#include "render/xray/display.h"
+#include "render/xray/materials.h"
+#include "render/xray/wire_image.h"
+#include "render/xray/x_ray_tube.h"
+
+namespace render {
+
+/// A closed solid of one material inside another. Where it lies, μ changes from that of `inside` to that of
+/// `material`, so nested solids are listed with what surrounds each (a trabecular core inside cortical bone
+/// inside soft tissue). Solids of equal standing should not overlap: there the change counts twice.
+struct TissueLayer {
+    std::string name;
+    Material material = Material::soft_tissue;
+    Material inside = Material::air;
+    geometry::TriangleMesh mesh;  // closed [mm]
+    bool takes_contrast = false;  // a lumen: Exposure::iodine is dissolved in it
+    bool perfused = false;        // an organ: Exposure::organs may name it
+};
+
+struct FluoroscopeConfig {
+    WireLook wire;
+    DetectorSpec detector;
+    DisplaySpec display;
+    double scatter_to_primary = 0.6;  // mean over the field, behind the grid [-]
+    double scatter_reach = 28.0;      // standard deviation of its spread, on the detector [mm]
+    double measuring_radius = 0.30;   // of the disc where exposure is measured, in image widths [-]
+    double heel = 0.08;               // loss of intensity at the edge toward the anode (the head) [-]
+};
+
+/// Iodine in an organ's small vessels.
+struct OrganIodine {
+    int layer = 0;        // index of a perfused layer
+    double iodine = 0.0;  // mean over the organ [mg/ml]
+};
+
+/// One pulse.
+struct Exposure {
+    std::uint64_t frame = 0;
+    std::uint64_t seed = 0;
+    double detector_dose = 30.0;     // mean over the measuring field, per pulse [nGy]
+    std::optional<double> kvp = {};  // tube voltage [kV]; empty = automatic
+    double iodine = 0.0;             // concentration throughout the layers that take contrast [mg/ml]
+    /// Besides, at each node of the vessels [mg/ml]; empty = none.
+    std::vector<float> vessel_iodine = {};
+    std::vector<OrganIodine> organs = {};
+    double wire_iodine = 0.0;  // besides `iodine`, in the blood that the wire displaces [mg/ml]
+    /// Where vessels and wire are, from where meshes and joints have them: a heart that beats [mm].
+    geometry::Vec3 vessel_shift = geometry::Vec3::Zero();
+};
+
+/// Everything wrong with an exposure; empty when usable.
+std::vector<std::string> problems(const Exposure&);
+
+/// Keeps the GL context, the meshes, and the images that depend on the pose of the C-arm alone. A frame
+/// depends on the arguments of `expose` and never on the frames before it. To be used by one thread at a
+/// time.
+class Fluoroscope {
+public:
+    /// Throws OpenMeshError for an open mesh, OverlappingMeshError for a lumen that overlaps itself, and
+    /// std::runtime_error for a broken one or when GL fails. With `vessels`, nodes of the layers that take
+    /// contrast, iodine may differ from place to place.
+    Fluoroscope(FluoroscopeConfig, std::vector<TissueLayer>, std::optional<LumenContrast> vessels = {});
+    ~Fluoroscope();
+    Fluoroscope(Fluoroscope&&) noexcept;
+    Fluoroscope& operator=(Fluoroscope&&) noexcept;
+
+    /// The signal of one pulse as it is read out, with its noise [quanta], arm.pixels squared. `joints` from
+    /// the introducer to the tip [mm]; with fewer than two, or with one that is not finite, the wire is left
+    /// out. The tube output follows the anatomy (automatic exposure): the mean dose in a disc amid the image
+    /// is `detector_dose` at any pose the tube is strong enough for, before wire and contrast. Throws
+    /// std::invalid_argument with all the problems of arm or exposure.
+    Field read(const CArm&, std::span<const geometry::Vec3> joints, const Exposure&);
+
+    /// The quanta expected on each pixel, before noise: what `read` draws its numbers around.
+    Field expected_quanta(const CArm&, std::span<const geometry::Vec3> joints, const Exposure&);
+
+    /// How signals are shown that were read at this pose and dose. Holds until the next call of a member
+    /// that takes an arm.
+    const Display& display(const CArm&, const Exposure&);
+
+    /// A live frame: the signal of the pulse, shown.
+    GrayImage expose(const CArm&, std::span<const geometry::Vec3> joints, const Exposure&);
+
+    /// Transmission of the collimator [-].
+    Field opening(const CArm&) const;
+
+    /// What tube and patient get for the pulse.
+    Technique technique(const CArm&, const Exposure&);
+
+    /// Ground truth: pixels that the wire shadows by more than 2 % of the softest quanta, and pixels whose
+    /// ray runs through a layer that takes contrast; in ascending order.
+    std::vector<std::uint32_t> wire_pixels(const CArm&, std::span<const geometry::Vec3> joints,
+                                           const geometry::Vec3& shift);
+    std::vector<std::uint32_t> vessel_pixels(const CArm&, const geometry::Vec3& shift);
+
+    /// Pixels of the last pose at which a mesh did not balance: more than 0 when one reaches behind the
+    /// source.
+    int unbalanced_pixels() const;
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace render

@@ -1,0 +1,68 @@
+#pragma once
+/// What the beam meets, and what the beam is.
+
+#include <array>
+#include <string_view>
+#include <vector>
+
+namespace render {
+
+enum class Material {
+    air,
+    lung,
+    adipose,
+    soft_tissue,
+    blood,
+    trabecular_bone,
+    cortical_bone,
+    iodine,  // dissolved, per mg/ml: multiply by the concentration
+    nitinol,
+    steel,
+    platinum,
+    aluminium,
+    copper,
+    caesium_iodide
+};
+
+std::string_view name_of(Material);
+
+/// Of iodine, in any medium that is injected [mg/ml].
+inline constexpr double largest_iodine = 400;
+
+/// Linear attenuation μ [1/mm] ([1/mm per mg/ml] for iodine) at a photon energy [keV], 15 to 150.
+double attenuation(Material, double energy);
+
+/// Mass energy-absorption coefficient of dry air [cm²/g] at a photon energy [keV], 15 to 150: what turns
+/// energy fluence into air kerma.
+double air_energy_absorption(double energy);
+
+/// An X-ray spectrum as the detector counts it: energies [keV] and the share of signal each brings.
+struct Spectrum {
+    std::vector<double> energies;
+    std::vector<double> weights;  // sum 1 with nothing in the beam
+};
+
+/// Tungsten target at `kvp` [kV], behind 2.5 mm Al and 0.2 mm Cu, seen by 0.45 mm of CsI that integrates
+/// energy. The shape is Kramers' rule, photons ∝ (kvp − E)/E; characteristic lines begin at 69.5 keV and are
+/// left out. Throws std::invalid_argument unless 40 ≤ kvp ≤ 125.
+Spectrum detected_spectrum(double kvp);
+
+/// Air kerma per detected signal at a photon energy [keV]; only ratios of it mean anything.
+double kerma_per_signal(double energy);
+
+constexpr int energy_bins = 4;
+using Bins = std::array<double, energy_bins>;
+
+/// A few energies that stand for a spectrum in Beer–Lambert sums.
+struct EnergyBins {
+    Bins energies{};  // [keV]
+    Bins weights{};   // signal with nothing in the beam
+
+    Bins attenuation(Material) const;  // [1/mm]
+};
+
+/// Gauss quadrature of the spectrum as it is behind 210 mm of soft tissue, where contrast matters: exact
+/// there for everything of degree 7 in the energy.
+EnergyBins fit_bins(const Spectrum&);
+
+}  // namespace render

@@ -1,0 +1,361 @@
+#include "render/xray/path_length.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "render/picture/gl_context.h"
+#include "render/xray/surface_crossings.h"
+
+namespace render {
+
+using geometry::TriangleMesh;
+using geometry::Vec3;
+
+namespace {
+
+// Depth is taken relative to the isocentre plane, which keeps the digits of the float target and limits the
+// harm of a hole. The row nearest to the head is written first, so that readback is already top-down.
+constexpr const char* vertex_shader = R"(#version 330 core
+layout(location = 0) in vec3 position;
+uniform vec3 isocentre, right, up, beam;
+uniform float sod, scale;
+out float depth;
+void main() {
+    vec3 p = position - isocentre;
+    depth = dot(beam, p);
+    gl_Position = vec4(scale * dot(right, p), -scale * dot(up, p), 0.0, depth + sod);
+})";
+
+constexpr const char* fragment_shader = R"(#version 330 core
+in float depth;
+out vec2 length_and_count;
+void main() { length_and_count = gl_FrontFacing ? vec2(-depth, 1.0) : vec2(depth, -1.0); })";
+
+struct CornerHash {
+    std::size_t operator()(const std::array<double, 3>& p) const {
+        std::size_t h = 0;
+        for (double c : p) h = (h ^ std::hash<double>()(c)) * 0x9E3779B97F4A7C15ull;
+        return h ^ (h >> 29);
+    }
+};
+
+}  // namespace
+
+int unmatched_edges(const TriangleMesh& mesh) {
+    const int count = static_cast<int>(mesh.vertices.size());
+    // The first corner at a place, in an open-addressed hash table of places, -1 = free.
+    std::vector<int> corners(std::bit_ceil(2 * mesh.vertices.size() + 1), -1);
+    std::vector<int> corner(mesh.vertices.size());
+    for (int i = 0; i < count; ++i) {
+        const Vec3& v = mesh.vertices[i];
+        if (!v.allFinite()) throw std::invalid_argument("vertex " + std::to_string(i) + " is not finite");
+        // Adding zero makes −0 and +0 the same place.
+        std::size_t slot = CornerHash{}({v.x() + 0.0, v.y() + 0.0, v.z() + 0.0}) & (corners.size() - 1);
+        while (corners[slot] >= 0 && mesh.vertices[corners[slot]] != v)
+            slot = (slot + 1) & (corners.size() - 1);
+        if (corners[slot] < 0) corners[slot] = i;
+        corner[i] = corners[slot];
+    }
+    // Edges by their lower corner, of which few share one. An edge that is run through as often either way is
+    // matched.
+    std::vector<std::size_t> starts(mesh.vertices.size() + 1, 0);
+    const auto for_each_edge = [&](const auto& use) {
+        for (const auto& triangle : mesh.triangles) {
+            for (int k = 0; k < 3; ++k) {
+                const int a = corner[triangle[k]], b = corner[triangle[(k + 1) % 3]];
+                if (a != b) use(std::min(a, b), std::max(a, b), a < b ? 1 : -1);
+            }
+        }
+    };
+    for (const auto& triangle : mesh.triangles) {
+        for (const int v : triangle) {
+            if (v >= 0 && v < count) continue;
+            throw std::invalid_argument("a triangle names vertex " + std::to_string(v) + " of " +
+                                        std::to_string(count));
+        }
+    }
+    for_each_edge([&](int low, int, int) { ++starts[low + 1]; });
+    for (int i = 0; i < count; ++i) starts[i + 1] += starts[i];
+    struct Way {
+        int other, forward;
+    };
+    std::vector<Way> ways(starts.back());
+    std::vector<std::size_t> next(starts.begin(), starts.end() - 1);
+    for_each_edge([&](int low, int high, int forward) { ways[next[low]++] = {high, forward}; });
+    int unmatched = 0;
+    for (int i = 0; i < count; ++i) {
+        const auto own = std::span(ways).subspan(starts[i], starts[i + 1] - starts[i]);
+        std::sort(own.begin(), own.end(), [](const Way& a, const Way& b) { return a.other < b.other; });
+        for (std::size_t k = 0; k < own.size();) {
+            const int other = own[k].other;
+            int sum = 0;
+            for (; k < own.size() && own[k].other == other; ++k) sum += own[k].forward;
+            unmatched += std::abs(sum);
+        }
+    }
+    return unmatched;
+}
+
+OpenMeshError::OpenMeshError(const std::string& name, int edges, int pixels)
+    : std::runtime_error("the mesh '" + name + "' is open: " + std::to_string(edges) + " unmatched edges, " +
+                         std::to_string(pixels) +
+                         " pixels whose ray enters and leaves unequally often; close it first"),
+      name_(name),
+      edges_(edges),
+      pixels_(pixels) {}
+
+struct PathLengthRenderer::Gl : GlContext {
+    struct Mesh {
+        GLuint array = 0, vertices = 0, indices = 0;
+        GLsizei count = 0;
+        Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // of the box around it [mm]
+    };
+
+    std::vector<Mesh> meshes;
+    GLuint program, framebuffer = 0, texture = 0;
+    int size = 0;                 // of the target, pixels along a side
+    std::vector<float> readback;  // length and count, interleaved
+
+    Gl() : program(linked_program(vertex_shader, fragment_shader, "the path length")) {}
+
+    ~Gl() {
+        try {
+            context.make_current();
+        } catch (const std::exception&) {
+            return;  // the context's own end frees what it holds
+        }
+        for (const Mesh& mesh : meshes) {
+            DeleteVertexArrays(1, &mesh.array);
+            DeleteBuffers(1, &mesh.vertices);
+            DeleteBuffers(1, &mesh.indices);
+        }
+        DeleteFramebuffers(1, &framebuffer);
+        DeleteTextures(1, &texture);
+        DeleteProgram(program);
+    }
+
+    void resize(int pixels) {
+        if (size == pixels) return;
+        if (framebuffer == 0) {
+            GenFramebuffers(1, &framebuffer);
+            GenTextures(1, &texture);
+        }
+        BindTexture(GL_TEXTURE_2D, texture);
+        TexImage2D(GL_TEXTURE_2D, 0, GL_RG32F, pixels, pixels, 0, GL_RG, GL_FLOAT, nullptr);
+        TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
+        TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
+        BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
+        FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, texture, 0);
+        if (CheckFramebufferStatus(GL_FRAMEBUFFER) != GL_FRAMEBUFFER_COMPLETE) {
+            throw std::runtime_error("OpenGL gives no 32-bit float target of " + std::to_string(pixels) +
+                                     " pixels along a side");
+        }
+        size = pixels;
+        readback.resize(static_cast<std::size_t>(pixels) * pixels * 2);
+    }
+
+    void uniform(const char* name, const Vec3& v) {
+        Uniform3f(GetUniformLocation(program, name), float(v.x()), float(v.y()), float(v.z()));
+    }
+    void uniform(const char* name, double v) { Uniform1f(GetUniformLocation(program, name), float(v)); }
+};
+
+PathLengthRenderer::PathLengthRenderer() : gl_(std::make_unique<Gl>()) {}
+PathLengthRenderer::~PathLengthRenderer() = default;
+
+int PathLengthRenderer::add(const TriangleMesh& mesh) {
+    Gl& gl = *gl_;
+    gl.context.make_current();
+    std::vector<float> positions;
+    positions.reserve(mesh.vertices.size() * 3);
+    Gl::Mesh made;
+    if (!mesh.vertices.empty()) made.low = made.high = mesh.vertices.front();
+    for (const Vec3& v : mesh.vertices) {
+        made.low = made.low.cwiseMin(v);
+        made.high = made.high.cwiseMax(v);
+        for (int k = 0; k < 3; ++k) positions.push_back(static_cast<float>(v[k]));
+    }
+    std::vector<GLuint> indices;
+    indices.reserve(mesh.triangles.size() * 3);
+    for (const auto& triangle : mesh.triangles) {
+        for (int corner : triangle) indices.push_back(static_cast<GLuint>(corner));
+    }
+    made.count = static_cast<GLsizei>(indices.size());
+    gl.GenVertexArrays(1, &made.array);
+    gl.BindVertexArray(made.array);
+    gl.GenBuffers(1, &made.vertices);
+    gl.BindBuffer(GL_ARRAY_BUFFER, made.vertices);
+    gl.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(positions.size() * sizeof(float)),
+                  positions.data(), GL_STATIC_DRAW);
+    gl.EnableVertexAttribArray(0);
+    gl.VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+    gl.GenBuffers(1, &made.indices);
+    gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, made.indices);
+    gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof(GLuint)),
+                  indices.data(), GL_STATIC_DRAW);
+    gl.BindVertexArray(0);
+    gl.meshes.push_back(made);
+    gl.require_no_error("loading a mesh");
+    return static_cast<int>(gl.meshes.size()) - 1;
+}
+
+namespace {
+
+/// Part of an image [pixels].
+struct Window {
+    int left, top, right, bottom;  // the last two exclusive
+    bool empty() const { return left >= right || top >= bottom; }
+};
+
+/// Where the image of a box may lie: all of it when the box reaches toward the source's plane.
+Window window_of(const Vec3& low, const Vec3& high, const CArm& arm) {
+    double left = arm.pixels, top = arm.pixels, right = 0, bottom = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const Pixel at = project(arm, {(corner & 1 ? high : low).x(), (corner & 2 ? high : low).y(),
+                                       (corner & 4 ? high : low).z()});
+        if (!(at.depth > 1.0)) return {0, 0, arm.pixels, arm.pixels};
+        left = std::min(left, at.x);
+        top = std::min(top, at.y);
+        right = std::max(right, at.x);
+        bottom = std::max(bottom, at.y);
+    }
+    // One pixel more for rounding.
+    const auto within = [&arm](double place) {
+        return static_cast<int>(std::clamp(place, 0.0, static_cast<double>(arm.pixels)));
+    };
+    return {within(left - 1), within(top - 1), within(std::ceil(right) + 1), within(std::ceil(bottom) + 1)};
+}
+
+}  // namespace
+
+PathLengthRenderer::Result PathLengthRenderer::render(int mesh, const CArm& arm) {
+    Result result{Field(arm.pixels, arm.pixels), 0};
+    result.unbalanced_pixels = accumulate(mesh, arm, result.length);
+    return result;
+}
+
+int PathLengthRenderer::accumulate(int mesh, const CArm& arm, Field& sum) {
+    Gl& gl = *gl_;
+    const int pixels = arm.pixels;
+    assert(sum.width == pixels && sum.height == pixels);
+    const Gl::Mesh& drawn = gl.meshes.at(static_cast<std::size_t>(mesh));
+    const Window window = window_of(drawn.low, drawn.high, arm);
+    if (window.empty()) return 0;
+    const int width = window.right - window.left, height = window.bottom - window.top;
+    gl.context.make_current();
+    gl.resize(pixels);
+    gl.BindFramebuffer(GL_FRAMEBUFFER, gl.framebuffer);
+    gl.Viewport(0, 0, pixels, pixels);
+    for (GLenum off : {GL_DEPTH_TEST, GL_CULL_FACE, GL_DITHER, GL_MULTISAMPLE}) gl.Disable(off);
+    // The row nearest to the head is the first of the target.
+    gl.Enable(GL_SCISSOR_TEST);
+    gl.Scissor(window.left, window.top, width, height);
+    gl.Enable(GL_BLEND);
+    gl.BlendEquation(GL_FUNC_ADD);
+    gl.BlendFunc(GL_ONE, GL_ONE);
+    gl.ClearColor(0.0f, 0.0f, 0.0f, 0.0f);
+    gl.Clear(GL_COLOR_BUFFER_BIT);
+
+    const ArmAxes a = axes(arm);
+    gl.UseProgram(gl.program);
+    gl.uniform("isocentre", arm.isocentre);
+    gl.uniform("right", a.right);
+    gl.uniform("up", a.up);
+    gl.uniform("beam", a.beam);
+    gl.uniform("sod", arm.sod);
+    gl.uniform("scale", 2.0 * arm.sid / arm.detector_width);
+    gl.BindVertexArray(drawn.array);
+    gl.DrawElements(GL_TRIANGLES, drawn.count, GL_UNSIGNED_INT, nullptr);
+    gl.BindVertexArray(0);
+    gl.PixelStorei(GL_PACK_ALIGNMENT, 4);
+    gl.ReadPixels(window.left, window.top, width, height, GL_RG, GL_FLOAT, gl.readback.data());
+    gl.require_no_error("drawing path lengths");
+
+    int unbalanced = 0;
+    const double step = pixel_width(arm) / arm.sid;
+    for (int j = window.top; j < window.bottom; ++j) {
+        const double y = (j + 0.5 - 0.5 * pixels) * step;
+        const float* from = gl.readback.data() + 2 * static_cast<std::size_t>(j - window.top) * width;
+        float* to = sum.values.data() + static_cast<std::size_t>(j) * pixels;
+        for (int i = window.left; i < window.right; ++i, from += 2) {
+            if (from[1] != 0.0f) {
+                ++unbalanced;
+                continue;
+            }
+            const double depth = from[0];
+            if (!(depth > 0.0)) continue;
+            // From depth along the beam axis to length along the ray.
+            const double x = (i + 0.5 - 0.5 * pixels) * step;
+            to[i] += static_cast<float>(depth * std::sqrt(1.0 + x * x + y * y));
+        }
+    }
+    return unbalanced;
+}
+
+/// A far, oblique view that holds the whole mesh: axis-aligned holes would be edge-on from the front.
+static CArm view_of(const TriangleMesh& mesh) {
+    Vec3 low = mesh.vertices.front(), high = low;
+    for (const Vec3& v : mesh.vertices) {
+        low = low.cwiseMin(v);
+        high = high.cwiseMax(v);
+    }
+    const double radius = std::max(0.5 * (high - low).norm(), 1e-3);
+    CArm arm;
+    arm.lao = 0.5;
+    arm.cranial = 0.4;
+    arm.isocentre = 0.5 * (low + high);
+    arm.sod = 10.0 * radius;
+    arm.sid = 12.0 * radius;
+    arm.detector_width = 2.6 * radius;
+    return arm;
+}
+
+void require_closed(const std::string& name, const TriangleMesh& mesh) {
+    int edges = 0;
+    try {
+        edges = unmatched_edges(mesh);
+    } catch (const std::invalid_argument& error) {
+        throw std::runtime_error("the mesh '" + name + "' is broken: " + error.what());
+    }
+    if (edges == 0) return;
+    const CArm arm = view_of(mesh);
+    PathLengthRenderer renderer;
+    throw OpenMeshError(name, edges, renderer.render(renderer.add(mesh), arm).unbalanced_pixels);
+}
+
+OverlappingMeshError::OverlappingMeshError(const std::string& name, int pixels, int covered)
+    : std::runtime_error("the mesh '" + name + "' overlaps itself or is inside out: " +
+                         std::to_string(pixels) + " of the " + std::to_string(covered) +
+                         " pixels that it covers in a view are unbalanced on the way; up to one in a hundred "
+                         "is accepted"),
+      pixels_(pixels) {}
+
+void require_simple(const std::string& name, const TriangleMesh& mesh) {
+    CArm arm = view_of(mesh);
+    arm.pixels = 256;
+    const SurfaceCrossings met = surface_crossings(mesh, arm, 1);
+    int wrong = 0, covered = 0;
+    for (int v = 0; v < met.side; ++v) {
+        for (int u = 0; u < met.side; ++u) {
+            int inside = 0;
+            bool alternates = true;
+            for (const Crossing& crossing : met.of(u, v)) {
+                inside += crossing.entry ? 1 : -1;
+                alternates = alternates && (inside == 0 || inside == 1);
+            }
+            wrong += !alternates;
+            covered += met.of(u, v).size() > 0;
+        }
+    }
+    // A few triangles that cross, as in a surface drawn by hand, change no image.
+    constexpr double tolerated = 0.01;
+    if (wrong > tolerated * covered) throw OverlappingMeshError(name, wrong, covered);
+}
+
+}  // namespace render

@@ -1,0 +1,132 @@
+#include "render/xray/subtraction.h"
+
+#include <algorithm>
+#include <array>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+#include "render/picture/fast_log.h"
+#include "render/picture/filter.h"
+#include "render/xray/display.h"
+
+namespace render {
+
+namespace {
+
+/// Keeps empty pixels out of the logarithm; a pulse has about 1 per unit of dose.
+constexpr float least_signal = 1e-3f;
+/// Of the signal, at least so much is left as primary: behind the densest bone the estimate is too high.
+constexpr float least_primary = 0.12f;
+/// And of the mean close about a pixel, at most so much is scatter, as at the rim of a body in the open beam.
+constexpr float most_scatter = 0.6f;
+
+}  // namespace
+
+Subtraction::Subtraction(Field mask, Field open, const SubtractionSpec& spec)
+    : spec_(spec), open_(std::move(open)) {
+    assert(mask.values.size() == open_.values.size());
+    for (float& value : mask.values) value = std::max(0.0f, value);  // also takes NaN
+    const int block = std::max(1, mask.width / 64);
+    Field scatter = shrink(mask, block);
+    const Field close = gaussian_blur(scatter, 1.0);
+    blur(scatter, spec_.scatter_reach * mask.width / block);
+    for (std::size_t i = 0; i < scatter.values.size(); ++i) {
+        scatter.values[i] =
+            std::min(static_cast<float>(spec_.scatter) * scatter.values[i], most_scatter * close.values[i]);
+    }
+    scatter_ = enlarge(scatter, block, mask.width, mask.height);
+    log_mask_ = std::move(mask);
+    std::vector<float>& values = log_mask_.values;
+    for (std::size_t start = 0; start < values.size(); start += FastLog::together) {
+        const auto some =
+            std::span(values).subspan(start, std::min(FastLog::together, values.size() - start));
+        log_of(some, start, some);
+    }
+}
+
+/// Of what is left without scatter. That of the mask serves every pulse: a vessel full of contrast scatters
+/// hardly less, for it is the whole body that scatters.
+void Subtraction::log_of(std::span<const float> signal, std::size_t start, std::span<float> log) const {
+    const float* const scatter = scatter_.values.data() + start;
+    for (std::size_t i = 0; i < signal.size(); ++i) {
+        const float value = std::max(least_signal, signal[i]);  // also takes NaN
+        log[i] = std::max(value - scatter[i], least_primary * value);
+    }
+    fast_log()(log);
+}
+
+template <class Use>
+void Subtraction::for_differences(const Field& signal, const Use& use) const {
+    assert(signal.values.size() == log_mask_.values.size());
+    std::array<float, FastLog::together> log;
+    for (std::size_t start = 0; start < signal.values.size(); start += log.size()) {
+        const std::size_t count = std::min(log.size(), signal.values.size() - start);
+        log_of(std::span(signal.values).subspan(start, count), start, std::span(log).first(count));
+        const float* const mask = log_mask_.values.data() + start;
+        for (std::size_t i = 0; i < count; ++i) log[i] = mask[i] - log[i];
+        use(start, std::span<float>(log).first(count));
+    }
+}
+
+template <class Grey>
+GrayImage Subtraction::framed(const Field& signal, const Grey& grey) const {
+    GrayImage image{signal.width, signal.height, std::vector<std::uint8_t>(signal.values.size())};
+    for_differences(signal, [&](std::size_t start, std::span<float> difference) {
+        const float* const open = open_.values.data() + start;
+        std::uint8_t* const shown = image.pixels.data() + start;
+        float* const level = difference.data();
+        const std::size_t count = difference.size();
+        for (std::size_t i = 0; i < count; ++i)
+            level[i] = std::min(std::max(grey(start + i, level[i]), 0.0f), 255.0f);
+        for (std::size_t i = 0; i < count; ++i)
+            shown[i] = static_cast<std::uint8_t>(shutter_grey + open[i] * (level[i] - shutter_grey) + 0.5f);
+    });
+    return image;
+}
+
+GrayImage Subtraction::subtracted(const Field& signal) const {
+    const auto gain = static_cast<float>(spec_.dsa_gain);
+    const auto background = static_cast<float>(spec_.dsa_background);
+    return framed(signal, [=](std::size_t, float difference) { return background - gain * difference; });
+}
+
+void Subtraction::opacify(const Field& signal) {
+    Field opacity(signal.width, signal.height);
+    for_differences(signal, [&](std::size_t start, std::span<const float> difference) {
+        std::copy(difference.begin(), difference.end(),
+                  opacity.values.begin() + static_cast<std::ptrdiff_t>(start));
+    });
+    blur(opacity, spec_.map_blur);
+    if (!has_map()) {
+        map_ = std::move(opacity);
+    } else {
+        for (std::size_t i = 0; i < map_.values.size(); ++i)
+            map_.values[i] = std::max(map_.values[i], opacity.values[i]);
+    }
+    vessels_ = {};
+}
+
+const Field& Subtraction::vessels() {
+    if (!vessels_.values.empty()) return vessels_;
+    const auto brightness = static_cast<float>(spec_.map_brightness);
+    const auto density = static_cast<float>(spec_.map_density);
+    vessels_ = map_;
+    for (float& value : vessels_.values)
+        value = brightness * (1.0f - std::exp(-density * std::max(value, 0.0f)));
+    return vessels_;
+}
+
+GrayImage Subtraction::roadmap(const Field& signal) {
+    if (!has_map()) throw std::logic_error("a roadmap needs a map: no pulse was taken since the mask");
+    const auto gain = static_cast<float>(spec_.roadmap_gain);
+    const auto background = static_cast<float>(spec_.roadmap_background);
+    const float* const bright = vessels().values.data();
+    return framed(
+        signal, [=](std::size_t i, float difference) { return background + bright[i] - gain * difference; });
+}
+
+}  // namespace render

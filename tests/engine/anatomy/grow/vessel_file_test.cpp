@@ -1,0 +1,92 @@
+#include "engine/anatomy/grow/vessel_file.h"
+
+#include <numbers>
+
+#include "tests/engine/fixtures.h"
+
+namespace anatomy {
+namespace {
+
+using test::refusal;
+
+const std::string good = R"(schema = 1
+[[branch]]
+name = "main"
+points_mm = [[0, 0, 0, 2], [15, 0, 0, 2], [30, 0, 0, 1.8]]
+[[branch]]
+name = "side"
+parent = "main"
+at_mm = 12
+points_mm = [[0, 0, 0, 1.2], [3, 4, 0, 1.2], [8, 11, 2, 1]]
+[[target]]
+name = "far"
+branch = "side"
+at_mm = 9
+[[stenosis]]
+branch = "main"
+at_mm = 22
+length_mm = 6
+percent = 40
+)";
+
+std::string refusal_of(const std::string& from, const std::string& to) {
+    std::string text = good;
+    text.replace(text.find(from), from.size(), to);
+    return refusal([&] { parse_vessel_file(text, "vessels/x.toml"); });
+}
+
+}  // namespace
+
+TEST(VesselFile, IsReadWithEverythingInIt) {
+    const VesselTreeSpec spec = parse_vessel_file(good, "vessels/small.toml");
+    EXPECT_EQ(spec.name, "small");
+    ASSERT_EQ(spec.branches.size(), 2u);
+    EXPECT_EQ(spec.branches[1].parent, "main");
+    EXPECT_EQ(spec.branches[1].at, 12);
+    EXPECT_EQ(spec.branches[1].knots[2].place, geometry::Vec3(8, 11, 2));
+    EXPECT_EQ(spec.branches[1].knots[2].radius, 1);
+    EXPECT_EQ(spec.targets[0].branch, "side");
+    EXPECT_EQ(spec.stenoses[0].percent, 40);
+}
+
+TEST(VesselFile, ModifiesAPreset) {
+    const VesselTreeSpec spec = parse_vessel_file(
+        "schema = 1\npreset = \"lca\"\n[[stenosis]]\nbranch = \"LCX\"\nat_mm = 30\nlength_mm = 8\npercent = "
+        "60\n",
+        "tight.toml");
+    EXPECT_EQ(spec.name, "tight");
+    EXPECT_EQ(spec.branches[0].name, "LM+LAD");
+    EXPECT_EQ(spec.stenoses[0].branch, "LCX");
+}
+
+TEST(VesselFile, TellsWhatIsWrongAndWhere) {
+    test::expect_said(refusal_of("schema = 1", "schema = "), "vessels/x.toml:1:");
+    test::expect_said(refusal_of("at_mm = 12", "at_mm = \"far\""), "x.toml:8:9: [branch 2] at_mm = ");
+    test::expect_said(refusal_of("at_mm = 12", "at_m = 12"),
+                      "unknown key 'at_m' in [branch 2] (is 'at_mm' meant?)");
+    test::expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0]"), "x.toml:4:");
+    test::expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0, nan]"),
+                      "four numbers x, y, z and radius are accepted");
+    test::expect_said(refusal_of("percent = 40", "percent = 140"), "x.toml:18:");
+    test::expect_said(refusal_of("[15, 0, 0, 2]", "[15, 0, 0, 200]"), "a radius of 200 mm was found");
+    test::expect_said(refusal([] { parse_vessel_file("schema = 1\npreset = \"lac\"\n", "x.toml"); }),
+                      "x.toml:2:10: 'lac' is not a preset (is 'lca' meant?)");
+    test::expect_said(refusal([] { parse_vessel_file("schema = 1\n", "x.toml"); }),
+                      "a section [[branch]] is missing");
+    test::expect_said(refusal([] { load_vessel_file("/nowhere/x.toml"); }),
+                      "no such vessel tree can be read");
+}
+
+TEST(VesselFile, ModifiersAreReadFromShortWords) {
+    EXPECT_EQ(parse_stenosis("LM+LAD:54:12:70").length, 12);
+    EXPECT_EQ(parse_aneurysm("M1:10:7:4").neck, 4);
+    EXPECT_NEAR(parse_aneurysm("M1:10:7:4:90").angle, std::numbers::pi / 2, 1e-12);
+    EXPECT_EQ(parse_tortuosity("1.5:20").branch, "");
+    EXPECT_EQ(parse_tortuosity("1.5:20:LRA").branch, "LRA");
+    test::expect_said(refusal([] { parse_stenosis("LAD:54:twelve:70"); }),
+                      "--stenosis: 'LAD:54:twelve:70' was found; BRANCH:AT:LENGTH:PERCENT is accepted");
+    test::expect_said(refusal([] { parse_aneurysm("M1:10:7"); }),
+                      "BRANCH:AT:DIAMETER:NECK[:ANGLE] is accepted");
+}
+
+}  // namespace anatomy

@@ -1,0 +1,256 @@
+#include "engine/anatomy/import/lumen_import.h"
+
+#include <fmt/format.h>
+
+#include "engine/anatomy/anatomy_writer.h"
+#include "engine/anatomy/grow/generator.h"
+#include "engine/anatomy/import/given_centrelines.h"
+#include "engine/anatomy/import/import_run.h"
+#include "engine/studies/import_truth.h"
+#include "physics/wall/distance_field.h"
+#include "tests/engine/anatomy/trees.h"
+#include "tests/engine/anatomy/tubes.h"
+#include "tests/engine/fixtures.h"
+
+namespace anatomy {
+namespace {
+
+using geometry::TriangleMesh;
+using geometry::Vec3;
+using test::refusal, test::tube;
+
+ImportOptions millimetres() {
+    ImportOptions options;
+    options.unit = "mm";
+    return options;
+}
+
+ImportedLumen imported(const TriangleMesh& mesh, const ImportOptions& options = millimetres()) {
+    return import_lumen(mesh, "small", options);
+}
+
+bool told(const ImportedLumen& lumen, const std::string& text) {
+    return std::any_of(lumen.findings.begin(), lumen.findings.end(),
+                       [&](const Finding& f) { return f.text.find(text) != std::string::npos; });
+}
+
+void expect_refused(const TriangleMesh& mesh, const std::string& found, const std::string& accepted,
+                    const ImportOptions& options = millimetres()) {
+    const std::string text = refusal([&] { imported(mesh, options); });
+    EXPECT_NE(text.find(found), std::string::npos) << text;
+    EXPECT_NE(text.find(accepted), std::string::npos) << text;
+}
+
+TriangleMesh scaled(TriangleMesh mesh, double factor) {
+    for (Vec3& v : mesh.vertices) v *= factor;
+    return mesh;
+}
+
+}  // namespace
+
+TEST(LumenImport, FindsTheBranchesItWasMadeFrom) {
+    const ImportedLumen lumen = imported(test::small_anatomy().lumen);
+    const studies::ImportErrors errors = studies::import_errors(test::small_anatomy(), lumen.anatomy);
+    EXPECT_EQ(errors.branches, 2);
+    EXPECT_EQ(errors.invented, 0);
+    EXPECT_EQ(errors.ends, 3);
+    EXPECT_LE(errors.centre_p95, 0.1);
+    EXPECT_LE(errors.radius_p95, 0.1);
+    const Anatomy& anatomy = lumen.anatomy;
+    EXPECT_EQ(anatomy.ends[0].opening.name, "END1");
+    EXPECT_EQ(anatomy.ends[0].role, EndRole::Inlet);
+    EXPECT_EQ(anatomy.branches[1].name, "B2");
+    EXPECT_EQ(anatomy.branches[1].parent, 0);
+    for (const Check& check : lumen.checks) EXPECT_EQ(check.verdict, Check::Verdict::Pass) << text_of(check);
+
+    ImportOptions alone = millimetres();
+    alone.threads = 1;
+    alone.inlet = Vec3(29, 0, 0);
+    const Anatomy other = imported(test::small_anatomy().lumen, alone).anatomy;
+    EXPECT_NEAR(other.ends[0].opening.centre.x(), 30, 1);
+    alone.inlet.reset();
+    const Anatomy again = imported(test::small_anatomy().lumen, alone).anatomy;
+    for (std::size_t b = 0; b < 2; ++b) {
+        EXPECT_EQ(again.branches[b].points, anatomy.branches[b].points);
+        EXPECT_EQ(again.branches[b].radii, anatomy.branches[b].radii);
+    }
+    EXPECT_EQ(again.lumen.triangles, anatomy.lumen.triangles);
+}
+
+TEST(LumenImport, MendsACorruptedMeshAndGivesADistanceField) {
+    const test::TemporaryFolder folder;
+    const ImportedLumen lumen = imported(studies::corrupted(test::small_anatomy().lumen, 7));
+    EXPECT_TRUE(told(lumen, "holes were filled"));
+    EXPECT_TRUE(told(lumen, "were turned outward"));
+    const Anatomy read = load_anatomy(write_anatomy(lumen.anatomy, folder.path(), {}));
+    const studies::ImportErrors errors = studies::import_errors(test::small_anatomy(), read);
+    EXPECT_EQ(errors.branches, 2);
+    EXPECT_EQ(errors.invented, 0);
+    EXPECT_EQ(errors.ends, 3);
+    EXPECT_LE(errors.centre_p95, 0.1);
+    EXPECT_LE(errors.radius_p95, 0.2);
+    physics::DistanceFieldOptions coarse;
+    coarse.spacing = 0.3;
+    const physics::DistanceField field(read.lumen, read.branches, read.openings(), 5, 0, coarse);
+    const std::vector<Vec3> joints = {{5, 0, 2.4}, {5, 0, 1.7}};
+    std::vector<physics::WallContact> contacts(2);
+    field.contacts(joints, contacts);
+    EXPECT_NEAR(contacts[0].penetration, 0.4, 0.1);
+    EXPECT_LT(contacts[1].penetration, 0);
+}
+
+TEST(LumenImport, CutsAClosedLumenOpenAtItsTips) {
+    const TriangleMesh closed =
+        geometry::capped(test::small_anatomy().lumen, geometry::topology(test::small_anatomy().lumen).loops);
+    const ImportedLumen lumen = imported(closed);
+    EXPECT_TRUE(told(lumen, "the lumen is closed: its 3 tips"));
+    EXPECT_EQ(lumen.anatomy.ends.size(), 3u);
+    EXPECT_EQ(lumen.anatomy.branches.size(), 2u);
+    EXPECT_LT(studies::nearest_on(lumen.anatomy.branches, {20, 0, 0}).distance, 0.1);
+}
+
+TEST(LumenImport, FollowsASacThatHasNoEnd) {
+    VesselTreeSpec spec = test::small_tree();
+    spec.aneurysms = {{"main", 22, 6, 3, 3}};
+    const ImportedLumen lumen = imported(generate(spec).lumen);
+    EXPECT_EQ(lumen.anatomy.ends.size(), 3u);
+    EXPECT_EQ(lumen.anatomy.branches.size(), 3u);
+    EXPECT_TRUE(told(lumen, "a branch ends blind at"));
+}
+
+TEST(LumenImport, UsesGivenCentrelines) {
+    const test::TemporaryFolder folder;
+    test::write(folder / "lines.csv",
+                "branch,x_mm,y_mm,z_mm\nmain,1,0,0\nmain,15,0.3,0\nmain,29,0,0\nside,12,0,0\nside,15,4,"
+                "0\nside,20,11,2\n");
+    ImportOptions options = millimetres();
+    options.centrelines = folder / "lines.csv";
+    const ImportedLumen lumen = imported(test::small_anatomy().lumen, options);
+    EXPECT_TRUE(told(lumen, "the centrelines are 2 lines of lines.csv"));
+    const studies::ImportErrors errors = studies::import_errors(test::small_anatomy(), lumen.anatomy);
+    EXPECT_EQ(errors.branches, 2);
+    EXPECT_EQ(errors.invented, 0);
+    EXPECT_LE(errors.centre_p95, 0.1);
+}
+
+TEST(LumenImport, RefusesAWrongUnitWithTheOneThatFits) {
+    ImportOptions options;
+    const TriangleMesh mesh = tube(2, 20);
+    const test::TemporaryFolder folder;
+    test::write(folder / "mesh.obj", "v 0 0 0\n");
+    EXPECT_NE(
+        refusal([&] { import_lumen(folder / "mesh.obj", options); }).find("--unit mm, cm or m is accepted"),
+        std::string::npos);
+    options.unit = "inch";
+    EXPECT_NE(refusal([&] { import_lumen(folder / "mesh.obj", options); }).find("unit 'inch' was given"),
+              std::string::npos);
+    expect_refused(scaled(mesh, 0.001), "median radius: 0.00199 mm was found",
+                   "(--unit m would make it 2 mm)");
+    options.unit = "cm";
+    expect_refused(scaled(mesh, 20), "median radius: 39.8", "--unit mm would make it 4 mm", options);
+}
+
+TEST(LumenImport, RefusesTheWallOfAVesselInPlaceOfItsLumen) {
+    TriangleMesh wall = tube(2, 20), inner = tube(1.5, 20);
+    const int around = 24, outer_last = static_cast<int>(wall.vertices.size()) - around;
+    for (auto& t : inner.triangles) std::swap(t[0], t[1]);
+    const int first = static_cast<int>(wall.vertices.size());
+    const int inner_last = static_cast<int>(inner.vertices.size()) - around;
+    // Rims that join the two tubes, so that the surface is closed as a printed phantom's is.
+    const bool same_phase = (outer_last / around) % 2 == (inner_last / around) % 2;
+    ASSERT_TRUE(same_phase);
+    test::append(wall, inner);
+    for (int k = 0; k < around; ++k) {
+        const int n = (k + 1) % around;
+        wall.triangles.push_back({k, first + k, n});
+        wall.triangles.push_back({n, first + k, first + n});
+        wall.triangles.push_back({outer_last + k, outer_last + n, first + inner_last + k});
+        wall.triangles.push_back({outer_last + n, first + inner_last + n, first + inner_last + k});
+    }
+    expect_refused(wall, "rays inward that cross the surface once", "75 % or more, as a lumen has");
+}
+
+TEST(LumenImport, RefusesFewerThanTwoEnds) {
+    TriangleMesh mesh = tube(2, 20);
+    const std::vector<geometry::BoundaryLoop> loops = geometry::topology(mesh).loops;
+    expect_refused(geometry::capped(mesh, {loops[0]}), "1 open end was found at (",
+                   "two or more are accepted");
+}
+
+TEST(LumenImport, RefusesAMeshTooCoarse) {
+    expect_refused(tube(2, 40, 3), "median edge", "centrelines beside it is accepted (--centrelines)");
+}
+
+TEST(LumenImport, RefusesALumenNarrowerThanTheThinnestWire) {
+    TriangleMesh mesh = tube(1, 30, 32);
+    for (Vec3& v : mesh.vertices) {
+        const double narrow = 1 - 0.9 * std::exp(-std::pow((v.x() - 15) / 3, 2));
+        v.y() *= narrow, v.z() *= narrow;
+    }
+    expect_refused(mesh, "in B1, sample", "0.178 mm, the thinnest wire's, or more is accepted");
+}
+
+TEST(LumenImport, RefusesWhatIsNotMadeOfTubes) {
+    // A tube with more dead ends than a tree has: a comb.
+    TriangleMesh comb = tube(1.5, 260, 12);
+    std::vector<Vec3> corners;
+    for (std::size_t v = 0; v < comb.vertices.size(); ++v) {
+        Vec3& p = comb.vertices[v];
+        const int ring = static_cast<int>(v) / 12;
+        if (ring % 6 == 3 && p.y() > 1.2) p.y() += 9;
+    }
+    const std::string text = refusal([&] { imported(comb); });
+    EXPECT_NE(text.find("tips and bulges"), std::string::npos) << text;
+    EXPECT_NE(text.find("--centrelines"), std::string::npos) << text;
+}
+
+TEST(LumenImport, RefusesEndsThatNoWayLeadsTo) {
+    // Two tubes that only a flat web joins.
+    TriangleMesh mesh = tube(1, 12, 16);
+    for (Vec3& v : mesh.vertices)
+        if (std::abs(v.x() - 6) < 1) v.y() *= 0.002;
+    expect_refused(mesh, "no way through the lumen leads from the inlet at (",
+                   "a lumen in one piece is accepted");
+}
+
+TEST(GivenCentrelines, SayWhatIsAccepted) {
+    const test::TemporaryFolder folder;
+    const auto text_for = [&](const std::string& name, const std::string& content) {
+        test::write(folder / name, content);
+        return refusal([&] { load_centrelines(folder / name, 1); });
+    };
+    EXPECT_NE(text_for("a.csv", "x,y,z\n").find("a.csv:1: 'x,y,z' was found"), std::string::npos);
+    EXPECT_NE(text_for("a.csv", "branch,x_mm,y_mm,z_mm\nb,0,0,nan\n").find("a.csv:2:"), std::string::npos);
+    EXPECT_NE(text_for("a.json", "[1]").find("not a JSON object"), std::string::npos);
+    EXPECT_NE(text_for("a.json", "{\"b\":[[0,0,0],[1,\"x\",0]]}").find("'b', point 1"), std::string::npos);
+    EXPECT_NE(text_for("a.json", "{}").find("no line of two points"), std::string::npos);
+    EXPECT_NE(text_for("a.json", "{}").find("branch,x_mm,y_mm,z_mm[,r_mm], is accepted"), std::string::npos);
+    test::write(folder / "b.json", "{\"b\":[[0,0,0,1],[1,2,0,1]]}");
+    EXPECT_EQ(load_centrelines(folder / "b.json", 10)[0][1], Vec3(10, 20, 0));
+}
+
+TEST(AnatomyCheck, NamesWhatFails) {
+    Anatomy anatomy = test::small_anatomy();
+    anatomy.branches[1].points[20] += Vec3(0, 0, 3);
+    anatomy.branches[0].radii[18] = 3;
+    anatomy.branches[0].radii[15] = 0.1;
+    std::string failed;
+    for (const Check& check : anatomy_checks(anatomy))
+        if (check.verdict != Check::Verdict::Pass) failed += text_of(check) + "\n";
+    EXPECT_NE(failed.find("FAIL  centreline samples outside the lumen: 1 of"), std::string::npos) << failed;
+    EXPECT_NE(failed.find("FAIL  smallest radius: 0.100 mm in main, sample 15"), std::string::npos) << failed;
+    EXPECT_NE(failed.find("note  radius over the distance to the wall: 1.5"), std::string::npos) << failed;
+    Anatomy pierced = test::small_anatomy();
+    for (Vec3& v : pierced.lumen.vertices) {
+        if ((v - Vec3(24, 2, 0)).norm() > 0.7) continue;
+        v.y() = -2.6;
+        break;
+    }
+    failed.clear();
+    for (const Check& check : anatomy_checks(pierced))
+        if (check.verdict == Check::Verdict::Warning) failed += text_of(check) + "\n";
+    EXPECT_NE(failed.find("note  triangles that cross: "), std::string::npos) << failed;
+    EXPECT_NE(failed.find(" pairs, the first at (2"), std::string::npos) << failed;
+}
+
+}  // namespace anatomy

@@ -1,0 +1,328 @@
+#include "engine/blood/contrast_flow.h"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <numeric>
+
+#include "tests/engine/fixtures.h"
+#include "tests/engine/vessels.h"
+
+namespace blood {
+namespace {
+
+using namespace test;
+
+using geometry::Vec3;
+
+constexpr double frame = 1.0 / 15;
+
+FlowSpec steady(double inflow, double dispersion = 0) {
+    FlowSpec spec;
+    spec.inflow = inflow;
+    spec.pulsatility = 0;
+    spec.dispersion = dispersion;
+    return spec;
+}
+
+void expect_balanced(const ContrastFlow& flow) {
+    const IodineBalance at = flow.balance();
+    EXPECT_NEAR(at.in_vessels + at.in_organs + at.drained, at.injected, 1e-10 * std::max(1.0, at.injected));
+}
+
+float iodine_at(const ContrastFlow& flow, const Vec3& x) {
+    return flow.iodine()[static_cast<std::size_t>(flow.blood().nearest(x))];
+}
+
+TEST(ContrastFlow, MixesWithTheBloodThatPasses) {
+    ContrastFlow flow(straight_vessel(200, 5), steady(20));
+    flow.inject({Vec3(0, 0, -20), 5, 50, 300});
+    for (int f = 0; f < 60; ++f) flow.step(frame);
+    EXPECT_NEAR(iodine_at(flow, {0, 0, -100}), 300.0 * 5 / (20 + 5), 0.1);
+    EXPECT_EQ(iodine_at(flow, {0, 0, -15}), 0);
+    EXPECT_NEAR(flow.injected(), 20, 1e-9);
+    expect_balanced(flow);
+}
+
+TEST(ContrastFlow, ArrivesAfterTheVolumeOnTheWayOverTheFlow) {
+    const double rate = 2, inflow = 10;
+    ContrastFlow flow(straight_vessel(300, 4), steady(inflow));
+    const auto place = [&](double z) { return flow.blood().cells[flow.blood().nearest({0, 0, z})]; };
+    flow.inject({Vec3(0, 0, -30), rate, 100, 350});
+    const FlowCell from = place(-30), to = place(-270);
+    const double area = std::numbers::pi * 16 / 1000, way = from.centre.z() - to.centre.z();
+    const double transit = way * area / (inflow + rate), cell = to.volume / (inflow + rate);
+    const double full = 350 * rate / (inflow + rate);
+    double before = 0, time = 0;
+    while (iodine_at(flow, to.centre) < 0.5 * full && time < 10) {
+        before = iodine_at(flow, to.centre);
+        flow.step(0.002);
+        time += 0.002;
+    }
+    EXPECT_LT(before, 0.5 * full);
+    EXPECT_NEAR(time, transit, cell + 0.002);
+    // The front is a few cells long after 160 of them.
+    while (iodine_at(flow, to.centre) < 0.9 * full) {
+        flow.step(0.002);
+        time += 0.002;
+    }
+    EXPECT_LT(time, transit + 6 * cell);
+}
+
+TEST(ContrastFlow, SpreadsAsDispersionSays) {
+    // A short pulse in a long vessel: its variance grows by 2·D/v³ per length, D = dispersion·r·v.
+    const double radius = 4, inflow = 10, dispersion = 0.7;
+    ContrastFlow flow(straight_vessel(900, radius), steady(inflow, dispersion));
+    flow.inject({Vec3(0, 0, -100), 1e-3, 1e-5, 400});
+    const double speed = inflow * 1000 / (std::numbers::pi * radius * radius), duration = 2.0;
+    for (int k = 0; k < 200; ++k) flow.step(duration / 200);
+    double mass = 0, mean = 0, variance = 0;
+    for (std::size_t i = 0; i < flow.nodes().size(); ++i) {
+        const double here = flow.iodine()[i] * flow.blood().cells[i].volume;
+        mass += here, mean += here * flow.nodes()[i].z();
+    }
+    mean /= mass;
+    for (std::size_t i = 0; i < flow.nodes().size(); ++i)
+        variance +=
+            flow.iodine()[i] * flow.blood().cells[i].volume / mass * std::pow(flow.nodes()[i].z() - mean, 2);
+    EXPECT_NEAR(-mean, 100 + speed * duration, 4);
+    EXPECT_NEAR(variance, 2 * dispersion * radius * speed * duration, 0.03 * variance);
+}
+
+TEST(ContrastFlow, SplitsAtAJunctionAsTheFlowDoes) {
+    ContrastFlow flow(small_abdomen(), steady(40, 0.7));
+    flow.inject({std::string("trunk"), 10, 100, 300});
+    for (int f = 0; f < 60; ++f) flow.step(frame);
+    // The same concentration everywhere downstream, so that iodine leaves as blood does.
+    const float mixed = 300.0f * 10 / 50;
+    EXPECT_NEAR(iodine_at(flow, {45, 0, 50}), mixed, 0.5);
+    EXPECT_NEAR(iodine_at(flow, {0, -45, 70}), mixed, 0.5);
+    EXPECT_NEAR(iodine_at(flow, {0, 0, 5}), mixed, 0.5);
+    EXPECT_EQ(flow.blush().size(), 3u);
+    expect_balanced(flow);
+}
+
+TEST(ContrastFlow, IntoABranchStaysInItUnlessItIsMoreThanTheBranchTakes) {
+    ContrastFlow flow(small_abdomen(), steady(40));
+    const auto& outlets = flow.blood().outlets;
+    const double renal =
+        std::find_if(outlets.begin(), outlets.end(), [](const Outlet& o) { return o.branch == "LRA"; })->flow;
+    flow.inject({std::string("LRA"), 0.5 * renal, 20, 300});
+    for (int f = 0; f < 30; ++f) flow.step(frame);
+    EXPECT_GT(iodine_at(flow, {45, 0, 50}), 100);
+    EXPECT_EQ(iodine_at(flow, {0, 0, 30}), 0);
+
+    flow.reset();
+    const double rate = 3 * renal;
+    flow.inject({std::string("LRA"), rate, 100, 300});
+    for (int f = 0; f < 45; ++f) flow.step(frame);
+    // Undiluted in the branch; what runs back mixes with the aorta's blood and goes on down, not up.
+    EXPECT_NEAR(iodine_at(flow, {45, 0, 50}), 300, 1);
+    const double taken = renal * (40 + rate) / 40, back = rate - taken;
+    const double passing = 40.0 + rate - taken -
+                           std::find_if(
+                               outlets.begin(), outlets.end(),
+                               [](const Outlet& o) {
+                                   return o.branch == "SMA";
+                               })->share *
+                               (40 + rate);
+    EXPECT_GT(back, 1);
+    EXPECT_NEAR(iodine_at(flow, {0, 0, 10}), 300 * back / passing, 1);
+    EXPECT_EQ(iodine_at(flow, {0, 0, 60}), 0);
+    EXPECT_EQ(iodine_at(flow, {0, -45, 70}), 0);
+    expect_balanced(flow);
+}
+
+TEST(ContrastFlow, RunsBackAsFarAsTheBranchesThatTakeIt) {
+    // 34 ml/s enter, of which the aorta's end takes 72 %: 5 ml/s run up to the renal artery, which asks for
+    // more.
+    ContrastFlow flow(small_abdomen(), steady(4));
+    flow.inject({Vec3(0, 0, 20), 30, 120, 300});
+    for (int f = 0; f < 58; ++f) flow.step(frame);
+    EXPECT_NEAR(iodine_at(flow, {0, 0, 40}), 300, 1);
+    EXPECT_GT(iodine_at(flow, {40, 0, 50}), 150);
+    EXPECT_LT(iodine_at(flow, {40, 0, 50}), 290);
+    EXPECT_EQ(iodine_at(flow, {0, 0, 60}), 0);
+    EXPECT_EQ(iodine_at(flow, {0, -30, 70}), 0);
+    expect_balanced(flow);
+}
+
+TEST(ContrastFlow, SpreadsUpItsVesselButNotOutOfItsMouth) {
+    ContrastFlow flow(small_abdomen(), steady(40, 0.7));
+    flow.inject({std::string("LRA"), 3, 6, 300});
+    double mouth = 0;
+    for (int f = 0; f < 30; ++f) {
+        flow.step(frame);
+        mouth = std::max<double>(mouth, iodine_at(flow, {10, 0, 50}));
+        EXPECT_EQ(iodine_at(flow, {0, 0, 40}), 0);
+    }
+    EXPECT_GT(mouth, 1);
+}
+
+TEST(ContrastFlow, WashesOut) {
+    ContrastFlow flow(small_abdomen(), steady(40, 0.7));
+    flow.inject({std::string("trunk"), 20, 10, 300});
+    double volume = 0;
+    for (const FlowCell& cell : flow.blood().cells) volume += cell.volume;
+    double peak = 0;
+    for (double time = 0; time < 0.5; time += frame) {
+        flow.step(frame);
+        peak = std::max(peak, flow.balance().in_vessels);
+    }
+    // Slowest to clear are the narrow branches: ten times as long as the whole tree takes on average.
+    for (double time = 0; time < 10 * volume / 40; time += frame) flow.step(frame);
+    EXPECT_GT(peak, 500);
+    EXPECT_LT(flow.balance().in_vessels, 0.01 * peak);
+    for (int f = 0; f < 6000; ++f) flow.step(frame);
+    EXPECT_EQ(flow.balance().in_vessels, 0);
+    EXPECT_NEAR(flow.balance().drained, flow.balance().injected, 1e-6);
+    expect_balanced(flow);
+}
+
+TEST(ContrastFlow, KeepsIodineThroughPulsesAndSeveralInjections) {
+    ContrastFlow flow(small_abdomen());
+    for (int f = 0; f < 150; ++f) {
+        if (f % 20 == 0) flow.inject({std::string("LRA"), 7, 3.3, 320});
+        if (f == 30) flow.inject({std::string("trunk"), 20, 31, 370});
+        if (f == 33) flow.inject({Vec3(0, 0, 20), 45, 17, 150});
+        flow.step(frame);
+        expect_balanced(flow);
+        for (const float c : flow.iodine()) {
+            ASSERT_GE(c, 0);
+            ASSERT_LE(c, 370);
+        }
+    }
+    EXPECT_NEAR(flow.injected(), 8 * 3.3 + 31 + 17, 1e-9);
+    EXPECT_FALSE(flow.injecting());
+}
+
+TEST(ContrastFlow, PulsesDeliverTheMeanFlow) {
+    FlowSpec spec = steady(20);
+    spec.pulsatility = 1;
+    spec.heart_rate = 60;
+    ContrastFlow pulsing(straight_vessel(4000, 5), spec), even(straight_vessel(4000, 5), steady(20));
+    for (ContrastFlow* flow : {&pulsing, &even}) {
+        flow->inject({Vec3(0, 0, -10), 0.001, 0.0001, 400});
+        for (int f = 0; f < 150; ++f) flow->step(frame);
+    }
+    const auto middle = [](const ContrastFlow& flow) {
+        const auto c = flow.iodine();
+        return flow.nodes()[static_cast<std::size_t>(std::max_element(c.begin(), c.end()) - c.begin())].z();
+    };
+    EXPECT_NEAR(middle(pulsing), middle(even), 0.02 * 2546);
+}
+
+TEST(ContrastFlow, IsTheSameAtAnyFrameRate) {
+    std::vector<std::vector<float>> after;
+    for (const double rate : {7.5, 15.0, 30.0}) {
+        ContrastFlow flow(small_abdomen());
+        flow.inject({std::string("trunk"), 10, 15, 300});
+        for (int f = 0; f < 2 * rate; ++f) flow.step(1 / rate);
+        after.emplace_back(flow.iodine().begin(), flow.iodine().end());
+    }
+    const float most = *std::max_element(after[1].begin(), after[1].end());
+    EXPECT_GT(most, 10);
+    for (std::size_t i = 0; i < after[1].size(); ++i) {
+        EXPECT_NEAR(after[0][i], after[1][i], 0.01 * most);
+        EXPECT_NEAR(after[2][i], after[1][i], 0.01 * most);
+    }
+}
+
+TEST(ContrastFlow, OrgansBlushAfterTheirArteries) {
+    ContrastFlow flow(small_abdomen(), steady(40, 0.7));
+    const auto& outlets = flow.blood().outlets;
+    const std::size_t kidney = static_cast<std::size_t>(
+        std::find_if(outlets.begin(), outlets.end(), [](const Outlet& o) { return o.organ == "kidney"; }) -
+        outlets.begin());
+    flow.inject({std::string("LRA"), 3, 6, 300});
+    double artery = 0, organ = 0, artery_at = 0, organ_at = 0;
+    for (int f = 1; f <= 600; ++f) {
+        flow.step(frame);
+        const double now = iodine_at(flow, {45, 0, 50}), blush = flow.blush()[kidney].concentration;
+        if (now > artery) artery = now, artery_at = f * frame;
+        if (blush > organ) organ = blush, organ_at = f * frame;
+    }
+    EXPECT_GT(organ, 1);
+    EXPECT_GT(organ_at, artery_at + 0.1);
+    EXPECT_LT(organ_at, artery_at + outlets[kidney].transit + 2);
+    EXPECT_LT(flow.blush()[kidney].concentration, 0.01 * organ);
+    EXPECT_EQ(flow.blush()[kidney].concentration, flow.blush()[kidney].iodine / outlets[kidney].tissue);
+}
+
+TEST(ContrastFlow, StandsStillWhereNoBloodFlows) {
+    ContrastFlow flow(straight_vessel(100, 4), steady(0));
+    flow.inject({Vec3(0, 0, -50), 2, 2, 300});
+    for (int f = 0; f < 30; ++f) flow.step(frame);
+    const double held = flow.balance().in_vessels;
+    EXPECT_NEAR(held, 600, 0.01);  // 2 ml of the 2.5 below
+    for (int f = 0; f < 30; ++f) flow.step(frame);
+    EXPECT_EQ(flow.balance().in_vessels, held);
+
+    anatomy::Anatomy blind = straight_vessel(100, 4);
+    blind.ends.clear();
+    ContrastFlow closed(blind, {});
+    closed.inject({std::string("vessel"), 2, 4, 300});
+    for (int f = 0; f < 60; ++f) closed.step(frame);
+    EXPECT_NEAR(closed.injected(), 4, 1e-9);
+    // All can only leave by where blood would come in.
+    EXPECT_GT(closed.balance().drained, 600);
+    for (const float c : closed.iodine()) EXPECT_LE(c, 300.001f);
+    expect_balanced(closed);
+}
+
+TEST(ContrastFlow, ResetsToTheSameBits) {
+    ContrastFlow flow(small_abdomen());
+    const auto run = [&] {
+        flow.inject({std::string("LRA"), 7, 3.3, 320});
+        std::vector<float> seen;
+        for (int f = 0; f < 40; ++f) {
+            if (f == 10) flow.inject({Vec3(0, 0, 90), 20, 5, 300});
+            flow.step(frame);
+            seen.insert(seen.end(), flow.iodine().begin(), flow.iodine().end());
+            for (const Blush& blush : flow.blush()) seen.push_back(static_cast<float>(blush.iodine));
+        }
+        return seen;
+    };
+    const std::vector<float> once = run();
+    flow.reset();
+    EXPECT_EQ(flow.injected(), 0);
+    EXPECT_FALSE(flow.injecting());
+    EXPECT_EQ(run(), once);
+    ContrastFlow other(small_abdomen());
+    std::swap(flow, other);
+    EXPECT_EQ(run(), once);
+}
+
+TEST(ContrastFlow, RefusesMoreThanTheLimitAndSaysWhatIsLeft) {
+    FlowSpec spec;
+    spec.limit = 20;
+    ContrastFlow flow(small_abdomen(), spec);
+    flow.inject({std::string("LRA"), 5, 12.5, 300});
+    const std::string said = refusal([&] { flow.inject({std::string("LRA"), 5, 8, 300}); });
+    EXPECT_NE(said.find("8 ml"), std::string::npos) << said;
+    EXPECT_NE(said.find("7.5 ml"), std::string::npos) << said;
+    EXPECT_NE(said.find("20 ml"), std::string::npos) << said;
+    EXPECT_DOUBLE_EQ(flow.left(), 7.5);
+    for (int f = 0; f < 60; ++f) flow.step(frame);
+    EXPECT_NEAR(flow.left(), 7.5, 1e-9);
+    flow.inject({std::string("LRA"), 5, 7.5, 300});
+    for (int f = 0; f < 60; ++f) flow.step(frame);
+    EXPECT_NEAR(flow.injected(), 20, 1e-9);
+    EXPECT_EQ(contrast_limit(70, 1.0), 300);
+    EXPECT_EQ(contrast_limit(60, 2.0), 150);
+}
+
+TEST(ContrastFlow, RefusesInjectionsThatCannotBe) {
+    ContrastFlow flow(small_abdomen());
+    EXPECT_NE(refusal([&] { flow.inject({std::string("RRA"), 5, 5, 300}); }).find("LRA"), std::string::npos);
+    EXPECT_FALSE(refusal([&] { flow.inject({std::string("LRA"), 0, 5, 300}); }).empty());
+    EXPECT_FALSE(refusal([&] { flow.inject({std::string("LRA"), 5, -1, 300}); }).empty());
+    EXPECT_FALSE(refusal([&] { flow.inject({std::string("LRA"), 5, 5, std::nan("")}); }).empty());
+    EXPECT_FALSE(refusal([&] { flow.inject({Vec3(0, std::nan(""), 0), 5, 5, 300}); }).empty());
+    flow.step(frame);
+    EXPECT_EQ(flow.injected(), 0);
+}
+
+}  // namespace
+}  // namespace blood

@@ -1,0 +1,99 @@
+#include "engine/exercise/imaging.h"
+
+#include <algorithm>
+#include <map>
+
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "render/patient/body.h"
+#include "render/patient/solids.h"
+#include "render/xray/path_length.h"
+#include "tests/engine/fixtures.h"
+
+namespace exercise {
+
+TEST(Imaging, EveryLayerIsClosedWithAndWithoutAPatient) {
+    scenario::Scenario scenario = test::small_scenario();
+    const anatomy::Anatomy anatomy = scenario::anatomy_of(scenario);
+    EXPECT_EQ(tissue_layers(scenario, anatomy).size(), 1u);
+    scenario.imaging.patient = true;
+    const auto layers = tissue_layers(scenario, anatomy);
+    EXPECT_GT(layers.size(), 3u);
+    for (const render::TissueLayer& layer : layers) {
+        EXPECT_EQ(render::unmatched_edges(layer.mesh), 0) << layer.name;
+        EXPECT_EQ(layer.takes_contrast, layer.name == "lumen");
+    }
+}
+
+TEST(Imaging, PatientHasTheOrgansOfTheLandmark) {
+    scenario::Scenario scenario = test::small_scenario();
+    scenario.imaging.patient = true;
+    anatomy::Anatomy anatomy = scenario::anatomy_of(scenario);
+    const auto has = [&](const char* name) {
+        const auto layers = tissue_layers(scenario, anatomy);
+        return std::any_of(layers.begin(), layers.end(),
+                           [&](const render::TissueLayer& layer) { return layer.name == name; });
+    };
+    const geometry::Vec3 middle = anatomy.branches[0].points[anatomy.branches[0].points.size() / 2];
+    anatomy.body = {geometry::Landmark::sella, middle};
+    EXPECT_TRUE(has("brain"));
+    EXPECT_FALSE(has("left kidney"));
+    anatomy.body = {geometry::Landmark::aortic_valve, middle};
+    EXPECT_TRUE(has("heart"));
+    EXPECT_FALSE(has("brain"));
+    anatomy.body = {geometry::Landmark::aortic_bifurcation, middle};
+    EXPECT_TRUE(has("left kidney"));
+    EXPECT_FALSE(has("brain"));
+    anatomy.body.reset();  // as an imported one
+    EXPECT_TRUE(has("left kidney"));
+}
+
+TEST(Imaging, EveryPresetKnowsWhereInTheBodyItIs) {
+    // How high above the bifurcation of the aorta its vessels lie.
+    const std::map<std::string_view, double> lowest = {
+        {"iliac-renal", -250}, {"aorta", -250}, {"lca", 200}, {"rca", 200}, {"cerebral", 560}};
+    for (const anatomy::VesselPreset& preset : anatomy::vessel_presets()) {
+        const anatomy::VesselTreeSpec spec = anatomy::vessel_preset(preset.name);
+        ASSERT_TRUE(spec.body) << preset.name;
+        const double shift = render::place_in_body(spec.body->landmark).z() - spec.body->at.z();
+        const auto expected = lowest.find(preset.name);
+        const double low = expected == lowest.end() ? 100 : expected->second;  // arches
+        for (const anatomy::SampledBranch& branch : anatomy::grow(spec).branches) {
+            for (const geometry::Vec3& p : branch.points) {
+                EXPECT_GT(p.z() + shift, low) << preset.name << " " << branch.name;
+                EXPECT_LT(p.z() + shift, 720) << preset.name << " " << branch.name;
+            }
+        }
+    }
+}
+
+TEST(Imaging, LumenThatCappingDoesNotCloseIsRefused) {
+    const scenario::Scenario scenario = test::small_scenario();
+    anatomy::Anatomy anatomy = scenario::anatomy_of(scenario);
+    anatomy.lumen.triangles.push_back(anatomy.lumen.triangles.front());
+    const std::string text =
+        test::refusal([&] { make_imaging(scenario, anatomy, blood::ContrastFlow(anatomy)); });
+    EXPECT_NE(text.find("a closed mesh is needed"), std::string::npos) << text;
+}
+
+TEST(Imaging, EachKidneyBlushesBehindItsOwnArtery) {
+    std::vector<render::TissueLayer> layers(3);
+    const char* const names[] = {"trunk", "left kidney", "right kidney"};
+    for (int i = 0; i < 3; ++i) {
+        layers[i].name = names[i];
+        layers[i].mesh =
+            render::ellipsoid(geometry::Vec3(i == 1 ? 60 : -60, 0, 0), geometry::Vec3(25, 20, 50));
+    }
+    std::vector<blood::Outlet> outlets(3);
+    outlets[0].organ = "leg";
+    outlets[1].organ = outlets[2].organ = "kidney";
+    outlets[1].place = {-40, 0, 5};
+    outlets[2].place = {40, 0, 5};
+    const std::vector<BlushingOrgan> organs = blushing_organs(layers, outlets);
+    ASSERT_EQ(organs.size(), 2u);
+    EXPECT_EQ(organs[0].layer, 2);
+    EXPECT_EQ(organs[0].outlets, std::vector<int>{1});
+    EXPECT_EQ(organs[1].layer, 1);
+    EXPECT_NEAR(organs[1].volume, 4.0 / 3 * 3.14159 * 2.5 * 2 * 5, 3);
+}
+
+}  // namespace exercise

@@ -1,0 +1,123 @@
+#include "engine/exercise/score.h"
+
+#include <nlohmann/json.hpp>
+
+#include "tests/engine/fixtures.h"
+
+namespace exercise {
+namespace {
+
+/// Runs a script and scores every frame.
+Score score_of(const scenario::Scenario& scenario, const std::string& script) {
+    Simulation simulation(scenario);
+    Scorer scorer(simulation);
+    const script::CommandScript commands = script::parse_commands(script, "x.gw");
+    const int last = commands.last_frame(0);
+    for (int frame = 0; frame <= last; ++frame) {
+        for (const script::TimedCommand& c : commands.commands) {
+            if (c.frame == frame) simulation.apply(c.command);
+        }
+        scorer.observe(frame, simulation, simulation.step());
+    }
+    return scorer.score();
+}
+
+}  // namespace
+
+TEST(Score, CompletionRunsFromTheFirstMotionToTheEndOfTheHold) {
+    scenario::Scenario scenario = test::small_scenario();
+    scenario.target.name = "";
+    scenario.target.centre = geometry::Vec3(22, 0, 0);
+    scenario.target.radius = 3.0;  // the tip starts about 20 mm along, so at once inside
+    // Motion begins with frame 5; the hold of 0.2 s is 3 frames at 15 Hz and has passed by then.
+    const Score score = score_of(scenario, "5 rotate 1 deg\n20 end\n");
+    EXPECT_TRUE(score.completed);
+    EXPECT_NEAR(*score.completion_time, 1 / 15.0, 1e-12);
+    EXPECT_EQ(score.frames, 21);
+}
+
+TEST(Score, HoldMustPassBeforeTheTargetCounts) {
+    const scenario::Scenario scenario = test::small_scenario();
+    const std::string way = "0..23 advance 2 mm\n";
+    const Score all = score_of(scenario, way + "60 end\n");
+    ASSERT_TRUE(all.completed);
+    const int frames = static_cast<int>(std::lround(*all.completion_time * 15));
+    EXPECT_FALSE(score_of(scenario, "0.." + std::to_string(std::min(23, frames - 2)) + " advance 2 mm\n" +
+                                        std::to_string(frames - 2) + " end\n")
+                     .completed);
+    EXPECT_TRUE(score_of(scenario, "0.." + std::to_string(std::min(23, frames - 1)) + " advance 2 mm\n" +
+                                       std::to_string(frames - 1) + " end\n")
+                    .completed);
+}
+
+TEST(Score, NothingIsReachedWithoutMotion) {
+    scenario::Scenario scenario = test::small_scenario();
+    scenario.target = {"", geometry::Vec3(22, 0, 0), 3.0, 0.2};
+    const Score score = score_of(scenario, "30 end\n");
+    EXPECT_FALSE(score.completed);
+    EXPECT_FALSE(score.completion_time);
+}
+
+TEST(Score, TravelCountsBothWaysAndReversals) {
+    const Score score =
+        score_of(test::small_scenario(), "0..4 advance 2 mm\n5 withdraw 3 mm\n6 advance 1 mm\n8 end\n");
+    EXPECT_NEAR(score.advanced, 11, 1e-9);
+    EXPECT_NEAR(score.withdrawn, 3, 1e-9);
+    EXPECT_NEAR(score.wire_travel, 14, 1e-9);
+    EXPECT_EQ(score.reversals, 2);
+    EXPECT_NEAR(score.back_and_forth_ratio, 6.0 / 14.0, 1e-9);
+}
+
+TEST(Score, StoppedWithdrawalCountsOnlyWhatMoved) {
+    const Score score = score_of(test::small_scenario(), "0 withdraw 100 mm\n2 end\n");
+    EXPECT_LT(score.wire_travel, 20);
+    EXPECT_GT(score.wire_travel, 0);
+}
+
+TEST(Score, BeamOnTimeCountsFramesWithTheBeamOn) {
+    const Score score = score_of(test::small_scenario(), "3 beam on\n18 beam off\n30 end\n");
+    EXPECT_NEAR(score.beam_on_time, 1.0, 1e-12);
+}
+
+TEST(Score, DeepestContactIsExplainedByItsForce) {
+    const Score score = score_of(test::small_scenario(), "0..20 advance 2 mm\n");
+    ASSERT_GE(score.deepest.joint, 1);
+    EXPECT_GT(score.deepest.penetration, 0);
+    EXPECT_NEAR(score.deepest.penetration * score.deepest.stiffness, score.deepest.force, 1e-12);
+    // One stiffness everywhere but at the tip, which stands for half a segment: where that is the deepest, a
+    // joint less deep may be pressed harder.
+    const double share = score.peak_wall_force / score.deepest.force;
+    EXPECT_GE(share, 1 - 1e-12);
+    EXPECT_LE(share, 2);
+    EXPECT_GT(score.wall_force_impulse, 0);
+}
+
+TEST(Score, PathEfficiencyIsNearOneOnAStraightWay) {
+    const Score straight = score_of(test::small_scenario(), "0..10 advance 2 mm\n");
+    EXPECT_GT(straight.path_efficiency, 0.8);
+    const Score detour =
+        score_of(test::small_scenario(), "0..10 advance 2 mm\n11..20 withdraw 2 mm\n21..30 advance 2 mm\n");
+    EXPECT_LT(detour.path_efficiency, 0.5);
+}
+
+TEST(Score, ResetBeginsANewAttempt) {
+    const Score score =
+        score_of(test::small_scenario(), "0..4 advance 2 mm\n10 reset\n12 advance 4 mm\n20 end\n");
+    EXPECT_NEAR(score.wire_travel, 4, 1e-9);
+    EXPECT_EQ(score.resets, 1);
+    EXPECT_EQ(score.frames, 21);
+}
+
+TEST(Score, JsonNamesUnitsAndKeepsEveryBit) {
+    Score score;
+    score.wire_travel = 1.0 / 3;
+    const auto json = nlohmann::json::parse(to_json(score));
+    for (const char* key : {"completed", "completion_time_s", "beam_on_time_s", "wire_travel_mm",
+                            "peak_wall_force_N", "max_penetration_mm", "frames"}) {
+        EXPECT_TRUE(json.contains(key)) << key;
+    }
+    EXPECT_EQ(json["wire_travel_mm"].get<double>(), 1.0 / 3);
+    EXPECT_TRUE(json["completion_time_s"].is_null());
+}
+
+}  // namespace exercise

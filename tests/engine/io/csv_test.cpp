@@ -1,0 +1,51 @@
+#include "engine/io/csv.h"
+
+#include "tests/engine/fixtures.h"
+
+namespace io {
+namespace {
+
+using test::refusal;
+
+std::string points_refusal(const std::string& text) {
+    return refusal([&] { parse_csv(text, "a.csv", kPointsHeader); });
+}
+
+}  // namespace
+
+TEST(Csv, PointsReadBackToTheSameBits) {
+    const test::TemporaryFolder folder;
+    const geometry::Polyline points = {{0.1, -1e-300, 1.0 / 3}, {1e22, 5e-324, -0.0}};
+    test::write(folder / "a.csv", points_csv(points));
+    const geometry::Polyline again = load_points(folder / "a.csv");
+    ASSERT_EQ(again.size(), 2u);
+    for (std::size_t i = 0; i < 2; ++i)
+        for (int k = 0; k < 3; ++k) EXPECT_EQ(again[i][k], points[i][k]);
+}
+
+TEST(Csv, LineEndsOfOtherSystemsSpacesAndEmptyLastLinesAreAccepted) {
+    const auto rows =
+        parse_csv("\xEF\xBB\xBFx_mm,y_mm,z_mm\r\n1, 2,+3\r\n4,5,6\r\n\r\n", "a.csv", kPointsHeader);
+    ASSERT_EQ(rows.size(), 2u);
+    EXPECT_EQ(rows[0], (std::vector<double>{1, 2, 3}));
+    EXPECT_EQ(parse_csv("x_mm,y_mm,z_mm", "a.csv", kPointsHeader).size(), 0u);
+}
+
+TEST(Csv, RefusalsNameLineAndColumn) {
+    const std::string header = "x_mm,y_mm,z_mm\n";
+    EXPECT_EQ(points_refusal("x,y,z\n"),
+              "a.csv:1:1: 'x,y,z' was found; the header 'x_mm,y_mm,z_mm' is accepted");
+    EXPECT_EQ(points_refusal(header + "1,2,3\n4,five,6\n"),
+              "a.csv:3:3: 'five' was found; a finite number is accepted");
+    EXPECT_EQ(points_refusal(header + "1,2,inf\n"),
+              "a.csv:2:5: 'inf' was found; a finite number is accepted");
+    EXPECT_EQ(points_refusal(header + "1,,3\n"), "a.csv:2:3: '' was found; a finite number is accepted");
+    EXPECT_EQ(points_refusal(header + "1,2\n"), "a.csv:2:4: the row ends after 2 numbers; 3 are accepted");
+    EXPECT_EQ(points_refusal(header + "1,2,3,4\n"), "a.csv:2:7: '4' is one column too many; 3 are accepted");
+    EXPECT_EQ(points_refusal(header + "1,2,3\n\n4,5,6\n"),
+              "a.csv:3:1: '' was found; a finite number is accepted");
+    EXPECT_NE(refusal([] { load_points("/nowhere.csv"); }).find("/nowhere.csv: no such file"),
+              std::string::npos);
+}
+
+}  // namespace io

@@ -1,0 +1,42 @@
+#include "engine/io/text.h"
+
+#include <array>
+#include <cmath>
+#include <gtest/gtest.h>
+
+namespace io {
+
+TEST(Text, NumbersReadBackToTheSameBits) {
+    for (const double number : {0.1, 1.0 / 3.0, -1e-300, 5e-324, 1.7976931348623157e308, 12345678.9}) {
+        EXPECT_EQ(parse_number(number_text(number)), number);
+    }
+    EXPECT_EQ(number_text(30.0), "30");
+}
+
+TEST(Text, OnlyAWholeWordIsANumber) {
+    EXPECT_FALSE(parse_number("5mm"));
+    EXPECT_FALSE(parse_number(""));
+    EXPECT_FALSE(parse_number("0,5"));
+    EXPECT_FALSE(parse_integer("3.0"));
+    EXPECT_EQ(parse_number("+2.5"), 2.5);
+}
+
+TEST(Text, HashesAreSixteenDigitsAndReadBack) {
+    EXPECT_EQ(hash_text(0x1234abcdull), "000000001234abcd");
+    EXPECT_EQ(parse_hash("000000001234abcd"), 0x1234abcdull);
+    EXPECT_EQ(parse_hash(hash_text(~0ull)), ~0ull);
+    EXPECT_FALSE(parse_hash("1234abcd"));
+    EXPECT_FALSE(parse_hash("000000001234abcg"));
+}
+
+TEST(Text, NearestWordForgivesSlipsOnly) {
+    constexpr std::array<std::string_view, 3> words = {"advance", "withdraw", "rotate"};
+    EXPECT_EQ(nearest_word("advnce", words), "advance");
+    EXPECT_EQ(nearest_word("rot", words), "rotate");
+    EXPECT_EQ(nearest_word("fly", words), "");
+    constexpr std::array<std::string_view, 2> vessels = {"LM+LAD", "LCX"};
+    EXPECT_EQ(nearest_word("LAD", vessels), "LM+LAD");
+    EXPECT_EQ(nearest_word("LM", vessels), "LM+LAD");
+}
+
+}  // namespace io

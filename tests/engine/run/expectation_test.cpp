@@ -1,0 +1,68 @@
+#include "engine/run/expectation.h"
+
+#include "engine/run/picture_file.h"
+#include "tests/engine/fixtures.h"
+#include "tests/render/images.h"
+
+namespace run {
+namespace {
+
+Expectation of_states(const std::string& text) {
+    Expectation expectation;
+    expectation.add_states(script::parse_commands(text, "old.gw"));
+    return expectation;
+}
+
+}  // namespace
+
+TEST(Expectation, EqualStatesDoNotDiffer) {
+    Expectation expectation = of_states("state 3 000000000000000a\n");
+    expectation.check_state(2, 0xb);
+    expectation.check_state(3, 0xa);
+    expectation.finish(5, false);
+    EXPECT_TRUE(expectation.differences().empty());
+    EXPECT_EQ(expectation.compared_states(), 1);
+}
+
+TEST(Expectation, DifferingStateIsToldWithItsLine) {
+    Expectation expectation = of_states("\nstate 3 000000000000000a\n");
+    expectation.check_state(3, 0xb);
+    ASSERT_EQ(expectation.differences().size(), 1u);
+    EXPECT_EQ(expectation.differences()[0],
+              "old.gw:2:1: the state of frame 3 is 000000000000000b; 000000000000000a was expected");
+}
+
+TEST(Expectation, StateThatNeverCameDiffersUnlessInterrupted) {
+    Expectation ended = of_states("state 9 000000000000000a\n"), interrupted = ended;
+    ended.finish(5, false);
+    EXPECT_EQ(ended.differences().size(), 1u);
+    interrupted.finish(5, true);
+    EXPECT_TRUE(interrupted.differences().empty());
+}
+
+TEST(Expectation, FramesOfAFolderAreComparedPixelByPixel) {
+    const test::TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "frames");
+    test::write(folder / "run.gw", "state 1 000000000000000a\n");
+    write_picture(folder / "frames/frame_000000.png", test::plain(8, 8, 5));
+    write_picture(folder / "frames/frame_000001.png", test::plain(8, 8, 6));
+    Expectation expectation;
+    expectation.add(folder.path());
+    expectation.check_frame(0, test::plain(8, 8, 5));
+    EXPECT_TRUE(expectation.differences().empty());
+    render::GrayImage changed = test::plain(8, 8, 6);
+    changed.pixels[10] = 9;
+    expectation.check_frame(1, changed);
+    ASSERT_EQ(expectation.differences().size(), 1u);
+    EXPECT_NE(expectation.differences()[0].find("frame 1 differs at 1 pixels, by 3"), std::string::npos);
+    EXPECT_EQ(expectation.compared_frames(), 2);
+}
+
+TEST(Expectation, ScriptWithoutStatesIsNoExpectation) {
+    const test::TemporaryFolder folder;
+    test::write(folder / "x.gw", "0 beam on\n");
+    Expectation expectation;
+    EXPECT_NE(test::refusal([&] { expectation.add(folder / "x.gw"); }), "");
+}
+
+}  // namespace run

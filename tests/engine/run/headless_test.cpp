@@ -1,0 +1,190 @@
+#include "engine/run/headless.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "tests/engine/fixtures.h"
+
+namespace run {
+namespace {
+
+const char* const script_text = "0 beam on\n1..8 advance 3 mm\n4 rotate 40 deg\n9 arm lao 20 deg\n12 end\n";
+
+script::CommandScript script(const std::string& text = script_text) {
+    return script::parse_commands(text, "x.gw");
+}
+
+RunOptions fast() {
+    RunOptions options;
+    options.images = false;
+    return options;
+}
+
+class Frames final : public FrameSink {
+public:
+    void accept(int frame, const render::GrayImage&) override { numbers.push_back(frame); }
+    void finish() override {}
+    std::vector<int> numbers;
+};
+
+std::vector<std::string> names_in(const std::filesystem::path& folder) {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(folder))
+        names.push_back(entry.path().filename());
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+}  // namespace
+
+TEST(Headless, LeavesRecordingScoreSheetAndFrames) {
+    const test::TemporaryFolder folder;
+    const RunResult result = run_headless(test::small_scenario(), script(), folder / "out", {});
+    EXPECT_EQ(result.frames, 13);
+    EXPECT_EQ(names_in(folder / "out"),
+              (std::vector<std::string>{"frames", "run.gw", "score.json", "sheet.png"}));
+    EXPECT_EQ(names_in(folder / "out/frames").size(), 13u);
+    EXPECT_EQ(nlohmann::json::parse(test::read(folder / "out/score.json"))["frames"], 13);
+}
+
+TEST(Headless, EveryKthFrameAndTheLastAreShown) {
+    Frames frames;
+    RunOptions options;
+    options.every = 5;
+    run_headless(test::small_scenario(), script(), &frames, options);
+    EXPECT_EQ(frames.numbers, (std::vector<int>{0, 5, 10, 12}));
+}
+
+TEST(Headless, SameCommandsTwiceGiveTheSameStateAndBytes) {
+    const test::TemporaryFolder folder;
+    const RunResult one = run_headless(test::small_scenario(), script(), folder / "1", {});
+    const RunResult two = run_headless(test::small_scenario(), script(), folder / "2", {});
+    EXPECT_EQ(one.state_hash, two.state_hash);
+    for (const std::string& name : names_in(folder / "1/frames")) {
+        EXPECT_EQ(test::read(folder / ("1/frames/" + name)), test::read(folder / ("2/frames/" + name)))
+            << name;
+    }
+    for (const char* name : {"run.gw", "score.json", "sheet.png"}) {
+        EXPECT_EQ(test::read(folder / "1" / name), test::read(folder / "2" / name)) << name;
+    }
+}
+
+TEST(Headless, ImagesHaveNoEffectOnTheState) {
+    RunOptions options;
+    Frames frames;
+    EXPECT_EQ(run_headless(test::small_scenario(), script(), &frames, options).state_hash,
+              run_headless(test::small_scenario(), script(), nullptr, options).state_hash);
+}
+
+TEST(Replay, OfARecordingReachesTheSameState) {
+    const test::TemporaryFolder folder;
+    const RunResult first = run_headless(test::small_scenario(), script(), folder / "1", fast());
+    const RunResult again = run_headless(test::small_scenario(), script::load_commands(folder / "1/run.gw"),
+                                         folder / "2", fast());
+    EXPECT_EQ(again.state_hash, first.state_hash);
+    EXPECT_EQ(again.compared_states, 3);  // frames 0, 10 and 12
+    EXPECT_TRUE(again.differences.empty());
+    EXPECT_EQ(test::read(folder / "2/run.gw"), test::read(folder / "1/run.gw"));
+}
+
+TEST(Replay, OfOtherCommandsIsTold) {
+    const test::TemporaryFolder folder;
+    run_headless(test::small_scenario(), script(), folder / "1", {});
+    RunOptions options;
+    options.expect = folder / "1";
+    const script::CommandScript other =
+        script("0 beam on\n1..8 advance 3 mm\n4 rotate 41 deg\n9 arm lao 20 deg\n12 end\n");
+    const RunResult result = run_headless(test::small_scenario(), other, folder / "2", options);
+    EXPECT_EQ(result.compared_frames, 13);
+    ASSERT_FALSE(result.differences.empty());
+    EXPECT_NE(result.differences[0].find("frame 4 differs"), std::string::npos) << result.differences[0];
+}
+
+TEST(Replay, OfAResetReachesTheStateOfAFreshRun) {
+    const RunResult fresh =
+        run_headless(test::small_scenario(), script("0..5 advance 3 mm\n8 end\n"), nullptr);
+    const RunResult used = run_headless(
+        test::small_scenario(),
+        script("0..9 advance 2 mm\n3 rotate 80 deg\n20 reset\n20..25 advance 3 mm\n28 end\n"), nullptr);
+    EXPECT_EQ(used.state_hash, fresh.state_hash);
+}
+
+TEST(Headless, InterruptionLeavesAValidRecordingOfTheWholeFrames) {
+    const test::TemporaryFolder folder;
+    RunOptions options = fast();
+    int asked = 0;
+    options.interrupted = [&asked] { return ++asked == 6; };
+    const RunResult result = run_headless(test::small_scenario(), script(), folder / "1", options);
+    EXPECT_TRUE(result.interrupted);
+    EXPECT_EQ(result.frames, 6);
+    EXPECT_TRUE(nlohmann::json::parse(test::read(folder / "1/score.json"))["interrupted"].get<bool>());
+    const RunResult again = run_headless(test::small_scenario(), script::load_commands(folder / "1/run.gw"),
+                                         folder / "2", fast());
+    EXPECT_EQ(again.frames, 6);
+    EXPECT_EQ(again.state_hash, result.state_hash);
+    EXPECT_TRUE(again.differences.empty());
+}
+
+TEST(Headless, TimeLimitEndsTheRun) {
+    scenario::Scenario scenario = test::small_scenario();
+    scenario.time_limit = 0.4;
+    const RunResult result = run_headless(scenario, script(), nullptr);
+    EXPECT_TRUE(result.time_is_up);
+    EXPECT_EQ(result.frames, 6);
+}
+
+TEST(Headless, RunGoesOnForTheHoldAfterTheLastCommand) {
+    // 0.2 s at 15 Hz are 3 frames, and one more.
+    EXPECT_EQ(run_headless(test::small_scenario(), script("5 advance 1 mm\n"), nullptr).frames, 10);
+}
+
+TEST(Headless, BadArmCommandIsRefusedBeforeAnythingIsWritten) {
+    const test::TemporaryFolder folder;
+    const std::string text = test::refusal([&] {
+        run_headless(test::small_scenario(), script("3 arm sid 600 mm sod 1200 mm\n"), folder / "out", {});
+    });
+    EXPECT_EQ(text.find("x.gw:1:"), 0u) << text;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(Headless, ContrastBeyondTheLimitIsRefusedBeforeAnythingIsWritten) {
+    const test::TemporaryFolder folder;
+    const std::string text = test::refusal([&] {
+        run_headless(test::small_scenario(),
+                     script("1 inject 200 ml at 20 ml/s into tube\n9 inject 150 ml at 20 ml/s into tube\n"),
+                     folder / "out", {});
+    });
+    EXPECT_EQ(text.find("x.gw:2:3"), 0u) << text;
+    EXPECT_NE(text.find("100"), std::string::npos) << "what is left: " << text;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(Headless, PanelIsKeptBesideTheFrames) {
+    const test::TemporaryFolder folder;
+    RunOptions options;
+    options.panel = true;
+    options.every = 4;
+    run_headless(test::small_scenario(), script("0 beam on\n1..8 advance 3 mm\n8 end\n"), folder / "out",
+                 options);
+    EXPECT_EQ(names_in(folder / "out/panel"), names_in(folder / "out/frames"));
+    const std::string first = test::read(folder / "out/panel/frame_000004.png");
+    run_headless(test::small_scenario(), script("0 beam on\n1..8 advance 3 mm\n8 end\n"), folder / "out",
+                 options);
+    EXPECT_EQ(test::read(folder / "out/panel/frame_000004.png"), first);
+}
+
+TEST(Headless, StopOfTheWireIsNoticed) {
+    const RunResult result = run_headless(test::small_scenario(), script("0 withdraw 100 mm\n"), nullptr);
+    ASSERT_EQ(result.notices.size(), 1u);
+    EXPECT_NE(result.notices[0].find("withdrawal stopped"), std::string::npos);
+}
+
+TEST(Headless, ProgressIsToldAfterEachFrame) {
+    RunOptions options;
+    std::vector<int> frames;
+    options.progress = [&](const Progress& p) { frames.push_back(p.frame * 100 + p.frames); };
+    run_headless(test::small_scenario(), script("2 end\n"), nullptr, options);
+    EXPECT_EQ(frames, (std::vector<int>{103, 203, 303}));
+}
+
+}  // namespace run

@@ -1,0 +1,131 @@
+#include "engine/run/relax_run.h"
+
+#include <nlohmann/json.hpp>
+
+#include "engine/anatomy/scenes.h"
+#include "engine/io/csv.h"
+#include "physics/wire/energy.h"
+#include "tests/engine/fixtures.h"
+
+namespace run {
+namespace {
+
+/// 40 segments in the first bend of the winding tube.
+struct Given {
+    test::TemporaryFolder folder;
+    RelaxRequest request;
+    Given() {
+        test::write(folder / "tube.csv", io::points_csv(anatomy::draw(anatomy::find_scene("sinuous")->path)));
+        request.tube = folder / "tube.csv";
+        request.radius = 1;
+        request.segments = 40;
+        request.segment_length = 1;
+        request.rigidity = 50;
+        request.wall_stiffness = 42;
+        request.method = "segment:2";
+        request.cycles = 20;
+    }
+};
+
+}  // namespace
+
+TEST(RelaxCase, StartsOnTheCentrelineAlongItsFirstChord) {
+    const Given given;
+    const RelaxCase c = make_relax_case(given.request);
+    EXPECT_EQ(c.wire.segments(), 40);
+    EXPECT_TRUE(physics::validate(c.wire).empty());
+    EXPECT_LT((c.wire.joints[10] - geometry::Vec3(10, 0, 0)).norm(), 1e-9);
+    EXPECT_LT((c.wire.tangents[0] - geometry::Vec3::UnitX()).norm(), 1e-12);
+    const auto contacts = physics::all_contacts(c.wire, *c.wall);
+    EXPECT_EQ(physics::largest_penetration(contacts), 0);
+}
+
+TEST(RelaxCase, TheEntryDirectionIsMadeUnit) {
+    Given given;
+    given.request.entry_direction = "3,0,4";
+    EXPECT_LT((make_relax_case(given.request).wire.tangents[0] - geometry::Vec3(0.6, 0, 0.8)).norm(), 1e-15);
+    for (const char* wrong : {"1,2", "1,2,3,4", "a,b,c", "0,0,0", "nan,0,1", ""}) {
+        given.request.entry_direction = wrong;
+        EXPECT_NE(test::refusal([&] { make_relax_case(given.request); }).find("--entry-direction"),
+                  std::string::npos)
+            << wrong;
+    }
+}
+
+TEST(RelaxCase, TheWireHasTheClampAndTheLoadThatWereAskedForHoweverItIsGiven) {
+    Given given;
+    EXPECT_EQ(make_relax_case(given.request).wire.spec.end_cells, physics::EndCells::Half);
+    EXPECT_EQ(make_relax_case(given.request).wire.load, geometry::Vec3::Zero());
+    given.request.clamp = "paper";
+    given.request.load = "-1e-3,0,2.5e-5";
+    const auto expect_both = [&] {
+        const RelaxCase c = make_relax_case(given.request);
+        EXPECT_EQ(c.wire.spec.end_cells, physics::EndCells::Paper);
+        EXPECT_EQ(c.wire.load, geometry::Vec3(-1e-3, 0, 2.5e-5));
+    };
+    expect_both();
+    given.request.push_from = 30;
+    expect_both();
+    test::write(given.folder / "wire.csv", io::points_csv(make_relax_case(given.request).wire.joints));
+    given.request.wire = given.folder / "wire.csv";
+    given.request.segments.reset();
+    given.request.segment_length.reset();
+    given.request.push_from.reset();
+    expect_both();
+    given.request.clamp = "Half";
+    EXPECT_EQ(test::refusal([&] { make_relax_case(given.request); }),
+              "--clamp: 'Half' was found; half or paper is accepted");
+}
+
+TEST(RelaxCase, TheWiresRadiusIsTakenOffTheLumens) {
+    Given given;
+    given.request.wire_diameter = 0.5;
+    const RelaxCase c = make_relax_case(given.request);
+    EXPECT_DOUBLE_EQ(physics::all_contacts(c.wire, *c.wall)[5].room, 0.75);
+}
+
+TEST(RelaxRun, ReportsWhatTheEnergyFunctionsSay) {
+    const Given given;
+    const RelaxOutcome outcome = run_relax(make_relax_case(given.request));
+    const RelaxCase fresh = make_relax_case(given.request);
+    const auto contacts = physics::all_contacts(outcome.wire, *fresh.wall);
+    EXPECT_DOUBLE_EQ(outcome.energy.total(), physics::total_energy(outcome.wire, contacts).total());
+    EXPECT_DOUBLE_EQ(outcome.gradient, physics::relative_gradient(outcome.wire, contacts));
+    EXPECT_EQ(outcome.converged, outcome.gradient <= kUsualTolerance);
+    EXPECT_LE(outcome.iterations, 20);
+    EXPECT_LE(outcome.updates, outcome.iterations * 820);
+    EXPECT_GT(outcome.cpu, 0);
+    const auto json = nlohmann::json::parse(report_json(outcome));
+    EXPECT_EQ(json["energy"]["total_N_mm"].get<double>(), outcome.energy.total());
+    EXPECT_TRUE(json["strict_minimum"].is_null());
+}
+
+TEST(RelaxRun, PushingEndsNearTheWireThatStartedWhole) {
+    Given given;
+    given.request.cycles = 300;
+    given.request.tolerance = 1e-8;
+    const RelaxOutcome whole = run_relax(make_relax_case(given.request));
+    given.request.push_from = 35;
+    double last = 0;
+    const RelaxOutcome pushed = run_relax(make_relax_case(given.request), [&](const RelaxProgress& p) {
+        EXPECT_GE(p.part, last);
+        last = p.part;
+    });
+    ASSERT_EQ(pushed.pushes.size(), 5u);
+    EXPECT_EQ(pushed.pushes.front().segments, 36);
+    EXPECT_EQ(pushed.pushes.back().segments, 40);
+    EXPECT_EQ(pushed.pushes.back().energy, pushed.energy.total());
+    EXPECT_NEAR(pushed.energy.total(), whole.energy.total(), 1e-6);
+}
+
+TEST(RelaxRun, FilesAreAllThereOrNone) {
+    const Given given;
+    const RelaxOutcome outcome = run_relax(make_relax_case(given.request));
+    const RelaxFiles files{given.folder / "j.csv", given.folder / "no/r.json"};
+    EXPECT_NE(test::refusal([&] { write_files(files, outcome); }), "");
+    EXPECT_FALSE(std::filesystem::exists(files.joints));
+    EXPECT_NE(test::refusal([&] { check_files(files, given.request); }).find("there is no folder"),
+              std::string::npos);
+}
+
+}  // namespace run

@@ -1,0 +1,63 @@
+#include "engine/run/still.h"
+
+#include <algorithm>
+#include <numbers>
+
+#include "tests/engine/fixtures.h"
+
+namespace run {
+namespace {
+
+render::GrayImage still(const StillRequest& request, const std::string& script = "") {
+    return render_still(test::small_scenario(), script::parse_commands(script, "x.gw"), request);
+}
+
+int darkest(const render::GrayImage& image) {
+    int least = 255;
+    for (int row = 10; row < 54; ++row)
+        for (int column = 10; column < 54; ++column)
+            least = std::min<int>(least, image.pixels[row * 64 + column]);
+    return least;
+}
+
+}  // namespace
+
+TEST(Still, CarriesOutTheCommandsUpToItsFrame) {
+    const std::string script = "2 advance 30 mm\n";
+    EXPECT_EQ(still({1}, script), still({1}));
+    EXPECT_NE(still({2}, script), still({2}));
+}
+
+TEST(Still, TurnsTheArmAndKeepsWhatTheScriptSet) {
+    StillRequest turned;
+    turned.lao = 0.5;
+    EXPECT_NE(still(turned), still({}));
+    EXPECT_EQ(still(turned, "0 arm cranial 10 deg\n"), [] {
+        StillRequest both;
+        both.lao = 0.5;
+        both.cranial = 10 * std::numbers::pi / 180;
+        return still(both);
+    }());
+}
+
+TEST(Still, ModesShowVesselsWithoutAScriptThatInjects) {
+    StillRequest dsa, roadmap;
+    dsa.mode = script::ImagingMode::dsa;
+    roadmap.mode = script::ImagingMode::roadmap;
+    EXPECT_LT(darkest(still(dsa)), 170) << "background is 205";
+    EXPECT_NE(still(roadmap), still({}));
+    EXPECT_EQ(still(dsa), still(dsa));
+    dsa.iodine = 20;
+    EXPECT_GT(darkest(still(dsa)), 120) << "less contrast is paler";
+}
+
+TEST(Still, RefusesWhatCannotBeFollowed) {
+    StillRequest beyond;
+    beyond.lao = 3;
+    EXPECT_NE(test::refusal([&] { still(beyond); }).find("within 120 degrees"), std::string::npos);
+    EXPECT_NE(test::refusal([&] { still({}, "0 inject 5 ml at 5 ml/s into nowhere\n"); }).find("nowhere"),
+              std::string::npos);
+    EXPECT_NE(test::refusal([&] { write_still("/nowhere/x.png", still({})); }), "");
+}
+
+}  // namespace run

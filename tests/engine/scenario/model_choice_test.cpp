@@ -1,0 +1,104 @@
+#include "engine/scenario/model_choice.h"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "physics/wire/guidewire_presets.h"
+#include "tests/anatomies.h"
+#include "tests/engine/fixtures.h"
+
+using namespace anatomy;
+
+using namespace physics;
+
+using namespace scenario;
+
+namespace {
+
+constexpr double kTolerance = 0.05;  // [mm]
+
+Anatomy tube(double radius, std::vector<PenMove> path) {
+    return tube_anatomy("tube", draw(path), radius, 24, radius / 2);
+}
+
+physics::GuidewireSpec straight_tip() {
+    physics::GuidewireSpec wire;
+    wire.curved_length = wire.curved_angle = 0;
+    wire.diameter = 0.36;
+    return wire;
+}
+
+}  // namespace
+
+TEST(ModelChoice, MeasuresTheNarrowestPlaceAndTheSharpestBend) {
+    const LumenDemand demand = demand_of(
+        tube(1.5, {anatomy::Run{30}, Arc{8, 3.0}, anatomy::Run{30}, Arc{6, -2.4}, anatomy::Run{30}}));
+    EXPECT_NEAR(demand.smallest_radius, 1.5, 1e-9);
+    EXPECT_NEAR(demand.largest_curvature, 1.0 / 6, 0.02 / 6);
+    EXPECT_EQ(demand.sharpest, "tube");
+}
+
+TEST(ModelChoice, ASegmentSagsByNoMoreThanTheToleranceInTheSharpestBend) {
+    for (const double radius : {6.0, 12.0, 40.0}) {
+        const ModelChoice choice =
+            choose_model(tube(5, {anatomy::Run{40}, Arc{radius, 2.0}, anatomy::Run{40}}), straight_tip(),
+                         kTolerance, true);
+        EXPECT_LE(choice.segment_length * choice.segment_length / (8 * radius), kTolerance * 1.05);
+        EXPECT_GE(choice.segment_length * choice.segment_length / (8 * radius), kTolerance * 0.8);
+        EXPECT_NE(choice.segment_reason.find("bends"), std::string::npos);
+    }
+}
+
+TEST(ModelChoice, ASegmentIsNoLongerThanTheSmallestRadius) {
+    const ModelChoice choice = choose_model(tube(0.7, {anatomy::Run{60}}), straight_tip(), kTolerance, false);
+    EXPECT_NEAR(choice.segment_length, 0.7, 1e-9);
+    EXPECT_NE(choice.segment_reason.find("narrows"), std::string::npos);
+    EXPECT_TRUE(choice.demand.sharpest.empty());
+}
+
+TEST(ModelChoice, AStraightWideTubeTakesTheLongestSegments) {
+    EXPECT_EQ(choose_model(tube(9, {anatomy::Run{200}}), straight_tip(), kTolerance, true).segment_length,
+              5.0);
+}
+
+TEST(ModelChoice, TheCurvedTipIsAWholeNumberOfSegmentsThatFollowIt) {
+    for (const GuidewirePreset& preset : guidewire_presets()) {
+        const physics::GuidewireSpec& wire = preset.spec;
+        const double length =
+            choose_model(tube(9, {anatomy::Run{200}}), wire, kTolerance, true).segment_length;
+        if (wire.curved_length == 0) continue;
+        const double count = wire.curved_length / length, radius = wire.curved_length / wire.curved_angle;
+        EXPECT_NEAR(count, std::round(count), 1e-9) << preset.name;
+        EXPECT_LE(length * length / (8 * radius), kTolerance) << preset.name;
+    }
+}
+
+TEST(ModelChoice, TakesTheWallThatTheAnatomyAllows) {
+    const Anatomy wide = tube(2, {anatomy::Run{60}}), narrow = tube(0.2, {anatomy::Run{60}});
+    const Anatomy huge = tube(40, {anatomy::Run{400'000}});
+    EXPECT_EQ(choose_model(wide, straight_tip(), kTolerance, true).wall, WallModel::Analytic);
+    EXPECT_EQ(choose_model(wide, straight_tip(), kTolerance, false).wall, WallModel::DistanceField);
+    EXPECT_EQ(choose_model(narrow, straight_tip(), kTolerance, false).wall, WallModel::Mesh);
+    const Anatomy tight = tube(0.27, {anatomy::Run{60}});  // a stenosis that a wire of 0.014 in just passes
+    EXPECT_EQ(choose_model(tight, straight_tip(), kTolerance, false).wall, WallModel::DistanceField);
+    EXPECT_EQ(choose_model(huge, straight_tip(), kTolerance, false).wall, WallModel::Mesh);
+    physics::GuidewireSpec thick = straight_tip();
+    thick.diameter = 3;
+    EXPECT_EQ(choose_model(wide, thick, kTolerance, false).wall, WallModel::Mesh);
+}
+
+TEST(ModelChoice, ChoosesForTheIliacArteriesWithReasons) {
+    const Anatomy& iliac = test::iliac_renal();
+    const ModelChoice choice =
+        choose_model(iliac, find_guidewire_preset("glide035")->spec, kTolerance, false);
+    EXPECT_EQ(choice.wall, WallModel::DistanceField);
+    EXPECT_GT(choice.segment_length, 0.5);
+    EXPECT_LE(choice.segment_length, choice.demand.smallest_radius);
+    EXPECT_FALSE(choice.segment_reason.empty());
+    EXPECT_FALSE(choice.wall_reason.empty());
+    const bool names_a_branch = std::any_of(
+        iliac.branches.begin(), iliac.branches.end(),
+        [&](const auto& branch) { return choice.wall_reason.find(branch.name) != std::string::npos; });
+    EXPECT_TRUE(names_a_branch) << choice.wall_reason;
+}

@@ -1,0 +1,191 @@
+#include "engine/scenario/scenario.h"
+
+#include <filesystem>
+#include <regex>
+
+#include "physics/wire/guidewire_presets.h"
+#include "tests/engine/fixtures.h"
+
+namespace scenario {
+namespace {
+
+std::string refusal_of(const std::string& from, const std::string& to) {
+    return test::refusal([&] { parse_scenario(test::small_toml_with(from, to), "small.toml"); });
+}
+
+}  // namespace
+
+TEST(Scenario, ReadsUnitsIntoMillimetresAndRadians) {
+    const Scenario s = parse_scenario(
+        test::small_toml_with("pixels = 64", "lao_deg = 30\ncranial_deg = -10.0"), "folder/small.toml");
+    EXPECT_EQ(s.name, "small");
+    EXPECT_EQ(s.title, "small");
+    EXPECT_DOUBLE_EQ(s.c_arm.lao, std::numbers::pi / 6);
+    EXPECT_DOUBLE_EQ(s.c_arm.cranial, -std::numbers::pi / 18);
+    EXPECT_DOUBLE_EQ(s.guidewire.curved_angle, std::numbers::pi / 4);
+    EXPECT_DOUBLE_EQ(anatomy::length(s.tube->path), 60 + 25 * 40 * std::numbers::pi / 180);
+    EXPECT_EQ(s.budget.updates, 20000);
+}
+
+TEST(Scenario, AnatomyIsFoundBesideTheScenarioFile) {
+    std::string text = test::small_toml_with("[tube]", "anatomy = \"../anatomy/x.json\"\n[tube]");
+    text.erase(text.find("[tube]"), text.find("[entry]") - text.find("[tube]"));
+    EXPECT_EQ(parse_scenario(text, "a/b/s.toml").anatomy, std::filesystem::path("a/b/../anatomy/x.json"));
+}
+
+TEST(Scenario, AnatomyIsGrownFromItsSection) {
+    const auto with = [](const std::string& section) {
+        std::string text = test::small_toml_with("[tube]", section + "\n[tube]");
+        text.erase(text.find("[tube]"), text.find("[entry]") - text.find("[tube]"));
+        return text;
+    };
+    const std::string arch = "[anatomy]\npreset = \"arch-1\"\nseed = 3\n";
+    const Scenario s = parse_scenario(
+        with(arch + "[[anatomy.stenosis]]\nbranch = \"LSA\"\nat_mm = 60\nlength_mm = 8\npercent = 50"),
+        "s.toml");
+    ASSERT_TRUE(s.vessels);
+    EXPECT_EQ(s.vessels->name, "arch-1-3");
+    EXPECT_EQ(s.vessels->stenoses.size(), 1u);
+    const auto refused = [&](const std::string& section) {
+        return test::refusal([&] { parse_scenario(with(section), "s.toml"); });
+    };
+    EXPECT_NE(refused("[anatomy]\npreset = \"arch-4\"").find("'arch-4' is not a preset"), std::string::npos);
+    EXPECT_NE(refused("[anatomy]\nseed = 3").find("preset = \"…\" or a section"), std::string::npos);
+    EXPECT_NE(refused("[anatomy]\ntree = \"no.toml\"").find("no.toml: no such vessel tree"),
+              std::string::npos);
+    EXPECT_NE(refused("anatomy = 5").find("a file NAME.anatomy.json or a section"), std::string::npos);
+    const std::string nowhere = refused(arch + "[[anatomy.stenosis]]\nbranch = \"XYZ\"\nat_mm = 60\n");
+    EXPECT_NE(nowhere.find("XYZ"), std::string::npos) << nowhere;
+}
+
+TEST(Scenario, ShippedScenariosAreSound) {
+    const auto files = shipped_scenarios(test::asset("scenarios"));
+    ASSERT_FALSE(files.empty());
+    for (const auto& file : files) EXPECT_FALSE(load_scenario(file).title.empty()) << file;
+}
+
+TEST(Scenario, EveryKeyIsInTheReference) {
+    const std::string reference = test::read(test::asset("scenarios/README.md"));
+    const std::regex key(
+        "(?:number|whole|flag|word|choice|point|find|section|sections)\\(\"([A-Za-z0-9_]+)\"");
+    int keys = 0;
+    for (const char* file : {"engine/scenario/scenario_file.cpp", "engine/anatomy/grow/vessel_file.cpp"}) {
+        const std::string source = test::read(std::filesystem::path(SELDINGER_SOURCE) / file);
+        for (std::sregex_iterator at(source.begin(), source.end(), key), end; at != end; ++at, ++keys) {
+            const std::regex word("[`.\\[{ ]" + (*at)[1].str() + "[`\\] ]");
+            EXPECT_TRUE(std::regex_search(reference, word)) << file << ": " << (*at)[1];
+        }
+    }
+    EXPECT_GT(keys, 70);
+}
+
+TEST(Scenario, UnknownKeyIsRefusedWithItsPlaceAndTheKeysThereAre) {
+    const std::string text = refusal_of("preset =", "presett =");
+    EXPECT_NE(text.find("small.toml:13:1: unknown key 'presett' in [guidewire]"), std::string::npos) << text;
+    EXPECT_NE(text.find("is 'preset' meant?"), std::string::npos) << text;
+    EXPECT_NE(text.find("tip_rigidity_N_mm2"), std::string::npos) << text;
+}
+
+TEST(Scenario, SegmentsMayBeChosenAndAdaptive) {
+    const Scenario plain = test::small_scenario();
+    EXPECT_FALSE(plain.choose_segment_length || plain.adaptive);
+    const Scenario s = parse_scenario(
+        test::small_toml_with("preset = \"glide035\"",
+                              "segment_length_mm = \"auto\"\nadaptive = true\ncurve_tolerance_mm = 0.1"),
+        "small.toml");
+    EXPECT_TRUE(s.choose_segment_length && s.adaptive);
+    EXPECT_EQ(s.refinement.curve_tolerance, 0.1);
+    const auto refused = [](const char* line) {
+        return test::refusal(
+            [&] { parse_scenario(test::small_toml_with("preset = \"glide035\"", line), "small.toml"); });
+    };
+    EXPECT_NE(refused("segment_length_mm = \"fine\"").find("auto"), std::string::npos);
+    EXPECT_NE(refused("curve_tolerance_mm = 0").find("curve_tolerance_mm"), std::string::npos);
+}
+
+TEST(Scenario, WireIsAsLongAsItsPresetOrAsItsKeySays) {
+    EXPECT_EQ(test::small_scenario().wire_length, physics::find_guidewire_preset("glide035")->length);
+    const auto with = [](const std::string& line) {
+        return parse_scenario(test::small_toml_with("[guidewire]", "[guidewire]\n" + line), "small.toml");
+    };
+    EXPECT_EQ(with("length_mm = 2600").wire_length, 2600);
+    const std::string text = test::refusal([] {
+        parse_scenario(test::small_toml_with("inserted_mm = 20.0\n[guidewire]",
+                                             "inserted_mm = 200.0\n[guidewire]\nlength_mm = 150"),
+                       "small.toml");
+    });
+    EXPECT_NE(text.find("small.toml:11:"), std::string::npos) << text;
+    EXPECT_NE(text.find("a wire of 150 mm cannot be in by 200 mm"), std::string::npos) << text;
+}
+
+TEST(Scenario, RelaxersOfThePaperHaveTheirWords) {
+    const auto relaxer = [](const std::string& lines) {
+        return parse_scenario(test::small_toml_with("[relaxer]", "[relaxer]\n" + lines), "small.toml")
+            .relaxer;
+    };
+    using enum physics::RelaxerKind;
+    EXPECT_EQ(relaxer("kind = \"geometric\"").kind, Geometric);
+    EXPECT_EQ(relaxer("kind = \"combined\"").kind, Combined);
+    EXPECT_EQ(relaxer("kind = \"konings\"").kind, Konings);
+    EXPECT_TRUE(relaxer("kind = \"segment\"\nstored_planes = true").stored_planes);
+    EXPECT_NE(test::refusal([&] { relaxer("kind = \"fem\""); }).find("combined"), std::string::npos);
+}
+
+TEST(Scenario, UnknownSectionIsRefused) {
+    const std::string text = refusal_of("[imaging]", "[image]");
+    EXPECT_NE(text.find("unknown key 'image' at the top"), std::string::npos) << text;
+}
+
+TEST(Scenario, EverythingWrongIsListedInTheOrderOfTheFile) {
+    const std::string text = refusal_of("radius_mm = 2.0\naround = 16", "radius_mm = -1\naround = \"many\"");
+    const auto first = text.find("small.toml:5:"), second = text.find("small.toml:6:");
+    ASSERT_NE(first, std::string::npos) << text;
+    ASSERT_NE(second, std::string::npos) << text;
+    EXPECT_LT(first, second);
+    EXPECT_NE(text.find("6 to 512"), std::string::npos) << text;
+}
+
+TEST(Scenario, NumbersThatAreNotFiniteAreRefused) {
+    EXPECT_NE(refusal_of("inserted_mm = 20.0", "inserted_mm = nan"), "");
+    EXPECT_NE(refusal_of("inserted_mm = 20.0", "inserted_mm = inf"), "");
+    EXPECT_NE(refusal_of("[40.0, 10.0, 0.0]", "[40.0, nan, 0.0]"), "");
+}
+
+TEST(Scenario, AbsurdAmountsAreRefused) {
+    const std::string text = refusal_of("inserted_mm = 20.0", "inserted_mm = 1e9");
+    EXPECT_NE(text.find("1 to 2000"), std::string::npos) << text;
+}
+
+TEST(Scenario, MissingSectionAndKeyAreNamed) {
+    EXPECT_NE(refusal_of("end = \"start\"\n", "").find("end"), std::string::npos);
+    EXPECT_NE(refusal_of("schema = 1\n", "").find("schema"), std::string::npos);
+    EXPECT_NE(refusal_of("schema = 1\n", "schema = 2\n").find("schema"), std::string::npos);
+}
+
+TEST(Scenario, TextThatIsNotTomlIsRefusedWithItsPlace) {
+    const std::string text = refusal_of("seed = 3", "seed = = 3");
+    EXPECT_NE(text.find("small.toml:3:"), std::string::npos) << text;
+}
+
+TEST(Scenario, NeedsExactlyOneVessel) {
+    EXPECT_NE(refusal_of("[tube]", "anatomy = \"x.json\"\n[tube]").find("one of them"), std::string::npos);
+}
+
+TEST(Scenario, TargetTakesANameOrAPlaceNotBoth) {
+    EXPECT_NE(refusal_of("name = \"end\"", "name = \"end\"\ncentre_mm = [1, 2, 3]").find("one of them"),
+              std::string::npos);
+}
+
+TEST(Scenario, WireThatDoesNotFitTheTubeIsRefused) {
+    EXPECT_NE(refusal_of("radius_mm = 2.0", "radius_mm = 0.4").find("does not fit"), std::string::npos);
+}
+
+TEST(Scenario, IsFoundByPathOrByNameAndElseTheNamesAreTold) {
+    const auto folder = test::asset("scenarios");
+    EXPECT_EQ(find_scenario("s_bend", folder), folder / "s_bend.toml");
+    EXPECT_EQ(find_scenario((folder / "s_bend.toml").string(), folder), folder / "s_bend.toml");
+    const std::string text = test::refusal([&] { find_scenario("s_bent", folder); });
+    EXPECT_NE(text.find("is 's_bend' meant?"), std::string::npos) << text;
+}
+
+}  // namespace scenario

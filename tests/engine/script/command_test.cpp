@@ -1,0 +1,212 @@
+#include "engine/script/command.h"
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/engine/fixtures.h"
+
+namespace script {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180.0;
+
+CommandScript parse(const std::string& text) {
+    return parse_commands(text, "x.gw");
+}
+std::string refusal_of(const std::string& text) {
+    return test::refusal([&] { parse(text); });
+}
+
+}  // namespace
+
+TEST(Command, EveryVerbIsReadWithItsUnit) {
+    const CommandScript script = parse(
+        "# a script\n"
+        "0 beam on\n"
+        "3  advance 5 mm   # comment\r\n"
+        "\n"
+        "9\trotate -30 deg\n"
+        "20 arm lao 30 deg cranial -10 deg sid 1000 mm sod 700 mm width 200 mm isocentre 1 2 3 mm\n"
+        "25 contrast 12 mg/ml\n"
+        "80 withdraw 2.5 mm\n"
+        "90 reset\n"
+        "120 end\n");
+    ASSERT_EQ(script.commands.size(), 7u);
+    EXPECT_TRUE(std::get<Beam>(script.commands[0].command).on);
+    EXPECT_EQ(std::get<Advance>(script.commands[1].command).length, 5);
+    EXPECT_EQ(std::get<Rotate>(script.commands[2].command).angle, -30 * degree);
+    const MoveArm arm = std::get<MoveArm>(script.commands[3].command);
+    EXPECT_EQ(arm.lao, 30 * degree);
+    EXPECT_EQ(arm.sod, 700);
+    EXPECT_EQ(arm.isocentre, geometry::Vec3(1, 2, 3));
+    EXPECT_EQ(std::get<Contrast>(script.commands[4].command).iodine, 12);
+    EXPECT_EQ(std::get<Withdraw>(script.commands[5].command).length, 2.5);
+    EXPECT_TRUE(std::holds_alternative<Reset>(script.commands[6].command));
+    EXPECT_EQ(script.commands[6].frame, 90);
+    EXPECT_EQ(script.last_frame(5), 120);
+}
+
+TEST(Command, TheConsolesVerbsAreRead) {
+    const CommandScript script = parse(
+        "0 inject 12 ml at 6 ml/s into LRA of 300 mg/ml\n"
+        "0 inject 5 ml at 2 ml/s into aorta\n"
+        "1 mode dsa\n"
+        "2 pulse 7.5 per second\n"
+        "3 collimate 120 90 mm\n"
+        "4 table 1 2 -3 mm\n");
+    const Inject inject = std::get<Inject>(script.commands[0].command);
+    EXPECT_EQ(inject.volume, 12);
+    EXPECT_EQ(inject.rate, 6);
+    EXPECT_EQ(inject.branch, "LRA");
+    EXPECT_EQ(inject.iodine, 300);
+    EXPECT_EQ(std::get<Inject>(script.commands[1].command).iodine, 320);
+    EXPECT_EQ(std::get<SetMode>(script.commands[2].command).mode, ImagingMode::dsa);
+    EXPECT_EQ(std::get<SetPulseRate>(script.commands[3].command).rate, 7.5);
+    EXPECT_EQ(std::get<Collimate>(script.commands[4].command).height, 90);
+    EXPECT_EQ(std::get<MoveTable>(script.commands[5].command).place, geometry::Vec3(1, 2, -3));
+}
+
+TEST(Command, TheConsolesVerbsNameWhatIsAccepted) {
+    EXPECT_EQ(refusal_of("0 mode cine"), "x.gw:1:8: 'cine' was found; accepted are: live, dsa, roadmap");
+    EXPECT_EQ(refusal_of("0 pulse 12 per second"),
+              "x.gw:1:9: '12' was found; 3.75, 7.5, 15 or 30 is accepted, per second");
+    EXPECT_EQ(refusal_of("0 inject 900 ml at 6 ml/s into LRA"),
+              "x.gw:1:10: '900' was found; a number from 0.1 to 300 is accepted, in ml");
+    EXPECT_EQ(refusal_of("0 inject 9 ml at 6 ml/s LRA"), "x.gw:1:25: 'LRA' was found; 'into' is accepted");
+    EXPECT_EQ(refusal_of("0 inject 9 ml at 6 ml/s into"),
+              "x.gw:1:29: the line ends here; the name of a branch is accepted");
+    EXPECT_NE(refusal_of("0 collimate 5 5 mm"), "");
+    EXPECT_NE(refusal_of("0 collimate closed"), "");
+    EXPECT_NE(refusal_of("0 table 0 0 900 mm"), "");
+}
+
+TEST(Command, MorePulsesThanFramesAreAProblem) {
+    const CommandScript script = parse("0 pulse 15 per second\n7 pulse 30 per second\n");
+    const std::vector<std::string> found = problems(script, {}, 15);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(
+        found[0],
+        "x.gw:2:3: 30 pulses per second were asked for; up to 15, the scenario's frame rate, are accepted");
+}
+
+TEST(Command, RangesAreWrittenOutFrameByFrame) {
+    const CommandScript script = parse("1..3 advance 2 mm\n2..4 rotate 5 deg\n");
+    std::string frames;
+    for (const TimedCommand& c : script.commands) frames += std::to_string(c.frame);
+    EXPECT_EQ(frames, "122334");
+    EXPECT_EQ(script.last_frame(5), 9);
+}
+
+TEST(Command, TextReadsBackToTheSameBits) {
+    const std::vector<Command> commands = {
+        Advance{0.1},
+        Withdraw{1.0 / 3},
+        Rotate{30 * degree},
+        Rotate{-7.3 * degree},
+        Contrast{12.5},
+        Beam{false},
+        Reset{},
+        Inject{12, 0.7, "aorta", 300},
+        SetMode{ImagingMode::roadmap},
+        SetPulseRate{3.75},
+        NewMask{},
+        Collimate{120, 90.5},
+        Collimate{widest_opening, widest_opening},
+        MoveTable{geometry::Vec3(.1, -2, 3)},
+        StoreReference{},
+        MoveArm{33 * degree, {}, 1000.5, {}, {}, geometry::Vec3(.1, -2, 3)}};
+    for (const Command& command : commands) {
+        const std::string text = to_text(command);
+        const Command again = parse("0 " + text).commands[0].command;
+        EXPECT_EQ(to_text(again), text);
+        if (const Rotate* turn = std::get_if<Rotate>(&command)) {
+            EXPECT_EQ(std::get<Rotate>(again).angle, turn->angle);
+        }
+    }
+    EXPECT_EQ(to_text(Rotate{30 * degree}), "rotate 30 deg");
+}
+
+TEST(Command, CanonicalAnglesReadBackToTheSameBits) {
+    for (int i = 1; i < 500; ++i) {
+        const Command turn = canonical(Rotate{std::sqrt(i) / 3});
+        EXPECT_EQ(std::get<Rotate>(parse("0 " + to_text(turn)).commands[0].command).angle,
+                  std::get<Rotate>(turn).angle);
+    }
+}
+
+TEST(Command, EveryWholeDegreeReadsBackToTheSameBits) {
+    for (int angle = -720; angle <= 720; ++angle) {
+        EXPECT_EQ(to_text(Rotate{angle * degree}), "rotate " + std::to_string(angle) + " deg");
+    }
+}
+
+TEST(Command, UnknownCommandIsRefusedWithItsPlaceAndTheCommandsThereAre) {
+    const std::string text = refusal_of("0 beam on\n5 advanse 3 mm\n");
+    EXPECT_EQ(text.find("x.gw:2:3: unknown command 'advanse' (is 'advance' meant?)"), 0u) << text;
+    EXPECT_NE(text.find("withdraw"), std::string::npos);
+}
+
+TEST(Command, WrongOrMissingUnitIsRefused) {
+    EXPECT_EQ(refusal_of("5 advance 3 cm"), "x.gw:1:13: 'cm' was found; the unit 'mm' is accepted");
+    EXPECT_EQ(refusal_of("5 advance 3"), "x.gw:1:12: the line ends here; the unit 'mm' is accepted");
+    EXPECT_NE(refusal_of("5 rotate 3 rad"), "");
+}
+
+TEST(Command, FramesOutOfOrderAreRefused) {
+    const std::string text = refusal_of("5 beam on\n4 beam off\n");
+    EXPECT_EQ(text, "x.gw:2:1: '4' was found; frames stand in order: 5 or later is accepted");
+    EXPECT_NE(refusal_of("9..5 advance 1 mm"), "");
+    EXPECT_NE(refusal_of("state 5 0123456789abcdef\nstate 4 0123456789abcdef"), "");
+}
+
+TEST(Command, NumbersThatAreNotFiniteAreRefused) {
+    EXPECT_NE(refusal_of("0 advance nan mm"), "");
+    EXPECT_NE(refusal_of("0 advance inf mm"), "");
+    EXPECT_NE(refusal_of("0 rotate -nan deg"), "");
+    EXPECT_NE(refusal_of("0 arm isocentre 0 nan 0 mm"), "");
+}
+
+TEST(Command, AbsurdAmountsAreRefused) {
+    const std::string text = refusal_of("0 advance 1e9 mm");
+    EXPECT_EQ(text, "x.gw:1:11: '1e9' was found; a number from 0 to 500 is accepted, in mm");
+    EXPECT_NE(refusal_of("0 rotate 36001 deg"), "");
+    EXPECT_NE(refusal_of("0 advance -5 mm"), "");  // that is withdraw
+    EXPECT_NE(refusal_of("1000001 beam on"), "");
+    EXPECT_NE(refusal_of("-1 beam on"), "");
+    EXPECT_NE(refusal_of("0 advance 1e999 mm"), "");
+}
+
+TEST(Command, NothingMayFollowOnALineOrAfterTheEnd) {
+    EXPECT_NE(refusal_of("0 reset now"), "");
+    EXPECT_NE(refusal_of("5 end\n6 beam on"), "");
+    EXPECT_NE(refusal_of("8 beam on\n8..20 advance 1 mm\n9 end"), "");
+    EXPECT_EQ(refusal_of("5 end\nstate 5 0123456789abcdef"), "");
+}
+
+TEST(Command, EverythingWrongIsListed) {
+    const std::string text = refusal_of("0 fly\n1 advance\n2 beam dim\n");
+    EXPECT_NE(text.find("x.gw:1:3"), std::string::npos);
+    EXPECT_NE(text.find("x.gw:2:10"), std::string::npos);
+    EXPECT_NE(text.find("x.gw:3:8"), std::string::npos);
+}
+
+TEST(Command, StateLinesTakeAFrameAndSixteenDigits) {
+    const CommandScript script = parse("state 7 00000000000000ff\n");
+    ASSERT_EQ(script.checks.size(), 1u);
+    EXPECT_EQ(script.checks[0].hash, 255u);
+    EXPECT_EQ(script.last_frame(3), 7);
+    EXPECT_NE(refusal_of("state 7 ff"), "");
+}
+
+TEST(Command, ArmThatNoStandCanFollowIsToldWithItsLine) {
+    const CommandScript script = parse("0 beam on\n4 arm sid 700 mm sod 800 mm\n");
+    const auto found = problems(script, render::CArm{}, 15);
+    ASSERT_FALSE(found.empty());
+    EXPECT_EQ(found[0].find("x.gw:2:"), 0u) << found[0];
+}
+
+TEST(Command, MissingFileIsNamed) {
+    EXPECT_NE(test::refusal([] { load_commands("/nowhere/x.gw"); }).find("/nowhere/x.gw"), std::string::npos);
+}
+
+}  // namespace script

@@ -1,0 +1,291 @@
+#include "physics/relax/global_relaxer.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "physics/wire/energy.h"
+#include "tests/physics/wires.h"
+
+using namespace geometry;
+
+using namespace physics;
+
+namespace {
+
+void expect_equilibrium(const Guidewire& wire, const LumenWall& wall, const RelaxReport& report) {
+    EXPECT_TRUE(report.converged);
+    EXPECT_TRUE(report.strict_minimum);
+    EXPECT_LE(report.gradient, 1e-8);
+    EXPECT_LE(relative_gradient(wire, all_contacts(wire, wall)), 2e-8);  // measured by other code
+    EXPECT_TRUE(validate(wire).empty());
+}
+
+double nearest(double energy, std::initializer_list<double> minima) {
+    double best = 1e9;
+    for (const double m : minima) best = std::abs(energy - m) < std::abs(energy - best) ? m : best;
+    return best;
+}
+
+struct Listed {
+    const char* scene;
+    std::initializer_list<double> minima;  // [N·mm], found by independent solvers
+    double digits;
+};
+const Listed listed[] = {{"sinuous", {5.808956, 5.808954}, 1e-6},
+                         {"spatial", {1.86512, 1.86577}, 5e-6},
+                         {"hairpin", {13.4646, 13.4661, 13.4681, 13.4716}, 5e-5},
+                         {"stiffwall", {5.812938}, 1e-6}};
+
+}  // namespace
+
+TEST(GlobalRelaxer, ReachesAListedMinimumFromTheCentreline) {
+    for (const Listed& scene : listed) {
+        auto [wall, wire] = scene_setup(scene.scene);
+        const RelaxReport report = global_relaxer()->relax(wire, wall, kUnlimited);
+        expect_equilibrium(wire, wall, report);
+        const double energy = energy_of(wire, wall);
+        EXPECT_NEAR(energy, nearest(energy, scene.minima), scene.digits) << scene.scene;
+    }
+}
+
+TEST(GlobalRelaxer, IsAtEquilibriumAfterEveryPush) {
+    for (const Listed& scene : listed) {
+        auto [wall, wire] = scene_setup(scene.scene);
+        const int segments = wire.segments();
+        wire = wire_along(wire.spec, wall.centreline(), 20);
+        auto relaxer = global_relaxer();
+        relaxer->relax(wire, wall, kUnlimited);
+        int unconverged = 0;
+        while (wire.segments() < segments) {
+            insert_segment(wire);
+            const RelaxReport report = relaxer->relax(wire, wall, kUnlimited);
+            unconverged += !report.converged;
+            ASSERT_LT(report.largest_bend, 0.5) << scene.scene << " at " << wire.segments();
+            const auto contacts = all_contacts(wire, wall);
+            ASSERT_LT(largest_penetration(contacts), 0.05);
+        }
+        EXPECT_EQ(unconverged, 0) << scene.scene;
+        const double energy = energy_of(wire, wall);
+        EXPECT_NEAR(energy, nearest(energy, scene.minima), scene.digits) << scene.scene;
+    }
+}
+
+TEST(GlobalRelaxer, GoesWhereThePapersRelaxerGoes) {
+    auto [wall, wire] = scene_setup("hairpin");
+    Guidewire other = wire;
+    global_relaxer()->relax(wire, wall, kUnlimited);
+    paper_relaxer()->relax(other, wall, whole_cycles(other.segments(), 100));
+    double farthest = 0;
+    for (int i = 0; i <= wire.segments(); ++i)
+        farthest = std::max(farthest, (wire.joints[i] - other.joints[i]).norm());
+    EXPECT_LT(farthest, 0.05);
+}
+
+TEST(GlobalRelaxer, DoesNoWorkWhereNothingChanged) {
+    auto [wall, wire] = scene_setup("hairpin");
+    auto relaxer = global_relaxer();
+    relaxer->relax(wire, wall, kUnlimited);
+    const Guidewire before = wire;
+    const RelaxReport report = relaxer->relax(wire, wall, kUnlimited);
+    EXPECT_EQ(report.newton_steps, 0);
+    EXPECT_EQ(report.updates, 0);
+    EXPECT_EQ(report.wall_queries, 0);
+    EXPECT_TRUE(report.converged);
+    EXPECT_EQ(wire.tangents, before.tangents);
+    // Another wall, or a relaxer that has not seen this one, asks for every joint but moves none.
+    const TubeWall same = wall;
+    EXPECT_EQ(relaxer->relax(wire, same, kUnlimited).wall_queries, wire.segments());
+    EXPECT_EQ(wire.tangents, before.tangents);
+}
+
+TEST(GlobalRelaxer, WorksAtTheTipOfALongWireFirst) {
+    auto [wall, wire] = long_scene(560);
+    auto relaxer = global_relaxer();
+    relaxer->relax(wire, wall, kUnlimited);
+    long long windows = 0, wholes = 0;
+    for (int k = 0; k < 30; ++k) {
+        insert_segment(wire);
+        Guidewire other = wire;
+        const RelaxReport report = relaxer->relax(wire, wall, kUnlimited);
+        expect_equilibrium(wire, wall, report);
+        const RelaxReport whole = global_relaxer()->relax(other, wall, kUnlimited);
+        windows += report.updates;
+        wholes += whole.updates;
+        EXPECT_LT(report.wall_queries, whole.wall_queries);
+    }
+    EXPECT_LT(windows, wholes);
+}
+
+TEST(GlobalRelaxer, SpendsAShortBudgetAtTheTip) {
+    auto [wall, wire] = scene_setup("sinuous");
+    auto relaxer = global_relaxer();
+    relaxer->relax(wire, wall, kUnlimited);
+    remove_segment(wire);
+    relaxer->relax(wire, wall, kUnlimited);
+    insert_segment(wire);
+    const Guidewire before = wire;
+    const double energy = energy_of(wire, wall);
+    const RelaxReport report = relaxer->relax(wire, wall, {80, 0, 0});
+    EXPECT_FALSE(report.converged);
+    EXPECT_TRUE(report.out_of_budget);
+    EXPECT_EQ(report.newton_steps, 1);  // the first is seen to its end
+    EXPECT_LT(report.window, 100);
+    EXPECT_LT(energy_of(wire, wall), energy);
+    for (int i = 0; i <= wire.segments() - report.window; ++i)
+        ASSERT_EQ(wire.tangents[i], before.tangents[i]) << i;
+    EXPECT_TRUE(relaxer->relax(wire, wall, kUnlimited).converged);
+}
+
+TEST(GlobalRelaxer, KeepsToItsBudgetAndReturnsALowerState) {
+    auto [wall, wire] = scene_setup("sinuous");
+    auto relaxer = global_relaxer();
+    double last = energy_of(wire, wall);
+    for (int k = 0; k < 5; ++k) {
+        const RelaxReport report = relaxer->relax(wire, wall, {3 * wire.segments(), 0, 0});
+        EXPECT_LE(report.newton_steps, 3);
+        EXPECT_FALSE(report.converged);
+        const double now = energy_of(wire, wall);
+        EXPECT_LT(now, last);
+        last = now;
+        EXPECT_TRUE(validate(wire).empty());
+    }
+}
+
+TEST(GlobalRelaxer, LeavesExactSymmetry) {
+    // Pressed head-on along its axis, and folded back on itself exactly.
+    Guidewire pressed = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, std::vector<Vec3>(40, Vec3::UnitX()));
+    const TubeWall cap({{-1, 0, 0}, {38.5, 0, 0}}, 1.0, 42);
+    const double before = energy_of(pressed, cap);
+    RelaxReport report = global_relaxer()->relax(pressed, cap, kUnlimited);
+    expect_equilibrium(pressed, cap, report);
+    EXPECT_LT(energy_of(pressed, cap), 0.7 * before);
+    EXPECT_GT(report.push_force, 0.0);
+
+    std::vector<Vec3> tangents(40, Vec3::UnitX());
+    for (int i = 20; i < 40; ++i) tangents[i] = -Vec3::UnitX();
+    Guidewire folded = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, tangents);
+    const TubeWall tube({{-30, 0, 0}, {60, 0, 0}}, 3.0, 42);
+    report = global_relaxer()->relax(folded, tube, kUnlimited);
+    EXPECT_TRUE(validate(folded).empty());
+    EXPECT_LT(report.gradient, 1e-6);
+}
+
+TEST(GlobalRelaxer, AFoldedWireStaysFolded) {
+    // A hairpin turn inside a wide straight tube: unfolding would first cost energy.
+    std::vector<Vec3> tangents;
+    for (int i = 0; i < 20; ++i) tangents.push_back(Vec3::UnitX());
+    for (int i = 0; i < 12; ++i) {
+        const double angle = M_PI * (i + 0.5) / 12;
+        tangents.emplace_back(std::cos(angle), std::sin(angle), 0);
+    }
+    for (int i = 0; i < 20; ++i) tangents.push_back(-Vec3::UnitX());
+    Guidewire wire = uniform_wire(50, 1.0, {0, -3.8, 0}, {1, 0, 0}, tangents);
+    const TubeWall wall({{-30, 0, 0}, {60, 0, 0}}, 4.5, 42);
+    const RelaxReport report = global_relaxer()->relax(wire, wall, kUnlimited);
+    expect_equilibrium(wire, wall, report);
+    EXPECT_LT(wire.tangents.back().x(), -0.5);
+    EXPECT_LT(report.largest_bend, M_PI / 3);
+}
+
+TEST(GlobalRelaxer, RotatesACurvedTipAgainstAWallUnderItsWeight) {
+    GuidewireSpec spec;
+    spec.segment_length = 1;
+    spec.curved_angle = 1.2;
+    const Polyline line = anatomy::draw(anatomy::find_scene("spatial")->path);
+    const TubeWall wall(line, 2.0, 20, 0.44);
+    Guidewire wire = wire_along(spec, line, 100);
+    wire.load = Vec3(0, 0, -1e-3);
+    auto relaxer = global_relaxer();
+    expect_equilibrium(wire, wall, relaxer->relax(wire, wall, kUnlimited));
+    double torque = 0;
+    int steps = 0;
+    for (int k = 0; k < 36; ++k) {
+        rotate(wire, 10 * M_PI / 180);
+        const RelaxReport report = relaxer->relax(wire, wall, kUnlimited);
+        expect_equilibrium(wire, wall, report);
+        torque = std::max(torque, std::abs(report.base_torque));
+        steps += report.newton_steps;
+        // The torque is what the energy answers to the hub.
+        if (k % 12 == 0) {
+            auto energy_at = [&](double angle) {
+                Guidewire turned = wire;
+                rotate(turned, angle);
+                return energy_of(turned, wall);
+            };
+            const double slope = (energy_at(1e-5) - energy_at(-1e-5)) / 2e-5;
+            EXPECT_NEAR(report.base_torque, slope, 1e-6 + 1e-4 * std::abs(slope));
+        }
+    }
+    EXPECT_GT(torque, 1e-4);
+    EXPECT_LT(steps, 36 * 25);
+}
+
+TEST(GlobalRelaxer, MirroredSceneGivesTheMirroredWire) {
+    // With and without a load, mirrored as well.
+    const Polyline path = anatomy::draw(anatomy::find_scene("spatial")->path);
+    Polyline mirrored = path;
+    for (Vec3& p : mirrored) p.z() = -p.z();
+    GuidewireSpec spec;
+    auto run = [&](const Polyline& line, double sign, const Vec3& load) {
+        const TubeWall wall(line, 2.0, 40, 0.44);
+        Guidewire wire = wire_along(spec, line, 40);
+        wire.base_director = Vec3::UnitY();
+        wire.load = load;
+        auto relaxer = global_relaxer();
+        for (int k = 0; k < 15; ++k) {
+            move(wire, 2);
+            rotate(wire, sign * 0.15);
+            relaxer->relax(wire, wall, kUnlimited);
+        }
+        return wire;
+    };
+    for (const double weight : {0.0, 0.01}) {
+        const Guidewire one = run(path, 1, weight * Vec3(0.3, -0.5, 0.8));
+        const Guidewire other = run(mirrored, -1, weight * Vec3(0.3, -0.5, -0.8));
+        for (int i = 0; i <= one.segments(); ++i) {
+            const Vec3 image(other.joints[i].x(), other.joints[i].y(), -other.joints[i].z());
+            EXPECT_LT((one.joints[i] - image).norm(), 1e-5) << i;
+        }
+    }
+}
+
+TEST(GlobalRelaxer, HoldsUpTheWiresWeightAtTheIntroducer) {
+    // A wire that hangs straight down, and one that stands.
+    for (const double up : {-1.0, 1.0}) {
+        Guidewire wire = uniform_wire(50, 1.0, {0, 0, 0}, {0, 0, up}, std::vector<Vec3>(40, Vec3(0, 0, up)));
+        const TubeWall wall({{0, 0, -100}, {0, 0, 100}}, 20.0, 40);
+        wire.load = Vec3(0, 0, -1e-3);
+        const RelaxReport report = global_relaxer()->relax(wire, wall, kUnlimited);
+        expect_equilibrium(wire, wall, report);
+        EXPECT_NEAR(report.push_force, up * 0.04, 1e-12);
+    }
+}
+
+TEST(GlobalRelaxer, AStandingWireBucklesUnderItsWeightWhereGreenhillSays) {
+    // w L³/EI = 7.8373 (Greenhill 1881), which half cells at both ends reach as 1/N².
+    const double length = 100, critical = 7.8373 * 50 / std::pow(length, 3);
+    const TubeWall wall({{0, 0, -100}, {0, 0, 200}}, 150.0, 40);
+    for (const double share : {0.99, 1.01}) {
+        Guidewire wire = uniform_wire(50, 0.5, {0, 0, 0}, {0, 0, 1}, std::vector<Vec3>(200, Vec3::UnitZ()));
+        wire.load = Vec3(0, 0, -share * critical);
+        const RelaxReport report = global_relaxer()->relax(wire, wall, kUnlimited);
+        expect_equilibrium(wire, wall, report);
+        EXPECT_EQ(wire.tip().head<2>().norm() > 1.0, share > 1) << wire.tip().transpose();
+    }
+}
+
+TEST(GlobalRelaxer, FollowsALoadThatChanges) {
+    auto [wall, wire] = scene_setup("spatial");
+    auto relaxer = global_relaxer();
+    relaxer->relax(wire, wall, kUnlimited);
+    const double unloaded = energy_of(wire, wall);
+    wire.load = Vec3(0, -0.02, 0.01);
+    RelaxReport report = relaxer->relax(wire, wall, kUnlimited);
+    expect_equilibrium(wire, wall, report);
+    EXPECT_GT(report.newton_steps, 0);
+    wire.load.setZero();
+    EXPECT_GT(energy_of(wire, wall), unloaded + 1e-4);
+    report = relaxer->relax(wire, wall, kUnlimited);
+    expect_equilibrium(wire, wall, report);
+    EXPECT_NEAR(energy_of(wire, wall), nearest(energy_of(wire, wall), {1.86512, 1.86577}), 5e-6);
+}

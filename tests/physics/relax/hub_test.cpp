@@ -1,0 +1,193 @@
+#include "physics/relax/hub.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+#include <stdexcept>
+
+#include "physics/wall/mesh_wall.h"
+#include "physics/wire/energy.h"
+#include "tests/physics/wires.h"
+
+using namespace geometry;
+
+using namespace physics;
+
+namespace {
+
+using Outcome = HubReport::Outcome;
+constexpr int kEnough = 1'000'000'000;
+
+/// Feeds part by part; false where a part was refused.
+bool feed_at(Hub& hub, Guidewire& wire, double mm) {
+    while (std::abs(mm) > 1e-12) {
+        const HubReport report = hub.move(wire, {mm, 0}, kEnough);
+        if (report.outcome != Outcome::AtRest) return false;
+        mm -= report.made.feed;
+    }
+    return true;
+}
+
+GuidewireSpec tipped(double lambda) {
+    GuidewireSpec spec;
+    spec.segment_length = lambda;
+    spec.tip_length = 12;
+    spec.transition_length = 30;
+    spec.curved_length = 8;
+    spec.curved_angle = 0.8;
+    return spec;
+}
+
+struct SmoothVessel {
+    Polyline line;
+    TubeWall wall;
+};
+SmoothVessel smooth_vessel() {
+    const Vec3 y = Vec3::UnitY(), z = Vec3::UnitZ();
+    const std::vector<anatomy::PenMove> path = {anatomy::Run{40}, anatomy::Arc{40, 1.2, z},
+                                                anatomy::Run{15}, anatomy::Arc{30, -1.3, y},
+                                                anatomy::Run{20}, anatomy::Arc{35, 1.0, Vec3(0, 1, 1)},
+                                                anatomy::Run{80}};
+    const Polyline line = anatomy::draw(path);
+    return {line, TubeWall(line, 3, 20, 0.44)};
+}
+
+}  // namespace
+
+TEST(Hub, TakesTheGlobalRelaxerAlone) {
+    const SmoothVessel vessel = smooth_vessel();
+    RelaxerConfig config;
+    config.kind = RelaxerKind::Segment;
+    EXPECT_THROW(Hub(config, vessel.wall), std::invalid_argument);
+}
+
+TEST(Hub, LetsInWhatIsAskedForAndTheTipFollowsSmoothly) {
+    const SmoothVessel vessel = smooth_vessel();
+    Hub hub({}, vessel.wall);
+    Guidewire wire = wire_of_length(tipped(2), vessel.line, 61.3);
+    hub.settle(wire, kEnough);
+    Vec3 tip = wire.tip();
+    double asked = 61.3, largest = 0;
+    for (int k = 0; k < 400; ++k) {
+        ASSERT_TRUE(feed_at(hub, wire, 0.1));
+        asked += 0.1;
+        ASSERT_NEAR(wire.inserted_length(), asked, 1e-9);
+        ASSERT_TRUE(validate(wire).empty()) << validate(wire).front();
+        ASSERT_LE(relative_gradient(wire, all_contacts(wire, vessel.wall)), 2e-8);
+        largest = std::max(largest, (wire.tip() - tip).norm());
+        tip = wire.tip();
+    }
+    EXPECT_LE(largest, 0.3);
+}
+
+TEST(Hub, LosesNothingWhereTheHandTurnsRound) {
+    const SmoothVessel vessel = smooth_vessel();
+    Hub hub({}, vessel.wall);
+    Guidewire wire = wire_of_length(tipped(2), vessel.line, 90);
+    hub.settle(wire, kEnough);
+    ASSERT_TRUE(feed_at(hub, wire, 7.3));
+    const Vec3 tip = wire.tip();
+    ASSERT_TRUE(feed_at(hub, wire, 5.1));
+    ASSERT_TRUE(feed_at(hub, wire, -5.1));
+    EXPECT_LE((wire.tip() - tip).norm(), 0.05);
+    EXPECT_NEAR(wire.inserted_length(), 97.3, 1e-9);
+}
+
+TEST(Hub, SegmentsDependOnTheLengthAloneHoweverItWasFed) {
+    const SmoothVessel vessel = smooth_vessel();
+    std::mt19937 random(11);
+    for (int trial = 0; trial < 6; ++trial) {
+        const double lambda = 0.7 + 0.4 * trial;
+        Hub hub({}, vessel.wall);
+        const double start = least_length(tipped(lambda)) + 30;
+        Guidewire wire = wire_of_length(tipped(lambda), vessel.line, start);
+        hub.settle(wire, kEnough);
+        double asked = start;
+        for (int k = 0; k < 60; ++k) {
+            const double mm = 6 * (random() / 4294967296.0) - 2.4;
+            ASSERT_TRUE(feed_at(hub, wire, mm)) << "trial " << trial << ", motion " << k;
+            asked += mm;
+            ASSERT_NEAR(wire.inserted_length(), asked, 1e-9);
+            const Guidewire fresh = wire_of_length(tipped(lambda), vessel.line, asked);
+            ASSERT_EQ(wire.segments(), fresh.segments()) << "trial " << trial << ", motion " << k;
+            for (int i = 1; i <= wire.segments(); ++i) ASSERT_NEAR(wire.lengths[i], fresh.lengths[i], 1e-9);
+            for (int i = 0; i < wire.segments(); ++i) {
+                ASSERT_NEAR(wire.rest_angle[i], fresh.rest_angle[i], 1e-12);
+                ASSERT_NEAR(wire.rigidity[i], fresh.rigidity[i], 1e-6 * fresh.rigidity[i]);
+            }
+        }
+    }
+}
+
+TEST(Hub, WithdrawsToTheCurvedTipAndNoFarther) {
+    const SmoothVessel vessel = smooth_vessel();
+    Hub hub({}, vessel.wall);
+    Guidewire wire = wire_of_length(tipped(2), vessel.line, 30);
+    hub.settle(wire, kEnough);
+    for (int k = 0; k < 40; ++k) hub.move(wire, {-2, 0}, kEnough);
+    EXPECT_NEAR(wire.inserted_length(), least_length(wire.spec), 1e-9);
+    EXPECT_EQ(hub.move(wire, {-2, 0}, kEnough).made.feed, 0);
+    EXPECT_TRUE(validate(wire).empty());
+}
+
+TEST(Hub, GoesOnWhereItsBudgetEndedAndComesToTheSameRest) {
+    const SmoothVessel vessel = smooth_vessel();
+    Hub hub({}, vessel.wall), other({}, vessel.wall);
+    Guidewire wire = wire_of_length(tipped(2), vessel.line, 120);
+    hub.settle(wire, kEnough);
+    Guidewire whole = wire;
+    other.settle(whole, kEnough);
+    const Guidewire before = wire;
+    HubReport report = hub.move(wire, {0, Hub::kLargestTurn}, 1);
+    ASSERT_EQ(report.outcome, Outcome::Working);
+    EXPECT_EQ(hub.last_rest().tangents, before.tangents);
+    int calls = 0;
+    for (; hub.working() && calls < 100; ++calls) report = hub.resume(wire, 1);
+    EXPECT_EQ(report.outcome, Outcome::AtRest);
+    EXPECT_GT(calls, 1);
+    EXPECT_NEAR(report.made.turn, Hub::kLargestTurn, 1e-12);
+    other.move(whole, {0, Hub::kLargestTurn}, kEnough);
+    for (int i = 0; i <= wire.segments(); ++i) ASSERT_LT((wire.joints[i] - whole.joints[i]).norm(), 1e-5);
+}
+
+/// A wire far stiffer than the wall round a bend would go through it.
+TEST(Hub, RefusesWhatLeadsThroughTheWallAndLeavesTheWireAsItWas) {
+    const Polyline line = anatomy::draw(std::vector<anatomy::PenMove>{
+        anatomy::Run{60}, anatomy::Arc{2.5, 3.0, Vec3::UnitZ()}, anatomy::Run{60}});
+    const TubeWall wall(line, 2, 0.05);
+    GuidewireSpec spec;
+    spec.segment_length = 2;
+    spec.shaft_rigidity = spec.tip_rigidity = 2000;
+    spec.curved_length = spec.curved_angle = 0;
+    Hub hub({}, wall);
+    Guidewire wire = wire_of_length(spec, line, 40);
+    hub.settle(wire, kEnough);
+    bool refused = false;
+    for (int k = 0; k < 40 && !refused; ++k) {
+        const Guidewire before = wire;
+        refused = !feed_at(hub, wire, 1);
+        const auto contacts = all_contacts(wire, wall);
+        ASSERT_LE(largest_penetration(contacts), 2.0);
+        ASSERT_LE(relative_gradient(wire, contacts), 2e-8);
+        if (refused) {
+            EXPECT_LE(wire.inserted_length(), before.inserted_length() + 1);
+        }
+    }
+    EXPECT_TRUE(refused);
+}
+
+/// The relaxer's own sums against the energy module: the hand's work is what the wire's energy gains.
+TEST(Hub, EnergyRisesByTheWorkOfTheHand) {
+    const SmoothVessel vessel = smooth_vessel();
+    Hub hub({}, vessel.wall);
+    Guidewire wire = wire_of_length(tipped(2), vessel.line, 100);
+    HubReport report = hub.settle(wire, kEnough);
+    for (int k = 0; k < 60; ++k) {
+        const double before = energy_of(wire, vessel.wall), torque_before = report.relax.base_torque;
+        report = hub.move(wire, {0, 0.02}, kEnough);
+        ASSERT_EQ(report.outcome, Outcome::AtRest);
+        const double rise = energy_of(wire, vessel.wall) - before;
+        const double work = 0.5 * (torque_before + report.relax.base_torque) * report.made.turn;
+        EXPECT_NEAR(rise, work, 0.02 * std::abs(work) + 1e-5) << k;
+    }
+}

@@ -1,0 +1,389 @@
+#include "physics/relax/segment_relaxer.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <map>
+
+#include "physics/wire/energy.h"
+#include "tests/physics/wires.h"
+
+using namespace geometry;
+
+using namespace physics;
+
+namespace {
+
+RelaxerConfig with(int varied, bool safeguard = true) {
+    RelaxerConfig config;
+    config.kind = RelaxerKind::Segment;
+    config.varied_segments = varied;
+    config.safeguard = safeguard;
+    return config;
+}
+
+/// The hairpin's wall and a wire that ends past the first turn: the second would cost most of the time.
+SceneSetup past_the_first_turn() {
+    SceneSetup scene = scene_setup("hairpin");
+    scene.wire = wire_along(scene.wire.spec, scene.wall.centreline(), 70);
+    return scene;
+}
+
+Guidewire straight_along_x(int segments) {
+    return uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, std::vector<Vec3>(segments, Vec3::UnitX()));
+}
+
+}  // namespace
+
+TEST(RelaxerConfig, RefusesWhatCannotRun) {
+    EXPECT_TRUE(problems(RelaxerConfig{}).empty());
+    for (int m : {-1, 0, 6}) EXPECT_THROW(make_relaxer(with(m)), std::invalid_argument);
+    RelaxerConfig config;
+    config.separation = 1;
+    EXPECT_THROW(make_relaxer(config), std::invalid_argument);
+    config.separation = 15;
+    config.turn_limit = 0;
+    EXPECT_THROW(make_relaxer(config), std::invalid_argument);
+    RelaxerConfig stored = with(2);
+    stored.stored_planes = true;
+    EXPECT_TRUE(problems(stored).empty());
+    for (const RelaxerKind kind : {RelaxerKind::Global, RelaxerKind::Geometric, RelaxerKind::Combined}) {
+        stored.kind = kind;
+        EXPECT_FALSE(problems(stored).empty());
+    }
+}
+
+TEST(SegmentRelaxer, NeverTurnsASegmentBeyondItsLimit) {
+    for (int m = 1; m <= 5; ++m) {
+        auto [wall, wire] = scene_setup("hairpin");
+        const int n = wire.segments();
+        Guidewire last = wire;
+        auto relaxer = make_relaxer(with(m));
+        relaxer->relax(wire, wall, {2000, 0, 0}, [&](int, const Guidewire& now) {
+            for (int i = 1; i <= n; ++i)
+                ASSERT_LE((now.tangents[i] - last.tangents[i]).norm(), 0.1 / std::sqrt(n + 1.0 - i) + 1e-12);
+            last = now;
+        });
+    }
+}
+
+TEST(SegmentRelaxer, MovesOnlyVariedSegmentsAndTheirOwnJoints) {
+    auto [wall, wire] = scene_setup("hairpin");
+    SegmentRelaxer relaxer(with(3));
+    Guidewire last = wire;
+    std::map<int, int> separations;
+    relaxer.relax(wire, wall, whole_cycles(wire.segments(), 1), [&](int first, const Guidewire& now) {
+        const auto varied = relaxer.last_varied();
+        ASSERT_EQ(varied.front(), first);
+        for (std::size_t m = 1; m < varied.size(); ++m) ++separations[varied[m] - varied[m - 1]];
+        for (int i = 1; i <= now.segments(); ++i) {
+            if (std::find(varied.begin(), varied.end(), i) == varied.end()) {
+                ASSERT_EQ(now.tangents[i], last.tangents[i]) << i;
+            }
+        }
+        last = now;
+    });
+    ASSERT_FALSE(separations.empty());
+    EXPECT_GE(separations.begin()->first, 5);  // Algorithm 2 looks at 5 … 25
+    EXPECT_LE(separations.rbegin()->first, 25);
+    EXPECT_GT(separations.size(), 5u);
+}
+
+TEST(SegmentRelaxer, FixedSeparationIsKept) {
+    auto [wall, wire] = scene_setup("hairpin");
+    RelaxerConfig config = with(3);
+    config.separation = 12;
+    SegmentRelaxer relaxer(config);
+    int triples = 0;
+    relaxer.relax(wire, wall, {3000, 0, 0}, [&](int, const Guidewire&) {
+        const auto varied = relaxer.last_varied();
+        for (std::size_t m = 1; m < varied.size(); ++m) ASSERT_EQ(varied[m] - varied[m - 1], 12);
+        triples += varied.size() == 3;
+    });
+    EXPECT_GT(triples, 100);
+}
+
+TEST(SegmentRelaxer, TakesTheSegmentsOfLeastEstimatedEnergy) {
+    // Eqs. 37 and 38 over i+5…i+25 by hand, before every update.
+    auto [wall, wire] = past_the_first_turn();
+    SegmentRelaxer relaxer(with(3));
+    relaxer.relax(wire, wall, whole_cycles(wire.segments(), 1));
+    Guidewire before = wire;
+    rebuild_joints(before);
+    int doubles = 0, triples = 0;
+    relaxer.relax(wire, wall, {60, 0, 0}, [&](int i, const Guidewire& now) {
+        ContactSet contacts(wall);
+        contacts.reset(before);
+        const auto turn = [&](int j) -> Vec3 {
+            const Vec3 q = bending_terms(before, {}, {}, j).pull - contacts.sum_from(j).force;  // λ = 1
+            return q.normalized() - before.tangents[j];
+        };
+        std::vector<int> expected = {i};
+        Vec3 sum = turn(i);
+        for (int from = i; expected.size() < 3 && contacts.last_touching() >= from + 5;
+             from = expected.back()) {
+            double least = 1e300;
+            int best = -1;
+            for (int j = from + 5; j <= std::min(from + 25, contacts.last_touching()); ++j) {
+                const BendingTerms terms = bending_terms(before, {}, {}, j);
+                const PushSum push = contacts.sum_from(j);
+                const Vec3 e = turn(j), q = terms.pull - push.force;
+                const Mat3 p = terms.curvature + push.stiffness;
+                const double change = -q.dot(e) + 0.5 * e.dot(p * e) + sum.dot(push.stiffness * e);
+                if (change < least) least = change, best = j;
+            }
+            expected.push_back(best);
+            sum += turn(best);
+        }
+        const auto varied = relaxer.last_varied();
+        ASSERT_EQ(std::vector<int>(varied.begin(), varied.end()), expected) << i;
+        doubles += varied.size() == 2;
+        triples += varied.size() == 3;
+        before = now;
+    });
+    EXPECT_GT(triples, 20);
+    EXPECT_GT(doubles + triples, 40);
+}
+
+TEST(SegmentRelaxer, GuardedEnergyNeverRises) {
+    for (const char* scene : {"hairpin", "stiffwall"})
+        for (int m : {1, 2, 3}) {
+            auto [wall, wire] = scene_setup(scene);
+            auto relaxer = make_relaxer(with(m));
+            double last = energy_of(wire, wall);
+            for (int k = 0; k < 30; ++k) {
+                relaxer->relax(wire, wall, {200, 0, 0});
+                const double now = energy_of(wire, wall);
+                ASSERT_LE(now, last * (1 + 1e-12)) << scene << " M = " << m << " after " << 200 * (k + 1);
+                last = now;
+            }
+            EXPECT_TRUE(validate(wire).empty());
+        }
+}
+
+TEST(SegmentRelaxer, PlainAndGuardedReachTheSameBasin) {
+    const auto [wall, start] = past_the_first_turn();
+    double rest[2];
+    for (bool safeguard : {false, true}) {
+        Guidewire wire = start;
+        make_relaxer(with(2, safeguard))->relax(wire, wall, whole_cycles(wire.segments(), 30));
+        const double energy = energy_of(wire, wall);
+        global_relaxer()->relax(wire, wall, {100000, 0, 0});
+        rest[safeguard] = energy_of(wire, wall);
+        EXPECT_NEAR(energy, rest[safeguard], 1e-3) << safeguard;
+    }
+    EXPECT_NEAR(rest[0], rest[1], 1e-6);
+}
+
+TEST(SegmentRelaxer, SecondOrderRestsWhereFirstOrderBounces) {
+    // Fig. 11: mean |ε| of the first order stays far above that of the second.
+    const auto [wall, start] = past_the_first_turn();
+    double mean[2];
+    for (int order : {1, 2}) {
+        Guidewire wire = start;
+        RelaxerConfig config = with(2);
+        if (order == 1) config.kind = RelaxerKind::FirstOrder;
+        auto relaxer = make_relaxer(config);
+        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 30));
+        double sum = 0;
+        long long count = 0;
+        Guidewire last = wire;
+        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 2), [&](int b, const Guidewire& now) {
+            sum += (now.tangents[b] - last.tangents[b]).norm();
+            last.tangents = now.tangents;
+            ++count;
+        });
+        mean[order - 1] = sum / count;
+    }
+    EXPECT_LT(mean[1], 1e-3 * mean[0]);
+}
+
+TEST(SegmentRelaxer, RestsAsLongAsTheWallsCurvatureIsKept) {
+    // Section 3.3: (a) A and R and (c) R alone come to rest alike, (b) none and (d) A alone bounce alike.
+    const auto [wall, start] = past_the_first_turn();
+    const auto mean = [&](bool bending, bool of_wall) {
+        Guidewire wire = start;
+        RelaxerConfig config = with(1, false);
+        config.bending_curvature = bending;
+        config.wall_curvature = of_wall;
+        const auto relaxer = make_relaxer(config);
+        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 15));
+        return mean_turn(*relaxer, wire, wall);
+    };
+    const double a = mean(true, true), b = mean(false, false), c = mean(false, true), d = mean(true, false);
+    EXPECT_LT(a, 0.15 * b);
+    EXPECT_NEAR(c, a, 0.2 * a);
+    EXPECT_GT(d, 0.3 * b);
+}
+
+TEST(SegmentRelaxer, FirstOrderIsThePlainMethodWithoutBothCurvatures) {
+    Vec3 tips[2];
+    for (const bool first_order : {false, true}) {
+        auto [wall, wire] = past_the_first_turn();
+        RelaxerConfig config = with(1, false);
+        config.bending_curvature = config.wall_curvature = false;
+        if (first_order) config.kind = RelaxerKind::FirstOrder;
+        make_relaxer(config)->relax(wire, wall, {3000, 0, 0});
+        tips[first_order] = wire.tip();
+    }
+    EXPECT_LT((tips[0] - tips[1]).norm(), 1e-9);
+}
+
+TEST(SegmentRelaxer, SegmentsOfUnequalLengthsRestWhereTheGlobalRelaxerRests) {
+    auto [wall, wire] = past_the_first_turn();
+    wire = wire_along(wire.spec, wall.centreline(), 50);
+    for (int i = 44; i > 8; i -= 4) split_segment(wire, i, 0.35);
+    ASSERT_TRUE(validate(wire).empty());
+    const Guidewire start = wire;
+    RelaxerConfig konings;
+    konings.kind = RelaxerKind::Konings;
+    RelaxerConfig combined = with(2);
+    combined.kind = RelaxerKind::Combined;
+    RelaxerConfig stored = with(2);
+    stored.stored_planes = true;
+    for (const RelaxerConfig& config : {with(2), konings, combined, stored}) {
+        wire = start;
+        const double before = energy_of(wire, wall);
+        make_relaxer(config)->relax(wire, wall, whole_cycles(wire.segments(), 25));
+        const double energy = energy_of(wire, wall);
+        EXPECT_TRUE(validate(wire).empty());
+        global_relaxer()->relax(wire, wall, {1'000'000, 0, 0});
+        const double rest = energy_of(wire, wall);
+        const bool konings_slow = config.kind == RelaxerKind::Konings;
+        EXPECT_NEAR(energy, rest, (konings_slow ? 0.1 : 1e-3) * (before - rest));
+    }
+}
+
+TEST(SegmentRelaxer, BudgetIsCountedInUpdates) {
+    auto [wall, wire] = scene_setup("hairpin");
+    int seen = 0;
+    const RelaxReport report =
+        make_relaxer(with(2))->relax(wire, wall, {137, 0.75, 40}, [&](int, const Guidewire&) { ++seen; });
+    EXPECT_EQ(report.updates, 137);
+    EXPECT_EQ(seen, 137);
+    EXPECT_GE(report.wall_queries, wire.segments());
+}
+
+TEST(SegmentRelaxer, StopsWhenNothingTurnsAnyMore) {
+    GuidewireSpec spec;
+    spec.curved_length = spec.curved_angle = 0;
+    Guidewire wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 30);
+    const TubeWall wall({{-1, 0, 0}, {100, 0, 0}}, 2, 40);
+    const RelaxReport report = make_relaxer(with(2))->relax(wire, wall, {100000, 0, 0});
+    EXPECT_TRUE(report.converged);
+    EXPECT_LE(report.updates, 60);
+}
+
+TEST(SegmentRelaxer, FreeCurvedTipTakesItsRestShape) {
+    GuidewireSpec spec;
+    spec.segment_length = 2;
+    spec.tip_length = 20;
+    spec.transition_length = 10;
+    Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 24);
+    rotate(wire, 0.5);
+    const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 50, 40);
+    make_relaxer(with(1))->relax(wire, wall, whole_cycles(24, 400));
+    EXPECT_LT(total_energy(wire, all_contacts(wire, wall)).bending, 1e-8);
+    const Vec3 aside = wire.tip() - Vec3(0, 0, wire.tip().z());
+    EXPECT_GT(aside.norm(), 2.0);
+    EXPECT_LT(aside.normalized().cross(rolled_director(wire)).norm(),
+              1e-3);  // curved to where the hub points
+}
+
+TEST(SegmentRelaxer, RotatingTheHubTurnsTheTip) {
+    GuidewireSpec spec;
+    spec.segment_length = 2;
+    Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
+    const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 4, 20, 0.44);
+    auto relaxer = make_relaxer(with(2));
+    relaxer->relax(wire, wall, whole_cycles(30, 100));
+    const Vec3 before = wire.tip();
+    for (int k = 0; k < 18; ++k) {
+        rotate(wire, 10 * M_PI / 180);
+        relaxer->relax(wire, wall, whole_cycles(30, 10));
+    }
+    const Vec3 after = wire.tip();
+    EXPECT_GT(std::hypot(before.x(), before.y()), 1.0);
+    EXPECT_LT((before.head<2>() + after.head<2>()).norm(), 0.05);  // half a turn: the other side
+}
+
+TEST(SegmentRelaxer, LeavesAnExactHeadOnMeeting) {
+    // A straight wire on the axis of a wall it meets at a right angle: no force has a side to turn to.
+    for (int m : {1, 2, 3}) {
+        Guidewire wire = straight_along_x(40);
+        const TubeWall wall({{-1, 0, 0}, {38.5, 0, 0}}, 1.0, 42);
+        const double before = energy_of(wire, wall);
+        ASSERT_GT(before, 0.1);
+        auto relaxer = make_relaxer(with(m));
+        relaxer->relax(wire, wall, whole_cycles(40, 40));
+        EXPECT_TRUE(validate(wire).empty());
+        EXPECT_LT(energy_of(wire, wall), 0.7 * before) << m;
+        EXPECT_GT((wire.joints[20] - Vec3(20, 0, 0)).norm(), 0.05) << m;
+    }
+}
+
+TEST(SegmentRelaxer, LeavesAnExactFold) {
+    std::vector<Vec3> tangents(40, Vec3::UnitX());
+    for (int i = 20; i < 40; ++i) tangents[i] = -Vec3::UnitX();
+    for (int m : {1, 2, 3}) {
+        Guidewire wire = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, tangents);
+        const TubeWall wall({{-30, 0, 0}, {60, 0, 0}}, 3.0, 42);
+        const double before = energy_of(wire, wall);
+        make_relaxer(with(m))->relax(wire, wall, whole_cycles(40, 30));
+        EXPECT_TRUE(validate(wire).empty());
+        EXPECT_LT(energy_of(wire, wall), 0.8 * before) << m;
+    }
+}
+
+TEST(SegmentRelaxer, SurvivesWhatBreaksPlainMethods) {
+    // Wall × 1000, twenty segments at once into a bend: no NaN, no broken wire, plain or guarded.
+    for (bool safeguard : {false, true})
+        for (int m : {1, 2, 4}) {
+            auto setup = scene_setup("stiffwall");
+            Guidewire& wire = setup.wire;
+            for (int k = 0; k < 20; ++k) {
+                wire.tangents[60 + k] = wire.tangents[59];
+            }
+            rebuild_joints(wire);
+            make_relaxer(with(m, safeguard))->relax(wire, setup.wall, {4000, 0.5, 60});
+            EXPECT_TRUE(validate(wire).empty()) << m << safeguard;
+        }
+}
+
+TEST(SegmentRelaxer, MirroredSceneGivesTheMirroredWire) {
+    // Mirror in the plane z = 0 through a bend that is not symmetric; rotation changes its sign.
+    const Polyline path = anatomy::draw(anatomy::find_scene("spatial")->path);
+    Polyline mirrored = path;
+    for (Vec3& p : mirrored) p.z() = -p.z();
+    GuidewireSpec spec;
+    spec.segment_length = 2;
+    spec.tip_length = 20;
+    auto run = [&](const Polyline& line, double sign) {
+        const TubeWall wall(line, 2.0, 40, 0.44);
+        Guidewire wire = wire_along(spec, line, 40);
+        // d_0 in the mirror plane: its mirror image is itself.
+        wire.base_director = Vec3::UnitY();
+        auto relaxer = make_relaxer(with(2));
+        for (int k = 0; k < 6; ++k) {
+            move(wire, 4);
+            rotate(wire, sign * 0.15);
+            relaxer->relax(wire, wall, whole_cycles(wire.segments(), 10));
+        }
+        return wire;
+    };
+    const Guidewire one = run(path, 1), other = run(mirrored, -1);
+    ASSERT_EQ(one.segments(), other.segments());
+    for (int i = 0; i <= one.segments(); ++i) {
+        const Vec3 image(other.joints[i].x(), other.joints[i].y(), -other.joints[i].z());
+        EXPECT_LT((one.joints[i] - image).norm(), 1e-3) << i;
+    }
+}
+
+TEST(SegmentRelaxer, SameWorkTwiceGivesTheSameBits) {
+    Vec3 tips[2];
+    for (Vec3& tip : tips) {
+        auto [wall, wire] = scene_setup("spatial");
+        make_relaxer(with(2))->relax(wire, wall, {3000, 0.5, 60});
+        tip = wire.tip();
+    }
+    EXPECT_EQ(tips[0], tips[1]);
+}

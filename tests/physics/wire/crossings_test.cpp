@@ -1,0 +1,163 @@
+#include "physics/wire/crossings.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "physics/relax/relaxer.h"
+#include "physics/wire/energy.h"
+#include "tests/physics/wires.h"
+
+using namespace geometry;
+
+using namespace physics;
+
+namespace {
+
+constexpr double kPrecision = 0.026;  // of a depth: 0.02 mm, and what 0.01 mm of the way can add [mm]
+
+/// All of space but a ridge |y| < x·tan(half angle) along z: a carina in wide vessels. Exact distances.
+class Ridge final : public LumenWall {
+public:
+    explicit Ridge(double half_angle) : sine_(std::sin(half_angle)), cosine_(std::cos(half_angle)) {}
+
+    double penetration(const Vec3& x) const { return contact(x).penetration; }
+    void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override {
+        for (std::size_t i = 0; i < joints.size(); ++i) contacts[i] = contact(joints[i]);
+        asked += static_cast<int>(joints.size());
+    }
+    mutable int asked = 0;
+
+private:
+    WallContact contact(const Vec3& x) const {
+        const double side = x.y() < 0 ? -1 : 1;
+        WallContact c;
+        c.normal = Vec3(sine_, -side * cosine_, 0);
+        c.penetration = c.normal.dot(x);
+        if (cosine_ * x.x() + side * sine_ * x.y() < 0) {  // before the edge
+            const Vec3 from_edge(x.x(), x.y(), 0);
+            c.penetration = -from_edge.norm();
+            c.normal = -from_edge.normalized();
+        }
+        c.stiffness = 40;
+        c.room = 4;
+        c.trust = std::max(0.0, -c.penetration);
+        return c;
+    }
+    double sine_, cosine_;
+};
+
+std::optional<Crossing> crossing(const LumenWall& wall, const Vec3& from, const Vec3& to) {
+    return crossing_between(wall, from, to, ask(wall, from), ask(wall, to), 0.1);
+}
+
+/// Of the deepest of many points over the ends' depth [mm].
+double sampled_depth(const LumenWall& wall, const Vec3& from, const Vec3& to) {
+    const double ends = std::max({0.0, ask(wall, from).penetration, ask(wall, to).penetration});
+    double deepest = 0;
+    for (int k = 0; k <= 400; ++k)
+        deepest = std::max(deepest, ask(wall, from + k / 400.0 * (to - from)).penetration - ends);
+    return deepest;
+}
+
+GuidewireSpec plain(double segment_length) {
+    GuidewireSpec spec;
+    spec.segment_length = segment_length;
+    spec.shaft_rigidity = spec.tip_rigidity = 50;
+    spec.curved_length = spec.curved_angle = 0;
+    return spec;
+}
+
+/// A wire at rest against the tip of a ridge that it was laid across between two joints.
+Guidewire across(const Ridge& ridge, double curved_angle = 0) {
+    GuidewireSpec spec = plain(2);
+    spec.curved_length = curved_angle == 0 ? 0 : 12;
+    spec.curved_angle = curved_angle;
+    Guidewire wire = straight_wire(spec, {0.7, -13, 0}, {0, 1, 0}, 12);
+    wire.base_director = -Vec3::UnitX();
+    global_relaxer()->relax(wire, ridge, {100000, 0, 0});
+    return wire;
+}
+
+}  // namespace
+
+TEST(Crossings, AreFoundWhereTheyAreDeepest) {
+    const Ridge ridge(0.4);
+    const auto found = crossing(ridge, {0.7, -0.6, 0}, {0.7, 0.4, 0});
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->share, 0.6, 0.1);
+    EXPECT_NEAR(found->depth, 0.7 * std::sin(0.4), kPrecision);
+}
+
+TEST(Crossings, OfRandomChordsAreAllFoundAndNoneInvented) {
+    std::mt19937 random(5);
+    const auto unit = [&] { return random() / 2147483648.0 - 1.0; };
+    int deep = 0;
+    for (const double half_angle : {0.1, 0.3, 0.6, 1.2}) {
+        const Ridge ridge(half_angle);
+        for (int k = 0; k < 4000; ++k) {
+            const Vec3 from(3 * unit(), 2 * unit(), unit());
+            const Vec3 to = from + (1 + (k % 2)) * Vec3(unit(), unit(), unit()).normalized();
+            const double depth = sampled_depth(ridge, from, to);
+            const auto found = crossing(ridge, from, to);
+            deep += depth > 0.1;
+            EXPECT_TRUE(found || depth < 0.106) << depth;
+            EXPECT_TRUE(!found || std::abs(found->depth - depth) < kPrecision)
+                << found->depth << " " << depth;
+        }
+    }
+    EXPECT_GT(deep, 500);
+}
+
+TEST(Crossings, AskNothingOfAWireFarFromTheWallAndLittleOfOneOnIt) {
+    Ridge ridge(0.3);
+    Guidewire wire = straight_wire(plain(1), {-3, 0, 0}, {0, 0, 1}, 300);
+    auto contacts = all_contacts(wire, ridge);
+    ridge.asked = 0;
+    EXPECT_TRUE(crossings(wire, contacts, ridge).empty());
+    EXPECT_EQ(ridge.asked, 0);
+    wire = straight_wire(plain(1), {1, 0.31, 0}, {0, 0, 1}, 300);  // along a flank
+    contacts = all_contacts(wire, ridge);
+    EXPECT_LT(std::abs(contacts[0].penetration), 0.05);
+    ridge.asked = 0;
+    EXPECT_TRUE(crossings(wire, contacts, ridge).empty());
+    EXPECT_LE(ridge.asked, 300);
+}
+
+TEST(Crossings, AJointAtEachMendsThem) {
+    for (const double curved_angle : {0.0, 0.3}) {
+        const Ridge ridge(0.3);
+        Guidewire wire = across(ridge, curved_angle);
+        auto found = crossings(wire, all_contacts(wire, ridge), ridge);
+        ASSERT_FALSE(found.empty());
+        const double before = found.front().depth, length = wire.inserted_length();
+        for (int round = 0; round < 4 && !found.empty(); ++round) {
+            ASSERT_GT(split_crossings(wire, found), 0);
+            ASSERT_TRUE(validate(wire).empty());
+            EXPECT_TRUE(global_relaxer()->relax(wire, ridge, {100000, 0, 0}).converged);
+            found = crossings(wire, all_contacts(wire, ridge), ridge);
+        }
+        EXPECT_TRUE(found.empty());
+        EXPECT_GT(before, 0.1);
+        EXPECT_NEAR(wire.inserted_length(), length, 1e-12);
+        for (int i = 1; i <= wire.segments(); ++i)
+            EXPECT_LT(sampled_depth(ridge, wire.joints[i - 1], wire.joints[i]), 0.106);
+    }
+}
+
+TEST(Crossings, SegmentsAreMadeWholeOnceTheyNoLongerCross) {
+    const Ridge ridge(0.3);
+    const Guidewire before = across(ridge, 0.3);
+    Guidewire wire = before;
+    const auto found = crossings(wire, all_contacts(wire, ridge), ridge);
+    ASSERT_GT(split_crossings(wire, found), 0);
+    ASSERT_GT(wire.segments(), before.segments());
+    EXPECT_EQ(merge_pieces(wire, ridge), 0);  // still across
+    for (Vec3& x : wire.joints) x.x() -= 5;
+    EXPECT_GT(merge_pieces(wire, ridge), 0);
+    EXPECT_EQ(wire.lengths, before.lengths);
+    EXPECT_EQ(wire.rigidity, before.rigidity);
+    EXPECT_EQ(wire.rest_angle, before.rest_angle);
+    for (int i = 1; i <= wire.segments(); ++i)
+        EXPECT_LT((wire.tangents[i] - before.tangents[i]).norm(), 1e-12) << i;
+}

@@ -1,0 +1,219 @@
+#include "physics/wire/guidewire.h"
+
+#include <Eigen/LU>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "tests/physics/wires.h"
+
+using namespace geometry;
+
+using namespace physics;
+
+TEST(GuidewireSpec, ListsEverythingWrongWithIt) {
+    EXPECT_TRUE(problems(GuidewireSpec{}).empty());
+    GuidewireSpec spec;
+    spec.segment_length = -1;
+    spec.shaft_rigidity = std::nan("");
+    spec.tip_rigidity = 1e12;
+    EXPECT_EQ(problems(spec).size(), 3u);
+}
+
+TEST(GuidewireSpec, RigidityRisesGeometricallyFromTipToShaft) {
+    GuidewireSpec spec;
+    EXPECT_EQ(rigidity_at(spec, 10), spec.tip_rigidity);
+    EXPECT_EQ(rigidity_at(spec, 500), spec.shaft_rigidity);
+    const double middle = rigidity_at(spec, spec.tip_length + spec.transition_length / 2);
+    EXPECT_NEAR(middle, std::sqrt(spec.tip_rigidity * spec.shaft_rigidity), 1e-9);
+}
+
+TEST(Guidewire, StartsStraightAndWithoutLoadInItsShaft) {
+    const Guidewire wire = straight_wire({}, {0, 0, 0}, {0, 0, 2}, 30);
+    EXPECT_TRUE(validate(wire).empty());
+    EXPECT_NEAR(wire.inserted_length(), 60, 1e-12);
+    EXPECT_NEAR((wire.tip() - Vec3(0, 0, 60)).norm(), 0, 1e-12);
+}
+
+TEST(Guidewire, RefusesWhatCannotBeAWire) {
+    EXPECT_THROW(straight_wire({}, {0, 0, 0}, {0, 0, 0}, 30), std::invalid_argument);
+    EXPECT_THROW(straight_wire({}, {std::nan(""), 0, 0}, {0, 0, 1}, 30), std::invalid_argument);
+    EXPECT_THROW(straight_wire({}, {0, 0, 0}, {0, 0, 1}, 6), std::invalid_argument);  // no room for the tip
+    EXPECT_THROW(wire_along({}, {{0, 0, 0}}, 30), std::invalid_argument);
+    GuidewireSpec spec;
+    spec.diameter = 0;
+    EXPECT_THROW(straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30), std::invalid_argument);
+}
+
+TEST(Guidewire, LiesAlongAPathWithJointsOneSegmentApart) {
+    const Polyline path = anatomy::draw(anatomy::find_scene("spatial")->path);
+    GuidewireSpec spec;
+    spec.segment_length = 1;
+    const Guidewire wire = wire_along(spec, path, 170);
+    EXPECT_TRUE(validate(wire).empty());
+    for (const Vec3& x : wire.joints) {
+        double nearest = 1e9;
+        for (const Vec3& p : path) nearest = std::min(nearest, (p - x).norm());
+        EXPECT_LT(nearest, 0.05);
+    }
+}
+
+TEST(Guidewire, InsertsJustBeforeTheCurvedTipAndMovesTheTipAlong) {
+    Guidewire wire = bent_wire(30, 0.8);
+    const Guidewire before = wire;
+    const int last = wire.segments() - wire.curved_segments();
+    insert_segment(wire);
+    ASSERT_EQ(wire.segments(), 31);
+    EXPECT_TRUE(validate(wire).empty());
+    for (int i = 0; i <= last; ++i) EXPECT_EQ(wire.joints[i], before.joints[i]);
+    const Vec3 shift = 1.5 * before.tangents[last];
+    for (int i = last; i <= 30; ++i)
+        EXPECT_LT((wire.joints[i + 1] - before.joints[i] - shift).norm(), 1e-12) << i;
+    // Rigidity and curvature belong to the material, counted from the tip.
+    EXPECT_EQ(wire.rest_angle[30], before.rest_angle[29]);
+    EXPECT_EQ(wire.rest_angle[last], 0.0);
+    EXPECT_EQ(wire.rigidity[30], before.rigidity[29]);
+}
+
+TEST(Guidewire, WithdrawsWhatItAdvanced) {
+    Guidewire wire = bent_wire(30, 0.8);
+    const Guidewire before = wire;
+    EXPECT_EQ(move(wire, 7.5), 5);
+    EXPECT_EQ(move(wire, -7.5), -5);
+    ASSERT_EQ(wire.segments(), 30);
+    for (int i = 0; i <= 30; ++i) EXPECT_LT((wire.joints[i] - before.joints[i]).norm(), 1e-12);
+}
+
+TEST(Guidewire, ASegmentSplitAndMergedAgainIsAsBefore) {
+    Guidewire wire = bent_wire(30, 0.8);
+    const Guidewire before = wire;
+    split_segment(wire, 12);
+    ASSERT_EQ(wire.segments(), 31);
+    EXPECT_TRUE(validate(wire).empty());
+    EXPECT_EQ(wire.lengths[12], 0.75);
+    EXPECT_NE(wire.tangents[12], wire.tangents[13]);
+    EXPECT_NEAR(wire.inserted_length(), before.inserted_length(), 1e-12);
+    merge_segments(wire, 12);
+    ASSERT_EQ(wire.segments(), 30);
+    for (int i = 0; i <= 30; ++i) EXPECT_LT((wire.joints[i] - before.joints[i]).norm(), 1e-12) << i;
+    EXPECT_EQ(wire.rigidity, before.rigidity);
+}
+
+TEST(Guidewire, ASplitArcBendsEvenly) {
+    GuidewireSpec spec;
+    spec.curved_length = spec.curved_angle = 0;
+    Guidewire wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 20);
+    for (int i = 0; i <= 20; ++i) wire.tangents[i] = {std::cos(0.1 * i), std::sin(0.1 * i), 0};
+    rebuild_joints(wire);
+    for (int i = 12; i >= 8; --i) split_segment(wire, i);
+    for (int i = 8; i < 18; ++i) {
+        const double turn = std::acos(wire.tangents[i].dot(wire.tangents[i + 1]));
+        EXPECT_NEAR(turn / wire.length_of(i), 0.05, 0.05 * 0.2) << i;
+    }
+}
+
+TEST(Guidewire, WallSharesAreLengthsAndExactlyOneWhereLambdaIsUniform) {
+    Guidewire wire = bent_wire(30, 0.8);
+    wire.spec.segment_length = 1.1;  // no binary fraction
+    std::fill(wire.lengths.begin() + 1, wire.lengths.end(), 1.1);
+    for (int i = 1; i < 30; ++i) EXPECT_EQ(wire.wall_share(i), 1.0);
+    for (const int i : {0, 30}) EXPECT_EQ(wire.wall_share(i), 0.5);  // half of their one segment
+    merge_segments(wire, 10);
+    EXPECT_NEAR(wire.wall_share(10), 1.5, 1e-12);
+    EXPECT_NEAR(wire.wall_share(9), 1.5, 1e-12);
+    EXPECT_EQ(wire.wall_share(12), 1.0);
+}
+
+TEST(Guidewire, TheFirstAndTheLastJointStandForHalfASegmentOrByThePapersRuleForAWholeOne) {
+    Guidewire wire = bent_wire(30, 0.8);
+    split_segment(wire, 1, 0.2);  // segments of 0.3 and 1.2 mm, then of 1.5 mm
+    ASSERT_EQ(wire.segments(), 31);
+    struct Expected {
+        EndCells ends;
+        double first, last;  // lengths [mm]
+    };
+    for (const auto& [ends, first, last] :
+         {Expected{EndCells::Half, 0.15, 0.75}, {EndCells::Paper, 0.3, 1.5}}) {
+        wire.spec.end_cells = ends;
+        EXPECT_NEAR(wire.length_of(0), first, 1e-12);
+        EXPECT_NEAR(wire.length_of(1), 0.75, 1e-12);
+        EXPECT_NEAR(wire.length_of(2), 1.35, 1e-12);
+        EXPECT_NEAR(wire.length_of(31), last, 1e-12);
+        EXPECT_NEAR(wire.spring_constant(0), wire.rigidity[0] / first, 1e-9);
+        EXPECT_NEAR(wire.spring_constant(2), wire.rigidity[2] / 1.35, 1e-9);
+        EXPECT_NEAR(wire.wall_share(31), last / 1.5, 1e-12);
+    }
+    // Half cells share out the whole wire; the paper's are a segment more.
+    double sum = 0;
+    for (int i = 0; i <= 31; ++i) sum += wire.length_of(i);
+    EXPECT_NEAR(sum, wire.inserted_length() + 0.15 + 0.75, 1e-12);
+    wire.spec.end_cells = EndCells::Half;
+    sum = 0;
+    for (int i = 0; i <= 31; ++i) sum += wire.length_of(i);
+    EXPECT_NEAR(sum, wire.inserted_length(), 1e-12);
+}
+
+TEST(Guidewire, CarriesMovementShorterThanASegment) {
+    Guidewire wire = bent_wire(30, 0.8);  // λ = 1.5 mm
+    EXPECT_EQ(move(wire, 1.0), 0);
+    EXPECT_EQ(wire.segments(), 30);
+    EXPECT_EQ(move(wire, 1.0), 1);
+    EXPECT_NEAR(wire.carried, 0.5, 1e-12);
+    EXPECT_EQ(move(wire, -1.0), 0);
+    EXPECT_NEAR(wire.carried, -0.5, 1e-12);
+    for (int i = 0; i < 10; ++i) move(wire, 0.2);  // decimal steps make whole segments in spite of rounding
+    EXPECT_EQ(wire.segments(), 32);
+    EXPECT_NEAR(wire.carried, 0.0, 1e-9);
+}
+
+TEST(Guidewire, StopsWithdrawingAtTheCurvedTip) {
+    Guidewire wire = bent_wire(12, 0.8);
+    EXPECT_EQ(move(wire, -400), -5);  // six segments of tip and one of shaft stay
+    EXPECT_EQ(wire.segments(), wire.curved_segments() + 1);
+    EXPECT_EQ(wire.carried, 0.0);
+    EXPECT_TRUE(validate(wire).empty());
+}
+
+TEST(Guidewire, DirectorsStayPerpendicularAndTurnWithTheHub) {
+    Guidewire wire = bent_wire(40, 0.8);
+    const auto before = directors(wire);
+    rotate(wire, 1.1);
+    const auto after = directors(wire);
+    for (int i = 0; i <= 40; ++i) {
+        EXPECT_NEAR(before[i].norm(), 1, 1e-12);
+        EXPECT_NEAR(before[i].dot(wire.tangents[i]), 0, 1e-12);
+        // Torsionally rigid: the whole wire turns by the hub's angle about its own tangent.
+        const Vec3 turned = std::cos(1.1) * before[i] + std::sin(1.1) * wire.tangents[i].cross(before[i]);
+        EXPECT_LT((after[i] - turned).norm(), 1e-12);
+    }
+}
+
+TEST(Guidewire, ParallelTransportInAPlaneDoesNotTwist) {
+    GuidewireSpec spec;
+    spec.curved_length = spec.curved_angle = 0;
+    Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 40);
+    for (int i = 1; i <= 40; ++i) wire.tangents[i] = {std::sin(0.05 * i), 0, std::cos(0.05 * i)};
+    wire.base_director = Vec3::UnitY();
+    for (const Vec3& d : directors(wire)) EXPECT_LT((d - Vec3::UnitY()).norm(), 1e-12);
+}
+
+TEST(Guidewire, ValidationTellsWhatIsBroken) {
+    Guidewire wire = bent_wire(20, 0.8);
+    EXPECT_TRUE(validate(wire).empty());
+    wire.joints[7].x() = std::numeric_limits<double>::quiet_NaN();
+    wire.tangents[3] *= 1.001;
+    const auto wrong = validate(wire);
+    EXPECT_GE(wrong.size(), 2u);
+}
+
+TEST(Guidewire, TangentBasisIsOrthonormal) {
+    for (const Vec3& u :
+         {Vec3(0, 0, 1), Vec3(0, 0, -1), Vec3(1, 0, 0), Vec3(0.6, -0.8, 0), Vec3(1, 2, -3).normalized()}) {
+        Vec3 a, b;
+        tangent_basis(u, a, b);
+        Mat3 frame;
+        frame << u, a, b;
+        EXPECT_LT((frame.transpose() * frame - Mat3::Identity()).norm(), 1e-14);
+        EXPECT_NEAR(frame.determinant(), 1, 1e-14);
+    }
+}

@@ -1,0 +1,252 @@
+#include "render/patient/patient.h"
+
+#include <Eigen/Geometry>
+#include <gtest/gtest.h>
+#include <numbers>
+#include <set>
+#include <string>
+
+#include "render/patient/patient_parts.h"
+#include "render/patient/solids.h"
+#include "render/xray/path_length.h"
+
+namespace {
+
+using geometry::BodyPlace;
+using geometry::Landmark;
+using geometry::TriangleMesh;
+using geometry::Vec3;
+using render::CArm;
+using render::PatientSpec;
+using render::TissueLayer;
+
+/// A patient around vessels that fill a box of the body.
+PatientSpec around(double low, double high) {
+    PatientSpec spec;
+    spec.origin = Vec3::Zero();
+    spec.lower = {-60, -60, low};
+    spec.upper = {60, 60, high};
+    return spec;
+}
+PatientSpec whole_body() {
+    return around(-150, 660);
+}
+
+const TriangleMesh* mesh_of(const std::vector<TissueLayer>& layers, const std::string& name) {
+    for (const TissueLayer& layer : layers) {
+        if (layer.name == name) return &layer.mesh;
+    }
+    return nullptr;
+}
+
+/// Tells points inside a solid from those outside by the sum of crossings of a ray.
+class Inside {
+public:
+    explicit Inside(const TriangleMesh& mesh) : mesh_(mesh) {
+        for (const auto& t : mesh.triangles) {
+            Eigen::AlignedBox2d box;
+            for (const int corner : t) box.extend(flat(mesh.vertices[corner]));
+            boxes_.push_back(box);
+        }
+    }
+    bool operator()(const Vec3& p) const {
+        int count = 0;
+        for (std::size_t i = 0; i < boxes_.size(); ++i) {
+            if (!boxes_[i].contains(flat(p))) continue;
+            const auto& t = mesh_.triangles[i];
+            const Vec3 a = mesh_.vertices[t[0]] - p, b = mesh_.vertices[t[1]] - p,
+                       c = mesh_.vertices[t[2]] - p;
+            const double u = along_.dot(b.cross(c)), v = along_.dot(c.cross(a)), w = along_.dot(a.cross(b));
+            const bool out = u > 0 && v > 0 && w > 0, in = u < 0 && v < 0 && w < 0;
+            const Vec3 normal = (b - a).cross(c - a);
+            if ((out || in) && a.dot(normal) / along_.dot(normal) > 0) count += out ? 1 : -1;
+        }
+        return count > 0;
+    }
+
+private:
+    // Slanted, so that it meets no edge of solids built on a lattice.
+    const Vec3 along_ = Vec3(0.317, 0.211, 0.925).normalized(), across_ = along_.unitOrthogonal(),
+               up_ = along_.cross(across_);
+    Eigen::Vector2d flat(const Vec3& p) const { return {p.dot(across_), p.dot(up_)}; }
+
+    const TriangleMesh& mesh_;
+    std::vector<Eigen::AlignedBox2d> boxes_;
+};
+
+/// Share of a mesh's vertices, every so many, that lie inside another.
+double share_inside(const TriangleMesh& what, const TriangleMesh& of, std::size_t every) {
+    const Inside inside(of);
+    int held = 0, all = 0;
+    for (std::size_t i = 0; i < what.vertices.size(); i += every, ++all) held += inside(what.vertices[i]);
+    return double(held) / all;
+}
+
+TEST(Solids, AreClosedOutwardAndOfTheRightVolume) {
+    const auto ball = render::ellipsoid(Vec3(5, 6, 7), Vec3(10, 20, 30), 64);
+    EXPECT_EQ(render::unmatched_edges(ball), 0);
+    EXPECT_NEAR(render::signed_volume(ball) / (4.0 / 3.0 * std::numbers::pi * 6000.0), 1.0, 0.01);
+    const auto star = render::star(
+        Vec3(5, 6, 7), [](const Vec3&) { return 10.0; }, 64);
+    EXPECT_EQ(render::unmatched_edges(star), 0);
+    EXPECT_NEAR(render::signed_volume(star) / (4.0 / 3.0 * std::numbers::pi * 1000.0), 1.0, 0.01);
+    // The same, whichever way the path runs.
+    for (double end : {40.0, -40.0}) {
+        const auto rod = render::tube({{0, 0, 0}, {0, 0, end}}, Vec3(1, 0, 0), {5, 5}, {3, 3}, 64);
+        EXPECT_EQ(render::unmatched_edges(rod), 0);
+        EXPECT_NEAR(render::signed_volume(rod) / (std::numbers::pi * 15.0 * 40.0), 1.0, 0.01);
+    }
+}
+
+TEST(Patient, ConsistsOfClosedMeshes) {
+    std::size_t triangles = 0;
+    for (const auto& layer : render::make_patient(whole_body())) {
+        EXPECT_FALSE(layer.mesh.triangles.empty()) << layer.name;
+        EXPECT_EQ(render::unmatched_edges(layer.mesh), 0) << layer.name;
+        EXPECT_GT(render::signed_volume(layer.mesh), 0.0) << layer.name;
+        triangles += layer.mesh.triangles.size();
+    }
+    EXPECT_LE(triangles, 250'000u);
+}
+
+TEST(Patient, HasTheOrgansOfTheRegionThatTheVesselsReach) {
+    const auto names = [](const PatientSpec& spec) {
+        std::set<std::string> result;
+        for (const TissueLayer& layer : render::make_patient(spec)) result.insert(layer.name);
+        return result;
+    };
+    const auto belly = names(around(-190, 0)), chest = names(around(320, 330)),
+               head = names(around(590, 670));
+    EXPECT_TRUE(belly.contains("left kidney") && belly.contains("right kidney"));
+    EXPECT_FALSE(belly.contains("heart") || belly.contains("brain"));
+    EXPECT_TRUE(chest.contains("heart") && chest.contains("left lung") && chest.contains("diaphragm"));
+    EXPECT_FALSE(chest.contains("left kidney") || chest.contains("brain"));
+    EXPECT_TRUE(head.contains("brain") && head.contains("sinuses"));
+    EXPECT_FALSE(head.contains("left kidney") || head.contains("heart"));
+}
+
+TEST(Patient, LiesWhereItsLandmarkIs) {
+    for (const Landmark landmark : {Landmark::aortic_bifurcation, Landmark::aortic_valve, Landmark::sella}) {
+        EXPECT_EQ(geometry::landmark_named(geometry::name_of(landmark)), landmark);
+        const Vec3 at(3, -20, 7);
+        const auto spec = render::patient_around(std::vector<Vec3>{at}, {landmark, at});
+        EXPECT_TRUE(spec.origin.isApprox(at - render::place_in_body(landmark)));
+    }
+    EXPECT_FALSE(geometry::landmark_named("knee"));
+    // The valve lies behind the sternum in the heart, the sella in the skull.
+    const auto layers = render::make_patient(whole_body());
+    EXPECT_TRUE(
+        Inside(*mesh_of(layers, "heart"))(render::place_in_body(Landmark::aortic_valve) + Vec3(0, 0, -5)));
+    EXPECT_TRUE(Inside(*mesh_of(layers, "brain"))(render::place_in_body(Landmark::sella) + Vec3(0, 0, 25)));
+}
+
+TEST(Patient, KeepsNestedSolidsStrictlyNested) {
+    const auto layers = render::make_patient(whole_body());
+    const char* const pairs[][2] = {{"trunk", "skin and fat"},     {"left lung", "trunk"},
+                                    {"right lung", "trunk"},       {"heart", "trunk"},
+                                    {"diaphragm", "trunk"},        {"airway", "trunk"},
+                                    {"throat", "trunk"},           {"teeth", "trunk"},
+                                    {"left kidney", "kidney fat"}, {"right kidney", "kidney fat"},
+                                    {"brain", "inner table"},      {"inner table", "marrow"},
+                                    {"skull base", "brain"},       {"sinuses", "sinus walls"},
+                                    {"marrow", "bones"},           {"bones", "trunk"},
+                                    {"bowel gas", "trunk"}};
+    for (const auto& [inner, outer] : pairs) {
+        EXPECT_EQ(share_inside(*mesh_of(layers, inner), *mesh_of(layers, outer), 23), 1.0)
+            << inner << " in " << outer;
+    }
+    TriangleMesh lungs = *mesh_of(layers, "left lung");
+    render::append(lungs, *mesh_of(layers, "right lung"));
+    EXPECT_EQ(share_inside(*mesh_of(layers, "lung vessels"), lungs, 7), 1.0);
+}
+
+TEST(Patient, HasLungsThatShareNoSpaceWithBonesHeartDiaphragmOrAirway) {
+    PatientSpec spec = around(100, 330);
+    const auto layers = render::make_patient(spec);
+    for (const char* lung : {"left lung", "right lung"}) {
+        const TriangleMesh& mesh = *mesh_of(layers, lung);
+        for (const char* other : {"bones", "heart", "diaphragm", "airway", "kidney fat", "bowel gas"}) {
+            EXPECT_EQ(share_inside(*mesh_of(layers, other), mesh, 11), 0.0) << other << " in the " << lung;
+            EXPECT_EQ(share_inside(mesh, *mesh_of(layers, other), 13), 0.0)
+                << "the " << lung << " in " << other;
+        }
+    }
+    // They make room for a vessel where there was lung.
+    const Vec3 place(70, 0, 320);
+    ASSERT_TRUE(Inside(*mesh_of(layers, "left lung"))(place));
+    spec.vessels = {{place, 12.0}};
+    const auto made = render::make_patient(spec);
+    for (double x : {-11.0, 0.0, 11.0})
+        EXPECT_FALSE(Inside(*mesh_of(made, "left lung"))(place + Vec3(x, 0, 0))) << x;
+}
+
+TEST(Patient, HasTwelvePairsOfRibsThatRunToTheFront) {
+    render::Bones cage;
+    const std::vector<render::VesselSample> none;
+    const render::Chest chest{-130.0, none};
+    render::add_cage(cage, chest);
+    const Inside bone(cage.outer);
+    // At the side each rib is crossed once by a line down the flank.
+    for (double side : {-1.0, 1.0}) {
+        std::set<int> levels;
+        for (double z = 60.0; z < 470.0; z += 1.0) {
+            const auto section = chest.section(z);
+            for (double outward : {5.0, 8.5, 12.0}) {
+                const Vec3 p = section.point(0.7, z, outward).cwiseProduct(Vec3(side, 1, 1));
+                if (bone(p)) levels.insert(static_cast<int>(z));
+            }
+        }
+        int ribs = 0;
+        for (const int level : levels) ribs += !levels.contains(level - 1);
+        EXPECT_EQ(ribs, 12) << side;
+    }
+}
+
+TEST(Patient, HasItsSpineBehindTheAortaAndItsSkinAroundTheVessels) {
+    std::vector<Vec3> points;
+    for (int i = 0; i <= 32; ++i) {
+        for (int k = 0; k < 12; ++k) {
+            const double angle = std::numbers::pi * k / 6.0;
+            points.emplace_back(12.0 + 10.0 * std::cos(angle), -5.0 + 10.0 * std::sin(angle), 4.0 * i);
+        }
+    }
+    points.emplace_back(70, -60, -150);
+    const auto spec = render::patient_around(points, {Landmark::aortic_bifurcation, Vec3(12, -15, 0)});
+    EXPECT_NEAR(spec.origin.x(), 12.0, 1e-9);
+    EXPECT_GT(spec.origin.y(), 5.0);  // the wall of the aorta
+    EXPECT_LT(spec.origin.y(), 15.0);
+    const auto layers = render::make_patient(spec);
+    const auto& skin = layers.front().mesh;
+    Vec3 low = skin.vertices.front(), high = low;
+    for (const Vec3& v : skin.vertices) {
+        low = low.cwiseMin(v);
+        high = high.cwiseMax(v);
+    }
+    for (const Vec3& p : points) {
+        EXPECT_TRUE((p.array() > low.array()).all() && (p.array() < high.array()).all());
+    }
+}
+
+TEST(Patient, BalancesAtEveryPixelAllAroundIt) {
+    for (const double middle : {0.0, 320.0, 620.0}) {
+        const auto layers = render::make_patient(around(middle - 60, middle + 60));
+        render::PathLengthRenderer renderer;
+        for (const TissueLayer& layer : layers) renderer.add(layer.mesh);
+        for (double lao : {-90.0, 25.0, 90.0}) {
+            for (double cranial : {-30.0, 30.0}) {
+                CArm arm;
+                arm.lao = lao * std::numbers::pi / 180.0;
+                arm.cranial = cranial * std::numbers::pi / 180.0;
+                arm.isocentre = Vec3(0, 0, middle);
+                arm.pixels = 128;
+                arm.detector_width = 400.0;
+                for (std::size_t i = 0; i < layers.size(); ++i) {
+                    EXPECT_EQ(renderer.render(static_cast<int>(i), arm).unbalanced_pixels, 0)
+                        << layers[i].name << " at LAO " << lao << ", cranial " << cranial;
+                }
+            }
+        }
+    }
+}
+
+}  // namespace

@@ -1,0 +1,134 @@
+#include "render/picture/png.h"
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <gtest/gtest.h>
+#include <png.h>
+#include <stdexcept>
+#include <string>
+#include <unistd.h>
+#include <zlib.h>
+
+#include "tests/render/images.h"
+
+namespace {
+
+namespace fs = std::filesystem;
+using render::GrayImage;
+using test::noisy;
+using test::plain;
+
+class Png : public testing::Test {
+protected:
+    void SetUp() override {
+        folder_ = fs::temp_directory_path() / ("seldinger_png_test_" + std::to_string(::getpid()));
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    static std::string message_of(const std::function<void()>& action) {
+        try {
+            action();
+        } catch (const std::runtime_error& error) {
+            return error.what();
+        }
+        return "";
+    }
+
+    /// Of a picture, in a file.
+    template <class Image>
+    fs::path file(const Image& image, const std::string& name = "a.png") const {
+        const std::vector<std::uint8_t> bytes = render::encode_png(image);
+        std::ofstream(folder_ / name, std::ios::binary)
+            .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        return folder_ / name;
+    }
+
+    fs::path folder_;
+};
+
+TEST_F(Png, ReadsBackWhatWasWrittenOfAnySize) {
+    for (const int width : {1, 2, 3, 7, 8, 9, 37, 256, 513}) {
+        for (const int height : {1, 2, 3, 21, 129}) {
+            const GrayImage image = noisy(width, height), flat = plain(width, height, 255);
+            EXPECT_EQ(render::read_png(file(image)), image) << width << "x" << height;
+            EXPECT_EQ(render::read_png(file(flat)), flat) << width << "x" << height;
+            const render::ColourImage colour{width, height, noisy(3 * width, height).pixels};
+            EXPECT_EQ(render::read_colour_png(file(colour)), colour) << width << "x" << height;
+        }
+    }
+}
+
+TEST_F(Png, EqualImagesGiveEqualBytes) {
+    const GrayImage image = noisy(16, 16);
+    EXPECT_EQ(render::encode_png(image), render::encode_png(image));
+    const render::ColourImage colour{16, 5, noisy(48, 5).pixels};
+    EXPECT_EQ(render::encode_png(colour), render::encode_png(colour));
+}
+
+TEST_F(Png, EveryChunkIsWhatTheSpecificationAsksFor) {
+    const std::vector<std::uint8_t> bytes = render::encode_png(noisy(37, 21));
+    const auto number = [&](std::size_t at) {
+        return bytes[at] * 0x1000000ull + bytes[at + 1] * 0x10000 + bytes[at + 2] * 0x100 + bytes[at + 3];
+    };
+    EXPECT_EQ(png_sig_cmp(bytes.data(), 0, 8), 0);
+    std::vector<std::string> types;
+    std::size_t at = 8;
+    while (at + 12 <= bytes.size()) {
+        const std::size_t length = number(at);
+        ASSERT_LE(at + 12 + length, bytes.size());
+        types.emplace_back(bytes.begin() + at + 4, bytes.begin() + at + 8);
+        EXPECT_EQ(number(at + 8 + length), crc32(0, &bytes[at + 4], static_cast<uInt>(length + 4)))
+            << types.back();
+        at += 12 + length;
+    }
+    EXPECT_EQ(at, bytes.size());
+    EXPECT_EQ(types, (std::vector<std::string>{"IHDR", "IDAT", "IEND"}));
+    EXPECT_EQ(number(16), 37u);
+    EXPECT_EQ(number(20), 21u);
+}
+
+TEST_F(Png, RefusesToReadWhatIsNotEightBitGrey) {
+    const fs::path path = folder_ / "colour.png";
+    png_image colour{};
+    colour.version = PNG_IMAGE_VERSION;
+    colour.width = colour.height = 2;
+    colour.format = PNG_FORMAT_RGB;
+    const std::uint8_t pixels[12] = {255};
+    ASSERT_NE(png_image_write_to_file(&colour, path.c_str(), 0, pixels, 0, nullptr), 0);
+    EXPECT_NE(message_of([&] { render::read_png(path); }).find("colour type 2"), std::string::npos);
+
+    std::ofstream(folder_ / "text.png") << "not a picture";
+    EXPECT_NE(message_of([&] { render::read_png(folder_ / "text.png"); }).find("text.png"),
+              std::string::npos);
+    EXPECT_NE(message_of([&] { render::read_png(folder_ / "none.png"); }).find("No such file"),
+              std::string::npos);
+}
+
+TEST_F(Png, ColourIsNotTakenForGreyNorGreyForColour) {
+    const render::ColourImage colour{37, 21, noisy(3 * 37, 21).pixels};
+    const fs::path coloured = file(colour, "c.png"), grey = file(noisy(8, 8), "g.png");
+    EXPECT_NE(message_of([&] { render::read_png(coloured); }).find("colour type 2"), std::string::npos);
+    const std::string message = message_of([&] { render::read_colour_png(grey); });
+    EXPECT_NE(message.find("g.png: has colour type 0"), std::string::npos) << message;
+    EXPECT_NE(message.find("(colour type 2) is read"), std::string::npos) << message;
+}
+
+TEST_F(Png, RefusesADamagedFile) {
+    std::vector<std::uint8_t> bytes = render::encode_png(noisy(64, 64));
+    for (const std::size_t length : {bytes.size() / 2, std::size_t{30}, std::size_t{9}}) {
+        std::ofstream(folder_ / "cut.png", std::ios::binary)
+            .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(length));
+        EXPECT_NE(message_of([&] { render::read_png(folder_ / "cut.png"); }), "") << length << " bytes";
+    }
+}
+
+TEST_F(Png, RefusesAnImageWithoutPixels) {
+    EXPECT_THROW(render::encode_png(GrayImage{}), std::invalid_argument);
+    EXPECT_THROW(render::encode_png(GrayImage{2, 2, {1, 2, 3}}), std::invalid_argument);
+    EXPECT_THROW(render::encode_png(render::ColourImage{}), std::invalid_argument);
+    EXPECT_THROW(render::encode_png(render::ColourImage{2, 2, {1, 2, 3, 4}}), std::invalid_argument);
+}
+
+}  // namespace

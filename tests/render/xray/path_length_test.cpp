@@ -1,0 +1,190 @@
+#include "render/xray/path_length.h"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <string>
+
+#include "engine/studies/all_hits.h"
+#include "render/patient/solids.h"
+
+namespace {
+
+using geometry::TriangleMesh;
+using geometry::Vec3;
+using render::CArm;
+using render::Field;
+
+CArm oblique_stand(int pixels) {
+    CArm arm;
+    arm.lao = 0.5;
+    arm.cranial = -0.2;
+    arm.isocentre = Vec3(3, -8, 12);
+    arm.pixels = pixels;
+    return arm;
+}
+
+TEST(PathLength, OfASphereIsItsChord) {
+    constexpr double radius = 40.0;
+    const Vec3 centre(10, 5, -7);
+    // The tessellation stays inside the sphere by up to r(1 − cos(π/n)) = 0.012 mm at n = 128.
+    const TriangleMesh mesh = render::ellipsoid(centre, Vec3(radius, radius, radius), 128);
+    const CArm arm = oblique_stand(96);
+    render::PathLengthRenderer renderer;
+    const auto result = renderer.render(renderer.add(mesh), arm);
+    EXPECT_EQ(result.unbalanced_pixels, 0);
+    double error = 0.0, bias = 0.0;
+    int inside = 0;
+    for (int j = 0; j < 96; ++j) {
+        for (int i = 0; i < 96; ++i) {
+            const Vec3 ray = render::ray_direction(arm, i + 0.5, j + 0.5), to = centre - render::source(arm);
+            const double square = radius * radius - (to - to.dot(ray) * ray).squaredNorm();
+            const double exact = square > 0.0 ? 2.0 * std::sqrt(square) : 0.0;
+            const double length = result.length.values[static_cast<std::size_t>(j) * 96 + i];
+            if (exact == 0.0) {
+                EXPECT_EQ(length, 0.0);
+                continue;
+            }
+            ++inside;
+            error += std::abs(length - exact);
+            bias += length - exact;
+        }
+    }
+    ASSERT_GT(inside, 500);
+    EXPECT_LT(error / inside, 0.01 * radius * 0.2);  // a fifth of the figure asked for
+    EXPECT_LT(bias, 0.0);                            // inscribed
+}
+
+TEST(PathLength, AgreesWithAllHitsOfAnIndependentRayTracer) {
+    // Overlapping, nested-free, concave along some rays: a bent tube crossed by an ellipsoid.
+    TriangleMesh mesh = render::tube({{-40, 0, -30}, {-20, 10, 0}, {5, 0, 25}, {35, -15, 20}, {45, 0, -20}},
+                                     Vec3(0, 1, 0), {9, 8, 7, 9, 10}, {6, 9, 8, 6, 7}, 40);
+    render::append(mesh, render::ellipsoid(Vec3(5, 8, 5), Vec3(30, 14, 22), 60));
+    render::PathLengthRenderer renderer;
+    const int drawn = renderer.add(mesh);
+    const studies::AllHits oracle(mesh);
+    // Amid the image, and half beyond its left and upper edge.
+    for (const Vec3& isocentre : {Vec3(3, -8, 12), Vec3(95, 0, -75)}) {
+        CArm arm = oblique_stand(200);
+        arm.isocentre = isocentre;
+        const Field length = renderer.render(drawn, arm).length;
+        double square = 0.0;
+        int compared = 0, close = 0;
+        for (int j = 0; j < 200; ++j) {
+            for (int i = 0; i < 200; ++i) {
+                const auto sum =
+                    oracle.along(render::source(arm), render::ray_direction(arm, i + 0.5, j + 0.5));
+                const double seen = length.values[static_cast<std::size_t>(j) * 200 + i];
+                // A ray through an edge may be counted twice by the tracer.
+                if (sum.balance != 0 || (sum.length == 0.0 && seen == 0.0)) continue;
+                ++compared;
+                const double error = std::abs(seen - sum.length);
+                close += error <= 0.01;
+                if (error <= 0.01) square += error * error;
+            }
+        }
+        EXPECT_GT(compared, 1500);
+        // Silhouettes: the rasteriser snaps corners to 1/256 pixel, so a grazing ray may be in on one side
+        // only.
+        EXPECT_GE(close, 0.998 * compared);
+        EXPECT_LE(std::sqrt(square / close), 0.0005);
+    }
+}
+
+TEST(PathLength, AccumulatesOverWhatIsThere) {
+    const TriangleMesh a = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
+    const TriangleMesh b = render::ellipsoid(Vec3(60, 5, 5), Vec3(40, 40, 20));
+    const CArm arm = oblique_stand(64);
+    render::PathLengthRenderer renderer;
+    const int first = renderer.add(a), second = renderer.add(b);
+    Field sum(64, 64, 2.0f);
+    EXPECT_EQ(renderer.accumulate(first, arm, sum), 0);
+    EXPECT_EQ(renderer.accumulate(second, arm, sum), 0);
+    const Field one = renderer.render(first, arm).length, other = renderer.render(second, arm).length;
+    for (std::size_t i = 0; i < sum.values.size(); ++i)
+        EXPECT_EQ(sum.values[i], 2.0f + one.values[i] + other.values[i]);
+}
+
+TEST(PathLength, DoesNotDependOnWhatWasDrawnBefore) {
+    const TriangleMesh a = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
+    const TriangleMesh b = render::ellipsoid(Vec3(5, 5, 5), Vec3(40, 40, 20));
+    const CArm arm = oblique_stand(64);
+    render::PathLengthRenderer first, second;
+    const int own = first.add(a);
+    const int other = second.add(b), later = second.add(a);
+    second.render(other, oblique_stand(80));
+    EXPECT_EQ(first.render(own, arm).length.values, second.render(later, arm).length.values);
+}
+
+TEST(PathLength, RefusesAnOpenMeshByNameWithItsBadPixels) {
+    TriangleMesh mesh = render::ellipsoid(Vec3(100, 0, 0), Vec3(30, 20, 25));
+    EXPECT_EQ(render::unmatched_edges(mesh), 0);
+    EXPECT_NO_THROW(render::require_closed("left kidney", mesh));
+    mesh.triangles.erase(mesh.triangles.begin() + 200);
+    EXPECT_EQ(render::unmatched_edges(mesh), 3);
+    try {
+        render::require_closed("left kidney", mesh);
+        FAIL() << "the hole was not found";
+    } catch (const render::OpenMeshError& error) {
+        EXPECT_EQ(error.mesh_name(), "left kidney");
+        EXPECT_EQ(error.edges(), 3);
+        EXPECT_GT(error.pixels(), 0);
+        EXPECT_NE(std::string(error.what()).find("left kidney"), std::string::npos);
+        EXPECT_NE(std::string(error.what()).find(std::to_string(error.pixels()) + " pixels"),
+                  std::string::npos);
+    }
+}
+
+TEST(PathLength, RefusesAMeshThatOverlapsItselfOrIsInsideOut) {
+    const TriangleMesh ball = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
+    EXPECT_NO_THROW(render::require_simple("heart", ball));
+    TriangleMesh two = ball;
+    const int n = static_cast<int>(ball.vertices.size());
+    for (const Vec3& v : ball.vertices) two.vertices.push_back(v + Vec3(40, 0, 0));
+    for (const auto& t : ball.triangles) two.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+    EXPECT_EQ(render::unmatched_edges(two), 0);
+    try {
+        render::require_simple("heart", two);
+        FAIL() << "the overlap was not found";
+    } catch (const render::OverlappingMeshError& error) {
+        EXPECT_GT(error.pixels(), 100);
+        EXPECT_NE(std::string(error.what()).find("'heart' overlaps itself"), std::string::npos);
+    }
+    TriangleMesh turned = ball;
+    for (auto& t : turned.triangles) std::swap(t[0], t[1]);
+    EXPECT_THROW(render::require_simple("heart", turned), render::OverlappingMeshError);
+    for (int i = 0; i < n; ++i) two.vertices[n + i] += Vec3(40, 0, 0);
+    EXPECT_NO_THROW(render::require_simple("heart", two)) << "side by side they are two bodies";
+    TriangleMesh pricked = ball;  // a corner on the far side: a thin spike, seen by few rays
+    pricked.vertices[pricked.triangles[500][0]] *= -1.2;
+    EXPECT_NO_THROW(render::require_simple("heart", pricked));
+}
+
+TEST(PathLength, TakesAnUnindexedMeshAsClosed) {
+    const TriangleMesh mesh = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
+    TriangleMesh loose;
+    for (const auto& t : mesh.triangles) {
+        const int n = static_cast<int>(loose.vertices.size());
+        for (int corner : t) loose.vertices.push_back(mesh.vertices[corner]);
+        loose.triangles.push_back({n, n + 1, n + 2});
+    }
+    EXPECT_EQ(render::unmatched_edges(loose), 0);
+}
+
+TEST(PathLength, RefusesATriangleWithAMissingVertex) {
+    TriangleMesh mesh = render::ellipsoid(Vec3::Zero(), Vec3(30, 20, 25));
+    mesh.triangles.back()[1] = static_cast<int>(mesh.vertices.size());
+    EXPECT_THROW(render::require_closed("spleen", mesh), std::runtime_error);
+    mesh.triangles.back()[1] = 0;
+    mesh.vertices[4].z() = std::nan("");
+    EXPECT_THROW(render::require_closed("spleen", mesh), std::runtime_error);
+}
+
+TEST(PathLength, CountsPixelsOfAMeshThatReachesBehindTheSource) {
+    const CArm arm = oblique_stand(64);
+    render::PathLengthRenderer renderer;
+    const int around_source = renderer.add(render::ellipsoid(render::source(arm), Vec3(100, 100, 100)));
+    EXPECT_GT(renderer.render(around_source, arm).unbalanced_pixels, 1000);
+}
+
+}  // namespace
