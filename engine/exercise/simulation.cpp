@@ -198,7 +198,7 @@ void Simulation::reset() {
     if (global)
         hub_ = std::make_unique<physics::Hub>(config, *wall_);
     else
-        relaxer_ = physics::make_relaxer(config);
+        relaxer_ = physics::make_relaxer(config, *wall_);
     waiting_.clear();
     console_ = start_console(scenario_);
     pulse_ = false;
@@ -473,7 +473,7 @@ void Simulation::turn(Motion& motion, int share, StepReport& report) {
 void Simulation::relax(int updates, StepReport& report) {
     const physics::RelaxBudget budget = {updates, scenario_.budget.distal_share,
                                          scenario_.budget.distal_segments};
-    accumulate(report.relax, relaxer_->relax(wire_, *wall_, budget));
+    accumulate(report.relax, relaxer_->relax(wire_, budget));
 }
 
 std::uint64_t Simulation::state_hash() const {

@@ -29,8 +29,7 @@ int relax(const RelaxCase& given, physics::Guidewire& wire, physics::Relaxer& re
     int iterations = 0;
     for (int cycle = 0; cycle < given.cycles; ++cycle) {
         const double start = io::thread_cpu_seconds();
-        const physics::RelaxReport report =
-            relaxer.relax(wire, *given.wall, physics::whole_cycles(wire.segments(), 1));
+        const physics::RelaxReport report = relaxer.relax(wire, physics::whole_cycles(wire.segments(), 1));
         outcome.cpu += io::thread_cpu_seconds() - start;
         iterations += outcome.counts_newton_steps ? report.newton_steps : 1;
         outcome.updates += report.updates;
@@ -77,7 +76,7 @@ RelaxOutcome run_relax(RelaxCase given, const std::function<void(const RelaxProg
     outcome.method = method_text(given.method);
     outcome.counts_newton_steps = given.method.kind == physics::RelaxerKind::Global;
     physics::Guidewire& wire = given.wire;
-    const auto relaxer = physics::make_relaxer(given.method);
+    const auto relaxer = physics::make_relaxer(given.method, *given.wall);
     const int first = wire.segments(), relaxations = given.segments - first + 1;
     for (int k = 0; k < relaxations; ++k) {
         if (k > 0) physics::insert_segment(wire);

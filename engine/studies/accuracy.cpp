@@ -77,11 +77,10 @@ Cost cost_of(const ExactCase& c, const Contender& contender, int segments, int c
     Cost cost;
     for (int k = 0; k < (global ? 9 : 1); ++k) {
         ExactStart s = c.set(segments, contender.ends);
-        const auto relaxer = physics::make_relaxer(contender.config);
+        const auto relaxer = physics::make_relaxer(contender.config, *s.wall);
         const double start = io::thread_cpu_seconds();
-        relaxer->relax(
-            s.start, *s.wall,
-            global ? physics::RelaxBudget{1'000'000'000, 0, 0} : physics::whole_cycles(segments, cycles));
+        relaxer->relax(s.start, global ? physics::RelaxBudget{1'000'000'000, 0, 0}
+                                       : physics::whole_cycles(segments, cycles));
         times.push_back(io::thread_cpu_seconds() - start);
         cost.farthest = c.measure(s.start, *s.wall)[1].measured;
     }

@@ -246,7 +246,7 @@ ExactCase arc() {
 void bring_to_rest(Guidewire& wire, const LumenWall& wall) {
     physics::RelaxerConfig config;
     config.tolerance = 1e-11;
-    physics::make_relaxer(config)->relax(wire, wall, {1'000'000'000, 0, 0});
+    physics::make_relaxer(config, wall)->relax(wire, {1'000'000'000, 0, 0});
 }
 
 std::vector<ExactCase> exact_cases() {

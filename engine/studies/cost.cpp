@@ -80,11 +80,11 @@ CycleCost first_cycles(const PaperScene& scene, const WallChoice& choice, int va
     CycleCost cost;
     AskedWall wall(*choice.wall, choice.trusts);
     wall.keeps = keeps;
-    const auto relaxer = physics::make_relaxer(paper_method(varied_segments).config);
+    const auto relaxer = physics::make_relaxer(paper_method(varied_segments).config, wall);
     physics::Guidewire wire = scene.start;
     for (int k = 0; k < cycles; ++k) {
         const double start = io::thread_cpu_seconds();
-        const auto report = relaxer->relax(wire, wall, physics::whole_cycles(wire.segments(), 1));
+        const auto report = relaxer->relax(wire, physics::whole_cycles(wire.segments(), 1));
         cost.total += (io::thread_cpu_seconds() - start) / cycles;
         cost.updates += static_cast<double>(report.updates) / cycles;
         if (keeps) cost.surface += wall.answer_again() / cycles;

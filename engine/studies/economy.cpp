@@ -109,11 +109,11 @@ Course push(const Case& c, const physics::LumenWall& wall, const Variant& varian
     const int every = static_cast<int>(std::lround(1 / variant.factor));
     physics::RelaxerConfig config;
     config.kind = physics::RelaxerKind::Global;
-    const auto relaxer = physics::make_relaxer(config);
+    const auto relaxer = physics::make_relaxer(config, wall);
     const physics::RelaxBudget unlimited{1'000'000'000, 0, 0};
     Guidewire wire =
         physics::wire_along(spec, c.path, every * static_cast<int>(std::lround(c.start / lambda)));
-    relaxer->relax(wire, wall, unlimited);
+    relaxer->relax(wire, unlimited);
     Course course;
     while (wire.inserted_length() + lambda <= c.end + 1e-6) {
         for (int k = 0; k < every; ++k) {
@@ -121,7 +121,7 @@ Course push(const Case& c, const physics::LumenWall& wall, const Variant& varian
             if (variant.adaptive) physics::refine(wire, wall);
             const double refined = io::thread_cpu_seconds();
             physics::insert_segment(wire);
-            const auto report = relaxer->relax(wire, wall, unlimited);
+            const auto report = relaxer->relax(wire, unlimited);
             const double end = io::thread_cpu_seconds();
             course.refining += refined - begin;
             course.relaxing += end - refined;

@@ -100,11 +100,11 @@ std::vector<DeviationTrace::Point> DeviationTrace::points() const {
 
 physics::RelaxReport follow(const physics::RelaxerConfig& config, physics::Guidewire& wire,
                             const physics::LumenWall& wall, int cycles, std::span<DeviationTrace> traces) {
-    return physics::make_relaxer(config)->relax(wire, wall, physics::whole_cycles(wire.segments(), cycles),
-                                                [&](int first, const physics::Guidewire& now) {
-                                                    for (DeviationTrace& trace : traces)
-                                                        trace.observe(first, now);
-                                                });
+    return physics::make_relaxer(config, wall)
+        ->relax(wire, physics::whole_cycles(wire.segments(), cycles),
+                [&](int first, const physics::Guidewire& now) {
+                    for (DeviationTrace& trace : traces) trace.observe(first, now);
+                });
 }
 
 }  // namespace studies

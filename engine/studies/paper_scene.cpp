@@ -56,13 +56,13 @@ Rest as_it_is(const physics::LumenWall& wall, Guidewire wire) {
 
 Rest paper_rest(const PaperScene& scene, int cycles) {
     Guidewire wire = scene.start;
-    physics::make_relaxer(paper_method(2).config)
-        ->relax(wire, *scene.wall, physics::whole_cycles(wire.segments(), cycles));
+    physics::make_relaxer(paper_method(2).config, *scene.wall)
+        ->relax(wire, physics::whole_cycles(wire.segments(), cycles));
     return as_it_is(*scene.wall, std::move(wire));
 }
 
 Rest global_rest(const physics::LumenWall& wall, Guidewire from) {
-    physics::make_relaxer({})->relax(from, wall, {1'000'000'000, 0, 0});
+    physics::make_relaxer({}, wall)->relax(from, {1'000'000'000, 0, 0});
     return as_it_is(wall, std::move(from));
 }
 

@@ -172,7 +172,7 @@ struct Course {
 Course follow(const Vessel& vessel, const Method& method, int series, int cycles) {
     Course course;
     Guidewire wire = with_segments(vessel.wire(vessel.segments), method.length);
-    const auto relaxer = physics::make_relaxer(method.config);
+    const auto relaxer = physics::make_relaxer(method.config, *vessel.wall);
     const int n = wire.segments();
     const long long all = static_cast<long long>(cycles) * n * (n + 1) / 2;
     std::vector<Guidewire> seen;
@@ -181,7 +181,7 @@ Course follow(const Vessel& vessel, const Method& method, int series, int cycles
     bool at_rest = false;
     for (long long goal = n; goal <= all && !at_rest; goal *= 2) {
         const double start = io::thread_cpu_seconds();
-        const auto report = relaxer->relax(wire, *vessel.wall, {static_cast<int>(goal - done), 0.0, 0});
+        const auto report = relaxer->relax(wire, {static_cast<int>(goal - done), 0.0, 0});
         cpu += io::thread_cpu_seconds() - start;
         done += report.updates;
         at_rest = report.converged;
@@ -192,7 +192,7 @@ Course follow(const Vessel& vessel, const Method& method, int series, int cycles
     }
     // Another λ is held against the rest of the vessel's own.
     Guidewire rest = method.length == 1 ? wire : vessel.wire(vessel.segments);
-    if (method.length != 1) physics::make_relaxer({})->relax(rest, *vessel.wall, {1'000'000'000, 0, 0});
+    if (method.length != 1) physics::make_relaxer({}, *vessel.wall)->relax(rest, {1'000'000'000, 0, 0});
     course.energy = flow_to_rest(rest, *vessel.wall).energy;
     for (std::size_t k = 0; k < seen.size(); ++k) course.points[k].deviation = deviation(seen[k], rest);
     return course;
@@ -207,15 +207,15 @@ struct PushCost {
 PushCost push(const Vessel& vessel, const Method& method, int updates_per_segment, int pushes) {
     Guidewire wire = vessel.wire(vessel.segments - pushes);
     const auto polish = [&](Guidewire& w) {
-        physics::make_relaxer({})->relax(w, *vessel.wall, {1'000'000'000, 0, 0});
+        physics::make_relaxer({}, *vessel.wall)->relax(w, {1'000'000'000, 0, 0});
     };
     polish(wire);
-    const auto relaxer = physics::make_relaxer(method.config);
+    const auto relaxer = physics::make_relaxer(method.config, *vessel.wall);
     std::vector<double> times, deviations;
     for (int k = 0; k < pushes; ++k) {
         physics::insert_segment(wire);
         const double start = io::thread_cpu_seconds();
-        relaxer->relax(wire, *vessel.wall, {updates_per_segment * wire.segments(), 0.75, 60});
+        relaxer->relax(wire, {updates_per_segment * wire.segments(), 0.75, 60});
         times.push_back(io::thread_cpu_seconds() - start);
         Guidewire rest = wire;
         polish(rest);

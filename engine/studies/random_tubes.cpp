@@ -114,7 +114,7 @@ private:
         for (const double part : {1.0 / 32, 1.0 / 4}) {
             physics::Guidewire wire = wire_;
             physics::feed(wire, part * tube_.segment_length);
-            physics::make_relaxer({})->relax(wire, wall_, {kUnlimited, 0, 0});
+            physics::make_relaxer({}, wall_)->relax(wire, {kUnlimited, 0, 0});
             deepest = std::max(deepest, physics::largest_penetration(physics::all_contacts(wire, wall_)));
         }
         return deepest;

@@ -36,11 +36,10 @@ bool finite(const Guidewire& wire) {
 }
 
 /// Relaxes by so many updates; false as soon as a number is not finite.
-bool work(physics::Relaxer& relaxer, Guidewire& wire, const physics::LumenWall& wall, long long updates,
-          StabilityCell& cell, bool& at_rest) {
+bool work(physics::Relaxer& relaxer, Guidewire& wire, long long updates, StabilityCell& cell, bool& at_rest) {
     const physics::RelaxBudget budget{static_cast<int>(std::max(1LL, updates)), 0.0, 0};
     const double start = io::thread_cpu_seconds();
-    const physics::RelaxReport report = relaxer.relax(wire, wall, budget);
+    const physics::RelaxReport report = relaxer.relax(wire, budget);
     cell.cpu += io::thread_cpu_seconds() - start;
     cell.updates += report.updates;
     at_rest = report.converged;
@@ -118,7 +117,7 @@ StabilityCell run_cell(const BreakingCase& c, const StabilityReference& referenc
                        const physics::RelaxerConfig& config, const StabilityRules& rules) {
     StabilityCell cell;
     Guidewire wire = c.start;
-    const auto relaxer = physics::make_relaxer(config);
+    const auto relaxer = physics::make_relaxer(config, *c.wall);
     int segments = wire.segments();
     for (const Disturbance& d : c.disturbances) segments += d.inserted;
     const long long all = static_cast<long long>(c.cycles) * segments * (segments + 1) / 2;
@@ -131,14 +130,13 @@ StabilityCell run_cell(const BreakingCase& c, const StabilityReference& referenc
     bool at_rest = false;
     for (long long k = 0; k < steps && m.finite; ++k) {
         disturb(wire, c.disturbances[static_cast<std::size_t>(k)]);
-        if (k + 1 < steps)
-            m.finite = work(*relaxer, wire, *c.wall, (all - last) / (steps - 1), cell, at_rest);
+        if (k + 1 < steps) m.finite = work(*relaxer, wire, (all - last) / (steps - 1), cell, at_rest);
     }
     at_rest = false;
     std::vector<Vec3> before_last_quarter;
     for (int k = 0; k < rules.samples && m.finite; ++k) {
         if (k == rules.samples - rules.samples / 4) before_last_quarter = wire.joints;
-        if (!at_rest) m.finite = work(*relaxer, wire, *c.wall, last / rules.samples, cell, at_rest);
+        if (!at_rest) m.finite = work(*relaxer, wire, last / rules.samples, cell, at_rest);
         m.energies.push_back(physics::total_energy(wire, physics::all_contacts(wire, *c.wall)).total());
     }
     if (m.finite) {

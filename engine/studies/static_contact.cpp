@@ -51,15 +51,15 @@ Unrest watch(const PaperScene& scene, Guidewire wire, const Case& c, int settle_
     physics::RelaxerConfig config = paper_method(c.varied_segments).config;
     config.bending_curvature = c.bending;
     config.wall_curvature = c.wall;
-    physics::SegmentRelaxer relaxer(config);
+    physics::SegmentRelaxer relaxer(config, *scene.wall);
     const int n = wire.segments();
-    relaxer.relax(wire, *scene.wall, physics::whole_cycles(n, settle_cycles));
+    relaxer.relax(wire, physics::whole_cycles(n, settle_cycles));
     std::vector<physics::WallContact> contacts = physics::all_contacts(wire, *scene.wall);
     std::vector<geometry::Vec3> before = wire.tangents;
     std::vector<long long> touching(contacts.size()), varied(contacts.size());
     Unrest unrest{std::vector<double>(contacts.size()), std::vector<double>(contacts.size())};
-    const auto report = relaxer.relax(
-        wire, *scene.wall, physics::whole_cycles(n, cycles), [&](int first, const Guidewire& now) {
+    const auto report =
+        relaxer.relax(wire, physics::whole_cycles(n, cycles), [&](int first, const Guidewire& now) {
             for (const int i : relaxer.last_varied()) {
                 unrest.turn[i] += (now.tangents[i] - before[i]).norm();
                 before[i] = now.tangents[i];

@@ -231,11 +231,11 @@ struct Convergence {
 Convergence converge(const PaperScene& scene, int varied_segments, int cycles) {
     physics::RelaxerConfig config = paper_method(varied_segments).config;
     config.safeguard = true;
-    const auto relaxer = physics::make_relaxer(config);
+    const auto relaxer = physics::make_relaxer(config, *scene.wall);
     physics::Guidewire wire = scene.start;
     std::vector<physics::Guidewire> after;
     for (int k = 0; k < cycles; ++k) {
-        relaxer->relax(wire, *scene.wall, physics::whole_cycles(wire.segments(), 1));
+        relaxer->relax(wire, physics::whole_cycles(wire.segments(), 1));
         after.push_back(wire);
     }
     const Rest rest = global_rest(*scene.wall, wire);

@@ -289,34 +289,34 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
 
 /// A stiff wall lets only tiny steps through: find the way with a softer one, then harden it. What comes of
 /// it counts only where it is lower than what there was: a soft wall also lets the wire out of the vessel.
-GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, const LumenWall& wall,
-                                                              int updates, RelaxReport& report,
+GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, int updates,
+                                                              RelaxReport& report,
                                                               const UpdateObserver& observer) {
     const Guidewire before = wire;
-    open_window(wire, *contacts_, wire.segments());
+    open_window(wire, contacts_, wire.segments());
     const double energy_before = energy_;
     double stiffness = 0, softest = std::numeric_limits<double>::max();
-    for (const WallContact& c : contacts_->contacts()) stiffness = std::max(stiffness, c.stiffness);
+    for (const WallContact& c : contacts_.contacts()) stiffness = std::max(stiffness, c.stiffness);
     for (int j = 0; j < wire.segments(); ++j)
         softest = std::min(softest, wire.spring_constant(j) / std::pow(wire.lengths[j + 1], 2));
     // Each wall has the budget anew: a wire left in a soft one would be outside.
     for (double k = kSoft * softest; k < stiffness; k *= 10) {
-        const SofterWall soft(wall, k / stiffness);
+        const SofterWall soft(wall_, k / stiffness);
         ContactSet softened(soft);
         softened.reset(wire);
         descend(wire, softened, report.updates + updates, 0, wire.segments(), report, observer);
         report.wall_queries += softened.queries();
     }
     rebuild_joints(wire);
-    contacts_->update(wire);
+    contacts_.update(wire);
     Outcome outcome =
-        descend(wire, *contacts_, report.updates + updates, 0, wire.segments(), report, observer);
+        descend(wire, contacts_, report.updates + updates, 0, wire.segments(), report, observer);
     mu_ = 0;  // a prediction takes these gains
-    open_window(wire, *contacts_, wire.segments());
+    open_window(wire, contacts_, wire.segments());
     if (!(energy_ < energy_before)) {
         wire = before;
-        contacts_->update(wire);
-        open_window(wire, *contacts_, wire.segments());
+        contacts_.update(wire);
+        open_window(wire, contacts_, wire.segments());
         report.gradient = model_.terms().relative_gradient;
         outcome = Outcome::Stuck;
     }
@@ -351,11 +351,11 @@ double GlobalRelaxer::try_answer(Guidewire& wire, const FeedPlan& plan, double t
     const int first = model_.first(), whole = wire.segments(), window = whole - first + 1;
     auto rise = [&] {
         if (!(model_.roll_out(wire, turn, fed) <= cap)) return std::numeric_limits<double>::infinity();
-        return model_.evaluate(wire, *contacts_) - energy_;
+        return model_.evaluate(wire, contacts_) - energy_;
     };
     if (!model_.answers()) {
         spent_ += whole;
-        model_.certify(wire, *contacts_);
+        model_.certify(wire, contacts_);
         model_.look_from(first);
     }
     spent_ += window;
@@ -364,12 +364,12 @@ double GlobalRelaxer::try_answer(Guidewire& wire, const FeedPlan& plan, double t
     if (!std::isfinite(once) || once <= seen_rise) return once;
     // Once more, with the wall as it is there.
     spent_ += window;
-    model_.take_trial_contacts(wire, *contacts_);
+    model_.take_trial_contacts(wire, contacts_);
     model_.answer_again(wire, fed);
     const double again = rise();
     if (again < once) return again;
     spent_ += whole + window;
-    model_.certify(wire, *contacts_);
+    model_.certify(wire, contacts_);
     model_.look_from(first);
     model_.answer(fed, mu);
     return rise();
@@ -380,15 +380,15 @@ double GlobalRelaxer::try_answer(Guidewire& wire, const FeedPlan& plan, double t
 bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
     const int n = wire.segments();
     if (!end_report_.converged || n != end_.segments() || unchanged_segments(wire) < n ||
-        model_.stages() != n || contacts_->contacts().size() != wire.joints.size())
+        model_.stages() != n || contacts_.contacts().size() != wire.joints.size())
         return false;
     double cap = kFree;
-    for (const WallContact& c : contacts_->contacts())
+    for (const WallContact& c : contacts_.contacts())
         if (c.room > 0) cap = std::min(cap, kPredictedCap * c.room);
     // A turn of the hub comes from the base.
     const bool twist = wire.curved_segments() > 0;
     model_.look_from(twist ? 1 : std::max(1, n - kPredictedWindow + 1));
-    measure_window(wire, *contacts_);
+    measure_window(wire, contacts_);
     const double force = std::abs(end_report_.push_force);
     const double least_part = std::min({1.0, kLeastFeed * wire.spec.segment_length / std::abs(motion.feed),
                                         kLeastTurn / std::abs(motion.turn)});
@@ -426,27 +426,18 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
     return true;
 }
 
-RelaxReport GlobalRelaxer::move(Guidewire& wire, const LumenWall& wall, HubMotion& motion,
-                                const RelaxBudget& budget) {
+RelaxReport GlobalRelaxer::move(Guidewire& wire, HubMotion& motion, const RelaxBudget& budget) {
     motion.feed = std::clamp(motion.feed, -wire.spec.segment_length, wire.spec.segment_length);
-    if (wall_ != &wall || !predict(wire, motion)) {
+    if (!predict(wire, motion)) {
         if (motion.feed != 0) motion.feed = feed(wire, motion.feed);
         rotate(wire, motion.turn);
     }
-    return relax(wire, wall, budget);
+    return relax(wire, budget);
 }
 
-RelaxReport GlobalRelaxer::relax(Guidewire& wire, const LumenWall& wall, const RelaxBudget& budget,
-                                 const UpdateObserver& observer) {
+RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, const UpdateObserver& observer) {
     const int n = wire.segments();
     rebuild_joints(wire);
-    if (wall_ != &wall) {
-        wall_ = &wall;
-        smooth_ = wall.smooth();
-        contacts_.emplace(wall);
-        end_ = {};
-        end_report_ = {};
-    }
     const int unchanged = unchanged_segments(wire);
     RelaxReport report;
     report.updates = std::exchange(spent_, 0);
@@ -467,9 +458,9 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const LumenWall& wall, const R
         model_.directors[0] = rolled_director(wire);
         transport_directors(wire, turned ? 1 : std::max(1, unchanged), model_.directors);
     }
-    const long long asked_before = contacts_->queries();
-    contacts_->update(wire);
-    const int moved = contacts_->rejoin_vessels(wire);
+    const long long asked_before = contacts_.queries();
+    contacts_.update(wire);
+    const int moved = contacts_.rejoin_vessels(wire);
     // The last segment that is unchanged ends at a joint whose share of the wall may have changed.
     int valid = wire.load.isZero(0) ? std::max(0, unchanged - 1) : 0;
     if (moved > 0) valid = std::min(valid, moved - 1);
@@ -478,17 +469,17 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const LumenWall& wall, const R
     const int changed = std::max(kLeastWindow, predicted_ > 0 ? predicted_ : kChangedShare * (n - unchanged));
     predicted_ = 0;
     Outcome outcome =
-        descend(wire, *contacts_, most_updates, valid, std::max(changed, unsettled), report, observer);
+        descend(wire, contacts_, most_updates, valid, std::max(changed, unsettled), report, observer);
     if (outcome == Outcome::Stuck && smooth_)
-        outcome = descend_in_softer_walls(wire, wall, most_updates, report, observer);
+        outcome = descend_in_softer_walls(wire, most_updates, report, observer);
     rebuild_joints(wire);
-    for (int i = 1; i <= n; ++i) wire.stations[i] = contacts_->contacts()[i].station;
+    for (int i = 1; i <= n; ++i) wire.stations[i] = contacts_.contacts()[i].station;
 
     report.converged = outcome == Outcome::Converged && report.strict_minimum;
     report.out_of_budget = outcome == Outcome::OutOfBudget;
     report.at_rest = outcome == Outcome::Converged;
-    report.contacts = contacts_->touching();
-    report.wall_queries += contacts_->queries() - asked_before;
+    report.contacts = contacts_.touching();
+    report.wall_queries += contacts_.queries() - asked_before;
     report.push_force = model_.terms().push.dot(wire.tangents[0]);
     report.base_torque = model_.terms().torque;
     double least = 1;

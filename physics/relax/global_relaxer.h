@@ -13,7 +13,6 @@
 /// of them as feel it.
 
 #include <cmath>
-#include <optional>
 #include <vector>
 
 #include "physics/relax/contact_set.h"
@@ -24,24 +23,25 @@ namespace physics {
 
 class GlobalRelaxer final : public Relaxer {
 public:
-    explicit GlobalRelaxer(const RelaxerConfig& config) : config_(config) {}
+    GlobalRelaxer(const RelaxerConfig& config, const LumenWall& wall)
+        : config_(config), wall_(wall), smooth_(wall.smooth()), contacts_(wall) {}
 
     /// Every pass of the recursion is charged the segments of its window, those of rejected trials and of
     /// predictions too; one step is tried even where the budget does not allow it, and each of the softer
     /// walls that lead out of a dead end has the budget anew. The budget's distal share is not needed: work
     /// starts at the tip by itself. Ends with the last accepted state. Remembers that state, so that a wire
     /// which comes back as it went costs nothing, and one that was fed only what its change costs.
-    RelaxReport relax(Guidewire&, const LumenWall&, const RelaxBudget&, const UpdateObserver& = {}) override;
+    RelaxReport relax(Guidewire&, const RelaxBudget&, const UpdateObserver& = {}) override;
 
     /// Moves a wire at rest and lets it come to rest again. The wire starts where its whole answer to the
     /// motion leads to first order, wall and twist included: far nearer its new rest than where it merely
     /// slides on. Where that moves a joint by more than the model is good for, less of the motion is made;
     /// `motion` becomes what was made. A feed is of λ at most.
-    RelaxReport move(Guidewire&, const LumenWall&, HubMotion& motion, const RelaxBudget&);
+    RelaxReport move(Guidewire&, HubMotion& motion, const RelaxBudget&);
 
     /// Of the last call: its report, and the contacts of the wire's joints as it left them.
     const RelaxReport& last_report() const { return end_report_; }
-    std::span<const WallContact> contacts() const { return contacts_->contacts(); }
+    std::span<const WallContact> contacts() const { return contacts_.contacts(); }
 
 private:
     bool predict(Guidewire&, HubMotion&);
@@ -50,8 +50,7 @@ private:
     enum class Trial { Accepted, OutOfBudget, NothingLower };
     Outcome descend(Guidewire&, ContactSet&, int most_updates, int valid, int first_window, RelaxReport&,
                     const UpdateObserver&);
-    Outcome descend_in_softer_walls(Guidewire&, const LumenWall&, int most_updates, RelaxReport&,
-                                    const UpdateObserver&);
+    Outcome descend_in_softer_walls(Guidewire&, int most_updates, RelaxReport&, const UpdateObserver&);
     void set_units(const Guidewire&, const ContactSet&);
     Trial step(Guidewire&, ContactSet&, int most_updates, RelaxReport&);
     bool leave_saddle(Guidewire&, ContactSet&);
@@ -63,6 +62,8 @@ private:
     double energy_scale() const { return std::abs(energy_) + load_scale_; }
 
     RelaxerConfig config_;
+    const LumenWall& wall_;
+    bool smooth_;
     double mu_ = 0, mu_unit_ = 0;  // trust region and its natural size [N/mm²]
     double energy_ = 0;            // of the window's accepted state; a load makes it negative [N·mm]
     double load_scale_ = 0;        // of the load's part of it [N·mm]
@@ -70,12 +71,10 @@ private:
     NewtonModel model_;
     RiccatiReport pivots_;  // of the model
     // How the last call ended.
-    const LumenWall* wall_ = nullptr;
-    bool smooth_ = true;
     int foreseen_ = 0;   // joints whose forces the prediction has foreseen
     int predicted_ = 0;  // segments that the motion made now changes the most
     int spent_ = 0;      // updates that its prediction has cost
-    std::optional<ContactSet> contacts_;
+    ContactSet contacts_;
     Guidewire end_;
     RelaxReport end_report_;
 };

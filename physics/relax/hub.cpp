@@ -33,7 +33,7 @@ const RelaxerConfig& checked(const RelaxerConfig& config) {
 
 }  // namespace
 
-Hub::Hub(const RelaxerConfig& config, const LumenWall& wall) : relaxer_(checked(config)), wall_(wall) {}
+Hub::Hub(const RelaxerConfig& config, const LumenWall& wall) : relaxer_(checked(config), wall), wall_(wall) {}
 
 double Hub::energy_of(const Guidewire& wire) const {
     return total_energy(wire, relaxer_.contacts()).total();
@@ -78,12 +78,12 @@ HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
 void Hub::start_part(Guidewire& wire, int updates, HubReport& report) {
     const double share = std::ldexp(1.0, -halvings_);
     made_ = {share * asked_.feed, share * asked_.turn};
-    add(report.relax, relaxer_.move(wire, wall_, made_, {updates - report.relax.updates, 0, 0}));
+    add(report.relax, relaxer_.move(wire, made_, {updates - report.relax.updates, 0, 0}));
 }
 
 HubReport Hub::resume(Guidewire& wire, int updates) {
     HubReport report;
-    add(report.relax, relaxer_.relax(wire, wall_, {updates, 0, 0}));
+    add(report.relax, relaxer_.relax(wire, {updates, 0, 0}));
     return finish(wire, updates, std::move(report));
 }
 
@@ -101,7 +101,7 @@ HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
         }
         wire = rest_;
         made_ = {};
-        add(report.relax, relaxer_.relax(wire, wall_, {2 * wire.segments(), 0, 0}));
+        add(report.relax, relaxer_.relax(wire, {2 * wire.segments(), 0, 0}));
         if (++halvings_ > kHalvings) {
             working_ = false;
             report.outcome = HubReport::Outcome::Refused;

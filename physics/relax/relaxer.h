@@ -29,10 +29,9 @@ enum class CycleOrder {
 
 struct RelaxerConfig {
     RelaxerKind kind = RelaxerKind::Global;
-    int varied_segments = 2;  // M, 1 to 5
-    std::optional<int>
-        separation;           // fixed δ between varied segments; empty = chosen per update (Algorithm 2)
-    double turn_limit = 0.1;  // Δu_max of Eq. 24 [-]
+    int varied_segments = 2;        // M, 1 to 5
+    std::optional<int> separation;  // fixed δ between varied segments; empty: Algorithm 2, per update
+    double turn_limit = 0.1;        // Δu_max of Eq. 24 [-]
     // Section 3.3 of the paper, without safeguard: (a) both, (b) neither, which is FirstOrder, (c) R alone,
     // (d) A alone, (e) both with M = 2 and 3.
     bool bending_curvature = true;  // keep A
@@ -85,16 +84,15 @@ struct HubMotion {
 /// Called after each update with the first joint that moved.
 using UpdateObserver = std::function<void(int first_moved_joint, const Guidewire&)>;
 
+/// Belongs to one wall, which must outlive it and must not change: a relaxer may remember the wire and its
+/// contacts from one call to the next.
 class Relaxer {
 public:
     virtual ~Relaxer() = default;
-    /// A relaxer may remember the wire and the contacts from one call to the next, so a wall must not change,
-    /// nor another take its place in memory, between calls.
-    virtual RelaxReport relax(Guidewire&, const LumenWall&, const RelaxBudget&,
-                              const UpdateObserver& = {}) = 0;
+    virtual RelaxReport relax(Guidewire&, const RelaxBudget&, const UpdateObserver& = {}) = 0;
 };
 
-/// Throws std::invalid_argument listing problems(config).
-std::unique_ptr<Relaxer> make_relaxer(const RelaxerConfig&);
+/// Throws std::invalid_argument with the first of problems(config).
+std::unique_ptr<Relaxer> make_relaxer(const RelaxerConfig&, const LumenWall&);
 
 }  // namespace physics

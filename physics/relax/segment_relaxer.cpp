@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "physics/relax/geometric_step.h"
-#include "physics/relax/global_relaxer.h"
 #include "physics/relax/stored_planes.h"
 
 namespace physics {
@@ -29,7 +27,8 @@ void tilt(Guidewire& wire) {
 
 }  // namespace
 
-SegmentRelaxer::SegmentRelaxer(const RelaxerConfig& config) : config_(config), schedule_(config.order) {
+SegmentRelaxer::SegmentRelaxer(const RelaxerConfig& config, const LumenWall& wall)
+    : config_(config), wall_(wall), schedule_(config.order) {
     if (config_.kind == RelaxerKind::FirstOrder) {  // Eq. 22: v = q̂
         config_.varied_segments = 1;
         config_.bending_curvature = config_.wall_curvature = config_.safeguard = false;
@@ -47,7 +46,7 @@ void SegmentRelaxer::refresh_tip(const Guidewire& wire, int first) {
     tip_torque(wire, directors_, torque_);
 }
 
-template <class Contacts>
+template <SweepContacts Contacts>
 void SegmentRelaxer::begin(Guidewire& wire, Contacts& contacts) {
     rebuild_joints(wire);
     contacts.reset(wire);
@@ -57,7 +56,7 @@ void SegmentRelaxer::begin(Guidewire& wire, Contacts& contacts) {
 }
 
 /// Algorithm 2: of the segments i+5…i+25, the one whose inclusion lowers the estimate of Eq. 37 most.
-template <class Contacts>
+template <SweepContacts Contacts>
 bool SegmentRelaxer::select_by_estimate(const Guidewire& wire, const Contacts& contacts, int last,
                                         Vec3& turn) {
     const int from = varied_[count_ - 1];
@@ -81,7 +80,7 @@ bool SegmentRelaxer::select_by_estimate(const Guidewire& wire, const Contacts& c
     return true;
 }
 
-template <class Contacts>
+template <SweepContacts Contacts>
 void SegmentRelaxer::choose_segments(const Guidewire& wire, const Contacts& contacts, int segment) {
     varied_[0] = segment;
     count_ = 1;
@@ -106,7 +105,7 @@ void SegmentRelaxer::choose_segments(const Guidewire& wire, const Contacts& cont
 }
 
 /// `beyond` is the push of joints that stay where they are however the varied segments turn.
-template <class Contacts>
+template <SweepContacts Contacts>
 SegmentProblem SegmentRelaxer::local_problem(const Guidewire& wire, const Contacts& contacts,
                                              const PushSum& beyond) const {
     SegmentProblem p;
@@ -141,7 +140,7 @@ SegmentProblem SegmentRelaxer::local_problem(const Guidewire& wire, const Contac
 
 /// Give the varied segments these tangents; joints past `last` stay. Where it must descend and does not,
 /// nothing changes.
-template <class Contacts>
+template <SweepContacts Contacts>
 bool SegmentRelaxer::try_turn(Guidewire& wire, Contacts& contacts, const Tangents& target, int last,
                               bool must_descend) {
     const int n = wire.segments(), first = varied_[0];
@@ -205,7 +204,7 @@ SegmentRelaxer::Tangents SegmentRelaxer::solve(const Guidewire& wire, const Segm
 }
 
 /// One update of the paper's method; the largest turn it made [-].
-template <class Contacts>
+template <SweepContacts Contacts>
 double SegmentRelaxer::turn_segments(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
     choose_segments(wire, contacts, segment);
     const SegmentProblem problem = local_problem(wire, contacts, {});
@@ -227,7 +226,7 @@ double SegmentRelaxer::turn_segments(Guidewire& wire, Contacts& contacts, int se
 }
 
 /// One update of the geometrical method: the piece of wire that begins with this segment.
-template <class Contacts>
+template <SweepContacts Contacts>
 double SegmentRelaxer::turn_piece(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
     const int n = wire.segments();
     count_ = std::min(kClosedSegments, n - segment + 1);
@@ -257,7 +256,7 @@ double SegmentRelaxer::largest_turn(const Guidewire& wire, const SegmentProblem&
     return turn;
 }
 
-template <class Contacts>
+template <SweepContacts Contacts>
 double SegmentRelaxer::update(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
     double turn = 0;
     if (config_.kind != RelaxerKind::Geometric) turn = turn_segments(wire, contacts, segment, report);
@@ -266,7 +265,7 @@ double SegmentRelaxer::update(Guidewire& wire, Contacts& contacts, int segment, 
     return turn;
 }
 
-template <class Contacts>
+template <SweepContacts Contacts>
 RelaxReport SegmentRelaxer::sweep(Guidewire& wire, Contacts contacts, const RelaxBudget& budget,
                                   const UpdateObserver& observer) {
     RelaxReport report;
@@ -303,33 +302,10 @@ RelaxReport SegmentRelaxer::sweep(Guidewire& wire, Contacts contacts, const Rela
     return report;
 }
 
-RelaxReport SegmentRelaxer::relax(Guidewire& wire, const LumenWall& wall, const RelaxBudget& budget,
+RelaxReport SegmentRelaxer::relax(Guidewire& wire, const RelaxBudget& budget,
                                   const UpdateObserver& observer) {
-    if (config_.stored_planes) return sweep(wire, StoredPlanes(wall), budget, observer);
-    return sweep(wire, ContactSet(wall), budget, observer);
-}
-
-std::vector<std::string> problems(const RelaxerConfig& c) {
-    std::vector<std::string> out;
-    if (c.varied_segments < 1 || c.varied_segments > kMostVariedSegments)
-        out.push_back("varied_segments must lie in 1 to 5, not " + std::to_string(c.varied_segments) + ".");
-    if (c.stored_planes && c.kind != RelaxerKind::Segment && c.kind != RelaxerKind::FirstOrder)
-        out.push_back("stored_planes go with the segment and the first-order relaxer.");
-    if (c.separation && (*c.separation < 2 || *c.separation > 200))
-        out.push_back("separation must lie in 2 to 200, not " + std::to_string(*c.separation) + ".");
-    if (!std::isfinite(c.turn_limit) || c.turn_limit <= 0 || c.turn_limit > 2)
-        out.push_back("turn_limit must lie in (0, 2].");
-    return out;
-}
-
-RelaxBudget whole_cycles(int segments, int cycles) {
-    return {cycles * segments * (segments + 1) / 2, 0.0, 0};
-}
-
-std::unique_ptr<Relaxer> make_relaxer(const RelaxerConfig& config) {
-    if (const auto wrong = problems(config); !wrong.empty()) throw std::invalid_argument(wrong.front());
-    if (config.kind == RelaxerKind::Global) return std::make_unique<GlobalRelaxer>(config);
-    return std::make_unique<SegmentRelaxer>(config);
+    if (config_.stored_planes) return sweep(wire, StoredPlanes(wall_), budget, observer);
+    return sweep(wire, ContactSet(wall_), budget, observer);
 }
 
 }  // namespace physics

@@ -2,6 +2,7 @@
 /// The paper's relaxer: M varied segments at a time (Sections 2.2 and 2.3), first or second order.
 
 #include <array>
+#include <concepts>
 #include <memory>
 
 #include "physics/relax/contact_set.h"
@@ -15,41 +16,63 @@ namespace physics {
 /// Least and largest separation that Algorithm 2 looks at.
 inline constexpr int kLeastSeparation = 5, kLargestSeparation = 25;
 
+/// What a sweep of updates needs of the contacts of a wire: ContactSet, or StoredPlanes for the faster form.
+/// `first` and `last` are joints, `segment` is the one updated next.
+template <class Contacts>
+concept SweepContacts = requires(Contacts& contacts, const Contacts& known, Guidewire& wire,
+                                 std::span<const TailStep> steps) {
+    contacts.reset(wire);
+    contacts.start_sweep(wire, 1);
+    contacts.settle(wire, 1);  // joints proximal of it are where they belong
+    contacts.settle_all(wire);
+    { contacts.settled(wire) } -> std::convertible_to<const Guidewire&>;
+    { known.energy(wire, 1, 1) } -> std::same_as<double>;
+    { contacts.move(wire, steps, 1) } -> std::same_as<double>;  // commit() or undo() follows
+    contacts.commit();
+    contacts.undo(wire);
+    { known.sum_from(1) } -> std::same_as<PushSum>;
+    { known.last_touching() } -> std::same_as<int>;
+    { known.touching() } -> std::same_as<int>;
+    { known.load_scale(1) } -> std::same_as<double>;
+    { known.contacts() } -> std::convertible_to<std::span<const WallContact>>;
+    { known.queries() } -> std::convertible_to<long long>;
+};
+
 class SegmentRelaxer final : public Relaxer {
 public:
-    explicit SegmentRelaxer(const RelaxerConfig& config);
+    SegmentRelaxer(const RelaxerConfig&, const LumenWall&);
 
-    RelaxReport relax(Guidewire&, const LumenWall&, const RelaxBudget&, const UpdateObserver& = {}) override;
+    RelaxReport relax(Guidewire&, const RelaxBudget&, const UpdateObserver& = {}) override;
 
     /// The varied segments of the last update, for the separation studies.
     std::span<const int> last_varied() const { return {varied_.data(), static_cast<std::size_t>(count_)}; }
 
 private:
     using Tangents = std::array<Vec3, kMostVariedSegments>;
-    // Contacts is ContactSet, or StoredPlanes for the faster form.
-    template <class Contacts>
+    template <SweepContacts Contacts>
     RelaxReport sweep(Guidewire&, Contacts, const RelaxBudget&, const UpdateObserver&);
-    template <class Contacts>
+    template <SweepContacts Contacts>
     void begin(Guidewire&, Contacts&);
-    template <class Contacts>
+    template <SweepContacts Contacts>
     void choose_segments(const Guidewire&, const Contacts&, int segment);
-    template <class Contacts>
+    template <SweepContacts Contacts>
     bool select_by_estimate(const Guidewire&, const Contacts&, int last, Vec3& turn);
-    template <class Contacts>
+    template <SweepContacts Contacts>
     SegmentProblem local_problem(const Guidewire&, const Contacts&, const PushSum& beyond) const;
     Tangents solve(const Guidewire&, const SegmentProblem&) const;
-    template <class Contacts>
+    template <SweepContacts Contacts>
     double update(Guidewire&, Contacts&, int segment, RelaxReport&);
-    template <class Contacts>
+    template <SweepContacts Contacts>
     double turn_segments(Guidewire&, Contacts&, int segment, RelaxReport&);
-    template <class Contacts>
+    template <SweepContacts Contacts>
     double turn_piece(Guidewire&, Contacts&, int segment, RelaxReport&);
-    template <class Contacts>
+    template <SweepContacts Contacts>
     bool try_turn(Guidewire&, Contacts&, const Tangents& target, int last, bool must_descend);
     double largest_turn(const Guidewire&, const SegmentProblem& before) const;
     void refresh_tip(const Guidewire&, int first);
 
     RelaxerConfig config_;
+    const LumenWall& wall_;
     Schedule schedule_;
     int count_ = 0;  // varied segments of this update
     std::array<int, kMostVariedSegments> varied_{};

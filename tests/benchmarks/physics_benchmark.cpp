@@ -35,7 +35,7 @@ void one_cycle(benchmark::State& state) {
     long long queries = 0, updates = 0;
     for (auto _ : state) {
         Guidewire wire = start;
-        const RelaxReport report = make_relaxer(config)->relax(wire, wall, whole_cycles(200, 1));
+        const RelaxReport report = make_relaxer(config, wall)->relax(wire, whole_cycles(200, 1));
         queries += report.wall_queries;
         updates += report.updates;
         benchmark::DoNotOptimize(wire.joints.data());
@@ -74,7 +74,7 @@ void forms_of_the_segment_method(benchmark::State& state) {
     double energy = 0;
     for (auto _ : state) {
         Guidewire wire = start;
-        report = make_relaxer(config)->relax(wire, wall, {20'100, 0, 0});
+        report = make_relaxer(config, wall)->relax(wire, {20'100, 0, 0});
         energy = total_energy(wire, all_contacts(wire, mesh)).total();
     }
     state.counters["queries"] = static_cast<double>(report.wall_queries);
@@ -113,11 +113,11 @@ constexpr const char* tubes[] = {"sinuous", "spatial", "hairpin", "stiffwall"};
 /// From the centreline to |g|/C ≤ 1e-8 with the certificate.
 void global_cold_start(benchmark::State& state) {
     auto [wall, start] = scene_setup(tubes[state.range(0)]);
-    const auto relaxer = make_relaxer(global_config());
+    const auto relaxer = make_relaxer(global_config(), wall);
     RelaxReport report;
     for (auto _ : state) {
         Guidewire wire = start;
-        report = relaxer->relax(wire, wall, unlimited);
+        report = relaxer->relax(wire, unlimited);
     }
     state.SetLabel(tubes[state.range(0)]);
     state.counters["steps"] = report.newton_steps;
@@ -166,11 +166,11 @@ struct LongTimes {
 };
 LongTimes time_long_wire(int segments, double segment_length, bool remembers) {
     auto [wall, wire] = long_wire(segments, segment_length);
-    auto relaxer = make_relaxer(global_config());
+    auto relaxer = make_relaxer(global_config(), wall);
     RelaxReport report;
     auto time = [&] {
         const auto before = std::clock();
-        report = relaxer->relax(wire, wall, unlimited);
+        report = relaxer->relax(wire, unlimited);
         return 1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
     };
     LongTimes times;
@@ -178,7 +178,7 @@ LongTimes time_long_wire(int segments, double segment_length, bool remembers) {
     std::vector<double> pushes, windows, steps;
     for (double pushed = 0; pushed < 20; pushed += segment_length) {
         insert_segment(wire);
-        if (!remembers) relaxer = make_relaxer(global_config());
+        if (!remembers) relaxer = make_relaxer(global_config(), wall);
         pushes.push_back(time());
         windows.push_back(report.window);
         steps.push_back(static_cast<double>(report.updates) / wire.segments());

@@ -81,17 +81,17 @@ inline SceneSetup long_scene(int segments) {
 
 constexpr physics::RelaxBudget kUnlimited{1'000'000'000, 0, 0};
 
-inline std::unique_ptr<physics::Relaxer> global_relaxer() {
+inline std::unique_ptr<physics::Relaxer> global_relaxer(const physics::LumenWall& wall) {
     physics::RelaxerConfig config;
     config.kind = physics::RelaxerKind::Global;
-    return physics::make_relaxer(config);
+    return physics::make_relaxer(config, wall);
 }
 
 /// The paper's own method, single segments to second order.
-inline std::unique_ptr<physics::Relaxer> paper_relaxer() {
+inline std::unique_ptr<physics::Relaxer> paper_relaxer(const physics::LumenWall& wall) {
     physics::RelaxerConfig config;
     config.kind = physics::RelaxerKind::Segment;
-    return physics::make_relaxer(config);
+    return physics::make_relaxer(config, wall);
 }
 
 inline double energy_of(const physics::Guidewire& wire, const physics::LumenWall& wall) {
@@ -107,11 +107,11 @@ inline physics::WallContact ask(const physics::LumenWall& wall, const geometry::
 }
 
 /// Mean |ε| of the updates of one more cycle.
-inline double mean_turn(physics::Relaxer& relaxer, physics::Guidewire& wire, const physics::LumenWall& wall) {
+inline double mean_turn(physics::Relaxer& relaxer, physics::Guidewire& wire) {
     double sum = 0;
     std::vector<geometry::Vec3> last = wire.tangents;
     const physics::RelaxBudget cycle = physics::whole_cycles(wire.segments(), 1);
-    relaxer.relax(wire, wall, cycle, [&](int b, const physics::Guidewire& now) {
+    relaxer.relax(wire, cycle, [&](int b, const physics::Guidewire& now) {
         sum += (now.tangents[b] - last[b]).norm();
         last = now.tangents;
     });

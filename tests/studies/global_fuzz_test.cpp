@@ -50,8 +50,10 @@ public:
         spec.curved_length = 8 + 8 * unit();
         spec.curved_angle = 1.4 * unit();
         wall_.emplace(line, 1.2 + 2.5 * unit(), hardness * (10 + 40 * unit()), 0.44);
+        relaxer_ = global_relaxer(*wall_);
+        passing_ = make_relaxer(passing(), *wall_);
         wire_ = wire_along(spec, line, 30);
-        relaxer_->relax(wire_, *wall_, {kUnlimited, 0, 0});
+        relaxer_->relax(wire_, {kUnlimited, 0, 0});
     }
 
     void play(int frames) {
@@ -123,7 +125,7 @@ private:
     }
 
     void relax(Relaxer& relaxer) {
-        last_ = relaxer.relax(wire_, *wall_, {std::max(left_, wire_.segments()), 0, 0});
+        last_ = relaxer.relax(wire_, {std::max(left_, wire_.segments()), 0, 0});
         left_ -= last_.updates;
     }
 
@@ -131,8 +133,7 @@ private:
     void judge(int frame, bool cut_short) {
         Guidewire wire = wire_;
         RelaxReport report = last_;
-        if (cut_short && !report.converged)
-            report = global_relaxer()->relax(wire, *wall_, {kUnlimited, 0, 0});
+        if (cut_short && !report.converged) report = global_relaxer(*wall_)->relax(wire, {kUnlimited, 0, 0});
         ++tally_.frames;
         tally_.short_frames += cut_short;
         tally_.loaded += !wire.load.isZero(0);
@@ -159,7 +160,7 @@ private:
     double length_ = 0;  // of the vessel [mm]
     std::optional<TubeWall> wall_;
     Guidewire wire_;
-    std::unique_ptr<Relaxer> relaxer_ = global_relaxer(), passing_ = make_relaxer(passing());
+    std::unique_ptr<Relaxer> relaxer_, passing_;
     double insertion_ = 0, rotation_ = 0;  // asked for and not made yet [mm], [rad]
     bool settled_ = true;
     int left_ = 0;      // updates of this frame

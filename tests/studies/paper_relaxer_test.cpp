@@ -28,10 +28,10 @@ Course course(const char* scene, int cycles) {
     auto [wall, wire] = scene_setup(scene);
     RelaxerConfig config;  // M = 2, chosen separation, safeguarded
     config.kind = RelaxerKind::Segment;
-    const auto relaxer = make_relaxer(config);
+    const auto relaxer = make_relaxer(config, wall);
     std::vector<std::vector<Vec3>> after;
     for (int k = 0; k < cycles; ++k) {
-        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 1));
+        relaxer->relax(wire, whole_cycles(wire.segments(), 1));
         if (k < 120) after.push_back(wire.joints);
     }
     EXPECT_TRUE(validate(wire).empty());
@@ -89,9 +89,9 @@ namespace {
 /// Mean |ε| of an update over a cycle after so many of the method on sinuous.
 double mean_turn_after(int cycles, const RelaxerConfig& config) {
     auto [wall, wire] = scene_setup("sinuous");
-    const auto relaxer = make_relaxer(config);
-    relaxer->relax(wire, wall, whole_cycles(wire.segments(), cycles));
-    return mean_turn(*relaxer, wire, wall);
+    const auto relaxer = make_relaxer(config, wall);
+    relaxer->relax(wire, whole_cycles(wire.segments(), cycles));
+    return mean_turn(*relaxer, wire);
 }
 
 }  // namespace
@@ -147,9 +147,9 @@ TEST(PaperRelaxer, StoredPlanesSettleAtTheListedMinima) {
         RelaxerConfig config = kind_of(RelaxerKind::Segment, 2);
         config.stored_planes = true;
         const RelaxReport report =
-            make_relaxer(config)->relax(wire, wall, whole_cycles(wire.segments(), 300));
+            make_relaxer(config, wall)->relax(wire, whole_cycles(wire.segments(), 300));
         const double energy = energy_of(wire, wall);
-        global_relaxer()->relax(wire, wall, {1'000'000, 0, 0});  // the bottom of the same basin
+        global_relaxer(wall)->relax(wire, {1'000'000, 0, 0});  // the bottom of the same basin
         const double rest = energy_of(wire, wall);
         std::printf("%s: U = %.9f N·mm, %.1e above its basin; %lld queries\n", scene, energy,
                     energy / rest - 1, report.wall_queries);
@@ -163,7 +163,7 @@ TEST(PaperRelaxer, KoningsAndTheCombinationSettleInTheHairpinAtListedMinima) {
                                          {kind_of(RelaxerKind::Combined, 1), 300},
                                          {kind_of(RelaxerKind::Combined, 2), 150}}) {
         auto [wall, wire] = scene_setup("hairpin");
-        make_relaxer(config)->relax(wire, wall, whole_cycles(wire.segments(), cycles));
+        make_relaxer(config, wall)->relax(wire, whole_cycles(wire.segments(), cycles));
         const double energy = energy_of(wire, wall);
         std::printf("kind %d, M = %d: U = %.6f N·mm\n", static_cast<int>(config.kind), config.varied_segments,
                     energy);
@@ -185,7 +185,7 @@ TEST(PaperRelaxer, StoredPlanesAskAMeshATenthAndTakeHalfTheTime) {
         config.safeguard = false;
         config.stored_planes = stored;
         const std::clock_t before = std::clock();
-        queries[stored] = make_relaxer(config)->relax(wire, mesh, whole_cycles(200, 10)).wall_queries;
+        queries[stored] = make_relaxer(config, mesh)->relax(wire, whole_cycles(200, 10)).wall_queries;
         seconds[stored] = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
         energy[stored] = energy_of(wire, mesh);
         std::printf("%s: %.3g queries and %.3g ms a cycle, U = %.6f N·mm\n", stored ? "stored" : "plain",

@@ -137,7 +137,7 @@ TEST(GeometricRelaxer, MovesOnlyThePieceThatItUpdates) {
     config.kind = RelaxerKind::Geometric;
     Guidewire last = wire;
     bool moved = false;
-    make_relaxer(config)->relax(wire, wall, {1500, 0, 0}, [&](int first, const Guidewire& now) {
+    make_relaxer(config, wall)->relax(wire, {1500, 0, 0}, [&](int first, const Guidewire& now) {
         for (int i = 0; i <= 70; ++i) {
             if (i >= first && i <= (first + 2 <= 70 ? first + 1 : 70)) {
                 moved = moved || now.joints[i] != last.joints[i];
@@ -161,12 +161,12 @@ TEST(GeometricRelaxer, EnergyNeverRisesAloneOrCombinedForUnequalSegmentsToo) {
             rebuild_joints(wire);
             RelaxerConfig config;
             config.kind = kind;
-            const auto relaxer = make_relaxer(config);
+            const auto relaxer = make_relaxer(config, wall);
             const auto energy = [&] { return total_energy(wire, all_contacts(wire, wall)).total(); };
             const double begin = energy();
             double last = begin;
             for (int k = 0; k < 20; ++k) {
-                relaxer->relax(wire, wall, {300, 0, 0});
+                relaxer->relax(wire, {300, 0, 0});
                 const double now = energy();
                 ASSERT_LE(now, last * (1 + 1e-12)) << uneven << " " << k;
                 last = now;

@@ -36,13 +36,14 @@ Guidewire straight_along_x(int segments) {
 
 TEST(RelaxerConfig, RefusesWhatCannotRun) {
     EXPECT_TRUE(problems(RelaxerConfig{}).empty());
-    for (int m : {-1, 0, 6}) EXPECT_THROW(make_relaxer(with(m)), std::invalid_argument);
+    const TubeWall wall({{0, 0, 0}, {0, 0, 10}}, 2.0, 20.0);
+    for (int m : {-1, 0, 6}) EXPECT_THROW(make_relaxer(with(m), wall), std::invalid_argument);
     RelaxerConfig config;
     config.separation = 1;
-    EXPECT_THROW(make_relaxer(config), std::invalid_argument);
+    EXPECT_THROW(make_relaxer(config, wall), std::invalid_argument);
     config.separation = 15;
     config.turn_limit = 0;
-    EXPECT_THROW(make_relaxer(config), std::invalid_argument);
+    EXPECT_THROW(make_relaxer(config, wall), std::invalid_argument);
     RelaxerConfig stored = with(2);
     stored.stored_planes = true;
     EXPECT_TRUE(problems(stored).empty());
@@ -57,8 +58,8 @@ TEST(SegmentRelaxer, NeverTurnsASegmentBeyondItsLimit) {
         auto [wall, wire] = scene_setup("hairpin");
         const int n = wire.segments();
         Guidewire last = wire;
-        auto relaxer = make_relaxer(with(m));
-        relaxer->relax(wire, wall, {2000, 0, 0}, [&](int, const Guidewire& now) {
+        auto relaxer = make_relaxer(with(m), wall);
+        relaxer->relax(wire, {2000, 0, 0}, [&](int, const Guidewire& now) {
             for (int i = 1; i <= n; ++i)
                 ASSERT_LE((now.tangents[i] - last.tangents[i]).norm(), 0.1 / std::sqrt(n + 1.0 - i) + 1e-12);
             last = now;
@@ -68,10 +69,10 @@ TEST(SegmentRelaxer, NeverTurnsASegmentBeyondItsLimit) {
 
 TEST(SegmentRelaxer, MovesOnlyVariedSegmentsAndTheirOwnJoints) {
     auto [wall, wire] = scene_setup("hairpin");
-    SegmentRelaxer relaxer(with(3));
+    SegmentRelaxer relaxer(with(3), wall);
     Guidewire last = wire;
     std::map<int, int> separations;
-    relaxer.relax(wire, wall, whole_cycles(wire.segments(), 1), [&](int first, const Guidewire& now) {
+    relaxer.relax(wire, whole_cycles(wire.segments(), 1), [&](int first, const Guidewire& now) {
         const auto varied = relaxer.last_varied();
         ASSERT_EQ(varied.front(), first);
         for (std::size_t m = 1; m < varied.size(); ++m) ++separations[varied[m] - varied[m - 1]];
@@ -92,9 +93,9 @@ TEST(SegmentRelaxer, FixedSeparationIsKept) {
     auto [wall, wire] = scene_setup("hairpin");
     RelaxerConfig config = with(3);
     config.separation = 12;
-    SegmentRelaxer relaxer(config);
+    SegmentRelaxer relaxer(config, wall);
     int triples = 0;
-    relaxer.relax(wire, wall, {3000, 0, 0}, [&](int, const Guidewire&) {
+    relaxer.relax(wire, {3000, 0, 0}, [&](int, const Guidewire&) {
         const auto varied = relaxer.last_varied();
         for (std::size_t m = 1; m < varied.size(); ++m) ASSERT_EQ(varied[m] - varied[m - 1], 12);
         triples += varied.size() == 3;
@@ -105,12 +106,12 @@ TEST(SegmentRelaxer, FixedSeparationIsKept) {
 TEST(SegmentRelaxer, TakesTheSegmentsOfLeastEstimatedEnergy) {
     // Eqs. 37 and 38 over i+5…i+25 by hand, before every update.
     auto [wall, wire] = past_the_first_turn();
-    SegmentRelaxer relaxer(with(3));
-    relaxer.relax(wire, wall, whole_cycles(wire.segments(), 1));
+    SegmentRelaxer relaxer(with(3), wall);
+    relaxer.relax(wire, whole_cycles(wire.segments(), 1));
     Guidewire before = wire;
     rebuild_joints(before);
     int doubles = 0, triples = 0;
-    relaxer.relax(wire, wall, {60, 0, 0}, [&](int i, const Guidewire& now) {
+    relaxer.relax(wire, {60, 0, 0}, [&](int i, const Guidewire& now) {
         ContactSet contacts(wall);
         contacts.reset(before);
         const auto turn = [&](int j) -> Vec3 {
@@ -148,10 +149,10 @@ TEST(SegmentRelaxer, GuardedEnergyNeverRises) {
     for (const char* scene : {"hairpin", "stiffwall"})
         for (int m : {1, 2, 3}) {
             auto [wall, wire] = scene_setup(scene);
-            auto relaxer = make_relaxer(with(m));
+            auto relaxer = make_relaxer(with(m), wall);
             double last = energy_of(wire, wall);
             for (int k = 0; k < 30; ++k) {
-                relaxer->relax(wire, wall, {200, 0, 0});
+                relaxer->relax(wire, {200, 0, 0});
                 const double now = energy_of(wire, wall);
                 ASSERT_LE(now, last * (1 + 1e-12)) << scene << " M = " << m << " after " << 200 * (k + 1);
                 last = now;
@@ -165,9 +166,9 @@ TEST(SegmentRelaxer, PlainAndGuardedReachTheSameBasin) {
     double rest[2];
     for (bool safeguard : {false, true}) {
         Guidewire wire = start;
-        make_relaxer(with(2, safeguard))->relax(wire, wall, whole_cycles(wire.segments(), 30));
+        make_relaxer(with(2, safeguard), wall)->relax(wire, whole_cycles(wire.segments(), 30));
         const double energy = energy_of(wire, wall);
-        global_relaxer()->relax(wire, wall, {100000, 0, 0});
+        global_relaxer(wall)->relax(wire, {100000, 0, 0});
         rest[safeguard] = energy_of(wire, wall);
         EXPECT_NEAR(energy, rest[safeguard], 1e-3) << safeguard;
     }
@@ -182,12 +183,12 @@ TEST(SegmentRelaxer, SecondOrderRestsWhereFirstOrderBounces) {
         Guidewire wire = start;
         RelaxerConfig config = with(2);
         if (order == 1) config.kind = RelaxerKind::FirstOrder;
-        auto relaxer = make_relaxer(config);
-        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 30));
+        auto relaxer = make_relaxer(config, wall);
+        relaxer->relax(wire, whole_cycles(wire.segments(), 30));
         double sum = 0;
         long long count = 0;
         Guidewire last = wire;
-        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 2), [&](int b, const Guidewire& now) {
+        relaxer->relax(wire, whole_cycles(wire.segments(), 2), [&](int b, const Guidewire& now) {
             sum += (now.tangents[b] - last.tangents[b]).norm();
             last.tangents = now.tangents;
             ++count;
@@ -205,9 +206,9 @@ TEST(SegmentRelaxer, RestsAsLongAsTheWallsCurvatureIsKept) {
         RelaxerConfig config = with(1, false);
         config.bending_curvature = bending;
         config.wall_curvature = of_wall;
-        const auto relaxer = make_relaxer(config);
-        relaxer->relax(wire, wall, whole_cycles(wire.segments(), 15));
-        return mean_turn(*relaxer, wire, wall);
+        const auto relaxer = make_relaxer(config, wall);
+        relaxer->relax(wire, whole_cycles(wire.segments(), 15));
+        return mean_turn(*relaxer, wire);
     };
     const double a = mean(true, true), b = mean(false, false), c = mean(false, true), d = mean(true, false);
     EXPECT_LT(a, 0.15 * b);
@@ -222,7 +223,7 @@ TEST(SegmentRelaxer, FirstOrderIsThePlainMethodWithoutBothCurvatures) {
         RelaxerConfig config = with(1, false);
         config.bending_curvature = config.wall_curvature = false;
         if (first_order) config.kind = RelaxerKind::FirstOrder;
-        make_relaxer(config)->relax(wire, wall, {3000, 0, 0});
+        make_relaxer(config, wall)->relax(wire, {3000, 0, 0});
         tips[first_order] = wire.tip();
     }
     EXPECT_LT((tips[0] - tips[1]).norm(), 1e-9);
@@ -243,10 +244,10 @@ TEST(SegmentRelaxer, SegmentsOfUnequalLengthsRestWhereTheGlobalRelaxerRests) {
     for (const RelaxerConfig& config : {with(2), konings, combined, stored}) {
         wire = start;
         const double before = energy_of(wire, wall);
-        make_relaxer(config)->relax(wire, wall, whole_cycles(wire.segments(), 25));
+        make_relaxer(config, wall)->relax(wire, whole_cycles(wire.segments(), 25));
         const double energy = energy_of(wire, wall);
         EXPECT_TRUE(validate(wire).empty());
-        global_relaxer()->relax(wire, wall, {1'000'000, 0, 0});
+        global_relaxer(wall)->relax(wire, {1'000'000, 0, 0});
         const double rest = energy_of(wire, wall);
         const bool konings_slow = config.kind == RelaxerKind::Konings;
         EXPECT_NEAR(energy, rest, (konings_slow ? 0.1 : 1e-3) * (before - rest));
@@ -257,7 +258,7 @@ TEST(SegmentRelaxer, BudgetIsCountedInUpdates) {
     auto [wall, wire] = scene_setup("hairpin");
     int seen = 0;
     const RelaxReport report =
-        make_relaxer(with(2))->relax(wire, wall, {137, 0.75, 40}, [&](int, const Guidewire&) { ++seen; });
+        make_relaxer(with(2), wall)->relax(wire, {137, 0.75, 40}, [&](int, const Guidewire&) { ++seen; });
     EXPECT_EQ(report.updates, 137);
     EXPECT_EQ(seen, 137);
     EXPECT_GE(report.wall_queries, wire.segments());
@@ -268,7 +269,7 @@ TEST(SegmentRelaxer, StopsWhenNothingTurnsAnyMore) {
     spec.curved_length = spec.curved_angle = 0;
     Guidewire wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 30);
     const TubeWall wall({{-1, 0, 0}, {100, 0, 0}}, 2, 40);
-    const RelaxReport report = make_relaxer(with(2))->relax(wire, wall, {100000, 0, 0});
+    const RelaxReport report = make_relaxer(with(2), wall)->relax(wire, {100000, 0, 0});
     EXPECT_TRUE(report.converged);
     EXPECT_LE(report.updates, 60);
 }
@@ -281,7 +282,7 @@ TEST(SegmentRelaxer, FreeCurvedTipTakesItsRestShape) {
     Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 24);
     rotate(wire, 0.5);
     const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 50, 40);
-    make_relaxer(with(1))->relax(wire, wall, whole_cycles(24, 400));
+    make_relaxer(with(1), wall)->relax(wire, whole_cycles(24, 400));
     EXPECT_LT(total_energy(wire, all_contacts(wire, wall)).bending, 1e-8);
     const Vec3 aside = wire.tip() - Vec3(0, 0, wire.tip().z());
     EXPECT_GT(aside.norm(), 2.0);
@@ -294,12 +295,12 @@ TEST(SegmentRelaxer, RotatingTheHubTurnsTheTip) {
     spec.segment_length = 2;
     Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
     const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 4, 20, 0.44);
-    auto relaxer = make_relaxer(with(2));
-    relaxer->relax(wire, wall, whole_cycles(30, 100));
+    auto relaxer = make_relaxer(with(2), wall);
+    relaxer->relax(wire, whole_cycles(30, 100));
     const Vec3 before = wire.tip();
     for (int k = 0; k < 18; ++k) {
         rotate(wire, 10 * M_PI / 180);
-        relaxer->relax(wire, wall, whole_cycles(30, 10));
+        relaxer->relax(wire, whole_cycles(30, 10));
     }
     const Vec3 after = wire.tip();
     EXPECT_GT(std::hypot(before.x(), before.y()), 1.0);
@@ -313,8 +314,8 @@ TEST(SegmentRelaxer, LeavesAnExactHeadOnMeeting) {
         const TubeWall wall({{-1, 0, 0}, {38.5, 0, 0}}, 1.0, 42);
         const double before = energy_of(wire, wall);
         ASSERT_GT(before, 0.1);
-        auto relaxer = make_relaxer(with(m));
-        relaxer->relax(wire, wall, whole_cycles(40, 40));
+        auto relaxer = make_relaxer(with(m), wall);
+        relaxer->relax(wire, whole_cycles(40, 40));
         EXPECT_TRUE(validate(wire).empty());
         EXPECT_LT(energy_of(wire, wall), 0.7 * before) << m;
         EXPECT_GT((wire.joints[20] - Vec3(20, 0, 0)).norm(), 0.05) << m;
@@ -328,7 +329,7 @@ TEST(SegmentRelaxer, LeavesAnExactFold) {
         Guidewire wire = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, tangents);
         const TubeWall wall({{-30, 0, 0}, {60, 0, 0}}, 3.0, 42);
         const double before = energy_of(wire, wall);
-        make_relaxer(with(m))->relax(wire, wall, whole_cycles(40, 30));
+        make_relaxer(with(m), wall)->relax(wire, whole_cycles(40, 30));
         EXPECT_TRUE(validate(wire).empty());
         EXPECT_LT(energy_of(wire, wall), 0.8 * before) << m;
     }
@@ -344,7 +345,7 @@ TEST(SegmentRelaxer, SurvivesWhatBreaksPlainMethods) {
                 wire.tangents[60 + k] = wire.tangents[59];
             }
             rebuild_joints(wire);
-            make_relaxer(with(m, safeguard))->relax(wire, setup.wall, {4000, 0.5, 60});
+            make_relaxer(with(m, safeguard), setup.wall)->relax(wire, {4000, 0.5, 60});
             EXPECT_TRUE(validate(wire).empty()) << m << safeguard;
         }
 }
@@ -362,11 +363,11 @@ TEST(SegmentRelaxer, MirroredSceneGivesTheMirroredWire) {
         Guidewire wire = wire_along(spec, line, 40);
         // d_0 in the mirror plane: its mirror image is itself.
         wire.base_director = Vec3::UnitY();
-        auto relaxer = make_relaxer(with(2));
+        auto relaxer = make_relaxer(with(2), wall);
         for (int k = 0; k < 6; ++k) {
             move(wire, 4);
             rotate(wire, sign * 0.15);
-            relaxer->relax(wire, wall, whole_cycles(wire.segments(), 10));
+            relaxer->relax(wire, whole_cycles(wire.segments(), 10));
         }
         return wire;
     };
@@ -382,7 +383,7 @@ TEST(SegmentRelaxer, SameWorkTwiceGivesTheSameBits) {
     Vec3 tips[2];
     for (Vec3& tip : tips) {
         auto [wall, wire] = scene_setup("spatial");
-        make_relaxer(with(2))->relax(wire, wall, {3000, 0.5, 60});
+        make_relaxer(with(2), wall)->relax(wire, {3000, 0.5, 60});
         tip = wire.tip();
     }
     EXPECT_EQ(tips[0], tips[1]);

@@ -27,7 +27,7 @@ RelaxerConfig storing(int varied, bool stored) {
 SceneSetup pressed() {
     SceneSetup scene = scene_setup("hairpin");
     scene.wire = wire_along(scene.wire.spec, scene.wall.centreline(), 70);
-    make_relaxer(storing(2, false))->relax(scene.wire, scene.wall, whole_cycles(70, 2));
+    make_relaxer(storing(2, false), scene.wall)->relax(scene.wire, whole_cycles(70, 2));
     return scene;
 }
 
@@ -94,14 +94,14 @@ TEST(StoredPlanes, RestWhereThePlainFormRests) {
     // From the same basin to rest: the energies agree to 1e-9.
     const SceneSetup scene = pressed();
     Guidewire plain = scene.wire;
-    global_relaxer()->relax(plain, scene.wall, {1'000'000, 0, 0});
+    global_relaxer(scene.wall)->relax(plain, {1'000'000, 0, 0});
     const double rest = energy_of(plain, scene.wall);
     for (const int m : {2, 3}) {
         Guidewire wire = plain;
         for (int i = 30; i < 50; ++i) wire.tangents[i] = (wire.tangents[i] + Vec3(0, 0, 1e-3)).normalized();
         rebuild_joints(wire);
         ASSERT_GT(energy_of(wire, scene.wall), rest * (1 + 1e-6));
-        make_relaxer(storing(m, true))->relax(wire, scene.wall, whole_cycles(70, 25));
+        make_relaxer(storing(m, true), scene.wall)->relax(wire, whole_cycles(70, 25));
         EXPECT_NEAR(energy_of(wire, scene.wall), rest, 1e-9 * rest) << m;
     }
 }
@@ -116,9 +116,9 @@ TEST(StoredPlanes, AskATenthOfThePlainFormAtMost) {
     const test::AskAlways always(mesh);
     Guidewire wire = wire_along(setup.wire.spec, setup.wall.centreline(), 70);
     Guidewire same = wire;
-    const long long few = make_relaxer(storing(2, true))->relax(wire, mesh, whole_cycles(70, 2)).wall_queries;
+    const long long few = make_relaxer(storing(2, true), mesh)->relax(wire, whole_cycles(70, 2)).wall_queries;
     const long long all =
-        make_relaxer(storing(2, false))->relax(same, always, whole_cycles(70, 2)).wall_queries;
+        make_relaxer(storing(2, false), always)->relax(same, whole_cycles(70, 2)).wall_queries;
     EXPECT_LT(10 * few, all);
     EXPECT_TRUE(validate(wire).empty());
 }
@@ -127,10 +127,10 @@ TEST(StoredPlanes, AreNotDisturbedByWhoLooksOn) {
     const SceneSetup scene = pressed();
     for (const double distal_share : {0.0, 0.6}) {
         Guidewire alone = scene.wire, watched = scene.wire;
-        make_relaxer(storing(2, true))->relax(alone, scene.wall, {1500, distal_share, 25});
+        make_relaxer(storing(2, true), scene.wall)->relax(alone, {1500, distal_share, 25});
         Guidewire last = watched;
-        make_relaxer(storing(2, true))
-            ->relax(watched, scene.wall, {1500, distal_share, 25}, [&](int first, const Guidewire& now) {
+        make_relaxer(storing(2, true), scene.wall)
+            ->relax(watched, {1500, distal_share, 25}, [&](int first, const Guidewire& now) {
                 for (int i = 0; i < first; ++i)
                     ASSERT_LT((now.joints[i] - last.joints[i]).norm(), 1e-12) << first;
                 ASSERT_TRUE(validate(now).empty());
@@ -151,7 +151,7 @@ TEST(StoredPlanes, BearALoadAndACurvedTip) {
         Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
         wire.load = Vec3(2e-3, -1e-3, 0);
         rotate(wire, 0.4);
-        make_relaxer(storing(2, stored))->relax(wire, wall, whole_cycles(30, 80));
+        make_relaxer(storing(2, stored), wall)->relax(wire, whole_cycles(30, 80));
         energy[stored] = energy_of(wire, wall);
         EXPECT_TRUE(validate(wire).empty());
     }

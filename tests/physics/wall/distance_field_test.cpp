@@ -199,7 +199,7 @@ TEST(DistanceField, RelaxesAWireToTheEnergyOfTheTubeWall) {
     auto [tube, start] = scene_setup("hairpin");
     auto relaxed = [&](const LumenWall& wall) {
         Guidewire wire = start;
-        global_relaxer()->relax(wire, wall, whole_cycles(wire.segments(), 12));
+        global_relaxer(wall)->relax(wire, whole_cycles(wire.segments(), 12));
         EXPECT_TRUE(validate(wire).empty());
         return total_energy(wire, all_contacts(wire, wall)).total();
     };

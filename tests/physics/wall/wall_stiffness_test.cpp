@@ -197,12 +197,12 @@ TEST(WallStiffness, BothRelaxersRestAtTheSamePlaceInAVariedWall) {
     Guidewire wire = wire_along(setup.wire.spec, line, 60);
     RelaxerConfig config;
     config.kind = RelaxerKind::Segment;
-    make_relaxer(config)->relax(wire, wall, whole_cycles(60, 25));
+    make_relaxer(config, wall)->relax(wire, whole_cycles(60, 25));
     const double by_segments = energy(wire, wall);
-    EXPECT_TRUE(global_relaxer()->relax(wire, wall, {1'000'000, 0, 0}).converged);
+    EXPECT_TRUE(global_relaxer(wall)->relax(wire, {1'000'000, 0, 0}).converged);
     EXPECT_LT(relative_gradient(wire, all_contacts(wire, wall)), 1e-8);
     EXPECT_NEAR(by_segments, energy(wire, wall), 1e-3 * by_segments);
     const double varied = energy(wire, wall);
-    global_relaxer()->relax(wire, setup.wall, {1'000'000, 0, 0});
+    global_relaxer(setup.wall)->relax(wire, {1'000'000, 0, 0});
     EXPECT_GT(std::abs(energy(wire, setup.wall) - varied), 1e-5 * varied);  // the profile is felt
 }

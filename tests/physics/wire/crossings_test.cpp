@@ -75,7 +75,7 @@ Guidewire across(const Ridge& ridge, double curved_angle = 0) {
     spec.curved_angle = curved_angle;
     Guidewire wire = straight_wire(spec, {0.7, -13, 0}, {0, 1, 0}, 12);
     wire.base_director = -Vec3::UnitX();
-    global_relaxer()->relax(wire, ridge, {100000, 0, 0});
+    global_relaxer(ridge)->relax(wire, {100000, 0, 0});
     return wire;
 }
 
@@ -134,7 +134,7 @@ TEST(Crossings, AJointAtEachMendsThem) {
         for (int round = 0; round < 4 && !found.empty(); ++round) {
             ASSERT_GT(split_crossings(wire, found), 0);
             ASSERT_TRUE(validate(wire).empty());
-            EXPECT_TRUE(global_relaxer()->relax(wire, ridge, {100000, 0, 0}).converged);
+            EXPECT_TRUE(global_relaxer(ridge)->relax(wire, {100000, 0, 0}).converged);
             found = crossings(wire, all_contacts(wire, ridge), ridge);
         }
         EXPECT_TRUE(found.empty());

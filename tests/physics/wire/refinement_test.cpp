@@ -17,7 +17,7 @@ namespace {
 /// The scene's wire at rest, with λ as the scene has it.
 SceneSetup at_rest(const char* scene) {
     SceneSetup setup = scene_setup(scene);
-    global_relaxer()->relax(setup.wire, setup.wall, kUnlimited);
+    global_relaxer(setup.wall)->relax(setup.wire, kUnlimited);
     return setup;
 }
 
@@ -142,13 +142,13 @@ TEST(Refinement, RestOfAPushedWireStaysWithinTheToleranceOfTheFineWires) {
         const int segments = fine.segments();
         fine = wire_along(fine.spec, wall.centreline(), 20);
         Guidewire wire = fine;
-        const auto fines = global_relaxer(), coarses = global_relaxer();
+        const auto fines = global_relaxer(wall), coarses = global_relaxer(wall);
         while (fine.segments() < segments) {
             insert_segment(fine);
-            fines->relax(fine, wall, kUnlimited);
+            fines->relax(fine, kUnlimited);
             refine(wire, wall);
             insert_segment(wire);
-            ASSERT_TRUE(coarses->relax(wire, wall, kUnlimited).converged) << scene << fine.segments();
+            ASSERT_TRUE(coarses->relax(wire, kUnlimited).converged) << scene << fine.segments();
             if (fine.segments() % 10 == 0) {
                 EXPECT_LT(curve_error(fine, wire), 0.05) << scene;
             }
@@ -163,8 +163,8 @@ TEST(Refinement, ThePapersRelaxerFindsTheSameRest) {
     auto [wall, wire] = at_rest("hairpin");
     refine(wire, wall);
     Guidewire other = wire;
-    global_relaxer()->relax(wire, wall, kUnlimited);
-    paper_relaxer()->relax(other, wall, whole_cycles(other.segments(), 60));
+    global_relaxer(wall)->relax(wire, kUnlimited);
+    paper_relaxer(wall)->relax(other, whole_cycles(other.segments(), 60));
     EXPECT_LT(curve_error(wire, other), 0.02);
 }
 

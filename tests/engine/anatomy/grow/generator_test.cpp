@@ -193,10 +193,10 @@ TEST(Generator, MakesALumenThatAWireCanBePushedThrough) {
     physics::Guidewire wire = physics::uniform_wire(20, 1, path.points[0], inward, {inward, inward, inward});
     physics::RelaxerConfig config;
     config.kind = physics::RelaxerKind::Global;
-    const auto relaxer = physics::make_relaxer(config);
+    const auto relaxer = physics::make_relaxer(config, *wall);
     for (int push = 0; push < 15; ++push) {
         physics::insert_segment(wire);
-        EXPECT_TRUE(relaxer->relax(wire, *wall, {100'000, 0, 1}).converged) << push;
+        EXPECT_TRUE(relaxer->relax(wire, {100'000, 0, 1}).converged) << push;
     }
     EXPECT_TRUE(inside(anatomy, wire.joints.back()));
     EXPECT_EQ(nearest_place(anatomy, wire.joints.back()).branch, 0);  // out of the side branch

@@ -1,0 +1,34 @@
+#include "physics/relax/relaxer.h"
+
+#include <cmath>
+#include <stdexcept>
+
+#include "physics/relax/global_relaxer.h"
+#include "physics/relax/segment_relaxer.h"
+
+namespace physics {
+
+std::vector<std::string> problems(const RelaxerConfig& c) {
+    std::vector<std::string> out;
+    if (c.varied_segments < 1 || c.varied_segments > kMostVariedSegments)
+        out.push_back("varied_segments must lie in 1 to 5, not " + std::to_string(c.varied_segments) + ".");
+    if (c.stored_planes && c.kind != RelaxerKind::Segment && c.kind != RelaxerKind::FirstOrder)
+        out.push_back("stored_planes go with the segment and the first-order relaxer.");
+    if (c.separation && (*c.separation < 2 || *c.separation > 200))
+        out.push_back("separation must lie in 2 to 200, not " + std::to_string(*c.separation) + ".");
+    if (!std::isfinite(c.turn_limit) || c.turn_limit <= 0 || c.turn_limit > 2)
+        out.push_back("turn_limit must lie in (0, 2].");
+    return out;
+}
+
+RelaxBudget whole_cycles(int segments, int cycles) {
+    return {cycles * segments * (segments + 1) / 2, 0.0, 0};
+}
+
+std::unique_ptr<Relaxer> make_relaxer(const RelaxerConfig& config, const LumenWall& wall) {
+    if (const auto wrong = problems(config); !wrong.empty()) throw std::invalid_argument(wrong.front());
+    if (config.kind == RelaxerKind::Global) return std::make_unique<GlobalRelaxer>(config, wall);
+    return std::make_unique<SegmentRelaxer>(config, wall);
+}
+
+}  // namespace physics
