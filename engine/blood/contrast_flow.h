@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/blood/blood_flow.h"
+#include "physics/geometry/state.h"
 
 namespace blood {
 
@@ -29,6 +30,8 @@ struct Injection {
 struct Blush {
     double iodine = 0;         // [mg]
     double concentration = 0;  // averaged over the outlet's tissue [mg/ml]
+
+    void state(geometry::StateStream& s) { s(iodine, concentration); }
 };
 
 /// Where the iodine is [mg]; injected = in_vessels + in_organs + drained.
@@ -65,11 +68,15 @@ public:
     double injected() const { return injected_; }  // so far [ml]
     double left() const;                           // of the limit, running injections counted whole [ml]
     IodineBalance balance() const;
+    void state(geometry::StateStream& s) {
+        s(time_, injected_, injected_iodine_, drained_, running_, iodine_, tanks_, blush_, shown_);
+    }
 
 private:
     struct Running {
         int cell;
         double rate, left, iodine;  // [ml/s], [ml], [mg/ml]
+        void state(geometry::StateStream& s) { s(cell, rate, left, iodine); }
     };
     void advance(double dt);
     void carry(double dt);
@@ -93,6 +100,7 @@ private:
     std::vector<double> iodine_;  // in each cell [mg/ml]
     struct Tanks {
         double mass[3] = {0, 0, 0};  // [mg]
+        void state(geometry::StateStream& s) { s(mass[0], mass[1], mass[2]); }
     };
     std::vector<Tanks> tanks_;  // behind each outlet
     std::vector<Blush> blush_;

@@ -1,36 +1,58 @@
 #include "engine/exercise/console.h"
 
 #include <cmath>
+#include <utility>
 
 namespace exercise {
 
 Console::Console(const render::CArm& start, double frame_rate, std::optional<double> pulse_rate)
     : frame_rate_(frame_rate), arm_(start), pulse_rate_(pulse_rate.value_or(frame_rate)) {}
 
-void Console::apply(const script::Command& command) {
-    if (const auto* move = std::get_if<script::MoveArm>(&command)) arm_ = script::moved(arm_, *move);
-    if (const auto* collimate = std::get_if<script::Collimate>(&command)) {
-        arm_.opening_width = collimate->width;
-        arm_.opening_height = collimate->height;
-    }
-    if (const auto* move = std::get_if<script::MoveTable>(&command)) table_ = move->place;
-    if (const auto* pedal = std::get_if<script::Beam>(&command)) {
-        if (pedal->on && !beam_on_) beam_frames_ = 0;
-        beam_on_ = pedal->on;
-    }
-    if (const auto* set = std::get_if<script::SetMode>(&command)) mode_ = set->mode;
-    if (const auto* set = std::get_if<script::SetPulseRate>(&command)) pulse_rate_ = set->rate;
-    masks_ += std::holds_alternative<script::NewMask>(command);
-    references_ += std::holds_alternative<script::StoreReference>(command);
+void Console::apply(const script::MoveArm& move) {
+    arm_ = script::moved(arm_, move);
 }
 
-bool Console::end_frame() {
-    if (!beam_on_) return false;
+void Console::apply(const script::Collimate& collimate) {
+    arm_.opening_width = collimate.width;
+    arm_.opening_height = collimate.height;
+}
+
+void Console::apply(const script::MoveTable& move) {
+    table_ = move.place;
+}
+
+void Console::apply(const script::Beam& pedal) {
+    if (pedal.on && !beam_on_) beam_frames_ = 0;
+    beam_on_ = pedal.on;
+}
+
+void Console::apply(const script::SetMode& set) {
+    mode_ = set.mode;
+}
+
+void Console::apply(const script::SetPulseRate& set) {
+    pulse_rate_ = set.rate;
+}
+
+void Console::apply(const script::NewMask&) {
+    mask_asked_ = true;
+}
+
+void Console::apply(const script::StoreReference&) {
+    reference_asked_ = true;
+}
+
+ConsoleEvents Console::end_frame() {
+    ConsoleEvents events;
+    events.reference = std::exchange(reference_asked_, false);
+    if (!beam_on_) return events;
     // The pedal's first frame has a pulse, then each one in which another 1/rate is over.
     const double pulses_per_frame = pulse_rate_ / frame_rate_;
     const int frame = beam_frames_++;
     const auto pulses_by = [&](int frames) { return std::floor(frames * pulses_per_frame + 1e-9); };
-    return frame == 0 || pulses_by(frame) > pulses_by(frame - 1);
+    events.pulse = frame == 0 || pulses_by(frame) > pulses_by(frame - 1);
+    if (events.pulse && mode_ == script::ImagingMode::dsa) events.mask = std::exchange(mask_asked_, false);
+    return events;
 }
 
 render::CArm Console::arm() const {

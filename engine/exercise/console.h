@@ -1,7 +1,6 @@
 #pragma once
 /// What the operator of the X-ray stand has set: C-arm, table, collimator, pedal, mode, pulses.
 
-#include <cstdint>
 #include <optional>
 
 #include "engine/script/command.h"
@@ -9,15 +8,27 @@
 
 namespace exercise {
 
+struct ConsoleEvents {
+    bool pulse = false;      // of the beam
+    bool mask = false;       // the pulse is a new mask of DSA
+    bool reference = false;  // the image goes to the reference screen
+};
+
 class Console {
 public:
     /// `frame_rate` of the simulation [1/s]. Pulses come as often as frames unless `pulse_rate` is given.
     Console(const render::CArm& start, double frame_rate, std::optional<double> pulse_rate = {});
 
-    /// What is not the console's is left alone.
-    void apply(const script::Command&);
-    /// The frame is over: whether it had a pulse.
-    bool end_frame();
+    void apply(const script::MoveArm&);
+    void apply(const script::Collimate&);
+    void apply(const script::MoveTable&);
+    void apply(const script::Beam&);
+    void apply(const script::SetMode&);
+    void apply(const script::SetPulseRate&);
+    void apply(const script::NewMask&);
+    void apply(const script::StoreReference&);
+    /// The frame is over: what it asks of the X-ray chain.
+    ConsoleEvents end_frame();
 
     /// In the patient's coordinates, the table's place taken in.
     render::CArm arm() const;
@@ -25,10 +36,9 @@ public:
     bool beam_on() const { return beam_on_; }
     script::ImagingMode mode() const { return mode_; }
     double pulse_rate() const { return pulse_rate_; }  // [1/s]
-    /// How often a new mask was asked for.
-    int masks() const { return masks_; }
-    /// How often the image was asked to the reference screen.
-    int references() const { return references_; }
+    void state(geometry::StateStream& s) {
+        s(arm_, table_, beam_on_, mode_, pulse_rate_, beam_frames_, mask_asked_, reference_asked_);
+    }
 
 private:
     double frame_rate_;
@@ -37,8 +47,9 @@ private:
     bool beam_on_ = false;
     script::ImagingMode mode_ = script::ImagingMode::live;
     double pulse_rate_;
-    int beam_frames_ = 0;  // since the pedal was last pressed
-    int masks_ = 0, references_ = 0;
+    int beam_frames_ = 0;      // since the pedal was last pressed
+    bool mask_asked_ = false;  // and not taken yet: it waits for a pulse of DSA
+    bool reference_asked_ = false;
 };
 
 }  // namespace exercise

@@ -1,6 +1,10 @@
 #include "engine/exercise/exercise.h"
 
+#include <utility>
+
 #include "engine/exercise/imaging.h"
+#include "engine/io/error.h"
+#include "physics/geometry/hash.h"
 
 namespace exercise {
 
@@ -24,34 +28,21 @@ void Exercise::close_recording() {
     recording_.reset();
 }
 
-StepReport Exercise::next_frame(std::span<const script::Command> commands) {
-    ++frame_;
-    const int resets = simulation_.resets();
+Frame Exercise::next_frame(std::span<const script::Command> commands) {
     for (const script::Command& command : commands) simulation_.apply(script::canonical(command));
-    const StepReport report = simulation_.step();
-    if (simulation_.resets() != resets) {
-        attempt_start_ = frame_;
-        if (monitor_) monitor_->clear();
-        masks_ = references_ = 0;
+    Frame frame{{}, commands, simulation_.step(), simulation_, monitor()};
+    time_ = frame.time = {time_.index + 1, simulation_.frames() - 1, simulation_.time()};
+    scorer_.observe(frame);
+    if (recording_) recording_->frame(frame.time.index, commands, [&] { return simulation_.state_hash(); });
+    if (!monitor_) return frame;
+    if (frame.motion.reset) monitor_->clear();
+    if (frame.motion.console.pulse) {
+        Pulse pulse = pulse_of(simulation_, frame.time, organs_);
+        pulse.new_mask = frame.motion.console.mask;
+        monitor_->take(std::move(pulse));
     }
-    scorer_.observe(frame_, simulation_, report);
-    if (recording_) recording_->frame(frame_, commands, [&] { return simulation_.state_hash(); });
-    if (monitor_ && simulation_.pulse()) take_pulse();
-    if (monitor_ && references_ != simulation_.console().references()) {
-        references_ = simulation_.console().references();
-        monitor_->store_reference();
-    }
-    return report;
-}
-
-void Exercise::take_pulse() {
-    Pulse pulse = pulse_of(simulation_, organs_);
-    pulse.frame = frame_;
-    if (pulse.mode == script::ImagingMode::dsa) {
-        pulse.new_mask = masks_ != simulation_.console().masks();
-        masks_ = simulation_.console().masks();
-    }
-    monitor_->take(std::move(pulse));
+    if (frame.motion.console.reference) monitor_->store_reference();
+    return frame;
 }
 
 const render::GrayImage& Exercise::image() {
@@ -75,7 +66,42 @@ Score Exercise::score() const {
 bool Exercise::time_is_up() const {
     const scenario::Scenario& scenario = simulation_.scenario();
     if (!scenario.time_limit) return false;
-    return (frame_ + 1 - attempt_start_) >= *scenario.time_limit * scenario.frame_rate;
+    return time_.attempt + 1 >= *scenario.time_limit * scenario.frame_rate;
+}
+
+void Exercise::state(geometry::StateStream& s) {
+    s(simulation_, scorer_, time_);
+    if (monitor_) s(*monitor_);
+}
+
+/// Of what a state is of: the scenario as it was chosen, its vessels, and whether there are images.
+std::uint64_t Exercise::fingerprint() const {
+    geometry::Hash hash;
+    const scenario::Scenario& scenario = simulation_.scenario();
+    hash.add(scenario.name.data(), scenario.name.size());
+    hash.add(scenario.frame_rate);
+    hash.add(scenario.wall_stiffness);
+    hash.add(scenario.seed);
+    hash.add(static_cast<std::uint64_t>(simulation_.anatomy().lumen.triangles.size()));
+    hash.add(static_cast<std::uint64_t>(scenario.relaxer.kind));
+    hash.add(static_cast<std::uint64_t>(monitor_.has_value()));
+    return hash.value();
+}
+
+Exercise::Snapshot Exercise::snapshot() const {
+    geometry::StateWriter writer;
+    const_cast<Exercise&>(*this).state(writer);
+    return {fingerprint(), writer.take()};
+}
+
+void Exercise::restore(const Snapshot& snapshot) {
+    if (snapshot.of != fingerprint())
+        throw io::InputError(
+            "a snapshot of another exercise was given; one of this scenario, made with images "
+            "if this has them, is accepted");
+    geometry::StateReader reader(snapshot.state);
+    state(reader);
+    reader.finish();
 }
 
 }  // namespace exercise

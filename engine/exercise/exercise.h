@@ -1,8 +1,12 @@
 #pragma once
 /// One attempt at a scenario: the vessel and wire, the C-arm's picture, the score, the recording.
 
+#include <cstddef>
+#include <cstdint>
 #include <optional>
+#include <vector>
 
+#include "engine/exercise/frame.h"
 #include "engine/exercise/imaging.h"
 #include "engine/exercise/monitor.h"
 #include "engine/exercise/score.h"
@@ -24,7 +28,7 @@ public:
     void close_recording();
 
     /// Commands, motion, relaxation, score, recording; time goes on by one frame.
-    StepReport next_frame(std::span<const script::Command>);
+    Frame next_frame(std::span<const script::Command>);
 
     /// What the screen shows after the frame: a live image while the beam is on, the last one (last-image
     /// hold) while it is off, black before the first. Depends on the frames made, not on which were looked
@@ -36,14 +40,26 @@ public:
     /// Of the image; there must be one.
     Truth truth();
 
-    int frame() const { return frame_; }  // the last one made, -1 before the first
+    int frame() const { return time_.index; }  // the last one made, -1 before the first
     const Simulation& simulation() const { return simulation_; }
     Score score() const;
     /// The scenario's time is up after the last frame made.
     bool time_is_up() const;
 
+    /// All of an exercise but its recording, which goes on.
+    struct Snapshot {
+        std::uint64_t of = 0;  // scenario
+        std::vector<std::byte> state;
+    };
+    Snapshot snapshot() const;
+    /// Stepped on, every state, image, dose and score is as it was after snapshot(), to the bit. Throws
+    /// InputError for one of another scenario, or of an exercise with images where this has none, and then
+    /// changes nothing.
+    void restore(const Snapshot&);
+
 private:
-    void take_pulse();
+    void state(geometry::StateStream&);
+    std::uint64_t fingerprint() const;
 
     Simulation simulation_;
     Scorer scorer_;
@@ -51,9 +67,7 @@ private:
     std::vector<BlushingOrgan> organs_;
     std::optional<script::Recording> recording_;
     render::GrayImage black_;
-    int masks_ = 0, references_ = 0;  // asked for and taken
-    int frame_ = -1;
-    int attempt_start_ = 0;  // frame of the last reset
+    FrameTime time_;  // of the last frame made
 };
 
 }  // namespace exercise

@@ -127,14 +127,15 @@ double detector_dose(const scenario::Scenario& scenario, const render::CArm& arm
     return magnified * (mode == script::ImagingMode::dsa ? imaging.acquisition_dose : imaging.detector_dose);
 }
 
-Pulse pulse_of(const Simulation& simulation, std::span<const BlushingOrgan> organs) {
+Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<const BlushingOrgan> organs) {
     const scenario::Scenario& scenario = simulation.scenario();
     Pulse pulse;
+    pulse.time = time;
     pulse.arm = simulation.console().arm();
     pulse.joints = simulation.wire().joints;
     pulse.mode = simulation.console().mode();
     render::Exposure& exposure = pulse.exposure;
-    exposure.frame = static_cast<std::uint64_t>(simulation.frames() - 1);
+    exposure.frame = static_cast<std::uint64_t>(time.attempt);
     exposure.seed = scenario.seed;
     exposure.detector_dose = detector_dose(scenario, pulse.arm, pulse.mode);
     exposure.kvp = scenario.imaging.kvp;

@@ -39,8 +39,8 @@ ImagingChain make_imaging(const scenario::Scenario&, const anatomy::Anatomy&, co
 /// that what is seen larger is not seen noisier.
 double detector_dose(const scenario::Scenario&, const render::CArm&, script::ImagingMode);
 
-/// What the console asks for and the beam meets, after the last step.
-Pulse pulse_of(const Simulation&, std::span<const BlushingOrgan>);
+/// What the console asks for and the beam meets, after the step of that frame.
+Pulse pulse_of(const Simulation&, const FrameTime&, std::span<const BlushingOrgan>);
 bool has_contrast(const render::Exposure&);
 void remove_contrast(render::Exposure&);
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "engine/exercise/frame.h"
 #include "engine/script/command.h"
 #include "render/xray/fluoroscope.h"
 #include "render/xray/subtraction.h"
@@ -18,7 +19,9 @@ struct Pulse {
     render::Exposure exposure;
     script::ImagingMode mode = script::ImagingMode::live;
     bool new_mask = false;  // of DSA
-    int frame = 0;          // of the exercise
+    FrameTime time;
+
+    void state(geometry::StateStream& s) { s(arm, joints, exposure, mode, new_mask, time); }
 };
 
 /// Of the attempt.
@@ -27,6 +30,8 @@ struct Dose {
     double air_kerma = 0;     // K_a,r [mGy]
     double area_product = 0;  // P_KA [Gy·cm²]
     render::Technique last;   // of the last pulse
+
+    void state(geometry::StateStream& s) { s(pulses, air_kerma, area_product, last); }
 };
 
 /// Live images mix each pulse with those before it (the lag of detector and noise filter); DSA subtracts the
@@ -53,12 +58,21 @@ public:
     /// A roadmap was asked for and there is no map: live images are shown instead.
     bool map_is_missing() const;
     render::Fluoroscope& fluoroscope() { return fluoroscope_; }
+    /// Without what the fluoroscope makes again of the pulses.
+    void state(geometry::StateStream& s) {
+        s(recent_, subtraction_, reference_, dose_);
+        if (s.restores()) image_.reset();
+    }
 
 private:
     struct Recent {
         Pulse pulse;
         double dose;                          // at the detector [nGy]
         std::optional<render::Field> signal;  // per nGy; read when needed
+        void state(geometry::StateStream& s) {
+            s(pulse, dose);
+            if (s.restores()) signal.reset();
+        }
     };
     const render::Field& signal(Recent&);
     /// The mixture of recent signals, as if of one pulse of so many nGy.

@@ -25,14 +25,12 @@ void RoomReadout::tell(int frame, std::string text, render::Notice notice) {
     if (told_.size() > most_told) told_.pop_front();
 }
 
-void RoomReadout::observe(const Exercise& exercise, const StepReport& report) {
-    const Simulation& simulation = exercise.simulation();
-    if (simulation.resets() != resets_) {
-        *this = RoomReadout();
-        resets_ = simulation.resets();
-    }
+void RoomReadout::observe(const Frame& seen, const Score& score) {
+    const Simulation& simulation = seen.simulation;
+    const StepReport& report = seen.motion;
+    if (report.reset) *this = RoomReadout();
     const double rate = simulation.scenario().frame_rate;
-    const int frame = simulation.frames();
+    const int frame = seen.time.attempt;
     while (!told_.empty() && frame - told_.front().frame > told_for * rate) told_.pop_front();
 
     hub_ += report.turned;
@@ -45,18 +43,18 @@ void RoomReadout::observe(const Exercise& exercise, const StepReport& report) {
     if (report.whole_wire_is_in) tell(frame, "The wire is in to its end", render::Notice::warning);
     if (report.withdrawal_stopped) tell(frame, "The tip is at the introducer", render::Notice::warning);
     constexpr const char* no_map = "No roadmap: take a DSA run first";
-    if (exercise.monitor() && exercise.monitor()->map_is_missing())
+    if (seen.monitor && seen.monitor->map_is_missing())
         tell(frame, no_map, render::Notice::warning);
     else
         std::erase_if(told_, [&](const Told& told) { return told.message.text == no_map; });
-    if (simulation.pulse()) pulse_rate_ = simulation.console().pulse_rate();
-    const bool complete = exercise.score().completed;
+    if (report.console.pulse) pulse_rate_ = simulation.console().pulse_rate();
+    const bool complete = score.completed;
     if (complete && !was_complete_) tell(frame, "Target reached", render::Notice::success);
     was_complete_ = complete;
 }
 
-render::Readout RoomReadout::read(const Exercise& exercise) const {
-    const Simulation& simulation = exercise.simulation();
+render::Readout RoomReadout::read(const Frame& frame, const Score& score) const {
+    const Simulation& simulation = frame.simulation;
     const scenario::Scenario& scenario = simulation.scenario();
     const Console& console = simulation.console();
     const render::CArm arm = console.arm();
@@ -64,8 +62,8 @@ render::Readout RoomReadout::read(const Exercise& exercise) const {
     r.title = scenario.title;
     r.mode = name_of(console.mode());
     r.beam_on = console.beam_on();
-    r.frame = exercise.frame();
-    r.time = simulation.time();
+    r.frame = frame.time.index;
+    r.time = frame.time.seconds;
     for (const Told& told : told_) r.messages.push_back(told.message);
     r.lao = arm.lao;
     r.cranial = arm.cranial;
@@ -75,15 +73,12 @@ render::Readout RoomReadout::read(const Exercise& exercise) const {
     r.table =
         render::TablePlace{console.table().z(), console.table().x(), table_height - console.table().y()};
     r.pulse_rate = console.pulse_rate();
-    const Score score = exercise.score();
     r.fluoro_time = score.beam_on_time;
-    if (const Monitor* monitor = exercise.monitor(); monitor && monitor->last_pulse()) {
+    if (const Monitor* monitor = frame.monitor; monitor && monitor->last_pulse()) {
         const Pulse& pulse = *monitor->last_pulse();
-        r.image = render::ImageMarks{
-            name_of(pulse.mode), pulse.arm.lao,
-            pulse.arm.cranial,   pulse_rate_,
-            pulse.arm.sid,       pulse.arm.detector_width,
-            pulse.frame,         (static_cast<double>(pulse.exposure.frame) + 1) / scenario.frame_rate};
+        r.image = render::ImageMarks{name_of(pulse.mode), pulse.arm.lao,     pulse.arm.cranial,
+                                     pulse_rate_,         pulse.arm.sid,     pulse.arm.detector_width,
+                                     pulse.time.index,    pulse.time.seconds};
         const Dose& dose = monitor->dose();
         r.tube_voltage = dose.last.kvp;
         r.tube_current = dose.last.current;

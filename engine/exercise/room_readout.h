@@ -3,7 +3,8 @@
 
 #include <deque>
 
-#include "engine/exercise/exercise.h"
+#include "engine/exercise/monitor.h"
+#include "engine/exercise/score.h"
 #include "render/panel/readout.h"
 
 namespace exercise {
@@ -12,15 +13,19 @@ namespace exercise {
 class RoomReadout {
 public:
     /// After each frame, once.
-    void observe(const Exercise&, const StepReport&);
-    render::Readout read(const Exercise&) const;
+    void observe(const Frame&, const Score&);
+    render::Readout read(const Frame&, const Score&) const;
+    void state(geometry::StateStream& s) {
+        s(told_, wall_forces_, hub_, push_force_, base_torque_, pulse_rate_, was_complete_);
+    }
 
 private:
     void tell(int frame, std::string text, render::Notice);
 
     struct Told {
-        int frame;
+        int frame = 0;  // of the attempt
         render::Message message;
+        void state(geometry::StateStream& s) { s(frame, message.text, message.notice); }
     };
     std::deque<Told> told_;
     std::deque<double> wall_forces_;  // largest of each frame [N]
@@ -29,7 +34,6 @@ private:
     double base_torque_ = 0;          // [N·mm]
     double pulse_rate_ = 0;           // at the last pulse [1/s]
     bool was_complete_ = false;
-    int resets_ = 0;
 };
 
 }  // namespace exercise

@@ -14,32 +14,33 @@ Scorer::Scorer(const Simulation& simulation) {
 
 void Scorer::begin(const Simulation& simulation) {
     const scenario::Scenario& scenario = simulation.scenario();
-    const int frames = score_.frames;
+    const int resets = score_.resets;
     *this = Scorer();
     score_.scenario = scenario.name;
-    score_.frames = frames;
-    score_.resets = simulation.resets();
-    attempt_start_ = frames;
+    score_.resets = resets;
     frame_time_ = 1.0 / scenario.frame_rate;
     hold_ = scenario.target.hold;
     target_radius_ = scenario.target.radius;
     first_tip_ = last_tip_ = simulation.tip_at_start();
 }
 
-void Scorer::observe(int frame, const Simulation& simulation, const StepReport& report) {
-    if (simulation.resets() != score_.resets) begin(simulation);
-    // A frame lasts until the next: at the end of frame f, f + 1 frame times have gone by.
-    const double time = (frame + 1 - attempt_start_) * frame_time_;
-    score_.frames = frame + 1;
+void Scorer::observe(const Frame& frame) {
+    const Simulation& simulation = frame.simulation;
+    if (frame.motion.reset) {
+        ++score_.resets;
+        begin(simulation);
+    }
+    score_.frames = frame.time.index + 1;
     if (simulation.console().beam_on()) score_.beam_on_time = ++beam_frames_ * frame_time_;
     score_.contrast = simulation.contrast().injected();
-    observe_motion(simulation, report, time);
-    observe_wall(frame, simulation);
-    observe_target(simulation, time);
+    observe_motion(frame);
+    observe_wall(frame);
+    observe_target(frame);
 }
 
-void Scorer::observe_motion(const Simulation& simulation, const StepReport& report, double time) {
-    for (const double insertion : report.insertions) {
+void Scorer::observe_motion(const Frame& frame) {
+    const Simulation& simulation = frame.simulation;
+    for (const double insertion : frame.motion.insertions) {
         if (insertion == 0) continue;
         (insertion > 0 ? score_.advanced : score_.withdrawn) += std::abs(insertion);
         net_insertion_ += insertion;
@@ -48,30 +49,32 @@ void Scorer::observe_motion(const Simulation& simulation, const StepReport& repo
         direction_ = direction;
     }
     score_.wire_travel = score_.advanced + score_.withdrawn;
-    score_.rotation += report.rotation;
-    if (!first_motion_ && (score_.wire_travel > 0 || score_.rotation > 0)) first_motion_ = time - frame_time_;
+    score_.rotation += frame.motion.rotation;
+    if (!first_motion_ && (score_.wire_travel > 0 || score_.rotation > 0))
+        first_motion_ = frame.time.seconds - frame_time_;
     score_.tip_path += (simulation.wire().tip() - last_tip_).norm();
     last_tip_ = simulation.wire().tip();
     shortest_ = anatomy::centreline_distance(simulation.anatomy(), first_tip_, last_tip_);
 }
 
-void Scorer::observe_wall(int frame, const Simulation& simulation) {
-    const std::span<const physics::WallContact> contacts = simulation.contacts();
+void Scorer::observe_wall(const Frame& frame) {
+    const std::span<const physics::WallContact> contacts = frame.simulation.contacts();
     double sum = 0;
     for (std::size_t i = 1; i < contacts.size(); ++i) {  // joint 0 is held by the introducer
         const physics::WallContact& contact = contacts[i];
         sum += contact.force();
         score_.peak_wall_force = std::max(score_.peak_wall_force, contact.force());
         if (contact.penetration > score_.deepest.penetration) {
-            score_.deepest = {contact.penetration, static_cast<int>(i), frame, contact.stiffness,
+            score_.deepest = {contact.penetration, static_cast<int>(i), frame.time.index, contact.stiffness,
                               contact.force()};
         }
     }
     score_.wall_force_impulse += sum * frame_time_;
 }
 
-void Scorer::observe_target(const Simulation& simulation, double time) {
-    score_.tip_to_target = simulation.tip_to_target();
+void Scorer::observe_target(const Frame& frame) {
+    const double time = frame.time.seconds;
+    score_.tip_to_target = frame.simulation.tip_to_target();
     if (score_.tip_to_target > target_radius_) {
         on_target_since_.reset();
         return;

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "engine/exercise/simulation.h"
+#include "engine/exercise/frame.h"
 
 namespace exercise {
 
@@ -18,6 +18,8 @@ struct DeepestContact {
     int frame = -1;
     double stiffness = 0;  // [N/mm]
     double force = 0;      // [N]
+
+    void state(geometry::StateStream& s) { s(penetration, joint, frame, stiffness, force); }
 };
 
 /// Of the attempt since the start or the last reset, except `frames` and `resets`, which are of the run.
@@ -44,6 +46,12 @@ struct Score {
     int resets = 0;
     int frames = 0;
     bool interrupted = false;  // by the user, before the script's end
+
+    void state(geometry::StateStream& s) {
+        s(scenario, completed, completion_time, beam_on_time, air_kerma, area_product, contrast, wire_travel,
+          advanced, withdrawn, back_and_forth_ratio, reversals, rotation, tip_path, path_efficiency,
+          peak_wall_force, wall_force_impulse, deepest, tip_to_target, resets, frames, interrupted);
+    }
 };
 
 /// The text of score.json: keys carry units.
@@ -52,20 +60,23 @@ std::string to_json(const Score&);
 class Scorer {
 public:
     explicit Scorer(const Simulation&);
-    /// After each frame, once. `frame` counts from 0 over the whole run.
-    void observe(int frame, const Simulation&, const StepReport&);
+    /// After each frame, once.
+    void observe(const Frame&);
     Score score() const;
+    void state(geometry::StateStream& s) {
+        s(score_, beam_frames_, first_motion_, on_target_since_, net_insertion_, direction_, first_tip_,
+          last_tip_, shortest_);
+    }
 
 private:
     Scorer() = default;
     void begin(const Simulation&);
-    void observe_motion(const Simulation&, const StepReport&, double time);
-    void observe_wall(int frame, const Simulation&);
-    void observe_target(const Simulation&, double time);
+    void observe_motion(const Frame&);
+    void observe_wall(const Frame&);
+    void observe_target(const Frame&);
 
     Score score_;
     double frame_time_ = 0, hold_ = 0, target_radius_ = 0;  // [s], [s], [mm]
-    int attempt_start_ = 0;                                 // frame
     int beam_frames_ = 0;
     std::optional<double> first_motion_, on_target_since_;  // [s] of the attempt
     double net_insertion_ = 0;                              // [mm]

@@ -1,9 +1,9 @@
 #include "engine/exercise/simulation.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 #include "engine/io/text.h"
 #include "physics/wall/mesh_wall.h"
@@ -28,25 +28,6 @@ constexpr int budgets_at_start = 20;  // of those, at most
 constexpr double opening_reach = 1.5;
 /// A joint at the deepest place of a crossing mends it, or one in each of the parts does.
 constexpr int rounds_of_mending = 4;
-
-class Fnv1a {
-public:
-    void add(std::uint64_t word) {
-        for (int byte = 0; byte < 8; ++byte, word >>= 8) hash_ = (hash_ ^ (word & 0xff)) * 1099511628211ull;
-    }
-    void add(int number) { add(static_cast<std::uint64_t>(static_cast<std::int64_t>(number))); }
-    void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
-    void add(const Vec3& v) { add(v.x()), add(v.y()), add(v.z()); }
-    template <class Item>
-    void add(const std::vector<Item>& items) {
-        add(static_cast<int>(items.size()));
-        for (const Item& item : items) add(item);
-    }
-    std::uint64_t hash() const { return hash_; }
-
-private:
-    std::uint64_t hash_ = 14695981039346656037ull;
-};
 
 void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
     sum.updates += part.updates;
@@ -108,7 +89,7 @@ Simulation::Simulation(const scenario::Scenario& scenario, const anatomy::ModelC
     }
     wall_ = make_wall(scenario_, anatomy_, cache);
     reset();
-    resets_ = 0;
+    was_reset_ = false;
 }
 
 Simulation::~Simulation() = default;
@@ -189,7 +170,7 @@ void Simulation::locate_target() {
 }
 
 void Simulation::reset() {
-    ++resets_;
+    was_reset_ = true;
     const bool global = scenario_.relaxer.kind == physics::RelaxerKind::Global;
     hub_.reset();  // relaxers remember where they stopped: new ones
     relaxer_.reset();
@@ -201,7 +182,6 @@ void Simulation::reset() {
         relaxer_ = physics::make_relaxer(config, *wall_);
     waiting_.clear();
     console_ = start_console(scenario_);
-    pulse_ = false;
     frames_ = 0;
     iodine_ = scenario_.imaging.iodine;
     deepest_crossing_ = 0;
@@ -236,14 +216,27 @@ void Simulation::reset() {
     tip_at_start_ = wire_.tip();
 }
 
+/// One call for each kind of command: one that is new and not handled here does not compile.
+struct Simulation::Apply {
+    Simulation& at;
+    void operator()(const script::Advance& c) const { at.waiting_.push_back({c.length, 0}); }
+    void operator()(const script::Withdraw& c) const { at.waiting_.push_back({-c.length, 0}); }
+    void operator()(const script::Rotate& c) const { at.waiting_.push_back({0, c.angle}); }
+    void operator()(const script::Contrast& c) const { at.iodine_ = c.iodine; }
+    void operator()(const script::Inject& c) const { at.contrast_->inject(injection(c)); }
+    void operator()(const script::Reset&) const { at.reset(); }
+    void operator()(const script::MoveArm& c) const { at.console_.apply(c); }
+    void operator()(const script::Beam& c) const { at.console_.apply(c); }
+    void operator()(const script::SetMode& c) const { at.console_.apply(c); }
+    void operator()(const script::SetPulseRate& c) const { at.console_.apply(c); }
+    void operator()(const script::NewMask& c) const { at.console_.apply(c); }
+    void operator()(const script::Collimate& c) const { at.console_.apply(c); }
+    void operator()(const script::MoveTable& c) const { at.console_.apply(c); }
+    void operator()(const script::StoreReference& c) const { at.console_.apply(c); }
+};
+
 void Simulation::apply(const script::Command& command) {
-    console_.apply(command);
-    if (const auto* c = std::get_if<script::Advance>(&command)) waiting_.push_back({c->length, 0});
-    if (const auto* c = std::get_if<script::Withdraw>(&command)) waiting_.push_back({-c->length, 0});
-    if (const auto* c = std::get_if<script::Rotate>(&command)) waiting_.push_back({0, c->angle});
-    if (const auto* c = std::get_if<script::Contrast>(&command)) iodine_ = c->iodine;
-    if (const auto* c = std::get_if<script::Inject>(&command)) contrast_->inject(injection(*c));
-    if (std::holds_alternative<script::Reset>(command)) reset();
+    std::visit(Apply{*this}, command);
 }
 
 std::vector<std::string> Simulation::problems(const script::CommandScript& script) const {
@@ -272,7 +265,8 @@ StepReport Simulation::step() {
     }
     contrast_->step(1 / scenario_.frame_rate);
     ++frames_;
-    pulse_ = console_.end_frame();
+    report.console = console_.end_frame();
+    report.reset = std::exchange(was_reset_, false);
     return report;
 }
 
@@ -476,37 +470,13 @@ void Simulation::relax(int updates, StepReport& report) {
     accumulate(report.relax, relaxer_->relax(wire_, budget));
 }
 
-std::uint64_t Simulation::state_hash() const {
-    Fnv1a hash;
-    const auto add_wire = [&](const physics::Guidewire& wire) {
-        hash.add(wire.joints);
-        hash.add(wire.tangents);
-        hash.add(wire.lengths);
-        hash.add(wire.rigidity);
-        hash.add(wire.rest_angle);
-        hash.add(wire.stations);
-        hash.add(wire.base_director);
-        hash.add(wire.roll);
-        hash.add(wire.load);
-        hash.add(wire.carried);
-    };
-    add_wire(wire_);
-    for (const Motion& motion : waiting_) hash.add(motion.insertion), hash.add(motion.rotation);
-    hash.add(static_cast<int>(hub_ && hub_->working()));
-    if (hub_ && hub_->working()) add_wire(moving_);
-    const render::CArm arm = console_.arm();
-    hash.add(arm.lao), hash.add(arm.cranial), hash.add(arm.sid), hash.add(arm.sod);
-    hash.add(arm.isocentre), hash.add(arm.detector_width), hash.add(arm.pixels);
-    hash.add(arm.opening_width), hash.add(arm.opening_height);
-    hash.add(static_cast<int>(console_.beam_on()));
-    hash.add(static_cast<int>(console_.mode())), hash.add(console_.pulse_rate());
-    hash.add(console_.masks()), hash.add(console_.references());
-    hash.add(iodine_);
-    hash.add(contrast_->injected());
-    if (contrast_->injected() > 0) {
-        for (const float concentration : contrast_->iodine()) hash.add(static_cast<double>(concentration));
-    }
-    return hash.hash();
+void Simulation::state(geometry::StateStream& s) {
+    s(wire_, contacts_, waiting_, deepest_crossing_, rounds_of_mending_, *contrast_, console_, frames_,
+      iodine_, tip_at_start_);
+    if (hub_)
+        s(*hub_, moving_);
+    else
+        s(*relaxer_);
 }
 
 }  // namespace exercise

@@ -13,6 +13,7 @@
 #include "engine/scenario/model_choice.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
+#include "physics/geometry/state.h"
 #include "physics/relax/hub.h"
 #include "physics/relax/relaxer.h"
 
@@ -32,6 +33,8 @@ struct StepReport {
     bool refused = false;             // a motion that led to no rest was not made
     double waiting_insertion = 0;     // asked for and not made yet [mm]
     double waiting_rotation = 0;      // [rad]
+    bool reset = false;               // a new attempt began with this frame
+    ConsoleEvents console;
 };
 
 class Simulation {
@@ -70,27 +73,27 @@ public:
     std::span<const physics::WallContact> contacts() const { return contacts_; }  // of the joints as they are
     const geometry::Vec3& target() const { return target_; }                      // [mm]
     const Console& console() const { return console_; }
-    /// The last step had a pulse of the beam.
-    bool pulse() const { return pulse_; }
     double iodine() const { return iodine_; }  // throughout the vessels, injections aside [mg/ml]
     const blood::ContrastFlow& contrast() const { return *contrast_; }
     int frames() const { return frames_; }  // since the start or the last reset
     double time() const;                    // at the end of the last step [s]
     /// Where vessels and wire are now, from where anatomy() and wire() have them [mm].
     geometry::Vec3 vessel_shift() const;
-    int resets() const { return resets_; }
 
     double inserted() const { return wire_.inserted_length() + wire_.carried; }  // as shown [mm]
     double tip_to_target() const { return (wire_.tip() - target_).norm(); }      // [mm]
 
-    /// FNV-1a over every bit that later frames depend on, the relaxer's own bookkeeping aside.
-    std::uint64_t state_hash() const;
+    /// All that later frames depend on: two simulations of one scenario with the same state never part.
+    void state(geometry::StateStream&);
+    std::uint64_t state_hash() const { return geometry::state_hash_of(*this); }
 
 private:
     struct Motion {
         double insertion = 0;  // [mm]
         double rotation = 0;   // [rad]
+        void state(geometry::StateStream& s) { s(insertion, rotation); }
     };
+    struct Apply;
     // Of a frame with the global relaxer.
     void move_hub(StepReport&);
     void prepare_motion(StepReport&);
@@ -129,10 +132,9 @@ private:
     int rounds_of_mending_ = 0;    // since the last motion
     std::unique_ptr<blood::ContrastFlow> contrast_;
     Console console_;
-    bool pulse_ = false;
     int frames_ = 0;  // since the start or the last reset
     double iodine_ = 0;
-    int resets_ = 0;
+    bool was_reset_ = false;  // since the last step
 };
 
 }  // namespace exercise

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <numbers>
 
 #include "engine/exercise/exercise.h"
+#include "engine/exercise/notices.h"
 #include "engine/exercise/room_readout.h"
 #include "engine/io/text.h"
 #include "engine/run/expectation.h"
@@ -17,8 +17,6 @@
 namespace run {
 namespace {
 
-constexpr double kink =
-    std::numbers::pi / 3;  // bend of one joint beyond which Eq. 1 straightens it no more [rad]
 constexpr int sheet_tiles = 12, sheet_columns = 4, sheet_tile_width = 256;
 
 /// Without `end`, a run goes on long enough after its last command for the target's hold to pass.
@@ -66,123 +64,71 @@ private:
     std::vector<std::string> labels_;
 };
 
-std::string frames(int count) {
-    return fmt::format("{} frame{}", count, count == 1 ? "" : "s");
-}
+/// What a run leaves in its folder.
+class FolderOutputs {
+public:
+    FolderOutputs(OutputFolder& folder, const RunOptions& options, int last, double frame_rate)
+        : folder_(folder), truth_(options.images && options.truth), sheet_(last, options.every, frame_rate) {
+        if (options.images) frames_.emplace(folder.frames());
+        if (!options.images || !options.panel) return;
+        panel_.emplace();
+        panels_.emplace(folder.panel());
+    }
 
-struct Notices {
-    int stopped_withdrawals = 0, stopped_insertions = 0, used_up = 0, kinked = 0, restless = 0, crossed = 0;
-    int settling = 0, refused = 0, late = 0, flat = 0;
-    double deepest_crossing = 0, most_waiting = 0;  // [mm]
-    void observe(const exercise::StepReport& report) {
-        stopped_withdrawals += report.withdrawal_stopped;
-        stopped_insertions += report.insertion_stopped;
-        used_up += report.whole_wire_is_in;
-        kinked += report.relax.largest_bend > kink;
-        settling += report.settling;
-        refused += report.refused;
-        late += report.waiting_insertion != 0 || report.waiting_rotation != 0;
-        most_waiting = std::max(most_waiting, std::abs(report.waiting_insertion));
-        const bool moved = !report.settling && report.relax.newton_steps > 0;
-        flat += moved && report.relax.at_rest && !report.relax.strict_minimum;
-        restless += moved && !report.relax.at_rest;
-        crossed += report.deepest_crossing > 0;
-        deepest_crossing = std::max(deepest_crossing, report.deepest_crossing);
+    FrameSink* frames() { return frames_ ? &*frames_ : nullptr; }
+    void frame(const exercise::Frame& frame, const exercise::Exercise& exercise) {
+        if (panel_) readout_.observe(frame, exercise.score());
     }
-    std::vector<std::string> text() const {
-        std::vector<std::string> result;
-        if (stopped_withdrawals > 0) {
-            result.push_back(
-                fmt::format("withdrawal stopped at the introducer in {}", frames(stopped_withdrawals)));
-        }
-        if (stopped_insertions > 0) {
-            result.push_back(fmt::format("insertion stopped in {}: the tip stood in an open end",
-                                         frames(stopped_insertions)));
-        }
-        if (used_up > 0) {
-            result.push_back(
-                fmt::format("insertion stopped in {}: the whole wire was in; a longer one has "
-                            "another [guidewire] length_mm",
-                            frames(used_up)));
-        }
-        if (kinked > 0) {
-            result.push_back(
-                fmt::format("the wire was bent by more than 60 degrees at one joint in {}: "
-                            "shorter segments or a stiffer wire would follow",
-                            frames(kinked)));
-        }
-        if (settling > 0) {
-            result.push_back(fmt::format(
-                "the wire was on its way at the end of {}, as in a snap: they show it where it was "
-                "last at rest; more [relaxer] updates_per_frame would let it arrive",
-                frames(settling)));
-        }
-        if (late > 0) {
-            result.push_back(fmt::format(
-                "the wire lagged behind the hand at the end of {}, by up to {:.2g} mm: the motion "
-                "waited for the wire to come to rest",
-                frames(late), most_waiting));
-        }
-        if (refused > 0) {
-            result.push_back(fmt::format(
-                "a motion was not made in {}: it led to no rest that the wire could be in", frames(refused)));
-        }
-        if (flat > 0) {
-            result.push_back(fmt::format(
-                "the wire rested at a flat minimum or a saddle in {}: another rest may be as near",
-                frames(flat)));
-        }
-        if (restless > 0) {
-            result.push_back(fmt::format(
-                "the wire had not come to rest at the end of {}: a mesh's planes jump between its "
-                "triangles, which a distance field does not",
-                frames(restless)));
-        }
-        if (crossed > 0) {
-            result.push_back(
-                fmt::format("between two joints the wire crossed the wall, by up to {:.2g} mm, at the end of "
-                            "{}; shorter segments follow the wall closer",
-                            deepest_crossing, frames(crossed)));
-        }
-        return result;
+    /// Of a frame that has an image.
+    void image(const exercise::Frame& frame, exercise::Exercise& exercise, const render::GrayImage& image) {
+        sheet_.accept(frame.time.index, image);
+        if (panel_)
+            panels_->accept(frame.time.index, panel_->draw(image, frame.monitor->reference(),
+                                                           readout_.read(frame, exercise.score())));
+        if (truth_ && frame.monitor->last_pulse()) write_truth(folder_.truth(), exercise.truth(), frame.time);
     }
+    void finish(const exercise::Score& score) {
+        if (panels_) panels_->finish();
+        if (const auto page = sheet_.page()) folder_.write_sheet(*page);
+        folder_.write_score(exercise::to_json(score));
+        folder_.keep();
+    }
+
+private:
+    OutputFolder& folder_;
+    bool truth_;
+    Sheet sheet_;
+    std::optional<PngFolder> frames_, panels_;
+    std::optional<render::Panel> panel_;
+    exercise::RoomReadout readout_;
 };
 
-/// What is made of each frame besides its image.
-struct Beside {
-    std::function<void(const exercise::StepReport&)> frame;
-    std::function<void(int frame)> image;  // where there is one
-};
-
-RunResult run(exercise::Exercise& exercise, const script::CommandScript& script, int last,
-              Expectation& expectation, FrameSink* sink, Sheet* sheet, const Beside& beside,
-              const RunOptions& options) {
+RunResult run(exercise::Exercise& exercise, const script::CommandScript& script, Expectation& expectation,
+              FrameSink* sink, FolderOutputs* outputs, const RunOptions& options) {
     RunResult result;
-    Notices notices;
+    exercise::Notices notices;
     std::vector<script::Command> commands;
-    auto next = script.commands.begin();
-    for (int frame = 0; frame <= last; ++frame) {
+    const int last = last_frame_of(exercise.simulation().scenario(), script);
+    for (int index = 0; index <= last; ++index) {
         commands.clear();
-        for (; next != script.commands.end() && next->frame == frame; ++next)
-            commands.push_back(next->command);
-        const exercise::StepReport report = exercise.next_frame(commands);
-        notices.observe(report);
-        if (beside.frame) beside.frame(report);
-        result.frames = frame + 1;
-        if (expectation.knows_state(frame))
-            expectation.check_state(frame, exercise.simulation().state_hash());
-        result.interrupted = options.interrupted && frame < last && options.interrupted();
+        for (const script::TimedCommand& timed : script.at(index)) commands.push_back(timed.command);
+        const exercise::Frame frame = exercise.next_frame(commands);
+        notices.observe(frame);
+        if (outputs) outputs->frame(frame, exercise);
+        result.frames = index + 1;
+        if (expectation.knows_state(index))
+            expectation.check_state(index, exercise.simulation().state_hash());
+        result.interrupted = options.interrupted && index < last && options.interrupted();
         result.time_is_up = exercise.time_is_up();
         const bool ends = result.interrupted || result.time_is_up;
-        if (sink && (shows(frame, last, options.every) || ends)) {
+        if (sink && (shows(index, last, options.every) || ends)) {
             const render::GrayImage& image = exercise.image();
-            sink->accept(frame, image);
-            if (sheet) sheet->accept(frame, image);
-            if (beside.image) beside.image(frame);
-            expectation.check_frame(frame, image);
+            sink->accept(index, image);
+            if (outputs) outputs->image(frame, exercise, image);
+            expectation.check_frame(index, image);
         }
         if (options.progress) {
-            options.progress({frame + 1, last + 1, exercise.simulation().inserted(),
+            options.progress({index + 1, last + 1, exercise.simulation().inserted(),
                               exercise.simulation().tip_to_target()});
         }
         if (ends) break;
@@ -240,7 +186,7 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
     Expectation expectation = expectation_of(script, options);
     exercise::Exercise exercise(scenario, sink != nullptr, options.cache);
     require_possible(exercise.simulation(), script);
-    return run(exercise, script, last_frame_of(scenario, script), expectation, sink, nullptr, {}, options);
+    return run(exercise, script, expectation, sink, nullptr, options);
 }
 
 RunResult run_headless(const scenario::Scenario& scenario, const script::CommandScript& script,
@@ -256,34 +202,10 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
     OutputFolder folder(out,
                         {options.images, options.images && options.panel, options.images && options.truth});
     exercise.record(folder.recording(), {options.program, scenario.name, options.hash_every});
-    const int last = last_frame_of(scenario, script);
-    std::optional<PngFolder> frames;
-    Sheet sheet(last, options.every, scenario.frame_rate);
-    if (options.images) frames.emplace(folder.frames());
-    std::optional<render::Panel> panel;
-    std::optional<PngFolder> panels;
-    if (options.panel && options.images) {
-        panel.emplace();
-        panels.emplace(folder.panel());
-    }
-    exercise::RoomReadout readout;
-    Beside beside;
-    beside.frame = [&](const exercise::StepReport& report) { readout.observe(exercise, report); };
-    beside.image = [&](int frame) {
-        if (panel) {
-            const exercise::Monitor& monitor = *exercise.monitor();
-            panels->accept(frame, panel->draw(exercise.image(), monitor.reference(), readout.read(exercise)));
-        }
-        if (options.truth && exercise.monitor() && exercise.monitor()->last_pulse())
-            write_truth(folder.truth(), exercise.truth(), frame, scenario.frame_rate);
-    };
-    const RunResult result =
-        run(exercise, script, last, expectation, frames ? &*frames : nullptr, &sheet, beside, options);
+    FolderOutputs outputs(folder, options, last_frame_of(scenario, script), scenario.frame_rate);
+    const RunResult result = run(exercise, script, expectation, outputs.frames(), &outputs, options);
     exercise.close_recording();
-    if (panels) panels->finish();
-    if (const auto page = sheet.page()) folder.write_sheet(*page);
-    folder.write_score(exercise::to_json(result.score));
-    folder.keep();
+    outputs.finish(result.score);
     return result;
 }
 

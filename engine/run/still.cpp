@@ -26,14 +26,14 @@ render::GrayImage render_still(const scenario::Scenario& scenario, const script:
     exercise::Simulation simulation(scenario, cache);
     if (const auto wrong = simulation.problems(script); !wrong.empty())
         throw io::InputError(io::joined(wrong, "\n"));
-    auto next = script.commands.begin();
     for (int frame = 0; frame <= request.frame; ++frame) {
-        for (; next != script.commands.end() && next->frame == frame; ++next) simulation.apply(next->command);
+        for (const script::TimedCommand& timed : script.at(frame)) simulation.apply(timed.command);
         simulation.step();
     }
     exercise::ImagingChain imaging =
         exercise::make_imaging(simulation.scenario(), simulation.anatomy(), simulation.contrast());
-    exercise::Pulse pulse = exercise::pulse_of(simulation, imaging.organs);
+    exercise::Pulse pulse = exercise::pulse_of(
+        simulation, {request.frame, simulation.frames() - 1, simulation.time()}, imaging.organs);
     pulse.arm.lao = request.lao.value_or(pulse.arm.lao);
     pulse.arm.cranial = request.cranial.value_or(pulse.arm.cranial);
     pulse.mode = script::ImagingMode::live;

@@ -24,14 +24,15 @@ std::string stem(int frame) {
 
 }  // namespace
 
-std::string to_json(const exercise::Truth& truth, int frame, double frame_rate) {
+std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& time) {
     const exercise::Pulse& pulse = truth.pulse;
     const render::CArm& arm = pulse.arm;
     Json json;
     json["schema"] = 1;
-    json["frame"] = frame;
-    json["time_s"] = (frame + 1) / frame_rate;
-    json["pulse_of_frame"] = pulse.frame;
+    json["frame"] = time.index;
+    json["attempt_frame"] = time.attempt;
+    json["time_s"] = time.seconds;
+    json["pulse_of_frame"] = pulse.time.index;
     json["mode"] = script::imaging_modes[static_cast<std::size_t>(pulse.mode)];
     json["image"] = {{"width", arm.pixels}, {"height", arm.pixels}};
     json["c_arm"] = {{"lao_deg", arm.lao / geometry::kDegree},
@@ -60,16 +61,16 @@ std::string to_json(const exercise::Truth& truth, int frame, double frame_rate) 
     json["tip_in_image"] = x >= open.left && y >= open.top && x < open.right && y < open.bottom;
     json["wire_mm"] = std::move(places);
     json["wire_px"] = std::move(pixels);
-    json["wire_mask"] = stem(frame) + "_wire.png";
-    json["vessel_mask"] = stem(frame) + "_vessels.png";
+    json["wire_mask"] = stem(time.index) + "_wire.png";
+    json["vessel_mask"] = stem(time.index) + "_vessels.png";
     return json.dump() + "\n";
 }
 
-void write_truth(const std::filesystem::path& folder, const exercise::Truth& truth, int frame,
-                 double frame_rate) {
-    write_picture(folder / (stem(frame) + "_wire.png"), truth.wire);
-    write_picture(folder / (stem(frame) + "_vessels.png"), truth.vessels);
-    io::write_whole(folder / (stem(frame) + ".json"), to_json(truth, frame, frame_rate));
+void write_truth(const std::filesystem::path& folder, const exercise::Truth& truth,
+                 const exercise::FrameTime& time) {
+    write_picture(folder / (stem(time.index) + "_wire.png"), truth.wire);
+    write_picture(folder / (stem(time.index) + "_vessels.png"), truth.vessels);
+    io::write_whole(folder / (stem(time.index) + ".json"), to_json(truth, time));
 }
 
 }  // namespace run

@@ -11,9 +11,9 @@ namespace run {
 /// The text of frame_000123.json: C-arm, camera matrix (rows of P, by which (u·w, v·w, w) = P·(x, y, z, 1)
 /// from patient coordinates [mm] to pixels, whose centres lie at halves), joints in both, the tip, and the
 /// masks' file names.
-std::string to_json(const exercise::Truth&, int frame, double frame_rate);
+std::string to_json(const exercise::Truth&, const exercise::FrameTime&);
 
 /// Writes frame_000123.json, frame_000123_wire.png and frame_000123_vessels.png. Throws InputError.
-void write_truth(const std::filesystem::path& folder, const exercise::Truth&, int frame, double frame_rate);
+void write_truth(const std::filesystem::path& folder, const exercise::Truth&, const exercise::FrameTime&);
 
 }  // namespace run

@@ -108,6 +108,11 @@ std::string too_many_pulses(double rate, double frame_rate) {
         io::number_text(rate), io::number_text(frame_rate));
 }
 
+std::span<const TimedCommand> CommandScript::at(int frame) const {
+    const auto [first, last] = std::ranges::equal_range(commands, frame, {}, &TimedCommand::frame);
+    return {first, last};
+}
+
 int CommandScript::last_frame(int tail) const {
     if (end) return *end;
     int last = -1;

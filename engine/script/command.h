@@ -25,6 +25,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -37,14 +38,14 @@
 namespace script {
 
 struct Advance {
-    double length = 0;
-};  // [mm]
+    double length = 0;  // [mm]
+};
 struct Withdraw {
-    double length = 0;
-};  // [mm]
+    double length = 0;  // [mm]
+};
 struct Rotate {
-    double angle = 0;
-};  // of the hub, right-handed about the wire [rad]
+    double angle = 0;  // of the hub, right-handed about the wire [rad]
+};
 /// What is not given stays.
 struct MoveArm {
     std::optional<double> lao, cranial;              // [rad]
@@ -55,8 +56,8 @@ struct Beam {
     bool on = false;
 };
 struct Contrast {
-    double iodine = 0;
-};  // that fills the lumen from now on [mg/ml]
+    double iodine = 0;  // that fills the lumen from now on [mg/ml]
+};
 /// Through a catheter that is there and not drawn.
 struct Inject {
     double volume = 0;    // [ml]
@@ -70,16 +71,17 @@ struct SetMode {
     ImagingMode mode = ImagingMode::live;
 };
 struct SetPulseRate {
-    double rate = 15;
-};                                                                         // [1/s]
+    double rate = 15;  // [1/s]
+};
 inline constexpr std::array<double, 4> pulse_rates = {3.75, 7.5, 15, 30};  // [1/s]
 struct NewMask {};
 struct Collimate {
-    double width = 0, height = 0;
-};  // of the opening at the detector [mm]
+    double width = 0, height = 0;  // of the opening at the detector [mm]
+};
+/// Of the table from where it was at the start [mm].
 struct MoveTable {
     geometry::Vec3 place = geometry::Vec3::Zero();
-};  // of the table from where it was at the start [mm]
+};
 struct StoreReference {};
 struct Reset {};
 
@@ -122,6 +124,8 @@ struct CommandScript {
     std::vector<StateCheck> checks;      // in order of frames
     std::optional<int> end;              // last frame, if the script says so
 
+    /// The commands of a frame.
+    std::span<const TimedCommand> at(int frame) const;
     /// The last frame of the run: `end`, or `tail` frames after the last command or check.
     int last_frame(int tail) const;
 };

@@ -15,9 +15,6 @@ namespace {
 constexpr std::size_t most_commands = 2'000'000;
 constexpr std::size_t most_messages = 20;
 
-constexpr std::array<std::string_view, 15> verbs = {"advance",   "withdraw", "rotate",    "arm",   "beam",
-                                                    "contrast",  "inject",   "mode",      "pulse", "mask",
-                                                    "collimate", "table",    "reference", "reset", "end"};
 constexpr std::array<std::string_view, 6> arm_words = {"lao", "cranial", "sid", "sod", "width", "isocentre"};
 
 struct Word {
@@ -172,30 +169,54 @@ MoveTable table_command(Line& line) {
     return {geometry::Vec3(x, y, line.amount(-table_reach.z(), table_reach.z(), "mm"))};
 }
 
-Command command(const Word& verb, Line& line) {
-    if (verb.text == "advance") return Advance{line.amount(0, largest_motion, "mm")};
-    if (verb.text == "withdraw") return Withdraw{line.amount(0, largest_motion, "mm")};
-    if (verb.text == "rotate")
-        return Rotate{line.amount(-largest_rotation, largest_rotation, "deg") * geometry::kDegree};
-    if (verb.text == "arm") return arm_command(line);
-    if (verb.text == "contrast") return Contrast{line.amount(0, render::largest_iodine, "mg/ml")};
-    if (verb.text == "inject") return inject_command(line);
-    if (verb.text == "mode") return mode_command(line);
-    if (verb.text == "pulse") return pulse_command(line);
-    if (verb.text == "mask") return NewMask{};
-    if (verb.text == "collimate") return collimate_command(line);
-    if (verb.text == "table") return table_command(line);
-    if (verb.text == "reference") return StoreReference{};
-    if (verb.text == "reset") return Reset{};
-    if (verb.text == "beam") {
-        const Word& state = line.take("'on' or 'off' is accepted");
-        if (state.text != "on" && state.text != "off") Line::refuse(state, "'on' or 'off' is accepted");
-        return Beam{state.text == "on"};
-    }
-    const std::string near = io::nearest_word(verb.text, verbs);
-    throw Refusal{verb.column,
-                  fmt::format("unknown command '{}'{}; commands are: {}", verb.text,
-                              near.empty() ? "" : " (is '" + near + "' meant?)", io::joined(verbs))};
+Beam beam_command(Line& line) {
+    const Word& word = line.take("'on' or 'off' is accepted");
+    if (word.text != "on" && word.text != "off") Line::refuse(word, "'on' or 'off' is accepted");
+    return {word.text == "on"};
+}
+
+/// How the rest of a line is read, by its verb.
+struct Verb {
+    std::string_view word;
+    Command (*read)(Line&);
+};
+constexpr Verb verbs[] = {
+    {"advance", [](Line& l) -> Command { return Advance{l.amount(0, largest_motion, "mm")}; }},
+    {"withdraw", [](Line& l) -> Command { return Withdraw{l.amount(0, largest_motion, "mm")}; }},
+    {"rotate",
+     [](Line& l) -> Command {
+         return Rotate{l.amount(-largest_rotation, largest_rotation, "deg") * geometry::kDegree};
+     }},
+    {"arm", [](Line& l) -> Command { return arm_command(l); }},
+    {"beam", [](Line& l) -> Command { return beam_command(l); }},
+    {"contrast", [](Line& l) -> Command { return Contrast{l.amount(0, render::largest_iodine, "mg/ml")}; }},
+    {"inject", [](Line& l) -> Command { return inject_command(l); }},
+    {"mode", [](Line& l) -> Command { return mode_command(l); }},
+    {"pulse", [](Line& l) -> Command { return pulse_command(l); }},
+    {"mask", [](Line&) -> Command { return NewMask{}; }},
+    {"collimate", [](Line& l) -> Command { return collimate_command(l); }},
+    {"table", [](Line& l) -> Command { return table_command(l); }},
+    {"reference", [](Line&) -> Command { return StoreReference{}; }},
+    {"reset", [](Line&) -> Command { return Reset{}; }},
+};
+static_assert(std::size(verbs) == std::variant_size_v<Command>, "every command has its verb");
+
+/// And 'end', which is no command.
+std::vector<std::string_view> known_verbs() {
+    std::vector<std::string_view> words;
+    for (const Verb& verb : verbs) words.push_back(verb.word);
+    words.push_back("end");
+    return words;
+}
+
+Command command(const Word& word, Line& line) {
+    for (const Verb& verb : verbs)
+        if (verb.word == word.text) return verb.read(line);
+    const std::vector<std::string_view> known = known_verbs();
+    const std::string near = io::nearest_word(word.text, known);
+    throw Refusal{word.column,
+                  fmt::format("unknown command '{}'{}; commands are: {}", word.text,
+                              near.empty() ? "" : " (is '" + near + "' meant?)", io::joined(known))};
 }
 
 class Parser {
@@ -242,7 +263,7 @@ private:
                          fmt::format("the run ends at frame {}: nothing after it is accepted", *script_.end));
         }
         last_start_ = from;
-        const Word& verb = line.take("accepted are: " + io::joined(verbs));
+        const Word& verb = line.take("accepted are: " + io::joined(known_verbs()));
         place_.column = verb.column;
         if (verb.text == "end") {
             line.finish();

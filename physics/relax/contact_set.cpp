@@ -18,7 +18,7 @@ void ContactSet::reset(const Guidewire& wire) {
 void ContactSet::update(const Guidewire& wire) {
     const std::size_t before = contacts_.size();
     contacts_.resize(wire.joints.size());
-    asked_at_.resize(wire.joints.size());
+    asked_at_.resize(wire.joints.size(), Vec3::Zero());
     shares_.resize(wire.joints.size());
     begin();
     for (int i = 1; i <= wire.segments(); ++i) {

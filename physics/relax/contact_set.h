@@ -31,6 +31,7 @@ public:
     Vec3 from(int joint) const { return none() ? Vec3(Vec3::Zero()) : Vec3(carried_[joint] * load_); }
     /// Energy of joints first…last and of the step after them, 0 with all of them at x_{first-1} [N·mm].
     double energy(std::span<const Vec3> joints, int first, int last) const;
+    void state(StateStream& s) { s(load_, carried_); }
     /// What it comes to at most, for measuring rounding [N·mm].
     double scale(int first) const { return none() ? 0.0 : load_.norm() * carried_[first] * carried_[first]; }
 
@@ -92,6 +93,10 @@ public:
     PushSum sum_from(int joint) const;  // of the committed contacts and the load
     std::span<const WallContact> contacts() const { return contacts_; }
     long long queries() const { return queries_; }
+    void state(StateStream& s) {
+        s(contacts_, shares_, asked_at_, touching_, load_, queries_);
+        if (s.restores()) sums_.clear();
+    }
 
 private:
     void list_touching(int first);

@@ -454,7 +454,7 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
     if (wire.curved_segments() > 0) {
         const bool turned = end_.joints.empty() || wire.roll != end_.roll ||
                             wire.base_director != end_.base_director || model_.directors.empty();
-        model_.directors.resize(wire.joints.size());
+        model_.directors.resize(wire.joints.size(), Vec3::Zero());
         model_.directors[0] = rolled_director(wire);
         transport_directors(wire, turned ? 1 : std::max(1, unchanged), model_.directors);
     }

@@ -39,6 +39,11 @@ public:
     /// `motion` becomes what was made. A feed is of λ at most.
     RelaxReport move(Guidewire&, HubMotion& motion, const RelaxBudget&);
 
+    void state(StateStream& s) override {
+        s(mu_, mu_unit_, energy_, load_scale_, idle_, model_, pivots_, foreseen_, predicted_, spent_,
+          contacts_, end_, end_report_);
+    }
+
     /// Of the last call: its report, and the contacts of the wire's joints as it left them.
     const RelaxReport& last_report() const { return end_report_; }
     std::span<const WallContact> contacts() const { return contacts_.contacts(); }

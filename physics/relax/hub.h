@@ -39,6 +39,10 @@ public:
     /// Of the joints of a wire at rest.
     std::span<const WallContact> contacts() const { return relaxer_.contacts(); }
 
+    void state(StateStream& s) {
+        s(relaxer_, working_, settling_, rest_, rest_report_, rest_energy_, asked_, made_, halvings_);
+    }
+
     static constexpr double kLargestTurn = 10 * kDegree;  // of one part [rad]
 
 private:

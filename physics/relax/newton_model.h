@@ -74,6 +74,14 @@ public:
     /// Only the segment of this stage turns by itself, the rest answers.
     void turn_one(int stage, const Vec2& by);
 
+    void state(StateStream& s) {
+        s(directors, least_pivot, mu_, answers_, terms_, gains_, planes_);
+        if (!s.restores()) return;
+        turns_.resize(planes_.size());
+        trial_joints_.resize(planes_.size());
+        trial_tangents_.resize(planes_.size());
+    }
+
 private:
     void set_axial_forces(const Guidewire&);
     void take_contact(const WallContact&, int joint, const Vec3& moved, double force);

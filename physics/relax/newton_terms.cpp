@@ -173,7 +173,7 @@ RiccatiReport assemble_and_solve(const Guidewire& wire, std::span<const WallCont
     terms.twist = wire.curved_segments() > 0;
     terms.exact = true;
     terms.stages.resize(n);
-    terms.gradient.resize(n);
+    terms.gradient.resize(n, Vec2::Zero());
     terms.inverse_spring.resize(n);
     if (first == 1) terms.proximal_gradient = 0;
     const RiccatiReport report =

@@ -14,6 +14,8 @@ struct ContactPlane {
     double gap = 0, stiffness = 0;
     Vec3 normal = Vec3::Zero();
     double force = 0;  // in its second-order terms [N]
+
+    void state(StateStream& s) { s(gap, stiffness, normal, force); }
 };
 
 /// Sums over all that is distal of a segment.
@@ -22,6 +24,8 @@ struct DistalSums {
     Vec3 force = Vec3::Zero();  // of the wall on the wire, reversed [N]
     double torque = 0;          // [N·mm]
     Vec2 slope = Vec2::Zero();  // of the joint between that segment and the next [N·mm]
+
+    void state(StateStream& s) { s(length, force, torque, slope); }
 };
 
 struct NewtonTerms {
@@ -36,6 +40,10 @@ struct NewtonTerms {
     double torque = 0;         // dU/droll: what the hub is held against [N·mm]
     bool exact = true;  // the window's stages have the contacts' own forces in their second-order terms
 
+    void state(StateStream& s) {
+        s(first, twist, stages, gradient, relative_gradient, proximal_gradient, push, torque, exact,
+          inverse_spring, base);
+    }
     std::span<RiccatiStage> window() { return std::span(stages).subspan(first - 1); }
     std::vector<double> inverse_spring;  // 1/C of the joint proximal of each segment [1/N·mm]
     DistalSums base;                     // from the window's most proximal segment on

@@ -73,12 +73,19 @@ struct RelaxReport {
     double largest_bend = 0;      // of a joint from its rest shape [rad]; above π/3 is a kink
     double push_force = 0;        // along the wire at the introducer, > 0 where the hand must push [N]
     double base_torque = 0;       // that the hand must hold the hub against [N·mm]
+
+    void state(StateStream& s) {
+        s(updates, contacts, wall_queries, largest_turn, rejected, converged, out_of_budget, at_rest,
+          newton_steps, window, gradient, strict_minimum, largest_bend, push_force, base_torque);
+    }
 };
 
 /// What a hand does at the hub: lets wire in (negative: out) and turns it.
 struct HubMotion {
     double feed = 0;  // [mm]
     double turn = 0;  // [rad]
+
+    void state(StateStream& s) { s(feed, turn); }
 };
 
 /// Called after each update with the first joint that moved.
@@ -90,6 +97,8 @@ class Relaxer {
 public:
     virtual ~Relaxer() = default;
     virtual RelaxReport relax(Guidewire&, const RelaxBudget&, const UpdateObserver& = {}) = 0;
+    /// What it remembers.
+    virtual void state(StateStream&) = 0;
 };
 
 /// Throws std::invalid_argument with the first of problems(config).

@@ -10,6 +10,7 @@
 
 #include <span>
 
+#include "physics/geometry/state.h"
 #include "physics/geometry/vec.h"
 
 namespace physics {
@@ -22,34 +23,44 @@ using Mat23 = Eigen::Matrix<double, 2, 3>;
 
 /// Second-order model of segment j, its proximal joint j−1 and its distal joint j.
 struct RiccatiStage {
-    Mat32 basis;        // T_j, orthonormal, ⟂ u_j
-    double length = 0;  // λ_j [mm]
-    double axial = 0;   // λ_j u_j·s_j: what wall and load press along the segment times its length [N·mm]
-    Vec3 force;         // f_j of the wall at joint j, a gradient [N]
-    Mat3 stiffness;     // H_j [N/mm]
-    bool touches = false;  // force and stiffness are zero where false, and are not read
+    Mat32 basis = Mat32::Zero();  // T_j, orthonormal, ⟂ u_j
+    double length = 0;            // λ_j [mm]
+    double axial = 0;  // λ_j u_j·s_j: what wall and load press along the segment times its length [N·mm]
+    Vec3 force = Vec3::Zero();      // f_j of the wall at joint j, a gradient [N]
+    Mat3 stiffness = Mat3::Zero();  // H_j [N/mm]
+    bool touches = false;           // force and stiffness are zero where false, and are not read
     // Bending at joint j−1: gradient and Hessian blocks with respect to α_{j-1} and α_j [N·mm]. A load on the
     // wire distal of there, whose force is constant, is part of `slope`.
-    Vec2 slope_prev, slope;
-    Mat2 prev_prev, own, cross;  // cross: α_{j-1}ᵀ · cross · α_j
+    Vec2 slope_prev = Vec2::Zero(), slope = Vec2::Zero();
+    Mat2 prev_prev = Mat2::Zero(), own = Mat2::Zero(), cross = Mat2::Zero();  // cross: α_{j-1}ᵀ · cross · α_j
     // And with respect to the twist ψ_{j-1}; all zero where the wire's rest shape is straight.
     Vec2 twist_prev = Vec2::Zero(), twist = Vec2::Zero();  // [-]
     double slope_twist = 0, twist_twist = 0;
     Vec2 twist_cross_prev = Vec2::Zero(), twist_cross = Vec2::Zero();
+
+    void state(StateStream& s) {
+        s(basis, length, axial, touches, slope_prev, slope, prev_prev, own, cross, twist_prev, twist,
+          slope_twist, twist_twist, twist_cross_prev, twist_cross);
+        if (touches) s(force, stiffness);
+    }
 };
 
 /// [a b; b c]
 struct SymmetricBlock {
     double a = 0, b = 0, c = 0;
+
+    void state(StateStream& s) { s(a, b, c); }
 };
 
 /// α_j = step + from_x δx_{j-1} + from_prev α_{j-1} + from_twist ψ_{j-1}.
 struct RiccatiGain {
-    Vec2 step;
-    Mat23 from_x;
-    Mat2 from_prev;
-    Vec2 from_twist;         // set where there is twist
-    SymmetricBlock inverse;  // minus that of the Hessian block of α_j, all distal of it answering
+    Vec2 step = Vec2::Zero();
+    Mat23 from_x = Mat23::Zero();
+    Mat2 from_prev = Mat2::Zero();
+    Vec2 from_twist = Vec2::Zero();  // set where there is twist
+    SymmetricBlock inverse;          // minus that of the Hessian block of α_j, all distal of it answering
+
+    void state(StateStream& s) { s(step, from_x, from_prev, from_twist, inverse); }
 };
 
 /// A segment of which more is let in: joint j is moved by `by` beside what the turns do [mm].
@@ -64,6 +75,8 @@ struct RiccatiReport {
     // distal of it answering by its gains: a way down where the gradient vanishes.
     int stage = -1;           // index into stages
     Vec2 way = Vec2::Zero();  // unit
+
+    void state(StateStream& s) { s(shifted, stage, way); }
 };
 
 /// Backward pass over stages 1…n (element 0 first). μ [N/mm²] adds μ λ_j to every joint's stiffness: a trust

@@ -14,6 +14,7 @@ public:
     /// Next segment of the window [first, last]; a new sweep starts where `starts_sweep()` then says so.
     int next(int first, int last);
     bool starts_sweep() const { return starts_sweep_; }
+    void state(StateStream& s) { s(sweep_, at_, starts_sweep_); }
 
 private:
     CycleOrder order_;
@@ -30,6 +31,7 @@ public:
         bool starts_sweep;  // of the whole wire
     };
     Turn next(int segments, const RelaxBudget&);
+    void state(StateStream& s) { s(whole_, distal_, owed_); }
 
 private:
     CycleWalk whole_, distal_;

@@ -44,6 +44,8 @@ public:
 
     RelaxReport relax(Guidewire&, const RelaxBudget&, const UpdateObserver& = {}) override;
 
+    void state(StateStream& s) override { s(schedule_); }
+
     /// The varied segments of the last update, for the separation studies.
     std::span<const int> last_varied() const { return {varied_.data(), static_cast<std::size_t>(count_)}; }
 

@@ -3,6 +3,7 @@
 
 #include <span>
 
+#include "physics/geometry/state.h"
 #include "physics/geometry/vec.h"
 
 namespace physics {
@@ -27,6 +28,9 @@ struct WallContact {
     Vec3 push() const { return force() * normal + stiffening_push(); }
     Vec3 stiffening_push() const {
         return touches() ? Vec3(0.5 * penetration * penetration * stiffening) : Vec3(Vec3::Zero());
+    }
+    void state(StateStream& s) {
+        s(penetration, normal, curvature, stiffness, stiffening, trust, room, station);
     }
     void share_stiffness(double share) { stiffness *= share, stiffening *= share; }
 };

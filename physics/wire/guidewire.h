@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/geometry/state.h"
 #include "physics/geometry/vec.h"
 
 namespace physics {
@@ -30,6 +31,11 @@ struct GuidewireSpec {
     double transition_length = 150.0;  // EI rises geometrically from tip to shaft over this length [mm]
     double curved_length = 12.0;       // s < curved_length is pre-curved [mm]
     double curved_angle = 0.785398163397448;  // total turn of the unloaded curved tip [rad]
+
+    void state(StateStream& s) {
+        s(segment_length, end_cells, diameter, shaft_rigidity, tip_rigidity, tip_length, transition_length,
+          curved_length, curved_angle);
+    }
 };
 
 /// Everything that makes the spec unusable, a sentence each; empty when it is fine.
@@ -54,6 +60,10 @@ struct Guidewire {
                                // bears that of length_of(i)
     double carried = 0;        // motion not yet made, |carried| < λ [mm]
 
+    void state(StateStream& s) {
+        s(spec, joints, tangents, lengths, rigidity, rest_angle, stations, base_director, roll, load,
+          carried);
+    }
     int segments() const { return static_cast<int>(joints.size()) - 1; }
     const Vec3& tip() const { return joints.back(); }
     /// Of wire that the joint stands for: half of each of its segments [mm].

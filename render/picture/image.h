@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "physics/geometry/state.h"
+
 namespace render {
 
 /// What is seen: 8-bit grey levels, width·height pixels.
@@ -13,6 +15,7 @@ struct GrayImage {
     std::vector<std::uint8_t> pixels;
 
     bool operator==(const GrayImage&) const = default;
+    void state(geometry::StateStream& s) { s(width, height, pixels); }
 };
 
 /// A coloured picture: red, green, blue of each pixel, 8 bits each; 3·width·height values.
@@ -30,6 +33,7 @@ struct Field {
     int height = 0;
     std::vector<float> values;
 
+    void state(geometry::StateStream& s) { s(width, height, values); }
     Field() = default;
     Field(int columns, int rows, float value = 0.0f)
         : width(columns), height(rows), values(static_cast<std::size_t>(columns) * rows, value) {}

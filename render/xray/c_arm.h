@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/geometry/state.h"
 #include "physics/geometry/vec.h"
 
 namespace render {
@@ -22,6 +23,10 @@ struct CArm {
     double opening_width = 1000.0;
     double opening_height = 1000.0;
     int pixels = 512;  // along either side
+
+    void state(geometry::StateStream& s) {
+        s(lao, cranial, sid, sod, isocentre, detector_width, opening_width, opening_height, pixels);
+    }
 };
 
 bool operator==(const CArm&, const CArm&);

@@ -46,6 +46,8 @@ struct FluoroscopeConfig {
 struct OrganIodine {
     int layer = 0;        // index of a perfused layer
     double iodine = 0.0;  // mean over the organ [mg/ml]
+
+    void state(geometry::StateStream& s) { s(layer, iodine); }
 };
 
 /// One pulse.
@@ -61,6 +63,10 @@ struct Exposure {
     double wire_iodine = 0.0;  // besides `iodine`, in the blood that the wire displaces [mg/ml]
     /// Where vessels and wire are, from where meshes and joints have them: a heart that beats [mm].
     geometry::Vec3 vessel_shift = geometry::Vec3::Zero();
+
+    void state(geometry::StateStream& s) {
+        s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, organs, wire_iodine, vessel_shift);
+    }
 };
 
 /// Everything wrong with an exposure; empty when usable.

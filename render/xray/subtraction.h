@@ -29,6 +29,12 @@ class Subtraction {
 public:
     /// `mask`: detector signal per unit of dose, `open`: transmission of the collimator. Equal sizes.
     Subtraction(Field mask, Field open, const SubtractionSpec& = {});
+    /// Without a mask, to be restored.
+    Subtraction() = default;
+    void state(geometry::StateStream& s) {
+        s(scatter_, log_mask_, open_, map_);
+        if (s.restores()) vessels_ = {};
+    }
 
     /// −ln of `signal`, per unit of dose as the mask, over the mask: vessels with contrast are dark.
     GrayImage subtracted(const Field& signal) const;

@@ -3,6 +3,8 @@
 
 #include <functional>
 
+#include "physics/geometry/state.h"
+
 namespace render {
 
 /// What tube and generator do for one pulse, and what the patient gets by it.
@@ -13,6 +15,8 @@ struct Technique {
     double air_kerma = 0.0;     // K_a,r: at the reference point, without backscatter [mGy]
     double area_product = 0.0;  // P_KA [Gy·cm²]
     double delivered = 1.0;     // share of the detector dose asked for; below 1 the tube is at its limit [-]
+
+    void state(geometry::StateStream& s) { s(kvp, current, pulse_width, air_kerma, area_product, delivered); }
 };
 
 /// From the isocentre toward the tube, where K_a,r is told (IEC 60601-2-43) [mm].

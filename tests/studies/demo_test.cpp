@@ -18,14 +18,13 @@ exercise::Score run(
     const std::function<void(int, const exercise::Simulation&, const exercise::StepReport&)>& look) {
     const script::CommandScript script = script::load_commands(assets + "scripts/" + name + ".gw");
     exercise::Exercise exercise(scenario, false, test::cache());
-    auto next = script.commands.begin();
     for (int frame = 0; frame <= script.last_frame(10); ++frame) {
         std::vector<script::Command> commands;
-        for (; next != script.commands.end() && next->frame == frame; ++next) {
-            commands.push_back(next->command);
+        for (const script::TimedCommand& timed : script.at(frame)) {
+            commands.push_back(timed.command);
             if (auto* rotation = std::get_if<script::Rotate>(&commands.back())) rotation->angle *= turn;
         }
-        const exercise::StepReport report = exercise.next_frame(commands);
+        const exercise::StepReport report = exercise.next_frame(commands).motion;
         look(frame, exercise.simulation(), report);
     }
     return exercise.score();

@@ -12,7 +12,7 @@ std::vector<int> pulses(double rate, int frames) {
     console.apply(script::Beam{true});
     std::vector<int> lit;
     for (int frame = 0; frame < frames; ++frame)
-        if (console.end_frame()) lit.push_back(frame);
+        if (console.end_frame().pulse) lit.push_back(frame);
     return lit;
 }
 
@@ -27,16 +27,16 @@ TEST(Console, PulsesComeAtTheirRateFromThePedalsFirstFrame) {
 
 TEST(Console, ThePedalStartsItsOwnClock) {
     Console console({}, 30, 7.5);
-    EXPECT_FALSE(console.end_frame());
+    EXPECT_FALSE(console.end_frame().pulse);
     console.apply(script::Beam{true});
-    EXPECT_TRUE(console.end_frame());
-    EXPECT_FALSE(console.end_frame());
+    EXPECT_TRUE(console.end_frame().pulse);
+    EXPECT_FALSE(console.end_frame().pulse);
     console.apply(script::Beam{false});
-    EXPECT_FALSE(console.end_frame());
+    EXPECT_FALSE(console.end_frame().pulse);
     console.apply(script::Beam{true});
-    EXPECT_TRUE(console.end_frame());
+    EXPECT_TRUE(console.end_frame().pulse);
     console.apply(script::Beam{true});
-    EXPECT_FALSE(console.end_frame()) << "a pedal that is down is not pressed again";
+    EXPECT_FALSE(console.end_frame().pulse) << "a pedal that is down is not pressed again";
 }
 
 TEST(Console, TheTableMovesThePatientNotTheStand) {

@@ -253,9 +253,7 @@ TEST(Exercise, AnglesOfTheWindowAreReplayedExactly) {
     const script::CommandScript script = script::load_commands(folder / "run.gw");
     for (int frame = 0; frame < 5; ++frame) {
         Commands commands;
-        for (const script::TimedCommand& c : script.commands) {
-            if (c.frame == frame) commands.push_back(c.command);
-        }
+        for (const script::TimedCommand& c : script.at(frame)) commands.push_back(c.command);
         second.next_frame(commands);
         EXPECT_EQ(script.checks[frame].hash, second.simulation().state_hash()) << frame;
     }

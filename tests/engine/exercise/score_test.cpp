@@ -2,6 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include "engine/exercise/exercise.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
@@ -9,17 +10,14 @@ namespace {
 
 /// Runs a script and scores every frame.
 Score score_of(const scenario::Scenario& scenario, const std::string& script) {
-    Simulation simulation(scenario);
-    Scorer scorer(simulation);
-    const script::CommandScript commands = script::parse_commands(script, "x.gw");
-    const int last = commands.last_frame(0);
-    for (int frame = 0; frame <= last; ++frame) {
-        for (const script::TimedCommand& c : commands.commands) {
-            if (c.frame == frame) simulation.apply(c.command);
-        }
-        scorer.observe(frame, simulation, simulation.step());
+    Exercise exercise(scenario, false);
+    const script::CommandScript timed = script::parse_commands(script, "x.gw");
+    for (int frame = 0; frame <= timed.last_frame(0); ++frame) {
+        std::vector<script::Command> commands;
+        for (const script::TimedCommand& c : timed.at(frame)) commands.push_back(c.command);
+        exercise.next_frame(commands);
     }
-    return scorer.score();
+    return exercise.score();
 }
 
 }  // namespace

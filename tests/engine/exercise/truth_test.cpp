@@ -49,7 +49,7 @@ TEST(Truth, JointsLieOnTheWiresMaskAndInTheVesselsMask) {
 
 TEST(Truth, TheCameraMatrixProjectsWhatTheFileLists) {
     const Truth truth = small_truth({script::Beam{true}, script::MoveArm{0.4, -0.2, {}, {}, {}, {}}});
-    const nlohmann::json json = nlohmann::json::parse(run::to_json(truth, 7, 15));
+    const nlohmann::json json = nlohmann::json::parse(run::to_json(truth, {7, 7, (7 + 1) / 15.0}));
     EXPECT_EQ(json["frame"], 7);
     ASSERT_EQ(json["wire_mm"].size(), truth.pulse.joints.size());
     for (std::size_t i = 0; i < json["wire_mm"].size(); ++i) {
@@ -69,7 +69,7 @@ TEST(Truth, TheCameraMatrixProjectsWhatTheFileLists) {
 TEST(Truth, TellsWhatTheCollimatorLeaves) {
     const auto json = [](const script::Command& command) {
         return nlohmann::json::parse(
-            run::to_json(small_truth({script::Beam{true}, script::Advance{20}, command}), 0, 15));
+            run::to_json(small_truth({script::Beam{true}, script::Advance{20}, command}), {0, 0, 1 / 15.0}));
     };
     const auto open = json(script::Collimate{1000, 1000}), narrow = json(script::Collimate{60, 3});
     EXPECT_EQ(open["collimator_px"], (std::vector<double>{0, 0, 128, 128}));
@@ -85,9 +85,9 @@ TEST(Truth, NamesTheFrameOfItsPulseAfterAReset) {
     exercise.next_frame(std::vector<script::Command>{script::Beam{true}});
     exercise.next_frame(std::vector<script::Command>{script::Advance{2}});
     exercise.next_frame(std::vector<script::Command>{script::Reset{}, script::Beam{true}});
-    EXPECT_EQ(exercise.truth().pulse.frame, 2);
+    EXPECT_EQ(exercise.truth().pulse.time.index, 2);
     exercise.next_frame(std::vector<script::Command>{script::Beam{false}});
-    EXPECT_EQ(exercise.truth().pulse.frame, 2);
+    EXPECT_EQ(exercise.truth().pulse.time.index, 2);
 }
 
 TEST(Truth, FollowsVesselsThatMove) {
@@ -99,7 +99,7 @@ TEST(Truth, FollowsVesselsThatMove) {
     const geometry::Vec3 shift = moved.pulse.exposure.vessel_shift;
     ASSERT_GT(shift.norm(), 0.01);
     const auto tip = [](const Truth& truth) {
-        return nlohmann::json::parse(run::to_json(truth, 0, 15))["tip_mm"];
+        return nlohmann::json::parse(run::to_json(truth, {0, 0, (0 + 1) / 15.0}))["tip_mm"];
     };
     EXPECT_NEAR(tip(moved)[2].get<double>() - tip(still)[2].get<double>(), shift.z(), 1e-12);
     EXPECT_EQ(moved.pulse.joints, still.pulse.joints) << "the wire rests in the vessels' frame";

@@ -1,0 +1,32 @@
+#pragma once
+/// One frame of an exercise as a value: when it is, what happened in it, and whose it is.
+
+#include <span>
+
+#include "engine/exercise/simulation.h"
+#include "engine/script/command.h"
+#include "physics/geometry/state.h"
+
+namespace exercise {
+
+class Monitor;
+
+/// The one clock.
+struct FrameTime {
+    int index = -1;      // of the run, the first is 0
+    int attempt = -1;    // since the start or the last reset, the first is 0
+    double seconds = 0;  // of the attempt, at the frame's end
+
+    void state(geometry::StateStream& s) { s(index, attempt, seconds); }
+};
+
+/// What scorer, readout, recording, truth and notices take. The references hold until the next frame.
+struct Frame {
+    FrameTime time;
+    std::span<const script::Command> commands;
+    StepReport motion;
+    const Simulation& simulation;
+    const Monitor* monitor;  // null without images
+};
+
+}  // namespace exercise

@@ -1,0 +1,95 @@
+#include "engine/exercise/notices.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <numbers>
+
+namespace exercise {
+namespace {
+
+constexpr double kink =
+    std::numbers::pi / 3;  // bend of one joint beyond which Eq. 1 straightens it no more [rad]
+
+std::string frames(int count) {
+    return fmt::format("{} frame{}", count, count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+void Notices::observe(const Frame& frame) {
+    const StepReport& report = frame.motion;
+    stopped_withdrawals_ += report.withdrawal_stopped;
+    stopped_insertions_ += report.insertion_stopped;
+    used_up_ += report.whole_wire_is_in;
+    kinked_ += report.relax.largest_bend > kink;
+    settling_ += report.settling;
+    refused_ += report.refused;
+    late_ += report.waiting_insertion != 0 || report.waiting_rotation != 0;
+    most_waiting_ = std::max(most_waiting_, std::abs(report.waiting_insertion));
+    const bool moved = !report.settling && report.relax.newton_steps > 0;
+    flat_ += moved && report.relax.at_rest && !report.relax.strict_minimum;
+    restless_ += moved && !report.relax.at_rest;
+    crossed_ += report.deepest_crossing > 0;
+    deepest_crossing_ = std::max(deepest_crossing_, report.deepest_crossing);
+}
+
+std::vector<std::string> Notices::text() const {
+    std::vector<std::string> result;
+    if (stopped_withdrawals_ > 0) {
+        result.push_back(
+            fmt::format("withdrawal stopped at the introducer in {}", frames(stopped_withdrawals_)));
+    }
+    if (stopped_insertions_ > 0) {
+        result.push_back(fmt::format("insertion stopped in {}: the tip stood in an open end",
+                                     frames(stopped_insertions_)));
+    }
+    if (used_up_ > 0) {
+        result.push_back(
+            fmt::format("insertion stopped in {}: the whole wire was in; a longer one has "
+                        "another [guidewire] length_mm",
+                        frames(used_up_)));
+    }
+    if (kinked_ > 0) {
+        result.push_back(
+            fmt::format("the wire was bent by more than 60 degrees at one joint in {}: "
+                        "shorter segments or a stiffer wire would follow",
+                        frames(kinked_)));
+    }
+    if (settling_ > 0) {
+        result.push_back(
+            fmt::format("the wire was on its way at the end of {}, as in a snap: they show it where it was "
+                        "last at rest; more [relaxer] updates_per_frame would let it arrive",
+                        frames(settling_)));
+    }
+    if (late_ > 0) {
+        result.push_back(
+            fmt::format("the wire lagged behind the hand at the end of {}, by up to {:.2g} mm: the motion "
+                        "waited for the wire to come to rest",
+                        frames(late_), most_waiting_));
+    }
+    if (refused_ > 0) {
+        result.push_back(fmt::format(
+            "a motion was not made in {}: it led to no rest that the wire could be in", frames(refused_)));
+    }
+    if (flat_ > 0) {
+        result.push_back(
+            fmt::format("the wire rested at a flat_ minimum or a saddle in {}: another rest may be as near",
+                        frames(flat_)));
+    }
+    if (restless_ > 0) {
+        result.push_back(
+            fmt::format("the wire had not come to rest at the end of {}: a mesh's planes jump between its "
+                        "triangles, which a distance field does not",
+                        frames(restless_)));
+    }
+    if (crossed_ > 0) {
+        result.push_back(
+            fmt::format("between two joints the wire crossed the wall, by up to {:.2g} mm, at the end of "
+                        "{}; shorter segments follow the wall closer",
+                        deepest_crossing_, frames(crossed_)));
+    }
+    return result;
+}
+
+}  // namespace exercise

@@ -1,0 +1,25 @@
+#pragma once
+/// What a trainee should know of a run, as sentences: stops of the wire, and where the simulation fell short.
+
+#include <string>
+#include <vector>
+
+#include "engine/exercise/frame.h"
+
+namespace exercise {
+
+class Notices {
+public:
+    /// After each frame, once.
+    void observe(const Frame&);
+    /// A sentence for each kind of thing that happened, with the number of frames.
+    std::vector<std::string> text() const;
+
+private:
+    int stopped_withdrawals_ = 0, stopped_insertions_ = 0, used_up_ = 0, kinked_ = 0, restless_ = 0,
+        crossed_ = 0;
+    int settling_ = 0, refused_ = 0, late_ = 0, flat_ = 0;
+    double deepest_crossing_ = 0, most_waiting_ = 0;  // [mm]
+};
+
+}  // namespace exercise

@@ -1,0 +1,42 @@
+#pragma once
+/// One hash for all: of states, files' contents, bits of points.
+
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+
+namespace geometry {
+
+/// Hashes a sequence of 64-bit words, as FNV-1a does with bytes, the bits turned in between so that all reach
+/// all. The same on every machine of the same byte order. Not for secrets.
+class Hash {
+public:
+    void add(std::uint64_t word) { state_ = std::rotl(state_ ^ word, 29) * 0x9e3779b97f4a7c15ull; }
+    void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
+    /// Pads the last word with zeros, so that callers whose items vary in size add the sizes first.
+    void add(const void* data, std::size_t bytes) {
+        const char* from = static_cast<const char*>(data);
+        for (; bytes >= sizeof(std::uint64_t);
+             from += sizeof(std::uint64_t), bytes -= sizeof(std::uint64_t)) {
+            std::uint64_t word;
+            std::memcpy(&word, from, sizeof word);
+            add(word);
+        }
+        if (bytes == 0) return;
+        std::uint64_t word = 0;
+        std::memcpy(&word, from, bytes);
+        add(word);
+    }
+    std::uint64_t value() const {
+        std::uint64_t h = state_;
+        h = (h ^ (h >> 32)) * 0xd6e8feb86659fd93ull;
+        h = (h ^ (h >> 32)) * 0xd6e8feb86659fd93ull;
+        return h ^ (h >> 32);
+    }
+
+private:
+    std::uint64_t state_ = 14695981039346656037ull;
+};
+
+}  // namespace geometry
