@@ -5,12 +5,13 @@
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
 
+#include "engine/io/text.h"
 #include "engine/run/headless.h"
 #include "engine/run/picture_file.h"
 #include "render/picture/png.h"
 #include "tests/anatomies.h"
+#include "tests/frames/comparison.h"
 
 namespace {
 
@@ -77,18 +78,30 @@ TEST_P(Frames, EqualTheirGoldens) {
         fs::copy_file(output / "score.json", expected_score, fs::copy_options::overwrite_existing);
         return;
     }
-    const json expected = read_json(expected_score), actual = read_json(output / "score.json");
-    const double tolerance = limits.at("score_tolerance").get<double>();
-    for (const auto& [key, value] : expected.items()) {
-        ASSERT_TRUE(actual.contains(key)) << key;
-        if (value.is_number_float()) {
-            const double x = value.get<double>();
-            EXPECT_NEAR(actual[key].get<double>(), x, tolerance * (1 + std::abs(x))) << key;
-        } else if (!value.is_object()) {
-            EXPECT_EQ(actual[key], value) << key;
-        }
-    }
+    const auto wrong = test::score_differences(read_json(expected_score), read_json(output / "score.json"),
+                                               limits.at("score_tolerance").get<double>());
+    EXPECT_TRUE(wrong.empty()) << io::joined(wrong, "\n");
 }
 
 INSTANTIATE_TEST_SUITE_P(Case, Frames, testing::ValuesIn(cases()),
                          [](const auto& which) { return which.param; });
+
+TEST(Comparison, NoticesEveryValueOfAScore) {
+    const json score = read_json(fs::path(SELDINGER_SOURCE) / "tests/frames/s_bend/score.json");
+    EXPECT_TRUE(test::score_differences(score, score, 1e-4).empty());
+    const json flat = score.flatten();
+    ASSERT_TRUE(flat.contains("/max_penetration_at/joint"));
+    for (const auto& [path, value] : flat.items()) {
+        json other = flat;
+        other[path] = value.is_number_float()     ? json(value.get<double>() * 1.001 + 0.001)
+                      : value.is_number_integer() ? json(value.get<int>() + 1)
+                      : value.is_boolean()        ? json(!value.get<bool>())
+                                                  : json(value.get<std::string>() + "x");
+        EXPECT_EQ(test::score_differences(score, other.unflatten(), 1e-4).size(), 1u) << path;
+        other.erase(path);
+        EXPECT_FALSE(test::score_differences(score, other.unflatten(), 1e-4).empty()) << path;
+    }
+    json longer = score;
+    longer["max_penetration_at"]["more"] = json::array({1, 2});
+    EXPECT_EQ(test::score_differences(score, longer, 1e-4).size(), 2u);
+}
