@@ -31,7 +31,8 @@ struct StudyOptions {
     std::function<void(const StudyProgress&)> progress;  // one call at a time
 };
 
-/// A published figure or statement against what was measured here. Times aside, the same on every run.
+/// A published figure or statement against what was measured here. Times aside, the same on every run. Its
+/// text names it within its study; no two of a study have the same.
 struct Claim {
     std::string text;                   // where it is published and what it says, with its unit
     io::TableCell published, measured;  // number or words; a number that is not finite was not to be had

@@ -17,7 +17,6 @@ io::Table signs(const char* preset) {
     options.cache = test::cache();
     Table table = studies::sign_table();
     studies::add_signs(table, preset, options);
-    std::printf("%s\n", io::to_markdown(table).c_str());
     return table;
 }
 

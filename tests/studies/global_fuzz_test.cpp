@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <memory>
 #include <optional>
@@ -139,9 +140,11 @@ private:
         tally_.loaded += !wire.load.isZero(0);
         tally_.unconverged += !report.converged;
         if (!report.converged)
-            std::printf("seed %u frame %d: |g|/C %.1e, strict %d, %d steps, N %d, bend %.2f, load %.1e\n",
-                        seed_, frame, report.gradient, report.strict_minimum, report.newton_steps,
-                        wire.segments(), report.largest_bend, wire.load.norm());
+            testing::Test::RecordProperty(
+                fmt::format("seed_{}_frame_{}", seed_, frame),
+                fmt::format("|g|/C {:.1e}, strict {}, {} steps, N {}, bend {:.2f}, load {:.1e}",
+                            report.gradient, report.strict_minimum, report.newton_steps, wire.segments(),
+                            report.largest_bend, wire.load.norm()));
         tally_.kinks += std::max(last_.largest_bend, report.largest_bend) > M_PI / 3;
         const auto broken = validate(wire_);
         ASSERT_TRUE(broken.empty()) << broken.front();
@@ -175,11 +178,11 @@ Tally play_all(double hardness) {
     for (int seed = 1; seed <= vessels; ++seed)
         Player(static_cast<unsigned>(seed), hardness, tally).play(100);
     std::sort(tally.times.begin(), tally.times.end());
-    std::printf(
-        "%d frames, %d loaded, %d cut short: %d unconverged, %d kinks, deepest contact %.1e mm, p99 %.2f ms, "
-        "longest %.2f ms\n",
-        tally.frames, tally.loaded, tally.short_frames, tally.unconverged, tally.kinks, tally.deepest,
-        tally.times[tally.times.size() * 99 / 100], tally.times.back());
+    testing::Test::RecordProperty(
+        "tally", fmt::format("{} frames, {} loaded, {} cut short: {} unconverged, {} kinks, deepest contact "
+                             "{:.1e} mm, p99 {:.2f} ms, longest {:.2f} ms",
+                             tally.frames, tally.loaded, tally.short_frames, tally.unconverged, tally.kinks,
+                             tally.deepest, tally.times[tally.times.size() * 99 / 100], tally.times.back()));
     return tally;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include "physics/relax/relaxer.h"
@@ -47,9 +48,10 @@ Course course(const char* scene, int cycles) {
         if (farthest < 0.01) result.to_hundredth = k + 1;
         if (farthest >= 0.1) break;
     }
-    testing::Test::RecordProperty(std::string(scene) + "_energy", std::to_string(result.energy));
-    std::printf("%s: U = %.8f N·mm, |g|/C = %.1e after %d cycles; %d cycles to 0.1 mm, %d to 0.01 mm\n",
-                scene, result.energy, result.gradient, cycles, result.to_tenth, result.to_hundredth);
+    testing::Test::RecordProperty(
+        scene,
+        fmt::format("U = {:.8f} N·mm, |g|/C = {:.1e} after {} cycles; {} cycles to 0.1 mm, {} to 0.01 mm",
+                    result.energy, result.gradient, cycles, result.to_tenth, result.to_hundredth));
     return result;
 }
 
@@ -103,7 +105,8 @@ TEST(PaperRelaxer, SecondOrderComesToRestWhereFirstOrderBounces) {
         config.kind = kind;
         mean[kind == RelaxerKind::Segment] = mean_turn_after(150, config);
     }
-    std::printf("mean |ε|: first order %.2e, second order M = 2 %.2e\n", mean[0], mean[1]);
+    RecordProperty("mean_turn",
+                   fmt::format("first order {:.2e}, second order M = 2 {:.2e}", mean[0], mean[1]));
     EXPECT_LE(mean[1], 1e-5 * mean[0]);
 }
 
@@ -127,10 +130,8 @@ TEST(PaperRelaxer, OnlyTheWallsCurvatureBringsRest) {
     cases[3].wall_curvature = false;
     cases[4].varied_segments = 2;
     double mean[5];
-    for (int k = 0; k < 5; ++k) {
-        mean[k] = mean_turn_after(100, cases[k]);
-        std::printf("(%c) mean |ε| = %.2e\n", 'a' + k, mean[k]);
-    }
+    for (int k = 0; k < 5; ++k) mean[k] = mean_turn_after(100, cases[k]);
+    RecordProperty("mean_turn_of_a_to_e", fmt::format("{:.2e}", fmt::join(mean, ", ")));
     EXPECT_LT(mean[0], 1e-2 * mean[1]);
     EXPECT_NEAR(mean[2], mean[0], 0.1 * mean[0]);
     EXPECT_GT(mean[3], 0.5 * mean[1]);
@@ -151,8 +152,8 @@ TEST(PaperRelaxer, StoredPlanesSettleAtTheListedMinima) {
         const double energy = energy_of(wire, wall);
         global_relaxer(wall)->relax(wire, {1'000'000, 0, 0});  // the bottom of the same basin
         const double rest = energy_of(wire, wall);
-        std::printf("%s: U = %.9f N·mm, %.1e above its basin; %lld queries\n", scene, energy,
-                    energy / rest - 1, report.wall_queries);
+        RecordProperty(scene, fmt::format("U = {:.9f} N·mm, {:.1e} above its basin; {} queries", energy,
+                                          energy / rest - 1, report.wall_queries));
         EXPECT_NEAR(energy, rest, 1e-9 * rest) << scene;
         EXPECT_NEAR(energy, nearest(energy, minima), 5e-5) << scene;
     }
@@ -165,8 +166,9 @@ TEST(PaperRelaxer, KoningsAndTheCombinationSettleInTheHairpinAtListedMinima) {
         auto [wall, wire] = scene_setup("hairpin");
         make_relaxer(config, wall)->relax(wire, whole_cycles(wire.segments(), cycles));
         const double energy = energy_of(wire, wall);
-        std::printf("kind %d, M = %d: U = %.6f N·mm\n", static_cast<int>(config.kind), config.varied_segments,
-                    energy);
+        RecordProperty(
+            fmt::format("kind_{}_M_{}_energy", static_cast<int>(config.kind), config.varied_segments),
+            fmt::format("{:.6f} N·mm", energy));
         EXPECT_NEAR(energy, nearest(energy, {13.4646, 13.4661, 13.4681, 13.4716}), 1e-4);
     }
 }
@@ -188,8 +190,10 @@ TEST(PaperRelaxer, StoredPlanesAskAMeshATenthAndTakeHalfTheTime) {
         queries[stored] = make_relaxer(config, mesh)->relax(wire, whole_cycles(200, 10)).wall_queries;
         seconds[stored] = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
         energy[stored] = energy_of(wire, mesh);
-        std::printf("%s: %.3g queries and %.3g ms a cycle, U = %.6f N·mm\n", stored ? "stored" : "plain",
-                    static_cast<double>(queries[stored]) / 10, 100 * seconds[stored], energy[stored]);
+        RecordProperty(
+            stored ? "stored" : "plain",
+            fmt::format("{:.3g} queries and {:.3g} ms a cycle, U = {:.6f} N·mm",
+                        static_cast<double>(queries[stored]) / 10, 100 * seconds[stored], energy[stored]));
     }
     EXPECT_LT(10 * queries[1], queries[0]);
     EXPECT_LT(2 * seconds[1], seconds[0]);

@@ -2,6 +2,7 @@
 
 #include "engine/studies/stability.h"
 
+#include <algorithm>
 #include <gtest/gtest.h>
 #include <map>
 
@@ -48,7 +49,11 @@ TEST(Stability, QuickMapIsWholeAndIndependentOfThreads) {
         if (outcome == "NaN" || outcome == "left the lumen" || outcome == "oscillates")
             ++lost[std::get<std::string>(row[a.column("method")])];
     }
-    for (const auto& [outcome, count] : outcomes) std::printf("%s: %d\n", outcome.c_str(), count);
+    for (const auto& [outcome, count] : outcomes) {
+        std::string name = outcome;
+        std::replace(name.begin(), name.end(), ' ', '_');
+        RecordProperty(name, count);
+    }
     EXPECT_GE(outcomes["converged"], 30);
     // The safeguard never raises the energy and never loses the wire.
     EXPECT_EQ(lost["M = 2 safe"], 0);

@@ -1,21 +1,26 @@
 #include "engine/exercise/score.h"
 
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "engine/exercise/exercise.h"
+#include "physics/wire/energy.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
 namespace {
 
-/// Runs a script and scores every frame.
-Score score_of(const scenario::Scenario& scenario, const std::string& script) {
+using Look = std::function<void(int frame, const Simulation&)>;
+
+/// Runs a script and scores every frame; `look` sees each.
+Score score_of(const scenario::Scenario& scenario, const std::string& script, const Look& look = {}) {
     Exercise exercise(scenario, false);
     const script::CommandScript timed = script::parse_commands(script, "x.gw");
     for (int frame = 0; frame <= timed.last_frame(0); ++frame) {
         std::vector<script::Command> commands;
         for (const script::TimedCommand& c : timed.at(frame)) commands.push_back(c.command);
         exercise.next_frame(commands);
+        if (look) look(frame, exercise.simulation());
     }
     return exercise.score();
 }
@@ -78,10 +83,31 @@ TEST(Score, BeamOnTimeCountsFramesWithTheBeamOn) {
 }
 
 TEST(Score, DeepestContactIsExplainedByItsForce) {
-    const Score score = score_of(test::small_scenario(), "0..20 advance 2 mm\n");
-    ASSERT_GE(score.deepest.joint, 1);
+    const std::string script = "0..20 advance 2 mm\n";
+    const Score score = score_of(test::small_scenario(), script);
+    const int joint = score.deepest.joint;
+    ASSERT_GE(joint, 1);
     EXPECT_GT(score.deepest.penetration, 0);
-    EXPECT_NEAR(score.deepest.penetration * score.deepest.stiffness, score.deepest.force, 1e-12);
+    // What the walls press with is what the bent wire asks for: nothing is left over at any joint. Without
+    // the deepest contact the wire's bending pulls at it with that force, as far as it lies across the
+    // segment.
+    bool seen = false;
+    score_of(test::small_scenario(), script, [&](int frame, const Simulation& simulation) {
+        if (frame != score.deepest.frame) return;
+        seen = true;
+        const physics::Guidewire& wire = simulation.wire();
+        auto contacts = physics::all_contacts(wire, simulation.wall());
+        EXPECT_LE(physics::relative_gradient(wire, contacts), 2e-8);
+        const double across = contacts[joint].normal.cross(wire.tangents[joint]).norm();
+        contacts[joint] = {};
+        const auto left = physics::energy_gradient(wire, contacts);
+        EXPECT_GT(across, 0.5);
+        EXPECT_NEAR(left[joint].norm(), wire.lengths[joint] * across * score.deepest.force,
+                    1e-3 * left[joint].norm());
+        for (int i = joint + 1; i <= wire.segments(); ++i)
+            EXPECT_LE(left[i].norm() / wire.spring_constant(i - 1), 2e-8) << i;
+    });
+    EXPECT_TRUE(seen);
     // One stiffness everywhere but at the tip, which stands for half a segment: where that is the deepest, a
     // joint less deep may be pressed harder.
     const double share = score.peak_wall_force / score.deepest.force;
