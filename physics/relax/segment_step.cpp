@@ -5,24 +5,33 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 namespace physics {
 namespace {
 
 using Tangents = std::array<Vec3, kMostVariedSegments>;
 
-/// Model at one point of the iteration, in the planes ⟂ v_m.
-template <int M>
+constexpr int kMostTurns = 2 * kMostVariedSegments;
+constexpr int kAny = 0;  // number of segments that is known at run time alone
+
+/// Model at one point of the iteration, in the planes ⟂ v_m, of `Fixed` segments or any number of them.
+/// Four and five, which only a study asks for, share one code that takes less time to compile.
+template <int Fixed>
 struct Newton {
-    using Vector = Eigen::Matrix<double, 2 * M, 1>;
-    using Matrix = Eigen::Matrix<double, 2 * M, 2 * M>;
+    using Vector = std::conditional_t<Fixed != kAny, Eigen::Matrix<double, 2 * Fixed, 1>,
+                                      Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostTurns, 1>>;
+    using Matrix =
+        std::conditional_t<Fixed != kAny, Eigen::Matrix<double, 2 * Fixed, 2 * Fixed>,
+                           Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostTurns, kMostTurns>>;
     using Basis = Eigen::Matrix<double, 3, 2>;
 
     const SegmentProblem& problem;
+    const int M = Fixed != kAny ? Fixed : problem.count;
     Tangents v;
     std::array<double, kMostVariedSegments> sigma{};
-    std::array<Basis, M> basis;
-    std::array<Vec3, M> slope;  // Σ_n P_mn (v_n − u_n) − q_m
+    std::array<Basis, kMostVariedSegments> basis;
+    std::array<Vec3, kMostVariedSegments> slope;  // Σ_n P_mn (v_n − u_n) − q_m
 
     explicit Newton(const SegmentProblem& p) : problem(p) {}
 
@@ -37,12 +46,12 @@ struct Newton {
         }
     }
     Vector gradient() const {
-        Vector g;
+        Vector g(2 * M);
         for (int m = 0; m < M; ++m) g.template segment<2>(2 * m) = basis[m].transpose() * slope[m];
         return g;
     }
     Matrix hessian() const {
-        Matrix h;
+        Matrix h(2 * M, 2 * M);
         for (int m = 0; m < M; ++m)
             for (int n = 0; n < M; ++n)
                 h.template block<2, 2>(2 * m, 2 * n) =
@@ -57,9 +66,10 @@ struct Newton {
     }
 };
 
-template <int M>
+template <int Fixed>
 SegmentSolution plain(const SegmentProblem& problem, int most_iterations) {
-    Newton<M> newton(problem);
+    Newton<Fixed> newton(problem);
+    const int M = newton.M;
     for (int m = 0; m < M; ++m) {
         newton.sigma[m] = problem.pull[m].norm();
         newton.v[m] = newton.sigma[m] > 1e-300 ? Vec3(problem.pull[m] / newton.sigma[m]) : problem.tangent[m];
@@ -67,9 +77,10 @@ SegmentSolution plain(const SegmentProblem& problem, int most_iterations) {
     SegmentSolution solution;
     while (solution.iterations < most_iterations && !solution.converged) {
         newton.linearise();
-        const typename Newton<M>::Vector alpha = newton.hessian().partialPivLu().solve(-newton.gradient());
+        const typename Newton<Fixed>::Vector alpha =
+            newton.hessian().partialPivLu().solve(-newton.gradient());
         if (!alpha.allFinite()) break;
-        std::array<Vec3, M> delta;
+        std::array<Vec3, kMostVariedSegments> delta;
         for (int m = 0; m < M; ++m) delta[m] = newton.basis[m] * alpha.template segment<2>(2 * m);
         for (int m = 0; m < M; ++m) {  // last row block of Eq. 33 eliminated
             Vec3 force = newton.slope[m] + newton.sigma[m] * newton.v[m];
@@ -85,9 +96,10 @@ SegmentSolution plain(const SegmentProblem& problem, int most_iterations) {
     return solution;
 }
 
-template <int M>
+template <int Fixed>
 SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
-    Newton<M> newton(problem);
+    Newton<Fixed> newton(problem);
+    const int M = newton.M;
     newton.v = problem.tangent;
     double scale = 0;
     for (int m = 0; m < M; ++m)
@@ -100,13 +112,13 @@ SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
         for (int m = 0; m < M; ++m) newton.sigma[m] = -newton.v[m].dot(newton.slope[m]);
         const auto gradient = newton.gradient();
         auto hessian = newton.hessian();
-        Eigen::LLT<typename Newton<M>::Matrix> cholesky(hessian);
+        Eigen::LLT<typename Newton<Fixed>::Matrix> cholesky(hessian);
         ++solution.iterations;
         const bool shifted = cholesky.info() != Eigen::Success;
         if (shifted) {
             if (!kicked && gradient.template lpNorm<Eigen::Infinity>() <= 1e-12 * scale) {
                 // On the axis of a wall met head-on, or an exact fold: balanced, but no minimum.
-                typename Newton<M>::Vector kick = Newton<M>::Vector::Zero();
+                typename Newton<Fixed>::Vector kick = Newton<Fixed>::Vector::Zero(2 * M);
                 kick[0] = 1e-3, kick[1] = 0.6e-3;
                 newton.v = newton.turned(kick);
                 energy = model_energy(problem, newton.v);
@@ -121,7 +133,7 @@ SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
             }
             if (cholesky.info() != Eigen::Success) break;
         }
-        typename Newton<M>::Vector alpha = cholesky.solve(-gradient);
+        typename Newton<Fixed>::Vector alpha = cholesky.solve(-gradient);
         if (!alpha.allFinite()) break;
         const double size = alpha.template lpNorm<Eigen::Infinity>();
         solution.converged = size < 1e-14;
@@ -171,10 +183,8 @@ SegmentSolution plain_step(const SegmentProblem& p, int most_iterations) {
             return plain<2>(p, most_iterations);
         case 3:
             return plain<3>(p, most_iterations);
-        case 4:
-            return plain<4>(p, most_iterations);
         default:
-            return plain<5>(p, most_iterations);
+            return plain<kAny>(p, most_iterations);
     }
 }
 
@@ -186,10 +196,8 @@ SegmentSolution descending_step(const SegmentProblem& p, int most_iterations) {
             return descending<2>(p, most_iterations);
         case 3:
             return descending<3>(p, most_iterations);
-        case 4:
-            return descending<4>(p, most_iterations);
         default:
-            return descending<5>(p, most_iterations);
+            return descending<kAny>(p, most_iterations);
     }
 }
 

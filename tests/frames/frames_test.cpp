@@ -63,7 +63,7 @@ public:
                 commands.push_back(next->command);
             exercise.next_frame(commands);
             const exercise::Pulse* pulse = exercise.monitor()->last_pulse();
-            if (pulse && pulse->frame == frame) pulses_.push_back(*pulse);
+            if (pulse && pulse->time.index == frame) pulses_.push_back(*pulse);
             if (std::binary_search(frames_.begin(), frames_.end(), frame))
                 truth_.emplace(frame, exercise.truth());
         }
@@ -78,7 +78,7 @@ public:
         monitor_->clear();
         auto next = pulses_.begin();
         for (const int frame : frames_) {
-            for (; next != pulses_.end() && next->frame <= frame; ++next) {
+            for (; next != pulses_.end() && next->time.index <= frame; ++next) {
                 exercise::Pulse pulse = *next;
                 change(pulse);
                 monitor_->take(std::move(pulse));

@@ -1,5 +1,5 @@
 /// The importer against truth at full size: generated vessels, the same corrupted, and real meshes where they
-/// are to be had: beside the checkout in ../shared/anatomy, or in the folder SELDINGER_REAL_MESHES.
+/// are to be had: in the folder that SELDINGER_REAL_MESHES names.
 
 #include <algorithm>
 #include <cstdlib>
@@ -43,7 +43,7 @@ void expect_found(const anatomy::Anatomy& truth, const geometry::TriangleMesh& m
 
 fs::path real_meshes() {
     const char* named = std::getenv("SELDINGER_REAL_MESHES");
-    return named ? fs::path(named) : fs::path(SELDINGER_SOURCE).parent_path() / "shared/anatomy";
+    return named ? fs::path(named) : fs::path("SELDINGER_REAL_MESHES-is-not-set");
 }
 
 std::string decoded(const std::string& text) {
