@@ -74,6 +74,7 @@ const std::map<std::string, Names> third_party = {
     {"png.h", {"render/picture"}},
     {"libdeflate.h", {"render/picture"}},
     {"GL", {"render/picture/gl_context.h", "render/picture/offscreen.cpp"}},
+    {"glm", {"render/xray", "render/xray/gl_camera.h"}},
     {"imgui.h", {"render/panel"}},
     {"assimp", {"engine/anatomy"}},
     {"toml++", {"engine/anatomy/grow", "engine/io", "engine/scenario"}},

@@ -13,11 +13,11 @@ std::vector<std::string> problems(const RelaxerConfig& c) {
     if (c.varied_segments < 1 || c.varied_segments > kMostVariedSegments)
         out.push_back("varied_segments must lie in 1 to 5, not " + std::to_string(c.varied_segments) + ".");
     if (c.stored_planes && c.kind != RelaxerKind::Segment && c.kind != RelaxerKind::FirstOrder)
-        out.push_back("stored_planes go with the segment and the first-order relaxer.");
+        out.emplace_back("stored_planes go with the segment and the first-order relaxer.");
     if (c.separation && (*c.separation < 2 || *c.separation > 200))
         out.push_back("separation must lie in 2 to 200, not " + std::to_string(*c.separation) + ".");
     if (!std::isfinite(c.turn_limit) || c.turn_limit <= 0 || c.turn_limit > 2)
-        out.push_back("turn_limit must lie in (0, 2].");
+        out.emplace_back("turn_limit must lie in (0, 2].");
     return out;
 }
 

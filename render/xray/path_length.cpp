@@ -4,12 +4,14 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <glm/gtc/type_ptr.hpp>
 #include <map>
 #include <span>
 #include <utility>
 #include <vector>
 
 #include "render/picture/gl_context.h"
+#include "render/xray/gl_camera.h"
 #include "render/xray/surface_crossings.h"
 
 namespace render {
@@ -23,13 +25,13 @@ namespace {
 // harm of a hole. The row nearest to the head is written first, so that readback is already top-down.
 constexpr const char* vertex_shader = R"(#version 330 core
 layout(location = 0) in vec3 position;
-uniform vec3 isocentre, right, up, beam;
-uniform float sod, scale;
+uniform vec3 isocentre;
+uniform mat4 view, projection;
 out float depth;
 void main() {
-    vec3 p = position - isocentre;
-    depth = dot(beam, p);
-    gl_Position = vec4(scale * dot(right, p), -scale * dot(up, p), 0.0, depth + sod);
+    vec3 turned = mat3(view) * (position - isocentre);
+    depth = -turned.z;
+    gl_Position = projection * vec4(turned + view[3].xyz, 1.0);
 })";
 
 constexpr const char* fragment_shader = R"(#version 330 core
@@ -163,7 +165,9 @@ struct PathLengthRenderer::Gl : GlContext {
     void uniform(const char* name, const Vec3& v) {
         Uniform3f(GetUniformLocation(program, name), float(v.x()), float(v.y()), float(v.z()));
     }
-    void uniform(const char* name, double v) { Uniform1f(GetUniformLocation(program, name), float(v)); }
+    void uniform(const char* name, const glm::mat4& m) {
+        UniformMatrix4fv(GetUniformLocation(program, name), 1, GL_FALSE, glm::value_ptr(m));
+    }
 };
 
 PathLengthRenderer::PathLengthRenderer() : gl_(std::make_unique<Gl>()) {}
@@ -262,14 +266,10 @@ int PathLengthRenderer::accumulate(int mesh, const CArm& arm, Field& sum) {
     gl.ClearColor(0.0f, 0.0f, 0.0f, 0.0f);
     gl.Clear(GL_COLOR_BUFFER_BIT);
 
-    const ArmAxes a = axes(arm);
     gl.UseProgram(gl.program);
     gl.uniform("isocentre", arm.isocentre);
-    gl.uniform("right", a.right);
-    gl.uniform("up", a.up);
-    gl.uniform("beam", a.beam);
-    gl.uniform("sod", arm.sod);
-    gl.uniform("scale", 2.0 * arm.sid / arm.detector_width);
+    gl.uniform("view", glm::mat4(view_matrix(arm)));
+    gl.uniform("projection", glm::mat4(projection_matrix(arm)));
     gl.BindVertexArray(drawn.array);
     gl.DrawElements(GL_TRIANGLES, drawn.count, GL_UNSIGNED_INT, nullptr);
     gl.BindVertexArray(0);
