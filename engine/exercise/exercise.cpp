@@ -4,7 +4,6 @@
 
 #include "engine/exercise/imaging.h"
 #include "engine/io/error.h"
-#include "physics/geometry/hash.h"
 
 namespace exercise {
 
@@ -74,24 +73,20 @@ void Exercise::state(geometry::StateStream& s) {
     if (monitor_) s(*monitor_);
 }
 
-/// Of what a state is of: the scenario as it was chosen, its vessels, and whether there are images.
+/// Of what a state is of: a copy of the scenario as it was chosen, its vessels, and whether there are images.
 std::uint64_t Exercise::fingerprint() const {
-    geometry::Hash hash;
-    const scenario::Scenario& scenario = simulation_.scenario();
-    hash.add(scenario.name.data(), scenario.name.size());
-    hash.add(scenario.frame_rate);
-    hash.add(scenario.wall_stiffness);
-    hash.add(scenario.seed);
-    hash.add(static_cast<std::uint64_t>(simulation_.anatomy().lumen.triangles.size()));
-    hash.add(static_cast<std::uint64_t>(scenario.relaxer.kind));
-    hash.add(static_cast<std::uint64_t>(monitor_.has_value()));
+    geometry::StateHash hash;
+    scenario::Scenario s = simulation_.scenario();
+    geometry::Vec3 target = simulation_.target();
+    std::uint64_t triangles = simulation_.anatomy().lumen.triangles.size(), images = monitor_.has_value();
+    hash(s.name, s.seed, s.frame_rate, s.guidewire, s.wire_length, s.wall_model, s.wall_stiffness,
+         s.entry.end, s.entry.inserted, s.relaxer.kind, s.relaxer.tolerance, s.budget.updates, s.adaptive,
+         s.c_arm, target, s.target.radius, s.target.hold, triangles, images);
     return hash.value();
 }
 
 Exercise::Snapshot Exercise::snapshot() const {
-    geometry::StateWriter writer;
-    const_cast<Exercise&>(*this).state(writer);
-    return {fingerprint(), writer.take()};
+    return {fingerprint(), geometry::state_of(*this)};
 }
 
 void Exercise::restore(const Snapshot& snapshot) {
@@ -99,9 +94,7 @@ void Exercise::restore(const Snapshot& snapshot) {
         throw io::InputError(
             "a snapshot of another exercise was given; one of this scenario, made with images "
             "if this has them, is accepted");
-    geometry::StateReader reader(snapshot.state);
-    state(reader);
-    reader.finish();
+    geometry::restore_state(*this, snapshot.state);
 }
 
 }  // namespace exercise

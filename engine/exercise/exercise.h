@@ -57,8 +57,10 @@ public:
     /// changes nothing.
     void restore(const Snapshot&);
 
-private:
+    /// Without images the simulation's, the score's and the clock's; else the screens' as well.
     void state(geometry::StateStream&);
+
+private:
     std::uint64_t fingerprint() const;
 
     Simulation simulation_;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "engine/io/error.h"
+#include "physics/geometry/mesh_topology.h"
 #include "render/patient/patient.h"
 #include "render/xray/path_length.h"
 
@@ -73,13 +74,7 @@ std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenari
 
 namespace {
 
-double volume(const geometry::TriangleMesh& closed) {
-    double sum = 0;
-    for (const auto& t : closed.triangles)
-        sum += closed.vertices[t[0]].dot(closed.vertices[t[1]].cross(closed.vertices[t[2]]));
-    constexpr double cubic_mm_per_ml = 1000.0;
-    return sum / 6 / cubic_mm_per_ml;
-}
+constexpr double cubic_mm_per_ml = 1000.0;
 
 /// Mean concentration in the blood about the wire, from its joints five apart [mg/ml].
 double along_wire(const blood::ContrastFlow& contrast, std::span<const geometry::Vec3> joints) {
@@ -114,7 +109,8 @@ std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer
                                         [&](const BlushingOrgan& organ) { return organ.layer == nearest; });
         BlushingOrgan& organ =
             known == organs.end()
-                ? organs.emplace_back(BlushingOrgan{nearest, volume(layers[nearest].mesh), {}})
+                ? organs.emplace_back(BlushingOrgan{
+                      nearest, geometry::signed_volume(layers[nearest].mesh) / cubic_mm_per_ml, {}})
                 : *known;
         organ.outlets.push_back(static_cast<int>(k));
     }

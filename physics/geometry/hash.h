@@ -1,10 +1,12 @@
 #pragma once
-/// One hash for all: of states, files' contents, bits of points.
+/// One hash, of states and of places. What files keep by a hash of its own stays with that.
 
 #include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+
+#include "physics/geometry/vec.h"
 
 namespace geometry {
 
@@ -37,6 +39,15 @@ public:
 
 private:
     std::uint64_t state_ = 14695981039346656037ull;
+};
+
+/// Of a place by its bits, −0 and 0 being the same.
+struct PlaceHash {
+    std::size_t operator()(const Vec3& place) const {
+        Hash hash;
+        for (int k = 0; k < 3; ++k) hash.add(place[k] + 0.0);
+        return hash.value();
+    }
 };
 
 }  // namespace geometry

@@ -6,26 +6,14 @@
 #include <stdexcept>
 #include <unordered_map>
 
+#include "physics/geometry/hash.h"
+
 namespace geometry {
 namespace {
 
-struct SameBits {
-    std::size_t operator()(const Vec3& v) const {
-        std::uint64_t hash = 0;
-        for (int k = 0; k < 3; ++k) {
-            std::uint64_t bits;
-            const double x = v[k] + 0.0;  // -0 and 0 are one place
-            std::memcpy(&bits, &x, sizeof bits);
-            hash = (hash ^ bits) * 0x9e3779b97f4a7c15u;
-            hash ^= hash >> 29;
-        }
-        return hash;
-    }
-};
-
 TriangleMesh welded(const TriangleMesh& mesh) {
     TriangleMesh out;
-    std::unordered_map<Vec3, int, SameBits> place(mesh.vertices.size());
+    std::unordered_map<Vec3, int, PlaceHash> place(mesh.vertices.size());
     std::vector<int> index;
     for (const Vec3& v : mesh.vertices) {
         if (!v.allFinite()) throw std::invalid_argument("the lumen mesh has a vertex that is not finite");

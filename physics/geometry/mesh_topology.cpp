@@ -6,16 +6,10 @@
 #include <cstdint>
 #include <map>
 
+#include "physics/geometry/hash.h"
+
 namespace geometry {
 namespace {
-
-struct BitwiseHash {
-    std::size_t operator()(const std::array<std::uint64_t, 3>& key) const {
-        std::uint64_t hash = 14695981039346656037ull;
-        for (const std::uint64_t word : key) hash = (hash ^ word) * 1099511628211ull, hash ^= hash >> 29;
-        return hash;
-    }
-};
 
 std::array<std::uint64_t, 3> bits(const Vec3& p) {
     // + 0.0 makes −0 and 0 the same corner.
@@ -145,7 +139,7 @@ TriangleMesh welded(const TriangleMesh& mesh) {
     std::vector<int> renumbered(mesh.vertices.size());
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
         const auto key = bits(mesh.vertices[i]);
-        std::size_t slot = BitwiseHash{}(key) & (index_of.size() - 1);
+        std::size_t slot = PlaceHash{}(mesh.vertices[i]) & (index_of.size() - 1);
         while (index_of[slot] >= 0 && bits(result.vertices[index_of[slot]]) != key)
             slot = (slot + 1) & (index_of.size() - 1);
         if (index_of[slot] < 0) {

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "physics/geometry/hash.h"
 #include "render/picture/gl_context.h"
 #include "render/xray/gl_camera.h"
 #include "render/xray/surface_crossings.h"
@@ -39,14 +40,6 @@ in float depth;
 out vec2 length_and_count;
 void main() { length_and_count = gl_FrontFacing ? vec2(-depth, 1.0) : vec2(depth, -1.0); })";
 
-struct CornerHash {
-    std::size_t operator()(const std::array<double, 3>& p) const {
-        std::size_t h = 0;
-        for (double c : p) h = (h ^ std::hash<double>()(c)) * 0x9E3779B97F4A7C15ull;
-        return h ^ (h >> 29);
-    }
-};
-
 }  // namespace
 
 int unmatched_edges(const TriangleMesh& mesh) {
@@ -57,8 +50,7 @@ int unmatched_edges(const TriangleMesh& mesh) {
     for (int i = 0; i < count; ++i) {
         const Vec3& v = mesh.vertices[i];
         if (!v.allFinite()) throw std::invalid_argument("vertex " + std::to_string(i) + " is not finite");
-        // Adding zero makes −0 and +0 the same place.
-        std::size_t slot = CornerHash{}({v.x() + 0.0, v.y() + 0.0, v.z() + 0.0}) & (corners.size() - 1);
+        std::size_t slot = geometry::PlaceHash{}(v) & (corners.size() - 1);
         while (corners[slot] >= 0 && mesh.vertices[corners[slot]] != v)
             slot = (slot + 1) & (corners.size() - 1);
         if (corners[slot] < 0) corners[slot] = i;

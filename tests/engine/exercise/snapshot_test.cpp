@@ -137,6 +137,9 @@ TEST(Snapshot, OfAnotherExerciseIsRefusedAndChangesNothing) {
     EXPECT_THROW(dark.restore(lit.snapshot()), io::InputError);
     EXPECT_EQ(dark.simulation().state_hash(), before);
     dark.restore(dark.snapshot());
+    // Another wire in the same vessel, of the same name.
+    Exercise stiffer(scenario_with("preset = \"glide035\"", "preset = \"bentson035\""), false);
+    EXPECT_THROW(stiffer.restore(dark.snapshot()), io::InputError);
 }
 
 TEST(Snapshot, StatesThatPartLaterDiffer) {
