@@ -19,6 +19,7 @@ struct Command {
 };
 
 Command add_run(CLI::App&);
+Command add_play(CLI::App&);
 Command add_relax(CLI::App&);
 Command add_render(CLI::App&);
 Command add_study(CLI::App&);

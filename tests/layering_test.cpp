@@ -55,6 +55,10 @@ const std::map<std::string, Room> rooms = {
      {all_physics + all_render +
           Names{"engine/anatomy", "engine/exercise", "engine/io", "engine/scenario", "engine/script"},
       "run"}},
+    {"engine/room",
+     {all_physics + Names{"engine/anatomy", "engine/blood", "engine/exercise", "engine/io", "engine/scenario",
+                          "engine/script", "render/panel", "render/picture", "render/xray"},
+      "room"}},
     {"engine/studies",
      {all_physics + all_render +
           Names{"engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/blood",
@@ -63,6 +67,11 @@ const std::map<std::string, Room> rooms = {
     {"app",
      {{"engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/io", "engine/run",
        "engine/scenario", "engine/studies", "render/xray"},
+      "app"}},
+    {"app/play",
+     {all_physics + all_render +
+          Names{"app", "engine/anatomy", "engine/exercise", "engine/io", "engine/room", "engine/scenario",
+                "engine/script"},
       "app"}},
 };
 
@@ -73,13 +82,15 @@ const std::map<std::string, Names> third_party = {
     {"embree3", {"physics/geometry/embree_mesh.h"}},
     {"png.h", {"render/picture"}},
     {"libdeflate.h", {"render/picture"}},
-    {"GL", {"render/picture/gl_context.h", "render/picture/offscreen.cpp"}},
-    {"glm", {"render/xray", "render/xray/gl_camera.h"}},
-    {"imgui.h", {"render/panel"}},
+    {"GL", {"app/play/gl.h", "render/picture/gl_context.h", "render/picture/offscreen.cpp"}},
+    {"glm", {"app/play", "render/xray", "render/xray/gl_camera.h"}},
+    {"imgui.h", {"app/play", "app/play/theme.h", "render/panel"}},
+    {"backends", {"app/play"}},  // of ImGui
+    {"GLFW", {"app/play", "app/play/gl.h"}},
     {"assimp", {"engine/anatomy"}},
-    {"toml++", {"engine/anatomy/grow", "engine/io", "engine/scenario"}},
+    {"toml++", {"engine/anatomy/grow", "engine/io", "engine/room", "engine/scenario"}},
     {"nlohmann",
-     {"engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/exercise", "engine/run",
+     {"engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/exercise", "engine/room", "engine/run",
       "engine/studies"}},
     {"CLI", {"app", "app/command.h"}},
 };

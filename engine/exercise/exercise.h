@@ -36,6 +36,7 @@ public:
     const render::GrayImage& image();
     /// The screens; null without images.
     const Monitor* monitor() const { return monitor_ ? &*monitor_ : nullptr; }
+    Monitor* monitor() { return monitor_ ? &*monitor_ : nullptr; }
 
     /// Of the image; there must be one.
     Truth truth();

@@ -55,6 +55,8 @@ public:
     const Dose& dose() const { return dose_; }
     /// Null before the first.
     const Pulse* last_pulse() const { return recent_.empty() ? nullptr : &recent_.back().pulse; }
+    /// What the detector gave of the last pulse, per nGy. There must be one.
+    const render::Field& last_signal() { return signal(recent_.back()); }
     /// A roadmap was asked for and there is no map: live images are shown instead.
     bool map_is_missing() const;
     render::Fluoroscope& fluoroscope() { return fluoroscope_; }

@@ -107,6 +107,11 @@ void GrowingFile::append(std::string_view piece) {
     size_ += static_cast<long long>(piece.size());
 }
 
+void GrowingFile::cut(long long size) {
+    if (::ftruncate(descriptor_, size) != 0 || ::lseek(descriptor_, size, SEEK_SET) < 0) refuse(path_, errno);
+    size_ = size;
+}
+
 ScratchFolder::ScratchFolder(const std::filesystem::path& wanted) {
     static std::atomic<int> count = 0;
     const std::string own = fmt::format("{}.{}.{}", wanted.empty() ? "seldinger" : wanted.filename().string(),

@@ -29,6 +29,9 @@ public:
 
     /// Hands the piece to the system before it returns. Throws InputError with the file as it was before.
     void append(std::string_view piece);
+    long long size() const { return size_; }  // [bytes]
+    /// Takes back all after the first `size` bytes. Throws InputError.
+    void cut(long long size);
 
 private:
     std::filesystem::path path_;

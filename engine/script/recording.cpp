@@ -11,21 +11,30 @@ Recording::Recording(const std::filesystem::path& path, const RecordingHeader& h
     : file_(path), hash_every_(header.hash_every) {
     assert(hash_every_ > 0);
     file_.append(fmt::format("# recorded by {}\n# scenario {}\n", header.program, header.scenario));
+    ends_.push_back(file_.size());
 }
 
 void Recording::frame(int number, std::span<const Command> commands, const StateHash& state_hash) {
     std::string lines;
     for (const Command& command : commands) lines += fmt::format("{} {}\n", number, to_text(command));
-    last_hash_written_ = number % hash_every_ == 0;
-    if (last_hash_written_) lines += fmt::format("state {} {}\n", number, io::hash_text(state_hash()));
+    if (states(number)) lines += fmt::format("state {} {}\n", number, io::hash_text(state_hash()));
     if (!lines.empty()) file_.append(lines);
     last_frame_ = number;
+    ends_.resize(number + 2, ends_.back());
+    ends_.back() = file_.size();
+}
+
+void Recording::take_back(int frame) {
+    assert(frame >= -1 && frame <= last_frame_);
+    file_.cut(ends_[frame + 1]);
+    ends_.resize(frame + 2);
+    last_frame_ = frame;
 }
 
 void Recording::close(const StateHash& state_hash) {
     if (last_frame_ < 0) return;
     std::string lines;
-    if (!last_hash_written_) lines = fmt::format("state {} {}\n", last_frame_, io::hash_text(state_hash()));
+    if (!states(last_frame_)) lines = fmt::format("state {} {}\n", last_frame_, io::hash_text(state_hash()));
     file_.append(lines + fmt::format("{} end\n", last_frame_));
 }
 

@@ -7,6 +7,7 @@
 #include <functional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "engine/io/files.h"
 #include "engine/script/command.h"
@@ -29,14 +30,18 @@ public:
     /// The state's hash, asked for where it is written.
     using StateHash = std::function<std::uint64_t()>;
     void frame(int number, std::span<const Command>, const StateHash&);
+    /// What came after a frame was not: the frame after that comes next. With -1 all goes.
+    void take_back(int frame);
     /// States the last frame and its hash. Nothing may follow.
     void close(const StateHash&);
 
 private:
+    bool states(int frame) const { return frame % hash_every_ == 0; }
+
     io::GrowingFile file_;
+    std::vector<long long> ends_;  // of the header and of each frame, in the file [bytes]
     int hash_every_ = 10;
     int last_frame_ = -1;
-    bool last_hash_written_ = false;
 };
 
 }  // namespace script

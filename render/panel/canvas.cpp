@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <imgui.h>
 #include <iterator>
@@ -134,25 +135,20 @@ private:
     ImGuiContext* before_;
 };
 
-}  // namespace
-
-struct Canvas::State {
+/// A sheet of its own: a target, and a context of ImGui that nobody else draws with.
+struct Sheet {
     struct Slot {
         GrayImage image;
         int width = 0, height = 0;
     };
 
     DrawDataRenderer renderer;
-    float unit;
     std::unique_ptr<ImGuiContext, void (*)(ImGuiContext*)> context{nullptr, ImGui::DestroyContext};
-    std::optional<CurrentContext> current;  // between `begin` and `finish`, as the list
-    ImDrawList* list = nullptr;
-    std::array<ImFont*, faces.size()> fonts{};
-    bool has_font = false;
+    std::optional<CurrentContext> current;  // between `begin` and `finish`
+    CanvasFaces faces;
     std::array<Slot, 2> slots;
 
-    State(int width, int height, float pixels, const std::filesystem::path& folder)
-        : renderer(width, height), unit(pixels) {
+    Sheet(int width, int height, float unit, const std::filesystem::path& folder) : renderer(width, height) {
         const CurrentContext before(ImGui::GetCurrentContext());
         context.reset(ImGui::CreateContext());
         ImGui::SetCurrentContext(context.get());
@@ -165,33 +161,13 @@ struct Canvas::State {
         ImGuiStyle& style = ImGui::GetStyle();
         style.AntiAliasedLinesUseTex = false;
         style.CircleTessellationMaxError = 0.1f;
-        load_fonts(folder);
-    }
-
-    void load_fonts(const std::filesystem::path& folder) {
-        std::vector<char> plain = read_font(folder / "DejaVuSans.ttf"),
-                          bold = read_font(folder / "DejaVuSans-Bold.ttf");
-        has_font = !plain.empty() && !bold.empty();
-        ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
-        for (std::size_t k = 0; k < faces.size(); ++k) {
-            ImFontConfig config;
-            config.SizePixels = std::round(faces[k].size * unit);
-            config.OversampleH = config.OversampleV = 1;
-            config.PixelSnapH = true;
-            if (has_font) {
-                std::vector<char>& bytes = faces[k].bold ? bold : plain;
-                config.FontDataOwnedByAtlas = false;
-                fonts[k] = atlas.AddFontFromMemoryTTF(bytes.data(), static_cast<int>(bytes.size()),
-                                                      config.SizePixels, &config, ranges);
-            } else {
-                fonts[k] = atlas.AddFontDefault(&config);
-            }
-        }
+        ImFontAtlas& atlas = *io.Fonts;
+        faces = add_faces(atlas, unit, folder);
         unsigned char* coverage = nullptr;
-        int width = 0, height = 0;
-        atlas.GetTexDataAsAlpha8(&coverage, &width, &height);
+        int columns = 0, rows = 0;
+        atlas.GetTexDataAsAlpha8(&coverage, &columns, &rows);
         renderer.set_coverage(atlas_texture,
-                              {width, height, {coverage, coverage + std::size_t(width) * height}});
+                              {columns, rows, {coverage, coverage + std::size_t(columns) * rows}});
         atlas.SetTexID(texture_id(atlas_texture));
         atlas.ClearInputData();
         atlas.ClearTexData();
@@ -200,10 +176,45 @@ struct Canvas::State {
     static ImTextureID texture_id(int texture) {
         return reinterpret_cast<ImTextureID>(static_cast<std::intptr_t>(texture));
     }
+};
 
-    ImVec2 exact(Point p) const { return {p.x * unit, p.y * unit}; }
-    ImVec2 snapped(Point p) const { return {std::round(p.x * unit), std::round(p.y * unit)}; }
-    const ImFont* font(Face face) const { return fonts[static_cast<std::size_t>(face)]; }
+}  // namespace
+
+CanvasFaces add_faces(ImFontAtlas& atlas, float unit, const std::filesystem::path& folder) {
+    const std::vector<char> plain = read_font(folder / "DejaVuSans.ttf"),
+                            bold = read_font(folder / "DejaVuSans-Bold.ttf");
+    CanvasFaces result;
+    result.from_files = !plain.empty() && !bold.empty();
+    for (std::size_t k = 0; k < faces.size(); ++k) {
+        ImFontConfig config;
+        config.SizePixels = std::round(faces[k].size * unit);
+        config.OversampleH = config.OversampleV = 1;
+        config.PixelSnapH = true;
+        if (!result.from_files) {
+            result.fonts[k] = atlas.AddFontDefault(&config);
+            continue;
+        }
+        const std::vector<char>& bytes = faces[k].bold ? bold : plain;
+        void* kept = IM_ALLOC(bytes.size());  // the atlas frees it
+        std::memcpy(kept, bytes.data(), bytes.size());
+        result.fonts[k] = atlas.AddFontFromMemoryTTF(kept, static_cast<int>(bytes.size()), config.SizePixels,
+                                                     &config, ranges);
+    }
+    return result;
+}
+
+struct Canvas::State {
+    float unit;
+    ImVec2 origin{0, 0};  // [pixels]
+    CanvasFaces faces;
+    ImDrawList* list = nullptr;
+    std::unique_ptr<Sheet> sheet;  // null on a window
+
+    ImVec2 exact(Point p) const { return {origin.x + p.x * unit, origin.y + p.y * unit}; }
+    ImVec2 snapped(Point p) const {
+        return {std::round(origin.x + p.x * unit), std::round(origin.y + p.y * unit)};
+    }
+    const ImFont* font(Face face) const { return faces.fonts[static_cast<std::size_t>(face)]; }
     float width_of(const std::string& line, Face face) const {  // [pixels]
         const ImFont* f = font(face);
         return f->CalcTextSizeA(f->FontSize, 1e9f, 0.0f, line.data(), line.data() + line.size()).x;
@@ -221,15 +232,26 @@ struct Canvas::State {
 };
 
 Canvas::Canvas(int width, int height, float unit, const std::filesystem::path& fonts)
-    : state_(std::make_unique<State>(width, height, unit, fonts)) {}
+    : state_(std::make_unique<State>()) {
+    state_->unit = unit;
+    state_->sheet = std::make_unique<Sheet>(width, height, unit, fonts);
+    state_->faces = state_->sheet->faces;
+}
+Canvas::Canvas(ImDrawList& list, const CanvasFaces& window_faces, float unit, Point origin)
+    : state_(std::make_unique<State>()) {
+    state_->unit = unit;
+    state_->origin = {origin.x, origin.y};
+    state_->faces = window_faces;
+    state_->list = &list;
+}
 Canvas::~Canvas() = default;
 
 bool Canvas::has_font() const {
-    return state_->has_font;
+    return state_->faces.from_files;
 }
 
 void Canvas::begin() {
-    state_->current.emplace(state_->context.get());
+    state_->sheet->current.emplace(state_->sheet->context.get());
     if (state_->list != nullptr) ImGui::EndFrame();  // an exception came between
     ImGui::NewFrame();
     state_->list = ImGui::GetBackgroundDrawList();
@@ -238,8 +260,8 @@ void Canvas::begin() {
 ColourImage Canvas::finish() {
     ImGui::Render();
     state_->list = nullptr;
-    ColourImage image = state_->renderer.draw(*ImGui::GetDrawData());
-    state_->current.reset();
+    ColourImage image = state_->sheet->renderer.draw(*ImGui::GetDrawData());
+    state_->sheet->current.reset();
     return image;
 }
 
@@ -315,15 +337,15 @@ float Canvas::text_height(Face face) const {
 }
 
 void Canvas::picture(int slot, const GrayImage& image, int left, int top, int width, int height) {
-    State::Slot& kept = state_->slots.at(static_cast<std::size_t>(slot));
+    Sheet::Slot& kept = state_->sheet->slots.at(static_cast<std::size_t>(slot));
     const int texture = first_slot + slot;
     if (kept.width != width || kept.height != height || kept.image != image) {
         const bool smaller = width < image.width || height < image.height;
-        state_->renderer.set_grey(texture,
-                                  smaller ? resample(image, width, height) : enlarged(image, width, height));
+        state_->sheet->renderer.set_grey(
+            texture, smaller ? resample(image, width, height) : enlarged(image, width, height));
         kept = {image, width, height};
     }
-    state_->list->AddImage(State::texture_id(texture), ImVec2(float(left), float(top)),
+    state_->list->AddImage(Sheet::texture_id(texture), ImVec2(float(left), float(top)),
                            ImVec2(float(left + width), float(top + height)));
 }
 

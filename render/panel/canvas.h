@@ -1,6 +1,7 @@
 #pragma once
 /// Lines, faces and pictures on a sheet: drawn by Dear ImGui, without any of its windows.
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <memory>
@@ -9,6 +10,10 @@
 #include <string_view>
 
 #include "render/picture/image.h"
+
+struct ImDrawList;
+struct ImFont;
+struct ImFontAtlas;
 
 namespace render {
 
@@ -33,6 +38,15 @@ struct Ink {
 enum class Face { small, plain, bold, figure, title };
 enum class Align { left, centre, right };
 
+/// One font for each Face.
+struct CanvasFaces {
+    std::array<ImFont*, 5> fonts{};
+    bool from_files = false;  // otherwise ImGui's own face stands in
+};
+/// Adds the faces to an atlas that is not built yet. `fonts`: folder of DejaVuSans.ttf and
+/// DejaVuSans-Bold.ttf.
+CanvasFaces add_faces(ImFontAtlas&, float unit, const std::filesystem::path& fonts);
+
 /// All lengths are in units, of which a sheet made with `unit` = 1 has one per pixel. Places of text, boxes
 /// and pictures are rounded to pixels. Later strokes cover earlier ones. The same calls give the same bytes.
 class Canvas {
@@ -40,6 +54,9 @@ public:
     /// `fonts`: folder of DejaVuSans.ttf and DejaVuSans-Bold.ttf; without them ImGui's own face is used.
     /// Throws std::runtime_error when GL fails.
     Canvas(int width, int height, float unit, const std::filesystem::path& fonts);
+    /// Strokes go to a list of a window's own ImGui, `origin` [pixels] from its upper left corner. Without
+    /// begin(), finish() and pictures, which are of sheets. The faces' atlas is that of the list.
+    Canvas(ImDrawList&, const CanvasFaces&, float unit, Point origin);
     ~Canvas();
     Canvas(const Canvas&) = delete;
     Canvas& operator=(const Canvas&) = delete;

@@ -1,0 +1,7 @@
+#!/bin/sh
+# Sets up, builds, and opens the room. Arguments go to `seldinger play` (for example: renal --record my.gw).
+set -eu
+cd "$(dirname "$0")/.."
+./app/setup.sh
+./app/build.sh release seldinger
+exec build/release/bin/seldinger play "$@"

@@ -1,0 +1,374 @@
+#include "app/play/play.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <fstream>
+#include <imgui.h>
+#include <utility>
+
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+
+namespace app {
+namespace {
+
+using room::Action;
+using room::Clock;
+using room::Phase;
+
+constexpr double countdown = 3;       // [s]
+constexpr double fastest = 1.0 / 60;  // between two drawings [s]
+constexpr double idle = 0.25;         // between looks at the clock while nothing happens [s]
+constexpr double degrees_per_pixel = 0.4 * 0.017453292519943295;  // of dragging the pictogram [rad]
+
+double seconds(Clock::duration d) {
+    return std::chrono::duration<double>(d).count();
+}
+
+double share(std::vector<double> values, double part) {
+    if (values.empty()) return 0;
+    const std::size_t at = std::min(values.size() - 1, static_cast<std::size_t>(part * values.size()));
+    std::nth_element(values.begin(), values.begin() + at, values.end());
+    return values[at];
+}
+
+bool moves_wire(Action action) {
+    return action <= Action::RotateRight;
+}
+
+}  // namespace
+
+void Measure::write(const std::filesystem::path& path, int frames, int lost) const {
+    const auto part = [](const std::vector<double>& values) {
+        return fmt::format("{{\"count\": {}, \"median\": {:.2f}, \"p99\": {:.2f}, \"max\": {:.2f}}}",
+                           values.size(), share(values, 0.5), share(values, 0.99), share(values, 1));
+    };
+    io::write_whole(path,
+                    fmt::format("{{\n  \"start_to_first_image_s\": {:.2f},\n  \"key_to_image_ms\": {},\n  "
+                                "\"interface_ms\": {},\n  \"frames\": {},\n  \"late_frames\": {}\n}}\n",
+                                first_.value_or(0), part(latency_), part(interface_), frames, lost));
+}
+
+Play::Play(Window& window, PlayOptions options)
+    : window_(window),
+      options_(std::move(options)),
+      results_(options_.results),
+      image_(window.gl()),
+      reference_(window.gl()),
+      review_(window.gl()),
+      instructor_(window.gl()),
+      opened_(Clock::now()),
+      drawn_at_(Clock::now()) {
+    hints_ = load_settings();
+    thumbnails_.resize(options_.exercises.size());
+    if (options_.start) {
+        is_replay_ = options_.replay.has_value();
+        open(*options_.start, options_.free_practice);
+    }
+}
+
+Play::~Play() = default;
+
+bool Play::load_settings() const {
+    std::ifstream file(options_.settings);
+    std::string word;
+    while (file >> word)
+        if (word == "no-hints") return false;
+    return true;
+}
+
+void Play::save_settings() const {
+    if (options_.settings.empty()) return;
+    try {
+        std::error_code ignored;
+        std::filesystem::create_directories(options_.settings.parent_path(), ignored);
+        io::write_whole(options_.settings, hints_ ? "hints\n" : "no-hints\n");
+    } catch (const io::InputError&) {
+        // A window that cannot remember is no reason to disturb anybody.
+    }
+}
+
+void Play::open(std::size_t exercise, bool free_practice) {
+    session_.reset();
+    chosen_ = exercise;
+    free_practice_ = free_practice;
+    grade_.reset();
+    results_problem_.clear();
+    review_.reset();
+    instructor_.reset();
+    review_open_ = menu_ = false;
+    countdown_.reset();
+    hint_ = 0;
+
+    const Exercise& chosen = options_.exercises[exercise];
+    room::SessionOptions session;
+    session.scenario = chosen.scenario;
+    session.cache.folder = options_.cache;
+    session.keys = options_.keys;
+    session.free_practice = free_practice;
+    if (is_replay_) session.script = options_.replay;
+    if (shows_solution_) session.script = chosen.solution;
+    if (!shows_solution_) session.record = options_.record;
+    session.program = options_.program;
+    session.wake = Window::wake;
+    session_ = std::make_unique<room::Session>(std::move(session));
+    view_ = session_->view();
+    drawn_serial_ = drawn_image_ = -1;
+    screen_ = is_replay_ || shows_solution_ ? Screen::Room : Screen::Briefing;
+
+    known_par_.reset();
+    par_asked_ = false;
+}
+
+/// On a thread of its own, once the vessels are in the cache.
+void Play::ask_par() {
+    const Exercise& chosen = options_.exercises[*chosen_];
+    if (par_asked_ || free_practice_ || session_->options().script || !chosen.solution) return;
+    par_asked_ = true;
+    par_ = std::async(std::launch::async,
+                      [scenario = chosen.scenario, solution = *chosen.solution, folder = options_.cache] {
+                          anatomy::ModelCache cache;
+                          cache.folder = folder;
+                          std::optional<exercise::Score> par;
+                          try {
+                              par = room::par_of(scenario, solution, cache);
+                          } catch (const std::exception&) {
+                              // A scenario without a par is played all the same.
+                          }
+                          return par;
+                      });
+}
+
+void Play::play_solution() {
+    shows_solution_ = true;
+    open(*chosen_, false);
+}
+
+void Play::leave() {
+    if (session_ && view_ && !options_.measure.empty())
+        measure_.write(options_.measure, view_->frames, view_->lost_frames);
+    if (view_) differed_ = differed_ || !view_->differences.empty();
+    session_.reset();
+    view_.reset();
+    shows_solution_ = is_replay_ = false;
+    menu_ = false;
+    screen_ = Screen::Chooser;
+}
+
+bool Play::run() {
+    while (!quits_ && !window_.wants_to_close()) {
+        const double since = seconds(Clock::now() - drawn_at_);
+        const bool busy = redraw_ > 0 || countdown_ || (review_open_ && review_.moves());
+        window_.wait(busy ? std::max(0.0, fastest - since) : idle);
+        const Events events = window_.take_events();
+        if (events.any) redraw_ = 3;
+        pass_on(events);
+        watch_session();
+        if (view_ && view_->serial != drawn_serial_) redraw_ = std::max(redraw_, 1);
+        if (countdown_ || (review_open_ && review_.moves())) redraw_ = std::max(redraw_, 1);
+        if (redraw_ == 0 || !window_.can_be_seen()) {
+            if (!window_.can_be_seen()) redraw_ = 3;
+            continue;
+        }
+        const auto start = Clock::now();
+        if (seconds(start - drawn_at_) < 0.9 * fastest && !events.any) continue;
+        window_.begin_frame(choose_unit());
+        draw(static_cast<float>(seconds(start - drawn_at_)));
+        window_.end_frame();
+        --redraw_;
+        const auto end = Clock::now();
+        drawn_at_ = start;
+        if (view_) {
+            drawn_serial_ = view_->serial;
+            if (screen_ == Screen::Room) measure_.interface(seconds(end - start) * 1000);
+            if (view_->image && drawn_image_ != view_->image_serial) {
+                drawn_image_ = view_->image_serial;
+                measure_.first_image(seconds(end - opened_));
+                if (view_->asked && view_->asked != measured_) {
+                    measured_ = view_->asked;
+                    measure_.latency(seconds(end - *view_->asked) * 1000);
+                }
+            }
+        }
+    }
+    leave();
+    return differed_;
+}
+
+void Play::obey(Action action) {
+    switch (action) {
+        case Action::Help:
+            help_ = !help_;
+            break;
+        case Action::Menu:
+            if (help_)
+                help_ = false;
+            else if (review_open_)
+                review_open_ = false;
+            else if (instructor_open_)
+                instructor_open_ = false;
+            else
+                menu_ = !menu_;
+            if (session_ && screen_ == Screen::Room)
+                session_->give(menu_ ? room::Control::Pause : room::Control::Resume);
+            break;
+        case Action::Instructor:
+            instructor_open_ = !instructor_open_;
+            if (session_)
+                session_->give(instructor_open_ ? room::Control::WatchSolver : room::Control::IgnoreSolver);
+            break;
+        case Action::Review:
+            review_open_ = !review_open_;
+            break;
+        case Action::Pause:
+            if (session_ && view_ && !countdown_)
+                session_->give(running() ? room::Control::Pause : room::Control::Resume);
+            break;
+        case Action::TakeBack:
+            if (session_) session_->give(room::Control::TakeBack);
+            break;
+        case Action::Finish:
+            if (session_) session_->give(room::Control::Finish);
+            break;
+        default:
+            break;
+    }
+}
+
+/// Keys of the window are obeyed here; hands and feet go to the session.
+void Play::pass_on(const Events& events) {
+    const room::KeyMap& map = options_.keys;
+    if (screen_ == Screen::Room && session_) {
+        const bool hands_free = !menu_ && !review_open_ && !countdown_;
+        room::Input input = hands_free ? input_of(events) : room::Input();
+        std::optional<Clock::time_point> asked;
+        for (const room::Key key : events.pressed) {
+            for (int k = 0; k < room::actions; ++k) {
+                const auto action = static_cast<Action>(k);
+                if (std::find(map.keys[k].begin(), map.keys[k].end(), key) == map.keys[k].end()) continue;
+                obey(action);
+                if (hands_free && moves_wire(action)) asked = events.first_press;
+            }
+        }
+        if (events.wheel != 0 && hands_free) asked = Clock::now();
+        session_->give(input, asked);
+        return;
+    }
+    for (const room::Key key : events.pressed)
+        for (const Action action : {Action::Help, Action::Menu}) {
+            const auto& keys = map.keys[static_cast<int>(action)];
+            if (std::find(keys.begin(), keys.end(), key) != keys.end()) obey(action);
+        }
+}
+
+room::Input Play::input_of(const Events& events) {
+    const room::KeyMap& map = options_.keys;
+    room::Input input;
+    for (int k = 0; k < room::actions; ++k) {
+        for (const room::Key key : map.keys[k]) {
+            const bool pressed =
+                std::find(events.pressed.begin(), events.pressed.end(), key) != events.pressed.end();
+            if (window_.holds(key) || pressed) input.held.set(static_cast<std::size_t>(k));
+            if (pressed && static_cast<Action>(k) >= room::first_pressed)
+                input.pressed.push_back(static_cast<Action>(k));
+        }
+    }
+    for (const room::Key key : events.pressed)
+        for (std::size_t k = 0; k < map.injections.size(); ++k)
+            if (map.injections[k].key == key) input.injections.push_back(static_cast<int>(k));
+    input.wheel = events.wheel;
+    input.drag_up = std::exchange(drag_up_, 0);
+    input.drag_right = std::exchange(drag_right_, 0);
+    input.arm_lao = std::exchange(arm_lao_, 0);
+    input.arm_cranial = std::exchange(arm_cranial_, 0);
+    const auto [push, turn] = window_.axes();
+    input.push = push;
+    input.turn = turn;
+    return input;
+}
+
+void Play::watch_session() {
+    if (par_.valid() && par_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+        known_par_ = par_.get();
+        redraw_ = 3;
+        if (screen_ == Screen::End) settle();
+    }
+    std::string title = "Seldinger";
+    if (session_) {
+        view_ = session_->view();
+        constexpr const char* phases[] = {"loading", "ready", "running", "paused", "ended", "failed"};
+        title = fmt::format("Seldinger - {} - {}", session_->options().scenario.name,
+                            countdown_ ? "countdown" : phases[static_cast<int>(view_->phase)]);
+        if (view_->phase == Phase::Ready) ask_par();
+        if (view_->phase == Phase::Ready && screen_ == Screen::Room) {
+            if (shows_solution_ || is_replay_) {
+                session_->give(room::Control::Start);
+            } else if (countdown_ && Clock::now() >= *countdown_) {
+                countdown_.reset();
+                session_->give(room::Control::Start);
+            }
+            if (instructor_open_) session_->give(room::Control::WatchSolver);
+        }
+        if (view_->phase == Phase::Ended && screen_ == Screen::Room) end_attempt();
+    } else if (screen_ == Screen::Chooser) {
+        title += " - choose";
+    }
+    if (title != title_) window_.set_title(title_ = title);
+}
+
+void Play::end_attempt() {
+    screen_ = Screen::End;
+    redraw_ = 3;
+    if (!par_.valid()) settle();
+}
+
+/// The grade, when all is known that it needs.
+void Play::settle() {
+    if (session_->options().script || free_practice_ || grade_) return;
+    grade_ = room::grade(view_->score, view_->handling, known_par_);
+    try {
+        results_.add(session_->options().scenario.name, *grade_, view_->score);
+    } catch (const io::InputError& error) {
+        results_problem_ = error.what();
+    }
+}
+
+/// So large that the readouts fill the height, in steps: a font is made for each.
+float Play::choose_unit() const {
+    const float height = static_cast<float>(window_.height()), width = static_cast<float>(window_.width());
+    const float fits = std::min((height - 30) / 790.0f, width / 1050.0f);
+    const float steps = 20;
+    return std::clamp(std::floor(fits * steps) / steps, 0.6f, 4.0f);
+}
+
+render::Canvas Play::canvas(render::Point origin) const {
+    return render::Canvas(*ImGui::GetBackgroundDrawList(), window_.faces(), window_.unit(), origin);
+}
+
+void Play::draw(float time) {
+    ImGui::GetIO().ConfigFlags =
+        screen_ == Screen::Room && !menu_ ? ImGuiConfigFlags_None : ImGuiConfigFlags_NavEnableKeyboard;
+    switch (screen_) {
+        case Screen::Chooser:
+            draw_chooser();
+            break;
+        case Screen::Briefing:
+            draw_briefing();
+            break;
+        case Screen::End:
+            draw_end();
+            break;
+        case Screen::Room:
+            draw_room();
+            break;
+    }
+    const render::Box whole{0, 0, static_cast<float>(window_.width()), static_cast<float>(window_.height())};
+    if (review_open_ && view_ && (screen_ == Screen::Room || screen_ == Screen::End))
+        review_open_ =
+            review_.draw(view_->runs, whole, window_, time, session_->options().scenario.guidewire.diameter);
+    if (help_) draw_help();
+    if (menu_) draw_menu();
+}
+
+}  // namespace app

@@ -1,0 +1,131 @@
+#pragma once
+/// The room on a screen: chooser, briefing, the room itself, the end page.
+
+#include <filesystem>
+#include <future>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/play/instructor.h"
+#include "app/play/review.h"
+#include "app/play/window.h"
+#include "engine/room/grade.h"
+#include "engine/room/keys.h"
+#include "engine/room/session.h"
+#include "engine/scenario/scenario.h"
+#include "engine/script/command.h"
+
+namespace app {
+
+/// A scenario that can be chosen.
+struct Exercise {
+    scenario::Scenario scenario;
+    std::optional<script::CommandScript> solution;
+    std::filesystem::path picture;  // need not be there
+};
+
+struct PlayOptions {
+    std::vector<Exercise> exercises;
+    std::optional<std::size_t> start;                // this one at once
+    std::optional<script::CommandScript> replay;     // in place of hands, of `start`
+    std::filesystem::path record, results, measure;  // files; empty = none
+    std::filesystem::path settings;                  // what is remembered of the window
+    std::filesystem::path cache;                     // folder of models
+    room::KeyMap keys;
+    bool free_practice = false;
+    int width = 1280, height = 800;
+    std::string program;
+};
+
+/// How quick the window was, for --measure.
+class Measure {
+public:
+    void interface(double ms) { interface_.push_back(ms); }
+    void latency(double ms) { latency_.push_back(ms); }
+    void first_image(double seconds) {
+        if (!first_) first_ = seconds;
+    }
+    /// As JSON. Throws io::InputError.
+    void write(const std::filesystem::path&, int frames, int lost) const;
+
+private:
+    std::vector<double> interface_, latency_;  // [ms]
+    std::optional<double> first_;              // [s]
+};
+
+class Play {
+public:
+    Play(Window&, PlayOptions);
+    ~Play();
+    /// Until the window is closed. Returns whether a replay differed from what was recorded.
+    bool run();
+
+private:
+    enum class Screen { Chooser, Briefing, Room, End };
+
+    void open(std::size_t exercise, bool free_practice);
+    void play_solution();
+    void leave();  // the room
+    void pass_on(const Events&);
+    room::Input input_of(const Events&);
+    void obey(room::Action);
+    void watch_session();
+    void end_attempt();
+    void settle();
+    void ask_par();
+    bool running() const { return view_ && view_->phase == room::Phase::Running; }
+
+    void draw(float seconds);
+    void draw_chooser();
+    void draw_briefing();
+    void draw_loading();
+    void draw_room();
+    void draw_image(const render::Box&);
+    void draw_column(const render::Box&);
+    void draw_reference(const render::Box&);
+    void draw_strip(const render::Box&);
+    void draw_hint(const render::Box&);
+    void draw_countdown();
+    void draw_end();
+    void draw_help();
+    void draw_menu();
+    Texture* thumbnail(std::size_t exercise);
+    float choose_unit() const;
+    float u(float units) const { return units * window_.unit(); }
+    render::Canvas canvas(render::Point origin = {0, 0}) const;
+    bool load_settings() const;
+    void save_settings() const;
+
+    Window& window_;
+    PlayOptions options_;
+    room::Results results_;
+    Screen screen_ = Screen::Chooser;
+    std::optional<std::size_t> chosen_;
+    bool free_practice_ = false, shows_solution_ = false, is_replay_ = false;
+    std::unique_ptr<room::Session> session_;
+    std::shared_ptr<const room::View> view_;
+    std::future<std::optional<exercise::Score>> par_;
+    std::optional<exercise::Score> known_par_;
+    bool par_asked_ = false;
+    std::optional<room::Grade> grade_;
+    std::string results_problem_;
+    std::optional<room::Clock::time_point> countdown_;
+    bool help_ = false, menu_ = false, review_open_ = false, instructor_open_ = false, hints_ = true;
+    bool quits_ = false, differed_ = false;
+    int hint_ = 0;
+    double drag_up_ = 0, drag_right_ = 0, arm_lao_ = 0, arm_cranial_ = 0;
+    Texture image_, reference_;
+    std::vector<std::unique_ptr<Texture>> thumbnails_;
+    Review review_;
+    Instructor instructor_;
+    Measure measure_;
+    std::optional<room::Clock::time_point> measured_;
+    long drawn_serial_ = -1, drawn_image_ = -1;
+    int redraw_ = 3;  // frames still to be drawn: ImGui settles in three
+    room::Clock::time_point opened_, drawn_at_;
+    std::string title_;
+};
+
+}  // namespace app

@@ -1,0 +1,46 @@
+#pragma once
+/// The runs that were taken: as a loop, frame by frame, with another mask, window and level, a ruler.
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "app/play/window.h"
+#include "engine/room/sequence.h"
+
+namespace app {
+
+class Review {
+public:
+    explicit Review(const Gl& gl) : texture_(gl) {}
+
+    /// Draws it over the area [pixels] and takes the mouse and keys meant for it; `seconds` since it was last
+    /// drawn. `wire`: diameter of the wire, which the ruler can be calibrated on [mm]. False once it is
+    /// closed.
+    bool draw(const std::vector<std::shared_ptr<const room::Sequence>>&, const render::Box&, const Window&,
+              double seconds, double wire);
+    bool moves() const { return plays_; }
+    void reset();
+
+private:
+    void show();
+    void draw_picture(const render::Box&, const Window&, double wire);
+
+    Texture texture_;
+    std::shared_ptr<const room::Sequence> run_;
+    int number_ = 0;  // of the run chosen, 0 = the last
+    room::Look look_;
+    std::optional<room::Look> shown_;
+    std::shared_ptr<const room::Sequence> shown_run_;
+    render::GrayImage image_;
+    long serial_ = 0;
+    bool plays_ = true;
+    double time_ = 0;                      // of the loop [s]
+    float zoom_ = 1, left_ = 0, top_ = 0;  // of the part shown, in images
+    bool rules_ = false, draws_ = false;
+    std::optional<room::Ruler> ruler_;
+    std::optional<double> calibration_;  // [mm per pixel]
+    std::string told_;
+};
+
+}  // namespace app

@@ -1,0 +1,334 @@
+#include "app/play/window.h"
+
+#include <algorithm>
+#include <backends/imgui_impl_glfw.h>
+#include <backends/imgui_impl_opengl3.h>
+#include <cmath>
+#include <cstdint>
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include "engine/io/error.h"
+
+namespace app {
+namespace {
+
+std::string last_error;  // of GLFW
+
+void note_error(int, const char* text) {
+    last_error = text;
+}
+
+/// GLFW's code of each key by name; the gamepad's buttons come after.
+const std::vector<int>& codes() {
+    static const std::vector<int> table = [] {
+        std::vector<int> result;
+        const auto known = [](std::string_view name) -> int {
+            if (name.size() == 1) return name[0];  // letters and digits have their own character's
+            static const std::pair<std::string_view, int> others[] = {
+                {"Space", GLFW_KEY_SPACE},
+                {"Apostrophe", GLFW_KEY_APOSTROPHE},
+                {"Comma", GLFW_KEY_COMMA},
+                {"Minus", GLFW_KEY_MINUS},
+                {"Period", GLFW_KEY_PERIOD},
+                {"Slash", GLFW_KEY_SLASH},
+                {"Semicolon", GLFW_KEY_SEMICOLON},
+                {"Equal", GLFW_KEY_EQUAL},
+                {"LeftBracket", GLFW_KEY_LEFT_BRACKET},
+                {"Backslash", GLFW_KEY_BACKSLASH},
+                {"RightBracket", GLFW_KEY_RIGHT_BRACKET},
+                {"GraveAccent", GLFW_KEY_GRAVE_ACCENT},
+                {"Escape", GLFW_KEY_ESCAPE},
+                {"Enter", GLFW_KEY_ENTER},
+                {"Tab", GLFW_KEY_TAB},
+                {"Backspace", GLFW_KEY_BACKSPACE},
+                {"Insert", GLFW_KEY_INSERT},
+                {"Delete", GLFW_KEY_DELETE},
+                {"Right", GLFW_KEY_RIGHT},
+                {"Left", GLFW_KEY_LEFT},
+                {"Down", GLFW_KEY_DOWN},
+                {"Up", GLFW_KEY_UP},
+                {"PageUp", GLFW_KEY_PAGE_UP},
+                {"PageDown", GLFW_KEY_PAGE_DOWN},
+                {"Home", GLFW_KEY_HOME},
+                {"End", GLFW_KEY_END},
+                {"CapsLock", GLFW_KEY_CAPS_LOCK},
+                {"KeypadDecimal", GLFW_KEY_KP_DECIMAL},
+                {"KeypadDivide", GLFW_KEY_KP_DIVIDE},
+                {"KeypadMultiply", GLFW_KEY_KP_MULTIPLY},
+                {"KeypadSubtract", GLFW_KEY_KP_SUBTRACT},
+                {"KeypadAdd", GLFW_KEY_KP_ADD},
+                {"KeypadEnter", GLFW_KEY_KP_ENTER},
+                {"LeftShift", GLFW_KEY_LEFT_SHIFT},
+                {"LeftControl", GLFW_KEY_LEFT_CONTROL},
+                {"LeftAlt", GLFW_KEY_LEFT_ALT},
+                {"RightShift", GLFW_KEY_RIGHT_SHIFT},
+                {"RightControl", GLFW_KEY_RIGHT_CONTROL},
+                {"RightAlt", GLFW_KEY_RIGHT_ALT}};
+            for (const auto& [other, code] : others)
+                if (other == name) return code;
+            if (name.starts_with("Keypad")) return GLFW_KEY_KP_0 + (name.back() - '0');
+            if (name[0] == 'F') return GLFW_KEY_F1 + std::stoi(std::string(name.substr(1))) - 1;
+            return GLFW_KEY_UNKNOWN;  // of the gamepad
+        };
+        for (const std::string_view name : room::key_names())
+            result.push_back(name.starts_with("Gamepad") ? GLFW_KEY_UNKNOWN : known(name));
+        return result;
+    }();
+    return table;
+}
+
+constexpr std::pair<std::string_view, int> buttons[] = {
+    {"GamepadA", GLFW_GAMEPAD_BUTTON_A},
+    {"GamepadB", GLFW_GAMEPAD_BUTTON_B},
+    {"GamepadX", GLFW_GAMEPAD_BUTTON_X},
+    {"GamepadY", GLFW_GAMEPAD_BUTTON_Y},
+    {"GamepadLeftBumper", GLFW_GAMEPAD_BUTTON_LEFT_BUMPER},
+    {"GamepadRightBumper", GLFW_GAMEPAD_BUTTON_RIGHT_BUMPER},
+    {"GamepadBack", GLFW_GAMEPAD_BUTTON_BACK},
+    {"GamepadStart", GLFW_GAMEPAD_BUTTON_START},
+    {"GamepadUp", GLFW_GAMEPAD_BUTTON_DPAD_UP},
+    {"GamepadRight", GLFW_GAMEPAD_BUTTON_DPAD_RIGHT},
+    {"GamepadDown", GLFW_GAMEPAD_BUTTON_DPAD_DOWN},
+    {"GamepadLeft", GLFW_GAMEPAD_BUTTON_DPAD_LEFT}};
+
+std::optional<GLFWgamepadstate> gamepad() {
+    GLFWgamepadstate state;
+    for (int stick = GLFW_JOYSTICK_1; stick <= GLFW_JOYSTICK_LAST; ++stick)
+        if (glfwJoystickIsGamepad(stick) && glfwGetGamepadState(stick, &state)) return state;
+    return std::nullopt;
+}
+
+}  // namespace
+
+Texture::~Texture() {
+    if (texture_) gl_.DeleteTextures(1, &texture_);
+}
+
+void* Texture::id() const {
+    return reinterpret_cast<void*>(static_cast<std::intptr_t>(texture_));
+}
+
+void Texture::show(const render::GrayImage& image, long serial) {
+    if (serial == serial_ || image.pixels.empty()) return;
+    serial_ = serial;
+    if (!texture_) gl_.GenTextures(1, &texture_);
+    gl_.BindTexture(GL_TEXTURE_2D, texture_);
+    gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
+    if (width_ != image.width || height_ != image.height) {
+        width_ = image.width;
+        height_ = image.height;
+        gl_.TexImage2D(GL_TEXTURE_2D, 0, GL_R8, width_, height_, 0, GL_RED, GL_UNSIGNED_BYTE,
+                       image.pixels.data());
+        gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_SWIZZLE_G, GL_RED);
+        gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_SWIZZLE_B, GL_RED);
+        gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
+        gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
+        gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
+        gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
+    } else {
+        gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width_, height_, GL_RED, GL_UNSIGNED_BYTE,
+                          image.pixels.data());
+    }
+    gl_.GenerateMipmap(GL_TEXTURE_2D);
+}
+
+struct Window::Callbacks {
+    static Window& of(GLFWwindow* window) { return *static_cast<Window*>(glfwGetWindowUserPointer(window)); }
+
+    static void key(GLFWwindow* window, int code, int, int action, int) {
+        Window& self = of(window);
+        self.events_.any = true;
+        if (code == GLFW_KEY_UNKNOWN) return;
+        const auto& table = codes();
+        const auto found = std::find(table.begin(), table.end(), code);
+        if (found == table.end()) return;
+        self.change(static_cast<room::Key>(found - table.begin()), action != GLFW_RELEASE,
+                    action == GLFW_PRESS);
+    }
+    static void focus(GLFWwindow* window, int has) {
+        Window& self = of(window);
+        self.events_.any = true;
+        // Who loses the focus never hears that a key was let go.
+        if (!has) std::fill(self.held_.begin(), self.held_.end(), false);
+    }
+    static void scroll(GLFWwindow* window, double, double y) {
+        of(window).events_.any = true;
+        of(window).events_.wheel += y;
+    }
+    static void size(GLFWwindow* window, int width, int height) {
+        Window& self = of(window);
+        self.events_.any = true;
+        self.width_ = width;
+        self.height_ = height;
+    }
+    static void touched(GLFWwindow* window) { of(window).events_.any = true; }
+    static void cursor(GLFWwindow* window, double, double) { touched(window); }
+    static void button(GLFWwindow* window, int, int, int) { touched(window); }
+};
+
+Window::Window(int width, int height, const std::string& title) : held_(room::key_names().size(), false) {
+    glfwSetErrorCallback(note_error);
+    if (!glfwInit())
+        throw io::InputError(
+            fmt::format("no display to open a window on ({}); without one, 'seldinger run' plays "
+                        "scripts and recordings",
+                        last_error));
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MAJOR, 3);
+    glfwWindowHint(GLFW_CONTEXT_VERSION_MINOR, 3);
+    glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
+    glfwWindowHint(GLFW_OPENGL_FORWARD_COMPAT, GLFW_TRUE);
+    window_ = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
+    if (!window_) {
+        const std::string why = last_error;
+        // Which version there is, for the message.
+        glfwDefaultWindowHints();
+        glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
+        std::string found = "none";
+        if (GLFWwindow* any = glfwCreateWindow(16, 16, "", nullptr, nullptr)) {
+            glfwMakeContextCurrent(any);
+            if (const auto get = reinterpret_cast<PFNGLGETSTRINGPROC>(glfwGetProcAddress("glGetString")))
+                found = reinterpret_cast<const char*>(get(GL_VERSION));
+            glfwDestroyWindow(any);
+        }
+        glfwTerminate();
+        throw io::InputError(
+            fmt::format("the window needs OpenGL 3.3; found was {} ({}); without a window, "
+                        "'seldinger run' plays scripts and recordings",
+                        found, why));
+    }
+    glfwMakeContextCurrent(window_);
+    glfwSwapInterval(1);
+    gl_ = std::make_unique<Gl>();
+    glfwGetFramebufferSize(window_, &width_, &height_);
+    glfwSetWindowSizeLimits(window_, 320, 240, GLFW_DONT_CARE, GLFW_DONT_CARE);
+
+    glfwSetWindowUserPointer(window_, this);
+    glfwSetKeyCallback(window_, Callbacks::key);
+    glfwSetWindowFocusCallback(window_, Callbacks::focus);
+    glfwSetScrollCallback(window_, Callbacks::scroll);
+    glfwSetCursorPosCallback(window_, Callbacks::cursor);
+    glfwSetMouseButtonCallback(window_, Callbacks::button);
+    glfwSetFramebufferSizeCallback(window_, Callbacks::size);
+    glfwSetWindowRefreshCallback(window_, Callbacks::touched);
+
+    ImGui::CreateContext();
+    ImGuiIO& io = ImGui::GetIO();
+    io.IniFilename = nullptr;
+    io.LogFilename = nullptr;
+    io.ConfigWindowsMoveFromTitleBarOnly = true;
+    ImGui_ImplGlfw_InitForOpenGL(window_, true);  // calls those above as well
+    ImGui_ImplOpenGL3_Init("#version 330");
+    events_.any = true;
+}
+
+Window::~Window() {
+    ImGui_ImplOpenGL3_Shutdown();
+    ImGui_ImplGlfw_Shutdown();
+    ImGui::DestroyContext();
+    glfwDestroyWindow(window_);
+    glfwTerminate();
+}
+
+void Window::change(room::Key key, bool down, bool pressed) {
+    held_[static_cast<std::size_t>(key)] = down;
+    if (!pressed) return;
+    events_.pressed.push_back(key);
+    if (!events_.first_press) events_.first_press = room::Clock::now();
+}
+
+void Window::wait(double seconds) {
+    if (seconds > 0)
+        glfwWaitEventsTimeout(seconds);
+    else
+        glfwPollEvents();
+    poll_gamepad();
+}
+
+void Window::wake() {
+    glfwPostEmptyEvent();
+}
+
+void Window::poll_gamepad() {
+    const std::optional<GLFWgamepadstate> state = gamepad();
+    for (const auto& [name, button] : buttons) {
+        const room::Key key = *room::find_key(name);
+        const bool down = state && state->buttons[button] == GLFW_PRESS;
+        const bool was = holds(key);
+        if (down == was) continue;
+        events_.any = true;
+        change(key, down, down);
+    }
+}
+
+std::array<double, 2> Window::axes() const {
+    const std::optional<GLFWgamepadstate> state = gamepad();
+    if (!state) return {0, 0};
+    const auto axis = [&](int k) {
+        const double value = state->axes[k];
+        return std::isfinite(value) ? std::clamp(value, -1.0, 1.0) : 0.0;
+    };
+    return {-axis(GLFW_GAMEPAD_AXIS_LEFT_Y), axis(GLFW_GAMEPAD_AXIS_RIGHT_X)};
+}
+
+Events Window::take_events() {
+    return std::exchange(events_, Events());
+}
+
+bool Window::wants_to_close() const {
+    return glfwWindowShouldClose(window_) != 0;
+}
+void Window::close() {
+    glfwSetWindowShouldClose(window_, GLFW_TRUE);
+}
+void Window::set_title(const std::string& title) {
+    glfwSetWindowTitle(window_, title.c_str());
+}
+bool Window::can_be_seen() const {
+    return width_ > 0 && height_ > 0 && !glfwGetWindowAttrib(window_, GLFW_ICONIFIED);
+}
+
+float Window::content_scale() const {
+    float x = 1, y = 1;
+    glfwGetWindowContentScale(window_, &x, &y);
+    return std::clamp(std::max(x, y), 0.5f, 4.0f);
+}
+
+void Window::make_faces(float unit) {
+    ImGuiIO& io = ImGui::GetIO();
+    ImGui_ImplOpenGL3_DestroyFontsTexture();
+    io.Fonts->Clear();
+    faces_ = render::add_faces(*io.Fonts, unit, "/usr/share/fonts/truetype/dejavu");
+    io.FontDefault = faces_.fonts[static_cast<std::size_t>(render::Face::plain)];
+    ImGui_ImplOpenGL3_CreateFontsTexture();
+    ImGuiStyle style;
+    ImGui::StyleColorsDark(&style);
+    style.WindowRounding = 5;
+    style.ChildRounding = 5;
+    style.FrameRounding = 3;
+    style.WindowPadding = ImVec2(16, 14);
+    style.FramePadding = ImVec2(10, 5);
+    style.ItemSpacing = ImVec2(8, 6);
+    style.ScaleAllSizes(unit);
+    ImGui::GetStyle() = style;
+    unit_ = unit;
+}
+
+void Window::begin_frame(float unit) {
+    if (unit != unit_) make_faces(unit);
+    ImGui_ImplOpenGL3_NewFrame();
+    ImGui_ImplGlfw_NewFrame();
+    ImGui::NewFrame();
+}
+
+void Window::end_frame() {
+    ImGui::Render();
+    gl_->BindFramebuffer(GL_FRAMEBUFFER, 0);
+    gl_->Viewport(0, 0, width_, height_);
+    gl_->ClearColor(14 / 255.f, 18 / 255.f, 21 / 255.f, 1);
+    gl_->Clear(GL_COLOR_BUFFER_BIT);
+    ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
+    glfwSwapBuffers(window_);
+}
+
+}  // namespace app

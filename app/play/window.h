@@ -1,0 +1,95 @@
+#pragma once
+/// The window: GLFW, OpenGL 3.3 and Dear ImGui, what the hands do in it, and pictures on its GPU.
+
+#include <array>
+#include <chrono>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/play/gl.h"
+#include "engine/room/hands.h"
+#include "engine/room/session.h"
+#include "render/panel/canvas.h"
+#include "render/picture/image.h"
+
+namespace app {
+
+/// A grey image in a texture of the window's OpenGL.
+class Texture {
+public:
+    explicit Texture(const Gl& gl) : gl_(gl) {}
+    ~Texture();
+    Texture(const Texture&) = delete;
+    Texture& operator=(const Texture&) = delete;
+
+    /// `serial` of the image: one that is there already is not sent again.
+    void show(const render::GrayImage&, long serial);
+    bool empty() const { return width_ == 0; }
+    int width() const { return width_; }
+    int height() const { return height_; }
+    void* id() const;  // as ImGui knows it
+
+private:
+    const Gl& gl_;
+    GLuint texture_ = 0;
+    int width_ = 0, height_ = 0;
+    long serial_ = -1;
+};
+
+/// What happened since it was last asked.
+struct Events {
+    std::vector<room::Key> pressed;
+    std::optional<room::Clock::time_point> first_press;
+    double wheel = 0;
+    bool any = false;  // the window has to be drawn anew
+};
+
+class Window {
+public:
+    /// Throws io::InputError where there is no display or its OpenGL is too old, saying which was found.
+    Window(int width, int height, const std::string& title);
+    ~Window();
+    Window(const Window&) = delete;
+    Window& operator=(const Window&) = delete;
+
+    /// Waits for an event, at most so long [s], and for what wake() says.
+    void wait(double seconds);
+    static void wake();  // from any thread
+    Events take_events();
+    bool holds(room::Key key) const { return held_[static_cast<std::size_t>(key)]; }
+    /// Axes of a gamepad: push and turn, -1 to 1.
+    std::array<double, 2> axes() const;
+    bool wants_to_close() const;
+    void close();
+    void set_title(const std::string&);
+    bool can_be_seen() const;  // neither minimised nor without area
+
+    /// Between the two ImGui may be used. The faces are of `unit` pixels.
+    void begin_frame(float unit);
+    void end_frame();
+
+    const Gl& gl() const { return *gl_; }
+    int width() const { return width_; }    // of the framebuffer [pixels]
+    int height() const { return height_; }  // [pixels]
+    float content_scale() const;            // of the desktop, 1 at 96 dots an inch
+    const render::CanvasFaces& faces() const { return faces_; }
+    float unit() const { return unit_; }
+
+private:
+    struct Callbacks;
+    void change(room::Key, bool down, bool pressed);
+    void poll_gamepad();
+    void make_faces(float unit);
+
+    GLFWwindow* window_ = nullptr;
+    std::unique_ptr<Gl> gl_;
+    int width_ = 0, height_ = 0;
+    float unit_ = 0;
+    render::CanvasFaces faces_;
+    std::vector<bool> held_;
+    Events events_;
+};
+
+}  // namespace app

@@ -1,0 +1,65 @@
+#pragma once
+/// What an attempt is worth against its par, line by line, and the best that a trainee has done.
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/anatomy/model_cache.h"
+#include "engine/exercise/score.h"
+#include "engine/room/session.h"
+#include "engine/scenario/scenario.h"
+#include "engine/script/command.h"
+
+namespace room {
+
+struct GradeLine {
+    std::string name, unit;
+    std::optional<double> yours;  // empty: it was not reached
+    std::optional<double> par;    // empty: there is none, and the line costs nothing
+    double most = 0;              // points that it can cost
+    double cost = 0;              // points
+};
+
+struct Grade {
+    bool reached = false;
+    std::vector<GradeLine> lines;
+    double points = 0;  // 100 less all costs; 0 when the target was not reached
+};
+
+/// How points are lost, in one sentence for the end page.
+extern const char* const grade_formula;
+
+/// A line over its par costs most · min(1, yours / par − 1); each handling error 5 points, 15 at most.
+Grade grade(const exercise::Score&, const Handling&, const std::optional<exercise::Score>& par);
+
+/// The score of a scenario's solution, run without images. Throws InputError.
+exercise::Score par_of(const scenario::Scenario&, const script::CommandScript& solution,
+                       const anatomy::ModelCache&);
+
+struct BestResult {
+    int attempts = 0, reached = 0;
+    double points = 0;           // best
+    std::optional<double> time;  // shortest to the target [s]
+};
+
+/// Best results by scenario, in a file of the user's.
+class Results {
+public:
+    /// A file that is missing or no results is as none.
+    explicit Results(std::filesystem::path);
+    const BestResult* find(const std::string& scenario) const;
+    /// Throws InputError when the file cannot be written; the result is kept in memory all the same.
+    void add(const std::string& scenario, const Grade&, const exercise::Score&);
+
+private:
+    std::filesystem::path file_;
+    std::map<std::string, BestResult> best_;
+};
+
+/// seldinger/results.json in the user's folder for data (XDG_DATA_HOME); empty where there is no home.
+std::filesystem::path results_file();
+
+}  // namespace room

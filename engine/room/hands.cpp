@@ -1,0 +1,255 @@
+#include "engine/room/hands.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <numbers>
+
+#include "engine/anatomy/anatomy.h"
+#include "engine/io/error.h"
+#include "render/xray/c_arm.h"
+
+namespace room {
+namespace {
+
+/// A hand starts at this share of its speed: one short press is one small step.
+constexpr double first_share = 0.2;
+/// A hand waits for a wire that is behind by so much [mm], [rad].
+constexpr double most_behind = 4, most_behind_in_turn = std::numbers::pi / 2;
+constexpr double smallest_motion = 1e-6;  // [mm], [rad]
+
+int speed_of(const Input& input) {
+    return input.holds(Action::Fine) ? 0 : input.holds(Action::Fast) ? 2 : 1;
+}
+
+double direction(const Input& input, Action positive, Action negative) {
+    return (input.holds(positive) ? 1.0 : 0.0) - (input.holds(negative) ? 1.0 : 0.0);
+}
+
+double beyond(double axis, double dead_zone) {
+    const double size = std::min(1.0, std::abs(axis));
+    return size <= dead_zone ? 0 : std::copysign((size - dead_zone) / (1 - dead_zone), axis);
+}
+
+/// So that recordings stay readable.
+double rounded(double value, double step) {
+    return std::round(value / step) * step;
+}
+
+std::size_t index_of(double rate) {
+    const auto& rates = script::pulse_rates;
+    return static_cast<std::size_t>(std::find(rates.begin(), rates.end(), rate) - rates.begin());
+}
+
+}  // namespace
+
+void Input::add(const Input& later) {
+    held |= later.held;
+    pressed.insert(pressed.end(), later.pressed.begin(), later.pressed.end());
+    injections.insert(injections.end(), later.injections.begin(), later.injections.end());
+    wheel += later.wheel;
+    drag_up += later.drag_up;
+    drag_right += later.drag_right;
+    push = later.push;
+    turn = later.turn;
+    arm_lao += later.arm_lao;
+    arm_cranial += later.arm_cranial;
+    table_left += later.table_left;
+    table_head += later.table_head;
+}
+
+void Input::release() {
+    held.reset();
+    push = turn = 0;
+}
+
+Hands::Hands(KeyMap keys, double frame_time) : keys_(std::move(keys)), frame_time_(frame_time) {}
+
+void Hands::rest() {
+    push_since_ = turn_since_ = 0;
+}
+
+/// Mean share of its full speed over the frame.
+double Hands::run_up(bool held, double& since) const {
+    if (!held) {
+        since = 0;
+        return 0;
+    }
+    const double middle = since + frame_time_ / 2, whole = keys_.speeds.run_up;
+    since += frame_time_;
+    return whole <= 0 ? 1 : std::min(1.0, first_share + (1 - first_share) * middle / whole);
+}
+
+void Hands::move_wire(const Input& input, const exercise::StepReport& last,
+                      std::vector<script::Command>& commands) {
+    const Speeds& s = keys_.speeds;
+    const int speed = speed_of(input);
+    const double push_key = direction(input, Action::Advance, Action::Withdraw);
+    const double turn_key = direction(input, Action::RotateRight, Action::RotateLeft);
+    const double push_axis = beyond(input.push, s.dead_zone), turn_axis = beyond(input.turn, s.dead_zone);
+    double push = push_key * run_up(push_key != 0, push_since_) + push_axis * std::abs(push_axis);
+    double turn = turn_key * run_up(turn_key != 0, turn_since_) + turn_axis * std::abs(turn_axis);
+    push *= s.advance[speed] * frame_time_;
+    turn *= s.rotate[speed] * frame_time_;
+    push += input.wheel * s.wheel + input.drag_up * s.drag_advance;
+    turn += input.drag_right * s.drag_rotate;
+
+    if (std::abs(last.waiting_insertion) > most_behind) push = 0;
+    if (std::abs(last.waiting_rotation) > most_behind_in_turn) turn = 0;
+    push = rounded(std::clamp(push, -script::largest_motion, script::largest_motion), 1e-3);
+    const double degree = std::numbers::pi / 180;
+    turn = std::clamp(rounded(turn / degree, 1e-2), -script::largest_rotation, script::largest_rotation);
+    if (std::abs(push) > smallest_motion)
+        commands.push_back(push > 0 ? script::Command(script::Advance{push})
+                                    : script::Command(script::Withdraw{-push}));
+    if (std::abs(turn) > smallest_motion) commands.push_back(script::Rotate{turn * degree});
+}
+
+void Hands::press_pedals(const Input& input, const exercise::Console& console,
+                         std::vector<script::Command>& commands) {
+    for (const Action action : input.pressed) {
+        if (action == Action::Roadmap) wants_roadmap_ = !wants_roadmap_;
+        if (action == Action::Mask) commands.push_back(script::NewMask{});
+        if (action == Action::Reference) commands.push_back(script::StoreReference{});
+    }
+    const bool acquire = input.holds(Action::Acquisition);
+    const bool beam = acquire || input.holds(Action::Fluoroscopy);
+    const script::ImagingMode mode = acquire          ? script::ImagingMode::dsa
+                                     : wants_roadmap_ ? script::ImagingMode::roadmap
+                                                      : script::ImagingMode::live;
+    // What stands on the screen stays as it was taken while no pedal is down.
+    if (beam && mode != console.mode()) commands.push_back(script::SetMode{mode});
+    if (acquire && !acquires_) commands.push_back(script::NewMask{});
+    acquires_ = acquire;
+    if (beam != console.beam_on()) commands.push_back(script::Beam{beam});
+}
+
+void Hands::move_stand(const Input& input, const exercise::Simulation& simulation,
+                       std::vector<script::Command>& commands, std::vector<std::string>& told) {
+    const Speeds& s = keys_.speeds;
+    const exercise::Console& console = simulation.console();
+    const render::CArm arm = console.arm();
+    script::MoveArm move;
+    const double lao = direction(input, Action::ArmLao, Action::ArmRao) * s.arm * frame_time_ + input.arm_lao;
+    const double cranial =
+        direction(input, Action::ArmCranial, Action::ArmCaudal) * s.arm * frame_time_ + input.arm_cranial;
+    if (lao != 0) move.lao = arm.lao + lao;
+    if (cranial != 0) move.cranial = arm.cranial + cranial;
+    std::optional<script::Collimate> collimate;
+    double rate = console.pulse_rate();
+    for (const Action action : input.pressed) {
+        const double sid = move.sid.value_or(arm.sid),
+                     field = move.detector_width.value_or(arm.detector_width);
+        const double opening = collimate ? collimate->width : std::min(arm.opening_width, field);
+        const std::size_t index = index_of(rate);
+        switch (action) {
+            case Action::SidLess:
+                move.sid = sid - s.sid_step;
+                break;
+            case Action::SidMore:
+                move.sid = sid + s.sid_step;
+                break;
+            case Action::Magnify:
+                for (const double next : s.fields)
+                    if (next < field - 1e-9) {
+                        move.detector_width = next;
+                        break;
+                    }
+                break;
+            case Action::Widen:
+                for (auto next = s.fields.rbegin(); next != s.fields.rend(); ++next)
+                    if (*next > field + 1e-9) {
+                        move.detector_width = *next;
+                        break;
+                    }
+                break;
+            case Action::Collimate: {
+                const double side = std::max(20.0, std::round(opening - 0.1 * field));
+                collimate = script::Collimate{side, side};
+                break;
+            }
+            case Action::Uncollimate: {
+                const double side = std::round(opening + 0.1 * field);
+                collimate = side >= field ? script::Collimate{script::widest_opening, script::widest_opening}
+                                          : script::Collimate{side, side};
+                break;
+            }
+            case Action::PulsesMore:
+                if (index + 1 < script::pulse_rates.size()) rate = script::pulse_rates[index + 1];
+                break;
+            case Action::PulsesFewer:
+                if (index > 0 && index < script::pulse_rates.size()) rate = script::pulse_rates[index - 1];
+                break;
+            default:
+                break;
+        }
+    }
+    if (move.lao || move.cranial || move.sid || move.detector_width) {
+        const auto problems = render::problems(script::moved(arm, move));
+        if (problems.empty())
+            commands.push_back(move);
+        else
+            told.push_back("The C-arm goes no further: " + problems.front());
+    }
+    if (collimate) commands.push_back(*collimate);
+    if (rate != console.pulse_rate()) {
+        if (rate > simulation.scenario().frame_rate)
+            told.push_back(script::too_many_pulses(rate, simulation.scenario().frame_rate));
+        else
+            commands.push_back(script::SetPulseRate{rate});
+    }
+
+    const double step = s.table * frame_time_;
+    const geometry::Vec3 shift(
+        direction(input, Action::TableLeft, Action::TableRight) * step + input.table_left,
+        -direction(input, Action::TableUp, Action::TableDown) * step,
+        direction(input, Action::TableHead, Action::TableFeet) * step + input.table_head);
+    if (!shift.isZero()) {
+        const geometry::Vec3& reach = script::table_reach;
+        const geometry::Vec3 asked = console.table() + shift;
+        geometry::Vec3 place = asked.cwiseMax(-reach).cwiseMin(reach);
+        for (int k = 0; k < 3; ++k) place[k] = rounded(place[k], 1e-2);
+        if (asked != asked.cwiseMax(-reach).cwiseMin(reach)) told.push_back("The table goes no further");
+        if (place != console.table()) commands.push_back(script::MoveTable{place});
+    }
+}
+
+void Hands::inject(const Input& input, const exercise::Simulation& simulation,
+                   std::vector<script::Command>& commands, std::vector<std::string>& told) {
+    const anatomy::Anatomy& anatomy = simulation.anatomy();
+    double left = simulation.contrast().left();
+    for (const int index : input.injections) {
+        const InjectionPreset& preset = keys_.injections.at(static_cast<std::size_t>(index));
+        std::string branch = preset.branch;
+        const bool known = std::any_of(anatomy.branches.begin(), anatomy.branches.end(),
+                                       [&](const auto& b) { return b.name == branch; });
+        if (preset.through_device || !known)
+            branch = anatomy.branches[anatomy::nearest_place(anatomy, simulation.wire().tip()).branch].name;
+        if (preset.volume > left) {
+            told.push_back(
+                fmt::format("{:.0f} ml more is beyond the patient's limit of contrast", preset.volume));
+            continue;
+        }
+        left -= preset.volume;
+        commands.push_back(script::Inject{preset.volume, preset.rate, branch, preset.iodine});
+    }
+}
+
+std::vector<script::Command> Hands::commands(const Input& input, const exercise::Simulation& simulation,
+                                             const exercise::StepReport& last,
+                                             std::vector<std::string>& told) {
+    std::vector<script::Command> commands;
+    if (std::find(input.pressed.begin(), input.pressed.end(), Action::BackToStart) != input.pressed.end()) {
+        rest();
+        wants_roadmap_ = acquires_ = false;
+        commands.push_back(script::Reset{});
+        return commands;
+    }
+    press_pedals(input, simulation.console(), commands);
+    move_stand(input, simulation, commands, told);
+    inject(input, simulation, commands, told);
+    move_wire(input, last, commands);
+    return commands;
+}
+
+}  // namespace room

@@ -1,0 +1,62 @@
+#pragma once
+/// Hands and feet of the trainee: what is held and pressed during one frame, as commands of a script.
+
+#include <bitset>
+#include <string>
+#include <vector>
+
+#include "engine/exercise/simulation.h"
+#include "engine/room/keys.h"
+#include "engine/script/command.h"
+
+namespace room {
+
+/// What happened since the last frame. Keys that went down and up again within a frame are held for it.
+struct Input {
+    std::bitset<actions> held;
+    std::vector<Action> pressed;            // in order
+    std::vector<int> injections;            // of the key map, in order
+    double wheel = 0;                       // notches, away from the hand positive
+    double drag_up = 0, drag_right = 0;     // of the mouse on the image [pixels]
+    double push = 0, turn = 0;              // of a gamepad's axes, -1 to 1
+    double arm_lao = 0, arm_cranial = 0;    // asked on the pictogram [rad]
+    double table_left = 0, table_head = 0;  // by dragging [mm]
+
+    bool holds(Action a) const { return held.test(static_cast<std::size_t>(a)); }
+    /// Adds what came later: movements sum, what was held or pressed stays.
+    void add(const Input& later);
+    /// Of what goes on as long as it is held: nobody's hand is on the table any more.
+    void release();
+};
+
+class Hands {
+public:
+    /// `frame_time` [s].
+    Hands(KeyMap, double frame_time);
+
+    /// The commands of the next frame; `last` is what the frame before did. What the stand or the patient
+    /// could not follow is not asked for: a sentence in `told` says so. A hand waits for a wire that is far
+    /// behind.
+    std::vector<script::Command> commands(const Input&, const exercise::Simulation&,
+                                          const exercise::StepReport& last, std::vector<std::string>& told);
+    /// The hand lets go of everything.
+    void rest();
+    const KeyMap& keys() const { return keys_; }
+
+private:
+    double run_up(bool held, double& since) const;
+    void move_wire(const Input&, const exercise::StepReport& last, std::vector<script::Command>&);
+    void press_pedals(const Input&, const exercise::Console&, std::vector<script::Command>&);
+    void move_stand(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
+                    std::vector<std::string>& told);
+    void inject(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
+                std::vector<std::string>& told);
+
+    KeyMap keys_;
+    double frame_time_;
+    double push_since_ = 0, turn_since_ = 0;  // held [s]
+    bool wants_roadmap_ = false;
+    bool acquires_ = false;
+};
+
+}  // namespace room

@@ -1,0 +1,377 @@
+#include "engine/room/keys.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <fstream>
+#include <map>
+#include <numbers>
+#include <sstream>
+#include <toml++/toml.h>
+
+#include "engine/io/error.h"
+#include "engine/io/text.h"
+#include "engine/io/toml_section.h"
+#include "engine/script/command.h"
+
+namespace room {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+
+constexpr std::array<ActionInfo, actions> table = {{
+    {"advance", "push the wire"},
+    {"withdraw", "pull the wire"},
+    {"rotate_left", "turn the hub to the left"},
+    {"rotate_right", "turn the hub to the right"},
+    {"fine", "slow hand"},
+    {"fast", "fast hand"},
+    {"fluoroscopy", "pedal: fluoroscopy, or roadmap"},
+    {"acquisition", "pedal: DSA run"},
+    {"arm_lao", "C-arm to LAO"},
+    {"arm_rao", "C-arm to RAO"},
+    {"arm_cranial", "C-arm to cranial"},
+    {"arm_caudal", "C-arm to caudal"},
+    {"table_head", "table toward the head"},
+    {"table_feet", "table toward the feet"},
+    {"table_left", "table to the patient's left"},
+    {"table_right", "table to the patient's right"},
+    {"table_up", "table up"},
+    {"table_down", "table down"},
+    {"roadmap", "roadmap on and off"},
+    {"mask", "new mask of DSA"},
+    {"reference", "image to the reference screen"},
+    {"sid_less", "detector nearer"},
+    {"sid_more", "detector farther"},
+    {"magnify", "smaller field"},
+    {"widen", "larger field"},
+    {"collimate", "collimator closer"},
+    {"uncollimate", "collimator wider"},
+    {"pulses_more", "more pulses a second"},
+    {"pulses_fewer", "fewer pulses a second"},
+    {"device", "the other device in hand"},
+    {"review", "look at the runs taken"},
+    {"pause", "pause"},
+    {"back_to_start", "a new attempt from the start"},
+    {"take_back", "take back the last 10 s (free practice)"},
+    {"finish", "end the exercise"},
+    {"help", "this help"},
+    {"instructor", "instructor's view"},
+    {"menu", "menu"},
+}};
+
+std::vector<std::string_view> make_names() {
+    std::vector<std::string_view> names = {"Space",
+                                           "Apostrophe",
+                                           "Comma",
+                                           "Minus",
+                                           "Period",
+                                           "Slash",
+                                           "0",
+                                           "1",
+                                           "2",
+                                           "3",
+                                           "4",
+                                           "5",
+                                           "6",
+                                           "7",
+                                           "8",
+                                           "9",
+                                           "Semicolon",
+                                           "Equal",
+                                           "A",
+                                           "B",
+                                           "C",
+                                           "D",
+                                           "E",
+                                           "F",
+                                           "G",
+                                           "H",
+                                           "I",
+                                           "J",
+                                           "K",
+                                           "L",
+                                           "M",
+                                           "N",
+                                           "O",
+                                           "P",
+                                           "Q",
+                                           "R",
+                                           "S",
+                                           "T",
+                                           "U",
+                                           "V",
+                                           "W",
+                                           "X",
+                                           "Y",
+                                           "Z",
+                                           "LeftBracket",
+                                           "Backslash",
+                                           "RightBracket",
+                                           "GraveAccent",
+                                           "Escape",
+                                           "Enter",
+                                           "Tab",
+                                           "Backspace",
+                                           "Insert",
+                                           "Delete",
+                                           "Right",
+                                           "Left",
+                                           "Down",
+                                           "Up",
+                                           "PageUp",
+                                           "PageDown",
+                                           "Home",
+                                           "End",
+                                           "CapsLock",
+                                           "F1",
+                                           "F2",
+                                           "F3",
+                                           "F4",
+                                           "F5",
+                                           "F6",
+                                           "F7",
+                                           "F8",
+                                           "F9",
+                                           "F10",
+                                           "F11",
+                                           "F12",
+                                           "Keypad0",
+                                           "Keypad1",
+                                           "Keypad2",
+                                           "Keypad3",
+                                           "Keypad4",
+                                           "Keypad5",
+                                           "Keypad6",
+                                           "Keypad7",
+                                           "Keypad8",
+                                           "Keypad9",
+                                           "KeypadDecimal",
+                                           "KeypadDivide",
+                                           "KeypadMultiply",
+                                           "KeypadSubtract",
+                                           "KeypadAdd",
+                                           "KeypadEnter",
+                                           "LeftShift",
+                                           "LeftControl",
+                                           "LeftAlt",
+                                           "RightShift",
+                                           "RightControl",
+                                           "RightAlt",
+                                           "GamepadA",
+                                           "GamepadB",
+                                           "GamepadX",
+                                           "GamepadY",
+                                           "GamepadLeftBumper",
+                                           "GamepadRightBumper",
+                                           "GamepadBack",
+                                           "GamepadStart",
+                                           "GamepadUp",
+                                           "GamepadRight",
+                                           "GamepadDown",
+                                           "GamepadLeft"};
+    return names;
+}
+
+io::Range positive(double most) {
+    return {1e-3, most};
+}
+
+class Reader {
+public:
+    Reader(io::Reading& reading, KeyMap map) : reading_(reading), map_(std::move(map)) {}
+
+    KeyMap read(const toml::table& file) {
+        io::Section top(reading_, &file, "");
+        hand(top.section("hand", false));
+        stand(top.section("stand", false));
+        keys(top.section("keys", false));
+        injections(top);
+        top.finish();
+        return std::move(map_);
+    }
+
+private:
+    void three(io::Section& section, std::string_view key, std::array<double, 3>& values, double most,
+               double unit = 1) {
+        const toml::node* node = section.find(key);
+        if (!node) return;
+        const std::string accepted =
+            fmt::format("three numbers, fine, plain and fast, rising from above 0 to {} at most", most);
+        const toml::array* array = node->as_array();
+        std::array<double, 3> read{};
+        bool good = array && array->size() == 3;
+        for (std::size_t k = 0; good && k < 3; ++k) {
+            const std::optional<double> value = (*array)[k].value<double>();
+            good = value && *value > (k == 0 ? 0 : read[k - 1]) && *value <= most;
+            if (good) read[k] = *value;
+        }
+        if (!good) return section.refuse(key, *node, accepted);
+        for (std::size_t k = 0; k < 3; ++k) values[k] = read[k] * unit;
+    }
+
+    void hand(io::Section section) {
+        Speeds& s = map_.speeds;
+        three(section, "advance_mm_per_s", s.advance, 200);
+        three(section, "rotate_deg_per_s", s.rotate, 3600, degree);
+        section.number("run_up_s", s.run_up, {0, 5});
+        section.number("wheel_mm", s.wheel, positive(50));
+        section.number("drag_mm_per_pixel", s.drag_advance, positive(5));
+        section.number("drag_deg_per_pixel", s.drag_rotate, positive(45), degree);
+        section.number("gamepad_dead_zone", s.dead_zone, {0, 0.9});
+        section.finish();
+    }
+
+    void stand(io::Section section) {
+        Speeds& s = map_.speeds;
+        section.number("arm_deg_per_s", s.arm, positive(60), degree);
+        section.number("table_mm_per_s", s.table, positive(300));
+        section.number("sid_step_mm", s.sid_step, positive(300));
+        if (const toml::node* node = section.find("fields_mm")) {
+            const toml::array* array = node->as_array();
+            std::vector<double> fields;
+            bool good = array && !array->empty();
+            if (good)
+                for (const toml::node& item : *array) {
+                    const std::optional<double> value = item.value<double>();
+                    good = good && value && *value >= 50 && *value <= 600;
+                    if (value) fields.push_back(*value);
+                }
+            good = good && std::is_sorted(fields.rbegin(), fields.rend());
+            if (good)
+                s.fields = fields;
+            else
+                section.refuse("fields_mm", *node, "a list of widths from 50 to 600 mm, widest first");
+        }
+        section.finish();
+    }
+
+    /// Notes the key as taken; false where it is unknown or taken already.
+    std::optional<Key> claim(const toml::node& node, const std::string& by) {
+        const std::optional<std::string> name = node.value<std::string>();
+        const std::optional<Key> key = name ? find_key(*name) : std::nullopt;
+        if (!key) {
+            const std::string near = name ? io::nearest_word(*name, key_names()) : std::string();
+            reading_.refuse(node.source(),
+                            fmt::format("{} is no key{}; accepted are letters, digits, F1 to F12, {}, ...",
+                                        name ? "'" + *name + "'" : "this",
+                                        near.empty() ? "" : fmt::format(" (did you mean '{}'?)", near),
+                                        "Up, Space, LeftShift, Keypad0, GamepadA"));
+            return std::nullopt;
+        }
+        if (const auto [known, is_new] = claimed_.emplace(*key, by); !is_new) {
+            reading_.refuse(node.source(), fmt::format("'{}' is given to '{}' already; a key that is free is "
+                                                       "accepted",
+                                                       *name, known->second));
+            return std::nullopt;
+        }
+        return key;
+    }
+
+    void keys(io::Section section) {
+        std::array<bool, actions> named{};
+        for (int k = 0; k < actions; ++k) {
+            const toml::node* node = section.find(table[k].key);
+            if (!node) continue;
+            named[k] = true;
+            map_.keys[k].clear();
+            const std::string by(table[k].key);
+            if (const toml::array* array = node->as_array()) {
+                for (const toml::node& item : *array)
+                    if (const auto key = claim(item, by)) map_.keys[k].push_back(*key);
+            } else if (const auto key = claim(*node, by)) {
+                map_.keys[k].push_back(*key);
+            }
+        }
+        section.finish();
+        for (int k = 0; k < actions; ++k)
+            if (!named[k]) std::erase_if(map_.keys[k], [&](Key key) { return claimed_.contains(key); });
+    }
+
+    void injections(io::Section& top) {
+        std::vector<io::Section> given = top.sections("injection");
+        if (!given.empty()) map_.injections.clear();
+        for (io::Section& section : given) {
+            InjectionPreset preset;
+            if (const toml::node* node = section.find("key")) {
+                if (const auto key = claim(*node, "an injection")) preset.key = *key;
+            } else {
+                section.missing("key", "the key that starts it");
+            }
+            section.word("name", preset.name);
+            section.number("volume_ml", preset.volume, positive(script::largest_volume));
+            section.number("rate_ml_per_s", preset.rate, positive(script::largest_flow));
+            section.number("iodine_mg_per_ml", preset.iodine, {1, 400});
+            std::string into = "aorta";
+            section.word("into", into);
+            preset.through_device = into == "device";
+            if (!preset.through_device) preset.branch = into;
+            if (preset.name.empty())
+                preset.name = fmt::format("{:g} ml at {:g} ml/s", preset.volume, preset.rate);
+            section.finish();
+            for (std::vector<Key>& keys : map_.keys) std::erase(keys, preset.key);
+            map_.injections.push_back(std::move(preset));
+        }
+        std::erase_if(map_.injections, [&](const InjectionPreset& preset) {
+            const auto found = claimed_.find(preset.key);
+            return found != claimed_.end() && found->second != "an injection";
+        });
+    }
+
+    io::Reading& reading_;
+    KeyMap map_;
+    std::map<Key, std::string> claimed_;
+};
+
+}  // namespace
+
+const ActionInfo& info(Action action) {
+    return table[static_cast<int>(action)];
+}
+
+const std::vector<std::string_view>& key_names() {
+    static const std::vector<std::string_view> names = make_names();
+    return names;
+}
+
+std::optional<Key> find_key(std::string_view name) {
+    const auto& names = key_names();
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found == names.end()) return std::nullopt;
+    return static_cast<Key>(found - names.begin());
+}
+
+std::string KeyMap::text(Action action) const {
+    std::vector<std::string> names;
+    for (const Key key : keys[static_cast<int>(action)]) names.emplace_back(key_names()[key]);
+    return names.empty() ? "no key" : io::joined(names);
+}
+
+std::string KeyMap::first(Action action) const {
+    const std::vector<Key>& mine = keys[static_cast<int>(action)];
+    return mine.empty() ? "no key" : std::string(key_names()[mine.front()]);
+}
+
+KeyMap parse_keys(const std::string& toml, const std::string& file, const KeyMap& base) {
+    io::Reading reading{file, {}, {}};
+    toml::table parsed;
+    try {
+        parsed = toml::parse(toml, file);
+    } catch (const toml::parse_error& error) {
+        throw io::InputError(io::located(reading.place(error.source()),
+                                         fmt::format("this is not TOML: {}", error.description())));
+    }
+    KeyMap map = Reader(reading, base).read(parsed);
+    if (const auto wrong = reading.complaints(); !wrong.empty())
+        throw io::InputError(io::joined(wrong, "\n"));
+    return map;
+}
+
+KeyMap load_keys(const std::filesystem::path& path, const KeyMap& base) {
+    std::ifstream file(path, std::ios::binary);
+    std::stringstream text;
+    if (!std::filesystem::is_regular_file(path) || !(text << file.rdbuf()))
+        throw io::InputError(path.string() + ": cannot be read; a file of keys (.toml) is accepted");
+    return parse_keys(text.str(), path.string(), base);
+}
+
+}  // namespace room

@@ -1,0 +1,124 @@
+#pragma once
+/// Keys of the room: what each does, how fast hands and stand move. One TOML file holds all of it.
+///
+///     [hand]
+///     advance_mm_per_s = [2, 10, 30]      # fine, plain, fast
+///     [keys]
+///     advance = ["Up", "W"]               # every action has one or more keys, or none: []
+///     [[injection]]
+///     key = "F1"
+///     name = "5 ml by hand"
+///     volume_ml = 5
+///     rate_ml_per_s = 2.5
+///     into = "aorta"                      # or "device": where its tip is
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace room {
+
+/// What a key, a button or a pedal does. The first are done while held, the others when pressed.
+enum class Action : std::uint8_t {
+    Advance,
+    Withdraw,
+    RotateLeft,
+    RotateRight,
+    Fine,
+    Fast,
+    Fluoroscopy,
+    Acquisition,
+    ArmLao,
+    ArmRao,
+    ArmCranial,
+    ArmCaudal,
+    TableHead,
+    TableFeet,
+    TableLeft,
+    TableRight,
+    TableUp,
+    TableDown,
+    // from here on when pressed
+    Roadmap,
+    Mask,
+    Reference,
+    SidLess,
+    SidMore,
+    Magnify,
+    Widen,
+    Collimate,
+    Uncollimate,
+    PulsesMore,
+    PulsesFewer,
+    Device,
+    Review,
+    Pause,
+    BackToStart,
+    TakeBack,
+    Finish,
+    Help,
+    Instructor,
+    Menu
+};
+inline constexpr int actions = static_cast<int>(Action::Menu) + 1;
+inline constexpr Action first_pressed = Action::Roadmap;
+
+struct ActionInfo {
+    std::string_view key;   // in the file
+    std::string_view help;  // as the overlay shows it
+};
+const ActionInfo& info(Action);
+
+/// A key as its index in key_names().
+using Key = int;
+/// Names of all keys that a file may give, of the US layout: "A", "Up", "F1", "LeftShift", "GamepadA".
+const std::vector<std::string_view>& key_names();
+std::optional<Key> find_key(std::string_view name);
+
+struct InjectionPreset {
+    Key key = 0;
+    std::string name;
+    double volume = 5;    // [ml]
+    double rate = 2.5;    // [ml/s]
+    double iodine = 320;  // [mg/ml]
+    bool through_device = false;
+    std::string branch;  // otherwise
+};
+
+/// Of hands and stand.
+struct Speeds {
+    std::array<double, 3> advance = {2, 10, 30};                       // fine, plain, fast [mm/s]
+    std::array<double, 3> rotate = {0.349, 1.571, 4.712};              // [rad/s]
+    double run_up = 0.3;                                               // until a hand is at its speed [s]
+    double wheel = 2;                                                  // of a notch [mm]
+    double drag_advance = 0.15;                                        // of a pixel of mouse [mm]
+    double drag_rotate = 0.00873;                                      // [rad]
+    double dead_zone = 0.15;                                           // of a gamepad's axis [-]
+    double arm = 0.436;                                                // [rad/s]
+    double table = 60;                                                 // [mm/s]
+    double sid_step = 50;                                              // [mm]
+    std::vector<double> fields = {480, 400, 320, 270, 230, 190, 160};  // of the detector, widest first [mm]
+};
+
+struct KeyMap {
+    Speeds speeds;
+    std::array<std::vector<Key>, actions> keys;
+    std::vector<InjectionPreset> injections;
+
+    /// "Up, W"; "no key" where there is none.
+    std::string text(Action) const;
+    /// The first of them: "Up".
+    std::string first(Action) const;
+};
+
+/// Throws InputError that lists everything wrong with file:line:column: unknown actions and keys, keys given
+/// twice, numbers outside their range. Actions that are not named keep the keys of `base`, unless another
+/// takes them.
+KeyMap parse_keys(const std::string& toml, const std::string& file, const KeyMap& base = {});
+KeyMap load_keys(const std::filesystem::path&, const KeyMap& base = {});
+
+}  // namespace room

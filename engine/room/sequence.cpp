@@ -1,0 +1,146 @@
+#include "engine/room/sequence.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/xray/subtraction.h"
+
+namespace room {
+namespace {
+
+/// Between four pixels; beyond the edge the edge.
+template <class Image>
+double between(const Image& values, int width, int height, double x, double y) {
+    x = std::clamp(x, 0.0, width - 1.0);
+    y = std::clamp(y, 0.0, height - 1.0);
+    const int i = std::min(static_cast<int>(x), std::max(0, width - 2));
+    const int j = std::min(static_cast<int>(y), std::max(0, height - 2));
+    const int right = std::min(i + 1, width - 1), below = std::min(j + 1, height - 1);
+    const double u = x - i, v = y - j;
+    const auto at = [&](int column, int row) {
+        return static_cast<double>(values[static_cast<std::size_t>(row) * width + column]);
+    };
+    return (1 - v) * ((1 - u) * at(i, j) + u * at(right, j)) +
+           v * ((1 - u) * at(i, below) + u * at(right, below));
+}
+
+}  // namespace
+
+void Sequences::observe(const exercise::Frame& frame, exercise::Monitor& monitor,
+                        const std::shared_ptr<const render::GrayImage>& shown) {
+    if (frame.motion.reset) {
+        runs_.clear();
+        taken_ = 0;
+        beam_on_ = false;
+    }
+    const exercise::Console& console = frame.simulation.console();
+    if (!console.beam_on()) {
+        beam_on_ = false;
+        return;
+    }
+    const exercise::Pulse* pulse = monitor.last_pulse();
+    if (!frame.motion.console.pulse || !pulse) return;
+    const bool dsa = pulse->mode == script::ImagingMode::dsa;
+    const bool goes_on = beam_on_ && !runs_.empty() && runs_.back()->mode == pulse->mode &&
+                         runs_.back()->arm == pulse->arm && !pulse->new_mask;
+    beam_on_ = true;
+    Sequence run;
+    if (goes_on) {
+        run = *runs_.back();
+    } else {
+        run.number = ++taken_;
+        run.mode = pulse->mode;
+        run.arm = pulse->arm;
+        run.pulse_rate = console.pulse_rate();
+        if (dsa) run.opening = std::make_shared<render::Field>(monitor.fluoroscope().opening(pulse->arm));
+        runs_.push_back(nullptr);
+    }
+    run.images.push_back({pulse->time, shown, {}});
+    if (dsa) run.images.back().signal = std::make_shared<render::Field>(monitor.last_signal());
+    if (!dsa && run.images.size() > most_images_) run.images.erase(run.images.begin());
+    runs_.back() = std::make_shared<const Sequence>(std::move(run));
+    limit();
+}
+
+void Sequences::limit() {
+    // Of fluoroscopy only the last run is kept; of DSA as many as there is room for.
+    for (auto run = runs_.begin(); run != runs_.end();) {
+        const bool last = std::next(run) == runs_.end();
+        run = !last && (*run)->mode != script::ImagingMode::dsa ? runs_.erase(run) : std::next(run);
+    }
+    std::size_t signals = 0;
+    for (const auto& run : runs_)
+        if (run->mode == script::ImagingMode::dsa) signals += run->images.size();
+    while (signals > most_signals_) {
+        if (runs_.size() > 1) {
+            signals -= runs_.front()->mode == script::ImagingMode::dsa ? runs_.front()->images.size() : 0;
+            runs_.pop_front();
+        } else {
+            Sequence shorter = *runs_.front();
+            shorter.images.erase(shorter.images.begin() + 1);  // the first is the mask
+            runs_.front() = std::make_shared<const Sequence>(std::move(shorter));
+            --signals;
+        }
+    }
+}
+
+render::Field shifted(const render::Field& field, double x, double y) {
+    if (x == 0 && y == 0) return field;
+    render::Field moved(field.width, field.height);
+    for (int row = 0; row < field.height; ++row)
+        for (int column = 0; column < field.width; ++column)
+            moved.values[static_cast<std::size_t>(row) * field.width + column] =
+                static_cast<float>(between(field.values, field.width, field.height, column - x, row - y));
+    return moved;
+}
+
+render::GrayImage look_at(const Sequence& run, const Look& look) {
+    const KeptImage& kept = run.images.at(look.image);
+    render::GrayImage image;
+    if (run.mode == script::ImagingMode::dsa) {
+        const KeptImage& mask = run.images.at(look.mask);
+        image = render::Subtraction(shifted(*mask.signal, look.shift_x, look.shift_y), *run.opening)
+                    .subtracted(*kept.signal);
+    } else {
+        image = *kept.shown;
+    }
+    if (look.window == 256 && look.level == 128) return image;
+    std::uint8_t grey[256];
+    for (int k = 0; k < 256; ++k) {
+        const double value = 128 + (k - look.level) * 256 / std::max(1.0, look.window);
+        grey[k] = static_cast<std::uint8_t>(std::clamp(std::lround(value), 0l, 255l));
+    }
+    for (std::uint8_t& pixel : image.pixels) pixel = grey[pixel];
+    return image;
+}
+
+double Ruler::pixels() const {
+    return std::hypot(x1 - x0, y1 - y0);
+}
+
+std::optional<double> band_width(const render::GrayImage& image, const Ruler& ruler) {
+    const double length = ruler.pixels();
+    if (!(length >= 3) || image.pixels.empty()) return std::nullopt;
+    constexpr int per_pixel = 8;
+    const int count = static_cast<int>(std::min(length, 4000.0) * per_pixel) + 1;
+    std::vector<double> profile(count);
+    for (int k = 0; k < count; ++k) {
+        const double t = k / (count - 1.0);
+        profile[k] =
+            between(image.pixels, image.width, image.height, ruler.x0 + t * (ruler.x1 - ruler.x0) - 0.5,
+                    ruler.y0 + t * (ruler.y1 - ruler.y0) - 0.5);
+    }
+    const int darkest = static_cast<int>(std::min_element(profile.begin(), profile.end()) - profile.begin());
+    const double background = std::min(*std::max_element(profile.begin(), profile.begin() + darkest + 1),
+                                       *std::max_element(profile.begin() + darkest, profile.end()));
+    const double depth = background - profile[darkest];
+    if (depth < 4) return std::nullopt;  // of the noise
+    const double half = background - depth / 2;
+    int left = darkest, right = darkest;
+    while (left > 0 && profile[left] < half) --left;
+    while (right + 1 < count && profile[right] < half) ++right;
+    if (profile[left] < half || profile[right] < half) return std::nullopt;
+    return (right - left - 1) * length / (count - 1);
+}
+
+}  // namespace room

@@ -1,0 +1,405 @@
+#include "engine/room/session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <fmt/format.h>
+
+#include "engine/exercise/room_readout.h"
+#include "engine/io/error.h"
+#include "engine/io/text.h"
+#include "engine/script/recording.h"
+#include "physics/geometry/state.h"
+
+namespace room {
+namespace {
+
+constexpr double take_back_time = 10;  // [s]
+constexpr double told_for = 4;         // [s]
+constexpr double slow_for = 1;         // the strip says so [s]
+
+double milliseconds(Clock::duration d) {
+    return std::chrono::duration<double, std::milli>(d).count();
+}
+
+}  // namespace
+
+void Handling::observe(const exercise::Frame& frame) {
+    const exercise::StepReport& report = frame.motion;
+    if (report.reset) {
+        const int kept = taken_back;
+        *this = {};
+        taken_back = kept;
+    }
+    const bool moves = !report.insertions.empty() || report.rotation != 0;
+    const bool blind = moves && !frame.simulation.console().beam_on();
+    const bool stopped = report.insertion_stopped || report.withdrawal_stopped || report.whole_wire_is_in;
+    blind_motions += blind && !moves_blind;
+    against_stops += stopped && !at_stop;
+    moves_blind = blind || (moves_blind && !moves && !frame.simulation.console().beam_on());
+    at_stop = stopped;
+}
+
+/// Lives on the session's thread: all but the mailboxes.
+class Session::Worker {
+public:
+    explicit Worker(Session& session)
+        : session_(session),
+          options_(session.options_),
+          period_(1 / options_.scenario.frame_rate),
+          hands_(options_.keys, period_) {}
+
+    void run() {
+        try {
+            load();
+            loop();
+            finish();
+        } catch (const std::exception& error) {
+            view_.phase = Phase::Failed;
+            view_.error = error.what();
+            publish();
+        }
+    }
+
+private:
+    void load() {
+        anatomy::ModelCache cache = options_.cache;
+        cache.progress = [this](double part, const char* what) {
+            view_.loading = part;
+            view_.doing = what;
+            publish();
+        };
+        publish();
+        exercise_.emplace(options_.scenario, true, cache);
+        const auto anatomy = std::make_shared<anatomy::Anatomy>(exercise_->simulation().anatomy());
+        {
+            const std::lock_guard lock(session_.mutex_);
+            session_.anatomy_ = anatomy;
+        }
+        if (options_.script) {
+            const script::CommandScript& script = *options_.script;
+            auto wrong = script::problems(script, options_.scenario.c_arm, options_.scenario.frame_rate);
+            for (const std::string& text : exercise_->simulation().problems(script)) wrong.push_back(text);
+            if (!wrong.empty()) throw io::InputError(io::joined(wrong, "\n"));
+            view_.last_frame =
+                script.last_frame(static_cast<int>(std::ceil(options_.scenario.target.hold / period_)) + 1);
+        }
+        if (!options_.record.empty()) {
+            recording_.emplace(options_.record,
+                               script::RecordingHeader{options_.program, options_.scenario.name, 10});
+            view_.recording = true;
+        }
+        view_.loading = 1;
+        view_.phase = Phase::Ready;
+        view_.readout.title = options_.scenario.title;
+        remember();
+        publish();
+    }
+
+    void loop() {
+        auto next = Clock::now();
+        auto slow_until = next;
+        const auto period =
+            std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(period_));
+        while (true) {
+            std::vector<Control> controls;
+            {
+                std::unique_lock lock(session_.mutex_);
+                const auto called = [this] { return session_.stop_ || !session_.controls_.empty(); };
+                if (view_.phase == Phase::Running)
+                    session_.changed_.wait_until(lock, next, called);
+                else
+                    session_.changed_.wait(lock, called);
+                if (session_.stop_) return;
+                controls.swap(session_.controls_);
+            }
+            for (const Control control : controls) obey(control);
+            if (!controls.empty()) publish();
+            if (view_.phase != Phase::Running) {
+                next = Clock::now();
+                continue;
+            }
+            const auto now = Clock::now();
+            if (now < next) continue;
+            if (now > next + period) {
+                ++view_.lost_frames;
+                slow_until = now + std::chrono::duration_cast<Clock::duration>(
+                                       std::chrono::duration<double>(slow_for));
+                next = now;  // what is late stays late: no frame is left out to catch up
+            }
+            next += period;
+            view_.slow = now < slow_until;
+            frame();
+        }
+    }
+
+    void obey(Control control) {
+        switch (control) {
+            case Control::Start:
+                if (view_.phase == Phase::Ready) view_.phase = Phase::Running;
+                break;
+            case Control::Pause:
+                if (view_.phase == Phase::Running) view_.phase = Phase::Paused;
+                hands_.rest();
+                break;
+            case Control::Resume:
+                if (view_.phase == Phase::Paused) view_.phase = Phase::Running;
+                break;
+            case Control::TakeBack:
+                take_back();
+                break;
+            case Control::Finish:
+                if (view_.phase == Phase::Running || view_.phase == Phase::Paused) finish();
+                break;
+            case Control::WatchSolver:
+                watches_ = true;
+                break;
+            case Control::IgnoreSolver:
+                watches_ = false;
+                view_.solver.reset();
+                break;
+        }
+    }
+
+    void frame() {
+        const int index = exercise_->frame() + 1;
+        std::vector<std::string> told;
+        std::optional<Clock::time_point> asked;
+        std::vector<script::Command> commands;
+        if (options_.script) {
+            for (const script::TimedCommand& timed : options_.script->at(index))
+                commands.push_back(timed.command);
+        } else {
+            Input input;
+            {
+                const std::lock_guard lock(session_.mutex_);
+                input = session_.held_;
+                input.add(session_.since_);
+                input.push = session_.held_.push;
+                input.turn = session_.held_.turn;
+                session_.since_ = {};
+                asked = std::exchange(session_.asked_, {});
+            }
+            commands = hands_.commands(input, exercise_->simulation(), last_, told);
+        }
+
+        const auto start = Clock::now();
+        const exercise::Frame made = exercise_->next_frame(commands);
+        last_ = made.motion;
+        const auto moved = Clock::now();
+        record(index, commands);
+        if (made.motion.reset) said_.clear();
+        for (std::string& text : told) say(std::move(text), render::Notice::warning);
+        readout_.observe(made, exercise_->score());
+        view_.handling.observe(made);
+
+        const bool moves = std::any_of(commands.begin(), commands.end(), [](const script::Command& c) {
+            return std::holds_alternative<script::Advance>(c) ||
+                   std::holds_alternative<script::Withdraw>(c) || std::holds_alternative<script::Rotate>(c);
+        });
+        if (moves && asked) waiting_ = asked;
+        if (made.motion.console.pulse || made.motion.reset) {
+            view_.image = std::make_shared<const render::GrayImage>(exercise_->image());
+            ++view_.image_serial;
+            if (made.motion.console.pulse && waiting_) view_.asked = std::exchange(waiting_, {});
+            if (const render::GrayImage* reference = made.monitor->reference()) {
+                if (!view_.reference || made.motion.console.reference)
+                    view_.reference = std::make_shared<const render::GrayImage>(*reference);
+            } else {
+                view_.reference.reset();
+            }
+        } else if (made.motion.console.reference && made.monitor->reference()) {
+            view_.reference = std::make_shared<const render::GrayImage>(*made.monitor->reference());
+        }
+        sequences_.observe(made, *exercise_->monitor(), view_.image);
+        const auto shown = Clock::now();
+
+        view_.runs = sequences_.runs();
+        view_.score = exercise_->score();
+        view_.readout = readout_.read(made, view_.score);
+        while (!said_.empty() && made.time.attempt - said_.front().frame > told_for / period_)
+            said_.pop_front();
+        for (const Said& said : said_) view_.readout.messages.push_back(said.message);
+        view_.frames = index + 1;
+        if (watches_) watch(made, milliseconds(moved - start), milliseconds(shown - moved));
+        if (options_.script) check(index);
+        view_.time_is_up = exercise_->time_is_up();
+        const bool over = options_.script
+                              ? index >= view_.last_frame || view_.time_is_up
+                              : !options_.free_practice && (view_.score.completed || view_.time_is_up);
+        if (over)
+            finish();
+        else if (options_.free_practice && index % whole_second() == 0)
+            remember();
+        publish();
+    }
+
+    int whole_second() const { return std::max(1, static_cast<int>(std::lround(1 / period_))); }
+
+    void watch(const exercise::Frame& made, double motion_ms, double image_ms) {
+        auto solver = std::make_shared<SolverView>();
+        const exercise::Simulation& simulation = made.simulation;
+        solver->joints.assign(simulation.wire().joints.begin(), simulation.wire().joints.end());
+        solver->contacts.assign(simulation.contacts().begin(), simulation.contacts().end());
+        solver->shift = simulation.vessel_shift();
+        solver->relax = made.motion.relax;
+        solver->motion_ms = motion_ms;
+        solver->image_ms = image_ms;
+        solver->frame_ms = period_ * 1000;
+        view_.solver = std::move(solver);
+    }
+
+    void say(std::string text, render::Notice notice) {
+        std::erase_if(said_, [&](const Said& said) { return said.message.text == text; });
+        said_.push_back({last_attempt_frame(), {std::move(text), notice}});
+    }
+    int last_attempt_frame() const { return exercise_->simulation().frames() - 1; }
+
+    void record(int index, std::span<const script::Command> commands) {
+        if (!recording_) return;
+        try {
+            recording_->frame(index, commands, [this] { return exercise_->simulation().state_hash(); });
+        } catch (const io::InputError& error) {
+            say(fmt::format("The recording ends here: {}", error.what()), render::Notice::alarm);
+            recording_.reset();
+            view_.recording = false;
+        }
+    }
+
+    void remember() {
+        if (!options_.free_practice) return;
+        moments_.push_back({exercise_->snapshot(), geometry::state_of(readout_),
+                            geometry::state_of(view_.handling), exercise_->frame()});
+        if (moments_.size() > take_back_time + 2) moments_.pop_front();
+    }
+
+    void take_back() {
+        if (!options_.free_practice) {
+            say("What was done is taken back in free practice only", render::Notice::warning);
+            return;
+        }
+        if (view_.phase != Phase::Running && view_.phase != Phase::Paused) return;
+        const int wanted = exercise_->frame() - static_cast<int>(std::lround(take_back_time / period_));
+        while (moments_.size() > 1 && moments_.back().frame > wanted &&
+               moments_[moments_.size() - 2].frame >= std::min(wanted, moments_.front().frame))
+            moments_.pop_back();
+        const Moment& moment = moments_.back();
+        exercise_->restore(moment.exercise);
+        geometry::restore_state(readout_, moment.readout);
+        geometry::restore_state(view_.handling, moment.handling);
+        ++view_.handling.taken_back;
+        hands_.rest();
+        last_ = {};
+        said_.clear();
+        if (recording_) {
+            try {
+                recording_->take_back(moment.frame);
+            } catch (const io::InputError& error) {
+                say(fmt::format("The recording ends here: {}", error.what()), render::Notice::alarm);
+                recording_.reset();
+                view_.recording = false;
+            }
+        }
+        view_.frames = moment.frame + 1;
+        view_.image = std::make_shared<const render::GrayImage>(exercise_->image());
+        ++view_.image_serial;
+        say("The last seconds were taken back", render::Notice::info);
+    }
+
+    void check(int index) {
+        for (const script::StateCheck& known : options_.script->checks) {
+            if (known.frame != index) continue;
+            const std::uint64_t hash = exercise_->simulation().state_hash();
+            if (hash != known.hash)
+                view_.differences.push_back(
+                    io::located(known.place, fmt::format("frame {} has state {}, recorded was {}", index,
+                                                         io::hash_text(hash), io::hash_text(known.hash))));
+        }
+    }
+
+    void finish() {
+        if (recording_) {
+            try {
+                recording_->close([this] { return exercise_->simulation().state_hash(); });
+            } catch (const io::InputError& error) {
+                say(fmt::format("The recording has no end: {}", error.what()), render::Notice::alarm);
+            }
+            recording_.reset();
+        }
+        if (view_.phase == Phase::Running || view_.phase == Phase::Paused) view_.phase = Phase::Ended;
+    }
+
+    void publish() {
+        ++view_.serial;
+        auto view = std::make_shared<const View>(view_);
+        {
+            const std::lock_guard lock(session_.mutex_);
+            session_.view_ = std::move(view);
+        }
+        if (options_.wake) options_.wake();
+    }
+
+    struct Said {
+        int frame = 0;  // of the attempt
+        render::Message message;
+    };
+
+    Session& session_;
+    const SessionOptions& options_;
+    double period_;  // of frames [s]
+    Hands hands_;
+    std::optional<exercise::Exercise> exercise_;
+    std::optional<script::Recording> recording_;
+    exercise::RoomReadout readout_;
+    exercise::StepReport last_;
+    Sequences sequences_;
+    std::deque<Moment> moments_;
+    std::deque<Said> said_;
+    std::optional<Clock::time_point> waiting_;  // for a pulse that shows it
+    bool watches_ = false;
+    View view_;
+};
+
+Session::Session(SessionOptions options)
+    : options_(std::move(options)),
+      view_(std::make_shared<const View>()),
+      thread_([this] { Worker(*this).run(); }) {}
+
+Session::~Session() {
+    {
+        const std::lock_guard lock(mutex_);
+        stop_ = true;
+    }
+    changed_.notify_all();
+    thread_.join();
+}
+
+void Session::give(const Input& input, std::optional<Clock::time_point> asked) {
+    const std::lock_guard lock(mutex_);
+    since_.add(input);
+    held_ = {};
+    held_.held = input.held;
+    held_.push = input.push;
+    held_.turn = input.turn;
+    if (asked && !asked_) asked_ = asked;
+}
+
+void Session::give(Control control) {
+    {
+        const std::lock_guard lock(mutex_);
+        controls_.push_back(control);
+    }
+    changed_.notify_all();
+}
+
+std::shared_ptr<const View> Session::view() const {
+    const std::lock_guard lock(mutex_);
+    return view_;
+}
+
+std::shared_ptr<const anatomy::Anatomy> Session::anatomy() const {
+    const std::lock_guard lock(mutex_);
+    return anatomy_;
+}
+
+}  // namespace room

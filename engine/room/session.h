@@ -1,0 +1,128 @@
+#pragma once
+/// One exercise in the room, on a thread of its own: frames are made at their rate, whatever the window does.
+/// What hands ask in between becomes the commands of the next frame; what comes of it is a View that nobody
+/// changes any more. Time on the wall decides when a frame is made, never what is in it.
+
+#include <chrono>
+#include <condition_variable>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "engine/anatomy/model_cache.h"
+#include "engine/exercise/exercise.h"
+#include "engine/exercise/score.h"
+#include "engine/room/hands.h"
+#include "engine/room/sequence.h"
+#include "engine/scenario/scenario.h"
+#include "engine/script/command.h"
+#include "render/panel/readout.h"
+
+namespace room {
+
+using Clock = std::chrono::steady_clock;
+
+enum class Phase { Loading, Ready, Running, Paused, Ended, Failed };
+enum class Control { Start, Pause, Resume, TakeBack, Finish, WatchSolver, IgnoreSolver };
+
+/// What is not in the score: counted by the room.
+struct Handling {
+    int blind_motions = 0;  // times that the wire was moved without beam
+    int against_stops = 0;  // times that it was pushed or pulled where it goes no further
+    int taken_back = 0;     // times that the last seconds were taken back
+    bool moves_blind = false, at_stop = false;
+
+    void observe(const exercise::Frame&);
+    int errors() const { return blind_motions + against_stops; }
+    void state(geometry::StateStream& s) { s(blind_motions, against_stops, moves_blind, at_stop); }
+};
+
+/// The wire as the solver left it, for whoever looks into the patient.
+struct SolverView {
+    std::vector<geometry::Vec3> joints;             // [mm]
+    std::vector<physics::WallContact> contacts;     // of the joints
+    geometry::Vec3 shift = geometry::Vec3::Zero();  // of vessels and wire in the patient [mm]
+    physics::RelaxReport relax;
+    double motion_ms = 0, image_ms = 0;  // of this frame
+    double frame_ms = 0;                 // that there are
+};
+
+/// All that the window shows of a frame.
+struct View {
+    Phase phase = Phase::Loading;
+    double loading = 0;                                         // share of what is to be loaded
+    std::string doing;                                          // while it loads
+    std::string error;                                          // why it failed
+    long serial = 0;                                            // of views
+    long image_serial = 0;                                      // of images
+    std::shared_ptr<const render::GrayImage> image, reference;  // null before the first
+    render::Readout readout;
+    exercise::Score score;
+    Handling handling;
+    std::vector<std::shared_ptr<const Sequence>> runs;
+    bool slow = false;  // frames take longer than they should
+    bool time_is_up = false;
+    bool recording = false;                  // and still able to
+    int last_frame = -1;                     // of a script that is played
+    std::vector<std::string> differences;    // of a replay from what it should be
+    std::optional<Clock::time_point> asked;  // when the hand last asked for a motion that the image shows
+    int lost_frames = 0;                     // that were made late by more than one frame
+    int frames = 0;
+    std::shared_ptr<const SolverView> solver;  // while it is watched
+};
+
+struct SessionOptions {
+    scenario::Scenario scenario;
+    anatomy::ModelCache cache;  // its `progress` is the session's own
+    KeyMap keys;
+    bool free_practice = false;                   // no end at the target, and what was done can be taken back
+    std::optional<script::CommandScript> script;  // is played; hands do nothing
+    std::filesystem::path record;                 // empty = nowhere
+    std::string program = "seldinger";            // named in the recording
+    std::function<void()> wake;                   // called from the session's thread when there is a new view
+};
+
+class Session {
+public:
+    explicit Session(SessionOptions);
+    /// Ends where it is, in mid-frame: the frame is finished first.
+    ~Session();
+    Session(const Session&) = delete;
+    Session& operator=(const Session&) = delete;
+
+    /// From the window's thread, which none of these hold up.
+    void give(const Input&, std::optional<Clock::time_point> asked = {});
+    void give(Control);
+    std::shared_ptr<const View> view() const;
+
+    const SessionOptions& options() const { return options_; }
+    /// The vessels, once they are loaded; null before.
+    std::shared_ptr<const anatomy::Anatomy> anatomy() const;
+
+private:
+    struct Moment {  // that can be gone back to
+        exercise::Exercise::Snapshot exercise;
+        std::vector<std::byte> readout, handling;
+        int frame = -1;
+    };
+    class Worker;
+
+    SessionOptions options_;
+    mutable std::mutex mutex_;
+    std::condition_variable changed_;
+    bool stop_ = false;
+    Input held_;   // as keys stand, given again with each frame
+    Input since_;  // what happened since the last frame
+    std::optional<Clock::time_point> asked_;
+    std::vector<Control> controls_;
+    std::shared_ptr<const View> view_;
+    std::shared_ptr<const anatomy::Anatomy> anatomy_;
+    std::thread thread_;  // last: it starts when all else is there
+};
+
+}  // namespace room

@@ -1,0 +1,108 @@
+/// Files of keys: what the shipped one says, and what is refused where.
+
+#include "engine/room/keys.h"
+
+#include <gtest/gtest.h>
+#include <random>
+#include <set>
+
+#include "tests/engine/fixtures.h"
+
+namespace room {
+namespace {
+
+using test::expect_said;
+using test::refusal;
+
+std::string said(const std::string& toml) {
+    return refusal([&] { parse_keys(toml, "my.toml"); });
+}
+
+TEST(Keys, TheShippedFileGivesEveryActionAKeyAndNoneTwice) {
+    const KeyMap map = load_keys(test::asset("keys.toml"));
+    std::set<Key> seen;
+    for (int k = 0; k < actions; ++k) {
+        EXPECT_FALSE(map.keys[k].empty()) << info(static_cast<Action>(k)).key;
+        for (const Key key : map.keys[k]) EXPECT_TRUE(seen.insert(key).second) << key_names()[key];
+    }
+    EXPECT_GE(map.injections.size(), 4u);
+    for (const InjectionPreset& preset : map.injections)
+        EXPECT_TRUE(seen.insert(preset.key).second) << preset.name;
+    EXPECT_EQ(map.speeds.advance, (std::array<double, 3>{2, 10, 30}));
+}
+
+TEST(Keys, WhatIsWrongIsNamedWithItsLineAndWhatIsAccepted) {
+    expect_said(said("[keys]\nadvance = \"Dovn\"\n"), "my.toml:2:11: 'Dovn' is no key (did you mean 'Down'?)");
+    expect_said(said("[keys]\nadvance = \"Up\"\nwithdraw = [\"Down\", \"Up\"]\n"),
+                "my.toml:3:21: 'Up' is given to 'advance' already");
+    expect_said(said("[keys]\nadvence = \"Up\"\n"), "my.toml:2:");
+    expect_said(said("[keys]\nadvance = 3\n"), "my.toml:2:11: this is no key");
+    expect_said(said("[hand]\nadvance_mm_per_s = [2, 1, 30]\n"), "my.toml:2:");
+    expect_said(said("[hand]\nadvance_mm_per_s = [2, 10, 1e9]\n"), "200");
+    expect_said(said("[hand]\nrun_up_s = nan\n"), "my.toml:2:");
+    expect_said(said("[stand]\nfields_mm = [100, 200]\n"), "widest first");
+    expect_said(said("[[injection]]\nname = \"no key\"\n"), "key");
+    expect_said(said("[[injection]]\nkey = \"F1\"\nvolume_ml = -3\n"), "my.toml:3:");
+    expect_said(said("[keys\n"), "my.toml:1:");
+    expect_said(refusal([] { load_keys("/no/such.toml"); }), "/no/such.toml");
+    // All of it at once.
+    const std::string all = said("[keys]\nadvance = \"Upp\"\nwithdraw = \"Downn\"\n[hand]\nrun_up_s = -1\n");
+    EXPECT_EQ(std::count(all.begin(), all.end(), '\n'), 2) << all;
+}
+
+TEST(Keys, WhatAFileNamesReplacesAndTheRestStays) {
+    const KeyMap base = load_keys(test::asset("keys.toml"));
+    const KeyMap map =
+        parse_keys("[keys]\nadvance = [\"W\"]\nwithdraw = []\nrotate_left = \"Down\"\n", "mine", base);
+    EXPECT_EQ(map.text(Action::Advance), "W");
+    EXPECT_EQ(map.text(Action::Withdraw), "no key");
+    EXPECT_EQ(map.text(Action::RotateLeft), "Down");
+    EXPECT_EQ(map.text(Action::RotateRight), base.text(Action::RotateRight));
+    EXPECT_EQ(map.injections.size(), base.injections.size());
+    // A key that another action takes is gone from where it was.
+    const KeyMap taken = parse_keys("[keys]\nmenu = \"F1\"\nhelp = \"Up\"\n", "mine", base);
+    EXPECT_EQ(taken.text(Action::Advance), "no key");
+    EXPECT_EQ(taken.injections.size(), base.injections.size() - 1);
+}
+
+TEST(Keys, AnyMangledFileIsReadOrRefusedAndNeverGivesAKeyTwice) {
+    const std::string good = test::read(test::asset("keys.toml"));
+    int refused = 0;
+    for (unsigned seed = 0; seed < 1000; ++seed) {
+        std::mt19937 random(seed);
+        std::string text = good;
+        for (int k = 0; k < 4; ++k) {
+            const std::size_t at = random() % text.size();
+            switch (random() % 3) {
+                case 0:
+                    text.erase(at, 1 + random() % 12);
+                    break;
+                case 1:
+                    text.insert(at, std::string(1, "\"[]=#0\n-eU"[random() % 10]));
+                    break;
+                default:
+                    text[at] = good[random() % good.size()];
+            }
+        }
+        KeyMap map;
+        try {
+            map = parse_keys(text, "mangled.toml");
+        } catch (const io::InputError& error) {
+            ++refused;
+            EXPECT_EQ(std::string(error.what()).find("mangled.toml"), 0u)
+                << "seed " << seed << ": " << error.what();
+            continue;
+        }
+        std::set<Key> seen;
+        for (const auto& keys : map.keys)
+            for (const Key key : keys) EXPECT_TRUE(seen.insert(key).second) << "seed " << seed;
+        for (const InjectionPreset& preset : map.injections)
+            EXPECT_TRUE(seen.insert(preset.key).second) << "seed " << seed;
+        for (const double speed : map.speeds.advance)
+            EXPECT_TRUE(std::isfinite(speed) && speed > 0) << "seed " << seed;
+    }
+    EXPECT_GT(refused, 100);
+}
+
+}  // namespace
+}  // namespace room

@@ -1,0 +1,191 @@
+/// The exercise on its own thread: what hands did is recorded and replays to the bit, whatever the clock did.
+
+#include "engine/room/session.h"
+
+#include <gtest/gtest.h>
+#include <random>
+#include <thread>
+
+#include "engine/run/headless.h"
+#include "tests/engine/fixtures.h"
+
+namespace room {
+namespace {
+
+using namespace std::chrono_literals;
+
+SessionOptions options_of(const std::string& toml = test::small_toml) {
+    SessionOptions options;
+    options.scenario = scenario::parse_scenario(toml, "small.toml");
+    options.keys = load_keys(test::asset("keys.toml"));
+    return options;
+}
+
+/// Waits for a view that pleases; false after many seconds.
+bool wait_for(const Session& session, const std::function<bool(const View&)>& pleases) {
+    for (int k = 0; k < 6000; ++k) {
+        if (pleases(*session.view())) return true;
+        std::this_thread::sleep_for(5ms);
+    }
+    return false;
+}
+bool wait_for(const Session& session, Phase phase) {
+    return wait_for(session, [phase](const View& view) { return view.phase == phase; });
+}
+bool wait_for_frames(const Session& session, int frames) {
+    return wait_for(session, [frames](const View& view) { return view.frames >= frames; });
+}
+
+Input holding(std::initializer_list<Action> held) {
+    Input input;
+    for (const Action action : held) input.held.set(static_cast<std::size_t>(action));
+    return input;
+}
+
+run::RunResult replayed(const std::filesystem::path& recording) {
+    const script::CommandScript script = script::load_commands(recording);
+    run::RunOptions options;
+    options.expect = recording;
+    options.images = false;
+    return run::run_headless(scenario::parse_scenario(test::small_toml, "small.toml"), script, nullptr,
+                             options);
+}
+
+TEST(Session, WhatHandsDidReplaysToTheSameStates) {
+    test::TemporaryFolder folder;
+    for (unsigned seed = 0; seed < 3; ++seed) {
+        std::mt19937 random(seed);
+        SessionOptions options = options_of();
+        options.free_practice = true;
+        options.record = folder / "run.gw";
+        {
+            Session session(std::move(options));
+            ASSERT_TRUE(wait_for(session, Phase::Ready));
+            EXPECT_EQ(session.view()->frames, 0);
+            session.give(Control::Start);
+            for (int k = 0; k < 40; ++k) {
+                Input input;
+                for (int a = 0; a < static_cast<int>(room::first_pressed); ++a)
+                    if (random() % 4 == 0) input.held.set(static_cast<std::size_t>(a));
+                if (random() % 3 == 0)
+                    input.pressed.push_back(static_cast<Action>(
+                        static_cast<unsigned>(room::first_pressed) +
+                        random() % (room::actions - static_cast<unsigned>(room::first_pressed))));
+                if (random() % 10 == 0) input.injections.push_back(0);
+                session.give(input);
+                if (random() % 12 == 0) session.give(Control::TakeBack);
+                if (random() % 12 == 0) session.give(Control::Pause);
+                session.give(Control::Resume);
+                std::this_thread::sleep_for(std::chrono::milliseconds(random() % 40));
+            }
+            session.give(Control::Finish);
+            ASSERT_TRUE(wait_for(session, Phase::Ended)) << "seed " << seed;
+        }
+        const run::RunResult result = replayed(folder / "run.gw");
+        EXPECT_TRUE(result.differences.empty()) << "seed " << seed << ": " << result.differences.front();
+        EXPECT_GT(result.compared_states, 0) << "seed " << seed;
+    }
+}
+
+TEST(Session, WhatWasTakenBackIsNotInTheRecording) {
+    test::TemporaryFolder folder;
+    SessionOptions options = options_of();
+    options.free_practice = true;
+    options.record = folder / "run.gw";
+    Session session(std::move(options));
+    ASSERT_TRUE(wait_for(session, Phase::Ready));
+    session.give(Control::Start);
+    session.give(holding({Action::Advance}));
+    ASSERT_TRUE(wait_for_frames(session, 25));
+    session.give(Input());
+    session.give(Control::TakeBack);
+    ASSERT_TRUE(wait_for(session, [](const View& view) { return view.handling.taken_back == 1; }));
+    EXPECT_LT(session.view()->frames, 25);
+    ASSERT_TRUE(wait_for_frames(session, 5));
+    session.give(Control::Finish);
+    ASSERT_TRUE(wait_for(session, Phase::Ended));
+    const run::RunResult result = replayed(folder / "run.gw");
+    EXPECT_TRUE(result.differences.empty());
+    EXPECT_LT(result.score.advanced, 2);
+}
+
+TEST(Session, InAnExerciseNothingIsTakenBack) {
+    Session session(options_of());
+    ASSERT_TRUE(wait_for(session, Phase::Ready));
+    session.give(Control::Start);
+    ASSERT_TRUE(wait_for_frames(session, 5));
+    session.give(Control::TakeBack);
+    ASSERT_TRUE(wait_for_frames(session, 8));
+    EXPECT_EQ(session.view()->handling.taken_back, 0);
+}
+
+TEST(Session, APauseMakesNoFrames) {
+    Session session(options_of());
+    ASSERT_TRUE(wait_for(session, Phase::Ready));
+    session.give(Control::Start);
+    ASSERT_TRUE(wait_for_frames(session, 3));
+    session.give(Control::Pause);
+    ASSERT_TRUE(wait_for(session, Phase::Paused));
+    const int frames = session.view()->frames;
+    std::this_thread::sleep_for(300ms);
+    EXPECT_EQ(session.view()->frames, frames);
+    session.give(Control::Resume);
+    EXPECT_TRUE(wait_for_frames(session, frames + 2));
+}
+
+TEST(Session, AScriptIsPlayedAndHeldAgainstItsStates) {
+    for (const bool wrong : {false, true}) {
+        SessionOptions options = options_of();
+        const std::string hash = wrong ? "0123456789abcdef" : "";
+        options.script = script::parse_commands(
+            "0 beam on\n2..6 advance 1 mm\n" + (wrong ? "state 5 " + hash + "\n" : std::string()) + "9 end\n",
+            "script.gw");
+        Session session(std::move(options));
+        ASSERT_TRUE(wait_for(session, Phase::Ready));
+        session.give(holding({Action::Withdraw}));  // nobody listens
+        session.give(Control::Start);
+        ASSERT_TRUE(wait_for(session, Phase::Ended));
+        EXPECT_EQ(session.view()->frames, 10);
+        EXPECT_NEAR(session.view()->score.advanced, 5, 1e-9);
+        EXPECT_EQ(session.view()->differences.empty(), !wrong);
+    }
+}
+
+TEST(Session, WhatCannotBeLoadedOrRecordedIsSaid) {
+    SessionOptions options = options_of();
+    options.record = "/no/such/folder/run.gw";
+    Session refused(std::move(options));
+    ASSERT_TRUE(wait_for(refused, Phase::Failed));
+    test::expect_said(refused.view()->error, "/no/such/folder/run.gw");
+
+    SessionOptions bad = options_of();
+    bad.scenario.entry.end = "nowhere";
+    Session failed(std::move(bad));
+    ASSERT_TRUE(wait_for(failed, Phase::Failed));
+    test::expect_said(failed.view()->error, "nowhere");
+    failed.give(Control::Start);  // is no matter
+}
+
+TEST(Session, AFullDiskEndsTheRecordingAndNotTheExercise) {
+    if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+    SessionOptions options = options_of();
+    options.record = "/dev/full";
+    Session session(std::move(options));
+    // The header is refused at once where nothing can be written at all.
+    ASSERT_TRUE(wait_for(session, Phase::Failed));
+    test::expect_said(session.view()->error, "/dev/full");
+}
+
+TEST(Session, ItEndsInMidFrameWheneverItIsTold) {
+    for (unsigned seed = 0; seed < 30; ++seed) {
+        std::mt19937 random(seed);
+        Session session(options_of());
+        std::this_thread::sleep_for(std::chrono::milliseconds(random() % 60));
+        session.give(Control::Start);
+        session.give(holding({Action::Advance, Action::Fluoroscopy}));
+        std::this_thread::sleep_for(std::chrono::milliseconds(random() % 60));
+    }
+}
+
+}  // namespace
+}  // namespace room
