@@ -54,7 +54,7 @@ std::vector<std::string> problems(const Scenario& s) {
         if (s.tube->scene.empty() == s.tube->path.empty()) {
             say("tube", "[tube] takes either 'scene' or 'path', one of them");
         }
-        if (!(s.tube->radius > 0.5 * s.guidewire.diameter)) {
+        if (!physics::enters(s.guidewire.diameter, s.tube->radius)) {
             say("tube.radius_mm", fmt::format("a wire of {} mm does not fit a tube of radius {} mm",
                                               s.guidewire.diameter, s.tube->radius));
         }
