@@ -9,6 +9,7 @@
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "physics/geometry/mesh_topology.h"
+#include "physics/geometry/polyline.h"
 
 namespace anatomy {
 namespace {
@@ -151,9 +152,7 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
 
 double arc_between(const CentrelineBranch& branch, int from, int to) {
     if (from > to) std::swap(from, to);
-    double length = 0;
-    for (int i = from; i < to; ++i) length += (branch.points[i + 1] - branch.points[i]).norm();
-    return length;
+    return geometry::length_of(std::span(branch.points).subspan(from, to - from + 1));
 }
 
 }  // namespace

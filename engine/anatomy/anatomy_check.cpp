@@ -65,7 +65,8 @@ Check surface_crossings(const TriangleMesh& mesh) {
 Check narrowest(const Anatomy& anatomy) {
     const double thinnest = thinnest_wire_radius();
     double least = std::numeric_limits<double>::infinity();
-    std::string where, fitting;
+    std::string where;
+    std::vector<std::string_view> fitting;
     for (const auto& branch : anatomy.branches) {
         for (std::size_t i = 0; i < branch.radii.size(); ++i) {
             if (branch.radii[i] >= least) continue;
@@ -74,13 +75,13 @@ Check narrowest(const Anatomy& anatomy) {
         }
     }
     for (const physics::GuidewirePreset& preset : physics::guidewire_presets()) {
-        if (preset.spec.diameter / 2 <= least)
-            fitting += (fitting.empty() ? "" : " ") + std::string(preset.name);
+        if (preset.spec.diameter / 2 <= least) fitting.push_back(preset.name);
     }
-    return {
-        "smallest radius",
-        fmt::format("{:.3f} mm in {}; passed by: {}", least, where, fitting.empty() ? "no wire" : fitting),
-        fmt::format("{:.3f} mm, the thinnest wire's, or more", thinnest), failed_unless(least >= thinnest)};
+    return {"smallest radius",
+            fmt::format("{:.3f} mm in {}; passed by: {}", least, where,
+                        fitting.empty() ? "no wire" : io::joined(fitting, " ")),
+            fmt::format("{:.3f} mm, the thinnest wire's, or more", thinnest),
+            failed_unless(least >= thinnest)};
 }
 
 std::vector<Check> centreline_checks(const Anatomy& anatomy, const TriangleMesh& closed) {
@@ -113,16 +114,16 @@ std::vector<Check> centreline_checks(const Anatomy& anatomy, const TriangleMesh&
 }
 
 Check ends_reached(const Anatomy& anatomy) {
-    std::string missed;
+    std::vector<std::string> missed;
     for (const VesselEnd& end : anatomy.ends) {
         double least = std::numeric_limits<double>::infinity();
         for (const auto& branch : anatomy.branches)
             for (const Vec3& p : {branch.points.front(), branch.points.back()})
                 least = std::min(least, (p - end.opening.centre).norm());
         if (least > end.opening.radius)
-            missed += fmt::format("{}{} by {:.2f} mm", missed.empty() ? "" : ", ", end.opening.name, least);
+            missed.push_back(fmt::format("{} by {:.2f} mm", end.opening.name, least));
     }
-    return {"ends that no centreline reaches", missed.empty() ? "0" : missed, "0",
+    return {"ends that no centreline reaches", missed.empty() ? "0" : io::joined(missed), "0",
             failed_unless(missed.empty())};
 }
 

@@ -1,13 +1,14 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <fmt/format.h>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/mesh_file.h"
 #include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "engine/io/text.h"
 
 namespace anatomy {
 namespace {
@@ -153,20 +154,13 @@ geometry::BodyPlace read_body(const Value& body) {
 }
 
 json parse_file(const std::filesystem::path& path) {
-    std::error_code ignored;
-    std::ifstream stream(path, std::ios::binary);
-    if (!std::filesystem::is_regular_file(path, ignored) || !stream) {
-        throw io::InputError(path.string() +
-                             ": no such anatomy can be read; a NAME.anatomy.json is accepted");
-    }
+    const std::string text = io::read_text(path, "anatomy", "a NAME.anatomy.json is accepted");
     try {
-        return json::parse(stream);
+        return json::parse(text);
     } catch (const json::parse_error& error) {
-        std::ifstream again(path, std::ios::binary);
         io::TextPlace place{path.string(), 1, 1};
-        char c = 0;
-        for (std::size_t i = 1; i < error.byte && again.get(c); ++i) {
-            if (c == '\n')
+        for (std::size_t i = 0; i + 1 < error.byte && i < text.size(); ++i) {
+            if (text[i] == '\n')
                 ++place.line, place.column = 1;
             else
                 ++place.column;
@@ -202,11 +196,9 @@ Anatomy load_anatomy(const std::filesystem::path& path) {
         throw io::InputError(fmt::format("{}: {} triangles were found; {} declares {}", mesh_path.string(),
                                          anatomy.lumen.triangles.size(), file, declared));
     }
-    std::string wrong;
-    for (const std::string& problem : problems(anatomy)) {
-        wrong += fmt::format("{}{}: {}", wrong.empty() ? "" : "\n", mesh_path.string(), problem);
-    }
-    if (!wrong.empty()) throw io::InputError(wrong);
+    std::vector<std::string> wrong = problems(anatomy);
+    for (std::string& problem : wrong) problem = mesh_path.string() + ": " + problem;
+    if (!wrong.empty()) throw io::InputError(io::joined(wrong, "\n"));
     return anatomy;
 }
 

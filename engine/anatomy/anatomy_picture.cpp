@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <fstream>
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
@@ -193,8 +192,8 @@ void draw_anatomy(const Anatomy& anatomy, const fs::path& png) {
     write_data(anatomy, scratch.path());
     if (const std::string notice = io::write_plot(plot, scratch.path()); !notice.empty())
         throw io::InputError("no picture of " + anatomy.name + ": " + notice);
-    std::ifstream file(scratch.path() / "anatomy.png", std::ios::binary);
-    io::write_whole(png, std::string(std::istreambuf_iterator<char>(file), {}));
+    io::write_whole(
+        png, io::read_text(scratch.path() / "anatomy.png", "picture", "one that gnuplot drew is accepted"));
 }
 
 }  // namespace anatomy

@@ -5,11 +5,11 @@
 #include <fstream>
 #include <sstream>
 #include <thread>
-#include <unistd.h>
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "physics/wall/distance_field.h"
+#include "physics/wall/mesh_wall.h"
 
 namespace anatomy {
 namespace {
@@ -22,17 +22,23 @@ void keep(const physics::DistanceField& field, const fs::path& path) {
     fs::create_directories(path.parent_path(), failed);
     std::ostringstream text;
     field.save(text);
-    const fs::path own = fmt::format("{}.{}", path.string(), ::getpid());
     try {
-        io::write_whole(own, text.view());
+        io::write_whole(path, text.view());
     } catch (const io::InputError&) {
-        return;  // the field is at hand; only the next start will be slow again
+        // The field is at hand; only the next start will be slow again.
     }
-    fs::rename(own, path, failed);
-    if (failed) fs::remove(own, failed);
 }
 
 }  // namespace
+
+std::unique_ptr<physics::LumenWall> surface_wall(const Anatomy& anatomy, SurfaceWall kind,
+                                                 physics::WallStiffness stiffness, double wire_radius,
+                                                 const ModelCache& cache) {
+    if (kind == SurfaceWall::DistanceField)
+        return cached_distance_field(anatomy, std::move(stiffness), wire_radius, cache);
+    return std::make_unique<physics::MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(),
+                                               std::move(stiffness), wire_radius);
+}
 
 std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy,
                                                           physics::WallStiffness stiffness,

@@ -1,5 +1,5 @@
 #pragma once
-/// The smooth wall of an anatomy, made once and kept on disk.
+/// The wall of an anatomy. The smooth one is made once and kept on disk.
 
 #include <memory>
 
@@ -9,6 +9,14 @@
 #include "physics/wall/wall_stiffness.h"
 
 namespace anatomy {
+
+/// The smooth field of the mesh, or its own planes by ray.
+enum class SurfaceWall { DistanceField, Mesh };
+/// The wall of an anatomy's lumen for a wire of this radius [mm]; stiffness: k per joint [N/mm]. Throws
+/// std::invalid_argument as physics::DistanceField and physics::MeshWall do.
+std::unique_ptr<physics::LumenWall> surface_wall(const Anatomy&, SurfaceWall,
+                                                 physics::WallStiffness stiffness, double wire_radius,
+                                                 const ModelCache& = {});
 
 /// The distance field of an anatomy's lumen for a wire of this radius [mm]; stiffness: k per joint [N/mm].
 /// It is read from the cache folder when that holds the field of the same mesh, centrelines and version;

@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "physics/geometry/polyline.h"
+
 namespace anatomy {
 namespace {
 
@@ -42,8 +44,7 @@ std::vector<Scene> all_scenes() {
 
 /// Points about `step` apart along a polyline, its first and last among them.
 Polyline resampled_path(const Polyline& path, double step) {
-    double total = 0;
-    for (std::size_t i = 1; i < path.size(); ++i) total += (path[i] - path[i - 1]).norm();
+    const double total = geometry::length_of(path);
     const int count = std::max(1, static_cast<int>(std::ceil(total / step - 1e-9)));
     Polyline points = {path.front()};
     double walked = 0;

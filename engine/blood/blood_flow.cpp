@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "engine/io/error.h"
+#include "physics/geometry/polyline.h"
 
 namespace blood {
 
@@ -78,12 +79,10 @@ double square(double x) {
 /// Places and radii along a branch by its arc.
 struct BranchArc {
     const CentrelineBranch* branch;
-    std::vector<double> lengths{0};  // to each sample [mm]
+    std::vector<double> lengths;  // to each sample [mm]
 
-    explicit BranchArc(const CentrelineBranch& given) : branch(&given) {
-        for (std::size_t i = 1; i < given.points.size(); ++i)
-            lengths.push_back(lengths.back() + (given.points[i] - given.points[i - 1]).norm());
-    }
+    explicit BranchArc(const CentrelineBranch& given)
+        : branch(&given), lengths(geometry::ways_along(given.points)) {}
     std::pair<int, double> at(double s) const {  // sample before s, and how far on to the next [-]
         const auto after = std::upper_bound(lengths.begin() + 1, lengths.end() - 1, s);
         const int i = static_cast<int>(after - lengths.begin()) - 1;

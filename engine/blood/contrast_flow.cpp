@@ -71,11 +71,9 @@ int ContrastFlow::cell_of(const Injection& injection) const {
                              [&](const std::string& branch) { return branch.starts_with(name + "+"); });
     }
     if (found == branches_.end()) {
-        const std::string near =
-            io::nearest_word(name, std::vector<std::string_view>(branches_.begin(), branches_.end()));
+        const std::vector<std::string_view> names(branches_.begin(), branches_.end());
         throw io::InputError(fmt::format("contrast cannot go into '{}': no such branch{}; branches are {}",
-                                         name, near.empty() ? "" : " (is '" + near + "' meant?)",
-                                         fmt::join(branches_, ", ")));
+                                         name, io::suggestion(name, names), io::joined(names)));
     }
     return blood_.entry_of(static_cast<int>(found - branches_.begin()));
 }

@@ -5,9 +5,7 @@
 #include <fmt/format.h>
 #include <utility>
 
-#include "engine/io/text.h"
-#include "physics/wall/mesh_wall.h"
-#include "physics/wall/tube_wall.h"
+#include "engine/scenario/placement.h"
 #include "physics/wire/crossings.h"
 #include "physics/wire/energy.h"
 
@@ -29,36 +27,11 @@ constexpr double opening_reach = 1.5;
 /// A joint at the deepest place of a crossing mends it, or one in each of the parts does.
 constexpr int rounds_of_mending = 4;
 
+/// Of a frame, whose sharpest bend counts and not the last.
 void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
-    sum.updates += part.updates;
-    sum.contacts = part.contacts;
-    sum.wall_queries += part.wall_queries;
-    sum.largest_turn = std::max(sum.largest_turn, part.largest_turn);
-    sum.rejected += part.rejected;
-    sum.converged = part.converged;
-    sum.at_rest = part.at_rest;
-    sum.out_of_budget = part.out_of_budget;
-    sum.newton_steps += part.newton_steps;
-    sum.gradient = part.gradient;
-    sum.strict_minimum = part.strict_minimum;
-    sum.largest_bend = std::max(sum.largest_bend, part.largest_bend);
-    sum.push_force = part.push_force;
-    sum.base_torque = part.base_torque;
-}
-
-std::unique_ptr<const physics::LumenWall> make_wall(const scenario::Scenario& s,
-                                                    const anatomy::Anatomy& anatomy,
-                                                    const anatomy::ModelCache& cache) {
-    const double wire_radius = 0.5 * s.guidewire.diameter;
-    if (s.wall_model == scenario::WallModel::Analytic) {
-        return std::make_unique<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius,
-                                                   s.wall_stiffness, wire_radius);
-    }
-    if (s.wall_model == scenario::WallModel::Mesh) {
-        return std::make_unique<physics::MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(),
-                                                   s.wall_stiffness, wire_radius);
-    }
-    return anatomy::cached_distance_field(anatomy, s.wall_stiffness, wire_radius, cache);
+    const double bend = std::max(sum.largest_bend, part.largest_bend);
+    sum.add(part);
+    sum.largest_bend = bend;
 }
 
 blood::Injection injection(const script::Inject& command) {
@@ -79,95 +52,21 @@ Simulation::Simulation(const scenario::Scenario& scenario, const anatomy::ModelC
     : scenario_(scenario),
       anatomy_(scenario::anatomy_of(scenario, cache)),
       console_(start_console(scenario)) {
-    choose();
-    choose_entry();
-    locate_target();
+    choice_ = scenario::choose(scenario_, anatomy_);
+    entry_ = scenario::entry_of(scenario_, anatomy_);
+    target_ = scenario::target_of(scenario_, anatomy_);
     try {
         contrast_ = std::make_unique<blood::ContrastFlow>(anatomy_, scenario_.blood);
     } catch (const io::InputError& error) {
         throw io::InputError(io::located(scenario_.place("contrast.blood_from"), error.what()));
     }
-    wall_ = make_wall(scenario_, anatomy_, cache);
+    wall_ = scenario::wall_of(scenario_, anatomy_, cache);
     reset();
     was_reset_ = false;
 }
 
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
-
-void Simulation::choose() {
-    physics::GuidewireSpec& wire = scenario_.guidewire;
-    choice_ = scenario::choose_model(anatomy_, wire, scenario_.refinement.curve_tolerance,
-                                     scenario_.tube.has_value());
-    if (scenario_.wall_model == scenario::WallModel::Auto) scenario_.wall_model = choice_.wall;
-    if (!scenario_.choose_segment_length) return;
-    scenario_.wall_stiffness *= choice_.segment_length / wire.segment_length;  // the same per length of wire
-    wire.segment_length = choice_.segment_length;
-}
-
-void Simulation::choose_entry() {
-    const std::optional<int> end = anatomy::find_end(anatomy_, scenario_.entry.end);
-    if (!end) {
-        std::vector<std::string> names;
-        for (const anatomy::VesselEnd& known : anatomy_.ends) names.push_back(known.opening.name);
-        throw io::InputError(io::located(scenario_.place("entry.end"),
-                                         fmt::format("'{}' is no open end of {}; ends are: {}",
-                                                     scenario_.entry.end, anatomy_.name, io::joined(names))));
-    }
-    entry_ = anatomy::path_from(anatomy_, *end);
-
-    const physics::GuidewireSpec& spec = scenario_.guidewire;
-    double length = 0, narrowest = entry_.radii.front();
-    for (std::size_t i = 1; i < entry_.points.size(); ++i) {
-        if (length < scenario_.entry.inserted) narrowest = std::min(narrowest, entry_.radii[i]);
-        length += (entry_.points[i] - entry_.points[i - 1]).norm();
-    }
-    if (spec.diameter >= 2 * narrowest) {
-        throw io::InputError(
-            io::located(scenario_.place("guidewire.diameter_mm"),
-                        fmt::format("a wire of diameter {} mm does not enter at '{}', which is {:.3g} mm "
-                                    "wide; a thinner wire is accepted",
-                                    spec.diameter, scenario_.entry.end, 2 * narrowest)));
-    }
-    const int curved =
-        spec.curved_angle == 0 || spec.curved_length <= 0
-            ? 0
-            : std::max(1, static_cast<int>(std::lround(spec.curved_length / spec.segment_length)));
-    if (scenario_.entry.inserted < (curved + 2) * spec.segment_length * (1 - 1e-9) ||
-        scenario_.entry.inserted > length + 1e-6) {
-        throw io::InputError(
-            io::located(scenario_.place("entry.inserted_mm"),
-                        fmt::format("{} mm of wire cannot start inside; {} mm (its curved tip and "
-                                    "two segments) to {:.4g} mm (the "
-                                    "way from '{}') are accepted",
-                                    scenario_.entry.inserted, (curved + 2) * spec.segment_length, length,
-                                    scenario_.entry.end)));
-    }
-}
-
-void Simulation::locate_target() {
-    if (scenario_.target.centre) {
-        target_ = *scenario_.target.centre;
-        if (anatomy::inside(anatomy_, target_)) return;
-        const anatomy::VesselPlace place = anatomy::nearest_place(anatomy_, target_);
-        throw io::InputError(
-            io::located(scenario_.place("target.centre_mm"),
-                        fmt::format("the target is outside the anatomy, {:.3g} mm from the wall of '{}'; a "
-                                    "place inside a vessel is accepted",
-                                    place.distance, anatomy_.branches[place.branch].name)));
-    }
-    std::vector<std::string> names;
-    for (const anatomy::VesselTarget& known : anatomy_.targets) {
-        if (known.name == scenario_.target.name) {
-            target_ = known.centre;
-            return;
-        }
-        names.push_back(known.name);
-    }
-    throw io::InputError(io::located(scenario_.place("target.name"),
-                                     fmt::format("'{}' is no target of {}; targets are: {}",
-                                                 scenario_.target.name, anatomy_.name, io::joined(names))));
-}
 
 void Simulation::reset() {
     was_reset_ = true;

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "engine/anatomy/lumen_wall.h"
 #include "engine/blood/contrast_flow.h"
 #include "engine/exercise/console.h"
 #include "engine/scenario/model_choice.h"
@@ -110,9 +109,6 @@ private:
     bool hub_is_idle() const { return !hub_ || !hub_->working(); }
     int updates_left(const StepReport&) const;
     bool tip_has_left() const;
-    void locate_target();
-    void choose();
-    void choose_entry();
 
     scenario::Scenario scenario_;
     anatomy::Anatomy anatomy_;

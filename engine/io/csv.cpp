@@ -1,12 +1,12 @@
 #include "engine/io/csv.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
-#include <fstream>
-#include <sstream>
 
 #include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "engine/io/text.h"
 
 namespace io {
@@ -60,7 +60,25 @@ std::vector<double> parse_row(std::string_view line, TextPlace place, std::size_
     return row;
 }
 
+std::string written(const CsvCell& cell) {
+    if (const double* number = std::get_if<double>(&cell))
+        return std::isfinite(*number) ? number_text(*number) : std::string();
+    const std::string& word = std::get<std::string>(cell);
+    if (word.find_first_of(",\"\n\r") == std::string::npos) return word;
+    std::string quoted = "\"";
+    for (const char c : word) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+    return quoted + '"';
+}
+
 }  // namespace
+
+void append_row(std::string& text, std::span<const CsvCell> row) {
+    for (std::size_t k = 0; k < row.size(); ++k) {
+        if (k > 0) text += ',';
+        text += written(row[k]);
+    }
+    text += '\n';
+}
 
 std::vector<std::vector<double>> parse_csv(std::string_view text, const std::string& file,
                                            std::string_view header) {
@@ -81,25 +99,17 @@ std::vector<std::vector<double>> parse_csv(std::string_view text, const std::str
 }
 
 geometry::Polyline load_points(const std::filesystem::path& path) {
-    std::error_code ignored;
-    std::ifstream stream(path, std::ios::binary);
-    if (!std::filesystem::is_regular_file(path, ignored) || !stream) {
-        throw InputError(
-            fmt::format("{}: no such file can be read; a CSV file with the header '{}' is accepted",
-                        path.string(), kPointsHeader));
-    }
-    std::stringstream text;
-    text << stream.rdbuf();
+    const std::string text =
+        read_text(path, "file", fmt::format("a CSV file with the header '{}' is accepted", kPointsHeader));
     geometry::Polyline points;
-    for (const std::vector<double>& row : parse_csv(text.str(), path.string(), kPointsHeader))
+    for (const std::vector<double>& row : parse_csv(text, path.string(), kPointsHeader))
         points.emplace_back(row[0], row[1], row[2]);
     return points;
 }
 
 std::string points_csv(std::span<const geometry::Vec3> points) {
     std::string text = std::string(kPointsHeader) + '\n';
-    for (const geometry::Vec3& p : points)
-        text += number_text(p.x()) + ',' + number_text(p.y()) + ',' + number_text(p.z()) + '\n';
+    for (const geometry::Vec3& p : points) append_row(text, std::array<CsvCell, 3>{p.x(), p.y(), p.z()});
     return text;
 }
 

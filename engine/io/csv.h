@@ -1,15 +1,23 @@
 #pragma once
-/// CSV files of numbers: a header that names columns with their units, then a row of numbers a line.
+/// CSV files: a header that names columns with their units, then a row a line. Those that are read hold
+/// numbers alone.
 
 #include <filesystem>
 #include <span>
 #include <string>
 #include <string_view>
+#include <variant>
 #include <vector>
 
 #include "physics/geometry/vec.h"
 
 namespace io {
+
+using CsvCell = std::variant<std::string, double>;
+
+/// A line of RFC 4180 with LF: words with commas, quotes or line ends are quoted. Numbers are in the shortest
+/// form that reads to the same bits; one that is not finite is an empty cell.
+void append_row(std::string& text, std::span<const CsvCell> row);
 
 /// One joint or centreline point a row [mm].
 inline constexpr std::string_view kPointsHeader = "x_mm,y_mm,z_mm";
@@ -23,7 +31,7 @@ std::vector<std::vector<double>> parse_csv(std::string_view text, const std::str
 /// The points of a file with the header x_mm,y_mm,z_mm. Throws InputError.
 geometry::Polyline load_points(const std::filesystem::path&);
 
-/// The same file back: numbers in their shortest form that reads to the same bits.
+/// The same file back.
 std::string points_csv(std::span<const geometry::Vec3>);
 
 }  // namespace io

@@ -5,6 +5,8 @@
 #include <cstring>
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fstream>
+#include <iterator>
 #include <unistd.h>
 #include <utility>
 
@@ -76,6 +78,14 @@ private:
 };
 
 }  // namespace
+
+std::string read_text(const std::filesystem::path& path, std::string_view what, std::string_view accepted) {
+    std::error_code ignored;
+    std::ifstream stream(path, std::ios::binary);
+    if (!fs::is_regular_file(path, ignored) || !stream)
+        throw InputError(fmt::format("{}: no such {} can be read; {}", path.string(), what, accepted));
+    return {std::istreambuf_iterator<char>(stream), {}};
+}
 
 void write_whole(const std::filesystem::path& path, std::string_view text) {
     write_whole({{path, text}});

@@ -6,23 +6,8 @@
 #include <fmt/format.h>
 #include <stdexcept>
 
-#include "engine/io/text.h"
-
 namespace io {
 namespace {
-
-std::string csv_word(const std::string& word) {
-    if (word.find_first_of(",\"\n\r") == std::string::npos) return word;
-    std::string quoted = "\"";
-    for (const char c : word) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
-    return quoted + '"';
-}
-
-std::string csv_cell(const TableCell& cell) {
-    if (const std::string* word = std::get_if<std::string>(&cell)) return csv_word(*word);
-    const double number = std::get<double>(cell);
-    return std::isfinite(number) ? number_text(number) : std::string();
-}
 
 std::string markdown_cell(const TableCell& cell, int digits) {
     if (const double* number = std::get_if<double>(&cell))
@@ -62,13 +47,8 @@ void Table::add(std::vector<TableCell> row) {
 
 std::string to_csv(const Table& table) {
     std::string text;
-    for (std::size_t k = 0; k < table.columns.size(); ++k)
-        text += (k > 0 ? "," : "") + csv_word(table.columns[k]);
-    text += '\n';
-    for (const auto& row : table.rows) {
-        for (std::size_t k = 0; k < row.size(); ++k) text += (k > 0 ? "," : "") + csv_cell(row[k]);
-        text += '\n';
-    }
+    append_row(text, std::vector<CsvCell>(table.columns.begin(), table.columns.end()));
+    for (const auto& row : table.rows) append_row(text, row);
     return text;
 }
 

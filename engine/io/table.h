@@ -3,12 +3,13 @@
 
 #include <string>
 #include <string_view>
-#include <variant>
 #include <vector>
+
+#include "engine/io/csv.h"
 
 namespace io {
 
-using TableCell = std::variant<std::string, double>;
+using TableCell = CsvCell;
 
 struct Table {
     std::string name;                  // of the file, without .csv
@@ -25,8 +26,7 @@ struct Table {
     const std::string& word(std::size_t row, std::string_view column) const;
 };
 
-/// RFC 4180 with LF: words with commas, quotes or line ends are quoted. Numbers read back to the same bits;
-/// one that is not finite is an empty cell.
+/// The columns' names and the rows, as append_row() writes them.
 std::string to_csv(const Table&);
 
 /// A Markdown table, numbers with `digits` significant digits and flush right.

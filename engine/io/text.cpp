@@ -101,6 +101,11 @@ std::string nearest_word(std::string_view written, std::span<const std::string_v
     return std::string(best);
 }
 
+std::string suggestion(std::string_view written, std::span<const std::string_view> accepted) {
+    const std::string near = nearest_word(written, accepted);
+    return near.empty() ? "" : " (is '" + near + "' meant?)";
+}
+
 std::string joined(std::span<const std::string_view> words, std::string_view separator) {
     return join(words, separator);
 }

@@ -29,6 +29,9 @@ std::string place_text(const geometry::Vec3&);
 /// The accepted word nearest to what was written, empty when none is near.
 std::string nearest_word(std::string_view written, std::span<const std::string_view> accepted);
 
+/// " (is 'word' meant?)", to be said of what was written; empty when no accepted word is near.
+std::string suggestion(std::string_view written, std::span<const std::string_view> accepted);
+
 /// "a, b, c".
 std::string joined(std::span<const std::string_view> words, std::string_view separator = ", ");
 std::string joined(const std::vector<std::string>& words, std::string_view separator = ", ");

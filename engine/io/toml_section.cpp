@@ -155,11 +155,9 @@ void Section::finish() const {
     if (!table_) return;
     for (const auto& [key, node] : *table_) {
         if (std::find(keys_.begin(), keys_.end(), key.str()) != keys_.end()) continue;
-        const std::string near = nearest_word(key.str(), keys_);
-        reading_.refuse(key.source(),
-                        fmt::format("unknown key '{}' {}{}; keys are: {}", key.str(),
-                                    name_.empty() ? "at the top" : "in [" + name_ + "]",
-                                    near.empty() ? "" : " (is '" + near + "' meant?)", joined(keys_)));
+        reading_.refuse(key.source(), fmt::format("unknown key '{}' {}{}; keys are: {}", key.str(),
+                                                  name_.empty() ? "at the top" : "in [" + name_ + "]",
+                                                  suggestion(key.str(), keys_), joined(keys_)));
     }
 }
 

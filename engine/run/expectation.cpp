@@ -4,7 +4,7 @@
 
 #include "engine/io/text.h"
 #include "engine/run/frame_sink.h"
-#include "render/picture/png.h"
+#include "engine/run/picture_file.h"
 
 namespace run {
 namespace {
@@ -51,12 +51,7 @@ void Expectation::check_frame(int frame, const render::GrayImage& image) {
     const auto at = frames_.find(frame);
     if (at == frames_.end()) return;
     ++compared_frames_;
-    render::GrayImage expected;
-    try {
-        expected = render::read_png(at->second);
-    } catch (const std::runtime_error& error) {
-        throw io::InputError(error.what());
-    }
+    const render::GrayImage expected = read_picture(at->second);
     if (expected == image) return;
     if (expected.width != image.width || expected.height != image.height) {
         differ(fmt::format("{}: frame {} has {} x {} pixels; {} x {} were expected", at->second.string(),

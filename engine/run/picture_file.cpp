@@ -1,9 +1,11 @@
 #include "engine/run/picture_file.h"
 
 #include <cstdint>
+#include <stdexcept>
 #include <string_view>
 #include <vector>
 
+#include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "render/picture/png.h"
 
@@ -21,6 +23,14 @@ void write_picture(const std::filesystem::path& path, const render::GrayImage& i
 }
 void write_picture(const std::filesystem::path& path, const render::ColourImage& image) {
     write(path, render::encode_png(image));
+}
+
+render::GrayImage read_picture(const std::filesystem::path& path) {
+    try {
+        return render::read_png(path);
+    } catch (const std::runtime_error& error) {
+        throw io::InputError(error.what());
+    }
 }
 
 }  // namespace run

@@ -1,5 +1,5 @@
 #pragma once
-/// Pictures into files.
+/// Pictures into files and back.
 
 #include <filesystem>
 
@@ -10,5 +10,8 @@ namespace run {
 /// A PNG that is whole or not there: see write_whole. Throws InputError.
 void write_picture(const std::filesystem::path&, const render::GrayImage&);
 void write_picture(const std::filesystem::path&, const render::ColourImage&);
+
+/// A grey PNG. Throws InputError.
+render::GrayImage read_picture(const std::filesystem::path&);
 
 }  // namespace run

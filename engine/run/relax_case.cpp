@@ -10,7 +10,7 @@
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "engine/run/relax_method.h"
-#include "physics/wall/mesh_wall.h"
+#include "physics/geometry/polyline.h"
 #include "physics/wall/tube_wall.h"
 
 namespace run {
@@ -125,7 +125,7 @@ Vessel tube_vessel(const RelaxRequest& r) {
                         "the point repeats the line before; points 1e-9 mm apart or more are "
                         "accepted"));
     }
-    if (*r.radius <= 0.5 * r.wire_diameter)
+    if (!physics::enters(r.wire_diameter, *r.radius))
         refuse("--radius",
                fmt::format("a tube of radius {:g} mm does not take a wire of diameter {:g} mm", *r.radius,
                            r.wire_diameter),
@@ -159,20 +159,16 @@ Vessel anatomy_vessel(const RelaxRequest& r) {
                fmt::format("branches are: {}", io::joined(names)));
     const anatomy::EntryPath path = anatomy::path_from(anatomy, end_of_branch(anatomy, *branch));
     const double narrowest = *std::min_element(branch->radii.begin(), branch->radii.end());
-    if (r.wire_diameter >= 2 * narrowest)
+    if (!physics::enters(r.wire_diameter, narrowest))
         refuse("--wire-diameter",
                fmt::format("branch '{}' is {:.3g} mm wide at its narrowest and does not take a wire of "
                            "diameter {:g} mm",
                            branch->name, 2 * narrowest, r.wire_diameter),
                "a thinner wire is accepted");
-    std::unique_ptr<const physics::LumenWall> wall;
-    if (r.wall == "mesh")
-        wall = std::make_unique<physics::MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(),
-                                                   r.wall_stiffness, 0.5 * r.wire_diameter);
-    else
-        wall = anatomy::cached_distance_field(anatomy, r.wall_stiffness, 0.5 * r.wire_diameter, r.cache);
-    return {fmt::format("{}, branch '{}'", r.anatomy->string(), branch->name), std::move(wall), path.points,
-            anatomy.openings()};
+    const auto kind = r.wall == "mesh" ? anatomy::SurfaceWall::Mesh : anatomy::SurfaceWall::DistanceField;
+    return {fmt::format("{}, branch '{}'", r.anatomy->string(), branch->name),
+            anatomy::surface_wall(anatomy, kind, r.wall_stiffness, 0.5 * r.wire_diameter, r.cache),
+            path.points, anatomy.openings()};
 }
 
 /// The wire through these joints, which must be equally far apart.
@@ -213,9 +209,8 @@ Guidewire wire_through(const Polyline& joints, const std::string& file, double r
 double distance_to(const Polyline& path, const Vec3& x) {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 1; i < path.size(); ++i) {
-        const Vec3 a = path[i - 1], ab = path[i] - a;
-        const double t = std::clamp((x - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
-        least = std::min(least, (a + t * ab - x).norm());
+        const Vec3 &a = path[i - 1], &b = path[i];
+        least = std::min(least, (a + geometry::closest_share(a, b, x) * (b - a) - x).norm());
     }
     return least;
 }

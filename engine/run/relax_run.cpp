@@ -9,7 +9,7 @@
 #include "engine/io/csv.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
-#include "engine/io/text.h"
+#include "engine/io/table.h"
 #include "engine/run/relax_method.h"
 
 namespace run {
@@ -131,13 +131,12 @@ std::string report_json(const RelaxOutcome& o) {
 }
 
 std::string push_csv(const RelaxOutcome& outcome) {
-    std::string text = "segments,iterations,cpu_us,energy_N_mm,gradient,max_penetration_mm\n";
-    for (const PushRow& row : outcome.pushes) {
-        text += fmt::format("{},{},{:.1f},{},{},{}\n", row.segments, row.iterations, 1e6 * row.cpu,
-                            io::number_text(row.energy), io::number_text(row.gradient),
-                            io::number_text(row.penetration));
-    }
-    return text;
+    io::Table table{
+        "push", {"segments", "iterations", "cpu_us", "energy_N_mm", "gradient", "max_penetration_mm"}, {}};
+    for (const PushRow& row : outcome.pushes)
+        table.add({static_cast<double>(row.segments), static_cast<double>(row.iterations),
+                   fmt::format("{:.1f}", 1e6 * row.cpu), row.energy, row.gradient, row.penetration});
+    return io::to_csv(table);
 }
 
 void check_files(const RelaxFiles& files, const RelaxRequest& request) {

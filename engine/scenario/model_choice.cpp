@@ -5,7 +5,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
-#include <numbers>
 #include <optional>
 
 #include "physics/wall/distance_field.h"
@@ -19,11 +18,6 @@ constexpr double kShortest = 0.2, kLongest = 5;  // λ [mm]
 /// Of the grid from a wall to the axis: with fewer the field does not tell its sides apart. In tubes of so
 /// many it is off by 0.03 mm at 1 % of the places near the wall, of two by 0.01 mm at most.
 constexpr double kCellsToAxis = 1.25;
-/// Of the band, what bricks at its rim waste included: 15 of a tube of radius 1 mm and of the iliac arteries.
-constexpr double kBytesPerCell = 16;
-constexpr double kWhileMade = 2;  // times that
-/// Vessels of so many spacings in radius have a grid of twice the spacing, of twice as many of four times.
-constexpr double kWide = 12;
 
 /// The point of a branch `way` before (< 0) or behind a sample along it; none past its ends.
 std::optional<Vec3> place_along(const geometry::CentrelineBranch& branch, int sample, double way) {
@@ -80,17 +74,7 @@ void choose_wall(const anatomy::Anatomy& anatomy, const physics::GuidewireSpec& 
     }
     const physics::DistanceFieldOptions field;
     const double radius = choice.demand.smallest_radius;
-    const double spacing = std::clamp(radius / 6, 0.2, 0.3);
-    double cells = 0;
-    for (const geometry::CentrelineBranch& branch : anatomy.branches)
-        for (std::size_t i = 1; i < branch.points.size(); ++i) {
-            const double wide = branch.radii[i] / (kWide * spacing);
-            const double side = spacing * (wide < 1 ? 1 : wide < 2 ? 2 : 4);
-            cells += 2 * std::numbers::pi * branch.radii[i] *
-                     (branch.points[i] - branch.points[i - 1]).norm() * (field.inner + field.outer) /
-                     (side * side * side);
-        }
-    const double bytes = cells * kBytesPerCell;
+    const auto [spacing, bytes, bytes_while] = physics::DistanceField::estimate(anatomy.branches, field);
     const double most = static_cast<double>(field.largest);
     choice.wall = WallModel::Mesh;
     if (radius < kCellsToAxis * spacing)
@@ -99,9 +83,9 @@ void choose_wall(const anatomy::Anatomy& anatomy, const physics::GuidewireSpec& 
     else if (0.5 * wire.diameter >= field.inner)
         choice.wall_reason =
             fmt::format("a wire of {:g} mm is thicker than a distance field is deep", wire.diameter);
-    else if (kWhileMade * bytes > most)
+    else if (bytes_while > most)
         choice.wall_reason = fmt::format("making a distance field would take {:.0f} MB, more than {:.0f} MB",
-                                         kWhileMade * bytes / 1e6, most / 1e6);
+                                         bytes_while / 1e6, most / 1e6);
     else {
         choice.wall = WallModel::DistanceField;
         choice.wall_reason = fmt::format(

@@ -54,7 +54,7 @@ std::vector<std::string> problems(const Scenario& s) {
         if (s.tube->scene.empty() == s.tube->path.empty()) {
             say("tube", "[tube] takes either 'scene' or 'path', one of them");
         }
-        if (!(s.tube->radius > 0.5 * s.guidewire.diameter)) {
+        if (!physics::enters(s.guidewire.diameter, s.tube->radius)) {
             say("tube.radius_mm", fmt::format("a wire of {} mm does not fit a tube of radius {} mm",
                                               s.guidewire.diameter, s.tube->radius));
         }
@@ -104,10 +104,8 @@ std::filesystem::path find_scenario(const std::string& path_or_name, const std::
         if (names.back() == path_or_name) return file;
     }
     const std::vector<std::string_view> words(names.begin(), names.end());
-    const std::string near = io::nearest_word(path_or_name, words);
     throw io::InputError(fmt::format("{}: no such scenario{}; a .toml file or one that ships is accepted: {}",
-                                     path_or_name, near.empty() ? "" : " (is '" + near + "' meant?)",
-                                     io::joined(names)));
+                                     path_or_name, io::suggestion(path_or_name, words), io::joined(names)));
 }
 
 }  // namespace scenario

@@ -1,12 +1,11 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <fstream>
-#include <sstream>
 #include <toml++/toml.h>
 
 #include "engine/anatomy/grow/vessel_file.h"
 #include "engine/blood/contrast_flow.h"
+#include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/io/toml_section.h"
 #include "engine/scenario/scenario.h"
@@ -243,14 +242,7 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& fi
 }
 
 Scenario load_scenario(const std::filesystem::path& path) {
-    std::error_code ignored;
-    std::ifstream stream(path, std::ios::binary);
-    if (!std::filesystem::is_regular_file(path, ignored) || !stream) {
-        throw io::InputError(path.string() + ": no such scenario can be read; a .toml file is accepted");
-    }
-    std::stringstream text;
-    text << stream.rdbuf();
-    return parse_scenario(text.str(), path);
+    return parse_scenario(io::read_text(path, "scenario", "a .toml file is accepted"), path);
 }
 
 }  // namespace scenario

@@ -1,9 +1,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <fstream>
-#include <sstream>
 
+#include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/script/command.h"
 #include "physics/geometry/vec.h"
@@ -213,10 +212,8 @@ Command command(const Word& word, Line& line) {
     for (const Verb& verb : verbs)
         if (verb.word == word.text) return verb.read(line);
     const std::vector<std::string_view> known = known_verbs();
-    const std::string near = io::nearest_word(word.text, known);
-    throw Refusal{word.column,
-                  fmt::format("unknown command '{}'{}; commands are: {}", word.text,
-                              near.empty() ? "" : " (is '" + near + "' meant?)", io::joined(known))};
+    throw Refusal{word.column, fmt::format("unknown command '{}'{}; commands are: {}", word.text,
+                                           io::suggestion(word.text, known), io::joined(known))};
 }
 
 class Parser {
@@ -326,16 +323,8 @@ CommandScript parse_commands(std::string_view text, const std::string& file) {
 }
 
 CommandScript load_commands(const std::filesystem::path& path) {
-    std::error_code ignored;
-    std::ifstream stream(path, std::ios::binary);
-    if (!std::filesystem::is_regular_file(path, ignored) || !stream) {
-        throw io::InputError(path.string() +
-                             ": no such command file can be read; lines of 'frame verb arguments' are "
-                             "accepted");
-    }
-    std::stringstream text;
-    text << stream.rdbuf();
-    return parse_commands(text.str(), path.string());
+    return parse_commands(io::read_text(path, "command file", "lines of 'frame verb arguments' are accepted"),
+                          path.string());
 }
 
 }  // namespace script

@@ -10,6 +10,7 @@
 #include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
 #include "engine/studies/work.h"
+#include "physics/geometry/polyline.h"
 
 namespace studies {
 namespace {
@@ -104,9 +105,8 @@ void measure_separation(const geometry::Polyline& coarse, const geometry::Polyli
     const auto distance = [&](const geometry::Vec3& x) {
         double least = 1e300;
         for (std::size_t k = 0; k + 1 < fine.size(); ++k) {
-            const geometry::Vec3 ab = fine[k + 1] - fine[k];
-            const double t = std::clamp((x - fine[k]).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
-            least = std::min(least, (fine[k] + t * ab - x).norm());
+            const geometry::Vec3 &a = fine[k], &b = fine[k + 1];
+            least = std::min(least, (a + geometry::closest_share(a, b, x) * (b - a) - x).norm());
         }
         return least;
     };

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <fmt/format.h>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -50,11 +49,9 @@ Json identity(const Study& study, const StudyOptions& options, int shards) {
 }
 
 Json load(const std::filesystem::path& file) {
-    std::error_code ignored;
-    std::ifstream stream(file, std::ios::binary);
-    if (!std::filesystem::is_regular_file(file, ignored) || !stream)
-        refuse(file, "no such shard can be read; a folder that 'study ID --shard i/n' wrote is accepted");
-    Json json = Json::parse(stream, nullptr, false);
+    const Json json =
+        Json::parse(io::read_text(file, "shard", "a folder that 'study ID --shard i/n' wrote is accepted"),
+                    nullptr, false);
     const auto has = [&](const char* key, auto is) { return json.contains(key) && (json[key].*is)(); };
     const bool whole = json.is_object() && has("study", &Json::is_string) &&
                        has("program", &Json::is_string) && has("quick", &Json::is_boolean) &&

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "physics/geometry/polyline.h"
+
 namespace geometry {
 
 double OpenEnd::beyond(const Vec3& x, double margin) const {
@@ -124,9 +126,9 @@ Vec3 CentrelineTree::closest_point(int s, const Vec3& x) const {
     for (int other : {s - 1, s + 1}) {
         if (other < 0 || other >= static_cast<int>(stations_.size())) continue;
         if (stations_[other].branch != stations_[s].branch) continue;
-        const Vec3 a = stations_[s].centre, ab = stations_[other].centre - a;
-        if (ab.squaredNorm() == 0) continue;
-        const Vec3 c = a + std::clamp((x - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0) * ab;
+        const Vec3 a = stations_[s].centre, b = stations_[other].centre;
+        if ((b - a).squaredNorm() == 0) continue;
+        const Vec3 c = a + closest_share(a, b, x) * (b - a);
         if (const double d = (x - c).squaredNorm(); d < least) least = d, best = c;
     }
     return best;

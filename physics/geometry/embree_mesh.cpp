@@ -63,16 +63,16 @@ RTCRayHit EmbreeMesh::cast(const Vec3& origin, const Vec3& direction, double sta
     return cast(origin, direction, context, start);
 }
 
-void EmbreeMesh::near(const Vec3& x, float radius, RTCPointQueryFunction visit, void* search) const {
+void EmbreeMesh::query(const Vec3& x, float radius, RTCPointQueryFunction visit, void* look) const {
     const Vec3 local = x - middle_;
-    RTCPointQuery query{};
-    query.x = static_cast<float>(local.x());
-    query.y = static_cast<float>(local.y());
-    query.z = static_cast<float>(local.z());
-    query.radius = radius;
+    RTCPointQuery ball{};
+    ball.x = static_cast<float>(local.x());
+    ball.y = static_cast<float>(local.y());
+    ball.z = static_cast<float>(local.z());
+    ball.radius = radius;
     RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
-    rtcPointQuery(scene_, &query, &context, visit, search);
+    rtcPointQuery(scene_, &ball, &context, visit, look);
 }
 
 }  // namespace geometry

@@ -25,10 +25,20 @@ public:
     RTCRayHit cast(const Vec3& origin, const Vec3& direction, double start = 0) const;
     static bool hits(const RTCRayHit& ray) { return ray.hit.geomID != RTC_INVALID_GEOMETRY_ID; }
 
-    /// Calls `visit` for triangles within the radius [mm], which it may shorten.
-    void near(const Vec3&, float radius, RTCPointQueryFunction visit, void* search) const;
+    /// Calls look(int triangle, float& radius) for triangles that may lie within the radius [mm]. It returns
+    /// whether it has shortened the radius.
+    template <class Look>
+    void near(const Vec3& x, float radius, Look look) const {
+        query(
+            x, radius,
+            [](RTCPointQueryFunctionArguments* at) {
+                return (*static_cast<Look*>(at->userPtr))(static_cast<int>(at->primID), at->query->radius);
+            },
+            &look);
+    }
 
 private:
+    void query(const Vec3&, float radius, RTCPointQueryFunction visit, void* look) const;
     void release();
 
     Vec3 middle_;

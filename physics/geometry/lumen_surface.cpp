@@ -2,33 +2,27 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
-#include <unordered_map>
+#include <tuple>
 
-#include "physics/geometry/hash.h"
+#include "physics/geometry/mesh_topology.h"
 
 namespace geometry {
 namespace {
 
-TriangleMesh welded(const TriangleMesh& mesh) {
-    TriangleMesh out;
-    std::unordered_map<Vec3, int, PlaceHash> place(mesh.vertices.size());
-    std::vector<int> index;
-    for (const Vec3& v : mesh.vertices) {
+/// Welded, without triangles that have no area.
+TriangleMesh prepared(const TriangleMesh& mesh) {
+    for (const Vec3& v : mesh.vertices)
         if (!v.allFinite()) throw std::invalid_argument("the lumen mesh has a vertex that is not finite");
-        const auto [at, fresh] = place.try_emplace(v, static_cast<int>(out.vertices.size()));
-        if (fresh) out.vertices.push_back(v);
-        index.push_back(at->second);
-    }
-    for (const auto& t : mesh.triangles) {
+    for (const auto& t : mesh.triangles)
         for (int v : t)
-            if (v < 0 || v >= static_cast<int>(index.size()))
+            if (v < 0 || v >= static_cast<int>(mesh.vertices.size()))
                 throw std::invalid_argument("the lumen mesh has a triangle with an index out of range");
-        const std::array<int, 3> w{index[t[0]], index[t[1]], index[t[2]]};
-        const Vec3 &a = out.vertices[w[0]], &b = out.vertices[w[1]], &c = out.vertices[w[2]];
-        if ((b - a).cross(c - a).squaredNorm() > 0) out.triangles.push_back(w);
-    }
+    TriangleMesh out = welded(mesh);
+    std::erase_if(out.triangles, [&](const auto& t) {
+        const Vec3 &a = out.vertices[t[0]], &b = out.vertices[t[1]], &c = out.vertices[t[2]];
+        return !((b - a).cross(c - a).squaredNorm() > 0);
+    });
     if (out.triangles.empty()) throw std::invalid_argument("the lumen mesh has no triangles");
     return out;
 }
@@ -60,7 +54,7 @@ std::vector<std::array<int, 3>> neighbours_of(const TriangleMesh& mesh) {
 
 }  // namespace
 
-LumenSurface::LumenSurface(const TriangleMesh& mesh) : mesh_(welded(mesh)), across_(neighbours_of(mesh_)) {
+LumenSurface::LumenSurface(const TriangleMesh& mesh) : mesh_(prepared(mesh)), across_(neighbours_of(mesh_)) {
     part_.assign(count(), -1);
     std::vector<int> open;
     for (int seed = 0; seed < count(); ++seed) {

@@ -10,7 +10,7 @@ namespace geometry {
 
 struct MeshQuery::Scene {
     explicit Scene(const TriangleMesh& given) : Scene(given, box_of(given)) {}
-    const Vec3& corner(unsigned triangle, int k) const { return mesh.vertices[mesh.triangles[triangle][k]]; }
+    const Vec3& corner(int triangle, int k) const { return mesh.vertices[mesh.triangles[triangle][k]]; }
 
     TriangleMesh mesh;
     double nudge;  // longer than single precision's errors [mm]
@@ -27,37 +27,24 @@ private:
         : mesh(given), nudge(1e-6 * box.diagonal().norm()), embree(mesh, box.center()) {}
 };
 
-namespace {
-
-template <class Scene>
-struct Search {
-    const Scene* scene;
-    Vec3 x;
-    MeshQuery::Nearest best;
-
-    static bool visit(RTCPointQueryFunctionArguments* arguments) {
-        auto& search = *static_cast<Search*>(arguments->userPtr);
-        const unsigned t = arguments->primID;
-        const auto at = closest_point(search.scene->corner(t, 0), search.scene->corner(t, 1),
-                                      search.scene->corner(t, 2), search.x);
-        const double distance = std::sqrt(at.square_distance);
-        if (distance >= search.best.distance) return false;
-        search.best = {static_cast<int>(t), distance};
-        arguments->query->radius = static_cast<float>(distance + search.scene->nudge);
-        return true;
-    }
-};
-
-}  // namespace
-
 MeshQuery::MeshQuery(const TriangleMesh& mesh) : scene_(std::make_unique<Scene>(mesh)) {}
 MeshQuery::MeshQuery(MeshQuery&&) noexcept = default;
 MeshQuery::~MeshQuery() = default;
 
 MeshQuery::Nearest MeshQuery::nearest(const Vec3& x, double within) const {
-    Search<Scene> search{scene_.get(), x, {-1, within}};
-    scene_->embree.near(x, static_cast<float>(within + scene_->nudge), &Search<Scene>::visit, &search);
-    return search.best;
+    Nearest best{-1, within};
+    const auto look = [&](int t, float& radius) {
+        const double square =
+            closest_point(scene_->corner(t, 0), scene_->corner(t, 1), scene_->corner(t, 2), x)
+                .square_distance;
+        const double distance = std::sqrt(square);
+        if (distance >= best.distance) return false;
+        best = {t, distance};
+        radius = static_cast<float>(distance + scene_->nudge);
+        return true;
+    };
+    scene_->embree.near(x, static_cast<float>(within + scene_->nudge), look);
+    return best;
 }
 
 MeshQuery::Hit MeshQuery::hit(const Vec3& origin, const Vec3& direction, double start) const {

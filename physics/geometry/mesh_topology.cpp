@@ -132,21 +132,30 @@ Topology topology(const TriangleMesh& mesh) {
     return found;
 }
 
+std::vector<int> first_at_place(std::span<const Vec3> vertices) {
+    // An open-addressed hash table of the vertices that were the first at their place, -1 = free.
+    std::vector<int> table(std::bit_ceil(2 * vertices.size() + 1), -1);
+    std::vector<int> first(vertices.size());
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+        const auto key = bits(vertices[i]);
+        std::size_t slot = PlaceHash{}(vertices[i]) & (table.size() - 1);
+        while (table[slot] >= 0 && bits(vertices[table[slot]]) != key) slot = (slot + 1) & (table.size() - 1);
+        if (table[slot] < 0) table[slot] = static_cast<int>(i);
+        first[i] = table[slot];
+    }
+    return first;
+}
+
 TriangleMesh welded(const TriangleMesh& mesh) {
     TriangleMesh result;
-    // An open-addressed hash table of what is in the result, -1 = free.
-    std::vector<int> index_of(std::bit_ceil(2 * mesh.vertices.size() + 1), -1);
-    std::vector<int> renumbered(mesh.vertices.size());
-    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-        const auto key = bits(mesh.vertices[i]);
-        std::size_t slot = PlaceHash{}(mesh.vertices[i]) & (index_of.size() - 1);
-        while (index_of[slot] >= 0 && bits(result.vertices[index_of[slot]]) != key)
-            slot = (slot + 1) & (index_of.size() - 1);
-        if (index_of[slot] < 0) {
-            index_of[slot] = static_cast<int>(result.vertices.size());
+    std::vector<int> renumbered = first_at_place(mesh.vertices);
+    for (std::size_t i = 0; i < renumbered.size(); ++i) {
+        if (renumbered[i] == static_cast<int>(i)) {
+            renumbered[i] = static_cast<int>(result.vertices.size());
             result.vertices.push_back(mesh.vertices[i]);
+        } else {
+            renumbered[i] = renumbered[renumbered[i]];  // the first comes before: it has its number already
         }
-        renumbered[i] = index_of[slot];
     }
     result.triangles.reserve(mesh.triangles.size());
     for (const auto& t : mesh.triangles) {

@@ -1,6 +1,7 @@
 #pragma once
 /// Questions about the surface of a triangle mesh: its edges, its boundary, the volume it holds.
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,11 @@ struct Topology {
 
 Topology topology(const TriangleMesh&);
 
-/// Vertices with equal coordinates (bit for bit) become one; triangles that collapse are dropped.
+/// For each vertex the first one of the mesh with equal coordinates (bit for bit, -0 being 0).
+std::vector<int> first_at_place(std::span<const Vec3> vertices);
+
+/// Vertices with equal coordinates become one, as first_at_place() compares them; triangles that collapse are
+/// dropped. The triangles name vertices of the mesh.
 TriangleMesh welded(const TriangleMesh&);
 
 /// The mesh with every boundary loop closed by a fan from its centroid.

@@ -1,6 +1,7 @@
 #include "physics/geometry/polyline.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace geometry {
 
@@ -9,6 +10,33 @@ std::vector<double> ways_along(std::span<const Vec3> points, double start) {
     for (std::size_t i = 1; i < points.size(); ++i)
         ways.push_back(ways.back() + (points[i] - points[i - 1]).norm());
     return ways;
+}
+
+double length_of(std::span<const Vec3> points) {
+    double length = 0;
+    for (std::size_t i = 1; i < points.size(); ++i) length += (points[i] - points[i - 1]).norm();
+    return length;
+}
+
+Polyline resampled(const Polyline& points, double step) {
+    const double whole = length_of(points);
+    const int pieces = std::max(1, static_cast<int>(std::lround(whole / step)));
+    Polyline result = {points.front()};
+    double passed = 0;
+    std::size_t i = 1;
+    for (int k = 1; k < pieces; ++k) {
+        const double wanted = whole * k / pieces;
+        double edge = (points[i] - points[i - 1]).norm();
+        while (i + 1 < points.size() && passed + edge < wanted) {
+            passed += edge;
+            ++i;
+            edge = (points[i] - points[i - 1]).norm();
+        }
+        const double part = edge > 0 ? std::clamp((wanted - passed) / edge, 0.0, 1.0) : 0;
+        result.push_back(points[i - 1] + part * (points[i] - points[i - 1]));
+    }
+    result.push_back(points.back());
+    return result;
 }
 
 VesselWay vessel_way(std::span<const Vec3> points, std::span<const double> ways, int near, const Vec3& x) {

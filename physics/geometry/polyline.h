@@ -1,6 +1,7 @@
 #pragma once
 /// Lines of straight pieces: vessels' centrelines, wires, paths.
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -13,6 +14,17 @@ struct VesselWay {
     double way = 0;                // from the centreline's start [mm]
     Vec3 gradient = Vec3::Zero();  // ∇ of it [-]
 };
+
+double length_of(std::span<const Vec3> points);  // [mm]
+
+/// Points about `step` [mm] apart along a line, which has a point or more; the first and the last stay.
+Polyline resampled(const Polyline&, double step);
+
+/// Of the way from a to b, 0 to 1, the share at the point of it closest to x. The two differ.
+inline double closest_share(const Vec3& a, const Vec3& b, const Vec3& x) {
+    const Vec3 ab = b - a;
+    return std::clamp((x - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
+}
 
 /// Ways of a centreline's points, the first at `start` [mm].
 std::vector<double> ways_along(std::span<const Vec3> points, double start = 0);

@@ -72,37 +72,19 @@ struct SeenSurface::Search {
     }
     /// A little more than the distance, for boxes that Embree keeps in single precision.
     float radius() const { return static_cast<float>(1.0001 * reach + 1e-3); }
-
-    static bool visit(RTCPointQueryFunctionArguments* arguments) {
-        auto& search = *static_cast<Search*>(arguments->userPtr);
-        if (!search.look_at(static_cast<int>(arguments->primID))) return false;
-        arguments->query->radius = std::min(arguments->query->radius, search.radius());
-        return true;
-    }
 };
 
 NearestTriangle SeenSurface::nearest(const Vec3& x, int seed, const SeenStations& seen) const {
     Search search{*this, seen, x};
     float radius = std::numeric_limits<float>::infinity();
     if (seed >= 0 && search.look_at(seed)) radius = search.radius();
-    scene_->embree.near(x, radius, &Search::visit, &search);
+    scene_->embree.near(x, radius, [&](int t, float& within) {
+        if (!search.look_at(t)) return false;
+        within = std::min(within, search.radius());
+        return true;
+    });
     return search.best;
 }
-
-struct SeenSurface::Gathering {
-    Patch& patch;
-    const SeenStations& seen;
-    double square_reach;
-
-    static bool visit(RTCPointQueryFunctionArguments* arguments) {
-        auto& g = *static_cast<Gathering*>(arguments->userPtr);
-        const int t = static_cast<int>(arguments->primID);
-        if (!g.seen(t)) return false;
-        const double square = g.patch.surface_->discs_[t].square_distance(g.patch.centre_);
-        if (square <= g.square_reach) g.patch.candidates_.push_back({static_cast<float>(square), t});
-        return false;
-    }
-};
 
 template <class Put>
 void SeenSurface::Patch::take(const Vec3& middle, const NearestTriangle& nearest, const Put& put) {
@@ -148,9 +130,13 @@ void SeenSurface::Patch::gather(const SeenSurface& surface, const Vec3& centre, 
     rounding_ = 1e-5 * (1 + far_ * far_);
     candidates_.clear();
     if (middle.triangle >= 0) {
-        Gathering gathering{*this, seen, far_ * far_ + rounding_};
-        surface.scene_->embree.near(centre, static_cast<float>(1.0001 * far_ + 1e-3), &Gathering::visit,
-                                    &gathering);
+        const double square_reach = far_ * far_ + rounding_;
+        surface.scene_->embree.near(centre, static_cast<float>(1.0001 * far_ + 1e-3), [&](int t, float&) {
+            if (!seen(t)) return false;
+            const double square = surface.discs_[t].square_distance(centre);
+            if (square <= square_reach) candidates_.push_back({static_cast<float>(square), t});
+            return false;
+        });
     }
     take(centre, middle, [&](int triangle, Lanes& to, int at) {
         const Disc& disc = surface.discs_[triangle];

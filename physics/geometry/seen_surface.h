@@ -85,7 +85,6 @@ public:
 
 private:
     struct Search;
-    struct Gathering;
     struct Scene;
 
     /// A disc around the centroid that holds the triangle; a ball where the normal is zero, for the triangle

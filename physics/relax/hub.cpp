@@ -15,17 +15,6 @@ constexpr double kEnergyShare = 0.05;       // of the wire's energy: its bends m
 constexpr double kEnergyFloor = 1e-3;       // [N·mm]
 constexpr double kSharpest = kDegree * 90;  // of a joint
 
-void add(RelaxReport& sum, const RelaxReport& part) {
-    const RelaxReport before = sum;
-    sum = part;
-    sum.updates += before.updates;
-    sum.newton_steps += before.newton_steps;
-    sum.rejected += before.rejected;
-    sum.wall_queries += before.wall_queries;
-    sum.largest_turn = std::max(sum.largest_turn, before.largest_turn);
-    sum.window = std::max(sum.window, before.window);
-}
-
 const RelaxerConfig& checked(const RelaxerConfig& config) {
     if (config.kind != RelaxerKind::Global) throw std::invalid_argument("a hub needs the global relaxer");
     return config;
@@ -78,12 +67,12 @@ HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
 void Hub::start_part(Guidewire& wire, int updates, HubReport& report) {
     const double share = std::ldexp(1.0, -halvings_);
     made_ = {share * asked_.feed, share * asked_.turn};
-    add(report.relax, relaxer_.move(wire, made_, {updates - report.relax.updates, 0, 0}));
+    report.relax.add(relaxer_.move(wire, made_, {updates - report.relax.updates, 0, 0}));
 }
 
 HubReport Hub::resume(Guidewire& wire, int updates) {
     HubReport report;
-    add(report.relax, relaxer_.relax(wire, {updates, 0, 0}));
+    report.relax.add(relaxer_.relax(wire, {updates, 0, 0}));
     return finish(wire, updates, std::move(report));
 }
 
@@ -101,7 +90,7 @@ HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
         }
         wire = rest_;
         made_ = {};
-        add(report.relax, relaxer_.relax(wire, {2 * wire.segments(), 0, 0}));
+        report.relax.add(relaxer_.relax(wire, {2 * wire.segments(), 0, 0}));
         if (++halvings_ > kHalvings) {
             working_ = false;
             report.outcome = HubReport::Outcome::Refused;

@@ -1,5 +1,6 @@
 #include "physics/relax/relaxer.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -19,6 +20,17 @@ std::vector<std::string> problems(const RelaxerConfig& c) {
     if (!std::isfinite(c.turn_limit) || c.turn_limit <= 0 || c.turn_limit > 2)
         out.emplace_back("turn_limit must lie in (0, 2].");
     return out;
+}
+
+void RelaxReport::add(const RelaxReport& later) {
+    const RelaxReport before = *this;
+    *this = later;
+    updates += before.updates;
+    newton_steps += before.newton_steps;
+    rejected += before.rejected;
+    wall_queries += before.wall_queries;
+    largest_turn = std::max(largest_turn, before.largest_turn);
+    window = std::max(window, before.window);
 }
 
 RelaxBudget whole_cycles(int segments, int cycles) {

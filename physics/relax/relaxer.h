@@ -74,6 +74,10 @@ struct RelaxReport {
     double push_force = 0;        // along the wire at the introducer, > 0 where the hand must push [N]
     double base_torque = 0;       // that the hand must hold the hub against [N·mm]
 
+    /// Adds what was relaxed after this: the work is that of both, as are the largest turn and the window;
+    /// all else is as the later one left it.
+    void add(const RelaxReport& later);
+
     void state(StateStream& s) {
         s(updates, contacts, wall_queries, largest_turn, rejected, converged, out_of_budget, at_rest,
           newton_steps, window, gradient, strict_minimum, largest_bend, push_force, base_torque);

@@ -22,6 +22,13 @@ struct DistanceFieldOptions {
     std::size_t largest = std::size_t{2} << 30;  // [bytes] of grids; more is refused
 };
 
+/// What a distance field of these options would be, from centrelines alone.
+struct FieldEstimate {
+    double spacing;      // the finest of the grids [mm]
+    double bytes;        // of the grids
+    double bytes_while;  // while they are made
+};
+
 /// A cubic B-spline through distances to the mesh, twice continuously differentiable. Penetration, normal and
 /// curvature of a contact are value, gradient and Hessian of that one function, as a Newton solver that
 /// searches along a line needs: the normal is therefore not rescaled, and is a unit vector only as closely as
@@ -52,6 +59,9 @@ public:
     double spacing() const;     // the finest of the grids [mm]
     std::size_t bytes() const;  // of the grids
     int sheets() const;
+
+    /// Of the field that the constructor would make; the bytes are rough.
+    static FieldEstimate estimate(std::span<const CentrelineBranch>, const DistanceFieldOptions& = {});
 
     /// Of all that the field is made from; stiffness, wire radius and number of threads are not part of it.
     static std::uint64_t fingerprint(const TriangleMesh& lumen, std::span<const CentrelineBranch>,

@@ -6,19 +6,15 @@
 #include <stdexcept>
 #include <string>
 
+#include "physics/geometry/polyline.h"
+
 namespace physics {
 namespace {
 
 constexpr int kRun = 32;  // segments in a ball
 
-/// Of the point of the segment a…b that is closest to x: 0 at a, 1 at b.
-double closest_share(const Vec3& a, const Vec3& b, const Vec3& x) {
-    const Vec3 ab = b - a;
-    return std::clamp((x - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
-}
-
 Vec3 closest_point(const Vec3& a, const Vec3& b, const Vec3& x) {
-    return a + closest_share(a, b, x) * (b - a);
+    return a + geometry::closest_share(a, b, x) * (b - a);
 }
 
 }  // namespace
@@ -107,7 +103,7 @@ WallContact TubeWall::contact(const Vec3& x, int hint) const {
     WallContact c;
     c.station = closest_segment(x, hint);
     const Vec3 &a = centreline_[c.station], &b = centreline_[c.station + 1];
-    const double share = closest_share(a, b, x);
+    const double share = geometry::closest_share(a, b, x);
     const Vec3 out = x - (a + share * (b - a));
     const double distance = out.norm();
     c.penetration = distance + wire_radius_ - radius_;

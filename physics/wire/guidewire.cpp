@@ -21,12 +21,6 @@ std::string joined(const std::vector<std::string>& sentences) {
 /// Lengths are whole numbers of λ to this share of it, in spite of rounding.
 constexpr double kWholeSegment = 1e-9;
 
-/// Segments of the spec's λ in the curved tip.
-int whole_curved_segments(const GuidewireSpec& spec) {
-    if (spec.curved_angle == 0 || spec.curved_length <= 0) return 0;
-    return std::max(1, static_cast<int>(std::lround(spec.curved_length / spec.segment_length)));
-}
-
 bool whole_number(double length, double lambda) {
     return std::abs(length / lambda - std::round(length / lambda)) < 1e-6;
 }
@@ -34,7 +28,7 @@ bool whole_number(double length, double lambda) {
 /// EI and rest angle are those of the material at each joint, so they move with the wire.
 void assign_material(Guidewire& wire) {
     const int n = wire.segments();
-    const int curved = wire.curved_segments(), bends = whole_curved_segments(wire.spec);
+    const int curved = wire.curved_segments(), bends = wire.spec.curved_segments();
     wire.rigidity.assign(n + 1, 0.0);
     wire.rest_angle.assign(n + 1, 0.0);
     double from_end = 0;
@@ -79,6 +73,11 @@ Vec3 curvature_at(const Guidewire& wire, int joint) {
 }  // namespace
 
 std::vector<std::string> problems(const GuidewireSpec& s) {
+int GuidewireSpec::curved_segments() const {
+    if (curved_angle == 0 || curved_length <= 0) return 0;
+    return std::max(1, static_cast<int>(std::lround(curved_length / segment_length)));
+}
+
     std::vector<std::string> out;
     auto need = [&](bool ok, const char* text) {
         if (!ok) out.emplace_back(text);
@@ -99,8 +98,7 @@ std::vector<std::string> problems(const GuidewireSpec& s) {
     need(std::isfinite(s.curved_angle) && std::abs(s.curved_angle) <= 4.72,
          "curved_angle must lie in [-270, 270] degrees.");
     if (out.empty() && s.curved_angle != 0 && s.curved_length > 0) {
-        const int curved = std::max(1, static_cast<int>(std::lround(s.curved_length / s.segment_length)));
-        need(std::abs(s.curved_angle) / curved <= 1.0,
+        need(std::abs(s.curved_angle) / s.curved_segments() <= 1.0,
              "the curved tip turns by more than 57 degrees at a joint: use shorter segments.");
     }
     return out;
@@ -120,7 +118,7 @@ double Guidewire::inserted_length() const {
 }
 
 int Guidewire::curved_segments() const {
-    double left = whole_curved_segments(spec) * spec.segment_length * (1 - kWholeSegment);
+    double left = spec.curved_segments() * spec.segment_length * (1 - kWholeSegment);
     int count = 0;
     for (int i = segments(); i >= 1 && left > 0; --i, ++count) left -= lengths[i];
     return count;
@@ -132,7 +130,7 @@ bool Guidewire::within_a_segment(int joint) const {
     if (joint < 1 || joint >= segments() || whole(joint) || whole(joint + 1)) return false;
     double from_base = 0;
     for (int i = 1; i <= joint; ++i) from_base += lengths[i];
-    const double shaft = inserted_length() - whole_curved_segments(spec) * lambda;
+    const double shaft = inserted_length() - spec.curved_segments() * lambda;
     if (from_base > shaft - slack) return !whole_number(from_base - shaft, lambda);
     return from_base > Shaft(spec, shaft).whole * lambda + slack || !whole_number(from_base, lambda);
 }
@@ -178,7 +176,7 @@ Guidewire wire_at_start_of(const GuidewireSpec& spec, const Polyline& path, int 
         if (!p.allFinite()) throw std::invalid_argument("a wire's path has a point that is not finite");
     const Vec3 first = path[1] - path[0];
     if (first.norm() < 1e-12) throw std::invalid_argument("a wire's path starts with two equal points");
-    const int least = whole_curved_segments(spec) + 1;
+    const int least = spec.curved_segments() + 1;
     if (segments < least)
         throw std::invalid_argument("a wire needs its curved tip and one segment more inside: " +
                                     std::to_string(least) + " segments, not " + std::to_string(segments));
@@ -194,11 +192,11 @@ Guidewire wire_along(const GuidewireSpec& spec, const Polyline& path, int segmen
 }
 
 double least_length(const GuidewireSpec& spec) {
-    return (whole_curved_segments(spec) + 1) * spec.segment_length;
+    return (spec.curved_segments() + 1) * spec.segment_length;
 }
 
 Guidewire wire_of_length(const GuidewireSpec& spec, const Polyline& path, double length) {
-    const int curved = whole_curved_segments(spec);
+    const int curved = spec.curved_segments();
     if (!(std::isfinite(length) && length >= least_length(spec) * (1 - kWholeSegment)))
         throw std::invalid_argument(
             "a wire needs its curved tip and one segment more inside: " + std::to_string(least_length(spec)) +

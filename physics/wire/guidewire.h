@@ -32,11 +32,19 @@ struct GuidewireSpec {
     double curved_length = 12.0;       // s < curved_length is pre-curved [mm]
     double curved_angle = 0.785398163397448;  // total turn of the unloaded curved tip [rad]
 
+    /// Segments of λ in the curved tip.
+    int curved_segments() const;
+
     void state(StateStream& s) {
         s(segment_length, end_cells, diameter, shaft_rigidity, tip_rigidity, tip_length, transition_length,
           curved_length, curved_angle);
     }
 };
+
+/// Whether a wire enters a lumen of this radius [mm].
+inline bool enters(double wire_diameter, double lumen_radius) {
+    return wire_diameter < 2 * lumen_radius;
+}
 
 /// Everything that makes the spec unusable, a sentence each; empty when it is fine.
 std::vector<std::string> problems(const GuidewireSpec&);

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "render/panel/contact_sheet.h"
 #include "render/panel/draw_data.h"
+#include "render/picture/resize.h"
 
 namespace render {
 
@@ -80,45 +80,6 @@ std::string one_line(std::string_view text) {
         at += whole ? length : 1;
     }
     return line;
-}
-
-/// Where a new row or column lies between two old ones: share/256 of the way from `first` to `second`.
-struct Between {
-    int first = 0;
-    int second = 0;
-    int share = 0;
-};
-std::vector<Between> between(int from, int to) {
-    std::vector<Between> places(static_cast<std::size_t>(to));
-    for (int i = 0; i < to; ++i) {
-        const double place = std::clamp((i + 0.5) * from / to - 0.5, 0.0, from - 1.0);
-        const int first = static_cast<int>(place);
-        places[i] = {first, std::min(first + 1, from - 1),
-                     static_cast<int>(std::lround((place - first) * 256.0))};
-    }
-    return places;
-}
-
-/// Bilinear, in integers: the same on every machine. Unaltered at its own size.
-GrayImage enlarged(const GrayImage& image, int width, int height) {
-    if (image.width == width && image.height == height) return image;
-    const auto columns = between(image.width, width), rows = between(image.height, height);
-    GrayImage result{width, height, std::vector<std::uint8_t>(std::size_t(width) * height)};
-    std::vector<int> mixed(static_cast<std::size_t>(image.width));  // 256 times a row of old columns
-    for (int j = 0; j < height; ++j) {
-        const std::uint8_t* upper = &image.pixels[std::size_t(rows[j].first) * image.width];
-        const std::uint8_t* lower = &image.pixels[std::size_t(rows[j].second) * image.width];
-        for (int i = 0; i < image.width; ++i) {
-            mixed[i] = 256 * upper[i] + rows[j].share * (lower[i] - upper[i]);
-        }
-        std::uint8_t* to = &result.pixels[std::size_t(j) * width];
-        for (int i = 0; i < width; ++i) {
-            const auto& [first, second, share] = columns[i];
-            to[i] = static_cast<std::uint8_t>(
-                (256 * mixed[first] + share * (mixed[second] - mixed[first]) + 32768) >> 16);
-        }
-    }
-    return result;
 }
 
 /// Makes a context of ImGui current, and the former one again at the end.
@@ -340,9 +301,7 @@ void Canvas::picture(int slot, const GrayImage& image, int left, int top, int wi
     Sheet::Slot& kept = state_->sheet->slots.at(static_cast<std::size_t>(slot));
     const int texture = first_slot + slot;
     if (kept.width != width || kept.height != height || kept.image != image) {
-        const bool smaller = width < image.width || height < image.height;
-        state_->sheet->renderer.set_grey(
-            texture, smaller ? resample(image, width, height) : enlarged(image, width, height));
+        state_->sheet->renderer.set_grey(texture, resized(image, width, height));
         kept = {image, width, height};
     }
     state_->list->AddImage(Sheet::texture_id(texture), ImVec2(float(left), float(top)),

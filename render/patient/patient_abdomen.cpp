@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "physics/geometry/polyline.h"
 #include "render/patient/patient_parts.h"
 
 namespace render {
@@ -41,8 +42,7 @@ TriangleMesh haustra(const Polyline& path, double width, double depth, double fo
     Polyline fine;
     std::vector<double> a, b;
     double travelled = 0.0;
-    double length = 0.0;
-    for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).norm();
+    const double length = geometry::length_of(path);
     for (std::size_t i = 1; i < path.size(); ++i) {
         const double piece = (path[i] - path[i - 1]).norm();
         const int steps = std::max(2, static_cast<int>(piece / 2.0));

@@ -9,6 +9,8 @@
 #include <numbers>
 #include <utility>
 
+#include "physics/geometry/mesh_topology.h"
+
 namespace render {
 
 using geometry::Polyline;
@@ -38,7 +40,7 @@ TriangleMesh loft(const std::vector<Polyline>& rings) {
         mesh.triangles.push_back({first, next, k});
         mesh.triangles.push_back({last, top + k, top + next});
     }
-    if (signed_volume(mesh) < 0.0) {
+    if (geometry::signed_volume(mesh) < 0.0) {
         for (auto& triangle : mesh.triangles) std::swap(triangle[1], triangle[2]);
     }
     return mesh;
@@ -127,17 +129,6 @@ TriangleMesh subdivided(const TriangleMesh& mesh) {
             finer.triangles.push_back(t);
     }
     return finer;
-}
-
-double signed_volume(const TriangleMesh& mesh) {
-    if (mesh.vertices.empty()) return 0.0;
-    // About a corner of the mesh, so that a solid far from the origin keeps its digits.
-    const Vec3& o = mesh.vertices.front();
-    double sum = 0.0;
-    for (const auto& t : mesh.triangles) {
-        sum += (mesh.vertices[t[0]] - o).dot((mesh.vertices[t[1]] - o).cross(mesh.vertices[t[2]] - o));
-    }
-    return sum / 6.0;
 }
 
 }  // namespace render

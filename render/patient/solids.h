@@ -45,7 +45,4 @@ void append(geometry::TriangleMesh& mesh, const geometry::TriangleMesh& other);
 /// The same surface with every triangle cut into four.
 geometry::TriangleMesh subdivided(const geometry::TriangleMesh&);
 
-/// Enclosed volume, positive for outward triangles [mm³].
-double signed_volume(const geometry::TriangleMesh&);
-
 }  // namespace render

@@ -1,7 +1,6 @@
 #include "render/xray/path_length.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cmath>
 #include <glm/gtc/type_ptr.hpp>
@@ -10,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "physics/geometry/hash.h"
+#include "physics/geometry/mesh_topology.h"
 #include "render/picture/gl_context.h"
 #include "render/xray/gl_camera.h"
 #include "render/xray/surface_crossings.h"
@@ -44,18 +43,10 @@ void main() { length_and_count = gl_FrontFacing ? vec2(-depth, 1.0) : vec2(depth
 
 int unmatched_edges(const TriangleMesh& mesh) {
     const int count = static_cast<int>(mesh.vertices.size());
-    // The first corner at a place, in an open-addressed hash table of places, -1 = free.
-    std::vector<int> corners(std::bit_ceil(2 * mesh.vertices.size() + 1), -1);
-    std::vector<int> corner(mesh.vertices.size());
-    for (int i = 0; i < count; ++i) {
-        const Vec3& v = mesh.vertices[i];
-        if (!v.allFinite()) throw std::invalid_argument("vertex " + std::to_string(i) + " is not finite");
-        std::size_t slot = geometry::PlaceHash{}(v) & (corners.size() - 1);
-        while (corners[slot] >= 0 && mesh.vertices[corners[slot]] != v)
-            slot = (slot + 1) & (corners.size() - 1);
-        if (corners[slot] < 0) corners[slot] = i;
-        corner[i] = corners[slot];
-    }
+    for (int i = 0; i < count; ++i)
+        if (!mesh.vertices[i].allFinite())
+            throw std::invalid_argument("vertex " + std::to_string(i) + " is not finite");
+    const std::vector<int> corner = geometry::first_at_place(mesh.vertices);
     // Edges by their lower corner, of which few share one. An edge that is run through as often either way is
     // matched.
     std::vector<std::size_t> starts(mesh.vertices.size() + 1, 0);

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <gtest/gtest.h>
 
+#include "engine/anatomy/lumen_wall.h"
 #include "engine/studies/wild_hands.h"
 #include "physics/relax/hub.h"
 #include "physics/wire/crossings.h"

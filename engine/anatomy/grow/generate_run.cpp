@@ -68,17 +68,14 @@ Provenance provenance_of(const GenerateRequest& request, const VesselTreeSpec& s
                        {"generator", std::to_string(generator_version)},
                        {"spec", fs::path(request.source).filename().string()},
                        {"seed", std::to_string(request.seed)}};
-    std::string modified;
-    const auto note = [&modified](const std::string& text) {
-        modified += (modified.empty() ? "" : ", ") + text;
-    };
+    std::vector<std::string> modified;
     for (const Tortuosity& t : spec.tortuosities)
-        note(fmt::format("tortuosity {}:{}:{}", t.amplitude, t.wavelength, t.branch));
+        modified.push_back(fmt::format("tortuosity {}:{}:{}", t.amplitude, t.wavelength, t.branch));
     for (const Stenosis& s : spec.stenoses)
-        note(fmt::format("stenosis {}:{}:{}:{}", s.branch, s.at, s.length, s.percent));
+        modified.push_back(fmt::format("stenosis {}:{}:{}:{}", s.branch, s.at, s.length, s.percent));
     for (const Aneurysm& a : spec.aneurysms)
-        note(fmt::format("aneurysm {}:{}:{}:{}", a.branch, a.at, a.diameter, a.neck));
-    if (!modified.empty()) made.emplace_back("modified", modified);
+        modified.push_back(fmt::format("aneurysm {}:{}:{}:{}", a.branch, a.at, a.diameter, a.neck));
+    if (!modified.empty()) made.emplace_back("modified", io::joined(modified));
     made.emplace_back("shape", fingerprint(spec));
     made.emplace_back("licence", "project");
     return made;

@@ -2,12 +2,12 @@
 
 #include <cmath>
 #include <fmt/format.h>
-#include <fstream>
 #include <sstream>
 #include <toml++/toml.h>
 
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/io/toml_section.h"
 #include "physics/geometry/vec.h"
@@ -163,14 +163,7 @@ VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem:
 }
 
 VesselTreeSpec load_vessel_file(const std::filesystem::path& path, std::uint64_t seed) {
-    std::error_code ignored;
-    std::ifstream stream(path, std::ios::binary);
-    if (!std::filesystem::is_regular_file(path, ignored) || !stream) {
-        throw io::InputError(path.string() + ": no such vessel tree can be read; a .toml file is accepted");
-    }
-    std::stringstream text;
-    text << stream.rdbuf();
-    return parse_vessel_file(text.str(), path, seed);
+    return parse_vessel_file(io::read_text(path, "vessel tree", "a .toml file is accepted"), path, seed);
 }
 
 VesselTreeSpec read_vessels(io::Section& section, io::Reading& reading, const std::string& name) {

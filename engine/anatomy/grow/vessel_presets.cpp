@@ -622,9 +622,8 @@ VesselTreeSpec vessel_preset(std::string_view name, std::uint64_t seed) {
             }
         }
     }
-    const std::string near = io::nearest_word(name, names);
     throw io::InputError(fmt::format("'{}' is not a preset{}; presets are: {}", name,
-                                     near.empty() ? "" : " (is '" + near + "' meant?)", io::joined(names)));
+                                     io::suggestion(name, names), io::joined(names)));
 }
 
 }  // namespace anatomy

@@ -8,6 +8,7 @@
 
 #include "engine/io/error.h"
 #include "engine/io/text.h"
+#include "physics/geometry/polyline.h"
 
 namespace anatomy {
 namespace {
@@ -68,8 +69,7 @@ private:
 void resample(SampledBranch& branch, double spacing) {
     const Polyline dense = std::move(branch.points);
     const std::vector<double> radii = std::move(branch.radii);
-    std::vector<double> arc(dense.size(), 0.0);
-    for (std::size_t i = 1; i < dense.size(); ++i) arc[i] = arc[i - 1] + (dense[i] - dense[i - 1]).norm();
+    const std::vector<double> arc = geometry::ways_along(dense);
     const int steps = std::max(4, static_cast<int>(std::lround(arc.back() / spacing)));
     branch.points.clear();
     branch.radii.clear();

@@ -79,9 +79,8 @@ void check_place(const VesselTreeSpec& spec, const Modifier& what, std::string_v
     std::vector<std::string_view> names;
     for (const BranchSpec& branch : spec.branches) names.push_back(branch.name);
     if (std::find(names.begin(), names.end(), what.branch) != names.end()) return;
-    const std::string near = io::nearest_word(what.branch, names);
     found.push_back(fmt::format("{} names the branch '{}'{}; branches are: {}", kind, what.branch,
-                                near.empty() ? "" : " (is '" + near + "' meant?)", io::joined(names)));
+                                io::suggestion(what.branch, names), io::joined(names)));
 }
 
 void check_knots(const BranchSpec& branch, std::vector<std::string>& found) {

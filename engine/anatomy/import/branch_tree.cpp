@@ -4,6 +4,8 @@
 #include <limits>
 #include <utility>
 
+#include "physics/geometry/polyline.h"
+
 namespace anatomy {
 
 using geometry::CentrelineBranch;
@@ -16,7 +18,7 @@ void BranchTree::add_root(const Polyline& way, bool fixed_start, bool fixed_end)
 
 void BranchTree::add(const Own& own, bool fixed_end, BranchSample landing) {
     Polyline way = own.way;
-    const double total = length_of(way);
+    const double total = geometry::length_of(way);
     clear(way, total);
     if (landing.branch >= 0) {
         std::reverse(way.begin(), way.end());
@@ -53,7 +55,7 @@ double BranchTree::width(const Own& own) const {
 bool BranchTree::is_spur(const Own& own) const {
     if (own.way.size() < 4) return true;
     const CentrelineBranch& parent = branches[own.parent.branch];
-    const double length = length_of(own.way);
+    const double length = geometry::length_of(own.way);
     double widest = 0.75 * width(own);
     for (std::size_t i = 0; i < parent.points.size(); ++i)
         if ((parent.points[i] - parent.points[own.parent.sample]).norm() < length)
@@ -115,7 +117,7 @@ int BranchTree::junction(const BranchSample& at, const Centreline& line) const {
 
 /// Puts a straight piece from the place to the start of the line.
 void BranchTree::connect(Centreline& line, const Vec3& place) const {
-    Polyline piece = resampled({place, line.points.front()}, step_);
+    Polyline piece = geometry::resampled({place, line.points.front()}, step_);
     piece.pop_back();
     line.points.insert(line.points.begin(), piece.begin(), piece.end());
     line.radii = inscribed_radii(line.points, wall_);

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "physics/geometry/polyline.h"
+
 namespace anatomy {
 namespace {
 
@@ -78,33 +80,6 @@ void bridge(std::vector<Vec3>& offsets, const std::vector<char>& known) {
 
 }  // namespace
 
-double length_of(const Polyline& points) {
-    double length = 0;
-    for (std::size_t i = 1; i < points.size(); ++i) length += (points[i] - points[i - 1]).norm();
-    return length;
-}
-
-Polyline resampled(const Polyline& points, double step) {
-    const double whole = length_of(points);
-    const int pieces = std::max(1, static_cast<int>(std::lround(whole / step)));
-    Polyline result = {points.front()};
-    double passed = 0;
-    std::size_t i = 1;
-    for (int k = 1; k < pieces; ++k) {
-        const double wanted = whole * k / pieces;
-        double edge = (points[i] - points[i - 1]).norm();
-        while (i + 1 < points.size() && passed + edge < wanted) {
-            passed += edge;
-            ++i;
-            edge = (points[i] - points[i - 1]).norm();
-        }
-        const double part = edge > 0 ? std::clamp((wanted - passed) / edge, 0.0, 1.0) : 0;
-        result.push_back(points[i - 1] + part * (points[i] - points[i - 1]));
-    }
-    result.push_back(points.back());
-    return result;
-}
-
 std::vector<double> inscribed_radii(const Polyline& points, const geometry::MeshQuery& wall) {
     std::vector<double> radii;
     for (const Vec3& p : points) radii.push_back(wall.distance(p));
@@ -113,7 +88,7 @@ std::vector<double> inscribed_radii(const Polyline& points, const geometry::Mesh
 
 Centreline recentred(const Polyline& rough, const geometry::MeshQuery& wall, double step, bool fixed_start,
                      bool fixed_end) {
-    Polyline points = resampled(rough, step);
+    Polyline points = geometry::resampled(rough, step);
     smooth(points, 10);
     for (int round = 0; round < rounds; ++round) {
         const int count = static_cast<int>(points.size());
@@ -133,7 +108,7 @@ Centreline recentred(const Polyline& rough, const geometry::MeshQuery& wall, dou
         bridge(offsets, known);
         for (int i = 0; i < count; ++i) points[i] += offsets[i];
         smooth(points, 2);
-        points = resampled(points, step);
+        points = geometry::resampled(points, step);
     }
     std::vector<double> radii = inscribed_radii(points, wall);
     return {std::move(points), std::move(radii)};

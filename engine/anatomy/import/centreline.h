@@ -12,8 +12,6 @@ struct Centreline {
     std::vector<double> radii;  // of the inscribed ball [mm]
 };
 
-double length_of(const geometry::Polyline&);                           // [mm]
-geometry::Polyline resampled(const geometry::Polyline&, double step);  // first and last point stay; step [mm]
 std::vector<double> inscribed_radii(const geometry::Polyline&, const geometry::MeshQuery& wall);
 
 /// Moves the points of a path that runs inside the lumen to the centroids of its cross-sections: of what a

@@ -2,11 +2,11 @@
 
 #include <cmath>
 #include <fmt/format.h>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "engine/io/text.h"
 
 namespace anatomy {
@@ -84,15 +84,12 @@ std::vector<Polyline> from_csv(const std::string& text, const std::string& file)
 
 std::vector<Polyline> load_centrelines(const std::filesystem::path& path, double unit) {
     const std::string file = path.string();
-    std::error_code ignored;
-    std::ifstream stream(path, std::ios::binary);
-    if (!std::filesystem::is_regular_file(path, ignored) || !stream) refuse(file, "no such file can be read");
-    if (std::filesystem::file_size(path, ignored) > (std::size_t{100} << 20))
-        refuse(file, "more than 100 MB were found");
-    std::stringstream text;
-    text << stream.rdbuf();
+    std::error_code unknown;
+    const std::uintmax_t size = std::filesystem::file_size(path, unknown);
+    if (!unknown && size > (std::size_t{100} << 20)) refuse(file, "more than 100 MB were found");
+    const std::string text = io::read_text(path, "file", accepted);
     std::vector<Polyline> lines =
-        path.extension() == ".csv" ? from_csv(text.str(), file) : from_json(text.str(), file, unit);
+        path.extension() == ".csv" ? from_csv(text, file) : from_json(text, file, unit);
     std::erase_if(lines, [](const Polyline& line) { return line.size() < 2; });
     if (lines.empty()) refuse(file, "no line of two points or more was found");
     return lines;

@@ -5,6 +5,7 @@
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
+#include "physics/geometry/polyline.h"
 
 namespace anatomy {
 namespace {
@@ -27,12 +28,9 @@ std::string report_of(const ImportedLumen& imported, const std::filesystem::path
     const Anatomy& anatomy = imported.anatomy;
     text += fmt::format("\n{} branches:\n", anatomy.branches.size());
     for (const auto& branch : anatomy.branches) {
-        double length = 0;
-        for (std::size_t i = 1; i < branch.points.size(); ++i)
-            length += (branch.points[i] - branch.points[i - 1]).norm();
         const auto [least, most] = std::minmax_element(branch.radii.begin(), branch.radii.end());
-        text += fmt::format("  {:<4} {:>7.1f} mm, radius {:.2f} to {:.2f}, from {}\n", branch.name, length,
-                            *least, *most,
+        text += fmt::format("  {:<4} {:>7.1f} mm, radius {:.2f} to {:.2f}, from {}\n", branch.name,
+                            geometry::length_of(branch.points), *least, *most,
                             branch.parent < 0 ? "the inlet" : anatomy.branches[branch.parent].name);
     }
     text += fmt::format("{} ends:\n", anatomy.ends.size());

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/anatomy/import/branch_tree.h"
+#include "physics/geometry/polyline.h"
 
 namespace anatomy {
 namespace {
@@ -23,7 +24,7 @@ public:
         std::vector<geometry::BoundaryLoop> loops;
         for (const MeshOpening& opening : openings) loops.push_back(opening.loop);
         const geometry::MeshQuery closed(geometry::capped(open, loops));
-        for (const Polyline& line : lines) add_line(closed, resampled(line, options.step));
+        for (const Polyline& line : lines) add_line(closed, geometry::resampled(line, options.step));
         link_lines();
     }
 

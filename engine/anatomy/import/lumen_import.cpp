@@ -98,7 +98,7 @@ private:
 
     void check_surface(const RepairedLumen& lumen) {
         figures_ = surface_figures(closed(lumen));
-        std::string refused;
+        std::vector<std::string> refused;
         for (const Check& check : surface_checks(figures_, options_.unit)) {
             if (check.verdict != Check::Verdict::Fail) continue;
             const bool coarse = check.what == "median edge";
@@ -106,10 +106,10 @@ private:
                 warned("the mesh is coarse: {} {}; radii are those of its facets", check.what, check.found);
                 continue;
             }
-            refused += fmt::format("{}{}: {} was found; {} is accepted{}", refused.empty() ? "" : "\n",
-                                   check.what, check.found, check.accepted, coarse ? " (--centrelines)" : "");
+            refused.push_back(fmt::format("{}: {} was found; {} is accepted{}", check.what, check.found,
+                                          check.accepted, coarse ? " (--centrelines)" : ""));
         }
-        if (!refused.empty()) throw io::InputError(refused);
+        if (!refused.empty()) throw io::InputError(io::joined(refused, "\n"));
     }
 
     TracingOptions tracing(const TriangleMesh& mesh, const TriangleMesh& whole, double from,
@@ -189,14 +189,13 @@ private:
 
     void check_tracing(const TracedLumen& traced, const std::vector<MeshOpening>& ends, int inlet) {
         check_false_tips(traced);
-        std::string lost;
-        for (const int e : traced.unreached)
-            lost += (lost.empty() ? "" : ", ") + io::place_text(ends[e].loop.centroid);
+        std::vector<std::string> lost;
+        for (const int e : traced.unreached) lost.push_back(io::place_text(ends[e].loop.centroid));
         if (!lost.empty()) {
             throw io::InputError(
                 fmt::format("no way through the lumen leads from the inlet at {} to the end at {}; a "
                             "lumen in one piece is accepted",
-                            io::place_text(ends[inlet].loop.centroid), lost));
+                            io::place_text(ends[inlet].loop.centroid), io::joined(lost)));
         }
         if (traced.branches.empty())
             throw io::InputError("no vessel was found inside the surface; a lumen is accepted");
@@ -256,9 +255,7 @@ private:
     }
 
     void check_result() {
-        std::string refused;
-        for (const std::string& problem : problems(result_.anatomy))
-            refused += (refused.empty() ? "" : "\n") + problem;
+        std::vector<std::string> refused = problems(result_.anatomy);
         if (refused.empty()) {
             result_.checks = anatomy_checks(result_.anatomy);
             for (Check& check : result_.checks) {
@@ -267,11 +264,11 @@ private:
                     check.verdict = Check::Verdict::Warning;
                     continue;
                 }
-                refused += fmt::format("{}{}: {} was found; {} is accepted", refused.empty() ? "" : "\n",
-                                       check.what, check.found, check.accepted);
+                refused.push_back(
+                    fmt::format("{}: {} was found; {} is accepted", check.what, check.found, check.accepted));
             }
         }
-        if (!refused.empty()) throw io::InputError(refused);
+        if (!refused.empty()) throw io::InputError(io::joined(refused, "\n"));
     }
 
     const ImportOptions& options_;

@@ -6,6 +6,7 @@
 
 #include "engine/anatomy/import/branch_tree.h"
 #include "engine/anatomy/import/lumen_voxels.h"
+#include "physics/geometry/polyline.h"
 
 namespace anatomy {
 namespace {
@@ -149,7 +150,8 @@ private:
     void follow_tip(int tip) {
         const Polyline whole = way_to(tip);
         const BranchTree::Own own = tree_.own_part(whole);
-        const double width = std::max(voxels_.size(), tree_.width(own)), length = length_of(own.way);
+        const double width = std::max(voxels_.size(), tree_.width(own)),
+                     length = geometry::length_of(own.way);
         if (tree_.is_spur(own)) {
             result_.spurs += length >= width;
             mark_near(tip, std::max(2 * width, length));
@@ -187,7 +189,7 @@ private:
                 for (const Vec3& q : own) least = std::min(least, (p - q).norm());
                 apart += least > 1.5 * width;
             }
-            const double length = length_of(other.way);
+            const double length = geometry::length_of(other.way);
             if (2 * apart < other.way.size() || length < 2 * width || length < longest) return;
             longest = length;
             best = way_to(v);

@@ -1,5 +1,6 @@
 #include "engine/exercise/simulation.h"
 
+#include "engine/anatomy/lumen_wall.h"
 #include "tests/anatomies.h"
 #include "tests/engine/anatomy/trees.h"
 #include "tests/engine/fixtures.h"

@@ -16,6 +16,15 @@ TEST(Files, WholeFileReplacesTheOldOneAndLeavesNothingBeside) {
     EXPECT_FALSE(std::filesystem::exists(folder / "a.txt.part"));
 }
 
+TEST(Files, TextIsReadWholeAndWhatIsNoFileIsNamed) {
+    const test::TemporaryFolder folder;
+    test::write(folder / "a.txt", std::string("one\r\n\0two", 9));
+    EXPECT_EQ(read_text(folder / "a.txt", "poem", "verses are accepted"), std::string("one\r\n\0two", 9));
+    for (const std::filesystem::path& path : {folder / "none", folder / "."})
+        EXPECT_EQ(test::refusal([&] { read_text(path, "poem", "verses are accepted"); }),
+                  path.string() + ": no such poem can be read; verses are accepted");
+}
+
 TEST(Files, FailedWriteNamesThePathAndTheReason) {
     const test::TemporaryFolder folder;
     test::write(folder / "file", "");

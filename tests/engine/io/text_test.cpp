@@ -34,6 +34,8 @@ TEST(Text, NearestWordForgivesSlipsOnly) {
     EXPECT_EQ(nearest_word("advnce", words), "advance");
     EXPECT_EQ(nearest_word("rot", words), "rotate");
     EXPECT_EQ(nearest_word("fly", words), "");
+    EXPECT_EQ(suggestion("rot", words), " (is 'rotate' meant?)");
+    EXPECT_EQ(suggestion("fly", words), "");
     constexpr std::array<std::string_view, 2> vessels = {"LM+LAD", "LCX"};
     EXPECT_EQ(nearest_word("LAD", vessels), "LM+LAD");
     EXPECT_EQ(nearest_word("LM", vessels), "LM+LAD");

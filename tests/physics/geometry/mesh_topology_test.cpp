@@ -48,6 +48,11 @@ TEST(MeshTopology, EdgesThatDisagreeAboutOutsideAreNonManifold) {
     EXPECT_EQ(topology(mesh).non_manifold_edges, 3);
 }
 
+TEST(MeshTopology, TheFirstAtAPlaceIsFoundWhateverTheSignOfZero) {
+    const std::vector<Vec3> vertices = {{1, 0, 0}, {2, 0, 0}, {1, -0.0, 0}, {2, 0, 0}, {1, 0, 1e-300}};
+    EXPECT_EQ(first_at_place(vertices), (std::vector<int>{0, 1, 0, 1, 4}));
+}
+
 TEST(MeshTopology, WeldingJoinsEqualCornersAndDropsCollapsedTriangles) {
     TriangleMesh soup;
     for (const auto& t : cube().triangles) {

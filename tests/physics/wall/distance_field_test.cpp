@@ -178,6 +178,9 @@ TEST(DistanceField, IsOneFunctionFromANarrowVesselToAWideOne) {
     const DistanceField field = field_of(cone());
     const std::size_t uniform = field_of(cone(), 0, {.spacing = field.spacing(), .threads = 2}).bytes();
     EXPECT_LT(field.bytes(), 0.5 * static_cast<double>(uniform));
+    const FieldEstimate expected = DistanceField::estimate(cone().branches);
+    EXPECT_EQ(expected.spacing, field.spacing());
+    EXPECT_NEAR(expected.bytes / static_cast<double>(field.bytes()), 1, 0.5);
     expect_one_function(field, 30, 1.8e-3);  // 6(1 - cos(π/128))
 }
 

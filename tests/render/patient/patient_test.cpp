@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "physics/geometry/mesh_topology.h"
 #include "render/patient/patient_parts.h"
 #include "render/patient/solids.h"
 #include "render/xray/path_length.h"
@@ -85,16 +86,16 @@ double share_inside(const TriangleMesh& what, const TriangleMesh& of, std::size_
 TEST(Solids, AreClosedOutwardAndOfTheRightVolume) {
     const auto ball = render::ellipsoid(Vec3(5, 6, 7), Vec3(10, 20, 30), 64);
     EXPECT_EQ(render::unmatched_edges(ball), 0);
-    EXPECT_NEAR(render::signed_volume(ball) / (4.0 / 3.0 * std::numbers::pi * 6000.0), 1.0, 0.01);
+    EXPECT_NEAR(geometry::signed_volume(ball) / (4.0 / 3.0 * std::numbers::pi * 6000.0), 1.0, 0.01);
     const auto star = render::star(
         Vec3(5, 6, 7), [](const Vec3&) { return 10.0; }, 64);
     EXPECT_EQ(render::unmatched_edges(star), 0);
-    EXPECT_NEAR(render::signed_volume(star) / (4.0 / 3.0 * std::numbers::pi * 1000.0), 1.0, 0.01);
+    EXPECT_NEAR(geometry::signed_volume(star) / (4.0 / 3.0 * std::numbers::pi * 1000.0), 1.0, 0.01);
     // The same, whichever way the path runs.
     for (double end : {40.0, -40.0}) {
         const auto rod = render::tube({{0, 0, 0}, {0, 0, end}}, Vec3(1, 0, 0), {5, 5}, {3, 3}, 64);
         EXPECT_EQ(render::unmatched_edges(rod), 0);
-        EXPECT_NEAR(render::signed_volume(rod) / (std::numbers::pi * 15.0 * 40.0), 1.0, 0.01);
+        EXPECT_NEAR(geometry::signed_volume(rod) / (std::numbers::pi * 15.0 * 40.0), 1.0, 0.01);
     }
 }
 
@@ -103,7 +104,7 @@ TEST(Patient, ConsistsOfClosedMeshes) {
     for (const auto& layer : render::make_patient(whole_body())) {
         EXPECT_FALSE(layer.mesh.triangles.empty()) << layer.name;
         EXPECT_EQ(render::unmatched_edges(layer.mesh), 0) << layer.name;
-        EXPECT_GT(render::signed_volume(layer.mesh), 0.0) << layer.name;
+        EXPECT_GT(geometry::signed_volume(layer.mesh), 0.0) << layer.name;
         triangles += layer.mesh.triangles.size();
     }
     EXPECT_LE(triangles, 250'000u);

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "physics/geometry/mesh_topology.h"
 #include "render/xray/path_length.h"
 
 TEST(Solids, SubdividedKeepTheirSurface) {
@@ -12,5 +13,5 @@ TEST(Solids, SubdividedKeepTheirSurface) {
     // Each edge, shared by two triangles, adds its middle.
     EXPECT_EQ(finer.vertices.size(), ball.vertices.size() + 3 * ball.triangles.size() / 2);
     EXPECT_EQ(render::unmatched_edges(finer), 0);
-    EXPECT_NEAR(render::signed_volume(finer) / render::signed_volume(ball), 1.0, 1e-12);
+    EXPECT_NEAR(geometry::signed_volume(finer) / geometry::signed_volume(ball), 1.0, 1e-12);
 }

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <utility>
 
+#include "physics/geometry/mesh_topology.h"
 #include "render/patient/solids.h"
 #include "render/xray/path_length.h"
 
@@ -72,7 +73,7 @@ TEST(SurfaceCrossings, AreOneEntryAndOneExitThroughEdgesAndCorners) {
     box.triangles = {{0, 1, 2}, {0, 2, 3}, {4, 6, 5}, {4, 7, 6}, {0, 4, 5}, {0, 5, 1},
                      {1, 5, 6}, {1, 6, 2}, {2, 6, 7}, {2, 7, 3}, {3, 7, 4}, {3, 4, 0}};
     ASSERT_EQ(render::unmatched_edges(box), 0);
-    if (render::signed_volume(box) < 0)
+    if (geometry::signed_volume(box) < 0)
         for (auto& t : box.triangles) std::swap(t[1], t[2]);
     const auto crossings = render::surface_crossings(box, arm, 2);
     int inside = 0;

@@ -31,14 +31,6 @@ TEST(Centreline, FixedEndsStay) {
     EXPECT_LT((line.points[20] - Vec3(10, 0, 0)).norm(), 0.05);
 }
 
-TEST(Centreline, ResamplingKeepsLengthAndEnds) {
-    const Polyline line = resampled({{0, 0, 0}, {1, 0, 0}, {1, 2, 0}, {4, 2, 0}}, 0.5);
-    ASSERT_EQ(line.size(), 13u);
-    EXPECT_EQ(line.front(), Vec3(0, 0, 0));
-    EXPECT_EQ(line.back(), Vec3(4, 2, 0));
-    EXPECT_NEAR(length_of(line), 6, 1e-12);
-}
-
 TEST(MeshCut, OpensATubeWithOneLoopInThePlane) {
     geometry::TriangleMesh mesh = test::tube(2, 20);
     mesh = geometry::capped(mesh, geometry::topology(mesh).loops);

@@ -1,0 +1,92 @@
+#include "engine/scenario/placement.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+
+#include "engine/anatomy/lumen_wall.h"
+#include "engine/io/text.h"
+#include "physics/geometry/polyline.h"
+#include "physics/wall/tube_wall.h"
+
+namespace scenario {
+
+using geometry::Vec3;
+
+ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy) {
+    physics::GuidewireSpec& wire = s.guidewire;
+    ModelChoice choice = choose_model(anatomy, wire, s.refinement.curve_tolerance, s.tube.has_value());
+    if (s.wall_model == WallModel::Auto) s.wall_model = choice.wall;
+    if (s.choose_segment_length) {
+        s.wall_stiffness *= choice.segment_length / wire.segment_length;  // the same per length of wire
+        wire.segment_length = choice.segment_length;
+    }
+    return choice;
+}
+
+anatomy::EntryPath entry_of(const Scenario& s, const anatomy::Anatomy& anatomy) {
+    const std::optional<int> end = anatomy::find_end(anatomy, s.entry.end);
+    if (!end) {
+        std::vector<std::string> names;
+        for (const anatomy::VesselEnd& known : anatomy.ends) names.push_back(known.opening.name);
+        throw io::InputError(
+            io::located(s.place("entry.end"), fmt::format("'{}' is no open end of {}; ends are: {}",
+                                                          s.entry.end, anatomy.name, io::joined(names))));
+    }
+    anatomy::EntryPath entry = anatomy::path_from(anatomy, *end);
+
+    const physics::GuidewireSpec& wire = s.guidewire;
+    const std::vector<double> ways = geometry::ways_along(entry.points);
+    double narrowest = entry.radii.front();
+    for (std::size_t i = 1; i < ways.size() && ways[i - 1] < s.entry.inserted; ++i)
+        narrowest = std::min(narrowest, entry.radii[i]);
+    if (!physics::enters(wire.diameter, narrowest)) {
+        throw io::InputError(
+            io::located(s.place("guidewire.diameter_mm"),
+                        fmt::format("a wire of diameter {} mm does not enter at '{}', which is {:.3g} mm "
+                                    "wide; a thinner wire is accepted",
+                                    wire.diameter, s.entry.end, 2 * narrowest)));
+    }
+    const double length = ways.back(), least = (wire.curved_segments() + 2) * wire.segment_length;
+    if (s.entry.inserted < least * (1 - 1e-9) || s.entry.inserted > length + 1e-6) {
+        throw io::InputError(
+            io::located(s.place("entry.inserted_mm"),
+                        fmt::format("{} mm of wire cannot start inside; {} mm (its curved tip and "
+                                    "two segments) to {:.4g} mm (the "
+                                    "way from '{}') are accepted",
+                                    s.entry.inserted, least, length, s.entry.end)));
+    }
+    return entry;
+}
+
+Vec3 target_of(const Scenario& s, const anatomy::Anatomy& anatomy) {
+    if (s.target.centre) {
+        if (anatomy::inside(anatomy, *s.target.centre)) return *s.target.centre;
+        const anatomy::VesselPlace place = anatomy::nearest_place(anatomy, *s.target.centre);
+        throw io::InputError(
+            io::located(s.place("target.centre_mm"),
+                        fmt::format("the target is outside the anatomy, {:.3g} mm from the wall of '{}'; a "
+                                    "place inside a vessel is accepted",
+                                    place.distance, anatomy.branches[place.branch].name)));
+    }
+    std::vector<std::string> names;
+    for (const anatomy::VesselTarget& known : anatomy.targets) {
+        if (known.name == s.target.name) return known.centre;
+        names.push_back(known.name);
+    }
+    throw io::InputError(
+        io::located(s.place("target.name"), fmt::format("'{}' is no target of {}; targets are: {}",
+                                                        s.target.name, anatomy.name, io::joined(names))));
+}
+
+std::unique_ptr<const physics::LumenWall> wall_of(const Scenario& s, const anatomy::Anatomy& anatomy,
+                                                  const anatomy::ModelCache& cache) {
+    const double wire_radius = 0.5 * s.guidewire.diameter;
+    if (s.wall_model == WallModel::Analytic)
+        return std::make_unique<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius,
+                                                   s.wall_stiffness, wire_radius);
+    const auto kind =
+        s.wall_model == WallModel::Mesh ? anatomy::SurfaceWall::Mesh : anatomy::SurfaceWall::DistanceField;
+    return anatomy::surface_wall(anatomy, kind, s.wall_stiffness, wire_radius, cache);
+}
+
+}  // namespace scenario

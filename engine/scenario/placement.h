@@ -1,0 +1,30 @@
+#pragma once
+/// A scenario in its anatomy: what it leaves open, where the wire comes in, what it is to reach, what it
+/// touches.
+
+#include <memory>
+
+#include "engine/anatomy/anatomy.h"
+#include "engine/anatomy/model_cache.h"
+#include "engine/scenario/model_choice.h"
+#include "engine/scenario/scenario.h"
+#include "physics/wall/wall.h"
+
+namespace scenario {
+
+/// Fills in the segment length and the wall's model where the scenario leaves them to be chosen; the wall is
+/// then as stiff per length of wire as before. Returns what was found, asked for or not.
+ModelChoice choose(Scenario&, const anatomy::Anatomy&);
+
+/// The way in from the entry's end. Throws InputError for an end that does not exist, a wire that does not
+/// enter there, and too much or too little wire inside.
+anatomy::EntryPath entry_of(const Scenario&, const anatomy::Anatomy&);
+
+/// The middle of the target [mm]. Throws InputError for a target that does not exist or lies outside.
+geometry::Vec3 target_of(const Scenario&, const anatomy::Anatomy&);
+
+/// Of a scenario with nothing left to choose.
+std::unique_ptr<const physics::LumenWall> wall_of(const Scenario&, const anatomy::Anatomy&,
+                                                  const anatomy::ModelCache& = {});
+
+}  // namespace scenario

@@ -1,0 +1,100 @@
+#include "render/picture/resize.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <vector>
+
+namespace render {
+namespace {
+
+/// Shares that old pixels have in new pixel `i` along one side.
+struct Span {
+    int first = 0;
+    std::vector<double> shares;  // sum 1
+};
+Span span_of(int i, int from, int to) {
+    const double start = double(i) * from / to, stop = double(i + 1) * from / to;
+    Span span{std::min(static_cast<int>(start), from - 1), {}};
+    for (int k = span.first; k < from && k < stop; ++k) {
+        span.shares.push_back((std::min(stop, k + 1.0) - std::max(start, double(k))) / (stop - start));
+    }
+    return span;
+}
+
+/// The mean over the area that each new pixel covers.
+GrayImage reduced(const GrayImage& image, int width, int height) {
+    std::vector<Span> columns;
+    for (int i = 0; i < width; ++i) columns.push_back(span_of(i, image.width, width));
+    GrayImage result{width, height, std::vector<std::uint8_t>(static_cast<std::size_t>(width) * height)};
+    for (int j = 0; j < height; ++j) {
+        const Span rows = span_of(j, image.height, height);
+        for (int i = 0; i < width; ++i) {
+            double sum = 0.0;
+            for (std::size_t r = 0; r < rows.shares.size(); ++r) {
+                const std::uint8_t* row =
+                    &image
+                         .pixels[(rows.first + r) * image.width + static_cast<std::size_t>(columns[i].first)];
+                for (std::size_t c = 0; c < columns[i].shares.size(); ++c) {
+                    sum += rows.shares[r] * columns[i].shares[c] * row[c];
+                }
+            }
+            result.pixels[static_cast<std::size_t>(j) * width + i] =
+                static_cast<std::uint8_t>(std::lround(sum));
+        }
+    }
+    return result;
+}
+
+/// Where a new row or column lies between two old ones: share/256 of the way from `first` to `second`.
+struct Between {
+    int first = 0;
+    int second = 0;
+    int share = 0;
+};
+std::vector<Between> between(int from, int to) {
+    std::vector<Between> places(static_cast<std::size_t>(to));
+    for (int i = 0; i < to; ++i) {
+        const double place = std::clamp((i + 0.5) * from / to - 0.5, 0.0, from - 1.0);
+        const int first = static_cast<int>(place);
+        places[i] = {first, std::min(first + 1, from - 1),
+                     static_cast<int>(std::lround((place - first) * 256.0))};
+    }
+    return places;
+}
+
+/// Bilinear, in integers: the same on every machine.
+GrayImage enlarged(const GrayImage& image, int width, int height) {
+    const auto columns = between(image.width, width), rows = between(image.height, height);
+    GrayImage result{width, height, std::vector<std::uint8_t>(std::size_t(width) * height)};
+    std::vector<int> mixed(static_cast<std::size_t>(image.width));  // 256 times a row of old columns
+    for (int j = 0; j < height; ++j) {
+        const std::uint8_t* upper = &image.pixels[std::size_t(rows[j].first) * image.width];
+        const std::uint8_t* lower = &image.pixels[std::size_t(rows[j].second) * image.width];
+        for (int i = 0; i < image.width; ++i) {
+            mixed[i] = 256 * upper[i] + rows[j].share * (lower[i] - upper[i]);
+        }
+        std::uint8_t* to = &result.pixels[std::size_t(j) * width];
+        for (int i = 0; i < width; ++i) {
+            const auto& [first, second, share] = columns[i];
+            to[i] = static_cast<std::uint8_t>(
+                (256 * mixed[first] + share * (mixed[second] - mixed[first]) + 32768) >> 16);
+        }
+    }
+    return result;
+}
+
+}  // namespace
+
+GrayImage resized(const GrayImage& image, int width, int height) {
+    if (image.width < 1 || image.height < 1 ||
+        image.pixels.size() != static_cast<std::size_t>(image.width) * image.height) {
+        throw std::invalid_argument("an image without pixels cannot be resampled");
+    }
+    if (width < 1 || height < 1) throw std::invalid_argument("an image cannot be resampled to nothing");
+    if (image.width == width && image.height == height) return image;
+    return width < image.width || height < image.height ? reduced(image, width, height)
+                                                        : enlarged(image, width, height);
+}
+
+}  // namespace render
