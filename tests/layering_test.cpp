@@ -65,12 +65,12 @@ const std::map<std::string, Room> rooms = {
                 "engine/exercise", "engine/io", "engine/run", "engine/scenario"},
       "studies"}},
     {"app",
-     {{"engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/io", "engine/run",
-       "engine/scenario", "engine/studies", "render/xray"},
+     {{"app/play", "engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/io",
+       "engine/run", "engine/scenario", "engine/studies", "render/xray"},
       "app"}},
     {"app/play",
      {all_physics + all_render +
-          Names{"app", "engine/anatomy", "engine/exercise", "engine/io", "engine/room", "engine/scenario",
+          Names{"engine/anatomy", "engine/exercise", "engine/io", "engine/room", "engine/scenario",
                 "engine/script"},
       "app"}},
 };
@@ -90,8 +90,8 @@ const std::map<std::string, Names> third_party = {
     {"assimp", {"engine/anatomy"}},
     {"toml++", {"engine/anatomy/grow", "engine/io", "engine/room", "engine/scenario"}},
     {"nlohmann",
-     {"engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/exercise", "engine/room", "engine/run",
-      "engine/studies"}},
+     {"engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/exercise", "engine/room",
+      "engine/run", "engine/studies"}},
     {"CLI", {"app", "app/command.h"}},
 };
 const Names with_fmt = {"engine", "app"};  // folders

@@ -53,6 +53,36 @@ void main() {
     colour = vec4(shade * (0.35 + 0.65 * slant), clamp(opacity + rim * pow(1.0 - slant, 2.0), 0.0, 1.0));
 })";
 
+struct Method {
+    physics::RelaxerKind kind;
+    int varied;
+};
+using physics::RelaxerKind;
+constexpr Method methods[] = {
+    {RelaxerKind::Global, 2},  {RelaxerKind::FirstOrder, 1}, {RelaxerKind::Segment, 1},
+    {RelaxerKind::Segment, 2}, {RelaxerKind::Segment, 3},    {RelaxerKind::Segment, 4},
+    {RelaxerKind::Segment, 5}, {RelaxerKind::Combined, 2},   {RelaxerKind::Konings, 1}};
+constexpr int method_count = static_cast<int>(std::size(methods));
+constexpr const char* method_names[method_count] = {"global", "first order", "M = 1",    "M = 2",  "M = 3",
+                                                    "M = 4",  "M = 5",       "combined", "Konings"};
+
+int method_of(const physics::RelaxerConfig& config) {
+    for (int k = 0; k < method_count; ++k)
+        if (methods[k].kind == config.kind &&
+            (config.kind != RelaxerKind::Segment || methods[k].varied == config.varied_segments))
+            return k;
+    return 0;
+}
+
+/// Told apart by eyes that miss red or green (Okabe and Ito's eight, and white).
+ImU32 method_colour(int method) {
+    constexpr ImU32 colours[] = {
+        IM_COL32(230, 159, 0, 255), IM_COL32(204, 121, 167, 255), IM_COL32(86, 180, 233, 255),
+        IM_COL32(0, 158, 115, 255), IM_COL32(240, 228, 66, 255),  IM_COL32(0, 114, 178, 255),
+        IM_COL32(213, 94, 0, 255),  IM_COL32(160, 160, 160, 255), IM_COL32(255, 255, 255, 255)};
+    return colours[method % std::size(colours)];
+}
+
 glm::vec3 single(const geometry::Vec3& v) {
     return {static_cast<float>(v.x()), static_cast<float>(v.y()), static_cast<float>(v.z())};
 }
@@ -88,6 +118,12 @@ struct Instructor::Scene {
     std::chrono::steady_clock::time_point drawn_at;
     float azimuth = 0, elevation = 0.15f, distance = 320;  // of the eye [rad], [mm]
     std::deque<float> motion_ms, image_ms, steps, residual;
+    struct Dot {
+        double ms, error;
+        int method;
+    };
+    std::deque<Dot> dots;                    // of frames with a motion
+    std::optional<exercise::Tuning> edited;  // by sliders that are held
     long seen = -1;
 
     explicit Scene(const Gl& functions) : gl(functions) {}
@@ -329,6 +365,61 @@ struct Instructor::Scene {
         gl.BindFramebuffer(GL_FRAMEBUFFER, 0);
     }
 
+    /// Time of a frame's motion against the distance from rest that is left, both by powers of ten.
+    void speed_against_accuracy(float unit) const {
+        constexpr double least_ms = 0.01, most_ms = 1000, least_mm = 1e-10, most_mm = 10;
+        ImGui::TextDisabled("distance from rest [mm] over time [ms]");
+        const ImVec2 size(unit * 214, unit * 130), corner = ImGui::GetCursorScreenPos();
+        ImDrawList& list = *ImGui::GetWindowDrawList();
+        list.AddRectFilled(corner, ImVec2(corner.x + size.x, corner.y + size.y), colour(palette::well));
+        const auto at = [&](double ms, double mm) {
+            const double x = std::log(ms / least_ms) / std::log(most_ms / least_ms);
+            const double y = std::log(mm / least_mm) / std::log(most_mm / least_mm);
+            return ImVec2(corner.x + size.x * static_cast<float>(std::clamp(x, 0.0, 1.0)),
+                          corner.y + size.y * static_cast<float>(1 - std::clamp(y, 0.0, 1.0)));
+        };
+        for (double ms = least_ms; ms <= most_ms; ms *= 10)
+            list.AddLine(at(ms, least_mm), at(ms, most_mm), colour(palette::rule));
+        for (double mm = least_mm; mm <= most_mm * 1.1; mm *= 1000)
+            list.AddLine(at(least_ms, mm), at(most_ms, mm), colour(palette::rule));
+        list.AddLine(at(1000.0 / 15, least_mm), at(1000.0 / 15, most_mm), colour(palette::alarm));
+        for (const Dot& dot : dots)
+            list.AddCircleFilled(at(dot.ms, std::max(least_mm, dot.error)), unit * 2,
+                                 method_colour(dot.method), 6);
+        ImGui::Dummy(size);
+        ImGui::TextDisabled("0.01 ... 1000 ms, 1e-10 ... 10 mm; red: a frame");
+    }
+
+    /// What was changed and let go.
+    std::optional<exercise::Tuning> controls(const exercise::Tuning& now, float unit) {
+        exercise::Tuning next = edited.value_or(now);
+        bool held = false, done = false;
+        const auto slider = [&](const char* name, double& value, float least, float most,
+                                const char* format) {
+            float shown = static_cast<float>(value);
+            ImGui::SetNextItemWidth(unit * 120);
+            if (ImGui::SliderFloat(name, &shown, least, most, format,
+                                   ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
+                value = shown;
+            held = held || ImGui::IsItemActive();
+            done = done || ImGui::IsItemDeactivatedAfterEdit();
+        };
+        slider("EI shaft", next.shaft_rigidity, 1, 5000, "%.0f N mm2");
+        slider("EI tip", next.tip_rigidity, 0.5f, 200, "%.1f N mm2");
+        slider("wall k", next.wall_stiffness, 0.1f, 200, "%.1f N/mm");
+        slider("segment", next.segment_length, 0.5f, 6, "%.2f mm");
+        int method = method_of(next.relaxer);
+        ImGui::SetNextItemWidth(unit * 120);
+        if (ImGui::Combo("method", &method, method_names, method_count)) {
+            next.relaxer.kind = methods[method].kind;
+            next.relaxer.varied_segments = methods[method].varied;
+            done = true;
+        }
+        ImGui::TextDisabled("friction: this wire has none");
+        edited = held && !done ? std::optional(next) : std::nullopt;
+        return done ? std::optional(next) : std::nullopt;
+    }
+
     void remember(const room::View& view) {
         if (!view.solver || view.frames == seen) return;
         seen = view.frames;
@@ -341,6 +432,9 @@ struct Instructor::Scene {
         push(image_ms, solver.image_ms);
         push(steps, solver.relax.newton_steps > 0 ? solver.relax.newton_steps : solver.relax.updates);
         push(residual, std::log10(std::max(1e-16, solver.relax.gradient)));
+        if (solver.relax.updates == 0 && solver.relax.newton_steps == 0) return;
+        dots.push_back({solver.motion_ms, solver.error, method_of(solver.tuning.relaxer)});
+        if (dots.size() > 3 * remembered) dots.pop_front();
     }
 };
 
@@ -352,11 +446,14 @@ void Instructor::reset() {
     s.drawn_lumen = nullptr;
     s.goal.count = 0;
     s.drawn_view = s.seen = -1;
+    s.dots.clear();
+    s.edited.reset();
     for (auto* values : {&s.motion_ms, &s.image_ms, &s.steps, &s.residual}) values->clear();
 }
 
-void Instructor::draw(const room::View& view, const anatomy::Anatomy& anatomy, const geometry::Vec3& target,
-                      double radius, const render::Box& area, const Window& window) {
+std::optional<exercise::Tuning> Instructor::draw(const room::View& view, const anatomy::Anatomy& anatomy,
+                                                 const geometry::Vec3& target, double radius,
+                                                 const render::Box& area, const Window& window) {
     Scene& s = *scene_;
     s.remember(view);
     const float unit = window.unit();
@@ -367,7 +464,7 @@ void Instructor::draw(const room::View& view, const anatomy::Anatomy& anatomy, c
     if (!view.solver) {
         ImGui::TextUnformatted("It shows the wire from the next frame on.");
         ImGui::End();
-        return;
+        return std::nullopt;
     }
     const room::SolverView& solver = *view.solver;
     ImGui::BeginChild("solver", ImVec2(unit * 230, 0));
@@ -408,6 +505,9 @@ void Instructor::draw(const room::View& view, const anatomy::Anatomy& anatomy, c
                                                   ImVec2(corner.x + (k + 1) * step, corner.y + unit * 8),
                                                   ImGui::ColorConvertFloat4ToU32(ImVec4(c.r, c.g, c.b, 1)));
     }
+    ImGui::Dummy(ImVec2(0, unit * 12));
+    s.speed_against_accuracy(unit);
+    const std::optional<exercise::Tuning> asked = s.controls(solver.tuning, unit);
     ImGui::EndChild();
     ImGui::SameLine();
 
@@ -441,6 +541,7 @@ void Instructor::draw(const room::View& view, const anatomy::Anatomy& anatomy, c
         }
     }
     ImGui::End();
+    return asked;
 }
 
 }  // namespace app

@@ -4,6 +4,7 @@
 
 #include <deque>
 #include <memory>
+#include <optional>
 
 #include "app/play/window.h"
 #include "engine/anatomy/anatomy.h"
@@ -20,9 +21,10 @@ public:
 
     /// Another session: what was drawn is forgotten.
     void reset();
-    /// Draws it over the area [pixels]. `target` and its `radius` [mm].
-    void draw(const room::View&, const anatomy::Anatomy&, const geometry::Vec3& target, double radius,
-              const render::Box&, const Window&);
+    /// Draws it over the area [pixels]. `target` and its `radius` [mm]. Returns what the instructor changed.
+    std::optional<exercise::Tuning> draw(const room::View&, const anatomy::Anatomy&,
+                                         const geometry::Vec3& target, double radius, const render::Box&,
+                                         const Window&);
 
 private:
     struct Scene;

@@ -282,6 +282,8 @@ room::Input Play::input_of(const Events& events) {
     input.drag_right = std::exchange(drag_right_, 0);
     input.arm_lao = std::exchange(arm_lao_, 0);
     input.arm_cranial = std::exchange(arm_cranial_, 0);
+    input.table_left = std::exchange(table_left_, 0);
+    input.table_head = std::exchange(table_head_, 0);
     const auto [push, turn] = window_.axes();
     input.push = push;
     input.turn = turn;
@@ -325,7 +327,7 @@ void Play::end_attempt() {
 
 /// The grade, when all is known that it needs.
 void Play::settle() {
-    if (session_->options().script || free_practice_ || grade_) return;
+    if (session_->options().script || free_practice_ || grade_ || view_->tuned) return;
     grade_ = room::grade(view_->score, view_->handling, known_par_);
     try {
         results_.add(session_->options().scenario.name, *grade_, view_->score);

@@ -115,7 +115,7 @@ private:
     bool help_ = false, menu_ = false, review_open_ = false, instructor_open_ = false, hints_ = true;
     bool quits_ = false, differed_ = false;
     int hint_ = 0;
-    double drag_up_ = 0, drag_right_ = 0, arm_lao_ = 0, arm_cranial_ = 0;
+    double drag_up_ = 0, drag_right_ = 0, arm_lao_ = 0, arm_cranial_ = 0, table_left_ = 0, table_head_ = 0;
     Texture image_, reference_;
     std::vector<std::unique_ptr<Texture>> thumbnails_;
     Review review_;

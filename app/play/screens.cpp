@@ -242,8 +242,10 @@ void Play::draw_room() {
         geometry::Vec3 target = s.target.centre.value_or(geometry::Vec3::Zero());
         for (const anatomy::VesselTarget& known : anatomy->targets)
             if (known.name == s.target.name) target = known.centre;
-        instructor_.draw(*view_, *anatomy, target, s.target.radius,
-                         {width * 0.34f, u(10), width - u(10), tall - u(10)}, window_);
+        const std::optional<exercise::Tuning> asked =
+            instructor_.draw(*view_, *anatomy, target, s.target.radius,
+                             {width * 0.34f, u(10), width - u(10), tall - u(10)}, window_);
+        if (asked) session_->give(*asked);
     }
     if (view_->phase == Phase::Failed || view_->phase == Phase::Loading) draw_loading();
     draw_hint(image);
@@ -269,7 +271,7 @@ void Play::draw_image(const Box& area) {
     const float left = std::round((area.left + area.right - side) / 2),
                 top = std::round((area.top + area.bottom - side) / 2);
     if (view_->image) {
-        image_.show(*view_->image, view_->image_serial);
+        image_.show(*view_->image, view_->image_serial, side < static_cast<float>(view_->image->width));
         list.AddImage(image_.id(), ImVec2(left, top), ImVec2(left + side, top + side));
     }
     render::Canvas marks = canvas();
@@ -288,6 +290,13 @@ void Play::draw_image(const Box& area) {
     if (ImGui::IsItemActive() && running()) {
         drag_right_ += ImGui::GetIO().MouseDelta.x;
         drag_up_ -= ImGui::GetIO().MouseDelta.y;
+    }
+    if (ImGui::IsItemHovered() && ImGui::IsMouseDown(1) && running()) {
+        // With the right button the image is moved: the table goes the other way.
+        const double per_pixel = view_->readout.field_of_view.value_or(300) *
+                                 view_->readout.sod.value_or(750) / view_->readout.sid.value_or(1100) / side;
+        table_left_ += ImGui::GetIO().MouseDelta.x * per_pixel;
+        table_head_ -= ImGui::GetIO().MouseDelta.y * per_pixel;
     }
     ImGui::End();
     ImGui::PopStyleVar();
@@ -472,6 +481,8 @@ void Play::draw_end() {
         if (view_->handling.against_stops > 0)
             wrapped(palette::caution, fmt::format("The wire was pushed or pulled against a stop {} times.",
                                                   view_->handling.against_stops));
+    } else if (view_->tuned) {
+        text(palette::label, "The instructor changed the model: this attempt has no score.");
     } else if (!free_practice_ && !session_->options().script) {
         text(palette::label, "Par is being worked out ...");
     } else if (free_practice_) {
@@ -536,7 +547,8 @@ void Play::draw_help() {
         ImGui::EndTable();
     }
     wrapped(palette::label,
-            "Mouse: the wheel pushes, dragging on the image pushes (up) and turns (right); dragging the "
+            "Mouse: the wheel pushes, dragging on the image pushes (up) and turns (right), with the right "
+            "button it moves the table; dragging the "
             "C-arm's pictograms turns it. Gamepad: left stick pushes, right stick turns.");
     ImGui::EndChild();
     if (ImGui::Button("Close")) help_ = false;

@@ -109,9 +109,10 @@ void* Texture::id() const {
     return reinterpret_cast<void*>(static_cast<std::intptr_t>(texture_));
 }
 
-void Texture::show(const render::GrayImage& image, long serial) {
-    if (serial == serial_ || image.pixels.empty()) return;
+void Texture::show(const render::GrayImage& image, long serial, bool shrinks) {
+    if ((serial == serial_ && shrinks == shrinks_) || image.pixels.empty()) return;
     serial_ = serial;
+    shrinks_ = shrinks;
     if (!texture_) gl_.GenTextures(1, &texture_);
     gl_.BindTexture(GL_TEXTURE_2D, texture_);
     gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
@@ -122,7 +123,6 @@ void Texture::show(const render::GrayImage& image, long serial) {
                        image.pixels.data());
         gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_SWIZZLE_G, GL_RED);
         gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_SWIZZLE_B, GL_RED);
-        gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, GL_LINEAR_MIPMAP_LINEAR);
         gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
         gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
         gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
@@ -130,7 +130,8 @@ void Texture::show(const render::GrayImage& image, long serial) {
         gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, width_, height_, GL_RED, GL_UNSIGNED_BYTE,
                           image.pixels.data());
     }
-    gl_.GenerateMipmap(GL_TEXTURE_2D);
+    gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, shrinks ? GL_LINEAR_MIPMAP_LINEAR : GL_LINEAR);
+    if (shrinks) gl_.GenerateMipmap(GL_TEXTURE_2D);
 }
 
 struct Window::Callbacks {

@@ -24,8 +24,9 @@ public:
     Texture(const Texture&) = delete;
     Texture& operator=(const Texture&) = delete;
 
-    /// `serial` of the image: one that is there already is not sent again.
-    void show(const render::GrayImage&, long serial);
+    /// `serial` of the image: one that is there already is not sent again. `shrinks`: it is shown smaller
+    /// than it is, and needs means of its pixels.
+    void show(const render::GrayImage&, long serial, bool shrinks = true);
     bool empty() const { return width_ == 0; }
     int width() const { return width_; }
     int height() const { return height_; }
@@ -36,6 +37,7 @@ private:
     GLuint texture_ = 0;
     int width_ = 0, height_ = 0;
     long serial_ = -1;
+    bool shrinks_ = false;
 };
 
 /// What happened since it was last asked.

@@ -38,6 +38,11 @@ public:
     const Monitor* monitor() const { return monitor_ ? &*monitor_ : nullptr; }
     Monitor* monitor() { return monitor_ ? &*monitor_ : nullptr; }
 
+    /// Of the simulation; a recording must have ended before, as it could not be replayed.
+    void retune(const Tuning& tuning, const anatomy::ModelCache& cache = {}) {
+        simulation_.retune(tuning, cache);
+    }
+
     /// Of the image; there must be one.
     Truth truth();
 

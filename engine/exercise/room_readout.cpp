@@ -1,6 +1,7 @@
 #include "engine/exercise/room_readout.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "physics/wire/energy.h"
 
@@ -25,6 +26,20 @@ void RoomReadout::tell(int frame, std::string text, render::Notice notice) {
     if (told_.size() > most_told) told_.pop_front();
 }
 
+/// Once for each kind, when the operator is first to be told of it.
+void RoomReadout::tell_dose(int frame, const Score& score) {
+    using At = render::DoseNotification;
+    const std::pair<bool, const char*> kinds[] = {
+        {score.air_kerma && *score.air_kerma >= At::air_kerma, "Dose: 3 Gy of air kerma are reached"},
+        {score.area_product && *score.area_product >= At::kerma_area, "Dose: 300 Gy·cm² are reached"},
+        {score.beam_on_time >= At::fluoro_time, "Dose: 30 min of beam are reached"}};
+    for (int k = 0; k < 3; ++k) {
+        if (!kinds[k].first || (notified_ & 1 << k)) continue;
+        notified_ |= 1 << k;
+        tell(frame, kinds[k].second, render::Notice::alarm);
+    }
+}
+
 void RoomReadout::observe(const Frame& seen, const Score& score) {
     const Simulation& simulation = seen.simulation;
     const StepReport& report = seen.motion;
@@ -39,6 +54,10 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
     wall_forces_.push_back(physics::largest_force(simulation.contacts()));
     while (wall_forces_.size() > history * rate) wall_forces_.pop_front();
 
+    const bool hard = wall_forces_.back() >= render::Readout().force_limit;
+    if (hard && !pressed_hard_) tell(frame, "The wire presses the wall hard", render::Notice::alarm);
+    pressed_hard_ = hard;
+    tell_dose(frame, score);
     if (report.insertion_stopped) tell(frame, "The wire goes no further: open end", render::Notice::warning);
     if (report.whole_wire_is_in) tell(frame, "The wire is in to its end", render::Notice::warning);
     if (report.withdrawal_stopped) tell(frame, "The tip is at the introducer", render::Notice::warning);

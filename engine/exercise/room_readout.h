@@ -16,7 +16,8 @@ public:
     void observe(const Frame&, const Score&);
     render::Readout read(const Frame&, const Score&) const;
     void state(geometry::StateStream& s) {
-        s(told_, wall_forces_, hub_, push_force_, base_torque_, pulse_rate_, was_complete_);
+        s(told_, wall_forces_, hub_, push_force_, base_torque_, pulse_rate_, was_complete_, pressed_hard_,
+          notified_);
     }
 
 private:
@@ -34,6 +35,9 @@ private:
     double base_torque_ = 0;          // [N·mm]
     double pulse_rate_ = 0;           // at the last pulse [1/s]
     bool was_complete_ = false;
+    bool pressed_hard_ = false;  // the wall, at the last frame
+    int notified_ = 0;           // of the dose: kinds of notification that were given, a bit each
+    void tell_dose(int frame, const Score&);
 };
 
 }  // namespace exercise

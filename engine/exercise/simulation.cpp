@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <utility>
 
+#include "engine/io/error.h"
+#include "engine/io/text.h"
 #include "engine/scenario/placement.h"
 #include "physics/wire/crossings.h"
 #include "physics/wire/energy.h"
@@ -70,8 +72,20 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 
 void Simulation::reset() {
     was_reset_ = true;
+    waiting_.clear();
+    console_ = start_console(scenario_);
+    frames_ = 0;
+    iodine_ = scenario_.imaging.iodine;
+    contrast_->reset();
+    lay(entry_.points, scenario_.entry.inserted);
+    tip_at_start_ = wire_.tip();
+}
+
+/// A new wire along the path, brought to rest by new relaxers: they remember where they stopped. One that was
+/// there keeps the turn of its hub.
+void Simulation::lay(const geometry::Polyline& path, double length, const physics::Guidewire* before) {
     const bool global = scenario_.relaxer.kind == physics::RelaxerKind::Global;
-    hub_.reset();  // relaxers remember where they stopped: new ones
+    hub_.reset();
     relaxer_.reset();
     physics::RelaxerConfig config = scenario_.relaxer;
     if (global && !wall_->smooth()) config.tolerance = std::max(config.tolerance, tolerance_of_planes);
@@ -79,16 +93,17 @@ void Simulation::reset() {
         hub_ = std::make_unique<physics::Hub>(config, *wall_);
     else
         relaxer_ = physics::make_relaxer(config, *wall_);
-    waiting_.clear();
-    console_ = start_console(scenario_);
-    frames_ = 0;
-    iodine_ = scenario_.imaging.iodine;
     deepest_crossing_ = 0;
-    contrast_->reset();
+    const auto turn_as_before = [before](physics::Guidewire& wire) {
+        if (!before) return;
+        wire.base_director = before->base_director;
+        wire.roll = before->roll;
+    };
     StepReport ignored;
     const physics::GuidewireSpec& spec = scenario_.guidewire;
     if (global) {
-        moving_ = physics::wire_of_length(spec, entry_.points, scenario_.entry.inserted);
+        moving_ = physics::wire_of_length(spec, path, length);
+        turn_as_before(moving_);
         const auto settle = [&] {
             const int updates = updates_at_start * moving_.segments();
             hub_->settle(moving_, updates);
@@ -103,8 +118,9 @@ void Simulation::reset() {
         show();
         mend_crossings(ignored);
     } else {
-        const int segments = static_cast<int>(std::lround(scenario_.entry.inserted / spec.segment_length));
-        wire_ = physics::wire_along(spec, entry_.points, segments);
+        const int segments = static_cast<int>(std::lround(length / spec.segment_length));
+        wire_ = physics::wire_along(spec, path, segments);
+        turn_as_before(wire_);
         relax(updates_at_start * segments, ignored);
         if (scenario_.adaptive) {
             physics::refine(wire_, *wall_, scenario_.refinement);
@@ -112,7 +128,45 @@ void Simulation::reset() {
         }
         contacts_ = physics::all_contacts(wire_, *wall_);
     }
-    tip_at_start_ = wire_.tip();
+}
+
+Tuning Simulation::tuning() const {
+    const physics::GuidewireSpec& wire = scenario_.guidewire;
+    return {wire.shaft_rigidity, wire.tip_rigidity, wire.segment_length, scenario_.wall_stiffness,
+            scenario_.relaxer};
+}
+
+void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) {
+    scenario::Scenario changed = scenario_;
+    physics::GuidewireSpec& spec = changed.guidewire;
+    spec.shaft_rigidity = tuning.shaft_rigidity;
+    spec.tip_rigidity = tuning.tip_rigidity;
+    spec.segment_length = tuning.segment_length;
+    changed.wall_stiffness = tuning.wall_stiffness;
+    changed.relaxer = tuning.relaxer;
+    std::vector<std::string> wrong = scenario::problems(changed);
+    const double length = inserted();
+    // A curved tip and two segments, as at the entry.
+    const double least = physics::least_length(spec) + spec.segment_length;
+    if (wrong.empty() && length < least)
+        wrong.push_back(
+            fmt::format("{:.1f} mm of wire are inside; with such segments {:.1f} mm or more are accepted",
+                        length, least));
+    if (!wrong.empty()) throw io::InputError(io::joined(wrong, "\n"));
+
+    const bool other_wall = changed.wall_stiffness != scenario_.wall_stiffness;
+    std::unique_ptr<const physics::LumenWall> wall;
+    if (other_wall) wall = scenario::wall_of(changed, anatomy_, cache);
+    hub_.reset();  // they belong to the wall
+    relaxer_.reset();
+    if (wall) wall_ = std::move(wall);
+    scenario_ = std::move(changed);
+    waiting_.clear();
+    const physics::Guidewire before = wire_;
+    geometry::Polyline path(before.joints.begin(), before.joints.end());
+    path.push_back(path.back() +
+                   (3 * spec.segment_length + 1) * before.tangents.back());  // chords are shorter
+    lay(path, length, &before);
 }
 
 /// One call for each kind of command: one that is new and not handled here does not compile.

@@ -36,6 +36,14 @@ struct StepReport {
     ConsoleEvents console;
 };
 
+/// What an instructor may change while the wire is inside.
+struct Tuning {
+    double shaft_rigidity = 250, tip_rigidity = 6;  // EI [N·mm²]
+    double segment_length = 2;                      // λ [mm]
+    double wall_stiffness = 5;                      // k of each joint of that λ [N/mm]
+    physics::RelaxerConfig relaxer;
+};
+
 class Simulation {
 public:
     /// Loads or draws the vessel, puts the wire in along the entry's centreline and relaxes it.
@@ -59,8 +67,14 @@ public:
     /// longer crosses. Segment relaxers move whole segments, end where the budget does and are left with
     /// their crossings.
     StepReport step();
-    /// Everything as after construction, bit for bit.
+    /// Everything as after construction, bit for bit; after retune(), with what that changed.
     void reset();
+
+    Tuning tuning() const;
+    /// From here on as if the scenario had these: the wire is laid anew where it lies, as long and turned as
+    /// it is, and brought to rest. Motions that wait are forgotten. Throws InputError for what the scenario
+    /// could not have, and then changes nothing.
+    void retune(const Tuning&, const anatomy::ModelCache& = {});
 
     const scenario::Scenario& scenario() const { return scenario_; }
     /// What was left to choose is as chosen in scenario().
@@ -93,6 +107,7 @@ private:
         void state(geometry::StateStream& s) { s(insertion, rotation); }
     };
     struct Apply;
+    void lay(const geometry::Polyline&, double length, const physics::Guidewire* before = nullptr);
     // Of a frame with the global relaxer.
     void move_hub(StepReport&);
     void prepare_motion(StepReport&);

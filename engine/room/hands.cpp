@@ -106,10 +106,11 @@ void Hands::move_wire(const Input& input, const exercise::StepReport& last,
 }
 
 void Hands::press_pedals(const Input& input, const exercise::Console& console,
-                         std::vector<script::Command>& commands) {
+                         std::vector<script::Command>& commands, std::vector<std::string>& told) {
     for (const Action action : input.pressed) {
         if (action == Action::Roadmap) wants_roadmap_ = !wants_roadmap_;
         if (action == Action::Mask) commands.push_back(script::NewMask{});
+        if (action == Action::Device) told.push_back("This exercise has one device: the wire");
         if (action == Action::Reference) commands.push_back(script::StoreReference{});
     }
     const bool acquire = input.holds(Action::Acquisition);
@@ -245,7 +246,7 @@ std::vector<script::Command> Hands::commands(const Input& input, const exercise:
         commands.push_back(script::Reset{});
         return commands;
     }
-    press_pedals(input, simulation.console(), commands);
+    press_pedals(input, simulation.console(), commands, told);
     move_stand(input, simulation, commands, told);
     inject(input, simulation, commands, told);
     move_wire(input, last, commands);

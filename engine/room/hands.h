@@ -46,7 +46,8 @@ public:
 private:
     double run_up(bool held, double& since) const;
     void move_wire(const Input&, const exercise::StepReport& last, std::vector<script::Command>&);
-    void press_pedals(const Input&, const exercise::Console&, std::vector<script::Command>&);
+    void press_pedals(const Input&, const exercise::Console&, std::vector<script::Command>&,
+                      std::vector<std::string>& told);
     void move_stand(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
                     std::vector<std::string>& told);
     void inject(const Input&, const exercise::Simulation&, std::vector<script::Command>&,

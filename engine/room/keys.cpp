@@ -2,16 +2,16 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <fstream>
 #include <map>
 #include <numbers>
-#include <sstream>
 #include <toml++/toml.h>
 
 #include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/io/toml_section.h"
 #include "engine/script/command.h"
+#include "render/xray/materials.h"
 
 namespace room {
 namespace {
@@ -300,7 +300,7 @@ private:
             section.word("name", preset.name);
             section.number("volume_ml", preset.volume, positive(script::largest_volume));
             section.number("rate_ml_per_s", preset.rate, positive(script::largest_flow));
-            section.number("iodine_mg_per_ml", preset.iodine, {1, 400});
+            section.number("iodine_mg_per_ml", preset.iodine, {1, render::largest_iodine});
             std::string into = "aorta";
             section.word("into", into);
             preset.through_device = into == "device";
@@ -367,11 +367,8 @@ KeyMap parse_keys(const std::string& toml, const std::string& file, const KeyMap
 }
 
 KeyMap load_keys(const std::filesystem::path& path, const KeyMap& base) {
-    std::ifstream file(path, std::ios::binary);
-    std::stringstream text;
-    if (!std::filesystem::is_regular_file(path) || !(text << file.rdbuf()))
-        throw io::InputError(path.string() + ": cannot be read; a file of keys (.toml) is accepted");
-    return parse_keys(text.str(), path.string(), base);
+    const std::string text = io::read_text(path, "a file of keys", "one (.toml) is accepted");
+    return parse_keys(text, path.string(), base);
 }
 
 }  // namespace room

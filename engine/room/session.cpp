@@ -103,18 +103,23 @@ private:
             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(period_));
         while (true) {
             std::vector<Control> controls;
+            std::optional<exercise::Tuning> tuning;
             {
                 std::unique_lock lock(session_.mutex_);
-                const auto called = [this] { return session_.stop_ || !session_.controls_.empty(); };
+                const auto called = [this] {
+                    return session_.stop_ || !session_.controls_.empty() || session_.tuning_;
+                };
                 if (view_.phase == Phase::Running)
                     session_.changed_.wait_until(lock, next, called);
                 else
                     session_.changed_.wait(lock, called);
                 if (session_.stop_) return;
                 controls.swap(session_.controls_);
+                tuning = std::exchange(session_.tuning_, {});
             }
+            if (tuning) retune(*tuning);
             for (const Control control : controls) obey(control);
-            if (!controls.empty()) publish();
+            if (!controls.empty() || tuning) publish();
             if (view_.phase != Phase::Running) {
                 next = Clock::now();
                 continue;
@@ -236,6 +241,18 @@ private:
 
     int whole_second() const { return std::max(1, static_cast<int>(std::lround(1 / period_))); }
 
+    /// Of the wire shown from where the fast solver brings it to rest. What that takes is not counted.
+    static double distance_from_rest(const exercise::Simulation& simulation) {
+        physics::Guidewire rest = simulation.wire();
+        physics::RelaxerConfig config;
+        if (!simulation.wall().smooth()) config.tolerance = 1e-3;
+        physics::make_relaxer(config, simulation.wall())->relax(rest, {400 * rest.segments(), 0, 0});
+        double largest = 0;
+        for (std::size_t i = 0; i < rest.joints.size(); ++i)
+            largest = std::max(largest, (rest.joints[i] - simulation.wire().joints[i]).norm());
+        return largest;
+    }
+
     void watch(const exercise::Frame& made, double motion_ms, double image_ms) {
         auto solver = std::make_shared<SolverView>();
         const exercise::Simulation& simulation = made.simulation;
@@ -243,6 +260,8 @@ private:
         solver->contacts.assign(simulation.contacts().begin(), simulation.contacts().end());
         solver->shift = simulation.vessel_shift();
         solver->relax = made.motion.relax;
+        solver->tuning = simulation.tuning();
+        solver->error = distance_from_rest(simulation);
         solver->motion_ms = motion_ms;
         solver->image_ms = image_ms;
         solver->frame_ms = period_ * 1000;
@@ -278,7 +297,7 @@ private:
             say("What was done is taken back in free practice only", render::Notice::warning);
             return;
         }
-        if (view_.phase != Phase::Running && view_.phase != Phase::Paused) return;
+        if ((view_.phase != Phase::Running && view_.phase != Phase::Paused) || moments_.empty()) return;
         const int wanted = exercise_->frame() - static_cast<int>(std::lround(take_back_time / period_));
         while (moments_.size() > 1 && moments_.back().frame > wanted &&
                moments_[moments_.size() - 2].frame >= std::min(wanted, moments_.front().frame))
@@ -306,6 +325,24 @@ private:
         say("The last seconds were taken back", render::Notice::info);
     }
 
+    void retune(const exercise::Tuning& tuning) {
+        if (view_.phase != Phase::Running && view_.phase != Phase::Paused) return;
+        anatomy::ModelCache cache;
+        cache.folder = options_.cache.folder;
+        try {
+            exercise_->retune(tuning, cache);
+        } catch (const io::InputError& error) {
+            say(error.what(), render::Notice::warning);
+            return;
+        }
+        view_.tuned = true;
+        moments_.clear();  // of another model
+        last_ = {};
+        if (!recording_) return;
+        finish_recording();
+        say("The recording ends here: the model was changed", render::Notice::warning);
+    }
+
     void check(int index) {
         for (const script::StateCheck& known : options_.script->checks) {
             if (known.frame != index) continue;
@@ -317,15 +354,19 @@ private:
         }
     }
 
-    void finish() {
-        if (recording_) {
-            try {
-                recording_->close([this] { return exercise_->simulation().state_hash(); });
-            } catch (const io::InputError& error) {
-                say(fmt::format("The recording has no end: {}", error.what()), render::Notice::alarm);
-            }
-            recording_.reset();
+    void finish_recording() {
+        if (!recording_) return;
+        try {
+            recording_->close([this] { return exercise_->simulation().state_hash(); });
+        } catch (const io::InputError& error) {
+            say(fmt::format("The recording has no end: {}", error.what()), render::Notice::alarm);
         }
+        recording_.reset();
+        view_.recording = false;
+    }
+
+    void finish() {
+        finish_recording();
         if (view_.phase == Phase::Running || view_.phase == Phase::Paused) view_.phase = Phase::Ended;
     }
 
@@ -388,6 +429,14 @@ void Session::give(Control control) {
     {
         const std::lock_guard lock(mutex_);
         controls_.push_back(control);
+    }
+    changed_.notify_all();
+}
+
+void Session::give(const exercise::Tuning& tuning) {
+    {
+        const std::lock_guard lock(mutex_);
+        tuning_ = tuning;
     }
     changed_.notify_all();
 }

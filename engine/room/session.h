@@ -48,6 +48,8 @@ struct SolverView {
     std::vector<physics::WallContact> contacts;     // of the joints
     geometry::Vec3 shift = geometry::Vec3::Zero();  // of vessels and wire in the patient [mm]
     physics::RelaxReport relax;
+    exercise::Tuning tuning;             // by which it was moved
+    double error = 0;                    // of a joint from where it comes to rest, the largest [mm]
     double motion_ms = 0, image_ms = 0;  // of this frame
     double frame_ms = 0;                 // that there are
 };
@@ -67,6 +69,7 @@ struct View {
     std::vector<std::shared_ptr<const Sequence>> runs;
     bool slow = false;  // frames take longer than they should
     bool time_is_up = false;
+    bool tuned = false;                      // by an instructor: the exercise has no score any more
     bool recording = false;                  // and still able to
     int last_frame = -1;                     // of a script that is played
     std::vector<std::string> differences;    // of a replay from what it should be
@@ -98,6 +101,8 @@ public:
     /// From the window's thread, which none of these hold up.
     void give(const Input&, std::optional<Clock::time_point> asked = {});
     void give(Control);
+    /// Before the next frame; ends the recording, and the exercise has no score.
+    void give(const exercise::Tuning&);
     std::shared_ptr<const View> view() const;
 
     const SessionOptions& options() const { return options_; }
@@ -120,6 +125,7 @@ private:
     Input since_;  // what happened since the last frame
     std::optional<Clock::time_point> asked_;
     std::vector<Control> controls_;
+    std::optional<exercise::Tuning> tuning_;
     std::shared_ptr<const View> view_;
     std::shared_ptr<const anatomy::Anatomy> anatomy_;
     std::thread thread_;  // last: it starts when all else is there

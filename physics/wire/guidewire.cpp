@@ -72,12 +72,12 @@ Vec3 curvature_at(const Guidewire& wire, int joint) {
 
 }  // namespace
 
-std::vector<std::string> problems(const GuidewireSpec& s) {
 int GuidewireSpec::curved_segments() const {
     if (curved_angle == 0 || curved_length <= 0) return 0;
     return std::max(1, static_cast<int>(std::lround(curved_length / segment_length)));
 }
 
+std::vector<std::string> problems(const GuidewireSpec& s) {
     std::vector<std::string> out;
     auto need = [&](bool ok, const char* text) {
         if (!ok) out.emplace_back(text);

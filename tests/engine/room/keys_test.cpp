@@ -32,7 +32,8 @@ TEST(Keys, TheShippedFileGivesEveryActionAKeyAndNoneTwice) {
 }
 
 TEST(Keys, WhatIsWrongIsNamedWithItsLineAndWhatIsAccepted) {
-    expect_said(said("[keys]\nadvance = \"Dovn\"\n"), "my.toml:2:11: 'Dovn' is no key (did you mean 'Down'?)");
+    expect_said(said("[keys]\nadvance = \"Dovn\"\n"),
+                "my.toml:2:11: 'Dovn' is no key (did you mean 'Down'?)");
     expect_said(said("[keys]\nadvance = \"Up\"\nwithdraw = [\"Down\", \"Up\"]\n"),
                 "my.toml:3:21: 'Up' is given to 'advance' already");
     expect_said(said("[keys]\nadvence = \"Up\"\n"), "my.toml:2:");

@@ -151,6 +151,65 @@ TEST(Session, AScriptIsPlayedAndHeldAgainstItsStates) {
     }
 }
 
+TEST(Session, ItsImagesAreThoseOfARunToTheByte) {
+    const script::CommandScript script = script::parse_commands(
+        "0 beam on\n1..8 advance 1 mm\n4 contrast 20 mg/ml\n10 mode dsa\n12 contrast 60 mg/ml\n16 mode "
+        "roadmap\n20 end\n",
+        "script.gw");
+    struct Last : run::FrameSink {
+        void accept(int, const render::GrayImage& image) override { shown = image; }
+        void finish() override {}
+        render::GrayImage shown;
+    } last;
+    run::run_headless(test::small_scenario(), script, &last);
+    SessionOptions options = options_of();
+    options.script = script;
+    Session session(std::move(options));
+    ASSERT_TRUE(wait_for(session, Phase::Ready));
+    session.give(Control::Start);
+    ASSERT_TRUE(wait_for(session, Phase::Ended));
+    ASSERT_TRUE(session.view()->image);
+    EXPECT_EQ(*session.view()->image, last.shown);
+}
+
+TEST(Session, AnInstructorsChangeActsAtOnceAndEndsTheRecording) {
+    test::TemporaryFolder folder;
+    SessionOptions options = options_of();
+    options.record = folder / "run.gw";
+    Session session(std::move(options));
+    ASSERT_TRUE(wait_for(session, Phase::Ready));
+    session.give(Control::WatchSolver);
+    session.give(Control::Start);
+    session.give(holding({Action::Advance}));
+    ASSERT_TRUE(wait_for(session, [](const View& view) { return view.solver && view.frames > 10; }));
+    exercise::Tuning tuning = session.view()->solver->tuning;
+    tuning.segment_length = 1;
+    tuning.shaft_rigidity *= 4;
+    tuning.wall_stiffness = 2;
+    for (const physics::RelaxerKind kind :
+         {physics::RelaxerKind::Segment, physics::RelaxerKind::FirstOrder, physics::RelaxerKind::Global}) {
+        tuning.relaxer.kind = kind;
+        const double before = *session.view()->readout.inserted;
+        session.give(tuning);
+        ASSERT_TRUE(wait_for(session, [&](const View& view) {
+            return view.tuned && view.solver->tuning.relaxer.kind == kind;
+        }));
+        EXPECT_NEAR(*session.view()->readout.inserted, before, 4);
+        EXPECT_EQ(session.view()->solver->tuning.segment_length, 1);
+        EXPECT_EQ(session.view()->solver->tuning.wall_stiffness, 2);
+        EXPECT_LT(session.view()->solver->error, kind == physics::RelaxerKind::Global ? 1e-6 : 5);
+    }
+    tuning.segment_length = -1;  // is refused, and nothing changes
+    session.give(tuning);
+    const int frames = session.view()->frames;
+    ASSERT_TRUE(wait_for_frames(session, frames + 3));
+    EXPECT_EQ(session.view()->solver->tuning.segment_length, 1);
+    EXPECT_FALSE(session.view()->recording);
+    session.give(Control::Finish);
+    ASSERT_TRUE(wait_for(session, Phase::Ended));
+    EXPECT_TRUE(replayed(folder / "run.gw").differences.empty());
+}
+
 TEST(Session, WhatCannotBeLoadedOrRecordedIsSaid) {
     SessionOptions options = options_of();
     options.record = "/no/such/folder/run.gw";
