@@ -299,7 +299,7 @@ private:
             }
             section.word("name", preset.name);
             section.number("volume_ml", preset.volume, positive(script::largest_volume));
-            section.number("rate_ml_per_s", preset.rate, positive(script::largest_flow));
+            section.number("rate_ml_per_s", preset.rate, positive(render::largest_flow));
             section.number("iodine_mg_per_ml", preset.iodine, {1, render::largest_iodine});
             std::string into = "aorta";
             section.word("into", into);
