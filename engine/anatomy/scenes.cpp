@@ -42,6 +42,23 @@ std::vector<Scene> all_scenes() {
             {"stiffwall", sinuous, 1.0, 200, 1.0, 50.0, 1000 * stiffness}};
 }
 
+/// The rotation of one direction into another, by the smallest angle. Eigen's own finds the axis of a half
+/// turn by a singular value decomposition, which takes ten seconds to compile.
+Eigen::Quaterniond shortest_turn(const Vec3& from, const Vec3& to) {
+    const Vec3 u = from.normalized(), v = to.normalized();
+    const double cosine = v.dot(u);
+    Eigen::Quaterniond turn;
+    if (cosine < -1 + 1e-12) {
+        turn.w() = 0;
+        turn.vec() = u.unitOrthogonal();
+    } else {
+        const double s = std::sqrt(2 * (1 + cosine));
+        turn.w() = 0.5 * s;
+        turn.vec() = u.cross(v) * (1 / s);
+    }
+    return turn;
+}
+
 /// Points about `step` apart along a polyline, its first and last among them.
 Polyline resampled_path(const Polyline& path, double step) {
     const double total = geometry::length_of(path);
@@ -121,7 +138,7 @@ Anatomy tube_anatomy(const std::string& name, const Polyline& centreline, double
     for (int i = 0; i < rings; ++i) {
         // Parallel transport: facets run along the tube without twist.
         const Vec3 u = tangent(i);
-        a = Eigen::Quaterniond::FromTwoVectors(before, u) * a;
+        a = shortest_turn(before, u) * a;
         a = (a - a.dot(u) * u).normalized();
         before = u;
         const Vec3 b = u.cross(a);

@@ -1,8 +1,9 @@
 #include "physics/relax/geometric_step.h"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
+#include <Eigen/Householder>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace physics {
@@ -33,6 +34,31 @@ Turns newton(Matrix h, const Turns& g) {
     return cholesky.info() == Eigen::Success ? Turns(cholesky.solve(-g)) : Turns(Turns::Zero(g.size()));
 }
 
+/// Turns that keep the closure to first order: the columns of Q behind the third, where closureᵀ = QR, by
+/// reflections. Eigen's own class takes four times as long to compile.
+Matrix kept_turns(const Closure& closure) {
+    const Eigen::Index turns = closure.cols();
+    Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMost, 3> r = closure.transpose();
+    Vec3 tau;
+    std::array<double, kMost> workspace;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+        double beta;
+        r.col(k).tail(turns - k).makeHouseholderInPlace(tau[k], beta);
+        r(k, k) = beta;
+        r.bottomRightCorner(turns - k, 2 - k)
+            .applyHouseholderOnTheLeft(r.col(k).tail(turns - k - 1), tau[k], workspace.data());
+    }
+    Matrix q = Matrix::Identity(turns, turns);
+    for (Eigen::Index k = 2; k >= 0; --k)
+        q.bottomRightCorner(turns - k, turns - k)
+            .applyHouseholderOnTheLeft(r.col(k).tail(turns - k - 1), tau[k], workspace.data());
+    return q.rightCols(turns - 3);
+}
+
+Vec3 solved(const Mat3& square, const Vec3& right) {
+    return square.ldlt().solve(right);
+}
+
 }  // namespace
 
 GeometricStep::GeometricStep(const SegmentProblem& p, const std::array<double, kClosedSegments>& lengths,
@@ -54,18 +80,16 @@ GeometricStep::GeometricStep(const SegmentProblem& p, const std::array<double, k
 
     // Where |v| = 1 and the closure hold, their multipliers σ and μ bend the model: σ_m = v·(q − λ_m μ).
     Vec3 mu = Vec3::Zero();
-    const Eigen::HouseholderQR<Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMost, 3>> qr(closure.transpose());
     if (closed_) {
         const Mat3 square = closure * closure.transpose();
-        mu = -(square + 1e-12 * square.trace() * Mat3::Identity()).ldlt().solve(closure * g);
+        mu = -solved(square + 1e-12 * square.trace() * Mat3::Identity(), closure * g);
     }
     for (int m = 0; m < count_; ++m)
         h.block<2, 2>(2 * m, 2 * m).diagonal().array() += start_[m].dot(p.pull[m] - lengths_[m] * mu);
 
     Turns alpha;
-    if (closed_) {  // turns that keep the closure to first order: the last columns of Q
-        const Matrix q = Matrix(qr.householderQ() * Matrix::Identity(turns, turns));
-        const auto free = q.rightCols(turns - 3);
+    if (closed_) {
+        const Matrix free = kept_turns(closure);
         alpha = free * newton(free.transpose() * h * free, free.transpose() * g);
     } else {
         alpha = newton(h, g);
@@ -101,7 +125,7 @@ std::optional<GeometricStep::Tangents> GeometricStep::closed_by_turning(Tangents
             square += lengths_[m] * lengths_[m] * (Mat3::Identity() - v[m] * v[m].transpose());
         }
         if (gap.norm() < 1e-15 * size) return v;
-        const Vec3 way = square.ldlt().solve(gap);
+        const Vec3 way = solved(square, gap);
         if (!way.allFinite()) return std::nullopt;
         for (int m = 0; m < count_; ++m)
             v[m] = (v[m] + lengths_[m] * (way - way.dot(v[m]) * v[m])).normalized();

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <type_traits>
 
+#include "physics/relax/small_solve.h"
+
 namespace physics {
 namespace {
 
@@ -15,15 +17,29 @@ using Tangents = std::array<Vec3, kMostVariedSegments>;
 constexpr int kMostTurns = 2 * kMostVariedSegments;
 constexpr int kAny = 0;  // number of segments that is known at run time alone
 
+/// As in small_solve.h, for any number of rows.
+using physics::cholesky, physics::solve_cholesky, physics::solve_lu;
+using AnyMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostTurns, kMostTurns>;
+using AnyVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostTurns, 1>;
+bool cholesky(AnyMatrix& a) {
+    const Eigen::LLT<AnyMatrix> factors(a);
+    a = factors.matrixLLT();
+    return factors.info() == Eigen::Success;
+}
+void solve_cholesky(const AnyMatrix& l, AnyVector& x) {
+    l.triangularView<Eigen::Lower>().solveInPlace(x);
+    l.adjoint().triangularView<Eigen::Upper>().solveInPlace(x);
+}
+void solve_lu(const AnyMatrix& a, AnyVector& x) {
+    x = a.partialPivLu().solve(AnyVector(x));
+}
+
 /// Model at one point of the iteration, in the planes ⟂ v_m, of `Fixed` segments or any number of them.
 /// Four and five, which only a study asks for, share one code that takes less time to compile.
 template <int Fixed>
 struct Newton {
-    using Vector = std::conditional_t<Fixed != kAny, Eigen::Matrix<double, 2 * Fixed, 1>,
-                                      Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostTurns, 1>>;
-    using Matrix =
-        std::conditional_t<Fixed != kAny, Eigen::Matrix<double, 2 * Fixed, 2 * Fixed>,
-                           Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostTurns, kMostTurns>>;
+    using Vector = std::conditional_t<Fixed != kAny, Column<2 * Fixed>, AnyVector>;
+    using Matrix = std::conditional_t<Fixed != kAny, Square<2 * Fixed>, AnyMatrix>;
     using Basis = Eigen::Matrix<double, 3, 2>;
 
     const SegmentProblem& problem;
@@ -77,8 +93,9 @@ SegmentSolution plain(const SegmentProblem& problem, int most_iterations) {
     SegmentSolution solution;
     while (solution.iterations < most_iterations && !solution.converged) {
         newton.linearise();
-        const typename Newton<Fixed>::Vector alpha =
-            newton.hessian().partialPivLu().solve(-newton.gradient());
+        typename Newton<Fixed>::Matrix hessian = newton.hessian();
+        typename Newton<Fixed>::Vector alpha = -newton.gradient();
+        solve_lu(hessian, alpha);
         if (!alpha.allFinite()) break;
         std::array<Vec3, kMostVariedSegments> delta;
         for (int m = 0; m < M; ++m) delta[m] = newton.basis[m] * alpha.template segment<2>(2 * m);
@@ -111,10 +128,11 @@ SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
         newton.linearise();
         for (int m = 0; m < M; ++m) newton.sigma[m] = -newton.v[m].dot(newton.slope[m]);
         const auto gradient = newton.gradient();
-        auto hessian = newton.hessian();
-        Eigen::LLT<typename Newton<Fixed>::Matrix> cholesky(hessian);
+        const auto hessian = newton.hessian();
+        auto factor = hessian;
+        bool convex = cholesky(factor);
         ++solution.iterations;
-        const bool shifted = cholesky.info() != Eigen::Success;
+        const bool shifted = !convex;
         if (shifted) {
             if (!kicked && gradient.template lpNorm<Eigen::Infinity>() <= 1e-12 * scale) {
                 // On the axis of a wall met head-on, or an exact fold: balanced, but no minimum.
@@ -125,15 +143,16 @@ SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
                 kicked = true;
                 continue;
             }
-            for (double shift = 1e-3 * scale; cholesky.info() != Eigen::Success; shift *= 4) {
-                auto convex = hessian;
-                convex.diagonal().array() += shift;
-                cholesky.compute(convex);
+            for (double shift = 1e-3 * scale; !convex; shift *= 4) {
+                factor = hessian;
+                for (int i = 0; i < 2 * M; ++i) factor(i, i) += shift;
+                convex = cholesky(factor);
                 if (shift > 1e6 * scale) break;
             }
-            if (cholesky.info() != Eigen::Success) break;
+            if (!convex) break;
         }
-        typename Newton<Fixed>::Vector alpha = cholesky.solve(-gradient);
+        typename Newton<Fixed>::Vector alpha = -gradient;
+        solve_cholesky(factor, alpha);
         if (!alpha.allFinite()) break;
         const double size = alpha.template lpNorm<Eigen::Infinity>();
         solution.converged = size < 1e-14;
@@ -206,7 +225,11 @@ Vec3 small_turn_step(const SegmentProblem& p, double sigma) {
     newton.v = p.tangent;
     newton.sigma[0] = sigma;
     newton.linearise();
-    return newton.turned(newton.hessian().llt().solve(-newton.gradient()))[0];
+    Square<2> factor = newton.hessian();
+    Column<2> alpha = -newton.gradient();
+    cholesky(factor);
+    solve_cholesky(factor, alpha);
+    return newton.turned(alpha)[0];
 }
 
 double largest_share(const Vec3& u, const Vec3& v, double limit) {

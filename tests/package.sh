@@ -1,0 +1,52 @@
+#!/bin/sh
+# package.sh BUILD SOURCE: makes the Debian package of the build folder, unpacks it, and runs what is in it from elsewhere,
+# without the source's assets. Fails where something that the programs need is not installed.
+set -eu
+build=$1
+source=$2
+fail() {
+    printf 'package: %s\n' "$1" >&2
+    exit 1
+}
+scratch=$(mktemp -d)
+trap 'rm -rf "$scratch"' EXIT
+cd "$scratch"
+unset SELDINGER_ASSETS
+
+(cd "$build" && cpack -G DEB -B "$scratch/made") >cpack.log 2>&1 || { cat cpack.log >&2; fail "cpack failed"; }
+dpkg-deb -x made/*.deb root
+bin=$scratch/root/usr/bin
+share=$scratch/root/usr/share/seldinger
+[ ! -L "$share" ] || fail "$share is a link"
+
+# All assets are there, byte for byte; the pictures are the README's.
+diff -r --exclude=pictures "$source/assets" "$share" >&2 || fail "assets differ from those of the source"
+for document in README.md CHANGELOG.md LICENSE; do
+    [ -f "$scratch/root/usr/share/doc/seldinger/$document" ] || fail "$document is missing"
+done
+
+version=$("$bin/seldinger" --version)
+[ "seldinger $(dpkg-deb -f made/*.deb Version)" = "$version" ] || fail "'$version' is not the package's version"
+head -n 12 "$source/CHANGELOG.md" | grep -q "^## ${version#seldinger } – " || fail "CHANGELOG.md has no '$version'"
+
+"$bin/seldinger" list >list.txt
+for scenario in "$source"/assets/scenarios/*.toml; do
+    grep -q "^$(basename "$scenario" .toml) " list.txt || fail "'list' lacks $(basename "$scenario" .toml)"
+done
+
+# The same attempt by the built program and by the installed one: the same states.
+run() {
+    code=0
+    "$1/seldinger" run s_bend --commands "$share/scripts/s_bend.gw" --out "$2" --frames none >"$2.txt" 2>&1 || code=$?
+    [ "$code" -le 1 ] || { cat "$2.txt" >&2; fail "run by $1 ended with $code"; }
+    grep '^state ' "$2/run.gw" | tail -n 1
+}
+built=$(run "$build/bin" built)
+installed=$(run "$bin" installed)
+[ -n "$built" ] || fail "the recording holds no state"
+[ "$built" = "$installed" ] || fail "last states differ: built '$built', installed '$installed'"
+
+# `study` starts the studies' own program, from the package.
+"$bin/seldinger" study >studies.txt
+grep -q '^accuracy ' studies.txt || fail "'study' does not list the studies"
+"$bin/seldinger" study --help | grep -q -- --shard || fail "'study --help' is not that of seldinger-study"
