@@ -80,9 +80,9 @@ int ContrastFlow::cell_of(const Injection& injection) const {
 
 void ContrastFlow::inject(const Injection& asked) {
     std::vector<std::string> wrong;
-    if (!(asked.rate > 0 && asked.rate <= 50))
-        wrong.push_back(
-            fmt::format("an injection of {} ml/s; above 0 and at most 50 is accepted", asked.rate));
+    if (!(asked.rate > 0 && asked.rate <= render::largest_flow))
+        wrong.push_back(fmt::format("an injection of {} ml/s; above 0 and at most {} is accepted", asked.rate,
+                                    render::largest_flow));
     if (!(asked.volume > 0 && std::isfinite(asked.volume)))
         wrong.push_back(fmt::format("an injection of {} ml; more than 0 is accepted", asked.volume));
     if (!(asked.iodine >= 0 && asked.iodine <= render::largest_iodine)) {

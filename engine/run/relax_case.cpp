@@ -35,14 +35,16 @@ void need_above_zero(const char* flag, double value, double most, const char* un
 }
 
 void check_numbers(const RelaxRequest& r) {
-    need_above_zero("--rigidity", r.rigidity, 1e6, "N·mm²");
+    need_above_zero("--rigidity", r.rigidity, physics::WireLimits::rigidity, "N·mm²");
     need_above_zero("--wall-stiffness", r.wall_stiffness, 1e6, "N/mm");
     if (r.radius) need_above_zero("--radius", *r.radius, 100, "mm");
-    if (r.segment_length) need_above_zero("--segment-length", *r.segment_length, 50, "mm");
+    if (r.segment_length)
+        need_above_zero("--segment-length", *r.segment_length, physics::WireLimits::segment_length, "mm");
     if (r.tolerance) need_above_zero("--tolerance", *r.tolerance, 1, "(|gradient| over C)");
-    if (!std::isfinite(r.wire_diameter) || r.wire_diameter < 0 || r.wire_diameter > 10)
+    if (!std::isfinite(r.wire_diameter) || r.wire_diameter < 0 ||
+        r.wire_diameter > physics::WireLimits::diameter)
         refuse("--wire-diameter", fmt::format("'{}' was found", io::number_text(r.wire_diameter)),
-               "0 to 10 mm are accepted");
+               fmt::format("0 to {:g} mm are accepted", physics::WireLimits::diameter));
     if (r.segments && (*r.segments < 2 || *r.segments > kMostSegments))
         refuse("--segments", fmt::format("'{}' was found", *r.segments),
                fmt::format("2 to {} segments are accepted", kMostSegments));
@@ -200,9 +202,9 @@ Guidewire wire_through(const Polyline& joints, const std::string& file, double r
                 "joints {} and {} are {:.6g} mm apart, others {:.6g} mm; equal distances are accepted", i,
                 i + 1, lengths[i], usual)));
     }
-    if (!(usual <= 50))
-        throw io::InputError(
-            fmt::format("{}: joints are {:.6g} mm apart; up to 50 mm are accepted", file, usual));
+    if (!(usual <= physics::WireLimits::segment_length))
+        throw io::InputError(fmt::format("{}: joints are {:.6g} mm apart; up to {:g} mm are accepted", file,
+                                         usual, physics::WireLimits::segment_length));
     return physics::uniform_wire(rigidity, usual, joints.front(), tangents.front(), tangents, ends);
 }
 

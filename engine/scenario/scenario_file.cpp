@@ -67,6 +67,7 @@ void read_tube(io::Section tube, io::Reading& reading, Scenario& s) {
 }
 
 void read_guidewire(io::Section wire, Scenario& s) {
+    using Limits = physics::WireLimits;
     std::vector<std::string_view> names;
     for (const physics::GuidewirePreset& preset : physics::guidewire_presets()) names.push_back(preset.name);
     const auto preset = wire.choice("preset", names);
@@ -83,13 +84,14 @@ void read_guidewire(io::Section wire, Scenario& s) {
     }
     wire.flag("adaptive", s.adaptive);
     wire.number("curve_tolerance_mm", s.refinement.curve_tolerance, {0.001, 5});
-    wire.number("diameter_mm", s.guidewire.diameter, {0.05, 5});
-    wire.number("shaft_rigidity_N_mm2", s.guidewire.shaft_rigidity, positive(1e5));
-    wire.number("tip_rigidity_N_mm2", s.guidewire.tip_rigidity, positive(1e5));
-    wire.number("tip_length_mm", s.guidewire.tip_length, {0, 1000});
-    wire.number("transition_length_mm", s.guidewire.transition_length, {0, 1000});
-    wire.number("curved_length_mm", s.guidewire.curved_length, {0, 200});
-    wire.number("curved_angle_deg", s.guidewire.curved_angle, {-270, 270}, geometry::kDegree);
+    wire.number("diameter_mm", s.guidewire.diameter, {0.05, Limits::diameter});
+    wire.number("shaft_rigidity_N_mm2", s.guidewire.shaft_rigidity, positive(Limits::rigidity));
+    wire.number("tip_rigidity_N_mm2", s.guidewire.tip_rigidity, positive(Limits::rigidity));
+    wire.number("tip_length_mm", s.guidewire.tip_length, {0, Limits::soft_length});
+    wire.number("transition_length_mm", s.guidewire.transition_length, {0, Limits::soft_length});
+    wire.number("curved_length_mm", s.guidewire.curved_length, {0, Limits::curved_length});
+    wire.number("curved_angle_deg", s.guidewire.curved_angle, {-Limits::curved_angle, Limits::curved_angle},
+                geometry::kDegree);
     wire.finish();
 }
 
@@ -116,12 +118,16 @@ void read_relaxer(io::Section relaxer, Scenario& s) {
 }
 
 void read_c_arm(io::Section arm, Scenario& s) {
-    arm.number("lao_deg", s.c_arm.lao, {-120, 120}, geometry::kDegree);
-    arm.number("cranial_deg", s.c_arm.cranial, {-45, 45}, geometry::kDegree);
-    arm.number("sid_mm", s.c_arm.sid, {500, 2000});
-    arm.number("sod_mm", s.c_arm.sod, {300, 1500});
-    arm.point("isocentre_mm", s.c_arm.isocentre, 1e4);
-    arm.number("detector_width_mm", s.c_arm.detector_width, {20, 600});
+    using Limits = render::ArmLimits;
+    const auto number = [&arm](std::string_view key, double& value, Limits::Range range, double unit = 1.0) {
+        arm.number(key, value, {range.least, range.most}, unit);
+    };
+    number("lao_deg", s.c_arm.lao, Limits::lao, geometry::kDegree);
+    number("cranial_deg", s.c_arm.cranial, Limits::cranial, geometry::kDegree);
+    number("sid_mm", s.c_arm.sid, Limits::sid);
+    number("sod_mm", s.c_arm.sod, Limits::sod);
+    arm.point("isocentre_mm", s.c_arm.isocentre, Limits::isocentre);
+    number("detector_width_mm", s.c_arm.detector_width, Limits::detector_width);
     arm.whole("pixels", s.c_arm.pixels, {32, 2048});
     arm.finish();
 }
@@ -148,11 +154,10 @@ void read_imaging(io::Section imaging, Scenario& s) {
     if (kvp > 0) s.imaging.kvp = kvp;
     if (const toml::node* node = imaging.find("pulse_rate_hz")) {
         const auto rate = node->value<double>();
-        if (rate && std::find(script::pulse_rates.begin(), script::pulse_rates.end(), *rate) !=
-                        script::pulse_rates.end())
+        if (rate && script::is_pulse_rate(*rate))
             s.imaging.pulse_rate = *rate;
         else
-            imaging.refuse("pulse_rate_hz", *node, "3.75, 7.5, 15 or 30 is accepted");
+            imaging.refuse("pulse_rate_hz", *node, script::pulse_rates_text() + " is accepted");
     }
     imaging.number("iodine_mg_per_ml", s.imaging.iodine, {0, render::largest_iodine});
     imaging.flag("patient", s.imaging.patient);

@@ -102,6 +102,17 @@ render::CArm moved(render::CArm arm, const MoveArm& move) {
     return arm;
 }
 
+bool is_pulse_rate(double rate) {
+    return std::find(pulse_rates.begin(), pulse_rates.end(), rate) != pulse_rates.end();
+}
+
+std::string pulse_rates_text() {
+    std::string text;
+    for (std::size_t k = 0; k < pulse_rates.size(); ++k)
+        text += (k == 0 ? "" : k + 1 == pulse_rates.size() ? " or " : ", ") + io::number_text(pulse_rates[k]);
+    return text;
+}
+
 std::string too_many_pulses(double rate, double frame_rate) {
     return fmt::format(
         "{} pulses per second were asked for; up to {}, the scenario's frame rate, are accepted",

@@ -74,6 +74,8 @@ struct SetPulseRate {
     double rate = 15;  // [1/s]
 };
 inline constexpr std::array<double, 4> pulse_rates = {3.75, 7.5, 15, 30};  // [1/s]
+bool is_pulse_rate(double);
+std::string pulse_rates_text();  // "3.75, 7.5, 15 or 30"
 struct NewMask {};
 struct Collimate {
     double width = 0, height = 0;  // of the opening at the detector [mm]
@@ -92,8 +94,7 @@ using Command = std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast,
 inline constexpr double largest_motion = 500;            // [mm]
 inline constexpr double largest_rotation = 36000;        // [deg]
 inline constexpr double largest_volume = 300;            // of one injection [ml]
-inline constexpr double largest_flow = 40;               // of a power injector [ml/s]
-inline constexpr double widest_opening = 1000;           // of the collimator: open [mm]
+using render::widest_opening;                            // of the collimator [mm]
 inline const geometry::Vec3 table_reach(180, 140, 600);  // either way [mm]
 inline constexpr int largest_frame = 1'000'000;
 

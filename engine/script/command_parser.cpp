@@ -75,6 +75,9 @@ public:
         unit(accepted);
         return value;
     }
+    double amount(render::ArmLimits::Range range, std::string_view accepted) {
+        return amount(range.least, range.most, accepted);
+    }
     void finish() const {
         if (!done()) refuse(words_[next_], "nothing more is accepted on this line");
     }
@@ -100,23 +103,25 @@ int frame_number(const Word& word, std::string_view text) {
 }
 
 MoveArm arm_command(Line& line) {
+    using Limits = render::ArmLimits;
+    constexpr double reach = Limits::isocentre;
     MoveArm move;
     do {
         const std::string accepted = "accepted are: " + io::joined(arm_words);
         const Word& word = line.take(accepted);
         if (word.text == "lao")
-            move.lao = line.amount(-120, 120, "deg") * geometry::kDegree;
+            move.lao = line.amount(Limits::lao, "deg") * geometry::kDegree;
         else if (word.text == "cranial")
-            move.cranial = line.amount(-45, 45, "deg") * geometry::kDegree;
+            move.cranial = line.amount(Limits::cranial, "deg") * geometry::kDegree;
         else if (word.text == "sid")
-            move.sid = line.amount(500, 2000, "mm");
+            move.sid = line.amount(Limits::sid, "mm");
         else if (word.text == "sod")
-            move.sod = line.amount(300, 1500, "mm");
+            move.sod = line.amount(Limits::sod, "mm");
         else if (word.text == "width")
-            move.detector_width = line.amount(20, 600, "mm");
+            move.detector_width = line.amount(Limits::detector_width, "mm");
         else if (word.text == "isocentre") {
-            const double x = line.number(-1e4, 1e4, "mm"), y = line.number(-1e4, 1e4, "mm");
-            move.isocentre = geometry::Vec3(x, y, line.amount(-1e4, 1e4, "mm"));
+            const double x = line.number(-reach, reach, "mm"), y = line.number(-reach, reach, "mm");
+            move.isocentre = geometry::Vec3(x, y, line.amount(-reach, reach, "mm"));
         } else
             Line::refuse(word, accepted);
     } while (!line.done());
@@ -127,7 +132,7 @@ Inject inject_command(Line& line) {
     Inject inject;
     inject.volume = line.amount(0.1, largest_volume, "ml");
     line.word("at");
-    inject.rate = line.amount(0.1, largest_flow, "ml/s");
+    inject.rate = line.amount(0.1, render::largest_flow, "ml/s");
     line.word("into");
     inject.branch = line.take("the name of a branch is accepted").text;
     if (!line.done()) {
@@ -138,11 +143,10 @@ Inject inject_command(Line& line) {
 }
 
 SetPulseRate pulse_command(Line& line) {
-    const std::string accepted = "3.75, 7.5, 15 or 30 is accepted, per second";
+    const std::string accepted = pulse_rates_text() + " is accepted, per second";
     const Word& word = line.take(accepted);
     const std::optional<double> rate = io::parse_number(word.text);
-    if (!rate || std::find(pulse_rates.begin(), pulse_rates.end(), *rate) == pulse_rates.end())
-        Line::refuse(word, accepted);
+    if (!rate || !is_pulse_rate(*rate)) Line::refuse(word, accepted);
     line.word("per");
     line.word("second");
     return {*rate};

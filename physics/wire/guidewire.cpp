@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 
 namespace physics {
@@ -72,30 +73,33 @@ Vec3 curvature_at(const Guidewire& wire, int joint) {
 
 }  // namespace
 
-std::vector<std::string> problems(const GuidewireSpec& s) {
 int GuidewireSpec::curved_segments() const {
     if (curved_angle == 0 || curved_length <= 0) return 0;
     return std::max(1, static_cast<int>(std::lround(curved_length / segment_length)));
 }
 
+std::vector<std::string> problems(const GuidewireSpec& s) {
     std::vector<std::string> out;
-    auto need = [&](bool ok, const char* text) {
-        if (!ok) out.emplace_back(text);
+    const auto need = [&](bool ok, const std::string& text) {
+        if (!ok) out.push_back(text);
     };
-    need(finite_positive(s.segment_length) && s.segment_length <= 50,
-         "segment_length must lie in (0, 50] mm.");
-    need(finite_positive(s.diameter) && s.diameter <= 10, "diameter must lie in (0, 10] mm.");
-    need(finite_positive(s.shaft_rigidity) && s.shaft_rigidity <= 1e6,
-         "shaft_rigidity must lie in (0, 1e6] N·mm².");
-    need(finite_positive(s.tip_rigidity) && s.tip_rigidity <= 1e6,
-         "tip_rigidity must lie in (0, 1e6] N·mm².");
-    need(std::isfinite(s.tip_length) && s.tip_length >= 0 && s.tip_length <= 1000,
-         "tip_length must lie in [0, 1000] mm.");
-    need(std::isfinite(s.transition_length) && s.transition_length >= 0 && s.transition_length <= 1000,
-         "transition_length must lie in [0, 1000] mm.");
-    need(std::isfinite(s.curved_length) && s.curved_length >= 0 && s.curved_length <= 200,
-         "curved_length must lie in [0, 200] mm.");
-    need(std::isfinite(s.curved_angle) && std::abs(s.curved_angle) <= 4.72,
+    const auto need_within = [&](const char* name, double value, char bracket, double most,
+                                 const char* unit) {
+        std::ostringstream text;
+        text << name << " must lie in " << bracket << "0, " << most << "] " << unit << '.';
+        need((bracket == '(' ? finite_positive(value) : std::isfinite(value) && value >= 0) && value <= most,
+             text.str());
+    };
+    need_within("segment_length", s.segment_length, '(', WireLimits::segment_length, "mm");
+    need_within("diameter", s.diameter, '(', WireLimits::diameter, "mm");
+    need_within("shaft_rigidity", s.shaft_rigidity, '(', WireLimits::rigidity, "N·mm²");
+    need_within("tip_rigidity", s.tip_rigidity, '(', WireLimits::rigidity, "N·mm²");
+    need_within("tip_length", s.tip_length, '[', WireLimits::soft_length, "mm");
+    need_within("transition_length", s.transition_length, '[', WireLimits::soft_length, "mm");
+    need_within("curved_length", s.curved_length, '[', WireLimits::curved_length, "mm");
+    // Rounding in a conversion from degrees must not reject the limit itself.
+    need(std::isfinite(s.curved_angle) &&
+             std::abs(s.curved_angle) <= WireLimits::curved_angle * kDegree + 1e-9,
          "curved_angle must lie in [-270, 270] degrees.");
     if (out.empty() && s.curved_angle != 0 && s.curved_length > 0) {
         need(std::abs(s.curved_angle) / s.curved_segments() <= 1.0,

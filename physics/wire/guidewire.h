@@ -41,6 +41,16 @@ struct GuidewireSpec {
     }
 };
 
+/// The most that problems() accepts of a spec.
+struct WireLimits {
+    static constexpr double segment_length = 50;  // [mm]
+    static constexpr double diameter = 5;         // [mm]
+    static constexpr double rigidity = 1e5;       // [N·mm²]
+    static constexpr double soft_length = 1000;   // of the tip, of the transition [mm]
+    static constexpr double curved_length = 200;  // [mm]
+    static constexpr double curved_angle = 270;   // either way [deg]
+};
+
 /// Whether a wire enters a lumen of this radius [mm].
 inline bool enters(double wire_diameter, double lumen_radius) {
     return wire_diameter < 2 * lumen_radius;

@@ -31,12 +31,13 @@ std::vector<std::string> problems(const CArm& arm) {
         return stream.str();
     };
     // Each comparison is written so that NaN fails it.
-    require(
-        std::abs(arm.lao) <= 120.0 * geometry::kDegree + slack,
-        "the LAO/RAO angle must lie within 120 degrees; " + text(arm.lao / geometry::kDegree) + " was found");
-    require(std::abs(arm.cranial) <= 45.0 * geometry::kDegree + slack,
-            "the cranial/caudal angle must lie within 45 degrees; " + text(arm.cranial / geometry::kDegree) +
-                " was found");
+    const auto require_angle = [&](const char* name, double angle, double most) {
+        require(std::abs(angle) <= most * geometry::kDegree + slack,
+                std::string("the ") + name + " angle must lie within " + text(most) + " degrees; " +
+                    text(angle / geometry::kDegree) + " was found");
+    };
+    require_angle("LAO/RAO", arm.lao, ArmLimits::lao.most);
+    require_angle("cranial/caudal", arm.cranial, ArmLimits::cranial.most);
     require(arm.sod > 0.0 && std::isfinite(arm.sod),
             "the distance from source to isocentre must be positive");
     require(arm.sid > 0.0 && std::isfinite(arm.sid), "the distance from source to detector must be positive");
@@ -45,8 +46,8 @@ std::vector<std::string> problems(const CArm& arm) {
                                    " mm");
     require(arm.detector_width > 0.0 && arm.detector_width <= 1000.0,
             "the detector must be wider than 0 mm and at most 1000 mm");
-    require(arm.opening_width > 0.0 && arm.opening_height > 0.0 && arm.opening_width <= 1000.0 &&
-                arm.opening_height <= 1000.0,
+    require(arm.opening_width > 0.0 && arm.opening_height > 0.0 && arm.opening_width <= widest_opening &&
+                arm.opening_height <= widest_opening,
             "the collimator must open by more than 0 mm and at most 1000 mm");
     require(arm.pixels >= 1 && arm.pixels <= 4096, "the image must have 1 to 4096 pixels along a side");
     require(arm.isocentre.allFinite(), "the isocentre must be finite");

@@ -12,6 +12,8 @@
 
 namespace render {
 
+inline constexpr double widest_opening = 1000;  // of the collimator: open [mm]
+
 struct CArm {
     double lao = 0.0;                                   // RAO negative [rad]
     double cranial = 0.0;                               // caudal negative [rad]
@@ -20,8 +22,8 @@ struct CArm {
     geometry::Vec3 isocentre = geometry::Vec3::Zero();  // in patient coordinates [mm]
     double detector_width = 300.0;                      // of the square field, smaller when magnified [mm]
     /// Opening of the collimator at the detector [mm]; it opens no wider than the field.
-    double opening_width = 1000.0;
-    double opening_height = 1000.0;
+    double opening_width = widest_opening;
+    double opening_height = widest_opening;
     int pixels = 512;  // along either side
 
     void state(geometry::StateStream& s) {
@@ -31,8 +33,21 @@ struct CArm {
 
 bool operator==(const CArm&, const CArm&);
 
-/// Everything that makes the C-arm unusable, one sentence each; empty when it can be exposed.
-/// Limits of rotation and angulation are those of an angiography stand: ±120° and ±45°.
+/// What an angiography stand reaches; files and commands that ask for more are rejected.
+struct ArmLimits {
+    struct Range {
+        double least, most;
+    };
+    static constexpr Range lao = {-120, 120};           // [deg]
+    static constexpr Range cranial = {-45, 45};         // [deg]
+    static constexpr Range sid = {500, 2000};           // [mm]
+    static constexpr Range sod = {300, 1500};           // [mm]
+    static constexpr Range detector_width = {20, 600};  // [mm]
+    static constexpr double isocentre = 1e4;            // of each coordinate, either way [mm]
+};
+
+/// Everything that makes the C-arm unusable, one sentence each; empty when it can be exposed. Of the limits
+/// above only those of the angles must be kept: distances need only make a picture.
 std::vector<std::string> problems(const CArm&);
 
 /// Directions of the detector in patient coordinates, unit and mutually orthogonal.

@@ -28,6 +28,8 @@ std::string_view name_of(Material);
 
 /// Of iodine, in any medium that is injected [mg/ml].
 inline constexpr double largest_iodine = 400;
+/// Of a power injector [ml/s].
+inline constexpr double largest_flow = 40;
 
 /// Linear attenuation μ [1/mm] ([1/mm per mg/ml] for iodine) at a photon energy [keV], 15 to 150.
 double attenuation(Material, double energy);

@@ -185,7 +185,7 @@ TEST(ContrastFlow, KeepsIodineThroughPulsesAndSeveralInjections) {
     for (int f = 0; f < 150; ++f) {
         if (f % 20 == 0) flow.inject({std::string("LRA"), 7, 3.3, 320});
         if (f == 30) flow.inject({std::string("trunk"), 20, 31, 370});
-        if (f == 33) flow.inject({Vec3(0, 0, 20), 45, 17, 150});
+        if (f == 33) flow.inject({Vec3(0, 0, 20), 40, 17, 150});
         flow.step(frame);
         expect_balanced(flow);
         for (const float c : flow.iodine()) {
