@@ -118,7 +118,7 @@ int play(const PlayArguments& arguments) {
         }
     }
 
-    std::signal(SIGXFSZ, SIG_IGN);  // a full quota is told by write()
+    std::signal(SIGXFSZ, SIG_IGN);  // write() reports a full quota
     Window window(options.width, options.height, "Seldinger");
     const bool differed = Play(window, std::move(options)).run();
     return differed ? differs : done;

@@ -27,7 +27,7 @@ public:
     ProgressBar(const ProgressBar&) = delete;
     ProgressBar& operator=(const ProgressBar&) = delete;
 
-    /// `part` of the work is done, 0 to 1; `told` says what a user wants to know of it.
+    /// `part` of the work is done, 0 to 1; `told` is what a user wants to know of it.
     void show(double part, const std::string& told) {
         const auto now = now_();
         if (terminal_)

@@ -32,8 +32,8 @@ int render_image(const RenderArguments& arguments) {
         script = script::load_commands(own);
     run::StillRequest request;
     request.frame = arguments.frame;
-    if (arguments.lao) request.lao = *arguments.lao * geometry::kDegree;
-    if (arguments.cranial) request.cranial = *arguments.cranial * geometry::kDegree;
+    if (arguments.lao) request.lao = *arguments.lao * geometry::degree;
+    if (arguments.cranial) request.cranial = *arguments.cranial * geometry::degree;
     request.mode = static_cast<script::ImagingMode>(
         std::find(script::imaging_modes.begin(), script::imaging_modes.end(), arguments.mode) -
         script::imaging_modes.begin());

@@ -53,7 +53,7 @@ int run_scenario(const RunArguments& arguments) {
     options.cache.folder = arguments.cache;
     options.interrupted = [] { return stop_requested != 0; };
 
-    // A full disk or quota is told by write(), not by a signal that ends the program.
+    // write() reports a full disk or quota; no signal ends the program.
     std::signal(SIGXFSZ, SIG_IGN);
     std::signal(SIGINT, request_stop);
     std::signal(SIGTERM, request_stop);

@@ -1,4 +1,4 @@
-/// `seldinger study`: starts seldinger-study, which stands beside this program.
+/// `seldinger study`: starts seldinger-study from the folder of this program.
 
 #include <fmt/format.h>
 #include <string>

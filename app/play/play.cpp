@@ -68,7 +68,9 @@ Play::Play(Window& window, PlayOptions options)
     }
 }
 
-Play::~Play() = default;
+Play::~Play() {
+    give_up_par();
+}
 
 bool Play::load_settings() const {
     std::ifstream file(options_.settings);
@@ -117,6 +119,13 @@ void Play::open(std::size_t exercise, bool free_practice) {
     drawn_serial_ = drawn_image_ = -1;
     screen_ = is_replay_ || shows_solution_ ? Screen::Room : Screen::Briefing;
 
+    give_up_par();
+}
+
+void Play::give_up_par() {
+    par_stops_ = true;
+    if (par_.valid()) par_.get();
+    par_stops_ = false;
     known_par_.reset();
     par_asked_ = false;
 }
@@ -126,18 +135,18 @@ void Play::ask_par() {
     const Exercise& chosen = options_.exercises[*chosen_];
     if (par_asked_ || free_practice_ || session_->options().script || !chosen.solution) return;
     par_asked_ = true;
-    par_ = std::async(std::launch::async,
-                      [scenario = chosen.scenario, solution = *chosen.solution, folder = options_.cache] {
-                          anatomy::ModelCache cache;
-                          cache.folder = folder;
-                          std::optional<exercise::Score> par;
-                          try {
-                              par = room::par_of(scenario, solution, cache);
-                          } catch (const std::exception&) {
-                              // A scenario without a par is played all the same.
-                          }
-                          return par;
-                      });
+    par_ = std::async(std::launch::async, [scenario = chosen.scenario, solution = *chosen.solution,
+                                           folder = options_.cache, &stop = par_stops_] {
+        anatomy::ModelCache cache;
+        cache.folder = folder;
+        std::optional<exercise::Score> par;
+        try {
+            par = room::par_of(scenario, solution, cache, stop);
+        } catch (const std::exception&) {
+            // A scenario without a par is played all the same.
+        }
+        return par;
+    });
 }
 
 void Play::play_solution() {
@@ -150,6 +159,7 @@ void Play::leave() {
         measure_.write(options_.measure, view_->frames, view_->lost_frames);
     if (view_) differed_ = differed_ || !view_->differences.empty();
     session_.reset();
+    give_up_par();
     view_.reset();
     shows_solution_ = is_replay_ = false;
     menu_ = false;

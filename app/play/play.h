@@ -1,6 +1,7 @@
 #pragma once
 /// The room on a screen: chooser, briefing, the room itself, the end page.
 
+#include <atomic>
 #include <filesystem>
 #include <future>
 #include <memory>
@@ -75,6 +76,7 @@ private:
     void end_attempt();
     void settle();
     void ask_par();
+    void give_up_par();
     bool running() const { return view_ && view_->phase == room::Phase::Running; }
 
     void draw(float seconds);
@@ -106,6 +108,7 @@ private:
     bool free_practice_ = false, shows_solution_ = false, is_replay_ = false;
     std::unique_ptr<room::Session> session_;
     std::shared_ptr<const room::View> view_;
+    std::atomic<bool> par_stops_ = false;
     std::future<std::optional<exercise::Score>> par_;
     std::optional<exercise::Score> known_par_;
     bool par_asked_ = false;

@@ -99,7 +99,7 @@ bool Review::draw(const std::vector<std::shared_ptr<const room::Sequence>>& runs
         plays_ = false;
         look_.image = static_cast<std::size_t>(std::clamp(image, 1, static_cast<int>(count)) - 1);
     }
-    if (run_->mode == script::ImagingMode::dsa) {
+    if (run_->mode == script::ImagingMode::Dsa) {
         if (ImGui::Button("This image is the mask")) look_.mask = look_.image;
         ImGui::SameLine();
         ImGui::Text("mask %d", static_cast<int>(look_.mask) + 1);

@@ -64,7 +64,7 @@ std::string view_text(const render::CArm& arm) {
                        degrees(std::abs(arm.cranial)), arm.detector_width);
 }
 
-/// What a trainee is told before the start, a line each.
+/// What a trainee reads before the start, a line each.
 std::vector<std::pair<std::string, std::string>> briefing(const scenario::Scenario& s) {
     std::vector<std::pair<std::string, std::string>> lines;
     const std::string target = s.target.name.empty() ? "a marked place" : s.target.name;
@@ -112,7 +112,7 @@ void Play::draw_chooser() {
     ImGui::SetNextWindowPos(ImVec2(0, 0));
     ImGui::SetNextWindowSize(ImVec2(width, height));
     ImGui::Begin("chooser", nullptr, bare);
-    ImGui::PushFont(window_.faces().fonts[static_cast<std::size_t>(Face::title)]);
+    ImGui::PushFont(window_.faces().fonts[static_cast<std::size_t>(Face::Title)]);
     text(palette::bright, "Seldinger");
     ImGui::PopFont();
     text(palette::label, fmt::format("Choose an exercise.   {}: keys   F12: instructor's view",
@@ -138,7 +138,7 @@ void Play::draw_chooser() {
             list.AddImage(shown->id(), corner, ImVec2(corner.x + side, corner.y + picture), ImVec2(0, cut),
                           ImVec2(1, 1 - cut));
         }
-        ImGui::PushFont(window_.faces().fonts[static_cast<std::size_t>(Face::bold)]);
+        ImGui::PushFont(window_.faces().fonts[static_cast<std::size_t>(Face::Bold)]);
         text(palette::bright, exercise.scenario.name);
         ImGui::PopFont();
         wrapped(palette::value, exercise.scenario.title);
@@ -171,7 +171,7 @@ void Play::draw_chooser() {
 void Play::draw_briefing() {
     const scenario::Scenario& s = session_->options().scenario;
     begin_page("briefing", static_cast<float>(window_.width()), static_cast<float>(window_.height()), u(680));
-    ImGui::PushFont(window_.faces().fonts[static_cast<std::size_t>(Face::title)]);
+    ImGui::PushFont(window_.faces().fonts[static_cast<std::size_t>(Face::Title)]);
     wrapped(palette::bright, s.title);
     ImGui::PopFont();
     text(palette::label,
@@ -222,7 +222,7 @@ void Play::draw_room() {
     const float width = static_cast<float>(window_.width()), height = static_cast<float>(window_.height());
     const float strip = std::round(u(30)), column = std::round(u(render::readout_column_width));
     const float tall = height - strip;
-    const float spare = width - column - tall;  // beside a square image
+    const float spare = width - column - tall;  // next to a square image
     // The reference screen stands between image and readouts where there is room, else in a corner of the
     // image.
     const float beside = spare >= u(150) ? std::min(spare, tall) : 0;
@@ -248,6 +248,7 @@ void Play::draw_room() {
         if (asked) session_->give(*asked);
     }
     if (view_->phase == Phase::Failed || view_->phase == Phase::Loading) draw_loading();
+    if (!view_) return;  // they left
     draw_hint(image);
     draw_countdown();
 }
@@ -312,14 +313,14 @@ void Play::draw_reference(const Box& area) {
                        ImVec2(area.right, std::min(area.bottom, top + side + u(6))), colour(palette::ground));
     list.AddRectFilled(ImVec2(left, top), ImVec2(left + side, top + side), colour(palette::well));
     render::Canvas sheet = canvas();
-    sheet.text({left / unit, (area.top + u(6)) / unit}, "REFERENCE", Face::small, palette::label);
+    sheet.text({left / unit, (area.top + u(6)) / unit}, "REFERENCE", Face::Small, palette::label);
     if (view_->reference) {
         reference_.show(*view_->reference, reinterpret_cast<std::intptr_t>(view_->reference.get()));
         list.AddImage(reference_.id(), ImVec2(left, top), ImVec2(left + side, top + side));
     } else {
         sheet.text({(left + side / 2) / unit, (top + side / 2) / unit - 8},
-                   options_.keys.first(Action::Reference) + " stores the image here", Face::plain,
-                   palette::faint, Align::centre, side / unit);
+                   options_.keys.first(Action::Reference) + " stores the image here", Face::Plain,
+                   palette::faint, Align::Centre, side / unit);
     }
     list.AddRect(ImVec2(left, top), ImVec2(left + side, top + side), colour(palette::rule));
 }
@@ -361,8 +362,8 @@ void Play::draw_strip(const Box& area) {
     const exercise::Score& score = view_->score;
     float x = 14;
     const auto item = [&](const std::string& name, const std::string& value, Ink ink = palette::value) {
-        x += sheet.text({x, 9}, name, Face::small, palette::label) + 5;
-        x += sheet.text({x, 7}, value, Face::bold, ink) + 18;
+        x += sheet.text({x, 9}, name, Face::Small, palette::label) + 5;
+        x += sheet.text({x, 7}, value, Face::Bold, ink) + 18;
     };
     item("TIME", render::clock_text(r.time));
     item("BEAM", fmt::format("{:.0f} s", score.beam_on_time), r.beam_on ? palette::beam : palette::value);
@@ -385,12 +386,12 @@ void Play::draw_strip(const Box& area) {
     const std::string record = view_->recording                                        ? "REC"
                                : options_.record.empty() || session_->options().script ? ""
                                                                                        : "NOT RECORDED";
-    const float used = sheet.text({right, 9}, record, Face::small,
-                                  view_->recording ? palette::good : palette::alarm, Align::right);
+    const float used = sheet.text({right, 9}, record, Face::Small,
+                                  view_->recording ? palette::good : palette::alarm, Align::Right);
     sheet.text({right - used - 12, 9},
                fmt::format("{} keys   {} menu", options_.keys.first(Action::Help),
                            options_.keys.first(Action::Menu)),
-               Face::small, palette::faint, Align::right, std::max(1.0f, right - used - 12 - x));
+               Face::Small, palette::faint, Align::Right, std::max(1.0f, right - used - 12 - x));
 }
 
 void Play::draw_hint(const Box& image) {
@@ -428,14 +429,14 @@ void Play::draw_countdown() {
               -render::half_turn / 2 +
                   2 * render::half_turn * static_cast<float>(std::clamp(left - std::floor(left), 0.0, 1.0)),
               palette::beam, 4);
-    sheet.text({middle.x, middle.y - 11}, fmt::format("{:.0f}", std::max(1.0, std::ceil(left))), Face::title,
-               palette::bright, Align::centre);
+    sheet.text({middle.x, middle.y - 11}, fmt::format("{:.0f}", std::max(1.0, std::ceil(left))), Face::Title,
+               palette::bright, Align::Centre);
 }
 
 void Play::draw_end() {
     begin_page("end", static_cast<float>(window_.width()), static_cast<float>(window_.height()), u(680));
     const exercise::Score& score = view_->score;
-    ImGui::PushFont(window_.faces().fonts[static_cast<std::size_t>(Face::title)]);
+    ImGui::PushFont(window_.faces().fonts[static_cast<std::size_t>(Face::Title)]);
     if (shows_solution_ || is_replay_)
         text(palette::bright,
              shows_solution_ ? "That was the solution. Your turn." : "The recording ends here");
@@ -491,7 +492,7 @@ void Play::draw_end() {
     }
     if (!results_problem_.empty()) wrapped(palette::alarm, results_problem_);
     for (const render::Message& message : view_->readout.messages)
-        if (message.notice == render::Notice::alarm) wrapped(palette::alarm, message.text);
+        if (message.notice == render::Notice::Alarm) wrapped(palette::alarm, message.text);
     ImGui::SetCursorPosY(
         std::max(ImGui::GetCursorPosY(), ImGui::GetWindowHeight() - ImGui::GetFrameHeight() - u(10)));
     const std::size_t chosen = *chosen_;
@@ -519,7 +520,7 @@ void Play::draw_end() {
 
 void Play::draw_help() {
     begin_page("help", static_cast<float>(window_.width()), static_cast<float>(window_.height()), u(860));
-    ImGui::PushFont(window_.faces().fonts[static_cast<std::size_t>(Face::title)]);
+    ImGui::PushFont(window_.faces().fonts[static_cast<std::size_t>(Face::Title)]);
     text(palette::bright, "Keys");
     ImGui::PopFont();
     const float rows = (room::actions + static_cast<float>(options_.keys.injections.size())) / 2 + 4;

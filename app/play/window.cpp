@@ -300,7 +300,7 @@ void Window::make_faces(float unit) {
     ImGui_ImplOpenGL3_DestroyFontsTexture();
     io.Fonts->Clear();
     faces_ = render::add_faces(*io.Fonts, unit, "/usr/share/fonts/truetype/dejavu");
-    io.FontDefault = faces_.fonts[static_cast<std::size_t>(render::Face::plain)];
+    io.FontDefault = faces_.fonts[static_cast<std::size_t>(render::Face::Plain)];
     ImGui_ImplOpenGL3_CreateFontsTexture();
     ImGuiStyle style;
     ImGui::StyleColorsDark(&style);

@@ -1,5 +1,5 @@
 #pragma once
-/// NAME.anatomy.json and the binary STL beside it, as load_anatomy reads them.
+/// NAME.anatomy.json and its binary STL in the same folder, as load_anatomy reads them.
 
 #include <filesystem>
 #include <string>

@@ -10,10 +10,11 @@ namespace anatomy {
 /// A folder that cannot be written to, or an empty path, only means that everything is made every time.
 struct ModelCache {
     std::filesystem::path folder;
-    std::function<void(double part, const char* what)> progress;  // told 0 to 1 while something is made
+    std::function<void(double part, const char* what)>
+        progress;  // called with 0 to 1 while something is made
 };
 
-/// The usual folder: cache beside an output file or folder.
+/// The usual folder: cache, next to an output file or folder.
 std::filesystem::path cache_beside(const std::filesystem::path& output);
 
 }  // namespace anatomy

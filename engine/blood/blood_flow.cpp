@@ -51,7 +51,7 @@ constexpr std::array<Organ, 6> organs = {{
 }};
 
 const Organ* organ_named_by(std::string_view branch) {
-    // "aorta+LCIA+LEIA+LCFA" ends as a femoral artery: the last part that is known tells.
+    // "aorta+LCIA+LEIA+LCFA" ends as a femoral artery: the last part that is known decides.
     while (!branch.empty()) {
         const std::size_t plus = branch.rfind('+');
         const std::string_view part = plus == std::string_view::npos ? branch : branch.substr(plus + 1);
@@ -64,7 +64,7 @@ const Organ* organ_named_by(std::string_view branch) {
     return nullptr;
 }
 
-/// A vessel that tells nothing serves what its parent does, and a leg's muscle failing that.
+/// A vessel of unknown name serves what its parent does, and a leg's muscle failing that.
 const Organ& organ_behind(const anatomy::Anatomy& anatomy, int branch) {
     for (int b = branch; b >= 0; b = anatomy.branches[b].parent) {
         if (const Organ* organ = organ_named_by(anatomy.branches[b].name)) return *organ;

@@ -79,7 +79,7 @@ struct BloodFlow {
     std::vector<double> resting() const;
 
     /// Flow into each cell from upstream [ml/s], negative where it runs back: the sources' inflow times
-    /// `pulse`, `added` [ml/s] flowing in beside it in each cell. What is added raises the flow of every end
+    /// `pulse`, `added` [ml/s] flowing in as well in each cell. What is added raises the flow of every end
     /// in proportion to its share; what the ends beyond do not take runs back toward the source. `leaving` is
     /// the flow out of each outlet.
     void balance(double pulse, std::span<const double> added, std::span<double> into,

@@ -55,8 +55,8 @@ public:
     std::span<const float> iodine() const { return shown_; }          // in each cell [mg/ml]
     std::span<const Blush> blush() const { return blush_; }           // behind each outlet of blood()
 
-    /// Begins with the next step, beside those that run. Throws InputError for numbers out of range, a branch
-    /// that does not exist, and a volume beyond the limit, saying what is left of it.
+    /// Begins with the next step, in addition to those that run. Throws InputError for numbers out of range,
+    /// a branch that does not exist, and a volume beyond the limit, saying what is left of it.
     void inject(const Injection&);
     /// `dt` [s], 0 or more.
     void step(double dt);

@@ -51,7 +51,7 @@ ConsoleEvents Console::end_frame() {
     const int frame = beam_frames_++;
     const auto pulses_by = [&](int frames) { return std::floor(frames * pulses_per_frame + 1e-9); };
     events.pulse = frame == 0 || pulses_by(frame) > pulses_by(frame - 1);
-    if (events.pulse && mode_ == script::ImagingMode::dsa) events.mask = std::exchange(mask_asked_, false);
+    if (events.pulse && mode_ == script::ImagingMode::Dsa) events.mask = std::exchange(mask_asked_, false);
     return events;
 }
 

@@ -45,7 +45,7 @@ private:
     render::CArm arm_;
     geometry::Vec3 table_ = geometry::Vec3::Zero();
     bool beam_on_ = false;
-    script::ImagingMode mode_ = script::ImagingMode::live;
+    script::ImagingMode mode_ = script::ImagingMode::Live;
     double pulse_rate_;
     int beam_frames_ = 0;      // since the pedal was last pressed
     bool mask_asked_ = false;  // and not taken yet: it waits for a pulse of DSA

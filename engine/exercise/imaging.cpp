@@ -34,7 +34,7 @@ geometry::BodyPlace guessed_place(const anatomy::Anatomy& anatomy) {
         right = std::min(right, p.x());
     }
     constexpr double below_chest = 150;  // from the end of a thoracic aorta to L4 [mm]
-    return {geometry::Landmark::aortic_bifurcation,
+    return {geometry::Landmark::AorticBifurcation,
             {0.5 * (left + right), front, widest ? widest->points.front().z() : lowest - below_chest}};
 }
 
@@ -64,8 +64,8 @@ std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenari
     }
     render::TissueLayer lumen;
     lumen.name = "lumen";
-    lumen.material = render::Material::soft_tissue;
-    lumen.inside = scenario.imaging.patient ? render::Material::soft_tissue : render::Material::air;
+    lumen.material = render::Material::SoftTissue;
+    lumen.inside = scenario.imaging.patient ? render::Material::SoftTissue : render::Material::Air;
     lumen.mesh = anatomy::closed_lumen(anatomy);
     lumen.takes_contrast = true;
     layers.push_back(std::move(lumen));
@@ -120,7 +120,7 @@ std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer
 double detector_dose(const scenario::Scenario& scenario, const render::CArm& arm, script::ImagingMode mode) {
     const double magnified = std::max(1.0, scenario.c_arm.detector_width / arm.detector_width);
     const scenario::Imaging& imaging = scenario.imaging;
-    return magnified * (mode == script::ImagingMode::dsa ? imaging.acquisition_dose : imaging.detector_dose);
+    return magnified * (mode == script::ImagingMode::Dsa ? imaging.acquisition_dose : imaging.detector_dose);
 }
 
 Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<const BlushingOrgan> organs) {

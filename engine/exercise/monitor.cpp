@@ -32,7 +32,7 @@ void Monitor::take(Pulse pulse) {
     image_.reset();
 
     Recent& last = recent_.back();
-    if (last.pulse.mode != script::ImagingMode::dsa) return;
+    if (last.pulse.mode != script::ImagingMode::Dsa) return;
     if (!subtraction_)
         subtraction_.emplace(signal(last), fluoroscope_.opening(last.pulse.arm));
     else
@@ -71,7 +71,7 @@ const render::Field& Monitor::with_lag(float dose) {
 }
 
 bool Monitor::map_is_missing() const {
-    return !recent_.empty() && recent_.back().pulse.mode == script::ImagingMode::roadmap &&
+    return !recent_.empty() && recent_.back().pulse.mode == script::ImagingMode::Roadmap &&
            !(subtraction_ && subtraction_->has_map());
 }
 
@@ -79,9 +79,9 @@ const render::GrayImage* Monitor::image() {
     if (recent_.empty()) return nullptr;
     if (image_) return &*image_;
     const Pulse& last = recent_.back().pulse;
-    if (last.mode == script::ImagingMode::dsa) {
+    if (last.mode == script::ImagingMode::Dsa) {
         image_ = subtraction_->subtracted(signal(recent_.back()));
-    } else if (last.mode == script::ImagingMode::roadmap && !map_is_missing()) {
+    } else if (last.mode == script::ImagingMode::Roadmap && !map_is_missing()) {
         image_ = subtraction_->roadmap(with_lag(1.0f));
     } else {
         const auto dose = static_cast<float>(recent_.back().dose);

@@ -17,7 +17,7 @@ struct Pulse {
     render::CArm arm;
     geometry::Polyline joints;  // of the wire [mm]
     render::Exposure exposure;
-    script::ImagingMode mode = script::ImagingMode::live;
+    script::ImagingMode mode = script::ImagingMode::Live;
     bool new_mask = false;  // of DSA
     FrameTime time;
 

@@ -26,7 +26,7 @@ void RoomReadout::tell(int frame, std::string text, render::Notice notice) {
     if (told_.size() > most_told) told_.pop_front();
 }
 
-/// Once for each kind, when the operator is first to be told of it.
+/// Notifies once of each kind of dose, at its threshold.
 void RoomReadout::tell_dose(int frame, const Score& score) {
     using At = render::DoseNotification;
     const std::pair<bool, const char*> kinds[] = {
@@ -36,7 +36,7 @@ void RoomReadout::tell_dose(int frame, const Score& score) {
     for (int k = 0; k < 3; ++k) {
         if (!kinds[k].first || (notified_ & 1 << k)) continue;
         notified_ |= 1 << k;
-        tell(frame, kinds[k].second, render::Notice::alarm);
+        tell(frame, kinds[k].second, render::Notice::Alarm);
     }
 }
 
@@ -55,20 +55,20 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
     while (wall_forces_.size() > history * rate) wall_forces_.pop_front();
 
     const bool hard = wall_forces_.back() >= render::Readout().force_limit;
-    if (hard && !pressed_hard_) tell(frame, "The wire presses the wall hard", render::Notice::alarm);
+    if (hard && !pressed_hard_) tell(frame, "The wire presses the wall hard", render::Notice::Alarm);
     pressed_hard_ = hard;
     tell_dose(frame, score);
-    if (report.insertion_stopped) tell(frame, "The wire goes no further: open end", render::Notice::warning);
-    if (report.whole_wire_is_in) tell(frame, "The wire is in to its end", render::Notice::warning);
-    if (report.withdrawal_stopped) tell(frame, "The tip is at the introducer", render::Notice::warning);
+    if (report.insertion_stopped) tell(frame, "The wire goes no further: open end", render::Notice::Warning);
+    if (report.whole_wire_is_in) tell(frame, "The wire is in to its end", render::Notice::Warning);
+    if (report.withdrawal_stopped) tell(frame, "The tip is at the introducer", render::Notice::Warning);
     constexpr const char* no_map = "No roadmap: take a DSA run first";
     if (seen.monitor && seen.monitor->map_is_missing())
-        tell(frame, no_map, render::Notice::warning);
+        tell(frame, no_map, render::Notice::Warning);
     else
         std::erase_if(told_, [&](const Told& told) { return told.message.text == no_map; });
     if (report.console.pulse) pulse_rate_ = simulation.console().pulse_rate();
     const bool complete = score.completed;
-    if (complete && !was_complete_) tell(frame, "Target reached", render::Notice::success);
+    if (complete && !was_complete_) tell(frame, "Target reached", render::Notice::Success);
     was_complete_ = complete;
 }
 

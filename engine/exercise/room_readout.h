@@ -1,5 +1,5 @@
 #pragma once
-/// What the panel tells of an exercise.
+/// Follows an exercise and fills in the readouts of its panel.
 
 #include <deque>
 

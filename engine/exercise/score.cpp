@@ -111,7 +111,7 @@ std::string to_json(const Score& s) {
     json["withdrawn_mm"] = s.withdrawn;
     json["back_and_forth_ratio"] = s.back_and_forth_ratio;
     json["reversals"] = s.reversals;
-    json["rotation_deg"] = s.rotation / geometry::kDegree;
+    json["rotation_deg"] = s.rotation / geometry::degree;
     json["tip_path_mm"] = s.tip_path;
     json["path_efficiency"] = s.path_efficiency;
     json["peak_wall_force_N"] = s.peak_wall_force;

@@ -28,7 +28,7 @@ struct Score {
     bool completed = false;
     std::optional<double> completion_time;  // [s]
     double beam_on_time = 0;                // [s]
-    /// Of the patient; empty when no images were made, which alone tell what the tube must give.
+    /// Of the patient; empty when no images were made: they alone decide what the tube must give.
     std::optional<double> air_kerma;     // K_a,r at the reference point [mGy]
     std::optional<double> area_product;  // P_KA [Gy·cm²]
     double contrast = 0;                 // given [ml]

@@ -266,7 +266,7 @@ void Simulation::prepare_motion(StepReport& report) {
 bool Simulation::make_motion(Motion& motion, StepReport& report) {
     motion.insertion = allowed_insertion(motion, report);
     if (motion.insertion == 0 && motion.rotation == 0) return false;
-    const double lambda = moving_.spec.segment_length, turn = physics::Hub::kLargestTurn;
+    const double lambda = moving_.spec.segment_length, turn = physics::Hub::largest_turn;
     physics::HubMotion part;
     if (motion.insertion != 0) {
         part.feed = motion.insertion / steps_of(motion.insertion, lambda);
@@ -337,7 +337,7 @@ void Simulation::move_segments(StepReport& report) {
     int parts = 0;
     for (const Motion& m : waiting_)
         parts += steps_of(m.insertion, wire_.spec.segment_length) +
-                 steps_of(m.rotation, physics::Hub::kLargestTurn);
+                 steps_of(m.rotation, physics::Hub::largest_turn);
     // One part more for the frame's end, so that a frame with a motion settles as one without.
     const int budget = scenario_.budget.updates,
               share = std::max({1, budget / (parts + 1), budget / least_share});
@@ -406,7 +406,7 @@ bool Simulation::tip_has_left() const {
 }
 
 void Simulation::turn(Motion& motion, int share, StepReport& report) {
-    const int steps = steps_of(motion.rotation, physics::Hub::kLargestTurn);
+    const int steps = steps_of(motion.rotation, physics::Hub::largest_turn);
     const double wanted = motion.rotation / steps;
     for (int step = 0; step < steps; ++step) {
         physics::rotate(wire_, wanted);

@@ -100,15 +100,15 @@ std::vector<std::vector<double>> parse_csv(std::string_view text, const std::str
 
 geometry::Polyline load_points(const std::filesystem::path& path) {
     const std::string text =
-        read_text(path, "file", fmt::format("a CSV file with the header '{}' is accepted", kPointsHeader));
+        read_text(path, "file", fmt::format("a CSV file with the header '{}' is accepted", points_header));
     geometry::Polyline points;
-    for (const std::vector<double>& row : parse_csv(text, path.string(), kPointsHeader))
+    for (const std::vector<double>& row : parse_csv(text, path.string(), points_header))
         points.emplace_back(row[0], row[1], row[2]);
     return points;
 }
 
 std::string points_csv(std::span<const geometry::Vec3> points) {
-    std::string text = std::string(kPointsHeader) + '\n';
+    std::string text = std::string(points_header) + '\n';
     for (const geometry::Vec3& p : points) append_row(text, std::array<CsvCell, 3>{p.x(), p.y(), p.z()});
     return text;
 }

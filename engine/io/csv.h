@@ -20,7 +20,7 @@ using CsvCell = std::variant<std::string, double>;
 void append_row(std::string& text, std::span<const CsvCell> row);
 
 /// One joint or centreline point a row [mm].
-inline constexpr std::string_view kPointsHeader = "x_mm,y_mm,z_mm";
+inline constexpr std::string_view points_header = "x_mm,y_mm,z_mm";
 
 /// The rows below the header, each with as many finite numbers as the header has columns; row i is line
 /// i + 2 of the file. Line ends may be CR LF, lines at the end may be empty.

@@ -32,7 +32,7 @@ int write_all(int descriptor, std::string_view text) {
     return 0;
 }
 
-/// A text on its way into a file: beside it until it is put there.
+/// A text on its way into a file: a file next to it until it is renamed.
 class Part {
 public:
     Part(const fs::path& path, std::string_view text) : path_(path), target_(path) {
@@ -49,7 +49,8 @@ public:
         const int descriptor = ::open(beside_.c_str(), O_WRONLY | O_CLOEXEC | how, 0666);
         if (descriptor < 0) refuse(path_, errno);
         int reason = write_all(descriptor, text);
-        if (::close(descriptor) != 0 && reason == 0) reason = errno;  // some file systems tell only now
+        if (::close(descriptor) != 0 && reason == 0)
+            reason = errno;  // some file systems report a failure only now
         if (reason == 0) return;
         drop();
         refuse(path_, reason);

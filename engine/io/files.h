@@ -12,7 +12,7 @@ namespace io {
 /// The whole file. Throws InputError "PATH: no such WHAT can be read; ACCEPTED".
 std::string read_text(const std::filesystem::path&, std::string_view what, std::string_view accepted);
 
-/// Writes beside the target, under a name of its own that ends in ".part", then renames. A link's target is
+/// Writes next to the target, under a name of its own that ends in ".part", then renames. A link's target is
 /// replaced, not the link; devices and pipes are written to. On failure nothing is left behind and InputError
 /// names the path and the reason the system gave.
 void write_whole(const std::filesystem::path&, std::string_view text);

@@ -1,5 +1,5 @@
 #pragma once
-/// Pictures drawn by gnuplot from the CSV files beside them.
+/// Pictures drawn by gnuplot from CSV files.
 
 #include <filesystem>
 #include <string>

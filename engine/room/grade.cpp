@@ -41,13 +41,15 @@ Grade grade(const exercise::Score& score, const Handling& handling,
     return result;
 }
 
-exercise::Score par_of(const scenario::Scenario& scenario, const script::CommandScript& solution,
-                       const anatomy::ModelCache& cache) {
+std::optional<exercise::Score> par_of(const scenario::Scenario& scenario,
+                                      const script::CommandScript& solution, const anatomy::ModelCache& cache,
+                                      const std::atomic<bool>& stop) {
     exercise::Exercise exercise(scenario, false, cache);
     std::vector<script::Command> commands;
     for (int frame = 0,
              last = solution.last_frame(2 + static_cast<int>(scenario.target.hold * scenario.frame_rate));
          frame <= last && !exercise.score().completed && !exercise.time_is_up(); ++frame) {
+        if (stop) return std::nullopt;
         commands.clear();
         for (const script::TimedCommand& timed : solution.at(frame)) commands.push_back(timed.command);
         exercise.next_frame(commands);

@@ -1,6 +1,7 @@
 #pragma once
 /// What an attempt is worth against its par, line by line, and the best that a trainee has done.
 
+#include <atomic>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -35,9 +36,10 @@ extern const char* const grade_formula;
 /// A line over its par costs most · min(1, yours / par − 1); each handling error 5 points, 15 at most.
 Grade grade(const exercise::Score&, const Handling&, const std::optional<exercise::Score>& par);
 
-/// The score of a scenario's solution, run without images. Throws InputError.
-exercise::Score par_of(const scenario::Scenario&, const script::CommandScript& solution,
-                       const anatomy::ModelCache&);
+/// The score of a scenario's solution, run without images; empty when `stop` became true under way. Throws
+/// InputError.
+std::optional<exercise::Score> par_of(const scenario::Scenario&, const script::CommandScript& solution,
+                                      const anatomy::ModelCache&, const std::atomic<bool>& stop);
 
 struct BestResult {
     int attempts = 0, reached = 0;

@@ -115,9 +115,9 @@ void Hands::press_pedals(const Input& input, const exercise::Console& console,
     }
     const bool acquire = input.holds(Action::Acquisition);
     const bool beam = acquire || input.holds(Action::Fluoroscopy);
-    const script::ImagingMode mode = acquire          ? script::ImagingMode::dsa
-                                     : wants_roadmap_ ? script::ImagingMode::roadmap
-                                                      : script::ImagingMode::live;
+    const script::ImagingMode mode = acquire          ? script::ImagingMode::Dsa
+                                     : wants_roadmap_ ? script::ImagingMode::Roadmap
+                                                      : script::ImagingMode::Live;
     // What stands on the screen stays as it was taken while no pedal is down.
     if (beam && mode != console.mode()) commands.push_back(script::SetMode{mode});
     if (acquire && !acquires_) commands.push_back(script::NewMask{});

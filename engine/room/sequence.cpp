@@ -40,7 +40,7 @@ void Sequences::observe(const exercise::Frame& frame, exercise::Monitor& monitor
     }
     const exercise::Pulse* pulse = monitor.last_pulse();
     if (!frame.motion.console.pulse || !pulse) return;
-    const bool dsa = pulse->mode == script::ImagingMode::dsa;
+    const bool dsa = pulse->mode == script::ImagingMode::Dsa;
     const bool goes_on = beam_on_ && !runs_.empty() && runs_.back()->mode == pulse->mode &&
                          runs_.back()->arm == pulse->arm && !pulse->new_mask;
     beam_on_ = true;
@@ -66,14 +66,14 @@ void Sequences::limit() {
     // Of fluoroscopy only the last run is kept; of DSA as many as there is room for.
     for (auto run = runs_.begin(); run != runs_.end();) {
         const bool last = std::next(run) == runs_.end();
-        run = !last && (*run)->mode != script::ImagingMode::dsa ? runs_.erase(run) : std::next(run);
+        run = !last && (*run)->mode != script::ImagingMode::Dsa ? runs_.erase(run) : std::next(run);
     }
     std::size_t signals = 0;
     for (const auto& run : runs_)
-        if (run->mode == script::ImagingMode::dsa) signals += run->images.size();
+        if (run->mode == script::ImagingMode::Dsa) signals += run->images.size();
     while (signals > most_signals_) {
         if (runs_.size() > 1) {
-            signals -= runs_.front()->mode == script::ImagingMode::dsa ? runs_.front()->images.size() : 0;
+            signals -= runs_.front()->mode == script::ImagingMode::Dsa ? runs_.front()->images.size() : 0;
             runs_.pop_front();
         } else {
             Sequence shorter = *runs_.front();
@@ -97,7 +97,7 @@ render::Field shifted(const render::Field& field, double x, double y) {
 render::GrayImage look_at(const Sequence& run, const Look& look) {
     const KeptImage& kept = run.images.at(look.image);
     render::GrayImage image;
-    if (run.mode == script::ImagingMode::dsa) {
+    if (run.mode == script::ImagingMode::Dsa) {
         const KeptImage& mask = run.images.at(look.mask);
         image = render::Subtraction(shifted(*mask.signal, look.shift_x, look.shift_y), *run.opening)
                     .subtracted(*kept.signal);

@@ -23,7 +23,7 @@ struct KeptImage {
 /// The images from a pedal's pressing to its release.
 struct Sequence {
     int number = 0;  // of the exercise, from 1
-    script::ImagingMode mode = script::ImagingMode::live;
+    script::ImagingMode mode = script::ImagingMode::Live;
     render::CArm arm;
     double pulse_rate = 15;                        // [1/s]
     std::shared_ptr<const render::Field> opening;  // transmission of the collimator; null but in DSA

@@ -68,6 +68,8 @@ private:
             view_.loading = part;
             view_.doing = what;
             publish();
+            const std::lock_guard lock(session_.mutex_);
+            if (session_.stop_) throw io::InputError("loading was given up");  // nobody waits for it
         };
         publish();
         exercise_.emplace(options_.scenario, true, cache);
@@ -194,7 +196,7 @@ private:
         const auto moved = Clock::now();
         record(index, commands);
         if (made.motion.reset) said_.clear();
-        for (std::string& text : told) say(std::move(text), render::Notice::warning);
+        for (std::string& text : told) say(std::move(text), render::Notice::Warning);
         readout_.observe(made, exercise_->score());
         view_.handling.observe(made);
 
@@ -279,7 +281,7 @@ private:
         try {
             recording_->frame(index, commands, [this] { return exercise_->simulation().state_hash(); });
         } catch (const io::InputError& error) {
-            say(fmt::format("The recording ends here: {}", error.what()), render::Notice::alarm);
+            say(fmt::format("The recording ends here: {}", error.what()), render::Notice::Alarm);
             recording_.reset();
             view_.recording = false;
         }
@@ -294,7 +296,7 @@ private:
 
     void take_back() {
         if (!options_.free_practice) {
-            say("What was done is taken back in free practice only", render::Notice::warning);
+            say("What was done is taken back in free practice only", render::Notice::Warning);
             return;
         }
         if ((view_.phase != Phase::Running && view_.phase != Phase::Paused) || moments_.empty()) return;
@@ -314,7 +316,7 @@ private:
             try {
                 recording_->take_back(moment.frame);
             } catch (const io::InputError& error) {
-                say(fmt::format("The recording ends here: {}", error.what()), render::Notice::alarm);
+                say(fmt::format("The recording ends here: {}", error.what()), render::Notice::Alarm);
                 recording_.reset();
                 view_.recording = false;
             }
@@ -322,7 +324,7 @@ private:
         view_.frames = moment.frame + 1;
         view_.image = std::make_shared<const render::GrayImage>(exercise_->image());
         ++view_.image_serial;
-        say("The last seconds were taken back", render::Notice::info);
+        say("The last seconds were taken back", render::Notice::Info);
     }
 
     void retune(const exercise::Tuning& tuning) {
@@ -332,7 +334,7 @@ private:
         try {
             exercise_->retune(tuning, cache);
         } catch (const io::InputError& error) {
-            say(error.what(), render::Notice::warning);
+            say(error.what(), render::Notice::Warning);
             return;
         }
         view_.tuned = true;
@@ -340,7 +342,7 @@ private:
         last_ = {};
         if (!recording_) return;
         finish_recording();
-        say("The recording ends here: the model was changed", render::Notice::warning);
+        say("The recording ends here: the model was changed", render::Notice::Warning);
     }
 
     void check(int index) {
@@ -359,7 +361,7 @@ private:
         try {
             recording_->close([this] { return exercise_->simulation().state_hash(); });
         } catch (const io::InputError& error) {
-            say(fmt::format("The recording has no end: {}", error.what()), render::Notice::alarm);
+            say(fmt::format("The recording has no end: {}", error.what()), render::Notice::Alarm);
         }
         recording_.reset();
         view_.recording = false;

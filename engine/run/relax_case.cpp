@@ -20,9 +20,9 @@ using geometry::Polyline;
 using geometry::Vec3;
 using physics::Guidewire;
 
-constexpr int kMostSegments = 20'000;
-constexpr double kSpacing = 1e-4;  // largest difference of a segment's length from the others', a part of it
-constexpr double kHeaviest = 100;  // load [N/mm]
+constexpr int most_segments = 20'000;
+constexpr double spacing = 1e-4;  // largest difference of a segment's length from the others', a part of it
+constexpr double heaviest = 100;  // load [N/mm]
 
 [[noreturn]] void refuse(const std::string& where, const std::string& found, const std::string& accepted) {
     throw io::InputError(fmt::format("{}: {}; {}", where, found, accepted));
@@ -45,9 +45,9 @@ void check_numbers(const RelaxRequest& r) {
         r.wire_diameter > physics::WireLimits::diameter)
         refuse("--wire-diameter", fmt::format("'{}' was found", io::number_text(r.wire_diameter)),
                fmt::format("0 to {:g} mm are accepted", physics::WireLimits::diameter));
-    if (r.segments && (*r.segments < 2 || *r.segments > kMostSegments))
+    if (r.segments && (*r.segments < 2 || *r.segments > most_segments))
         refuse("--segments", fmt::format("'{}' was found", *r.segments),
-               fmt::format("2 to {} segments are accepted", kMostSegments));
+               fmt::format("2 to {} segments are accepted", most_segments));
     if (r.cycles && (*r.cycles < 1 || *r.cycles > 1'000'000))
         refuse("--cycles", fmt::format("'{}' was found", *r.cycles), "1 to 1000000 cycles are accepted");
 }
@@ -76,9 +76,9 @@ physics::EndCells end_cells(const RelaxRequest& r) {
 Vec3 load_of(const RelaxRequest& r) {
     if (!r.load) return Vec3::Zero();
     const std::optional<Vec3> load = three_numbers(*r.load);
-    if (!load || load->norm() > kHeaviest)
+    if (!load || load->norm() > heaviest)
         refuse("--load", fmt::format("'{}' was found", *r.load),
-               fmt::format("three numbers X,Y,Z of a force up to {:g} N/mm are accepted", kHeaviest));
+               fmt::format("three numbers X,Y,Z of a force up to {:g} N/mm are accepted", heaviest));
     return *load;
 }
 
@@ -180,10 +180,10 @@ Guidewire wire_through(const Polyline& joints, const std::string& file, double r
         throw io::InputError(
             io::located({file, static_cast<int>(joints.size()) + 1, 1},
                         fmt::format("{} joints were found; 3 or more are accepted", joints.size())));
-    if (joints.size() > kMostSegments + 1)
+    if (joints.size() > most_segments + 1)
         throw io::InputError(io::located(
-            {file, kMostSegments + 3, 1},
-            fmt::format("{} joints were found; up to {} are accepted", joints.size(), kMostSegments + 1)));
+            {file, most_segments + 3, 1},
+            fmt::format("{} joints were found; up to {} are accepted", joints.size(), most_segments + 1)));
     std::vector<double> lengths;
     std::vector<Vec3> tangents;
     for (std::size_t i = 1; i < joints.size(); ++i) {
@@ -195,7 +195,7 @@ Guidewire wire_through(const Polyline& joints, const std::string& file, double r
                      sorted.end());
     const double usual = sorted[sorted.size() / 2];
     for (std::size_t i = 0; i < lengths.size(); ++i) {
-        if (usual > 0 && std::abs(lengths[i] - usual) <= kSpacing * usual) continue;
+        if (usual > 0 && std::abs(lengths[i] - usual) <= spacing * usual) continue;
         throw io::InputError(io::located(
             {file, static_cast<int>(i) + 3, 1},
             fmt::format(
@@ -255,7 +255,7 @@ void check_inside(const Vessel& vessel, const Guidewire& wire, const std::string
                 refuse(name, fmt::format("joint {} is {:.3g} mm beyond the open end '{}'", i, out, end.name),
                        "a wire that starts inside the lumen is accepted");
         }
-        const double most = kPressedIn * contacts[i].room;
+        const double most = pressed_in * contacts[i].room;
         if (contacts[i].penetration <= most) continue;
         refuse(name,
                fmt::format("joint {} starts {:.5g} mm outside the lumen of {}", i, contacts[i].penetration,
@@ -273,7 +273,7 @@ RelaxCase make_relax_case(const RelaxRequest& r) {
     check_combination(r);
     const physics::EndCells ends = end_cells(r);
     const Vec3 load = load_of(r);
-    result.cycles = r.cycles.value_or(r.push_from ? kUsualCyclesPerPush : kUsualCycles);
+    result.cycles = r.cycles.value_or(r.push_from ? usual_cycles_per_push : usual_cycles);
     result.tolerance = r.tolerance;
     if (r.tolerance) result.method.tolerance = *r.tolerance;
 

@@ -52,10 +52,10 @@ struct RelaxCase {
 };
 
 /// Cycles when none are asked for: of a relaxation, and of each push.
-inline constexpr int kUsualCycles = 300, kUsualCyclesPerPush = 10;
+inline constexpr int usual_cycles = 300, usual_cycles_per_push = 10;
 
 /// A joint may start this part of the lumen's radius inside the wall, as a wire at rest does under load.
-inline constexpr double kPressedIn = 0.1;
+inline constexpr double pressed_in = 0.1;
 
 /// Throws InputError naming the argument or file:line:column, what was found and what is accepted.
 RelaxCase make_relax_case(const RelaxRequest&);

@@ -14,7 +14,7 @@ using physics::CycleOrder;
 using physics::RelaxerConfig;
 using physics::RelaxerKind;
 
-constexpr int kMostVaried = 5, kLeastDelta = 2, kMostDelta = 200;
+constexpr int most_varied = 5, least_delta = 2, most_delta = 200;
 
 [[noreturn]] void refuse(std::string_view method, const std::string& why) {
     throw io::InputError(
@@ -22,7 +22,7 @@ constexpr int kMostVaried = 5, kLeastDelta = 2, kMostDelta = 200;
                     "segment:M (M varied segments, 1 to {}), segment:M:delta (delta from {} to {} "
                     "segments), combined:M, combined:M:delta; after segment:M or segment:M:delta also "
                     ":no-a, :no-r, :uniform, :plain, :fast",
-                    method, why, kMostVaried, kLeastDelta, kMostDelta));
+                    method, why, most_varied, least_delta, most_delta));
 }
 
 /// What may follow segment:M, in the order that method_text writes it.
@@ -96,12 +96,12 @@ RelaxerConfig parse_method(std::string_view method) {
     config.kind = known->kind;
 
     const std::optional<int> m = parts.size() > 1 ? io::parse_integer(parts[1]) : std::nullopt;
-    if (!m || *m < 1 || *m > kMostVaried) refuse(method, "names no possible number of varied segments");
+    if (!m || *m < 1 || *m > most_varied) refuse(method, "names no possible number of varied segments");
     config.varied_segments = *m;
     std::size_t at = 2;
     if (at < parts.size()) {
         if (const std::optional<int> delta = io::parse_integer(parts[at])) {
-            if (*delta < kLeastDelta || *delta > kMostDelta) refuse(method, "names no possible separation");
+            if (*delta < least_delta || *delta > most_delta) refuse(method, "names no possible separation");
             config.separation = delta;
             ++at;
         }

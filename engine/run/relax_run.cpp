@@ -97,7 +97,7 @@ RelaxOutcome run_relax(RelaxCase given, const std::function<void(const RelaxProg
                                       outcome.gradient, outcome.penetration});
         }
     }
-    outcome.converged = outcome.gradient <= given.tolerance.value_or(kUsualTolerance);
+    outcome.converged = outcome.gradient <= given.tolerance.value_or(usual_tolerance);
     outcome.wire = std::move(wire);
     return outcome;
 }

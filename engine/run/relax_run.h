@@ -1,5 +1,5 @@
 #pragma once
-/// Relaxing a case and telling what came of it.
+/// Relaxes a case and reports the result.
 
 #include <filesystem>
 #include <functional>
@@ -40,7 +40,7 @@ struct RelaxOutcome {
 };
 
 /// |g|/C that counts as converged where no tolerance is asked for [-].
-inline constexpr double kUsualTolerance = 1e-6;
+inline constexpr double usual_tolerance = 1e-6;
 
 struct RelaxProgress {
     double part = 0;      // of the most work that was allowed, 0 to 1

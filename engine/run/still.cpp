@@ -36,16 +36,16 @@ render::GrayImage render_still(const scenario::Scenario& scenario, const script:
         simulation, {request.frame, simulation.frames() - 1, simulation.time()}, imaging.organs);
     pulse.arm.lao = request.lao.value_or(pulse.arm.lao);
     pulse.arm.cranial = request.cranial.value_or(pulse.arm.cranial);
-    pulse.mode = script::ImagingMode::live;
+    pulse.mode = script::ImagingMode::Live;
     pulse.exposure.detector_dose = exercise::detector_dose(scenario, pulse.arm, pulse.mode);
 
     exercise::Monitor monitor(std::move(imaging.fluoroscope));
-    if (request.mode != script::ImagingMode::live) {
+    if (request.mode != script::ImagingMode::Live) {
         exercise::Pulse mask = pulse;
-        mask.mode = script::ImagingMode::dsa;
+        mask.mode = script::ImagingMode::Dsa;
         mask.exposure.detector_dose = exercise::detector_dose(scenario, mask.arm, mask.mode);
         const bool flows = exercise::has_contrast(mask.exposure);
-        if (request.mode == script::ImagingMode::roadmap) mask.joints.clear();
+        if (request.mode == script::ImagingMode::Roadmap) mask.joints.clear();
         exercise::Pulse filled = mask;
         exercise::remove_contrast(mask.exposure);
         if (!flows) filled.exposure.iodine = request.iodine;
@@ -53,9 +53,9 @@ render::GrayImage render_still(const scenario::Scenario& scenario, const script:
         monitor.take(mask);
         monitor.take(filled);
     }
-    if (request.mode != script::ImagingMode::dsa) {
+    if (request.mode != script::ImagingMode::Dsa) {
         pulse.mode = request.mode;
-        if (request.mode == script::ImagingMode::roadmap) exercise::remove_contrast(pulse.exposure);
+        if (request.mode == script::ImagingMode::Roadmap) exercise::remove_contrast(pulse.exposure);
         monitor.take(pulse);
     }
     return *monitor.image();

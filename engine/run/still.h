@@ -12,7 +12,7 @@ namespace run {
 struct StillRequest {
     int frame = 0;                                 // of the script, whose commands up to it are carried out
     std::optional<double> lao = {}, cranial = {};  // else as the script left the arm [rad]
-    script::ImagingMode mode = script::ImagingMode::live;
+    script::ImagingMode mode = script::ImagingMode::Live;
     double iodine = 60;  // DSA and roadmap: fills the vessels when no contrast is in them [mg/ml]
 };
 

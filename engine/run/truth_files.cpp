@@ -35,8 +35,8 @@ std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& tim
     json["pulse_of_frame"] = pulse.time.index;
     json["mode"] = script::imaging_modes[static_cast<std::size_t>(pulse.mode)];
     json["image"] = {{"width", arm.pixels}, {"height", arm.pixels}};
-    json["c_arm"] = {{"lao_deg", arm.lao / geometry::kDegree},
-                     {"cranial_deg", arm.cranial / geometry::kDegree},
+    json["c_arm"] = {{"lao_deg", arm.lao / geometry::degree},
+                     {"cranial_deg", arm.cranial / geometry::degree},
                      {"sid_mm", arm.sid},
                      {"sod_mm", arm.sod},
                      {"isocentre_mm", list(arm.isocentre)},

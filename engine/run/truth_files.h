@@ -1,5 +1,5 @@
 #pragma once
-/// Ground truth of images as files beside them.
+/// Ground truth of images as files next to theirs.
 
 #include <filesystem>
 #include <string>

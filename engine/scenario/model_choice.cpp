@@ -14,10 +14,10 @@ namespace {
 
 using geometry::Vec3;
 
-constexpr double kShortest = 0.2, kLongest = 5;  // λ [mm]
-/// Of the grid from a wall to the axis: with fewer the field does not tell its sides apart. In tubes of so
+constexpr double shortest = 0.2, longest = 5;  // λ [mm]
+/// Of the grid from a wall to the axis: with fewer the field does not separate its sides. In tubes of so
 /// many it is off by 0.03 mm at 1 % of the places near the wall, of two by 0.01 mm at most.
-constexpr double kCellsToAxis = 1.25;
+constexpr double cells_to_axis = 1.25;
 
 /// The point of a branch `way` before (< 0) or behind a sample along it; none past its ends.
 std::optional<Vec3> place_along(const geometry::CentrelineBranch& branch, int sample, double way) {
@@ -52,15 +52,15 @@ void choose_segment_length(const physics::GuidewireSpec& wire, double tolerance,
                           "{:g} mm",
                           what, 1 / curvature, tolerance));
     };
-    choice.segment_length = kLongest;
-    choice.segment_reason = fmt::format("nothing asks for segments shorter than {:g} mm", kLongest);
+    choice.segment_length = longest;
+    choice.segment_reason = fmt::format("nothing asks for segments shorter than {:g} mm", longest);
     bend(demand.largest_curvature, fmt::format("'{}'", demand.sharpest));
     if (wire.curved_length > 0) bend(std::abs(wire.curved_angle) / wire.curved_length, "the wire's tip");
     limit(demand.smallest_radius,
           fmt::format("'{}' narrows to a radius of {:.3g} mm, and a segment is no longer than that",
                       demand.narrowest, demand.smallest_radius));
     double& length = choice.segment_length;
-    length = std::max(kShortest, std::floor(length / 0.05 * (1 + 1e-9)) * 0.05);
+    length = std::max(shortest, std::floor(length / 0.05 * (1 + 1e-9)) * 0.05);
     if (wire.curved_length > 0 && wire.curved_angle != 0)
         length = wire.curved_length / std::ceil(wire.curved_length / length * (1 - 1e-9));
 }
@@ -77,7 +77,7 @@ void choose_wall(const anatomy::Anatomy& anatomy, const physics::GuidewireSpec& 
     const auto [spacing, bytes, bytes_while] = physics::DistanceField::estimate(anatomy.branches, field);
     const double most = static_cast<double>(field.largest);
     choice.wall = WallModel::Mesh;
-    if (radius < kCellsToAxis * spacing)
+    if (radius < cells_to_axis * spacing)
         choice.wall_reason = fmt::format("a grid of {:.2g} mm does not resolve '{}' of radius {:.3g} mm",
                                          spacing, choice.demand.narrowest, radius);
     else if (0.5 * wire.diameter >= field.inner)

@@ -50,7 +50,7 @@ void read_tube(io::Section tube, io::Reading& reading, Scenario& s) {
             } else {
                 anatomy::Arc arc{10, 0, Vec3::UnitZ()};
                 move.number("arc_radius_mm", arc.radius, {0.5, 2000});
-                move.number("angle_deg", arc.angle, {-720, 720}, geometry::kDegree);
+                move.number("angle_deg", arc.angle, {-720, 720}, geometry::degree);
                 move.point("axis", arc.axis, 1e3);
                 if (arc.axis.norm() < 1e-6)
                     move.refuse("axis", *table->get("axis"), "an axis other than zero is accepted");
@@ -91,7 +91,7 @@ void read_guidewire(io::Section wire, Scenario& s) {
     wire.number("transition_length_mm", s.guidewire.transition_length, {0, Limits::soft_length});
     wire.number("curved_length_mm", s.guidewire.curved_length, {0, Limits::curved_length});
     wire.number("curved_angle_deg", s.guidewire.curved_angle, {-Limits::curved_angle, Limits::curved_angle},
-                geometry::kDegree);
+                geometry::degree);
     wire.finish();
 }
 
@@ -122,8 +122,8 @@ void read_c_arm(io::Section arm, Scenario& s) {
     const auto number = [&arm](std::string_view key, double& value, Limits::Range range, double unit = 1.0) {
         arm.number(key, value, {range.least, range.most}, unit);
     };
-    number("lao_deg", s.c_arm.lao, Limits::lao, geometry::kDegree);
-    number("cranial_deg", s.c_arm.cranial, Limits::cranial, geometry::kDegree);
+    number("lao_deg", s.c_arm.lao, Limits::lao, geometry::degree);
+    number("cranial_deg", s.c_arm.cranial, Limits::cranial, geometry::degree);
     number("sid_mm", s.c_arm.sid, Limits::sid);
     number("sod_mm", s.c_arm.sod, Limits::sod);
     arm.point("isocentre_mm", s.c_arm.isocentre, Limits::isocentre);

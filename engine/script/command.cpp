@@ -16,15 +16,14 @@ namespace {
 std::string degrees_text(double angle) {
     std::array<char, 64> buffer;
     for (int digits = 1; digits <= 17; ++digits) {
-        const auto [end, error] =
-            std::to_chars(buffer.data(), buffer.data() + buffer.size(), angle / geometry::kDegree,
-                          std::chars_format::general, digits);
+        const auto [end, error] = std::to_chars(buffer.data(), buffer.data() + buffer.size(),
+                                                angle / geometry::degree, std::chars_format::general, digits);
         if (error != std::errc{}) break;
         const std::string_view text(buffer.data(), static_cast<std::size_t>(end - buffer.data()));
-        if (const auto read = io::parse_number(text); read && *read * geometry::kDegree == angle)
+        if (const auto read = io::parse_number(text); read && *read * geometry::degree == angle)
             return io::number_text(*read);
     }
-    return io::number_text(angle / geometry::kDegree);
+    return io::number_text(angle / geometry::degree);
 }
 
 struct CommandText {
@@ -81,7 +80,7 @@ std::string to_text(const Command& command) {
 
 Command canonical(const Command& command) {
     const auto read_back = [](double angle) {
-        return *io::parse_number(degrees_text(angle)) * geometry::kDegree;
+        return *io::parse_number(degrees_text(angle)) * geometry::degree;
     };
     Command result = command;
     if (Rotate* turn = std::get_if<Rotate>(&result)) turn->angle = read_back(turn->angle);

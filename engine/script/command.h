@@ -65,10 +65,10 @@ struct Inject {
     std::string branch;   // at the start of which its tip lies
     double iodine = 320;  // [mg/ml]
 };
-enum class ImagingMode { live, dsa, roadmap };
+enum class ImagingMode { Live, Dsa, Roadmap };
 inline constexpr std::array<std::string_view, 3> imaging_modes = {"live", "dsa", "roadmap"};
 struct SetMode {
-    ImagingMode mode = ImagingMode::live;
+    ImagingMode mode = ImagingMode::Live;
 };
 struct SetPulseRate {
     double rate = 15;  // [1/s]

@@ -110,9 +110,9 @@ MoveArm arm_command(Line& line) {
         const std::string accepted = "accepted are: " + io::joined(arm_words);
         const Word& word = line.take(accepted);
         if (word.text == "lao")
-            move.lao = line.amount(Limits::lao, "deg") * geometry::kDegree;
+            move.lao = line.amount(Limits::lao, "deg") * geometry::degree;
         else if (word.text == "cranial")
-            move.cranial = line.amount(Limits::cranial, "deg") * geometry::kDegree;
+            move.cranial = line.amount(Limits::cranial, "deg") * geometry::degree;
         else if (word.text == "sid")
             move.sid = line.amount(Limits::sid, "mm");
         else if (word.text == "sod")
@@ -188,7 +188,7 @@ constexpr Verb verbs[] = {
     {"withdraw", [](Line& l) -> Command { return Withdraw{l.amount(0, largest_motion, "mm")}; }},
     {"rotate",
      [](Line& l) -> Command {
-         return Rotate{l.amount(-largest_rotation, largest_rotation, "deg") * geometry::kDegree};
+         return Rotate{l.amount(-largest_rotation, largest_rotation, "deg") * geometry::degree};
      }},
     {"arm", [](Line& l) -> Command { return arm_command(l); }},
     {"beam", [](Line& l) -> Command { return beam_command(l); }},

@@ -19,7 +19,7 @@ namespace {
 
 using physics::EndCells;
 
-constexpr std::array kRules = {EndCells::Half, EndCells::Paper};
+constexpr std::array rule_table = {EndCells::Half, EndCells::Paper};
 
 std::string word(EndCells ends) {
     return ends == EndCells::Half ? "half" : "paper";
@@ -99,7 +99,7 @@ io::Plot picture(const std::vector<ExactCase>& cases, const std::vector<Contende
         "set ylabel 'error over what is exact, of places over the length of the wire'\n"
         "set xrange [0.08:5]\nset yrange [3e-9:1]\nset xtics (0.1, 0.2, 0.5, 1, 2, 4)\nplot ";
     for (const ExactCase& c : cases)
-        for (const EndCells ends : kRules) {
+        for (const EndCells ends : rule_table) {
             if (ends == EndCells::Paper && !c.has_ends) continue;
             const bool half = ends == EndCells::Half;
             text += fmt::format(
@@ -156,14 +156,14 @@ StudyResult run_accuracy(const StudyOptions& options) {
         int contacts = 0;
     };
     const int sizes = static_cast<int>(cases.front().segments.size()),
-              rules = static_cast<int>(kRules.size());
+              rules = static_cast<int>(rule_table.size());
     const int rests = static_cast<int>(cases.size()) * rules * sizes,
               races = static_cast<int>(list.size()) * lengths;
     Work work(options, rests + races);
     std::vector<Found> results(static_cast<std::size_t>(rests));
     work.run(rests, [&](int k) {
         const ExactCase& c = cases[k / (rules * sizes)];
-        const EndCells ends = kRules[k / sizes % rules];
+        const EndCells ends = rule_table[k / sizes % rules];
         const int n = c.segments[k % sizes];
         ExactStart s = c.set(n, ends);
         bring_to_rest(s.start, *s.wall);
@@ -204,7 +204,7 @@ StudyResult run_accuracy(const StudyOptions& options) {
                     off.push_back(m.error);
                     at_rest = std::max(at_rest, first[k].gradient);
                     const bool place = m.quantity == "tip" || m.quantity == "farthest joint";
-                    errors.add({now.id, m.quantity, word(kRules[r]), static_cast<double>(now.segments[k]),
+                    errors.add({now.id, m.quantity, word(rule_table[r]), static_cast<double>(now.segments[k]),
                                 lambdas.back(), place ? none : m.exact, m.measured, m.error,
                                 static_cast<double>(first[k].contacts), first[k].gradient});
                     if (lambdas.back() == 1) at_one = m.error;
@@ -213,8 +213,8 @@ StudyResult run_accuracy(const StudyOptions& options) {
                 }
                 const std::string& quantity = first->measured[q].quantity;
                 if (now.id == "wall" && quantity == "force") (r == 0 ? force_half : force_paper) = at_one;
-                found.push_back({now.id, quantity, kRules[r], order_of(lambdas, off)});
-                orders.add({now.id, quantity, word(kRules[r]), found.back().order, at_one, off.back()});
+                found.push_back({now.id, quantity, rule_table[r], order_of(lambdas, off)});
+                orders.add({now.id, quantity, word(rule_table[r]), found.back().order, at_one, off.back()});
             }
         }
     io::Table race{
@@ -281,7 +281,7 @@ StudyResult run_accuracy(const StudyOptions& options) {
         "that alone meets a wall has the same stiffness by either rule and in the exact wire, {:g} N/mm on "
         "the flat "
         "wall and {:g} in the bent tube; helix and arc lie on {:g} N/mm for each mm of wire.\n\n{}",
-        kExactRigidity, residual, step_error, at_rest, kFlatStiffness, kBentStiffness, kPerLength,
+        exact_rigidity, residual, step_error, at_rest, flat_stiffness, bent_stiffness, per_length,
         io::to_markdown(orders, 3));
     introduction += fmt::format(
         "\nErrors of places are over the length of the wire, all others over the exact number. Where no "

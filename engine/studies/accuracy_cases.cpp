@@ -19,9 +19,9 @@ using physics::EndCells;
 using physics::Guidewire;
 using physics::LumenWall;
 
-constexpr double kBend = 30, kBentRadius = 3, kFlatWall = 6;   // of the tubes [mm]
-constexpr double kArc = 60, kArcRadius = 2, kArcAngle = 3.03;  // of the arc's tube [mm], [rad]
-constexpr double kHelixRadius = 2, kHelixPitch = 0.5;          // of the helix's tube [mm]; to its axis [rad]
+constexpr double bend = 30, bent_radius = 3, flat_wall_height = 6;        // of the tubes [mm]
+constexpr double arc_bend_radius = 60, arc_radius = 2, arc_angle = 3.03;  // of the arc's tube [mm], [rad]
+constexpr double helix_radius = 2, helix_pitch = 0.5;  // of the helix's tube [mm]; to its axis [rad]
 
 AgainstExact relative(const std::string& quantity, double exact, double measured) {
     return {quantity, exact, measured, std::abs(measured / exact - 1)};
@@ -32,7 +32,7 @@ Guidewire wire_of(double length, int segments, EndCells ends, const Vec3& entry,
     const double lambda = length / segments;
     std::vector<Vec3> tangents;
     for (int i = 0; i < segments; ++i) tangents.push_back(tangent((i + 0.5) * lambda));
-    return physics::uniform_wire(kExactRigidity, lambda, entry, clamped, tangents, ends);
+    return physics::uniform_wire(exact_rigidity, lambda, entry, clamped, tangents, ends);
 }
 
 Vec3 heading(double angle) {
@@ -78,21 +78,23 @@ ExactCase flat_wall() {
     ExactCase c;
     c.id = "wall";
     c.title = "clamped wire on a wall: force";
-    c.text = fmt::format(
-        "20 mm of wire clamped at 0.6 rad to a flat wall {:g} mm away, on which its tip slides", kFlatWall);
+    c.text =
+        fmt::format("20 mm of wire clamped at 0.6 rad to a flat wall {:g} mm away, on which its tip slides",
+                    flat_wall_height);
     c.headline = "force";
     c.look = "lc rgb '#D55E00'";
     c.length = 20;
     c.segments = {5, 10, 20, 40, 80};
     c.set = [](int n, EndCells ends) {
         const auto tangent = [](double s) { return heading(0.6 * (1 - 0.8 * s / 20)); };
-        return ExactStart{std::make_unique<physics::TubeWall>(geometry::Polyline{{-20, 0, 0}, {60, 0, 0}},
-                                                              kFlatWall, for_tip(kFlatStiffness, ends)),
-                          wire_of(20, n, ends, Vec3::Zero(), heading(0.6), tangent)};
+        return ExactStart{
+            std::make_unique<physics::TubeWall>(geometry::Polyline{{-20, 0, 0}, {60, 0, 0}}, flat_wall_height,
+                                                for_tip(flat_stiffness, ends)),
+            wire_of(20, n, ends, Vec3::Zero(), heading(0.6), tangent)};
     };
-    PlaneWire problem{.rigidity = kExactRigidity, .length = 20, .angle = 0.6};
-    problem.wall = [](const Vec2& x) { return PlaneContact{x[1] - kFlatWall, Vec2(0, 1)}; };
-    problem.tip_stiffness = kFlatStiffness;
+    PlaneWire problem{.rigidity = exact_rigidity, .length = 20, .angle = 0.6};
+    problem.wall = [](const Vec2& x) { return PlaneContact{x[1] - flat_wall_height, Vec2(0, 1)}; };
+    problem.tip_stiffness = flat_stiffness;
     hold_to_exact(c, problem);
     return c;
 }
@@ -105,23 +107,23 @@ ExactCase bent_tube() {
         "60 mm of wire in a tube of radius {:g} mm bent to {:g} mm, clamped on its axis, the tip on its "
         "outer "
         "wall",
-        kBentRadius, kBend);
+        bent_radius, bend);
     c.headline = "farthest joint";
     c.look = "lc rgb '#0072B2'";
     c.length = 60;
     c.segments = {15, 30, 60, 120, 240};
     c.set = [](int n, EndCells ends) {
-        const auto tangent = [](double s) { return heading(s / kBend); };
-        return ExactStart{std::make_unique<BentTube>(kBend, 2.7, kBentRadius, for_tip(kBentStiffness, ends)),
+        const auto tangent = [](double s) { return heading(s / bend); };
+        return ExactStart{std::make_unique<BentTube>(bend, 2.7, bent_radius, for_tip(bent_stiffness, ends)),
                           wire_of(60, n, ends, Vec3::Zero(), heading(0), tangent)};
     };
-    PlaneWire problem{.rigidity = kExactRigidity, .length = 60};
+    PlaneWire problem{.rigidity = exact_rigidity, .length = 60};
     problem.wall = [](const Vec2& x) {
-        const Vec2 out = x - Vec2(0, kBend);
-        const double beyond = out.norm() - kBend;
-        return PlaneContact{std::abs(beyond) - kBentRadius, std::copysign(1.0, beyond) * out.normalized()};
+        const Vec2 out = x - Vec2(0, bend);
+        const double beyond = out.norm() - bend;
+        return PlaneContact{std::abs(beyond) - bent_radius, std::copysign(1.0, beyond) * out.normalized()};
     };
-    problem.tip_stiffness = kBentStiffness;
+    problem.tip_stiffness = bent_stiffness;
     hold_to_exact(c, problem);
     return c;
 }
@@ -142,7 +144,7 @@ ExactCase weight(const char* id, double load, const char* how, const char* look)
         s.start.load = Vec3(0, -load, 0);
         return s;
     };
-    hold_to_exact(c, {.rigidity = kExactRigidity, .length = 40, .load = Vec2(0, -load)});
+    hold_to_exact(c, {.rigidity = exact_rigidity, .length = 40, .load = Vec2(0, -load)});
     return c;
 }
 
@@ -169,21 +171,21 @@ ExactCase helix() {
         "{:g} rad to the axis; in the middle quarter F = 2EI sin²a cos a/r², w = EI sin⁴a/r³, a and r those "
         "of "
         "its joints",
-        kHelixRadius, kHelixPitch);
+        helix_radius, helix_pitch);
     c.headline = "axial force";
     c.look = "lc rgb '#009E73'";
     c.length = 200;
     c.segments = {50, 100, 200, 400, 800};
     c.has_ends = false;
     c.set = [](int n, EndCells ends) {
-        const double turn = std::sin(kHelixPitch) / kHelixRadius;
+        const double turn = std::sin(helix_pitch) / helix_radius;
         const auto tangent = [=](double s) {
-            return Vec3(std::cos(kHelixPitch), -std::sin(kHelixPitch) * std::sin(turn * s),
-                        std::sin(kHelixPitch) * std::cos(turn * s));
+            return Vec3(std::cos(helix_pitch), -std::sin(helix_pitch) * std::sin(turn * s),
+                        std::sin(helix_pitch) * std::cos(turn * s));
         };
-        const geometry::Polyline axis = {{-20, 0, 0}, {200 * std::cos(kHelixPitch) - 0.5, 0, 0}};
-        return ExactStart{std::make_unique<physics::TubeWall>(axis, kHelixRadius, kPerLength * 200 / n),
-                          wire_of(200, n, ends, Vec3(0, kHelixRadius, 0), tangent(0), tangent)};
+        const geometry::Polyline axis = {{-20, 0, 0}, {200 * std::cos(helix_pitch) - 0.5, 0, 0}};
+        return ExactStart{std::make_unique<physics::TubeWall>(axis, helix_radius, per_length * 200 / n),
+                          wire_of(200, n, ends, Vec3(0, helix_radius, 0), tangent(0), tangent)};
     };
     c.measure = [](const Guidewire& wire, const LumenWall& wall) -> std::vector<AgainstExact> {
         const auto [first, last] = middle(wire);
@@ -197,9 +199,9 @@ ExactCase helix() {
             pressing += contacts[i].force() / wire.lengths[i] / (last - first);
         }
         const double angle = std::atan2(radius * turn, advance), s = std::sin(angle);
-        return {relative("axial force", 2 * kExactRigidity * s * s * std::cos(angle) / (radius * radius),
+        return {relative("axial force", 2 * exact_rigidity * s * s * std::cos(angle) / (radius * radius),
                          push_from(contacts, last).x()),
-                relative("wall force", kExactRigidity * std::pow(s, 4) / std::pow(radius, 3), pressing)};
+                relative("wall force", exact_rigidity * std::pow(s, 4) / std::pow(radius, 3), pressing)};
     };
     return c;
 }
@@ -212,7 +214,7 @@ ExactCase arc() {
         "188 mm of wire held short in a closed tube of radius {:g} mm bent to {:g} mm, along its outer wall; "
         "in the "
         "middle M = EI/ρ and w = C/ρ, C the wire's compression and ρ the radius of its joints",
-        kArcRadius, kArc);
+        arc_radius, arc_bend_radius);
     c.headline = "moment";
     c.look = "lc rgb '#CC79A7'";
     c.length = 188;
@@ -221,21 +223,22 @@ ExactCase arc() {
     c.set = [](int n, EndCells ends) {
         // From the axis to the outer wall in 20 mm, then along it.
         const auto tangent = [](double s) {
-            if (s > 20) return heading(20 / kArc + (s - 20) / (kArc + kArcRadius));
-            return heading(s / kArc - kArcRadius / 20 * (1 - std::cos(2 * M_PI * s / 20)));
+            if (s > 20) return heading(20 / arc_bend_radius + (s - 20) / (arc_bend_radius + arc_radius));
+            return heading(s / arc_bend_radius - arc_radius / 20 * (1 - std::cos(2 * M_PI * s / 20)));
         };
-        return ExactStart{std::make_unique<BentTube>(kArc, kArcAngle, kArcRadius, kPerLength * 188 / n),
-                          wire_of(188, n, ends, Vec3::Zero(), heading(0), tangent)};
+        return ExactStart{
+            std::make_unique<BentTube>(arc_bend_radius, arc_angle, arc_radius, per_length * 188 / n),
+            wire_of(188, n, ends, Vec3::Zero(), heading(0), tangent)};
     };
     c.measure = [](const Guidewire& wire, const LumenWall& wall) -> std::vector<AgainstExact> {
         const int joint = wire.segments() / 2;
         const auto contacts = physics::all_contacts(wire, wall);
-        const double rho = (wire.joints[joint] - Vec3(0, kArc, 0)).norm();
+        const double rho = (wire.joints[joint] - Vec3(0, arc_bend_radius, 0)).norm();
         Vec3 moment = Vec3::Zero();
         for (int i = joint + 1; i <= wire.segments(); ++i)
             moment -= (wire.joints[i] - wire.joints[joint]).cross(contacts[i].push());
         const double compression = push_from(contacts, joint + 1).dot(wire.tangents[joint + 1]);
-        return {relative("moment", kExactRigidity / rho, moment.z()),
+        return {relative("moment", exact_rigidity / rho, moment.z()),
                 relative("wall force", compression / rho, contacts[joint].force() / wire.lengths[joint])};
     };
     return c;

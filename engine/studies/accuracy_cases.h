@@ -45,6 +45,6 @@ void bring_to_rest(physics::Guidewire&, const physics::LumenWall&);
 
 /// What all of them have: EI [N·mm²]; the wall that a tip alone meets, flat and of the bent tube [N/mm]; the
 /// wall that helix and arc lie on, for each mm of wire [N/mm²].
-inline constexpr double kExactRigidity = 50, kFlatStiffness = 1e4, kBentStiffness = 42, kPerLength = 42;
+inline constexpr double exact_rigidity = 50, flat_stiffness = 1e4, bent_stiffness = 42, per_length = 42;
 
 }  // namespace studies

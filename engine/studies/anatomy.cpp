@@ -45,8 +45,8 @@ void add_row(io::Table& table, std::string_view preset, std::uint64_t seed) {
     const anatomy::TriangleAngles angles = anatomy::smallest_angles(anatomy.lumen);
     const std::vector<double> errors = centroid_errors(anatomy.lumen, closed.implicit);
     table.add({std::string(preset), static_cast<double>(seed), spent,
-               static_cast<double>(anatomy.lumen.triangles.size()), angles.least / geometry::kDegree,
-               angles.percentile / geometry::kDegree, errors[errors.size() / 2],
+               static_cast<double>(anatomy.lumen.triangles.size()), angles.least / geometry::degree,
+               angles.percentile / geometry::degree, errors[errors.size() / 2],
                errors[errors.size() * 99 / 100], errors.back(), static_cast<double>(before.boundary_edges),
                static_cast<double>(anatomy::euler_characteristic(closed.mesh)),
                static_cast<double>(after.non_manifold_edges),
@@ -70,7 +70,7 @@ void add_import(io::Table& table, const std::string& name, const anatomy::Anatom
                100 * errors.radius_p50, 100 * errors.radius_p95});
 }
 
-/// Real meshes have no truth beside them: what was found is told.
+/// Real meshes come without truth: what was found is reported.
 void add_real(io::Table& table, const std::filesystem::path& mesh) {
     if (!std::filesystem::exists(mesh)) return;
     anatomy::ImportOptions options;

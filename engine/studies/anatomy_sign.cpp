@@ -20,12 +20,12 @@ using geometry::Vec3;
 using physics::LumenWall;
 using physics::WallContact;
 
-constexpr double kClear = 0.1;     // from the wall, where a sign counts [mm]
-constexpr double kAround = 1.0;    // outside the lumen that places are drawn from [mm]
-constexpr double kAtCarina = 0.5;  // from the walls of both limbs [mm]
-constexpr double kPastEnd = 20;    // that contacts are looked for past an open end [mm]
-constexpr double kSleeve = 10;     // past an end, up to which a distance field goes on straight [mm]
-constexpr double kStep = 0.02;     // along a segment, for its truth [mm]
+constexpr double clear = 0.1;      // from the wall, where a sign counts [mm]
+constexpr double around = 1.0;     // outside the lumen that places are drawn from [mm]
+constexpr double at_carina = 0.5;  // from the walls of both limbs [mm]
+constexpr double past_end = 20;    // that contacts are looked for past an open end [mm]
+constexpr double sleeve = 10;      // past an end, up to which a distance field goes on straight [mm]
+constexpr double step = 0.02;      // along a segment, for its truth [mm]
 
 WallContact ask(const LumenWall& wall, const Vec3& x, int station = -1) {
     WallContact c;
@@ -54,7 +54,7 @@ public:
         const int count = options.quick ? 2000 : 20000;
         const auto keep = [&](std::vector<Place>& places, const Vec3& x) {
             const double distance = lumen_.at(x).distance;
-            if (std::abs(distance) > kClear && !past_an_end(x)) places.push_back({x, distance < 0});
+            if (std::abs(distance) > clear && !past_an_end(x)) places.push_back({x, distance < 0});
         };
         while (static_cast<int>(anywhere_.size()) < count) keep(anywhere_, random_place(random_branch(), 0));
         for (int tries = 0; tries < 200 * count && static_cast<int>(at_carinas_.size()) < count; ++tries)
@@ -62,7 +62,7 @@ public:
         for (int tries = 0; tries < 100 * count; ++tries) {
             const std::vector<Place>& near = tries % 4 == 0 || at_carinas_.empty() ? anywhere_ : at_carinas_;
             const auto at = static_cast<std::size_t>(unit() * static_cast<double>(near.size()));
-            add_segment(near[at].x + 2 * kClear * unit() * direction(), tries % 2 == 0 ? 1.0 : 2.0);
+            add_segment(near[at].x + 2 * clear * unit() * direction(), tries % 2 == 0 ? 1.0 : 2.0);
         }
     }
 
@@ -77,8 +77,8 @@ public:
         for (const anatomy::VesselEnd& end : anatomy_.ends) {
             const geometry::OpenEnd& opening = end.opening;
             for (int k = 0; k < 500; ++k) {
-                const double past = kPastEnd * unit();
-                const double radius = past > kSleeve ? 2 * opening.radius : opening.radius - kClear;
+                const double past = past_end * unit();
+                const double radius = past > sleeve ? 2 * opening.radius : opening.radius - clear;
                 Vec3 side = direction().cross(opening.outward_normal).normalized();
                 places.emplace_back(
                     opening.centre + past * opening.outward_normal + radius * std::sqrt(unit()) * side,
@@ -100,11 +100,11 @@ private:
     Vec3 random_place(const anatomy::SampledBranch& branch, int first, int last = -1) {
         if (last < 0) last = static_cast<int>(branch.points.size()) - 1;
         const int sample = first + static_cast<int>(unit() * (last - first + 1));
-        return branch.points[sample] + (branch.radii[sample] + kAround) * unit() * direction();
+        return branch.points[sample] + (branch.radii[sample] + around) * unit() * direction();
     }
     bool past_an_end(const Vec3& x) const {
         return std::any_of(anatomy_.ends.begin(), anatomy_.ends.end(),
-                           [&](const anatomy::VesselEnd& end) { return end.opening.beyond(x, kAround) > 0; });
+                           [&](const anatomy::VesselEnd& end) { return end.opening.beyond(x, around) > 0; });
     }
     /// Of the ball of a branch that holds a place deepest [mm].
     static double to_balls(const anatomy::SampledBranch& branch, const Vec3& x) {
@@ -117,8 +117,8 @@ private:
         const anatomy::SampledBranch& child = random_branch();
         if (child.parent < 0) return std::nullopt;
         const Vec3 x = random_place(child, child.exit, child.separation);
-        if (std::abs(to_balls(child, x)) > kAtCarina ||
-            std::abs(to_balls(tree_.branches[child.parent], x)) > kAtCarina)
+        if (std::abs(to_balls(child, x)) > at_carina ||
+            std::abs(to_balls(tree_.branches[child.parent], x)) > at_carina)
             return std::nullopt;
         return x;
     }
@@ -132,7 +132,7 @@ private:
         for (double at = 0; at < length;) {
             const double distance = lumen_.at(from + at * way).distance;
             deepest = std::max(deepest, distance);
-            at += std::max(kStep, -distance);
+            at += std::max(step, -distance);
         }
         segments_.push_back({from, to, deepest});
     }
@@ -179,7 +179,7 @@ struct Misses {
 Misses misses(const LumenWall& wall, const std::vector<Segment>& segments) {
     Misses result;
     for (const Segment& s : segments) {
-        if (s.depth <= kClear) continue;
+        if (s.depth <= clear) continue;
         ++result.deep;
         const WallContact from = ask(wall, s.from), to = ask(wall, s.to);
         const auto found = physics::crossing_between(wall, s.from, s.to, from, to);

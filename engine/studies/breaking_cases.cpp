@@ -20,12 +20,13 @@ using physics::Guidewire;
 using physics::GuidewireSpec;
 using physics::TubeWall;
 
-constexpr double kRigidity = 50, kStiffness = 0.84 * kRigidity;  // of the paper's scenes, λ = 1 mm
+constexpr double fixed_rigidity = 50,
+                 fixed_stiffness = 0.84 * fixed_rigidity;  // of the paper's scenes, λ = 1 mm
 
 GuidewireSpec line(double segment_length = 1) {
     GuidewireSpec spec;
     spec.segment_length = segment_length;
-    spec.shaft_rigidity = spec.tip_rigidity = kRigidity;
+    spec.shaft_rigidity = spec.tip_rigidity = fixed_rigidity;
     spec.curved_length = spec.curved_angle = 0;
     return spec;
 }
@@ -36,7 +37,7 @@ BreakingCase in_scene(const char* scene_name, int segments, double segment_lengt
     const anatomy::Scene& scene = *anatomy::find_scene(scene_name);
     const Polyline path = anatomy::draw(scene.path);
     // k per joint goes with λ, so that the wall is as stiff per length.
-    const double stiffness = kStiffness * segment_length * stiffness_factor;
+    const double stiffness = fixed_stiffness * segment_length * stiffness_factor;
     BreakingCase c;
     c.wall = std::make_shared<TubeWall>(path, radius_factor * scene.radius, stiffness);
     c.start = physics::wire_along(line(segment_length), path, segments);
@@ -60,7 +61,7 @@ BreakingCase stiff_wall(bool quick) {
 BreakingCase head_on(bool quick, bool exact) {
     const int segments = quick ? 20 : 38;
     BreakingCase c;
-    c.wall = std::make_shared<TubeWall>(Polyline{{0, 0, 0}, {segments + 2.0, 0, 0}}, 2.0, kStiffness);
+    c.wall = std::make_shared<TubeWall>(Polyline{{0, 0, 0}, {segments + 2.0, 0, 0}}, 2.0, fixed_stiffness);
     c.start = physics::wire_along(line(), {{0, 0, 0}, {segments + 1.0, 0, 0}}, segments);
     if (!exact) c.start.tangents[0] = Vec3(1, 1e-3, 0).normalized();
     c.disturbances.assign(6, {1, 0});
@@ -78,12 +79,12 @@ BreakingCase head_on(bool quick, bool exact) {
 BreakingCase fold(bool quick, bool exact) {
     const int half = quick ? 10 : 20;
     BreakingCase c;
-    c.wall = std::make_shared<TubeWall>(Polyline{{-2.0, 0, 0}, {2.0 * half, 0, 0}}, 2.0, kStiffness);
+    c.wall = std::make_shared<TubeWall>(Polyline{{-2.0, 0, 0}, {2.0 * half, 0, 0}}, 2.0, fixed_stiffness);
     const double angle = std::numbers::pi - (exact ? 0 : 0.01);
     std::vector<Vec3> tangents(half, Vec3::UnitX());
     // cos π = −1 exactly, but sin π is not 0 in doubles.
     tangents.insert(tangents.end(), half, exact ? Vec3(-1, 0, 0) : Vec3(std::cos(angle), std::sin(angle), 0));
-    c.start = physics::uniform_wire(kRigidity, 1, {0, 0, 0}, Vec3::UnitX(), tangents);
+    c.start = physics::uniform_wire(fixed_rigidity, 1, {0, 0, 0}, Vec3::UnitX(), tangents);
     c.cycles = quick ? 600 : 900;
     c.symmetry = exact ? Symmetry::RoundAboutX : Symmetry::MirrorZ;
     c.bowed_reference = true;
@@ -131,7 +132,7 @@ BreakingCase turning_tip(bool quick) {
     const Polyline path = anatomy::draw(std::vector<anatomy::PenMove>{
         anatomy::Run{20}, anatomy::Arc{40, 1.0, Vec3::UnitZ()}, anatomy::Run{60}});
     BreakingCase c;
-    c.wall = std::make_shared<TubeWall>(path, 2.0, kStiffness);
+    c.wall = std::make_shared<TubeWall>(path, 2.0, fixed_stiffness);
     c.start = physics::wire_along(spec, path, quick ? 50 : 80);
     flow_to_rest(c.start, *c.wall);
     c.disturbances.assign(36, {0, std::numbers::pi / 18});

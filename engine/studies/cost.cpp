@@ -15,7 +15,7 @@
 namespace studies {
 namespace {
 
-constexpr int kMost = 5;  // varied segments
+constexpr int most_turns = 5;  // varied segments
 
 /// A wall that trusts no answer, so that every joint that moved is asked as in the paper, and that can keep
 /// the questions to be timed later: a clock read at each would cost as much as the answer.
@@ -108,10 +108,10 @@ CycleCost time_cycles(const PaperScene& scene, const WallChoice& choice, int var
 
 /// Cycles until |d_i| stays within 0.1 mm, by M.
 std::vector<double> cycles_needed(const PaperScene& scene, int joint, int cycles, Work& work) {
-    std::vector<double> needed(kMost);
+    std::vector<double> needed(most_turns);
     const Rest rest = paper_rest(scene, 2 * cycles);
     const ReferenceCurve curve(rest.wire.joints);
-    work.run(kMost, [&](int k) {
+    work.run(most_turns, [&](int k) {
         DeviationTrace trace(curve, joint, scene.segments());
         physics::Guidewire wire = scene.start;
         follow(paper_method(k + 1).config, wire, *scene.wall, cycles, {&trace, 1});
@@ -180,7 +180,7 @@ void claim_ratios(const std::vector<CycleCost>& mesh, const std::vector<CycleCos
     }
     std::vector<double> product;
     std::string text;
-    for (int m = 1; m <= kMost; ++m) {
+    for (int m = 1; m <= most_turns; ++m) {
         product.push_back(needed[m - 1] * mesh[m - 1].total);
         text += fmt::format(
             "{}M = {}: {}", m > 1 ? ", " : "", m,
@@ -241,15 +241,15 @@ StudyResult run_cost(const StudyOptions& options) {
         {"closed form", "distance to the centreline, every joint asked", scene.wall.get(), false},
         {"closed form and trust", "the same, a joint away from the wall not asked again", scene.wall.get(),
          true}};
-    Work work(options, kMost + static_cast<int>(walls.size()) * kMost);
+    Work work(options, most_turns + static_cast<int>(walls.size()) * most_turns);
     const std::vector<double> needed = cycles_needed(scene, joint, options.quick ? 20 : 100, work);
-    std::vector<std::vector<CycleCost>> costs(walls.size(), std::vector<CycleCost>(kMost));
+    std::vector<std::vector<CycleCost>> costs(walls.size(), std::vector<CycleCost>(most_turns));
     // One at a time, so that threads do not share a core's caches while they are timed.
-    for (int k = 0; k < static_cast<int>(walls.size()) * kMost; ++k)
+    for (int k = 0; k < static_cast<int>(walls.size()) * most_turns; ++k)
         work.run(1, [&](int) {
-            costs[k / kMost][k % kMost] =
-                time_cycles(scene, walls[k / kMost], k % kMost + 1, cycles, repeats);
-            return fmt::format("{}, M = {}", walls[k / kMost].name, k % kMost + 1);
+            costs[k / most_turns][k % most_turns] =
+                time_cycles(scene, walls[k / most_turns], k % most_turns + 1, cycles, repeats);
+            return fmt::format("{}, M = {}", walls[k / most_turns].name, k % most_turns + 1);
         });
 
     StudyResult result;
@@ -258,7 +258,7 @@ StudyResult run_cost(const StudyOptions& options) {
                      "wall_queries", "updates", "cycles_needed"},
                     {}};
     for (std::size_t w = 0; w < walls.size(); ++w)
-        for (int m = 1; m <= kMost; ++m) {
+        for (int m = 1; m <= most_turns; ++m) {
             const CycleCost& c = costs[w][m - 1];
             table.add({walls[w].name, static_cast<double>(m), c.surface, c.solution(), c.total,
                        c.total / costs[w][0].total, c.queries, c.updates, needed[m - 1]});

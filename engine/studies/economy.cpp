@@ -86,11 +86,11 @@ struct Variant {
     double factor;  // of the chosen λ
     bool adaptive;
 };
-constexpr std::array<Variant, 4> kVariants = {{{"uniform λ/2", 0.5, false},
-                                               {"adaptive from λ/2", 0.5, true},
-                                               {"uniform λ", 1, false},
-                                               {"adaptive from λ", 1, true}}};  // each after its uniform one
-constexpr int kReference = 0, kUniform = 2, kChosen = 3;
+constexpr std::array<Variant, 4> variants = {{{"uniform λ/2", 0.5, false},
+                                              {"adaptive from λ/2", 0.5, true},
+                                              {"uniform λ", 1, false},
+                                              {"adaptive from λ", 1, true}}};  // each after its uniform one
+constexpr int reference_course = 0, uniform_course = 2, chosen_course = 3;
 
 /// The wire after every whole chosen λ of push, and what getting there cost.
 struct Course {
@@ -198,7 +198,7 @@ io::Plot bars(const std::vector<Case>& list) {
     plot.commands += fmt::format("set xtics ({})\nset xrange [-1:{}]\n", tics, 5 * list.size() - 1);
     for (const Panel& panel : panels) {
         plot.commands += fmt::format("set title '{}'\nplot ", panel.title);
-        for (std::size_t v = panel.first; v < kVariants.size(); ++v)
+        for (std::size_t v = panel.first; v < variants.size(); ++v)
             plot.commands +=
                 fmt::format("{}'economy.csv' skip 1 using ($2=={} ? 5*$1+{} : 1/0):{} with boxes lc rgb '{}'",
                             v > panel.first ? ", \\\n     " : "", v, v, panel.column, colours[v]);
@@ -207,9 +207,9 @@ io::Plot bars(const std::vector<Case>& list) {
     plot.commands +=
         "unset logscale\nunset title\nunset tics\nunset border\nset xrange [0:1]\nset yrange [0:1]\n"
         "set key center center reverse Left font ',12'\nplot ";
-    for (std::size_t v = 0; v < kVariants.size(); ++v)
+    for (std::size_t v = 0; v < variants.size(); ++v)
         plot.commands += fmt::format("{}-1 with boxes lc rgb '{}' title '{}'", v > 0 ? ", " : "", colours[v],
-                                     kVariants[v].name);
+                                     variants[v].name);
     plot.commands += "\nunset multiplot\n";
     plot.caption =
         "Segments, processor time and deviation of wires with half the chosen λ, with the chosen λ, and "
@@ -276,7 +276,7 @@ StudyResult run_economy(const StudyOptions& options) {
             scenario::choose_model(c.anatomy, c.wire, tolerance, c.radius.has_value());
         std::vector<Course> courses;
         std::vector<std::vector<double>> off;
-        for (const Variant& variant : kVariants) {
+        for (const Variant& variant : variants) {
             const double lambda = variant.factor * choice.segment_length;
             const auto wall = wall_of(c, choice.wall, c.stiffness * lambda);
             courses.push_back(push(c, *wall, variant, choice.segment_length));
@@ -300,23 +300,24 @@ StudyResult run_economy(const StudyOptions& options) {
                                               static_cast<double>(course.unconverged)};
             numbers.add(row);
             row.insert(row.begin(),
-                       {static_cast<double>(r), static_cast<double>(&variant - kVariants.data())});
+                       {static_cast<double>(r), static_cast<double>(&variant - variants.data())});
             all.add(std::move(row));
             ++done;
             if (options.progress)
-                options.progress({done, static_cast<int>(list.size() * kVariants.size()),
+                options.progress({done, static_cast<int>(list.size() * variants.size()),
                                   fmt::format("{}, {}", c.name, variant.name)});
         }
         const auto saved = [&](auto figure) {
-            const double own = figure(courses[kChosen]);
-            return fmt::format("{:.0f} % ({:.0f} %)", 100 * (1 - own / figure(courses[kReference])),
-                               100 * (1 - own / figure(courses[kUniform])));
+            const double own = figure(courses[chosen_course]);
+            return fmt::format("{:.0f} % ({:.0f} %)", 100 * (1 - own / figure(courses[reference_course])),
+                               100 * (1 - own / figure(courses[uniform_course])));
         };
         chosen.add({c.name, choice.segment_length, choice.segment_reason, std::string(word(choice.wall)),
                     choice.wall_reason,
                     saved([](const Course& course) { return static_cast<double>(course.segments()); }),
                     saved([](const Course& course) { return course.relaxing + course.refining; }),
-                    spread(off[kChosen]), spread(deviations(courses[kUniform], courses[kChosen]))});
+                    spread(off[chosen_course]),
+                    spread(deviations(courses[uniform_course], courses[chosen_course]))});
     }
     StudyResult result;
     result.page = page(chosen, numbers, options.quick);

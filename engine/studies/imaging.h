@@ -5,7 +5,7 @@
 
 namespace studies {
 
-constexpr double imaging_kvp = 74;  // of what is not told for several voltages
+constexpr double imaging_kvp = 74;  // where a figure is given for one voltage only
 
 StudyResult run_imaging(const StudyOptions&);
 

@@ -30,7 +30,7 @@ double through(const std::vector<double>& energies, const std::vector<double>& w
 /// `count` energies, each the mean of an equal share of the signal that 210 mm of soft tissue leave.
 Stand equal_signal(const Spectrum& spectrum, int count) {
     const auto tissue = [](double energy) {
-        return std::exp(-210 * render::attenuation(Material::soft_tissue, energy));
+        return std::exp(-210 * render::attenuation(Material::SoftTissue, energy));
     };
     double total = 0;
     for (std::size_t i = 0; i < spectrum.energies.size(); ++i)
@@ -63,18 +63,18 @@ struct Object {
     double concentration;  // of iodine [mg/ml], else 1
 };
 
-constexpr std::array<Object, 12> objects = {{{"10 mm bone", Material::cortical_bone, 10, 1},
-                                             {"30 mm bone", Material::cortical_bone, 30, 1},
-                                             {"60 mm spongiosa", Material::trabecular_bone, 60, 1},
-                                             {"3 mm · 300 mg/ml", Material::iodine, 3, 300},
-                                             {"10 mm · 150 mg/ml", Material::iodine, 10, 150},
-                                             {"20 mm · 300 mg/ml", Material::iodine, 20, 300},
-                                             {"0.36 mm steel", Material::steel, 0.36, 1},
-                                             {"0.9 mm steel", Material::steel, 0.9, 1},
-                                             {"0.36 mm nitinol", Material::nitinol, 0.36, 1},
-                                             {"0.9 mm nitinol", Material::nitinol, 0.9, 1},
-                                             {"0.3 mm platinum", Material::platinum, 0.3, 1},
-                                             {"0.9 mm platinum", Material::platinum, 0.9, 1}}};
+constexpr std::array<Object, 12> objects = {{{"10 mm bone", Material::CorticalBone, 10, 1},
+                                             {"30 mm bone", Material::CorticalBone, 30, 1},
+                                             {"60 mm spongiosa", Material::TrabecularBone, 60, 1},
+                                             {"3 mm · 300 mg/ml", Material::Iodine, 3, 300},
+                                             {"10 mm · 150 mg/ml", Material::Iodine, 10, 150},
+                                             {"20 mm · 300 mg/ml", Material::Iodine, 20, 300},
+                                             {"0.36 mm steel", Material::Steel, 0.36, 1},
+                                             {"0.9 mm steel", Material::Steel, 0.9, 1},
+                                             {"0.36 mm nitinol", Material::Nitinol, 0.36, 1},
+                                             {"0.9 mm nitinol", Material::Nitinol, 0.9, 1},
+                                             {"0.3 mm platinum", Material::Platinum, 0.3, 1},
+                                             {"0.9 mm platinum", Material::Platinum, 0.9, 1}}};
 
 io::Table bin_table() {
     io::Table table{
@@ -91,7 +91,7 @@ io::Table bin_table() {
         for (const Object& object : objects) {
             for (const double tissue : {120.0, 165.0, 210.0, 255.0, 300.0}) {
                 const auto before = [&](double energy) {
-                    return tissue * render::attenuation(Material::soft_tissue, energy);
+                    return tissue * render::attenuation(Material::SoftTissue, energy);
                 };
                 const auto both = [&](double energy) {
                     return before(energy) + object.concentration * object.length *
@@ -135,7 +135,7 @@ io::Plot bin_picture() {
     plot.commands =
         "set logscale y\nset yrange [1e-5:0.2]\nset grid y\nset style data histogram\n"
         "set style histogram cluster gap 1\nset style fill solid noborder\nset xtics rotate by -30\n"
-        "set key top left horizontal\nset ylabel 'largest error of transmission at 74 kV'\n"
+        "set key top left horizontal\nset ylabel 'largest error of transmission at 74 v'\n"
         "plot 'imaging_bins_largest.csv' skip 1 using 2:xtic(1) title 'one energy' linecolor '#999999', \\\n"
         "     '' skip 1 using 3 title 'four of equal signal' linecolor '#E69F00', \\\n"
         "     '' skip 1 using 4 title 'four Gauss nodes' linecolor '#0072B2', \\\n"
@@ -151,7 +151,7 @@ StudyResult imaging_bins(const StudyOptions&) {
     result.page =
         "\n## Energy bins\n\nError of an object's transmission behind 120 to 300 mm of soft tissue against "
         "the "
-        "full spectrum at 74 kV, the largest over the thicknesses. Signal is what tissue of 210 mm "
+        "full spectrum at 74 v, the largest over the thicknesses. Signal is what tissue of 210 mm "
         "leaves.\n\n![Errors of the bins](imaging_bins.svg)\n\n" +
         io::to_markdown(largest);
     result.tables = {std::move(bins), std::move(largest)};

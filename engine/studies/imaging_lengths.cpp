@@ -29,7 +29,7 @@ using std::numbers::pi;
 /// A body whose chords are known.
 struct Solid {
     std::string_view name;
-    double radius;  // that its error is told in [mm]
+    double radius;  // to which its error is referred [mm]
     std::function<TriangleMesh(int around)> mesh;
     std::function<double(const Vec3& origin, const Vec3& direction)> chord;
 };

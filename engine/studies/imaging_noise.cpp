@@ -85,7 +85,7 @@ io::Table spectrum_table(bool quick) {
                     {"what", "pixel_mm", "frequency_per_mm", "measured", "expected", "deviation_percent",
                      "deviation_percent_of_zero"},
                     {}};
-    constexpr int side = 512, group = 4;  // neighbouring frequencies told as one
+    constexpr int side = 512, group = 4;  // neighbouring frequencies averaged
     constexpr double quanta = 54;
     const int frames = quick ? 2 : 24;
     const auto add = [&](const std::string& what, double pixel, double sigma,

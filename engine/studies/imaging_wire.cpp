@@ -116,7 +116,7 @@ Supersampled supersample(const CArm& arm, const SweptCylinder& wire) {
 /// Weights of the bins in the signal that 210 mm of soft tissue leave, of sum 1.
 Bins behind_tissue(const EnergyBins& bins) {
     Bins weights = bins.weights;
-    const Bins tissue = bins.attenuation(Material::soft_tissue);
+    const Bins tissue = bins.attenuation(Material::SoftTissue);
     double sum = 0;
     for (int k = 0; k < render::energy_bins; ++k) sum += weights[k] *= std::exp(-210 * tissue[k]);
     for (double& weight : weights) weight /= sum;
@@ -130,7 +130,7 @@ struct WireError {
     void add(double got, double exact) {
         own += 1 - got;
         mass += 1 - exact;
-        if (1 - std::min(got, exact) < 1e-9) return;  // beside the wire
+        if (1 - std::min(got, exact) < 1e-9) return;  // outside the wire
         square += (got - exact) * (got - exact);
         largest = std::max(largest, std::abs(got - exact));
         ++pixels;
@@ -156,7 +156,7 @@ io::Table wire_table(bool quick) {
         arm.detector_width = 150;
         arm.lao = 0.4;
         const Supersampled exact = supersample(arm, truth);
-        for (const Material material : {Material::steel, Material::nitinol, Material::platinum}) {
+        for (const Material material : {Material::Steel, Material::Nitinol, Material::Platinum}) {
             look.body = material;
             const Bins mu = bins.attenuation(material);
             render::WireImage image;
@@ -201,7 +201,7 @@ StudyResult imaging_wire(const StudyOptions& options) {
         "\n## Wire\n\nTransmission of a bent wire of 0.89 mm, solid, at the energies of the bins, against 8 "
         "× 8 "
         "rays a pixel through the curve that its joints, 1 mm apart, lie on. Behind 210 mm: of the signal "
-        "that so much soft tissue leaves at 74 kV; below, at the energies of its bins. Mass is the sum of 1 "
+        "that so much soft tissue leaves at 74 v; below, at the energies of its bins. Mass is the sum of 1 "
         "− "
         "transmission.\n\n" +
         io::to_markdown(result.tables[0]);

@@ -9,7 +9,7 @@ namespace {
 
 using geometry::Vec2;
 
-constexpr int kBins = 20;  // of a cycle
+constexpr int bins = 20;  // of a cycle
 
 }  // namespace
 
@@ -52,8 +52,8 @@ void DeviationTrace::observe(int first_moved, const physics::Guidewire& wire) {
     ++records_;
     const Point now{cycles, curve_.deviation(wire.joints[static_cast<std::size_t>(joint_)])};
     for (int k = 0; k < 3; ++k)
-        if (std::abs(now.deviation) > kLimits[k]) exceeded_[k] = cycles;
-    const auto bin = static_cast<long long>(static_cast<double>(updates_ - 1) * kBins / per_cycle_);
+        if (std::abs(now.deviation) > limit_table[k]) exceeded_[k] = cycles;
+    const auto bin = static_cast<long long>(static_cast<double>(updates_ - 1) * bins / per_cycle_);
     if (bins_.empty()) start_ = now.deviation;
     if (bins_.empty() || bins_.back().first != bin) bins_.push_back({bin, {now, now, now}});
     Extremes& extremes = bins_.back().second;
@@ -63,9 +63,9 @@ void DeviationTrace::observe(int first_moved, const physics::Guidewire& wire) {
 }
 
 double DeviationTrace::settled(double limit) const {
-    const auto k = std::find(std::begin(kLimits), std::end(kLimits), limit) - std::begin(kLimits);
+    const auto k = std::find(std::begin(limit_table), std::end(limit_table), limit) - std::begin(limit_table);
     assert(k < 3);
-    const double end = bins_.empty() ? 0 : static_cast<double>(bins_.back().first + 1) / kBins;
+    const double end = bins_.empty() ? 0 : static_cast<double>(bins_.back().first + 1) / bins;
     // Within it for a whole cycle at least, or it may just be passing.
     return exceeded_[k] > end - 1 ? std::numeric_limits<double>::infinity() : exceeded_[k];
 }
@@ -73,7 +73,7 @@ double DeviationTrace::settled(double limit) const {
 double DeviationTrace::swing(int cycle) const {
     double least = std::numeric_limits<double>::infinity(), largest = -least;
     for (const auto& [bin, extremes] : bins_) {
-        if (bin / kBins != cycle) continue;
+        if (bin / bins != cycle) continue;
         least = std::min(least, extremes.least.deviation);
         largest = std::max(largest, extremes.largest.deviation);
     }
@@ -83,7 +83,7 @@ double DeviationTrace::swing(int cycle) const {
 double DeviationTrace::left_after(int cycle) const {
     double last = start_;
     for (const auto& [bin, extremes] : bins_)
-        if (bin / kBins <= cycle) last = extremes.last.deviation;
+        if (bin / bins <= cycle) last = extremes.last.deviation;
     return std::abs(last / start_);
 }
 

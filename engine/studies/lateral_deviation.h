@@ -34,7 +34,7 @@ public:
 
     int joint() const { return joint_; }
     long long records() const { return records_; }
-    /// Cycles after which |d_i| is within `limit` to the end; infinite if it never is. Limits in kLimits.
+    /// Cycles after which |d_i| is within `limit` to the end; infinite if it never is. Limits in limit_table.
     double settled(double limit) const;
     /// Largest less least d_i of the whole cycle `cycle` (from 0) [mm].
     double swing(int cycle) const;
@@ -48,7 +48,7 @@ public:
     };
     std::vector<Point> points() const;
 
-    static constexpr double kLimits[] = {0.1, 0.01, 0.001};  // [mm]
+    static constexpr double limit_table[] = {0.1, 0.01, 0.001};  // [mm]
 
 private:
     struct Extremes {

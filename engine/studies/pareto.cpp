@@ -25,7 +25,7 @@ namespace {
 using geometry::Vec3;
 using physics::Guidewire;
 
-constexpr std::array<double, 4> kAccuracies = {1, 0.1, 0.01, 0.001};  // [mm]
+constexpr std::array<double, 4> accuracies = {1, 0.1, 0.01, 0.001};  // [mm]
 
 struct Method {
     std::string name;
@@ -38,17 +38,17 @@ Method named(const std::string& word, const std::string& look) {
     return {word, run::parse_method(word), look};
 }
 
-/// Okabe and Ito's colours: one for each M; dashes tell what is varied beside it.
-constexpr const char* kFirstOrder = "lc rgb '#999999'";
-constexpr const char* kSegments[] = {
+/// Okabe and Ito's colours: one for each M; dashes show what else is varied.
+constexpr const char* first_order_style = "lc rgb '#999999'";
+constexpr const char* segment_styles[] = {
     "", "lc rgb '#E69F00'", "lc rgb '#0072B2'", "lc rgb '#009E73'", "lc rgb '#CC79A7'", "lc rgb '#56B4E9'"};
-constexpr const char* kGlobal = "lc rgb '#D55E00' lw 2";
+constexpr const char* global_style = "lc rgb '#D55E00' lw 2";
 
 std::vector<Method> methods(bool quick) {
-    std::vector<Method> list = {named("first-order", kFirstOrder)};
+    std::vector<Method> list = {named("first-order", first_order_style)};
     for (int m = 1; m <= (quick ? 3 : 5); ++m)
-        list.push_back(named(fmt::format("segment:{}", m), kSegments[m]));
-    list.push_back(named("global", kGlobal));
+        list.push_back(named(fmt::format("segment:{}", m), segment_styles[m]));
+    list.push_back(named("global", global_style));
     const auto vary = [&](const char* word, const std::string& what, const std::string& look, double length) {
         list.push_back(named(word, look));
         list.back().name += " " + what;
@@ -233,7 +233,7 @@ io::Table best_table(const std::vector<Vessel>& vessels, const std::vector<Metho
         "pareto_best", {"vessel", "accuracy_mm", "method", "updates", "cpu_ms", "first_order_cpu_ms"}, {}};
     const double none = std::numeric_limits<double>::quiet_NaN();
     for (std::size_t t = 0; t < vessels.size(); ++t) {
-        for (const double accuracy : kAccuracies) {
+        for (const double accuracy : accuracies) {
             int best = -1, at = -1;
             double first_order = none;
             for (std::size_t m = 0; m < list.size(); ++m) {
@@ -340,7 +340,7 @@ io::Table best_push_table(const io::Table& pushes, const std::vector<Vessel>& ve
     io::Table table{
         "pareto_push_best", {"vessel", "accuracy_mm", "method", "updates_per_segment", "push_cpu_ms"}, {}};
     for (const Vessel& vessel : vessels) {
-        for (const double accuracy : kAccuracies) {
+        for (const double accuracy : accuracies) {
             const std::vector<io::TableCell>* best = nullptr;
             for (const auto& row : pushes.rows) {
                 if (std::get<std::string>(row[0]) != vessel.name || std::get<double>(row[5]) > accuracy)
@@ -384,9 +384,10 @@ int settled_at(std::span<const CostPoint> points, double accuracy) {
 StudyResult run_pareto(const StudyOptions& options) {
     const std::vector<Vessel> vessels = all_vessels(options);
     const std::vector<Method> list = methods(options.quick);
-    std::vector<Method> pushers = {named("first-order", kFirstOrder), named("segment:1", kSegments[1]),
-                                   named("segment:2", kSegments[2]), named("segment:3", kSegments[3]),
-                                   named("global", kGlobal)};
+    std::vector<Method> pushers = {named("first-order", first_order_style),
+                                   named("segment:1", segment_styles[1]),
+                                   named("segment:2", segment_styles[2]),
+                                   named("segment:3", segment_styles[3]), named("global", global_style)};
     const std::vector<int> budgets =
         options.quick ? std::vector<int>{4, 32} : std::vector<int>{1, 2, 4, 8, 16, 32, 64, 128};
     const int columns = static_cast<int>(list.size()), count = columns * static_cast<int>(vessels.size());

@@ -11,7 +11,7 @@ using geometry::Vec2;
 using geometry::Vec3;
 using State = Eigen::Matrix<double, 7, 1>;  // x, y, φ, M, n_x, n_y, energy
 
-constexpr int kSteps = 4000;  // along the wire, or as many more as make whole intervals
+constexpr int step_count = 4000;  // along the wire, or as many more as make whole intervals
 
 State slope(const PlaneWire& wire, const State& v) {
     const double c = std::cos(v[2]), s = std::sin(v[2]);
@@ -75,7 +75,7 @@ Vec3 solve(const PlaneWire& wire, int intervals, int steps, Vec3 clamp) {
 }  // namespace
 
 PlaneCurve exact_curve(const PlaneWire& wire, int intervals, double moment, const Vec2& force) {
-    const int steps = (kSteps + intervals - 1) / intervals;
+    const int steps = (step_count + intervals - 1) / intervals;
     const Vec3 coarse = solve(wire, intervals, steps, {moment, force[0], force[1]});
     const Vec3 fine = solve(wire, intervals, 2 * steps, coarse);
     const auto before = shoot(wire, intervals, steps, coarse),

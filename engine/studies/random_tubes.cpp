@@ -17,12 +17,12 @@ namespace {
 
 using geometry::Vec3;
 
-constexpr int kUnlimited = 1'000'000'000;  // updates
-constexpr double kStraightAtStart = 22;    // λ
-constexpr double kStraightAtEnd = 30;      // [mm]
-constexpr double kSharpestArc = 1.2;       // radius over the lumen's
-constexpr double kExcess = 0.05;           // of the energy, beyond the hand's work
-constexpr double kExcessFloor = 1e-3;      // [N·mm]
+constexpr int unlimited = 1'000'000'000;  // updates
+constexpr double straight_at_start = 22;  // λ
+constexpr double straight_at_end = 30;    // [mm]
+constexpr double sharpest_arc = 1.2;      // radius over the lumen's
+constexpr double largest_excess = 0.05;   // of the energy, beyond the hand's work
+constexpr double excess_floor = 1e-3;     // [N·mm]
 
 /// The same on every machine, as the standard's distributions are not.
 class Draw {
@@ -52,9 +52,9 @@ public:
           tube_(random_tube(seed)),
           wall_(tube_.centreline, tube_.radius, tube_.wall_stiffness),
           hub_({}, wall_),
-          wire_(physics::wire_along(wire_of(tube_), tube_.centreline, kSegmentsAtStart)) {
+          wire_(physics::wire_along(wire_of(tube_), tube_.centreline, segments_at_start)) {
         course_.seed = seed;
-        last_ = hub_.settle(wire_, kUnlimited).relax;
+        last_ = hub_.settle(wire_, unlimited).relax;
         energy_ = energy();
     }
 
@@ -77,7 +77,7 @@ private:
         while (left > 1e-9 * lambda && !refused) {
             const double before = hand_force();
             const double start = io::thread_cpu_seconds();
-            const physics::HubReport made = hub_.move(wire_, {left, 0}, kUnlimited);
+            const physics::HubReport made = hub_.move(wire_, {left, 0}, unlimited);
             time += io::thread_cpu_seconds() - start;
             last_ = made.relax;
             steps += last_.newton_steps;
@@ -114,7 +114,7 @@ private:
         for (const double part : {1.0 / 32, 1.0 / 4}) {
             physics::Guidewire wire = wire_;
             physics::feed(wire, part * tube_.segment_length);
-            physics::make_relaxer({}, wall_)->relax(wire, {kUnlimited, 0, 0});
+            physics::make_relaxer({}, wall_)->relax(wire, {unlimited, 0, 0});
             deepest = std::max(deepest, physics::largest_penetration(physics::all_contacts(wire, wall_)));
         }
         return deepest;
@@ -125,7 +125,7 @@ private:
         const double gradient = physics::relative_gradient(wire_, contacts), now = energy(),
                      depth = physics::largest_penetration(contacts), excess = now - energy_ - work;
         energy_ = now;
-        const double bend = last_.largest_bend / geometry::kDegree;
+        const double bend = last_.largest_bend / geometry::degree;
         const bool fold = bend > 90, deep = depth > tube_.radius;
         const double next = refused ? depth_of_next_rest() : 0;
         const bool gave_way = next > tube_.radius;
@@ -135,14 +135,14 @@ private:
             fmt::format("refused: the next rest is {:.3g} mm outside a lumen of {:.3g}", next, tube_.radius));
         if (!refused) {
             course_.gradient = std::max(course_.gradient, gradient);
-            course_.excess = std::max(course_.excess, excess / std::max(now, kExcessFloor));
+            course_.excess = std::max(course_.excess, excess / std::max(now, excess_floor));
             course_.flat += last_.at_rest && !last_.strict_minimum;
             count(!last_.at_rest, course_.unconverged,
                   fmt::format("not at rest: |g|/C {:.1e}", last_.gradient));
-            count(!(gradient <= kRestLimit), course_.restless, fmt::format("|g|/C {:.1e}", gradient));
+            count(!(gradient <= rest_limit), course_.restless, fmt::format("|g|/C {:.1e}", gradient));
             count(fold, course_.folds, fmt::format("a joint bent by {:.0f}°", bend));
             count(deep, course_.deep, fmt::format("{:.3g} mm outside", depth));
-            count(excess > kExcess * now + kExcessFloor, course_.over_work,
+            count(excess > largest_excess * now + excess_floor, course_.over_work,
                   fmt::format("energy {:.3g} N·mm, of which {:.2g} are not the hand's", now, excess));
         }
         return !refused && !fold && !deep;
@@ -175,16 +175,16 @@ RandomTube random_tube(std::uint64_t seed) {
     tube.wall_stiffness = draw.by_logarithm(1, 1000);
     tube.segments = 50 + static_cast<int>(351 * draw.unit());
     std::vector<anatomy::PenMove> path = {
-        anatomy::Run{std::max(10.0, kStraightAtStart * tube.segment_length)}};
+        anatomy::Run{std::max(10.0, straight_at_start * tube.segment_length)}};
     const double length_needed = tube.segment_length * (tube.segments + 5);
     while (anatomy::length(path) < length_needed) {
         const double x = draw.between(-1, 1), y = draw.between(-1, 1), z = draw.between(-1, 1);
-        const double radius = tube.radius * draw.by_logarithm(kSharpestArc, 20),
+        const double radius = tube.radius * draw.by_logarithm(sharpest_arc, 20),
                      angle = draw.between(0.2, 2.6);
         path.push_back(anatomy::Arc{radius, (draw.unit() < 0.5 ? -1 : 1) * angle, Vec3(x, y, z)});
         path.push_back(anatomy::Run{draw.between(0, 4 * tube.radius)});
     }
-    path.push_back(anatomy::Run{kStraightAtEnd});
+    path.push_back(anatomy::Run{straight_at_end});
     tube.centreline = anatomy::draw(path);
     return tube;
 }

@@ -29,7 +29,7 @@ struct RandomTube {
 /// N 50 to 400, arcs about any axis with radii of 1.2 to 20 lumen radii. The seed says all, on any machine.
 RandomTube random_tube(std::uint64_t seed);
 
-constexpr int kSegmentsAtStart = 20;
+constexpr int segments_at_start = 20;
 
 /// A wire laid along the centreline and pushed in, from rest to rest, until all of it is in.
 struct TubeCourse {
@@ -37,7 +37,7 @@ struct TubeCourse {
     RandomTube tube;
     int pushes = 0, reached = 0;  // reached: segments inside at the end
     int unconverged = 0;          // ended without rest
-    int restless = 0;             // |g|/C by the energy module above kRestLimit
+    int restless = 0;             // |g|/C by the energy module above rest_limit
     int folds = 0;                // a joint bent by more than a right angle
     int deep = 0;                 // a joint farther outside than the lumen is wide
     int refused = 0;              // the hub would not make it; nothing follows
@@ -51,7 +51,7 @@ struct TubeCourse {
     std::vector<Incident> incidents;
 };
 
-constexpr double kRestLimit = 2e-8;
+constexpr double rest_limit = 2e-8;
 
 TubeCourse push_through(std::uint64_t seed, int most_pushes);
 

@@ -22,7 +22,7 @@ struct Rule {
     const char* colour;
     bool per_length;
 };
-constexpr std::array<Rule, 2> kRules = {
+constexpr std::array<Rule, 2> rule_table = {
     {{"per length", "wall as stiff per length of wire, k ∝ λ", "#0072B2", true},
      {"per joint", "the same k at every joint", "#D55E00", false}}};
 
@@ -205,16 +205,16 @@ io::Plot picture(const std::array<Measured, 2>& measured, int coarse) {
         "set grid lc rgb '#dddddd'\nset key outside right top\nset xlabel 'resolution η = N''/N'\n"
         "set ylabel 'ΔU/U [%]'\n";
     std::string list;
-    for (std::size_t k = 0; k < kRules.size(); ++k) {
+    for (std::size_t k = 0; k < rule_table.size(); ++k) {
         const Fit& f = measured[k].fit;
         list += fmt::format(
             "{}{}, \\\n     100*({}*(1-1/x) + {}*(1-1/x**2)) with lines lc rgb 'black' dt {} title 'Eq. 40: "
             "c_1 "
             "= {:.3g}, c_2 = {:.3g}'",
             k > 0 ? ", \\\n     " : "plot ",
-            series("resolution", kRules[k].name, 3, 6,
-                   fmt::format("with points pt 7 ps 0.5 lc rgb '{}' title 'k {}'", kRules[k].colour,
-                               kRules[k].name)),
+            series("resolution", rule_table[k].name, 3, 6,
+                   fmt::format("with points pt 7 ps 0.5 lc rgb '{}' title 'k {}'", rule_table[k].colour,
+                               rule_table[k].name)),
             f.c1, f.c2, k + 1, f.c1, f.c2);
     }
     plot.commands += list + "\n";
@@ -255,7 +255,7 @@ StudyResult run_resolution(const StudyOptions& options) {
     Work work(options, 2 * count);
     work.run(2 * count, [&](int k) {
         const int segments = coarse + step * (k / 2);
-        points[k % 2][k / 2] = resolve(kRules[k % 2], coarse, segments);
+        points[k % 2][k / 2] = resolve(rule_table[k % 2], coarse, segments);
         return fmt::format("N = {}", segments);
     });
     const std::array<Measured, 2> measured = {measure(points[0]), measure(points[1])};
@@ -269,16 +269,16 @@ StudyResult run_resolution(const StudyOptions& options) {
         "resolution_fit",
         {"rule", "c1", "c2", "rms", "mean_separation_mm", "separation_deviation_mm", "largest_gradient"},
         {}};
-    for (std::size_t k = 0; k < kRules.size(); ++k) {
+    for (std::size_t k = 0; k < rule_table.size(); ++k) {
         const Measured& m = measured[k];
         for (int i = 0; i < count; ++i) {
             const Resolved& p = points[k][i];
-            table.add({std::string(kRules[k].name), static_cast<double>(coarse + step * i), p.eta, p.energy,
-                       p.again, 100 * (p.energy / points[k].front().energy - 1)});
+            table.add({std::string(rule_table[k].name), static_cast<double>(coarse + step * i), p.eta,
+                       p.energy, p.again, 100 * (p.energy / points[k].front().energy - 1)});
         }
-        fits.add(
-            {std::string(kRules[k].name), m.fit.c1, m.fit.c2, m.fit.rms, m.separation, m.spread, m.gradient});
-        claim(kRules[k], m, result.claims);
+        fits.add({std::string(rule_table[k].name), m.fit.c1, m.fit.c2, m.fit.rms, m.separation, m.spread,
+                  m.gradient});
+        claim(rule_table[k], m, result.claims);
     }
     io::Table wires{"resolution_wire", {"wire", "x_mm", "y_mm", "z_mm"}, {}};
     for (const auto* joints : {&points[0].front().joints, &points[0].back().joints})
@@ -292,7 +292,8 @@ StudyResult run_resolution(const StudyOptions& options) {
             "again "
             "after every tangent was turned by up to 0.02. Two rules for the stiffness of a joint: *{}*: {}; "
             "*{}*: {}.\n\n{}",
-            kRules[0].name, kRules[0].what, kRules[1].name, kRules[1].what, io::to_markdown(fits)),
+            rule_table[0].name, rule_table[0].what, rule_table[1].name, rule_table[1].what,
+            io::to_markdown(fits)),
         result, options);
     result.tables = {std::move(table), std::move(fits), std::move(wires)};
     return result;

@@ -14,7 +14,7 @@
 namespace studies {
 namespace {
 
-constexpr std::size_t kMostIncidents = 1000;  // in the table
+constexpr std::size_t most_incidents = 1000;  // in the table
 
 double quantile(std::vector<double> values, double share) {
     if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
@@ -48,7 +48,7 @@ std::vector<TubeCourse> push_all(const StudyOptions& options, int pushes, Tally&
         std::vector<int> shares;  // of the tubes to come
         const std::size_t first = courses.size();
         for (int planned = 0; planned < left; planned += shares.back()) {
-            const int whole = random_tube(first + shares.size()).segments - kSegmentsAtStart;
+            const int whole = random_tube(first + shares.size()).segments - segments_at_start;
             shares.push_back(std::min(whole, left - planned));
         }
         courses.resize(first + shares.size());
@@ -218,7 +218,7 @@ io::Table wild_table(const std::vector<WildRun>& runs) {
 io::Table incident_table(const std::vector<TubeCourse>& courses, const std::vector<WildRun>& runs) {
     io::Table table{"robustness_incidents", {"where", "seed", "push_or_frame", "what"}, {}};
     const auto add = [&](const Incident& i) {
-        if (table.rows.size() < kMostIncidents)
+        if (table.rows.size() < most_incidents)
             table.add({i.where, static_cast<double>(i.seed), static_cast<double>(i.at), i.what});
     };
     for (const TubeCourse& c : courses) std::for_each(c.incidents.begin(), c.incidents.end(), add);
@@ -262,7 +262,7 @@ std::vector<Claim> claims_of(const io::Table& tubes, const io::Table& hands,
     const std::string pushes =
         fmt::format("{} tubes, {} pushes", courses.size(), tubes.number(tubes.rows.size() - 1, "pushes"));
     none(tubes, "unconverged", "random tubes: pushes that do not end at rest", pushes);
-    none(tubes, "gradient_above_limit", fmt::format("random tubes: |g|/C above {:g}", kRestLimit),
+    none(tubes, "gradient_above_limit", fmt::format("random tubes: |g|/C above {:g}", rest_limit),
          "by the energy module's exact gradient");
     none(tubes, "folds", "random tubes: folds", "a joint bent by more than 90°");
     none(tubes, "deep", "random tubes: joints farther outside than the lumen's radius", "");
@@ -349,7 +349,7 @@ StudyResult run_robustness(const StudyOptions& options) {
         "is in robustness_incidents.csv. Processor times depend on the machine; nothing is judged by "
         "them.\n\n"
         "{}\n{}\n{}",
-        courses.size() - 1, pushes, kSegmentsAtStart, hand_count(options), frames,
+        courses.size() - 1, pushes, segments_at_start, hand_count(options), frames,
         io::to_markdown(totals(tubes), 3), io::to_markdown(transposed(hands), 3),
         incidents.rows.empty() ? std::string("There was no incident.\n")
                                : io::to_markdown(first_rows(incidents, 40)));

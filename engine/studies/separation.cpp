@@ -11,7 +11,7 @@
 namespace studies {
 namespace {
 
-constexpr const char* kColours[] = {"#CC79A7", "#E69F00", "#009E73", "#0072B2", "#56B4E9", "#D55E00"};
+constexpr const char* colours[] = {"#CC79A7", "#E69F00", "#009E73", "#0072B2", "#56B4E9", "#D55E00"};
 
 struct Setting {
     PaperScene scene;
@@ -140,7 +140,7 @@ io::Plot picture(const std::vector<int>& separations, const std::vector<Run>& ru
             const Run& run = find(runs, varied, separations[k]);
             plot.commands += ", \\\n     " + series("separation", run.name(), 2, 3,
                                                     fmt::format("with lines lc rgb '{}' title 'δ = {}'",
-                                                                kColours[k], separations[k]));
+                                                                colours[k], separations[k]));
         }
         plot.commands += "\n";
     }
@@ -187,7 +187,7 @@ StudyResult run_separation(const StudyOptions& options) {
         run.points = trace.points();
         run.records = trace.records();
         for (int limit = 0; limit < 3; ++limit)
-            run.settled[limit] = trace.settled(DeviationTrace::kLimits[limit]);
+            run.settled[limit] = trace.settled(DeviationTrace::limit_table[limit]);
         return fmt::format("{} {}", run.name(), setting.what);
     });
 

@@ -11,13 +11,13 @@
 namespace studies {
 namespace {
 
-constexpr int kLeast = physics::kLeastSeparation, kLargest = physics::kLargestSeparation;
-constexpr int kMost = 4;  // varied segments looked at
-constexpr const char* kColours[] = {"#0072B2", "#E69F00", "#009E73"};
+constexpr int least_separation = physics::least_separation, largest_separation = physics::largest_separation;
+constexpr int most_turns = 4;  // varied segments looked at
+constexpr const char* colours[] = {"#0072B2", "#E69F00", "#009E73"};
 
 /// How often each separation was chosen; [m] is δ_{m+1}.
 struct Frequencies {
-    std::array<std::array<long long, kLargest + 1>, kMost - 1> counts{};
+    std::array<std::array<long long, largest_separation + 1>, most_turns - 1> counts{};
     long long updates = 0;
 
     double percent(int m, int delta) const {
@@ -47,7 +47,7 @@ Frequencies count(const PaperScene& scene, int varied_segments, int cycles) {
 /// Largest rise of the frequency from one separation to a larger one, in percent of all choices.
 double largest_rise(const Frequencies& f, int m) {
     double least = 100, rise = 0;
-    for (int delta = kLeast; delta <= kLargest; ++delta) {
+    for (int delta = least_separation; delta <= largest_separation; ++delta) {
         rise = std::max(rise, f.percent(m, delta) - least);
         least = std::min(least, f.percent(m, delta));
     }
@@ -57,7 +57,7 @@ double largest_rise(const Frequencies& f, int m) {
 /// Separations strictly inside [5, 25] that are chosen more often than both neighbours, by a tenth at least.
 std::string peaks(const Frequencies& f, int m) {
     std::string list;
-    for (int delta = kLeast + 1; delta < kLargest; ++delta) {
+    for (int delta = least_separation + 1; delta < largest_separation; ++delta) {
         const double here = f.percent(m, delta);
         if (here > 1.1 * f.percent(m, delta - 1) && here > 1.1 * f.percent(m, delta + 1))
             list += fmt::format("{}{}", list.empty() ? "" : ", ", delta);
@@ -67,7 +67,8 @@ std::string peaks(const Frequencies& f, int m) {
 
 std::vector<Claim> claims(const std::vector<Frequencies>& all) {
     const Frequencies &two = all[0], &three = all[1], &four = all[2];
-    const double at_5 = two.percent(0, kLeast), at_25 = two.percent(0, kLargest), rise = largest_rise(two, 0);
+    const double at_5 = two.percent(0, least_separation), at_25 = two.percent(0, largest_separation),
+                 rise = largest_rise(two, 0);
     const std::string shape =
         "Which separations pay is told by the contacts between the segments: another tube, other "
         "frequencies.";
@@ -78,10 +79,10 @@ std::vector<Claim> claims(const std::vector<Frequencies>& all) {
     list.push_back(
         {"Fig. 9: with M = 2 the frequency of δ1 falls monotonically: largest rise to a larger δ1 [%]", 0.0,
          rise, rise <= 0,
-         fmt::format(
-             "Least often chosen: δ1 = {}. {}",
-             std::min_element(two.counts[0].begin() + kLeast, two.counts[0].end()) - two.counts[0].begin(),
-             shape)});
+         fmt::format("Least often chosen: δ1 = {}. {}",
+                     std::min_element(two.counts[0].begin() + least_separation, two.counts[0].end()) -
+                         two.counts[0].begin(),
+                     shape)});
     const std::string of_three = peaks(three, 0) + "; " + peaks(three, 1),
                       of_four = peaks(four, 0) + "; " + peaks(four, 1) + "; " + peaks(four, 2);
     list.push_back(
@@ -90,11 +91,12 @@ std::vector<Claim> claims(const std::vector<Frequencies>& all) {
          of_three.find_first_of("0123456789") != std::string::npos &&
              of_four.find_first_of("0123456789") != std::string::npos,
          "A peak stands a tenth above both neighbours, the ends of the interval left out. " + shape});
-    list.push_back({"Fig. 9: the frequency of δ2 = 5 is large: M = 3, M = 4 [%]", std::string("large"),
-                    fmt::format("{:.1f}, {:.1f}", three.percent(1, kLeast), four.percent(1, kLeast)),
-                    three.most_frequent(1) == kLeast && four.most_frequent(1) == kLeast,
-                    fmt::format("Large: the most frequent. Here that is {} and {}.", three.most_frequent(1),
-                                four.most_frequent(1))});
+    list.push_back(
+        {"Fig. 9: the frequency of δ2 = 5 is large: M = 3, M = 4 [%]", std::string("large"),
+         fmt::format("{:.1f}, {:.1f}", three.percent(1, least_separation), four.percent(1, least_separation)),
+         three.most_frequent(1) == least_separation && four.most_frequent(1) == least_separation,
+         fmt::format("Large: the most frequent. Here that is {} and {}.", three.most_frequent(1),
+                     four.most_frequent(1))});
     return list;
 }
 
@@ -104,14 +106,14 @@ io::Plot picture(const PaperScene& scene, int cycles) {
         "set multiplot layout 3,1\nset grid y lc rgb '#dddddd'\nset style fill solid 0.85 noborder\n"
         "set boxwidth 0.26\nset xtics 5,1,25\nset xrange [4.4:25.6]\nset yrange [0:*]\nset key top center\n"
         "set ylabel 'chosen [%]'\n";
-    for (int m = 2; m <= kMost; ++m) {
+    for (int m = 2; m <= most_turns; ++m) {
         plot.commands += fmt::format("set title 'M = {}'\nset xlabel '{}'\nplot ", m,
-                                     m == kMost ? "separation δ [segments]" : "");
+                                     m == most_turns ? "separation δ [segments]" : "");
         for (int k = 0; k < m - 1; ++k)
             plot.commands += fmt::format(
                 "{}'separation_frequency.csv' skip 1 using ($1 == {} && $2 == {} ? $3 + {} : "
                 "1/0):4 with boxes lc rgb '{}' title 'δ_{}'",
-                k > 0 ? ", \\\n     " : "", m, k + 1, 0.28 * (k - 0.5 * (m - 2)), kColours[k], k + 1);
+                k > 0 ? ", \\\n     " : "", m, k + 1, 0.28 * (k - 0.5 * (m - 2)), colours[k], k + 1);
         plot.commands += "\n";
     }
     plot.commands += "unset multiplot\n";
@@ -126,18 +128,18 @@ io::Plot picture(const PaperScene& scene, int cycles) {
 StudyResult run_separation_frequency(const StudyOptions& options) {
     const int cycles = options.quick ? 10 : 100;
     const PaperScene scene = paper_scene("sinuous", {options.quick ? 100 : 0, 0, 0});
-    std::vector<Frequencies> all(kMost - 1);
-    Work work(options, kMost - 1);
-    work.run(kMost - 1, [&](int k) {
+    std::vector<Frequencies> all(most_turns - 1);
+    Work work(options, most_turns - 1);
+    work.run(most_turns - 1, [&](int k) {
         all[k] = count(scene, 2 + k, cycles);
         return fmt::format("M = {}", 2 + k);
     });
     StudyResult result;
     io::Table table{
         "separation_frequency", {"varied_segments", "index", "separation", "chosen_percent", "count"}, {}};
-    for (int m = 2; m <= kMost; ++m)
+    for (int m = 2; m <= most_turns; ++m)
         for (int k = 0; k < m - 1; ++k)
-            for (int delta = kLeast; delta <= kLargest; ++delta)
+            for (int delta = least_separation; delta <= largest_separation; ++delta)
                 table.add({static_cast<double>(m), k + 1.0, static_cast<double>(delta),
                            all[m - 2].percent(k, delta), static_cast<double>(all[m - 2].counts[k][delta])});
     result.claims = claims(all);

@@ -24,7 +24,7 @@ Shard parse_shard(std::string_view);
 void run_shard(const Study&, const Shard&, const std::filesystem::path& out, const StudyOptions&);
 
 /// Makes of the shards in these folders, given in any order, what the whole run would have left. Returns
-/// notices. `options` lend threads, program and cache; the shards tell the rest. Throws InputError and writes
+/// notices. `options` give threads, program and cache; the shards give the rest. Throws InputError and writes
 /// nothing when one is missing, twice there, damaged, or of another study, seed, size or program.
 std::vector<std::string> merge_shards(std::span<const std::filesystem::path> folders,
                                       const std::filesystem::path& out, const StudyOptions& options);

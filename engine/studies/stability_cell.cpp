@@ -49,7 +49,7 @@ bool work(physics::Relaxer& relaxer, Guidewire& wire, long long updates, Stabili
 }  // namespace
 
 std::string_view outcome_text(Outcome outcome) {
-    constexpr std::array<std::string_view, kOutcomes> words = {
+    constexpr std::array<std::string_view, outcomes> words = {
         "converged", "still moving", "oscillates", "wrong basin", "left the lumen", "NaN", "stuck"};
     return words[static_cast<std::size_t>(outcome)];
 }

@@ -12,7 +12,7 @@ namespace studies {
 
 enum class Outcome { Converged, StillMoving, Oscillates, WrongBasin, LeftTheLumen, NotANumber, Stuck };
 std::string_view outcome_text(Outcome);
-inline constexpr int kOutcomes = 7;
+inline constexpr int outcomes = 7;
 
 /// The rules' numbers; the page of the study states them.
 struct StabilityRules {

@@ -23,12 +23,12 @@ struct Case {
     int varied_segments;
     bool bending, wall;
 };
-constexpr std::array<Case, 6> kCases = {{{"a", "A and R, M = 1", 1, true, true},
-                                         {"b", "neither, M = 1", 1, false, false},
-                                         {"c", "R alone, M = 1", 1, false, true},
-                                         {"d", "A alone, M = 1", 1, true, false},
-                                         {"e2", "A and R, M = 2", 2, true, true},
-                                         {"e3", "A and R, M = 3", 3, true, true}}};
+constexpr std::array<Case, 6> case_table = {{{"a", "A and R, M = 1", 1, true, true},
+                                             {"b", "neither, M = 1", 1, false, false},
+                                             {"c", "R alone, M = 1", 1, false, true},
+                                             {"d", "A alone, M = 1", 1, true, false},
+                                             {"e2", "A and R, M = 2", 2, true, true},
+                                             {"e3", "A and R, M = 3", 3, true, true}}};
 
 /// What a wire at rest does under further updates.
 struct Unrest {
@@ -224,7 +224,7 @@ io::Plot contact_plot(const PaperScene& scene) {
         "set xrange [0:" +
         std::to_string(scene.segments() + 1) + "]\n";
     for (const int k : {0, 1}) {
-        const char* name = kCases[k].name;
+        const char* name = case_table[k].name;
         plot.commands += fmt::format(
             "set title '({0}) {1}'\nset xlabel '{2}'\n"
             "plot 'static_contact.csv' skip 1 using (strcol(1) eq '{0}' ? $2 : 1/0):3 with boxes lc rgb "
@@ -315,16 +315,16 @@ std::vector<Claim> claims(const std::vector<Unrest>& all, const Traces& traces, 
 StudyResult run_static_contact(const StudyOptions& options) {
     const PaperScene scene = paper_scene("sinuous", {options.quick ? 60 : 0, 0, 0});
     const int settle = options.quick ? 10 : 100, cycles = options.quick ? 5 : 20;
-    Work work(options, 1 + static_cast<int>(kCases.size()));
+    Work work(options, 1 + static_cast<int>(case_table.size()));
     Rest rest;
     work.run(1, [&](int) {
         rest = paper_rest(scene, options.quick ? 60 : 200);
         return std::string("reference");
     });
-    std::vector<Unrest> all(kCases.size());
-    work.run(static_cast<int>(kCases.size()), [&](int k) {
-        all[k] = watch(scene, rest.wire, kCases[k], settle, cycles);
-        return fmt::format("({}) {}", kCases[k].name, kCases[k].what);
+    std::vector<Unrest> all(case_table.size());
+    work.run(static_cast<int>(case_table.size()), [&](int k) {
+        all[k] = watch(scene, rest.wire, case_table[k], settle, cycles);
+        return fmt::format("({}) {}", case_table[k].name, case_table[k].what);
     });
     const Traces traces = traces_of(scene, rest.wire);
     const Joint1D joint;
@@ -336,9 +336,9 @@ StudyResult run_static_contact(const StudyOptions& options) {
         "static_contact_cases", {"case", "terms", "joints_touching", "joints_bouncing", "mean_update"}, {}};
     for (std::size_t k = 0; k < all.size(); ++k) {
         for (std::size_t i = 1; i < all[k].contact.size(); ++i)
-            joints.add({std::string(kCases[k].name), static_cast<double>(i), 100 * all[k].contact[i],
+            joints.add({std::string(case_table[k].name), static_cast<double>(i), 100 * all[k].contact[i],
                         all[k].turn[i], traces.wall[i]});
-        cases.add({std::string(kCases[k].name), std::string(kCases[k].what),
+        cases.add({std::string(case_table[k].name), std::string(case_table[k].what),
                    static_cast<double>(all[k].touched()), static_cast<double>(all[k].bounced()),
                    all[k].mean_turn});
     }

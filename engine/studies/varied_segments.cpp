@@ -37,7 +37,7 @@ std::vector<NamedMethod> sinuous_methods() {
     list.push_back(paper_method(3, 15));
     return list;
 }
-enum SinuousRun { kFive = 4, kTwoFixed, kThreeFixed };  // places in that list; M = m is at m − 1
+enum SinuousRun { five = 4, two_fixed, three_fixed };  // places in that list; M = m is at m − 1
 
 std::vector<NamedMethod> hard_methods() {
     std::vector<NamedMethod> list = {paper_method(1), paper_method(2), paper_method(3)};
@@ -56,7 +56,7 @@ std::vector<NamedMethod> hard_methods() {
     list.insert(list.end(), {combined, first, konings});
     return list;
 }
-enum HardRun { kCombined = 3, kFirstOrder, kKonings };
+enum HardRun { combined_run = 3, first_order_run, konings_run };
 
 std::string cycles_text(double cycles) {
     return std::isfinite(cycles) ? fmt::format("{:.1f}", cycles) : std::string("never");
@@ -107,10 +107,10 @@ void claim_joints(const std::vector<Run>& runs, const Sizes& size, std::vector<C
                      size.joints[0]),
          std::string("less with δ = 15"),
          fmt::format("M = 2: {:.3f} against {:.3f}, M = 3: {:.3f} against {:.3f}",
-                     runs[kTwoFixed].traces[0].left_after(4), runs[1].traces[0].left_after(4),
-                     runs[kThreeFixed].traces[0].left_after(4), runs[2].traces[0].left_after(4)),
-         runs[kTwoFixed].traces[0].left_after(4) < runs[1].traces[0].left_after(4) &&
-             runs[kThreeFixed].traces[0].left_after(4) < runs[2].traces[0].left_after(4),
+                     runs[two_fixed].traces[0].left_after(4), runs[1].traces[0].left_after(4),
+                     runs[three_fixed].traces[0].left_after(4), runs[2].traces[0].left_after(4)),
+         runs[two_fixed].traces[0].left_after(4) < runs[1].traces[0].left_after(4) &&
+             runs[three_fixed].traces[0].left_after(4) < runs[2].traces[0].left_after(4),
          fmt::format("Of |d_{}| at the start. The tube is another than the paper's.", size.joints[0])});
     const auto noise = [&](int run, int k) {
         return largest_amplitude(runs[run].traces[k], half, size.cycles);
@@ -121,8 +121,8 @@ void claim_joints(const std::vector<Run>& runs, const Sizes& size, std::vector<C
                      size.joints[0], half),
          std::string("smaller with chosen δ"),
          fmt::format("M = 2: {:.1e} against {:.1e}, M = 3: {:.1e} against {:.1e}", noise(1, 0),
-                     noise(kTwoFixed, 0), noise(2, 0), noise(kThreeFixed, 0)),
-         noise(1, 0) < noise(kTwoFixed, 0) && noise(2, 0) < noise(kThreeFixed, 0),
+                     noise(two_fixed, 0), noise(2, 0), noise(three_fixed, 0)),
+         noise(1, 0) < noise(two_fixed, 0) && noise(2, 0) < noise(three_fixed, 0),
          "Half the swing in a cycle. Algorithm 2 may go to and fro between separations that promise as much, "
          "which "
          "turns the wire a little each time."});
@@ -200,25 +200,25 @@ void claim_hard(const std::vector<Run>& runs, const Sizes& size, std::vector<Cla
     claims.push_back({"Fig. 10: M = 2 decreases sharply within the first cycle: part of d_i left after it",
                       std::string("sharp"), left, left < 0.5, "Sharp: less than half is left. " + measure});
     claims.push_back({"Section 3.2: with the geometrical method M = 1 is not much faster than alone [cycles]",
-                      std::string("not much faster"), text({0, kCombined}),
-                      settled(kCombined) > 0.5 * settled(0),
+                      std::string("not much faster"), text({0, combined_run}),
+                      settled(combined_run) > 0.5 * settled(0),
                       "Much faster: in less than half the cycles. " + measure});
     claims.push_back(
         {"Section 3.2: the relaxation of Konings et al. is essentially the curve of M = 1 [cycles]",
-         std::string("essentially"), text({0, kKonings}),
-         settled(kKonings) < 2 * settled(0) && settled(0) < 2 * settled(kKonings),
+         std::string("essentially"), text({0, konings_run}),
+         settled(konings_run) < 2 * settled(0) && settled(0) < 2 * settled(konings_run),
          "Essentially: within a factor of 2. " + measure});
     claims.push_back(
         {"Section 3.2: Eq. 22 is by far more efficient than the relaxation of Konings et al. [cycles]",
-         std::string("by far"), text({kFirstOrder, kKonings}),
-         settled(kFirstOrder) < 0.5 * settled(kKonings) ||
-             runs[kFirstOrder].traces[0].left_after(size.hard_cycles - 1) <
-                 0.5 * runs[kKonings].traces[0].left_after(size.hard_cycles - 1),
+         std::string("by far"), text({first_order_run, konings_run}),
+         settled(first_order_run) < 0.5 * settled(konings_run) ||
+             runs[first_order_run].traces[0].left_after(size.hard_cycles - 1) <
+                 0.5 * runs[konings_run].traces[0].left_after(size.hard_cycles - 1),
          fmt::format(
              "By far: half the cycles, or half of d_i left after {}; {:.1e} against {:.1e} is left, for "
              "the first order bounces on the wall, and small turns do not. ",
-             size.hard_cycles, runs[kFirstOrder].traces[0].left_after(size.hard_cycles - 1),
-             runs[kKonings].traces[0].left_after(size.hard_cycles - 1)) +
+             size.hard_cycles, runs[first_order_run].traces[0].left_after(size.hard_cycles - 1),
+             runs[konings_run].traces[0].left_after(size.hard_cycles - 1)) +
              measure});
 }
 

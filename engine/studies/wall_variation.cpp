@@ -18,9 +18,9 @@ namespace {
 using physics::WallStiffness;
 using Rows = std::vector<std::vector<double>>;
 
-constexpr int kTerms = 9;  // G of Eq. 41
-constexpr int kExamples = 5;
-constexpr const char* kColours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00"};
+constexpr int term_count = 9;  // G of Eq. 41
+constexpr int examples = 5;
+constexpr const char* colours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00"};
 
 struct Sizes {
     int segments = 175, realisations = 5000;
@@ -57,7 +57,7 @@ WallStiffness profile(const Setting& s, std::uint64_t seed, int realisation) {
                            static_cast<std::uint32_t>(realisation)};
     std::mt19937_64 random(sequence);
     std::vector<WallStiffness::Term> terms;
-    for (int g = 1; g <= kTerms; ++g) {
+    for (int g = 1; g <= term_count; ++g) {
         const double amplitude = std::ldexp(s.scene.stiffness, -g) * uniform(random);
         terms.push_back({amplitude, 2 * std::numbers::pi * uniform(random)});
     }
@@ -245,8 +245,8 @@ std::vector<Claim> claims(const Setting& s, const Rows& rows, const Spread& k,
 }
 
 std::string where(const Setting& s) {
-    return fmt::format("{}; G = {} terms over {:g} mm of artery, Ω = {}", s.scene.text(), kTerms, s.length(),
-                       s.size.pieces_of_artery);
+    return fmt::format("{}; G = {} terms over {:g} mm of artery, Ω = {}", s.scene.text(), term_count,
+                       s.length(), s.size.pieces_of_artery);
 }
 
 std::vector<io::Plot> pictures(const Setting& s, std::size_t realisations) {
@@ -256,11 +256,11 @@ std::vector<io::Plot> pictures(const Setting& s, std::size_t realisations) {
     profiles.commands = grid +
                         "set xlabel 'piece of artery ω'\nset ylabel 'K/k'\nset yrange [0:2]\nset key outside "
                         "right top\nplot ";
-    for (int r = 1; r <= kExamples; ++r)
+    for (int r = 1; r <= examples; ++r)
         profiles.commands += fmt::format(
             "{}'wall_variation_profiles.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 1.5 "
             "lc rgb '{}' title 'realisation {}'",
-            r > 1 ? ", \\\n     " : "", r, kColours[r - 1], r);
+            r > 1 ? ", \\\n     " : "", r, colours[r - 1], r);
     profiles.commands += "\n";
     profiles.caption =
         "The first of the random walls, stiffness along the artery (the paper's Fig. 14): " + where(s) + ".";
@@ -330,7 +330,7 @@ StudyResult finish(const StudyOptions& options, const Rows& rows) {
     for (int r = 0; r < realisations; ++r) {
         const auto samples = profile_samples(s, options.seed, r);
         stiffness.insert(stiffness.end(), samples.begin(), samples.end());
-        for (std::size_t w = 0; r < kExamples && w < samples.size(); ++w)
+        for (std::size_t w = 0; r < examples && w < samples.size(); ++w)
             profiles.add({r + 1.0, w + 1.0, samples[w]});
         deviations.insert(deviations.end(), rows[static_cast<std::size_t>(r)].begin() + 2,
                           rows[static_cast<std::size_t>(r)].end());

@@ -18,26 +18,26 @@ namespace {
 
 using geometry::Vec3;
 
-constexpr double kLargestPush = 30;                    // a frame [mm]
-constexpr double kLargestTurn = 2 * std::numbers::pi;  // a frame [rad]
-constexpr int kFramesOfATrend = 40;
-constexpr double kPlanesRestLimit = 2e-3;  // |g|/C on a wall of planes, which jump
-constexpr double kReach = 1.5;             // of an open end's disc, radii
+constexpr double largest_push = 30;                    // a frame [mm]
+constexpr double largest_turn = 2 * std::numbers::pi;  // a frame [rad]
+constexpr int frames_of_a_trend = 40;
+constexpr double planes_rest_limit = 2e-3;  // |g|/C on a wall of planes, which jump
+constexpr double reach_limit = 1.5;         // of an open end's disc, radii
 /// The smooth wall rounds creases of the mesh off, and facets lie inside round vessels [mm].
-constexpr double kSmoothing = 0.15;
+constexpr double smoothing = 0.15;
 
-const std::array<Vec3, 5> kRays = {Vec3(0.31, 0.47, 0.83).normalized(), Vec3(-0.71, 0.23, 0.4).normalized(),
-                                   Vec3(0.2, -0.9, 0.31).normalized(), Vec3(-0.4, -0.3, -0.86).normalized(),
-                                   Vec3(0.9, -0.1, -0.42).normalized()};
+const std::array<Vec3, 5> rays = {Vec3(0.31, 0.47, 0.83).normalized(), Vec3(-0.71, 0.23, 0.4).normalized(),
+                                  Vec3(0.2, -0.9, 0.31).normalized(), Vec3(-0.4, -0.3, -0.86).normalized(),
+                                  Vec3(0.9, -0.1, -0.42).normalized()};
 
 /// A mesh from elsewhere and the wire that suits it.
 struct Import {
     const char *mesh, *wire;
     double inserted;  // [mm]
 };
-constexpr Import kImports[] = {{"carotid_stenosis_lumen.stl", "floppy014", 20},
-                               {"sofa_carotids.stl", "floppy014", 20},
-                               {"sofa_phantom.obj", "glide035", 40}};
+constexpr Import imports[] = {{"carotid_stenosis_lumen.stl", "floppy014", 20},
+                              {"sofa_carotids.stl", "floppy014", 20},
+                              {"sofa_phantom.obj", "glide035", 40}};
 
 /// The anatomy and a scenario of it in the cache, for readers to play again.
 scenario::Scenario imported(const Import& import, const std::filesystem::path& mesh,
@@ -62,10 +62,10 @@ scenario::Scenario imported(const Import& import, const std::filesystem::path& m
 }  // namespace
 
 void WildHand::act(exercise::Simulation& simulation) {
-    if (frame_++ % kFramesOfATrend == 0) trend_ = 2 * unit() - 0.6;
+    if (frame_++ % frames_of_a_trend == 0) trend_ = 2 * unit() - 0.6;
     const double what = unit();
     if (what < 0.7) {
-        const double a = unit(), b = unit(), length = kLargestPush * a * b;
+        const double a = unit(), b = unit(), length = largest_push * a * b;
         if (unit() < 0.5 + 0.5 * trend_)
             simulation.apply(script::Advance{length});
         else
@@ -73,13 +73,14 @@ void WildHand::act(exercise::Simulation& simulation) {
     }
     if (what > 0.4) {
         const double a = unit(), b = unit();
-        simulation.apply(script::Rotate{kLargestTurn * (2 * a - 1) * b});
+        simulation.apply(script::Rotate{largest_turn * (2 * a - 1) * b});
     }
 }
 
 Exits::Exits(const anatomy::Anatomy& anatomy) {
     for (const anatomy::VesselEnd& end : anatomy.ends)
-        discs_.push_back({end.opening.centre, end.opening.outward_normal, kReach * end.opening.radius, 0});
+        discs_.push_back(
+            {end.opening.centre, end.opening.outward_normal, reach_limit * end.opening.radius, 0});
     for (const geometry::BoundaryLoop& rim : geometry::topology(anatomy.lumen).loops) {
         const auto distance = [&](const Disc& disc) { return (disc.centre - rim.centroid).norm(); };
         Disc& disc = *std::min_element(discs_.begin(), discs_.end(), [&](const Disc& a, const Disc& b) {
@@ -114,8 +115,8 @@ std::vector<bool> Exits::beyond(const physics::Guidewire& wire) const {
 
 bool RawLumen::encloses(const Vec3& x) const {
     int votes = 0;
-    for (const Vec3& ray : kRays) votes += closed_.crossings(x, ray, 64) % 2;
-    return 2 * votes > static_cast<int>(kRays.size());
+    for (const Vec3& ray : rays) votes += closed_.crossings(x, ray, 64) % 2;
+    return 2 * votes > static_cast<int>(rays.size());
 }
 
 double RawLumen::outside_by(const Vec3& x, double within) const {
@@ -147,7 +148,7 @@ WildJudge::WildJudge(const exercise::Simulation& simulation)
     : name_(simulation.scenario().name),
       lumen_(simulation.anatomy()),
       exits_(simulation.anatomy()),
-      rest_(simulation.wall().smooth() ? kRestLimit : kPlanesRestLimit),
+      rest_(simulation.wall().smooth() ? rest_limit : planes_rest_limit),
       wire_radius_(0.5 * simulation.scenario().guidewire.diameter) {}
 
 void WildJudge::judge(const exercise::Simulation& simulation, const exercise::StepReport& report,
@@ -177,7 +178,7 @@ void WildJudge::judge(const exercise::Simulation& simulation, const exercise::St
         const double outside_by = lumen_.outside_by(wire.joints[i], wire_radius_);
         outside += outside_by > 0;
         const double more = outside_by + wire_radius_ - std::max(c.penetration, 0.0);
-        if (more > kSmoothing) {
+        if (more > smoothing) {
             ++tally.beyond_force;
             if (more > excess) excess = more, worst = i;
         }
@@ -221,7 +222,7 @@ std::vector<scenario::Scenario> wild_scenarios(const StudyOptions& options) {
             if (!options.quick || file.stem() == "s_bend" || file.stem() == "renal")
                 list.push_back(scenario::load_scenario(file));
     if (options.quick) return list;
-    for (const Import& import : kImports)
+    for (const Import& import : imports)
         if (const std::filesystem::path mesh = options.real_meshes / import.mesh;
             std::filesystem::exists(mesh))
             list.push_back(imported(import, mesh, options));

@@ -90,7 +90,7 @@ private:
     std::string name_;
     RawLumen lumen_;
     Exits exits_;
-    double rest_ = kRestLimit, wire_radius_;
+    double rest_ = rest_limit, wire_radius_;
 };
 
 /// So many frames of the hand with this seed, from the scenario's start.

@@ -1,5 +1,5 @@
 #pragma once
-/// Pieces of a study's work on all its threads, telling how far they are.
+/// Pieces of a study's work on all its threads, with their progress.
 
 #include <functional>
 #include <mutex>

@@ -11,13 +11,13 @@
 namespace geometry {
 namespace {
 
-constexpr int kSide = SplineGrid::kSide;
-constexpr int kFarthest = 1 << 20;  // brick
+constexpr int brick_side = SplineGrid::brick_side;
+constexpr int farthest = 1 << 20;  // brick
 
 /// In the order of bricks.
 std::uint64_t key(const SplineGrid::Brick& b) {
     std::uint64_t all = 0;
-    for (int k : b) all = all << 21 | static_cast<std::uint32_t>(k + kFarthest);
+    for (int k : b) all = all << 21 | static_cast<std::uint32_t>(k + farthest);
     return all;
 }
 std::size_t hash(const SplineGrid::Brick& b) {
@@ -25,7 +25,7 @@ std::size_t hash(const SplineGrid::Brick& b) {
 }
 
 int local(int i, int j, int k) {
-    return (i * kSide + j) * kSide + k;
+    return (i * brick_side + j) * brick_side + k;
 }
 
 /// Uniform cubic B-splines over a cell, at t in [0, 1), and their derivatives by t.
@@ -58,7 +58,7 @@ SplineGrid::SplineGrid(double spacing, std::vector<Brick> bricks)
     const std::size_t mask = table_.size() - 1;
     for (std::size_t b = 0; b < bricks.size(); ++b) {
         for (int k : bricks[b])
-            if (k < -kFarthest + 2 || k > kFarthest - 2)
+            if (k < -farthest + 2 || k > farthest - 2)
                 throw std::invalid_argument("a grid's brick lies too far from the origin");
         bricks_[b].at = bricks[b];
         std::size_t slot = hash(bricks[b]) & mask;
@@ -139,21 +139,21 @@ void SplineGrid::fit(int threads, const SplineGrid* coarse) {
         const Brick within{brick(b)[0] >> 1, brick(b)[1] >> 1, brick(b)[2] >> 1};  // of the coarse grid
         Bricks coarse_beside{};
         if (coarse && !whole) coarse_beside = coarse->around(within);
-        constexpr int n = kSide + 2;  // with the layer of nodes around the brick
+        constexpr int n = brick_side + 2;  // with the layer of nodes around the brick
         double v[n][n][n];
         for (int i = 0; i < n; ++i)
             for (int j = 0; j < n; ++j)
                 for (int k = 0; k < n; ++k) {
                     const int node[3] = {i - 1, j - 1, k - 1};
-                    const std::int32_t from =
-                        beside[9 * ((i + 3) / kSide) + 3 * ((j + 3) / kSide) + (k + 3) / kSide];
+                    const std::int32_t from = beside[9 * ((i + 3) / brick_side) + 3 * ((j + 3) / brick_side) +
+                                                     (k + 3) / brick_side];
                     if (from >= 0) {
                         v[i][j][k] = nodes_[from].of[local(node[0] & 3, node[1] & 3, node[2] & 3)];
                         continue;
                     }
                     int edge[3], mirrored[3];
                     for (int d = 0; d < 3; ++d) {
-                        edge[d] = std::clamp(node[d], 0, kSide - 1);
+                        edge[d] = std::clamp(node[d], 0, brick_side - 1);
                         mirrored[d] = 2 * edge[d] - node[d];
                     }
                     v[i][j][k] = 2 * nodes_[b].of[local(edge[0], edge[1], edge[2])] -
@@ -161,13 +161,14 @@ void SplineGrid::fit(int threads, const SplineGrid* coarse) {
                 }
         // c = (1 − δ²/6) f along each axis, δ² the second difference.
         constexpr double side[3] = {-1.0 / 6, 8.0 / 6, -1.0 / 6};
-        for (int i = 0; i < kSide; ++i)
-            for (int j = 0; j < kSide; ++j)
-                for (int k = 0; k < kSide; ++k) {
+        for (int i = 0; i < brick_side; ++i)
+            for (int j = 0; j < brick_side; ++j)
+                for (int k = 0; k < brick_side; ++k) {
                     float& coefficient = coefficients[b].of[local(i, j, k)];
                     if (coarse && !whole)
                         if (const auto taken = coarse->subdivided(
-                                {kSide * brick(b)[0] + i, kSide * brick(b)[1] + j, kSide * brick(b)[2] + k},
+                                {brick_side * brick(b)[0] + i, brick_side * brick(b)[1] + j,
+                                 brick_side * brick(b)[2] + k},
                                 within, coarse_beside)) {
                             coefficient = *taken;
                             continue;
@@ -189,7 +190,7 @@ bool SplineGrid::evaluate(const Vec3& x, SplineValue& out) const {
     Brick brick;
     for (int d = 0; d < 3; ++d) {
         const double at = x[d] / spacing_;
-        if (!(std::abs(at) < kSide * (kFarthest - 2.0))) return false;
+        if (!(std::abs(at) < brick_side * (farthest - 2.0))) return false;
         const double below = std::floor(at);
         const int node = static_cast<int>(below) - 1;
         within[d] = at - below;

@@ -23,8 +23,9 @@ struct SplineValue {
 /// `fit` turns values into coefficients; two grids that hold the same values around a place agree there.
 class SplineGrid {
 public:
-    static constexpr int kSide = 4;                       // nodes along the edge of a brick
-    static constexpr int kNodes = kSide * kSide * kSide;  // of a brick, the last coordinate fastest
+    static constexpr int brick_side = 4;  // nodes along the edge of a brick
+    static constexpr int node_count =
+        brick_side * brick_side * brick_side;  // of a brick, the last coordinate fastest
     using Brick = std::array<int, 3>;
 
     /// Bricks in any order, each once. Throws std::invalid_argument for a spacing that is not positive or
@@ -37,7 +38,8 @@ public:
     std::span<float> nodes(std::size_t b) { return nodes_[b].of; }
     std::span<const float> nodes(std::size_t b) const { return nodes_[b].of; }
     Vec3 place(std::size_t b, int i, int j, int k) const {
-        return spacing_ * Vec3(kSide * brick(b)[0] + i, kSide * brick(b)[1] + j, kSide * brick(b)[2] + k);
+        return spacing_ *
+               Vec3(brick_side * brick(b)[0] + i, brick_side * brick(b)[1] + j, brick_side * brick(b)[2] + k);
     }
     std::size_t bytes() const;
 
@@ -58,7 +60,7 @@ private:
         std::array<std::int32_t, 8> upper;  // this brick and those on its upper sides, -1 = none
     };
     struct alignas(64) Nodes {  // four lines of a usual cache, of which a cell reads one of each x
-        std::array<float, kNodes> of{};
+        std::array<float, node_count> of{};
     };
     std::int32_t find(const Brick&) const;
     using Bricks = std::array<std::int32_t, 27>;

@@ -1,6 +1,6 @@
 #pragma once
 /// The centrelines of a lumen as a tree of stations: balls inscribed along every branch, linked along it and
-/// across junctions. It tells which branch holds a joint and where the lumen is open.
+/// across junctions. It states which branch holds a joint and where the lumen is open.
 
 #include <span>
 #include <string>
@@ -10,7 +10,7 @@
 namespace geometry {
 
 /// Centrelines and radii of a mesh are known to about this much [mm]; taken off every promise of clearance.
-constexpr double kCentrelineError = 0.1;
+constexpr double centreline_error = 0.1;
 
 /// A vessel branch: points with inscribed radii. A child starts on its parent's centreline.
 struct CentrelineBranch {

@@ -19,8 +19,8 @@ public:
     EmbreeMesh(const EmbreeMesh&) = delete;
     EmbreeMesh& operator=(const EmbreeMesh&) = delete;
 
-    /// The first triangle along the unit direction, from `start` on [mm]; hits(…) tells whether there is one.
-    /// The context is an initialised one.
+    /// The first triangle along the unit direction, from `start` on [mm]; hits(…) reports whether there is
+    /// one. The context is an initialised one.
     RTCRayHit cast(const Vec3& origin, const Vec3& direction, RTCIntersectContext&, double start = 0) const;
     RTCRayHit cast(const Vec3& origin, const Vec3& direction, double start = 0) const;
     static bool hits(const RTCRayHit& ray) { return ray.hit.geomID != RTC_INVALID_GEOMETRY_ID; }

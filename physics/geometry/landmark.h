@@ -9,11 +9,11 @@
 
 namespace geometry {
 
-enum class Landmark { aortic_bifurcation, aortic_valve, sella };
+enum class Landmark { AorticBifurcation, AorticValve, Sella };
 
 /// A landmark of the body and where vessels put it.
 struct BodyPlace {
-    Landmark landmark = Landmark::aortic_bifurcation;
+    Landmark landmark = Landmark::AorticBifurcation;
     Vec3 at = Vec3::Zero();  // in the frame of the vessels [mm]
 };
 

@@ -1,6 +1,6 @@
 #pragma once
 /// A lumen's triangles made ready for signed distances: welded, turned the same way out, with the normals
-/// that tell the side of a point whose closest feature is an edge or a corner.
+/// that decide the side of a point whose closest feature is an edge or a corner.
 
 #include <cstdint>
 
@@ -49,7 +49,8 @@ public:
     double flatness(int t) const;
 
     /// Normal of a feature, of any length: of the face, of an edge the sum of its two faces', of a corner the
-    /// sum weighted by angle (Bærentzen and Aanæs 2005). Its sign with x - point tells the side of x.
+    /// sum weighted by angle (Bærentzen and Aanæs 2005). The sign of its product with x - point is the side
+    /// of x.
     Vec3 pseudo_normal(int triangle, int feature) const;
 
 private:

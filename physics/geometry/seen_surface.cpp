@@ -10,9 +10,9 @@ namespace geometry {
 namespace {
 
 /// Covers the rounding of square distances to discs in double precision, as a part of them and [mm²].
-constexpr double kBoxRounding = 1e-9;
+constexpr double box_rounding = 1e-9;
 /// Corners may be so far from the plane of a disc [mm].
-constexpr double kFlat = 1e-7;
+constexpr double flat = 1e-7;
 
 /// Of triangles that meet in the closest point the first counts, whichever way the search came.
 bool nearer(const NearestTriangle& a, const NearestTriangle& b) {
@@ -28,7 +28,7 @@ struct SeenSurface::Scene {
 
 double SeenSurface::Disc::square_distance(const Vec3& x) const {
     const Vec3 d = x - centre;
-    const double height = d.dot(normal), least = std::max(0.0, std::abs(height) - kFlat);
+    const double height = d.dot(normal), least = std::max(0.0, std::abs(height) - flat);
     const double beside = std::max(0.0, std::sqrt(std::max(0.0, d.squaredNorm() - height * height)) - radius);
     return least * least + beside * beside;
 }
@@ -37,10 +37,10 @@ SeenSurface::SeenSurface(const LumenSurface& surface)
     : surface_(surface), scene_(new Scene{EmbreeMesh(surface.mesh())}) {
     for (int t = 0; t < surface.count(); ++t) {
         const LumenSurface::Sphere& sphere = surface.sphere(t);
-        Disc disc{sphere.centre, surface.area_normal(t).normalized(), sphere.radius + kFlat};
+        Disc disc{sphere.centre, surface.area_normal(t).normalized(), sphere.radius + flat};
         for (int k = 0; k < 3; ++k) {
             const double off = std::abs(disc.normal.dot(surface.corner(t, k) - disc.centre));
-            if (!(off < kFlat)) disc.normal = Vec3::Zero();
+            if (!(off < flat)) disc.normal = Vec3::Zero();
         }
         discs_.push_back(disc);
     }
@@ -57,8 +57,8 @@ struct SeenSurface::Search {
 
     bool look_at(int t) {
         if (!seen(t)) return false;
-        // Discs tell most of the triangles that Embree's boxes let pass.
-        if (surface.discs_[t].square_distance(x) > best_square() * (1 + kBoxRounding) + kBoxRounding)
+        // Discs reject most of the triangles that Embree's boxes let pass.
+        if (surface.discs_[t].square_distance(x) > best_square() * (1 + box_rounding) + box_rounding)
             return false;
         const LumenSurface& mesh = surface.surface_;
         const TrianglePoint p = closest_point(mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2), x);
@@ -90,22 +90,22 @@ template <class Put>
 void SeenSurface::Patch::take(const Vec3& middle, const NearestTriangle& nearest, const Put& put) {
     middle_ = middle;
     middle_triangle_ = nearest.triangle;
-    // Sorted as closely as the questions can tell: by steps of the square distance.
-    constexpr int kSteps = 8;
+    // Sorted as finely as the queries need: by steps of the square distance.
+    constexpr int step_count = 8;
     const auto first = static_cast<float>(nearest.at.square_distance), last = static_cast<float>(far_ * far_);
-    const float step = (last - first) / kSteps + 1e-30f;
+    const float step = (last - first) / step_count + 1e-30f;
     const auto step_of = [&](const Candidate& c) {
-        return std::clamp(static_cast<int>((c.square - first) / step), 0, kSteps - 1);
+        return std::clamp(static_cast<int>((c.square - first) / step), 0, step_count - 1);
     };
-    int next[kSteps + 1] = {};
+    int next[step_count + 1] = {};
     for (const Candidate& c : candidates_) ++next[step_of(c) + 1];
-    for (int k = 0; k < kSteps; ++k) next[k + 1] += next[k];
+    for (int k = 0; k < step_count; ++k) next[k + 1] += next[k];
     const int count = static_cast<int>(candidates_.size());
-    lanes_.resize((count + kLanes - 1) / kLanes);
+    lanes_.resize((count + lane_count - 1) / lane_count);
     square_.assign(lanes_.size(), 0);
-    for (std::size_t at = count; at < kLanes * lanes_.size(); ++at) {
-        Lanes& lanes = lanes_[at / kLanes];
-        const std::size_t k = at % kLanes;
+    for (std::size_t at = count; at < lane_count * lanes_.size(); ++at) {
+        Lanes& lanes = lanes_[at / lane_count];
+        const std::size_t k = at % lane_count;
         lanes.x[k] = 1e15f;  // never near
         for (auto column :
              {&Lanes::y, &Lanes::z, &Lanes::normal_x, &Lanes::normal_y, &Lanes::normal_z, &Lanes::radius})
@@ -113,8 +113,8 @@ void SeenSurface::Patch::take(const Vec3& middle, const NearestTriangle& nearest
     }
     for (const Candidate& c : candidates_) {
         const int k = step_of(c), at = next[k]++;
-        if (at % kLanes == 0 && k > 0) square_[at / kLanes] = first + static_cast<float>(k) * step;
-        put(c.which, lanes_[at / kLanes], at % kLanes);
+        if (at % lane_count == 0 && k > 0) square_[at / lane_count] = first + static_cast<float>(k) * step;
+        put(c.which, lanes_[at / lane_count], at % lane_count);
     }
 }
 
@@ -160,12 +160,12 @@ void SeenSurface::Patch::gather(const Patch& whole, const Vec3& middle, double r
     for (int n = 0; n < static_cast<int>(whole.distances_.size()); ++n) {
         const Lanes::Column& square = whole.distances_[n];
         if (square.minCoeff() > limit) continue;
-        for (int k = 0; k < kLanes; ++k)
-            if (square[k] <= limit) candidates_.push_back({square[k], kLanes * n + k});
+        for (int k = 0; k < lane_count; ++k)
+            if (square[k] <= limit) candidates_.push_back({square[k], lane_count * n + k});
     }
     take(middle, nearest, [&](int which, Lanes& to, int at) {
-        const Lanes& from = whole.lanes_[which / kLanes];
-        const int k = which % kLanes;
+        const Lanes& from = whole.lanes_[which / lane_count];
+        const int k = which % lane_count;
         to.x[at] = from.x[k], to.y[at] = from.y[k], to.z[at] = from.z[k];
         to.normal_x[at] = from.normal_x[k], to.normal_y[at] = from.normal_y[k];
         to.normal_z[at] = from.normal_z[k], to.radius[at] = from.radius[k];
@@ -194,7 +194,7 @@ NearestTriangle SeenSurface::Patch::nearest(const Vec3& x, double more) const {
         const Lanes::Column square = lanes_[n].square_distances(from);
         distances_[n] = square;
         if (square.minCoeff() > limit) continue;
-        for (int k = 0; k < kLanes; ++k)
+        for (int k = 0; k < lane_count; ++k)
             if (square[k] <= limit && lanes_[n].triangle[k] != middle_triangle_)
                 look_at(lanes_[n].triangle[k]);
     }

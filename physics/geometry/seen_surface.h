@@ -46,11 +46,11 @@ public:
     private:
         friend class SeenSurface;
         /// Some triangles and the discs around them, from the centre; where there are none, far away.
-        static constexpr int kLanes = 4;
+        static constexpr int lane_count = 4;
         struct Lanes {
-            using Column = Eigen::Array<float, kLanes, 1>;
+            using Column = Eigen::Array<float, lane_count, 1>;
             Column x, y, z, normal_x, normal_y, normal_z, radius;
-            std::array<int, kLanes> triangle;
+            std::array<int, lane_count> triangle;
             /// As those of discs.
             Column square_distances(const Eigen::Vector3f& from) const {
                 const Column dx = from.x() - x, dy = from.y() - y, dz = from.z() - z;

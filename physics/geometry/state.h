@@ -32,11 +32,11 @@ concept HasState = requires(T& object, StateStream& stream) {
 };
 
 template <class T>
-inline constexpr bool kPlain = std::is_arithmetic_v<T> || std::is_enum_v<T>;
+inline constexpr bool plain = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 template <class T>
-inline constexpr bool kFixed = false;
+inline constexpr bool fixed = false;
 template <class T, int Rows, int Columns>
-inline constexpr bool kFixed<Eigen::Matrix<T, Rows, Columns>> = Rows > 0 && Columns > 0;
+inline constexpr bool fixed<Eigen::Matrix<T, Rows, Columns>> = Rows > 0 && Columns > 0;
 
 class StateStream {
 public:
@@ -60,10 +60,10 @@ private:
         static_assert(!std::is_const_v<T>, "a state is written by what could read it back");
         if constexpr (HasState<T>) {
             value.state(*this);
-        } else if constexpr (kFixed<T>) {
+        } else if constexpr (fixed<T>) {
             raw(value.data(), static_cast<std::size_t>(value.size()) * sizeof(typename T::Scalar));
         } else {
-            static_assert(kPlain<T>, "a field without a state");
+            static_assert(plain<T>, "a field without a state");
             raw(&value, sizeof value);
         }
     }
@@ -74,7 +74,7 @@ private:
     template <class T>
     void field(std::vector<T>& items) {
         resize(items);
-        if constexpr (kPlain<T> || kFixed<T>)
+        if constexpr (plain<T> || fixed<T>)
             raw(items.data(), items.size() * sizeof(T));
         else
             for (T& item : items) field(item);

@@ -14,7 +14,7 @@ using Vec2 = Eigen::Vector2d;
 using Vec3 = Eigen::Vector3d;
 using Mat3 = Eigen::Matrix3d;
 
-constexpr double kDegree = std::numbers::pi / 180.0;  // [rad]
+constexpr double degree = std::numbers::pi / 180.0;  // [rad]
 
 using Polyline = std::vector<Vec3>;  // points [mm], in order
 

@@ -5,7 +5,7 @@
 namespace physics {
 namespace {
 
-constexpr double kDeeper = 1e-6;  // in another vessel's lumen, for a joint to change over to it [mm]
+constexpr double deeper = 1e-6;  // in another vessel's lumen, for a joint to change over to it [mm]
 
 }  // namespace
 
@@ -117,7 +117,7 @@ int ContactSet::rejoin_vessels(const Guidewire& wire) {
         other.station = contacts_[i - 1].station;
         wall_.contacts({&wire.joints[i], 1}, {&other, 1});
         ++queries_;
-        if (other.station == own.station || !(other.penetration < own.penetration - kDeeper)) continue;
+        if (other.station == own.station || !(other.penetration < own.penetration - deeper)) continue;
         other.share_stiffness(shares_[i]);
         own = other;
         if (first < 0) first = i;

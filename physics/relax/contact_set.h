@@ -77,7 +77,7 @@ public:
     double load_scale(int first) const { return load_.scale(first); }
 
     /// For sweeps of updates, as StoredPlanes has them. move() moves the wire's joints, the steps' first to
-    /// `last`, and tells their energy; commit() or undo() follows.
+    /// `last`, and returns their energy; commit() or undo() follows.
     void start_sweep(Guidewire&, int first);
     void settle(Guidewire&, int) {}
     void settle_all(Guidewire&) {}

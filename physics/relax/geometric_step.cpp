@@ -9,10 +9,10 @@
 namespace physics {
 namespace {
 
-constexpr int kMost = 2 * kClosedSegments;  // turns of a piece
-using Turns = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMost, 1>;
-using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMost, kMost>;
-using Closure = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMost>;  // d(Σ λ v)/dα
+constexpr int most_turns = 2 * closed_segments;  // turns of a piece
+using Turns = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_turns, 1>;
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_turns, most_turns>;
+using Closure = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, most_turns>;  // d(Σ λ v)/dα
 using Basis = Eigen::Matrix<double, 3, 2>;
 
 Basis basis_of(const Vec3& u) {
@@ -38,9 +38,9 @@ Turns newton(Matrix h, const Turns& g) {
 /// reflections. Eigen's own class takes four times as long to compile.
 Matrix kept_turns(const Closure& closure) {
     const Eigen::Index turns = closure.cols();
-    Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMost, 3> r = closure.transpose();
+    Eigen::Matrix<double, Eigen::Dynamic, 3, 0, most_turns, 3> r = closure.transpose();
     Vec3 tau;
-    std::array<double, kMost> workspace;
+    std::array<double, most_turns> workspace;
     for (Eigen::Index k = 0; k < 3; ++k) {
         double beta;
         r.col(k).tail(turns - k).makeHouseholderInPlace(tau[k], beta);
@@ -61,11 +61,11 @@ Vec3 solved(const Mat3& square, const Vec3& right) {
 
 }  // namespace
 
-GeometricStep::GeometricStep(const SegmentProblem& p, const std::array<double, kClosedSegments>& lengths,
+GeometricStep::GeometricStep(const SegmentProblem& p, const std::array<double, closed_segments>& lengths,
                              bool closed)
     : start_(p.tangent), lengths_(lengths), count_(p.count), closed_(closed) {
     const int turns = 2 * count_;
-    std::array<Basis, kClosedSegments> basis;
+    std::array<Basis, closed_segments> basis;
     Turns g(turns);
     Matrix h(turns, turns);
     Closure closure(3, turns);

@@ -12,15 +12,15 @@
 
 namespace physics {
 
-inline constexpr int kClosedSegments = 3;  // the fewest that can move in a plane
+inline constexpr int closed_segments = 3;  // the fewest that can move in a plane
 
 class GeometricStep {
 public:
-    using Tangents = std::array<Vec3, kMostVariedSegments>;
+    using Tangents = std::array<Vec3, most_varied_segments>;
 
     /// A Newton step of the model of `problem` (1 to 3 segments), whose curvature holds the terms of
     /// neighbours too; lengths λ_m [mm]. Closed: Σ λ_m v_m stays, which needs all three.
-    GeometricStep(const SegmentProblem& problem, const std::array<double, kClosedSegments>& lengths,
+    GeometricStep(const SegmentProblem& problem, const std::array<double, closed_segments>& lengths,
                   bool closed);
 
     /// The tangents after this share of the step, the largest turn no more than `limit`; none where a closed
@@ -31,7 +31,7 @@ private:
     std::optional<Tangents> closed_by_turning(Tangents) const;
 
     Tangents start_, step_;  // u; ε ⟂ u
-    std::array<double, kClosedSegments> lengths_;
+    std::array<double, closed_segments> lengths_;
     int count_;
     bool closed_;
     double largest_ = 0;  // |ε|

@@ -11,43 +11,44 @@
 namespace physics {
 namespace {
 
-constexpr double kCap = 0.3;         // largest joint move of a step, in lumen radii
-constexpr double kKinkedCap = 0.03;  // of a wire with a kink, which leads to many rests
-constexpr double kFree = 1e9;        // room of a joint that knows no lumen [mm]
-constexpr int kCorrections = 4;      // backward passes for one trust region, the wall corrected between them
-constexpr int kTrustPasses = 40;     // changes of μ for one step
-constexpr int kForeseenPasses = 2;   // of them with foreseen forces
-constexpr double kArmijo = 1e-4;     // share of the slope that the energy must fall by
-constexpr double kGoodArmijo = 0.2;  // the same as long as the wall can still be corrected
-constexpr double kCorrectedShare = 0.02;  // of the uncorrected slope that a corrected step must fall by
-constexpr double kTrustGrowth = 0.01;     // of μ after a step well inside its cap
-constexpr double kSlowGrowth = 0.25;      // the same where the energy rose first
-constexpr int kIdleBeforeSearch = 30;  // of idle steps, before μ is looked for between too soft and too stiff
-constexpr double kForgetTrust = 1e-8;  // μ below this share of its unit is none
-constexpr double kRounding = 1e-13;    // of the energy: less than this a line search can't see
-constexpr double kProgress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
-constexpr int kIdle = 400;          // of idle steps, before the wall is made softer
-constexpr int kRejectedOnPlanes = 3;     // values of μ, with which the energy rose
-constexpr int kIdleOnPlanes = 400;       // of idle steps, before a wall whose planes jump is left as it is
-constexpr double kSliding = 0.05;        // cap: an idle step beyond it moves the wire, and counts as one
-constexpr int kHardlyMoved = 10;         // as which any other counts
-constexpr double kSoft = 1.0;            // k λ²/C that always converges; continuation starts there
-constexpr double kLeastPivot = 1e-6;     // of a recursion, over C
-constexpr double kKick = 1e-3;           // turn that leaves a saddle [rad]
-constexpr double kSettled = 0.1;         // |dU/du| in a window over that proximal of it: time to widen
-constexpr int kWidening = 8;             // of a window
-constexpr int kLeastWindow = 32;         // segments
-constexpr int kChangedShare = 2;         // segments of a window for each that changed
-constexpr int kMargin = 8;               // segments of the window proximal of those
-constexpr double kPredictedCap = 1;      // largest joint move of a prediction, in lumen radii
-constexpr double kPredictedRise = 1;     // of the energy, by a prediction
-constexpr double kPredictedWork = 4;     // of the hand's work
-constexpr double kPredictedWell = 0.01;  // of energy and work: by less than this a prediction is as it is
-constexpr double kLeastFeed = 0.1;       // of λ, that is predicted
-constexpr double kLeastTurn = 0.1;       // that is predicted [rad]
-constexpr double kSlides = 1e3;          // μ over its unit, with which a wire answers by sliding on
-constexpr int kPredictedWindow = 64;     // segments
-constexpr double kFallen = 0.1;  // of |dU/du| in the window: time to look at that proximal of it again
+constexpr double step_cap = 0.3;     // largest joint move of a step, in lumen radii
+constexpr double kinked_cap = 0.03;  // of a wire with a kink, which leads to many rests
+constexpr double free = 1e9;         // room of a joint that knows no lumen [mm]
+constexpr int corrections = 4;       // backward passes for one trust region, the wall corrected between them
+constexpr int trust_passes = 40;     // changes of μ for one step
+constexpr int foreseen_passes = 2;   // of them with foreseen forces
+constexpr double armijo = 1e-4;      // share of the slope that the energy must fall by
+constexpr double good_armijo = 0.2;  // the same as long as the wall can still be corrected
+constexpr double corrected_share = 0.02;  // of the uncorrected slope that a corrected step must fall by
+constexpr double trust_growth = 0.01;     // of μ after a step well inside its cap
+constexpr double slow_growth = 0.25;      // the same where the energy rose first
+constexpr int idle_before_search =
+    30;  // of idle steps, before μ is looked for between too soft and too stiff
+constexpr double forget_trust = 1e-8;     // μ below this share of its unit is none
+constexpr double rounding_share = 1e-13;  // of the energy: less than this a line search can't see
+constexpr double progress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
+constexpr int idle = 400;          // of idle steps, before the wall is made softer
+constexpr int rejected_on_planes = 3;    // values of μ, with which the energy rose
+constexpr int idle_on_planes = 400;      // of idle steps, before a wall whose planes jump is left as it is
+constexpr double sliding = 0.05;         // cap: an idle step beyond it moves the wire, and counts as one
+constexpr int hardly_moved = 10;         // as which any other counts
+constexpr double soft_start = 1.0;       // k λ²/C that always converges; continuation starts there
+constexpr double smallest_pivot = 1e-6;  // of a recursion, over C
+constexpr double saddle_kick = 1e-3;     // turn that leaves a saddle [rad]
+constexpr double settled_share = 0.1;    // |dU/du| in a window over that proximal of it: time to widen
+constexpr int widening = 8;              // of a window
+constexpr int least_window = 32;         // segments
+constexpr int changed_share = 2;         // segments of a window for each that changed
+constexpr int margin = 8;                // segments of the window proximal of those
+constexpr double predicted_cap = 1;      // largest joint move of a prediction, in lumen radii
+constexpr double predicted_rise = 1;     // of the energy, by a prediction
+constexpr double predicted_work = 4;     // of the hand's work
+constexpr double predicted_well = 0.01;  // of energy and work: by less than this a prediction is as it is
+constexpr double least_feed = 0.1;       // of λ, that is predicted
+constexpr double least_turn = 0.1;       // that is predicted [rad]
+constexpr double slides = 1e3;           // μ over its unit, with which a wire answers by sliding on
+constexpr int predicted_window = 64;     // segments
+constexpr double fallen = 0.1;  // of |dU/du| in the window: time to look at that proximal of it again
 
 /// A wall made softer, for the continuation in stiffness.
 class SofterWall final : public LumenWall {
@@ -107,15 +108,15 @@ void GlobalRelaxer::accept(Guidewire& wire, ContactSet& contacts, double energy)
 GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, int most_updates,
                                          RelaxReport& report) {
     const int first = model_.first(), window = wire.segments() - first + 1;
-    const double part = kinked(wire, first - 1) ? kKinkedCap : kCap;
-    double cap = kFree;
+    const double part = kinked(wire, first - 1) ? kinked_cap : step_cap;
+    double cap = free;
     for (const WallContact& c : contacts.contacts().subspan(first))
         if (c.room > 0) cap = std::min(cap, part * c.room);
-    const double rounding = kRounding * energy_scale();
+    const double rounding = rounding_share * energy_scale();
     int rejected = 0;
     TrustSearch search(mu_, mu_unit_);
-    for (int pass = 0; pass < kTrustPasses; ++pass) {
-        if (pass > 0) model_.take_contacts(contacts, first, rejected < kForeseenPasses);
+    for (int pass = 0; pass < trust_passes; ++pass) {
+        if (pass > 0) model_.take_contacts(contacts, first, rejected < foreseen_passes);
         double uncorrected = 0;
         for (int correction = 0;; ++correction) {
             const bool solved = pass == 0 && correction == 0;  // as it was linearised
@@ -127,13 +128,13 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
                 search.raise(reach, pass == 0, correction > 0);
                 break;
             }
-            if (correction == 0 && rejected == 0 && idle_ >= kIdleBeforeSearch && search.lower(reach)) break;
-            const bool last = correction == kCorrections - 1;
+            if (correction == 0 && rejected == 0 && idle_ >= idle_before_search && search.lower(reach)) break;
+            const bool last = correction == corrections - 1;
             const double energy = model_.evaluate(wire, contacts), expected = std::min(0.0, model_.slope());
             if (correction == 0) uncorrected = expected;
             // A corrected wall that has its rest where the wire is would let it stay there for ever.
-            const double asked = std::min((last ? kArmijo : kGoodArmijo) * expected,
-                                          correction > 0 ? kCorrectedShare * uncorrected : 0.0);
+            const double asked = std::min((last ? armijo : good_armijo) * expected,
+                                          correction > 0 ? corrected_share * uncorrected : 0.0);
             const bool falls = energy <= energy_ + asked;
             // A fall too small to be seen is believed of the model of the accepted state alone: the wall as
             // it is at a trial state may have its rest where the wire is now, and then nothing would ever
@@ -141,17 +142,17 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
             const bool unseen = correction == 0 && -expected < rounding && energy < energy_ + rounding;
             if (std::isfinite(energy) && (falls || unseen)) {
                 report.largest_turn = std::max(report.largest_turn, model_.largest_turn());
-                idle_ += reach > kSliding ? 1 : kHardlyMoved;
+                idle_ += reach > sliding ? 1 : hardly_moved;
                 model_.foresee_forces(wire);
                 accept(wire, contacts, energy);
                 // So that the next step just fits.
-                mu_ *= std::clamp(reach * reach, rejected > 0 ? kSlowGrowth : kTrustGrowth, 1.0);
-                if (mu_ < kForgetTrust * mu_unit_) mu_ = 0;
+                mu_ *= std::clamp(reach * reach, rejected > 0 ? slow_growth : trust_growth, 1.0);
+                if (mu_ < forget_trust * mu_unit_) mu_ = 0;
                 return Trial::Accepted;
             }
             ++report.rejected;
             if (last) {
-                if (++rejected == kRejectedOnPlanes && !smooth_) return Trial::NothingLower;
+                if (++rejected == rejected_on_planes && !smooth_) return Trial::NothingLower;
                 mu_ = std::max(4 * mu_, 1e-4 * mu_unit_);
                 break;
             }
@@ -162,11 +163,11 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
 }
 
 /// At rest but not at a minimum: turn the worst segment a little down the negative curvature, the rest of the
-/// wire answering as the recursion tells it to.
+/// wire answering as the recursion states.
 bool GlobalRelaxer::leave_saddle(Guidewire& wire, ContactSet& contacts) {
     Vec2 way = pivots_.way;
     if (way.x() < 0 || (way.x() == 0 && way.y() < 0)) way = -way;
-    for (double kick = kKick; kick > 1e-7; kick *= 0.25) {
+    for (double kick = saddle_kick; kick > 1e-7; kick *= 0.25) {
         for (const double sign : {1.0, -1.0}) {
             model_.turn_one(pivots_.stage, sign * kick * way);
             model_.roll_out(wire);
@@ -182,13 +183,13 @@ bool GlobalRelaxer::leave_saddle(Guidewire& wire, ContactSet& contacts) {
 /// The trust region's unit is the wire's stiffness over the width of the lumen, whatever the segments'
 /// length.
 void GlobalRelaxer::set_units(const Guidewire& wire, const ContactSet& contacts) {
-    double stiffest = 0, room = kFree;
+    double stiffest = 0, room = free;
     for (int j = 0; j < wire.segments(); ++j) stiffest = std::max(stiffest, wire.spring_constant(j));
     for (const WallContact& c : contacts.contacts())
         if (c.room > 0) room = std::min(room, c.room);
     const double length = wire.inserted_length() / wire.segments();
-    mu_unit_ = stiffest * length / std::pow(room < kFree ? room : length, 4);
-    model_.least_pivot = kLeastPivot * stiffest;
+    mu_unit_ = stiffest * length / std::pow(room < free ? room : length, 4);
+    model_.least_pivot = smallest_pivot * stiffest;
 }
 
 /// Stages of the segments up to `valid` are still those of the wire; the first window has that many segments.
@@ -218,8 +219,8 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
     for (;;) {
         const int window = n - model_.first() + 1;
         const bool settled =
-            terms.relative_gradient <= std::max(config_.tolerance, kSettled * terms.proximal_gradient);
-        if (!proximal_known && (settled || terms.relative_gradient < kFallen * looked_at)) {
+            terms.relative_gradient <= std::max(config_.tolerance, settled_share * terms.proximal_gradient);
+        if (!proximal_known && (settled || terms.relative_gradient < fallen * looked_at)) {
             model_.sum_proximal(wire, contacts);
             proximal_known = true;
             looked_at = terms.relative_gradient;
@@ -230,7 +231,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
             report.newton_steps == steps_before || report.updates + window <= most_updates;
         if (proximal_known && report.gradient <= config_.tolerance) {
             if (const int moved = contacts.rejoin_vessels(wire); moved > 0) {
-                open(n - moved + 1 + kMargin);
+                open(n - moved + 1 + margin);
                 continue;
             }
             // With twist a stage depends on the torque from all that is distal of it.
@@ -245,7 +246,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
             pivots_ = model_.certify(wire, contacts);
             if (pivots_.shifted == 0 || !leave_saddle(wire, contacts)) return Outcome::Converged;
         } else if (settled) {
-            open(kWidening * window);
+            open(widening * window);
             continue;
         } else {
             if (!affordable) {
@@ -254,7 +255,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
                 return Outcome::OutOfBudget;
             }
             const int idle_before = idle_;
-            const double before = energy_, least_fall = kProgress * energy_scale();
+            const double before = energy_, least_fall = progress * energy_scale();
             // The first step is seen to its end, or a small budget would never get anywhere.
             const bool first_step = report.newton_steps == steps_before;
             const Trial trial =
@@ -269,7 +270,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
                 best = terms.relative_gradient;
                 idle_ = 0;
             } else if (energy_ > before - least_fall) {
-                stuck = idle_ > (smooth_ ? kIdle : kIdleOnPlanes);
+                stuck = idle_ > (smooth_ ? idle : idle_on_planes);
             } else {
                 idle_ = idle_before;
             }
@@ -300,7 +301,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, i
     for (int j = 0; j < wire.segments(); ++j)
         softest = std::min(softest, wire.spring_constant(j) / std::pow(wire.lengths[j + 1], 2));
     // Each wall has the budget anew: a wire left in a soft one would be outside.
-    for (double k = kSoft * softest; k < stiffness; k *= 10) {
+    for (double k = soft_start * softest; k < stiffness; k *= 10) {
         const SofterWall soft(wall_, k / stiffness);
         ContactSet softened(soft);
         softened.reset(wire);
@@ -382,27 +383,27 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
     if (!end_report_.converged || n != end_.segments() || unchanged_segments(wire) < n ||
         model_.stages() != n || contacts_.contacts().size() != wire.joints.size())
         return false;
-    double cap = kFree;
+    double cap = free;
     for (const WallContact& c : contacts_.contacts())
-        if (c.room > 0) cap = std::min(cap, kPredictedCap * c.room);
+        if (c.room > 0) cap = std::min(cap, predicted_cap * c.room);
     // A turn of the hub comes from the base.
     const bool twist = wire.curved_segments() > 0;
-    model_.look_from(twist ? 1 : std::max(1, n - kPredictedWindow + 1));
+    model_.look_from(twist ? 1 : std::max(1, n - predicted_window + 1));
     measure_window(wire, contacts_);
     const double force = std::abs(end_report_.push_force);
-    const double least_part = std::min({1.0, kLeastFeed * wire.spec.segment_length / std::abs(motion.feed),
-                                        kLeastTurn / std::abs(motion.turn)});
+    const double least_part = std::min({1.0, least_feed * wire.spec.segment_length / std::abs(motion.feed),
+                                        least_turn / std::abs(motion.turn)});
     double part = 1, mu = 0;
-    while (mu < kSlides * mu_unit_) {
+    while (mu < slides * mu_unit_) {
         const FeedPlan plan = plan_feed(wire, part * motion.feed);
         if ((motion.feed != 0 && !plan.whole) || plan.grows <= model_.first()) {
             if (twist) transport_directors(wire, 1, model_.directors);
             return false;
         }
-        const double work = kPredictedWork * force * std::abs(plan.mm), energy = std::abs(energy_);
+        const double work = predicted_work * force * std::abs(plan.mm), energy = std::abs(energy_);
         const double rise =
-            try_answer(wire, plan, part * motion.turn, mu, cap, kPredictedWell * (energy + work));
-        if (rise <= kPredictedRise * energy + work) {
+            try_answer(wire, plan, part * motion.turn, mu, cap, predicted_well * (energy + work));
+        if (rise <= predicted_rise * energy + work) {
             model_.foresee_forces(wire);
             // A segment may be merged with the one before it, and their joint goes.
             foreseen_ = plan.grows - 2;
@@ -418,7 +419,7 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
         if (part > least_part)
             part = std::max(least_part, 0.5 * part);
         else
-            mu = std::max(kLeastTrust * mu_unit_, 10 * mu);
+            mu = std::max(least_trust * mu_unit_, 10 * mu);
     }
     if (twist) transport_directors(wire, 1, model_.directors);  // trials have moved them
     motion = {motion.feed == 0 ? 0 : feed(wire, part * motion.feed), part * motion.turn};
@@ -466,7 +467,7 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
     if (moved > 0) valid = std::min(valid, moved - 1);
     const int most_updates = std::max(0, budget.updates);
     const int unsettled = end_report_.converged ? 0 : end_report_.window;
-    const int changed = std::max(kLeastWindow, predicted_ > 0 ? predicted_ : kChangedShare * (n - unchanged));
+    const int changed = std::max(least_window, predicted_ > 0 ? predicted_ : changed_share * (n - unchanged));
     predicted_ = 0;
     Outcome outcome =
         descend(wire, contacts_, most_updates, valid, std::max(changed, unsettled), report, observer);

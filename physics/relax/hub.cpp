@@ -9,11 +9,11 @@
 namespace physics {
 namespace {
 
-constexpr int kHalvings = 5;                // of a motion before it is refused
-constexpr double kWorkShare = 2;            // of the hand's work by the forces before and after
-constexpr double kEnergyShare = 0.05;       // of the wire's energy: its bends move as it does
-constexpr double kEnergyFloor = 1e-3;       // [N·mm]
-constexpr double kSharpest = kDegree * 90;  // of a joint
+constexpr int halvings = 5;               // of a motion before it is refused
+constexpr double work_share = 2;          // of the hand's work by the forces before and after
+constexpr double energy_share = 0.05;     // of the wire's energy: its bends move as it does
+constexpr double energy_floor = 1e-3;     // [N·mm]
+constexpr double sharpest = degree * 90;  // of a joint
 
 const RelaxerConfig& checked(const RelaxerConfig& config) {
     if (config.kind != RelaxerKind::Global) throw std::invalid_argument("a hub needs the global relaxer");
@@ -32,14 +32,14 @@ double Hub::energy_of(const Guidewire& wire) const {
 bool Hub::can_be(const Guidewire& wire, const RelaxReport& report, const HubMotion& made) const {
     // A flat minimum is a rest, and on planes, which jump, there may be none.
     const bool rests = report.at_rest || !wall_.smooth();
-    if (!rests || report.largest_bend > kSharpest) return false;
+    if (!rests || report.largest_bend > sharpest) return false;
     for (const WallContact& c : relaxer_.contacts())
         if (c.room > 0 && c.penetration > c.room) return false;
     const double energy = energy_of(wire);
     const double force = std::max(std::abs(report.push_force), std::abs(rest_report_.push_force));
     const double torque = std::max(std::abs(report.base_torque), std::abs(rest_report_.base_torque));
     const double work = force * std::abs(made.feed) + torque * std::abs(made.turn);
-    return energy - rest_energy_ <= kWorkShare * work + kEnergyShare * std::abs(rest_energy_) + kEnergyFloor;
+    return energy - rest_energy_ <= work_share * work + energy_share * std::abs(rest_energy_) + energy_floor;
 }
 
 HubReport Hub::settle(Guidewire& wire, int updates) {
@@ -51,7 +51,7 @@ HubReport Hub::settle(Guidewire& wire, int updates) {
 
 HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
     const double lambda = wire.spec.segment_length;
-    asked_ = {std::clamp(motion.feed, -lambda, lambda), std::clamp(motion.turn, -kLargestTurn, kLargestTurn)};
+    asked_ = {std::clamp(motion.feed, -lambda, lambda), std::clamp(motion.turn, -largest_turn, largest_turn)};
     halvings_ = 0;
     rest_ = wire;
     working_ = true;
@@ -91,7 +91,7 @@ HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
         wire = rest_;
         made_ = {};
         report.relax.add(relaxer_.relax(wire, {2 * wire.segments(), 0, 0}));
-        if (++halvings_ > kHalvings) {
+        if (++halvings_ > halvings) {
             working_ = false;
             report.outcome = HubReport::Outcome::Refused;
             return report;

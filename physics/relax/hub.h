@@ -28,7 +28,7 @@ public:
 
     /// Brings a wire to rest where it is; what it was before does not matter.
     HubReport settle(Guidewire&, int updates);
-    /// Makes a motion, or a part of it, of a wire at rest: one segment's length and kLargestTurn at most.
+    /// Makes a motion, or a part of it, of a wire at rest: one segment's length and largest_turn at most.
     HubReport move(Guidewire&, const HubMotion&, int updates);
     /// Goes on with what ran out of its budget; the wire must be as it was left.
     HubReport resume(Guidewire&, int updates);
@@ -43,7 +43,7 @@ public:
         s(relaxer_, working_, settling_, rest_, rest_report_, rest_energy_, asked_, made_, halvings_);
     }
 
-    static constexpr double kLargestTurn = 10 * kDegree;  // of one part [rad]
+    static constexpr double largest_turn = 10 * degree;  // of one part [rad]
 
 private:
     void start_part(Guidewire&, int updates, HubReport&);

@@ -57,7 +57,7 @@ void curved_joint(double c, double beta, const Vec3& ui, const Vec3& d, const Ma
     s.twist_cross = curve * w * b + slope * sb * (s.basis.transpose() * aside);
 }
 
-constexpr double kSameForce = 1e-9;  // of a contact's own: the model's force is that
+constexpr double same_force = 1e-9;  // of a contact's own: the model's force is that
 
 /// The sums over one segment more. Returns |gradient|² over C².
 [[gnu::always_inline]] inline double add_segment(const Guidewire& wire, int j, bool loaded,
@@ -84,7 +84,7 @@ void set_axial(const Guidewire& wire, int j, bool loaded, double length, const V
 }
 
 /// From the tip to the window's base, a stage at a time.
-template <bool kTwist>
+template <bool with_twist>
 RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> contacts,
                        const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
                        NewtonTerms& terms, std::span<ContactPlane> planes, std::span<RiccatiGain> gains) {
@@ -93,7 +93,7 @@ RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> conta
     DistalSums sums;
     Vec3 borne = Vec3::Zero();  // by the wall, as the model has it
     double largest = 0;
-    RiccatiRecursion<kTwist> recursion(mu, least_pivot);
+    RiccatiRecursion<with_twist> recursion(mu, least_pivot);
     Mat32 own, prev;
     turn_basis(wire.tangents[n], own);
     for (int j = n; j >= first; --j) {
@@ -106,7 +106,7 @@ RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> conta
         const Vec3 &ui = wire.tangents[j - 1], &uj = wire.tangents[j];
         if (beta == 0) {
             straight_joint(c, ui, prev, uj, s);
-            if constexpr (kTwist) {
+            if constexpr (with_twist) {
                 s.slope_twist = s.twist_twist = 0;
                 s.twist_cross_prev.setZero();
                 s.twist_cross.setZero();
@@ -114,7 +114,7 @@ RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> conta
         } else {
             curved_joint(c, beta, ui, directors[j - 1], prev, uj, s);
         }
-        if constexpr (kTwist) {
+        if constexpr (with_twist) {
             const Vec3 turn = ui.cross(uj) / std::max(1e-9, 1 + ui.dot(uj));
             s.twist_prev = -(prev.transpose() * turn);
             s.twist = -(s.basis.transpose() * turn);
@@ -129,7 +129,7 @@ RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> conta
         const WallContact& contact = contacts[j];
         s.touches = contact.touches();
         const double force = planes[j].force;
-        if (std::abs(force - contact.force()) > kSameForce * contact.force()) terms.exact = false;
+        if (std::abs(force - contact.force()) > same_force * contact.force()) terms.exact = false;
         s.touches |= force > 0;
         if (s.touches) {
             planes[j] = {contact.penetration, contact.stiffness, contact.normal, force};

@@ -11,7 +11,7 @@ namespace physics {
 
 std::vector<std::string> problems(const RelaxerConfig& c) {
     std::vector<std::string> out;
-    if (c.varied_segments < 1 || c.varied_segments > kMostVariedSegments)
+    if (c.varied_segments < 1 || c.varied_segments > most_varied_segments)
         out.push_back("varied_segments must lie in 1 to 5, not " + std::to_string(c.varied_segments) + ".");
     if (c.stored_planes && c.kind != RelaxerKind::Segment && c.kind != RelaxerKind::FirstOrder)
         out.emplace_back("stored_planes go with the segment and the first-order relaxer.");

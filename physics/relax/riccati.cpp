@@ -23,10 +23,10 @@ Pivot lower_eigenpair(double a, double b, double c) {  // of [a b; b c]
     return p;
 }
 
-template <bool kTwist>
+template <bool with_twist>
 RiccatiReport backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
                        std::span<RiccatiGain> gains) {
-    RiccatiRecursion<kTwist> recursion(mu, least_pivot);
+    RiccatiRecursion<with_twist> recursion(mu, least_pivot);
     for (int j = static_cast<int>(stages.size()) - 1; j >= 0; --j) {
         recursion.add_wall(stages[j]);
         recursion.step(stages[j], j, gains[j]);
@@ -34,14 +34,14 @@ RiccatiReport backward(std::span<const RiccatiStage> stages, double mu, double l
     return recursion.report();
 }
 
-template <bool kTwist>
+template <bool with_twist>
 void answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
             std::span<RiccatiGain> gains, std::span<const FedStage> fed) {
     int last = static_cast<int>(stages.size());  // most proximal fed stage
     for (const FedStage& f : fed)
         if (f.stage >= 0) last = std::min(last, f.stage);
     if (anew) last = first;
-    RiccatiRecursion<kTwist> recursion(mu, least_pivot);
+    RiccatiRecursion<with_twist> recursion(mu, least_pivot);
     int j = static_cast<int>(stages.size()) - 1;
     for (; j >= last; --j) {
         recursion.add_wall(stages[j]);
@@ -58,13 +58,13 @@ void answer(std::span<const RiccatiStage> stages, int first, double mu, bool ane
         RiccatiGain& gain = gains[j];
         if (s.touches) p += s.force;
         Vec2 g = r + s.slope + s.length * (s.basis.transpose() * p);
-        if constexpr (kTwist) g += slope_twist * s.twist;
+        if constexpr (with_twist) g += slope_twist * s.twist;
         const SymmetricBlock& i = gain.inverse;
         gain.step = {i.a * g[0] + i.b * g[1], i.b * g[0] + i.c * g[1]};
         p.noalias() += gain.from_x.transpose() * g;
         r = s.slope_prev;
         r.noalias() += gain.from_prev.transpose() * g;
-        if constexpr (kTwist) {
+        if constexpr (with_twist) {
             r += slope_twist * s.twist_prev;
             slope_twist += s.slope_twist + gain.from_twist.dot(g);
         }

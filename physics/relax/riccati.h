@@ -63,7 +63,7 @@ struct RiccatiGain {
     void state(StateStream& s) { s(step, from_x, from_prev, from_twist, inverse); }
 };
 
-/// A segment of which more is let in: joint j is moved by `by` beside what the turns do [mm].
+/// A segment of which more is let in: joint j moves by `by` in addition to what the turns do [mm].
 struct FedStage {
     int stage = -1;  // index into stages
     Vec3 by = Vec3::Zero();

@@ -16,8 +16,8 @@ SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double
                                       RiccatiReport&);
 
 /// The value function that is carried from the tip to the base, in scalars: P and P_a by their upper
-/// triangles, P_x by its two columns. Without `kTwist` all that belongs to ψ is left out.
-template <bool kTwist>
+/// triangles, P_x by its two columns. Without `with_twist` all that belongs to ψ is left out.
+template <bool with_twist>
 class RiccatiRecursion {
 public:
     RiccatiRecursion(double mu, double least_pivot) : mu_(mu), least_pivot_(least_pivot) {}
@@ -39,11 +39,11 @@ public:
         p00_ += trust, p11_ += trust, p22_ += trust;
     }
 
-    /// Joint of the stage is moved by `by` beside what the turns do.
+    /// The joint of the stage moves by `by` in addition to what the turns do.
     void feed(const Vec3& by) {
         p_ += times_p(by);
         r0_ += x0_.dot(by), r1_ += x1_.dot(by);
-        if constexpr (kTwist) slope_twist_ += v_.dot(by);
+        if constexpr (with_twist) slope_twist_ += v_.dot(by);
     }
 
     /// Over the stage `index`: its gain, and the value function proximal of it.
@@ -56,7 +56,7 @@ public:
         double g0 = r0_ + s.slope[0] + a.dot(p_), g1 = r1_ + s.slope[1] + b.dot(p_);
         double c00 = s.cross(0, 0), c01 = s.cross(0, 1), c10 = s.cross(1, 0), c11 = s.cross(1, 1);
         [[maybe_unused]] double z0 = 0, z1 = 0;
-        if constexpr (kTwist) {
+        if constexpr (with_twist) {
             const double h0 = s.twist[0], h1 = s.twist[1], i0 = s.twist_prev[0], i1 = s.twist_prev[1];
             z0 = a.dot(v_) + w0_, z1 = b.dot(v_) + w1_;  // answer of α_j to the twist itself
             q00 += (2 * z0 + twist_twist_ * h0) * h0;
@@ -96,7 +96,7 @@ public:
         a11_ = s.prev_prev(1, 1) + c10 * v01 + c11 * v11;
         r0_ = s.slope_prev[0] + c00 * t0 + c01 * t1;
         r1_ = s.slope_prev[1] + c10 * t0 + c11 * t1;
-        if constexpr (kTwist) {
+        if constexpr (with_twist) {
             const double i0 = s.twist_prev[0], i1 = s.twist_prev[1], c = twist_twist_;
             const double e0 = i.a * z0 + i.b * z1, e1 = i.b * z0 + i.c * z1;
             gain.from_twist = {e0, e1};

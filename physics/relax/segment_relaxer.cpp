@@ -9,10 +9,10 @@
 namespace physics {
 namespace {
 
-constexpr int kTries = 6;                  // of an update that would raise the energy
-constexpr double kTryAgain = 0.4;          // share of the last try
-constexpr double kRest = 1e-10;            // largest turn in a sweep that counts as converged
-constexpr double kUpdateRounding = 4e-16;  // of the energies that an update touches
+constexpr int tries = 6;                   // of an update that would raise the energy
+constexpr double try_again = 0.4;          // share of the last try
+constexpr double rest = 1e-10;             // largest turn in a sweep that counts as converged
+constexpr double update_rounding = 4e-16;  // of the energies that an update touches
 
 /// Breaks perfect symmetry the same way every time: a bow of 1e-4 rad towards a fixed side. Its energy, about
 /// 1e-9 C, is far below what a wire in need of it has to give.
@@ -60,12 +60,12 @@ template <SweepContacts Contacts>
 bool SegmentRelaxer::select_by_estimate(const Guidewire& wire, const Contacts& contacts, int last,
                                         Vec3& turn) {
     const int from = varied_[count_ - 1];
-    last = std::min(last, from + kLargestSeparation);
-    if (last < from + kLeastSeparation) return false;
+    last = std::min(last, from + largest_separation);
+    if (last < from + least_separation) return false;
     double least = 0;
     int best = -1;
     Vec3 best_turn = Vec3::Zero();
-    for (int j = from + kLeastSeparation; j <= last; ++j) {  // Algorithm 1
+    for (int j = from + least_separation; j <= last; ++j) {  // Algorithm 1
         const double lambda = wire.lengths[j];
         const PushSum sum = contacts.sum_from(j);
         const BendingTerms bending = bending_terms(wire, directors_, torque_, j);
@@ -94,7 +94,7 @@ void SegmentRelaxer::choose_segments(const Guidewire& wire, const Contacts& cont
         }
         return;
     }
-    if (last < segment + kLeastSeparation) return;
+    if (last < segment + least_separation) return;
     const double lambda = wire.lengths[segment];
     const Vec3 q =
         bending_terms(wire, directors_, torque_, segment).pull - lambda * contacts.sum_from(segment).force;
@@ -110,7 +110,7 @@ SegmentProblem SegmentRelaxer::local_problem(const Guidewire& wire, const Contac
                                              const PushSum& beyond) const {
     SegmentProblem p;
     p.count = count_;
-    std::array<PushSum, kMostVariedSegments> sum;
+    std::array<PushSum, most_varied_segments> sum;
     for (int m = 0; m < count_; ++m) {
         const int i = varied_[m];
         const BendingTerms bending = bending_terms(wire, directors_, torque_, i);
@@ -163,7 +163,7 @@ bool SegmentRelaxer::try_turn(Guidewire& wire, Contacts& contacts, const Tangent
     const double push_before = must_descend ? contacts.energy(wire, first, last) : 0.0;
 
     Tangents old;
-    std::array<TailStep, kMostVariedSegments> steps;
+    std::array<TailStep, most_varied_segments> steps;
     if (curved) old_directors_.assign(directors_.begin() + first, directors_.end());
     for (int m = 0; m < count_; ++m) {
         const int i = varied_[m];
@@ -179,7 +179,7 @@ bool SegmentRelaxer::try_turn(Guidewire& wire, Contacts& contacts, const Tangent
         const double change = (bending_after - bending_before) + (push_after - push_before);
         const double scale = bending_before + bending_after + std::abs(push_before) + std::abs(push_after) +
                              2 * contacts.load_scale(first);
-        const double rounding = kUpdateRounding * scale;
+        const double rounding = update_rounding * scale;
         if (!(change <= rounding)) {
             for (int m = 0; m < count_; ++m) wire.tangents[varied_[m]] = old[m];
             contacts.undo(wire);
@@ -217,7 +217,7 @@ double SegmentRelaxer::turn_segments(Guidewire& wire, Contacts& contacts, int se
         share = std::min(share, largest_share(problem.tangent[m], target[m], limit));
     }
     Tangents next;
-    for (int attempt = 0; attempt < kTries; ++attempt, share *= kTryAgain) {
+    for (int attempt = 0; attempt < tries; ++attempt, share *= try_again) {
         for (int m = 0; m < count_; ++m) next[m] = limited_turn(problem.tangent[m], target[m], share);
         if (try_turn(wire, contacts, next, n, config_.safeguard)) return largest_turn(wire, problem);
     }
@@ -229,9 +229,9 @@ double SegmentRelaxer::turn_segments(Guidewire& wire, Contacts& contacts, int se
 template <SweepContacts Contacts>
 double SegmentRelaxer::turn_piece(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
     const int n = wire.segments();
-    count_ = std::min(kClosedSegments, n - segment + 1);
-    const bool closed = count_ == kClosedSegments;
-    std::array<double, kClosedSegments> lengths{};
+    count_ = std::min(closed_segments, n - segment + 1);
+    const bool closed = count_ == closed_segments;
+    std::array<double, closed_segments> lengths{};
     for (int m = 0; m < count_; ++m) {
         varied_[m] = segment + m;
         lengths[m] = wire.lengths[segment + m];
@@ -240,7 +240,7 @@ double SegmentRelaxer::turn_piece(Guidewire& wire, Contacts& contacts, int segme
     const SegmentProblem problem = local_problem(wire, contacts, closed ? contacts.sum_from(end) : PushSum{});
     const GeometricStep step(problem, lengths, closed);
     double share = 1;
-    for (int attempt = 0; attempt < kTries; ++attempt, share *= kTryAgain) {
+    for (int attempt = 0; attempt < tries; ++attempt, share *= try_again) {
         const auto next = step.turned(share, config_.turn_limit);
         if (next && try_turn(wire, contacts, *next, closed ? end - 1 : n, true))
             return largest_turn(wire, problem);
@@ -281,11 +281,11 @@ RelaxReport SegmentRelaxer::sweep(Guidewire& wire, Contacts contacts, const Rela
                 tilt(wire);
                 begin(wire, contacts);
                 tilted = true;
-            } else if (since_sweep_ < kRest) {
+            } else if (since_sweep_ < rest) {
                 report.converged = true;
                 break;
             }
-            since_sweep_ = turn.segment == 1 ? 0 : 1;  // only a sweep over the whole wire tells
+            since_sweep_ = turn.segment == 1 ? 0 : 1;  // only a sweep over the whole wire decides
             contacts.start_sweep(wire, turn.segment);
         }
         contacts.settle(wire, turn.segment);

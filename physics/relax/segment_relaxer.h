@@ -14,7 +14,7 @@
 namespace physics {
 
 /// Least and largest separation that Algorithm 2 looks at.
-inline constexpr int kLeastSeparation = 5, kLargestSeparation = 25;
+inline constexpr int least_separation = 5, largest_separation = 25;
 
 /// What a sweep of updates needs of the contacts of a wire: ContactSet, or StoredPlanes for the faster form.
 /// `first` and `last` are joints, `segment` is the one updated next.
@@ -50,7 +50,7 @@ public:
     std::span<const int> last_varied() const { return {varied_.data(), static_cast<std::size_t>(count_)}; }
 
 private:
-    using Tangents = std::array<Vec3, kMostVariedSegments>;
+    using Tangents = std::array<Vec3, most_varied_segments>;
     template <SweepContacts Contacts>
     RelaxReport sweep(Guidewire&, Contacts, const RelaxBudget&, const UpdateObserver&);
     template <SweepContacts Contacts>
@@ -77,7 +77,7 @@ private:
     const LumenWall& wall_;
     Schedule schedule_;
     int count_ = 0;  // varied segments of this update
-    std::array<int, kMostVariedSegments> varied_{};
+    std::array<int, most_varied_segments> varied_{};
     // scratch, kept between calls
     std::vector<Vec3> directors_, old_directors_;
     std::vector<double> torque_;

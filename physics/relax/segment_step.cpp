@@ -12,15 +12,15 @@
 namespace physics {
 namespace {
 
-using Tangents = std::array<Vec3, kMostVariedSegments>;
+using Tangents = std::array<Vec3, most_varied_segments>;
 
-constexpr int kMostTurns = 2 * kMostVariedSegments;
-constexpr int kAny = 0;  // number of segments that is known at run time alone
+constexpr int most_turns = 2 * most_varied_segments;
+constexpr int any = 0;  // number of segments that is known at run time alone
 
 /// As in small_solve.h, for any number of rows.
 using physics::cholesky, physics::solve_cholesky, physics::solve_lu;
-using AnyMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostTurns, kMostTurns>;
-using AnyVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostTurns, 1>;
+using AnyMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_turns, most_turns>;
+using AnyVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_turns, 1>;
 bool cholesky(AnyMatrix& a) {
     const Eigen::LLT<AnyMatrix> factors(a);
     a = factors.matrixLLT();
@@ -38,16 +38,16 @@ void solve_lu(const AnyMatrix& a, AnyVector& x) {
 /// Four and five, which only a study asks for, share one code that takes less time to compile.
 template <int Fixed>
 struct Newton {
-    using Vector = std::conditional_t<Fixed != kAny, Column<2 * Fixed>, AnyVector>;
-    using Matrix = std::conditional_t<Fixed != kAny, Square<2 * Fixed>, AnyMatrix>;
+    using Vector = std::conditional_t<Fixed != any, Column<2 * Fixed>, AnyVector>;
+    using Matrix = std::conditional_t<Fixed != any, Square<2 * Fixed>, AnyMatrix>;
     using Basis = Eigen::Matrix<double, 3, 2>;
 
     const SegmentProblem& problem;
-    const int M = Fixed != kAny ? Fixed : problem.count;
+    const int M = Fixed != any ? Fixed : problem.count;
     Tangents v;
-    std::array<double, kMostVariedSegments> sigma{};
-    std::array<Basis, kMostVariedSegments> basis;
-    std::array<Vec3, kMostVariedSegments> slope;  // Σ_n P_mn (v_n − u_n) − q_m
+    std::array<double, most_varied_segments> sigma{};
+    std::array<Basis, most_varied_segments> basis;
+    std::array<Vec3, most_varied_segments> slope;  // Σ_n P_mn (v_n − u_n) − q_m
 
     explicit Newton(const SegmentProblem& p) : problem(p) {}
 
@@ -97,7 +97,7 @@ SegmentSolution plain(const SegmentProblem& problem, int most_iterations) {
         typename Newton<Fixed>::Vector alpha = -newton.gradient();
         solve_lu(hessian, alpha);
         if (!alpha.allFinite()) break;
-        std::array<Vec3, kMostVariedSegments> delta;
+        std::array<Vec3, most_varied_segments> delta;
         for (int m = 0; m < M; ++m) delta[m] = newton.basis[m] * alpha.template segment<2>(2 * m);
         for (int m = 0; m < M; ++m) {  // last row block of Eq. 33 eliminated
             Vec3 force = newton.slope[m] + newton.sigma[m] * newton.v[m];
@@ -156,7 +156,7 @@ SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
         if (!alpha.allFinite()) break;
         const double size = alpha.template lpNorm<Eigen::Infinity>();
         solution.converged = size < 1e-14;
-        if (size < 1e-5 && !shifted) {  // too short for a difference of energies to tell
+        if (size < 1e-5 && !shifted) {  // too short to show in a difference of energies
             newton.v = newton.turned(alpha);
             energy = model_energy(problem, newton.v);
             continue;
@@ -171,7 +171,7 @@ SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
             energy = trial_energy;
         }
         if (!lower) {
-            solution.converged = true;  // as low as rounding can tell
+            solution.converged = true;  // as low as rounding allows
             break;
         }
     }
@@ -203,7 +203,7 @@ SegmentSolution plain_step(const SegmentProblem& p, int most_iterations) {
         case 3:
             return plain<3>(p, most_iterations);
         default:
-            return plain<kAny>(p, most_iterations);
+            return plain<any>(p, most_iterations);
     }
 }
 
@@ -216,7 +216,7 @@ SegmentSolution descending_step(const SegmentProblem& p, int most_iterations) {
         case 3:
             return descending<3>(p, most_iterations);
         default:
-            return descending<kAny>(p, most_iterations);
+            return descending<any>(p, most_iterations);
     }
 }
 

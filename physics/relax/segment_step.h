@@ -13,24 +13,25 @@ namespace physics {
 
 using namespace geometry;
 
-inline constexpr int kMostVariedSegments = 5;
+inline constexpr int most_varied_segments = 5;
 
 struct SegmentProblem {
-    int count = 0;                                  // M, 1 to 5
-    std::array<Vec3, kMostVariedSegments> tangent;  // u_m
-    std::array<Vec3, kMostVariedSegments> pull;     // q_m = b_m − s₍m,N₎ [N·mm]
-    std::array<std::array<Mat3, kMostVariedSegments>, kMostVariedSegments> curvature;  // P_mn, Eq. 30 [N·mm]
+    int count = 0;                                   // M, 1 to 5
+    std::array<Vec3, most_varied_segments> tangent;  // u_m
+    std::array<Vec3, most_varied_segments> pull;     // q_m = b_m − s₍m,N₎ [N·mm]
+    std::array<std::array<Mat3, most_varied_segments>, most_varied_segments>
+        curvature;  // P_mn, Eq. 30 [N·mm]
 };
 
 struct SegmentSolution {
-    std::array<Vec3, kMostVariedSegments> tangent;       // v_m
-    std::array<double, kMostVariedSegments> multiplier;  // σ_m [N·mm]
+    std::array<Vec3, most_varied_segments> tangent;       // v_m
+    std::array<double, most_varied_segments> multiplier;  // σ_m [N·mm]
     int iterations = 0;
     bool converged = false;  // the last Newton step was below 1e-14
 };
 
 /// f(v) [N·mm].
-double model_energy(const SegmentProblem&, const std::array<Vec3, kMostVariedSegments>& v);
+double model_energy(const SegmentProblem&, const std::array<Vec3, most_varied_segments>& v);
 
 /// Newton from the first-order solution v = q̂, σ = |q| (Eq. 22). It may end in a saddle or a maximum.
 SegmentSolution plain_step(const SegmentProblem&, int most_iterations = 30);

@@ -7,11 +7,11 @@
 namespace physics {
 namespace {
 
-constexpr double kReach = 0.1;  // of the narrowest room that a joint has: how far planes are good for
+constexpr double reach_limit = 0.1;  // of the narrowest room that a joint has: how far planes are good for
 /// Of 1/ρ for a wall of planes. Its normal jumps from facet to facet, and a wire would swing across them from
 /// sweep to sweep; with 4 it bounces no higher than where every update asks.
-constexpr double kRound = 4;
-constexpr double kStill = 1e-9;  // a joint that moved less keeps its plane [mm]
+constexpr double round_share = 4;
+constexpr double still = 1e-9;  // a joint that moved less keeps its plane [mm]
 
 }  // namespace
 
@@ -42,7 +42,7 @@ void StoredPlanes::ask(const Guidewire& wire, int first) {
     for (int i = first; i <= wire.segments(); ++i) {
         if (!anew) {
             const double moved = (wire.joints[i] - asked_at_[i]).norm();
-            if (moved <= kStill || contacts_[i].trust - moved >= reach_) continue;
+            if (moved <= still || contacts_[i].trust - moved >= reach_) continue;
         }
         index_.push_back(i);
         at_.push_back(wire.joints[i]);
@@ -64,7 +64,7 @@ double StoredPlanes::reach() const {
     double room = std::numeric_limits<double>::max();
     for (const WallContact& c : contacts_)
         if (c.room > 0) room = std::min(room, c.room);
-    return kReach * room;
+    return reach_limit * room;
 }
 
 void StoredPlanes::list(const Guidewire& wire, int first) {
@@ -99,8 +99,9 @@ StoredPlanes::Plane StoredPlanes::plane_of(const Guidewire& wire, int joint) con
     const double sine = round.norm();
     if (sine > 0.1) {
         const Vec3 hoop = round / sine;
-        const double bent = c.curvature.isZero(0) ? kRound / std::max(c.room + c.penetration, 0.1 * c.room)
-                                                  : std::max(0.0, hoop.dot(c.curvature * hoop));
+        const double bent = c.curvature.isZero(0)
+                                ? round_share / std::max(c.room + c.penetration, 0.1 * c.room)
+                                : std::max(0.0, hoop.dot(c.curvature * hoop));
         p.hoop = std::sqrt(bent) * hoop;
     }
     p.see();

@@ -6,7 +6,7 @@
 namespace physics {
 
 /// Least μ, over its unit: that of a wire's stiffness over the width of the lumen.
-constexpr double kLeastTrust = 1e-6;
+constexpr double least_trust = 1e-6;
 
 /// Looks for the μ with which a step just fits its cap. `mu` is what the next trial is made with [N/mm²].
 class TrustSearch {

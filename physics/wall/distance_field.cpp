@@ -18,21 +18,21 @@
 namespace physics {
 namespace {
 
-/// The spline changes by no more than 1 / kSlope per mm, creases of the wall included.
-constexpr double kSlope = 0.9;
+/// The spline changes by no more than 1 / least_slope per mm, creases of the wall included.
+constexpr double least_slope = 0.9;
 /// Of a cell of the band, what bricks at its rim waste included: 15 of a tube of radius 1 mm and of the iliac
 /// arteries.
-constexpr double kBytesPerCell = 16;
-constexpr double kWhileMade = 2;  // times that
+constexpr double bytes_per_cell = 16;
+constexpr double while_made = 2;  // times that
 /// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
-constexpr std::uint32_t kVersion = 5;
-constexpr char kMagic[8] = {'S', 'E', 'L', 'D', 'F', 'L', 'D', '\n'};
+constexpr std::uint32_t file_version = 5;
+constexpr char file_magic[8] = {'S', 'E', 'L', 'D', 'F', 'L', 'D', '\n'};
 
 /// Past an open end the lumen goes on straight, first whole, then fading, so that energy and force have no
 /// step at the end's plane and a tip that looks out of it does not swing round its rim.
-constexpr double kWhole = 5, kGone = 10;  // past the plane [mm]
+constexpr double whole = 5, gone_past = 10;  // past the plane [mm]
 /// Grid nodes past the plane in which the field becomes that of the plane.
-constexpr double kTurn = 4;
+constexpr double turn = 4;
 
 /// 0 to 1 as t goes from 0 to 1, twice continuously differentiable, with its derivatives and its integral.
 struct SmoothStep {
@@ -61,14 +61,14 @@ struct Sleeve {
             past = t;
             out = ends[e].outward_normal;
         }
-        const double length = kTurn * spacing;
+        const double length = turn * spacing;
         const SmoothStep step(past / length);
         kept = std::min(past, length) - length * step.integral;
         slope = 1 - step.value;
         curve = -step.slope / length;
     }
     bool inside() const { return past == 0; }
-    bool gone() const { return past >= kGone; }
+    bool gone() const { return past >= gone_past; }
     Vec3 seen_at(const Vec3& x) const { return x - (past - kept) * out; }
 
     /// Chain rule of x ↦ seen_at(x), then the fading.
@@ -77,9 +77,9 @@ struct Sleeve {
         const Mat3 flatten = Mat3::Identity() - (1 - slope) * out * out.transpose();
         c.curvature = flatten * c.curvature * flatten + along * curve * out * out.transpose();
         c.normal -= (1 - slope) * along * out;
-        if (!c.touches() || past <= kWhole) return;
-        const double length = kGone - kWhole;
-        const SmoothStep step((past - kWhole) / length);
+        if (!c.touches() || past <= whole) return;
+        const double length = gone_past - whole;
+        const SmoothStep step((past - whole) / length);
         const double w = 1 - step.value, dw = -step.slope / length, ddw = -step.curve / (length * length);
         c.curvature = w * c.curvature + dw * (c.normal * out.transpose() + out * c.normal.transpose()) +
                       c.penetration * ddw * out * out.transpose();
@@ -138,7 +138,7 @@ FieldEstimate DistanceField::estimate(std::span<const CentrelineBranch> branches
                      (branch.points[i] - branch.points[i - 1]).norm() * (options.inner + options.outer) /
                      (side * side * side);
         }
-    return {h, cells * kBytesPerCell, kWhileMade * (cells * kBytesPerCell)};
+    return {h, cells * bytes_per_cell, while_made * (cells * bytes_per_cell)};
 }
 
 struct DistanceField::Data {
@@ -218,8 +218,8 @@ void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
     const double inside = depth - wire_radius;
     c.room = station.radius - wire_radius;
     c.penetration = -std::max(inside, 1e-3);
-    c.trust = std::max(0.0, inside - kCentrelineError);
-    if (depth > inner + kCentrelineError) return;
+    c.trust = std::max(0.0, inside - centreline_error);
+    if (depth > inner + centreline_error) return;
 
     const SheetField& sheet = fields[sheets.sheet_of[c.station]];
     SplineValue field;
@@ -227,7 +227,7 @@ void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
         c.penetration = field.value + wire_radius;
         c.normal = field.gradient;
         c.curvature = field.hessian;
-        c.trust = std::max(0.0, -kSlope * c.penetration);
+        c.trust = std::max(0.0, -least_slope * c.penetration);
         return;
     }
     // Off the band: outside it, if the way to the centreline meets it at a place outside the wall.
@@ -244,7 +244,7 @@ void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
     }
     // Inside, where no wall is nearer than the band is deep.
     c.penetration = -std::max(inside, inner - wire_radius);
-    c.trust = std::max(c.trust, kSlope * (inner - wire_radius));
+    c.trust = std::max(c.trust, least_slope * (inner - wire_radius));
 }
 
 bool DistanceField::same_vessel(int station, int other) const {
@@ -259,7 +259,7 @@ void DistanceField::contacts(std::span<const Vec3> joints, std::span<WallContact
 std::uint64_t DistanceField::fingerprint(const TriangleMesh& lumen,
                                          std::span<const CentrelineBranch> branches,
                                          std::span<const OpenEnd> ends, const DistanceFieldOptions& options) {
-    std::uint64_t hash = mixed(&kVersion, sizeof kVersion);
+    std::uint64_t hash = mixed(&file_version, sizeof file_version);
     auto mix = [&](const auto* values, std::size_t count) {
         hash = mixed(&count, sizeof count, hash);
         hash = mixed(values, count * sizeof *values, hash);
@@ -296,11 +296,11 @@ void DistanceField::save(std::ostream& out) const {
             const std::uint64_t bricks = grid.bricks();
             write(&bricks, 1);
             for (std::size_t b = 0; b < bricks; ++b) write(&grid.brick(b), 1);
-            for (std::size_t b = 0; b < bricks; ++b) write(grid.nodes(b).data(), SplineGrid::kNodes);
+            for (std::size_t b = 0; b < bricks; ++b) write(grid.nodes(b).data(), SplineGrid::node_count);
         }
     const std::uint64_t head[2] = {body.size(), mixed(body.data(), body.size())};
-    out.write(kMagic, sizeof kMagic);
-    out.write(reinterpret_cast<const char*>(&kVersion), sizeof kVersion);
+    out.write(file_magic, sizeof file_magic);
+    out.write(reinterpret_cast<const char*>(&file_version), sizeof file_version);
     out.write(reinterpret_cast<const char*>(head), sizeof head);
     out.write(body.data(), static_cast<std::streamsize>(body.size()));
 }
@@ -308,15 +308,15 @@ void DistanceField::save(std::ostream& out) const {
 DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
                                   std::span<const CentrelineBranch> branches, std::vector<OpenEnd> ends,
                                   WallStiffness stiffness, double wire_radius) {
-    char magic[sizeof kMagic];
+    char magic[sizeof file_magic];
     std::uint32_t version = 0;
     std::uint64_t head[2] = {};
     in.read(magic, sizeof magic);
     in.read(reinterpret_cast<char*>(&version), sizeof version);
     in.read(reinterpret_cast<char*>(head), sizeof head);
-    if (!in || std::memcmp(magic, kMagic, sizeof magic) != 0)
+    if (!in || std::memcmp(magic, file_magic, sizeof magic) != 0)
         throw std::runtime_error("this is not a saved distance field");
-    if (version != kVersion) throw std::runtime_error("the distance field was saved by another version");
+    if (version != file_version) throw std::runtime_error("the distance field was saved by another version");
     if (head[0] > std::uint64_t{1} << 32) throw std::runtime_error("the saved distance field is damaged");
     const auto size = static_cast<std::size_t>(head[0]);
     const std::streamoff start = in.tellg();  // a wrong size must not claim memory
@@ -353,13 +353,13 @@ DistanceField DistanceField::load(std::istream& in, std::uint64_t fingerprint,
         std::vector<SplineGrid::Brick> list(bricks);
         read(list.data(), list.size());
         SplineGrid grid(spacing, std::move(list));
-        for (std::size_t b = 0; b < bricks; ++b) read(grid.nodes(b).data(), SplineGrid::kNodes);
+        for (std::size_t b = 0; b < bricks; ++b) read(grid.nodes(b).data(), SplineGrid::node_count);
         return grid;
     };
     std::vector<SheetField> fields;
     for (std::uint64_t g = 0; g < count; ++g) {
         fields.emplace_back();
-        for (int level = 0; level < SheetField::kLevels; ++level)
+        for (int level = 0; level < SheetField::level_count; ++level)
             fields.back().grids.push_back(read_grid(band[0] * (1 << level)));
     }
     return DistanceField(

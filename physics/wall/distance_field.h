@@ -43,7 +43,7 @@ struct FieldEstimate {
 class DistanceField final : public LumenWall {
 public:
     /// The mesh may be closed or open at `ends`; triangles may be turned either way. stiffness: k per joint
-    /// [N/mm]. `progress` is told 0 to 1. Throws std::invalid_argument for a mesh or centrelines that
+    /// [N/mm]. `progress` is called with 0 to 1. Throws std::invalid_argument for a mesh or centrelines that
     /// MeshWall refuses, a wire thicker than `inner`, or a field larger than `largest`.
     DistanceField(const TriangleMesh& lumen, std::span<const CentrelineBranch>, std::vector<OpenEnd>,
                   WallStiffness stiffness, double wire_radius = 0.0, const DistanceFieldOptions& = {},

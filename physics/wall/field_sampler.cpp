@@ -16,13 +16,13 @@ namespace physics {
 namespace {
 
 /// A sheet's field reaches this many radii from its centreline: lumens are not round.
-constexpr double kRoundness = 1.5;
+constexpr double roundness = 1.5;
 /// Spacings that the grids reach past an open end.
-constexpr double kPastEnds = 4;
+constexpr double past_ends = 4;
 /// Where neighbouring triangles turn by more than 30°, the wall has a crease.
-constexpr double kCrease = 0.87;
+constexpr double crease = 0.87;
 /// Bricks along the edge of the cubes that the search for the wall starts from, a power of two.
-constexpr int kCube = 4;
+constexpr int cube_bricks = 4;
 
 std::vector<int> all_of(std::span<const Station> stations) {
     std::vector<int> all(stations.size());
@@ -31,14 +31,14 @@ std::vector<int> all_of(std::span<const Station> stations) {
 }
 
 /// Per triangle the station whose vessel wall it belongs to: of those it faces away from, the one whose ball
-/// is nearest. Facing tells apart the walls of two vessels that nearly touch.
+/// is nearest. Its facing separates the walls of two vessels that nearly touch.
 std::vector<int> stations_of(const LumenSurface& surface, const CentrelineTree& tree, int threads) {
     const StationRuns runs(tree.stations(), all_of(tree.stations()));
     std::vector<int> found(surface.count());
-    constexpr std::size_t kPiece = 256;  // triangles, of which each is a seed for the next
-    parallel_for((found.size() + kPiece - 1) / kPiece, threads, [&](std::size_t piece) {
+    constexpr std::size_t piece_size = 256;  // triangles, of which each is a seed for the next
+    parallel_for((found.size() + piece_size - 1) / piece_size, threads, [&](std::size_t piece) {
         int seed = -1;
-        for (std::size_t t = piece * kPiece; t < std::min(found.size(), (piece + 1) * kPiece); ++t) {
+        for (std::size_t t = piece * piece_size; t < std::min(found.size(), (piece + 1) * piece_size); ++t) {
             const Vec3 x = surface.centroid(t), normal = surface.area_normal(t);
             const auto faced_away = [&](int s) { return normal.dot(x - tree.stations()[s].centre) > 0; };
             const int best = runs.deepest(x, seed >= 0 && faced_away(seed) ? seed : -1, faced_away);
@@ -179,12 +179,12 @@ struct Cube {
 std::vector<Cube> cubes(const CentrelineTree& tree, const VesselSheets& sheets, const FieldBand& band,
                         double spacing) {
     std::vector<Cube> all;
-    const double edge = kCube * SplineGrid::kSide * spacing;
+    const double edge = cube_bricks * SplineGrid::brick_side * spacing;
     for (std::size_t sheet = 0; sheet < sheets.stations.size(); ++sheet) {
         std::set<SplineGrid::Brick> mine;
         for (int s : sheets.stations[sheet]) {
             const Station& station = tree.stations()[s];
-            const double reach = kRoundness * station.radius + band.outer + edge / 2;
+            const double reach = roundness * station.radius + band.outer + edge / 2;
             int low[3], high[3];
             for (int d = 0; d < 3; ++d) {
                 low[d] = static_cast<int>(std::floor((station.centre[d] - reach) / edge));
@@ -194,10 +194,11 @@ std::vector<Cube> cubes(const CentrelineTree& tree, const VesselSheets& sheets, 
                 for (int j = low[1]; j <= high[1]; ++j)
                     for (int k = low[2]; k <= high[2]; ++k) {
                         const Vec3 offset = edge * Vec3(i + 0.5, j + 0.5, k + 0.5) - station.centre;
-                        if (offset.norm() < reach + edge) mine.insert({kCube * i, kCube * j, kCube * k});
+                        if (offset.norm() < reach + edge)
+                            mine.insert({cube_bricks * i, cube_bricks * j, cube_bricks * k});
                     }
         }
-        for (const auto& first : mine) all.push_back({static_cast<int>(sheet), first, kCube});
+        for (const auto& first : mine) all.push_back({static_cast<int>(sheet), first, cube_bricks});
     }
     return all;
 }
@@ -212,18 +213,18 @@ struct BrickSearch {
     /// Whether the band may come into a cube of space.
     bool meets(int sheet, const Vec3& centre, double side) const {
         const double reach = side / 2 * std::numbers::sqrt3;
-        if (!runs[sheet].near(centre, kRoundness, band.outer + reach)) return false;
+        if (!runs[sheet].near(centre, roundness, band.outer + reach)) return false;
         view.look_from(sheet, centre);
-        if (view.beyond_an_end(centre) > reach + kPastEnds * spacing) return false;
+        if (view.beyond_an_end(centre) > reach + past_ends * spacing) return false;
         const double d = view.distance(centre);
         return d <= band.outer + reach && d >= -band.inner - reach;
     }
 
     void serve(const Cube& cube, std::vector<SplineGrid::Brick>& bricks) const {
         // The cells that a brick serves begin one node after its first.
-        const double h = spacing, side = cube.side * SplineGrid::kSide * h;
+        const double h = spacing, side = cube.side * SplineGrid::brick_side * h;
         Vec3 low;
-        for (int d = 0; d < 3; ++d) low[d] = (SplineGrid::kSide * cube.first[d] + 1) * h;
+        for (int d = 0; d < 3; ++d) low[d] = (SplineGrid::brick_side * cube.first[d] + 1) * h;
         if (!meets(cube.sheet, low + Vec3::Constant(side / 2), side)) return;
         const int half = cube.side / 2;
         for (int n = 0; n < 8; ++n) {
@@ -245,7 +246,8 @@ double band_bricks(const CentrelineTree& tree, const FieldBand& band) {
     double bricks = 0;
     for (std::size_t s = 1; s < stations.size(); ++s) {
         if (stations[s].branch != stations[s - 1].branch) continue;
-        const double edge = SplineGrid::kSide * band.spacing * (1 << level_of(stations[s].radius, band.wide));
+        const double edge =
+            SplineGrid::brick_side * band.spacing * (1 << level_of(stations[s].radius, band.wide));
         bricks += 2 * std::numbers::pi * stations[s].radius *
                   (stations[s].centre - stations[s - 1].centre).norm() * (band.inner + band.outer) /
                   (edge * edge * edge);
@@ -255,10 +257,10 @@ double band_bricks(const CentrelineTree& tree, const FieldBand& band) {
 
 /// Refuses a field whose bricks would take more memory than allowed, in building or after.
 void check_size(double bricks, const FieldBand& band) {
-    constexpr double kBytes = 2 * 4 * SplineGrid::kNodes + 80;  // of a brick while coefficients are fitted
-    if (bricks * kBytes <= static_cast<double>(band.largest)) return;
+    constexpr double bytes = 2 * 4 * SplineGrid::node_count + 80;  // of a brick while coefficients are fitted
+    if (bricks * bytes <= static_cast<double>(band.largest)) return;
     throw std::invalid_argument("a distance field of spacing " + std::to_string(band.spacing) +
-                                " mm would take " + std::to_string(std::llround(bricks * kBytes / 1e6)) +
+                                " mm would take " + std::to_string(std::llround(bricks * bytes / 1e6)) +
                                 " MB, more than the " + std::to_string(band.largest / 1000000) +
                                 " MB allowed: choose a wider spacing, and check the unit of the lumen");
 }
@@ -296,7 +298,7 @@ public:
         const auto stations = tree.stations();
         for (const auto& sheet : sheets.stations) runs_.emplace_back(stations, sheet);
         for (int t = 0; t < surface.count(); ++t)
-            if (surface.flatness(t) >= kCrease)
+            if (surface.flatness(t) >= crease)
                 level_[t] = static_cast<char>(level_of(stations[station_of_triangle_[t]].radius, band.wide));
     }
 
@@ -305,7 +307,7 @@ public:
         const int top = *std::max_element(level_.begin(), level_.end());
         std::vector<SheetField> fields(sheets_.stations.size());
         std::vector<std::vector<SplineGrid>> levels;
-        for (int level = 0; level < SheetField::kLevels; ++level)
+        for (int level = 0; level < SheetField::level_count; ++level)
             levels.push_back(grids(h * (1 << level), std::vector<BrickList>(fields.size())));
         std::vector<Cube> starts = cubes(tree_, sheets_, band_, h * (1 << top));
         std::vector<BrickList> close;  // per sheet, of the level above: where this one is asked for
@@ -383,7 +385,7 @@ private:
 
     /// Nodes of a brick in an order in which each eight are the corners of a cell.
     static std::array<int, 3> by_cubes(int k) {
-        static_assert(SplineGrid::kSide == 4);
+        static_assert(SplineGrid::brick_side == 4);
         return {(k >> 4 & 2) | (k >> 2 & 1), (k >> 3 & 2) | (k >> 1 & 1), (k >> 2 & 2) | (k & 1)};
     }
 
@@ -391,7 +393,7 @@ private:
     void sample(std::vector<SplineGrid>& grids, double from, double to) const {
         sample(grids, from, to, [](const View&, int, std::size_t) { return true; });
     }
-    /// Writes them and tells the least level that a wall nearest to a node of a brick asks for,
+    /// Writes them and returns the least level that a wall nearest to a node of a brick asks for,
     /// per grid; a brick where that is the finest, of which there is no need, is left unfinished.
     std::vector<std::vector<char>> sample_down_to(int level, std::vector<SplineGrid>& grids, double from,
                                                   double to) const {
@@ -433,29 +435,30 @@ private:
         for (std::size_t g = 0; g < grids.size(); ++g) {
             for (std::size_t b = 0; b < grids[g].bricks(); ++b) work.push_back({static_cast<int>(g), b});
         }
-        constexpr std::size_t kPiece = 4;  // bricks, of which each is a seed for the next
-        parallel_for((work.size() + kPiece - 1) / kPiece, band_.threads,
-                     [&](std::size_t piece) {
-                         View here = view();
-                         std::array<Vec3, SplineGrid::kNodes> places;  // cubes of eight, one after another
-                         for (std::size_t w = piece * kPiece; w < std::min(work.size(), (piece + 1) * kPiece);
-                              ++w) {
-                             const auto [g, b] = work[w];
-                             for (int k = 0; k < SplineGrid::kNodes; ++k) {
-                                 const auto [x, y, z] = by_cubes(k);
-                                 places[k] = grids[g].place(b, x, y, z);
-                             }
-                             constexpr int half = SplineGrid::kSide / 2;
-                             here.look_from(g, grids[g].place(b, half, half, half));
-                             here.distances(places, [&, g = g, b = b](std::size_t k, double distance) {
-                                 const auto [x, y, z] = by_cubes(static_cast<int>(k));
-                                 constexpr int n = SplineGrid::kSide;
-                                 grids[g].nodes(b)[(x * n + y) * n + z] = static_cast<float>(distance);
-                                 return goes_on(here, g, b);
-                             });
-                         }
-                     },
-                     part(from, to));
+        constexpr std::size_t piece_size = 4;  // bricks, of which each is a seed for the next
+        parallel_for(
+            (work.size() + piece_size - 1) / piece_size, band_.threads,
+            [&](std::size_t piece) {
+                View here = view();
+                std::array<Vec3, SplineGrid::node_count> places;  // cubes of eight, one after another
+                for (std::size_t w = piece * piece_size; w < std::min(work.size(), (piece + 1) * piece_size);
+                     ++w) {
+                    const auto [g, b] = work[w];
+                    for (int k = 0; k < SplineGrid::node_count; ++k) {
+                        const auto [x, y, z] = by_cubes(k);
+                        places[k] = grids[g].place(b, x, y, z);
+                    }
+                    constexpr int half = SplineGrid::brick_side / 2;
+                    here.look_from(g, grids[g].place(b, half, half, half));
+                    here.distances(places, [&, g = g, b = b](std::size_t k, double distance) {
+                        const auto [x, y, z] = by_cubes(static_cast<int>(k));
+                        constexpr int n = SplineGrid::brick_side;
+                        grids[g].nodes(b)[(x * n + y) * n + z] = static_cast<float>(distance);
+                        return goes_on(here, g, b);
+                    });
+                }
+            },
+            part(from, to));
     }
 
     /// Takes the marked bricks out of a grid of values.

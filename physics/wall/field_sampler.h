@@ -24,8 +24,8 @@ LumenSurface lumen_surface(const TriangleMesh&, const CentrelineTree&);
 /// The field of a sheet in grids of the spacing, twice and four times that, where each is known the finest;
 /// one function, twice continuously differentiable.
 struct SheetField {
-    static constexpr int kLevels = 3;
-    std::vector<SplineGrid> grids;  // kLevels
+    static constexpr int level_count = 3;
+    std::vector<SplineGrid> grids;  // level_count
 
     bool evaluate(const Vec3& x, SplineValue& out) const {
         for (const SplineGrid& grid : grids)

@@ -13,7 +13,7 @@ namespace physics {
 namespace {
 
 /// A joint deeper inside than this share of the local radius asks no ray: it touches nothing.
-constexpr double kNearWall = 0.35;
+constexpr double near_wall = 0.35;
 
 }  // namespace
 
@@ -56,8 +56,8 @@ WallContact MeshWall::Scene::contact(const Vec3& x, int hint) const {
     const double inside = station.radius - (x - station.centre).norm() - wire_radius;
     c.room = station.radius - wire_radius;
     c.penetration = -std::max(inside, 1e-3);
-    c.trust = std::max(0.0, inside - kCentrelineError);
-    if (inside > kNearWall * station.radius) return c;
+    c.trust = std::max(0.0, inside - centreline_error);
+    if (inside > near_wall * station.radius) return c;
 
     // From the closest point of the centreline the ray meets the wall about at a right angle.
     const Vec3 origin = tree.closest_point(c.station, x);

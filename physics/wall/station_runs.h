@@ -16,12 +16,12 @@ class StationRuns {
 public:
     StationRuns(std::span<const Station> stations, std::vector<int> chosen)
         : stations_(stations), chosen_(std::move(chosen)) {
-        for (int first = 0; first < static_cast<int>(chosen_.size()); first += kLength) {
-            const int last = std::min(first + kLength, static_cast<int>(chosen_.size()));
+        for (int first = 0; first < static_cast<int>(chosen_.size()); first += fixed_length) {
+            const int last = std::min(first + fixed_length, static_cast<int>(chosen_.size()));
             runs_.push_back(sphere(first, last, first, last));
         }
-        for (int first = 0; first < static_cast<int>(runs_.size()); first += kLength) {
-            const int last = std::min(first + kLength, static_cast<int>(runs_.size()));
+        for (int first = 0; first < static_cast<int>(runs_.size()); first += fixed_length) {
+            const int last = std::min(first + fixed_length, static_cast<int>(runs_.size()));
             groups_.push_back(sphere(first, last, runs_[first].first, runs_[last - 1].last));
         }
     }
@@ -37,7 +37,7 @@ public:
         double least = seed >= 0 ? stations_[seed].power(x) : std::numeric_limits<double>::infinity();
         const auto passed_over = [&](const Sphere& sphere) {
             const double gap = std::max(0.0, (x - sphere.centre).norm() - sphere.reach);
-            return gap * gap - sphere.widest * sphere.widest > least + kRounding;
+            return gap * gap - sphere.widest * sphere.widest > least + rounding_share;
         };
         for (const Sphere& group : groups_) {
             if (passed_over(group)) continue;
@@ -55,7 +55,7 @@ public:
     /// Whether x is within so many radii and a margin [mm] of a station.
     bool near(const Vec3& x, double radii, double margin) const {
         return std::any_of(runs_.begin(), runs_.end(), [&](const Sphere& run) {
-            const double most = run.reach + radii * run.widest + margin + kRounding;
+            const double most = run.reach + radii * run.widest + margin + rounding_share;
             if ((x - run.centre).squaredNorm() > most * most) return false;
             return std::any_of(chosen_.begin() + run.first, chosen_.begin() + run.last, [&](int s) {
                 const double limit = radii * stations_[s].radius + margin;
@@ -65,8 +65,8 @@ public:
     }
 
 private:
-    static constexpr int kLength = 16;
-    static constexpr double kRounding = 1e-6;
+    static constexpr int fixed_length = 16;
+    static constexpr double rounding_share = 1e-6;
     struct Sphere {
         int begin, end;   // of a run: in `chosen_`; of a group: in `runs_`
         int first, last;  // in `chosen_`

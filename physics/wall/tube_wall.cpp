@@ -11,7 +11,7 @@
 namespace physics {
 namespace {
 
-constexpr int kRun = 32;  // segments in a ball
+constexpr int run = 32;  // segments in a ball
 
 Vec3 closest_point(const Vec3& a, const Vec3& b, const Vec3& x) {
     return a + geometry::closest_share(a, b, x) * (b - a);
@@ -35,8 +35,8 @@ TubeWall::TubeWall(Polyline centreline, double radius, WallStiffness stiffness, 
     }
     if (!std::isfinite(radius_) || !(radius_ > wire_radius_))
         throw std::invalid_argument("the tube's radius must be larger than the wire's");
-    for (std::size_t begin = 0; begin + 1 < centreline_.size(); begin += kRun) {
-        const std::size_t end = std::min(centreline_.size() - 1, begin + kRun);
+    for (std::size_t begin = 0; begin + 1 < centreline_.size(); begin += run) {
+        const std::size_t end = std::min(centreline_.size() - 1, begin + run);
         Ball ball{centreline_[(begin + end) / 2], 0};
         for (std::size_t i = begin; i <= end; ++i)
             ball.radius = std::max(ball.radius, (centreline_[i] - ball.centre).norm() * (1 + 1e-12));
@@ -60,7 +60,7 @@ int TubeWall::closest_segment(const Vec3& x, int hint) const {
         for (std::size_t k = 0; k < balls_.size(); ++k) {
             const double reach = balls_[k].radius + std::sqrt(least);
             if ((balls_[k].centre - x).squaredNorm() > reach * reach) continue;
-            const int begin = static_cast<int>(k) * kRun, end = std::min(last, begin + kRun - 1);
+            const int begin = static_cast<int>(k) * run, end = std::min(last, begin + run - 1);
             for (int s = begin; s <= end; ++s)
                 if (const double d = distance2(s); d < least) least = d, best = s;
         }

@@ -6,7 +6,7 @@
 namespace physics {
 namespace {
 
-constexpr double kWayRounding = 1e-6;  // of sums of lengths [mm]
+constexpr double way_rounding = 1e-6;  // of sums of lengths [mm]
 
 /// Of each station the largest of radius less half the way there along the vessels, over all stations: beyond
 /// it, none is seen from farther than twice that and the looker's radius.
@@ -52,7 +52,7 @@ std::vector<int> seen_from(const CentrelineTree& tree, int from, const std::vect
             seen.push_back(s);
         for (int t : tree.neighbours(s)) {
             const double there = length + (stations[t].centre - stations[s].centre).norm();
-            const double reach = 2 * (stations[from].radius + widest[t]) + kWayRounding;
+            const double reach = 2 * (stations[from].radius + widest[t]) + way_rounding;
             if ((there > reach && s != from) || there >= way[t]) continue;
             if (way[t] == std::numeric_limits<double>::max()) touched.push_back(t);
             way[t] = there;
@@ -94,7 +94,7 @@ VesselSheets vessel_sheets(const CentrelineTree& tree, const std::function<doubl
             if (gap < reach && !sees(s, t)) return true;
             // Those that follow are no nearer by more than the way along the vessel there.
             const double past =
-                along[t] + gap - (stations[s].radius + widest_radius + largest_near) - kWayRounding;
+                along[t] + gap - (stations[s].radius + widest_radius + largest_near) - way_rounding;
             for (++t; t < s && along[t] < past;) ++t;
         }
         return false;

@@ -6,12 +6,12 @@
 namespace physics {
 namespace {
 
-constexpr double kSteepest = 1.1;      // of penetration at most, smoothed creases included
-constexpr double kShortest = 0.01;     // stretch of a segment that is still halved [mm]
-constexpr double kPrecision = 0.02;    // of the depth that is found [mm]
-constexpr double kWholeShare = 0.5;    // of the tolerance that a segment made whole may use
-constexpr double kLeastPart = 0.25;    // of a segment that a split leaves on either side
-constexpr double kLeastPiece = 0.125;  // of λ
+constexpr double steepest = 1.1;       // of penetration at most, smoothed creases included
+constexpr double shortest = 0.01;      // stretch of a segment that is still halved [mm]
+constexpr double precision = 0.02;     // of the depth that is found [mm]
+constexpr double whole_share = 0.5;    // of the tolerance that a segment made whole may use
+constexpr double least_part = 0.25;    // of a segment that a split leaves on either side
+constexpr double least_piece = 0.125;  // of λ
 
 /// A place of a segment that the wall was asked at.
 struct Probe {
@@ -26,7 +26,7 @@ struct Bound {
 };
 
 Bound by_slope(const WallContact& c) {
-    return {c.penetration > 0 ? c.penetration : -kSteepest * c.trust, kSteepest, 0};
+    return {c.penetration > 0 ? c.penetration : -steepest * c.trust, steepest, 0};
 }
 
 /// Near a wall that is nowhere bent more tightly than the lumen is wide, penetration grows along `way` by its
@@ -76,7 +76,7 @@ private:
 
     void look_between(const Probe& a, const Probe& b) {
         const double length = b.at - a.at;
-        if (a.contact.trust + b.contact.trust >= length || length < kShortest) return;
+        if (a.contact.trust + b.contact.trust >= length || length < shortest) return;
         if (most_between(a, b) <= limit_) return;
         Probe middle{0.5 * (a.at + b.at), {}};
         middle.contact.station = a.contact.station;
@@ -85,7 +85,7 @@ private:
         if (middle.contact.penetration > limit_) {
             deepest_ = middle.contact.penetration;
             deepest_at_ = middle.at;
-            limit_ = deepest_ + kPrecision;
+            limit_ = deepest_ + precision;
         }
         look_between(a, middle);
         look_between(middle, b);
@@ -140,8 +140,8 @@ int split_crossings(Guidewire& wire, std::span<const Crossing> found) {
     for (auto crossing = found.rbegin(); crossing != found.rend(); ++crossing) {
         const int i = crossing->segment;
         const bool coarse = wire.lengths[i] > 1.5 * lambda;
-        const double share = coarse ? 0.5 : std::clamp(crossing->share, kLeastPart, 1 - kLeastPart);
-        if (std::min(share, 1 - share) * wire.lengths[i] < kLeastPiece * lambda) continue;
+        const double share = coarse ? 0.5 : std::clamp(crossing->share, least_part, 1 - least_part);
+        if (std::min(share, 1 - share) * wire.lengths[i] < least_piece * lambda) continue;
         split_segment(wire, i, share);
         ++count;
     }
@@ -152,7 +152,7 @@ int merge_pieces(Guidewire& wire, const LumenWall& wall, bool every, double tole
     int count = 0;
     for (int i = wire.segments() - 1; i >= 1; --i) {
         if (!wire.within_a_segment(i)) continue;
-        if (!every && needed(wire, wall, i, kWholeShare * tolerance)) continue;
+        if (!every && needed(wire, wall, i, whole_share * tolerance)) continue;
         merge_segments(wire, i);
         ++count;
     }

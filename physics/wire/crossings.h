@@ -13,7 +13,7 @@ namespace physics {
 
 /// A crossing no deeper than this is left alone [mm]. A wall rounds a carina off by up to as much again, so
 /// that none deeper than 0.1 mm in the vessel passes.
-constexpr double kCrossingTolerance = 0.05;
+constexpr double crossing_tolerance = 0.05;
 
 struct Crossing {
     int segment = 0;
@@ -27,11 +27,11 @@ struct Crossing {
 /// near it by its normal and the lumen's width: the search ends where nothing deeper can hide.
 std::optional<Crossing> crossing_between(const LumenWall&, const Vec3& from, const Vec3& to,
                                          const WallContact& at_from, const WallContact& at_to,
-                                         double tolerance = kCrossingTolerance);
+                                         double tolerance = crossing_tolerance);
 
 /// The crossings of a wire whose joints have these contacts, in order.
 std::vector<Crossing> crossings(const Guidewire&, std::span<const WallContact>, const LumenWall&,
-                                double tolerance = kCrossingTolerance);
+                                double tolerance = crossing_tolerance);
 
 /// A joint at each of the crossings, which are those of the wire in order; a segment longer than the spec's λ
 /// is halved instead, as refine() would. Pieces shorter than an eighth of λ are not made. To be followed by a
@@ -41,6 +41,6 @@ int split_crossings(Guidewire&, std::span<const Crossing>);
 /// Makes segments whole again that were split at a crossing, where the joint between their pieces touches
 /// nothing and the straight segment would not cross the wall by more than half the tolerance; all of them
 /// where `every` asks for it. Returns the number of joints taken out.
-int merge_pieces(Guidewire&, const LumenWall&, bool every = false, double tolerance = kCrossingTolerance);
+int merge_pieces(Guidewire&, const LumenWall&, bool every = false, double tolerance = crossing_tolerance);
 
 }  // namespace physics

@@ -20,7 +20,7 @@ std::string joined(const std::vector<std::string>& sentences) {
 }
 
 /// Lengths are whole numbers of λ to this share of it, in spite of rounding.
-constexpr double kWholeSegment = 1e-9;
+constexpr double whole_segment = 1e-9;
 
 bool whole_number(double length, double lambda) {
     return std::abs(length / lambda - std::round(length / lambda)) < 1e-6;
@@ -47,7 +47,7 @@ struct Shaft {
     double last = 0;  // [mm]
     Shaft(const GuidewireSpec& spec, double length) {
         const double lambda = spec.segment_length;
-        whole = std::max(0, static_cast<int>(std::floor(length / lambda - 0.5 + kWholeSegment)));
+        whole = std::max(0, static_cast<int>(std::floor(length / lambda - 0.5 + whole_segment)));
         last = length - whole * lambda;
     }
 };
@@ -98,9 +98,9 @@ std::vector<std::string> problems(const GuidewireSpec& s) {
     need_within("transition_length", s.transition_length, '[', WireLimits::soft_length, "mm");
     need_within("curved_length", s.curved_length, '[', WireLimits::curved_length, "mm");
     // Rounding in a conversion from degrees must not reject the limit itself.
-    need(std::isfinite(s.curved_angle) &&
-             std::abs(s.curved_angle) <= WireLimits::curved_angle * kDegree + 1e-9,
-         "curved_angle must lie in [-270, 270] degrees.");
+    need(
+        std::isfinite(s.curved_angle) && std::abs(s.curved_angle) <= WireLimits::curved_angle * degree + 1e-9,
+        "curved_angle must lie in [-270, 270] degrees.");
     if (out.empty() && s.curved_angle != 0 && s.curved_length > 0) {
         need(std::abs(s.curved_angle) / s.curved_segments() <= 1.0,
              "the curved tip turns by more than 57 degrees at a joint: use shorter segments.");
@@ -122,7 +122,7 @@ double Guidewire::inserted_length() const {
 }
 
 int Guidewire::curved_segments() const {
-    double left = spec.curved_segments() * spec.segment_length * (1 - kWholeSegment);
+    double left = spec.curved_segments() * spec.segment_length * (1 - whole_segment);
     int count = 0;
     for (int i = segments(); i >= 1 && left > 0; --i, ++count) left -= lengths[i];
     return count;
@@ -201,7 +201,7 @@ double least_length(const GuidewireSpec& spec) {
 
 Guidewire wire_of_length(const GuidewireSpec& spec, const Polyline& path, double length) {
     const int curved = spec.curved_segments();
-    if (!(std::isfinite(length) && length >= least_length(spec) * (1 - kWholeSegment)))
+    if (!(std::isfinite(length) && length >= least_length(spec) * (1 - whole_segment)))
         throw std::invalid_argument(
             "a wire needs its curved tip and one segment more inside: " + std::to_string(least_length(spec)) +
             " mm, not " + std::to_string(length));
@@ -252,7 +252,7 @@ void merge_segments(Guidewire& wire, int i) {
     wire.lengths[i] += wire.lengths[i + 1];
     // A segment made whole of its pieces is as it was before.
     const double lambda = wire.spec.segment_length;
-    if (std::abs(wire.lengths[i] - lambda) < kWholeSegment * lambda) wire.lengths[i] = lambda;
+    if (std::abs(wire.lengths[i] - lambda) < whole_segment * lambda) wire.lengths[i] = lambda;
     wire.lengths.erase(wire.lengths.begin() + i + 1);
     wire.joints.erase(wire.joints.begin() + i);
     wire.stations.erase(wire.stations.begin() + i);
@@ -276,7 +276,7 @@ void insert_segment(Guidewire& wire) {
 bool remove_segment(Guidewire& wire) {
     int last = wire.segments() - wire.curved_segments();
     for (; wire.lengths[last] > 1.5 * wire.spec.segment_length; ++last) split_segment(wire, last);
-    for (; wire.lengths[last] < wire.spec.segment_length * (1 - kWholeSegment); --last)
+    for (; wire.lengths[last] < wire.spec.segment_length * (1 - whole_segment); --last)
         merge_segments(wire, last - 1);
     if (last < 2) return false;
     wire.tangents.erase(wire.tangents.begin() + last);
@@ -318,7 +318,7 @@ FeedPlan plan_feed(const Guidewire& wire, double mm) {
     plan.whole = !in_pieces(before) && !in_pieces(before - 1) && wire.lengths[plan.grows] > 0 &&
                  (before < 1 || wire.lengths[before] <= 1.5 * wire.spec.segment_length);
     const double left = wire.lengths[plan.grows] + plan.mm;
-    if (plan.mm < 0 && before >= 1 && left < (0.5 - kWholeSegment) * wire.spec.segment_length) {
+    if (plan.mm < 0 && before >= 1 && left < (0.5 - whole_segment) * wire.spec.segment_length) {
         const double both = wire.lengths[before] + wire.lengths[plan.grows];
         plan.change_before = plan.mm * wire.lengths[before] / both;
     }
@@ -334,7 +334,7 @@ void apply_feed(Guidewire& wire, const FeedPlan& plan) {
     if (plan.change_before != 0) wire.lengths[grows - 1] += plan.change_before;
     // On the way out two segments have become shorter: they become one, or a whole one and a rest.
     if (plan.change_before != 0) merge_segments(wire, --grows);
-    for (; wire.lengths[grows] >= (1.5 - kWholeSegment) * lambda; ++grows) {
+    for (; wire.lengths[grows] >= (1.5 - whole_segment) * lambda; ++grows) {
         split_segment(wire, grows, lambda / wire.lengths[grows]);
         wire.lengths[grows] = lambda;
     }

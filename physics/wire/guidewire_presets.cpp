@@ -27,13 +27,13 @@ physics::GuidewireSpec wire(double segment_length, double diameter, double shaft
 // same. Wires of 0.014 in: tip from the tip load as a cantilever, EI = F·L³/3δ with L = 10 mm and δ = 2 mm.
 // Lengths: of those in use, 1450 to 3000 mm, and 1750 to 1900 mm for the coronary arteries.
 const std::array<GuidewirePreset, 7> presets = {{
-    {"floppy014", wire(1.0, 0.356, 40, 1.6, 30, 150, 6, 45 * geometry::kDegree), 1900,
+    {"floppy014", wire(1.0, 0.356, 40, 1.6, 30, 150, 6, 45 * geometry::degree), 1900,
      "shaft 40 N·mm² estimated; tip 1.6 N·mm² from a tip load of 1 gf; bend of 45° over 6 mm estimated"},
-    {"standard014", wire(1.0, 0.356, 80, 5, 30, 150, 6, 45 * geometry::kDegree), 1900,
+    {"standard014", wire(1.0, 0.356, 80, 5, 30, 150, 6, 45 * geometry::degree), 1900,
      "shaft 80 N·mm² estimated; tip 5 N·mm² from a tip load of 3 gf; bend of 45° over 6 mm estimated"},
-    {"v18", wire(1.0, 0.457, 200, 13, 40, 150, 6, 45 * geometry::kDegree), 2000,
+    {"v18", wire(1.0, 0.457, 200, 13, 40, 150, 6, 45 * geometry::degree), 2000,
      "shaft 200 N·mm² estimated; tip 13 N·mm² from a tip load of 8 gf; bend of 45° over 6 mm estimated"},
-    {"glide035", wire(2.0, 0.889, 250, 6, 30, 150, 12, 45 * geometry::kDegree), 1800,
+    {"glide035", wire(2.0, 0.889, 250, 6, 30, 150, 12, 45 * geometry::degree), 1800,
      "shaft 250 N·mm² estimated; tip 6 N·mm² of a Glidewire (Qiu 2023); 45° angled, bend over 12 mm"},
     {"bentson035", wire(2.0, 0.889, 290, 2, 60, 150, 0, 0), 1450,
      "shaft 291 N·mm² of an Amplatz (Harrison 2011) taken for it; tip 2 N·mm² of a Bentson (Qiu 2023); "

@@ -8,8 +8,8 @@
 namespace physics {
 namespace {
 
-constexpr double kMergeShare = 0.5;  // of the tolerance that a merged pair may use
-constexpr double kTouchShare = 0.1;  // of the tolerance that what lies on the wall may lie off it
+constexpr double merge_share = 0.5;  // of the tolerance that a merged pair may use
+constexpr double touch_share = 0.1;  // of the tolerance that what lies on the wall may lie off it
 
 class Refinement {
 public:
@@ -92,7 +92,7 @@ private:
         if (i + 1 < wire_.segments() && units(i + 2) < half) return false;
         const double bent = std::max({curvature(i - 1), curvature(i), curvature(i + 1)});
         const Vec3 chord = (wire_.tangents[i] + wire_.tangents[i + 1]).normalized();
-        return represents(i, chord, length, bent, kMergeShare * options_.curve_tolerance);
+        return represents(i, chord, length, bent, merge_share * options_.curve_tolerance);
     }
 
     /// Whether a straight segment from joint i − 1 is as good as the curve, within the tolerance.
@@ -111,8 +111,8 @@ private:
             [](const WallContact& a, const WallContact& b) { return a.penetration < b.penetration; });
         const double ends = std::max({0.0, contacts_.front().penetration, contacts_.back().penetration});
         if (most->penetration > ends + tolerance) return false;
-        const double near = kTouchShare * (options_.curve_tolerance - tolerance);
-        return most->penetration <= -near || least->penetration >= -kTouchShare * tolerance;
+        const double near = touch_share * (options_.curve_tolerance - tolerance);
+        return most->penetration <= -near || least->penetration >= -touch_share * tolerance;
     }
 
     Guidewire& wire_;

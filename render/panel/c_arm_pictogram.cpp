@@ -67,7 +67,7 @@ void stand(Canvas& canvas, Point iso, float tilt, float lift, bool beam_on) {
 void draw_c_arm(Canvas& canvas, const Box& area, CArmView view, double angle, double lift, bool beam_on) {
     canvas.box(area, palette::well, 4.0f);
     const Point iso{0.5f * (area.left + area.right), 0.5f * (area.top + area.bottom) - 1.0f};
-    const bool from_feet = view == CArmView::from_feet;
+    const bool from_feet = view == CArmView::FromFeet;
     (from_feet ? patient_from_feet : patient_from_right)(canvas, iso);
     if (!std::isfinite(angle)) return;
     const auto tilt = static_cast<float>(std::remainder(from_feet ? angle : -angle, 2.0 * std::numbers::pi));

@@ -6,8 +6,8 @@
 namespace render {
 
 enum class CArmView {
-    from_feet,  // rotation: LAO turns the detector to the right of the sheet
-    from_right  // angulation, head to the left: cranial turns the detector to the left
+    FromFeet,  // rotation: LAO turns the detector to the right of the sheet
+    FromRight  // angulation, head to the left: cranial turns the detector to the left
 };
 
 /// `angle` of rotation or angulation, LAO and cranial positive [rad]; with one that is not finite there is a

@@ -281,8 +281,8 @@ float Canvas::text(Point at, std::string_view words, Face face, Ink ink, Align a
     const std::string line = state_->fitted(one_line(words), face, room * state_->unit);
     const float width = state_->width_of(line, face);
     ImVec2 place = state_->exact(at);
-    if (align == Align::centre) place.x -= 0.5f * width;
-    if (align == Align::right) place.x -= width;
+    if (align == Align::Centre) place.x -= 0.5f * width;
+    if (align == Align::Right) place.x -= width;
     const ImFont* font = state_->font(face);
     state_->list->AddText(font, font->FontSize, ImVec2(std::round(place.x), std::round(place.y)), colour(ink),
                           line.data(), line.data() + line.size());

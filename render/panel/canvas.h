@@ -35,8 +35,8 @@ struct Ink {
     std::uint8_t blue = 0;
     std::uint8_t alpha = 255;
 };
-enum class Face { small, plain, bold, figure, title };
-enum class Align { left, centre, right };
+enum class Face { Small, Plain, Bold, Figure, Title };
+enum class Align { Left, Centre, Right };
 
 /// One font for each Face.
 struct CanvasFaces {
@@ -83,7 +83,7 @@ public:
 
     /// One line with its upper edge at y; x is where the text is aligned. Broken or control characters become
     /// spaces; text wider than `room` is cut and ends in dots. Returns the width drawn.
-    float text(Point, std::string_view, Face, Ink, Align = Align::left, float room = 1e6f);
+    float text(Point, std::string_view, Face, Ink, Align = Align::Left, float room = 1e6f);
     float text_width(std::string_view, Face) const;
     float text_height(Face) const;
 

@@ -27,12 +27,12 @@ GrayImage labelled(const GrayImage& sheet, std::span<const std::string> labels, 
         const auto left = static_cast<float>(gap + n % columns * (tile_width + gap)),
                    top = static_cast<float>(gap + n / columns * (tile_height + gap));
         const float room = static_cast<float>(tile_width) - 2 * margin;
-        const float width = std::min(canvas.text_width(labels[n], Face::plain), room);
+        const float width = std::min(canvas.text_width(labels[n], Face::Plain), room);
         canvas.clip(
             {left, top, left + static_cast<float>(tile_width), top + static_cast<float>(tile_height)});
-        canvas.box({left, top, left + width + 2 * margin, top + canvas.text_height(Face::plain) + margin},
+        canvas.box({left, top, left + width + 2 * margin, top + canvas.text_height(Face::Plain) + margin},
                    palette::black);
-        canvas.text({left + margin, top + 1}, labels[n], Face::plain, palette::bright, Align::left, room);
+        canvas.text({left + margin, top + 1}, labels[n], Face::Plain, palette::bright, Align::Left, room);
         canvas.unclip();
     }
     const ColourImage drawn = canvas.finish();

@@ -11,7 +11,7 @@ namespace render {
 namespace {
 
 /// Readable over any image.
-float marked(Canvas& canvas, Point at, std::string_view words, Face face, Ink ink, Align align = Align::left,
+float marked(Canvas& canvas, Point at, std::string_view words, Face face, Ink ink, Align align = Align::Left,
              float room = 1e6f) {
     for (const Point shift : {Point{-1, 0}, Point{1, 0}, Point{0, -1}, Point{0, 1}, Point{1, 1}}) {
         canvas.text({at.x + shift.x, at.y + shift.y}, words, face, palette::with_alpha(palette::black, 190),
@@ -35,12 +35,12 @@ void trefoil(Canvas& canvas, Point centre, float radius) {
 
 void draw_status(Canvas& canvas, const Box& area, const Readout& r) {
     const float right = area.right - 14.0f, top = area.top + 12.0f;
-    const Face face = Face::title;
+    const Face face = Face::Title;
     if (!r.beam_on) {
-        marked(canvas, {right, top}, "LIH", face, palette::value, Align::right);
+        marked(canvas, {right, top}, "LIH", face, palette::value, Align::Right);
         return;
     }
-    const float width = marked(canvas, {right, top}, "LIVE", face, palette::beam, Align::right);
+    const float width = marked(canvas, {right, top}, "LIVE", face, palette::beam, Align::Right);
     trefoil(canvas, {right - width - 26.0f, top + 0.5f * canvas.text_height(face)}, 11.0f);
 }
 
@@ -55,32 +55,32 @@ void draw_image_marks(Canvas& canvas, const Box& area, const Readout& r) {
     constexpr float inset = 14.0f;
     const float middle = 0.5f * (area.left + area.right), height = area.bottom - area.top,
                 half = 0.5f * (area.right - area.left) - 40.0f;
-    marked(canvas, {area.left + inset, area.top + 10.0f}, r.title, Face::bold, palette::value, Align::left,
+    marked(canvas, {area.left + inset, area.top + 10.0f}, r.title, Face::Bold, palette::value, Align::Left,
            half);
     const ImageMarks m = marks_of(r);
     std::string mode = m.mode;
     if (is_known(m.pulse_rate)) mode += " " + rate_text(m.pulse_rate) + " p/s";
-    marked(canvas, {area.left + inset, area.top + 28.0f}, mode, Face::title, palette::bright, Align::left,
+    marked(canvas, {area.left + inset, area.top + 28.0f}, mode, Face::Title, palette::bright, Align::Left,
            half);
     draw_status(canvas, area, r);
 
     const ImageSides sides = image_sides(m.lao, m.cranial);
     const float level = area.top + 0.5f * height - 10.0f;
-    marked(canvas, {area.left + inset, level}, sides.left, Face::title, palette::bright);
-    marked(canvas, {area.right - inset, level}, sides.right, Face::title, palette::bright, Align::right);
-    marked(canvas, {middle, area.top + 10.0f}, sides.top, Face::title, palette::bright, Align::centre);
+    marked(canvas, {area.left + inset, level}, sides.left, Face::Title, palette::bright);
+    marked(canvas, {area.right - inset, level}, sides.right, Face::Title, palette::bright, Align::Right);
+    marked(canvas, {middle, area.top + 10.0f}, sides.top, Face::Title, palette::bright, Align::Centre);
 
     const float upper = area.bottom - 46.0f, lower = area.bottom - 25.0f;
     marked(canvas, {area.left + inset, upper},
-           primary_angle_text(m.lao) + "   " + secondary_angle_text(m.cranial), Face::figure,
+           primary_angle_text(m.lao) + "   " + secondary_angle_text(m.cranial), Face::Figure,
            palette::bright);
     marked(canvas, {area.left + inset, lower},
            "SID " + centimetre_text(m.sid) + " cm   FD " + centimetre_text(m.field_of_view) + " cm",
-           Face::plain, palette::value);
-    marked(canvas, {area.right - inset, upper}, clock_text(m.time), Face::figure, palette::bright,
-           Align::right);
-    marked(canvas, {area.right - inset, lower}, "image " + std::to_string(m.frame), Face::plain,
-           palette::value, Align::right);
+           Face::Plain, palette::value);
+    marked(canvas, {area.right - inset, upper}, clock_text(m.time), Face::Figure, palette::bright,
+           Align::Right);
+    marked(canvas, {area.right - inset, lower}, "image " + std::to_string(m.frame), Face::Plain,
+           palette::value, Align::Right);
 }
 
 }  // namespace render

@@ -68,8 +68,8 @@ struct Panel::State {
     Box draw_reference(const GrayImage* reference, const Readout& r) {
         constexpr float margin = 12.0f, side = readout_column_width - 2.0f * margin;
         const float left = units(live_room()).right + margin, right = left + side;
-        const float width = canvas.text({left, 8.0f}, "REFERENCE", Face::small, palette::label);
-        canvas.text({right, 8.0f}, r.reference_label, Face::small, palette::value, Align::right,
+        const float width = canvas.text({left, 8.0f}, "REFERENCE", Face::Small, palette::label);
+        canvas.text({right, 8.0f}, r.reference_label, Face::Small, palette::value, Align::Right,
                     side - width - 12.0f);
         const PanelArea room{pixels(left), pixels(24.0f), pixels(side), pixels(side)};
         const Box well = units(room);
@@ -79,7 +79,7 @@ struct Panel::State {
             canvas.picture(reference_slot, *reference, area.left, area.top, area.width, area.height);
         } else {
             canvas.text({0.5f * (left + right), 0.5f * (well.top + well.bottom) - 8.0f}, "no image stored",
-                        Face::plain, palette::faint, Align::centre);
+                        Face::Plain, palette::faint, Align::Centre);
         }
         canvas.frame(well, palette::rule);
         return {left - margin, well.bottom + 8.0f, right + margin, float(spec.height) / unit};

@@ -1,5 +1,5 @@
 #pragma once
-/// What the panel around the image tells: numbers, and how they are written on screen.
+/// What the panel around the image shows: numbers, and how they are written on screen.
 
 #include <optional>
 #include <string>
@@ -7,11 +7,11 @@
 
 namespace render {
 
-enum class Notice { info, success, warning, alarm };
+enum class Notice { Info, Success, Warning, Alarm };
 
 struct Message {
     std::string text;
-    Notice notice = Notice::info;
+    Notice notice = Notice::Info;
 };
 
 /// Where the table stands.
@@ -51,7 +51,7 @@ struct Readout {
 
     // X-ray technique
     std::optional<double> pulse_rate;     // [1/s]
-    std::optional<double> tube_voltage;   // [kV]
+    std::optional<double> tube_voltage;   // [v]
     std::optional<double> tube_current;   // [mA]
     std::optional<double> pulse_width;    // [ms]
     std::optional<double> detector_dose;  // per pulse [nGy]
@@ -81,7 +81,7 @@ struct Readout {
     double injection_rate = 0.0;           // 0 while none is injected [ml/s]
 };
 
-/// Where the operator is first told of the dose (Stecker et al., J Vasc Interv Radiol 2009;20:S263).
+/// The dose at which the operator is first notified (Stecker et al., J Vasc Interv Radiol 2009;20:S263).
 struct DoseNotification {
     static constexpr double air_kerma = 3000.0;    // [mGy]
     static constexpr double kerma_area = 300.0;    // [Gy·cm²]

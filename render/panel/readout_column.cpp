@@ -52,8 +52,8 @@ std::string dose_text(std::optional<double> value) {
 float heading(Canvas& canvas, const Box& area, std::string_view name, std::string_view note = {},
               Ink note_ink = palette::value) {
     canvas.line({area.left, area.top + 0.5f}, {area.right, area.top + 0.5f}, palette::rule);
-    const float width = canvas.text({area.left, area.top + 5.0f}, name, Face::small, palette::label);
-    canvas.text({area.right, area.top + 5.0f}, note, Face::small, note_ink, Align::right,
+    const float width = canvas.text({area.left, area.top + 5.0f}, name, Face::Small, palette::label);
+    canvas.text({area.right, area.top + 5.0f}, note, Face::Small, note_ink, Align::Right,
                 area.right - area.left - width - 12.0f);
     return area.top + heading_height;
 }
@@ -61,15 +61,15 @@ float heading(Canvas& canvas, const Box& area, std::string_view name, std::strin
 /// "K_a,r" is K with the subscript a,r.
 void label(Canvas& canvas, Point at, std::string_view name) {
     const auto split = name.find('_');
-    const float width = canvas.text(at, name.substr(0, split), Face::plain, palette::label);
+    const float width = canvas.text(at, name.substr(0, split), Face::Plain, palette::label);
     if (split == std::string_view::npos) return;
-    canvas.text({at.x + width + 1.0f, at.y + 5.0f}, name.substr(split + 1), Face::small, palette::label);
+    canvas.text({at.x + width + 1.0f, at.y + 5.0f}, name.substr(split + 1), Face::Small, palette::label);
 }
 
 void row(Canvas& canvas, const Box& area, float top, std::string_view name, std::string_view value,
          Ink ink = palette::value) {
     label(canvas, {area.left, top}, name);
-    canvas.text({area.right, top}, value, Face::plain, ink, Align::right, 0.66f * (area.right - area.left));
+    canvas.text({area.right, top}, value, Face::Plain, ink, Align::Right, 0.66f * (area.right - area.left));
 }
 
 void bar(Canvas& canvas, const Box& area, float top, float share, Ink ink) {
@@ -88,19 +88,19 @@ void draw_gantry(Canvas& canvas, const Box& area, const Readout& r) {
     const Box axial{area.left, top, middle - gap, top + height},
         sagittal{middle + gap, top, area.right, top + height};
     const double lift = is_known(r.sid) && is_known(r.sod) ? (*r.sid - *r.sod) / *r.sod : 0.5;
-    draw_c_arm(canvas, axial, CArmView::from_feet, r.lao, lift, r.beam_on);
-    draw_c_arm(canvas, sagittal, CArmView::from_right, r.cranial, lift, r.beam_on);
+    draw_c_arm(canvas, axial, CArmView::FromFeet, r.lao, lift, r.beam_on);
+    draw_c_arm(canvas, sagittal, CArmView::FromRight, r.cranial, lift, r.beam_on);
     const float angles = top + height + 3.0f;
     for (const auto& [box, text] : {std::pair{axial, primary_angle_text(r.lao)},
                                     std::pair{sagittal, secondary_angle_text(r.cranial)}}) {
-        canvas.text({0.5f * (box.left + box.right), angles}, text, Face::figure, palette::bright,
-                    Align::centre);
+        canvas.text({0.5f * (box.left + box.right), angles}, text, Face::Figure, palette::bright,
+                    Align::Centre);
     }
     const float first = angles + 22.0f, second = first + 17.0f;
     const auto distance = [&](float share, std::string_view name, std::optional<double> length) {
         const Point at{area.left + share * (area.right - area.left), first};
-        const float after = at.x + canvas.text(at, name, Face::plain, palette::label) + 5.0f;
-        canvas.text({after, first}, centimetre_text(length) + " cm", Face::plain, palette::value);
+        const float after = at.x + canvas.text(at, name, Face::Plain, palette::label) + 5.0f;
+        canvas.text({after, first}, centimetre_text(length) + " cm", Face::Plain, palette::value);
     };
     distance(0.0f, "SID", r.sid);
     distance(0.365f, "SOD", r.sod);
@@ -119,11 +119,11 @@ void draw_technique(Canvas& canvas, const Box& area, const Readout& r) {
     const Ink ink = r.beam_on ? palette::bright : palette::value;
     const auto tile = [&](float share, float y, const std::string& figure, std::string_view unit) {
         const float x = area.left + share * (area.right - area.left);
-        const float width = canvas.text({x, y}, figure, Face::figure, ink);
-        canvas.text({x + width + 3.0f, y + 5.0f}, unit, Face::small, palette::label);
+        const float width = canvas.text({x, y}, figure, Face::Figure, ink);
+        canvas.text({x + width + 3.0f, y + 5.0f}, unit, Face::Small, palette::label);
     };
     constexpr float second = 26.0f;
-    tile(0.0f, top, figure_text(r.tube_voltage, 0), "kV");
+    tile(0.0f, top, figure_text(r.tube_voltage, 0), "v");
     tile(0.35f, top, figure_text(r.tube_current, 0), "mA");
     tile(0.70f, top, figure_text(r.pulse_width, 1), "ms");
     tile(0.0f, top + second, rate_text(r.pulse_rate), "p/s");
@@ -177,7 +177,7 @@ void force_trace(Canvas& canvas, const Box& area, const Readout& r) {
     canvas.box(area, palette::well, 2.0f);
     canvas.frame(area, palette::rule, 2.0f);
     canvas.text({area.right - 4.0f, area.top + 2.0f}, "last " + figure_text(r.history_length, 0) + " s",
-                Face::small, palette::faint, Align::right);
+                Face::Small, palette::faint, Align::Right);
     std::vector<Point> run;
     const auto stroke = [&] {
         if (run.size() > 1) canvas.path(run, palette::calm, 1.5f);
@@ -222,8 +222,8 @@ void draw_wire(Canvas& canvas, const Box& area, const Readout& r) {
         const float share = share_of(value, r.force_limit);
         label(canvas, {area.left, y}, name);
         bar(canvas, {area.left + 84.0f, 0, area.right - 58.0f, 0}, y + 5.0f, share, level_ink(share));
-        canvas.text({area.right, y}, figure_text(value, 2) + " N", Face::plain,
-                    share >= 0.5f ? level_ink(share) : palette::value, Align::right, 54.0f);
+        canvas.text({area.right, y}, figure_text(value, 2) + " N", Face::Plain,
+                    share >= 0.5f ? level_ink(share) : palette::value, Align::Right, 54.0f);
         y += 18.0f;
     };
     force("Tip force", r.tip_force);
@@ -262,13 +262,13 @@ std::vector<std::string> wrapped(const Canvas& canvas, std::string_view text, Fa
 
 Ink notice_ink(Notice notice) {
     switch (notice) {
-        case Notice::success:
+        case Notice::Success:
             return palette::good;
-        case Notice::warning:
+        case Notice::Warning:
             return palette::caution;
-        case Notice::alarm:
+        case Notice::Alarm:
             return palette::alarm;
-        case Notice::info:
+        case Notice::Info:
             break;
     }
     return palette::calm;
@@ -281,7 +281,7 @@ void draw_messages(Canvas& canvas, const Box& area, const Readout& r) {
     std::vector<std::vector<std::string>> shown;
     float left = area.bottom - top;
     for (auto message = r.messages.rbegin(); message != r.messages.rend(); ++message) {
-        auto lines = wrapped(canvas, message->text, Face::plain, area.right - area.left - indent);
+        auto lines = wrapped(canvas, message->text, Face::Plain, area.right - area.left - indent);
         left -= step * static_cast<float>(lines.size()) + gap;
         if (left < 0.0f && !shown.empty()) break;
         shown.push_back(std::move(lines));
@@ -292,8 +292,8 @@ void draw_messages(Canvas& canvas, const Box& area, const Readout& r) {
         const float height = step * static_cast<float>(shown[k].size());
         canvas.box({area.left, y + 1.0f, area.left + 3.0f, y + height - 1.0f}, notice_ink(notice));
         for (const std::string& line : shown[k]) {
-            canvas.text({area.left + indent, y}, line, Face::plain,
-                        notice == Notice::info ? palette::value : notice_ink(notice), Align::left,
+            canvas.text({area.left + indent, y}, line, Face::Plain,
+                        notice == Notice::Info ? palette::value : notice_ink(notice), Align::Left,
                         area.right - area.left - indent);
             y += step;
         }

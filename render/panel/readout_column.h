@@ -1,5 +1,5 @@
 #pragma once
-/// The readouts beside the image: C-arm, technique, dose, wire, contrast, messages.
+/// The readouts next to the image: C-arm, technique, dose, wire, contrast, messages.
 
 #include "render/panel/canvas.h"
 #include "render/panel/readout.h"

@@ -33,11 +33,11 @@ std::size_t interval(double z) {
 
 Vec3 place_in_body(Landmark landmark) {
     switch (landmark) {
-        case Landmark::aortic_bifurcation:
+        case Landmark::AorticBifurcation:
             return {0, -14, 0};
-        case Landmark::aortic_valve:
+        case Landmark::AorticValve:
             return {-17, -56, 300};
-        case Landmark::sella:
+        case Landmark::Sella:
             return {0, -14, 630};
     }
     return Vec3::Zero();

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double skin_behind = 108.0;   // of the back, from the front of the lumbar vertebrae [mm]
 constexpr double head_top = 733.0;      // z of the vertex [mm]
-constexpr double chest_middle = 300.0;  // z where the depth of the chest is told [mm]
+constexpr double chest_middle = 300.0;  // z at which the depth of the chest is given [mm]
 
 /// A region of the body and the heights that its organs fill [mm].
 struct Region {
@@ -197,13 +197,12 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
 
     std::vector<TissueLayer> layers;
     layers.push_back(
-        {"skin and fat", Material::adipose, Material::air, trunk(spec, front, low, high, false), false});
+        {"skin and fat", Material::Adipose, Material::Air, trunk(spec, front, low, high, false), false});
     layers.push_back(
-        {"trunk", Material::soft_tissue, Material::adipose, trunk(spec, front, low, high, true), false});
+        {"trunk", Material::SoftTissue, Material::Adipose, trunk(spec, front, low, high, true), false});
+    layers.push_back({"bones", Material::CorticalBone, Material::SoftTissue, std::move(bones.outer), false});
     layers.push_back(
-        {"bones", Material::cortical_bone, Material::soft_tissue, std::move(bones.outer), false});
-    layers.push_back(
-        {"marrow", Material::trabecular_bone, Material::cortical_bone, std::move(bones.core), false});
+        {"marrow", Material::TrabecularBone, Material::CorticalBone, std::move(bones.core), false});
     if (with_abdomen) add_abdomen_layers(layers, skin_behind - spec.depth, spec.bowel_gas);
     if (with_chest) add_chest_layers(layers, thorax);
     if (with_head) add_head_layers(layers);

@@ -85,7 +85,7 @@ struct Kidney {
     TriangleMesh organ;
 };
 
-/// A kidney in its fat beside L1 to L3, the left one higher.
+/// A kidney in its fat next to L1 to L3, the left one higher.
 Kidney kidney(Side side) {
     const double middle = side.sign > 0.0 ? 84.0 : 70.0;
     const auto at = [&](double x, double y, double z) { return side.at(x, y, middle + z); };
@@ -108,12 +108,12 @@ void add_pelvis(Bones& bones) {
 void add_abdomen_layers(std::vector<TissueLayer>& layers, double front, bool gas) {
     Kidney on_left = kidney(left), on_right = kidney(right);
     append(on_left.fat, on_right.fat);
-    layers.push_back({"kidney fat", Material::adipose, Material::soft_tissue, std::move(on_left.fat), false});
+    layers.push_back({"kidney fat", Material::Adipose, Material::SoftTissue, std::move(on_left.fat), false});
     layers.push_back(
-        {"left kidney", Material::soft_tissue, Material::adipose, std::move(on_left.organ), false});
+        {"left kidney", Material::SoftTissue, Material::Adipose, std::move(on_left.organ), false});
     layers.push_back(
-        {"right kidney", Material::soft_tissue, Material::adipose, std::move(on_right.organ), false});
-    if (gas) layers.push_back({"bowel gas", Material::air, Material::soft_tissue, bowel_gas(front), false});
+        {"right kidney", Material::SoftTissue, Material::Adipose, std::move(on_right.organ), false});
+    if (gas) layers.push_back({"bowel gas", Material::Air, Material::SoftTissue, bowel_gas(front), false});
 }
 
 }  // namespace render

@@ -33,7 +33,7 @@ struct Heart {
     Chamber ventricles, atria;
 
     static Heart standard() {
-        const Vec3 valve = place_in_body(geometry::Landmark::aortic_valve);
+        const Vec3 valve = place_in_body(geometry::Landmark::AorticValve);
         return {{valve + Vec3(30, 8, -32), Vec3(0.70, -0.34, -0.63).normalized(), 74, 48},
                 {valve + Vec3(-3, 20, -24), Vec3(0.1, 0.1, 1.0).normalized(), 50, 40}};
     }
@@ -295,15 +295,15 @@ void add_chest_layers(std::vector<TissueLayer>& layers, const Chest& chest) {
     TriangleMesh vessels, muscle;
     for (const Side side : {left, right}) {
         const Lung lung(chest, side);
-        layers.push_back({side.sign > 0.0 ? "left lung" : "right lung", Material::lung, Material::soft_tissue,
+        layers.push_back({side.sign > 0.0 ? "left lung" : "right lung", Material::Lung, Material::SoftTissue,
                           lung.mesh(), false});
         append(vessels, lung_vessels(lung, side));
         append(muscle, dome(chest, side));
     }
-    layers.push_back({"lung vessels", Material::blood, Material::lung, std::move(vessels), false});
-    layers.push_back({"heart", Material::soft_tissue, Material::soft_tissue, heart(), false});
-    layers.push_back({"diaphragm", Material::soft_tissue, Material::soft_tissue, std::move(muscle), false});
-    layers.push_back({"airway", Material::air, Material::soft_tissue, airway(), false});
+    layers.push_back({"lung vessels", Material::Blood, Material::Lung, std::move(vessels), false});
+    layers.push_back({"heart", Material::SoftTissue, Material::SoftTissue, heart(), false});
+    layers.push_back({"diaphragm", Material::SoftTissue, Material::SoftTissue, std::move(muscle), false});
+    layers.push_back({"airway", Material::Air, Material::SoftTissue, airway(), false});
 }
 
 }  // namespace render

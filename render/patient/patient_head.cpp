@@ -13,9 +13,9 @@ namespace {
 
 using std::numbers::pi;
 
-/// In the head, places are told from the sella.
+/// In the head, places are measured from the sella.
 Vec3 from_sella(const Vec3& p) {
-    return place_in_body(geometry::Landmark::sella) + p;
+    return place_in_body(geometry::Landmark::Sella) + p;
 }
 
 double bell(double x) {
@@ -193,7 +193,7 @@ TriangleMesh sinuses(double wall) {
 
 /// The throat, from behind the nose down to the larynx.
 TriangleMesh throat() {
-    const double larynx = 495.0 - place_in_body(geometry::Landmark::sella).z();
+    const double larynx = 495.0 - place_in_body(geometry::Landmark::Sella).z();
     TriangleMesh air;
     const auto add = [&](Polyline path, const std::vector<double>& a, const std::vector<double>& b) {
         for (Vec3& p : path) p = from_sella(p);
@@ -221,15 +221,15 @@ void add_head_bones(Bones& bones) {
 }
 
 void add_head_layers(std::vector<TissueLayer>& layers) {
-    layers.push_back({"inner table", Material::cortical_bone, Material::trabecular_bone,
+    layers.push_back({"inner table", Material::CorticalBone, Material::TrabecularBone,
                       skull(outer_table + diploe), false});
-    layers.push_back({"brain", Material::soft_tissue, Material::cortical_bone,
+    layers.push_back({"brain", Material::SoftTissue, Material::CorticalBone,
                       skull(outer_table + diploe + inner_table), false});
-    layers.push_back({"skull base", Material::cortical_bone, Material::soft_tissue, skull_base(), false});
-    layers.push_back({"teeth", Material::cortical_bone, Material::soft_tissue, teeth(), false});
-    layers.push_back({"sinus walls", Material::cortical_bone, Material::soft_tissue, sinuses(0.5), false});
-    layers.push_back({"sinuses", Material::air, Material::cortical_bone, sinuses(0.0), false});
-    layers.push_back({"throat", Material::air, Material::soft_tissue, throat(), false});
+    layers.push_back({"skull base", Material::CorticalBone, Material::SoftTissue, skull_base(), false});
+    layers.push_back({"teeth", Material::CorticalBone, Material::SoftTissue, teeth(), false});
+    layers.push_back({"sinus walls", Material::CorticalBone, Material::SoftTissue, sinuses(0.5), false});
+    layers.push_back({"sinuses", Material::Air, Material::CorticalBone, sinuses(0.0), false});
+    layers.push_back({"throat", Material::Air, Material::SoftTissue, throat(), false});
 }
 
 }  // namespace render

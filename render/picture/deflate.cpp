@@ -211,8 +211,8 @@ void list_lengths(std::span<const int> lengths, std::vector<Symbol>& list) {
 /// At most, of a block [bytes].
 constexpr std::size_t most_of_header = (17 + 3 * 19 + 14 * (literal_symbols + 1) + 7) / 8;
 
-/// Begins a block and tells its codes (RFC 1951, 3.2.7). Runs have all the same distance, 1, of a code of one
-/// bit.
+/// Begins a block and writes its codes (RFC 1951, 3.2.7). Runs have all the same distance, 1, of a code of
+/// one bit.
 BitWriter put_header(BitWriter out, std::span<const Code> literals, bool last) {
     int count = literal_symbols;
     while (literals[count - 1].length == 0) --count;

@@ -32,19 +32,19 @@ constexpr Kind colour_png = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, "colour"};
 using Bytes = std::vector<std::uint8_t>;
 
 /// Each row's filter (PNG specification, chapter 9), then what it leaves of the row. `row`: bytes of one.
-enum class Filter : std::uint8_t { sub = 1, up = 2, average = 3 };
+enum class Filter : std::uint8_t { Sub = 1, Up = 2, Average = 3 };
 
-/// Noise is packed best as what is left of it beside the average of the pixels at its left and above.
+/// Noise is packed best as its difference from the average of the pixels at its left and above.
 Bytes averaged(const std::uint8_t* pixels, std::size_t row, std::size_t rows) {
     Bytes filtered((row + 1) * rows);
-    filtered[0] = static_cast<std::uint8_t>(Filter::sub);
+    filtered[0] = static_cast<std::uint8_t>(Filter::Sub);
     filtered[1] = pixels[0];
     for (std::size_t i = 1; i < row; ++i)
         filtered[1 + i] = static_cast<std::uint8_t>(pixels[i] - pixels[i - 1]);
     for (std::size_t j = 1; j < rows; ++j) {
         const std::uint8_t *own = pixels + j * row, *above = own - row;
         std::uint8_t* to = filtered.data() + j * (row + 1);
-        *to++ = static_cast<std::uint8_t>(Filter::average);
+        *to++ = static_cast<std::uint8_t>(Filter::Average);
         to[0] = static_cast<std::uint8_t>(own[0] - above[0] / 2);
         for (std::size_t i = 1; i < row; ++i)
             to[i] = static_cast<std::uint8_t>(own[i] - (own[i - 1] + above[i]) / 2);
@@ -55,12 +55,12 @@ Bytes averaged(const std::uint8_t* pixels, std::size_t row, std::size_t rows) {
 /// A panel's text and lines repeat from row to row.
 Bytes less_the_row_above(const std::uint8_t* pixels, std::size_t row, std::size_t rows) {
     Bytes filtered((row + 1) * rows);
-    filtered[0] = static_cast<std::uint8_t>(Filter::up);
+    filtered[0] = static_cast<std::uint8_t>(Filter::Up);
     std::copy_n(pixels, row, filtered.data() + 1);
     for (std::size_t j = 1; j < rows; ++j) {
         const std::uint8_t *own = pixels + j * row, *above = own - row;
         std::uint8_t* to = filtered.data() + j * (row + 1);
-        *to++ = static_cast<std::uint8_t>(Filter::up);
+        *to++ = static_cast<std::uint8_t>(Filter::Up);
         for (std::size_t i = 0; i < row; ++i) to[i] = static_cast<std::uint8_t>(own[i] - above[i]);
     }
     return filtered;

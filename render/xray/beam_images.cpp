@@ -27,7 +27,7 @@ Field flat_field(const CArm& arm, double heel) {
     return flat;
 }
 
-/// 1 in the disc where automatic exposure measures, 0 outside: air beside the patient does not count.
+/// 1 in the disc where automatic exposure measures, 0 outside: air around the patient does not count.
 Field measuring_field(const CArm& arm, double radius) {
     Field field(arm.pixels, arm.pixels);
     // Never without a pixel.

@@ -32,9 +32,9 @@ std::vector<std::string> problems(const CArm& arm) {
     };
     // Each comparison is written so that NaN fails it.
     const auto require_angle = [&](const char* name, double angle, double most) {
-        require(std::abs(angle) <= most * geometry::kDegree + slack,
+        require(std::abs(angle) <= most * geometry::degree + slack,
                 std::string("the ") + name + " angle must lie within " + text(most) + " degrees; " +
-                    text(angle / geometry::kDegree) + " was found");
+                    text(angle / geometry::degree) + " was found");
     };
     require_angle("LAO/RAO", arm.lao, ArmLimits::lao.most);
     require_angle("cranial/caudal", arm.cranial, ArmLimits::cranial.most);

@@ -26,7 +26,7 @@ constexpr float alike = 0.5f;
 class Row {
 public:
     void add(std::uint32_t node, double length) {
-        // Pieces of a chord, and of the chords beside it, follow one another.
+        // Pieces of a chord, and of the chords next to it, follow one another.
         for (std::size_t i = entries_.size(); i-- > 0;) {
             if (entries_[i].node != node) continue;
             entries_[i].length += length;

@@ -47,7 +47,7 @@ std::vector<std::string> problems(const Exposure& exposure) {
         found.emplace_back("the detector dose must be above 0 and at most 100000 nGy");
     }
     if (exposure.kvp && !(*exposure.kvp >= 40.0 && *exposure.kvp <= 125.0)) {
-        found.emplace_back("the tube voltage must lie within 40 and 125 kV");
+        found.emplace_back("the tube voltage must lie within 40 and 125 v");
     }
     if (!(exposure.iodine >= 0.0 && exposure.iodine <= largest_iodine)) {
         found.emplace_back("the iodine concentration must lie within 0 and " +
@@ -204,7 +204,7 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
     Field expected = bare.expected;
 
     state.dissolve(exposure);
-    const Bins per_concentration = beam.bins.attenuation(Material::iodine);
+    const Bins per_concentration = beam.bins.attenuation(Material::Iodine);
     PixelBins per_iodine;
     for (int k = 0; k < energy_bins; ++k) per_iodine[k] = static_cast<float>(-per_concentration[k]);
     // Many pixels at once, for the sake of the exponentials.
@@ -228,7 +228,7 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
     }
 
     // The wire displaces blood and what is dissolved in it; it is taken to lie in a vessel all along.
-    Bins displaced = beam.bins.attenuation(Material::blood);
+    Bins displaced = beam.bins.attenuation(Material::Blood);
     const double dissolved = exposure.iodine + exposure.wire_iodine;
     for (int k = 0; k < energy_bins; ++k) displaced[k] += dissolved * per_concentration[k];
     const WireLook& look = state.config.wire;
@@ -274,7 +274,7 @@ std::vector<std::uint32_t> Fluoroscope::wire_pixels(const CArm& arm, std::span<c
     require(arm, {});
     const EnergyBins bins = fit_bins(detected_spectrum(74.0));
     const WireLook& look = state_->config.wire;
-    const Bins blood = bins.attenuation(Material::blood);
+    const Bins blood = bins.attenuation(Material::Blood);
     std::vector<std::uint32_t> shadowed;
     for (const WirePixel& pixel :
          state_->wire.cast(shifted(arm, shift), joints, look, wire_attenuation(look, bins, blood))) {

@@ -25,8 +25,8 @@ namespace render {
 /// inside soft tissue). Solids of equal standing should not overlap: there the change counts twice.
 struct TissueLayer {
     std::string name;
-    Material material = Material::soft_tissue;
-    Material inside = Material::air;
+    Material material = Material::SoftTissue;
+    Material inside = Material::Air;
     geometry::TriangleMesh mesh;  // closed [mm]
     bool takes_contrast = false;  // a lumen: Exposure::iodine is dissolved in it
     bool perfused = false;        // an organ: Exposure::organs may name it
@@ -55,7 +55,7 @@ struct Exposure {
     std::uint64_t frame = 0;
     std::uint64_t seed = 0;
     double detector_dose = 30.0;     // mean over the measuring field, per pulse [nGy]
-    std::optional<double> kvp = {};  // tube voltage [kV]; empty = automatic
+    std::optional<double> kvp = {};  // tube voltage [v]; empty = automatic
     double iodine = 0.0;             // concentration throughout the layers that take contrast [mg/ml]
     /// Besides, at each node of the vessels [mg/ml]; empty = none.
     std::vector<float> vessel_iodine = {};

@@ -23,7 +23,7 @@ struct TableRow {
 // Reference Database 126 (2004), table 3 (elements) and table 4 (compounds; tissues after ICRU-44), rows from
 // 15 to 150 keV. They were read from the copy of those tables in the data folder of the open-source package
 // roentgen (ehsteve/roentgen, roentgen/data), not from NIST's own pages. The row of CsI between its two edges
-// is left out: in that copy it rises without an edge. Densities have their source beside them below.
+// is left out: in that copy it rises without an edge. The source of each density is given next to it below.
 
 constexpr TableRow air[] = {{15, 1.614},  {20, 0.7779}, {30, 0.3538},  {40, 0.2485}, {50, 0.2080},
                             {60, 0.1875}, {80, 0.1662}, {100, 0.1541}, {150, 0.1356}};
@@ -93,37 +93,37 @@ double attenuation(Material material, double energy) {
         return 0.1 * density * mass_attenuation(table, energy);
     };
     switch (material) {
-        case Material::air:
+        case Material::Air:
             return linear(air, 0.001205);  // NIST table 2
-        case Material::lung:
+        case Material::Lung:
             return linear(lung, 0.26);  // ICRU-46, inflated
-        case Material::adipose:
+        case Material::Adipose:
             return linear(adipose, 0.95);  // NIST table 2, as the next three
-        case Material::soft_tissue:
+        case Material::SoftTissue:
             return linear(soft_tissue, 1.06);
-        case Material::blood:
+        case Material::Blood:
             return linear(blood, 1.06);
-        case Material::cortical_bone:
+        case Material::CorticalBone:
             return linear(cortical_bone, 1.92);
-        case Material::trabecular_bone:
+        case Material::TrabecularBone:
             // A fifth of cortical bone by volume, the rest marrow taken as soft tissue (1.23 g/cm³; ICRU-46
             // gives 1.18 for spongiosa).
             return 0.2 * linear(cortical_bone, 1.92) + 0.8 * linear(soft_tissue, 1.06);
-        case Material::iodine:
+        case Material::Iodine:
             return linear(iodine, 0.001);  // 1 mg/ml
-        case Material::nitinol:
+        case Material::Nitinol:
             // 55.8 % Ni, 44.2 % Ti by mass, 6.45 g/cm³ (ASTM F2063).
             return 0.558 * linear(nickel, 6.45) + 0.442 * linear(titanium, 6.45);
-        case Material::steel:
+        case Material::Steel:
             // AISI 304: 19 % Cr, 9 % Ni, the rest taken as Fe, 7.93 g/cm³ (ASTM A240).
             return 0.72 * linear(iron, 7.93) + 0.19 * linear(chromium, 7.93) + 0.09 * linear(nickel, 7.93);
-        case Material::platinum:
+        case Material::Platinum:
             return linear(platinum, 21.45);  // NIST table 1, as the next two
-        case Material::aluminium:
+        case Material::Aluminium:
             return linear(aluminium, 2.699);
-        case Material::copper:
+        case Material::Copper:
             return linear(copper, 8.96);
-        case Material::caesium_iodide:
+        case Material::CaesiumIodide:
             return linear(caesium_iodide, 4.51);
     }
     assert(false);
@@ -136,7 +136,7 @@ double air_energy_absorption(double energy) {
 
 /// Of the energy that arrives, what the scintillator keeps [-].
 static double absorbed_share(double energy) {
-    return 1.0 - std::exp(-attenuation(Material::caesium_iodide, energy) * scintillator);
+    return 1.0 - std::exp(-attenuation(Material::CaesiumIodide, energy) * scintillator);
 }
 
 double kerma_per_signal(double energy) {
@@ -145,15 +145,15 @@ double kerma_per_signal(double energy) {
 
 Spectrum detected_spectrum(double kvp) {
     if (!(kvp >= 40.0 && kvp <= 125.0)) {
-        throw std::invalid_argument("a tube voltage of " + std::to_string(kvp) + " kV is outside 40 to 125");
+        throw std::invalid_argument("a tube voltage of " + std::to_string(kvp) + " v is outside 40 to 125");
     }
     constexpr double aluminium_mm = 2.5, copper_mm = 0.2;
     Spectrum spectrum;
     double sum = 0.0;
     for (double energy = 20.25; energy < kvp; energy += 0.5) {
         const double photons = (kvp - energy) / energy *
-                               std::exp(-attenuation(Material::aluminium, energy) * aluminium_mm -
-                                        attenuation(Material::copper, energy) * copper_mm);
+                               std::exp(-attenuation(Material::Aluminium, energy) * aluminium_mm -
+                                        attenuation(Material::Copper, energy) * copper_mm);
         spectrum.energies.push_back(energy);
         spectrum.weights.push_back(photons * energy * absorbed_share(energy));
         sum += spectrum.weights.back();
@@ -173,7 +173,7 @@ EnergyBins fit_bins(const Spectrum& spectrum) {
     const Eigen::Map<const Eigen::ArrayXd> energies(spectrum.energies.data(), std::ssize(spectrum.energies));
     const Eigen::Map<const Eigen::ArrayXd> open(spectrum.weights.data(), std::ssize(spectrum.weights));
     const auto tissue = [](double energy) {
-        return std::exp(-attenuation(Material::soft_tissue, energy) * reference_tissue);
+        return std::exp(-attenuation(Material::SoftTissue, energy) * reference_tissue);
     };
     Eigen::ArrayXd weights = open * energies.unaryExpr(tissue);
     const double mass = weights.sum();

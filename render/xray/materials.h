@@ -8,20 +8,20 @@
 namespace render {
 
 enum class Material {
-    air,
-    lung,
-    adipose,
-    soft_tissue,
-    blood,
-    trabecular_bone,
-    cortical_bone,
-    iodine,  // dissolved, per mg/ml: multiply by the concentration
-    nitinol,
-    steel,
-    platinum,
-    aluminium,
-    copper,
-    caesium_iodide
+    Air,
+    Lung,
+    Adipose,
+    SoftTissue,
+    Blood,
+    TrabecularBone,
+    CorticalBone,
+    Iodine,  // dissolved, per mg/ml: multiply by the concentration
+    Nitinol,
+    Steel,
+    Platinum,
+    Aluminium,
+    Copper,
+    CaesiumIodide
 };
 
 std::string_view name_of(Material);
@@ -44,7 +44,7 @@ struct Spectrum {
     std::vector<double> weights;  // sum 1 with nothing in the beam
 };
 
-/// Tungsten target at `kvp` [kV], behind 2.5 mm Al and 0.2 mm Cu, seen by 0.45 mm of CsI that integrates
+/// Tungsten target at `kvp` [v], behind 2.5 mm Al and 0.2 mm Cu, seen by 0.45 mm of CsI that integrates
 /// energy. The shape is Kramers' rule, photons ∝ (kvp − E)/E; characteristic lines begin at 69.5 keV and are
 /// left out. Throws std::invalid_argument unless 40 ≤ kvp ≤ 125.
 Spectrum detected_spectrum(double kvp);

@@ -14,8 +14,8 @@ namespace render {
 
 struct WireLook {
     double diameter = 0.889;               // 0.035 inch [mm]
-    Material body = Material::steel;       // of the shaft
-    Material marker = Material::platinum;  // of the distal coil
+    Material body = Material::Steel;       // of the shaft
+    Material marker = Material::Platinum;  // of the distal coil
     double marker_length = 30.0;           // from the tip along the wire, 0 for none [mm]
     /// Share of the cross-section that is metal: coils and coatings are not solid. [-]
     double body_fill = 1.0;

@@ -30,7 +30,7 @@ render::Readout readout() {
     r.wire_length = 800.0;
     r.hub_twist = 0.7;
     r.force_history.assign(150, 0.2);
-    r.messages.assign(5, {"The wire stopped at the wall", render::Notice::warning});
+    r.messages.assign(5, {"The wire stopped at the wall", render::Notice::Warning});
     return r;
 }
 
@@ -46,7 +46,7 @@ void panel(benchmark::State& state) {
     }
 }
 // The rasteriser has threads of its own: their time counts too.
-BENCHMARK(panel)->Arg(512)->Arg(1024)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
+BENCHMARK(panel)->Arg(512)->Arg(1024)->MeasureProcessCPUTime()->Unit(benchmark::millisecond);
 
 void panel_png(benchmark::State& state) {
     const auto stored = noisy(512, 3);
@@ -55,6 +55,6 @@ void panel_png(benchmark::State& state) {
     for (auto _ : state) bytes = render::encode_png(image).size();
     state.counters["bytes"] = static_cast<double>(bytes);
 }
-BENCHMARK(panel_png)->Unit(benchmark::kMillisecond);
+BENCHMARK(panel_png)->Unit(benchmark::millisecond);
 
 }  // namespace

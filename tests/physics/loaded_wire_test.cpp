@@ -14,11 +14,11 @@ using namespace physics;
 
 namespace {
 
-constexpr double kLength = 40, kRigidity = 50, kWeight = 1e-5;  // [mm], [N·mm²], [N/mm]
+constexpr double fixed_length = 40, fixed_rigidity = 50, fixed_weight = 1e-5;  // [mm], [N·mm²], [N/mm]
 
 /// A horizontal wire under a load downwards, clamped at its base and far from any wall, at rest.
 Guidewire hanging(RelaxerKind kind, int segments, double weight, EndCells ends) {
-    Guidewire wire = uniform_wire(kRigidity, kLength / segments, {0, 0, 0}, {1, 0, 0},
+    Guidewire wire = uniform_wire(fixed_rigidity, fixed_length / segments, {0, 0, 0}, {1, 0, 0},
                                   std::vector<Vec3>(segments, Vec3::UnitX()), ends);
     wire.load = Vec3(0, 0, -weight);
     const TubeWall wall({{-50, 0, 0}, {60, 0, 0}}, 60.0, 40);
@@ -33,18 +33,19 @@ Guidewire hanging(RelaxerKind kind, int segments, double weight, EndCells ends) 
 }
 
 double sag(RelaxerKind kind, int segments, EndCells ends = EndCells::Half) {  // [mm]
-    return -hanging(kind, segments, kWeight, ends).tip().z();
+    return -hanging(kind, segments, fixed_weight, ends).tip().z();
 }
 
 /// w L⁴/8EI of small deflections [mm]; large ones are 1e-6 of it less here.
-constexpr double kBeam = kWeight * kLength * kLength * kLength * kLength / (8 * kRigidity);
+constexpr double beam =
+    fixed_weight * fixed_length * fixed_length * fixed_length * fixed_length / (8 * fixed_rigidity);
 
 /// How far the tip is from the exact one under a weight that bends the wire down by 77°, over L [-].
 double error_of_tip(int segments, EndCells ends) {
-    Elastica exact{.rigidity = kRigidity, .length = kLength, .load = 4e-3};
+    Elastica exact{.rigidity = fixed_rigidity, .length = fixed_length, .load = 4e-3};
     exact.clamp_at(0);
     const Vec3 tip = hanging(RelaxerKind::Global, segments, exact.load, ends).tip();
-    return (tip - Vec3(exact.x, 0, exact.y)).norm() / kLength;
+    return (tip - Vec3(exact.x, 0, exact.y)).norm() / fixed_length;
 }
 
 /// A wire that leaves the axis of a straight tube at 0.6 rad and ends on its wall, 6 mm away: in their plane
@@ -56,7 +57,7 @@ double force_on_wall(int segments, EndCells ends) {
         const double angle = 0.6 * (1 - 0.8 * (i + 0.5) / segments);
         tangents.emplace_back(std::cos(angle), std::sin(angle), 0);
     }
-    Guidewire wire = uniform_wire(kRigidity, 20.0 / segments, {0, 0, 0}, clamped, tangents, ends);
+    Guidewire wire = uniform_wire(fixed_rigidity, 20.0 / segments, {0, 0, 0}, clamped, tangents, ends);
     const TubeWall wall({{-20, 0, 0}, {60, 0, 0}}, 6.0, 1e5);
     EXPECT_TRUE(global_relaxer(wall)->relax(wire, {2'000'000, 0, 0}).converged);
     EXPECT_NEAR(wire.tip().y(), 6, 1e-5);
@@ -72,18 +73,18 @@ TEST(LoadedWire, SagsAsABeamUnderItsWeight) {
     // trapezoidal rule: of a load that grows linearly exact, of a moment that grows as a square off by 1/N².
     for (const RelaxerKind kind : {RelaxerKind::Global, RelaxerKind::Segment})
         for (const int segments : {10, 20})
-            EXPECT_NEAR(sag(kind, segments) / kBeam - 1, 1.0 / (segments * segments), 1e-5) << segments;
-    EXPECT_NEAR(sag(RelaxerKind::Global, 200) / kBeam - 1, 1.0 / (200 * 200), 5e-6);
+            EXPECT_NEAR(sag(kind, segments) / beam - 1, 1.0 / (segments * segments), 1e-5) << segments;
+    EXPECT_NEAR(sag(RelaxerKind::Global, 200) / beam - 1, 1.0 / (200 * 200), 5e-6);
 }
 
 TEST(LoadedWire, SagsByOneSegmentInThreeTenthsMoreByThePapersRule) {
     // A whole segment's load at the tip and a whole one's bend at the clamp: 10/3N, and 1/N² and less.
     for (const RelaxerKind kind : {RelaxerKind::Global, RelaxerKind::Segment}) {
         const double coarse = sag(kind, 10, EndCells::Paper), fine = sag(kind, 20, EndCells::Paper);
-        EXPECT_NEAR((coarse - kBeam) / (fine - kBeam), 2, 0.1);
-        EXPECT_NEAR(2 * fine - coarse, kBeam, 0.02 * kBeam);
+        EXPECT_NEAR((coarse - beam) / (fine - beam), 2, 0.1);
+        EXPECT_NEAR(2 * fine - coarse, beam, 0.02 * beam);
     }
-    EXPECT_NEAR(200 * (sag(RelaxerKind::Global, 200, EndCells::Paper) / kBeam - 1), 10.0 / 3, 0.03);
+    EXPECT_NEAR(200 * (sag(RelaxerKind::Global, 200, EndCells::Paper) / beam - 1), 10.0 / 3, 0.03);
 }
 
 TEST(LoadedWire, BentFarDownItConvergesToTheElasticaAsTheSquareOfLambda) {
@@ -98,7 +99,7 @@ TEST(LoadedWire, BentFarDownItConvergesToTheElasticaAsTheSquareOfLambda) {
 }
 
 TEST(LoadedWire, PressesOnAWallAsTheElasticaDoes) {
-    Elastica exact{.rigidity = kRigidity, .length = 20};
+    Elastica exact{.rigidity = fixed_rigidity, .length = 20};
     exact.rest_at(0.6, 6);
     const auto error = [&](int segments, EndCells ends) {
         return std::abs(force_on_wall(segments, ends) / exact.tip_force - 1);

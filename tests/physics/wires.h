@@ -79,7 +79,7 @@ inline SceneSetup long_scene(int segments) {
     return {wall, physics::wire_along(spec, wall.centreline(), segments)};
 }
 
-constexpr physics::RelaxBudget kUnlimited{1'000'000'000, 0, 0};
+constexpr physics::RelaxBudget unlimited{1'000'000'000, 0, 0};
 
 inline std::unique_ptr<physics::Relaxer> global_relaxer(const physics::LumenWall& wall) {
     physics::RelaxerConfig config;

@@ -61,11 +61,11 @@ render::CArm pinned_arm() {
 }
 
 std::vector<render::TissueLayer> pinned_phantom() {
-    return {{"trunk", render::Material::soft_tissue, render::Material::air,
+    return {{"trunk", render::Material::SoftTissue, render::Material::Air,
              render::ellipsoid(Vec3::Zero(), Vec3(150, 100, 200), 48), false},
-            {"bone", render::Material::cortical_bone, render::Material::soft_tissue,
+            {"bone", render::Material::CorticalBone, render::Material::SoftTissue,
              render::ellipsoid(Vec3(25, 20, 0), Vec3(12, 12, 40)), false},
-            {"vessel", render::Material::blood, render::Material::soft_tissue,
+            {"vessel", render::Material::Blood, render::Material::SoftTissue,
              render::tube({{-40, 0, -20}, {40, 5, 10}}, Vec3::UnitZ(), {5, 4}, {5, 4}), true}};
 }
 

@@ -18,10 +18,10 @@ using namespace physics;
 
 namespace {
 
-constexpr int kRolls = 5, kEnough = 1'000'000'000, kRoundsOfMending = 4;
-constexpr double kStiffness = 20;   // N/mm
-constexpr double kFromTheEnd = 4;   // of the tip at the start [mm]
-constexpr double kLongestWay = 60;  // in and out [mm]
+constexpr int rolls = 5, enough = 1'000'000'000, rounds_of_mending = 4;
+constexpr double fixed_stiffness = 20;  // N/mm
+constexpr double from_the_end = 4;      // of the tip at the start [mm]
+constexpr double longest_way = 60;      // in and out [mm]
 
 /// From the start of the root to the end of a branch, and how far along it the branch leaves its parent.
 struct Way {
@@ -65,7 +65,7 @@ public:
           wire_(std::move(wire)),
           what_(std::move(what)),
           tally_(tally) {
-        hub_.settle(wire_, kEnough);
+        hub_.settle(wire_, enough);
         mend();
         judge();
     }
@@ -73,11 +73,11 @@ public:
     void feed(double mm) {
         const double lambda = wire_.spec.segment_length;
         while (std::abs(mm) > 1e-9) {
-            if (merge_pieces(wire_, wall_) > 0) hub_.settle(wire_, kEnough);
+            if (merge_pieces(wire_, wall_) > 0) hub_.settle(wire_, enough);
             double part = std::clamp(mm, -lambda, lambda);
             mm -= part;
             while (std::abs(part) > 1e-9) {
-                const HubReport report = hub_.move(wire_, {part, 0}, kEnough);
+                const HubReport report = hub_.move(wire_, {part, 0}, enough);
                 tally_.refused += report.outcome == HubReport::Outcome::Refused;
                 if (report.outcome != HubReport::Outcome::AtRest || report.made.feed == 0) break;
                 part -= report.made.feed;
@@ -92,8 +92,8 @@ private:
         for (int round = 0;; ++round) {
             const auto found = crossings(wire_, all_contacts(wire_, wall_), wall_);
             told_ = !found.empty();
-            if (!told_ || round == kRoundsOfMending || split_crossings(wire_, found) == 0) return;
-            hub_.settle(wire_, kEnough);
+            if (!told_ || round == rounds_of_mending || split_crossings(wire_, found) == 0) return;
+            hub_.settle(wire_, enough);
         }
     }
 
@@ -101,8 +101,8 @@ private:
         ++tally_.frames;
         const double gradient = relative_gradient(wire_, all_contacts(wire_, wall_));
         tally_.gradient = std::max(tally_.gradient, gradient);
-        tally_.restless += !(gradient <= studies::kRestLimit);
-        EXPECT_LE(gradient, studies::kRestLimit) << what_ << ", " << wire_.inserted_length() << " mm";
+        tally_.restless += !(gradient <= studies::rest_limit);
+        EXPECT_LE(gradient, studies::rest_limit) << what_ << ", " << wire_.inserted_length() << " mm";
         tally_.told += told_;
         if (told_) return;
         const std::vector<bool> left = exits_.beyond(wire_);
@@ -133,18 +133,18 @@ void travel(std::string_view preset, Journal& tally) {
     for (const char* name : {"glide035", "floppy014"}) {
         const GuidewireSpec spec = physics::find_guidewire_preset(name)->spec;
         const auto wall =
-            anatomy::cached_distance_field(anatomy, kStiffness, 0.5 * spec.diameter, test::cache());
+            anatomy::cached_distance_field(anatomy, fixed_stiffness, 0.5 * spec.diameter, test::cache());
         for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
             const Way way = way_into(anatomy, b);
             const bool wide = way.narrowest > 1.2;
             if (wide != (std::string_view(name) == "glide035")) continue;
             const double length =
-                std::max(least_length(spec) + spec.segment_length, way.length - kFromTheEnd);
+                std::max(least_length(spec) + spec.segment_length, way.length - from_the_end);
             const double out = std::min({length - way.mouth + 3 * way.parent_radius + spec.curved_length,
-                                         kLongestWay, length - least_length(spec)});
-            for (int k = 0; k < kRolls; ++k) {
+                                         longest_way, length - least_length(spec)});
+            for (int k = 0; k < rolls; ++k) {
                 Guidewire wire = wire_of_length(spec, way.points, length);
-                wire.roll = 2 * M_PI * k / kRolls;
+                wire.roll = 2 * M_PI * k / rolls;
                 Traveller traveller(
                     lumen, exits, *wall, wire,
                     std::string(preset) + ", " + anatomy.branches[b].name + ", roll " + std::to_string(k),
@@ -170,7 +170,7 @@ TEST_P(Branches, AWireInAndOutStaysInsideAndAtRest) {
     RecordProperty("joints_outside", tally.outside);
     RecordProperty("told_to_cross", tally.told);
     RecordProperty("refused", tally.refused);
-    EXPECT_GE(tally.ways, kRolls);
+    EXPECT_GE(tally.ways, rolls);
     EXPECT_LE(tally.told, tally.frames / 50);
 }
 

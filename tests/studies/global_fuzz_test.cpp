@@ -22,9 +22,9 @@ using namespace physics;
 
 namespace {
 
-constexpr double kPassing = 1e-3;                 // |g|/C at which the next segment may come in
-constexpr int kUnlimited = 400 * 300;             // updates
-constexpr double kLargestTurn = 10 * M_PI / 180;  // of the hub before the wire settles [rad]
+constexpr double passing_gradient = 1e-3;         // |g|/C at which the next segment may come in
+constexpr int unlimited = 400 * 300;              // updates
+constexpr double largest_turn = 10 * M_PI / 180;  // of the hub before the wire settles [rad]
 
 struct Tally {
     std::vector<double> times;  // of the processor for a frame [ms]
@@ -54,7 +54,7 @@ public:
         relaxer_ = global_relaxer(*wall_);
         passing_ = make_relaxer(passing(), *wall_);
         wire_ = wire_along(spec, line, 30);
-        relaxer_->relax(wire_, {kUnlimited, 0, 0});
+        relaxer_->relax(wire_, {unlimited, 0, 0});
     }
 
     void play(int frames) {
@@ -62,7 +62,7 @@ public:
             command();
             const bool cut_short = unit() < 0.1;
             const std::clock_t start = std::clock();
-            step(cut_short ? 3 * wire_.segments() : kUnlimited);
+            step(cut_short ? 3 * wire_.segments() : unlimited);
             tally_.times.push_back(1e3 * static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
             judge(frame, cut_short);
             if (testing::Test::HasFatalFailure()) return;
@@ -110,7 +110,7 @@ private:
             settle();
         }
         while (settled_ && rotation_ != 0) {
-            const double part = std::clamp(rotation_, -kLargestTurn, kLargestTurn);
+            const double part = std::clamp(rotation_, -largest_turn, largest_turn);
             rotation_ -= part;
             rotate(wire_, part);
             settle();
@@ -134,7 +134,7 @@ private:
     void judge(int frame, bool cut_short) {
         Guidewire wire = wire_;
         RelaxReport report = last_;
-        if (cut_short && !report.converged) report = global_relaxer(*wall_)->relax(wire, {kUnlimited, 0, 0});
+        if (cut_short && !report.converged) report = global_relaxer(*wall_)->relax(wire, {unlimited, 0, 0});
         ++tally_.frames;
         tally_.short_frames += cut_short;
         tally_.loaded += !wire.load.isZero(0);
@@ -153,7 +153,7 @@ private:
 
     static RelaxerConfig passing() {
         RelaxerConfig config;
-        config.tolerance = kPassing;
+        config.tolerance = passing_gradient;
         return config;
     }
 

@@ -35,7 +35,7 @@ VesselTreeSpec make_spec(const GenerateRequest& request) {
     return spec;
 }
 
-/// Every number of the tree and its targets, so that another shape of the same name is told apart.
+/// Every number of the tree and its targets, so that another shape of the same name differs.
 std::string fingerprint(const VesselTreeSpec& spec) {
     const VesselTree tree = grow(spec);
     std::uint64_t hash = 14695981039346656037ull;

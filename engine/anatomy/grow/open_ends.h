@@ -14,7 +14,7 @@ struct EndCut {
 
 /// The mesh without what lies beyond each plane, bounded by loops in the planes. Corners near a plane are
 /// moved into it along the surface, so that no sharp triangles arise. Throws InputError when the part beyond
-/// a plane cannot be told from the rest.
+/// a plane cannot be distinguished from the rest.
 geometry::TriangleMesh cut_open(const geometry::TriangleMesh&, const ImplicitLumen&, std::span<const EndCut>);
 
 }  // namespace anatomy

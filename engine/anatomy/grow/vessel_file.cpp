@@ -89,7 +89,7 @@ void read_modifiers(io::Section& top, VesselTreeSpec& spec) {
         place(section, aneurysm.branch, aneurysm.at);
         section.number("diameter_mm", aneurysm.diameter, {1, 60});
         section.number("neck_mm", aneurysm.neck, {0.4, 60});
-        section.number("angle_deg", aneurysm.angle, {-360, 360}, geometry::kDegree);
+        section.number("angle_deg", aneurysm.angle, {-360, 360}, geometry::degree);
         section.finish();
         spec.aneurysms.push_back(aneurysm);
     }
@@ -198,7 +198,7 @@ Stenosis parse_stenosis(const std::string& text) {
 Aneurysm parse_aneurysm(const std::string& text) {
     const Parts p = split(text, 4, 5, 1, 4, "--aneurysm", "BRANCH:AT:DIAMETER:NECK[:ANGLE]");
     return {p.words[0], p.numbers[0], p.numbers[1], p.numbers[2],
-            p.numbers.size() > 3 ? p.numbers[3] * geometry::kDegree : 0};
+            p.numbers.size() > 3 ? p.numbers[3] * geometry::degree : 0};
 }
 
 Tortuosity parse_tortuosity(const std::string& text) {

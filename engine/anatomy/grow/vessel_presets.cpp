@@ -121,7 +121,7 @@ VesselTreeSpec iliac_renal(Draw& draw) {
                 {{-3, -26, -80}, 2.4}},
                0.1),
     };
-    spec.body = {geometry::Landmark::aortic_bifurcation, Vec3::Zero()};
+    spec.body = {geometry::Landmark::AorticBifurcation, Vec3::Zero()};
     spec.targets = {{"LRA", "LRA", 38.5}, {"RRA", "RRA", 42}, {"SMA", "SMA", 60}};
     return spec;
 }
@@ -215,7 +215,7 @@ VesselTreeSpec left_coronary(Draw& draw) {
                 {{-5.5, -1.8, -32.9}, 0.55}},
                0.1),
     };
-    spec.body = {geometry::Landmark::aortic_valve, Vec3(-2, -8, 0)};
+    spec.body = {geometry::Landmark::AorticValve, Vec3(-2, -8, 0)};
     spec.targets = {{"LAD", "LM+LAD", 101.7}, {"LCX", "LCX", 68}, {"OM1", "OM1", 47.4}};
     return spec;
 }
@@ -259,7 +259,7 @@ VesselTreeSpec right_coronary(Draw& draw) {
                 {{18, -33, -22}, 0.7}},
                0.1),
     };
-    spec.body = {geometry::Landmark::aortic_valve, Vec3(8, 8, -15)};
+    spec.body = {geometry::Landmark::AorticValve, Vec3(8, 8, -15)};
     spec.targets = {{"RCA", "RCA+PLV", 90}, {"PDA", "PDA", 35}};
     return spec;
 }
@@ -321,7 +321,7 @@ VesselTreeSpec cerebral(Draw& draw) {
                 {{-2, 12, 1}, 0.6}},
                0.08),
     };
-    spec.body = {geometry::Landmark::sella, Vec3(-15, -9, 4)};  // midway between the cavernous carotids
+    spec.body = {geometry::Landmark::Sella, Vec3(-15, -9, 4)};  // midway between the cavernous carotids
     spec.targets = {{"M1", "ICA+M1+M2sup", 95}, {"M2sup", "ICA+M1+M2sup", 120}, {"A2", "A1+A2", 25}};
     return spec;
 }
@@ -369,7 +369,7 @@ VesselTreeSpec arch(Draw& draw, const ArchShape& shape) {
     const double ascending = draw.normal(34.6, 4.7) / 2, trunk = draw.normal(12.5, 2) / 2,
                  carotid = draw.normal(8.3, 1.5) / 2, subclavian = draw.normal(10.4, 2.2) / 2,
                  gap_1 = draw.normal(4.4, 0.8), gap_2 = draw.normal(6.4, 1.2),
-                 plane = draw.normal(50 * geometry::kDegree, 14 * geometry::kDegree);
+                 plane = draw.normal(50 * geometry::degree, 14 * geometry::degree);
     const Vec3 along(std::sin(plane), std::cos(plane), 0);
     const double bow = 36;  // radius of the arch's centreline [mm]
     BranchSpec aorta{"aorta", "", 0, {}, false};
@@ -377,7 +377,7 @@ VesselTreeSpec arch(Draw& draw, const ArchShape& shape) {
     constexpr double clock[] = {150, 120, 90, 60, 30, 0};
     constexpr double width[] = {0.95, 0.91, 0.86, 0.82, 0.79, 0.77};
     for (int k = 0; k < 6; ++k) {
-        const double a = clock[k] * geometry::kDegree;
+        const double a = clock[k] * geometry::degree;
         aorta.knots.push_back(
             {bow * (1 + std::cos(a)) * along + Vec3(0, 0, 60 + bow * std::sin(a)), width[k] * ascending});
     }
@@ -493,7 +493,7 @@ VesselTreeSpec arch(Draw& draw, const ArchShape& shape) {
                                     {{2, 5.6, 70.8}, 1.5},
                                     {{2.5, 5.6, 79.1}, 1.5}},
                                    0.1));
-    spec.body = {geometry::Landmark::aortic_valve, aorta.knots[0].place};
+    spec.body = {geometry::Landmark::AorticValve, aorta.knots[0].place};
     spec.targets = {{"LICA", "LCCA+LICA", shape.bovine ? 188.0 : 201.3},
                     {"RICA", "RCCA+RICA", 145.4},
                     {"arch", "aorta", shape.bovine ? at_trunk : at_carotid}};

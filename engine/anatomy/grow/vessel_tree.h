@@ -82,7 +82,7 @@ struct VesselTree {
     double least_radius = 0;  // [mm]
 };
 
-/// Nearer than this, walls cannot be told apart on the generator's grid, or are drawn together where a branch
+/// Nearer than this, the generator's grid cannot separate walls, or are drawn together where a branch
 /// of this radius leaves its parent [mm].
 double least_gap(const VesselTree&, double radius);
 

@@ -198,7 +198,7 @@ std::vector<std::string> problems(const VesselTree& tree) {
     for (std::size_t b = 0; b < branches.size(); ++b) {
         for (std::size_t a = 0; a <= b; ++a) {
             const bool related = branches[b].parent == static_cast<int>(a);
-            if (related && branches[b].closed) continue;  // a sac stays beside its vessel
+            if (related && branches[b].closed) continue;  // a sac stays at its vessel
             check_apart(tree, whole[b], first[b], whole[a], related ? 0 : first[a], related, found);
         }
     }

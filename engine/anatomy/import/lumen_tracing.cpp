@@ -17,7 +17,7 @@ using geometry::Vec3;
 
 /// A voxel is covered by a ball of a centreline grown by this much: what sticks out farther is a vessel.
 constexpr double cover = 1.9;
-/// More spurs or tips than this are told, not followed.
+/// More spurs or tips than this are reported, not followed.
 constexpr int most_tips = 60;
 
 class VoxelTracer {

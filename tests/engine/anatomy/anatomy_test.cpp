@@ -116,11 +116,11 @@ TEST(Anatomy, PlaceInTheBodyIsWrittenAndRead) {
     const test::TemporaryFolder folder;
     Anatomy anatomy = test::straight_tube("tube");
     EXPECT_FALSE(load_anatomy(write_anatomy(anatomy, folder.path(), {})).body);
-    anatomy.body = {geometry::Landmark::sella, Vec3(1, -2, 3.5)};
+    anatomy.body = {geometry::Landmark::Sella, Vec3(1, -2, 3.5)};
     const std::optional<geometry::BodyPlace> read =
         load_anatomy(write_anatomy(anatomy, folder.path(), {})).body;
     ASSERT_TRUE(read);
-    EXPECT_EQ(read->landmark, geometry::Landmark::sella);
+    EXPECT_EQ(read->landmark, geometry::Landmark::Sella);
     EXPECT_EQ(read->at, Vec3(1, -2, 3.5));
 }
 

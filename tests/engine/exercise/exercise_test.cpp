@@ -83,10 +83,10 @@ double vessel_grey(const render::GrayImage& image) {
 }
 
 TEST(Exercise, DsaShowsContrastAloneAndRoadmapKeepsIt) {
-    const auto shown = images({{script::Beam{true}, script::SetMode{script::ImagingMode::dsa}},
+    const auto shown = images({{script::Beam{true}, script::SetMode{script::ImagingMode::Dsa}},
                                {script::Contrast{60}},
                                {script::Contrast{0}},
-                               {script::SetMode{script::ImagingMode::roadmap}},
+                               {script::SetMode{script::ImagingMode::Roadmap}},
                                {}});
     EXPECT_LT(vessel_grey(shown[1]), vessel_grey(shown[0]) - 20);
     EXPECT_NEAR(vessel_grey(shown[2]), vessel_grey(shown[0]), 10) << "the contrast has left";
@@ -102,9 +102,9 @@ TEST(Exercise, ARoadmapIsLostWhenTheArmTheTableOrTheFieldMoves) {
     for (const script::Command& move : moves) {
         Exercise exercise(test::small_scenario(), true);
         const auto next = [&](const Commands& commands) { exercise.next_frame(commands); };
-        next({script::Beam{true}, script::SetMode{script::ImagingMode::dsa}});
+        next({script::Beam{true}, script::SetMode{script::ImagingMode::Dsa}});
         next({script::Contrast{60}});
-        next({script::SetMode{script::ImagingMode::roadmap}});
+        next({script::SetMode{script::ImagingMode::Roadmap}});
         EXPECT_FALSE(exercise.monitor()->map_is_missing());
         next({move});
         EXPECT_TRUE(exercise.monitor()->map_is_missing()) << script::to_text(move);
@@ -114,12 +114,12 @@ TEST(Exercise, ARoadmapIsLostWhenTheArmTheTableOrTheFieldMoves) {
 TEST(Exercise, AMaskAskedForIsTakenByTheNextPulseOfDsa) {
     Exercise exercise(test::small_scenario(), true);
     const auto next = [&](const Commands& commands) { exercise.next_frame(commands); };
-    next({script::Beam{true}, script::SetMode{script::ImagingMode::dsa}});
+    next({script::Beam{true}, script::SetMode{script::ImagingMode::Dsa}});
     next({script::Contrast{60}});
-    next({script::SetMode{script::ImagingMode::roadmap}, script::NewMask{}});
+    next({script::SetMode{script::ImagingMode::Roadmap}, script::NewMask{}});
     EXPECT_FALSE(exercise.monitor()->map_is_missing());
-    next({script::SetMode{script::ImagingMode::dsa}});
-    next({script::SetMode{script::ImagingMode::roadmap}});
+    next({script::SetMode{script::ImagingMode::Dsa}});
+    next({script::SetMode{script::ImagingMode::Roadmap}});
     EXPECT_TRUE(exercise.monitor()->map_is_missing());
 }
 
@@ -194,7 +194,7 @@ TEST(Exercise, AnInjectionComesGoesAndIsCounted) {
         exercise.next_frame(commands);
         return vessel_grey(exercise.image());
     };
-    const double before = next({script::Beam{true}, script::SetMode{script::ImagingMode::dsa}});
+    const double before = next({script::Beam{true}, script::SetMode{script::ImagingMode::Dsa}});
     double darkest = next({script::Inject{6, 6, "tube", 320}});
     for (int frame = 0; frame < 20; ++frame) darkest = std::min(darkest, next({}));
     EXPECT_LT(darkest, before - 30);
@@ -228,7 +228,7 @@ TEST(Exercise, VesselsThatMoveTakeWireAndContrastWithThem) {
                         test::small_toml_with("patient = false", "patient = true") + motion, "small.toml"),
                     true);
     const auto row_of_the_vessel = [](Exercise& exercise) {
-        exercise.next_frame(Commands{script::Beam{true}, script::SetMode{script::ImagingMode::dsa}});
+        exercise.next_frame(Commands{script::Beam{true}, script::SetMode{script::ImagingMode::Dsa}});
         for (int frame = 1; frame < 7; ++frame) exercise.next_frame(Commands{script::Contrast{200}});
         const render::GrayImage& image = exercise.image();
         int darkest = 0;

@@ -34,13 +34,13 @@ TEST(Imaging, PatientHasTheOrgansOfTheLandmark) {
                            [&](const render::TissueLayer& layer) { return layer.name == name; });
     };
     const geometry::Vec3 middle = anatomy.branches[0].points[anatomy.branches[0].points.size() / 2];
-    anatomy.body = {geometry::Landmark::sella, middle};
+    anatomy.body = {geometry::Landmark::Sella, middle};
     EXPECT_TRUE(has("brain"));
     EXPECT_FALSE(has("left kidney"));
-    anatomy.body = {geometry::Landmark::aortic_valve, middle};
+    anatomy.body = {geometry::Landmark::AorticValve, middle};
     EXPECT_TRUE(has("heart"));
     EXPECT_FALSE(has("brain"));
-    anatomy.body = {geometry::Landmark::aortic_bifurcation, middle};
+    anatomy.body = {geometry::Landmark::AorticBifurcation, middle};
     EXPECT_TRUE(has("left kidney"));
     EXPECT_FALSE(has("brain"));
     anatomy.body.reset();  // as an imported one

@@ -108,7 +108,7 @@ TEST(Snapshot, RestoredItGoesOnAsItWentOn) {
 
 TEST(Snapshot, TakesAnExerciseBack) {
     Exercise exercise(test::small_scenario(), true);
-    exercise.next_frame(Commands{script::Beam{true}, script::SetMode{script::ImagingMode::dsa},
+    exercise.next_frame(Commands{script::Beam{true}, script::SetMode{script::ImagingMode::Dsa},
                                  script::Inject{3, 6, "tube", 320}, script::SetPulseRate{7.5}});
     exercise.next_frame(Commands{script::Advance{6}});
     const Exercise::Snapshot snapshot = exercise.snapshot();

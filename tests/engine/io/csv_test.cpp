@@ -8,7 +8,7 @@ namespace {
 using test::refusal;
 
 std::string points_refusal(const std::string& text) {
-    return refusal([&] { parse_csv(text, "a.csv", kPointsHeader); });
+    return refusal([&] { parse_csv(text, "a.csv", points_header); });
 }
 
 }  // namespace
@@ -25,10 +25,10 @@ TEST(Csv, PointsReadBackToTheSameBits) {
 
 TEST(Csv, LineEndsOfOtherSystemsSpacesAndEmptyLastLinesAreAccepted) {
     const auto rows =
-        parse_csv("\xEF\xBB\xBFx_mm,y_mm,z_mm\r\n1, 2,+3\r\n4,5,6\r\n\r\n", "a.csv", kPointsHeader);
+        parse_csv("\xEF\xBB\xBFx_mm,y_mm,z_mm\r\n1, 2,+3\r\n4,5,6\r\n\r\n", "a.csv", points_header);
     ASSERT_EQ(rows.size(), 2u);
     EXPECT_EQ(rows[0], (std::vector<double>{1, 2, 3}));
-    EXPECT_EQ(parse_csv("x_mm,y_mm,z_mm", "a.csv", kPointsHeader).size(), 0u);
+    EXPECT_EQ(parse_csv("x_mm,y_mm,z_mm", "a.csv", points_header).size(), 0u);
 }
 
 TEST(Csv, RefusalsNameLineAndColumn) {

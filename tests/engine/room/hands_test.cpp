@@ -92,11 +92,11 @@ TEST_F(HandsTest, WheelDragAndStickMoveTheWire) {
 TEST_F(HandsTest, PedalsTurnTheBeamOnWhileTheyAreDown) {
     frame(holding({Action::Fluoroscopy}));
     EXPECT_TRUE(exercise.simulation().console().beam_on());
-    EXPECT_EQ(exercise.simulation().console().mode(), script::ImagingMode::live);
+    EXPECT_EQ(exercise.simulation().console().mode(), script::ImagingMode::Live);
     frame(Input());
     EXPECT_FALSE(exercise.simulation().console().beam_on());
     const auto acquire = commands(holding({Action::Acquisition}));
-    EXPECT_EQ(find<script::SetMode>(acquire)->mode, script::ImagingMode::dsa);
+    EXPECT_EQ(find<script::SetMode>(acquire)->mode, script::ImagingMode::Dsa);
     EXPECT_TRUE(find<script::NewMask>(acquire));
     last = exercise.next_frame(acquire).motion;
     EXPECT_FALSE(find<script::NewMask>(commands(holding({Action::Acquisition}))));
@@ -104,7 +104,7 @@ TEST_F(HandsTest, PedalsTurnTheBeamOnWhileTheyAreDown) {
     Input roadmap = holding({Action::Fluoroscopy});
     roadmap.pressed = {Action::Roadmap};
     frame(roadmap);
-    EXPECT_EQ(exercise.simulation().console().mode(), script::ImagingMode::roadmap);
+    EXPECT_EQ(exercise.simulation().console().mode(), script::ImagingMode::Roadmap);
 }
 
 TEST_F(HandsTest, TheStandGoesNoFurtherThanItCanAndSaysSo) {

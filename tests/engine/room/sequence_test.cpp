@@ -24,7 +24,7 @@ protected:
     }
     /// A DSA run of so many frames.
     void acquire(int frames) {
-        frame({script::SetMode{ImagingMode::dsa}, script::NewMask{}, script::Beam{true}});
+        frame({script::SetMode{ImagingMode::Dsa}, script::NewMask{}, script::Beam{true}});
         for (int k = 1; k < frames; ++k) frame({});
         frame({script::Beam{false}});
     }
@@ -37,7 +37,7 @@ protected:
 TEST_F(SequenceTest, ARunIsWhatLiesBetweenPressAndRelease) {
     acquire(5);
     acquire(3);
-    frame({script::SetMode{ImagingMode::live}, script::Beam{true}});
+    frame({script::SetMode{ImagingMode::Live}, script::Beam{true}});
     frame({});
     frame({script::Beam{false}});
     const auto runs = sequences.runs();
@@ -45,13 +45,13 @@ TEST_F(SequenceTest, ARunIsWhatLiesBetweenPressAndRelease) {
     EXPECT_EQ(runs[0]->images.size(), 5u);
     EXPECT_EQ(runs[1]->images.size(), 3u);
     EXPECT_EQ(runs[2]->images.size(), 2u);
-    EXPECT_EQ(runs[2]->mode, ImagingMode::live);
+    EXPECT_EQ(runs[2]->mode, ImagingMode::Live);
     EXPECT_EQ(runs[1]->number, 2);
 }
 
 TEST_F(SequenceTest, WithItsOwnMaskAnImageIsWhatWasShown) {
     frame({script::Contrast{0}});
-    frame({script::SetMode{ImagingMode::dsa}, script::NewMask{}, script::Beam{true}});
+    frame({script::SetMode{ImagingMode::Dsa}, script::NewMask{}, script::Beam{true}});
     frame({script::Contrast{30}});
     frame({script::Advance{2}});
     const auto run = sequences.runs().back();
@@ -65,7 +65,7 @@ TEST_F(SequenceTest, WithItsOwnMaskAnImageIsWhatWasShown) {
 }
 
 TEST_F(SequenceTest, AMovedMaskSubtractsAnImageThatMovedAsMuch) {
-    frame({script::SetMode{ImagingMode::dsa}, script::NewMask{}, script::Beam{true}});
+    frame({script::SetMode{ImagingMode::Dsa}, script::NewMask{}, script::Beam{true}});
     const auto run = sequences.runs().back();
     Sequence moved = *run;
     moved.images.push_back(moved.images[0]);
@@ -102,7 +102,7 @@ TEST_F(SequenceTest, TheOldestGoFirstAndTheMaskOfARunStays) {
     EXPECT_EQ(sequences.runs()[0]->images.size(), 20u);
     EXPECT_GT(sequences.runs()[0]->images[0].time.index, first);
     EXPECT_GT(sequences.runs()[0]->images[1].time.index, sequences.runs()[0]->images[0].time.index + 5);
-    frame({script::SetMode{ImagingMode::live}, script::Beam{true}});
+    frame({script::SetMode{ImagingMode::Live}, script::Beam{true}});
     for (int k = 0; k < 30; ++k) frame({});
     EXPECT_EQ(sequences.runs().back()->images.size(), 8u);
 }

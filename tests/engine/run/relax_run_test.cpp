@@ -91,7 +91,7 @@ TEST(RelaxRun, ReportsWhatTheEnergyFunctionsSay) {
     const auto contacts = physics::all_contacts(outcome.wire, *fresh.wall);
     EXPECT_DOUBLE_EQ(outcome.energy.total(), physics::total_energy(outcome.wire, contacts).total());
     EXPECT_DOUBLE_EQ(outcome.gradient, physics::relative_gradient(outcome.wire, contacts));
-    EXPECT_EQ(outcome.converged, outcome.gradient <= kUsualTolerance);
+    EXPECT_EQ(outcome.converged, outcome.gradient <= usual_tolerance);
     EXPECT_LE(outcome.iterations, 20);
     EXPECT_LE(outcome.updates, outcome.iterations * 820);
     EXPECT_GT(outcome.cpu, 0);

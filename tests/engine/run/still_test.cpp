@@ -42,8 +42,8 @@ TEST(Still, TurnsTheArmAndKeepsWhatTheScriptSet) {
 
 TEST(Still, ModesShowVesselsWithoutAScriptThatInjects) {
     StillRequest dsa, roadmap;
-    dsa.mode = script::ImagingMode::dsa;
-    roadmap.mode = script::ImagingMode::roadmap;
+    dsa.mode = script::ImagingMode::Dsa;
+    roadmap.mode = script::ImagingMode::Roadmap;
     EXPECT_LT(darkest(still(dsa)), 170) << "background is 205";
     EXPECT_NE(still(roadmap), still({}));
     EXPECT_EQ(still(dsa), still(dsa));

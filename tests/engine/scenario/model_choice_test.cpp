@@ -16,7 +16,7 @@ using namespace scenario;
 
 namespace {
 
-constexpr double kTolerance = 0.05;  // [mm]
+constexpr double tolerance = 0.05;  // [mm]
 
 Anatomy tube(double radius, std::vector<PenMove> path) {
     return tube_anatomy("tube", draw(path), radius, 24, radius / 2);
@@ -41,24 +41,23 @@ TEST(ModelChoice, MeasuresTheNarrowestPlaceAndTheSharpestBend) {
 
 TEST(ModelChoice, ASegmentSagsByNoMoreThanTheToleranceInTheSharpestBend) {
     for (const double radius : {6.0, 12.0, 40.0}) {
-        const ModelChoice choice =
-            choose_model(tube(5, {anatomy::Run{40}, Arc{radius, 2.0}, anatomy::Run{40}}), straight_tip(),
-                         kTolerance, true);
-        EXPECT_LE(choice.segment_length * choice.segment_length / (8 * radius), kTolerance * 1.05);
-        EXPECT_GE(choice.segment_length * choice.segment_length / (8 * radius), kTolerance * 0.8);
+        const ModelChoice choice = choose_model(
+            tube(5, {anatomy::Run{40}, Arc{radius, 2.0}, anatomy::Run{40}}), straight_tip(), tolerance, true);
+        EXPECT_LE(choice.segment_length * choice.segment_length / (8 * radius), tolerance * 1.05);
+        EXPECT_GE(choice.segment_length * choice.segment_length / (8 * radius), tolerance * 0.8);
         EXPECT_NE(choice.segment_reason.find("bends"), std::string::npos);
     }
 }
 
 TEST(ModelChoice, ASegmentIsNoLongerThanTheSmallestRadius) {
-    const ModelChoice choice = choose_model(tube(0.7, {anatomy::Run{60}}), straight_tip(), kTolerance, false);
+    const ModelChoice choice = choose_model(tube(0.7, {anatomy::Run{60}}), straight_tip(), tolerance, false);
     EXPECT_NEAR(choice.segment_length, 0.7, 1e-9);
     EXPECT_NE(choice.segment_reason.find("narrows"), std::string::npos);
     EXPECT_TRUE(choice.demand.sharpest.empty());
 }
 
 TEST(ModelChoice, AStraightWideTubeTakesTheLongestSegments) {
-    EXPECT_EQ(choose_model(tube(9, {anatomy::Run{200}}), straight_tip(), kTolerance, true).segment_length,
+    EXPECT_EQ(choose_model(tube(9, {anatomy::Run{200}}), straight_tip(), tolerance, true).segment_length,
               5.0);
 }
 
@@ -66,32 +65,31 @@ TEST(ModelChoice, TheCurvedTipIsAWholeNumberOfSegmentsThatFollowIt) {
     for (const GuidewirePreset& preset : guidewire_presets()) {
         const physics::GuidewireSpec& wire = preset.spec;
         const double length =
-            choose_model(tube(9, {anatomy::Run{200}}), wire, kTolerance, true).segment_length;
+            choose_model(tube(9, {anatomy::Run{200}}), wire, tolerance, true).segment_length;
         if (wire.curved_length == 0) continue;
         const double count = wire.curved_length / length, radius = wire.curved_length / wire.curved_angle;
         EXPECT_NEAR(count, std::round(count), 1e-9) << preset.name;
-        EXPECT_LE(length * length / (8 * radius), kTolerance) << preset.name;
+        EXPECT_LE(length * length / (8 * radius), tolerance) << preset.name;
     }
 }
 
 TEST(ModelChoice, TakesTheWallThatTheAnatomyAllows) {
     const Anatomy wide = tube(2, {anatomy::Run{60}}), narrow = tube(0.2, {anatomy::Run{60}});
     const Anatomy huge = tube(40, {anatomy::Run{400'000}});
-    EXPECT_EQ(choose_model(wide, straight_tip(), kTolerance, true).wall, WallModel::Analytic);
-    EXPECT_EQ(choose_model(wide, straight_tip(), kTolerance, false).wall, WallModel::DistanceField);
-    EXPECT_EQ(choose_model(narrow, straight_tip(), kTolerance, false).wall, WallModel::Mesh);
+    EXPECT_EQ(choose_model(wide, straight_tip(), tolerance, true).wall, WallModel::Analytic);
+    EXPECT_EQ(choose_model(wide, straight_tip(), tolerance, false).wall, WallModel::DistanceField);
+    EXPECT_EQ(choose_model(narrow, straight_tip(), tolerance, false).wall, WallModel::Mesh);
     const Anatomy tight = tube(0.27, {anatomy::Run{60}});  // a stenosis that a wire of 0.014 in just passes
-    EXPECT_EQ(choose_model(tight, straight_tip(), kTolerance, false).wall, WallModel::DistanceField);
-    EXPECT_EQ(choose_model(huge, straight_tip(), kTolerance, false).wall, WallModel::Mesh);
+    EXPECT_EQ(choose_model(tight, straight_tip(), tolerance, false).wall, WallModel::DistanceField);
+    EXPECT_EQ(choose_model(huge, straight_tip(), tolerance, false).wall, WallModel::Mesh);
     physics::GuidewireSpec thick = straight_tip();
     thick.diameter = 3;
-    EXPECT_EQ(choose_model(wide, thick, kTolerance, false).wall, WallModel::Mesh);
+    EXPECT_EQ(choose_model(wide, thick, tolerance, false).wall, WallModel::Mesh);
 }
 
 TEST(ModelChoice, ChoosesForTheIliacArteriesWithReasons) {
     const Anatomy& iliac = test::iliac_renal();
-    const ModelChoice choice =
-        choose_model(iliac, find_guidewire_preset("glide035")->spec, kTolerance, false);
+    const ModelChoice choice = choose_model(iliac, find_guidewire_preset("glide035")->spec, tolerance, false);
     EXPECT_EQ(choice.wall, WallModel::DistanceField);
     EXPECT_GT(choice.segment_length, 0.5);
     EXPECT_LE(choice.segment_length, choice.demand.smallest_radius);

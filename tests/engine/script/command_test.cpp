@@ -60,7 +60,7 @@ TEST(Command, TheConsolesVerbsAreRead) {
     EXPECT_EQ(inject.branch, "LRA");
     EXPECT_EQ(inject.iodine, 300);
     EXPECT_EQ(std::get<Inject>(script.commands[1].command).iodine, 320);
-    EXPECT_EQ(std::get<SetMode>(script.commands[2].command).mode, ImagingMode::dsa);
+    EXPECT_EQ(std::get<SetMode>(script.commands[2].command).mode, ImagingMode::Dsa);
     EXPECT_EQ(std::get<SetPulseRate>(script.commands[3].command).rate, 7.5);
     EXPECT_EQ(std::get<Collimate>(script.commands[4].command).height, 90);
     EXPECT_EQ(std::get<MoveTable>(script.commands[5].command).place, geometry::Vec3(1, 2, -3));
@@ -107,7 +107,7 @@ TEST(Command, TextReadsBackToTheSameBits) {
         Beam{false},
         Reset{},
         Inject{12, 0.7, "aorta", 300},
-        SetMode{ImagingMode::roadmap},
+        SetMode{ImagingMode::Roadmap},
         SetPulseRate{3.75},
         NewMask{},
         Collimate{120, 90.5},

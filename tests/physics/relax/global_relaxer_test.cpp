@@ -41,7 +41,7 @@ const Listed listed[] = {{"sinuous", {5.808956, 5.808954}, 1e-6},
 TEST(GlobalRelaxer, ReachesAListedMinimumFromTheCentreline) {
     for (const Listed& scene : listed) {
         auto [wall, wire] = scene_setup(scene.scene);
-        const RelaxReport report = global_relaxer(wall)->relax(wire, kUnlimited);
+        const RelaxReport report = global_relaxer(wall)->relax(wire, unlimited);
         expect_equilibrium(wire, wall, report);
         const double energy = energy_of(wire, wall);
         EXPECT_NEAR(energy, nearest(energy, scene.minima), scene.digits) << scene.scene;
@@ -54,11 +54,11 @@ TEST(GlobalRelaxer, IsAtEquilibriumAfterEveryPush) {
         const int segments = wire.segments();
         wire = wire_along(wire.spec, wall.centreline(), 20);
         auto relaxer = global_relaxer(wall);
-        relaxer->relax(wire, kUnlimited);
+        relaxer->relax(wire, unlimited);
         int unconverged = 0;
         while (wire.segments() < segments) {
             insert_segment(wire);
-            const RelaxReport report = relaxer->relax(wire, kUnlimited);
+            const RelaxReport report = relaxer->relax(wire, unlimited);
             unconverged += !report.converged;
             ASSERT_LT(report.largest_bend, 0.5) << scene.scene << " at " << wire.segments();
             const auto contacts = all_contacts(wire, wall);
@@ -73,7 +73,7 @@ TEST(GlobalRelaxer, IsAtEquilibriumAfterEveryPush) {
 TEST(GlobalRelaxer, GoesWhereThePapersRelaxerGoes) {
     auto [wall, wire] = scene_setup("hairpin");
     Guidewire other = wire;
-    global_relaxer(wall)->relax(wire, kUnlimited);
+    global_relaxer(wall)->relax(wire, unlimited);
     paper_relaxer(wall)->relax(other, whole_cycles(other.segments(), 100));
     double farthest = 0;
     for (int i = 0; i <= wire.segments(); ++i)
@@ -84,30 +84,30 @@ TEST(GlobalRelaxer, GoesWhereThePapersRelaxerGoes) {
 TEST(GlobalRelaxer, DoesNoWorkWhereNothingChanged) {
     auto [wall, wire] = scene_setup("hairpin");
     auto relaxer = global_relaxer(wall);
-    relaxer->relax(wire, kUnlimited);
+    relaxer->relax(wire, unlimited);
     const Guidewire before = wire;
-    const RelaxReport report = relaxer->relax(wire, kUnlimited);
+    const RelaxReport report = relaxer->relax(wire, unlimited);
     EXPECT_EQ(report.newton_steps, 0);
     EXPECT_EQ(report.updates, 0);
     EXPECT_EQ(report.wall_queries, 0);
     EXPECT_TRUE(report.converged);
     EXPECT_EQ(wire.tangents, before.tangents);
     // A relaxer that has not seen this wire asks for every joint but moves none.
-    EXPECT_EQ(global_relaxer(wall)->relax(wire, kUnlimited).wall_queries, wire.segments());
+    EXPECT_EQ(global_relaxer(wall)->relax(wire, unlimited).wall_queries, wire.segments());
     EXPECT_EQ(wire.tangents, before.tangents);
 }
 
 TEST(GlobalRelaxer, WorksAtTheTipOfALongWireFirst) {
     auto [wall, wire] = long_scene(560);
     auto relaxer = global_relaxer(wall);
-    relaxer->relax(wire, kUnlimited);
+    relaxer->relax(wire, unlimited);
     long long windows = 0, wholes = 0;
     for (int k = 0; k < 30; ++k) {
         insert_segment(wire);
         Guidewire other = wire;
-        const RelaxReport report = relaxer->relax(wire, kUnlimited);
+        const RelaxReport report = relaxer->relax(wire, unlimited);
         expect_equilibrium(wire, wall, report);
-        const RelaxReport whole = global_relaxer(wall)->relax(other, kUnlimited);
+        const RelaxReport whole = global_relaxer(wall)->relax(other, unlimited);
         windows += report.updates;
         wholes += whole.updates;
         EXPECT_LT(report.wall_queries, whole.wall_queries);
@@ -118,9 +118,9 @@ TEST(GlobalRelaxer, WorksAtTheTipOfALongWireFirst) {
 TEST(GlobalRelaxer, SpendsAShortBudgetAtTheTip) {
     auto [wall, wire] = scene_setup("sinuous");
     auto relaxer = global_relaxer(wall);
-    relaxer->relax(wire, kUnlimited);
+    relaxer->relax(wire, unlimited);
     remove_segment(wire);
-    relaxer->relax(wire, kUnlimited);
+    relaxer->relax(wire, unlimited);
     insert_segment(wire);
     const Guidewire before = wire;
     const double energy = energy_of(wire, wall);
@@ -132,7 +132,7 @@ TEST(GlobalRelaxer, SpendsAShortBudgetAtTheTip) {
     EXPECT_LT(energy_of(wire, wall), energy);
     for (int i = 0; i <= wire.segments() - report.window; ++i)
         ASSERT_EQ(wire.tangents[i], before.tangents[i]) << i;
-    EXPECT_TRUE(relaxer->relax(wire, kUnlimited).converged);
+    EXPECT_TRUE(relaxer->relax(wire, unlimited).converged);
 }
 
 TEST(GlobalRelaxer, KeepsToItsBudgetAndReturnsALowerState) {
@@ -155,7 +155,7 @@ TEST(GlobalRelaxer, LeavesExactSymmetry) {
     Guidewire pressed = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, std::vector<Vec3>(40, Vec3::UnitX()));
     const TubeWall cap({{-1, 0, 0}, {38.5, 0, 0}}, 1.0, 42);
     const double before = energy_of(pressed, cap);
-    RelaxReport report = global_relaxer(cap)->relax(pressed, kUnlimited);
+    RelaxReport report = global_relaxer(cap)->relax(pressed, unlimited);
     expect_equilibrium(pressed, cap, report);
     EXPECT_LT(energy_of(pressed, cap), 0.7 * before);
     EXPECT_GT(report.push_force, 0.0);
@@ -164,7 +164,7 @@ TEST(GlobalRelaxer, LeavesExactSymmetry) {
     for (int i = 20; i < 40; ++i) tangents[i] = -Vec3::UnitX();
     Guidewire folded = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, tangents);
     const TubeWall tube({{-30, 0, 0}, {60, 0, 0}}, 3.0, 42);
-    report = global_relaxer(tube)->relax(folded, kUnlimited);
+    report = global_relaxer(tube)->relax(folded, unlimited);
     EXPECT_TRUE(validate(folded).empty());
     EXPECT_LT(report.gradient, 1e-6);
 }
@@ -180,7 +180,7 @@ TEST(GlobalRelaxer, AFoldedWireStaysFolded) {
     for (int i = 0; i < 20; ++i) tangents.push_back(-Vec3::UnitX());
     Guidewire wire = uniform_wire(50, 1.0, {0, -3.8, 0}, {1, 0, 0}, tangents);
     const TubeWall wall({{-30, 0, 0}, {60, 0, 0}}, 4.5, 42);
-    const RelaxReport report = global_relaxer(wall)->relax(wire, kUnlimited);
+    const RelaxReport report = global_relaxer(wall)->relax(wire, unlimited);
     expect_equilibrium(wire, wall, report);
     EXPECT_LT(wire.tangents.back().x(), -0.5);
     EXPECT_LT(report.largest_bend, M_PI / 3);
@@ -195,12 +195,12 @@ TEST(GlobalRelaxer, RotatesACurvedTipAgainstAWallUnderItsWeight) {
     Guidewire wire = wire_along(spec, line, 100);
     wire.load = Vec3(0, 0, -1e-3);
     auto relaxer = global_relaxer(wall);
-    expect_equilibrium(wire, wall, relaxer->relax(wire, kUnlimited));
+    expect_equilibrium(wire, wall, relaxer->relax(wire, unlimited));
     double torque = 0;
     int steps = 0;
     for (int k = 0; k < 36; ++k) {
         rotate(wire, 10 * M_PI / 180);
-        const RelaxReport report = relaxer->relax(wire, kUnlimited);
+        const RelaxReport report = relaxer->relax(wire, unlimited);
         expect_equilibrium(wire, wall, report);
         torque = std::max(torque, std::abs(report.base_torque));
         steps += report.newton_steps;
@@ -234,7 +234,7 @@ TEST(GlobalRelaxer, MirroredSceneGivesTheMirroredWire) {
         for (int k = 0; k < 15; ++k) {
             move(wire, 2);
             rotate(wire, sign * 0.15);
-            relaxer->relax(wire, kUnlimited);
+            relaxer->relax(wire, unlimited);
         }
         return wire;
     };
@@ -254,7 +254,7 @@ TEST(GlobalRelaxer, HoldsUpTheWiresWeightAtTheIntroducer) {
         Guidewire wire = uniform_wire(50, 1.0, {0, 0, 0}, {0, 0, up}, std::vector<Vec3>(40, Vec3(0, 0, up)));
         const TubeWall wall({{0, 0, -100}, {0, 0, 100}}, 20.0, 40);
         wire.load = Vec3(0, 0, -1e-3);
-        const RelaxReport report = global_relaxer(wall)->relax(wire, kUnlimited);
+        const RelaxReport report = global_relaxer(wall)->relax(wire, unlimited);
         expect_equilibrium(wire, wall, report);
         EXPECT_NEAR(report.push_force, up * 0.04, 1e-12);
     }
@@ -267,7 +267,7 @@ TEST(GlobalRelaxer, AStandingWireBucklesUnderItsWeightWhereGreenhillSays) {
     for (const double share : {0.99, 1.01}) {
         Guidewire wire = uniform_wire(50, 0.5, {0, 0, 0}, {0, 0, 1}, std::vector<Vec3>(200, Vec3::UnitZ()));
         wire.load = Vec3(0, 0, -share * critical);
-        const RelaxReport report = global_relaxer(wall)->relax(wire, kUnlimited);
+        const RelaxReport report = global_relaxer(wall)->relax(wire, unlimited);
         expect_equilibrium(wire, wall, report);
         EXPECT_EQ(wire.tip().head<2>().norm() > 1.0, share > 1) << wire.tip().transpose();
     }
@@ -276,15 +276,15 @@ TEST(GlobalRelaxer, AStandingWireBucklesUnderItsWeightWhereGreenhillSays) {
 TEST(GlobalRelaxer, FollowsALoadThatChanges) {
     auto [wall, wire] = scene_setup("spatial");
     auto relaxer = global_relaxer(wall);
-    relaxer->relax(wire, kUnlimited);
+    relaxer->relax(wire, unlimited);
     const double unloaded = energy_of(wire, wall);
     wire.load = Vec3(0, -0.02, 0.01);
-    RelaxReport report = relaxer->relax(wire, kUnlimited);
+    RelaxReport report = relaxer->relax(wire, unlimited);
     expect_equilibrium(wire, wall, report);
     EXPECT_GT(report.newton_steps, 0);
     wire.load.setZero();
     EXPECT_GT(energy_of(wire, wall), unloaded + 1e-4);
-    report = relaxer->relax(wire, kUnlimited);
+    report = relaxer->relax(wire, unlimited);
     expect_equilibrium(wire, wall, report);
     EXPECT_NEAR(energy_of(wire, wall), nearest(energy_of(wire, wall), {1.86512, 1.86577}), 5e-6);
 }

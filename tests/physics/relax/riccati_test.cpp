@@ -120,7 +120,7 @@ Pressed pressed(double curved_angle, const Vec3& load = Vec3::Zero()) {
     wire.load = load;
     return {wire, TubeWall({{1, -2, 0}, {2, -1, 20}, {6, 3, 60}}, 3.0, 30.0, 0.4)};
 }
-const Vec3 kLoad(0.3, -0.5, 0.2);  // of the order of what bending and wall push with
+const Vec3 test_load(0.3, -0.5, 0.2);  // of the order of what bending and wall push with
 
 }  // namespace
 
@@ -156,7 +156,7 @@ TEST(Riccati, AnswerToFedSegmentsEqualsADenseFactorisation) {
 
 TEST(NewtonTerms, AreSolvedWhileTheyAreAssembled) {
     for (const double curved : {0.0, 1.2}) {
-        const auto [wire, wall] = pressed(curved, kLoad);
+        const auto [wire, wall] = pressed(curved, test_load);
         const auto contacts = all_contacts(wire, wall);
         std::vector<Vec3> d;
         if (curved > 0) d = directors(wire);
@@ -198,7 +198,7 @@ TEST(Riccati, PivotsTellWhetherTheHessianIsPositiveDefinite) {
 
 TEST(NewtonTerms, GradientAndHessianAreThoseOfTheEnergy) {
     for (const auto& [curved, load] :
-         {std::pair(0.0, Vec3(0, 0, 0)), {1.2, Vec3(0, 0, 0)}, {0.0, kLoad}, {1.2, kLoad}}) {
+         {std::pair(0.0, Vec3(0, 0, 0)), {1.2, Vec3(0, 0, 0)}, {0.0, test_load}, {1.2, test_load}}) {
         const auto [wire, wall] = pressed(curved, load);
         const NewtonTerms terms = terms_of(wire, all_contacts(wire, wall));
         const int n = wire.segments();
@@ -233,7 +233,7 @@ TEST(NewtonTerms, GradientAndHessianAreThoseOfTheEnergy) {
 }
 
 TEST(NewtonTerms, AgreeWithTheEnergyModule) {
-    const auto [wire, wall] = pressed(1.2, kLoad);
+    const auto [wire, wall] = pressed(1.2, test_load);
     const auto contacts = all_contacts(wire, wall);
     const NewtonTerms terms = terms_of(wire, contacts);
     const auto gradient = energy_gradient(wire, contacts);
@@ -242,13 +242,13 @@ TEST(NewtonTerms, AgreeWithTheEnergyModule) {
         EXPECT_LT((found - gradient[j]).norm(), 1e-9 * (1 + gradient[j].norm())) << j;
     }
     EXPECT_NEAR(terms.relative_gradient, relative_gradient(wire, contacts), 1e-12 * terms.relative_gradient);
-    Vec3 push = -wire.inserted_length() * kLoad;
+    Vec3 push = -wire.inserted_length() * test_load;
     for (const WallContact& c : contacts) push += c.push();
     EXPECT_LT((terms.push - push).norm(), 1e-12 * push.norm());
 }
 
 TEST(NewtonTerms, AWindowHasTheTermsOfTheWholeWire) {
-    const auto [before, wall] = pressed(1.2, kLoad);
+    const auto [before, wall] = pressed(1.2, test_load);
     NewtonTerms window = terms_of(before, all_contacts(before, wall));
     Guidewire wire = before;
     for (int j = 21; j <= 30; ++j) wire.tangents[j] = (wire.tangents[j] + Vec3(0.02, 0, 0.01)).normalized();

@@ -19,7 +19,7 @@ SegmentProblem random_problem(int count, unsigned seed, double wall = 1.0) {
     auto vector = [&] { return Vec3(unit(), unit(), unit()); };
     SegmentProblem p;
     p.count = count;
-    std::array<Mat3, kMostVariedSegments> tail;  // R₍m,N₎: grows towards the proximal end
+    std::array<Mat3, most_varied_segments> tail;  // R₍m,N₎: grows towards the proximal end
     Mat3 sum = Mat3::Zero();
     for (int m = count - 1; m >= 0; --m) {
         for (int k = 0; k < 3; ++k) {

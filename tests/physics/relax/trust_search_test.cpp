@@ -40,10 +40,10 @@ TEST(TrustSearch, IsFiniteWhereTheTrialIsNot) {
     double mu = 0;
     TrustSearch search(mu, 2.0);
     search.raise(std::nan(""), true, false);
-    EXPECT_DOUBLE_EQ(mu, physics::kLeastTrust * 2.0);
+    EXPECT_DOUBLE_EQ(mu, physics::least_trust * 2.0);
     search.raise(std::numeric_limits<double>::infinity(), false, false);
     EXPECT_TRUE(std::isfinite(mu));
-    EXPECT_GT(mu, physics::kLeastTrust * 2.0);
+    EXPECT_GT(mu, physics::least_trust * 2.0);
 }
 
 TEST(TrustSearch, LooksBetweenTooSoftAndTooStiff) {

@@ -21,17 +21,17 @@ using namespace physics;
 
 namespace {
 
-constexpr double kStiffness = 20, kWire = 0.4;
+constexpr double fixed_stiffness = 20, fixed_wire_radius = 0.4;
 
 DistanceField field_of(const anatomy::Anatomy& anatomy, double wire = 0.0,
                        const DistanceFieldOptions& options = {.threads = 2}) {
-    return {anatomy.lumen, anatomy.branches, anatomy.openings(), kStiffness, wire, options};
+    return {anatomy.lumen, anatomy.branches, anatomy.openings(), fixed_stiffness, wire, options};
 }
 
 /// A coarser grid than the default and a narrow band: fast to build.
 const DistanceField& iliac_field() {
-    static const DistanceField field =
-        field_of(test::iliac_renal(), kWire, {.spacing = 0.4, .inner = 0.6, .outer = 0.5, .threads = 2});
+    static const DistanceField field = field_of(test::iliac_renal(), fixed_wire_radius,
+                                                {.spacing = 0.4, .inner = 0.6, .outer = 0.5, .threads = 2});
     return field;
 }
 
@@ -56,10 +56,10 @@ Vec3 on_bend(double along, double around, double r) {
 }
 
 /// A cone about the x axis whose radius grows from 1.6 mm on, to 6 mm over 30 mm.
-constexpr double kTaper = 4.4 / 30;
+constexpr double taper = 4.4 / 30;
 anatomy::Anatomy cone(double length = 30, int around = 128) {
     anatomy::Anatomy anatomy = anatomy::tube_anatomy("cone", {{0, 0, 0}, {length, 0, 0}}, 1.0, around, 0.25);
-    auto radius = [](double x) { return 1.6 + kTaper * x; };
+    auto radius = [](double x) { return 1.6 + taper * x; };
     for (Vec3& v : anatomy.lumen.vertices) v.tail<2>() *= radius(v.x());
     for (std::size_t i = 0; i < anatomy.branches[0].points.size(); ++i)
         anatomy.branches[0].radii[i] = radius(anatomy.branches[0].points[i].x());
@@ -74,12 +74,12 @@ void expect_one_function(const DistanceField& field, double length, double sag) 
     auto unit = [&] { return random() / 4294967296.0; };
     for (int n = 0; n < 3000; ++n) {
         const double along = 4 + (length - 8) * unit(), around = 6.28 * unit(),
-                     r = 1.6 + kTaper * along + unit() - 0.6;
+                     r = 1.6 + taper * along + unit() - 0.6;
         Vec3 x(along, r * std::cos(around), r * std::sin(around));
         for (int d = 0; d < 3; ++d)
             if (n % 2 && n / 2 % (d + 2) == 0) x[d] = h * std::round(x[d] / h);
         const WallContact c = ask(field, x);
-        const double distance = (std::hypot(x.y(), x.z()) - 1.6 - kTaper * x.x()) / std::hypot(1.0, kTaper);
+        const double distance = (std::hypot(x.y(), x.z()) - 1.6 - taper * x.x()) / std::hypot(1.0, taper);
         EXPECT_NEAR(c.penetration, distance, sag + 7e-4) << x.transpose();
         EXPECT_NEAR(c.normal.norm(), 1, 1.5e-2) << x.transpose();
         // Coefficients in single precision leave steps of up to 1e-7 mm between the two grids.
@@ -267,7 +267,7 @@ TEST(DistanceField, HasNoStepAtAnOpenEnd) {
                 const WallContact c = ask(iliac_field(), x);
                 if (out > -1 && before.touches()) {
                     const double slope = before.push().dot(end.outward_normal);
-                    EXPECT_NEAR(c.energy() - before.energy(), slope * step, 0.02 * kStiffness * step)
+                    EXPECT_NEAR(c.energy() - before.energy(), slope * step, 0.02 * fixed_stiffness * step)
                         << end.name << " " << out;
                 }
                 before = c;
@@ -370,7 +370,7 @@ TEST(DistanceField, KnowsInsideFromOutside) {
     std::normal_distribution<double> bell;
     const TriangleMesh closed = anatomy::closed_lumen(test::iliac_renal());
     const MeshWall rays(test::iliac_renal().lumen, test::iliac_renal().branches,
-                        test::iliac_renal().openings(), kStiffness);
+                        test::iliac_renal().openings(), fixed_stiffness);
     int asked = 0, wrong = 0;
     while (asked < 500) {
         const auto stations = iliac_field().tree().stations();
@@ -382,7 +382,7 @@ TEST(DistanceField, KnowsInsideFromOutside) {
             at_end |= (x - end.centre).norm() < 3 * end.radius;
         if (at_end) continue;
         const WallContact c = ask(iliac_field(), x);
-        const double d = c.penetration - kWire;
+        const double d = c.penetration - fixed_wire_radius;
         if (c.normal == Vec3::Zero() || std::abs(d) < 0.1) continue;
         double angle = 0;  // solid angle of the surface (van Oosterom and Strackee 1983)
         for (const auto& t : closed.triangles) {
@@ -428,7 +428,7 @@ TEST(DistanceField, ComesBackFromAStreamWithEqualBits) {
     const auto print =
         DistanceField::fingerprint(bend().lumen, bend().branches, bend().openings(), {.threads = 9});
     const DistanceField back =
-        DistanceField::load(in, print, bend().branches, bend().openings(), kStiffness, 0.0);
+        DistanceField::load(in, print, bend().branches, bend().openings(), fixed_stiffness, 0.0);
     EXPECT_EQ(saved(back), text);
     for (double around = 0; around < 6; around += 0.1) {
         const Vec3 x = on_bend(1 + 0.2 * around, around, 1.0 + 0.3 * around);

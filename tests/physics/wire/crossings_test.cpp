@@ -14,7 +14,7 @@ using namespace physics;
 
 namespace {
 
-constexpr double kPrecision = 0.026;  // of a depth: 0.02 mm, and what 0.01 mm of the way can add [mm]
+constexpr double precision = 0.026;  // of a depth: 0.02 mm, and what 0.01 mm of the way can add [mm]
 
 /// All of space but a ridge |y| < x·tan(half angle) along z: a carina in wide vessels. Exact distances.
 class Ridge final : public LumenWall {
@@ -86,7 +86,7 @@ TEST(Crossings, AreFoundWhereTheyAreDeepest) {
     const auto found = crossing(ridge, {0.7, -0.6, 0}, {0.7, 0.4, 0});
     ASSERT_TRUE(found);
     EXPECT_NEAR(found->share, 0.6, 0.1);
-    EXPECT_NEAR(found->depth, 0.7 * std::sin(0.4), kPrecision);
+    EXPECT_NEAR(found->depth, 0.7 * std::sin(0.4), precision);
 }
 
 TEST(Crossings, OfRandomChordsAreAllFoundAndNoneInvented) {
@@ -102,8 +102,7 @@ TEST(Crossings, OfRandomChordsAreAllFoundAndNoneInvented) {
             const auto found = crossing(ridge, from, to);
             deep += depth > 0.1;
             EXPECT_TRUE(found || depth < 0.106) << depth;
-            EXPECT_TRUE(!found || std::abs(found->depth - depth) < kPrecision)
-                << found->depth << " " << depth;
+            EXPECT_TRUE(!found || std::abs(found->depth - depth) < precision) << found->depth << " " << depth;
         }
     }
     EXPECT_GT(deep, 500);

