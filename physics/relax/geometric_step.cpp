@@ -9,10 +9,10 @@
 namespace physics {
 namespace {
 
-constexpr int most_turns = 2 * closed_segments;  // turns of a piece
-using Turns = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_turns, 1>;
-using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_turns, most_turns>;
-using Closure = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, most_turns>;  // d(Σ λ v)/dα
+constexpr int turns_of_a_piece = 2 * closed_segments;  // turns of a piece
+using Turns = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, turns_of_a_piece, 1>;
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, turns_of_a_piece, turns_of_a_piece>;
+using Closure = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, turns_of_a_piece>;  // d(Σ λ v)/dα
 using Basis = Eigen::Matrix<double, 3, 2>;
 
 Basis basis_of(const Vec3& u) {
@@ -38,9 +38,9 @@ Turns newton(Matrix h, const Turns& g) {
 /// reflections. Eigen's own class takes four times as long to compile.
 Matrix kept_turns(const Closure& closure) {
     const Eigen::Index turns = closure.cols();
-    Eigen::Matrix<double, Eigen::Dynamic, 3, 0, most_turns, 3> r = closure.transpose();
+    Eigen::Matrix<double, Eigen::Dynamic, 3, 0, turns_of_a_piece, 3> r = closure.transpose();
     Vec3 tau;
-    std::array<double, most_turns> workspace;
+    std::array<double, turns_of_a_piece> workspace;
     for (Eigen::Index k = 0; k < 3; ++k) {
         double beta;
         r.col(k).tail(turns - k).makeHouseholderInPlace(tau[k], beta);

@@ -48,7 +48,7 @@ void contrast_matrix(benchmark::State& state) {
     state.counters["entries"] = static_cast<double>(entries);
     state.counters["pixels"] = static_cast<double>(pixels);
 }
-BENCHMARK(contrast_matrix)->Arg(512)->Arg(1024)->Unit(benchmark::millisecond);
+BENCHMARK(contrast_matrix)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
 
 /// Arg: how often every triangle of the iliac–renal lumen is cut into four.
 void contrast_matrix_of_finer_meshes(benchmark::State& state) {
@@ -58,13 +58,13 @@ void contrast_matrix_of_finer_meshes(benchmark::State& state) {
     for (auto _ : state) benchmark::DoNotOptimize(contrast.at(arm_of(512)));
     state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
 }
-BENCHMARK(contrast_matrix_of_finer_meshes)->DenseRange(0, 2)->Unit(benchmark::millisecond);
+BENCHMARK(contrast_matrix_of_finer_meshes)->DenseRange(0, 2)->Unit(benchmark::kMillisecond);
 
 void contrast_grid(benchmark::State& state) {
     const auto mesh = anatomy::closed_lumen(test::iliac_renal());
     for (auto _ : state) benchmark::DoNotOptimize(contrast_of(mesh));
 }
-BENCHMARK(contrast_grid)->Unit(benchmark::millisecond);
+BENCHMARK(contrast_grid)->Unit(benchmark::kMillisecond);
 
 void iodine_of_a_frame(benchmark::State& state) {
     const auto matrix = iliac_renal_contrast().at(arm_of(static_cast<int>(state.range(0))));
@@ -86,7 +86,7 @@ BENCHMARK(iodine_of_a_frame)
     ->Args({512, 1})
     ->Args({1024, 0})
     ->Args({1024, 1})
-    ->Unit(benchmark::microsecond);
+    ->Unit(benchmark::kMicrosecond);
 
 /// A frame at 15 per second while contrast is everywhere.
 void contrast_flow_of_a_frame(benchmark::State& state) {
@@ -102,6 +102,6 @@ void contrast_flow_of_a_frame(benchmark::State& state) {
     }
     state.counters["cells"] = static_cast<double>(at.nodes().size());
 }
-BENCHMARK(contrast_flow_of_a_frame)->Unit(benchmark::microsecond);
+BENCHMARK(contrast_flow_of_a_frame)->Unit(benchmark::kMicrosecond);
 
 }  // namespace

@@ -58,7 +58,7 @@ BENCHMARK(make_field)
     ->Iterations(1)
     ->MeasureProcessCPUTime()
     ->UseRealTime()
-    ->Unit(benchmark::millisecond);
+    ->Unit(benchmark::kMillisecond);
 
 /// The paper's tubes as meshes of about so many thousand triangles: what global_push does in closed form.
 void global_push_in_a_mesh(benchmark::State& state) {
@@ -86,7 +86,7 @@ void global_push_in_a_mesh(benchmark::State& state) {
 BENCHMARK(global_push_in_a_mesh)
     ->ArgsProduct({{0, 1}, {50, 1000}})
     ->Iterations(3)
-    ->Unit(benchmark::millisecond);
+    ->Unit(benchmark::kMillisecond);
 
 /// From the left groin through the iliac arteries into the aorta: 165 segments of 2 mm.
 void global_push_in_the_iliac_artery(benchmark::State& state) {
@@ -100,6 +100,6 @@ void global_push_in_the_iliac_artery(benchmark::State& state) {
     state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
     state.counters["MB"] = static_cast<double>(wall.bytes()) * 1e-6;
 }
-BENCHMARK(global_push_in_the_iliac_artery)->Arg(0)->Arg(2)->Iterations(3)->Unit(benchmark::millisecond);
+BENCHMARK(global_push_in_the_iliac_artery)->Arg(0)->Arg(2)->Iterations(3)->Unit(benchmark::kMillisecond);
 
 }  // namespace

@@ -55,7 +55,7 @@ void exposure_at_a_cached_pose(benchmark::State& state) {
         benchmark::DoNotOptimize(scope.expose(arm, joints, exposure));
     }
 }
-BENCHMARK(exposure_at_a_cached_pose)->Arg(512)->Arg(1024)->Unit(benchmark::millisecond);
+BENCHMARK(exposure_at_a_cached_pose)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
 
 void exposure_while_contrast_flows(benchmark::State& state) {
     auto scope = make_fluoroscope();
@@ -69,7 +69,7 @@ void exposure_while_contrast_flows(benchmark::State& state) {
         benchmark::DoNotOptimize(scope.expose(arm, joints, exposure));
     }
 }
-BENCHMARK(exposure_while_contrast_flows)->Arg(512)->Arg(1024)->Unit(benchmark::millisecond);
+BENCHMARK(exposure_while_contrast_flows)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
 
 void exposure_at_a_new_pose(benchmark::State& state) {
     auto scope = make_fluoroscope();
@@ -87,7 +87,7 @@ BENCHMARK(exposure_at_a_new_pose)
     ->Arg(512)
     ->Arg(1024)
     ->MeasureProcessCPUTime()
-    ->Unit(benchmark::millisecond);
+    ->Unit(benchmark::kMillisecond);
 
 void wire_alone(benchmark::State& state) {
     render::WireImage image;
@@ -98,14 +98,14 @@ void wire_alone(benchmark::State& state) {
     const auto mu = render::wire_attenuation(look, bins, {});
     for (auto _ : state) benchmark::DoNotOptimize(image.cast(arm, joints, look, mu));
 }
-BENCHMARK(wire_alone)->Arg(512)->Arg(1024)->Unit(benchmark::millisecond);
+BENCHMARK(wire_alone)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
 
 void read_out_alone(benchmark::State& state) {
     const int pixels = static_cast<int>(state.range(0));
     const render::Field expected(pixels, pixels, 60.0f * 512 * 512 / pixels / pixels * 4.0f);
     for (auto _ : state) benchmark::DoNotOptimize(render::read_out(expected, 300.0 / pixels, {}, 1, 1));
 }
-BENCHMARK(read_out_alone)->Arg(512)->Arg(1024)->Unit(benchmark::millisecond);
+BENCHMARK(read_out_alone)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
 
 void png_file(benchmark::State& state) {
     auto scope = make_fluoroscope();
@@ -116,6 +116,6 @@ void png_file(benchmark::State& state) {
     state.counters["bytes"] = static_cast<double>(std::filesystem::file_size(path));
     std::filesystem::remove(path);
 }
-BENCHMARK(png_file)->Arg(512)->Arg(1024)->Unit(benchmark::millisecond);
+BENCHMARK(png_file)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
 
 }  // namespace

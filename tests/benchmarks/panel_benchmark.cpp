@@ -46,7 +46,7 @@ void panel(benchmark::State& state) {
     }
 }
 // The rasteriser has threads of its own: their time counts too.
-BENCHMARK(panel)->Arg(512)->Arg(1024)->MeasureProcessCPUTime()->Unit(benchmark::millisecond);
+BENCHMARK(panel)->Arg(512)->Arg(1024)->MeasureProcessCPUTime()->Unit(benchmark::kMillisecond);
 
 void panel_png(benchmark::State& state) {
     const auto stored = noisy(512, 3);
@@ -55,6 +55,6 @@ void panel_png(benchmark::State& state) {
     for (auto _ : state) bytes = render::encode_png(image).size();
     state.counters["bytes"] = static_cast<double>(bytes);
 }
-BENCHMARK(panel_png)->Unit(benchmark::millisecond);
+BENCHMARK(panel_png)->Unit(benchmark::kMillisecond);
 
 }  // namespace

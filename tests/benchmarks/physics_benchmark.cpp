@@ -48,7 +48,7 @@ void one_cycle(benchmark::State& state) {
 BENCHMARK(one_cycle)
     ->ArgNames({"M", "safeguard"})
     ->ArgsProduct({{1, 2, 3}, {0, 1}})
-    ->Unit(benchmark::millisecond);
+    ->Unit(benchmark::kMillisecond);
 
 /// 20 100 updates of M = 2, a cycle at N = 200, of a wire of N segments of 1 mm in the mesh of the spatial
 /// scene's tube over and over. Form 0: every joint asked at every update; 1: those that may touch; 2: stored
@@ -83,7 +83,7 @@ void forms_of_the_segment_method(benchmark::State& state) {
 BENCHMARK(forms_of_the_segment_method)
     ->ArgNames({"N", "form"})
     ->ArgsProduct({{200, 400, 800}, {0, 1, 2}})
-    ->Unit(benchmark::millisecond);
+    ->Unit(benchmark::kMillisecond);
 
 void wall_query_by_ray(benchmark::State& state) {
     static const anatomy::Anatomy anatomy = test::iliac_renal();
@@ -123,7 +123,7 @@ void global_cold_start(benchmark::State& state) {
     state.counters["steps"] = report.newton_steps;
     state.counters["converged"] = report.converged;
 }
-BENCHMARK(global_cold_start)->DenseRange(0, 3)->Unit(benchmark::millisecond);
+BENCHMARK(global_cold_start)->DenseRange(0, 3)->Unit(benchmark::kMillisecond);
 
 /// One segment (or a burst of them) pushed in by a hub, each push to full equilibrium, over the second half
 /// of the tube.
@@ -133,7 +133,7 @@ void global_push(benchmark::State& state) {
                  static_cast<int>(state.range(1)));
     state.SetLabel(tubes[state.range(0)]);
 }
-BENCHMARK(global_push)->ArgsProduct({{0, 1, 2, 3}, {1, 20}})->Unit(benchmark::millisecond);
+BENCHMARK(global_push)->ArgsProduct({{0, 1, 2, 3}, {1, 20}})->Unit(benchmark::kMillisecond);
 
 double median(std::vector<double> values) {
     std::sort(values.begin(), values.end());
@@ -204,7 +204,7 @@ void global_long_wire(benchmark::State& state) {
 BENCHMARK(global_long_wire)
     ->ArgNames({"N", "windows"})
     ->ArgsProduct({{200, 500, 1000, 2000}, {0, 1}})
-    ->Unit(benchmark::millisecond);
+    ->Unit(benchmark::kMillisecond);
 
 /// How the time grows with N at a fixed length of 200 mm.
 void global_refinement(benchmark::State& state) {
@@ -217,7 +217,7 @@ void global_refinement(benchmark::State& state) {
     state.counters["cold_t2000_over_t200"] = median(cold);
     state.counters["push_t2000_over_t200"] = median(push);
 }
-BENCHMARK(global_refinement)->Iterations(5)->Unit(benchmark::millisecond);
+BENCHMARK(global_refinement)->Iterations(5)->Unit(benchmark::kMillisecond);
 
 void riccati_backward_pass(benchmark::State& state) {
     auto [wall, wire] = scene_setup("sinuous");
@@ -267,6 +267,6 @@ void crossings_of_300_joints(benchmark::State& state) {
 BENCHMARK(crossings_of_300_joints)
     ->ArgNames({"where", "mesh"})
     ->ArgsProduct({{0, 1}, {0, 1}})
-    ->Unit(benchmark::microsecond);
+    ->Unit(benchmark::kMicrosecond);
 
 }  // namespace

@@ -60,7 +60,7 @@ double sampled_depth(const LumenWall& wall, const Vec3& from, const Vec3& to) {
     return deepest;
 }
 
-GuidewireSpec plain(double segment_length) {
+GuidewireSpec plain_spec(double segment_length) {
     GuidewireSpec spec;
     spec.segment_length = segment_length;
     spec.shaft_rigidity = spec.tip_rigidity = 50;
@@ -70,7 +70,7 @@ GuidewireSpec plain(double segment_length) {
 
 /// A wire at rest against the tip of a ridge that it was laid across between two joints.
 Guidewire across(const Ridge& ridge, double curved_angle = 0) {
-    GuidewireSpec spec = plain(2);
+    GuidewireSpec spec = plain_spec(2);
     spec.curved_length = curved_angle == 0 ? 0 : 12;
     spec.curved_angle = curved_angle;
     Guidewire wire = straight_wire(spec, {0.7, -13, 0}, {0, 1, 0}, 12);
@@ -110,12 +110,12 @@ TEST(Crossings, OfRandomChordsAreAllFoundAndNoneInvented) {
 
 TEST(Crossings, AskNothingOfAWireFarFromTheWallAndLittleOfOneOnIt) {
     Ridge ridge(0.3);
-    Guidewire wire = straight_wire(plain(1), {-3, 0, 0}, {0, 0, 1}, 300);
+    Guidewire wire = straight_wire(plain_spec(1), {-3, 0, 0}, {0, 0, 1}, 300);
     auto contacts = all_contacts(wire, ridge);
     ridge.asked = 0;
     EXPECT_TRUE(crossings(wire, contacts, ridge).empty());
     EXPECT_EQ(ridge.asked, 0);
-    wire = straight_wire(plain(1), {1, 0.31, 0}, {0, 0, 1}, 300);  // along a flank
+    wire = straight_wire(plain_spec(1), {1, 0.31, 0}, {0, 0, 1}, 300);  // along a flank
     contacts = all_contacts(wire, ridge);
     EXPECT_LT(std::abs(contacts[0].penetration), 0.05);
     ridge.asked = 0;
