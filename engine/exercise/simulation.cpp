@@ -96,6 +96,7 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
     deepest_crossing_ = 0;
     const auto turn_as_before = [before](physics::Guidewire& wire) {
         if (!before) return;
+        wire.tangents[0] = before->tangents[0];
         wire.base_director = before->base_director;
         wire.roll = before->roll;
     };
@@ -144,15 +145,15 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
     spec.segment_length = tuning.segment_length;
     changed.wall_stiffness = tuning.wall_stiffness;
     changed.relaxer = tuning.relaxer;
-    std::vector<std::string> wrong = scenario::problems(changed);
+    if (const auto wrong = scenario::problems(changed); !wrong.empty())
+        throw io::InputError(io::joined(wrong, "\n"));
+    static_cast<void>(scenario::entry_of(changed, anatomy_));  // for a later reset
     const double length = inserted();
-    // A curved tip and two segments, as at the entry.
-    const double least = physics::least_length(spec) + spec.segment_length;
-    if (wrong.empty() && length < least)
-        wrong.push_back(
+    const double least = physics::least_length(spec) + spec.segment_length;  // as at the entry
+    if (length < least)
+        throw io::InputError(
             fmt::format("{:.1f} mm of wire are inside; with such segments {:.1f} mm or more are accepted",
                         length, least));
-    if (!wrong.empty()) throw io::InputError(io::joined(wrong, "\n"));
 
     const bool other_wall = changed.wall_stiffness != scenario_.wall_stiffness;
     std::unique_ptr<const physics::LumenWall> wall;

@@ -250,7 +250,10 @@ private:
         const std::optional<std::string> name = node.value<std::string>();
         const std::optional<Key> key = name ? find_key(*name) : std::nullopt;
         if (!key) {
-            const std::string near = name ? io::nearest_word(*name, key_names()) : std::string();
+            std::vector<std::string_view> words;  // a letter is near to anything
+            for (const std::string_view known : key_names())
+                if (known.size() > 1) words.push_back(known);
+            const std::string near = name ? io::nearest_word(*name, words) : std::string();
             reading_.refuse(node.source(),
                             fmt::format("{} is no key{}; accepted are letters, digits, F1 to F12, {}, ...",
                                         name ? "'" + *name + "'" : "this",

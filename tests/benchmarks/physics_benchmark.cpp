@@ -43,7 +43,7 @@ void one_cycle(benchmark::State& state) {
     const auto cycles = static_cast<double>(state.iterations());
     state.counters["wall_queries"] = static_cast<double>(queries) / cycles;
     state.counters["updates_per_s"] =
-        benchmark::Counter(static_cast<double>(updates), benchmark::Counter::is_rate);
+        benchmark::Counter(static_cast<double>(updates), benchmark::Counter::kIsRate);
 }
 BENCHMARK(one_cycle)
     ->ArgNames({"M", "safeguard"})
@@ -228,7 +228,7 @@ void riccati_backward_pass(benchmark::State& state) {
         benchmark::DoNotOptimize(riccati_backward(terms.stages, 1e-3, 1e-9, state.range(0) != 0, gains));
     state.counters["ns_per_segment"] =
         benchmark::Counter(static_cast<double>(state.iterations()) * 200 * 1e-9,
-                           benchmark::Counter::is_rate | benchmark::Counter::invert);
+                           benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 BENCHMARK(riccati_backward_pass)->ArgName("twist")->Arg(0)->Arg(1);
 

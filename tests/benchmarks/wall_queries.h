@@ -29,5 +29,5 @@ inline void time_wall_queries(benchmark::State& state, const physics::LumenWall&
     }
     state.counters["ns_per_query"] =
         benchmark::Counter(static_cast<double>(joints.size()) * 1e-9,
-                           benchmark::Counter::is_iteration_invariant_rate | benchmark::Counter::invert);
+                           benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
 }
