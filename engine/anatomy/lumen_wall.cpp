@@ -35,7 +35,7 @@ void keep(const physics::DistanceField& field, const fs::path& path) {
 }  // namespace
 
 std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy,
-                                                          physics::WallStiffness stiffness,
+                                                          const physics::WallStiffness& stiffness,
                                                           double wire_radius, const ModelCache& cache) {
     physics::DistanceFieldOptions options;
     options.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));

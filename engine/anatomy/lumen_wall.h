@@ -14,7 +14,8 @@ namespace anatomy {
 /// It is read from the cache folder when that holds the field of the same mesh, centrelines and version;
 /// else it is made, which takes seconds, and kept there as field-FINGERPRINT.bin. A damaged file is replaced.
 /// Throws std::invalid_argument as physics::DistanceField does.
-std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy&, physics::WallStiffness stiffness,
+std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy&,
+                                                          const physics::WallStiffness& stiffness,
                                                           double wire_radius, const ModelCache& = {});
 
 }  // namespace anatomy

@@ -213,7 +213,8 @@ Guidewire wire_through(const Polyline& joints, const std::string& file, double r
 double distance_to(const Polyline& path, const Vec3& x) {
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t i = 1; i < path.size(); ++i) {
-        const Vec3 a = path[i - 1], ab = path[i] - a;
+        const Vec3& a = path[i - 1];
+        const Vec3 ab = path[i] - a;
         const double t = std::clamp((x - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
         least = std::min(least, (a + t * ab - x).norm());
     }

@@ -71,7 +71,7 @@ HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
     rest_energy_ = energy_of(wire);
     HubReport report;
     start_part(wire, updates, report);
-    return finish(wire, updates, std::move(report));
+    return finish(wire, updates, report);
 }
 
 /// One part of the motion, from the last rest.
@@ -84,7 +84,7 @@ void Hub::start_part(Guidewire& wire, int updates, HubReport& report) {
 HubReport Hub::resume(Guidewire& wire, int updates) {
     HubReport report;
     add(report.relax, relaxer_.relax(wire, {updates, 0, 0}));
-    return finish(wire, updates, std::move(report));
+    return finish(wire, updates, report);
 }
 
 /// After a relaxation: at rest, out of budget, or to be made again by halves.

@@ -221,7 +221,7 @@ void add_branch(VesselTree& tree, const BranchSpec& spec) {
 
 void refuse_if_any(const VesselTreeSpec& spec, std::vector<std::string> found) {
     if (found.empty()) return;
-    for (std::string& problem : found) problem = spec.name + ": " + problem;
+    for (std::string& problem : found) problem.insert(0, spec.name + ": ");
     throw io::InputError(io::joined(found, "\n"));
 }
 

@@ -16,7 +16,7 @@ class LeastArea {
 public:
     LeastArea(const TriangleMesh& mesh, const EdgeSet& edges, const std::vector<int>& rim)
         : mesh_(mesh), edges_(edges), rim_(rim), count_(static_cast<int>(rim.size())) {
-        area_.assign(static_cast<std::size_t>(count_ * count_), 0.0);
+        area_.assign(static_cast<std::size_t>(count_) * count_, 0.0);
         apex_.assign(area_.size(), -1);
         for (int span = 2; span < count_; ++span)
             for (int i = 0; i + span < count_; ++i) solve(i, i + span);
@@ -25,7 +25,7 @@ public:
     void append(TriangleMesh& mesh, EdgeSet& edges) const { append(mesh, edges, 0, count_ - 1); }
 
 private:
-    std::size_t at(int i, int j) const { return static_cast<std::size_t>(i * count_ + j); }
+    std::size_t at(int i, int j) const { return static_cast<std::size_t>(i) * count_ + j; }
     double area(int i, int k, int j) const {
         const Vec3& a = mesh_.vertices[rim_[i]];
         return (mesh_.vertices[rim_[k]] - a).cross(mesh_.vertices[rim_[j]] - a).norm();
