@@ -147,6 +147,9 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
     changed.relaxer = tuning.relaxer;
     if (const auto wrong = scenario::problems(changed); !wrong.empty())
         throw io::InputError(io::joined(wrong, "\n"));
+    if (!std::isfinite(tuning.wall_stiffness) || tuning.wall_stiffness <= 0)
+        throw io::InputError(
+            fmt::format("a wall of {} N/mm; a stiffness above 0 is accepted", tuning.wall_stiffness));
     static_cast<void>(scenario::entry_of(changed, anatomy_));  // for a later reset
     const double length = inserted();
     const double least = physics::least_length(spec) + spec.segment_length;  // as at the entry

@@ -86,6 +86,11 @@ private:
             view_.last_frame =
                 script.last_frame(static_cast<int>(std::ceil(options_.scenario.target.hold / period_)) + 1);
         }
+        // The first exposure of a view takes longer than a frame.
+        const exercise::Exercise::Snapshot start = exercise_->snapshot();
+        exercise_->next_frame(std::vector<script::Command>{script::Beam{true}});
+        exercise_->image();
+        exercise_->restore(start);
         if (!options_.record.empty()) {
             recording_.emplace(options_.record,
                                script::RecordingHeader{options_.program, options_.scenario.name, 10});
@@ -120,12 +125,11 @@ private:
                 tuning = std::exchange(session_.tuning_, {});
             }
             if (tuning) retune(*tuning);
+            const bool stood = view_.phase != Phase::Running;
             for (const Control control : controls) obey(control);
+            if (stood) next = Clock::now();
             if (!controls.empty() || tuning) publish();
-            if (view_.phase != Phase::Running) {
-                next = Clock::now();
-                continue;
-            }
+            if (view_.phase != Phase::Running) continue;
             const auto now = Clock::now();
             if (now < next) continue;
             if (now > next + period) {
