@@ -387,7 +387,8 @@ struct Instructor::Scene {
             list.AddCircleFilled(at(dot.ms, std::max(least_mm, dot.error)), unit * 2,
                                  method_colour(dot.method), 6);
         ImGui::Dummy(size);
-        ImGui::TextDisabled("0.01 ... 1000 ms, 1e-10 ... 10 mm; red: a frame");
+        ImGui::TextDisabled("0.01 to 1000 ms, 1e-10 to 10 mm");
+        ImGui::TextDisabled("red: the time of a frame");
     }
 
     /// What was changed and let go.
@@ -415,7 +416,7 @@ struct Instructor::Scene {
             next.relaxer.varied_segments = methods[method].varied;
             done = true;
         }
-        ImGui::TextDisabled("friction: this wire has none");
+        ImGui::TextDisabled("friction: none in this model");
         edited = held && !done ? std::optional(next) : std::nullopt;
         return done ? std::optional(next) : std::nullopt;
     }

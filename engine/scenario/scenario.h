@@ -56,7 +56,7 @@ struct Imaging {
     double iodine = 0;                 // contrast that fills the lumen at the start [mg/ml]
     bool patient = true;               // a body around the vessel; off = the vessel and wire in air
     double acquisition_dose = 1000;    // a pulse of DSA at the detector [nGy]
-    std::optional<double> kvp;         // tube voltage [v]; empty = automatic
+    std::optional<double> kvp;         // tube voltage [kV]; empty = automatic
     std::optional<double> pulse_rate;  // [1/s]; empty = a pulse every frame
 };
 

@@ -135,7 +135,7 @@ io::Plot bin_picture() {
     plot.commands =
         "set logscale y\nset yrange [1e-5:0.2]\nset grid y\nset style data histogram\n"
         "set style histogram cluster gap 1\nset style fill solid noborder\nset xtics rotate by -30\n"
-        "set key top left horizontal\nset ylabel 'largest error of transmission at 74 v'\n"
+        "set key top left horizontal\nset ylabel 'largest error of transmission at 74 kV'\n"
         "plot 'imaging_bins_largest.csv' skip 1 using 2:xtic(1) title 'one energy' linecolor '#999999', \\\n"
         "     '' skip 1 using 3 title 'four of equal signal' linecolor '#E69F00', \\\n"
         "     '' skip 1 using 4 title 'four Gauss nodes' linecolor '#0072B2', \\\n"
@@ -151,7 +151,7 @@ StudyResult imaging_bins(const StudyOptions&) {
     result.page =
         "\n## Energy bins\n\nError of an object's transmission behind 120 to 300 mm of soft tissue against "
         "the "
-        "full spectrum at 74 v, the largest over the thicknesses. Signal is what tissue of 210 mm "
+        "full spectrum at 74 kV, the largest over the thicknesses. Signal is what tissue of 210 mm "
         "leaves.\n\n![Errors of the bins](imaging_bins.svg)\n\n" +
         io::to_markdown(largest);
     result.tables = {std::move(bins), std::move(largest)};

@@ -51,7 +51,7 @@ struct Readout {
 
     // X-ray technique
     std::optional<double> pulse_rate;     // [1/s]
-    std::optional<double> tube_voltage;   // [v]
+    std::optional<double> tube_voltage;   // [kV]
     std::optional<double> tube_current;   // [mA]
     std::optional<double> pulse_width;    // [ms]
     std::optional<double> detector_dose;  // per pulse [nGy]

@@ -123,7 +123,7 @@ void draw_technique(Canvas& canvas, const Box& area, const Readout& r) {
         canvas.text({x + width + 3.0f, y + 5.0f}, unit, Face::Small, palette::label);
     };
     constexpr float second = 26.0f;
-    tile(0.0f, top, figure_text(r.tube_voltage, 0), "v");
+    tile(0.0f, top, figure_text(r.tube_voltage, 0), "kV");
     tile(0.35f, top, figure_text(r.tube_current, 0), "mA");
     tile(0.70f, top, figure_text(r.pulse_width, 1), "ms");
     tile(0.0f, top + second, rate_text(r.pulse_rate), "p/s");

@@ -55,7 +55,7 @@ struct PoseImages {
 /// What the tube voltage adds to that.
 struct BeamImages {
     EnergyBins bins;
-    double kvp = 0.0;                // [v]
+    double kvp = 0.0;                // [kV]
     std::vector<PixelBins> primary;  // per pixel and bin, relative to the open beam, flat field included
     Field scatter;                   // in the same unit
     double gain = 0.0;               // quanta per unit and nGy
@@ -70,7 +70,7 @@ PoseImages pose_images(PathLengthRenderer&, std::span<const TissueLayer>, bool h
 /// Of a pulse at that voltage that gives the detector 1 nGy [mAs], from a sample of the measuring field.
 double charge_per_dose(const FluoroscopeConfig&, const PlaneImages&, const PoseImages&, double kvp);
 
-/// At a voltage [v], or at the one that automatic exposure chooses.
+/// At a voltage [kV], or at the one that automatic exposure chooses.
 BeamImages beam_images(const FluoroscopeConfig&, const PlaneImages&, const PoseImages&,
                        const std::optional<double>& kvp);
 

@@ -47,7 +47,7 @@ std::vector<std::string> problems(const Exposure& exposure) {
         found.emplace_back("the detector dose must be above 0 and at most 100000 nGy");
     }
     if (exposure.kvp && !(*exposure.kvp >= 40.0 && *exposure.kvp <= 125.0)) {
-        found.emplace_back("the tube voltage must lie within 40 and 125 v");
+        found.emplace_back("the tube voltage must lie within 40 and 125 kV");
     }
     if (!(exposure.iodine >= 0.0 && exposure.iodine <= largest_iodine)) {
         found.emplace_back("the iodine concentration must lie within 0 and " +

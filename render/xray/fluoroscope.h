@@ -55,7 +55,7 @@ struct Exposure {
     std::uint64_t frame = 0;
     std::uint64_t seed = 0;
     double detector_dose = 30.0;     // mean over the measuring field, per pulse [nGy]
-    std::optional<double> kvp = {};  // tube voltage [v]; empty = automatic
+    std::optional<double> kvp = {};  // tube voltage [kV]; empty = automatic
     double iodine = 0.0;             // concentration throughout the layers that take contrast [mg/ml]
     /// Besides, at each node of the vessels [mg/ml]; empty = none.
     std::vector<float> vessel_iodine = {};

@@ -145,7 +145,7 @@ double kerma_per_signal(double energy) {
 
 Spectrum detected_spectrum(double kvp) {
     if (!(kvp >= 40.0 && kvp <= 125.0)) {
-        throw std::invalid_argument("a tube voltage of " + std::to_string(kvp) + " v is outside 40 to 125");
+        throw std::invalid_argument("a tube voltage of " + std::to_string(kvp) + " kV is outside 40 to 125");
     }
     constexpr double aluminium_mm = 2.5, copper_mm = 0.2;
     Spectrum spectrum;

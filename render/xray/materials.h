@@ -44,7 +44,7 @@ struct Spectrum {
     std::vector<double> weights;  // sum 1 with nothing in the beam
 };
 
-/// Tungsten target at `kvp` [v], behind 2.5 mm Al and 0.2 mm Cu, seen by 0.45 mm of CsI that integrates
+/// Tungsten target at `kvp` [kV], behind 2.5 mm Al and 0.2 mm Cu, seen by 0.45 mm of CsI that integrates
 /// energy. The shape is Kramers' rule, photons ∝ (kvp − E)/E; characteristic lines begin at 69.5 keV and are
 /// left out. Throws std::invalid_argument unless 40 ≤ kvp ≤ 125.
 Spectrum detected_spectrum(double kvp);

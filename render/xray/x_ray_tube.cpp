@@ -9,12 +9,12 @@ namespace render {
 
 namespace {
 
-constexpr double least_kvp = 60.0, most_kvp = 120.0;          // [v]
+constexpr double least_kvp = 60.0, most_kvp = 120.0;          // [kV]
 constexpr double least_current = 20.0;                        // at the least voltage [mA]
-constexpr double current_per_kvp = 2.0;                       // [mA/v]
+constexpr double current_per_kvp = 2.0;                       // [mA/kV]
 constexpr double shortest_width = 1.0, usual_width = 6.0;     // [ms]
 constexpr double fluoro_width = 12.0, longest_width = 100.0;  // [ms]
-constexpr double most_power = 60.0;                           // of the generator [w]
+constexpr double most_power = 60.0;                           // of the generator [kW]
 
 double current_at(double kvp) {
     return least_current + current_per_kvp * (std::clamp(kvp, least_kvp, most_kvp) - least_kvp);

@@ -9,7 +9,7 @@ namespace render {
 
 /// What tube and generator do for one pulse, and what the patient gets by it.
 struct Technique {
-    double kvp = 0.0;           // tube voltage [v]
+    double kvp = 0.0;           // tube voltage [kV]
     double current = 0.0;       // during the pulse [mA]
     double pulse_width = 0.0;   // [ms]
     double air_kerma = 0.0;     // K_a,r: at the reference point, without backscatter [mGy]
@@ -23,19 +23,19 @@ struct Technique {
 constexpr double reference_point = 150.0;
 
 /// Air kerma at 1 m from the focal spot, behind the filtration of detected_spectrum [mGy/mAs]. The shape over
-/// voltage and filtration is that of the spectrum; the level is 0.080 mGy/mAs at 80 v behind 2.5 mm Al,
+/// voltage and filtration is that of the spectrum; the level is 0.080 mGy/mAs at 80 kV behind 2.5 mm Al,
 /// between the rows of the University of Groningen's course data on radiation protection (0.05 to 0.13
-/// mSv/mAs at 70 and 90 v behind 2 and 3 mm Al).
+/// mSv/mAs at 70 and 90 kV behind 2 and 3 mm Al).
 double kerma_per_charge(double kvp);
 
 /// Voltage, current and pulse width for a pulse that takes `charge(kvp)` [mAs] to give the detector its dose.
-/// Voltage and current rise together with the patient's thickness, from 60 v and 20 mA by 2 mA per v to
-/// 120 v, in pulses of 6 ms. The curve is this program's own, of the kind that makers set. `charge` must
+/// Voltage and current rise together with the patient's thickness, from 60 kV and 20 mA by 2 mA per kV to
+/// 120 kV, in pulses of 6 ms. The curve is this program's own, of the kind that makers set. `charge` must
 /// fall with voltage. Only kvp, current, pulse_width and delivered are set.
 Technique automatic_exposure(const std::function<double(double kvp)>& charge);
 
 /// The same at a voltage that is given. A thin patient gets shorter pulses, down to 1 ms, and then less
-/// current. What pulses of 12 ms do not give, as in an acquisition, more current does, up to 60 w; then
+/// current. What pulses of 12 ms do not give, as in an acquisition, more current does, up to 60 kW; then
 /// pulses of up to 100 ms; beyond that the dose falls short.
 Technique exposure_at(double kvp, double charge);
 

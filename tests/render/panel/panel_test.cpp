@@ -199,7 +199,7 @@ TEST_F(PanelTest, AReadoutChangesItsOwnPlaceOnly) {
          [](Readout& r) {
              r.table = {1.0, 2.0, 900.0};
          }},
-        {"v", [](Readout& r) { r.tube_voltage = 1e30; }},
+        {"kV", [](Readout& r) { r.tube_voltage = 1e30; }},
         {"mA", [](Readout& r) { r.tube_current = 81.0; }},
         {"kerma", [](Readout& r) { r.air_kerma = 2999.0; }},
         {"kerma rate", [](Readout& r) { r.air_kerma_rate = 1e30; }},

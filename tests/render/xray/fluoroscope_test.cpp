@@ -215,7 +215,7 @@ TEST(Fluoroscope, RefusesABadArmOrExposureWithAllItsProblems) {
         FAIL();
     } catch (const std::invalid_argument& error) {
         const std::string text = error.what();
-        for (const char* part : {"sod < sid", "pixels", "iodine", "v"}) {
+        for (const char* part : {"sod < sid", "pixels", "iodine", "kV"}) {
             EXPECT_NE(text.find(part), std::string::npos) << text;
         }
     }

@@ -95,7 +95,7 @@ TEST(EnergyBins, TransmitLikeTheFullSpectrumWithinHalfAPercent) {
                            std::exp(-patient * tissue[k] - object.factor * object.length * mu[k]);
                 }
                 EXPECT_NEAR(few / few_alone, through(spectrum, both) / through(spectrum, alone), limit)
-                    << render::name_of(object.material) << " behind " << patient << " mm at " << kvp << " v";
+                    << render::name_of(object.material) << " behind " << patient << " mm at " << kvp << " kV";
             }
         }
     }

@@ -11,7 +11,7 @@ TEST(XRayTube, GivesMoreKermaAtHigherVoltageAndLessBehindCopper) {
     EXPECT_GT(kerma_per_charge(80), 0.2 * 0.080);
 }
 
-/// Of a patient who takes `at_80` mAs at 80 v; higher voltages go through more easily.
+/// Of a patient who takes `at_80` mAs at 80 kV; higher voltages go through more easily.
 auto patient(double at_80) {
     return [at_80](double kvp) { return at_80 * std::pow(80.0 / kvp, 5); };
 }
