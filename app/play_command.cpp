@@ -26,6 +26,8 @@ struct PlayArguments {
 
 #ifdef SELDINGER_WINDOW
 
+/// The program's folder below the one that the variable names, else below the user's home; empty without
+/// either.
 std::filesystem::path user_folder(const char* variable, const char* under_home) {
     if (const char* folder = std::getenv(variable); folder && *folder)
         return std::filesystem::path(folder) / "seldinger";
@@ -76,7 +78,8 @@ int play(const PlayArguments& arguments) {
     options.free_practice = arguments.free_practice;
     options.record = arguments.record;
     options.measure = arguments.measure;
-    options.results = room::results_file();
+    if (const auto folder = user_folder("XDG_DATA_HOME", ".local/share"); !folder.empty())
+        options.results = folder / "results.json";
     options.cache = arguments.cache.empty() ? user_folder("XDG_CACHE_HOME", ".cache")
                                             : std::filesystem::path(arguments.cache);
     if (const auto folder = user_folder("XDG_CONFIG_HOME", ".config"); !folder.empty())

@@ -27,27 +27,27 @@ public:
     ProgressBar(const ProgressBar&) = delete;
     ProgressBar& operator=(const ProgressBar&) = delete;
 
-    /// `part` of the work is done, 0 to 1; `told` is what a user wants to know of it.
-    void show(double part, const std::string& told) {
+    /// `part` of the work is done, 0 to 1; `doing` is what a user wants to know of it.
+    void show(double part, const std::string& doing) {
         const auto now = now_();
         if (terminal_)
-            draw(part, told, now);
+            draw(part, doing, now);
         else if (part < 1 && now - last_ >= between_lines_) {
             last_ = now;
-            fmt::print(out_, "{}: {:.0f} %\n", told, 100 * std::clamp(part, 0.0, 1.0));
+            fmt::print(out_, "{}: {:.0f} %\n", doing, 100 * std::clamp(part, 0.0, 1.0));
             std::fflush(out_);
         }
     }
 
 private:
-    void draw(double part, const std::string& told, Clock::time_point now) {
+    void draw(double part, const std::string& doing, Clock::time_point now) {
         if (drawn_ && part < 1 && now - last_ < std::chrono::milliseconds(100)) return;
         last_ = now;
         drawn_ = true;
         const double spent = std::chrono::duration<double>(now - start_).count();
         const auto filled = static_cast<std::size_t>(30 * std::clamp(part, 0.0, 1.0));
         fmt::print(out_, "\r\033[K[{}{}] {}  {:.0f} s left", std::string(filled, '#'),
-                   std::string(30 - filled, '.'), told, part > 0 ? spent / part * (1 - part) : 0.0);
+                   std::string(30 - filled, '.'), doing, part > 0 ? spent / part * (1 - part) : 0.0);
         std::fflush(out_);
     }
 

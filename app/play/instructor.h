@@ -3,9 +3,9 @@
 /// the solver did for it.
 
 #include <deque>
-#include <memory>
 #include <optional>
 
+#include "app/play/solver_scene.h"
 #include "app/play/window.h"
 #include "engine/anatomy/anatomy.h"
 #include "engine/room/session.h"
@@ -15,9 +15,6 @@ namespace app {
 class Instructor {
 public:
     explicit Instructor(const Gl&);
-    ~Instructor();
-    Instructor(const Instructor&) = delete;
-    Instructor& operator=(const Instructor&) = delete;
 
     /// Another session: what was drawn is forgotten.
     void reset();
@@ -27,8 +24,19 @@ public:
                                          const Window&);
 
 private:
-    struct Scene;
-    std::unique_ptr<Scene> scene_;
+    void remember(const room::View&);
+    void draw_speed_against_accuracy(float unit, double frame_ms) const;
+    std::optional<exercise::Tuning> draw_controls(const exercise::Tuning& now, float unit);
+
+    struct Dot {
+        double ms, error;  // of a frame's motion, and how far from rest it left the wire [mm]
+        int method;
+    };
+    SolverScene scene_;
+    std::deque<float> motion_ms_, image_ms_, steps_, residual_;  // of the last frames
+    std::deque<Dot> dots_;                                       // of frames with a motion
+    std::optional<exercise::Tuning> edited_;                     // by sliders that are held
+    long seen_ = -1;                                             // frame
 };
 
 }  // namespace app

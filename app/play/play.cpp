@@ -368,11 +368,11 @@ void Play::draw(float time) {
         case Screen::Briefing:
             draw_briefing();
             break;
-        case Screen::End:
-            draw_end();
-            break;
         case Screen::Room:
             draw_room();
+            break;
+        case Screen::End:
+            draw_end();
             break;
     }
     const render::Box whole{0, 0, static_cast<float>(window_.width()), static_cast<float>(window_.height())};

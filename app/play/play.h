@@ -83,6 +83,7 @@ private:
     void draw_chooser();
     void draw_briefing();
     void draw_loading();
+    void draw_progress();
     void draw_room();
     void draw_image(const render::Box&);
     void draw_column(const render::Box&);

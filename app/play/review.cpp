@@ -28,7 +28,7 @@ void Review::reset() {
     left_ = top_ = 0;
     ruler_.reset();
     calibration_.reset();
-    told_.clear();
+    calibration_text_.clear();
     plays_ = true;
 }
 
@@ -130,24 +130,24 @@ bool Review::draw(const std::vector<std::shared_ptr<const room::Sequence>>& runs
         if (ImGui::Button("It crosses the wire: calibrate")) {
             if (const auto width = room::band_width(image_, *ruler_)) {
                 calibration_ = wire / *width;
-                told_ = fmt::format("{:.3f} mm are {:.2f} pixels", wire, *width);
+                calibration_text_ = fmt::format("{:.3f} mm are {:.2f} pixels", wire, *width);
             } else {
-                told_ = "no dark band under the ruler";
+                calibration_text_ = "no dark band under the ruler";
             }
         }
-        if (!told_.empty()) ImGui::TextDisabled("%s", told_.c_str());
+        if (!calibration_text_.empty()) ImGui::TextDisabled("%s", calibration_text_.c_str());
         if (calibration_ && ImGui::Button("Back to the isocentre's scale")) calibration_.reset();
     }
     ImGui::EndChild();
     ImGui::SameLine();
     const ImVec2 corner = ImGui::GetCursorScreenPos(), room = ImGui::GetContentRegionAvail();
-    draw_picture({corner.x, corner.y, corner.x + room.x, corner.y + room.y}, window, wire);
+    draw_picture({corner.x, corner.y, corner.x + room.x, corner.y + room.y}, window);
     ImGui::End();
     if (!open) ruler_.reset();
     return open;
 }
 
-void Review::draw_picture(const render::Box& area, const Window& window, double) {
+void Review::draw_picture(const render::Box& area, const Window& window) {
     const float side = std::floor(std::max(16.0f, std::min(area.right - area.left, area.bottom - area.top)));
     const float part = 1 / zoom_;
     left_ = std::clamp(left_, 0.0f, 1 - part);

@@ -24,7 +24,7 @@ public:
 
 private:
     void show();
-    void draw_picture(const render::Box&, const Window&, double wire);
+    void draw_picture(const render::Box&, const Window&);
 
     Texture texture_;
     std::shared_ptr<const room::Sequence> run_;
@@ -40,7 +40,7 @@ private:
     bool rules_ = false, draws_ = false;
     std::optional<room::Ruler> ruler_;
     std::optional<double> calibration_;  // [mm per pixel]
-    std::string told_;
+    std::string calibration_text_;       // what the last calibration found
 };
 
 }  // namespace app

@@ -1,8 +1,10 @@
 #pragma once
-/// The panel's colours as Dear ImGui takes them.
+/// The panel's colours and faces for Dear ImGui, and the frame of a page.
 
 #include <imgui.h>
+#include <string>
 
+#include "app/play/window.h"
 #include "render/panel/palette.h"
 
 namespace app {
@@ -13,5 +15,21 @@ inline ImU32 colour(render::Ink ink) {
 inline ImVec4 tint(render::Ink ink) {
     return ImGui::ColorConvertU32ToFloat4(colour(ink));
 }
+
+/// A window of Dear ImGui that the user can neither move nor see the edge of.
+constexpr ImGuiWindowFlags bare = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoScrollbar |
+                                  ImGuiWindowFlags_NoScrollWithMouse | ImGuiWindowFlags_NoResize |
+                                  ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
+                                  ImGuiWindowFlags_NoSavedSettings;
+
+void text(render::Ink, const std::string&);
+/// Wrapped at the edge of the window or column.
+void wrapped(render::Ink, const std::string&);
+/// Wrapped, in another face than the plain one.
+void wrapped(const Window&, render::Face, render::Ink, const std::string&);
+
+/// Begins a page in the middle of the window, `wanted` pixels wide where the window is, as high as its
+/// contents; a page higher than the window scrolls. ImGui::End() ends it.
+void begin_page(const Window&, const char* name, float wanted);
 
 }  // namespace app

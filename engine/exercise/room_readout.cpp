@@ -8,9 +8,9 @@
 namespace exercise {
 namespace {
 
-constexpr double history = 10.0;  // of forces [s]
-constexpr double told_for = 4.0;  // a message stays [s]
-constexpr std::size_t most_told = 6;
+constexpr double history = 10.0;      // of forces [s]
+constexpr double message_time = 4.0;  // a message stays [s]
+constexpr std::size_t most_messages = 6;
 constexpr double table_height = 900.0;  // of its top above the floor, at the start [mm]
 
 const char* name_of(script::ImagingMode mode) {
@@ -20,14 +20,20 @@ const char* name_of(script::ImagingMode mode) {
 
 }  // namespace
 
-void RoomReadout::tell(int frame, std::string text, render::Notice notice) {
-    std::erase_if(told_, [&](const Told& told) { return told.message.text == text; });
-    told_.push_back({frame, {std::move(text), notice}});
-    if (told_.size() > most_told) told_.pop_front();
+void RoomReadout::say(std::string text, render::Notice notice) {
+    std::erase_if(messages_, [&](const TimedMessage& m) { return m.message.text == text; });
+    messages_.push_back({frame_, {std::move(text), notice}});
+    if (messages_.size() > most_messages) messages_.pop_front();
+}
+
+std::vector<render::Message> RoomReadout::messages() const {
+    std::vector<render::Message> shown;
+    for (const TimedMessage& m : messages_) shown.push_back(m.message);
+    return shown;
 }
 
 /// Notifies once of each kind of dose, at its threshold.
-void RoomReadout::tell_dose(int frame, const Score& score) {
+void RoomReadout::notify_of_dose(const Score& score) {
     using At = render::DoseNotification;
     const std::pair<bool, const char*> kinds[] = {
         {score.air_kerma && *score.air_kerma >= At::air_kerma, "Dose: 3 Gy of air kerma are reached"},
@@ -36,7 +42,7 @@ void RoomReadout::tell_dose(int frame, const Score& score) {
     for (int k = 0; k < 3; ++k) {
         if (!kinds[k].first || (notified_ & 1 << k)) continue;
         notified_ |= 1 << k;
-        tell(frame, kinds[k].second, render::Notice::Alarm);
+        say(kinds[k].second, render::Notice::Alarm);
     }
 }
 
@@ -45,8 +51,9 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
     const StepReport& report = seen.motion;
     if (report.reset) *this = RoomReadout();
     const double rate = simulation.scenario().frame_rate;
-    const int frame = seen.time.attempt;
-    while (!told_.empty() && frame - told_.front().frame > told_for * rate) told_.pop_front();
+    frame_ = seen.time.attempt;
+    while (!messages_.empty() && frame_ - messages_.front().frame > message_time * rate)
+        messages_.pop_front();
 
     hub_ += report.turned;
     push_force_ = report.relax.push_force;
@@ -55,20 +62,20 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
     while (wall_forces_.size() > history * rate) wall_forces_.pop_front();
 
     const bool hard = wall_forces_.back() >= render::Readout().force_limit;
-    if (hard && !pressed_hard_) tell(frame, "The wire presses the wall hard", render::Notice::Alarm);
+    if (hard && !pressed_hard_) say("The wire presses the wall hard", render::Notice::Alarm);
     pressed_hard_ = hard;
-    tell_dose(frame, score);
-    if (report.insertion_stopped) tell(frame, "The wire goes no further: open end", render::Notice::Warning);
-    if (report.whole_wire_is_in) tell(frame, "The wire is in to its end", render::Notice::Warning);
-    if (report.withdrawal_stopped) tell(frame, "The tip is at the introducer", render::Notice::Warning);
+    notify_of_dose(score);
+    if (report.insertion_stopped) say("The wire goes no further: open end", render::Notice::Warning);
+    if (report.whole_wire_is_in) say("The wire is in to its end", render::Notice::Warning);
+    if (report.withdrawal_stopped) say("The tip is at the introducer", render::Notice::Warning);
     constexpr const char* no_map = "No roadmap: take a DSA run first";
     if (seen.monitor && seen.monitor->map_is_missing())
-        tell(frame, no_map, render::Notice::Warning);
+        say(no_map, render::Notice::Warning);
     else
-        std::erase_if(told_, [&](const Told& told) { return told.message.text == no_map; });
+        std::erase_if(messages_, [&](const TimedMessage& m) { return m.message.text == no_map; });
     if (report.console.pulse) pulse_rate_ = simulation.console().pulse_rate();
     const bool complete = score.completed;
-    if (complete && !was_complete_) tell(frame, "Target reached", render::Notice::Success);
+    if (complete && !was_complete_) say("Target reached", render::Notice::Success);
     was_complete_ = complete;
 }
 
@@ -83,7 +90,7 @@ render::Readout RoomReadout::read(const Frame& frame, const Score& score) const 
     r.beam_on = console.beam_on();
     r.frame = frame.time.index;
     r.time = frame.time.seconds;
-    for (const Told& told : told_) r.messages.push_back(told.message);
+    r.messages = messages();
     r.lao = arm.lao;
     r.cranial = arm.cranial;
     r.sid = arm.sid;

@@ -2,6 +2,8 @@
 /// Follows an exercise and fills in the readouts of its panel.
 
 #include <deque>
+#include <string>
+#include <vector>
 
 #include "engine/exercise/monitor.h"
 #include "engine/exercise/score.h"
@@ -15,20 +17,25 @@ public:
     /// After each frame, once.
     void observe(const Frame&, const Score&);
     render::Readout read(const Frame&, const Score&) const;
+    /// Shows a message for some seconds from the frame observed last; the same text again starts its time
+    /// anew.
+    void say(std::string text, render::Notice);
+    std::vector<render::Message> messages() const;
     void state(geometry::StateStream& s) {
-        s(told_, wall_forces_, hub_, push_force_, base_torque_, pulse_rate_, was_complete_, pressed_hard_,
-          notified_);
+        s(frame_, messages_, wall_forces_, hub_, push_force_, base_torque_, pulse_rate_, was_complete_,
+          pressed_hard_, notified_);
     }
 
 private:
-    void tell(int frame, std::string text, render::Notice);
+    void notify_of_dose(const Score&);
 
-    struct Told {
+    struct TimedMessage {
         int frame = 0;  // of the attempt
         render::Message message;
         void state(geometry::StateStream& s) { s(frame, message.text, message.notice); }
     };
-    std::deque<Told> told_;
+    int frame_ = -1;  // of the attempt, observed last
+    std::deque<TimedMessage> messages_;
     std::deque<double> wall_forces_;  // largest of each frame [N]
     double hub_ = 0;                  // turned so far [rad]
     double push_force_ = 0;           // [N]
@@ -37,7 +44,6 @@ private:
     bool was_complete_ = false;
     bool pressed_hard_ = false;  // the wall, at the last frame
     int notified_ = 0;           // of the dose: kinds of notification that were given, a bit each
-    void tell_dose(int frame, const Score&);
 };
 
 }  // namespace exercise

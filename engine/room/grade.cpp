@@ -1,7 +1,6 @@
 #include "engine/room/grade.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -95,14 +94,6 @@ void Results::add(const std::string& scenario, const Grade& grade, const exercis
     std::error_code ignored;
     std::filesystem::create_directories(file_.parent_path(), ignored);
     io::write_whole(file_, json.dump(2) + "\n");
-}
-
-std::filesystem::path results_file() {
-    if (const char* data = std::getenv("XDG_DATA_HOME"); data && *data)
-        return std::filesystem::path(data) / "seldinger" / "results.json";
-    if (const char* home = std::getenv("HOME"); home && *home)
-        return std::filesystem::path(home) / ".local" / "share" / "seldinger" / "results.json";
-    return {};
 }
 
 }  // namespace room

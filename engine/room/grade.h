@@ -61,7 +61,4 @@ private:
     std::map<std::string, BestResult> best_;
 };
 
-/// seldinger/results.json in the user's folder for data (XDG_DATA_HOME); empty where there is no home.
-std::filesystem::path results_file();
-
 }  // namespace room

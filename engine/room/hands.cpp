@@ -106,11 +106,11 @@ void Hands::move_wire(const Input& input, const exercise::StepReport& last,
 }
 
 void Hands::press_pedals(const Input& input, const exercise::Console& console,
-                         std::vector<script::Command>& commands, std::vector<std::string>& told) {
+                         std::vector<script::Command>& commands, std::vector<std::string>& messages) {
     for (const Action action : input.pressed) {
         if (action == Action::Roadmap) wants_roadmap_ = !wants_roadmap_;
         if (action == Action::Mask) commands.push_back(script::NewMask{});
-        if (action == Action::Device) told.push_back("This exercise has one device: the wire");
+        if (action == Action::Device) messages.push_back("This exercise has one device: the wire");
         if (action == Action::Reference) commands.push_back(script::StoreReference{});
     }
     const bool acquire = input.holds(Action::Acquisition);
@@ -126,7 +126,7 @@ void Hands::press_pedals(const Input& input, const exercise::Console& console,
 }
 
 void Hands::move_stand(const Input& input, const exercise::Simulation& simulation,
-                       std::vector<script::Command>& commands, std::vector<std::string>& told) {
+                       std::vector<script::Command>& commands, std::vector<std::string>& messages) {
     const Speeds& s = keys_.speeds;
     const exercise::Console& console = simulation.console();
     const render::CArm arm = console.arm();
@@ -190,12 +190,12 @@ void Hands::move_stand(const Input& input, const exercise::Simulation& simulatio
         if (problems.empty())
             commands.push_back(move);
         else
-            told.push_back("The C-arm goes no further: " + problems.front());
+            messages.push_back("The C-arm goes no further: " + problems.front());
     }
     if (collimate) commands.push_back(*collimate);
     if (rate != console.pulse_rate()) {
         if (rate > simulation.scenario().frame_rate)
-            told.push_back(script::too_many_pulses(rate, simulation.scenario().frame_rate));
+            messages.push_back(script::too_many_pulses(rate, simulation.scenario().frame_rate));
         else
             commands.push_back(script::SetPulseRate{rate});
     }
@@ -210,13 +210,13 @@ void Hands::move_stand(const Input& input, const exercise::Simulation& simulatio
         const geometry::Vec3 asked = console.table() + shift;
         geometry::Vec3 place = asked.cwiseMax(-reach).cwiseMin(reach);
         for (int k = 0; k < 3; ++k) place[k] = rounded(place[k], 1e-2);
-        if (asked != asked.cwiseMax(-reach).cwiseMin(reach)) told.push_back("The table goes no further");
+        if (asked != asked.cwiseMax(-reach).cwiseMin(reach)) messages.push_back("The table goes no further");
         if (place != console.table()) commands.push_back(script::MoveTable{place});
     }
 }
 
 void Hands::inject(const Input& input, const exercise::Simulation& simulation,
-                   std::vector<script::Command>& commands, std::vector<std::string>& told) {
+                   std::vector<script::Command>& commands, std::vector<std::string>& messages) {
     const anatomy::Anatomy& anatomy = simulation.anatomy();
     double left = simulation.contrast().left();
     for (const int index : input.injections) {
@@ -227,7 +227,7 @@ void Hands::inject(const Input& input, const exercise::Simulation& simulation,
         if (preset.through_device || !known)
             branch = anatomy.branches[anatomy::nearest_place(anatomy, simulation.wire().tip()).branch].name;
         if (preset.volume > left) {
-            told.push_back(
+            messages.push_back(
                 fmt::format("{:.0f} ml more is beyond the patient's limit of contrast", preset.volume));
             continue;
         }
@@ -238,7 +238,7 @@ void Hands::inject(const Input& input, const exercise::Simulation& simulation,
 
 std::vector<script::Command> Hands::commands(const Input& input, const exercise::Simulation& simulation,
                                              const exercise::StepReport& last,
-                                             std::vector<std::string>& told) {
+                                             std::vector<std::string>& messages) {
     std::vector<script::Command> commands;
     if (std::find(input.pressed.begin(), input.pressed.end(), Action::BackToStart) != input.pressed.end()) {
         rest();
@@ -246,9 +246,9 @@ std::vector<script::Command> Hands::commands(const Input& input, const exercise:
         commands.push_back(script::Reset{});
         return commands;
     }
-    press_pedals(input, simulation.console(), commands, told);
-    move_stand(input, simulation, commands, told);
-    inject(input, simulation, commands, told);
+    press_pedals(input, simulation.console(), commands, messages);
+    move_stand(input, simulation, commands, messages);
+    inject(input, simulation, commands, messages);
     move_wire(input, last, commands);
     return commands;
 }

@@ -35,10 +35,11 @@ public:
     Hands(KeyMap, double frame_time);
 
     /// The commands of the next frame; `last` is what the frame before did. What the stand or the patient
-    /// could not follow is not asked for: a sentence in `told` says so. A hand waits for a wire that is far
-    /// behind.
+    /// could not follow is not asked for: `messages` takes a sentence that says so. A hand waits for a wire
+    /// that is far behind.
     std::vector<script::Command> commands(const Input&, const exercise::Simulation&,
-                                          const exercise::StepReport& last, std::vector<std::string>& told);
+                                          const exercise::StepReport& last,
+                                          std::vector<std::string>& messages);
     /// The hand lets go of everything.
     void rest();
     const KeyMap& keys() const { return keys_; }
@@ -47,11 +48,11 @@ private:
     double run_up(bool held, double& since) const;
     void move_wire(const Input&, const exercise::StepReport& last, std::vector<script::Command>&);
     void press_pedals(const Input&, const exercise::Console&, std::vector<script::Command>&,
-                      std::vector<std::string>& told);
+                      std::vector<std::string>& messages);
     void move_stand(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
-                    std::vector<std::string>& told);
+                    std::vector<std::string>& messages);
     void inject(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
-                std::vector<std::string>& told);
+                std::vector<std::string>& messages);
 
     KeyMap keys_;
     double frame_time_;

@@ -15,7 +15,6 @@ namespace room {
 namespace {
 
 constexpr double take_back_time = 10;  // [s]
-constexpr double told_for = 4;         // [s]
 constexpr double slow_for = 1;         // the strip says so [s]
 
 double milliseconds(Clock::duration d) {
@@ -23,22 +22,6 @@ double milliseconds(Clock::duration d) {
 }
 
 }  // namespace
-
-void Handling::observe(const exercise::Frame& frame) {
-    const exercise::StepReport& report = frame.motion;
-    if (report.reset) {
-        const int kept = taken_back;
-        *this = {};
-        taken_back = kept;
-    }
-    const bool moves = !report.insertions.empty() || report.rotation != 0;
-    const bool blind = moves && !frame.simulation.console().beam_on();
-    const bool stopped = report.insertion_stopped || report.withdrawal_stopped || report.whole_wire_is_in;
-    blind_motions += blind && !moves_blind;
-    against_stops += stopped && !at_stop;
-    moves_blind = blind || (moves_blind && !moves && !frame.simulation.console().beam_on());
-    at_stop = stopped;
-}
 
 /// Lives on the session's thread: all but the mailboxes.
 class Session::Worker {
@@ -174,7 +157,7 @@ private:
 
     void frame() {
         const int index = exercise_->frame() + 1;
-        std::vector<std::string> told;
+        std::vector<std::string> messages;
         std::optional<Clock::time_point> asked;
         std::vector<script::Command> commands;
         if (options_.script) {
@@ -191,17 +174,16 @@ private:
                 session_.since_ = {};
                 asked = std::exchange(session_.asked_, {});
             }
-            commands = hands_.commands(input, exercise_->simulation(), last_, told);
+            commands = hands_.commands(input, exercise_->simulation(), last_, messages);
         }
 
         const auto start = Clock::now();
         const exercise::Frame made = exercise_->next_frame(commands);
         last_ = made.motion;
         const auto moved = Clock::now();
-        record(index, commands);
-        if (made.motion.reset) said_.clear();
-        for (std::string& text : told) say(std::move(text), render::Notice::Warning);
+        to_recording([&](auto& file) { file.frame(index, commands, [this] { return state_hash(); }); });
         readout_.observe(made, exercise_->score());
+        for (std::string& text : messages) readout_.say(std::move(text), render::Notice::Warning);
         view_.handling.observe(made);
 
         const bool moves = std::any_of(commands.begin(), commands.end(), [](const script::Command& c) {
@@ -228,11 +210,14 @@ private:
         view_.runs = sequences_.runs();
         view_.score = exercise_->score();
         view_.readout = readout_.read(made, view_.score);
-        while (!said_.empty() && made.time.attempt - said_.front().frame > told_for / period_)
-            said_.pop_front();
-        for (const Said& said : said_) view_.readout.messages.push_back(said.message);
         view_.frames = index + 1;
-        if (watches_) watch(made, milliseconds(moved - start), milliseconds(shown - moved));
+        if (watches_) {
+            SolverView solver = solver_view(made.simulation, made.motion.relax);
+            solver.motion_ms = milliseconds(moved - start);
+            solver.image_ms = milliseconds(shown - moved);
+            solver.frame_ms = period_ * 1000;
+            view_.solver = std::make_shared<const SolverView>(std::move(solver));
+        }
         if (options_.script) check(index);
         view_.time_is_up = exercise_->time_is_up();
         const bool over = options_.script
@@ -247,49 +232,19 @@ private:
 
     int whole_second() const { return std::max(1, static_cast<int>(std::lround(1 / period_))); }
 
-    /// Of the wire shown from where the fast solver brings it to rest. What that takes is not counted.
-    static double distance_from_rest(const exercise::Simulation& simulation) {
-        physics::Guidewire rest = simulation.wire();
-        physics::RelaxerConfig config;
-        if (!simulation.wall().smooth()) config.tolerance = 1e-3;
-        physics::make_relaxer(config, simulation.wall())->relax(rest, {400 * rest.segments(), 0, 0});
-        double largest = 0;
-        for (std::size_t i = 0; i < rest.joints.size(); ++i)
-            largest = std::max(largest, (rest.joints[i] - simulation.wire().joints[i]).norm());
-        return largest;
-    }
-
-    void watch(const exercise::Frame& made, double motion_ms, double image_ms) {
-        auto solver = std::make_shared<SolverView>();
-        const exercise::Simulation& simulation = made.simulation;
-        solver->joints.assign(simulation.wire().joints.begin(), simulation.wire().joints.end());
-        solver->contacts.assign(simulation.contacts().begin(), simulation.contacts().end());
-        solver->shift = simulation.vessel_shift();
-        solver->relax = made.motion.relax;
-        solver->tuning = simulation.tuning();
-        solver->error = distance_from_rest(simulation);
-        solver->motion_ms = motion_ms;
-        solver->image_ms = image_ms;
-        solver->frame_ms = period_ * 1000;
-        view_.solver = std::move(solver);
-    }
-
-    void say(std::string text, render::Notice notice) {
-        std::erase_if(said_, [&](const Said& said) { return said.message.text == text; });
-        said_.push_back({last_attempt_frame(), {std::move(text), notice}});
-    }
-    int last_attempt_frame() const { return exercise_->simulation().frames() - 1; }
-
-    void record(int index, std::span<const script::Command> commands) {
+    /// Writes to the recording, if there is one. A file that takes no more ends it, not the exercise.
+    template <class Write>
+    void to_recording(Write&& write) {
         if (!recording_) return;
         try {
-            recording_->frame(index, commands, [this] { return exercise_->simulation().state_hash(); });
+            write(*recording_);
         } catch (const io::InputError& error) {
-            say(fmt::format("The recording ends here: {}", error.what()), render::Notice::Alarm);
+            readout_.say(fmt::format("The recording ends here: {}", error.what()), render::Notice::Alarm);
             recording_.reset();
             view_.recording = false;
         }
     }
+    std::uint64_t state_hash() const { return exercise_->simulation().state_hash(); }
 
     void remember() {
         if (!options_.free_practice) return;
@@ -300,7 +255,7 @@ private:
 
     void take_back() {
         if (!options_.free_practice) {
-            say("What was done is taken back in free practice only", render::Notice::Warning);
+            readout_.say("What was done is taken back in free practice only", render::Notice::Warning);
             return;
         }
         if ((view_.phase != Phase::Running && view_.phase != Phase::Paused) || moments_.empty()) return;
@@ -315,20 +270,11 @@ private:
         ++view_.handling.taken_back;
         hands_.rest();
         last_ = {};
-        said_.clear();
-        if (recording_) {
-            try {
-                recording_->take_back(moment.frame);
-            } catch (const io::InputError& error) {
-                say(fmt::format("The recording ends here: {}", error.what()), render::Notice::Alarm);
-                recording_.reset();
-                view_.recording = false;
-            }
-        }
+        to_recording([&](auto& file) { file.take_back(moment.frame); });
         view_.frames = moment.frame + 1;
         view_.image = std::make_shared<const render::GrayImage>(exercise_->image());
         ++view_.image_serial;
-        say("The last seconds were taken back", render::Notice::Info);
+        readout_.say("The last seconds were taken back", render::Notice::Info);
     }
 
     void retune(const exercise::Tuning& tuning) {
@@ -338,7 +284,7 @@ private:
         try {
             exercise_->retune(tuning, cache);
         } catch (const io::InputError& error) {
-            say(error.what(), render::Notice::Warning);
+            readout_.say(error.what(), render::Notice::Warning);
             return;
         }
         view_.tuned = true;
@@ -346,13 +292,13 @@ private:
         last_ = {};
         if (!recording_) return;
         finish_recording();
-        say("The recording ends here: the model was changed", render::Notice::Warning);
+        readout_.say("The recording ends here: the model was changed", render::Notice::Warning);
     }
 
     void check(int index) {
         for (const script::StateCheck& known : options_.script->checks) {
             if (known.frame != index) continue;
-            const std::uint64_t hash = exercise_->simulation().state_hash();
+            const std::uint64_t hash = state_hash();
             if (hash != known.hash)
                 view_.differences.push_back(
                     io::located(known.place, fmt::format("frame {} has state {}, recorded was {}", index,
@@ -361,12 +307,7 @@ private:
     }
 
     void finish_recording() {
-        if (!recording_) return;
-        try {
-            recording_->close([this] { return exercise_->simulation().state_hash(); });
-        } catch (const io::InputError& error) {
-            say(fmt::format("The recording has no end: {}", error.what()), render::Notice::Alarm);
-        }
+        to_recording([this](auto& file) { file.close([this] { return state_hash(); }); });
         recording_.reset();
         view_.recording = false;
     }
@@ -378,6 +319,7 @@ private:
 
     void publish() {
         ++view_.serial;
+        view_.readout.messages = readout_.messages();
         auto view = std::make_shared<const View>(view_);
         {
             const std::lock_guard lock(session_.mutex_);
@@ -386,9 +328,10 @@ private:
         if (options_.wake) options_.wake();
     }
 
-    struct Said {
-        int frame = 0;  // of the attempt
-        render::Message message;
+    struct Moment {  // that can be gone back to
+        exercise::Exercise::Snapshot exercise;
+        std::vector<std::byte> readout, handling;
+        int frame = -1;
     };
 
     Session& session_;
@@ -401,7 +344,6 @@ private:
     exercise::StepReport last_;
     Sequences sequences_;
     std::deque<Moment> moments_;
-    std::deque<Said> said_;
     std::optional<Clock::time_point> waiting_;  // for a pulse that shows it
     bool watches_ = false;
     View view_;

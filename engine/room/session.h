@@ -17,8 +17,10 @@
 #include "engine/anatomy/model_cache.h"
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/score.h"
+#include "engine/room/handling.h"
 #include "engine/room/hands.h"
 #include "engine/room/sequence.h"
+#include "engine/room/solver_view.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
 #include "render/panel/readout.h"
@@ -29,30 +31,6 @@ using Clock = std::chrono::steady_clock;
 
 enum class Phase { Loading, Ready, Running, Paused, Ended, Failed };
 enum class Control { Start, Pause, Resume, TakeBack, Finish, WatchSolver, IgnoreSolver };
-
-/// What is not in the score: counted by the room.
-struct Handling {
-    int blind_motions = 0;  // times that the wire was moved without beam
-    int against_stops = 0;  // times that it was pushed or pulled where it goes no further
-    int taken_back = 0;     // times that the last seconds were taken back
-    bool moves_blind = false, at_stop = false;
-
-    void observe(const exercise::Frame&);
-    int errors() const { return blind_motions + against_stops; }
-    void state(geometry::StateStream& s) { s(blind_motions, against_stops, moves_blind, at_stop); }
-};
-
-/// The wire as the solver left it, for whoever looks into the patient.
-struct SolverView {
-    std::vector<geometry::Vec3> joints;             // [mm]
-    std::vector<physics::WallContact> contacts;     // of the joints
-    geometry::Vec3 shift = geometry::Vec3::Zero();  // of vessels and wire in the patient [mm]
-    physics::RelaxReport relax;
-    exercise::Tuning tuning;             // by which it was moved
-    double error = 0;                    // of a joint from where it comes to rest, the largest [mm]
-    double motion_ms = 0, image_ms = 0;  // of this frame
-    double frame_ms = 0;                 // that there are
-};
 
 /// All that the window shows of a frame.
 struct View {
@@ -110,11 +88,6 @@ public:
     std::shared_ptr<const anatomy::Anatomy> anatomy() const;
 
 private:
-    struct Moment {  // that can be gone back to
-        exercise::Exercise::Snapshot exercise;
-        std::vector<std::byte> readout, handling;
-        int frame = -1;
-    };
     class Worker;
 
     SessionOptions options_;

@@ -76,9 +76,9 @@ void Expectation::finish(int last_frame, bool interrupted) {
 }
 
 std::vector<std::string> Expectation::differences() const {
-    std::vector<std::string> told = differences_;
-    if (differing_ > told.size()) told.push_back(fmt::format("... and {} more", differing_ - told.size()));
-    return told;
+    std::vector<std::string> lines = differences_;
+    if (differing_ > lines.size()) lines.push_back(fmt::format("... and {} more", differing_ - lines.size()));
+    return lines;
 }
 
 void Expectation::differ(const std::string& text) {

@@ -90,7 +90,7 @@ void check_combination(const RelaxRequest& r) {
     if (r.anatomy && r.radius) refuse("--radius", "an anatomy has its own radii", "it goes with --tube");
     if (r.branch && !r.anatomy) refuse("--branch", "a tube has no branches", "it goes with --anatomy");
     if (r.wire && (r.segments || r.segment_length))
-        refuse("--wire", "the file tells the segments and their length",
+        refuse("--wire", "the file gives the segments and their length",
                "either --wire or --segments and --segment-length are accepted");
     if (!r.wire && !(r.segments && r.segment_length))
         refuse(r.segments ? "--segment-length" : "--segments", "it is missing",

@@ -213,7 +213,7 @@ io::Plot bars(const std::vector<Case>& list) {
     plot.commands += "\nunset multiplot\n";
     plot.caption =
         "Segments, processor time and deviation of wires with half the chosen λ, with the chosen λ, and "
-        "adaptive from either; economy.md tells λ and N of each.";
+        "adaptive from either; economy.md lists λ and N of each.";
     for (const Case& c : list)
         plot.caption +=
             fmt::format(" {}: EI = {:g} N·mm² (tip {:g}), k = {:g} N/mm a mm of wire, pushed to {:g} mm.",

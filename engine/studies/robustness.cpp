@@ -24,7 +24,7 @@ double quantile(std::vector<double> values, double share) {
     return values[at];
 }
 
-/// Tells how many pushes and frames are done, of all.
+/// Shows how many pushes and frames are done, of all.
 class Tally {
 public:
     Tally(const StudyOptions& options, int of) : options_(options), of_(of) {}
@@ -169,7 +169,7 @@ io::Table wild_table(const std::vector<WildRun>& runs) {
                      "largest_gradient",
                      "joints_outside",
                      "frames_with_joints_outside",
-                     "frames_told_to_cross",
+                     "frames_reported_to_cross",
                      "beyond_force",
                      "beyond_force_mm",
                      "frames_out_of_an_end",
@@ -192,7 +192,7 @@ io::Table wild_table(const std::vector<WildRun>& runs) {
                    t.gradient,
                    n(t.outside),
                    n(t.outside_frames),
-                   n(t.told_crossings),
+                   n(t.reported_crossings),
                    n(t.beyond_force),
                    t.beyond_force_by,
                    n(t.left),
@@ -275,7 +275,7 @@ std::vector<Claim> claims_of(const io::Table& tubes, const io::Table& hands,
          fmt::format("{} frames in {} scenarios", hands.number(hands.rows.size() - 1, "frames"),
                      hands.rows.size() - 1));
     none(hands, "frames_with_joints_outside", "wild hands: frames with joints outside the raw mesh",
-         "by five rays; frames that tell of a crossing and what is beyond an open end do not count");
+         "by five rays; frames that report a crossing and what is beyond an open end do not count");
     none(hands, "beyond_force", "wild hands: joints deeper than their force explains",
          "distance to the raw mesh against force over stiffness; by more than 0.15 mm");
     none(hands, "refused", "wild hands: frames in which a motion was refused",

@@ -70,7 +70,7 @@ std::vector<Claim> claims(const std::vector<Frequencies>& all) {
     const double at_5 = two.percent(0, least_separation), at_25 = two.percent(0, largest_separation),
                  rise = largest_rise(two, 0);
     const std::string shape =
-        "Which separations pay is told by the contacts between the segments: another tube, other "
+        "Which separations pay depends on the contacts between the segments: another tube, other "
         "frequencies.";
     std::vector<Claim> list;
     list.push_back({"Fig. 9: with M = 2, δ1 = 5 is chosen somewhat more often than δ1 = 25 [%]",

@@ -165,7 +165,7 @@ std::string tics(const std::vector<std::string>& texts) {
     return "(" + list + ")";
 }
 
-/// A grid of coloured cells (Okabe and Ito's colours, told apart by the colour-blind) with words in them.
+/// A grid of coloured cells (Okabe and Ito's colours, distinct to the colour-blind) with words in them.
 io::Plot map_plot(const std::vector<BreakingCase>& cases, const std::vector<Method>& columns) {
     std::vector<std::string> left, top;
     for (const BreakingCase& c : cases) left.push_back(c.what);
@@ -208,14 +208,14 @@ StudyResult run_stability(const StudyOptions& options) {
     std::vector<StabilityCell> cells(static_cast<std::size_t>(count));
     std::mutex telling;
     int done = 0;
-    const auto tell = [&](const std::string& what) {
+    const auto show = [&](const std::string& what) {
         const std::lock_guard lock(telling);
         ++done;
         if (options.progress) options.progress({done, rows + count, what});
     };
     geometry::for_each_index(rows, options.threads, [&](int r) {
         references[r] = find_reference(cases[r]);
-        tell(cases[r].what + ", reference");
+        show(cases[r].what + ", reference");
     });
     // The longest first, so that no thread is left with one at the end.
     std::vector<int> order(static_cast<std::size_t>(count));
@@ -230,7 +230,7 @@ StudyResult run_stability(const StudyOptions& options) {
         const BreakingCase& c = cases[index / columns.size()];
         const Method& method = columns[index % columns.size()];
         cells[index] = run_cell(c, references[index / columns.size()], method.config);
-        tell(fmt::format("{}, {}", c.what, method.name));
+        show(fmt::format("{}, {}", c.what, method.name));
     });
 
     StudyResult result;

@@ -266,7 +266,7 @@ std::vector<Claim> claims(const std::vector<Unrest>& all, const Traces& traces, 
     add("Fig. 11: mean |ε| in (a) over that in (b)", 1e-7, ratio, ratio > 1e-8 && ratio < 1e-6,
         fmt::format(
             "Mean |ε| is {:.1e} and {:.1e}. Holds within a factor of 10. That of (a) falls with every cycle, "
-            "and how many the published wire had made is not told.",
+            "and how many the published wire had made is not published.",
             a.mean_turn, b.mean_turn));
     const double c_ratio = c.mean_turn / a.mean_turn;
     add("Section 3.3 (c): R alone is like (a): part of touching joints in common; mean |ε| over that of (a)",

@@ -130,7 +130,7 @@ void WildTally::add(const WildTally& other) {
     gradient = std::max(gradient, other.gradient);
     outside += other.outside;
     outside_frames += other.outside_frames;
-    told_crossings += other.told_crossings;
+    reported_crossings += other.reported_crossings;
     beyond_force += other.beyond_force;
     beyond_force_by = std::max(beyond_force_by, other.beyond_force_by);
     left += other.left;
@@ -155,17 +155,19 @@ void WildJudge::judge(const exercise::Simulation& simulation, const exercise::St
                       std::uint64_t seed, int frame, WildTally& tally) const {
     const physics::Guidewire& wire = simulation.wire();
     const auto contacts = physics::all_contacts(wire, simulation.wall());
-    const auto tell = [&](const std::string& what) { tally.incidents.push_back({name_, seed, frame, what}); };
+    const auto add_incident = [&](const std::string& what) {
+        tally.incidents.push_back({name_, seed, frame, what});
+    };
     ++tally.frames;
     tally.segments = std::max(tally.segments, wire.segments());
     const double gradient = physics::relative_gradient(wire, contacts);
     tally.gradient = std::max(tally.gradient, gradient);
     if (!(gradient <= rest_)) {
         ++tally.restless;
-        tell(fmt::format("not at rest: |g|/C {:.1e}", gradient));
+        add_incident(fmt::format("not at rest: |g|/C {:.1e}", gradient));
     }
-    const bool told = report.deepest_crossing > 0;
-    tally.told_crossings += told;
+    const bool reported = report.deepest_crossing > 0;
+    tally.reported_crossings += reported;
     const std::vector<bool> left = exits_.beyond(wire);
     tally.left += std::find(left.begin(), left.end(), true) != left.end();
     int outside = 0, worst = 0;
@@ -185,15 +187,15 @@ void WildJudge::judge(const exercise::Simulation& simulation, const exercise::St
     }
     tally.beyond_force_by = std::max(tally.beyond_force_by, excess);
     if (excess > 0)
-        tell(fmt::format("joint {} of {} is {:.2f} mm deeper than its force explains", worst, wire.segments(),
-                         excess));
-    if (outside > 0 && !told) {
+        add_incident(fmt::format("joint {} of {} is {:.2f} mm deeper than its force explains", worst,
+                                 wire.segments(), excess));
+    if (outside > 0 && !reported) {
         tally.outside += outside;
         ++tally.outside_frames;
-        tell(fmt::format("{} joints outside the mesh", outside));
+        add_incident(fmt::format("{} joints outside the mesh", outside));
     }
     tally.refused += report.refused;
-    if (report.refused) tell("a motion was refused");
+    if (report.refused) add_incident("a motion was refused");
     tally.settling += report.settling;
     const double lag = std::abs(report.waiting_insertion);
     tally.lagging += lag > 1e-9 || std::abs(report.waiting_rotation) > 1e-9;

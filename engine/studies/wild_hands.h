@@ -29,7 +29,7 @@ private:
     double trend_ = 1;
 };
 
-/// Tells where a wire has left the vessels.
+/// Finds where a wire has left the vessels.
 class Exits {
 public:
     explicit Exits(const anatomy::Anatomy&);
@@ -66,7 +66,7 @@ struct WildTally {
     int restless = 0;                     // |g|/C above what rest is
     double gradient = 0;                  // the largest |g|/C
     int outside = 0, outside_frames = 0;  // joints outside the raw mesh, but for those beyond an open end
-    int told_crossings = 0;               // frames whose report tells of a crossing; not in the above
+    int reported_crossings = 0;           // frames whose report has a crossing; not in the above
     int beyond_force = 0;                 // joints deeper in the raw mesh than their force explains
     double beyond_force_by = 0;           // at most [mm]
     int left = 0;                         // frames with a part of the wire beyond an open end

@@ -7,8 +7,8 @@
 
 namespace geometry {
 
-/// Corners are kept in single precision: what is found is a triangle, whose place and plane the mesh's own
-/// corners tell.
+/// Corners are kept in single precision: a query finds a triangle, and its place and plane are
+/// taken from the mesh's own corners.
 class EmbreeMesh {
 public:
     /// `middle` is where coordinates are finest [mm]. Throws std::runtime_error when Embree can't be started

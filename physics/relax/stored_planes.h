@@ -8,9 +8,9 @@ namespace physics {
 
 /// A joint that may come to touch within a sweep has a plane, which rises to both sides round the vessel as
 /// the wall does: pen(x) = pen + n·d + ½(h·d)², d = x − where it was asked, h = c/√ρ, c round the vessel and
-/// ρ the wall's radius there. Without h a wire swings round its vessel from sweep to sweep. Its plane tells
-/// at every update whether it touches. Where the wire moves farther than the planes are good for, they are
-/// asked for anew. Joints distal of an update move only when they are settled.
+/// ρ the wall's radius there. Without h a wire swings round its vessel from sweep to sweep. At every
+/// update its plane decides whether it touches. Where the wire moves farther than the planes are good for,
+/// they are asked for anew. Joints distal of an update move only when they are settled.
 class StoredPlanes {
 public:
     explicit StoredPlanes(const LumenWall& wall) : wall_(wall) {}

@@ -227,17 +227,17 @@ BitWriter put_header(BitWriter out, std::span<const Code> literals, bool last) {
     code_lengths(counts, 7, codes);
     assign_codes(codes);
     constexpr std::array<int, 19> order = {16, 17, 18, 0, 8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15};
-    int told = 19;
-    while (told > 4 && codes[order[told - 1]].length == 0) --told;
+    int listed = 19;
+    while (listed > 4 && codes[order[listed - 1]].length == 0) --listed;
 
     constexpr int dynamic_codes = 2;
     out.put(last ? 1 : 0, 1);
     out.put(dynamic_codes, 2);
     out.put(static_cast<std::uint64_t>(count - 257), 5);
     out.put(0, 5);  // one distance
-    out.put(static_cast<std::uint64_t>(told - 4), 4);
+    out.put(static_cast<std::uint64_t>(listed - 4), 4);
     out.flush();
-    for (int i = 0; i < told; ++i) {
+    for (int i = 0; i < listed; ++i) {
         out.put(static_cast<std::uint64_t>(codes[order[i]].length), 3);
         out.flush();
     }

@@ -92,9 +92,9 @@ void append_chunk(Bytes& to, std::string_view type, const Append& append) {
     append();
     const std::size_t length = to.size() - start - 8;
     if (length > PNG_UINT_31_MAX) throw std::length_error("an image too large for a PNG");
-    Bytes told;
-    append_number(told, length);
-    std::copy(told.begin(), told.end(), to.begin() + static_cast<std::ptrdiff_t>(start));
+    Bytes size;
+    append_number(size, length);
+    std::copy(size.begin(), size.end(), to.begin() + static_cast<std::ptrdiff_t>(start));
     append_number(to, libdeflate_crc32(0, to.data() + start + 4, length + 4));
 }
 

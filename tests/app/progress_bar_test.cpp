@@ -9,7 +9,7 @@ namespace {
 
 using std::chrono::seconds;
 
-/// A bar whose clock stands still unless told, and what it wrote.
+/// A bar whose clock stands still unless moved, and what it wrote.
 class Watched {
 public:
     explicit Watched(bool terminal)
@@ -19,9 +19,9 @@ public:
         bar_.reset();
         std::fclose(out_);
     }
-    void show_at(int second, double part, const std::string& told) {
+    void show_at(int second, double part, const std::string& doing) {
         now_ = ProgressBar::Clock::time_point(seconds(second));
-        bar_->show(part, told);
+        bar_->show(part, doing);
     }
     std::string written() const { return test::read(folder_ / "out.txt"); }
     std::string ended() {

@@ -226,7 +226,7 @@ TEST(RelaxRefuses, WiresOfUnequalSegments) {
     bench.expect_wire_refused(header + "0,0,0\n2,0,0\n4,0,0\n6.5,0,0\n8.5,0,0\n",
                               "wire.csv:5:1: joints 2 and 3 are 2.5 mm apart, others 2 mm");
     bench.expect_wire_refused(header + "0,0,0\n2,0,0\n", "2 joints were found; 3 or more");
-    bench.expect_refused({"--wire", bench.folder / "wire.csv"}, "--wire: the file tells the segments");
+    bench.expect_refused({"--wire", bench.folder / "wire.csv"}, "--wire: the file gives the segments");
 }
 
 TEST(RelaxRefuses, UnknownMethodsWithThoseThatExist) {

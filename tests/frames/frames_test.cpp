@@ -1,5 +1,5 @@
 /// Golden frames: each folder tests/frames/CASE is a scenario, its commands, a few frames and the score they
-/// must give. README.md beside this file tells how a golden is changed.
+/// must give. README.md in this folder explains how a golden is changed.
 
 #include <cstdlib>
 #include <filesystem>

@@ -86,14 +86,14 @@ std::string picture_hashes() {
            std::to_string(hash_of(panel.pixels));
 }
 
-constexpr const char* told_by_a_child = "SELDINGER_TELLS_HASHES";
+constexpr const char* hashes_of_a_child = "SELDINGER_PRINTS_HASHES";
 
 /// The same from a process of its own: the rasteriser reads its settings once, before the first context.
 /// Where the tests run in shards, it runs this test whatever shard that is in.
 std::string hashes_of_a_run(const std::string& environment) {
     const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
     const std::string command =
-        "env -u GTEST_TOTAL_SHARDS -u GTEST_SHARD_INDEX " + environment + " " + told_by_a_child + "=1 '" +
+        "env -u GTEST_TOTAL_SHARDS -u GTEST_SHARD_INDEX " + environment + " " + hashes_of_a_child + "=1 '" +
         program + "' --gtest_color=no --gtest_filter=Determinism.PicturesAreTheSame* 2>/dev/null";
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> output(::popen(command.c_str(), "r"), ::pclose);
     std::string text;
@@ -108,7 +108,7 @@ std::string hashes_of_a_run(const std::string& environment) {
 
 TEST(Determinism, PicturesAreTheSameFromRunToRunAndForAnyNumberOfThreads) {
     const std::string own = picture_hashes();
-    if (std::getenv(told_by_a_child) != nullptr) {  // a child of this very test
+    if (std::getenv(hashes_of_a_child) != nullptr) {  // a child of this very test
         std::printf("hashes: %s\n", own.c_str());
         return;
     }

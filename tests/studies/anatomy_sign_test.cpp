@@ -1,4 +1,4 @@
-/// Inside, outside and crossings on generated vessels, as the study anatomy tells of them.
+/// Inside, outside and crossings on generated vessels, as the study anatomy measures them.
 
 #include "engine/studies/anatomy_sign.h"
 

@@ -1,5 +1,5 @@
 /// A wire drawn out of every branch of every generated anatomy and pushed in again, the hub turned to five
-/// sides: every frame is at rest, and no joint is outside the mesh but where a crossing is told.
+/// sides: every frame is at rest, and no joint is outside the mesh but where a crossing is reported.
 
 #include <cstdlib>
 #include <gtest/gtest.h>
@@ -49,7 +49,7 @@ Way way_into(const anatomy::Anatomy& anatomy, int branch) {
 }
 
 struct Journal {
-    int frames = 0, ways = 0, told = 0, refused = 0, restless = 0, outside = 0;
+    int frames = 0, ways = 0, reported = 0, refused = 0, restless = 0, outside = 0;
     double gradient = 0;
 };
 
@@ -91,8 +91,9 @@ private:
     void mend() {
         for (int round = 0;; ++round) {
             const auto found = crossings(wire_, all_contacts(wire_, wall_), wall_);
-            told_ = !found.empty();
-            if (!told_ || round == rounds_of_mending || split_crossings(wire_, found) == 0) return;
+            reports_crossing_ = !found.empty();
+            if (!reports_crossing_ || round == rounds_of_mending || split_crossings(wire_, found) == 0)
+                return;
             hub_.settle(wire_, enough);
         }
     }
@@ -103,8 +104,8 @@ private:
         tally_.gradient = std::max(tally_.gradient, gradient);
         tally_.restless += !(gradient <= studies::rest_limit);
         EXPECT_LE(gradient, studies::rest_limit) << what_ << ", " << wire_.inserted_length() << " mm";
-        tally_.told += told_;
-        if (told_) return;
+        tally_.reported += reports_crossing_;
+        if (reports_crossing_) return;
         const std::vector<bool> left = exits_.beyond(wire_);
         for (int i = 1; i <= wire_.segments(); ++i) {
             if (left[i] || lumen_.encloses(wire_.joints[i])) continue;
@@ -121,7 +122,7 @@ private:
     Hub hub_;
     Guidewire wire_;
     std::string what_;
-    bool told_ = false;
+    bool reports_crossing_ = false;
     Journal& tally_;
 };
 
@@ -168,10 +169,10 @@ TEST_P(Branches, AWireInAndOutStaysInsideAndAtRest) {
     RecordProperty("frames", tally.frames);
     RecordProperty("not_at_rest", tally.restless);
     RecordProperty("joints_outside", tally.outside);
-    RecordProperty("told_to_cross", tally.told);
+    RecordProperty("reported_to_cross", tally.reported);
     RecordProperty("refused", tally.refused);
     EXPECT_GE(tally.ways, rolls);
-    EXPECT_LE(tally.told, tally.frames / 50);
+    EXPECT_LE(tally.reported, tally.frames / 50);
 }
 
 INSTANTIATE_TEST_SUITE_P(OfEveryPreset, Branches,

@@ -65,6 +65,13 @@ public:
               std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
         return image;
     }
+    /// A picture of what a key opens; the key closes it again.
+    void picture_behind(const char* key, double seconds, const std::string& name) {
+        display.tap(key);
+        sleep_for(seconds);
+        picture(name);
+        display.tap(key);
+    }
     Outcome close() {
         display.close();
         const Outcome outcome = program->wait();
@@ -128,18 +135,9 @@ TEST(Play, AWholeExerciseByKeysReplaysToTheSameStates) {
     room.display.key("a", false);
     room.display.tap("s");
     room.display.tap("r");
-    room.display.tap("v");
-    sleep_for(0.6);
-    room.picture("runs");
-    room.display.tap("v");
-    room.display.tap("F12");
-    sleep_for(0.8);
-    room.picture("instructor");
-    room.display.tap("F12");
-    room.display.tap("h");
-    sleep_for(0.3);
-    room.picture("help");
-    room.display.tap("h");
+    room.picture_behind("v", 0.6, "runs");
+    room.picture_behind("F12", 0.8, "instructor");
+    room.picture_behind("h", 0.3, "help");
     room.display.tap("End");
     ASSERT_TRUE(room.reaches("ended"));
     sleep_for(0.5);

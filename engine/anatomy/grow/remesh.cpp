@@ -178,16 +178,16 @@ TriangleMesh remeshed(const TriangleMesh& mesh, const ImplicitLumen& lumen, cons
     std::vector<double> passes;
     for (double most = lumen.cell(); most < largest; most *= growth) passes.push_back(most);
     passes.insert(passes.end(), finishing_passes, largest);
-    const auto tell = [&](std::size_t pass, double part) {
+    const auto report = [&](std::size_t pass, double part) {
         if (progress) progress((static_cast<double>(pass) + part) / static_cast<double>(passes.size()));
     };
     for (std::size_t k = 0; k < passes.size(); ++k) {
         remesher.merge(passes[k]);
-        tell(k, 0.5);
+        report(k, 0.5);
         remesher.turn();
-        tell(k, 0.6);
+        report(k, 0.6);
         remesher.even_out();
-        tell(k, 1);
+        report(k, 1);
     }
     remesher.turn();
     return remesher.mesh();

@@ -17,7 +17,7 @@ using geometry::Vec3;
 constexpr int n = ImplicitLumen::block_cells, w = n + 1;  // cells and nodes along a block
 constexpr int nodes_of_block = n * n * n, nodes_of_window = w * w * w;
 constexpr float nowhere = std::numeric_limits<float>::quiet_NaN();
-constexpr float untold = 1e9f;  // f where its sign alone is known [mm]
+constexpr float sign_only = 1e9f;  // f where its sign alone is known [mm]
 
 constexpr int in_block(int x, int y, int z) {
     return (z * n + y) * n + x;
@@ -133,7 +133,7 @@ public:
 
 private:
     /// On which side of the surface each node of a block is. Most are so far from it that a node nearby
-    /// tells: their value is no more than a sign.
+    /// decides: their value is no more than a sign.
     void find_sides(int b) {
         values_[b].fill(nowhere);
         for (const int step : {4, 2, 1}) {
@@ -174,7 +174,7 @@ private:
         const float distance = values_[b][in_block(x, y, z)];
         const double reach = std::abs(distance) / (ImplicitLumen::steepest * lumen_.cell()) - 1e-3;  // cells
         if (reach < 1) return;
-        const float side = distance < 0 ? -untold : untold;
+        const float side = distance < 0 ? -sign_only : sign_only;
         const int most = static_cast<int>(std::min<double>(n, reach));
         for (int k = std::max(0, z - most); k <= std::min(n - 1, z + most); ++k)
             for (int j = std::max(0, y - most); j <= std::min(n - 1, y + most); ++j)
@@ -292,7 +292,7 @@ private:
     }
 
     const ImplicitLumen& lumen_;
-    std::vector<std::array<float, nodes_of_block>> values_;  // ±untold for a sign alone
+    std::vector<std::array<float, nodes_of_block>> values_;  // ±sign_only for a sign alone
     std::vector<std::bitset<nodes_of_block>> exact_;         // which are f
     std::array<std::vector<int>, 27> neighbours_;
     std::array<float, nodes_of_window> window_{};

@@ -41,7 +41,7 @@ public:
     }
 
     ImportedLumen from(const TriangleMesh& given) {
-        told("{} triangles", given.triangles.size());
+        note("{} triangles", given.triangles.size());
         report(0.05, "mending the surface");
         RepairedLumen lumen = repaired(given);
         append(lumen.findings);
@@ -83,8 +83,9 @@ private:
         result_.findings.insert(result_.findings.end(), more.begin(), more.end());
     }
     template <class... Values>
-    void told(fmt::format_string<Values...> text, Values&&... values) {
-        result_.findings.push_back({Finding::Kind::Told, fmt::format(text, std::forward<Values>(values)...)});
+    void note(fmt::format_string<Values...> text, Values&&... values) {
+        result_.findings.push_back(
+            {Finding::Kind::Noted, fmt::format(text, std::forward<Values>(values)...)});
     }
     template <class... Values>
     void warned(fmt::format_string<Values...> text, Values&&... values) {
@@ -163,7 +164,7 @@ private:
             for (std::size_t e = 1; e < ends.size(); ++e)
                 others += fmt::format("{} {} r {:.2f}", e > 1 ? "," : "",
                                       io::place_text(ends[e].loop.centroid), ends[e].radius);
-            told("the inlet is the largest end, {} r {:.2f}; --inlet X,Y,Z takes another [mm]:{}",
+            note("the inlet is the largest end, {} r {:.2f}; --inlet X,Y,Z takes another [mm]:{}",
                  io::place_text(ends[0].loop.centroid), ends[0].radius, others);
             return 0;
         }
@@ -171,7 +172,7 @@ private:
         const auto distance = [&](int e) { return (ends[e].loop.centroid - *options_.inlet).norm(); };
         for (int e = 1; e < static_cast<int>(ends.size()); ++e)
             if (distance(e) < distance(best)) best = e;
-        told("the inlet is the end at {}, {:.2f} mm from the place given",
+        note("the inlet is the end at {}, {:.2f} mm from the place given",
              io::place_text(ends[best].loop.centroid), distance(best));
         return best;
     }
@@ -199,8 +200,8 @@ private:
         }
         if (traced.branches.empty())
             throw io::InputError("no vessel was found inside the surface; a lumen is accepted");
-        if (traced.spurs > 0) told("{} bulges shorter than two radii are not branches", traced.spurs);
-        for (const VesselTip& tip : traced.tips) told("a branch ends blind at {}", io::place_text(tip.apex));
+        if (traced.spurs > 0) note("{} bulges shorter than two radii are not branches", traced.spurs);
+        for (const VesselTip& tip : traced.tips) note("a branch ends blind at {}", io::place_text(tip.apex));
         if (traced.loops > 0)
             warned("{} branch{} in another: a loop, which is kept", traced.loops,
                    traced.loops == 1 ? " ends" : "es end");

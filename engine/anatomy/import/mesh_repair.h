@@ -10,8 +10,8 @@ namespace anatomy {
 
 /// One thing that was noticed about an anatomy.
 struct Finding {
-    enum class Kind { Told, Mended, Warned };
-    Kind kind = Kind::Told;
+    enum class Kind { Noted, Mended, Warned };
+    Kind kind = Kind::Noted;
     std::string text;
 };
 

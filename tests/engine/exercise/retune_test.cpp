@@ -10,8 +10,10 @@
 namespace exercise {
 namespace {
 
-Simulation pushed(double mm) {
-    Simulation simulation(test::small_scenario());
+Simulation pushed(double mm, int updates_per_frame = 20000) {
+    scenario::Scenario scenario = test::small_scenario();
+    scenario.budget.updates = updates_per_frame;
+    Simulation simulation(scenario);
     simulation.apply(script::Rotate{0.8});
     for (double done = 0; done < mm; done += 2) {
         simulation.apply(script::Advance{2});
@@ -61,7 +63,7 @@ TEST(Retune, AnyNumbersAreTakenOrRefused) {
         const auto factor = [&] {
             return std::exp(4 * (std::ldexp(static_cast<double>(random()), -32) - 0.5));
         };
-        Simulation simulation = pushed(10 + random() % 30);
+        Simulation simulation = pushed(10 + random() % 30, 2000);
         Tuning tuning = simulation.tuning();
         tuning.shaft_rigidity *= factor();
         tuning.tip_rigidity *= factor();

@@ -24,7 +24,7 @@ protected:
           hands(map, 1 / exercise.simulation().scenario().frame_rate) {}
 
     std::vector<script::Command> commands(const Input& input) {
-        return hands.commands(input, exercise.simulation(), last, told);
+        return hands.commands(input, exercise.simulation(), last, messages);
     }
     void frame(const Input& input) { last = exercise.next_frame(commands(input)).motion; }
     static Input holding(std::initializer_list<Action> held) {
@@ -42,7 +42,7 @@ protected:
     KeyMap map;
     Hands hands;
     StepReport last;
-    std::vector<std::string> told;
+    std::vector<std::string> messages;
 };
 
 template <class Kind>
@@ -112,7 +112,7 @@ TEST_F(HandsTest, TheStandGoesNoFurtherThanItCanAndSaysSo) {
     const render::CArm arm = exercise.simulation().console().arm();
     EXPECT_TRUE(render::problems(arm).empty());
     EXPECT_GT(arm.cranial, 0.7);
-    EXPECT_FALSE(told.empty());
+    EXPECT_FALSE(messages.empty());
     EXPECT_LE(exercise.simulation().console().table().z(), script::table_reach.z());
     const double field = exercise.simulation().console().arm().detector_width;
     frame(pressing({Action::Magnify}));
@@ -133,7 +133,7 @@ TEST_F(HandsTest, InjectionsGoWhereTheTipIsAndEndAtTheLimit) {
     EXPECT_EQ(inject->branch, "tube");
     input.injections.assign(100, 3);  // 30 ml each, more than a patient bears
     last = exercise.next_frame(commands(input)).motion;
-    EXPECT_FALSE(told.empty());
+    EXPECT_FALSE(messages.empty());
     EXPECT_GE(exercise.simulation().contrast().left(), 0);
 }
 

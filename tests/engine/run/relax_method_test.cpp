@@ -31,8 +31,8 @@ TEST(RelaxMethod, OthersAreRefusedWithTheList) {
          {"", "Global", "segment", "segment:", "segment:0", "segment:6", "segment:2:", "segment:2:1",
           "segment:2:201", "segment:2:5:5", "segment:2:quick", "segment:2:fast:fast", "segment:2:plain:5",
           "combined", "combined:2:fast", "global:plain", "first-order:2", "konings:1", "geometric:3"}) {
-        const std::string told = test::refusal([&] { parse_method(word); });
-        EXPECT_NE(told.find("methods are: global, first-order, konings, geometric, segment:M"),
+        const std::string message = test::refusal([&] { parse_method(word); });
+        EXPECT_NE(message.find("methods are: global, first-order, konings, geometric, segment:M"),
                   std::string::npos)
             << word;
     }

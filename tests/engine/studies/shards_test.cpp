@@ -28,9 +28,9 @@ std::string merge_refusal(const test::TemporaryFolder& folder, std::initializer_
                           const StudyOptions& options = quick_options()) {
     std::vector<std::filesystem::path> folders;
     for (const char* name : names) folders.push_back(folder / name);
-    const std::string told = test::refusal([&] { merge_shards(folders, folder / "out", options); });
-    EXPECT_FALSE(std::filesystem::exists(folder / "out")) << told;
-    return told;
+    const std::string message = test::refusal([&] { merge_shards(folders, folder / "out", options); });
+    EXPECT_FALSE(std::filesystem::exists(folder / "out")) << message;
+    return message;
 }
 
 /// Changes the shard as a broken copy or an edit would.
@@ -58,10 +58,11 @@ TEST(Shards, NumbersOutOfRangeAreRefused) {
 
 TEST(Shards, StudiesThatCannotBeCutAreRefused) {
     const test::TemporaryFolder folder;
-    const std::string told = test::refusal([&] {
+    const std::string message = test::refusal([&] {
         run_shard(find_study("cost"), {1, 2}, folder / "a", quick_options());
     });
-    EXPECT_NE(told.find("'cost' cannot be cut; those that can: wall-variation"), std::string::npos) << told;
+    EXPECT_NE(message.find("'cost' cannot be cut; those that can: wall-variation"), std::string::npos)
+        << message;
 }
 
 TEST(Shards, OfDifferentRunsAreNotMerged) {
@@ -111,10 +112,11 @@ TEST(Shards, DamagedOnesAreRefused) {
         {[](auto& json) { json["shards"] = 0; }, "the shard is damaged"},
         {[](auto& json) { json["study"] = "cost"; }, "'cost' cannot be cut"},
         {[](auto& json) { json["columns"].erase(2); }, "columns was found"}};
-    for (const auto& [change, told] : changes) {
+    for (const auto& [change, message] : changes) {
         test::write(folder / "a/shard.json", whole);
         edit(folder, "a", change);
-        EXPECT_NE(merge_refusal(folder, {"a"}).find(told), std::string::npos) << merge_refusal(folder, {"a"});
+        EXPECT_NE(merge_refusal(folder, {"a"}).find(message), std::string::npos)
+            << merge_refusal(folder, {"a"});
     }
 }
 

@@ -39,8 +39,8 @@ TEST(Studies, LeaveTheirFilesInAFolderThatIsMade) {
 TEST(Studies, RefuseAFolderThatCannotBe) {
     const test::TemporaryFolder folder;
     test::write(folder / "file", "");
-    const std::string told = test::refusal([&] { run_study({"tiny", "?", tiny}, folder / "file", {}); });
-    EXPECT_NE(told.find("file: cannot be written"), std::string::npos) << told;
+    const std::string message = test::refusal([&] { run_study({"tiny", "?", tiny}, folder / "file", {}); });
+    EXPECT_NE(message.find("file: cannot be written"), std::string::npos) << message;
 }
 
 }  // namespace studies

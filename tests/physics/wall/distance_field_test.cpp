@@ -457,13 +457,13 @@ TEST(DistanceField, RefusesAStreamThatIsDamagedCutShortOrOfAnotherLumen) {
 
 TEST(DistanceField, TellsItsProgress) {
     const anatomy::Anatomy anatomy = anatomy::tube_anatomy("tube", {{0, 0, 0}, {6, 0, 0}}, 1.5, 32, 0.5);
-    std::vector<double> told;
+    std::vector<double> shares;
     const DistanceField field(anatomy.lumen, anatomy.branches, anatomy.openings(), 20, 0, {.threads = 2},
-                              [&](double share) { told.push_back(share); });
-    EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
-    ASSERT_GT(told.size(), 5u);
-    EXPECT_GE(told.front(), 0);
-    EXPECT_EQ(told.back(), 1);
+                              [&](double share) { shares.push_back(share); });
+    EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+    ASSERT_GT(shares.size(), 5u);
+    EXPECT_GE(shares.front(), 0);
+    EXPECT_EQ(shares.back(), 1);
 }
 
 TEST(DistanceField, RefusesWhatItCannotHold) {

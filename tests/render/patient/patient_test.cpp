@@ -40,7 +40,7 @@ const TriangleMesh* mesh_of(const std::vector<TissueLayer>& layers, const std::s
     return nullptr;
 }
 
-/// Tells points inside a solid from those outside by the sum of crossings of a ray.
+/// Separates points inside a solid from those outside by the sum of crossings of a ray.
 class Inside {
 public:
     explicit Inside(const TriangleMesh& mesh) : mesh_(mesh) {

@@ -29,7 +29,7 @@ ImportedLumen imported(const TriangleMesh& mesh, const ImportOptions& options = 
     return import_lumen(mesh, "small", options);
 }
 
-bool told(const ImportedLumen& lumen, const std::string& text) {
+bool reports(const ImportedLumen& lumen, const std::string& text) {
     return std::any_of(lumen.findings.begin(), lumen.findings.end(),
                        [&](const Finding& f) { return f.text.find(text) != std::string::npos; });
 }
@@ -80,8 +80,8 @@ TEST(LumenImport, FindsTheBranchesItWasMadeFrom) {
 TEST(LumenImport, MendsACorruptedMeshAndGivesADistanceField) {
     const test::TemporaryFolder folder;
     const ImportedLumen lumen = imported(studies::corrupted(test::small_anatomy().lumen, 7));
-    EXPECT_TRUE(told(lumen, "holes were filled"));
-    EXPECT_TRUE(told(lumen, "were turned outward"));
+    EXPECT_TRUE(reports(lumen, "holes were filled"));
+    EXPECT_TRUE(reports(lumen, "were turned outward"));
     const Anatomy read = load_anatomy(write_anatomy(lumen.anatomy, folder.path(), {}));
     const studies::ImportErrors errors = studies::import_errors(test::small_anatomy(), read);
     EXPECT_EQ(errors.branches, 2);
@@ -103,7 +103,7 @@ TEST(LumenImport, CutsAClosedLumenOpenAtItsTips) {
     const TriangleMesh closed =
         geometry::capped(test::small_anatomy().lumen, geometry::topology(test::small_anatomy().lumen).loops);
     const ImportedLumen lumen = imported(closed);
-    EXPECT_TRUE(told(lumen, "the lumen is closed: its 3 tips"));
+    EXPECT_TRUE(reports(lumen, "the lumen is closed: its 3 tips"));
     EXPECT_EQ(lumen.anatomy.ends.size(), 3u);
     EXPECT_EQ(lumen.anatomy.branches.size(), 2u);
     EXPECT_LT(studies::nearest_on(lumen.anatomy.branches, {20, 0, 0}).distance, 0.1);
@@ -115,7 +115,7 @@ TEST(LumenImport, FollowsASacThatHasNoEnd) {
     const ImportedLumen lumen = imported(generate(spec).lumen);
     EXPECT_EQ(lumen.anatomy.ends.size(), 3u);
     EXPECT_EQ(lumen.anatomy.branches.size(), 3u);
-    EXPECT_TRUE(told(lumen, "a branch ends blind at"));
+    EXPECT_TRUE(reports(lumen, "a branch ends blind at"));
 }
 
 TEST(LumenImport, UsesGivenCentrelines) {
@@ -126,7 +126,7 @@ TEST(LumenImport, UsesGivenCentrelines) {
     ImportOptions options = millimetres();
     options.centrelines = folder / "lines.csv";
     const ImportedLumen lumen = imported(test::small_anatomy().lumen, options);
-    EXPECT_TRUE(told(lumen, "the centrelines are 2 lines of lines.csv"));
+    EXPECT_TRUE(reports(lumen, "the centrelines are 2 lines of lines.csv"));
     const studies::ImportErrors errors = studies::import_errors(test::small_anatomy(), lumen.anatomy);
     EXPECT_EQ(errors.branches, 2);
     EXPECT_EQ(errors.invented, 0);

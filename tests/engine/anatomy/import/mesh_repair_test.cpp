@@ -12,7 +12,7 @@ using geometry::TriangleMesh;
 using geometry::Vec3;
 using test::tube;
 
-bool told(const RepairedLumen& lumen, const std::string& text) {
+bool reports(const RepairedLumen& lumen, const std::string& text) {
     return std::any_of(lumen.findings.begin(), lumen.findings.end(),
                        [&](const Finding& f) { return f.text.find(text) != std::string::npos; });
 }
@@ -43,11 +43,11 @@ TEST(MeshRepair, LeavesATidyTubeAsItIs) {
 TEST(MeshRepair, TurnsTrianglesOutward) {
     TriangleMesh mesh = tube(2, 20);
     for (auto& t : mesh.triangles) std::swap(t[0], t[1]);
-    EXPECT_TRUE(told(repaired(mesh), "all triangles faced into the lumen"));
+    EXPECT_TRUE(reports(repaired(mesh), "all triangles faced into the lumen"));
     for (std::size_t i = 7; i < mesh.triangles.size(); i += 20)
         std::swap(mesh.triangles[i][0], mesh.triangles[i][1]);
     const RepairedLumen lumen = repaired(mesh);
-    EXPECT_TRUE(told(lumen, "were turned outward"));
+    EXPECT_TRUE(reports(lumen, "were turned outward"));
     expect_whole(lumen, mesh.triangles.size());
 }
 
@@ -57,7 +57,7 @@ TEST(MeshRepair, WeldsCornersThatNearlyMeet) {
     mesh.vertices.push_back(mesh.vertices[corner] + Vec3::Constant(3e-6));
     mesh.triangles[200][0] = static_cast<int>(mesh.vertices.size()) - 1;
     const RepairedLumen lumen = repaired(mesh);
-    EXPECT_TRUE(told(lumen, "1 corners within"));
+    EXPECT_TRUE(reports(lumen, "1 corners within"));
     expect_whole(lumen, mesh.triangles.size());
 }
 
@@ -72,9 +72,9 @@ TEST(MeshRepair, DropsDoublesFinsAndIslands) {
     for (Vec3& v : island.vertices) v += Vec3(0, 9, 0);
     test::append(mesh, island);
     const RepairedLumen lumen = repaired(mesh);
-    EXPECT_TRUE(told(lumen, "1 double triangles"));
-    EXPECT_TRUE(told(lumen, "1 edges of three or more triangles"));
-    EXPECT_TRUE(told(lumen, "1 pieces apart from the vessel"));
+    EXPECT_TRUE(reports(lumen, "1 double triangles"));
+    EXPECT_TRUE(reports(lumen, "1 edges of three or more triangles"));
+    EXPECT_TRUE(reports(lumen, "1 pieces apart from the vessel"));
     expect_whole(lumen, whole);
 }
 
@@ -97,7 +97,7 @@ TEST(MeshRepair, FillsHolesAndListsThem) {
     ASSERT_LT(mesh.triangles.size(), whole - 10);
     mesh.triangles.erase(mesh.triangles.begin() + 150);
     const RepairedLumen lumen = repaired(mesh);
-    EXPECT_TRUE(told(lumen, "2 holes were filled"));
+    EXPECT_TRUE(reports(lumen, "2 holes were filled"));
     EXPECT_EQ(geometry::topology(lumen.mesh).boundary_edges, 48);
     EXPECT_EQ(lumen.ends.size(), 2u);
 }

@@ -1,0 +1,242 @@
+/// The room in the window: live image, reference, readouts, the strip below, hints and countdown.
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+#include <imgui.h>
+#include <numbers>
+
+#include "app/play/play.h"
+#include "app/play/theme.h"
+#include "render/panel/image_marks.h"
+#include "render/panel/readout_column.h"
+
+namespace app {
+namespace {
+
+namespace palette = render::palette;
+using render::Align;
+using render::Box;
+using render::Face;
+using render::Ink;
+using room::Action;
+using room::Phase;
+
+struct Hint {
+    Action action;
+    const char* words;
+};
+constexpr Hint hints[] = {
+    {Action::Fluoroscopy, "Hold {} for fluoroscopy: the image is live while the pedal is down"},
+    {Action::Advance, "{} pushes the wire, the mouse wheel as well; Shift is slower, Ctrl faster"},
+    {Action::RotateRight, "{} turns the wire: look for the side that its tip points to"},
+    {Action::Acquisition, "Hold {} for a DSA run, and inject with F3 once its mask is taken"},
+    {Action::Roadmap, "{} lays the vessels of the last DSA run under the live image"}};
+
+}  // namespace
+
+void Play::draw_room() {
+    const float width = static_cast<float>(window_.width()), height = static_cast<float>(window_.height());
+    const float strip = std::round(u(30)), column = std::round(u(render::readout_column_width));
+    const float tall = height - strip;
+    const float spare = width - column - tall;  // next to a square image
+    // The reference screen stands between image and readouts where there is room, else in a corner of the
+    // image.
+    const float beside = spare >= u(150) ? std::min(spare, tall) : 0;
+    const Box image{0, 0, std::max(u(100), std::min(width - column - beside, width - column)), tall};
+    draw_image(image);
+    if (beside > 0) {
+        draw_reference({width - column - beside, 0, width - column, tall});
+    } else if (view_->reference) {
+        const float side = 0.28f * std::min(image.right, tall);
+        draw_reference({image.right - side - u(8), tall - side - u(84), image.right - u(8), tall - u(64)});
+    }
+    draw_column({width - column, 0, width, tall});
+    draw_strip({0, tall, width, height});
+    if (instructor_open_ && session_->anatomy()) {
+        const auto anatomy = session_->anatomy();
+        const scenario::Scenario& s = session_->options().scenario;
+        geometry::Vec3 target = s.target.centre.value_or(geometry::Vec3::Zero());
+        for (const anatomy::VesselTarget& known : anatomy->targets)
+            if (known.name == s.target.name) target = known.centre;
+        const std::optional<exercise::Tuning> asked =
+            instructor_.draw(*view_, *anatomy, target, s.target.radius,
+                             {width * 0.34f, u(10), width - u(10), tall - u(10)}, window_);
+        if (asked) session_->give(*asked);
+    }
+    if (view_->phase == Phase::Failed || view_->phase == Phase::Loading) draw_loading();
+    if (!view_) return;  // they left
+    draw_hint(image);
+    draw_countdown();
+}
+
+void Play::draw_image(const Box& area) {
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    list.AddRectFilled(ImVec2(area.left, area.top), ImVec2(area.right, area.bottom), colour(palette::black));
+    const float side = std::floor(std::min(area.right - area.left, area.bottom - area.top));
+    const float left = std::round((area.left + area.right - side) / 2),
+                top = std::round((area.top + area.bottom - side) / 2);
+    if (view_->image) {
+        image_.show(*view_->image, view_->image_serial, side < static_cast<float>(view_->image->width));
+        list.AddImage(image_.id(), ImVec2(left, top), ImVec2(left + side, top + side));
+    }
+    render::Canvas marks = canvas();
+    const float unit = window_.unit();
+    render::draw_image_marks(marks, {left / unit, top / unit, (left + side) / unit, (top + side) / unit},
+                             view_->readout);
+
+    // The mouse on the image is a hand on the wire.
+    ImGui::SetNextWindowPos(ImVec2(left, top));
+    ImGui::SetNextWindowSize(ImVec2(side, side));
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
+    ImGui::Begin("image", nullptr,
+                 bare | ImGuiWindowFlags_NoBackground | ImGuiWindowFlags_NoBringToFrontOnFocus);
+    ImGui::SetCursorPos(ImVec2(0, 0));
+    ImGui::InvisibleButton("hand", ImVec2(side, side));
+    if (ImGui::IsItemActive() && running()) {
+        drag_right_ += ImGui::GetIO().MouseDelta.x;
+        drag_up_ -= ImGui::GetIO().MouseDelta.y;
+    }
+    if (ImGui::IsItemHovered() && ImGui::IsMouseDown(1) && running()) {
+        // With the right button the image is moved: the table goes the other way.
+        const double per_pixel = view_->readout.field_of_view.value_or(300) *
+                                 view_->readout.sod.value_or(750) / view_->readout.sid.value_or(1100) / side;
+        table_left_ += ImGui::GetIO().MouseDelta.x * per_pixel;
+        table_head_ -= ImGui::GetIO().MouseDelta.y * per_pixel;
+    }
+    ImGui::End();
+    ImGui::PopStyleVar();
+}
+
+void Play::draw_reference(const Box& area) {
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    const float unit = window_.unit(), label = u(22);
+    const float side = std::floor(std::min(area.right - area.left - u(12), area.bottom - area.top - label));
+    if (side < 32) return;
+    const float left = area.left + u(6), top = area.top + label;
+    list.AddRectFilled(ImVec2(area.left, area.top),
+                       ImVec2(area.right, std::min(area.bottom, top + side + u(6))), colour(palette::ground));
+    list.AddRectFilled(ImVec2(left, top), ImVec2(left + side, top + side), colour(palette::well));
+    render::Canvas sheet = canvas();
+    sheet.text({left / unit, (area.top + u(6)) / unit}, "REFERENCE", Face::Small, palette::label);
+    if (view_->reference) {
+        reference_.show(*view_->reference, reinterpret_cast<std::intptr_t>(view_->reference.get()));
+        list.AddImage(reference_.id(), ImVec2(left, top), ImVec2(left + side, top + side));
+    } else {
+        sheet.text({(left + side / 2) / unit, (top + side / 2) / unit - 8},
+                   options_.keys.first(Action::Reference) + " stores the image here", Face::Plain,
+                   palette::faint, Align::Centre, side / unit);
+    }
+    list.AddRect(ImVec2(left, top), ImVec2(left + side, top + side), colour(palette::rule));
+}
+
+void Play::draw_column(const Box& area) {
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    list.AddRectFilled(ImVec2(area.left, area.top), ImVec2(area.right, area.bottom), colour(palette::ground));
+    render::Canvas sheet = canvas({area.left, area.top});
+    const float unit = window_.unit();
+    const float width = (area.right - area.left) / unit, height = (area.bottom - area.top) / unit;
+    render::draw_readouts(sheet, {0, 4, width, height}, view_->readout);
+
+    // The pictograms of the arm can be dragged: rotation on the left one, angulation on the right one.
+    ImGui::SetNextWindowPos(ImVec2(area.left, area.top + u(24)));
+    ImGui::SetNextWindowSize(ImVec2(area.right - area.left, u(104)));
+    ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
+    ImGui::Begin("arm", nullptr, bare | ImGuiWindowFlags_NoBackground);
+    constexpr double per_pixel = 0.5 * std::numbers::pi / 180;
+    for (int k = 0; k < 2; ++k) {
+        ImGui::SetCursorPos(ImVec2(k * (area.right - area.left) / 2, 0));
+        ImGui::PushID(k);
+        ImGui::InvisibleButton("drag", ImVec2((area.right - area.left) / 2, u(104)));
+        if (ImGui::IsItemHovered()) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeEW);
+        if (ImGui::IsItemActive() && running())
+            (k == 0 ? arm_lao_ : arm_cranial_) +=
+                (k == 0 ? 1 : -1) * per_pixel * ImGui::GetIO().MouseDelta.x / unit;
+        ImGui::PopID();
+    }
+    ImGui::End();
+    ImGui::PopStyleVar();
+}
+
+void Play::draw_strip(const Box& area) {
+    ImDrawList& list = *ImGui::GetBackgroundDrawList();
+    list.AddRectFilled(ImVec2(area.left, area.top), ImVec2(area.right, area.bottom), colour(palette::ground));
+    list.AddLine(ImVec2(area.left, area.top), ImVec2(area.right, area.top), colour(palette::rule));
+    render::Canvas sheet = canvas({area.left, area.top});
+    const render::Readout& r = view_->readout;
+    const exercise::Score& score = view_->score;
+    float x = 14;
+    const auto item = [&](const std::string& name, const std::string& value, Ink ink = palette::value) {
+        x += sheet.text({x, 9}, name, Face::Small, palette::label) + 5;
+        x += sheet.text({x, 7}, value, Face::Bold, ink) + 18;
+    };
+    item("TIME", render::clock_text(r.time));
+    item("BEAM", fmt::format("{:.0f} s", score.beam_on_time), r.beam_on ? palette::beam : palette::value);
+    item("DOSE", fmt::format("{} mGy", render::figure_text(r.air_kerma, 1)));
+    const double left = r.contrast_limit.value_or(0) - r.contrast.value_or(0);
+    item("CONTRAST", fmt::format("{:.0f} ml", r.contrast.value_or(0)),
+         left < 20 ? palette::caution : palette::value);
+    item("ERRORS", std::to_string(view_->handling.errors()),
+         view_->handling.errors() > 0 ? palette::caution : palette::value);
+    if (free_practice_)
+        item("FREE PRACTICE", fmt::format("{} taken back", view_->handling.taken_back), palette::calm);
+    if (shows_solution_) item("SOLUTION", "your turn comes next", palette::calm);
+    if (is_replay_)
+        item("REPLAY", view_->differences.empty() ? "as recorded" : "differs",
+             view_->differences.empty() ? palette::calm : palette::alarm);
+    if (view_->phase == Phase::Paused)
+        item("PAUSED", options_.keys.first(Action::Pause) + " goes on", palette::caution);
+    if (view_->slow) item("SLOW", "frames are late", palette::alarm);
+    const float right = (area.right - area.left) / window_.unit() - 14;
+    const std::string record = view_->recording                                        ? "REC"
+                               : options_.record.empty() || session_->options().script ? ""
+                                                                                       : "NOT RECORDED";
+    const float used = sheet.text({right, 9}, record, Face::Small,
+                                  view_->recording ? palette::good : palette::alarm, Align::Right);
+    sheet.text({right - used - 12, 9},
+               fmt::format("{} keys   {} menu", options_.keys.first(Action::Help),
+                           options_.keys.first(Action::Menu)),
+               Face::Small, palette::faint, Align::Right, std::max(1.0f, right - used - 12 - x));
+}
+
+void Play::draw_hint(const Box& image) {
+    if (!hints_ || view_->phase != Phase::Running || countdown_ || shows_solution_ || is_replay_) return;
+    // The next hint comes when what the last one asked for was done.
+    const exercise::Score& score = view_->score;
+    const bool done[] = {score.beam_on_time > 1, score.advanced > 5, score.rotation > 0.5, score.contrast > 1,
+                         view_->readout.mode == "ROADMAP"};
+    while (hint_ < static_cast<int>(std::size(hints)) && done[hint_]) ++hint_;
+    if (hint_ >= static_cast<int>(std::size(hints))) return;
+    const std::string words =
+        fmt::format(fmt::runtime(hints[hint_].words), options_.keys.first(hints[hint_].action));
+    const float width = std::min(image.right - u(20), u(560));
+    ImGui::SetNextWindowPos(ImVec2(std::round((image.left + image.right - width) / 2), u(56)));
+    ImGui::SetNextWindowSize(ImVec2(width, 0));
+    ImGui::SetNextWindowBgAlpha(0.85f);
+    ImGui::Begin("hint", nullptr,
+                 bare | ImGuiWindowFlags_NoFocusOnAppearing | ImGuiWindowFlags_AlwaysAutoResize);
+    wrapped(palette::beam, words);
+    if (ImGui::SmallButton("No more hints")) {
+        hints_ = false;
+        save_settings();
+    }
+    ImGui::End();
+}
+
+void Play::draw_countdown() {
+    if (!countdown_) return;
+    const double left = std::chrono::duration<double>(*countdown_ - room::Clock::now()).count();
+    render::Canvas sheet = canvas();
+    const float unit = window_.unit();
+    const render::Point middle{window_.width() / 2 / unit, window_.height() / 2 / unit};
+    sheet.disc(middle, 46, palette::with_alpha(palette::black, 200));
+    sheet.arc(middle, 42, -render::half_turn / 2,
+              -render::half_turn / 2 +
+                  2 * render::half_turn * static_cast<float>(std::clamp(left - std::floor(left), 0.0, 1.0)),
+              palette::beam, 4);
+    sheet.text({middle.x, middle.y - 11}, fmt::format("{:.0f}", std::max(1.0, std::ceil(left))), Face::Title,
+               palette::bright, Align::Centre);
+}
+
+}  // namespace app
