@@ -30,7 +30,7 @@ SurfaceFigures surface_figures(const geometry::TriangleMesh& closed);
 /// numbers were taken for, "mm" for an anatomy's own.
 std::vector<Check> surface_checks(const SurfaceFigures&, const std::string& unit = "mm");
 
-/// Of all presets [mm]; a lumen that it does not pass is of no use.
+/// Radius of the thinnest wire preset [mm]: a lumen too narrow for it is refused.
 double thinnest_wire_radius();
 
 /// Every check of an anatomy that load_anatomy accepts; takes a second or two for a large one.

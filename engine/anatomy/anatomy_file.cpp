@@ -197,7 +197,7 @@ Anatomy load_anatomy(const std::filesystem::path& path) {
                                          anatomy.lumen.triangles.size(), file, declared));
     }
     std::vector<std::string> wrong = problems(anatomy);
-    for (std::string& problem : wrong) problem = mesh_path.string() + ": " + problem;
+    for (std::string& problem : wrong) problem.insert(0, mesh_path.string() + ": ");
     if (!wrong.empty()) throw io::InputError(io::joined(wrong, "\n"));
     return anatomy;
 }

@@ -35,7 +35,7 @@ std::unique_ptr<physics::LumenWall> surface_wall(const Anatomy& anatomy, Surface
                                                  physics::WallStiffness stiffness, double wire_radius,
                                                  const ModelCache& cache) {
     if (kind == SurfaceWall::DistanceField)
-        return cached_distance_field(anatomy, std::move(stiffness), wire_radius, cache);
+        return cached_distance_field(anatomy, stiffness, wire_radius, cache);
     return std::make_unique<physics::MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(),
                                                std::move(stiffness), wire_radius);
 }

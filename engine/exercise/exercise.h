@@ -43,7 +43,7 @@ public:
         simulation_.retune(tuning, cache);
     }
 
-    /// Of the image; there must be one.
+    /// Ground truth of the last image. There must have been an image.
     Truth truth();
 
     int frame() const { return time_.index; }  // the last one made, -1 before the first

@@ -1,5 +1,5 @@
 #pragma once
-/// What of a scenario the beam meets.
+/// Turns a scenario and its anatomy into what the X-ray chain images.
 
 #include <span>
 #include <vector>

@@ -77,7 +77,7 @@ public:
     void retune(const Tuning&, const anatomy::ModelCache& = {});
 
     const scenario::Scenario& scenario() const { return scenario_; }
-    /// What was left to choose is as chosen in scenario().
+    /// What `auto` stood for: scenario() has every such value replaced by this choice.
     const scenario::ModelChoice& choice() const { return choice_; }
     const anatomy::Anatomy& anatomy() const { return anatomy_; }
     const physics::LumenWall& wall() const { return *wall_; }

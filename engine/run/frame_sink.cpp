@@ -47,7 +47,9 @@ struct PngFolder::Worker {
             std::exception_ptr failed;
             try {
                 std::visit(
-                    [&](const auto& pixels) { write_picture(folder / frame_file_name(frame), pixels); },
+                    [&, number = frame](const auto& pixels) {
+                        write_picture(folder / frame_file_name(number), pixels);
+                    },
                     picture);
             } catch (...) {
                 failed = std::current_exception();

@@ -119,7 +119,10 @@ std::string too_many_pulses(double rate, double frame_rate) {
 }
 
 std::span<const TimedCommand> CommandScript::at(int frame) const {
-    const auto [first, last] = std::ranges::equal_range(commands, frame, {}, &TimedCommand::frame);
+    const auto first = std::lower_bound(commands.begin(), commands.end(), frame,
+                                        [](const TimedCommand& c, int f) { return c.frame < f; });
+    const auto last = std::upper_bound(first, commands.end(), frame,
+                                       [](int f, const TimedCommand& c) { return f < c.frame; });
     return {first, last};
 }
 

@@ -59,7 +59,7 @@ void hold_to_exact(ExactCase& c, const PlaneWire& problem) {
         const int n = wire.segments(), each = static_cast<int>(curve.points.size() - 1) / n;
         double farthest = 0;
         const auto off = [&](int i) {
-            const Vec2& x = curve.points[static_cast<std::size_t>(i * each)].place;
+            const Vec2& x = curve.points[static_cast<std::size_t>(i) * each].place;
             return (wire.joints[i] - Vec3(x[0], x[1], 0)).norm();
         };
         for (int i = 0; i <= n; ++i) farthest = std::max(farthest, off(i));

@@ -4,10 +4,10 @@
 ///
 /// Each step solves a quadratic model of the wire by the Riccati recursion, rolls it out, and is accepted
 /// only where the true energy falls enough (Armijo). Where it does not, the wall's part of the model is made
-/// again with the wall as it is at the trial state, which is what a stiff, curved wall asks for: along the
-/// tangent plane of a contact a wire leaves the wall, or runs into it, to second order. A step that would
-/// carry a joint past 0.3 of the lumen's radius is made again with a stiffer trust region rather than cut
-/// short, since cutting short folds the wire.
+/// again with the wall as it is at the trial state. A stiff, curved wall needs that: a wire that moves along
+/// the tangent plane of a contact departs from the wall, or enters it, by a second-order distance. A step
+/// that would move a joint by more than 0.3 of the lumen's radius is computed again with a stiffer trust
+/// region; a step that is scaled down instead folds the wire.
 ///
 /// Steps move a window of distal segments: those that changed since the last call and as many more proximal
 /// of them as feel it.

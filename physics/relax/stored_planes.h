@@ -19,7 +19,7 @@ public:
     void start_sweep(Guidewire&, int first);  // rebuild the joints; ask again where a joint ≥ first moved
     void settle(Guidewire&, int segment);     // joints proximal of it, which is updated next
     void settle_all(Guidewire&);
-    const Guidewire& settled(const Guidewire&);  // the wire as it would be, for who looks on
+    const Guidewire& settled(const Guidewire&);  // the wire with all pending moves made, for observers
     /// Energy [N·mm] of joints ≥ first in the wall. The load's begins at 0 with every update.
     double energy(const Guidewire&, int first, int last) const;
     /// The same after these steps, that of the load with it; commit() or undo() follows.

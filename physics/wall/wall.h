@@ -11,9 +11,9 @@ namespace physics {
 using namespace geometry;
 
 struct WallContact {
-    double penetration = 0;      // of the wire's surface through the wall, > 0 outside the lumen [mm]
-    Vec3 normal = Vec3::Zero();  // ∇ of penetration: out of the lumen, unit but for what a smoothed distance
-                                 // lacks (DistanceField); zero where no wall is in reach
+    double penetration = 0;         // of the wire's surface through the wall, > 0 outside the lumen [mm]
+    Vec3 normal = Vec3::Zero();     // ∇ of penetration: out of the lumen, of unit length but where
+                                    // DistanceField's spline is only nearly a distance; zero out of reach
     Mat3 curvature = Mat3::Zero();  // ∇² of penetration; zero for a wall of planes [1/mm]
     double stiffness = 0;           // k of this joint; a wall answers that of a joint of the spec's λ [N/mm]
     Vec3 stiffening = Vec3::Zero();  // ∇k: zero but for a stiffness that changes along the vessel [N/mm²]

@@ -9,7 +9,8 @@ namespace physics {
 namespace {
 
 constexpr double merge_share = 0.5;  // of the tolerance that a merged pair may use
-constexpr double touch_share = 0.1;  // of the tolerance that what lies on the wall may lie off it
+constexpr double touch_share =
+    0.1;  // of the tolerance: a joint as near to the wall as this counts as lying on it
 
 class Refinement {
 public:

@@ -269,7 +269,8 @@ void LumenContrast::Pieces::cut(const Vec3& from, const Vec3& to, double weight,
     }
 }
 
-LumenContrast::LumenContrast(const TriangleMesh& lumen, std::vector<Vec3> nodes, std::vector<float> radii)
+LumenContrast::LumenContrast(const TriangleMesh& lumen, std::vector<Vec3> nodes,
+                             const std::vector<float>& radii)
     : pieces_(std::make_unique<const Pieces>(lumen, std::move(nodes), radii)) {}
 LumenContrast::~LumenContrast() = default;
 LumenContrast::LumenContrast(LumenContrast&&) noexcept = default;

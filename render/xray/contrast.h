@@ -34,7 +34,7 @@ public:
     /// [mm]. Throws std::invalid_argument for no nodes, not as many radii, radii that are not positive,
     /// numbers that are not finite, or a triangle that names a vertex which is not there.
     LumenContrast(const geometry::TriangleMesh& closed_lumen, std::vector<geometry::Vec3> nodes,
-                  std::vector<float> radii);
+                  const std::vector<float>& radii);
     ~LumenContrast();
     LumenContrast(LumenContrast&&) noexcept;
     LumenContrast& operator=(LumenContrast&&) noexcept;

@@ -110,8 +110,10 @@ GrayImage Display::show(const Field& signal) const {
         }
         for (std::size_t i = 0; i < count; ++i) level[i] = grey_[step[i]];
         std::uint8_t* const shown = image.pixels.data() + start;
-        for (std::size_t i = 0; i < count; ++i)
-            shown[i] = static_cast<std::uint8_t>(shutter_grey + open[i] * (level[i] - shutter_grey) + 0.5f);
+        for (std::size_t i = 0; i < count; ++i) {
+            const float up = shutter_grey + open[i] * (level[i] - shutter_grey) + 0.5f;
+            shown[i] = static_cast<std::uint8_t>(up);
+        }
     }
     return image;
 }

@@ -168,7 +168,7 @@ void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
 Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> layers,
                          std::optional<LumenContrast> vessels)
     : state_(std::make_unique<State>()) {
-    state_->config = std::move(config);
+    state_->config = config;
     state_->vessels = std::move(vessels);
     for (TissueLayer& layer : layers) {
         require_closed(layer.name, layer.mesh);

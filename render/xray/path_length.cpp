@@ -333,7 +333,7 @@ void require_simple(const std::string& name, const TriangleMesh& mesh) {
                 alternates = alternates && (inside == 0 || inside == 1);
             }
             wrong += !alternates;
-            covered += met.of(u, v).size() > 0;
+            covered += !met.of(u, v).empty();
         }
     }
     // A few triangles that cross, as in a surface drawn by hand, change no image.

@@ -82,8 +82,10 @@ GrayImage Subtraction::framed(const Field& signal, const Grey& grey) const {
         const std::size_t count = difference.size();
         for (std::size_t i = 0; i < count; ++i)
             level[i] = std::min(std::max(grey(start + i, level[i]), 0.0f), 255.0f);
-        for (std::size_t i = 0; i < count; ++i)
-            shown[i] = static_cast<std::uint8_t>(shutter_grey + open[i] * (level[i] - shutter_grey) + 0.5f);
+        for (std::size_t i = 0; i < count; ++i) {
+            const float up = shutter_grey + open[i] * (level[i] - shutter_grey) + 0.5f;
+            shown[i] = static_cast<std::uint8_t>(up);
+        }
     });
     return image;
 }

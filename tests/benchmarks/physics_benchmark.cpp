@@ -165,7 +165,9 @@ struct LongTimes {
     double cold = 0, push = 0, longest_push = 0, idle = 0, window = 0, full_steps = 0;
 };
 LongTimes time_long_wire(int segments, double segment_length, bool remembers) {
-    auto [wall, wire] = long_wire(segments, segment_length);
+    auto scene = long_wire(segments, segment_length);
+    const LumenWall& wall = scene.wall;
+    Guidewire& wire = scene.wire;
     auto relaxer = make_relaxer(global_config(), wall);
     RelaxReport report;
     auto time = [&] {

@@ -145,7 +145,9 @@ private:
         });
         Vec3 move = sum / weights - here;
         move -= move.dot(outward_[corner]) * outward_[corner];
-        const auto [moved, there] = lumen_.foot(here + 0.8 * move);
+        const auto foot = lumen_.foot(here + 0.8 * move);
+        const Vec3& moved = foot.point;
+        const auto& there = foot.value;
         if (std::abs(there.distance) > 1e-4) return;
         const Vec3 outward = there.gradient.normalized();
         bool fine = true;

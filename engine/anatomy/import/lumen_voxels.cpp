@@ -193,7 +193,8 @@ VoxelWays cheapest_ways(const LumenVoxels& voxels, std::span<const float> distan
     const double size = voxels.size();
     const std::array<double, 4> step = {0, size, size * std::sqrt(2.0), size * std::sqrt(3.0)};
     while (!open.empty()) {
-        const auto [at, i] = open.top();
+        const double at = open.top().first;
+        const int i = open.top().second;
         open.pop();
         if (at > cost[i]) continue;
         voxels.neighbours(i, [&](int j, int steps) {

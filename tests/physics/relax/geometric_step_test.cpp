@@ -154,8 +154,9 @@ TEST(GeometricRelaxer, MovesOnlyThePieceThatItUpdates) {
 TEST(GeometricRelaxer, EnergyNeverRisesAloneOrCombinedForUnequalSegmentsToo) {
     for (const RelaxerKind kind : {RelaxerKind::Geometric, RelaxerKind::Combined})
         for (const bool uneven : {false, true}) {
-            auto [wall, start] = scene_setup("hairpin");
-            Guidewire wire = wire_along(start.spec, wall.centreline(), 60);
+            const SceneSetup scene = scene_setup("hairpin");
+            const TubeWall& wall = scene.wall;
+            Guidewire wire = wire_along(scene.wire.spec, wall.centreline(), 60);
             if (uneven)
                 for (int i = 40; i > 8; i -= 3) split_segment(wire, i, 0.35);
             rebuild_joints(wire);

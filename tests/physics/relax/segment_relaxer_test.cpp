@@ -105,7 +105,9 @@ TEST(SegmentRelaxer, FixedSeparationIsKept) {
 
 TEST(SegmentRelaxer, TakesTheSegmentsOfLeastEstimatedEnergy) {
     // Eqs. 37 and 38 over i+5…i+25 by hand, before every update.
-    auto [wall, wire] = past_the_first_turn();
+    SceneSetup scene = past_the_first_turn();
+    const TubeWall& wall = scene.wall;
+    Guidewire& wire = scene.wire;
     SegmentRelaxer relaxer(with(3), wall);
     relaxer.relax(wire, whole_cycles(wire.segments(), 1));
     Guidewire before = wire;
@@ -200,7 +202,9 @@ TEST(SegmentRelaxer, SecondOrderRestsWhereFirstOrderBounces) {
 
 TEST(SegmentRelaxer, RestsAsLongAsTheWallsCurvatureIsKept) {
     // Section 3.3: (a) A and R and (c) R alone come to rest alike, (b) none and (d) A alone bounce alike.
-    const auto [wall, start] = past_the_first_turn();
+    const SceneSetup scene = past_the_first_turn();
+    const TubeWall& wall = scene.wall;
+    const Guidewire& start = scene.wire;
     const auto mean = [&](bool bending, bool of_wall) {
         Guidewire wire = start;
         RelaxerConfig config = with(1, false);

@@ -199,16 +199,16 @@ TEST(DistanceField, RelaxesAWireToTheEnergyOfTheTubeWall) {
         anatomy::tube_anatomy("hairpin", anatomy::draw(scene.path), scene.radius, 96, 0.2);
     const DistanceField field(anatomy.lumen, anatomy.branches, anatomy.openings(), scene.wall_stiffness, 0.0,
                               {.threads = 2});
-    auto [tube, start] = scene_setup("hairpin");
+    const SceneSetup setup = scene_setup("hairpin");
     auto relaxed = [&](const LumenWall& wall) {
-        Guidewire wire = start;
+        Guidewire wire = setup.wire;
         global_relaxer(wall)->relax(wire, whole_cycles(wire.segments(), 12));
         EXPECT_TRUE(validate(wire).empty());
         return total_energy(wire, all_contacts(wire, wall)).total();
     };
     // The mesh is up to 8e-4 mm narrower in its facets, 1e-3 in the chords of its bends; 40 mm of wire bent
     // by 13.5 N·mm feel 1e-3 mm of the wall as 0.004 N·mm.
-    EXPECT_NEAR(relaxed(field), relaxed(tube), 0.005);
+    EXPECT_NEAR(relaxed(field), relaxed(setup.wall), 0.005);
 }
 
 TEST(DistanceField, PushesAJointBackFromFarOutside) {

@@ -85,7 +85,7 @@ TEST(WallStiffness, SlopeIsTheDerivativeAndTheAverageTheIntegral) {
 
 TEST(WallStiffness, RefusesAWallThatMightNotBeStiff) {
     EXPECT_THROW(WallStiffness(0), std::invalid_argument);
-    EXPECT_THROW(WallStiffness(std::numeric_limits<double>::quiet_NaN()), std::invalid_argument);
+    EXPECT_THROW(WallStiffness{std::numeric_limits<double>::quiet_NaN()}, std::invalid_argument);
     EXPECT_THROW(WallStiffness(40, 0, {{1, 0}}), std::invalid_argument);
     EXPECT_THROW(WallStiffness(40, 100, {{30, 0}, {-10, 0}}), std::invalid_argument);
     EXPECT_THROW(WallStiffness(40, 100, {{std::numeric_limits<double>::infinity(), 0}}),

@@ -117,7 +117,7 @@ TEST_F(PanelTest, RefusesSizesItCannotDraw) {
     for (const auto& [width, height] :
          {std::pair{0, 0}, {1280, 0}, {100000, 100000}, {-5, 1024}, {320, 200}}) {
         try {
-            Panel({width, height, {}});
+            const Panel panel({width, height, {}});
             FAIL() << width << "x" << height;
         } catch (const std::invalid_argument& error) {
             EXPECT_NE(std::string(error.what()).find(std::to_string(width) + "x" + std::to_string(height)),
