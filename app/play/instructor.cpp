@@ -77,11 +77,11 @@ void Instructor::draw_speed_against_accuracy(float unit, double frame_ms) const 
 std::optional<exercise::Tuning> Instructor::draw_controls(const exercise::Tuning& now, float unit) {
     exercise::Tuning next = edited_.value_or(now);
     bool held = false, done = false;
-    const auto slider = [&](const char* name, double& value, float least, float most, const char* format) {
+    const auto slider = [&](const char* name, double& value, float least, float most, const char* format,
+                            ImGuiSliderFlags scale = ImGuiSliderFlags_Logarithmic) {
         float shown = static_cast<float>(value);
         ImGui::SetNextItemWidth(unit * 120);
-        if (ImGui::SliderFloat(name, &shown, least, most, format,
-                               ImGuiSliderFlags_Logarithmic | ImGuiSliderFlags_AlwaysClamp))
+        if (ImGui::SliderFloat(name, &shown, least, most, format, scale | ImGuiSliderFlags_AlwaysClamp))
             value = shown;
         held = held || ImGui::IsItemActive();
         done = done || ImGui::IsItemDeactivatedAfterEdit();
@@ -90,6 +90,7 @@ std::optional<exercise::Tuning> Instructor::draw_controls(const exercise::Tuning
     slider("EI tip", next.tip_rigidity, 0.5f, 200, "%.1f N mm2");
     slider("wall k", next.wall_stiffness, 0.1f, 200, "%.1f N/mm");
     slider("segment", next.segment_length, 0.5f, 6, "%.2f mm");
+    slider("friction", next.friction, 0, 0.5f, "%.2f", ImGuiSliderFlags_None);
     int method = method_of(next.relaxer);
     ImGui::SetNextItemWidth(unit * 120);
     if (ImGui::Combo("method", &method, method_names, method_count)) {
@@ -97,7 +98,6 @@ std::optional<exercise::Tuning> Instructor::draw_controls(const exercise::Tuning
         next.relaxer.varied_segments = methods[method].varied;
         done = true;
     }
-    ImGui::TextDisabled("friction: none in this model");
     edited_ = held && !done ? std::optional(next) : std::nullopt;
     return done ? std::optional(next) : std::nullopt;
 }

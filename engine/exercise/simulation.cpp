@@ -101,7 +101,8 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
         wire.roll = before->roll;
     };
     StepReport ignored;
-    const physics::GuidewireSpec& spec = scenario_.guidewire;
+    physics::GuidewireSpec spec = scenario_.guidewire;
+    spec.friction = scenario_.friction();
     if (global) {
         moving_ = physics::wire_of_length(spec, path, length);
         turn_as_before(moving_);
@@ -115,6 +116,8 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
             physics::refine(moving_, *wall_, scenario_.refinement);
             settle();
         }
+        physics::start_grips(moving_);
+        if (!moving_.grips.empty()) settle();
         rounds_of_mending_ = 0;
         show();
         mend_crossings(ignored);
@@ -133,8 +136,8 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
 
 Tuning Simulation::tuning() const {
     const physics::GuidewireSpec& wire = scenario_.guidewire;
-    return {wire.shaft_rigidity, wire.tip_rigidity, wire.segment_length, scenario_.wall_stiffness,
-            scenario_.relaxer};
+    return {wire.shaft_rigidity,      wire.tip_rigidity, wire.segment_length,
+            scenario_.wall_stiffness, wire.friction,     scenario_.relaxer};
 }
 
 void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) {
@@ -143,6 +146,7 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
     spec.shaft_rigidity = tuning.shaft_rigidity;
     spec.tip_rigidity = tuning.tip_rigidity;
     spec.segment_length = tuning.segment_length;
+    spec.friction = tuning.friction;
     changed.wall_stiffness = tuning.wall_stiffness;
     changed.relaxer = tuning.relaxer;
     if (const auto wrong = scenario::problems(changed); !wrong.empty())
@@ -270,10 +274,11 @@ void Simulation::prepare_motion(StepReport& report) {
 bool Simulation::make_motion(Motion& motion, StepReport& report) {
     motion.insertion = allowed_insertion(motion, report);
     if (motion.insertion == 0 && motion.rotation == 0) return false;
-    const double lambda = moving_.spec.segment_length, turn = physics::Hub::largest_turn;
+    const double turn = physics::Hub::largest_turn;
+    const double longest = (moving_.grips.empty() ? 1 : 0.5) * moving_.spec.segment_length;
     physics::HubMotion part;
     if (motion.insertion != 0) {
-        part.feed = motion.insertion / steps_of(motion.insertion, lambda);
+        part.feed = motion.insertion / steps_of(motion.insertion, longest);
         const double least = physics::least_length(moving_.spec) - moving_.inserted_length();
         if (part.feed < 0 && part.feed < least - 1e-9) {
             report.withdrawal_stopped = true;

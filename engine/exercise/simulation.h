@@ -41,6 +41,7 @@ struct Tuning {
     double shaft_rigidity = 250, tip_rigidity = 6;  // EI [N·mm²]
     double segment_length = 2;                      // λ [mm]
     double wall_stiffness = 5;                      // k of each joint of that λ [N/mm]
+    double friction = 0;                            // μ of the wire, before the wall scales it [-]
     physics::RelaxerConfig relaxer;
 };
 
@@ -59,13 +60,13 @@ public:
     /// The commands that apply() would refuse, a sentence each.
     std::vector<std::string> problems(const script::CommandScript&) const;
     /// Makes the motions that wait and relaxes, with one frame's budget. With the global relaxer motion is
-    /// continuous and every part of it ends at rest before the next is made; what the budget does not allow
-    /// waits for the frames that follow, in the order it was asked for. Where the budget ends on the way to
-    /// rest, as in a snap, the wire stays where it was last at rest until it has arrived: what is shown and
-    /// scored is always an equilibrium. A segment at rest that crosses the wall between its joints, as at a
-    /// carina, gets a joint there and is relaxed again; before a later motion it is made whole where it no
-    /// longer crosses. Segment relaxers move whole segments, end where the budget does and are left with
-    /// their crossings.
+    /// continuous and every part of it, half a segment's length at most where there is friction, ends at rest
+    /// before the next is made; what the budget does not allow waits for the frames that follow, in the order
+    /// it was asked for. Where the budget ends on the way to rest, as in a snap, the wire stays where it was
+    /// last at rest until it has arrived: what is shown and scored is always an equilibrium. A segment at
+    /// rest that crosses the wall between its joints, as at a carina, gets a joint there and is relaxed
+    /// again; before a later motion it is made whole where it no longer crosses. Segment relaxers move whole
+    /// segments, end where the budget does and are left with their crossings.
     StepReport step();
     /// Everything as after construction, bit for bit; after retune(), with what that changed.
     void reset();

@@ -32,6 +32,17 @@ std::vector<std::string> problems(const Scenario& s) {
     for (const std::string& text : physics::problems(s.guidewire)) say("guidewire", "[guidewire] " + text);
     for (const std::string& text : physics::problems(s.relaxer)) say("relaxer", "[relaxer] " + text);
     for (const std::string& text : render::problems(s.c_arm)) say("c_arm", "[c_arm] " + text);
+    if (s.friction() > physics::WireLimits::friction) {
+        say("wall.friction",
+            fmt::format(
+                "a wire of friction {:g} on a wall that scales it by {:g}; up to {:g} in all is accepted",
+                s.guidewire.friction, s.wall_friction, physics::WireLimits::friction));
+    }
+    if (s.friction() > 0 && s.relaxer.kind != physics::RelaxerKind::Global) {
+        say("relaxer.kind",
+            "the paper's relaxers know no friction; kind = \"global\", or a wire of friction = 0, is "
+            "accepted");
+    }
     if (s.entry.inserted > s.wire_length) {
         say("entry.inserted_mm",
             fmt::format("a wire of {} mm cannot be in by {} mm; up to its length is accepted", s.wire_length,

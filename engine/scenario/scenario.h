@@ -77,6 +77,7 @@ struct Scenario {
     bool adaptive = false;               // λ fine at the tip and in bends, coarse elsewhere
     physics::RefinementOptions refinement;
     double wall_stiffness = 5;  // k of each joint of the guidewire's own λ [N/mm]
+    double wall_friction = 1;   // scales the devices' friction
     WallModel wall_model = WallModel::Auto;
     physics::RelaxerConfig relaxer;
     physics::RelaxBudget budget = {80000, 0.75, 60};  // work of one frame
@@ -88,6 +89,8 @@ struct Scenario {
 
     std::map<std::string, io::TextPlace> places;        // "guidewire.diameter_mm" → where the file says so
     io::TextPlace place(const std::string& key) const;  // of the key, or its section, or the file
+
+    double friction() const { return guidewire.friction * wall_friction; }  // μ of the wire on this wall [-]
 };
 
 /// Throws InputError that lists everything wrong, a line each, with file:line:column.

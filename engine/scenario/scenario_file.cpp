@@ -92,6 +92,7 @@ void read_guidewire(io::Section wire, Scenario& s) {
     wire.number("curved_length_mm", s.guidewire.curved_length, {0, Limits::curved_length});
     wire.number("curved_angle_deg", s.guidewire.curved_angle, {-Limits::curved_angle, Limits::curved_angle},
                 geometry::degree);
+    wire.number("friction", s.guidewire.friction, {0, Limits::friction});
     wire.finish();
 }
 
@@ -207,6 +208,7 @@ void read_sections(const toml::table& root, io::Reading& reading, Scenario& s) {
     read_guidewire(top.section("guidewire", false), s);
     io::Section wall = top.section("wall", false);
     wall.number("stiffness_N_per_mm", s.wall_stiffness, {1e-3, 1e6});
+    wall.number("friction", s.wall_friction, {0, 10});
     constexpr std::string_view models[] = {"auto", "analytic", "distance-field", "mesh"};
     if (const auto model = wall.choice("model", models)) s.wall_model = static_cast<WallModel>(*model);
     wall.finish();

@@ -48,11 +48,23 @@ public:
     void operator()(Fields&... fields) {
         (field(fields), ...);
     }
+    /// Fields that came later than others and are absent where `present` is false: they are then as made, and
+    /// a hash is what it was before there were such fields. Returns whether they are present, which is read
+    /// back too.
+    template <class... Fields>
+    bool part(bool present, Fields&... fields) {
+        if (hashes() && !present) return false;
+        std::uint64_t there = present;
+        raw(&there, sizeof there);
+        if (there != 0) (field(fields), ...);
+        return there != 0;
+    }
     /// Whether fields are read back.
     virtual bool restores() const { return false; }
 
 protected:
     virtual void raw(void* data, std::size_t bytes) = 0;
+    virtual bool hashes() const { return false; }
 
 private:
     template <class T>
@@ -131,6 +143,7 @@ public:
 
 private:
     void raw(void* data, std::size_t bytes) override { hash_.add(data, bytes); }
+    bool hashes() const override { return true; }
     Hash hash_;
 };
 

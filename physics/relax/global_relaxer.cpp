@@ -48,6 +48,8 @@ constexpr double least_feed = 0.1;       // of λ, that is predicted
 constexpr double least_turn = 0.1;       // that is predicted [rad]
 constexpr double slides = 1e3;           // μ over its unit, with which a wire answers by sliding on
 constexpr int predicted_window = 64;     // segments
+constexpr int lag_rounds = 10;           // of normal forces and rest
+constexpr double lag_tolerance = 1e-3;   // change of a normal force over the largest
 constexpr double fallen = 0.1;  // of |dU/du| in the window: time to look at that proximal of it again
 
 /// A wall made softer, for the continuation in stiffness.
@@ -87,7 +89,7 @@ void GlobalRelaxer::linearise(const Guidewire& wire, const ContactSet& contacts,
 
 void GlobalRelaxer::measure_window(const Guidewire& wire, const ContactSet& contacts) {
     const int first = model_.first();
-    energy_ = contacts.energy(wire.joints, first);
+    energy_ = contacts.energy(wire.joints, first) + grip_energy(wire.grips, wire.joints, first);
     for (int j = first - 1; j < wire.segments(); ++j) energy_ += joint_energy(wire, model_.directors, j);
     load_scale_ = contacts.load_scale(first);
 }
@@ -116,7 +118,7 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
     int rejected = 0;
     TrustSearch search(mu_, mu_unit_);
     for (int pass = 0; pass < trust_passes; ++pass) {
-        if (pass > 0) model_.take_contacts(contacts, first, rejected < foreseen_passes);
+        if (pass > 0) model_.take_contacts(wire, contacts, first, rejected < foreseen_passes);
         double uncorrected = 0;
         for (int correction = 0;; ++correction) {
             const bool solved = pass == 0 && correction == 0;  // as it was linearised
@@ -341,6 +343,35 @@ int GlobalRelaxer::unchanged_segments(const Guidewire& wire) const {
     return same;
 }
 
+/// The same of its grips.
+int GlobalRelaxer::unchanged_grips(const Guidewire& wire) const {
+    const std::size_t both = std::min(wire.grips.size(), end_.grips.size());
+    if (wire.grips.empty() != end_.grips.empty()) return 0;
+    if (wire.grips.empty()) return wire.segments();
+    std::size_t same = 1;
+    while (same < both && wire.grips[same] == end_.grips[same]) ++same;
+    return static_cast<int>(same) - 1;
+}
+
+/// Normal forces of the grips become the contacts' own. False where they are already.
+bool GlobalRelaxer::update_grips(Guidewire& wire) const {
+    double largest = 0, change = 0;
+    for (std::size_t j = 1; j < wire.grips.size(); ++j) {
+        const double force = wire.spec.friction * contacts_.contacts()[j].force();
+        largest = std::max(largest, force);
+        change = std::max(change, std::abs(force - wire.grips[j].force));
+    }
+    if (change <= lag_tolerance * largest) return false;
+    const double stored = grip_energy(wire.grips, wire.joints, 1);
+    for (std::size_t j = 1; j < wire.grips.size(); ++j) {
+        const WallContact& c = contacts_.contacts()[j];
+        wire.grips[j].force = wire.spec.friction * c.force();
+        if (wire.grips[j].holds()) wire.grips[j].normal = c.normal.normalized();
+    }
+    wire.friction_loss += stored - grip_energy(wire.grips, wire.joints, 1);
+    return true;
+}
+
 /// The wire's answer to a motion to first order, as the model's trial state; its steps are cut by μ. Returns
 /// by how much it raises the energy, or no finite number where it goes farther than the model is good for.
 double GlobalRelaxer::try_answer(Guidewire& wire, const FeedPlan& plan, double turn, double mu, double cap,
@@ -391,6 +422,8 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
     model_.look_from(twist ? 1 : std::max(1, n - predicted_window + 1));
     measure_window(wire, contacts_);
     const double force = std::abs(end_report_.push_force);
+    const std::vector<Grip> grips = wire.grips;  // as they are at rest
+    const auto slide_back = [&] { wire.grips = grips; };
     const double least_part = std::min({1.0, least_feed * wire.spec.segment_length / std::abs(motion.feed),
                                         least_turn / std::abs(motion.turn)});
     double part = 1, mu = 0;
@@ -400,9 +433,16 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
             if (twist) transport_directors(wire, 1, model_.directors);
             return false;
         }
+        if (!grips.empty()) {
+            double ignored = 0;
+            wire.grips = fed_grips(wire, plan, ignored);
+            model_.forget_answer();
+            measure_window(wire, contacts_);
+        }
         const double work = predicted_work * force * std::abs(plan.mm), energy = std::abs(energy_);
         const double rise =
             try_answer(wire, plan, part * motion.turn, mu, cap, predicted_well * (energy + work));
+        slide_back();
         if (rise <= predicted_rise * energy + work) {
             model_.foresee_forces(wire);
             // A segment may be merged with the one before it, and their joint goes.
@@ -436,13 +476,23 @@ RelaxReport GlobalRelaxer::move(Guidewire& wire, HubMotion& motion, const RelaxB
     return relax(wire, budget);
 }
 
+GlobalRelaxer::Outcome GlobalRelaxer::find_rest(Guidewire& wire, int most_updates, int valid,
+                                                int first_window, RelaxReport& report,
+                                                const UpdateObserver& observer) {
+    const Outcome outcome = descend(wire, contacts_, most_updates, valid, first_window, report, observer);
+    if (outcome != Outcome::Stuck || !smooth_) return outcome;
+    return descend_in_softer_walls(wire, most_updates, report, observer);
+}
+
 RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, const UpdateObserver& observer) {
     const int n = wire.segments();
     rebuild_joints(wire);
     const int unchanged = unchanged_segments(wire);
     RelaxReport report;
     report.updates = std::exchange(spent_, 0);
-    if (unchanged == n && n == end_.segments() && end_report_.converged && wire.stations == end_.stations) {
+    const int same_grips = unchanged_grips(wire);
+    if (unchanged == n && n == end_.segments() && same_grips == n && end_report_.converged &&
+        wire.stations == end_.stations) {
         const int spent = report.updates;
         report = end_report_;
         report.updates = spent;
@@ -463,17 +513,22 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
     contacts_.update(wire);
     const int moved = contacts_.rejoin_vessels(wire);
     // The last segment that is unchanged ends at a joint whose share of the wall may have changed.
-    int valid = wire.load.isZero(0) ? std::max(0, unchanged - 1) : 0;
+    int valid = wire.load.isZero(0) ? std::max(0, std::min(unchanged, same_grips) - 1) : 0;
     if (moved > 0) valid = std::min(valid, moved - 1);
     const int most_updates = std::max(0, budget.updates);
     const int unsettled = end_report_.converged ? 0 : end_report_.window;
     const int changed = std::max(least_window, predicted_ > 0 ? predicted_ : changed_share * (n - unchanged));
     predicted_ = 0;
-    Outcome outcome =
-        descend(wire, contacts_, most_updates, valid, std::max(changed, unsettled), report, observer);
-    if (outcome == Outcome::Stuck && smooth_)
-        outcome = descend_in_softer_walls(wire, most_updates, report, observer);
+    Outcome outcome = find_rest(wire, most_updates, valid, std::max(changed, unsettled), report, observer);
+    for (int round = 0; outcome == Outcome::Converged && !wire.grips.empty() && round < lag_rounds; ++round) {
+        ++report.lag_rounds;
+        if (!update_grips(wire)) break;
+        outcome = find_rest(wire, most_updates, 0, n, report, observer);
+    }
     rebuild_joints(wire);
+    if (outcome == Outcome::Converged)
+        for (std::size_t j = 0; j < wire.grips.size(); ++j)
+            wire.friction_loss += wire.grips[j].follow(wire.joints[j]);
     for (int i = 1; i <= n; ++i) wire.stations[i] = contacts_.contacts()[i].station;
 
     report.converged = outcome == Outcome::Converged && report.strict_minimum;

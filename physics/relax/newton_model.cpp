@@ -35,7 +35,7 @@ RiccatiReport NewtonModel::linearise(const Guidewire& wire, const ContactSet& co
 }
 
 RiccatiReport NewtonModel::certify(const Guidewire& wire, const ContactSet& contacts) {
-    take_contacts(contacts, 1, false);
+    take_contacts(wire, contacts, 1, false);
     const int window = terms_.first;
     terms_.first = 1;
     set_axial_forces(wire);
@@ -45,12 +45,22 @@ RiccatiReport NewtonModel::certify(const Guidewire& wire, const ContactSet& cont
     return report;
 }
 
-void NewtonModel::take_contacts(const ContactSet& contacts, int first, bool foreseen_forces) {
+void NewtonModel::take_contacts(const Guidewire& wire, const ContactSet& contacts, int first,
+                                bool foreseen_forces) {
     for (int j = first; j < static_cast<int>(planes_.size()); ++j) {
         const WallContact& c = contacts.contacts()[j];
         const double force = foreseen_forces ? planes_[j].force : c.force();
         terms_.stages[j - 1].touches = false;
         if (c.touches() || force > 0) take_contact(c, j, Vec3::Zero(), force);
+    }
+    take_grips(wire, first);
+}
+
+void NewtonModel::take_grips(const Guidewire& wire, int first) {
+    for (std::size_t j = first; j < wire.grips.size(); ++j) {
+        if (!wire.grips[j].holds()) continue;
+        if (!terms_.stages[j - 1].touches) planes_[j] = {};
+        add_grip(wire.grips[j], wire.joints[j], terms_.stages[j - 1]);
     }
 }
 
@@ -63,6 +73,7 @@ void NewtonModel::take_trial_contacts(const Guidewire& wire, const ContactSet& c
         const double force = planes_[j].force;
         if (c.touches() || force > 0) take_contact(c, j, trial_joints_[j] - wire.joints[j], force);
     }
+    take_grips(wire, terms_.first);
 }
 
 /// A contact's terms of second order about the place where the wall was asked, `moved` from the accepted
@@ -83,11 +94,12 @@ void NewtonModel::solve(const Guidewire& wire, double mu) {
 }
 
 void NewtonModel::set_axial_forces(const Guidewire& wire) {
-    const bool loaded = !wire.load.isZero(0);
+    const bool loaded = !wire.load.isZero(0), gripped = !wire.grips.empty();
     Vec3 force = Vec3::Zero();
     for (int j = wire.segments(); j >= terms_.first; --j) {
         RiccatiStage& s = terms_.stages[j - 1];
         if (s.touches) force += planes_[j].force * planes_[j].normal;
+        if (gripped && wire.grips[j].holds()) force += wire.grips[j].push(wire.joints[j]);
         if (loaded) force -= wire.length_of(j) * wire.load;
         s.axial = s.length * wire.tangents[j].dot(force);
     }
@@ -150,7 +162,7 @@ double NewtonModel::largest_turn() const {
 
 double NewtonModel::evaluate(Guidewire& wire, ContactSet& contacts) {
     const int first = terms_.first;
-    double energy = contacts.evaluate(trial_joints_, first);
+    double energy = contacts.evaluate(trial_joints_, first) + grip_energy(wire.grips, trial_joints_, first);
     std::swap(wire.tangents, trial_tangents_);
     if (terms_.twist) transport_directors(wire, first, directors);
     for (int j = first - 1; j < wire.segments(); ++j) energy += joint_energy(wire, directors, j);

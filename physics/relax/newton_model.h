@@ -40,7 +40,7 @@ public:
     /// The wall's part of the model at the accepted state. With foreseen forces in the second-order terms, in
     /// place of stiffness times penetration, which in a stiff wall is far too large while the wire settles;
     /// what bears a force then counts as touching.
-    void take_contacts(const ContactSet&, int first, bool foreseen_forces);
+    void take_contacts(const Guidewire&, const ContactSet&, int first, bool foreseen_forces);
     /// The same with the wall as it is at the trial state: the normals there, and the contacts made and lost
     /// on the way.
     void take_trial_contacts(const Guidewire&, const ContactSet&);
@@ -51,6 +51,8 @@ public:
     void look_from(int first) { terms_.first = first; }
     /// Whether the gains are the whole wire's at rest, which answer() needs.
     bool answers() const { return answers_; }
+    /// What the gains were made of has changed.
+    void forget_answer() { answers_ = false; }
     /// Steps of the gains become the answer to `fed` segments. With μ > 0 the gains no longer answer.
     void answer(std::span<const FedStage> fed, double mu);
     /// The same over the window at μ = 0, the wall changed since.
@@ -83,6 +85,7 @@ public:
     }
 
 private:
+    void take_grips(const Guidewire&, int first);
     void set_axial_forces(const Guidewire&);
     void take_contact(const WallContact&, int joint, const Vec3& moved, double force);
     std::span<RiccatiGain> window_gains() { return std::span(gains_).subspan(terms_.first - 1); }

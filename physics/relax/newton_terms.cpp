@@ -89,7 +89,7 @@ RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> conta
                        const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
                        NewtonTerms& terms, std::span<ContactPlane> planes, std::span<RiccatiGain> gains) {
     const int n = wire.segments();
-    const bool loaded = !wire.load.isZero(0);
+    const bool loaded = !wire.load.isZero(0), gripped = !wire.grips.empty();
     DistalSums sums;
     Vec3 borne = Vec3::Zero();  // by the wall, as the model has it
     double largest = 0;
@@ -139,6 +139,12 @@ RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> conta
             borne += force * contact.normal;
             if (contact.touches()) sums.force += s.force;
         }
+        if (gripped && wire.grips[j].holds()) {
+            if (!s.touches) planes[j] = {};
+            const Vec3 drag = add_grip(wire.grips[j], wire.joints[j], s);
+            borne += drag;
+            sums.force += drag;
+        }
         if (loaded)
             s.slope.noalias() -=
                 s.length * (sums.length + wire.length_of(j)) * (s.basis.transpose() * wire.load);
@@ -164,6 +170,19 @@ void hold(const Guidewire& wire, const DistalSums& sums, NewtonTerms& terms) {
 
 }  // namespace
 
+Vec3 add_grip(const Grip& grip, const Vec3& joint, RiccatiStage& stage) {
+    const Vec3 drag = grip.push(joint);
+    if (stage.touches) {
+        stage.force += drag;
+        stage.stiffness += grip.stiffness(joint);
+    } else {
+        stage.touches = true;
+        stage.force = drag;
+        stage.stiffness = grip.stiffness(joint);
+    }
+    return drag;
+}
+
 RiccatiReport assemble_and_solve(const Guidewire& wire, std::span<const WallContact> contacts,
                                  const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
                                  NewtonTerms& terms, std::span<ContactPlane> planes,
@@ -185,12 +204,13 @@ RiccatiReport assemble_and_solve(const Guidewire& wire, std::span<const WallCont
 }
 
 void sum_proximal(const Guidewire& wire, std::span<const WallContact> contacts, NewtonTerms& terms) {
-    const bool loaded = !wire.load.isZero(0);
+    const bool loaded = !wire.load.isZero(0), gripped = !wire.grips.empty();
     DistalSums sums = terms.base;
     double largest = 0;
     for (int j = terms.first - 1; j >= 1; --j) {
         RiccatiStage& s = terms.stages[j - 1];
         if (contacts[j].touches()) sums.force += contacts[j].push();
+        if (gripped && wire.grips[j].holds()) sums.force += wire.grips[j].push(wire.joints[j]);
         largest = std::max(largest, add_segment(wire, j, loaded, terms, sums));
         set_axial(wire, j, loaded, sums.length, sums.force, s);
     }

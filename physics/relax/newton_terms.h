@@ -49,6 +49,9 @@ struct NewtonTerms {
     DistalSums base;                     // from the window's most proximal segment on
 };
 
+/// Adds a grip's terms of second order at the accepted joint to its stage. Returns its drag, a gradient [N].
+Vec3 add_grip(const Grip&, const Vec3& joint, RiccatiStage&);
+
 /// Gradient and Hessian blocks of bending (Eq. 1, with rest directions), load and wall (Eq. 9, with the
 /// wall's curvature) in the planes ⟂ u_j, u turned by u ← (u + Tα)/|u + Tα|, of the window from `first` on.
 /// Exact but for terms of the twist that are of the order of torque times bend. In the same loop it does

@@ -29,6 +29,7 @@ void RelaxReport::add(const RelaxReport& later) {
     newton_steps += before.newton_steps;
     rejected += before.rejected;
     wall_queries += before.wall_queries;
+    lag_rounds += before.lag_rounds;
     largest_turn = std::max(largest_turn, before.largest_turn);
     window = std::max(window, before.window);
 }

@@ -73,6 +73,7 @@ struct RelaxReport {
     double largest_bend = 0;      // of a joint from its rest shape [rad]; above π/3 is a kink
     double push_force = 0;        // along the wire at the introducer, > 0 where the hand must push [N]
     double base_torque = 0;       // that the hand must hold the hub against [N·mm]
+    int lag_rounds = 0;           // rests that were sought for one set of the grips' normal forces
 
     /// Adds what was relaxed after this: the work is that of both, as are the largest turn and the window;
     /// all else is as the later one left it.
@@ -81,6 +82,7 @@ struct RelaxReport {
     void state(StateStream& s) {
         s(updates, contacts, wall_queries, largest_turn, rejected, converged, out_of_budget, at_rest,
           newton_steps, window, gradient, strict_minimum, largest_bend, push_force, base_torque);
+        s.part(lag_rounds > 0, lag_rounds);
     }
 };
 

@@ -20,6 +20,7 @@ Energy total_energy(const Guidewire& wire, std::span<const WallContact> contacts
     for (std::size_t i = 1; i < contacts.size(); ++i) energy.wall += contacts[i].energy();
     for (int i = 1; i <= wire.segments(); ++i)
         energy.load -= wire.length_of(i) * wire.load.dot(wire.joints[i] - wire.joints[0]);
+    energy.friction = grip_energy(wire.grips, wire.joints, 1);
     return energy;
 }
 
@@ -36,6 +37,7 @@ std::vector<Vec3> energy_gradient(const Guidewire& wire, std::span<const WallCon
     Vec3 push = Vec3::Zero();
     for (int i = n; i >= 1; --i) {
         push += contacts[i].push() - wire.length_of(i) * wire.load;
+        if (!wire.grips.empty() && wire.grips[i].holds()) push += wire.grips[i].push(wire.joints[i]);
         const Vec3 g = wire.lengths[i] * push - bending_terms(wire, d, torque, i).pull;
         gradient[i] = g - g.dot(wire.tangents[i]) * wire.tangents[i];
     }
@@ -48,6 +50,11 @@ double relative_gradient(const Guidewire& wire, std::span<const WallContact> con
     for (int i = 1; i <= wire.segments(); ++i)
         largest = std::max(largest, gradient[i].norm() / wire.spring_constant(i - 1));
     return largest;
+}
+
+double hand_force(const Guidewire& wire, double held) {
+    const std::vector<Vec3> at_hub = {rolled_director(wire)};
+    return held - joint_energy(wire, at_hub, 0) / wire.length_of(0);
 }
 
 double largest_penetration(std::span<const WallContact> contacts) {

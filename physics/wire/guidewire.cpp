@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -97,6 +98,7 @@ std::vector<std::string> problems(const GuidewireSpec& s) {
     need_within("tip_length", s.tip_length, '[', WireLimits::soft_length, "mm");
     need_within("transition_length", s.transition_length, '[', WireLimits::soft_length, "mm");
     need_within("curved_length", s.curved_length, '[', WireLimits::curved_length, "mm");
+    need_within("friction", s.friction, '[', WireLimits::friction, "");
     // Rounding in a conversion from degrees must not reject the limit itself.
     need(
         std::isfinite(s.curved_angle) && std::abs(s.curved_angle) <= WireLimits::curved_angle * degree + 1e-9,
@@ -228,6 +230,14 @@ Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry
     return wire;
 }
 
+void start_grips(Guidewire& wire) {
+    wire.grips.clear();
+    wire.friction_loss = 0;
+    if (wire.spec.friction == 0) return;
+    wire.grips.resize(wire.joints.size());
+    for (std::size_t i = 0; i < wire.joints.size(); ++i) wire.grips[i].anchor = wire.joints[i];
+}
+
 void split_segment(Guidewire& wire, int i, double share) {
     const Vec3 u = wire.tangents[i];
     const double length = wire.lengths[i];
@@ -241,6 +251,11 @@ void split_segment(Guidewire& wire, int i, double share) {
     wire.joints.insert(wire.joints.begin() + i, Vec3::Zero());
     const int station = wire.stations[i - 1];
     wire.stations.insert(wire.stations.begin() + i, station);
+    if (!wire.grips.empty()) {
+        Grip grip;
+        grip.anchor = wire.grips[i - 1].anchor + share * (wire.grips[i].anchor - wire.grips[i - 1].anchor);
+        wire.grips.insert(wire.grips.begin() + i, grip);
+    }
     rebuild_joints(wire, i);
     assign_material(wire);
 }
@@ -254,6 +269,10 @@ void merge_segments(Guidewire& wire, int i) {
     const double lambda = wire.spec.segment_length;
     if (std::abs(wire.lengths[i] - lambda) < whole_segment * lambda) wire.lengths[i] = lambda;
     wire.lengths.erase(wire.lengths.begin() + i + 1);
+    if (!wire.grips.empty()) {
+        wire.friction_loss += wire.grips[i].energy(wire.joints[i]);
+        wire.grips.erase(wire.grips.begin() + i);
+    }
     wire.joints.erase(wire.joints.begin() + i);
     wire.stations.erase(wire.stations.begin() + i);
     rebuild_joints(wire, i);
@@ -261,6 +280,7 @@ void merge_segments(Guidewire& wire, int i) {
 }
 
 void insert_segment(Guidewire& wire) {
+    assert(wire.grips.empty());
     const int before = wire.segments() - wire.curved_segments();  // last segment of the shaft
     const Vec3 u = wire.tangents[before];
     const double lambda = wire.spec.segment_length;
@@ -274,6 +294,7 @@ void insert_segment(Guidewire& wire) {
 }
 
 bool remove_segment(Guidewire& wire) {
+    assert(wire.grips.empty());
     int last = wire.segments() - wire.curved_segments();
     for (; wire.lengths[last] > 1.5 * wire.spec.segment_length; ++last) split_segment(wire, last);
     for (; wire.lengths[last] < wire.spec.segment_length * (1 - whole_segment); --last)
@@ -327,8 +348,35 @@ FeedPlan plan_feed(const Guidewire& wire, double mm) {
     return plan;
 }
 
+std::vector<Grip> fed_grips(const Guidewire& wire, const FeedPlan& plan, double& lost) {
+    std::vector<Grip> grips = wire.grips;
+    if (grips.empty()) return grips;
+    // By the material's distance from the introducer; what comes in has been in front of it.
+    double before = 0, place = 0;
+    int from = 1;
+    for (int j = 0; j < plan.grows; ++j) {
+        if (j > 0) place += wire.lengths[j];
+        if (j == plan.grows - 1) place += plan.change_before;
+        const double s = place - plan.change - plan.change_before;
+        for (; from < wire.segments() && before + wire.lengths[from] < s; ++from)
+            before += wire.lengths[from];
+        const double share = std::min(1.0, (s - before) / wire.lengths[from]);
+        const auto along = [&](const Vec3& a, const Vec3& b) {
+            return s < 0 ? Vec3(a + s * wire.tangents[0]) : Vec3(a + share * (b - a));
+        };
+        grips[j].anchor = along(wire.grips[from - 1].anchor, wire.grips[from].anchor);
+        if (!grips[j].holds()) continue;
+        Grip unmixed = grips[j];
+        unmixed.anchor =
+            along(wire.joints[from - 1], wire.joints[from]) + wire.grips[j].anchor - wire.joints[j];
+        lost += unmixed.energy(wire.joints[j]) - grips[j].energy(wire.joints[j]);
+    }
+    return grips;
+}
+
 void apply_feed(Guidewire& wire, const FeedPlan& plan) {
     const double lambda = wire.spec.segment_length;
+    wire.grips = fed_grips(wire, plan, wire.friction_loss);
     int grows = plan.grows;
     wire.lengths[grows] += plan.change;
     if (plan.change_before != 0) wire.lengths[grows - 1] += plan.change_before;

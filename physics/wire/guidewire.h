@@ -9,6 +9,7 @@
 
 #include "physics/geometry/state.h"
 #include "physics/geometry/vec.h"
+#include "physics/wire/grip.h"
 
 namespace physics {
 
@@ -31,6 +32,7 @@ struct GuidewireSpec {
     double transition_length = 150.0;  // EI rises geometrically from tip to shaft over this length [mm]
     double curved_length = 12.0;       // s < curved_length is pre-curved [mm]
     double curved_angle = 0.785398163397448;  // total turn of the unloaded curved tip [rad]
+    double friction = 0;                      // μ of the wire on the wall [-]
 
     /// Segments of λ in the curved tip.
     int curved_segments() const;
@@ -38,6 +40,7 @@ struct GuidewireSpec {
     void state(StateStream& s) {
         s(segment_length, end_cells, diameter, shaft_rigidity, tip_rigidity, tip_length, transition_length,
           curved_length, curved_angle);
+        if (!s.part(friction != 0, friction)) friction = 0;
     }
 };
 
@@ -49,6 +52,7 @@ struct WireLimits {
     static constexpr double soft_length = 1000;   // of the tip, of the transition [mm]
     static constexpr double curved_length = 200;  // [mm]
     static constexpr double curved_angle = 270;   // either way [deg]
+    static constexpr double friction = 1;
 };
 
 /// Whether a wire enters a lumen of this radius [mm].
@@ -77,10 +81,14 @@ struct Guidewire {
     Vec3 load = Vec3::Zero();  // force on the wire per length, e.g. its weight [N/mm]; joint i ≥ 1
                                // bears that of length_of(i)
     double carried = 0;        // motion not yet made, |carried| < λ [mm]
+    std::vector<Grip> grips;   // of the wall on each joint; empty for a wire without friction
+    double friction_loss =
+        0;  // what they have cost so far: slip, and the stretch of material that let go [N·mm]
 
     void state(StateStream& s) {
         s(spec, joints, tangents, lengths, rigidity, rest_angle, stations, base_director, roll, load,
           carried);
+        if (!s.part(!grips.empty(), grips, friction_loss)) grips.clear(), friction_loss = 0;
     }
     int segments() const { return static_cast<int>(joints.size()) - 1; }
     const Vec3& tip() const { return joints.back(); }
@@ -119,9 +127,14 @@ double least_length(const GuidewireSpec&);
 Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry, const Vec3& clamped,
                        const std::vector<Vec3>& tangents, EndCells = EndCells::Half);
 
+/// Gives the wall a grip on every joint, from the place where it is: the wire is as at rest without friction.
+/// Nothing for a wire whose spec has none.
+void start_grips(Guidewire&);
+
 /// Split a segment, `share` of its length proximal of the new joint. Its parts bend by the mean of the
 /// curvatures at its ends, so that the curve stays smooth; joints distal of it come closer by what the bent
-/// piece is shorter across. The new joint is straight without load, also in the curved tip.
+/// piece is shorter across. The new joint is straight without load, also in the curved tip, and its grip
+/// holds nothing until it is known to touch; its anchor lies between those next to it.
 void split_segment(Guidewire&, int segment, double share = 0.5);
 
 /// Make one straight segment of this one and the next, as long as both; in the curved tip only of the pieces
@@ -144,9 +157,13 @@ struct FeedPlan {
         true;  // both are segments, not pieces of one, and not longer than 3λ/2: apply_feed() may be called
 };
 FeedPlan plan_feed(const Guidewire&, double mm);
-/// Changes the lengths and splits or merges what is too long or too short. The plan must be `whole` and of
-/// this wire, but for its tangents.
+/// Changes the lengths and splits or merges what is too long or too short; anchors move on with the material.
+/// The plan must be `whole` and of this wire, but for its tangents.
 void apply_feed(Guidewire&, const FeedPlan&);
+/// Grips of the wire's joints once it is fed by the plan, before anything is split or merged: each anchor is
+/// that of the material which then lies at the joint. Stretch mixes between joints; what energy that takes is
+/// added to `lost`.
+std::vector<Grip> fed_grips(const Guidewire&, const FeedPlan&, double& lost);
 
 /// Insert one segment just before the curved tip (the paper, Section 2.1).
 void insert_segment(Guidewire&);

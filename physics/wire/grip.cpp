@@ -1,0 +1,43 @@
+#include "physics/wire/grip.h"
+
+namespace physics {
+
+double Grip::energy(const Vec3& joint) const {
+    const double e = stretch(joint).norm();
+    return e <= slip_length ? force * e * e / (2 * slip_length) : force * (e - 0.5 * slip_length);
+}
+
+Vec3 Grip::push(const Vec3& joint) const {
+    const Vec3 e = stretch(joint);
+    return force / std::max(slip_length, e.norm()) * e;
+}
+
+Mat3 Grip::stiffness(const Vec3& joint) const {
+    const Vec3 e = stretch(joint);
+    const double size = e.norm();
+    Mat3 plane = Mat3::Identity() - normal * normal.transpose();
+    if (size <= slip_length) return force / slip_length * plane;
+    plane -= e * e.transpose() / (size * size);
+    return force / size * plane;
+}
+
+double Grip::follow(const Vec3& joint) {
+    if (!holds()) {
+        anchor = joint;
+        return 0;
+    }
+    const Vec3 e = stretch(joint);
+    const double size = e.norm();
+    if (size <= slip_length) return 0;
+    anchor = joint - slip_length / size * e;
+    return force * (size - slip_length);
+}
+
+double grip_energy(std::span<const Grip> grips, std::span<const Vec3> joints, int first) {
+    double energy = 0;
+    for (std::size_t j = first; j < grips.size(); ++j)
+        if (grips[j].holds()) energy += grips[j].energy(joints[j]);
+    return energy;
+}
+
+}  // namespace physics

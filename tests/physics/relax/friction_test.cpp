@@ -1,0 +1,261 @@
+/// Friction of a wire on the wall: the law itself, and what it asks of a hand, against closed forms.
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "engine/anatomy/scenes.h"
+#include "physics/relax/hub.h"
+#include "physics/wall/tube_wall.h"
+#include "physics/wire/crossings.h"
+#include "physics/wire/energy.h"
+#include "physics/wire/refinement.h"
+#include "tests/physics/wires.h"
+
+namespace physics {
+namespace {
+
+constexpr int enough = 10'000'000;
+
+GuidewireSpec thread(double rigidity, double friction, double lambda = 1) {
+    GuidewireSpec spec;
+    spec.segment_length = lambda;
+    spec.shaft_rigidity = spec.tip_rigidity = rigidity;
+    spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
+    spec.diameter = 0.01;
+    spec.friction = friction;
+    return spec;
+}
+
+/// At rest along the wall's centreline, the grips begun there.
+struct Gripped {
+    Gripped(const LumenWall& wall, const Polyline& line, const GuidewireSpec& spec, double length,
+            const Vec3& load = Vec3::Zero())
+        : hub({}, wall), wire(wire_of_length(spec, line, length)) {
+        wire.load = load;
+        hub.settle(wire, enough);
+        start_grips(wire);
+        hub.settle(wire, enough);
+    }
+    RelaxReport feed(double mm, int times = 1) {
+        RelaxReport last;
+        for (int k = 0; k < times; ++k) {
+            const HubReport report = hub.move(wire, {mm, 0}, enough);
+            EXPECT_EQ(report.outcome, HubReport::Outcome::AtRest);
+            EXPECT_NEAR(report.made.feed, mm, 1e-12);
+            EXPECT_TRUE(report.relax.converged);
+            last = report.relax;
+        }
+        return last;
+    }
+    Hub hub;
+    Guidewire wire;
+};
+
+TEST(Grip, PushAndStiffnessAreTheDerivativesOfItsEnergy) {
+    std::mt19937 random(3);
+    const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -31) - 1; };
+    for (int k = 0; k < 1000; ++k) {
+        Grip grip;
+        grip.anchor = {unit(), unit(), unit()};
+        grip.normal = Vec3(unit(), unit(), unit()).normalized();
+        grip.force = 0.1 + std::abs(unit());
+        const double size = std::exp(5 * unit()) * slip_length;
+        const Vec3 joint = grip.anchor + size * Vec3(unit(), unit(), unit());
+        if (std::abs(grip.stretch(joint).norm() - slip_length) < 1e-4) continue;  // its stiffness jumps there
+        const double h = 1e-6 * slip_length;
+        for (int axis = 0; axis < 3; ++axis) {
+            const Vec3 step = h * Vec3::Unit(axis);
+            EXPECT_NEAR((grip.energy(joint + step) - grip.energy(joint - step)) / (2 * h),
+                        grip.push(joint)[axis], 1e-6 * grip.force);
+            const Vec3 bend = (grip.push(joint + step) - grip.push(joint - step)) / (2 * h);
+            EXPECT_LT((bend - grip.stiffness(joint).col(axis)).norm(), 1e-5 * grip.force / slip_length);
+        }
+        const Eigen::SelfAdjointEigenSolver<Mat3> eigen(grip.stiffness(joint));
+        EXPECT_GE(eigen.eigenvalues()[0], -1e-12 * grip.force / slip_length);
+        EXPECT_LE(grip.push(joint).norm(), grip.force * (1 + 1e-12));
+    }
+}
+
+TEST(Grip, AnAnchorFollowsWhatSlipsAndChangesNoForce) {
+    Grip grip;
+    grip.normal = Vec3::UnitZ();
+    grip.force = 0.3;
+    const Vec3 near(0.6 * slip_length, 0, 0.7), far(0.3, -0.4, 0.2);
+    EXPECT_EQ(grip.follow(near), 0);
+    EXPECT_EQ(grip.anchor, Vec3::Zero());
+    const Vec3 push = grip.push(far);
+    const double cost = grip.follow(far);
+    EXPECT_NEAR(cost, 0.3 * (0.5 - slip_length), 1e-12);
+    EXPECT_LT((grip.push(far) - push).norm(), 1e-12);
+    EXPECT_NEAR(grip.stretch(far).norm(), slip_length, 1e-12);
+    grip.force = 0;
+    EXPECT_EQ(grip.follow(near), 0);
+    EXPECT_EQ(grip.anchor, near);
+}
+
+TEST(Friction, AStraightWireOnAFloorAsksForItsWeightTimesMu) {
+    const Polyline line = {{0, 0, 0}, {300, 0, 0}};
+    const TubeWall wall(line, 2, 42, 0);
+    constexpr double weight = 0.002, slope = 0.1;  // [N/mm]; uphill
+    const Vec3 load(-weight * std::sin(slope), 0, -weight * std::cos(slope));
+    for (const double mu : {0.05, 0.2, 0.4}) {
+        Gripped g(wall, line, thread(5, mu), 150, load);
+        const auto pressed = [&] {
+            double sum = 0;
+            for (const WallContact& c : g.hub.contacts()) sum += c.force();
+            return sum;
+        };
+        for (const int way : {1, -1}) {
+            const double force = g.feed(0.5 * way, 10).push_force;
+            const double along = weight * std::sin(slope) * g.wire.inserted_length(), grip = mu * pressed();
+            EXPECT_NEAR(force, along + way * grip, 0.01 * (along + grip)) << mu << ", " << way;
+            // The introducer bears the part that hangs free next to it.
+            EXPECT_NEAR(pressed(), weight * std::cos(slope) * g.wire.inserted_length(), 0.2 * pressed());
+        }
+    }
+}
+
+/// T' = μ|T/R + w_n| + w_t along the bend, drawn out against the weight of the straight run beyond it.
+TEST(Friction, RoundABendItIsThatOfTheCapstan) {
+    constexpr double radius = 20, lumen = 1, run = 200, weight = 0.01;
+    for (const double angle : {60.0, 120.0, 180.0}) {
+        const auto path = [&](double bend) {
+            return anatomy::draw(std::vector<anatomy::PenMove>{
+                anatomy::Run{20}, anatomy::Arc{bend, angle * degree}, anatomy::Run{run + 60}});
+        };
+        const Polyline line = path(radius);
+        // The wire comes in at the inner wall, or the introducer would bear part of its turn.
+        Polyline way = path(radius - lumen);
+        for (Vec3& p : way) p.y() += lumen;
+        const Vec3 beyond = (line.back() - line[line.size() - 2]).normalized();
+        for (const double mu : {0.1, 0.2, 0.3}) {
+            const TubeWall wall(line, lumen, 42, 0);
+            Gripped g(wall, way, thread(5, mu, 0.5), 20 + radius * angle * degree + run, weight * beyond);
+            const double force = -g.feed(-0.25, 60).push_force;
+            // Along the inner wall, from the distal end of the bend to the introducer.
+            const double inner = radius - lumen, whole = angle * degree;
+            double tension = weight * (g.wire.inserted_length() - 20 - inner * whole);
+            constexpr int steps = 10'000;
+            for (int k = 0; k < steps; ++k) {
+                const double at = (k + 0.5) * whole / steps;
+                const double press = tension / inner + weight * std::sin(at);
+                tension += (weight * std::cos(at) + mu * press) * inner * whole / steps;
+            }
+            tension += 20 * weight * (std::cos(whole) + mu * std::sin(whole));
+            EXPECT_NEAR(force, tension, 0.01 * tension) << angle << " deg, mu " << mu;
+            RecordProperty(fmt::format("capstan_{}_{}", angle, mu),
+                           fmt::format("{:.4f} {:.4f}", force, tension));
+        }
+    }
+}
+
+/// Work of the hand over a loop of push and pull is what slip has cost.
+TEST(Friction, TheHandsWorkIsTheEnergyGainedAndTheLoss) {
+    for (const char* name : {"sinuous", "spatial"}) {
+        const anatomy::Scene& scene = *anatomy::find_scene(name);
+        constexpr double lambda = 0.5;
+        const TubeWall wall(anatomy::draw(scene.path), scene.radius, lambda * scene.wall_stiffness, 0);
+        Gripped g(wall, wall.centreline(), thread(scene.rigidity, 0.2, lambda), 100);
+        const auto energy = [&] {
+            const Energy e = total_energy(g.wire, all_contacts(g.wire, wall));
+            return e.total();
+        };
+        constexpr double step = 0.05;
+        const auto hand = [&](const RelaxReport& report) { return hand_force(g.wire, report.push_force); };
+        double force = hand(g.feed(step)), work = 0;
+        const double before = energy(), loss_before = g.wire.friction_loss;
+        for (int k = 1; k < 800; ++k) {
+            const double by = k < 400 ? step : -step;
+            const RelaxReport report = g.feed(by);
+            work += by * 0.5 * (force + hand(report));
+            force = hand(report);
+        }
+        const double gained = energy() - before, loss = g.wire.friction_loss - loss_before;
+        EXPECT_NEAR(work, gained + loss, 0.01 * loss) << name << ": gained " << gained << ", loss " << loss;
+        EXPECT_GT(loss, 0.5) << name;
+    }
+}
+
+TEST(Friction, AWireStaysWhereItIsLeft) {
+    const anatomy::Scene& scene = *anatomy::find_scene("sinuous");
+    const TubeWall wall(anatomy::draw(scene.path), scene.radius, scene.wall_stiffness, 0);
+    Gripped g(wall, wall.centreline(), thread(scene.rigidity, 0.2), 100);
+    g.feed(0.5, 40);
+    const Guidewire before = g.wire;
+    for (int k = 0; k < 20'000; ++k) g.hub.settle(g.wire, enough);
+    EXPECT_EQ(g.wire.joints, before.joints);
+    EXPECT_EQ(g.wire.grips, before.grips);
+    // And in a hub that knows nothing of it.
+    Hub other({}, wall);
+    for (int k = 0; k < 10; ++k) other.settle(g.wire, enough);
+    EXPECT_LT((g.wire.tip() - before.tip()).norm(), 1e-5);
+}
+
+TEST(Friction, WithoutItTheGripsAreNoneAndTheWireIsAsBefore) {
+    const anatomy::Scene& scene = *anatomy::find_scene("sinuous");
+    const TubeWall wall(anatomy::draw(scene.path), scene.radius, scene.wall_stiffness, 0);
+    Gripped g(wall, wall.centreline(), thread(scene.rigidity, 0), 100);
+    g.feed(0.5, 5);
+    EXPECT_TRUE(g.wire.grips.empty());
+    Gripped little(wall, wall.centreline(), thread(scene.rigidity, 1e-7), 100);
+    little.feed(0.5, 5);
+    EXPECT_EQ(little.wire.grips.size(), little.wire.joints.size());
+    EXPECT_LT((little.wire.tip() - g.wire.tip()).norm(), 1e-3);
+}
+
+/// Whatever is split, merged and fed, each joint has a grip, and anchors stay on the wire's path.
+TEST(Friction, AnchorsGoWithTheMaterial) {
+    const Polyline line = {{0, 0, 0}, {400, 0, 0}};
+    for (unsigned seed = 0; seed < 300; ++seed) {
+        std::mt19937 random(seed);
+        GuidewireSpec spec = thread(5, 0.2, 2);
+        if (seed % 2 == 1) {
+            spec.curved_length = 6;
+            spec.curved_angle = 0.5;
+        }
+        Guidewire wire = wire_of_length(spec, line, 60);
+        wire.rest_angle.assign(wire.joints.size(), 0);
+        start_grips(wire);
+        double fed = 0;
+        for (int k = 0; k < 30; ++k) {
+            switch (random() % 4) {
+                case 0: {
+                    const int i = 1 + static_cast<int>(random() % wire.segments());
+                    if (wire.lengths[i] > 0.4) split_segment(wire, i, 0.25 + 0.5 * std::ldexp(random(), -32));
+                    break;
+                }
+                case 1: {
+                    const int i = 1 + static_cast<int>(random() % (wire.segments() - 1));
+                    if (i + 1 < wire.segments() - 3) merge_segments(wire, i);
+                    break;
+                }
+                default:
+                    fed += feed(wire, 4 * (std::ldexp(static_cast<double>(random()), -32) - 0.4));
+            }
+            ASSERT_EQ(wire.grips.size(), wire.joints.size()) << "seed " << seed;
+            // The wire lies straight: material was where it is now less what was fed. What came in since
+            // holds where it would have been, and the tip's joints go with it.
+            for (std::size_t j = 1; j < wire.grips.size(); ++j)
+                ASSERT_NEAR(wire.grips[j].anchor.x(), wire.joints[j].x() - fed, 1e-9)
+                    << "seed " << seed << ", joint " << j << " of " << wire.segments();
+        }
+    }
+}
+
+TEST(Friction, CoarseAndFineSegmentsAskForTheSameForce) {
+    const anatomy::Scene& scene = *anatomy::find_scene("sinuous");
+    std::vector<double> forces;
+    for (const double lambda : {2.0, 1.0, 0.5}) {
+        const TubeWall wall(anatomy::draw(scene.path), scene.radius, scene.wall_stiffness * lambda, 0);
+        Gripped g(wall, wall.centreline(), thread(scene.rigidity, 0.2, lambda), 100);
+        forces.push_back(g.feed(0.25, 120).push_force);
+    }
+    EXPECT_NEAR(forces[1], forces[2], 0.1 * forces[2]);
+    EXPECT_NEAR(forces[0], forces[2], 0.2 * forces[2]);
+}
+
+}  // namespace
+}  // namespace physics
