@@ -19,10 +19,10 @@ namespace {
 
 class AnatomyCommand {
 public:
-    /// Adds the sub-command; lives as long as it.
+    /// Adds the sub-command; must live as long as it does.
     explicit AnatomyCommand(CLI::App&);
     CLI::App* parser() { return command_; }
-    /// Exit code, 0 or of a check that failed 2; throws io::InputError.
+    /// Returns the exit code: 0, or 2 when a check failed. Throws io::InputError.
     int run();
 
 private:

@@ -1,5 +1,5 @@
 #pragma once
-/// What every sub-command of the command line shares.
+/// What all sub-commands of the command line share.
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
@@ -8,11 +8,11 @@
 
 namespace app {
 
-/// The first of them is 0 as any program's; 1 says that the target was not reached.
+/// 0 is success, as for any program; 1 means that the target was not reached.
 enum ExitCode { done = 0, not_reached = 1, bad_input = 2, differs = 3, interrupted = 130 };
 
-/// A sub-command and what is to be done where it was given. The action returns the exit code; it may throw
-/// any std::exception, whose text is for the user.
+/// A sub-command and the action to run when it is given. The action returns the exit code; it may throw any
+/// std::exception, whose text is shown to the user.
 struct Command {
     CLI::App* parser;
     std::function<int()> action;
@@ -29,11 +29,11 @@ Command add_list(CLI::App&);
 /// "seldinger 0.1.0".
 extern const char* const program;
 
-/// Of this program's file, links resolved.
+/// Folder of this program's file, links resolved.
 std::filesystem::path program_folder();
-/// What ships with the program: scenarios and scripts. Beside the program's own folder, in
-/// ../share/seldinger; or in the folder SELDINGER_ASSETS of the environment. Throws io::InputError where
-/// there is none.
+/// Folder of the scenarios and scripts distributed with the program: ../share/seldinger beside the program's
+/// own folder, or the folder in the environment variable SELDINGER_ASSETS. Throws io::InputError where there
+/// is none.
 std::filesystem::path assets();
 
 /// An option that is empty unless given.

@@ -1,4 +1,4 @@
-/// The command line: arguments in, exit code out. No rule of the simulation lives here.
+/// The command line: takes arguments, returns an exit code. Contains no rule of the simulation.
 
 #include <exception>
 #include <fmt/format.h>

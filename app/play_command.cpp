@@ -26,7 +26,7 @@ struct PlayArguments {
 
 #ifdef SELDINGER_WINDOW
 
-/// The program's folder below the one that the variable names, else below the user's home; empty without
+/// The program's folder below the one that the variable names, otherwise below the user's home; empty without
 /// either.
 std::filesystem::path user_folder(const char* variable, const char* under_home) {
     if (const char* folder = std::getenv(variable); folder && *folder)
@@ -47,7 +47,7 @@ std::pair<int, int> size_of(const std::string& words) {
     throw io::InputError(fmt::format("--size {}: WIDTHxHEIGHT from 320x240 to 8192x8192 is accepted", words));
 }
 
-/// The scenario that a recording is of; empty when it does not say.
+/// The scenario that a recording belongs to; empty when it is not stated.
 std::string scenario_of(const std::filesystem::path& recording) {
     std::ifstream file(recording);
     const std::string mark = "# scenario ";

@@ -1,5 +1,5 @@
 #pragma once
-/// How far a long piece of work is, for whoever waits for it.
+/// Shows the user how far a long piece of work has come.
 
 #include <algorithm>
 #include <chrono>
@@ -12,7 +12,7 @@
 namespace app {
 
 /// On a terminal one line, rewritten. Where output goes to a file or a pipe, a plain line every few seconds,
-/// and none for work that is done sooner.
+/// and none for work that finishes sooner.
 class ProgressBar {
 public:
     using Clock = std::chrono::steady_clock;
@@ -27,7 +27,7 @@ public:
     ProgressBar(const ProgressBar&) = delete;
     ProgressBar& operator=(const ProgressBar&) = delete;
 
-    /// `part` of the work is done, 0 to 1; `doing` is what a user wants to know of it.
+    /// `part` of the work is done, 0 to 1; `doing` describes the current work for the user.
     void show(double part, const std::string& doing) {
         const auto now = now_();
         if (terminal_)

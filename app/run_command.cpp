@@ -53,7 +53,7 @@ int run_scenario(const RunArguments& arguments) {
     options.cache.folder = arguments.cache;
     options.interrupted = [] { return stop_requested != 0; };
 
-    // write() reports a full disk or quota; no signal ends the program.
+    // write() then reports a full disk or quota, instead of a signal ending the program.
     std::signal(SIGXFSZ, SIG_IGN);
     std::signal(SIGINT, request_stop);
     std::signal(SIGTERM, request_stop);

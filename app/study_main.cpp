@@ -1,5 +1,5 @@
-/// seldinger-study: the studies, in a program of their own, which few need and takes long to build.
-/// `seldinger study` starts it.
+/// seldinger-study: the studies, in a program of their own because few users need it and it takes long to
+/// build. `seldinger study` starts it.
 
 #include <cstdlib>
 #include <exception>

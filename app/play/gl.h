@@ -1,6 +1,6 @@
 #pragma once
-/// OpenGL of the window, found through GLFW: the functions of that name which the program is linked with are
-/// OSMesa's.
+/// OpenGL of the window, found through GLFW: the gl functions that the program is linked with belong to
+/// OSMesa.
 
 #define GLFW_INCLUDE_NONE
 #include <GL/glcorearb.h>
@@ -69,13 +69,13 @@ namespace app {
     X(PFNGLVERTEXATTRIBPOINTERPROC, VertexAttribPointer)         \
     X(PFNGLVIEWPORTPROC, Viewport)
 
-/// Functions of the context that was current when this was made, without their "gl".
+/// The functions of the context current at construction, without the prefix "gl".
 struct Gl {
 #define SELDINGER_GL_MEMBER(type, name) type name = nullptr;
     SELDINGER_GL_FUNCTIONS(SELDINGER_GL_MEMBER)
 #undef SELDINGER_GL_MEMBER
 
-    /// Throws io::InputError naming the first that is missing.
+    /// Throws io::InputError naming the first missing function.
     Gl();
 };
 

@@ -36,7 +36,7 @@ int method_of(const physics::RelaxerConfig& config) {
     return 0;
 }
 
-/// Distinct to eyes that miss red or green: Okabe and Ito's eight, and white.
+/// Okabe and Ito's eight colours, which people with red-green colour blindness can distinguish, and white.
 ImU32 method_colour(int method) {
     constexpr ImU32 colours[] = {
         IM_COL32(230, 159, 0, 255), IM_COL32(204, 121, 167, 255), IM_COL32(86, 180, 233, 255),
@@ -47,7 +47,7 @@ ImU32 method_colour(int method) {
 
 }  // namespace
 
-/// Time of a frame's motion against the distance from rest that is left, both by powers of ten.
+/// Plots the time of a frame's motion against the remaining distance from rest, both in powers of ten.
 void Instructor::draw_speed_against_accuracy(float unit, double frame_ms) const {
     constexpr double least_ms = 0.01, most_ms = 1000, least_mm = 1e-10, most_mm = 10;
     ImGui::TextDisabled("distance from rest [mm] over time [ms]");
@@ -73,7 +73,7 @@ void Instructor::draw_speed_against_accuracy(float unit, double frame_ms) const 
     ImGui::TextDisabled("red: the time of a frame");
 }
 
-/// Returns what was changed and let go.
+/// Returns settings that were changed and released.
 std::optional<exercise::Tuning> Instructor::draw_controls(const exercise::Tuning& now, float unit) {
     exercise::Tuning next = edited_.value_or(now);
     bool held = false, done = false;

@@ -1,6 +1,6 @@
 #pragma once
-/// The instructor's view: the vessel in 3D with the wire in it, coloured by the force of the wall, and what
-/// the solver did for it.
+/// The instructor's view: the vessel in 3D with the wire in it, coloured by the wall's force, and what the
+/// solver did for it.
 
 #include <deque>
 #include <optional>
@@ -16,9 +16,10 @@ class Instructor {
 public:
     explicit Instructor(const Gl&);
 
-    /// Another session: what was drawn is forgotten.
+    /// Starts another session: forgets what was drawn.
     void reset();
-    /// Draws it over the area [pixels]. `target` and its `radius` [mm]. Returns what the instructor changed.
+    /// Draws the view over the area [pixels]. `target` and its `radius` [mm]. Returns what the instructor
+    /// changed.
     std::optional<exercise::Tuning> draw(const room::View&, const anatomy::Anatomy&,
                                          const geometry::Vec3& target, double radius, const render::Box&,
                                          const Window&);
@@ -35,7 +36,7 @@ private:
     SolverScene scene_;
     std::deque<float> motion_ms_, image_ms_, steps_, residual_;  // of the last frames
     std::deque<Dot> dots_;                                       // of frames with a motion
-    std::optional<exercise::Tuning> edited_;                     // by sliders that are held
+    std::optional<exercise::Tuning> edited_;                     // by sliders being held
     long seen_ = -1;                                             // frame
 };
 

@@ -28,7 +28,7 @@ std::string view_text(const render::CArm& arm) {
                        degrees(std::abs(arm.cranial)), arm.detector_width);
 }
 
-/// What a trainee reads before the start, a line each.
+/// What a trainee reads before the start, line by line.
 std::vector<std::pair<std::string, std::string>> briefing(const scenario::Scenario& s) {
     std::vector<std::pair<std::string, std::string>> lines;
     const std::string target = s.target.name.empty() ? "a marked place" : s.target.name;
@@ -54,7 +54,7 @@ Texture* Play::thumbnail(std::size_t exercise) {
         try {
             texture->show(render::read_png(options_.exercises[exercise].picture), 1);
         } catch (const std::exception&) {
-            // A card without a picture.
+            // The card stays without a picture.
         }
     }
     return texture.get();
@@ -84,7 +84,7 @@ void Play::draw_chooser() {
         ImDrawList& list = *ImGui::GetWindowDrawList();
         list.AddRectFilled(corner, ImVec2(corner.x + side, corner.y + picture), colour(palette::well));
         if (!shown->empty()) {
-            // The middle of the picture, as wide as the card.
+            // The middle of the picture, cut to the card's width.
             const float cut = std::max(0.0f, 1 - picture / side * shown->width() / shown->height()) / 2;
             list.AddImage(shown->id(), corner, ImVec2(corner.x + side, corner.y + picture), ImVec2(0, cut),
                           ImVec2(1, 1 - cut));

@@ -19,7 +19,7 @@ using room::Phase;
 
 constexpr double countdown = 3;       // [s]
 constexpr double fastest = 1.0 / 60;  // between two drawings [s]
-constexpr double idle = 0.25;         // between looks at the clock while nothing happens [s]
+constexpr double idle = 0.25;         // between checks of the clock while nothing happens [s]
 constexpr double degrees_per_pixel = 0.4 * 0.017453292519943295;  // of dragging the pictogram [rad]
 
 double seconds(Clock::duration d) {
@@ -87,7 +87,7 @@ void Play::save_settings() const {
         std::filesystem::create_directories(options_.settings.parent_path(), ignored);
         io::write_whole(options_.settings, hints_ ? "hints\n" : "no-hints\n");
     } catch (const io::InputError&) {
-        // A window that cannot remember is no reason to disturb anybody.
+        // Failing to save the window's state is no reason to disturb the user.
     }
 }
 
@@ -130,7 +130,7 @@ void Play::give_up_par() {
     par_asked_ = false;
 }
 
-/// On a thread of its own, once the vessels are in the cache.
+/// Runs on a thread of its own, once the vessels are in the cache.
 void Play::ask_par() {
     const Exercise& chosen = options_.exercises[*chosen_];
     if (par_asked_ || free_practice_ || session_->options().script || !chosen.solution) return;
@@ -143,7 +143,7 @@ void Play::ask_par() {
         try {
             par = room::par_of(scenario, solution, cache, stop);
         } catch (const std::exception&) {
-            // A scenario without a par is played all the same.
+            // A scenario without a par can still be played.
         }
         return par;
     });
@@ -246,7 +246,7 @@ void Play::obey(Action action) {
     }
 }
 
-/// Keys of the window are obeyed here; hands and feet go to the session.
+/// Handles keys of the window; hands and feet go to the session.
 void Play::pass_on(const Events& events) {
     const room::KeyMap& map = options_.keys;
     if (screen_ == Screen::Room && session_) {
@@ -335,7 +335,7 @@ void Play::end_attempt() {
     if (!par_.valid()) settle();
 }
 
-/// The grade, when all is known that it needs.
+/// Sets the grade once everything that it needs is known.
 void Play::settle() {
     if (session_->options().script || free_practice_ || grade_ || view_->tuned) return;
     grade_ = room::grade(view_->score, view_->handling, known_par_);
@@ -346,7 +346,7 @@ void Play::settle() {
     }
 }
 
-/// So large that the readouts fill the height, in steps: a font is made for each.
+/// The largest unit at which the readouts fit the height, in steps, as each needs its own font.
 float Play::choose_unit() const {
     const float height = static_cast<float>(window_.height()), width = static_cast<float>(window_.width());
     const float fits = std::min((height - 30) / 790.0f, width / 1050.0f);

@@ -1,5 +1,5 @@
 #pragma once
-/// The room on a screen: chooser, briefing, the room itself, the end page.
+/// The room on screen: chooser, briefing, the room itself, the end page.
 
 #include <atomic>
 #include <filesystem>
@@ -24,15 +24,15 @@ namespace app {
 struct Exercise {
     scenario::Scenario scenario;
     std::optional<script::CommandScript> solution;
-    std::filesystem::path picture;  // need not be there
+    std::filesystem::path picture;  // may be missing
 };
 
 struct PlayOptions {
     std::vector<Exercise> exercises;
-    std::optional<std::size_t> start;                // this one at once
-    std::optional<script::CommandScript> replay;     // in place of hands, of `start`
+    std::optional<std::size_t> start;                // this scenario at once, without the chooser
+    std::optional<script::CommandScript> replay;     // replaces the hands in `start`
     std::filesystem::path record, results, measure;  // files; empty = none
-    std::filesystem::path settings;                  // what is remembered of the window
+    std::filesystem::path settings;                  // file that remembers the window's state
     std::filesystem::path cache;                     // folder of models
     room::KeyMap keys;
     bool free_practice = false;
@@ -40,7 +40,7 @@ struct PlayOptions {
     std::string program;
 };
 
-/// How quick the window was, for --measure.
+/// How responsive the window was, for --measure.
 class Measure {
 public:
     void interface(double ms) { interface_.push_back(ms); }
@@ -48,7 +48,7 @@ public:
     void first_image(double seconds) {
         if (!first_) first_ = seconds;
     }
-    /// As JSON. Throws io::InputError.
+    /// Writes JSON. Throws io::InputError.
     void write(const std::filesystem::path&, int frames, int lost) const;
 
 private:
@@ -60,7 +60,7 @@ class Play {
 public:
     Play(Window&, PlayOptions);
     ~Play();
-    /// Until the window is closed. Returns whether a replay differed from what was recorded.
+    /// Runs until the window is closed. Returns whether a replay differed from its recording.
     bool run();
 
 private:
@@ -68,7 +68,7 @@ private:
 
     void open(std::size_t exercise, bool free_practice);
     void play_solution();
-    void leave();  // the room
+    void leave();  // leaves the room
     void pass_on(const Events&);
     room::Input input_of(const Events&);
     void obey(room::Action);

@@ -157,7 +157,7 @@ void Review::draw_picture(const render::Box& area, const Window& window) {
     list.AddImage(texture_.id(), low, high, ImVec2(left_, top_), ImVec2(left_ + part, top_ + part));
     ImGui::InvisibleButton("picture", ImVec2(side, side));
     const ImGuiIO& io = ImGui::GetIO();
-    const double pixels = image_.width * part / side;  // of the image in one of the window
+    const double pixels = image_.width * part / side;  // pixels of the image per pixel of the window
     const auto place = [&](ImVec2 p) {
         return std::pair{left_ * image_.width + (p.x - low.x) * pixels,
                          top_ * image_.height + (p.y - low.y) * pixels};

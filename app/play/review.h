@@ -1,5 +1,5 @@
 #pragma once
-/// The runs that were taken: as a loop, frame by frame, with another mask, window and level, a ruler.
+/// Review of recorded runs: as a loop, frame by frame, with another mask, window and level, a ruler.
 
 #include <memory>
 #include <optional>
@@ -14,9 +14,9 @@ class Review {
 public:
     explicit Review(const Gl& gl) : texture_(gl) {}
 
-    /// Draws it over the area [pixels] and takes the mouse and keys meant for it; `seconds` since it was last
-    /// drawn. `wire`: diameter of the wire, which the ruler can be calibrated on [mm]. False once it is
-    /// closed.
+    /// Draws the review over the area [pixels] and takes the mouse and keys meant for it; `seconds` since it
+    /// was last drawn. `wire`: diameter of the wire, by which the ruler can be calibrated [mm]. Returns false
+    /// once the review is closed.
     bool draw(const std::vector<std::shared_ptr<const room::Sequence>>&, const render::Box&, const Window&,
               double seconds, double wire);
     bool moves() const { return plays_; }
@@ -36,7 +36,7 @@ private:
     long serial_ = 0;
     bool plays_ = true;
     double time_ = 0;                      // of the loop [s]
-    float zoom_ = 1, left_ = 0, top_ = 0;  // of the part shown, in images
+    float zoom_ = 1, left_ = 0, top_ = 0;  // of the part shown; offsets relative to the image's size
     bool rules_ = false, draws_ = false;
     std::optional<room::Ruler> ruler_;
     std::optional<double> calibration_;  // [mm per pixel]

@@ -41,8 +41,8 @@ void Play::draw_room() {
     const float strip = std::round(u(30)), column = std::round(u(render::readout_column_width));
     const float tall = height - strip;
     const float spare = width - column - tall;  // next to a square image
-    // The reference screen stands between image and readouts where there is room, else in a corner of the
-    // image.
+    // The reference screen stands between image and readouts where there is room, otherwise in a corner of
+    // the image.
     const float beside = spare >= u(150) ? std::min(spare, tall) : 0;
     const Box image{0, 0, std::max(u(100), std::min(width - column - beside, width - column)), tall};
     draw_image(image);
@@ -66,7 +66,7 @@ void Play::draw_room() {
         if (asked) session_->give(*asked);
     }
     if (view_->phase == Phase::Failed || view_->phase == Phase::Loading) draw_loading();
-    if (!view_) return;  // they left
+    if (!view_) return;  // the trainee left the room
     draw_hint(image);
     draw_countdown();
 }
@@ -86,7 +86,7 @@ void Play::draw_image(const Box& area) {
     render::draw_image_marks(marks, {left / unit, top / unit, (left + side) / unit, (top + side) / unit},
                              view_->readout);
 
-    // The mouse on the image is a hand on the wire.
+    // The mouse on the image acts as a hand on the wire.
     ImGui::SetNextWindowPos(ImVec2(left, top));
     ImGui::SetNextWindowSize(ImVec2(side, side));
     ImGui::PushStyleVar(ImGuiStyleVar_WindowPadding, ImVec2(0, 0));
@@ -99,7 +99,7 @@ void Play::draw_image(const Box& area) {
         drag_up_ -= ImGui::GetIO().MouseDelta.y;
     }
     if (ImGui::IsItemHovered() && ImGui::IsMouseDown(1) && running()) {
-        // With the right button the image is moved: the table goes the other way.
+        // The right button drags the image: the table moves the opposite way.
         const double per_pixel = view_->readout.field_of_view.value_or(300) *
                                  view_->readout.sod.value_or(750) / view_->readout.sid.value_or(1100) / side;
         table_left_ += ImGui::GetIO().MouseDelta.x * per_pixel;
@@ -202,7 +202,7 @@ void Play::draw_strip(const Box& area) {
 
 void Play::draw_hint(const Box& image) {
     if (!hints_ || view_->phase != Phase::Running || countdown_ || shows_solution_ || is_replay_) return;
-    // The next hint comes when what the last one asked for was done.
+    // The next hint appears when the action requested by the last one was done.
     const exercise::Score& score = view_->score;
     const bool done[] = {score.beam_on_time > 1, score.advanced > 5, score.rotation > 0.5, score.contrast > 1,
                          view_->readout.mode == "ROADMAP"};

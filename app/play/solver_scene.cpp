@@ -13,7 +13,7 @@
 namespace app {
 namespace {
 
-constexpr float force_length = 40;         // of a line that stands for 1 N [mm]
+constexpr float force_length = 40;         // length of a line that represents 1 N [mm]
 constexpr double between_pictures = 0.08;  // while the camera rests [s]
 
 struct Vertex {
@@ -34,7 +34,7 @@ void main() {
     gl_Position = camera * vec4(world, 1.0);
 })";
 
-// Lit from the eye; `rim` makes what is seen edge-on more opaque, so that a vessel shows its outline.
+// Lit from the eye; `rim` makes edge-on surfaces more opaque, so that a vessel shows its outline.
 const char* const fragment_shader = R"(#version 330 core
 in vec3 world, facing, shade;
 uniform vec3 eye;
@@ -54,8 +54,8 @@ glm::vec3 single(render::Ink ink) {
     return glm::vec3(ink.red, ink.green, ink.blue) / 255.0f;
 }
 
-/// Two triangles between each side of a ring of vertices and the ring before it. `ring` is the first of its
-/// vertices.
+/// Adds two triangles between each side of a ring of vertices and the ring before it. `ring` is the index of
+/// its first vertex.
 void join_to_last_ring(std::vector<unsigned>& indices, std::size_t ring, unsigned sides) {
     const auto first = static_cast<unsigned>(ring);
     for (unsigned k = 0; k < sides; ++k) {
@@ -213,7 +213,7 @@ struct SolverScene::Content {
         send(lumen, vertices, indices);
     }
 
-    /// Of eight sides, wider than it is so that it can be seen from afar.
+    /// Draws the wire with eight sides, thicker than it is so that it is visible from a distance.
     void send_wire(const room::SolverView& solver) {
         constexpr int sides = 8;
         const float radius = 0.9f;
@@ -286,7 +286,7 @@ struct SolverScene::Content {
         const glm::vec3 shift = single(solver.shift);
         const glm::vec3 centre =
             (solver.joints.empty() ? glm::vec3(0) : single(solver.joints.back())) + shift;
-        // From the patient's front, head up, as the image has it.
+        // From the patient's front, head up, as in the image.
         const glm::vec3 eye =
             centre + distance * glm::vec3(std::sin(azimuth) * std::cos(elevation),
                                           -std::cos(azimuth) * std::cos(elevation), std::sin(elevation));
@@ -315,7 +315,7 @@ struct SolverScene::Content {
         gl.DepthMask(GL_FALSE);
         draw_mesh(goal, GL_TRIANGLES, 0.25f, 0.6f);
         gl.Enable(GL_CULL_FACE);
-        for (const GLenum side : {GL_FRONT, GL_BACK}) {  // what is behind first
+        for (const GLenum side : {GL_FRONT, GL_BACK}) {  // back surfaces first
             gl.CullFace(side);
             draw_mesh(lumen, GL_TRIANGLES, 0.13f, 0.75f);
         }

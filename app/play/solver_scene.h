@@ -1,5 +1,5 @@
 #pragma once
-/// The vessel in 3D with the wire in it, coloured by the force of the wall, drawn into a texture.
+/// The vessel in 3D with the wire in it, coloured by the wall's force, drawn into a texture.
 
 #include <memory>
 
@@ -10,9 +10,9 @@
 
 namespace app {
 
-constexpr double least_force = 1e-3, most_force = 0.5;  // ends of the scale of colours [N]
+constexpr double least_force = 1e-3, most_force = 0.5;  // ends of the colour scale [N]
 
-/// Dark blue over green to yellow, which eyes that miss red or green can distinguish.
+/// Dark blue over green to yellow, which people with red-green colour blindness can distinguish.
 render::Ink force_colour(double force);
 
 class SolverScene {
@@ -22,14 +22,14 @@ public:
     SolverScene(const SolverScene&) = delete;
     SolverScene& operator=(const SolverScene&) = delete;
 
-    /// Forgets the vessels and the target of the session before.
+    /// Forgets the vessels and the target of the previous session.
     void reset();
-    /// Moves the eye around the tip [rad], or nearer (factor below 1) and farther.
+    /// Moves the eye around the tip [rad], or nearer to it (factor below 1) and farther away.
     void turn(float right, float up);
     void zoom(float factor);
     /// Draws what has changed and returns the texture, `width` x `height` pixels, first row at the bottom.
-    /// The view has a solver view. `target` and its `radius` [mm]. Throws io::InputError where the display's
-    /// OpenGL cannot do it.
+    /// The view must have a solver view. `target` and its `radius` [mm]. Throws io::InputError where the
+    /// display's OpenGL lacks what this needs.
     GLuint picture(const room::View&, const anatomy::Anatomy&, const geometry::Vec3& target, double radius,
                    int width, int height);
 

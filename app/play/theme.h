@@ -1,5 +1,5 @@
 #pragma once
-/// The panel's colours and faces for Dear ImGui, and the frame of a page.
+/// The panel's colours and fonts for Dear ImGui, and the frame of a page.
 
 #include <imgui.h>
 #include <string>
@@ -16,19 +16,19 @@ inline ImVec4 tint(render::Ink ink) {
     return ImGui::ColorConvertU32ToFloat4(colour(ink));
 }
 
-/// A window of Dear ImGui that the user can neither move nor see the edge of.
+/// A Dear ImGui window that the user cannot move and whose edge is invisible.
 constexpr ImGuiWindowFlags bare = ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoScrollbar |
                                   ImGuiWindowFlags_NoScrollWithMouse | ImGuiWindowFlags_NoResize |
                                   ImGuiWindowFlags_NoMove | ImGuiWindowFlags_NoCollapse |
                                   ImGuiWindowFlags_NoSavedSettings;
 
 void text(render::Ink, const std::string&);
-/// Wrapped at the edge of the window or column.
+/// Draws text wrapped at the edge of the window or column.
 void wrapped(render::Ink, const std::string&);
-/// Wrapped, in another face than the plain one.
+/// The same in a face other than the plain one.
 void wrapped(const Window&, render::Face, render::Ink, const std::string&);
 
-/// Begins a page in the middle of the window, `wanted` pixels wide where the window is, as high as its
+/// Begins a page in the middle of the window, `wanted` pixels wide if the window has them and as high as its
 /// contents; a page higher than the window scrolls. ImGui::End() ends it.
 void begin_page(const Window&, const char* name, float wanted);
 

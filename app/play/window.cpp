@@ -24,7 +24,7 @@ const std::vector<int>& codes() {
     static const std::vector<int> table = [] {
         std::vector<int> result;
         const auto known = [](std::string_view name) -> int {
-            if (name.size() == 1) return name[0];  // letters and digits have their own character's
+            if (name.size() == 1) return name[0];  // letters and digits have their own character's code
             static const std::pair<std::string_view, int> others[] = {
                 {"Space", GLFW_KEY_SPACE},
                 {"Apostrophe", GLFW_KEY_APOSTROPHE},
@@ -150,7 +150,7 @@ struct Window::Callbacks {
     static void focus(GLFWwindow* window, int has) {
         Window& self = of(window);
         self.events_.any = true;
-        // Who loses the focus never hears that a key was let go.
+        // A window that loses the focus is never told that a key was released.
         if (!has) std::fill(self.held_.begin(), self.held_.end(), false);
     }
     static void scroll(GLFWwindow* window, double, double y) {
@@ -182,7 +182,7 @@ Window::Window(int width, int height, const std::string& title) : held_(room::ke
     window_ = glfwCreateWindow(width, height, title.c_str(), nullptr, nullptr);
     if (!window_) {
         const std::string why = last_error;
-        // Which version there is, for the message.
+        // Finds out which version there is, for the message.
         glfwDefaultWindowHints();
         glfwWindowHint(GLFW_VISIBLE, GLFW_FALSE);
         std::string found = "none";
@@ -218,7 +218,7 @@ Window::Window(int width, int height, const std::string& title) : held_(room::ke
     io.IniFilename = nullptr;
     io.LogFilename = nullptr;
     io.ConfigWindowsMoveFromTitleBarOnly = true;
-    ImGui_ImplGlfw_InitForOpenGL(window_, true);  // calls those above as well
+    ImGui_ImplGlfw_InitForOpenGL(window_, true);  // also calls the callbacks set above
     ImGui_ImplOpenGL3_Init("#version 330");
     events_.any = true;
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// The window: GLFW, OpenGL 3.3 and Dear ImGui, what the hands do in it, and pictures on its GPU.
+/// The window: GLFW, OpenGL 3.3 and Dear ImGui, the hands' input, and pictures on its GPU.
 
 #include <array>
 #include <chrono>
@@ -24,8 +24,8 @@ public:
     Texture(const Texture&) = delete;
     Texture& operator=(const Texture&) = delete;
 
-    /// `serial` of the image: one that is there already is not sent again. `shrinks`: it is shown smaller
-    /// than it is, and needs means of its pixels.
+    /// `serial` of the image: an image already in the texture is not sent again. `shrinks`: the image is
+    /// shown smaller than it is, and needs means of its pixels.
     void show(const render::GrayImage&, long serial, bool shrinks = true);
     bool empty() const { return width_ == 0; }
     int width() const { return width_; }
@@ -40,23 +40,23 @@ private:
     bool shrinks_ = false;
 };
 
-/// What happened since it was last asked.
+/// Events since the last call.
 struct Events {
     std::vector<room::Key> pressed;
     std::optional<room::Clock::time_point> first_press;
     double wheel = 0;
-    bool any = false;  // the window has to be drawn anew
+    bool any = false;  // the window must be redrawn
 };
 
 class Window {
 public:
-    /// Throws io::InputError where there is no display or its OpenGL is too old, saying which was found.
+    /// Throws io::InputError where there is no display or its OpenGL is too old, stating the version found.
     Window(int width, int height, const std::string& title);
     ~Window();
     Window(const Window&) = delete;
     Window& operator=(const Window&) = delete;
 
-    /// Waits for an event, at most so long [s], and for what wake() says.
+    /// Waits for an event or for wake(), at most this long [s].
     void wait(double seconds);
     static void wake();  // from any thread
     Events take_events();
@@ -68,14 +68,14 @@ public:
     void set_title(const std::string&);
     bool can_be_seen() const;  // neither minimised nor without area
 
-    /// Between the two ImGui may be used. The faces are of `unit` pixels.
+    /// ImGui may be used between these two. The faces are sized by `unit` [pixels].
     void begin_frame(float unit);
     void end_frame();
 
     const Gl& gl() const { return *gl_; }
     int width() const { return width_; }    // of the framebuffer [pixels]
     int height() const { return height_; }  // [pixels]
-    float content_scale() const;            // of the desktop, 1 at 96 dots an inch
+    float content_scale() const;            // of the desktop, 1 at 96 dots per inch
     const render::CanvasFaces& faces() const { return faces_; }
     float unit() const { return unit_; }
 

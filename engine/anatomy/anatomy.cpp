@@ -17,7 +17,7 @@ namespace {
 using geometry::CentrelineBranch;
 using geometry::Vec3;
 
-/// An opening is where it is declared when the rim's centre lies this near to the declared centre.
+/// An opening matches its declaration when the rim's centre lies this near to the declared centre.
 double tolerance(const geometry::OpenEnd& end) {
     return 0.25 * end.radius;
 }
@@ -99,7 +99,7 @@ void check_branches(const Anatomy& anatomy, std::vector<std::string>& found) {
             break;
         }
         if (branch.parent == -1) continue;
-        // A parent listed before its children cannot be in a circle.
+        // A parent listed before its children cannot be part of a cycle.
         if (branch.parent < 0 || branch.parent >= b) {
             found.push_back(fmt::format("branch '{}': its parent must be listed before it", branch.name));
         } else if (branch.parent_sample < 0 ||
@@ -110,7 +110,8 @@ void check_branches(const Anatomy& anatomy, std::vector<std::string>& found) {
     }
 }
 
-/// Centrelines and ends lie where the mesh is. Cheap, so for every load; anatomy_check looks closer.
+/// Checks that centrelines and ends lie where the mesh is. It is cheap and so made at every load;
+/// anatomy_check looks closer.
 void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
     Eigen::AlignedBox3d box;
     for (const Vec3& v : anatomy.lumen.vertices) box.extend(v);
@@ -135,7 +136,7 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
     for (const VesselEnd& end : anatomy.ends) {
         const geometry::OpenEnd& opening = end.opening;
         if (outside(fmt::format("end '{}'", opening.name), opening.centre, opening.radius)) continue;
-        // Seen from its end, the vessel that it ends lies inside.
+        // Seen from its end, the vessel lies inside.
         const VesselPlace place = nearest_place(anatomy, opening.centre);
         const geometry::Polyline& line = anatomy.branches[place.branch].points;
         const int last = static_cast<int>(line.size()) - 1, reach = std::max(1, std::min(last, last / 4));
@@ -250,7 +251,7 @@ EntryPath path_from(const Anatomy& anatomy, int end) {
             at = &anatomy.branches[at->parent];
         }
     }
-    // Centrelines run on past the plane of the opening; the wire starts on it.
+    // Centrelines continue past the plane of the opening; the wire starts on the plane.
     std::size_t beyond = 0;
     while (beyond + 1 < path.points.size() &&
            (path.points[beyond] - opening.centre).dot(opening.outward_normal) > -1e-6) {
@@ -264,7 +265,7 @@ EntryPath path_from(const Anatomy& anatomy, int end) {
 }
 
 double centreline_distance(const Anatomy& anatomy, const Vec3& from, const Vec3& to) {
-    // Up from `from` to the root, noting where each branch is met and after how many millimetres.
+    // From `from` up to the root, noting where each branch is met and after how many millimetres.
     struct Met {
         int sample;
         double length;
@@ -288,7 +289,7 @@ double centreline_distance(const Anatomy& anatomy, const Vec3& from, const Vec3&
         sample = anatomy.branches[b].parent_sample;
         b = anatomy.branches[b].parent;
     }
-    return (to - from).norm();  // trees that do not meet
+    return (to - from).norm();  // trees that are not connected
 }
 
 }  // namespace anatomy

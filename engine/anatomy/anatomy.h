@@ -18,7 +18,7 @@ struct VesselEnd {
     EndRole role = EndRole::Outlet;
 };
 
-/// A named place on a centreline that a wire is to reach.
+/// A named place on a centreline for a wire to reach.
 struct VesselTarget {
     std::string name;
     geometry::Vec3 centre = geometry::Vec3::Zero();  // [mm]
@@ -36,20 +36,20 @@ struct Anatomy {
     std::vector<geometry::OpenEnd> openings() const;
 };
 
-/// NAME.anatomy.json and the mesh it names, checked: units, finite numbers, indices, a mesh that is welded,
-/// oriented outward and open exactly at the declared ends. Throws InputError.
+/// Loads NAME.anatomy.json and the mesh it names, and checks them: units, finite numbers, indices, a mesh
+/// that is welded, oriented outward and open exactly at the declared ends. Throws InputError.
 Anatomy load_anatomy(const std::filesystem::path&);
 
-/// Everything that makes the anatomy unusable, a sentence each; empty when it is fine.
+/// Every defect that makes the anatomy unusable, a sentence each; empty when there is none.
 std::vector<std::string> problems(const Anatomy&);
 
-/// The lumen with a planar cap on every open end. Throws InputError when that does not close it.
+/// The lumen with a planar cap on every open end. Throws InputError when the caps do not close it.
 geometry::TriangleMesh closed_lumen(const Anatomy&);
 
 /// Where a point is along the vessels.
 struct VesselPlace {
     int branch = -1, sample = -1;
-    double distance = 0;  // to the sample, less its inscribed radius: ≤ 0 inside [mm]
+    double distance = 0;  // to the sample minus its inscribed radius: ≤ 0 inside [mm]
 };
 VesselPlace nearest_place(const Anatomy&, const geometry::Vec3&);
 bool inside(const Anatomy&, const geometry::Vec3&);
@@ -57,15 +57,15 @@ bool inside(const Anatomy&, const geometry::Vec3&);
 /// Index of a named end, empty when there is none.
 std::optional<int> find_end(const Anatomy&, const std::string& name);
 
-/// Centreline from an end into the lumen: along its branch and, from the start of that, up its parents.
-/// First point on the end's plane. Radii follow the points.
+/// Centreline from an end into the lumen: along its branch and, from that branch's start, up through its
+/// parents. The first point lies on the end's plane. Radii correspond to the points.
 struct EntryPath {
     geometry::Polyline points;  // [mm]
     std::vector<double> radii;  // [mm]
 };
 EntryPath path_from(const Anatomy&, int end);
 
-/// Shortest way along centrelines between the places nearest to two points [mm].
+/// Length of the shortest path along centrelines between the places nearest to two points [mm].
 double centreline_distance(const Anatomy&, const geometry::Vec3& from, const geometry::Vec3& to);
 
 }  // namespace anatomy

@@ -18,7 +18,7 @@ using geometry::TriangleMesh;
 using geometry::Vec3;
 using Verdict = Check::Verdict;
 
-/// Lumens have 86 % and more of such rays, the two sides of a wall 57 % and fewer.
+/// In lumens 86 % or more of the rays cross once, between the two sides of a wall 57 % or fewer.
 constexpr double least_once = 0.75;
 constexpr double least_median = 0.2, largest_median = 20;  // of the median [mm]
 constexpr double largest_edge_ratio = 1.5;
@@ -37,7 +37,7 @@ struct Unit {
 };
 constexpr Unit units[] = {{"mm", 1}, {"cm", 10}, {"m", 1000}};
 
-/// Units that would give the vessels a usual size.
+/// Units in which the vessels would have a usual size.
 std::string other_units(double median, const std::string& taken) {
     const Unit* used =
         std::find_if(std::begin(units), std::end(units), [&](const Unit& u) { return u.name == taken; });

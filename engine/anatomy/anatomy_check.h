@@ -1,5 +1,5 @@
 #pragma once
-/// What an anatomy is judged by, with its figures.
+/// The criteria an anatomy is checked by, with the figures found.
 
 #include <string>
 #include <vector>
@@ -16,21 +16,21 @@ struct Check {
 /// "pass  what: found; accepted: …", with "note" for a warning and "FAIL".
 std::string text_of(const Check&);
 
-/// A lumen's surface as rays inward from its triangles see it.
+/// A lumen's surface as seen by rays cast inward from its triangles.
 struct SurfaceFigures {
     double once = 0;           // share of the rays that cross the surface once on their way out
-    double median_radius = 0;  // half the way across, half of the triangles have less [mm]
-    double thin_radius = 0;    // 2 % have less [mm]
-    double edge_ratio = 0;     // median of an edge over the radius at its triangle
+    double median_radius = 0;  // half the width of the lumen; half of the triangles have less [mm]
+    double thin_radius = 0;    // the same; 2 % have less [mm]
+    double edge_ratio = 0;     // median ratio of an edge to the radius at its triangle
 };
-/// Of a closed mesh whose normals point outward.
+/// Expects a closed mesh whose normals point outward.
 SurfaceFigures surface_figures(const geometry::TriangleMesh& closed);
 
-/// Whether the surface is that of a lumen in millimetres: rays, radius, edges. `unit` is what the file's
-/// numbers were taken for, "mm" for an anatomy's own.
+/// Checks that the surface is that of a lumen in millimetres: rays, radius, edges. `unit` is the unit that
+/// the file's numbers were taken to be in, "mm" for an anatomy's own.
 std::vector<Check> surface_checks(const SurfaceFigures&, const std::string& unit = "mm");
 
-/// Radius of the thinnest wire preset [mm]: a lumen too narrow for it is refused.
+/// Radius of the thinnest wire preset [mm]; a lumen too narrow for it is rejected.
 double thinnest_wire_radius();
 
 /// Every check of an anatomy that load_anatomy accepts; takes a second or two for a large one.

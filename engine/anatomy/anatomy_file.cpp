@@ -16,7 +16,7 @@ namespace {
 using geometry::Vec3;
 using nlohmann::json;
 
-/// One value of the file and the way to it, for messages such as `ends[2].radius: …`.
+/// One value of the file and the path to it, for messages such as `ends[2].radius: …`.
 class Value {
 public:
     Value(const json& value, std::string file, std::string path)
@@ -77,7 +77,7 @@ private:
     std::string file_, path_;
 };
 
-/// A name refers to one branch listed before.
+/// Resolves a name, which must refer to a branch listed before.
 int branch_index(const Anatomy& anatomy, const Value& name) {
     for (std::size_t b = 0; b < anatomy.branches.size(); ++b) {
         if (anatomy.branches[b].name == name.word()) return static_cast<int>(b);

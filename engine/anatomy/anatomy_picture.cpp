@@ -23,7 +23,7 @@ struct View {
     Vec3 right, up;
     Vec3 away() const { return up.cross(right); }  // from the eye
 };
-// As a physician sees a patient who faces him: the left is on the right.
+// As a physician sees a patient face to face: the left is on the right.
 const std::array<View, 3> views = {{
     {"from the front", "left [mm]", "head [mm]", Vec3::UnitX(), Vec3::UnitZ()},
     {"from the left", "back [mm]", "head [mm]", Vec3::UnitY(), Vec3::UnitZ()},
@@ -47,7 +47,8 @@ Box box_of(const Anatomy& anatomy, const View& view) {
     return {box.left - margin, box.right + margin, box.low - margin, box.high + margin};
 }
 
-/// The lumen as tinted glass: a grey level a pixel, rows from below, darker where its walls are seen aslant.
+/// The lumen as tinted glass: one grey level per pixel, rows from below, darker where its walls are seen
+/// obliquely.
 std::string shade(const geometry::MeshQuery& mesh, const View& view, const Box& box, double scale,
                   double depth) {
     const int width = static_cast<int>(box.width() * scale), height = static_cast<int>(box.height() * scale);
@@ -71,7 +72,7 @@ std::string shade(const geometry::MeshQuery& mesh, const View& view, const Box& 
     return pixels;
 }
 
-/// The lines of a data file: x,y in each of the views.
+/// A line of a data file: x,y in each of the views.
 std::string places(const Vec3& p) {
     std::string line;
     for (const View& view : views)
@@ -79,7 +80,7 @@ std::string places(const Vec3& p) {
     return line;
 }
 
-/// A name as gnuplot shows it letter by letter.
+/// A name, escaped so that gnuplot shows it literally.
 std::string quoted(const std::string& name) {
     std::string text;
     for (const char c : name) text += c == '"' || c == '\\' || c == ',' ? ' ' : c;
@@ -92,7 +93,7 @@ void write_data(const Anatomy& anatomy, const fs::path& folder) {
         const geometry::CentrelineBranch& branch = anatomy.branches[b];
         for (const Vec3& p : branch.points) lines += fmt::format("{},{}\n", places(p), b);
         lines += "\n";
-        // Where it has left its parent behind.
+        // Where the branch has left its parent.
         const std::size_t middle =
             branch.parent < 0 ? branch.points.size() / 2 : branch.points.size() * 6 / 10;
         names += fmt::format("{},{},{}\n", places(branch.points[middle]), quoted(branch.name), b);
@@ -112,7 +113,7 @@ constexpr const char* colours =
     "int(column(7))%8==3?0xCC79A7:int(column(7))%8==4?0x56B4E9:int(column(7))%8==5?0xE69F00:"
     "int(column(7))%8==6?0x7B3294:0x444444)";
 
-/// One view, in its place on the page (in parts of it).
+/// One view at its place on the page (in fractions of the page).
 std::string panel(std::size_t index, const Box& box, int columns, int rows, double x, double y, double width,
                   double height) {
     const View& view = views[index];
@@ -142,7 +143,7 @@ std::string panel(std::size_t index, const Box& box, int columns, int rows, doub
             fmt::format("  '{}' using {}:{}:7 with labels left noenhanced {} notitle", file, c, c + 1, style);
     };
     labels("targets.csv", "offset 0.8,-0.6 textcolor '#D00000'");
-    if (index != 2) {  // from the feet they are too many on too little room
+    if (index != 2) {  // in the view from the feet they are too many for the space
         text += ", \\\n";
         labels("names.csv", "offset 0.7,0.2 textcolor 'black'");
     }
@@ -158,7 +159,7 @@ void draw_anatomy(const Anatomy& anatomy, const fs::path& png) {
     const io::ScratchFolder scratch;
     std::array<Box, 3> boxes;
     for (std::size_t i = 0; i < views.size(); ++i) boxes[i] = box_of(anatomy, views[i]);
-    // Front and left stand side by side, the view from the feet below the front; all on one scale.
+    // Front and left stand side by side, the view from the feet below the front; all have the same scale.
     constexpr double margin = 75, gap = 95, head = 70;  // [pixels]
     const double tall = boxes[0].height() + boxes[2].height();
     const double scale =

@@ -1,5 +1,5 @@
 #pragma once
-/// An anatomy to look at.
+/// A picture of an anatomy.
 
 #include <filesystem>
 
@@ -7,9 +7,9 @@
 
 namespace anatomy {
 
-/// Lumen, centrelines with the branches' names, ends and targets, from the front, the left and above, on the
-/// same scale with axes in mm, as a PNG file. Drawn by gnuplot. Throws InputError when the file cannot be
-/// written or gnuplot is not installed; the file then is what it was.
+/// Draws lumen, centrelines with the branches' names, ends and targets, seen from the front, the left and
+/// above, on the same scale with axes in mm, as a PNG file. Uses gnuplot. Throws InputError when the file
+/// cannot be written or gnuplot is not installed; an existing file is then left unchanged.
 void draw_anatomy(const Anatomy&, const std::filesystem::path& png);
 
 }  // namespace anatomy

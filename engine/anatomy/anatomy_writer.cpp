@@ -36,7 +36,7 @@ std::string stl(const Anatomy& anatomy) {
     return bytes;
 }
 
-/// To a nanometre: what is left of rounding is not worth reading.
+/// Rounds to a nanometre; smaller digits are only rounding errors.
 double rounded(double number) {
     return std::round(number * 1e6) / 1e6 + 0.0;
 }

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Whole or not at all, also when two programs make the same field at the same time.
+/// Writes the file completely or not at all, even when two programs make the same field at the same time.
 void keep(const physics::DistanceField& field, const fs::path& path) {
     std::error_code failed;
     fs::create_directories(path.parent_path(), failed);
@@ -25,7 +25,7 @@ void keep(const physics::DistanceField& field, const fs::path& path) {
     try {
         io::write_whole(path, text.view());
     } catch (const io::InputError&) {
-        // The field is at hand; only the next start will be slow again.
+        // The field itself is available; only the next start will be slow again.
     }
 }
 
@@ -55,7 +55,7 @@ std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy
                 return std::make_unique<physics::DistanceField>(physics::DistanceField::load(
                     in, fingerprint, anatomy.branches, ends, stiffness, wire_radius));
             } catch (const std::runtime_error&) {
-                // Damaged or of another version: made anew below, over it.
+                // Damaged or of another version: made anew below and overwritten.
             }
         }
     }

@@ -1,5 +1,5 @@
 #pragma once
-/// The wall of an anatomy. The smooth one is made once and kept on disk.
+/// The wall of an anatomy. The smooth wall is made once and kept on disk.
 
 #include <memory>
 
@@ -10,7 +10,7 @@
 
 namespace anatomy {
 
-/// The smooth field of the mesh, or its own planes by ray.
+/// The smooth field of the mesh, or the mesh's own planes found by ray.
 enum class SurfaceWall { DistanceField, Mesh };
 /// The wall of an anatomy's lumen for a wire of this radius [mm]; stiffness: k per joint [N/mm]. Throws
 /// std::invalid_argument as physics::DistanceField and physics::MeshWall do.
@@ -19,9 +19,9 @@ std::unique_ptr<physics::LumenWall> surface_wall(const Anatomy&, SurfaceWall,
                                                  const ModelCache& = {});
 
 /// The distance field of an anatomy's lumen for a wire of this radius [mm]; stiffness: k per joint [N/mm].
-/// It is read from the cache folder when that holds the field of the same mesh, centrelines and version;
-/// else it is made, which takes seconds, and kept there as field-FINGERPRINT.bin. A damaged file is replaced.
-/// Throws std::invalid_argument as physics::DistanceField does.
+/// Read from the cache folder when that holds the field of the same mesh, centrelines and version; else made,
+/// which takes seconds, and stored there as field-FINGERPRINT.bin. A damaged file is replaced. Throws
+/// std::invalid_argument as physics::DistanceField does.
 std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy&,
                                                           const physics::WallStiffness& stiffness,
                                                           double wire_radius, const ModelCache& = {});

@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 /// A triangle needs about this much memory while it is read and welded, as measured [bytes].
 constexpr double bytes_per_triangle = 450;
 constexpr double most_triangles = 4e6;
-/// The shortest that files of each kind spend on a triangle [bytes].
+/// Least bytes per triangle in files of each kind.
 constexpr double binary_stl = 50, text_stl = 120, other = 16;
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& found) {
@@ -45,7 +45,7 @@ std::string text_at(std::ifstream& stream, std::uintmax_t from, std::size_t coun
     return text;
 }
 
-/// What a binary STL's header promises is held against the file's size before anything else is read.
+/// Compares the triangle count in a binary STL's header with the file's size before anything else is read.
 void check_stl(const fs::path& path, std::ifstream& stream, std::uintmax_t size) {
     const std::string head = text_at(stream, 0, 1024);
     std::uint32_t count = 0;
@@ -99,7 +99,7 @@ void check_before_reading(const fs::path& path) {
 geometry::TriangleMesh load_mesh(const fs::path& path) {
     check_before_reading(path);
     Assimp::Importer importer;
-    // Meshes carry no normals that we need, and STL's would keep its corners apart: weld them ourselves.
+    // Normals are not needed, and STL's would keep its corners apart: the corners are welded below.
     const aiScene* scene =
         importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices);
     if (!scene)

@@ -1,5 +1,5 @@
 #pragma once
-/// How good a triangle mesh is: its angles, its Euler characteristic, whether it runs through itself.
+/// The quality of a triangle mesh: its angles, its Euler characteristic, whether it intersects itself.
 
 #include <utility>
 #include <vector>
@@ -10,7 +10,7 @@ namespace anatomy {
 
 struct TriangleAngles {
     double least = 0;       // of all angles [rad]
-    double percentile = 0;  // 1 % of the triangles have a smaller one [rad]
+    double percentile = 0;  // 1 % of the triangles have a smaller least angle [rad]
 };
 TriangleAngles smallest_angles(const geometry::TriangleMesh&);
 

@@ -1,13 +1,13 @@
 #pragma once
-/// Where what takes seconds to make is kept between runs: generated vessels, the distance fields of their
-/// walls.
+/// Where results that take seconds to make are kept between runs: generated vessels and the distance fields
+/// of their walls.
 
 #include <filesystem>
 #include <functional>
 
 namespace anatomy {
 
-/// A folder that cannot be written to, or an empty path, only means that everything is made every time.
+/// With a folder that cannot be written to, or an empty path, everything is merely made anew every time.
 struct ModelCache {
     std::filesystem::path folder;
     std::function<void(double part, const char* what)>

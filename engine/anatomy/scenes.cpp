@@ -42,7 +42,7 @@ std::vector<Scene> all_scenes() {
             {"stiffwall", sinuous, 1.0, 200, 1.0, 50.0, 1000 * stiffness}};
 }
 
-/// The rotation of one direction into another, by the smallest angle. Eigen's own finds the axis of a half
+/// The rotation of one direction into another by the smallest angle. Eigen's own finds the axis of a half
 /// turn by a singular value decomposition, which takes ten seconds to compile.
 Eigen::Quaterniond shortest_turn(const Vec3& from, const Vec3& to) {
     const Vec3 u = from.normalized(), v = to.normalized();
@@ -59,7 +59,7 @@ Eigen::Quaterniond shortest_turn(const Vec3& from, const Vec3& to) {
     return turn;
 }
 
-/// Points about `step` apart along a polyline, its first and last among them.
+/// Points about `step` apart along a polyline, including its first and last.
 Polyline resampled_path(const Polyline& path, double step) {
     const double total = geometry::length_of(path);
     const int count = std::max(1, static_cast<int>(std::ceil(total / step - 1e-9)));
@@ -99,7 +99,8 @@ Polyline draw(std::span<const PenMove> path, double step) {
         }
         const Arc& arc = std::get<Arc>(move);
         const Vec3 axis = arc.axis.normalized();
-        // Steps of equal length along the heading at their middle: the polyline is as long as the arc.
+        // Steps of equal length along the heading at their middle, so that the polyline is as long as the
+        // arc.
         const double each = length(move) / count;
         for (int k = 0; k < count; ++k) {
             const Eigen::AngleAxisd turn(arc.angle * (k + 0.5) / count, axis);

@@ -26,7 +26,7 @@ using PenMove = std::variant<Run, Arc>;
 
 double length(std::span<const PenMove>);  // [mm]
 
-/// The pen's path from the origin heading +x, a point every `step` at most.
+/// The pen's path from the origin, heading +x at first, with points at most `step` apart.
 geometry::Polyline draw(std::span<const PenMove>, double step = 0.05);
 
 /// A scene of the literature: a tube of constant radius and the uniform wire that goes into it.

@@ -21,11 +21,11 @@ namespace {
 constexpr double cubic_mm_per_ml = 1000.0;
 constexpr double tissue_density = 1.05;  // [g/ml]
 
-/// What lies behind an end. `demand`: flow at rest per radius cubed relative to a leg's, chosen so that the
+/// The organ behind an end. `demand`: flow at rest per radius cubed relative to a leg's, chosen so that the
 /// generated vessels come near published flows: common femoral artery 350 ± 141 ml/min (Ultrasound Med Biol
-/// 1986;12:777), infrarenal aorta 17.5 ± 5.4 ml/s (Les 2010), both kidneys 1.1 l/min, an internal carotid
-/// 250 ml/min (textbook values). Those of gut, heart and trunk, and all perfusions and transit times of blood
-/// through the small vessels where contrast blushes, are estimates of textbook order.
+/// 1986;12:777), infrarenal aorta 17.5 ± 5.4 ml/s (Les 2010), both kidneys 1.1 l/min, an internal carotid 250
+/// ml/min (textbook values). The demands of gut, heart and trunk, and all perfusions and transit times of
+/// blood through the small vessels where contrast blushes, are estimates of textbook order.
 struct Organ {
     std::string_view name;
     double demand;     // [-]
@@ -51,7 +51,7 @@ constexpr std::array<Organ, 6> organs = {{
 }};
 
 const Organ* organ_named_by(std::string_view branch) {
-    // "aorta+LCIA+LEIA+LCFA" ends as a femoral artery: the last part that is known decides.
+    // "aorta+LCIA+LEIA+LCFA" ends as a femoral artery: the last known part decides.
     while (!branch.empty()) {
         const std::size_t plus = branch.rfind('+');
         const std::string_view part = plus == std::string_view::npos ? branch : branch.substr(plus + 1);
@@ -64,7 +64,7 @@ const Organ* organ_named_by(std::string_view branch) {
     return nullptr;
 }
 
-/// A vessel of unknown name serves what its parent does, and a leg's muscle failing that.
+/// A vessel of unknown name supplies the same organ as its parent or, failing that, a leg's muscle.
 const Organ& organ_behind(const anatomy::Anatomy& anatomy, int branch) {
     for (int b = branch; b >= 0; b = anatomy.branches[b].parent) {
         if (const Organ* organ = organ_named_by(anatomy.branches[b].name)) return *organ;
@@ -76,14 +76,14 @@ double square(double x) {
     return x * x;
 }
 
-/// Places and radii along a branch by its arc.
+/// Places and radii along a branch by arc length.
 struct BranchArc {
     const CentrelineBranch* branch;
     std::vector<double> lengths;  // to each sample [mm]
 
     explicit BranchArc(const CentrelineBranch& given)
         : branch(&given), lengths(geometry::ways_along(given.points)) {}
-    std::pair<int, double> at(double s) const {  // sample before s, and how far on to the next [-]
+    std::pair<int, double> at(double s) const {  // sample before s, and the part of the step to the next [-]
         const auto after = std::upper_bound(lengths.begin() + 1, lengths.end() - 1, s);
         const int i = static_cast<int>(after - lengths.begin()) - 1;
         const double step = lengths[i + 1] - lengths[i];
@@ -105,7 +105,7 @@ bool holds(const CentrelineBranch& branch, const Vec3& x) {
     return false;
 }
 
-/// Where along a branch it has left its parent's lumen [mm].
+/// Arc length at which a branch has left its parent's lumen [mm].
 double exit_of(const anatomy::Anatomy& anatomy, int b, const BranchArc& arc, double spacing) {
     const CentrelineBranch& branch = anatomy.branches[b];
     if (branch.parent < 0) return 0;
@@ -125,11 +125,11 @@ int deepest(const std::vector<FlowCell>& cells, int first, int past, const Vec3&
     return best;
 }
 
-/// Cells of all branches and which touch which, before blood runs anywhere.
+/// Cells of all branches and their neighbours, before the direction of flow is known.
 struct Undirected {
     std::vector<FlowCell> cells;
     std::vector<std::vector<int>> neighbours;
-    std::vector<int> first;  // cell of each branch; one more than branches
+    std::vector<int> first;  // first cell of each branch, plus one entry at the end
 
     void join(int a, int b) {
         neighbours[a].push_back(b);
@@ -183,7 +183,7 @@ int cell_at(const anatomy::Anatomy& anatomy, const Undirected& vessels, const ge
     return best;
 }
 
-/// Lists the cells that hang together with `start`, upstream before downstream.
+/// Lists the cells connected to `start`, upstream before downstream.
 std::vector<std::pair<int, int>> walk(const Undirected& vessels, int start) {
     std::vector<std::pair<int, int>> order{{start, -1}};  // cell, position of the one upstream
     for (std::size_t next = 0; next < order.size(); ++next) {
@@ -265,7 +265,7 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         is_source[e] = true;
         add_tree(at_end[e], spec.inflow.value_or(usual_flow(anatomy.ends[e].opening.radius)));
     }
-    // A tree that no end belongs to holds still.
+    // The blood of a tree without an end does not move.
     for (int i = 0; i < static_cast<int>(vessels.cells.size()); ++i)
         if (position[i] < 0) add_tree(i, 0);
 

@@ -1,9 +1,9 @@
 #pragma once
-/// How blood runs through a vessel tree: cells along its centrelines, the way from the source to the ends,
-/// and the flow that each end takes.
+/// How blood runs through a vessel tree: cells along its centrelines, the path from the source to the ends,
+/// and the flow through each end.
 ///
-/// The vessels themselves resist no flow and all ends drain against the same venous pressure, so that each
-/// end keeps its share of whatever enters the tree. The source gives its inflow at any pressure.
+/// The vessels themselves resist no flow and all ends drain against the same venous pressure, so each end
+/// takes a fixed share of whatever enters the tree. The source delivers its inflow at any pressure.
 
 #include <optional>
 #include <span>
@@ -15,12 +15,12 @@
 namespace blood {
 
 struct FlowSpec {
-    std::string source;            // the end that blood comes in by; empty = the widest
+    std::string source;            // the end where blood enters; empty = the widest
     std::optional<double> inflow;  // mean, at the source [ml/s]; empty = usual_flow of its radius
     double exponent = 3.0;         // an end's flow follows its radius to this power (Murray 1926) [-]
     double heart_rate = 70.0;      // [1/min]
-    // Share of the flow that comes in systole, 0 = steady. Highest less lowest flow over the mean is 3.2
-    // times this: here 1.6, between arteries of organs, whose flow never stops, and the aorta (estimate) [-].
+    // Share of the flow that comes in systole, 0 = steady. (Highest − lowest flow) / mean is 3.2 times this:
+    // here 1.6, between arteries of organs, whose flow never stops, and the aorta (estimate) [-].
     double pulsatility = 0.5;
     // Dispersion of a bolus in units of radius times mean velocity. 0.7 is that of turbulent pipe flow at the
     // Reynolds numbers of arteries (Taylor 1954: 10.1 r u*, with a friction velocity u* of 0.07 of the mean);
@@ -29,13 +29,13 @@ struct FlowSpec {
     double limit = 300.0;  // of contrast in one procedure [ml]; see contrast_limit
 };
 
-/// Everything wrong with a spec by itself; empty when usable.
+/// Everything wrong with a spec taken by itself; empty when it is usable.
 std::vector<std::string> problems(const FlowSpec&);
 
-/// Mean flow at rest through an artery of that radius [mm]: 84 ml/s through an ascending aorta of 16 mm
-/// (5 l/min), 4.1 ml/s through an internal carotid of 2.35 mm (250 ml/min), and the power law through both.
-/// Between them it gives 43 ml/s for an aorta of 10.5 mm below the coeliac trunk; MR measured 51 above the
-/// trunk and 17.5 below the renal arteries of patients with aneurysms (Les 2010) [ml/s].
+/// Mean flow at rest through an artery of that radius [mm]: 84 ml/s through an ascending aorta of 16 mm (5
+/// l/min), 4.1 ml/s through an internal carotid of 2.35 mm (250 ml/min), and the power law through both. In
+/// between it gives 43 ml/s for an aorta of 10.5 mm below the coeliac trunk; MR measured 51 above the trunk
+/// and 17.5 below the renal arteries of patients with aneurysms (Les 2010) [ml/s].
 double usual_flow(double radius);
 
 /// A piece of vessel.
@@ -45,19 +45,19 @@ struct FlowCell {
     double length;          // [mm]
     double volume;          // [ml]
     int branch;             // of the anatomy
-    int upstream = -1;      // cell that its blood comes from at rest, listed before it; -1 at a source
-    double distance = 0;    // to that [mm]
+    int upstream = -1;      // the cell its blood comes from at rest, listed before it; -1 at a source
+    double distance = 0;    // to the upstream cell [mm]
 };
 
-/// An open end that blood leaves by, and the organ behind it.
+/// An open end where blood leaves, and the organ behind it.
 struct Outlet {
     std::string end, branch, organ;
     int cell;
     geometry::Vec3 place;      // [mm]
     geometry::Vec3 direction;  // outward, unit
-    double share;              // of what enters its tree [-]
+    double share;              // of the flow that enters its tree [-]
     double flow;               // at rest [ml/s]
-    double tissue;             // that the flow serves [ml]
+    double tissue;             // volume that the flow supplies [ml]
     double transit;            // mean, of blood through the organ's small vessels [s]
 };
 
@@ -68,28 +68,28 @@ struct BloodFlow {
         int cell;
         double inflow;  // mean [ml/s]
     };
-    std::vector<Source> sources;  // one a tree: trees that do not meet have each their own
+    std::vector<Source> sources;  // one per tree: trees that are not connected have one each
     std::vector<int> tree;        // of each cell, index into sources
 
-    /// Cells in which a branch begins, the way its blood runs, and the one a vessel's radius farther on.
+    /// The cell one vessel radius downstream of the start of a branch.
     int entry_of(int branch) const;
-    /// Cell that holds a point deepest.
+    /// The cell that a point lies deepest in.
     int nearest(const geometry::Vec3&) const;
     /// Mean flow at rest through every cell [ml/s].
     std::vector<double> resting() const;
 
     /// Flow into each cell from upstream [ml/s], negative where it runs back: the sources' inflow times
-    /// `pulse`, `added` [ml/s] flowing in as well in each cell. What is added raises the flow of every end
-    /// in proportion to its share; what the ends beyond do not take runs back toward the source. `leaving` is
-    /// the flow out of each outlet.
+    /// `pulse`, with `added` [ml/s] also flowing into each cell. The added flow raises the flow of every end
+    /// in proportion to its share; the part that the ends beyond do not take runs back toward the source.
+    /// `leaving` is the flow out of each outlet.
     void balance(double pulse, std::span<const double> added, std::span<double> into,
                  std::span<double> leaving) const;
 };
 
-/// Centrelines cut into cells of about `spacing` [mm]. A child's cells begin where it leaves its parent's
-/// lumen. Blood runs from the named source, or from the widest end of each tree, to all its other ends; a
-/// branch without an end has no flow. Throws InputError with problems(spec), or for a source that does not
-/// exist.
+/// Cuts the centrelines into cells of about `spacing` [mm]. A child's cells begin where it leaves its
+/// parent's lumen. Blood runs from the named source, or from the widest end of each tree, to all its other
+/// ends; a branch without an end has no flow. Throws InputError with problems(spec), or for a source that
+/// does not exist.
 BloodFlow blood_flow(const anatomy::Anatomy&, const FlowSpec& = {}, double spacing = 1.5);
 
 }  // namespace blood

@@ -14,12 +14,12 @@ namespace blood {
 
 namespace {
 
-/// Part of a cell's volume that may leave it in one substep.
+/// Largest part of a cell's volume that may leave it in one substep.
 constexpr double courant = 0.8;
-/// Blood flows evenly and spreads in one go for so long at most, so that neither the pulse nor a bolus's
-/// shape depends on the frame rate [s].
+/// Flow is constant and dispersion is applied once over at most this time, so that neither the pulse nor a
+/// bolus's shape depends on the frame rate [s].
 constexpr double longest_part = 1.0 / 60;
-/// Less than this counts as drained: it would fade for ever [mg/ml].
+/// Less than this counts as drained; otherwise it would fade for ever [mg/ml].
 constexpr double faintest = 1e-12;
 
 }  // namespace
@@ -91,7 +91,7 @@ void ContrastFlow::inject(const Injection& asked) {
     }
     if (!wrong.empty()) throw io::InputError(fmt::format("{}", fmt::join(wrong, "\n")));
     const int cell = cell_of(asked);
-    // A limit used up to the last drop in several doses must not fail by rounding.
+    // Rounding must not reject the last of several doses that use up the limit exactly.
     if (asked.volume > left() + 1e-9 * spec_.limit) {
         throw io::InputError(fmt::format(
             "{:.4g} ml of contrast were asked for, but {:.4g} ml are left of the limit of {:.4g} ml",
@@ -124,7 +124,7 @@ void ContrastFlow::step(double dt) {
     assert(dt >= 0);
     while (dt > 0) {
         double part = dt / std::max(1.0, std::ceil(dt / longest_part - 1e-9));
-        // Not past the end of an injection.
+        // Ends no later than an injection.
         for (const Running& injection : running_) part = std::min(part, injection.left / injection.rate);
         advance(part);
         dt -= part;
@@ -139,7 +139,7 @@ void ContrastFlow::advance(double dt) {
         added_[injection.cell] += injection.rate;
         added_iodine_[injection.cell] += injection.rate * injection.iodine;
         const double volume = std::min(injection.left, injection.rate * dt);
-        // What remains of the last drop would hold up the clock.
+        // A rounding residue of the volume would make the following steps tiny.
         injection.left = injection.left - volume < 1e-12 * injection.left ? 0 : injection.left - volume;
         injected_ += volume;
         injected_iodine_ += injection.rate * dt * injection.iodine;
@@ -168,10 +168,10 @@ void ContrastFlow::carry(double dt) {
     const int substeps = std::max(1, static_cast<int>(std::ceil(dt * fastest / courant)));
     const double part = dt / substeps;
 
-    // Blood passes from a cell into the next one; `behind` is the one before.
+    // Blood passes from one cell into the next; `behind` is the cell before.
     struct Face {
-        int cell, from, to, behind;  // of the cell that the face is upstream of; behind -1 = none
-        double volume, kept;         // that passes in a substep [ml]; of `from`, the part that does not
+        int cell, from, to, behind;  // cell: the one whose upstream face this is; behind: -1 = none
+        double volume, kept;         // passing in a substep [ml]; the part of `from` that stays
     };
     std::vector<Face> faces;
     faces.reserve(count);
@@ -221,12 +221,12 @@ void ContrastFlow::carry(double dt) {
 void ContrastFlow::spread(double dt) {
     const std::vector<FlowCell>& cells = blood_.cells;
     const int count = static_cast<int>(cells.size());
-    // Backward Euler on a tree: eliminated from the ends to the source and put in again on the way back. The
+    // Backward Euler on a tree: eliminated from the ends to the source, substituted on the way back. The
     // exchange between neighbours [ml] goes into change_.
     for (int i = 0; i < count; ++i) {
         diagonal_[i] = volume_[i];
         right_[i] = volume_[i] * iodine_[i];
-        // A vessel's stream spreads along it, not back out of its mouth.
+        // A vessel's contrast spreads along it, not back out of its origin.
         const bool alone = upstream_[i] < 0 || cells[i].branch != cells[upstream_[i]].branch;
         change_[i] =
             alone ? 0 : dt * spec_.dispersion * cells[i].radius * std::abs(into_[i]) / cells[i].distance;

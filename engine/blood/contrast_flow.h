@@ -1,6 +1,6 @@
 #pragma once
-/// Contrast in the blood: injected, carried along the vessels, spread on the way, blushing in the organs
-/// behind the open ends, gone. Plain arithmetic; the state depends on the calls alone.
+/// Contrast in the blood: it is injected, carried along the vessels, dispersed on the way, blushes in the
+/// organs behind the open ends, and drains. Plain arithmetic; the state depends on the calls alone.
 
 #include <span>
 #include <string>
@@ -12,14 +12,14 @@
 
 namespace blood {
 
-/// Contrast that one patient may have: 5 ml per kg of body weight over serum creatinine in mg/dl, at most 300
+/// Contrast allowed for one patient: 5 ml per kg of body weight over serum creatinine in mg/dl, at most 300
 /// ml (Cigarroa 1989) [ml]. `weight` [kg], `creatinine` [mg/dl].
 double contrast_limit(double weight, double creatinine);
 
-/// A hand or power injection at a steady rate until the volume is in.
+/// A hand or power injection at a steady rate until the volume is given.
 struct Injection {
-    /// A branch, by its name or the first part of that: into its beginning. Or a place, as of a catheter's
-    /// tip: where the vessels are nearest [mm].
+    /// A branch, by its name or the start of its name: injects into its beginning. Or a place, such as a
+    /// catheter's tip: injects where the vessels are nearest to it [mm].
     std::variant<std::string, geometry::Vec3> at;
     double rate = 5.0;      // [ml/s]
     double volume = 10.0;   // [ml]
@@ -40,10 +40,10 @@ struct IodineBalance {
 };
 
 /// Finite volumes on the cells of a BloodFlow. Blood with contrast moves by a second-order upwind scheme with
-/// van Leer's limiter, then spreads by implicit diffusion: no concentration is ever below 0 or above what was
-/// injected, and iodine is kept to rounding. An injection mixes with the blood that passes; what is more than
-/// the vessel takes runs back upstream. Behind an end a chain of three mixed volumes delays the iodine by the
-/// organ's transit time before it is drained. None comes back around.
+/// van Leer's limiter, then spreads by implicit diffusion: no concentration is ever below 0 or above the
+/// injected one, and iodine is conserved to rounding. An injection mixes with the passing blood; the excess
+/// over what the vessel takes runs back upstream. Behind an end a chain of three mixed volumes delays the
+/// iodine by the organ's transit time before it drains. Contrast does not recirculate.
 class ContrastFlow {
 public:
     /// Throws InputError as blood_flow does.
@@ -55,18 +55,18 @@ public:
     std::span<const float> iodine() const { return shown_; }          // in each cell [mg/ml]
     std::span<const Blush> blush() const { return blush_; }           // behind each outlet of blood()
 
-    /// Begins with the next step, in addition to those that run. Throws InputError for numbers out of range,
-    /// a branch that does not exist, and a volume beyond the limit, saying what is left of it.
+    /// Begins with the next step, in addition to running injections. Throws InputError for numbers out of
+    /// range, a branch that does not exist, and a volume beyond the limit, stating what is left of it.
     void inject(const Injection&);
     /// `dt` [s], 0 or more.
     void step(double dt);
-    /// As after construction, bit for bit.
+    /// Restores the state after construction, bit for bit.
     void reset();
 
     bool injecting() const { return !running_.empty(); }
-    double injection_rate() const;                 // of all that run [ml/s]
+    double injection_rate() const;                 // of all running injections [ml/s]
     double injected() const { return injected_; }  // so far [ml]
-    double left() const;                           // of the limit, running injections counted whole [ml]
+    double left() const;                           // of the limit, counting running injections in full [ml]
     IodineBalance balance() const;
     void state(geometry::StateStream& s) {
         s(time_, injected_, injected_iodine_, drained_, running_, iodine_, tanks_, blush_, shown_);
@@ -107,7 +107,7 @@ private:
 
     // Of one step.
     std::vector<double> into_, leaving_, added_, added_iodine_, outflow_, change_, diagonal_, right_;
-    std::vector<double> reached_;  // each organ [mg]
+    std::vector<double> reached_;  // what entered each organ [mg]
 };
 
 }  // namespace blood

@@ -46,7 +46,7 @@ ConsoleEvents Console::end_frame() {
     ConsoleEvents events;
     events.reference = std::exchange(reference_asked_, false);
     if (!beam_on_) return events;
-    // The pedal's first frame has a pulse, then each one in which another 1/rate is over.
+    // There is a pulse in the pedal's first frame, then in each frame in which another 1/rate has elapsed.
     const double pulses_per_frame = pulse_rate_ / frame_rate_;
     const int frame = beam_frames_++;
     const auto pulses_by = [&](int frames) { return std::floor(frames * pulses_per_frame + 1e-9); };

@@ -1,5 +1,5 @@
 #pragma once
-/// What the operator of the X-ray stand has set: C-arm, table, collimator, pedal, mode, pulses.
+/// The settings the operator has made at the X-ray stand: C-arm, table, collimator, pedal, mode, pulses.
 
 #include <optional>
 
@@ -16,7 +16,7 @@ struct ConsoleEvents {
 
 class Console {
 public:
-    /// `frame_rate` of the simulation [1/s]. Pulses come as often as frames unless `pulse_rate` is given.
+    /// `frame_rate` of the simulation [1/s]. There is a pulse for every frame unless `pulse_rate` is given.
     Console(const render::CArm& start, double frame_rate, std::optional<double> pulse_rate = {});
 
     void apply(const script::MoveArm&);
@@ -27,12 +27,12 @@ public:
     void apply(const script::SetPulseRate&);
     void apply(const script::NewMask&);
     void apply(const script::StoreReference&);
-    /// The frame is over: what it asks of the X-ray chain.
+    /// Ends the frame and returns what it asks of the X-ray chain.
     ConsoleEvents end_frame();
 
-    /// In the patient's coordinates, the table's place taken in.
+    /// The C-arm in the patient's coordinates, with the table's position accounted for.
     render::CArm arm() const;
-    const geometry::Vec3& table() const { return table_; }  // from where it was at the start [mm]
+    const geometry::Vec3& table() const { return table_; }  // displacement from its place at the start [mm]
     bool beam_on() const { return beam_on_; }
     script::ImagingMode mode() const { return mode_; }
     double pulse_rate() const { return pulse_rate_; }  // [1/s]
@@ -48,7 +48,7 @@ private:
     script::ImagingMode mode_ = script::ImagingMode::Live;
     double pulse_rate_;
     int beam_frames_ = 0;      // since the pedal was last pressed
-    bool mask_asked_ = false;  // and not taken yet: it waits for a pulse of DSA
+    bool mask_asked_ = false;  // and not taken yet: it waits for a DSA pulse
     bool reference_asked_ = false;
 };
 

@@ -73,7 +73,8 @@ void Exercise::state(geometry::StateStream& s) {
     if (monitor_) s(*monitor_);
 }
 
-/// Of what a state is of: a copy of the scenario as it was chosen, its vessels, and whether there are images.
+/// Identifies what a state belongs to: the scenario as it was chosen, its vessels, and whether there are
+/// images.
 std::uint64_t Exercise::fingerprint() const {
     geometry::StateHash hash;
     scenario::Scenario s = simulation_.scenario();

@@ -19,51 +19,50 @@ namespace exercise {
 
 class Exercise {
 public:
-    /// Throws InputError when scenario and anatomy do not fit, or `with_images` and the vessel can't be
-    /// imaged.
+    /// Throws InputError when scenario and anatomy do not fit, or when `with_images` is set and the vessel
+    /// can't be imaged.
     Exercise(const scenario::Scenario&, bool with_images, const anatomy::ModelCache& = {});
 
-    /// From the next frame on, frames are recorded. Throws InputError when the file cannot be written.
+    /// Records every frame from the next one on. Throws InputError when the file cannot be written.
     void record(const std::filesystem::path&, const script::RecordingHeader&);
     void close_recording();
 
-    /// Commands, motion, relaxation, score, recording; time goes on by one frame.
+    /// Applies commands, motion, relaxation, score and recording, and advances time by one frame.
     Frame next_frame(std::span<const script::Command>);
 
-    /// What the screen shows after the frame: a live image while the beam is on, the last one (last-image
-    /// hold) while it is off, black before the first. Depends on the frames made, not on which were looked
-    /// at.
+    /// The image on the screen after the frame: live while the beam is on, the last one (last-image hold)
+    /// while it is off, black before the first. Depends on the frames made, not on which were displayed.
     const render::GrayImage& image();
     /// The screens; null without images.
     const Monitor* monitor() const { return monitor_ ? &*monitor_ : nullptr; }
     Monitor* monitor() { return monitor_ ? &*monitor_ : nullptr; }
 
-    /// Of the simulation; a recording must have ended before, as it could not be replayed.
+    /// Retunes the simulation. Any recording must have ended before, as it could no longer be replayed.
     void retune(const Tuning& tuning, const anatomy::ModelCache& cache = {}) {
         simulation_.retune(tuning, cache);
     }
 
-    /// Ground truth of the last image. There must have been an image.
+    /// Ground truth of the last image, which must exist.
     Truth truth();
 
     int frame() const { return time_.index; }  // the last one made, -1 before the first
     const Simulation& simulation() const { return simulation_; }
     Score score() const;
-    /// The scenario's time is up after the last frame made.
+    /// Whether the last frame made has used up the scenario's time.
     bool time_is_up() const;
 
-    /// All of an exercise but its recording, which goes on.
+    /// The whole state of an exercise except its recording, which goes on.
     struct Snapshot {
         std::uint64_t of = 0;  // scenario
         std::vector<std::byte> state;
     };
     Snapshot snapshot() const;
-    /// Stepped on, every state, image, dose and score is as it was after snapshot(), to the bit. Throws
-    /// InputError for one of another scenario, or of an exercise with images where this has none, and then
-    /// changes nothing.
+    /// Restores a snapshot: stepped on from there, every state, image, dose and score is the same to the bit
+    /// as after snapshot(). Throws InputError, and changes nothing, for a snapshot of another scenario, or of
+    /// an exercise with images when this one has none.
     void restore(const Snapshot&);
 
-    /// Without images the simulation's, the score's and the clock's; else the screens' as well.
+    /// The state of simulation, score and clock; with images, that of the screens as well.
     void state(geometry::StateStream&);
 
 private:

@@ -1,5 +1,5 @@
 #pragma once
-/// One frame of an exercise as a value: when it is, what happened in it, and whose it is.
+/// One frame of an exercise as a value: its time, what happened in it, and the exercise it belongs to.
 
 #include <span>
 
@@ -20,7 +20,7 @@ struct FrameTime {
     void state(geometry::StateStream& s) { s(index, attempt, seconds); }
 };
 
-/// What scorer, readout, recording, truth and notices take. The references hold until the next frame.
+/// The input of scorer, readout, recording, truth and notices. The references hold until the next frame.
 struct Frame {
     FrameTime time;
     std::span<const script::Command> commands;

@@ -12,9 +12,9 @@
 namespace exercise {
 namespace {
 
-/// A guess for vessels that do not say where they belong. The aortic bifurcation is where the widest branch
-/// that leads downward leaves a root branch; well below the vessels when none does, as in a chest. The body's
-/// middle is that of the highest vessels.
+/// A guess for vessels whose place in the body is not given. The aortic bifurcation is taken to be where the
+/// widest branch that leads downward leaves a root branch, or well below the vessels when none does, as in a
+/// chest. The body's middle is that of the highest vessels.
 geometry::BodyPlace guessed_place(const anatomy::Anatomy& anatomy) {
     const geometry::CentrelineBranch* widest = nullptr;
     double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
@@ -42,7 +42,7 @@ render::PatientSpec patient(const anatomy::Anatomy& anatomy) {
     render::PatientSpec spec =
         render::patient_around(anatomy.lumen.vertices, anatomy.body ? *anatomy.body : guessed_place(anatomy));
     for (const geometry::CentrelineBranch& branch : anatomy.branches) {
-        // Close enough that balls make a tube.
+        // Close enough for balls to form a tube.
         double since = std::numeric_limits<double>::infinity();
         for (std::size_t i = 0; i < branch.points.size(); ++i) {
             if (i > 0) since += (branch.points[i] - branch.points[i - 1]).norm();
@@ -76,7 +76,7 @@ namespace {
 
 constexpr double cubic_mm_per_ml = 1000.0;
 
-/// Mean concentration in the blood about the wire, from its joints five apart [mg/ml].
+/// Mean concentration in the blood around the wire, from every fifth joint [mg/ml].
 double along_wire(const blood::ContrastFlow& contrast, std::span<const geometry::Vec3> joints) {
     constexpr std::size_t stride = 5;
     double sum = 0;

@@ -1,5 +1,5 @@
 #pragma once
-/// Turns a scenario and its anatomy into what the X-ray chain images.
+/// Turns a scenario and its anatomy into the objects that the X-ray chain images.
 
 #include <span>
 #include <vector>
@@ -11,15 +11,15 @@
 
 namespace exercise {
 
-/// The lumen, closed at its ends, takes the contrast; around it a patient or air. Throws InputError for a
-/// lumen that capping does not close.
+/// The lumen, closed at its ends, which takes the contrast, surrounded by a patient or air. Throws InputError
+/// for a lumen that capping does not close.
 std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario&, const anatomy::Anatomy&);
 
 /// An organ that is drawn and that contrast reaches.
 struct BlushingOrgan {
-    int layer = 0;             // of the fluoroscope
+    int layer = 0;             // index in the fluoroscope
     double volume = 0;         // [ml]
-    std::vector<int> outlets;  // of the blood, that feed it
+    std::vector<int> outlets;  // of the blood, those that supply it
 };
 
 /// For each outlet the nearest layer that its organ's name ends with ("kidney", "left kidney").
@@ -31,15 +31,14 @@ struct ImagingChain {
     std::vector<BlushingOrgan> organs;
 };
 
-/// A fluoroscope for the scenario, with the nodes of that contrast. Throws InputError when
-/// it cannot be made.
+/// A fluoroscope for the scenario, with the nodes of that contrast. Throws InputError when it cannot be made.
 ImagingChain make_imaging(const scenario::Scenario&, const anatomy::Anatomy&, const blood::ContrastFlow&);
 
-/// Of a pulse in that mode [nGy]. A field magnified against that of the start gets more in proportion, so
-/// that what is seen larger is not seen noisier.
+/// Dose of a pulse in that mode [nGy]. A field magnified relative to that at the start gets proportionally
+/// more, so that larger images are not noisier.
 double detector_dose(const scenario::Scenario&, const render::CArm&, script::ImagingMode);
 
-/// What the console asks for and the beam meets, after the step of that frame.
+/// The pulse that the console asks for, with what is in the beam, after the step of that frame.
 Pulse pulse_of(const Simulation&, const FrameTime&, std::span<const BlushingOrgan>);
 bool has_contrast(const render::Exposure&);
 void remove_contrast(render::Exposure&);

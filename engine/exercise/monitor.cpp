@@ -7,10 +7,10 @@
 namespace exercise {
 namespace {
 
-/// Share of a live image that is the sum of those before: detectors keep a few per cent, and fluoroscopy's
-/// recursive noise filter the rest.
+/// Share of earlier images in a live image: detectors retain a few per cent, fluoroscopy's recursive noise
+/// filter the rest.
 constexpr float lag = 0.3f;
-constexpr std::size_t remembered = 4;  // pulses; what was before counts less than 1 %
+constexpr std::size_t remembered = 4;  // pulses; earlier ones count less than 1 %
 
 }  // namespace
 
@@ -50,13 +50,13 @@ const render::Field& Monitor::signal(Recent& recent) {
 }
 
 const render::Field& Monitor::with_lag(float dose) {
-    // Weights (1 − lag)·lag^k of the k-th pulse back; the oldest takes what is left of 1.
+    // Weights (1 − lag)·lag^k of the k-th pulse back; the oldest takes the remainder to 1.
     std::vector<const float*> pulses;
     for (Recent& recent : recent_) pulses.push_back(signal(recent).values.data());
     const render::Field& size = *recent_.front().signal;
     if (mixed_.width != size.width || mixed_.height != size.height)
         mixed_ = render::Field(size.width, size.height);
-    constexpr std::size_t together = 1024;  // pixels that stay in the cache
+    constexpr std::size_t together = 1024;  // number of pixels that fits in the cache
     for (std::size_t start = 0; start < mixed_.values.size(); start += together) {
         const std::size_t count = std::min(together, mixed_.values.size() - start);
         float* const mixed = mixed_.values.data() + start;

@@ -1,5 +1,5 @@
 #pragma once
-/// The screens: pulses in, images out.
+/// The screens: they take pulses and show images.
 
 #include <deque>
 #include <memory>
@@ -24,7 +24,7 @@ struct Pulse {
     void state(geometry::StateStream& s) { s(arm, joints, exposure, mode, new_mask, time); }
 };
 
-/// Of the attempt.
+/// Dose of the attempt.
 struct Dose {
     int pulses = 0;
     double air_kerma = 0;     // K_a,r [mGy]
@@ -36,31 +36,31 @@ struct Dose {
 
 /// Live images mix each pulse with those before it (the lag of detector and noise filter); DSA subtracts the
 /// first pulse taken in that mode; a roadmap lays the vessels that DSA has shown under the live wire. Any
-/// change of the C-arm, table or field clears all of that. What the screen shows depends on the pulses taken,
-/// not on which were looked at.
+/// change of C-arm, table or field clears all of this. The screens depend on the pulses taken, not on which
+/// were displayed.
 class Monitor {
 public:
     explicit Monitor(render::Fluoroscope);
 
     void take(Pulse);
-    /// The image to the reference screen.
+    /// Sends the image to the reference screen.
     void store_reference();
-    /// As before the first pulse.
+    /// Returns to the state before the first pulse.
     void clear();
 
-    /// Of the last pulse: last-image hold while there are none. Null before the first.
+    /// Image of the last pulse, which is held while no new one comes. Null before the first.
     const render::GrayImage* image();
-    /// Null when nothing was stored.
+    /// Null when none was stored.
     const render::GrayImage* reference() const { return reference_ ? &*reference_ : nullptr; }
     const Dose& dose() const { return dose_; }
     /// Null before the first.
     const Pulse* last_pulse() const { return recent_.empty() ? nullptr : &recent_.back().pulse; }
-    /// What the detector gave of the last pulse, per nGy. There must be one.
+    /// The detector's signal of the last pulse, per nGy. There must have been a pulse.
     const render::Field& last_signal() { return signal(recent_.back()); }
-    /// A roadmap was asked for and there is no map: live images are shown instead.
+    /// Whether a roadmap was asked for without a map; live images are then shown instead.
     bool map_is_missing() const;
     render::Fluoroscope& fluoroscope() { return fluoroscope_; }
-    /// Without what the fluoroscope makes again of the pulses.
+    /// The state, without what the fluoroscope can make again from the pulses.
     void state(geometry::StateStream& s) {
         s(recent_, subtraction_, reference_, dose_);
         if (s.restores()) image_.reset();
@@ -77,11 +77,11 @@ private:
         }
     };
     const render::Field& signal(Recent&);
-    /// The mixture of recent signals, as if of one pulse of so many nGy.
+    /// The mixture of recent signals, scaled as if from one pulse of `dose` [nGy].
     const render::Field& with_lag(float dose);
 
     render::Fluoroscope fluoroscope_;
-    std::deque<Recent> recent_;  // of one pose and mode
+    std::deque<Recent> recent_;  // all of the same pose and mode
     std::optional<render::Subtraction> subtraction_;
     render::Field mixed_;  // scratch of with_lag
     std::optional<render::GrayImage> image_, reference_;

@@ -9,7 +9,7 @@ namespace exercise {
 namespace {
 
 constexpr double kink =
-    std::numbers::pi / 3;  // bend of one joint beyond which Eq. 1 straightens it no more [rad]
+    std::numbers::pi / 3;  // bend of one joint beyond which Eq. 1 no longer straightens it [rad]
 
 std::string frames(int count) {
     return fmt::format("{} frame{}", count, count == 1 ? "" : "s");

@@ -1,5 +1,6 @@
 #pragma once
-/// What a trainee should know of a run, as sentences: stops of the wire, and where the simulation fell short.
+/// What a trainee should know about a run, as sentences: stops of the wire, and shortcomings of the
+/// simulation.
 
 #include <string>
 #include <vector>
@@ -10,9 +11,9 @@ namespace exercise {
 
 class Notices {
 public:
-    /// After each frame, once.
+    /// To be called once after each frame.
     void observe(const Frame&);
-    /// A sentence for each kind of thing that happened, with the number of frames.
+    /// A sentence for each kind of event that happened, with the number of frames.
     std::vector<std::string> text() const;
 
 private:

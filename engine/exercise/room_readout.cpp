@@ -9,7 +9,7 @@ namespace exercise {
 namespace {
 
 constexpr double history = 10.0;      // of forces [s]
-constexpr double message_time = 4.0;  // a message stays [s]
+constexpr double message_time = 4.0;  // for which a message stays [s]
 constexpr std::size_t most_messages = 6;
 constexpr double table_height = 900.0;  // of its top above the floor, at the start [mm]
 

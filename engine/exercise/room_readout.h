@@ -14,11 +14,11 @@ namespace exercise {
 /// Follows an exercise frame by frame.
 class RoomReadout {
 public:
-    /// After each frame, once.
+    /// To be called once after each frame.
     void observe(const Frame&, const Score&);
     render::Readout read(const Frame&, const Score&) const;
-    /// Shows a message for some seconds from the frame observed last; the same text again starts its time
-    /// anew.
+    /// Shows a message for some seconds from the last observed frame; saying the same text again restarts its
+    /// time.
     void say(std::string text, render::Notice);
     std::vector<render::Message> messages() const;
     void state(geometry::StateStream& s) {
@@ -34,7 +34,7 @@ private:
         render::Message message;
         void state(geometry::StateStream& s) { s(frame, message.text, message.notice); }
     };
-    int frame_ = -1;  // of the attempt, observed last
+    int frame_ = -1;  // of the attempt, last observed
     std::deque<TimedMessage> messages_;
     std::deque<double> wall_forces_;  // largest of each frame [N]
     double hub_ = 0;                  // turned so far [rad]
@@ -43,7 +43,7 @@ private:
     double pulse_rate_ = 0;           // at the last pulse [1/s]
     bool was_complete_ = false;
     bool pressed_hard_ = false;  // the wall, at the last frame
-    int notified_ = 0;           // of the dose: kinds of notification that were given, a bit each
+    int notified_ = 0;           // dose notifications already given, a bit for each kind
 };
 
 }  // namespace exercise

@@ -82,7 +82,7 @@ void Scorer::observe_target(const Frame& frame) {
     if (!on_target_since_) on_target_since_ = time - frame_time_;
     // Half a frame of slack: sums of 1/rate do not add up exactly.
     if (score_.completed || time - *on_target_since_ < hold_ - 0.5 * frame_time_) return;
-    if (!first_motion_) return;  // nothing done, nothing reached
+    if (!first_motion_) return;  // without an action, nothing counts as reached
     score_.completed = true;
     score_.completion_time = time - *first_motion_;
 }

@@ -1,7 +1,6 @@
 #pragma once
-/// What an attempt is judged by. Definitions: completion time runs from the first motion of the wire to the
-/// first frame at which the tip has stayed within the target's radius for the hold. Time is frame over frame
-/// rate.
+/// What an attempt is judged by. Completion time runs from the first motion of the wire to the first frame at
+/// which the tip has stayed within the target's radius for the hold. Time is frame divided by frame rate.
 
 #include <optional>
 #include <span>
@@ -22,13 +21,14 @@ struct DeepestContact {
     void state(geometry::StateStream& s) { s(penetration, joint, frame, stiffness, force); }
 };
 
-/// Of the attempt since the start or the last reset, except `frames` and `resets`, which are of the run.
+/// Covers the attempt since the start or the last reset; `frames` and `resets` cover the whole run.
 struct Score {
     std::string scenario;
     bool completed = false;
     std::optional<double> completion_time;  // [s]
     double beam_on_time = 0;                // [s]
-    /// Of the patient; empty when no images were made: they alone decide what the tube must give.
+    /// Dose to the patient; empty when no images were made, as these alone determine what the tube must
+    /// deliver.
     std::optional<double> air_kerma;     // K_a,r at the reference point [mGy]
     std::optional<double> area_product;  // P_KA [Gy·cm²]
     double contrast = 0;                 // given [ml]
@@ -37,10 +37,10 @@ struct Score {
     double back_and_forth_ratio = 0;     // (Σ|Δs| − |ΣΔs|) / Σ|Δs| [-]
     int reversals = 0;                   // changes between advancing and withdrawing
     double rotation = 0;                 // Σ|angle| of the hub [rad]
-    double tip_path = 0;                 // way of the tip over the frames [mm]
-    double path_efficiency = 0;     // way along the centreline from start to tip over that of the tip [-]
-    double peak_wall_force = 0;     // of one joint [N]
-    double wall_force_impulse = 0;  // ∫ of the forces of all joints dt [N·s]
+    double tip_path = 0;                 // distance travelled by the tip over the frames [mm]
+    double path_efficiency = 0;          // distance from start to tip along the centreline / tip_path [-]
+    double peak_wall_force = 0;          // of one joint [N]
+    double wall_force_impulse = 0;       // ∫ of the forces of all joints dt [N·s]
     DeepestContact deepest;
     double tip_to_target = 0;  // at the end [mm]
     int resets = 0;
@@ -60,7 +60,7 @@ std::string to_json(const Score&);
 class Scorer {
 public:
     explicit Scorer(const Simulation&);
-    /// After each frame, once.
+    /// To be called once after each frame.
     void observe(const Frame&);
     Score score() const;
     void state(geometry::StateStream& s) {

@@ -1,13 +1,12 @@
 #pragma once
-/// Ground truth of an image, for those who train or test trackers: where the wire, its tip and the vessels
-/// are.
+/// Ground truth of an image, for training and testing trackers: where the wire, its tip and the vessels are.
 
 #include "engine/exercise/monitor.h"
 
 namespace exercise {
 
 struct Truth {
-    Pulse pulse;                // that the image shows
+    Pulse pulse;                // the pulse that the image shows
     render::GrayImage wire;     // 255 where the wire casts its shadow, else 0
     render::GrayImage vessels;  // 255 where a lumen lies in the beam, else 0
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// Work by the processor's own clock: waiting for other programs does not count.
+/// Measures work by the processor's own clock: time spent waiting for other programs does not count.
 
 #include <ctime>
 
@@ -15,7 +15,7 @@ inline double thread_cpu_seconds() {
     return cpu_seconds(CLOCK_THREAD_CPUTIME_ID);
 }
 
-/// Of all threads, those that a library started too.
+/// Time of all threads, including those started by libraries.
 inline double process_cpu_seconds() {
     return cpu_seconds(CLOCK_PROCESS_CPUTIME_ID);
 }

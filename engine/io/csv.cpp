@@ -12,7 +12,7 @@
 namespace io {
 namespace {
 
-/// Short enough for one line of a message, with bytes that are not text left out.
+/// The text shortened to fit in one line of a message, without bytes that are not text.
 std::string shown(std::string_view found) {
     std::string text;
     for (const char c : found.substr(0, 40)) text += c >= ' ' && c <= '~' ? c : '?';
@@ -25,7 +25,7 @@ std::string_view trimmed(std::string_view word) {
     return word;
 }
 
-/// Takes the next line off the text, without its end.
+/// Removes the next line from the text and returns it without its line end.
 std::string_view take_line(std::string_view& text) {
     const std::size_t end = std::min(text.find('\n'), text.size());
     std::string_view line = text.substr(0, end);
@@ -82,7 +82,7 @@ void append_row(std::string& text, std::span<const CsvCell> row) {
 
 std::vector<std::vector<double>> parse_csv(std::string_view text, const std::string& file,
                                            std::string_view header) {
-    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // a byte-order mark of some editors
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);  // byte-order mark, written by some editors
     const std::string_view found = take_line(text);
     if (found != header) {
         throw InputError(located(

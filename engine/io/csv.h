@@ -1,6 +1,6 @@
 #pragma once
-/// CSV files: a header that names columns with their units, then a row a line. Those that are read hold
-/// numbers alone.
+/// CSV files: a header that names columns with their units, then one row per line. Files that are read hold
+/// numbers only.
 
 #include <filesystem>
 #include <span>
@@ -15,23 +15,23 @@ namespace io {
 
 using CsvCell = std::variant<std::string, double>;
 
-/// A line of RFC 4180 with LF: words with commas, quotes or line ends are quoted. Numbers are in the shortest
-/// form that reads to the same bits; one that is not finite is an empty cell.
+/// Appends a line of RFC 4180 with LF: words with commas, quotes or line ends are quoted. Numbers take the
+/// shortest form that reads back to the same bits; one that is not finite becomes an empty cell.
 void append_row(std::string& text, std::span<const CsvCell> row);
 
-/// One joint or centreline point a row [mm].
+/// One joint or centreline point per row [mm].
 inline constexpr std::string_view points_header = "x_mm,y_mm,z_mm";
 
-/// The rows below the header, each with as many finite numbers as the header has columns; row i is line
-/// i + 2 of the file. Line ends may be CR LF, lines at the end may be empty.
-/// Throws InputError naming file:line:column, what was found and what is accepted.
+/// The rows below the header, each with as many finite numbers as the header has columns; row i is line i + 2
+/// of the file. Line ends may be CR LF, and empty lines at the end are allowed. Throws InputError stating
+/// file:line:column, what was found and what is accepted.
 std::vector<std::vector<double>> parse_csv(std::string_view text, const std::string& file,
                                            std::string_view header);
 
 /// The points of a file with the header x_mm,y_mm,z_mm. Throws InputError.
 geometry::Polyline load_points(const std::filesystem::path&);
 
-/// The same file back.
+/// The text of such a file.
 std::string points_csv(std::span<const geometry::Vec3>);
 
 }  // namespace io

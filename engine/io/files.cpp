@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
     throw InputError(fmt::format("{}: cannot be written: {}", path.string(), std::strerror(reason)));
 }
 
-/// Zero, or the system's reason.
+/// Returns zero, or the system's error number.
 int write_all(int descriptor, std::string_view text) {
     while (!text.empty()) {
         const ssize_t written = ::write(descriptor, text.data(), text.size());
@@ -32,15 +32,15 @@ int write_all(int descriptor, std::string_view text) {
     return 0;
 }
 
-/// A text on its way into a file: a file next to it until it is renamed.
+/// A file being written: it has a temporary name next to its target until it is renamed.
 class Part {
 public:
     Part(const fs::path& path, std::string_view text) : path_(path), target_(path) {
         std::error_code ignored;
-        // A link stays one: what it leads to is replaced.
+        // A link remains a link: its target is replaced.
         if (fs::is_symlink(path, ignored)) target_ = fs::weakly_canonical(path, ignored);
         if (fs::is_directory(target_, ignored)) refuse(path_, EISDIR);
-        // Devices and pipes are written to.
+        // Devices and pipes are written to directly.
         through_ = fs::exists(target_, ignored) && !fs::is_regular_file(target_, ignored);
         static std::atomic<int> count = 0;
         beside_ = through_ ? target_
@@ -75,7 +75,7 @@ private:
     }
 
     fs::path path_, target_, beside_;
-    bool through_ = false;  // nothing is left to put or to drop
+    bool through_ = false;  // written directly: there is nothing to rename or delete
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-/// Files that are whole or not there.
+/// Files that are either complete or absent.
 
 #include <filesystem>
 #include <string>
@@ -9,17 +9,17 @@
 
 namespace io {
 
-/// The whole file. Throws InputError "PATH: no such WHAT can be read; ACCEPTED".
+/// Returns the whole file. Throws InputError "PATH: no such WHAT can be read; ACCEPTED".
 std::string read_text(const std::filesystem::path&, std::string_view what, std::string_view accepted);
 
-/// Writes next to the target, under a name of its own that ends in ".part", then renames. A link's target is
-/// replaced, not the link; devices and pipes are written to. On failure nothing is left behind and InputError
-/// names the path and the reason the system gave.
+/// Writes to a unique name ending in ".part" next to the target, then renames. The target of a link is
+/// replaced, not the link; devices and pipes are written to directly. On failure nothing is left behind and
+/// InputError states the path and the system's reason.
 void write_whole(const std::filesystem::path&, std::string_view text);
-/// The same for several: none is touched before all are written.
+/// The same for several files: none is replaced before all are written.
 void write_whole(const std::vector<std::pair<std::filesystem::path, std::string_view>>&);
 
-/// A file that grows by whole pieces: one that cannot be written in full is taken back.
+/// A file that grows by whole pieces: a piece that cannot be written in full is removed again.
 class GrowingFile {
 public:
     /// Creates the file or empties it. Throws InputError.
@@ -30,10 +30,11 @@ public:
     GrowingFile& operator=(const GrowingFile&) = delete;
     GrowingFile& operator=(GrowingFile&&) = delete;
 
-    /// Hands the piece to the system before it returns. Throws InputError with the file as it was before.
+    /// Hands the piece to the system before returning. Throws InputError and leaves the file as it was
+    /// before.
     void append(std::string_view piece);
     long long size() const { return size_; }  // [bytes]
-    /// Takes back all after the first `size` bytes. Throws InputError.
+    /// Removes everything after the first `size` bytes. Throws InputError.
     void cut(long long size);
 
 private:
@@ -42,11 +43,11 @@ private:
     long long size_ = 0;  // [bytes]
 };
 
-/// A folder of its own, gone at the end unless it has been renamed.
+/// A folder with a unique name, deleted at the end unless it has been renamed.
 class ScratchFolder {
 public:
-    /// Beside `wanted`, or where temporary files are when nothing is wanted or that cannot be written. Throws
-    /// std::filesystem::filesystem_error when there is no place at all.
+    /// Created beside `wanted`, or in the folder for temporary files when `wanted` is empty or cannot be
+    /// written. Throws std::filesystem::filesystem_error when neither works.
     explicit ScratchFolder(const std::filesystem::path& wanted = {});
     ~ScratchFolder();
     ScratchFolder(const ScratchFolder&) = delete;

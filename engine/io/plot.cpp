@@ -12,7 +12,7 @@
 namespace io {
 namespace {
 
-/// Exit code of gnuplot run on the script in its folder; 127 when there is no gnuplot.
+/// Runs gnuplot on the script in its folder and returns its exit code; 127 when there is no gnuplot.
 int run_gnuplot(const std::filesystem::path& folder, const std::string& script) {
     const std::string place = folder.string();
     const pid_t process = ::fork();

@@ -82,7 +82,7 @@ std::optional<std::uint64_t> parse_hash(std::string_view word) {
 }
 
 std::string nearest_word(std::string_view written, std::span<const std::string_view> accepted) {
-    // A vessel is named by the arteries along it, such as LM+LAD.
+    // A vessel is named after the arteries along it, such as LM+LAD.
     for (const std::string_view word : accepted) {
         const std::string chain = "+" + std::string(word) + "+";
         if (!written.empty() && word != written &&

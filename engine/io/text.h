@@ -1,5 +1,5 @@
 #pragma once
-/// Numbers and words to text and back, the same in every locale.
+/// Conversion of numbers and words to text and back, the same in every locale.
 
 #include <cstdint>
 #include <optional>
@@ -15,7 +15,7 @@ namespace io {
 /// Shortest text that reads back to the same bits.
 std::string number_text(double);
 
-/// The whole word as a number; empty for anything else. "nan" and "inf" are read as such: callers judge them.
+/// The whole word as a number; empty for anything else. Accepts "nan" and "inf": callers must check for them.
 std::optional<double> parse_number(std::string_view);
 std::optional<int> parse_integer(std::string_view);
 
@@ -26,10 +26,10 @@ std::optional<std::uint64_t> parse_hash(std::string_view);
 /// "(1.00, 2.00, 3.00)", for messages [mm].
 std::string place_text(const geometry::Vec3&);
 
-/// The accepted word nearest to what was written, empty when none is near.
+/// The accepted word nearest to the one written, empty when none is near.
 std::string nearest_word(std::string_view written, std::span<const std::string_view> accepted);
 
-/// " (is 'word' meant?)", to be said of what was written; empty when no accepted word is near.
+/// " (is 'word' meant?)", to follow the word written; empty when no accepted word is near.
 std::string suggestion(std::string_view written, std::span<const std::string_view> accepted);
 
 /// "a, b, c".

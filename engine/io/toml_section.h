@@ -1,6 +1,6 @@
 #pragma once
-/// Tables of TOML files that people write: values checked one by one, everything wrong collected with its
-/// line.
+/// Tables of TOML files written by people: values are checked one by one, and all errors collected with their
+/// lines.
 
 #include <map>
 #include <optional>
@@ -28,7 +28,7 @@ struct Range {
     std::string text() const;
 };
 
-/// What the reading has found so far: where each key stands, and everything wrong.
+/// What the reading has found so far: where each key stands, and all errors.
 struct Reading {
     std::string file;
     std::map<std::string, TextPlace> places;
@@ -40,11 +40,11 @@ struct Reading {
     std::vector<std::string> complaints();
 };
 
-/// A table being read: each question also notes that its key exists, so that finish() can name the strangers.
-/// Questions whose answer is no good note that in the reading and leave the value alone.
+/// A table being read. Each query also records its key as known, so that finish() can list the unknown keys.
+/// A query whose value is unusable records that in the reading and leaves the variable unchanged.
 class Section {
 public:
-    /// `table` may be null: then nothing is given.
+    /// `table` may be null: then no key is given.
     Section(Reading&, const toml::table*, std::string name);
 
     bool given() const { return table_ != nullptr; }
@@ -60,11 +60,11 @@ public:
     void flag(std::string_view key, bool& value);
     bool word(std::string_view key, std::string& value);
     bool is_word(std::string_view key);
-    /// The index of the word among those accepted.
+    /// The index of the value among the accepted words.
     std::optional<std::size_t> choice(std::string_view key, std::span<const std::string_view> accepted);
     bool point(std::string_view key, geometry::Vec3& value, double most);
     Section section(std::string_view key, bool required);
-    /// The tables of a list [[key]]; empty when it is not there.
+    /// The tables of a list [[key]]; empty when it is absent.
     std::vector<Section> sections(std::string_view key);
     void missing(std::string_view key, const std::string& what);
     void refuse_whole(const std::string& text);

@@ -1,5 +1,5 @@
 #pragma once
-/// What an attempt is worth against its par, line by line, and the best that a trainee has done.
+/// What an attempt is worth against its par, line by line, and a trainee's best results.
 
 #include <atomic>
 #include <filesystem>
@@ -18,9 +18,9 @@ namespace room {
 
 struct GradeLine {
     std::string name, unit;
-    std::optional<double> yours;  // empty: it was not reached
+    std::optional<double> yours;  // empty: not reached
     std::optional<double> par;    // empty: there is none, and the line costs nothing
-    double most = 0;              // points that it can cost
+    double most = 0;              // points that it can cost at most
     double cost = 0;              // points
 };
 
@@ -30,14 +30,14 @@ struct Grade {
     double points = 0;  // 100 less all costs; 0 when the target was not reached
 };
 
-/// How points are lost, in one sentence for the end page.
+/// How points are lost, as one sentence for the end page.
 extern const char* const grade_formula;
 
-/// A line over its par costs most · min(1, yours / par − 1); each handling error 5 points, 15 at most.
+/// A line above its par costs most · min(1, yours / par − 1); each handling error costs 5 points, at most 15.
 Grade grade(const exercise::Score&, const Handling&, const std::optional<exercise::Score>& par);
 
-/// The score of a scenario's solution, run without images; empty when `stop` became true under way. Throws
-/// InputError.
+/// The score of a scenario's solution, run without images; empty when `stop` became true during the run.
+/// Throws InputError.
 std::optional<exercise::Score> par_of(const scenario::Scenario&, const script::CommandScript& solution,
                                       const anatomy::ModelCache&, const std::atomic<bool>& stop);
 
@@ -47,13 +47,13 @@ struct BestResult {
     std::optional<double> time;  // shortest to the target [s]
 };
 
-/// Best results by scenario, in a file of the user's.
+/// Best results by scenario, kept in a file of the user.
 class Results {
 public:
-    /// A file that is missing or no results is as none.
+    /// A file that is missing or holds no results counts as empty.
     explicit Results(std::filesystem::path);
     const BestResult* find(const std::string& scenario) const;
-    /// Throws InputError when the file cannot be written; the result is kept in memory all the same.
+    /// Throws InputError when the file cannot be written; the result is then still kept in memory.
     void add(const std::string& scenario, const Grade&, const exercise::Score&);
 
 private:

@@ -1,5 +1,5 @@
 #pragma once
-/// Handling errors of an attempt: what the room counts beside the score.
+/// Handling errors of an attempt, which the room counts in addition to the score.
 
 #include "engine/exercise/frame.h"
 #include "physics/geometry/state.h"
@@ -7,9 +7,9 @@
 namespace room {
 
 struct Handling {
-    int blind_motions = 0;  // times that the wire was moved without beam
-    int against_stops = 0;  // times that it was pushed or pulled where it goes no further
-    int taken_back = 0;     // times that the last seconds were taken back
+    int blind_motions = 0;  // times the wire was moved without beam
+    int against_stops = 0;  // times it was pushed or pulled against a stop
+    int taken_back = 0;     // times the last seconds were taken back
     bool moves_blind = false, at_stop = false;
 
     void observe(const exercise::Frame&);

@@ -12,9 +12,9 @@
 namespace room {
 namespace {
 
-/// A hand starts at this share of its speed: one short press is one small step.
+/// A hand starts at this share of its speed, so that one short press is one small step.
 constexpr double first_share = 0.2;
-/// A hand waits for a wire that is behind by so much [mm], [rad].
+/// A hand waits for a wire that lags behind by this much [mm], [rad].
 constexpr double most_behind = 4, most_behind_in_turn = std::numbers::pi / 2;
 constexpr double smallest_motion = 1e-6;  // [mm], [rad]
 
@@ -31,7 +31,7 @@ double beyond(double axis, double dead_zone) {
     return size <= dead_zone ? 0 : std::copysign((size - dead_zone) / (1 - dead_zone), axis);
 }
 
-/// So that recordings stay readable.
+/// Keeps recordings readable.
 double rounded(double value, double step) {
     return std::round(value / step) * step;
 }
@@ -118,7 +118,7 @@ void Hands::press_pedals(const Input& input, const exercise::Console& console,
     const script::ImagingMode mode = acquire          ? script::ImagingMode::Dsa
                                      : wants_roadmap_ ? script::ImagingMode::Roadmap
                                                       : script::ImagingMode::Live;
-    // What stands on the screen stays as it was taken while no pedal is down.
+    // The image on the screen stays as it was taken while no pedal is down.
     if (beam && mode != console.mode()) commands.push_back(script::SetMode{mode});
     if (acquire && !acquires_) commands.push_back(script::NewMask{});
     acquires_ = acquire;

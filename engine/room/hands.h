@@ -1,5 +1,5 @@
 #pragma once
-/// Hands and feet of the trainee: what is held and pressed during one frame, as commands of a script.
+/// Hands and feet of the trainee: turns what is held and pressed during one frame into commands of a script.
 
 #include <bitset>
 #include <string>
@@ -11,21 +11,21 @@
 
 namespace room {
 
-/// What happened since the last frame. Keys that went down and up again within a frame are held for it.
+/// What happened since the last frame. Keys that went down and up again within a frame count as held for it.
 struct Input {
     std::bitset<actions> held;
     std::vector<Action> pressed;            // in order
-    std::vector<int> injections;            // of the key map, in order
+    std::vector<int> injections;            // indices in the key map, in order
     double wheel = 0;                       // notches, away from the hand positive
     double drag_up = 0, drag_right = 0;     // of the mouse on the image [pixels]
     double push = 0, turn = 0;              // of a gamepad's axes, -1 to 1
-    double arm_lao = 0, arm_cranial = 0;    // asked on the pictogram [rad]
+    double arm_lao = 0, arm_cranial = 0;    // requested on the pictogram [rad]
     double table_left = 0, table_head = 0;  // by dragging [mm]
 
     bool holds(Action a) const { return held.test(static_cast<std::size_t>(a)); }
-    /// Adds what came later: movements sum, what was held or pressed stays.
+    /// Adds later input: movements are summed, what was held or pressed stays.
     void add(const Input& later);
-    /// Of what goes on as long as it is held: nobody's hand is on the table any more.
+    /// Ends whatever goes on while it is held: nobody's hand is on the table any more.
     void release();
 };
 
@@ -34,9 +34,9 @@ public:
     /// `frame_time` [s].
     Hands(KeyMap, double frame_time);
 
-    /// The commands of the next frame; `last` is what the frame before did. What the stand or the patient
-    /// could not follow is not asked for: `messages` takes a sentence that says so. A hand waits for a wire
-    /// that is far behind.
+    /// The commands of the next frame; `last` is what the previous frame did. Motions that the stand or the
+    /// patient could not follow are not commanded; `messages` then gets a sentence that says so. A hand waits
+    /// for a wire that lags far behind.
     std::vector<script::Command> commands(const Input&, const exercise::Simulation&,
                                           const exercise::StepReport& last,
                                           std::vector<std::string>& messages);

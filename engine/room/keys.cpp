@@ -245,12 +245,12 @@ private:
         section.finish();
     }
 
-    /// Notes the key as taken; false where it is unknown or taken already.
+    /// Marks the key as taken and returns it; empty where it is unknown or already taken.
     std::optional<Key> claim(const toml::node& node, const std::string& by) {
         const std::optional<std::string> name = node.value<std::string>();
         const std::optional<Key> key = name ? find_key(*name) : std::nullopt;
         if (!key) {
-            std::vector<std::string_view> words;  // a letter is near to anything
+            std::vector<std::string_view> words;  // a single letter is near to any word
             for (const std::string_view known : key_names())
                 if (known.size() > 1) words.push_back(known);
             const std::string near = name ? io::nearest_word(*name, words) : std::string();

@@ -1,5 +1,5 @@
 #pragma once
-/// Keys of the room: what each does, how fast hands and stand move. One TOML file holds all of it.
+/// Keys of the room: what each does, and how fast hands and stand move. One TOML file holds all of it.
 ///
 ///     [hand]
 ///     advance_mm_per_s = [2, 10, 30]      # fine, plain, fast
@@ -22,7 +22,7 @@
 
 namespace room {
 
-/// What a key, a button or a pedal does. The first are done while held, the others when pressed.
+/// What a key, a button or a pedal does. The first group acts while held, the second when pressed.
 enum class Action : std::uint8_t {
     Advance,
     Withdraw,
@@ -69,13 +69,13 @@ inline constexpr Action first_pressed = Action::Roadmap;
 
 struct ActionInfo {
     std::string_view key;   // in the file
-    std::string_view help;  // as the overlay shows it
+    std::string_view help;  // as shown in the overlay
 };
 const ActionInfo& info(Action);
 
-/// A key as its index in key_names().
+/// A key, as its index in key_names().
 using Key = int;
-/// Names of all keys that a file may give, of the US layout: "A", "Up", "F1", "LeftShift", "GamepadA".
+/// Names of all keys that a file may use, on the US layout: "A", "Up", "F1", "LeftShift", "GamepadA".
 const std::vector<std::string_view>& key_names();
 std::optional<Key> find_key(std::string_view name);
 
@@ -89,14 +89,14 @@ struct InjectionPreset {
     std::string branch;  // otherwise
 };
 
-/// Of hands and stand.
+/// Speeds of hands and stand.
 struct Speeds {
     std::array<double, 3> advance = {2, 10, 30};                       // fine, plain, fast [mm/s]
     std::array<double, 3> rotate = {0.349, 1.571, 4.712};              // [rad/s]
-    double run_up = 0.3;                                               // until a hand is at its speed [s]
-    double wheel = 2;                                                  // of a notch [mm]
-    double drag_advance = 0.15;                                        // of a pixel of mouse [mm]
-    double drag_rotate = 0.00873;                                      // [rad]
+    double run_up = 0.3;                                               // until a hand reaches its speed [s]
+    double wheel = 2;                                                  // per notch [mm]
+    double drag_advance = 0.15;                                        // per pixel of mouse motion [mm]
+    double drag_rotate = 0.00873;                                      // per pixel of mouse motion [rad]
     double dead_zone = 0.15;                                           // of a gamepad's axis [-]
     double arm = 0.436;                                                // [rad/s]
     double table = 60;                                                 // [mm/s]
@@ -109,15 +109,15 @@ struct KeyMap {
     std::array<std::vector<Key>, actions> keys;
     std::vector<InjectionPreset> injections;
 
-    /// "Up, W"; "no key" where there is none.
+    /// All keys of the action: "Up, W"; "no key" where there is none.
     std::string text(Action) const;
-    /// The first of them: "Up".
+    /// The first of its keys: "Up".
     std::string first(Action) const;
 };
 
-/// Throws InputError that lists everything wrong with file:line:column: unknown actions and keys, keys given
-/// twice, numbers outside their range. Actions that are not named keep the keys of `base`, unless another
-/// takes them.
+/// Throws InputError listing all errors with file:line:column: unknown actions and keys, keys given twice,
+/// numbers out of range. Actions that are not named keep the keys of `base`, unless another action takes
+/// them.
 KeyMap parse_keys(const std::string& toml, const std::string& file, const KeyMap& base = {});
 KeyMap load_keys(const std::filesystem::path&, const KeyMap& base = {});
 

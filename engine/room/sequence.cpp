@@ -8,7 +8,7 @@
 namespace room {
 namespace {
 
-/// Between four pixels; beyond the edge the edge.
+/// Interpolates between four pixels; beyond the edge the edge repeats.
 template <class Image>
 double between(const Image& values, int width, int height, double x, double y) {
     x = std::clamp(x, 0.0, width - 1.0);
@@ -63,7 +63,7 @@ void Sequences::observe(const exercise::Frame& frame, exercise::Monitor& monitor
 }
 
 void Sequences::limit() {
-    // Of fluoroscopy only the last run is kept; of DSA as many as there is room for.
+    // Only the last run of fluoroscopy is kept; of DSA as many as there is room for.
     for (auto run = runs_.begin(); run != runs_.end();) {
         const bool last = std::next(run) == runs_.end();
         run = !last && (*run)->mode != script::ImagingMode::Dsa ? runs_.erase(run) : std::next(run);
@@ -134,7 +134,7 @@ std::optional<double> band_width(const render::GrayImage& image, const Ruler& ru
     const double background = std::min(*std::max_element(profile.begin(), profile.begin() + darkest + 1),
                                        *std::max_element(profile.begin() + darkest, profile.end()));
     const double depth = background - profile[darkest];
-    if (depth < 4) return std::nullopt;  // of the noise
+    if (depth < 4) return std::nullopt;  // within the noise
     const double half = background - depth / 2;
     int left = darkest, right = darkest;
     while (left > 0 && profile[left] < half) --left;

@@ -15,7 +15,7 @@ namespace room {
 namespace {
 
 constexpr double take_back_time = 10;  // [s]
-constexpr double slow_for = 1;         // the strip says so [s]
+constexpr double slow_for = 1;         // for which the strip says so [s]
 
 double milliseconds(Clock::duration d) {
     return std::chrono::duration<double, std::milli>(d).count();
@@ -23,7 +23,7 @@ double milliseconds(Clock::duration d) {
 
 }  // namespace
 
-/// Lives on the session's thread: all but the mailboxes.
+/// Lives on the session's thread, except for the mailboxes.
 class Session::Worker {
 public:
     explicit Worker(Session& session)
@@ -52,7 +52,7 @@ private:
             view_.doing = what;
             publish();
             const std::lock_guard lock(session_.mutex_);
-            if (session_.stop_) throw io::InputError("loading was given up");  // nobody waits for it
+            if (session_.stop_) throw io::InputError("loading was given up");  // nobody waits for it any more
         };
         publish();
         exercise_.emplace(options_.scenario, true, cache);
@@ -119,7 +119,7 @@ private:
                 ++view_.lost_frames;
                 slow_until = now + std::chrono::duration_cast<Clock::duration>(
                                        std::chrono::duration<double>(slow_for));
-                next = now;  // what is late stays late: no frame is left out to catch up
+                next = now;  // a delay is not made up: no frame is skipped to catch up
             }
             next += period;
             view_.slow = now < slow_until;
@@ -232,7 +232,7 @@ private:
 
     int whole_second() const { return std::max(1, static_cast<int>(std::lround(1 / period_))); }
 
-    /// Writes to the recording, if there is one. A file that takes no more ends it, not the exercise.
+    /// Writes to the recording, if there is one. A failure to write ends the recording, not the exercise.
     template <class Write>
     void to_recording(Write&& write) {
         if (!recording_) return;
@@ -288,7 +288,7 @@ private:
             return;
         }
         view_.tuned = true;
-        moments_.clear();  // of another model
+        moments_.clear();  // they belong to another model
         last_ = {};
         if (!recording_) return;
         finish_recording();
@@ -328,7 +328,7 @@ private:
         if (options_.wake) options_.wake();
     }
 
-    struct Moment {  // that can be gone back to
+    struct Moment {  // a state that can be restored
         exercise::Exercise::Snapshot exercise;
         std::vector<std::byte> readout, handling;
         int frame = -1;
@@ -344,7 +344,7 @@ private:
     exercise::StepReport last_;
     Sequences sequences_;
     std::deque<Moment> moments_;
-    std::optional<Clock::time_point> waiting_;  // for a pulse that shows it
+    std::optional<Clock::time_point> waiting_;  // of input that a pulse has yet to show
     bool watches_ = false;
     View view_;
 };

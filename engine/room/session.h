@@ -1,7 +1,7 @@
 #pragma once
 /// One exercise in the room, on a thread of its own: frames are made at their rate, whatever the window does.
-/// What hands ask in between becomes the commands of the next frame; what comes of it is a View that nobody
-/// changes any more. Time on the wall decides when a frame is made, never what is in it.
+/// Input of the hands in between becomes the commands of the next frame; the result is a View that is never
+/// changed afterwards. Wall-clock time decides when a frame is made, never what is in it.
 
 #include <chrono>
 #include <condition_variable>
@@ -32,14 +32,14 @@ using Clock = std::chrono::steady_clock;
 enum class Phase { Loading, Ready, Running, Paused, Ended, Failed };
 enum class Control { Start, Pause, Resume, TakeBack, Finish, WatchSolver, IgnoreSolver };
 
-/// All that the window shows of a frame.
+/// All that the window shows of one frame.
 struct View {
     Phase phase = Phase::Loading;
-    double loading = 0;                                         // share of what is to be loaded
-    std::string doing;                                          // while it loads
-    std::string error;                                          // why it failed
-    long serial = 0;                                            // of views
-    long image_serial = 0;                                      // of images
+    double loading = 0;                                         // share of the loading that is done
+    std::string doing;                                          // what is done during loading
+    std::string error;                                          // why loading failed
+    long serial = 0;                                            // number of the view
+    long image_serial = 0;                                      // number of the image
     std::shared_ptr<const render::GrayImage> image, reference;  // null before the first
     render::Readout readout;
     exercise::Score score;
@@ -47,12 +47,12 @@ struct View {
     std::vector<std::shared_ptr<const Sequence>> runs;
     bool slow = false;  // frames take longer than they should
     bool time_is_up = false;
-    bool tuned = false;                      // by an instructor: the exercise has no score any more
-    bool recording = false;                  // and still able to
-    int last_frame = -1;                     // of a script that is played
-    std::vector<std::string> differences;    // of a replay from what it should be
-    std::optional<Clock::time_point> asked;  // when the hand last asked for a motion that the image shows
-    int lost_frames = 0;                     // that were made late by more than one frame
+    bool tuned = false;                      // by an instructor: the exercise no longer has a score
+    bool recording = false;                  // a recording was begun and still works
+    int last_frame = -1;                     // of the script being played
+    std::vector<std::string> differences;    // of a replay from its recording
+    std::optional<Clock::time_point> asked;  // when the hand last requested a motion that the image shows
+    int lost_frames = 0;                     // frames made late by more than one frame
     int frames = 0;
     std::shared_ptr<const SolverView> solver;  // while it is watched
 };
@@ -61,8 +61,8 @@ struct SessionOptions {
     scenario::Scenario scenario;
     anatomy::ModelCache cache;  // its `progress` is the session's own
     KeyMap keys;
-    bool free_practice = false;                   // no end at the target, and what was done can be taken back
-    std::optional<script::CommandScript> script;  // is played; hands do nothing
+    bool free_practice = false;                   // no end at the target, and actions can be taken back
+    std::optional<script::CommandScript> script;  // played instead of the hands' input
     std::filesystem::path record;                 // empty = nowhere
     std::string program = "seldinger";            // named in the recording
     std::function<void()> wake;                   // called from the session's thread when there is a new view
@@ -71,15 +71,15 @@ struct SessionOptions {
 class Session {
 public:
     explicit Session(SessionOptions);
-    /// Ends where it is, in mid-frame: the frame is finished first.
+    /// May end at any time: a frame being made is finished first.
     ~Session();
     Session(const Session&) = delete;
     Session& operator=(const Session&) = delete;
 
-    /// From the window's thread, which none of these hold up.
+    /// To be called from the window's thread, which none of these delay.
     void give(const Input&, std::optional<Clock::time_point> asked = {});
     void give(Control);
-    /// Before the next frame; ends the recording, and the exercise has no score.
+    /// Takes effect before the next frame; ends the recording, and the exercise then has no score.
     void give(const exercise::Tuning&);
     std::shared_ptr<const View> view() const;
 
@@ -94,14 +94,14 @@ private:
     mutable std::mutex mutex_;
     std::condition_variable changed_;
     bool stop_ = false;
-    Input held_;   // as keys stand, given again with each frame
+    Input held_;   // as the keys stand, passed again with each frame
     Input since_;  // what happened since the last frame
     std::optional<Clock::time_point> asked_;
     std::vector<Control> controls_;
     std::optional<exercise::Tuning> tuning_;
     std::shared_ptr<const View> view_;
     std::shared_ptr<const anatomy::Anatomy> anatomy_;
-    std::thread thread_;  // last: it starts when all else is there
+    std::thread thread_;  // last, as it starts when everything else exists
 };
 
 }  // namespace room

@@ -1,5 +1,5 @@
 #pragma once
-/// The wire as the solver left it, for whoever looks into the patient.
+/// The wire as the solver left it, for the view into the patient.
 
 #include <vector>
 
@@ -12,14 +12,14 @@ struct SolverView {
     std::vector<physics::WallContact> contacts;     // of the joints
     geometry::Vec3 shift = geometry::Vec3::Zero();  // of vessels and wire in the patient [mm]
     physics::RelaxReport relax;
-    exercise::Tuning tuning;             // by which it was moved
-    double error = 0;                    // of a joint from where it comes to rest, the largest [mm]
-    double motion_ms = 0, image_ms = 0;  // that this frame took
-    double frame_ms = 0;                 // time that a frame has
+    exercise::Tuning tuning;             // the tuning it was moved with
+    double error = 0;                    // largest distance of a joint from where it comes to rest [mm]
+    double motion_ms = 0, image_ms = 0;  // taken by this frame
+    double frame_ms = 0;                 // time available for a frame
 };
 
-/// What the simulation's last frame left; its times are zero. `relax` is the report of that frame. Brings a
-/// copy of the wire to rest by the fast solver to measure `error`.
+/// The state after the simulation's last frame; its times are zero. `relax` is the report of that frame. To
+/// measure `error`, the fast solver brings a copy of the wire to rest.
 SolverView solver_view(const exercise::Simulation&, const physics::RelaxReport& relax);
 
 }  // namespace room

@@ -1,5 +1,5 @@
 #pragma once
-/// An earlier run that this one is held against.
+/// An earlier run that this one is compared with.
 
 #include <filesystem>
 #include <map>
@@ -12,24 +12,25 @@
 
 namespace run {
 
-/// Collects where a run differs from the state hashes and frames that are expected of it.
+/// Collects the places where a run differs from the expected state hashes and frames.
 class Expectation {
 public:
-    /// State lines of a script or recording.
+    /// Adds the state lines of a script or recording.
     void add_states(const script::CommandScript&);
-    /// A recording, or the output folder of an earlier run: its run.gw and its frames. Throws InputError.
+    /// Adds a recording, or the output folder of an earlier run: its run.gw and its frames. Throws
+    /// InputError.
     void add(const std::filesystem::path&);
 
     bool knows_state(int frame) const { return states_.contains(frame); }
     void check_state(int frame, std::uint64_t hash);
     void check_frame(int frame, const render::GrayImage&);
-    /// After the last frame: states and frames that were expected but never came.
+    /// To be called after the last frame: adds states and frames that were expected but never came.
     void finish(int last_frame, bool interrupted);
 
     int last_state() const { return states_.empty() ? -1 : states_.rbegin()->first; }
     int compared_states() const { return compared_states_; }
     int compared_frames() const { return compared_frames_; }
-    /// The first few differences, a sentence each, and how many more there are.
+    /// The first few differences, a sentence each, and the number of others.
     std::vector<std::string> differences() const;
 
 private:

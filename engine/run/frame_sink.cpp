@@ -29,7 +29,7 @@ struct PngFolder::Worker {
     std::filesystem::path folder;
     std::mutex mutex;
     std::condition_variable changed;
-    std::deque<std::pair<int, Picture>> waiting;  // guarded by mutex, as all below
+    std::deque<std::pair<int, Picture>> waiting;  // guarded by mutex, like everything below
     bool closing = false;
     std::exception_ptr failure;
     std::thread thread;

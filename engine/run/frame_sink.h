@@ -12,22 +12,22 @@ namespace run {
 class FrameSink {
 public:
     virtual ~FrameSink() = default;
-    /// Takes a frame. Throws InputError for a failure of this frame or of an earlier one.
+    /// Takes a frame. Throws InputError when this frame or an earlier one failed.
     virtual void accept(int frame, const render::GrayImage&) = 0;
-    /// All frames are where they belong when it returns. Throws like accept.
+    /// Returns when all frames have reached their destination. Throws like accept.
     virtual void finish() = 0;
 };
 
 /// frame_000123.png
 std::string frame_file_name(int frame);
-/// The frame of such a name, -1 for any other.
+/// The frame that such a name belongs to, -1 for any other name.
 int frame_of_file_name(const std::string&);
 
-/// Writes PNG files on a thread of its own; at most a few frames wait, so that a slow disk slows the run
+/// Writes PNG files on a thread of its own; at most a few frames wait, so that a slow disk slows the run down
 /// instead of filling the memory.
 class PngFolder final : public FrameSink {
 public:
-    explicit PngFolder(std::filesystem::path folder);  // which exists
+    explicit PngFolder(std::filesystem::path folder);  // the folder must exist
     ~PngFolder() override;
 
     void accept(int frame, const render::GrayImage&) override;

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int sheet_tiles = 12, sheet_columns = 4, sheet_tile_width = 256;
 
-/// Without `end`, a run goes on long enough after its last command for the target's hold to pass.
+/// Without `end`, a run continues after its last command long enough for the target's hold to pass.
 int last_frame_of(const scenario::Scenario& scenario, const script::CommandScript& script) {
     return script.last_frame(static_cast<int>(std::ceil(scenario.target.hold * scenario.frame_rate)) + 1);
 }
@@ -28,7 +28,7 @@ bool shows(int frame, int last, int every) {
     return frame % every == 0 || frame == last;
 }
 
-/// Frames that have an image, about `sheet_tiles` of them evenly spread, the first and last among them.
+/// Frames with an image, about `sheet_tiles` of them evenly spaced, including the first and the last.
 std::vector<int> sheet_frames(int last, int every) {
     std::vector<int> shown, chosen;
     for (int frame = 0; frame <= last; ++frame) {
@@ -41,7 +41,7 @@ std::vector<int> sheet_frames(int last, int every) {
     return chosen;
 }
 
-/// Takes the frames of the contact sheet and passes all on.
+/// Collects the frames of the contact sheet and passes all frames on.
 class Sheet {
 public:
     Sheet(int last, int every, double frame_rate)
@@ -64,7 +64,7 @@ private:
     std::vector<std::string> labels_;
 };
 
-/// What a run leaves in its folder.
+/// The files that a run leaves in its folder.
 class FolderOutputs {
 public:
     FolderOutputs(OutputFolder& folder, const RunOptions& options, int last, double frame_rate)
@@ -79,7 +79,7 @@ public:
     void frame(const exercise::Frame& frame, const exercise::Exercise& exercise) {
         if (panel_) readout_.observe(frame, exercise.score());
     }
-    /// Of a frame that has an image.
+    /// Writes a frame that has an image.
     void image(const exercise::Frame& frame, exercise::Exercise& exercise, const render::GrayImage& image) {
         sheet_.accept(frame.time.index, image);
         if (panel_)

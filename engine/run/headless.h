@@ -1,5 +1,5 @@
 #pragma once
-/// A whole run without a display: script in; frames, score and recording out.
+/// A whole run without a display: takes a script; writes frames, score and recording.
 
 #include <filesystem>
 #include <functional>
@@ -24,12 +24,12 @@ struct Progress {
 struct RunOptions {
     int every = 1;                                // frames between two images; the last frame always has one
     bool images = true;                           // off = neither frames nor a sheet
-    bool panel = false;                           // the image amid the readouts, in panel/
+    bool panel = false;                           // the image with the readouts around it, in panel/
     bool truth = false;                           // ground truth of each image, in truth/
     int hash_every = 10;                          // frames between two state lines of the recording
     std::string program = "seldinger";            // named in the recording
     std::optional<std::filesystem::path> expect;  // recording or output folder to compare with
-    anatomy::ModelCache cache;  // the folder, where empty, is cache beside the output folder
+    anatomy::ModelCache cache;                    // an empty folder stands for cache beside the output folder
     std::function<void(const Progress&)> progress;  // after each frame
     std::function<bool()> interrupted;              // asked after each frame; true ends the run
 };
@@ -45,11 +45,12 @@ struct RunResult {
     std::vector<std::string> notices;      // what the trainee should know: stops of the wire
 };
 
-/// Throws InputError with everything wrong with the scenario, and with the script in it.
+/// Throws InputError listing all errors of the scenario and of the script in it.
 void check(const scenario::Scenario&, const script::CommandScript&);
 
-/// Runs the script and leaves in `out` run.gw, score.json and, with images, frames/ and sheet.png. What an
-/// earlier run left there is replaced. Throws InputError, before anything is written where that can be known.
+/// Runs the script and leaves run.gw, score.json and, with images, frames/ and sheet.png in `out`. Files left
+/// there by an earlier run are replaced. Throws InputError, before anything is written where the error can be
+/// detected in time.
 RunResult run_headless(const scenario::Scenario&, const script::CommandScript&,
                        const std::filesystem::path& out, const RunOptions&);
 

@@ -28,7 +28,7 @@ bool make(const fs::path& folder) {
     return made;
 }
 
-/// frame_000123 with the endings that are written here.
+/// Whether the file is named frame_000123 with one of the endings that are written here.
 bool is_of_a_frame(const fs::path& file) {
     const std::string name = file.filename().string(), stem = name.substr(0, frame_file_name(0).size() - 4);
     const std::string ending = name.substr(stem.size());

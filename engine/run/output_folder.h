@@ -1,5 +1,5 @@
 #pragma once
-/// The folder that a run leaves behind: run.gw, score.json, sheet.png, and of its frames frames/, panel/ and
+/// The folder that a run leaves behind: run.gw, score.json, sheet.png, and for its frames frames/, panel/ and
 /// truth/ with frame_000123.png and the like.
 
 #include <filesystem>
@@ -10,19 +10,19 @@
 
 namespace run {
 
-/// Throws InputError when writing to `out` would destroy the script being run or the run it is compared with.
+/// Throws InputError when writing to `out` would destroy the script being run or the run to compare with.
 void refuse_to_overwrite(const std::filesystem::path& out, const std::filesystem::path& script,
                          const std::optional<std::filesystem::path>& expected);
 
 class OutputFolder {
 public:
-    /// What of each frame is kept.
+    /// The parts of each frame to keep.
     struct Parts {
         bool frames = true, panel = false, truth = false;
     };
-    /// Makes the folder and takes out of it what an earlier run left; other files stay. Throws InputError.
+    /// Creates the folder and removes the files of an earlier run; other files stay. Throws InputError.
     OutputFolder(std::filesystem::path, Parts);
-    /// Unless kept, folders made here that are still empty go.
+    /// Unless the run is kept, removes folders made here that are still empty.
     ~OutputFolder();
     OutputFolder(const OutputFolder&) = delete;
     OutputFolder& operator=(const OutputFolder&) = delete;

@@ -1,5 +1,5 @@
 #pragma once
-/// Pictures into files and back.
+/// Writes pictures to files and reads them back.
 
 #include <filesystem>
 
@@ -7,11 +7,11 @@
 
 namespace run {
 
-/// A PNG that is whole or not there: see write_whole. Throws InputError.
+/// Writes a PNG that is either complete or absent: see write_whole. Throws InputError.
 void write_picture(const std::filesystem::path&, const render::GrayImage&);
 void write_picture(const std::filesystem::path&, const render::ColourImage&);
 
-/// A grey PNG. Throws InputError.
+/// Reads a grey PNG. Throws InputError.
 render::GrayImage read_picture(const std::filesystem::path&);
 
 }  // namespace run

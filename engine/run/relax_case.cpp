@@ -21,7 +21,7 @@ using geometry::Vec3;
 using physics::Guidewire;
 
 constexpr int most_segments = 20'000;
-constexpr double spacing = 1e-4;  // largest difference of a segment's length from the others', a part of it
+constexpr double spacing = 1e-4;  // largest relative difference of a segment's length from the others'
 constexpr double heaviest = 100;  // load [N/mm]
 
 [[noreturn]] void refuse(const std::string& where, const std::string& found, const std::string& accepted) {
@@ -103,7 +103,7 @@ void check_combination(const RelaxRequest& r) {
                fmt::format("2 to {} segments are accepted, fewer than --segments", *r.segments - 1));
 }
 
-/// Where the wire may start and what stops it.
+/// Where the wire may start, and the wall that stops it.
 struct Vessel {
     std::string name;  // for messages
     std::unique_ptr<const physics::LumenWall> wall;
@@ -137,7 +137,7 @@ Vessel tube_vessel(const RelaxRequest& r) {
     return vessel;
 }
 
-/// The open end that a branch ends at.
+/// The open end at which a branch ends.
 int end_of_branch(const anatomy::Anatomy& anatomy, const geometry::CentrelineBranch& branch) {
     int best = 0;
     double least = std::numeric_limits<double>::infinity();
@@ -173,7 +173,7 @@ Vessel anatomy_vessel(const RelaxRequest& r) {
             path.points, anatomy.openings()};
 }
 
-/// The wire through these joints, which must be equally far apart.
+/// The wire through these joints, which must be equally spaced.
 Guidewire wire_through(const Polyline& joints, const std::string& file, double rigidity,
                        physics::EndCells ends) {
     if (joints.size() < 3)
@@ -217,7 +217,8 @@ double distance_to(const Polyline& path, const Vec3& x) {
     return least;
 }
 
-/// Joints on the path; wire_along goes on straight where the path ends, which would be outside the vessel.
+/// Joints on the path; rejects wires longer than it, as wire_along continues straight and would leave the
+/// vessel.
 Guidewire wire_on(const Vessel& vessel, int segments, double segment_length, double rigidity,
                   physics::EndCells ends) {
     const double limit = 1e-6 * segment_length;
@@ -243,7 +244,7 @@ Vec3 direction(const std::string& text) {
     return u.stableNormalized();
 }
 
-/// Every joint must start inside, or no deeper in the wall than a wire at rest may be.
+/// Every joint must start inside, or no deeper in the wall than that of a wire at rest may be.
 void check_inside(const Vessel& vessel, const Guidewire& wire, const std::string& name) {
     std::vector<physics::WallContact> contacts(wire.joints.size());
     vessel.wall->contacts(wire.joints, contacts);

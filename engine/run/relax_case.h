@@ -1,6 +1,6 @@
 #pragma once
-/// One wire in one vessel to be relaxed from given numbers: what `seldinger relax` is asked for, checked and
-/// made into a wall, a wire and a method.
+/// One wire in one vessel, to be relaxed from given numbers: checks the request of `seldinger relax` and
+/// turns it into a wall, a wire and a method.
 
 #include <filesystem>
 #include <memory>
@@ -14,50 +14,50 @@
 
 namespace run {
 
-/// The arguments as they were given. Either a tube or an anatomy; either a wire or segments and their length.
+/// The arguments as given. Either a tube or an anatomy; either a wire or segments and their length.
 struct RelaxRequest {
     std::optional<std::filesystem::path> tube;  // CSV of the centreline
     std::optional<double> radius;               // of the tube [mm]
     std::optional<std::filesystem::path> anatomy;
-    std::optional<std::string> branch;  // of the anatomy, the wire enters by its open end; empty = the first
+    std::optional<std::string> branch;  // of the anatomy; the wire enters by its open end; empty = the first
     std::string wall = "distance-field";  // of the anatomy; or "mesh", by ray and plane as in the paper
     anatomy::ModelCache cache;
 
     std::optional<std::filesystem::path> wire;   // CSV of the joints, from joint 0
     std::optional<int> segments;                 // N
     std::optional<double> segment_length;        // λ [mm]
-    double wire_diameter = 0;                    // taken off the lumen's; 0 = the paper's line [mm]
+    double wire_diameter = 0;                    // subtracted from the lumen's; 0 = the paper's line [mm]
     std::optional<std::string> entry_direction;  // "X,Y,Z"; empty = along the wire's first segment
 
     double rigidity = 0;              // EI, the same all along, straight when unloaded [N·mm²]
     std::string clamp = "half";       // what the first and the last joint stand for: half a segment, or
-                                      // "paper", a whole one
+                                      // a whole one ("paper")
     std::optional<std::string> load;  // "X,Y,Z", force on the wire per length [N/mm]; empty = none
     double wall_stiffness = 0;        // k per joint [N/mm]
     std::string method;               // see parse_method
 
-    std::optional<int> cycles;        // most work, in relaxation cycles (a push)
+    std::optional<int> cycles;        // maximum work, in relaxation cycles (per push)
     std::optional<double> tolerance;  // stop at |g|/C [-]
     std::optional<int> push_from;     // N₀: insert one segment at a time from here to N
 };
 
-/// Ready to relax.
+/// A case that is ready to relax.
 struct RelaxCase {
     std::unique_ptr<const physics::LumenWall> wall;
     physics::Guidewire wire;  // of push_from segments when pushing
-    int segments = 0;         // N in the end
+    int segments = 0;         // N at the end
     physics::RelaxerConfig method;
-    int cycles = 0;                   // most work for a relaxation
+    int cycles = 0;                   // maximum work of a relaxation
     std::optional<double> tolerance;  // [-]
 };
 
-/// Cycles when none are asked for: of a relaxation, and of each push.
+/// Cycles when none are requested: of a relaxation, and of each push.
 inline constexpr int usual_cycles = 300, usual_cycles_per_push = 10;
 
-/// A joint may start this part of the lumen's radius inside the wall, as a wire at rest does under load.
+/// A joint may start inside the wall by this part of the lumen's radius, as a wire at rest under load does.
 inline constexpr double pressed_in = 0.1;
 
-/// Throws InputError naming the argument or file:line:column, what was found and what is accepted.
+/// Throws InputError stating the argument or file:line:column, what was found and what is accepted.
 RelaxCase make_relax_case(const RelaxRequest&);
 
 }  // namespace run

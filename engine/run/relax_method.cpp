@@ -25,7 +25,7 @@ constexpr int most_varied = 5, least_delta = 2, most_delta = 200;
                     method, why, most_varied, least_delta, most_delta));
 }
 
-/// What may follow segment:M, in the order that method_text writes it.
+/// The options that may follow segment:M, in the order in which method_text writes them.
 struct Option {
     std::string_view word;
     bool (*is_set)(const RelaxerConfig&);

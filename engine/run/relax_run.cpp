@@ -85,7 +85,7 @@ RelaxOutcome run_relax(RelaxCase given, const std::function<void(const RelaxProg
             if (progress) progress({(k + part) / relaxations, gradient, wire.segments()});
         });
         outcome.iterations += iterations;
-        if (k == 0 && relaxations > 1) continue;  // the wire that pushing starts from
+        if (k == 0 && relaxations > 1) continue;  // the wire with which pushing starts
         const auto contacts = physics::all_contacts(wire, *given.wall);
         outcome.energy = physics::total_energy(wire, contacts);
         outcome.gradient = physics::relative_gradient(wire, contacts);
@@ -122,7 +122,7 @@ std::string report_json(const RelaxOutcome& o) {
     json["wall_queries"] = o.wall_queries;
     json["cpu_s"] = o.cpu;
     json["converged"] = o.converged;
-    // The other methods look neither at the curvature of the whole wire's energy nor at its base.
+    // The other methods use neither the curvature of the whole wire's energy nor the force at its base.
     const auto of_global = [&](const Json& value) { return o.counts_newton_steps ? value : Json(nullptr); };
     json["strict_minimum"] = of_global(o.strict_minimum);
     json["push_force_N"] = of_global(number(o.push_force));

@@ -49,7 +49,7 @@ render::GrayImage render_still(const scenario::Scenario& scenario, const script:
         exercise::Pulse filled = mask;
         exercise::remove_contrast(mask.exposure);
         if (!flows) filled.exposure.iodine = request.iodine;
-        ++filled.exposure.frame;  // another noise
+        ++filled.exposure.frame;  // for different noise
         monitor.take(mask);
         monitor.take(filled);
     }

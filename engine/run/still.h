@@ -10,19 +10,18 @@
 namespace run {
 
 struct StillRequest {
-    int frame = 0;                                 // of the script, whose commands up to it are carried out
-    std::optional<double> lao = {}, cranial = {};  // else as the script left the arm [rad]
+    int frame = 0;                                 // of the script; commands up to it are carried out
+    std::optional<double> lao = {}, cranial = {};  // by default as the script left the arm [rad]
     script::ImagingMode mode = script::ImagingMode::Live;
-    double iodine = 60;  // DSA and roadmap: fills the vessels when no contrast is in them [mg/ml]
+    double iodine = 60;  // DSA and roadmap: fills the vessels when they hold no contrast [mg/ml]
 };
 
-/// DSA subtracts the same view without contrast; a roadmap lays the vessels with contrast under the wire,
-/// which was not there when it was made. Throws InputError for a scenario, script or angles that can't be
-/// followed.
+/// DSA subtracts the same view without contrast; a roadmap lays the vessels with contrast, taken before the
+/// wire was there, under the wire. Throws InputError for a scenario, script or angles that can't be followed.
 render::GrayImage render_still(const scenario::Scenario&, const script::CommandScript&, const StillRequest&,
                                const anatomy::ModelCache& = {});
 
-/// Before any work: throws InputError for a picture that is not named .png or has no folder to lie in.
+/// To be called before any work: throws InputError unless the picture is named .png and its folder exists.
 void check_still(const std::filesystem::path&);
 /// Throws InputError when the PNG cannot be written.
 void write_still(const std::filesystem::path&, const render::GrayImage&);

@@ -1,5 +1,5 @@
 #pragma once
-/// Ground truth of images as files next to theirs.
+/// Ground truth of images, as files next to the images.
 
 #include <filesystem>
 #include <string>
@@ -8,8 +8,8 @@
 
 namespace run {
 
-/// The text of frame_000123.json: C-arm, camera matrix (rows of P, by which (u·w, v·w, w) = P·(x, y, z, 1)
-/// from patient coordinates [mm] to pixels, whose centres lie at halves), joints in both, the tip, and the
+/// The text of frame_000123.json: C-arm, camera matrix (rows of P, which maps patient coordinates [mm] to
+/// pixels by (u·w, v·w, w) = P·(x, y, z, 1); pixel centres lie at halves), joints in both, the tip, and the
 /// masks' file names.
 std::string to_json(const exercise::Truth&, const exercise::FrameTime&);
 

@@ -12,7 +12,7 @@
 namespace script {
 namespace {
 
-/// The shortest number of degrees that becomes these very bits again.
+/// The shortest number of degrees that converts back to exactly these bits.
 std::string degrees_text(double angle) {
     std::array<char, 64> buffer;
     for (int digits = 1; digits <= 17; ++digits) {

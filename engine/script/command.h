@@ -1,5 +1,5 @@
 #pragma once
-/// What a trainee does, one command at a time, and scripts of it.
+/// The actions of a trainee, one command at a time, and scripts of them.
 ///
 ///     0       beam on                    # frame, verb, arguments; # starts a comment
 ///     3       advance 5 mm
@@ -16,8 +16,8 @@
 ///     50      reference                  # the image to the reference screen
 ///     80      withdraw 10 mm
 ///     90      reset                      # everything as at the start
-///     120     end                        # the last frame; else the hold of the target after the last
-///     command state 60 0123456789abcdef          # the state hash that frame 60 must leave
+///     120     end                        # the last frame; default: the hold after the last command
+///     state 60 0123456789abcdef          # the state hash that frame 60 must leave
 ///
 /// Frames stand in order. A line may repeat over a range, and ranges may overlap.
 
@@ -46,7 +46,7 @@ struct Withdraw {
 struct Rotate {
     double angle = 0;  // of the hub, right-handed about the wire [rad]
 };
-/// What is not given stays.
+/// Values that are not given stay as they are.
 struct MoveArm {
     std::optional<double> lao, cranial;              // [rad]
     std::optional<double> sid, sod, detector_width;  // [mm]
@@ -56,13 +56,13 @@ struct Beam {
     bool on = false;
 };
 struct Contrast {
-    double iodine = 0;  // that fills the lumen from now on [mg/ml]
+    double iodine = 0;  // fills the lumen from now on [mg/ml]
 };
-/// Through a catheter that is there and not drawn.
+/// Injects through a catheter that is present but not drawn.
 struct Inject {
     double volume = 0;    // [ml]
     double rate = 0;      // [ml/s]
-    std::string branch;   // at the start of which its tip lies
+    std::string branch;   // the catheter's tip lies at its start
     double iodine = 320;  // [mg/ml]
 };
 enum class ImagingMode { Live, Dsa, Roadmap };
@@ -80,7 +80,7 @@ struct NewMask {};
 struct Collimate {
     double width = 0, height = 0;  // of the opening at the detector [mm]
 };
-/// Of the table from where it was at the start [mm].
+/// Position of the table relative to the start [mm].
 struct MoveTable {
     geometry::Vec3 place = geometry::Vec3::Zero();
 };
@@ -90,22 +90,22 @@ struct Reset {};
 using Command = std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Inject, SetMode,
                              SetPulseRate, NewMask, Collimate, MoveTable, StoreReference, Reset>;
 
-/// Amounts that one command may ask for; beyond lies a slip of the pen.
+/// Largest amounts that one command may request; anything beyond is a typing error.
 inline constexpr double largest_motion = 500;            // [mm]
 inline constexpr double largest_rotation = 36000;        // [deg]
 inline constexpr double largest_volume = 300;            // of one injection [ml]
 using render::widest_opening;                            // of the collimator [mm]
-inline const geometry::Vec3 table_reach(180, 140, 600);  // either way [mm]
+inline const geometry::Vec3 table_reach(180, 140, 600);  // in either direction [mm]
 inline constexpr int largest_frame = 1'000'000;
 
 /// "advance 5 mm": reads back to the same bits.
 std::string to_text(const Command&);
-/// The command as a recording of it will be read: angles made in radians move by a rounding error.
+/// The command as it is read back from a recording: angles made in radians change by a rounding error.
 Command canonical(const Command&);
 
 render::CArm moved(render::CArm, const MoveArm&);
 
-/// What is wrong with more pulses than frames.
+/// The problem with more pulses than frames, for messages.
 std::string too_many_pulses(double rate, double frame_rate);
 
 struct TimedCommand {
@@ -121,7 +121,7 @@ struct StateCheck {
 
 struct CommandScript {
     std::string file;
-    std::vector<TimedCommand> commands;  // in order of frames; ranges written out
+    std::vector<TimedCommand> commands;  // in order of frames; ranges expanded
     std::vector<StateCheck> checks;      // in order of frames
     std::optional<int> end;              // last frame, if the script says so
 
@@ -131,11 +131,11 @@ struct CommandScript {
     int last_frame(int tail) const;
 };
 
-/// Throws InputError that lists everything wrong, a line each, with file:line:column.
+/// Throws InputError listing all errors, one per line, with file:line:column.
 CommandScript parse_commands(std::string_view text, const std::string& file);
 CommandScript load_commands(const std::filesystem::path&);
 
-/// The commands of a script that no stand could follow from `start`, or that ask for more pulses than there
+/// The commands of a script that no stand could follow from `start`, or that request more pulses than there
 /// are frames in a second, a sentence each.
 std::vector<std::string> problems(const CommandScript&, const render::CArm& start, double frame_rate);
 

@@ -26,7 +26,7 @@ struct Refusal {
     std::string message;
 };
 
-/// The words of one line, taken from the left; each taker says what it accepts.
+/// The words of one line, taken from the left; every function that takes one states what it accepts.
 class Line {
 public:
     explicit Line(std::string_view text) {
@@ -57,7 +57,7 @@ public:
             fmt::format("a number from {} to {} is accepted, in {}", least, most, unit);
         const Word& word = take(accepted);
         const std::optional<double> read = io::parse_number(word.text);
-        if (!read || !(*read >= least && *read <= most)) refuse(word, accepted);  // also refuses NaN
+        if (!read || !(*read >= least && *read <= most)) refuse(word, accepted);  // also rejects NaN
         return *read;
     }
     /// Takes the word if it is this one.
@@ -178,7 +178,7 @@ Beam beam_command(Line& line) {
     return {word.text == "on"};
 }
 
-/// How the rest of a line is read, by its verb.
+/// A verb, and how the rest of its line is read.
 struct Verb {
     std::string_view word;
     Command (*read)(Line&);
@@ -204,7 +204,7 @@ constexpr Verb verbs[] = {
 };
 static_assert(std::size(verbs) == std::variant_size_v<Command>, "every command has its verb");
 
-/// And 'end', which is no command.
+/// All verbs, and 'end', which is not a command.
 std::vector<std::string_view> known_verbs() {
     std::vector<std::string_view> words;
     for (const Verb& verb : verbs) words.push_back(verb.word);
@@ -307,7 +307,7 @@ private:
 
     CommandScript script_;
     io::TextPlace place_;
-    int last_start_ = 0;  // frame that the line before began at
+    int last_start_ = 0;  // first frame of the line before
     int last_frame_ = 0;  // of any command or state so far
     std::size_t refused_ = 0;
     std::vector<std::string> wrong_;

@@ -1,6 +1,6 @@
 #pragma once
 /// run.gw: the commands of an attempt as they were made, with the state hashes they led to. A recording is a
-/// command script: replayed, it reaches the same state, and says so.
+/// command script: replayed, it reaches the same state and checks that it does.
 
 #include <cstdint>
 #include <filesystem>
@@ -20,19 +20,20 @@ struct RecordingHeader {
     int hash_every = 10;   // frames between two state lines
 };
 
-/// Grows by one frame at a time, each handed to the system whole, so that what is there can be replayed even
-/// if the program is killed.
+/// Grows by one frame at a time, each handed to the system whole, so that the part written can be replayed
+/// even if the program is killed.
 class Recording {
 public:
-    /// Throws InputError when the file cannot be written, here and below.
+    /// This and all below throw InputError when the file cannot be written.
     Recording(const std::filesystem::path&, const RecordingHeader&);
 
-    /// The state's hash, asked for where it is written.
+    /// Computes the state's hash; called only where it is written.
     using StateHash = std::function<std::uint64_t()>;
     void frame(int number, std::span<const Command>, const StateHash&);
-    /// What came after a frame was not: the frame after that comes next. With -1 all goes.
+    /// Removes everything after a frame; the next frame to come is the one after it. With -1 all frames are
+    /// removed.
     void take_back(int frame);
-    /// States the last frame and its hash. Nothing may follow.
+    /// Writes the last frame and its hash. Nothing may follow.
     void close(const StateHash&);
 
 private:

@@ -25,7 +25,8 @@ std::string word(EndCells ends) {
     return ends == EndCells::Half ? "half" : "paper";
 }
 
-/// Slope of log error over log λ through the finest three, by least squares [-]; none where rounding is all.
+/// Slope of log error over log λ through the finest three, by least squares [-]; none where rounding
+/// dominates.
 double order_of(const std::vector<double>& lambdas, const std::vector<double>& errors) {
     const std::size_t n = lambdas.size(), from = n - 3;
     if (*std::max_element(errors.begin(), errors.end()) < 1e-6)
@@ -44,7 +45,7 @@ struct Order {
     double order = 0;
 };
 
-/// A method in the race through the bent tube, with the rule for the ends that it has there.
+/// A method compared in the bent tube, with the rule for the ends that it uses there.
 struct Contender {
     std::string name;
     physics::RelaxerConfig config;
@@ -149,7 +150,7 @@ StudyResult run_accuracy(const StudyOptions& options) {
     const std::vector<ExactCase> cases = exact_cases();
     const std::vector<Contender> list = contenders();
     const ExactCase& raced = cases[1];
-    const int lengths = options.quick ? 3 : 5;  // of segments, in the race
+    const int lengths = options.quick ? 3 : 5;  // of segments, in the comparison
     struct Found {
         std::vector<AgainstExact> measured;
         double gradient = 0;

@@ -39,12 +39,12 @@ Vec3 heading(double angle) {
     return {std::cos(angle), std::sin(angle), 0};
 }
 
-/// A wall's stiffness for a joint of the spec's λ that gives the tip this one by either rule.
+/// Wall stiffness for a joint of the spec's λ at which the tip gets this stiffness under either rule.
 double for_tip(double stiffness, EndCells ends) {
     return ends == EndCells::Half ? 2 * stiffness : stiffness;
 }
 
-/// What a wire in a plane is held to: tip, farthest joint, energy and, on a wall, the force of the tip.
+/// Compares tip, farthest joint, energy and, on a wall, the force of the tip with the exact wire in a plane.
 void hold_to_exact(ExactCase& c, const PlaneWire& problem) {
     ExactStart fine = c.set(c.segments.back(), EndCells::Half);
     bring_to_rest(fine.start, *fine.wall);
@@ -153,7 +153,7 @@ std::pair<int, int> middle(const Guidewire& wire) {
     return {wire.segments() * 3 / 8, wire.segments() * 5 / 8};
 }
 
-/// Of the wall on all that is distal of a joint.
+/// The wall's force on everything distal of a joint.
 Vec3 push_from(const std::vector<physics::WallContact>& contacts, int joint) {
     Vec3 sum = Vec3::Zero();
     for (std::size_t i = contacts.size() - 1; i >= static_cast<std::size_t>(joint); --i)

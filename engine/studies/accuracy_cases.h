@@ -1,5 +1,5 @@
 #pragma once
-/// Wires that are known exactly, each as chains of segments to be held to it.
+/// Wires that are known exactly, each with chains of segments to compare with it.
 
 #include <functional>
 #include <memory>
@@ -11,14 +11,14 @@
 
 namespace studies {
 
-/// A number of the exact wire, and how far a chain is off: a length over that of the wire, all else over the
-/// exact number.
+/// A quantity of the exact wire, and the error of a chain: for a length relative to the wire's length, for
+/// all else relative to the exact value.
 struct AgainstExact {
     std::string quantity;
     double exact = 0, measured = 0, error = 0;
 };
 
-/// A wall, and a wire that has yet to come to rest in it.
+/// A wall, and a wire in it that is not yet at rest.
 struct ExactStart {
     std::unique_ptr<const physics::LumenWall> wall;
     physics::Guidewire start;
@@ -27,10 +27,10 @@ struct ExactStart {
 struct ExactCase {
     std::string id, title, text;
     std::string headline;       // the quantity in the picture
-    std::string look;           // gnuplot's, of its lines
+    std::string look;           // gnuplot's style of its lines
     double length = 0;          // [mm]
-    std::vector<int> segments;  // the last for the exact curve's guess too
-    bool has_ends = true;       // else only what is far from both ends is compared
+    std::vector<int> segments;  // the last also serves as the exact curve's guess
+    bool has_ends = true;       // otherwise only places far from both ends are compared
     std::function<ExactStart(int segments, physics::EndCells)> set;
     std::function<std::vector<AgainstExact>(const physics::Guidewire&, const physics::LumenWall&)> measure;
     double exact_residual = 0, exact_step_error = 0;
@@ -40,11 +40,11 @@ struct ExactCase {
 /// ends.
 std::vector<ExactCase> exact_cases();
 
-/// By the global relaxer, to a gradient over C of 1e-11.
+/// Uses the global relaxer, to a gradient over C of 1e-11.
 void bring_to_rest(physics::Guidewire&, const physics::LumenWall&);
 
-/// What all of them have: EI [N·mm²]; the wall that a tip alone meets, flat and of the bent tube [N/mm]; the
-/// wall that helix and arc lie on, for each mm of wire [N/mm²].
+/// Values common to all cases: EI [N·mm²]; the wall met by a tip alone, flat and of the bent tube [N/mm]; the
+/// wall that helix and arc lie on, per mm of wire [N/mm²].
 inline constexpr double exact_rigidity = 50, flat_stiffness = 1e4, bent_stiffness = 42, per_length = 42;
 
 }  // namespace studies

@@ -41,7 +41,7 @@ void count(const RTCFilterFunctionNArguments* args) {
         trace.sum.length += facing > 0 ? depth : -depth;
         trace.sum.balance += facing > 0 ? -1 : 1;
     }
-    args->valid[0] = 0;  // and on to the next
+    args->valid[0] = 0;  // continue to the next hit
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-/// A second way to path lengths, through another program's rays: what the fluoroscope's are held against.
+/// A second way to compute path lengths, with another program's rays, to check the fluoroscope's.
 
 #include <memory>
 
@@ -7,7 +7,7 @@
 
 namespace studies {
 
-/// A closed mesh, as Embree meets its triangles.
+/// A closed mesh, whose triangles Embree intersects.
 class AllHits {
 public:
     explicit AllHits(geometry::TriangleMesh);
@@ -16,10 +16,11 @@ public:
 
     struct Sum {
         double length = 0;  // inside the mesh [mm]
-        int balance = 0;    // entries less exits
+        int balance = 0;    // entries minus exits
     };
-    /// From a place outside in a unit direction. Which triangles are met Embree says, in floats; where, their
-    /// planes in doubles. A ray through an edge may meet both its triangles: then the balance is not 0.
+    /// Follows a ray from a place outside in a unit direction. Embree finds in floats which triangles are
+    /// met; their planes give in doubles where. A ray through an edge may meet both its triangles: the
+    /// balance is then not 0.
     Sum along(const geometry::Vec3& origin, const geometry::Vec3& direction) const;
 
 private:

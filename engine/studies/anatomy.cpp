@@ -70,7 +70,7 @@ void add_import(io::Table& table, const std::string& name, const anatomy::Anatom
                100 * errors.radius_p50, 100 * errors.radius_p95});
 }
 
-/// Real meshes come without truth: what was found is reported.
+/// Real meshes come without a known truth: only the findings are reported.
 void add_real(io::Table& table, const std::filesystem::path& mesh) {
     if (!std::filesystem::exists(mesh)) return;
     anatomy::ImportOptions options;

@@ -20,11 +20,11 @@ using geometry::Vec3;
 using physics::LumenWall;
 using physics::WallContact;
 
-constexpr double clear = 0.1;      // from the wall, where a sign counts [mm]
-constexpr double around = 1.0;     // outside the lumen that places are drawn from [mm]
+constexpr double clear = 0.1;      // distance from the wall at which a sign counts [mm]
+constexpr double around = 1.0;     // distance outside the lumen within which places are drawn [mm]
 constexpr double at_carina = 0.5;  // from the walls of both limbs [mm]
-constexpr double past_end = 20;    // that contacts are looked for past an open end [mm]
-constexpr double sleeve = 10;      // past an end, up to which a distance field goes on straight [mm]
+constexpr double past_end = 20;    // distance past an open end over which contacts are looked for [mm]
+constexpr double sleeve = 10;      // distance past an end over which a distance field continues straight [mm]
 constexpr double step = 0.02;      // along a segment, for its truth [mm]
 
 WallContact ask(const LumenWall& wall, const Vec3& x, int station = -1) {
@@ -43,7 +43,7 @@ struct Segment {
     double depth;  // of its deepest place outside the lumen [mm]
 };
 
-/// A vessel tree, its lumen and what is true of random places in it.
+/// A vessel tree, its lumen and the truth about random places in it.
 class Truth {
 public:
     Truth(std::string_view preset, const StudyOptions& options)
@@ -71,7 +71,8 @@ public:
     const std::vector<Place>& at_carinas() const { return at_carinas_; }
     const std::vector<Segment>& segments() const { return segments_; }  // that may cross
 
-    /// Places past the open ends where a wire that left by them touches nothing, and the ends they belong to.
+    /// Places past the open ends where a wire that left through them touches nothing, and the ends they
+    /// belong to.
     std::vector<std::pair<Vec3, const geometry::OpenEnd*>> past_ends() {
         std::vector<std::pair<Vec3, const geometry::OpenEnd*>> places;
         for (const anatomy::VesselEnd& end : anatomy_.ends) {
@@ -106,7 +107,7 @@ private:
         return std::any_of(anatomy_.ends.begin(), anatomy_.ends.end(),
                            [&](const anatomy::VesselEnd& end) { return end.opening.beyond(x, around) > 0; });
     }
-    /// Of the ball of a branch that holds a place deepest [mm].
+    /// Distance to the ball of a branch that holds a place deepest [mm].
     static double to_balls(const anatomy::SampledBranch& branch, const Vec3& x) {
         double least = 1e9;
         for (std::size_t i = 0; i < branch.points.size(); ++i)
@@ -152,7 +153,7 @@ double percent_wrong(const LumenWall& wall, const std::vector<Place>& places) {
     return 100.0 * wrong / std::max<double>(1, static_cast<double>(places.size()));
 }
 
-/// Of a place whose station is known, as a joint's is.
+/// Time of a query at a place whose station is known, as a joint's is.
 double query_seconds(const LumenWall& wall, const std::vector<Place>& places) {
     std::vector<Vec3> joints;
     for (const Place& place : places) joints.push_back(place.x);

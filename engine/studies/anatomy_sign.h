@@ -1,5 +1,5 @@
 #pragma once
-/// Do the walls of a simulation know inside from outside, and which segments cross them?
+/// Do the walls of a simulation distinguish inside from outside, and which segments cross them?
 
 #include <string_view>
 
@@ -7,8 +7,8 @@
 
 namespace studies {
 
-/// Rows per mesh (as generated, turned inside out, with 5 % of its triangles turned) and wall. The truth is
-/// the sign of the implicit surface, at random places more than 0.1 mm from it. Crossings are those of random
+/// One row per mesh (as generated, turned inside out, with 5 % of its triangles turned) and wall. The truth
+/// is the sign of the implicit surface, at random places more than 0.1 mm from it. Crossings count random
 /// segments of 1 and 2 mm with both ends inside that lie more than 0.1 mm outside in between.
 io::Table sign_table();
 void add_signs(io::Table&, std::string_view preset, const StudyOptions&);

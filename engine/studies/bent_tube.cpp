@@ -9,10 +9,10 @@ using geometry::Mat3;
 using geometry::Vec3;
 
 physics::WallContact BentTube::contact(const Vec3& x) const {
-    // Seen from the middle of the bend: the angle along it, and outwards.
+    // Seen from the centre of the bend: the angle along it, and outwards.
     const Vec3 from(x.x(), x.y() - bend_, 0);
     const double along = std::atan2(from.x(), -from.y());
-    const double before = -0.5 * (2 * M_PI - angle_);  // farther round than this the far end is nearer
+    const double before = -0.5 * (2 * M_PI - angle_);  // beyond this angle the far end is nearer
     const double on = along < before ? angle_ : std::clamp(along, 0.0, angle_);
     const Vec3 outwards(std::sin(on), -std::cos(on), 0), forwards(std::cos(on), std::sin(on), 0);
     const Vec3 out = x - (Vec3(0, bend_, 0) + bend_ * outwards);

@@ -1,6 +1,6 @@
 #pragma once
-/// A tube of constant radius around an arc, closed by half balls, in closed form and without a polyline's
-/// corners.
+/// A tube of constant radius around an arc, closed by half balls, in closed form and without the corners of a
+/// polyline.
 
 #include "physics/wall/wall.h"
 

@@ -36,7 +36,7 @@ BreakingCase in_scene(const char* scene_name, int segments, double segment_lengt
                       double stiffness_factor) {
     const anatomy::Scene& scene = *anatomy::find_scene(scene_name);
     const Polyline path = anatomy::draw(scene.path);
-    // k per joint goes with λ, so that the wall is as stiff per length.
+    // k per joint is proportional to λ, so that the wall is as stiff per length.
     const double stiffness = fixed_stiffness * segment_length * stiffness_factor;
     BreakingCase c;
     c.wall = std::make_shared<TubeWall>(path, radius_factor * scene.radius, stiffness);
@@ -100,7 +100,7 @@ BreakingCase burst(bool quick, int inserted) {
     BreakingCase c = in_scene("sinuous", quick ? 40 : 90, 1, 1, 1);
     flow_to_rest(c.start, *c.wall);
     c.disturbances = {{inserted, 0}};
-    c.cycles = quick ? 200 : 600;  // the global relaxer is charged its trial passes
+    c.cycles = quick ? 200 : 600;  // the trial passes of the global relaxer count as work
     return named(c, "burst_" + std::to_string(inserted), std::to_string(inserted) + " segments at once",
                  "A wire at rest in the winding tube of radius 1 mm; the segments stand out straight through "
                  "the wall when they are inserted.");

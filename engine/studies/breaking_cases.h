@@ -1,5 +1,5 @@
 #pragma once
-/// Ways of breaking a relaxation: wires and vessels that are hard on every method.
+/// Ways of breaking a relaxation: wires and vessels that are difficult for every method.
 
 #include <memory>
 #include <string>
@@ -17,7 +17,7 @@ struct Disturbance {
     double turn = 0;   // of the hub [rad]
 };
 
-/// Of vessel and start: shapes that it maps onto each other count as one.
+/// Symmetry of vessel and start: shapes that it maps onto each other count as one.
 enum class Symmetry {
     None,
     MirrorZ,     // in the plane z = 0
@@ -30,9 +30,9 @@ struct BreakingCase {
     std::shared_ptr<const physics::LumenWall> wall;
     physics::Guidewire start;
     std::vector<Disturbance> disturbances;  // in order; empty: the start is relaxed as it is
-    int cycles = 100;  // work for all of it, in relaxation cycles of the wire as it is at the end
+    int cycles = 100;  // total work, in relaxation cycles of the wire as it is at the end
     Symmetry symmetry = Symmetry::None;
-    /// The reference starts with a bow of 1e-4 rad, for an exactly balanced start stays where it is.
+    /// The reference starts with a bow of 1e-4 rad, because an exactly balanced start stays where it is.
     bool bowed_reference = false;
 };
 

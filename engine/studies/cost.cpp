@@ -17,8 +17,8 @@ namespace {
 
 constexpr int most_turns = 5;  // varied segments
 
-/// A wall that trusts no answer, so that every joint that moved is asked as in the paper, and that can keep
-/// the questions to be timed later: a clock read at each would cost as much as the answer.
+/// A wall that never trusts an earlier answer, so that every joint that moved is queried as in the paper. It
+/// can keep the queries to be timed later: reading a clock at each would cost as much as the answer.
 class AskedWall final : public physics::LumenWall {
 public:
     AskedWall(const physics::LumenWall& wall, bool trusts) : wall_(wall), trusts_(trusts) {}
@@ -36,7 +36,7 @@ public:
         for (auto& contact : contacts) contact.trust = 0;
     }
 
-    /// Processor time of answering what was kept, in the same batches [s].
+    /// Processor time for answering the kept queries again, in the same batches [s].
     double answer_again() const {
         std::vector<physics::WallContact> answers(joints_.size());
         for (std::size_t i = 0; i < answers.size(); ++i) answers[i].station = stations_[i];
@@ -67,14 +67,14 @@ struct WallChoice {
     bool trusts;
 };
 
-/// One cycle, the mean of the first ten.
+/// Cost of one cycle, as the mean of the first ten.
 struct CycleCost {
     double total = 0, surface = 0;  // [s]
     double queries = 0, updates = 0;
     double solution() const { return std::max(0.0, total - surface); }
 };
 
-/// The first cycles, one on average; the time of the wall's answers only with `keeps`, which slows the rest.
+/// The first cycles, averaged; the time of the wall's answers only with `keeps`, which slows the rest.
 CycleCost first_cycles(const PaperScene& scene, const WallChoice& choice, int varied_segments, int cycles,
                        bool keeps) {
     CycleCost cost;

@@ -25,7 +25,7 @@ namespace {
 using geometry::Vec3;
 using physics::Guidewire;
 
-/// A wire pushed from `start` to `end` [mm] into a vessel. Wall stiffness is that per length of wire.
+/// A wire pushed from `start` to `end` [mm] into a vessel. Wall stiffness is per length of wire.
 struct Case {
     std::string name;
     anatomy::Anatomy anatomy;
@@ -92,11 +92,11 @@ constexpr std::array<Variant, 4> variants = {{{"uniform λ/2", 0.5, false},
                                               {"adaptive from λ", 1, true}}};  // each after its uniform one
 constexpr int reference_course = 0, uniform_course = 2, chosen_course = 3;
 
-/// The wire after every whole chosen λ of push, and what getting there cost.
+/// The wire after every push of one chosen λ, and what the pushes cost.
 struct Course {
     std::vector<Guidewire> wires;
     double relaxing = 0, refining = 0;  // [s]
-    double slowest = 0;                 // push of one segment, refining and all [s]
+    double slowest = 0;                 // push of one segment, including refining [s]
     double pushed = 0;                  // [mm]
     long long newton_steps = 0;
     int pushes = 0, unconverged = 0;
@@ -146,7 +146,7 @@ double distance_to(const Guidewire& wire, const Vec3& x) {
     return nearest;
 }
 
-/// Of the reference's farthest joint from the wire's curve, after each push [mm].
+/// Distance of the reference's farthest joint from the wire's curve, after each push [mm].
 std::vector<double> deviations(const Course& reference, const Course& course) {
     std::vector<double> farthest(course.wires.size(), 0.0);
     for (std::size_t k = 0; k < course.wires.size(); ++k)
@@ -177,12 +177,12 @@ std::string_view word(scenario::WallModel model) {
                                                   : "distance field";
 }
 
-/// The variants of one scene side by side, a panel for each figure and one for the key.
+/// The variants of one scene side by side: a panel for each figure, and one for the key.
 io::Plot bars(const std::vector<Case>& list) {
     struct Panel {
         int column;
         std::string_view title;
-        std::size_t first;  // variant: the reference has no deviation
+        std::size_t first;  // first variant: the reference has no deviation
     };
     constexpr std::array<Panel, 3> panels = {{{7, "segments at the end", 0},
                                               {8, "processor time a mm of push [ms]", 0},

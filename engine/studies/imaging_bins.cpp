@@ -15,7 +15,7 @@ using render::EnergyBins;
 using render::Material;
 using render::Spectrum;
 
-/// A few energies that stand for a spectrum.
+/// A few energies that represent a spectrum.
 struct Stand {
     std::vector<double> energies, weights;
 };
@@ -111,7 +111,8 @@ io::Table bin_table() {
     return table;
 }
 
-/// Per object the largest error over the thicknesses at the usual voltage; the last row is of all.
+/// For each object the largest error over the thicknesses at the usual voltage; the last row covers all
+/// objects.
 io::Table largest_bin_errors(const io::Table& errors) {
     io::Table table{"imaging_bins_largest", {"object", "one_energy", "four_equal_signal", "gauss"}, {}};
     std::array<double, 3> all{};

@@ -29,7 +29,7 @@ using std::numbers::pi;
 /// A body whose chords are known.
 struct Solid {
     std::string_view name;
-    double radius;  // to which its error is referred [mm]
+    double radius;  // reference for its error [mm]
     std::function<TriangleMesh(int around)> mesh;
     std::function<double(const Vec3& origin, const Vec3& direction)> chord;
 };
@@ -39,7 +39,7 @@ double sphere_chord(const Vec3& o, const Vec3& d, double radius) {
     return square > 0 ? 2 * std::sqrt(square) : 0;
 }
 
-/// About z, from −half to half.
+/// A cylinder about z, from −half to half.
 double cylinder_chord(const Vec3& o, const Vec3& d, double radius, double half) {
     const double a = d.head<2>().squaredNorm(), b = o.head<2>().dot(d.head<2>());
     const double root = b * b - a * (o.head<2>().squaredNorm() - radius * radius);
@@ -49,8 +49,8 @@ double cylinder_chord(const Vec3& o, const Vec3& d, double radius, double half) 
                     std::min(high, (-b + std::sqrt(root)) / a) - std::max(low, (-b - std::sqrt(root)) / a));
 }
 
-/// About z. With p = o + t·d and o nearest to the centre, (|p|² + R² − r²)² = 4R²(p_x² + p_y²) is a quartic
-/// without its cubic term; its roots are the eigenvalues of the companion matrix.
+/// A torus about z. With p = o + t·d and o nearest to the centre, (|p|² + R² − r²)² = 4R²(p_x² + p_y²) is a
+/// quartic without its cubic term; its roots are the eigenvalues of the companion matrix.
 double torus_chord(const Vec3& from, const Vec3& d, double major, double minor) {
     const Vec3 o = from - from.dot(d) * d;
     if (o.norm() > major + minor) return 0;
@@ -173,8 +173,8 @@ CArm view_of(const TriangleMesh& lumen, int pixels, double lao, double cranial) 
     return arm;
 }
 
-/// A generated lumen against the implicit surface that it was cut from: each crossing of a ray is moved along
-/// the ray to f = 0.
+/// Compares a generated lumen with the implicit surface that it was cut from: each crossing of a ray is moved
+/// along the ray to f = 0.
 void add_vessel(io::Table& table, std::string_view preset, int pixels) {
     const anatomy::ClosedLumen closed =
         anatomy::closed_surface(anatomy::grow(anatomy::vessel_preset(preset)));
@@ -240,7 +240,7 @@ render::Field drawn_lengths(const TriangleMesh& mesh, const CArm& arm) {
     return renderer.render(renderer.add(mesh), arm).length;
 }
 
-/// As contrast sees a lumen: from the crossings of one ray a pixel.
+/// The lumen as contrast sees it: from the crossings of one ray per pixel.
 render::Field crossed_lengths(const TriangleMesh& mesh, const CArm& arm) {
     const render::SurfaceCrossings met = render::surface_crossings(mesh, arm, 1);
     render::Field lengths(arm.pixels, arm.pixels);
@@ -296,7 +296,7 @@ void add_agreement(io::Table& table, std::string_view preset, const std::vector<
     table.add(all.row(std::string(preset), "all drawn", triangles));
 }
 
-/// Unbalanced pixels over many poses; those whose source lies within the reach of a mesh stand apart.
+/// Unbalanced pixels over many poses; poses whose source lies within a mesh's reach are counted separately.
 void add_balance(io::Table& table, std::string_view preset, const std::vector<render::TissueLayer>& layers,
                  const StudyOptions& options) {
     const TriangleMesh& lumen = layers.back().mesh;

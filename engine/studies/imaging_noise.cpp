@@ -38,8 +38,8 @@ io::Table variance_table(bool quick) {
 
 constexpr int spectrum_length = 128;  // of the pieces of a row that are transformed
 
-/// Mean periodogram along the rows, over that of white noise of `variance`, at k / spectrum_length of the
-/// sampling frequency. Von Hann's window keeps the strong low frequencies out of the weak high ones.
+/// Mean periodogram along the rows, relative to white noise of `variance`, at k / spectrum_length of the
+/// sampling frequency. Von Hann's window keeps strong low frequencies from leaking into weak high ones.
 std::vector<double> row_spectrum(const std::function<Field(int frame)>& frame_of, int frames, double mean,
                                  double variance) {
     constexpr int n = spectrum_length;
@@ -68,7 +68,7 @@ std::vector<double> row_spectrum(const std::function<Field(int frame)>& frame_of
     return power;
 }
 
-/// Square of the transfer of a Gaussian spread caught by square pixels, frequencies beyond the sampling's
+/// Square of the transfer function of a Gaussian spread sampled by square pixels, with aliased frequencies
 /// folded in; `sigma` [pixels], `frequency` [1/pixel].
 double squared_mtf(double frequency, double sigma) {
     if (sigma == 0) return 1;
@@ -90,7 +90,7 @@ io::Table spectrum_table(bool quick) {
     const int frames = quick ? 2 : 24;
     const auto add = [&](const std::string& what, double pixel, double sigma,
                          const std::vector<double>& power) {
-        // Along a row all frequencies across it are seen at once.
+        // Along a row all frequencies across it contribute at once.
         double across = 0;
         for (int k = 0; k < 512; ++k) across += squared_mtf((k + 0.5) / 512 - 0.5, sigma) / 512;
         for (std::size_t k = 2; k + group <= power.size(); k += group) {
@@ -127,8 +127,8 @@ io::Table spectrum_table(bool quick) {
     return table;
 }
 
-/// Of each case: in per cent of what is expected where that is a tenth of the power at frequency 0 or more,
-/// and everywhere of the latter.
+/// For each case: in per cent of the expected power where that is a tenth of the power at frequency 0 or
+/// more, and everywhere in per cent of the power at 0.
 io::Table largest_deviations(const io::Table& spectrum) {
     io::Table table{"imaging_noise_spectrum_largest",
                     {"what", "pixel_mm", "largest_deviation_percent", "largest_percent_of_zero"},

@@ -28,7 +28,7 @@ using render::CArm;
 using render::Exposure;
 using render::Field;
 
-/// Median over the calls of the processor time that all threads together take [ms].
+/// Median over the calls of the processor time of all threads together [ms].
 double median_ms(int calls, const std::function<void()>& call) {
     std::vector<double> times;
     for (int i = 0; i < calls; ++i) {
@@ -51,7 +51,7 @@ struct Meshes {
     std::vector<render::TissueLayer> layers;
 };
 
-/// Triangles cut into four, layers with the fewest first, until there are about so many.
+/// Cuts triangles into four, layers with the fewest first, until there are about this many.
 Meshes finer(Meshes scene, const std::string& name, double triangles) {
     std::vector<std::size_t> order(scene.layers.size());
     for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
@@ -65,7 +65,7 @@ Meshes finer(Meshes scene, const std::string& name, double triangles) {
     return scene;
 }
 
-/// What the beam meets in one anatomy, at several finenesses, and what flows in it.
+/// What is in the beam in one anatomy, at several levels of detail, and what flows in it.
 struct Room {
     anatomy::Anatomy anatomy;
     blood::ContrastFlow flow;
@@ -87,7 +87,7 @@ struct Room {
             scenes.push_back(finer(patient, "patient, finer", 400e3));
             scenes.push_back(finer(patient, "patient, finest", 700e3));
         }
-        // Of 200 joints 1 mm apart, as an advanced wire has.
+        // 200 joints 1 mm apart, as an advanced wire has.
         const Polyline& line = anatomy.branches.front().points;
         for (std::size_t i = 0; i < line.size() && joints.size() < 200; ++i)
             if (joints.empty() || (line[i] - joints.back()).norm() >= 1) joints.push_back(line[i]);
@@ -119,7 +119,7 @@ struct Room {
     }
 };
 
-/// A new pose with every call.
+/// Gives a new pose with every call.
 void turn(CArm& arm) {
     arm.lao = arm.lao > 0.5 ? 0.0 : arm.lao + 0.02;
 }
@@ -130,7 +130,7 @@ std::vector<io::TableCell> pose_row(const Room& room, const Meshes& scene, int p
     {
         render::PathLengthRenderer renderer;
         int drawn = 0;
-        // As the fluoroscope, to which a lumen like its surroundings shows by contrast alone.
+        // As in the fluoroscope, for which a lumen like its surroundings is visible by contrast only.
         for (const render::TissueLayer& layer : scene.layers)
             if (layer.material != layer.inside || layer.perfused) drawn = renderer.add(layer.mesh) + 1;
         Field sum(pixels, pixels);

@@ -18,12 +18,12 @@ using render::CArm;
 using render::EnergyBins;
 using render::Material;
 
-/// A curve in all three directions with bends down to a radius of some 10 mm [mm].
+/// A curve in all three dimensions with bends down to a radius of about 10 mm [mm].
 Vec3 curve(double s) {
     return {12 * std::sin(s / 13), 14 * std::cos(s / 17) + 3 * std::sin(s / 12), s - 30};
 }
 
-/// `count` points of the curve, `step` of arc apart [mm].
+/// `count` points of the curve, spaced by an arc length of `step` [mm].
 Polyline points_along(int count, double step) {
     constexpr double fine = 1e-3;
     Polyline points{curve(0)};
@@ -71,7 +71,7 @@ public:
     const Polyline& points() const { return points_; }
 
 private:
-    /// What of the way has t·rate ≥ level.
+    /// Keeps the part of [enter, leave] where t·rate ≥ level.
     static void keep(double rate, double level, double& enter, double& leave) {
         if (rate > 0) enter = std::max(enter, level / rate);
         if (rate < 0) leave = std::min(leave, level / rate);
@@ -113,7 +113,7 @@ Supersampled supersample(const CArm& arm, const SweptCylinder& wire) {
     return result;
 }
 
-/// Weights of the bins in the signal that 210 mm of soft tissue leave, of sum 1.
+/// Weights of the bins in the signal that 210 mm of soft tissue leave; their sum is 1.
 Bins behind_tissue(const EnergyBins& bins) {
     Bins weights = bins.weights;
     const Bins tissue = bins.attenuation(Material::SoftTissue);

@@ -33,7 +33,7 @@ bool near_end(const anatomy::Anatomy& anatomy, const Vec3& p) {
     });
 }
 
-/// How many of `wanted` have a branch of `given` that ends within its radius there.
+/// Number of branches in `wanted` with a branch of `given` that ends within 1.5 radii of their end.
 int matched(const std::vector<CentrelineBranch>& wanted, const std::vector<CentrelineBranch>& given) {
     return static_cast<int>(std::count_if(wanted.begin(), wanted.end(), [&](const CentrelineBranch& branch) {
         return std::any_of(given.begin(), given.end(), [&](const CentrelineBranch& other) {

@@ -1,5 +1,5 @@
 #pragma once
-/// How near an imported anatomy comes to the one that its mesh was made from.
+/// How closely an imported anatomy matches the one that its mesh was made from.
 
 #include <cstdint>
 
@@ -7,19 +7,19 @@
 
 namespace studies {
 
-/// What scanners and programs do to a mesh: of the triangles 1 % are missing, 5 % are turned and 1 % carry a
-/// fin; corners are off by up to 0.01 mm along each axis.
+/// Damages a mesh as scanners and programs do: of the triangles 1 % are missing, 5 % are turned and 1 % carry
+/// a fin; corners are off by up to 0.01 mm along each axis.
 geometry::TriangleMesh corrupted(const geometry::TriangleMesh&, std::uint32_t seed);
 
 /// Places of the true centrelines count as away from junctions when no other true branch is nearer, wall to
-/// wall, than 0.8 of the smaller radius, as far as the generator blends them; places beyond or within a
-/// radius of an end's plane do not count.
+/// wall, than 0.8 of the smaller radius, the range in which the generator blends them. Places beyond an end's
+/// plane, or within a radius of it, do not count.
 struct ImportErrors {
-    int branches = 0, true_branches = 0;                    // found is what ends where a true branch does
-    int invented = 0;                                       // branches that end where no true one does
-    int ends = 0, true_ends = 0;                            // found within half a radius of a true one
+    int branches = 0, true_branches = 0;  // found: branches that end where a true branch does
+    int invented = 0;                     // branches that end where no true one does
+    int ends = 0, true_ends = 0;          // found within half a radius of a true one
     double centre_p50 = 0, centre_p95 = 0, centre_max = 0;  // of true places from the found lines [mm]
-    double radius_p50 = 0, radius_p95 = 0;                  // of the difference over the true radius
+    double radius_p50 = 0, radius_p95 = 0;                  // of the difference divided by the true radius
 };
 ImportErrors import_errors(const anatomy::Anatomy& truth, const anatomy::Anatomy& found);
 

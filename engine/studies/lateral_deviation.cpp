@@ -66,7 +66,7 @@ double DeviationTrace::settled(double limit) const {
     const auto k = std::find(std::begin(limit_table), std::end(limit_table), limit) - std::begin(limit_table);
     assert(k < 3);
     const double end = bins_.empty() ? 0 : static_cast<double>(bins_.back().first + 1) / bins;
-    // Within it for a whole cycle at least, or it may just be passing.
+    // It must stay within the limit for a whole cycle at least, or it may just be passing.
     return exceeded_[k] > end - 1 ? std::numeric_limits<double>::infinity() : exceeded_[k];
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-/// The paper's measure of a joint's way to equilibrium: its lateral deviation d_i from a reference curve in a
-/// plane, followed through the updates of a relaxation.
+/// The paper's measure of a joint's path to equilibrium: its lateral deviation d_i from a reference curve in
+/// a plane, followed through the updates of a relaxation.
 
 #include <limits>
 #include <span>
@@ -12,10 +12,10 @@
 
 namespace studies {
 
-/// A wire's joints projected on the xy plane, where the tubes of the paper's kind lie.
+/// A wire's joints projected on the xy plane, the plane of the paper's tubes.
 class ReferenceCurve {
 public:
-    /// Two joints or more, no two in succession at one place (asserted).
+    /// Needs two joints or more, no two consecutive ones at the same place (asserted).
     explicit ReferenceCurve(std::span<const geometry::Vec3> joints);
     /// d: least distance in the plane, > 0 to the right of the curve [mm].
     double deviation(const geometry::Vec3&) const;
@@ -25,7 +25,7 @@ private:
     std::vector<double> lengths_;
 };
 
-/// d_i of one joint after every update that moves it, b ≤ i, against the number of cycles.
+/// d_i of one joint after every update that moves it, b ≤ i, as a function of the number of cycles.
 class DeviationTrace {
 public:
     DeviationTrace(const ReferenceCurve& curve, int joint, int segments);
@@ -34,15 +34,16 @@ public:
 
     int joint() const { return joint_; }
     long long records() const { return records_; }
-    /// Cycles after which |d_i| is within `limit` to the end; infinite if it never is. Limits in limit_table.
+    /// Cycles after which |d_i| stays within `limit` to the end; infinite if it never does. Limits in
+    /// limit_table.
     double settled(double limit) const;
-    /// Largest less least d_i of the whole cycle `cycle` (from 0) [mm].
+    /// Largest minus least d_i over the cycle `cycle` (from 0) [mm].
     double swing(int cycle) const;
-    /// |d_i| at the end of cycle `cycle` (from 0), over that at the first record [-].
+    /// |d_i| at the end of cycle `cycle` (from 0), divided by that at the first record [-].
     double left_after(int cycle) const;
 
     /// The trace as some thousand points: the least and the largest d_i of each twentieth of a cycle, in the
-    /// order they came in, so that an oscillation is as wide as it was.
+    /// order they occurred, so that oscillations keep their width.
     struct Point {
         double cycles, deviation;  // [-], [mm]
     };
@@ -63,7 +64,7 @@ private:
     std::vector<std::pair<long long, Extremes>> bins_;
 };
 
-/// Relaxes the wire for so many cycles and lets the traces follow.
+/// Relaxes the wire for this many cycles and passes the updates to the traces.
 physics::RelaxReport follow(const physics::RelaxerConfig&, physics::Guidewire&, const physics::LumenWall&,
                             int cycles, std::span<DeviationTrace>);
 

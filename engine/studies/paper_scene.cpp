@@ -33,7 +33,7 @@ PaperScene paper_scene(const char* name, const SceneChange& change) {
 }
 
 NamedMethod paper_method(int varied_segments, int separation) {
-    // Okabe and Ito's colours, distinct to the colour-blind.
+    // Okabe and Ito's colours, distinguishable by the colour-blind.
     constexpr std::array<const char*, 5> colours = {"#E69F00", "#0072B2", "#009E73", "#CC79A7", "#56B4E9"};
     NamedMethod method{
         fmt::format("M = {}", varied_segments), {}, fmt::format("lc rgb '{}'", colours[varied_segments - 1])};

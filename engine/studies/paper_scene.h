@@ -1,5 +1,5 @@
 #pragma once
-/// What the studies of the paper share: its wire in a scene's tube, and its methods.
+/// What the studies of the paper share: its wire in the tube of a scene, and its methods.
 
 #include <memory>
 #include <string>
@@ -24,7 +24,7 @@ struct PaperScene {
     std::string text() const;
 };
 
-/// What is changed of a scene; zero = as it is. With another λ the wall stays as stiff per length of wire.
+/// Changes to a scene; zero = unchanged. With another λ the wall stays as stiff per length of wire.
 struct SceneChange {
     int segments = 0;
     double segment_length = 0;  // λ [mm]
@@ -32,17 +32,17 @@ struct SceneChange {
 };
 PaperScene paper_scene(const char* name, const SceneChange& = {});
 
-/// A method, what pictures call it, and how its line looks there.
+/// A method, its name in pictures, and the style of its line there.
 struct NamedMethod {
     std::string name;
     physics::RelaxerConfig config;
     std::string look;
 };
-/// The paper's method as it is written, without safeguard: "M = 2", in the colour of its M. A separation of 0
-/// is chosen by Algorithm 2.
+/// The paper's method as published, without safeguard: "M = 2", in the colour of its M. A separation of 0
+/// means that Algorithm 2 chooses it.
 NamedMethod paper_method(int varied_segments, int separation = 0);
 
-/// A wire, and how near to rest it is.
+/// A wire, and how close to rest it is.
 struct Rest {
     physics::Guidewire wire;
     double gradient = 0;  // |g|/C [-]
@@ -50,14 +50,15 @@ struct Rest {
     double wall = 0;      // the wall's part of it [N·mm]
 };
 Rest as_it_is(const physics::LumenWall&, physics::Guidewire);
-/// What the paper takes for equilibrium: the wire after 200 cycles, here with M = 2.
+/// What the paper takes as equilibrium: the wire after 200 cycles, here with M = 2.
 Rest paper_rest(const PaperScene&, int cycles = 200);
-/// To a gradient over C of 1e-8, by the global relaxer.
+/// Rest to a gradient over C of 1e-8, found by the global relaxer.
 Rest global_rest(const physics::LumenWall&, physics::Guidewire from);
 
 double farthest_joint(const physics::Guidewire&, const physics::Guidewire&);  // [mm]
 
-/// One curve for gnuplot's plot: the rows of NAME.csv whose first cell is `series`, its columns x and y.
+/// One curve for gnuplot's plot: the rows of NAME.csv whose first cell is `series`, with x and y from these
+/// columns.
 std::string series(const std::string& table, const std::string& series, int x, int y,
                    const std::string& look);
 

@@ -38,7 +38,7 @@ Method named(const std::string& word, const std::string& look) {
     return {word, run::parse_method(word), look};
 }
 
-/// Okabe and Ito's colours: one for each M; dashes show what else is varied.
+/// Okabe and Ito's colours: one for each M; dashes show other variations.
 constexpr const char* first_order_style = "lc rgb '#999999'";
 constexpr const char* segment_styles[] = {
     "", "lc rgb '#E69F00'", "lc rgb '#0072B2'", "lc rgb '#009E73'", "lc rgb '#CC79A7'", "lc rgb '#56B4E9'"};
@@ -80,7 +80,7 @@ struct Vessel {
         return fmt::format("{}: N = {}, λ = {:g} mm, EI = {:g} N·mm² (tip {:g}), k = {:g} N/mm", name,
                            segments, spec.segment_length, spec.shaft_rigidity, spec.tip_rigidity, stiffness);
     }
-    /// On the centreline. The first search for every joint's station belongs to no method.
+    /// A wire on the centreline. The first search for every joint's station is not charged to any method.
     Guidewire wire(int n) const {
         Guidewire wire = physics::wire_along(spec, path, n);
         const auto contacts = physics::all_contacts(wire, *wall);
@@ -104,7 +104,7 @@ Vessel scene_vessel(const char* name, bool quick) {
     return v;
 }
 
-/// The tube as about 50 000 triangles, its wall their distance field.
+/// The tube as about 50 000 triangles, whose distance field is the wall.
 Vessel mesh_of(const char* name, const anatomy::ModelCache& cache) {
     Vessel v = scene_vessel(name, false);
     const anatomy::Scene& scene = *anatomy::find_scene(name);
@@ -114,7 +114,7 @@ Vessel mesh_of(const char* name, const anatomy::ModelCache& cache) {
     return v;
 }
 
-/// From the left groin into the aorta, by a wire with a floppy tip that is straight when unloaded.
+/// From the left groin into the aorta, with a floppy-tipped wire that is straight when unloaded.
 Vessel iliac(const StudyOptions& options) {
     const anatomy::Anatomy anatomy =
         anatomy::generated_anatomy(anatomy::vessel_preset("iliac-renal"), options.cache);
@@ -138,7 +138,7 @@ std::vector<Vessel> all_vessels(const StudyOptions& options) {
     return list;
 }
 
-/// The same wire with other segments; the wall stays as stiff per length.
+/// The same wire with other segments; the wall is as stiff per length as before.
 Guidewire with_segments(Guidewire wire, double length) {
     if (length > 1)
         for (int i = 1; i < wire.segments(); ++i) physics::merge_segments(wire, i);
@@ -147,7 +147,7 @@ Guidewire with_segments(Guidewire wire, double length) {
     return wire;
 }
 
-/// Of the farthest joint that both wires have, by its place along the wire [mm].
+/// Largest distance of a joint that both wires have, by its place along the wire [mm].
 double deviation(const Guidewire& a, const Guidewire& b) {
     double farthest = 0, along_a = 0, along_b = 0;
     const double same = 1e-6 * a.spec.segment_length;
@@ -162,7 +162,7 @@ double deviation(const Guidewire& a, const Guidewire& b) {
     return farthest;
 }
 
-/// One method on one vessel, looked at after 1, 2, 4, … sweeps' worth of updates.
+/// One method on one vessel, measured after 1, 2, 4, … sweeps' worth of updates.
 struct Course {
     std::vector<CostPoint> points;
     std::vector<long long> updates;
@@ -190,7 +190,7 @@ Course follow(const Vessel& vessel, const Method& method, int series, int cycles
         seen.push_back(wire);
         done = at_rest ? done : goal;
     }
-    // Another λ is held against the rest of the vessel's own.
+    // Another λ is compared with the rest of the vessel's own λ.
     Guidewire rest = method.length == 1 ? wire : vessel.wire(vessel.segments);
     if (method.length != 1) physics::make_relaxer({}, *vessel.wall)->relax(rest, {1'000'000'000, 0, 0});
     course.energy = flow_to_rest(rest, *vessel.wall).energy;
@@ -226,7 +226,7 @@ PushCost push(const Vessel& vessel, const Method& method, int updates_per_segmen
     return {times[times.size() / 2], deviations[deviations.size() / 2], deviations.back()};
 }
 
-/// For each vessel and accuracy the method that is there, to stay, in the least time.
+/// For each vessel and accuracy the method that reaches it, to stay, in the least time.
 io::Table best_table(const std::vector<Vessel>& vessels, const std::vector<Method>& list,
                      const std::vector<Course>& courses) {
     io::Table table{
@@ -256,7 +256,7 @@ io::Table best_table(const std::vector<Vessel>& vessels, const std::vector<Metho
     return table;
 }
 
-/// A panel for each vessel, the last for the key.
+/// One panel for each vessel, the last for the key.
 io::Plot panels(const std::string& name, const std::vector<Vessel>& vessels, const std::vector<Method>& list,
                 const std::string& x_label, const std::string& y_label,
                 const std::function<std::string(const Vessel&)>& curves, const std::string& last_key) {
@@ -335,7 +335,7 @@ io::Table push_table(const std::vector<Vessel>& vessels, const std::vector<Metho
     return table;
 }
 
-/// For each vessel and accuracy the method and budget whose pushes cost least and all end that near.
+/// For each vessel and accuracy the method and budget with the cheapest pushes that all end within it.
 io::Table best_push_table(const io::Table& pushes, const std::vector<Vessel>& vessels) {
     io::Table table{
         "pareto_push_best", {"vessel", "accuracy_mm", "method", "updates_per_segment", "push_cpu_ms"}, {}};

@@ -1,5 +1,6 @@
 #pragma once
-/// What accuracy costs: processor time against the farthest joint from rest, for every method and budget.
+/// What accuracy costs: processor time against the farthest joint's distance from rest, for every method and
+/// budget.
 
 #include "engine/studies/study.h"
 
@@ -9,16 +10,16 @@ StudyResult run_pareto(const StudyOptions&);
 
 /// A method after some of its work.
 struct CostPoint {
-    int series = 0;        // tube and method that it belongs to
+    int series = 0;        // the tube and method it belongs to
     double cpu = 0;        // so far [s]
-    double deviation = 0;  // of the farthest joint from where the method's own end comes to rest [mm]
+    double deviation = 0;  // of the farthest joint from the rest that the method's own end leads to [mm]
 };
 
-/// Indices of the points that no other beats in both time and deviation, by time.
+/// Indices of the points that no other beats in both time and deviation, sorted by time.
 std::vector<int> pareto_front(std::span<const CostPoint>);
 
-/// First point of one series, in order of work, from which on the deviation stays within the accuracy; −1 for
-/// none.
+/// The first point of one series, in order of work, from which on the deviation stays within the accuracy; −1
+/// if there is none.
 int settled_at(std::span<const CostPoint>, double accuracy);
 
 }  // namespace studies

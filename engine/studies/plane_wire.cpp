@@ -31,15 +31,15 @@ PlaneContact contact(const PlaneWire& wire, const Vec2& x) {
     return wire.wall ? wire.wall(x) : PlaneContact{};
 }
 
-/// M and n at the tip beyond what they should be there. The wall holds the tip as a spring that pulls too, or
-/// shooting would miss it: a caller sees by n which it does in the end.
+/// Residual of M and n at the tip. The wall acts on the tip as a spring that also pulls, or shooting would
+/// miss it: n shows the caller whether it pulls in the end.
 Vec3 miss(const PlaneWire& wire, const State& tip) {
     const PlaneContact wall = contact(wire, tip.head<2>());
     const Vec2 push = wire.tip_stiffness * wall.penetration * wall.normal;
     return {tip[3], tip[4] + push[0], tip[5] + push[1]};
 }
 
-/// All points for M and n at the clamp.
+/// All points of the curve for M and n at the clamp.
 std::vector<State> shoot(const PlaneWire& wire, int intervals, int steps, const Vec3& clamp) {
     std::vector<State> points;
     State v;
@@ -52,7 +52,7 @@ std::vector<State> shoot(const PlaneWire& wire, int intervals, int steps, const 
     return points;
 }
 
-/// M and n at the clamp with which the tip is as it should be.
+/// M and n at the clamp that satisfy the conditions at the tip.
 Vec3 solve(const PlaneWire& wire, int intervals, int steps, Vec3 clamp) {
     const auto missed = [&](const Vec3& c) { return miss(wire, shoot(wire, intervals, steps, c).back()); };
     Vec3 best = clamp;

@@ -1,6 +1,6 @@
 #pragma once
-/// The exact curve of a wire in a plane, from the differential equations of an inextensible rod: what chains
-/// of segments are held to. Nothing of the physics' own is used.
+/// The exact curve of a wire in a plane, from the differential equations of an inextensible rod, for chains
+/// of segments to be compared with. Uses nothing of physics/.
 
 #include <functional>
 #include <vector>
@@ -9,7 +9,7 @@
 
 namespace studies {
 
-/// How deep a point is in a wall, > 0 outside the lumen [mm], and the unit normal out of the lumen.
+/// The depth of a point in a wall, > 0 outside the lumen [mm], and the unit normal out of the lumen.
 struct PlaneContact {
     double penetration = 0;
     geometry::Vec2 normal = geometry::Vec2::Zero();
@@ -37,11 +37,11 @@ struct PlaneCurve {
     std::vector<PlanePoint> points;  // equally far apart along the wire, from the clamp to the tip
     double energy = 0;               // of bending, wall and load [N·mm]
     double residual = 0;             // at the tip, of M [N·mm] or n [N]
-    double step_error = 0;           // how far any point moves when steps are halved [mm]
+    double step_error = 0;           // largest motion of any point when steps are halved [mm]
 };
 
-/// Shooting from a guess of M and n at the clamp: Newton's method on what the tip asks for, Runge and Kutta's
-/// of fourth order between the points.
+/// Shoots from a guess of M and n at the clamp: Newton's method on the conditions at the tip, Runge and
+/// Kutta's of fourth order between the points.
 PlaneCurve exact_curve(const PlaneWire&, int intervals, double moment, const geometry::Vec2& force);
 
 }  // namespace studies

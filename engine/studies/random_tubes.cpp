@@ -20,11 +20,11 @@ using geometry::Vec3;
 constexpr int unlimited = 1'000'000'000;  // updates
 constexpr double straight_at_start = 22;  // λ
 constexpr double straight_at_end = 30;    // [mm]
-constexpr double sharpest_arc = 1.2;      // radius over the lumen's
+constexpr double sharpest_arc = 1.2;      // radius relative to the lumen's
 constexpr double largest_excess = 0.05;   // of the energy, beyond the hand's work
 constexpr double excess_floor = 1e-3;     // [N·mm]
 
-/// The same on every machine, as the standard's distributions are not.
+/// Random numbers that are the same on every machine, unlike the standard's distributions.
 class Draw {
 public:
     explicit Draw(std::uint64_t seed) : random_(seed) {}
@@ -44,7 +44,7 @@ physics::GuidewireSpec wire_of(const RandomTube& tube) {
     return spec;
 }
 
-/// A push and what came of it, as its own figures say and as the energy module does.
+/// Pushes, with the outcome of each by its own figures and by the energy module.
 class Course {
 public:
     Course(std::uint64_t seed, int most_pushes)
@@ -68,7 +68,7 @@ public:
     }
 
 private:
-    /// False where nothing can follow.
+    /// Returns false where nothing can follow.
     bool push() {
         const double lambda = tube_.segment_length;
         double left = lambda, work = 0, time = 0;
@@ -96,19 +96,19 @@ private:
         return physics::total_energy(wire_, physics::all_contacts(wire_, wall_)).total();
     }
 
-    /// What the energy at rest rises by for a length let in [N]: as nothing else changes it there, that with
-    /// the wire's directions as they are. The force along the wire at its introducer is as much but for the
-    /// length of the segments, whose joints are not quite where the curve touches the wall.
+    /// Rise of the energy at rest per length let in [N]. At rest nothing else changes the energy, so the
+    /// wire's directions are kept as they are. The force along the wire at its introducer equals this except
+    /// for the length of the segments, whose joints are not quite where the curve touches the wall.
     double hand_force() const {
         const double little = 1e-5 * tube_.segment_length;
         physics::Guidewire longer = wire_;
         physics::feed(longer, little);
-        if (longer.segments() != wire_.segments()) return 0;  // it grew beyond what a segment may be
+        if (longer.segments() != wire_.segments()) return 0;  // the segment grew beyond what it may be
         const auto contacts = physics::all_contacts(longer, wall_);
         return (physics::total_energy(longer, contacts).total() - energy()) / little;
     }
 
-    /// Where the wire would go if the hub let it [mm].
+    /// Depth to which the wire would go if the hub let it [mm].
     double depth_of_next_rest() const {
         double deepest = 0;
         for (const double part : {1.0 / 32, 1.0 / 4}) {

@@ -9,7 +9,7 @@
 
 namespace studies {
 
-/// Something that should not have come about, and where to look for it.
+/// Something that should not have happened, and where to look for it.
 struct Incident {
     std::string where;
     std::uint64_t seed = 0;
@@ -21,17 +21,18 @@ struct RandomTube {
     double radius = 1;                         // [mm]
     double segment_length = 1;                 // λ [mm]
     double rigidity = 50, wall_stiffness = 1;  // EI [N·mm²], k [N/mm]
-    int segments = 50;                         // N, when all of the wire is in
+    int segments = 50;                         // N, when the whole wire is inside
     geometry::Polyline centreline;
 };
 
-/// Radius 1 to 6 mm, λ 0.5 to 3 mm, EI 5 to 2000 N·mm² and k 1 to 1000 N/mm of equal odds by their logarithm,
-/// N 50 to 400, arcs about any axis with radii of 1.2 to 20 lumen radii. The seed says all, on any machine.
+/// Radius 1 to 6 mm, λ 0.5 to 3 mm, EI 5 to 2000 N·mm² and k 1 to 1000 N/mm, each uniform in its logarithm, N
+/// 50 to 400, arcs about any axis with radii of 1.2 to 20 lumen radii. The seed determines all, on any
+/// machine.
 RandomTube random_tube(std::uint64_t seed);
 
 constexpr int segments_at_start = 20;
 
-/// A wire laid along the centreline and pushed in, from rest to rest, until all of it is in.
+/// A wire laid along the centreline and pushed in, from one rest to the next, until all of it is inside.
 struct TubeCourse {
     std::uint64_t seed = 0;
     RandomTube tube;
@@ -39,9 +40,9 @@ struct TubeCourse {
     int unconverged = 0;          // ended without rest
     int restless = 0;             // |g|/C by the energy module above rest_limit
     int folds = 0;                // a joint bent by more than a right angle
-    int deep = 0;                 // a joint farther outside than the lumen is wide
-    int refused = 0;              // the hub would not make it; nothing follows
-    int gave_way = 0;             // the same where the next rest lies outside the lumen
+    int deep = 0;                 // a joint farther outside the wall than the lumen is wide
+    int refused = 0;              // the hub would not make the push; nothing follows
+    int gave_way = 0;             // the same, where the next rest lies outside the lumen
     int flat = 0;                 // at rest, but not shown to be a strict minimum
     int over_work = 0;            // the energy rose by more than the hand's work
     double gradient = 0;          // the largest |g|/C

@@ -18,7 +18,7 @@
 namespace studies {
 namespace {
 
-// Explicit, for a study that registers itself vanishes when it is linked from a static library.
+// Listed explicitly, because a self-registering study vanishes when linked from a static library.
 const Study studies[] = {
     {"stability", "Which method survives which way of breaking it?", run_stability},
     {"pareto", "Which method reaches which accuracy in the least time?", run_pareto},

@@ -15,7 +15,7 @@
 namespace studies {
 namespace {
 
-/// How the stiffness of a joint goes with λ.
+/// How the stiffness of a joint depends on λ.
 struct Rule {
     const char* name;
     const char* what;
@@ -33,7 +33,7 @@ struct Resolved {
     geometry::Polyline joints;
 };
 
-/// A wire of the length of `coarse` segments of the scene's λ, in `segments`.
+/// A wire as long as `coarse` segments of the scene's λ, divided into `segments`.
 Resolved resolve(const Rule& rule, int coarse, int segments) {
     const anatomy::Scene& scene = *anatomy::find_scene("sinuous");
     const double lambda = scene.segment_length * coarse / segments;
@@ -89,10 +89,10 @@ Fit fit(const std::vector<Resolved>& points) {
 /// Figures of one rule.
 struct Measured {
     Fit fit;
-    double largest = 0;                           // |ΔU/U| of all
+    double largest = 0;                           // |ΔU/U| over all
     double mean_change = 0, largest_change = 0;   // of ΔU/U from one N' to the next
     double lower_scatter = 0, upper_scatter = 0;  // rms about the fit in the halves of N'
-    double wall_part = 0;                         // of the energy at η = 1
+    double wall_part = 0;                         // share of the energy at η = 1
     double accuracy = 0;                          // largest |ΔU|/U of rest found again after a disturbance
     double gradient = 0;
     double separation = 0, spread = 0;  // mean and standard deviation, coarsest from finest wire [mm]

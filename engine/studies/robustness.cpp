@@ -24,7 +24,7 @@ double quantile(std::vector<double> values, double share) {
     return values[at];
 }
 
-/// Shows how many pushes and frames are done, of all.
+/// Shows how many of all pushes and frames are done.
 class Tally {
 public:
     Tally(const StudyOptions& options, int of) : options_(options), of_(of) {}
@@ -40,8 +40,8 @@ private:
     int done_ = 0, of_;
 };
 
-/// Pushes of the tubes from seed 0 on, cut where there are enough of them. What a tube that ends early leaves
-/// over goes to further ones, so that the result does not depend on the number of threads.
+/// Pushes wires into the tubes from seed 0 on, until there are enough pushes. Pushes left over by a tube that
+/// ends early go to further tubes, so that the result does not depend on the number of threads.
 std::vector<TubeCourse> push_all(const StudyOptions& options, int pushes, Tally& tally) {
     std::vector<TubeCourse> courses;
     for (int left = pushes; left > 0;) {
@@ -67,11 +67,11 @@ struct WildRun {
     WildTally tally;
 };
 
-int hand_count(const StudyOptions& options) {  // that play each scenario
+int hand_count(const StudyOptions& options) {  // hands that play each scenario
     return options.quick ? 1 : 3;
 }
 
-/// All frames, shared out evenly among scenarios and hands.
+/// Plays all frames, divided evenly among scenarios and hands.
 std::vector<WildRun> play_all(const StudyOptions& options, int frames, Tally& tally) {
     const std::vector<scenario::Scenario> scenarios = wild_scenarios(options);
     const int count = static_cast<int>(scenarios.size()), of = hand_count(options);
@@ -234,7 +234,7 @@ io::Table totals(const io::Table& tubes) {
     return table;
 }
 
-/// Scenarios side by side.
+/// The scenarios as columns.
 io::Table transposed(const io::Table& hands) {
     io::Table table{"", {"wild hands"}, {}};
     for (const auto& row : hands.rows) table.columns.push_back(std::get<std::string>(row.front()));

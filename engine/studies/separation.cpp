@@ -15,7 +15,7 @@ constexpr const char* colours[] = {"#CC79A7", "#E69F00", "#009E73", "#0072B2", "
 
 struct Setting {
     PaperScene scene;
-    std::string what;  // is changed
+    std::string what;  // what is changed
     int joint = 50;
 };
 
@@ -34,7 +34,7 @@ std::string cycles_text(double cycles) {
     return std::isfinite(cycles) ? fmt::format("{:.1f}", cycles) : std::string("never");
 }
 
-/// To within the limit-th limit; null where none gets there.
+/// The fastest run to within the limit-th limit; null where none gets there.
 const Run* fastest(const std::vector<Run>& runs, int setting, int varied, int limit = 0) {
     const Run* best = nullptr;
     for (const Run& run : runs) {
@@ -72,7 +72,7 @@ std::vector<Claim> claims(const std::vector<Run>& runs, const std::vector<int>& 
                     : measure});
     }
     const Run& single = find(runs, 1, 0);
-    double slowest_of_the_good = 0;  // of those that the paper calls best, 10 to 20
+    double slowest_of_the_good = 0;  // of the separations that the paper calls best, 10 to 20
     for (const int delta : separations)
         if (delta >= 10 && delta <= 20)
             slowest_of_the_good = std::max(slowest_of_the_good, find(runs, 2, delta).settled[0]);

@@ -12,7 +12,7 @@ namespace studies {
 namespace {
 
 constexpr int least_separation = physics::least_separation, largest_separation = physics::largest_separation;
-constexpr int most_turns = 4;  // varied segments looked at
+constexpr int most_turns = 4;  // varied segments, at most
 constexpr const char* colours[] = {"#0072B2", "#E69F00", "#009E73"};
 
 /// How often each separation was chosen; [m] is δ_{m+1}.
@@ -54,7 +54,7 @@ double largest_rise(const Frequencies& f, int m) {
     return rise;
 }
 
-/// Separations strictly inside [5, 25] that are chosen more often than both neighbours, by a tenth at least.
+/// Separations strictly inside [5, 25] that are chosen more often than both neighbours, by at least a tenth.
 std::string peaks(const Frequencies& f, int m) {
     std::string list;
     for (int delta = least_separation + 1; delta < largest_separation; ++delta) {

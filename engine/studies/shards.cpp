@@ -62,7 +62,7 @@ Json load(const std::filesystem::path& file) {
     return json;
 }
 
-/// The rows of shard `index`, each piece once and all numbers.
+/// Reads the rows of shard `index`; each piece must occur once and every value be a number.
 Rows rows_of(const Json& json, const std::filesystem::path& file, int index) {
     const std::size_t columns = json["columns"].size();
     const int pieces = json["pieces"], shards = json["shards"];

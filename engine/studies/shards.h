@@ -1,5 +1,5 @@
 #pragma once
-/// A study cut in shards, so that a batch system can spread it; merged they give the bytes of one run.
+/// A study cut into shards for a batch system to distribute; merged, they give the same bytes as one run.
 
 #include <filesystem>
 #include <span>
@@ -19,13 +19,14 @@ struct Shard {
 /// "i/n", 1 ≤ i ≤ n. Throws InputError.
 Shard parse_shard(std::string_view);
 
-/// Runs one share and leaves shard.csv, its rows, and shard.json, what they belong to. Throws InputError,
-/// before any work: the study has no pieces, there are more shards than pieces, the folder cannot be written.
+/// Runs one share and writes shard.csv, its rows, and shard.json, which says what they belong to. Throws
+/// InputError, before any work, when the study has no pieces, there are more shards than pieces, or the
+/// folder cannot be written.
 void run_shard(const Study&, const Shard&, const std::filesystem::path& out, const StudyOptions&);
 
-/// Makes of the shards in these folders, given in any order, what the whole run would have left. Returns
+/// Turns the shards in these folders, given in any order, into what the whole run would have left. Returns
 /// notices. `options` give threads, program and cache; the shards give the rest. Throws InputError and writes
-/// nothing when one is missing, twice there, damaged, or of another study, seed, size or program.
+/// nothing when a shard is missing, duplicate, damaged, or of another study, seed, size or program.
 std::vector<std::string> merge_shards(std::span<const std::filesystem::path> folders,
                                       const std::filesystem::path& out, const StudyOptions& options);
 

@@ -22,7 +22,7 @@ using Mat23 = Eigen::Matrix<double, 2, 3>;
 struct Stage {
     Mat32 basis;            // T_j
     double length = 0;      // λ_j [mm]
-    double axial = 0;       // λ u_j·s_j, the wall's force on all that is distal [N·mm]
+    double axial = 0;       // λ u_j·s_j, with s_j the wall's force on everything distal [N·mm]
     Vec3 force;             // of the wall at joint j [N]
     Mat3 stiffness;         // [N/mm]
     Vec2 slope;             // of the energy without the wall, over α_j [N·mm]
@@ -82,7 +82,7 @@ std::vector<Stage> model(const Guidewire& wire, const std::vector<physics::WallC
     return stages;
 }
 
-/// Backward pass from the tip; false where the model with this drag is not convex.
+/// Backward pass from the tip; returns false where the model with this drag is not convex.
 bool solve(const std::vector<Stage>& stages, double drag, std::vector<Gain>& gains) {
     Mat3 P = Mat3::Zero();
     Mat32 Px = Mat32::Zero();
@@ -112,7 +112,7 @@ bool solve(const std::vector<Stage>& stages, double drag, std::vector<Gain>& gai
     return true;
 }
 
-/// The wire after the step, and how far its farthest joint went.
+/// Returns the wire after the step, and how far its farthest joint moved.
 double advance(const Guidewire& from, const std::vector<Stage>& stages, const std::vector<Gain>& gains,
                Guidewire& to) {
     Vec2 alpha = Vec2::Zero();

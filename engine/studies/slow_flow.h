@@ -1,10 +1,10 @@
 #pragma once
 /// Where a wire comes to rest when it moves so slowly that it cannot pass a barrier: the reference that the
-/// studies hold every method against.
+/// studies compare every method with.
 ///
 /// Each step minimises the energy plus a drag ½ μ λ Σ|δx_j|² on the joints to second order (implicit descent
 /// in a viscous medium). μ is raised until the model is convex, no joint moves farther than `stride` and the
-/// true energy falls; it is lowered while that holds, so that the end is a Newton iteration.
+/// true energy falls; it is lowered while these hold, so that the last steps are Newton's.
 
 #include "physics/wall/wall.h"
 #include "physics/wire/guidewire.h"
@@ -12,7 +12,7 @@
 namespace studies {
 
 struct SlowFlow {
-    double stride = 0.02;     // the farthest a joint moves in a step [mm]
+    double stride = 0.02;     // largest motion of a joint in a step [mm]
     double tolerance = 1e-9;  // |g|/C at rest [-]
     int most_steps = 20'000;
 };

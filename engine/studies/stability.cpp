@@ -43,7 +43,7 @@ std::string time_text(double seconds) {
     if (seconds < 1) return fmt::format("{:.0f} ms", 1e3 * seconds);
     return seconds < 10 ? fmt::format("{:.1f} s", seconds) : fmt::format("{:.0f} s", seconds);
 }
-std::string energy_text(double energy) {  // what is left of rounding is nothing
+std::string energy_text(double energy) {  // rounding residues become 0
     return std::abs(energy) < 1e-9 ? std::string("0 N·mm") : fmt::format("{:.6g} N·mm", energy);
 }
 
@@ -157,7 +157,7 @@ std::string page(const std::vector<BreakingCase>& cases, const std::vector<Stabi
     return text;
 }
 
-/// `'text' 0, 'text' 1, …` as gnuplot takes tics.
+/// `'text' 0, 'text' 1, …` in the form gnuplot expects for tics.
 std::string tics(const std::vector<std::string>& texts) {
     std::string list;
     for (std::size_t k = 0; k < texts.size(); ++k)
@@ -165,7 +165,8 @@ std::string tics(const std::vector<std::string>& texts) {
     return "(" + list + ")";
 }
 
-/// A grid of coloured cells (Okabe and Ito's colours, distinct to the colour-blind) with words in them.
+/// A grid of coloured cells (Okabe and Ito's colours, distinguishable by the colour-blind) with words in
+/// them.
 io::Plot map_plot(const std::vector<BreakingCase>& cases, const std::vector<Method>& columns) {
     std::vector<std::string> left, top;
     for (const BreakingCase& c : cases) left.push_back(c.what);
@@ -217,7 +218,7 @@ StudyResult run_stability(const StudyOptions& options) {
         references[r] = find_reference(cases[r]);
         show(cases[r].what + ", reference");
     });
-    // The longest first, so that no thread is left with one at the end.
+    // The longest come first, so that no thread is left with one at the end.
     std::vector<int> order(static_cast<std::size_t>(count));
     std::iota(order.begin(), order.end(), 0);
     const auto effort = [&](int index) {

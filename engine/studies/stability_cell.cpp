@@ -20,7 +20,7 @@ void disturb(Guidewire& wire, const Disturbance& disturbance) {
     if (disturbance.turn != 0) physics::rotate(wire, disturbance.turn);
 }
 
-/// Far below what a wire in need of it has to give.
+/// Bends the wire slightly, far less than a wire that needs it would yield.
 void bow(Guidewire& wire) {
     Vec3 side, other;
     geometry::tangent_basis(wire.tangents[0], side, other);
@@ -35,7 +35,7 @@ bool finite(const Guidewire& wire) {
     return std::all_of(wire.joints.begin(), wire.joints.end(), [](const Vec3& x) { return x.allFinite(); });
 }
 
-/// Relaxes by so many updates; false as soon as a number is not finite.
+/// Relaxes by this many updates; returns false as soon as a number is not finite.
 bool work(physics::Relaxer& relaxer, Guidewire& wire, long long updates, StabilityCell& cell, bool& at_rest) {
     const physics::RelaxBudget budget{static_cast<int>(std::max(1LL, updates)), 0.0, 0};
     const double start = io::thread_cpu_seconds();
@@ -85,7 +85,7 @@ double largest_deviation(std::span<const Vec3> a, std::span<const Vec3> b, Symme
     if (symmetry == Symmetry::MirrorZ) return std::min(turned(0, 1), turned(0, -1));
     double least = std::numeric_limits<double>::infinity();
     for (const double mirror : {1.0, -1.0}) {
-        // The turn that brings the joints nearest in the sum of squares.
+        // The rotation that brings the joints nearest in the sum of squares.
         double along = 0, across = 0;
         for (std::size_t i = 0; i < a.size(); ++i) {
             const double y = a[i].y(), z = mirror * a[i].z();
@@ -122,7 +122,7 @@ StabilityCell run_cell(const BreakingCase& c, const StabilityReference& referenc
     for (const Disturbance& d : c.disturbances) segments += d.inserted;
     const long long all = static_cast<long long>(c.cycles) * segments * (segments + 1) / 2;
     const auto steps = static_cast<long long>(c.disturbances.size());
-    // Half of the work after the last disturbance, the other half in equal parts before it.
+    // Half of the work comes after the last disturbance, the other half in equal parts before it.
     const long long last = steps > 1 ? all / 2 : all;
 
     CellMeasure& m = cell.measure;

@@ -1,5 +1,5 @@
 #pragma once
-/// One method on one way of breaking it: what came of it, by fixed rules on numbers.
+/// One method on one way of breaking it: its outcome, by fixed rules on numbers.
 
 #include <span>
 #include <string_view>
@@ -14,18 +14,18 @@ enum class Outcome { Converged, StillMoving, Oscillates, WrongBasin, LeftTheLume
 std::string_view outcome_text(Outcome);
 inline constexpr int outcomes = 7;
 
-/// The rules' numbers; the page of the study states them.
+/// The numbers in the rules; the page of the study states them.
 struct StabilityRules {
     double gradient = 1e-4;      // |g|/C of a wire at rest [-]
-    double basin = 0.05;         // joints this near are in one basin, or at one place [mm]
+    double basin = 0.05;         // joints this near are in one basin, or at the same place [mm]
     double rise = 1e-6;          // of the energy in a sample of the last quarter: it oscillates
-    double stuck = 1e-4;         // joints that move less in the last quarter do not move [mm]
+    double stuck = 1e-4;         // joints that move less in the last quarter count as not moving [mm]
     double outside = 0.5;        // of the lumen's radius beyond the wall: it has left the lumen …
-    double times_reference = 2;  // … and so many times deeper than the reference is pressed in
+    double times_reference = 2;  // … and this many times deeper than the reference is pressed in
     int samples = 40;            // of the energy, over the work after the last disturbance
 };
 
-/// What a cell is measured by. Arrays over the samples of the work after the last disturbance.
+/// The measurements that decide a cell. Arrays cover the samples of the work after the last disturbance.
 struct CellMeasure {
     bool finite = true;
     std::vector<double> energies;      // [N·mm]
@@ -47,7 +47,7 @@ struct StabilityCell {
     long long updates = 0;
 };
 
-/// Where the slow flow takes the case, all its disturbances one after the other.
+/// Where the slow flow takes the case, with all its disturbances one after the other.
 struct StabilityReference {
     std::vector<geometry::Vec3> joints;  // [mm]
     double energy = 0;                   // [N·mm]
@@ -59,7 +59,7 @@ StabilityReference find_reference(const BreakingCase&);
 StabilityCell run_cell(const BreakingCase&, const StabilityReference&, const physics::RelaxerConfig&,
                        const StabilityRules& = {});
 
-/// Of the farthest pair of joints [mm], the least over what the symmetry allows.
+/// Distance of the farthest pair of joints [mm], the least that the symmetry allows.
 double largest_deviation(std::span<const geometry::Vec3>, std::span<const geometry::Vec3>, Symmetry);
 
 }  // namespace studies

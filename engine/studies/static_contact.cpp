@@ -30,13 +30,13 @@ constexpr std::array<Case, 6> case_table = {{{"a", "A and R, M = 1", 1, true, tr
                                              {"e2", "A and R, M = 2", 2, true, true},
                                              {"e3", "A and R, M = 3", 3, true, true}}};
 
-/// What a wire at rest does under further updates.
+/// What happens to a wire at rest under further updates.
 struct Unrest {
     std::vector<double> contact;  // [i]: share of the updates after which joint i touches
     std::vector<double> turn;     // [i]: mean |ε_i| of the updates that vary segment i [-]
     double mean_turn = 0;         // of all
 
-    /// Joints that touch at some time, and those that then leave.
+    /// Number of joints that touch at some time, and of those that then leave.
     int touched() const {
         return static_cast<int>(
             std::count_if(contact.begin(), contact.end(), [](double c) { return c > 0; }));
@@ -74,7 +74,7 @@ Unrest watch(const PaperScene& scene, Guidewire wire, const Case& c, int settle_
         sum += unrest.turn[i];
         all += varied[i];
         unrest.turn[i] = varied[i] > 0 ? unrest.turn[i] / static_cast<double>(varied[i]) : 0.0;
-        // A relaxer that has come to rest stops: what touches then stays in touch.
+        // A relaxer that has come to rest stops: joints in contact then remain so.
         unrest.contact[i] = report.updates > 0 ? static_cast<double>(touching[i]) / report.updates
                                                : static_cast<double>(contacts[i].touches());
     }
@@ -86,7 +86,7 @@ Unrest watch(const PaperScene& scene, Guidewire wire, const Case& c, int settle_
 struct Traces {
     std::vector<double> wall;   // [i]: Tr R₍i,N₎ [N·mm]
     double bending = 0;         // mean Tr A_i [N·mm]
-    double bending_spread = 0;  // largest less least, of the mean, the last segment aside
+    double bending_spread = 0;  // (largest − least) / mean, without the last segment
     double mean_wall = 0;
 };
 
@@ -122,7 +122,7 @@ std::vector<int> touching_joints(const Unrest& unrest) {
     return list;
 }
 
-/// Part of the joints that touch in either which touch in both.
+/// Of the joints that touch in `a` or `b`, the share that touches in both.
 double common_part(const Unrest& a, const Unrest& b) {
     const auto of_a = touching_joints(a), of_b = touching_joints(b);
     std::vector<int> both, either;
@@ -131,7 +131,7 @@ double common_part(const Unrest& a, const Unrest& b) {
     return either.empty() ? 1.0 : static_cast<double>(both.size()) / static_cast<double>(either.size());
 }
 
-/// Part of the joints that touch in `a` which touch in `b` too.
+/// Of the joints that touch in `a`, the share that also touches in `b`.
 double kept_part(const Unrest& a, const Unrest& b) {
     const auto of_a = touching_joints(a), of_b = touching_joints(b);
     const auto kept = std::count_if(of_a.begin(), of_a.end(),
@@ -148,7 +148,7 @@ struct Joint1D {
     double second_order_minimum() const { return bending * at / (bending + stiffness); }
     double first_order_minimum(double x0) const { return at - stiffness * x0 / bending; }
     double near() const { return 0.5 * second_order_minimum(); }  // x_a: the first order overshoots it
-    double deep() const { return 2 * second_order_minimum(); }    // x_b: and throws it out of the wall
+    double deep() const { return 2 * second_order_minimum(); }    // x_b: and ejects it from the wall
 };
 
 io::Table energies_table(const Joint1D& j) {

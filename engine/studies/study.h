@@ -17,27 +17,27 @@ namespace studies {
 
 struct StudyProgress {
     int done = 0, of = 1;
-    std::string what;  // was done last
+    std::string what;  // what was done last
 };
 
 struct StudyOptions {
     bool quick = false;                 // shorter wires and less work: a test, not a result
     int threads = 1;                    // results do not depend on it
-    std::uint64_t seed = 1;             // of a study that draws random numbers
-    std::string program;                // name and version; shards of another are not merged
+    std::uint64_t seed = 1;             // for studies that draw random numbers
+    std::string program;                // name and version; shards of another program are not merged
     std::filesystem::path real_meshes;  // folder of meshes from elsewhere; may be missing
-    std::filesystem::path scenarios;    // folder of the scenarios that ship; may be missing
-    anatomy::ModelCache cache;          // the folder, where empty, is cache beside the study's own
+    std::filesystem::path scenarios;    // folder of the scenarios in the distribution; may be missing
+    anatomy::ModelCache cache;          // an empty folder stands for cache beside the study's own
     std::function<void(const StudyProgress&)> progress;  // one call at a time
 };
 
-/// A published figure or statement against what was measured here. Times aside, the same on every run. Its
-/// text names it within its study; no two of a study have the same.
+/// A published figure or statement against what was measured here. Apart from times, it is the same on every
+/// run. Its text identifies it within its study; no two claims of a study share a text.
 struct Claim {
     std::string text;                   // where it is published and what it says, with its unit
-    io::TableCell published, measured;  // number or words; a number that is not finite was not to be had
+    io::TableCell published, measured;  // number or words; a number that is not finite was not obtained
     bool holds = false;
-    std::string note = {};  // where it does not hold, the likely cause; else how it was measured
+    std::string note = {};  // where the claim fails, the likely cause; else how it was measured
 };
 
 struct StudyResult {
@@ -47,33 +47,33 @@ struct StudyResult {
     std::vector<Claim> claims;      // written as claims.json where there are any
 };
 
-/// Work of a study that can be cut in pieces which know nothing of one another: each leaves a row of numbers.
+/// Work of a study that can be cut into independent pieces: each gives a row of numbers.
 struct PieceWork {
     int (*pieces)(const StudyOptions&);
     /// Columns of the rows, names with units; the first is the piece's number.
     std::vector<std::string> (*columns)(const StudyOptions&);
     /// Rows of the pieces first … last − 1.
     std::vector<std::vector<double>> (*rows)(const StudyOptions&, int first, int last);
-    /// What the rows of all pieces come to.
+    /// The result from the rows of all pieces.
     StudyResult (*finish)(const StudyOptions&, const std::vector<std::vector<double>>& rows);
 };
 
 struct Study {
     std::string_view id, question;
     StudyResult (*run)(const StudyOptions&);
-    const PieceWork* in_pieces = nullptr;  // where it can be run in shards
+    const PieceWork* in_pieces = nullptr;  // set when the study can be run in shards
 };
 
-/// Every study there is, in the order they are listed.
+/// All studies, in the order they are listed.
 std::span<const Study> all_studies();
-/// Throws InputError that lists those that exist.
+/// Throws InputError listing the studies that exist.
 const Study& find_study(std::string_view id);
 
-/// Runs the study and leaves its files in the folder, which is made. Returns notices, such as that no picture
-/// was drawn. Throws InputError, before any work when the folder cannot be written.
+/// Runs the study and writes its files to the folder, which it creates. Returns notices, such as a missing
+/// picture. Throws InputError; for a folder that cannot be written, before any work.
 std::vector<std::string> run_study(const Study&, const std::filesystem::path& out, const StudyOptions&);
 
-/// Runs every study into a folder of its name, and leaves index.html with all pictures and claims, and the
+/// Runs every study into a folder of its name, and writes index.html with all pictures and claims, and the
 /// claims as claims.json. Returns notices; throws as run_study does.
 std::vector<std::string> run_all_studies(const std::filesystem::path& out, const StudyOptions&);
 

@@ -9,10 +9,10 @@
 
 namespace studies {
 
-/// Makes the folder. Throws InputError when it cannot be written.
+/// Creates the folder. Throws InputError when it cannot be written.
 void make_writable(const std::filesystem::path& folder);
 
-/// Tables, page, claims and pictures. Returns notices, such as that no picture was drawn. Throws InputError.
+/// Writes tables, page, claims and pictures. Returns notices, such as a missing picture. Throws InputError.
 std::vector<std::string> write_study(const Study&, const StudyResult&, const std::filesystem::path& out);
 
 /// One HTML page of all pictures with their captions, and the claims.

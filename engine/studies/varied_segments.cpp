@@ -11,11 +11,11 @@
 namespace studies {
 namespace {
 
-/// What is followed on the sinuous tube, and the hard joint.
+/// Sizes of what is followed on the sinuous tube, and the hard joint.
 struct Sizes {
     int segments = 200, cycles = 100;
     std::vector<int> joints = {50, 100, 165};
-    int short_cycles = 10;  // of the last joint's picture and claims
+    int short_cycles = 10;  // for the last joint's picture and claims
     int hard_segments = 120, hard_joint = 92, hard_cycles = 80;
     int rest_cycles = 200, long_cycles = 300;
 };
@@ -37,7 +37,7 @@ std::vector<NamedMethod> sinuous_methods() {
     list.push_back(paper_method(3, 15));
     return list;
 }
-enum SinuousRun { five = 4, two_fixed, three_fixed };  // places in that list; M = m is at m − 1
+enum SinuousRun { five = 4, two_fixed, three_fixed };  // places in the list above; M = m is at m − 1
 
 std::vector<NamedMethod> hard_methods() {
     std::vector<NamedMethod> list = {paper_method(1), paper_method(2), paper_method(3)};
@@ -222,7 +222,7 @@ void claim_hard(const std::vector<Run>& runs, const Sizes& size, std::vector<Cla
              measure});
 }
 
-/// How a whole scene comes to rest: cycles until no joint is farther than a limit from its own rest.
+/// How a whole scene comes to rest: cycles until every joint stays within a limit of its own rest.
 struct Convergence {
     double to_tenth = 1, to_hundredth = 1;  // cycles; infinite if never
     double energy = 0, gradient = 0;        // [N·mm], |g|/C

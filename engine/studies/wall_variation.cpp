@@ -24,7 +24,7 @@ constexpr const char* colours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "
 
 struct Sizes {
     int segments = 175, realisations = 5000;
-    int pieces_of_artery = 162;  // Ω, that the wire spans
+    int pieces_of_artery = 162;  // Ω, spanned by the wire
     std::array<int, 3> joints = {30, 100, 175};
 };
 Sizes sizes(const StudyOptions& options) {
@@ -51,7 +51,7 @@ double uniform(std::mt19937_64& random) {
     return std::ldexp(static_cast<double>(random() >> 11), -53);
 }
 
-/// k_g in [0, 2^−g k] and φ_g in [0, 2π), drawn from seed and number of the realisation alone.
+/// k_g in [0, 2^−g k] and φ_g in [0, 2π), determined by seed and number of the realisation alone.
 WallStiffness profile(const Setting& s, std::uint64_t seed, int realisation) {
     std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
                            static_cast<std::uint32_t>(realisation)};
@@ -83,7 +83,7 @@ std::vector<std::string> columns(const StudyOptions& options) {
     return names;
 }
 
-/// One realisation a row: the gradient over C at rest, then d_i of joints 1 … N from the wire in a uniform
+/// One row per realisation: the gradient over C at rest, then d_i of joints 1 … N from the wire in a uniform
 /// wall.
 Rows rows(const StudyOptions& options, int first, int last) {
     const Setting s = setting(options);
@@ -112,7 +112,7 @@ struct MeanAndRms {
     double mean = 0, rms = 0;
 };
 
-/// Of joint i in the first `count` realisations [mm].
+/// Mean and rms for joint i in the first `count` realisations [mm].
 MeanAndRms over(const Rows& rows, int joint, std::size_t count) {
     double sum = 0, squares = 0;
     for (std::size_t r = 0; r < count; ++r) {
@@ -140,7 +140,7 @@ io::Table running_table(const Setting& s, const Rows& rows) {
     return table;
 }
 
-/// Density of values over [from, to] in so many bins; those outside count for the norm only.
+/// Density of values over [from, to] in so many bins; values outside count for the normalisation only.
 io::Table density_table(const std::string& name, const std::string& unit, const std::vector<double>& values,
                         double from, double to, int bins) {
     std::vector<long long> counts(static_cast<std::size_t>(bins));
@@ -160,7 +160,7 @@ struct Spread {
     double mean = 0, deviation = 0, inside = 0, least = 1e300, largest = -1e300, mean_error = 0;
 };
 
-/// Of K/k over all realisations; `inside` is the part in (0.5, 1.5).
+/// Spread of K/k over all realisations; `inside` is the share in (0.5, 1.5).
 Spread spread_of(const std::vector<double>& values, std::size_t per_realisation) {
     Spread s;
     const double count = static_cast<double>(values.size());

@@ -21,16 +21,16 @@ using geometry::Vec3;
 constexpr double largest_push = 30;                    // a frame [mm]
 constexpr double largest_turn = 2 * std::numbers::pi;  // a frame [rad]
 constexpr int frames_of_a_trend = 40;
-constexpr double planes_rest_limit = 2e-3;  // |g|/C on a wall of planes, which jump
+constexpr double planes_rest_limit = 2e-3;  // |g|/C on a wall of planes, whose forces jump
 constexpr double reach_limit = 1.5;         // of an open end's disc, radii
-/// The smooth wall rounds creases of the mesh off, and facets lie inside round vessels [mm].
+/// The smooth wall rounds off creases of the mesh, and facets lie inside round vessels [mm].
 constexpr double smoothing = 0.15;
 
 const std::array<Vec3, 5> rays = {Vec3(0.31, 0.47, 0.83).normalized(), Vec3(-0.71, 0.23, 0.4).normalized(),
                                   Vec3(0.2, -0.9, 0.31).normalized(), Vec3(-0.4, -0.3, -0.86).normalized(),
                                   Vec3(0.9, -0.1, -0.42).normalized()};
 
-/// A mesh from elsewhere and the wire that suits it.
+/// A mesh from elsewhere and a suitable wire.
 struct Import {
     const char *mesh, *wire;
     double inserted;  // [mm]
@@ -39,7 +39,7 @@ constexpr Import imports[] = {{"carotid_stenosis_lumen.stl", "floppy014", 20},
                               {"sofa_carotids.stl", "floppy014", 20},
                               {"sofa_phantom.obj", "glide035", 40}};
 
-/// The anatomy and a scenario of it in the cache, for readers to play again.
+/// Writes the anatomy and a scenario of it to the cache, so that readers can play it.
 scenario::Scenario imported(const Import& import, const std::filesystem::path& mesh,
                             const StudyOptions& options) {
     anatomy::ImportOptions how;
@@ -96,7 +96,7 @@ std::vector<bool> Exits::beyond(const physics::Guidewire& wire) const {
     for (const Disc& disc : discs_) {
         const double inside = disc.inside + 0.5 * wire.spec.diameter;
         const auto beyond_disc = [&](const Vec3& x) { return (x - disc.centre).dot(disc.outward) + inside; };
-        // The introducer stands in the plane of its end: the wire begins inside.
+        // The introducer lies in the plane of its end: the wire begins inside.
         double before = std::min(beyond_disc(wire.joints[0]), -1e-9);
         int crossed = 0;
         for (int i = 1; i <= wire.segments(); ++i) {

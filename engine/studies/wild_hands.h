@@ -1,6 +1,7 @@
 #pragma once
 /// A hand that pushes, pulls and turns far more than any physician, in the vessels of a scenario, frame by
-/// frame; every frame is judged by what the simulation does not use: the exact gradient and the raw mesh.
+/// frame. Every frame is judged by means that the simulation does not use: the exact gradient and the raw
+/// mesh.
 
 #include <random>
 #include <string>
@@ -14,12 +15,12 @@
 
 namespace studies {
 
-/// Pushes or pulls of up to 30 mm and turns of up to 360° a frame; every 40 frames the hand changes its mind
-/// about whether it is going in or out. The seed says all, on any machine.
+/// Pushes or pulls of up to 30 mm and turns of up to 360° per frame; every 40 frames the hand chooses anew
+/// whether it goes in or out. The seed determines all, on any machine.
 class WildHand {
 public:
     explicit WildHand(std::uint32_t seed) : random_(seed) {}
-    /// What it does in its next frame.
+    /// Performs the hand's next frame.
     void act(exercise::Simulation&);
 
 private:
@@ -33,15 +34,15 @@ private:
 class Exits {
 public:
     explicit Exits(const anatomy::Anatomy&);
-    /// Per joint, whether the wire is out by an open end proximal of it: it went out through that end's disc
-    /// more often than in. Rims of real meshes are uneven: the disc lies as far inside as the rim reaches,
-    /// and a wire's radius more.
+    /// Per joint, whether the wire has left by an open end proximal of it: it went out through that end's
+    /// disc more often than in. Rims of real meshes are uneven, so the disc lies as far inside as the rim
+    /// reaches, plus a wire's radius.
     std::vector<bool> beyond(const physics::Guidewire&) const;
 
 private:
     struct Disc {
         geometry::Vec3 centre, outward;
-        double radius = 0, inside = 0;  // inside: by which the rim reaches in [mm]
+        double radius = 0, inside = 0;  // inside: how far the rim reaches in [mm]
     };
     std::vector<Disc> discs_;
 };
@@ -53,20 +54,20 @@ public:
         : closed_(anatomy::closed_lumen(anatomy)), wall_(anatomy.lumen) {}
     /// Whether most of five rays cross the mesh, closed by planes at its ends, an odd number of times.
     bool encloses(const geometry::Vec3&) const;
-    /// How far beyond the wall a point is, < 0 inside, where it is looked for no farther than `within` [mm].
+    /// How far beyond the wall a point is, < 0 inside; the search goes no farther than `within` [mm].
     double outside_by(const geometry::Vec3&, double within) const;
 
 private:
     geometry::MeshQuery closed_, wall_;
 };
 
-/// What frames came to.
+/// The outcome of a number of frames.
 struct WildTally {
     int frames = 0, segments = 0;         // segments: the most there were
-    int restless = 0;                     // |g|/C above what rest is
+    int restless = 0;                     // |g|/C above the limit for rest
     double gradient = 0;                  // the largest |g|/C
-    int outside = 0, outside_frames = 0;  // joints outside the raw mesh, but for those beyond an open end
-    int reported_crossings = 0;           // frames whose report has a crossing; not in the above
+    int outside = 0, outside_frames = 0;  // joints outside the raw mesh, except those beyond an open end
+    int reported_crossings = 0;           // frames whose report has a crossing; not counted above
     int beyond_force = 0;                 // joints deeper in the raw mesh than their force explains
     double beyond_force_by = 0;           // at most [mm]
     int left = 0;                         // frames with a part of the wire beyond an open end
@@ -79,7 +80,7 @@ struct WildTally {
     void add(const WildTally&);
 };
 
-/// Looks at frames of one simulation.
+/// Judges the frames of one simulation.
 class WildJudge {
 public:
     explicit WildJudge(const exercise::Simulation&);
@@ -93,11 +94,11 @@ private:
     double rest_ = rest_limit, wire_radius_;
 };
 
-/// So many frames of the hand with this seed, from the scenario's start.
+/// Plays this many frames of the hand with this seed, from the scenario's start.
 WildTally play_wildly(exercise::Simulation&, const WildJudge&, std::uint32_t seed, int frames);
 
-/// Scenarios to try: those of options.scenarios and, of options.real_meshes, three from elsewhere, imported
-/// into the cache with a scenario file beside each. The quick study has s_bend and renal.
+/// Scenarios to try: those of options.scenarios and three from options.real_meshes, imported into the cache
+/// with a scenario file beside each. The quick study has s_bend and renal.
 std::vector<scenario::Scenario> wild_scenarios(const StudyOptions&);
 
 }  // namespace studies

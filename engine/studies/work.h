@@ -1,5 +1,5 @@
 #pragma once
-/// Pieces of a study's work on all its threads, with their progress.
+/// Runs the pieces of a study's work on all its threads, with their progress.
 
 #include <functional>
 #include <mutex>
@@ -12,9 +12,9 @@ namespace studies {
 
 class Work {
 public:
-    /// `of` pieces in all calls of run().
+    /// `of` is the number of pieces in all calls of run().
     Work(const StudyOptions& options, int of) : options_(options), of_(of) {}
-    /// piece(0) … piece(count − 1), each once; a piece says what it was.
+    /// Calls piece(0) … piece(count − 1), each once; a piece returns what it was.
     void run(int count, const std::function<std::string(int)>& piece) {
         geometry::for_each_index(count, options_.threads, [&](int k) {
             const std::string what = piece(k);

@@ -28,7 +28,7 @@ void patient_from_feet(Canvas& canvas, Point iso) {
     canvas.box({iso.x - 23.0f, iso.y + 9.0f, iso.x + 23.0f, iso.y + 11.0f}, palette::faint);
 }
 
-/// As the operator sees the patient, from the right: head to the left.
+/// As the operator sees the patient from the right: head to the left.
 void patient_from_right(Canvas& canvas, Point iso) {
     canvas.disc({iso.x - 31.0f, iso.y + 1.5f}, 6.0f, body);
     canvas.box({iso.x - 24.0f, iso.y - 6.0f, iso.x + 20.0f, iso.y + 8.0f}, body, 6.0f);
@@ -37,7 +37,7 @@ void patient_from_right(Canvas& canvas, Point iso) {
 }
 
 /// `tilt` turns the detector from straight up, clockwise on the sheet [rad]; `lift` is its distance from the
-/// isocentre where that of the source is 1.
+/// isocentre relative to that of the source.
 void stand(Canvas& canvas, Point iso, float tilt, float lift, bool beam_on) {
     constexpr float radius = 40.0f;
     const Point up{std::sin(tilt), -std::cos(tilt)}, across{-up.y, up.x};
@@ -54,7 +54,7 @@ void stand(Canvas& canvas, Point iso, float tilt, float lift, bool beam_on) {
     canvas.polygon(
         std::array{place(-radius, 0.0f), place(face, -half_detector), place(face, half_detector)},
         beam_on ? palette::with_alpha(palette::beam, 105) : palette::with_alpha(palette::label, 38));
-    // From the source round by the left to the column of the detector.
+    // From the source around the left to the column of the detector.
     const float top = tilt - 0.5f * half_turn;
     canvas.arc(iso, radius + 2.0f, top - half_turn, top, palette::label, 3.5f);
     canvas.line(place(radius + 2.0f, 0.0f), place(face + 3.0f, 0.0f), palette::label, 4.0f);

@@ -10,9 +10,9 @@ enum class CArmView {
     FromRight  // angulation, head to the left: cranial turns the detector to the left
 };
 
-/// `angle` of rotation or angulation, LAO and cranial positive [rad]; with one that is not finite there is a
-/// patient but no arm. `lift`: distance of the detector from the isocentre where that of the source is 1;
-/// held within what can be drawn.
+/// `angle` of rotation or angulation, LAO and cranial positive [rad]; with one that is not finite the patient
+/// is drawn without an arm. `lift`: distance of the detector from the isocentre, relative to that of the
+/// source; clamped to what can be drawn.
 void draw_c_arm(Canvas&, const Box&, CArmView, double angle, double lift, bool beam_on);
 
 }  // namespace render

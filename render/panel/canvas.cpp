@@ -43,7 +43,7 @@ std::uint32_t big_endian(const std::vector<char>& bytes, std::size_t at) {
     return value;
 }
 
-/// Empty unless the file is a TrueType font whose tables lie inside it: ImGui stops the program on others.
+/// Empty unless the file is a TrueType font whose tables lie inside it: ImGui aborts the program on others.
 std::vector<char> read_font(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
     std::vector<char> bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
@@ -58,7 +58,7 @@ std::vector<char> read_font(const std::filesystem::path& path) {
     return bytes;
 }
 
-/// In UTF-8, without control characters.
+/// The text in UTF-8, without control characters.
 std::string one_line(std::string_view text) {
     std::string line;
     for (std::size_t at = 0; at < text.size();) {
@@ -82,7 +82,7 @@ std::string one_line(std::string_view text) {
     return line;
 }
 
-/// Makes a context of ImGui current, and the former one again at the end.
+/// Makes a context of ImGui current, and restores the previous one at the end.
 class CurrentContext {
 public:
     explicit CurrentContext(ImGuiContext* context) : before_(ImGui::GetCurrentContext()) {
@@ -96,7 +96,7 @@ private:
     ImGuiContext* before_;
 };
 
-/// A sheet of its own: a target, and a context of ImGui that nobody else draws with.
+/// A sheet of its own: a target, and an ImGui context that nothing else draws with.
 struct Sheet {
     struct Slot {
         GrayImage image;
@@ -117,7 +117,7 @@ struct Sheet {
         io.IniFilename = nullptr;
         io.LogFilename = nullptr;
         io.DisplaySize = ImVec2(float(width), float(height));
-        io.DeltaTime = 1.0f / 60.0f;  // nothing drawn depends on it; ImGui wants one
+        io.DeltaTime = 1.0f / 60.0f;  // nothing drawn depends on it, but ImGui needs one
         io.BackendFlags |= ImGuiBackendFlags_RendererHasVtxOffset;
         ImGuiStyle& style = ImGui::GetStyle();
         style.AntiAliasedLinesUseTex = false;
@@ -180,7 +180,7 @@ struct Canvas::State {
         const ImFont* f = font(face);
         return f->CalcTextSizeA(f->FontSize, 1e9f, 0.0f, line.data(), line.data() + line.size()).x;
     }
-    /// Cut at the end, to `room` pixels.
+    /// The line cut at its end to `room` pixels.
     std::string fitted(std::string line, Face face, float room) const {
         if (width_of(line, face) <= room) return line;
         const ImFont* f = font(face);
@@ -213,7 +213,7 @@ bool Canvas::has_font() const {
 
 void Canvas::begin() {
     state_->sheet->current.emplace(state_->sheet->context.get());
-    if (state_->list != nullptr) ImGui::EndFrame();  // an exception came between
+    if (state_->list != nullptr) ImGui::EndFrame();  // an exception interrupted drawing
     ImGui::NewFrame();
     state_->list = ImGui::GetBackgroundDrawList();
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// Lines, faces and pictures on a sheet: drawn by Dear ImGui, without any of its windows.
+/// Lines, text and pictures on a sheet: drawn by Dear ImGui, without any of its windows.
 
 #include <array>
 #include <cstdint>
@@ -41,21 +41,21 @@ enum class Align { Left, Centre, Right };
 /// One font for each Face.
 struct CanvasFaces {
     std::array<ImFont*, 5> fonts{};
-    bool from_files = false;  // otherwise ImGui's own face stands in
+    bool from_files = false;  // otherwise ImGui's own face is used
 };
 /// Adds the faces to an atlas that is not built yet. `fonts`: folder of DejaVuSans.ttf and
 /// DejaVuSans-Bold.ttf.
 CanvasFaces add_faces(ImFontAtlas&, float unit, const std::filesystem::path& fonts);
 
-/// All lengths are in units, of which a sheet made with `unit` = 1 has one per pixel. Places of text, boxes
+/// All lengths are in units; a sheet made with `unit` = 1 has one unit per pixel. Positions of text, boxes
 /// and pictures are rounded to pixels. Later strokes cover earlier ones. The same calls give the same bytes.
 class Canvas {
 public:
     /// `fonts`: folder of DejaVuSans.ttf and DejaVuSans-Bold.ttf; without them ImGui's own face is used.
     /// Throws std::runtime_error when GL fails.
     Canvas(int width, int height, float unit, const std::filesystem::path& fonts);
-    /// Strokes go to a list of a window's own ImGui, `origin` [pixels] from its upper left corner. Without
-    /// begin(), finish() and pictures, which are of sheets. The faces' atlas is that of the list.
+    /// Adds strokes to a draw list of a window's own ImGui, `origin` [pixels] from its upper left corner.
+    /// begin(), finish() and pictures are for sheets only. The faces' atlas must be that of the list.
     Canvas(ImDrawList&, const CanvasFaces&, float unit, Point origin);
     ~Canvas();
     Canvas(const Canvas&) = delete;
@@ -63,11 +63,11 @@ public:
 
     bool has_font() const;  // whether the faces come from `fonts`
 
-    /// Nothing is drawn but between these two. A window's ImGui of the same process is left as it was.
+    /// Drawing is possible only between these two. A window's ImGui in the same process is left unchanged.
     void begin();
     ColourImage finish();
 
-    void clip(const Box&);  // until its `unclip`, nothing appears outside; may be nested
+    void clip(const Box&);  // until the matching `unclip`, nothing appears outside; may be nested
     void unclip();
 
     void box(const Box&, Ink, float rounding = 0.0f);
@@ -81,15 +81,15 @@ public:
     void arc(Point centre, float radius, float from, float to, Ink, float thickness = 1.0f);
     void sector(Point centre, float radius, float from, float to, Ink);  // at most half a turn
 
-    /// One line with its upper edge at y; x is where the text is aligned. Broken or control characters become
+    /// One line with its upper edge at y; the text is aligned at x. Broken or control characters become
     /// spaces; text wider than `room` is cut and ends in dots. Returns the width drawn.
     float text(Point, std::string_view, Face, Ink, Align = Align::Left, float room = 1e6f);
     float text_width(std::string_view, Face) const;
     float text_height(Face) const;
 
-    /// Fills the pixels [left, left + width) × [top, top + height) of the sheet, not units. Unaltered at its
-    /// own size, the mean over each new pixel where smaller, interpolated where larger. Slots 0 and 1
-    /// remember their last picture. The image has pixels.
+    /// Fills the pixels [left, left + width) × [top, top + height) of the sheet, not units. The image is
+    /// unaltered at its own size, averaged over each new pixel where smaller, interpolated where larger.
+    /// Slots 0 and 1 remember their last picture. The image must have pixels.
     void picture(int slot, const GrayImage&, int left, int top, int width, int height);
 
 private:

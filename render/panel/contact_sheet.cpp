@@ -15,7 +15,7 @@ namespace {
 
 constexpr int gap = 4;  // between tiles [pixels]
 
-/// Each on a dark ground, so that it can be read over any image.
+/// Each label has a dark background, to be readable on any image.
 GrayImage labelled(const GrayImage& sheet, std::span<const std::string> labels, int columns, int tile_width,
                    int tile_height) {
     Canvas canvas(sheet.width, sheet.height, 1.0f, PanelSpec().fonts);

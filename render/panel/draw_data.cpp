@@ -15,7 +15,7 @@ namespace render {
 
 namespace {
 
-// The top row is drawn, and so read back, first.
+// The top row is drawn first, and so also read back first.
 constexpr const char* panel_vertex_shader = R"(#version 330 core
 layout(location = 0) in vec2 position;
 layout(location = 1) in vec2 place;
@@ -63,7 +63,7 @@ struct DrawDataRenderer::Gl : GlContext {
         try {
             context.make_current();
         } catch (const std::exception&) {
-            return;  // the context's own end frees what it holds
+            return;  // the end of the context frees its contents
         }
         for (const auto& [number, texture] : textures) DeleteTextures(1, &texture.name);
         DeleteTextures(1, &target);
@@ -112,7 +112,7 @@ struct DrawDataRenderer::Gl : GlContext {
         attribute(2, 4, GL_UNSIGNED_BYTE, GL_TRUE, offsetof(ImDrawVert, col));
     }
 
-    /// One byte per pixel; `swizzle` says which channels it stands for.
+    /// One byte per pixel; `swizzle` defines the channels that it stands for.
     void set_texture(int number, const GrayImage& image, const GLint (&swizzle)[4], GLint filter) {
         context.make_current();
         Texture& texture = textures[number];
@@ -171,7 +171,7 @@ struct DrawDataRenderer::Gl : GlContext {
             Scissor(left, top, right - left, bottom - top);
             BindTexture(GL_TEXTURE_2D, texture->second.name);
             if (texture->second.opaque) {
-                Disable(GL_BLEND);  // spares a tenth of a panel's time
+                Disable(GL_BLEND);  // saves a tenth of a panel's time
             } else {
                 Enable(GL_BLEND);
             }

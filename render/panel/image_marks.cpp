@@ -10,7 +10,7 @@ namespace render {
 
 namespace {
 
-/// Readable over any image.
+/// Draws text that is readable on any image.
 float marked(Canvas& canvas, Point at, std::string_view words, Face face, Ink ink, Align align = Align::Left,
              float room = 1e6f) {
     for (const Point shift : {Point{-1, 0}, Point{1, 0}, Point{0, -1}, Point{0, 1}, Point{1, 1}}) {
@@ -20,7 +20,7 @@ float marked(Canvas& canvas, Point at, std::string_view words, Face face, Ink in
     return canvas.text(at, words, face, ink, align, room);
 }
 
-/// The sign of radiation (ISO 361): disc of radius 1, blades of 60° from 1.5 to 5.
+/// The radiation symbol (ISO 361): disc of radius 1, blades of 60° from 1.5 to 5.
 void trefoil(Canvas& canvas, Point centre, float radius) {
     constexpr float pi = std::numbers::pi_v<float>;
     canvas.box({centre.x - 1.3f * radius, centre.y - 1.3f * radius, centre.x + 1.3f * radius,

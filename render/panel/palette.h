@@ -1,5 +1,5 @@
 #pragma once
-/// Colours of the panel: a dark room, grey images, and colour only for what asks to be noticed.
+/// Colours of the panel: a dark room, grey images, and colour only for what needs attention.
 
 #include "render/panel/canvas.h"
 

@@ -64,7 +64,7 @@ struct Panel::State {
 
     PanelArea live_room() const { return {0, 0, spec.width - pixels(readout_column_width), spec.height}; }
 
-    /// Returns what is below it.
+    /// Returns the area below it.
     Box draw_reference(const GrayImage* reference, const Readout& r) {
         constexpr float margin = 12.0f, side = readout_column_width - 2.0f * margin;
         const float left = units(live_room()).right + margin, right = left + side;

@@ -12,12 +12,12 @@ namespace render {
 struct PanelSpec {
     int width = 1280;   // 640 to 4096 [pixels]
     int height = 1024;  // 512 to 4096 [pixels]
-    // Folder of DejaVuSans.ttf and DejaVuSans-Bold.ttf (Debian's fonts-dejavu-core); ImGui's own face
-    // without.
+    // Folder of DejaVuSans.ttf and DejaVuSans-Bold.ttf (Debian's fonts-dejavu-core); ImGui's own face is used
+    // without them.
     std::filesystem::path fonts = "/usr/share/fonts/truetype/dejavu";
 };
 
-/// Where things stand [pixels].
+/// A rectangle of the panel [pixels].
 struct PanelArea {
     int left = 0;
     int top = 0;
@@ -25,8 +25,8 @@ struct PanelArea {
     int height = 0;
 };
 
-/// Draws one state after the other; nothing is carried from one to the next. To be used by one thread at a
-/// time. Beside it a Fluoroscope keeps its own GL context.
+/// Draws one state after another; nothing is carried over from one to the next. To be used by one thread at a
+/// time. A Fluoroscope used beside it keeps its own GL context.
 class Panel {
 public:
     /// Throws std::invalid_argument for a size outside its limits, std::runtime_error when GL fails.
@@ -35,16 +35,16 @@ public:
     Panel(Panel&&) noexcept;
     Panel& operator=(Panel&&) noexcept;
 
-    /// `live` fills the left of the panel, unaltered under its few marks where its size is that of
+    /// `live` fills the left of the panel; apart from its few marks it is unaltered where its size is that of
     /// `live_area`, otherwise resampled. `reference` may be null. Throws std::invalid_argument for an image
-    /// without pixels or of more than 4096 along a side.
+    /// without pixels or with more than 4096 along a side.
     ColourImage draw(const GrayImage& live, const GrayImage* reference, const Readout&);
 
-    /// Of an image so many pixels wide and high: the largest that keeps its shape. Side by side with the
-    /// readouts, a panel of 1280 × 1024 has room for 1024 × 1024.
+    /// The area for an image of that many pixels: the largest that keeps the image's shape. Side by side with
+    /// the readouts, a panel of 1280 × 1024 has room for 1024 × 1024.
     PanelArea live_area(int image_width, int image_height) const;
 
-    bool has_font() const;  // false when ImGui's own face stands in
+    bool has_font() const;  // false when ImGui's own face is used
 
 private:
     struct State;

@@ -46,7 +46,7 @@ bool is_known(std::optional<double> value) {
 std::string figure_text(std::optional<double> value, int decimals) {
     if (!is_known(value)) return dash;
     std::array<char, 64> text{};
-    // Beyond a million no readout has room for every digit.
+    // Above a million no readout has room for every digit.
     const bool large = std::abs(*value) >= 1e6;
     const auto end =
         large ? std::to_chars(text.begin(), text.end(), *value, std::chars_format::scientific, 1)

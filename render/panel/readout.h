@@ -1,5 +1,5 @@
 #pragma once
-/// What the panel around the image shows: numbers, and how they are written on screen.
+/// What the panel around the image shows: numbers, and their text on screen.
 
 #include <optional>
 #include <string>
@@ -14,14 +14,14 @@ struct Message {
     Notice notice = Notice::Info;
 };
 
-/// Where the table stands.
+/// Position of the table.
 struct TablePlace {
     double longitudinal = 0.0;  // toward the head [mm]
     double lateral = 0.0;       // toward the patient's left [mm]
     double height = 0.0;        // of its top above the floor [mm]
 };
 
-/// What stands on an image: how its own pulse was taken, whatever the stand has done since.
+/// The marks on an image: how its own pulse was taken, whatever the stand has done since.
 struct ImageMarks {
     std::string mode;                                      // FLUORO, DSA, ROADMAP
     double lao = 0.0, cranial = 0.0;                       // [rad]
@@ -30,14 +30,14 @@ struct ImageMarks {
     std::optional<double> time;  // [s]
 };
 
-/// One state of the panel. A value that is missing, or not finite, is shown as a dash.
+/// One state of the panel. A value that is missing or not finite is shown as a dash.
 struct Readout {
     std::string title;                // of the scenario
     std::string mode = "FLUORO";      // FLUORO, DSA, ROADMAP
     bool beam_on = false;             // otherwise the image is the last one held
     long frame = 0;                   // counted from 0
     std::optional<double> time;       // since the first frame [s]
-    std::optional<ImageMarks> image;  // empty = the image shown is of this very state
+    std::optional<ImageMarks> image;  // empty = the image shown belongs to this very state
     std::string reference_label;      // what the stored image is
     std::vector<Message> messages;    // oldest first; the last that fit are shown
 
@@ -64,16 +64,16 @@ struct Readout {
 
     // Wire
     std::optional<double> inserted;            // length beyond the introducer [mm]
-    std::optional<double> wire_length;         // that could be inserted [mm]
+    std::optional<double> wire_length;         // length that could be inserted [mm]
     std::optional<double> tip_to_target;       // [mm]
     std::optional<double> hub_twist;           // of the hub, right-handed about the advancing wire [rad]
     std::optional<double> base_torque;         // at the introducer [N·mm]
     std::optional<double> push_force;          // along the wire at the introducer [N]
     std::optional<double> tip_force;           // of the wall on the tip [N]
     std::optional<double> largest_wall_force;  // on any joint [N]
-    double force_limit = 1.0;                  // at which the bars of force are full [N]
+    double force_limit = 1.0;                  // force at which the bars are full [N]
     std::vector<double> force_history;         // largest wall force of the last seconds, oldest first [N]
-    double history_length = 10.0;              // time that the history spans [s]
+    double history_length = 10.0;              // time span of the history [s]
 
     // Contrast
     std::optional<double> contrast;        // given so far [ml]
@@ -88,9 +88,9 @@ struct DoseNotification {
     static constexpr double fluoro_time = 1800.0;  // [s]
 };
 
-bool is_known(std::optional<double>);  // there, and finite
+bool is_known(std::optional<double>);  // present and finite
 
-/// With `decimals` digits after the point in any locale, "--" when not known.
+/// The value with `decimals` digits after the point in any locale, "--" when not known.
 std::string figure_text(std::optional<double> value, int decimals);
 
 std::string centimetre_text(std::optional<double> length);  // [mm] to "110", "--"
@@ -100,7 +100,7 @@ std::string secondary_angle_text(double cranial);           // [rad] to "CRAN 10
 std::string clock_text(std::optional<double> time);         // [s] to "4:18" or "1:02:07", "--" when missing
 
 /// Letters of the patient's directions at the edges of the image: R, L, A, P, H (head), F (feet), two where
-/// the view is oblique, the nearer first (DICOM 0020,0020). Empty when an angle is not finite.
+/// the view is oblique, the dominant one first (DICOM 0020,0020). Empty when an angle is not finite.
 struct ImageSides {
     std::string left, right, top;
 };

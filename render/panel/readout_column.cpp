@@ -26,7 +26,7 @@ float share_of(std::optional<double> value, std::optional<double> full) {
     return static_cast<float>(std::clamp(*value / *full, 0.0, 10.0));
 }
 
-/// Amber from half of what is tolerated, red from all of it.
+/// Amber from half of the tolerated value, red from all of it.
 Ink level_ink(float share) {
     if (share >= 1.0f) return palette::alarm;
     return share >= 0.5f ? palette::caution : palette::calm;
@@ -42,13 +42,13 @@ std::string signed_text(std::optional<double> value, int decimals) {
     return is_known(value) && *value > 0.0 ? "+" + text : text;
 }
 
-/// To about three digits: "6.12", "41.7", "1620".
+/// Rounds to about three digits: "6.12", "41.7", "1620".
 std::string dose_text(std::optional<double> value) {
     const double size = value ? std::abs(*value) : 0.0;
     return figure_text(value, size >= 99.95 ? 0 : size >= 9.995 ? 1 : 2);
 }
 
-/// Upper edge of the content. `note` stands at the right end of the line.
+/// Returns the upper edge of the content. `note` stands at the right end of the line.
 float heading(Canvas& canvas, const Box& area, std::string_view name, std::string_view note = {},
               Ink note_ink = palette::value) {
     canvas.line({area.left, area.top + 0.5f}, {area.right, area.top + 0.5f}, palette::rule);
@@ -58,7 +58,7 @@ float heading(Canvas& canvas, const Box& area, std::string_view name, std::strin
     return area.top + heading_height;
 }
 
-/// "K_a,r" is K with the subscript a,r.
+/// Draws "K_a,r" as K with the subscript a,r.
 void label(Canvas& canvas, Point at, std::string_view name) {
     const auto split = name.find('_');
     const float width = canvas.text(at, name.substr(0, split), Face::Plain, palette::label);
@@ -243,7 +243,7 @@ void draw_contrast(Canvas& canvas, const Box& area, const Readout& r) {
     bar(canvas, area, y + 18.0f, share, level_ink(share));
 }
 
-/// Broken at spaces into lines of at most `room`; a longer word has a line of its own.
+/// Breaks the text at spaces into lines of at most `room`; a longer word has a line of its own.
 std::vector<std::string> wrapped(const Canvas& canvas, std::string_view text, Face face, float room) {
     std::vector<std::string> lines;
     while (!text.empty()) {
@@ -277,7 +277,7 @@ Ink notice_ink(Notice notice) {
 void draw_messages(Canvas& canvas, const Box& area, const Readout& r) {
     const float top = heading(canvas, area, "MESSAGES");
     constexpr float step = 16.0f, gap = 3.0f, indent = 10.0f;
-    // From the newest up, as many as there is room for.
+    // From the newest upward, as many as there is room for.
     std::vector<std::vector<std::string>> shown;
     float left = area.bottom - top;
     for (auto message = r.messages.rbegin(); message != r.messages.rend(); ++message) {
@@ -303,7 +303,7 @@ void draw_messages(Canvas& canvas, const Box& area, const Readout& r) {
 
 struct Section {
     void (*draw)(Canvas&, const Box&, const Readout&);
-    float height;  // the last takes what is left
+    float height;  // the last takes the remainder
 };
 constexpr Section sections[] = {{draw_gantry, 190.0f}, {draw_technique, 76.0f}, {draw_dose, 108.0f},
                                 {draw_wire, 212.0f},   {draw_contrast, 52.0f},  {draw_messages, 0.0f}};

@@ -1,5 +1,5 @@
 #pragma once
-/// The levels of the body: how high vertebrae and landmarks stand above one another.
+/// The levels of the body: heights of vertebrae and landmarks.
 ///
 /// Body frame: origin at the middle of the front of the fourth lumbar vertebra, +x left, +y back, +z head
 /// [mm].
@@ -11,11 +11,11 @@
 
 namespace render {
 
-/// Where a landmark lies in the body frame [mm]. From the bifurcation to the valve 300, from there to the
+/// Position of a landmark in the body frame [mm]. From the bifurcation to the valve 300, from there to the
 /// sella 330: estimates for a man of 1.75 m, like all dimensions here.
 geometry::Vec3 place_in_body(geometry::Landmark);
 
-/// A vertebral body. Kyphosis and lordosis follow from the fronts.
+/// A vertebral body. Kyphosis and lordosis follow from the anterior faces.
 struct Vertebra {
     std::string_view name;
     double z;                                    // of its middle [mm]

@@ -15,7 +15,7 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double skin_behind = 108.0;   // of the back, from the front of the lumbar vertebrae [mm]
+constexpr double skin_behind = 108.0;   // of the back, behind the front of the lumbar vertebrae [mm]
 constexpr double head_top = 733.0;      // z of the vertex [mm]
 constexpr double chest_middle = 300.0;  // z at which the depth of the chest is given [mm]
 
@@ -63,7 +63,7 @@ constexpr SkinSection skin[] = {
     {head_top, 14, 20, 8, 2, 4},
 };
 
-/// Catmull-Rom between rows, so that no crease shows.
+/// Catmull-Rom between rows, so that no creases show.
 SkinSection skin_at(double z) {
     constexpr int rows = std::size(skin);
     int i = 0;
@@ -86,13 +86,13 @@ SkinSection skin_at(double z) {
             smooth(&SkinSection::fat)};
 }
 
-/// The body's surface from one height to another, or what lies under its fat.
+/// The body's surface from one height to another, or the surface under its fat.
 TriangleMesh trunk(const PatientSpec& spec, double chest_front, double low, double high, bool under_fat) {
     const int steps = std::max(8, static_cast<int>((high - low) / 11.0));
     std::vector<Ring> rings;
     for (int i = 0; i <= steps; ++i) {
         SkinSection at = skin_at(low + (high - low) * i / steps);
-        // From the abdomen that was asked for to the chest as it has to be.
+        // From the abdomen as requested to the chest as it must be.
         const double up = std::clamp((at.z - 110.0) / (scaled_below - 110.0), 0.0, 1.0);
         const double neck = std::clamp((at.z - 400.0) / 60.0, 0.0, 1.0);
         const double wider = spec.width / 375.0, back = at.middle + at.half_depth;
@@ -145,7 +145,7 @@ PatientSpec patient_around(std::span<const Vec3> wall, const geometry::BodyPlace
         spec.lower = spec.lower.cwiseMin(p);
         spec.upper = spec.upper.cwiseMax(p);
     }
-    // The column stands behind what runs before it from L4 to the upper chest: the aorta.
+    // The column stands behind what lies in front of it from L4 to the upper chest: the aorta.
     constexpr double before = 15.0, gap = 3.0, top = 390.0;
     for (const Vec3& p : wall) {
         const double z = p.z() - spec.origin.z();
@@ -161,7 +161,7 @@ PatientSpec patient_around(std::span<const Vec3> wall, const geometry::BodyPlace
 }
 
 std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
-    constexpr double margin = 120.0;  // beyond the vessels that the C-arm may look [mm]
+    constexpr double margin = 120.0;  // how far beyond the vessels the C-arm may look [mm]
     const double from = spec.lower.z() - spec.origin.z() - margin,
                  to = spec.upper.z() - spec.origin.z() + margin;
     const bool with_abdomen = abdomen.reached_by(from, to), with_chest = chest.reached_by(from, to),
@@ -174,7 +174,7 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
         high = std::max(high, region.high);
     }
 
-    // Slanted rays leave through flesh, not through the cut.
+    // Oblique rays should leave through flesh, not through the cut.
     low -= margin;
     high = std::min(high + margin, head_top);
 
@@ -183,7 +183,7 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
     for (const VesselSample& sample : spec.vessels) {
         const Vec3 place = sample.place - spec.origin;
         vessels.push_back({place, sample.radius});
-        // Sternum and chest wall before the foremost vessel.
+        // Sternum and chest wall lie in front of the foremost vessel.
         if (place.z() > chest.low && place.z() < 380.0)
             front = std::min(front, place.y() - sample.radius - 34.0);
     }

@@ -12,7 +12,7 @@ namespace {
 constexpr double pleura_to_rib = 5.0;     // from the lungs to the middle of a rib [mm]
 constexpr double sternum_to_skin = 26.0;  // from the lungs' front to the skin [mm]
 
-/// How ribs run: the angle where their bone ends [rad], and how far below their vertebra that is [mm].
+/// The course of a rib: the angle where its bone ends [rad], and how far that is below its vertebra [mm].
 struct Rib {
     double reach, drop, half_height;
 };
@@ -97,7 +97,7 @@ Vec3 CageSection::point(double angle, double z, double outward) const {
 
 bool CageSection::holds(double x, double y, double inset) const {
     const double a = std::abs(x) / (half_width - inset), b = std::abs(y - middle) / (half_depth - inset);
-    // Powers take long, and places well within the ellipse need none.
+    // Powers are slow, and not needed for places well within the ellipse.
     if (exponent >= 2.0 && a >= 0.0 && b >= 0.0 && a * a + b * b < 0.999) return true;
     return std::pow(a, exponent) + std::pow(b, exponent) < 1.0;
 }
@@ -106,7 +106,7 @@ CageSection Chest::section(double z) const {
     constexpr double width[][2] = {{100, 122}, {180, 132}, {240, 136}, {290, 133}, {330, 125}, {365, 110},
                                    {395, 90},  {418, 70},  {434, 54},  {447, 40},  {460, 30}};
     constexpr double behind[][2] = {{100, 44}, {180, 50}, {300, 52}, {380, 48}, {420, 40}, {447, 32}};
-    // How far the front of the cage lies behind its foremost.
+    // How far the front of the cage lies behind its foremost point.
     constexpr double front_slope[][2] = {{100, 0},  {250, 0},  {330, 10}, {365, 22},
                                          {400, 44}, {425, 60}, {447, 74}};
     const double back = spine_front(z) + interpolated(behind, z);

@@ -14,7 +14,7 @@ using geometry::Vec3;
 namespace {
 
 using std::numbers::pi;
-constexpr double apex = 447.0;    // z of the lungs' tops [mm]
+constexpr double apex = 447.0;    // z of the tops of the lungs [mm]
 constexpr double lung_gap = 2.5;  // between a lung and what it lies against [mm]
 
 /// Middle, axis and half-axes of an ellipsoid about that axis.
@@ -37,7 +37,7 @@ struct Heart {
         return {{valve + Vec3(30, 8, -32), Vec3(0.70, -0.34, -0.63).normalized(), 74, 48},
                 {valve + Vec3(-3, 20, -24), Vec3(0.1, 0.1, 1.0).normalized(), 50, 40}};
     }
-    /// Less than 1 inside; the two are blended.
+    /// Less than 1 inside; the two parts are blended.
     double share(const Vec3& p) const {
         const double a = ventricles.share(p), b = atria.share(p), k = 0.15;
         const double h = std::clamp(0.5 + 0.5 * (b - a) / k, 0.0, 1.0);
@@ -73,7 +73,7 @@ double mediastinum(Side side, double y, double z, double cage_front) {
     return 7.0 + thin * (15.0 + trunk);
 }
 
-/// The last point, up to `reach`, before a ray leaves what `inside` holds.
+/// The last point, up to `reach`, before a ray leaves the region where `inside` holds.
 double first_exit(double reach, double step, const std::function<bool(double)>& inside) {
     double held = 0.0;
     while (held + step < reach && inside(held + step)) held += step;
@@ -85,7 +85,7 @@ double first_exit(double reach, double step, const std::function<bool(double)>& 
     return held;
 }
 
-/// One lung: what of a half of the rib cage heart, vessels, mediastinum and diaphragm leave.
+/// One lung: the part of a half of the rib cage that heart, vessels, mediastinum and diaphragm leave free.
 class Lung {
 public:
     Lung(const Chest& chest, Side side) : chest_(chest), side_(side), dome_{side} {
@@ -108,7 +108,8 @@ public:
         });
     }
 
-    /// Whether `mesh` reaches a place, clear of its surface: nothing may stand between it and the middle.
+    /// Whether `mesh` reaches a place, clear of its surface: nothing may stand between the place and the
+    /// middle.
     bool reaches(const Vec3& p, double gap) const {
         const double low = dome_.height(p.x(), p.y()) + lung_gap;
         const Vec3 middle = centre(std::clamp((p.z() - low) / (apex - low), 0.0, 1.0));
@@ -120,7 +121,8 @@ public:
         return true;
     }
 
-    /// Rings from the base, which is the dome, to the apex: each at one share of the height above the dome.
+    /// Rings from the base, which is the dome, to the apex, each at a constant share of the height above the
+    /// dome.
     TriangleMesh mesh() const {
         constexpr int around = 96, levels = 52, base_rings = 10;
         const auto at = [&](int level, int ray, double r) {
@@ -136,7 +138,7 @@ public:
                 reach[i][k] = std::max(0.5, first_exit(160.0, 3.0, inside));
             }
         }
-        // Beside a ray that something ends early, none runs far past it: the wall between would cut through.
+        // Next to a ray that ends early, no ray may run far past it: the wall between them would cut through.
         constexpr double leap = 12.0;
         std::vector<Polyline> rings(levels + 1);
         for (int i = 0; i <= levels; ++i) {
@@ -171,7 +173,7 @@ private:
         const double low = dome_.height(x, y) + lung_gap;
         return {x, y, low + share * (apex - low)};
     }
-    /// A place amid the lung at a share of its height.
+    /// A place in the middle of the lung at a share of its height.
     Vec3 centre(double share) const {
         constexpr double x[][2] = {{0.0, 104.0}, {0.25, 102.0}, {0.6, 76.0}, {0.85, 52.0}, {1.0, 40.0}};
         constexpr double y[][2] = {{0.0, 8.0}, {0.3, 14.0}, {0.6, 16.0}, {0.85, 14.0}, {1.0, 22.0}};
@@ -246,7 +248,7 @@ TriangleMesh dome(const Chest& chest, Side side) {
                          y = -12.0 + share * 102.0 * std::sin(angle);
             const double z = shape.height(x, y);
             const CageSection cage = chest.section(z);
-            // Drawn in where the cage is narrower.
+            // Drawn inward where the cage is narrower.
             const double inward = std::min(
                 1.0,
                 0.97 / std::max(1e-3, std::pow(std::pow(std::abs(x) / cage.half_width, 2.3) +

@@ -13,7 +13,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// In the head, places are measured from the sella.
+/// Places in the head are measured from the sella.
 Vec3 from_sella(const Vec3& p) {
     return place_in_body(geometry::Landmark::Sella) + p;
 }
@@ -22,7 +22,7 @@ double bell(double x) {
     return std::exp(-x * x);
 }
 
-/// Outer surface of the floor of the skull: the roof of the orbits, lower behind the sella and in the middle
+/// Outer surface of the skull's floor: the roof of the orbits, lower behind the sella and in the middle
 /// fossae.
 double skull_floor(double x, double y) {
     const double t = std::clamp(y / 48.0, 0.0, 1.0);
@@ -34,7 +34,7 @@ double skull_floor(double x, double y) {
 
 const Vec3 vault(0.0, 20.0, 28.0);  // its middle [mm]
 
-/// How far the skull's outer surface stands from the middle of its vault.
+/// Distance of the skull's outer surface from the middle of its vault.
 double skull_radius(const Vec3& direction) {
     const auto inside = [&](double r) {
         const Vec3 p = vault + r * direction;
@@ -54,7 +54,7 @@ double skull_radius(const Vec3& direction) {
     return held;
 }
 
-/// The skull's surface, `inset` mm within the outer one.
+/// The skull's surface, `inset` mm inside the outer one.
 TriangleMesh skull(double inset) {
     return star(
         from_sella(vault), [&](const Vec3& direction) { return skull_radius(direction) - inset; }, 96);
@@ -114,7 +114,7 @@ void add_face(Bones& bones, Side side) {
              {4, 4, 5}, {3.2, 3, 3.6}, 1.0);
 }
 
-/// A row of teeth and the bone that they stand in: half an ellipse open to the back.
+/// A row of teeth and the bone they stand in: half an ellipse open to the back.
 Polyline dental_arch(double z, double from, double to) {
     Polyline arch;
     constexpr int steps = 18;
@@ -168,7 +168,7 @@ TriangleMesh skull_base() {
     return dense;
 }
 
-/// Air of the sinuses; grown by `wall` it is the bone around.
+/// Air of the sinuses; grown by `wall`, the bone around them.
 TriangleMesh sinuses(double wall) {
     TriangleMesh air;
     // No two cells are alike: ellipsoids with bulges.

@@ -1,5 +1,5 @@
 #pragma once
-/// The pieces that a patient is put together from, all in the body frame (body.h). For patient*.cpp only.
+/// The pieces that make up a patient, all in the body frame (body.h). For patient*.cpp only.
 
 #include <algorithm>
 #include <cmath>
@@ -30,7 +30,7 @@ struct Side {
 };
 constexpr Side left{1.0}, right{-1.0};
 
-/// Straight between the rows of a table of {height, value}.
+/// Linear interpolation between the rows of a table of {height, value}.
 template <std::size_t N>
 double interpolated(const double (&rows)[N][2], double at) {
     std::size_t i = 1;
@@ -41,7 +41,7 @@ double interpolated(const double (&rows)[N][2], double at) {
 
 constexpr double sacrum_top = -60.0;  // top plate of S1 [mm]
 
-/// Vertebrae whose middle lies within two heights, with the sacrum where they reach below L5.
+/// Adds the vertebrae whose middle lies between two heights, with the sacrum if these reach below L5.
 void add_spine(Bones&, double low, double high);
 void add_pelvis(Bones&);
 
@@ -55,9 +55,9 @@ struct CageSection {
     bool holds(double x, double y, double inset = 0.0) const;
 };
 
-/// Where the front of the chest stands and which vessels its lungs leave room for.
+/// The position of the front of the chest, and the vessels that its lungs leave room for.
 struct Chest {
-    double front;  // y of the skin before the sternum [mm]
+    double front;  // y of the skin in front of the sternum [mm]
     const std::vector<VesselSample>& vessels;
 
     CageSection section(double z) const;

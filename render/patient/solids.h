@@ -19,11 +19,11 @@ struct Ring {
     double exponent = 2.0;                       // n [-]
 };
 
-/// A skin over the rings in order, closed by flat lids; outward triangles. At least two rings, `around` ≥ 3
-/// points.
+/// A skin over the rings in order, closed by flat lids; triangles face outward. Needs at least two rings and
+/// `around` ≥ 3 points.
 geometry::TriangleMesh loft(const std::vector<Ring>&, int around);
 
-/// The same over rings of points that are given: all of one length, in the same sense around.
+/// The same over given rings of points: all of one length, in the same sense around.
 geometry::TriangleMesh loft(const std::vector<geometry::Polyline>& rings);
 
 /// Tube of an elliptic section along a path; `u` is the direction of half-axis a, made perpendicular to the
@@ -35,7 +35,8 @@ geometry::TriangleMesh tube(const geometry::Polyline& path, const geometry::Vec3
 geometry::TriangleMesh ellipsoid(const geometry::Vec3& centre, const geometry::Vec3& half_axes,
                                  int around = 28);
 
-/// The solid whose surface stands `radius(direction)` from its centre [mm], in every unit direction.
+/// The solid whose surface lies at the distance `radius(direction)` from its centre [mm], for every unit
+/// direction.
 geometry::TriangleMesh star(const geometry::Vec3& centre,
                             const std::function<double(const geometry::Vec3&)>& radius, int around = 48);
 

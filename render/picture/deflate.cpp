@@ -11,20 +11,20 @@ namespace render {
 namespace {
 
 constexpr std::size_t block_size = 65536;           // bytes that share codes
-constexpr int longest_code = 14;                    // [bits]: four codes and what is left of a byte fit in 64
-constexpr int shortest_run = 3, longest_run = 258;  // that have a symbol
+constexpr int longest_code = 14;                    // [bits]: four codes and the rest of a byte fit in 64
+constexpr int shortest_run = 3, longest_run = 258;  // lengths that have a symbol
 constexpr int end_of_block = 256, literal_symbols = 286;
 
 struct Code {
-    std::uint32_t bits = 0;  // the first to be written is the lowest
-    int length = 0;          // 0 of a symbol that does not occur
+    std::uint32_t bits = 0;  // the lowest bit is written first
+    int length = 0;          // 0 for a symbol that does not occur
 };
 
-/// Bits into bytes, the lowest first.
+/// Packs bits into bytes, the lowest first.
 class BitWriter {
 public:
     explicit BitWriter(std::uint8_t* to) : to_(to) {}
-    /// Up to 57 bits between two calls of `flush`, which may write up to 8 bytes beyond.
+    /// Accepts up to 57 bits between two calls of `flush`, which may write up to 8 bytes beyond the end.
     void put(std::uint64_t bits, int count) {
         waiting_ |= bits << count_;
         count_ += count;
@@ -37,7 +37,7 @@ public:
         waiting_ >>= 8 * whole;
         count_ -= 8 * whole;
     }
-    /// The last byte is filled up with zeros.
+    /// Fills up the last byte with zeros.
     std::uint8_t* finish() {
         flush();
         return count_ > 0 ? to_ + 1 : to_;
@@ -49,8 +49,8 @@ private:
     int count_ = 0;
 };
 
-/// Lengths of Huffman's codes for so many occurrences, none above `limit`: Huffman's own where they keep to
-/// it, and nearly as good where some were shortened and others lengthened for it.
+/// Lengths of Huffman codes for these numbers of occurrences, none above `limit`: Huffman's own where they
+/// stay below it, otherwise nearly optimal, with some shortened and others lengthened to fit.
 void code_lengths(std::span<const std::uint32_t> counts, int limit, std::span<Code> codes) {
     struct Node {
         std::uint32_t count;
@@ -69,7 +69,7 @@ void code_lengths(std::span<const std::uint32_t> counts, int limit, std::span<Co
     std::sort(used.begin(), used.begin() + leaves, [](const Node& a, const Node& b) {
         return a.count != b.count ? a.count < b.count : a.symbol < b.symbol;
     });
-    // Leaves in rising order, then the nodes that join two, which come in rising order of themselves.
+    // Leaves in ascending order, then the nodes that join two, which are created in ascending order.
     const int nodes = 2 * leaves - 1;
     std::array<std::uint32_t, 2 * literal_symbols> weight;
     std::array<int, 2 * literal_symbols> parent, depth;
@@ -90,7 +90,7 @@ void code_lengths(std::span<const std::uint32_t> counts, int limit, std::span<Co
         depth[i] = depth[parent[i]] + 1;
         if (i < leaves) ++of_length[std::min(depth[i], limit)];
     }
-    // Codes cut short take more room than there is. One of the longest gives its place up and shares that of
+    // Shortened codes take more room than there is. One of the longest gives up its place and shares that of
     // a shorter one.
     int room = -(1 << limit);
     for (int length = 1; length <= limit; ++length) room += of_length[length] << (limit - length);
@@ -106,7 +106,7 @@ void code_lengths(std::span<const std::uint32_t> counts, int limit, std::span<Co
         for (int i = 0; i < of_length[length]; ++i) codes[used[rarest++].symbol].length = length;
 }
 
-/// The codes that follow from their lengths (RFC 1951, 3.2.2).
+/// Assigns the codes that follow from their lengths (RFC 1951, 3.2.2).
 void assign_codes(std::span<Code> codes) {
     std::array<std::uint32_t, 17> next{};
     for (const Code& code : codes)
@@ -122,12 +122,12 @@ void assign_codes(std::span<Code> codes) {
     }
 }
 
-/// With the bits that follow it.
+/// A symbol with the bits that follow it.
 struct Symbol {
     int symbol, extra, extra_bits;
 };
 
-/// Of a run of 3 to 258 (RFC 1951, 3.2.5).
+/// The symbol of a run of 3 to 258 (RFC 1951, 3.2.5).
 Symbol run_symbol(int length) {
     if (length == longest_run) return {285, 0, 0};
     const auto over = static_cast<unsigned>(length - shortest_run);
@@ -149,18 +149,18 @@ void split_run(std::size_t run, const Use& use) {
     }
 }
 
-/// Bytes as they are, then a run of the last of them.
+/// Literal bytes, then a run that repeats the last of them.
 struct Stretch {
     std::size_t literals, run;
 };
 
-/// Finds runs by eight bytes at a time, which costs noise next to nothing. `at` and `end` are places in
+/// Finds runs eight bytes at a time, which costs next to nothing in noise. `at` and `end` are positions in
 /// `bytes`.
 void find_runs(const std::uint8_t* bytes, std::size_t at, std::size_t end, std::vector<Stretch>& found) {
     constexpr std::size_t together = 8;
     found.clear();
     std::size_t literals_from = at;
-    if (at == 0) ++at;  // before the first byte is none that it could repeat
+    if (at == 0) ++at;  // the first byte has none before it to repeat
     while (at + together <= end) {
         if (std::memcmp(bytes + at, bytes + at - 1, together) != 0) {
             at += together;
@@ -177,7 +177,8 @@ void find_runs(const std::uint8_t* bytes, std::size_t at, std::size_t end, std::
     found.push_back({end - literals_from, 0});
 }
 
-/// Symbols of a list of code lengths: a length, or 16 to 18, which repeat it or nothing (RFC 1951, 3.2.7).
+/// Symbols of a list of code lengths: a length, or 16 to 18, which repeat the length or zero (RFC 1951,
+/// 3.2.7).
 void list_lengths(std::span<const int> lengths, std::vector<Symbol>& list) {
     list.clear();
     for (std::size_t i = 0; i < lengths.size();) {
@@ -208,10 +209,10 @@ void list_lengths(std::span<const int> lengths, std::vector<Symbol>& list) {
     }
 }
 
-/// At most, of a block [bytes].
+/// Maximum for a block [bytes].
 constexpr std::size_t most_of_header = (17 + 3 * 19 + 14 * (literal_symbols + 1) + 7) / 8;
 
-/// Begins a block and writes its codes (RFC 1951, 3.2.7). Runs have all the same distance, 1, of a code of
+/// Begins a block and writes its codes (RFC 1951, 3.2.7). All runs have the same distance, 1, with a code of
 /// one bit.
 BitWriter put_header(BitWriter out, std::span<const Code> literals, bool last) {
     int count = literal_symbols;
@@ -249,9 +250,9 @@ BitWriter put_header(BitWriter out, std::span<const Code> literals, bool last) {
     return out;
 }
 
-/// One block's bytes from `from`, cut into stretches.
+/// Writes one block's bytes from `from`, cut into stretches.
 BitWriter put_block(BitWriter out, const std::uint8_t* from, std::span<const Stretch> stretches, bool last) {
-    // Four counts of each byte, so that one of the same byte need not wait for the one before.
+    // Four counts of each byte, so that equal consecutive bytes need not wait for each other.
     std::array<std::array<std::uint32_t, 256>, 4> of_byte{};
     std::array<std::uint32_t, literal_symbols> counts{};
     const std::uint8_t* byte = from;

@@ -9,12 +9,12 @@
 
 namespace render {
 
-/// eˣ to 2e-7 of itself, 0 below −88; x from −1e6 to 88. Without branches, so that the compiler takes four at
-/// a time, and of sums and products alone, so that every machine gets the same bits.
+/// eˣ with a relative error of 2e-7, 0 below −88; x from −1e6 to 88. It has no branches, so that the compiler
+/// computes four at a time, and uses only sums and products, so that every machine gets the same bits.
 inline float fast_exp(float x) {
-    // x = n·ln 2 + r, |r| ≤ ½ ln 2; ln 2 in two parts, of which n times the first is exact.
+    // x = n·ln 2 + r, |r| ≤ ½ ln 2; ln 2 is split in two parts, and n times the first is exact.
     constexpr float ln2_high = 0.693359375f, ln2_low = -2.12194440e-4f;
-    constexpr float to_whole = 12582912.0f;  // 1.5·2²³: what is added to it loses its fraction
+    constexpr float to_whole = 12582912.0f;  // 1.5·2²³: adding it removes the fraction
     const float n = (x * std::numbers::log2e_v<float> + to_whole) - to_whole;
     const float r = (x - n * ln2_high) - n * ln2_low;
     float sum = 1.0f / 5040;

@@ -11,8 +11,8 @@
 
 namespace render {
 
-/// Natural logarithm of a positive, normal float to 3e-4: its exponent, and a table over 11 bits of its
-/// mantissa.
+/// Natural logarithm of a positive, normal float with an error of 3e-4: from its exponent, and a table over
+/// 11 bits of its mantissa.
 class FastLog {
 public:
     FastLog() {
@@ -23,7 +23,7 @@ public:
         const int exponent = static_cast<int>(bits >> 23) - 127;
         return static_cast<float>(exponent) * std::numbers::ln2_v<float> + mantissa_[bits >> 12 & (size - 1)];
     }
-    /// Of all values, to the same bits: apart from the table, four at a time. At most `together`.
+    /// Logarithms of all values, to the same bits: four at a time except for the table. At most `together`.
     static constexpr std::size_t together = 256;
     void operator()(std::span<float> values) const {
         std::array<std::uint32_t, together> place;

@@ -50,7 +50,7 @@ void blur(Field& field, double sigma, const ForRow& before, const ForRow& after)
             for (int i = 0; i < width; ++i) to[i] += kernel[k] * (middle[i - k] + middle[i + k]);
         }
     };
-    // Down the columns in place: rows that are overwritten but still needed wait in a ring.
+    // Down the columns in place: overwritten rows that are still needed are kept in a ring.
     std::vector<std::vector<float>> ring(static_cast<std::size_t>(reach) + 1, std::vector<float>(width));
     std::vector<float> top;
     const auto blur_down = [&](int j) {
@@ -66,7 +66,7 @@ void blur(Field& field, double sigma, const ForRow& before, const ForRow& after)
             for (int i = 0; i < width; ++i) to[i] += kernel[k] * (above[i] + below[i]);
         }
     };
-    // A row is done as soon as those that reach it are there: all are still in the cache.
+    // A row is finished as soon as all rows that reach it are there, while all are still in the cache.
     for (int j = 0; j < height + reach; ++j) {
         if (j < height) {
             if (before) before(j, {row(j), static_cast<std::size_t>(width)});

@@ -1,5 +1,5 @@
 #pragma once
-/// Smoothing of fields. Outside the field the nearest value is taken.
+/// Smoothing of fields. Outside the field the nearest value is used.
 
 #include <functional>
 #include <span>
@@ -8,13 +8,13 @@
 
 namespace render {
 
-/// Convolution with a Gaussian averaged over each pixel; sigma [pixels], nothing happens at 0.
+/// Convolution with a Gaussian averaged over each pixel; sigma [pixels], 0 leaves the field unchanged.
 void blur(Field&, double sigma);
-/// The same with something done to each row before, and to each when it is done. A row's `after` comes when
-/// `before` has had at most `blur_reach` rows more.
+/// The same with a function called for each row before blurring, and for each when it is done. `after` is
+/// called for a row once `before` has been called for at most `blur_reach` further rows.
 using ForRow = std::function<void(int row, std::span<float> values)>;
 void blur(Field&, double sigma, const ForRow& before, const ForRow& after);
-/// Rows or columns to either side that a pixel spreads to.
+/// The number of rows or columns on either side that a pixel spreads to.
 int blur_reach(double sigma);
 Field gaussian_blur(Field, double sigma);
 

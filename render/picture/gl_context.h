@@ -1,5 +1,5 @@
 #pragma once
-/// OpenGL without a window. For source files alone: it brings OpenGL's headers.
+/// OpenGL without a window. To be included in source files only: it includes OpenGL's headers.
 
 #define GL_GLEXT_PROTOTYPES  // declared for decltype below, never linked
 #include <GL/gl.h>
@@ -11,7 +11,7 @@
 
 namespace render {
 
-/// A context of its own and the functions that drawing here takes, by their names without "gl".
+/// A context of its own and the GL functions used for drawing here, named without "gl".
 struct GlContext {
     OffscreenContext context;
 
@@ -31,7 +31,7 @@ struct GlContext {
     RENDER_GL_FUNCTIONS(RENDER_GL_MEMBER)
 #undef RENDER_GL_MEMBER
 
-    /// Current afterwards. Throws std::runtime_error when there is no context.
+    /// The context is current afterwards. Throws std::runtime_error when there is no context.
     GlContext() {
         context.make_current();
 #define RENDER_GL_LOAD(name) name = reinterpret_cast<decltype(name)>(context.function("gl" #name));

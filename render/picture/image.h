@@ -8,7 +8,7 @@
 
 namespace render {
 
-/// What is seen: 8-bit grey levels, width·height pixels.
+/// The image as seen: 8-bit grey levels, width·height pixels.
 struct GrayImage {
     int width = 0;
     int height = 0;
@@ -39,7 +39,7 @@ struct Field {
         : width(columns), height(rows), values(static_cast<std::size_t>(columns) * rows, value) {}
 };
 
-/// How far two images are apart, in grey levels.
+/// How far two images differ, in grey levels.
 struct ImageDifference {
     double mean = 0.0;         // of |a − b| over all pixels
     double largest = 0.0;      // of |a − b|
@@ -49,8 +49,8 @@ struct ImageDifference {
 /// Compares pixel by pixel. Throws std::invalid_argument when the sizes differ.
 ImageDifference difference(const GrayImage& a, const GrayImage& b);
 
-/// |a − b| times `gain`, clipped: what a failed frame test leaves behind to be looked at. Throws
-/// std::invalid_argument when the sizes differ.
+/// |a − b| times `gain`, clipped, for inspecting a failed frame test. Throws std::invalid_argument when the
+/// sizes differ.
 GrayImage difference_image(const GrayImage& a, const GrayImage& b, double gain = 8.0);
 
 }  // namespace render

@@ -6,8 +6,8 @@
 #include <string>
 
 #ifdef __SANITIZE_ADDRESS__
-// OSMesaDestroyContext of Mesa 22.3 keeps the context's record of its colour buffer, some 230 bytes. Leaks of
-// our own are still reported.
+// OSMesaDestroyContext of Mesa 22.3 does not free the context's record of its colour buffer, some 230 bytes.
+// Leaks of our own are still reported.
 extern "C" const char* __lsan_default_suppressions() {
     return "leak:libOSMesa";
 }
@@ -17,7 +17,7 @@ namespace render {
 
 struct OffscreenContext::State {
     OSMesaContext context = nullptr;
-    // OSMesa insists on a colour buffer of its own; drawing goes to framebuffer objects.
+    // OSMesa requires a colour buffer of its own; drawing goes to framebuffer objects.
     std::uint32_t buffer[16 * 16] = {};
 };
 

@@ -3,8 +3,8 @@
 
 namespace render {
 
-/// Owns one OSMesa context (software rasteriser, core profile). Everything that draws goes through this
-/// class, so that another way to a context (EGL surfaceless) can replace it.
+/// Owns one OSMesa context (software rasteriser, core profile). All drawing goes through this class, so that
+/// another source of contexts (EGL surfaceless) can replace it.
 class OffscreenContext {
 public:
     OffscreenContext();  // throws std::runtime_error when no context can be made

@@ -31,10 +31,10 @@ constexpr Kind colour_png = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, "colour"};
 
 using Bytes = std::vector<std::uint8_t>;
 
-/// Each row's filter (PNG specification, chapter 9), then what it leaves of the row. `row`: bytes of one.
+/// Each row's filter (PNG specification, chapter 9), then the filtered row. `row`: bytes of one row.
 enum class Filter : std::uint8_t { Sub = 1, Up = 2, Average = 3 };
 
-/// Noise is packed best as its difference from the average of the pixels at its left and above.
+/// Noise compresses best as its difference from the average of the pixels to its left and above.
 Bytes averaged(const std::uint8_t* pixels, std::size_t row, std::size_t rows) {
     Bytes filtered((row + 1) * rows);
     filtered[0] = static_cast<std::uint8_t>(Filter::Sub);
@@ -83,11 +83,11 @@ void append_number(Bytes& to, std::size_t number) {
     for (int shift = 24; shift >= 0; shift -= 8) to.push_back(static_cast<std::uint8_t>(number >> shift));
 }
 
-/// Appends a chunk, whose contents `append` appends.
+/// Appends a chunk, whose contents are written by `append`.
 template <class Append>
 void append_chunk(Bytes& to, std::string_view type, const Append& append) {
     const std::size_t start = to.size();
-    append_number(to, 0);  // its length, when it is known
+    append_number(to, 0);  // its length, filled in once known
     to.insert(to.end(), type.begin(), type.end());
     append();
     const std::size_t length = to.size() - start - 8;
@@ -114,7 +114,7 @@ Bytes encode_image(const Image& image, const Kind& kind) {
         append_number(bytes, static_cast<std::size_t>(image.height));
         const auto type = static_cast<std::uint8_t>(kind.colour_type);
         bytes.insert(bytes.end(),
-                     {8, type, 0, 0, 0});  // bits; the one way to pack, to filter; not interlaced
+                     {8, type, 0, 0, 0});  // bits; the only compression, the only filtering; no interlace
     });
     append_chunk(bytes, "IDAT", [&] {
         if (kind.channels == 1)

@@ -8,10 +8,10 @@
 namespace render {
 namespace {
 
-/// Shares that old pixels have in new pixel `i` along one side.
+/// Shares of old pixels in new pixel `i` along one side.
 struct Span {
     int first = 0;
-    std::vector<double> shares;  // sum 1
+    std::vector<double> shares;  // their sum is 1
 };
 Span span_of(int i, int from, int to) {
     const double start = double(i) * from / to, stop = double(i + 1) * from / to;
@@ -46,7 +46,7 @@ GrayImage reduced(const GrayImage& image, int width, int height) {
     return result;
 }
 
-/// Where a new row or column lies between two old ones: share/256 of the way from `first` to `second`.
+/// Position of a new row or column between two old ones: share/256 of the way from `first` to `second`.
 struct Between {
     int first = 0;
     int second = 0;

@@ -5,8 +5,8 @@
 
 namespace render {
 
-/// The mean over the area that each new pixel covers where a side becomes shorter, else bilinear; unaltered
-/// at its own size. Throws std::invalid_argument for an empty size or image.
+/// Averages over the area of each new pixel along a side that becomes shorter, else bilinear; an image of the
+/// requested size is unaltered. Throws std::invalid_argument for an empty size or image.
 GrayImage resized(const GrayImage&, int width, int height);
 
 }  // namespace render

@@ -9,7 +9,7 @@
 namespace render {
 namespace {
 
-/// Intensity with nothing in the beam, as share of its middle: inverse square and obliquity (cos³), heel
+/// Intensity with nothing in the beam, relative to its middle: inverse square and obliquity (cos³), heel
 /// effect.
 Field flat_field(const CArm& arm, double heel) {
     Field flat(arm.pixels, arm.pixels);
@@ -30,7 +30,7 @@ Field flat_field(const CArm& arm, double heel) {
 /// 1 in the disc where automatic exposure measures, 0 outside: air around the patient does not count.
 Field measuring_field(const CArm& arm, double radius) {
     Field field(arm.pixels, arm.pixels);
-    // Never without a pixel.
+    // Has at least one pixel.
     const double reach = std::max(radius * arm.pixels, 1.0);
     for (int j = 0; j < arm.pixels; ++j) {
         for (int i = 0; i < arm.pixels; ++i) {
@@ -43,7 +43,7 @@ Field measuring_field(const CArm& arm, double radius) {
 
 constexpr double usual_dose = 30.0;  // of a fluoroscopy pulse [nGy]
 
-/// Air kerma of the open beam per detected signal, in units of kerma_per_signal.
+/// Air kerma of the open beam per detected signal, in the units of kerma_per_signal.
 double open_kerma(double kvp) {
     const Spectrum spectrum = detected_spectrum(kvp);
     double sum = 0.0;
@@ -52,7 +52,7 @@ double open_kerma(double kvp) {
     return sum;
 }
 
-/// μ of the mixture's material less that of what it lies in [1/mm].
+/// μ of the mixture's material minus that of its surroundings [1/mm].
 PixelBins change_of(const Mixture& mixture, const EnergyBins& bins) {
     const Bins own = bins.attenuation(mixture.material), around = bins.attenuation(mixture.inside);
     PixelBins change;
@@ -133,7 +133,7 @@ double charge_per_dose(const FluoroscopeConfig& config, const PlaneImages& plane
             }
         }
     }
-    // Never nothing: through metres of bone, the tube is at its limit long before.
+    // Never zero: through metres of bone the tube reaches its limit long before.
     const double transmitted =
         std::max((1.0 + config.scatter_to_primary) * kerma / std::max(places, 1), 1e-20);
     const double metres = 1e-3 * arm.sid;
@@ -180,7 +180,7 @@ BeamImages beam_images(const FluoroscopeConfig& config, const PlaneImages& plane
         }
     }
 
-    // Scatter: the primary image spread wide. What the collimator keeps out scatters nowhere.
+    // Scatter: the primary image spread wide. What the collimator blocks does not scatter.
     const int block = std::max(1, arm.pixels / 64);
     result.scatter =
         enlarge(gaussian_blur(shrink(lit, block), config.scatter_reach / pixel_width(arm) / block), block,

@@ -1,5 +1,5 @@
 #pragma once
-/// What the pose of the C-arm and the tube voltage determine of an image, before contrast and wire.
+/// The part of an image that the pose of the C-arm and the tube voltage determine, before contrast and wire.
 
 #include <array>
 #include <cstdint>
@@ -22,19 +22,19 @@ inline float sum(const PixelBins& bins) {
     return result;
 }
 
-/// Lengths through all layers that change μ in the same way.
+/// Path lengths through all layers that change μ in the same way.
 struct Mixture {
     Material material, inside;
     Field length;  // [mm]
 };
 
-/// What size, distances and collimator determine, however the arm is turned.
+/// Images that depend on size, distances and collimator, but not on the angles of the arm.
 struct PlaneImages {
     CArm arm;
-    Field flat, open, measured;  // open beam, collimator, measuring field: shares of 1
+    Field flat, open, measured;  // open beam, collimator, measuring field: fractions of 1
 };
 
-/// Where a layer lies before few pixels: their indices, and the length of each pixel's ray in it [mm].
+/// A layer that covers few pixels: their indices, and the length of each pixel's ray in it [mm].
 struct SparseLength {
     std::vector<std::uint32_t> pixels;
     std::vector<float> lengths;
@@ -42,7 +42,7 @@ struct SparseLength {
     explicit SparseLength(const Field& length = {});
 };
 
-/// What the pose determines, and the mesh passes cost time for.
+/// Images that depend on the pose, and cost the time of the mesh passes.
 struct PoseImages {
     CArm arm;
     std::vector<Mixture> mixtures;
@@ -52,7 +52,7 @@ struct PoseImages {
     int unbalanced_pixels = 0;
 };
 
-/// What the tube voltage adds to that.
+/// Images that depend on the tube voltage as well.
 struct BeamImages {
     EnergyBins bins;
     double kvp = 0.0;                // [kV]
@@ -63,14 +63,15 @@ struct BeamImages {
 
 PlaneImages plane_images(const FluoroscopeConfig&, const CArm&);
 
-/// Draws each layer's mesh, the renderer's of the same number. `has_nodes`: contrast has vessels of its own,
-/// and lumina need no lengths for it.
+/// Draws each layer's mesh, which has the same number in the renderer. `has_nodes`: contrast has vessels of
+/// its own, and needs no lengths of lumina.
 PoseImages pose_images(PathLengthRenderer&, std::span<const TissueLayer>, bool has_nodes, const CArm&);
 
-/// Of a pulse at that voltage that gives the detector 1 nGy [mAs], from a sample of the measuring field.
+/// Tube charge of a pulse at that voltage that gives the detector 1 nGy [mAs], from a sample of the measuring
+/// field.
 double charge_per_dose(const FluoroscopeConfig&, const PlaneImages&, const PoseImages&, double kvp);
 
-/// At a voltage [kV], or at the one that automatic exposure chooses.
+/// Images at a voltage [kV], or at the one that automatic exposure chooses.
 BeamImages beam_images(const FluoroscopeConfig&, const PlaneImages&, const PoseImages&,
                        const std::optional<double>& kvp);
 

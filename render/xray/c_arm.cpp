@@ -19,7 +19,7 @@ bool operator==(const CArm& a, const CArm& b) {
 }
 
 std::vector<std::string> problems(const CArm& arm) {
-    // Rounding in a conversion from degrees must not refuse the limit itself.
+    // Rounding in a conversion from degrees must not reject the limit itself.
     constexpr double slack = 1e-9;
     std::vector<std::string> found;
     const auto require = [&found](bool holds, std::string sentence) {

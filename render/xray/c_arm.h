@@ -1,5 +1,5 @@
 #pragma once
-/// Geometry of the C-arm: where the source and the detector stand and where a point appears.
+/// Geometry of the C-arm: positions of source and detector, and where a point appears on the image.
 ///
 /// Angles as in DICOM (0018,1510) and (0018,1511): LAO and cranial positive. LAO 30° puts the detector over
 /// the patient's left. The image faces the patient: the patient's left on the viewer's right, head up.
@@ -33,7 +33,7 @@ struct CArm {
 
 bool operator==(const CArm&, const CArm&);
 
-/// What an angiography stand reaches; files and commands that ask for more are rejected.
+/// The range of an angiography stand; files and commands that exceed it are rejected.
 struct ArmLimits {
     struct Range {
         double least, most;
@@ -43,11 +43,11 @@ struct ArmLimits {
     static constexpr Range sid = {500, 2000};           // [mm]
     static constexpr Range sod = {300, 1500};           // [mm]
     static constexpr Range detector_width = {20, 600};  // [mm]
-    static constexpr double isocentre = 1e4;            // of each coordinate, either way [mm]
+    static constexpr double isocentre = 1e4;            // of each coordinate, in either direction [mm]
 };
 
 /// Everything that makes the C-arm unusable, one sentence each; empty when it can be exposed. Of the limits
-/// above only those of the angles must be kept: distances need only make a picture.
+/// above only those of the angles apply: distances need only make a picture.
 std::vector<std::string> problems(const CArm&);
 
 /// Directions of the detector in patient coordinates, unit and mutually orthogonal.
@@ -65,18 +65,18 @@ double pixel_width(const CArm&);              // on the detector [mm]
 struct PixelBox {
     double left, top, right, bottom;
 };
-PixelBox opening_of(const CArm&);  // what the collimator leaves of the image
-double open_area(const CArm&);     // of the detector that the collimator leaves [mm²]
+PixelBox opening_of(const CArm&);  // the part of the image that the collimator leaves open
+double open_area(const CArm&);     // of the detector, left open by the collimator [mm²]
 
-/// Where a point falls. Pixel (i, j) covers [i, i+1) × [j, j+1), j downward from the top.
+/// The image of a point. Pixel (i, j) covers [i, i+1) × [j, j+1), j downward from the top.
 struct Pixel {
     double x = 0.0;
     double y = 0.0;
-    double depth = 0.0;  // along the beam axis from the source [mm]; x and y mean nothing when not positive
+    double depth = 0.0;  // along the beam axis from the source [mm]; unless positive, x and y are meaningless
 };
 Pixel project(const CArm&, const geometry::Vec3& point);
 
-/// P of (x·w, y·w, w) = P·(point, 1), the same as project; w is the depth.
+/// P of (x·w, y·w, w) = P·(point, 1), consistent with project; w is the depth.
 Eigen::Matrix<double, 3, 4> camera_matrix(const CArm&);
 
 /// From the source toward the place (x, y) of the image, unit.

@@ -19,14 +19,15 @@ namespace {
 
 constexpr int samples = 2;  // rays along a side of a pixel
 constexpr int rays = samples * samples;
-/// Where a pixel's rays meet the same walls within so many mm, one way through the lumen stands for all.
+/// Where a pixel's rays meet the same walls within this distance [mm], one path through the lumen represents
+/// all.
 constexpr float alike = 0.5f;
 
-/// Length of every node's piece of the rays of one pixel.
+/// Length of each node's part of one pixel's rays.
 class Row {
 public:
     void add(std::uint32_t node, double length) {
-        // Pieces of a chord, and of the chords next to it, follow one another.
+        // Parts of a chord, and of the chords next to it, come in sequence.
         for (std::size_t i = entries_.size(); i-- > 0;) {
             if (entries_[i].node != node) continue;
             entries_[i].length += length;
@@ -55,7 +56,7 @@ private:
     std::vector<Entry> entries_;
 };
 
-/// Power distance of a node along a way, less what is the same for all nodes.
+/// Power distance of a node along a path, minus the part common to all nodes.
 struct Line {
     std::uint32_t node;
     double height, slope;  // at the start [mm²], [mm]
@@ -85,7 +86,7 @@ bool for_each_chord(std::span<const Crossing> met, const Use& use) {
     return true;
 }
 
-/// The rays' mean, empty where they do not meet the same walls in the same order.
+/// The mean of the rays; empty where they do not meet the same walls in the same order.
 void average(const std::array<std::span<const Crossing>, rays>& met, std::vector<Crossing>& mean) {
     mean.clear();
     for (const auto& ray : met)
@@ -107,7 +108,7 @@ void average(const std::array<std::span<const Crossing>, rays>& met, std::vector
     }
 }
 
-/// `width` squared pixels of nothing.
+/// Sets the field to `width` squared pixels of zero.
 void clear(Field& field, int width) {
     field.width = field.height = width;
     field.values.assign(static_cast<std::size_t>(width) * width, 0.0f);
@@ -115,7 +116,7 @@ void clear(Field& field, int width) {
 
 }  // namespace
 
-/// The lumen, and a coarse grid that knows which nodes can be deepest anywhere in a cell.
+/// The lumen, and a coarse grid that lists the nodes that can be deepest anywhere in a cell.
 struct LumenContrast::Pieces {
     TriangleMesh mesh;
     std::vector<Vec3> nodes;
@@ -165,7 +166,7 @@ void LumenContrast::Pieces::build_grid(const std::vector<float>& radii) {
     };
     for (std::size_t i = 0; i < nodes.size(); ++i) cover(nodes[i], radii[i]);
     for (const Vec3& vertex : mesh.vertices) cover(vertex, 0);
-    // Cells of a few nodes' distance; not more than memory likes.
+    // Cells as wide as a few nodes' distance, limited by memory.
     width = std::max(4.0, std::cbrt((high - low).prod() / 2e6));
     for (int k = 0; k < 3; ++k) cells[k] = std::max(1, static_cast<int>(std::ceil((high - low)[k] / width)));
 
@@ -174,7 +175,7 @@ void LumenContrast::Pieces::build_grid(const std::vector<float>& radii) {
     const auto middle = [&](int i, int j, int k) {
         return Vec3(low + width * (Vec3(i, j, k) + Vec3::Constant(0.5)));
     };
-    // Cells near a vessel know their candidates: those that the surface or a ball comes to.
+    // Only cells near a vessel list candidates: those touched by the surface or a ball.
     std::vector<bool> wanted(count, false);
     const auto mark = [&](const Vec3& from, const Vec3& to) {
         int first[3], last[3];
@@ -200,8 +201,8 @@ void LumenContrast::Pieces::build_grid(const std::vector<float>& radii) {
         for (int j = 0; j < cells[1]; ++j) {
             for (int i = 0; i < cells[0]; ++i, ++cell) {
                 if (wanted[cell]) {
-                    // Two nodes' power distances differ by a linear function: over the cell's ball by at most
-                    // its radius times twice the distance between the nodes.
+                    // The power distances of two nodes differ by a linear function: over the cell's ball it
+                    // varies by at most its radius times twice the distance between the nodes.
                     const Vec3 centre = middle(i, j, k);
                     std::size_t best = 0;
                     for (std::size_t n = 0; n < nodes.size(); ++n) {
@@ -219,8 +220,8 @@ void LumenContrast::Pieces::build_grid(const std::vector<float>& radii) {
     }
 }
 
-/// Shares the way from one point to another, both in the lumen, among the nodes. Along a line the power
-/// distances, less what all have in common, are linear: another node becomes deepest where its line crosses
+/// Divides the path from one point to another, both in the lumen, among the nodes. Along a line the power
+/// distances, minus the part common to all, are linear: another node becomes deepest where its line crosses
 /// the lowest.
 void LumenContrast::Pieces::cut(const Vec3& from, const Vec3& to, double weight, std::vector<Line>& lines,
                                 Row& row) const {
@@ -229,7 +230,7 @@ void LumenContrast::Pieces::cut(const Vec3& from, const Vec3& to, double weight,
     const Vec3 way = (to - from) / length;
     double s = 0;
     while (s < length) {
-        // The cell just ahead, and where the way leaves it.
+        // The cell just ahead, and where the path leaves it.
         std::size_t cell = 0;
         double leave = length;
         for (int k = 2; k >= 0; --k) {
@@ -249,7 +250,7 @@ void LumenContrast::Pieces::cut(const Vec3& from, const Vec3& to, double weight,
             lines.push_back({n, off.squaredNorm() - squares[n], -2 * way.dot(off)});
         };
         for (std::uint32_t c = starts[cell]; c < starts[cell + 1]; ++c) add_line(candidates[c]);
-        if (lines.empty())  // amid a vessel that its nodes' balls do not fill
+        if (lines.empty())  // inside a vessel that its nodes' balls do not fill
             for (std::uint32_t n = 0; n < nodes.size(); ++n) add_line(n);
         Line deepest = *std::min_element(lines.begin(), lines.end(),
                                          [s](const Line& a, const Line& b) { return a.at(s) < b.at(s); });
@@ -358,7 +359,7 @@ void iodine_thickness(const ContrastMatrix& matrix, std::span<const float> iodin
     std::vector<Moved> nodes;
     nodes.reserve(iodine.size());
     for (std::size_t n = 0; n < iodine.size(); ++n) {
-        // Farther than any image is out of it.
+        // Anything farther than this is outside every image.
         const float x = std::clamp(shifts[n].x, -1e4f, 1e4f), y = std::clamp(shifts[n].y, -1e4f, 1e4f);
         const float left = std::floor(x), top = std::floor(y), right = x - left, down = y - top;
         nodes.push_back({static_cast<int>(left),

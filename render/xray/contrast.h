@@ -1,5 +1,5 @@
 #pragma once
-/// Contrast on the image: which pixels see how much of which piece of vessel.
+/// Contrast on the image: which pixels see which piece of vessel, and over what length.
 
 #include <cstdint>
 #include <memory>
@@ -13,8 +13,8 @@
 namespace render {
 
 /// Pixel × centreline node → length of the pixel's ray through the piece of lumen that belongs to the node.
-/// Row k is pixel pixels[k], its entries are starts[k] to starts[k + 1], nodes ascending. Pixels ascending;
-/// every row has an entry. The pixels listed are those that see the lumen.
+/// Row k is pixel pixels[k], its entries are starts[k] to starts[k + 1], nodes ascending. Pixels ascend;
+/// every row has an entry. The pixels listed are those whose rays meet the lumen.
 struct ContrastMatrix {
     int width = 0;                      // of the square image [pixels]
     int node_count = 0;                 // columns
@@ -22,17 +22,17 @@ struct ContrastMatrix {
     std::vector<std::uint32_t> starts{0};
     std::vector<std::uint32_t> nodes;
     std::vector<float> lengths;  // mean over the pixel [mm]
-    int unbalanced_rays = 0;     // that entered and left unequally often
+    int unbalanced_rays = 0;     // rays that entered and left unequally often
 };
 
 /// A closed lumen cut into pieces: each place belongs to the node whose ball (centre, radius) holds it
 /// deepest, by the power distance |x − c|² − r². So a wide vessel keeps its lumen up to the ostium of a
-/// narrow branch, and of vessels that touch each keeps its own.
+/// narrow branch, and vessels that touch each keep their own.
 class LumenContrast {
 public:
     /// `nodes` along the centrelines of all vessels, one or two mm apart, each with its inscribed radius
-    /// [mm]. Throws std::invalid_argument for no nodes, not as many radii, radii that are not positive,
-    /// numbers that are not finite, or a triangle that names a vertex which is not there.
+    /// [mm]. Throws std::invalid_argument for no nodes, a different number of radii, radii that are not
+    /// positive, numbers that are not finite, or a triangle with a vertex that does not exist.
     LumenContrast(const geometry::TriangleMesh& closed_lumen, std::vector<geometry::Vec3> nodes,
                   const std::vector<float>& radii);
     ~LumenContrast();
@@ -41,9 +41,9 @@ public:
 
     std::span<const geometry::Vec3> nodes() const;
 
-    /// Lengths are means over 2 × 2 rays a pixel; where those meet the same walls within ½ mm they are cut as
-    /// one. Where a ray enters and leaves unequally often, as at a hole of the mesh, only chords between an
-    /// entry and an exit that follow each other count. The same bits for the same arguments.
+    /// Lengths are means over 2 × 2 rays per pixel; rays that meet the same walls within ½ mm are cut as one.
+    /// Where a ray enters and leaves unequally often, as at a hole of the mesh, only chords between an entry
+    /// and the exit that directly follows it count. The same arguments give the same bits.
     ContrastMatrix at(const CArm&) const;
 
 private:
@@ -64,8 +64,8 @@ struct PixelShift {
 std::vector<PixelShift> pixel_shifts(const CArm&, std::span<const geometry::Vec3> nodes,
                                      std::span<const geometry::Vec3> moved);
 
-/// The same for vessels that beat or breathe: what belongs to a node moves with it, shared among the four
-/// pixels around its place in proportion to their overlap. What leaves the image is lost, nothing else is.
+/// The same for vessels that beat or breathe: the length at a node moves with it, shared among the four
+/// pixels around its place in proportion to their overlap. Only what leaves the image is lost.
 void iodine_thickness(const ContrastMatrix&, std::span<const float> iodine, std::span<const PixelShift>,
                       Field& out);
 

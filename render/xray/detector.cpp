@@ -48,13 +48,13 @@ const std::array<float, 4096>& quantiles() {
     return table;
 }
 
-/// Standard normal from one half of the bits.
+/// A standard normal number from one half of the bits.
 float normal_from(const std::array<float, 4096>& table, std::uint64_t bits, int which) {
     const std::uint64_t own = bits >> (which == 0 ? 0 : 32);
     return table[own & 4095] + table[(own >> 12) & 4095];
 }
 
-/// A Poisson count by inversion of its cumulative sum.
+/// A Poisson count by inversion of the cumulative distribution.
 float poisson(float mean, std::uint64_t bits) {
     const double uniform = (static_cast<double>(bits & 0xFFFFFFFFull) + 0.5) / 4294967296.0;
     double term = std::exp(-static_cast<double>(mean)), sum = term;
@@ -93,7 +93,7 @@ Field read_out(Field expected, double pixel_width, const DetectorSpec& detector,
     const double sigma = detector.scintillator_blur / pixel_width;
     const auto electronic = static_cast<float>(detector.electronic_noise);
     const std::size_t width = expected.width;
-    // A pixel's bits serve twice: what the electronics will add waits until the row has been blurred.
+    // A pixel's bits are used twice: the part for the electronics waits until the row has been blurred.
     const int waiting = blur_reach(sigma) + 1;
     std::vector<float> counted(width), added(waiting * width);
     const auto added_to = [&](int row) { return added.data() + row % waiting * width; };
@@ -105,7 +105,7 @@ Field read_out(Field expected, double pixel_width, const DetectorSpec& detector,
             counted[i] = normal_from(table, bits, 0);
             later[i] = normal_from(table, bits, 1);
         }
-        int few = 0;  // where a normal number will not do
+        int few = 0;  // number of pixels for which a normal number will not do
         for (const float mean : values) few += mean >= fewest_for_normal ? 0 : 1;
         if (few > 0) {
             for (std::size_t i = 0; i < width; ++i)

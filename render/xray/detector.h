@@ -1,5 +1,5 @@
 #pragma once
-/// From quanta that arrive to the signal that is read out.
+/// From arriving quanta to the signal read out.
 
 #include <cstdint>
 
@@ -7,8 +7,7 @@
 
 namespace render {
 
-/// Quanta that a dose leaves on the detector, per nGy and mm² of detector: 30 nGy are 54 quanta per 0.29 mm
-/// pixel.
+/// Quanta per nGy of dose and mm² of detector: 30 nGy give 54 quanta per 0.29 mm pixel.
 constexpr double quanta_per_dose_and_area = 54.0 / (30.0 * 0.29 * 0.29);
 
 struct DetectorSpec {
@@ -35,8 +34,9 @@ private:
     std::uint64_t key_;
 };
 
-/// Counts quanta at random around their expectation, then spreads the light, then adds electronic noise.
-/// Shapes: as `expected`. The order matters: noise that the scintillator has not blurred looks like sand.
+/// Draws quanta at random around their expectation, then spreads the light, then adds electronic noise. The
+/// result has the shape of `expected`. The order matters: noise that the scintillator has not blurred looks
+/// like sand.
 Field read_out(Field expected, double pixel_width, const DetectorSpec&, std::uint64_t seed,
                std::uint64_t frame);
 

@@ -13,9 +13,9 @@ namespace render {
 
 namespace {
 
-constexpr float lowest = -4.0f, highest = 3.0f;  // ln of signal over reference that the grey table covers
+constexpr float lowest = -4.0f, highest = 3.0f;  // ln of signal over reference, the range of the grey table
 
-/// Between the darkest and the brightest twentieth of what the collimator leaves.
+/// Range between the darkest and the brightest twentieth of the area that the collimator leaves.
 double range_of(const Field& log, const Field& open) {
     std::vector<float> seen;
     for (std::size_t i = 0; i < log.values.size(); i += 7)

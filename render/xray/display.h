@@ -10,8 +10,8 @@
 namespace render {
 
 struct DisplaySpec {
-    double compression = 0.55;  // share of slow changes of brightness that is taken out, at least [-]
-    double range = 1.2;         // what may be left of them, as between lung and heart [e-folds of signal]
+    double compression = 0.55;  // least share of slow changes of brightness to be removed [-]
+    double range = 1.2;         // what may be left of these, as between lung and heart [e-folds of signal]
     double compression_reach = 0.06;  // what counts as slow: standard deviation, in image widths [-]
     double contrast = 2.6;            // steepness of the grey curve per e-fold of signal [-]
     double brightness = 0.60;         // grey of the average signal, 0 black to 1 white [-]
@@ -21,20 +21,19 @@ struct DisplaySpec {
 };
 
 /// Logarithm, compression of dynamic range, window, shutters. Adjusted to one pose of the C-arm by the signal
-/// that is expected there with no wire and no contrast, so that the grey of the background does not follow
-/// the wire.
+/// expected there without wire and contrast, so that the grey of the background does not follow the wire.
 class Display {
 public:
-    /// `expected`: detector signal without noise [quanta]; `flat`: the same with nothing in the beam, as
-    /// shares of its middle [-]; `weight`: of each pixel in the average that is shown at `brightness` [-];
-    /// `open`: transmission of the collimator [-]. Equal sizes.
+    /// `expected`: detector signal without noise [quanta]; `flat`: the same with nothing in the beam,
+    /// relative to its middle [-]; `weight`: of each pixel in the average that is shown at `brightness` [-];
+    /// `open`: transmission of the collimator [-]. All have the same size.
     Display(const DisplaySpec&, const Field& expected, const Field& flat, const Field& weight, Field open);
 
-    /// Shape as `expected`.
+    /// The result has the shape of `expected`.
     GrayImage show(const Field& signal) const;
 
 private:
-    std::array<std::uint8_t, 1024> grey_{};  // over ln(signal) less the reference, in equal steps
+    std::array<std::uint8_t, 1024> grey_{};  // over ln(signal) minus the reference, in equal steps
     Field reference_;                        // ln of the signal that is shown at `brightness`
     Field open_;                             // transmission of the shutters, 0 to 1 [-]
 };

@@ -25,7 +25,7 @@ struct BareImage {
     std::optional<Display> display;
 };
 
-/// Whether images of the two differ by rotation and by what lies in the isocentre alone.
+/// Whether images of the two differ only by rotation and by what lies in the isocentre.
 bool same_plane(CArm a, const CArm& b) {
     a.lao = b.lao;
     a.cranial = b.cranial;
@@ -33,7 +33,7 @@ bool same_plane(CArm a, const CArm& b) {
     return a == b;
 }
 
-/// The arm as what is shifted sees it.
+/// The arm as seen from shifted objects.
 CArm shifted(CArm arm, const Vec3& shift) {
     arm.isocentre -= shift;
     return arm;
@@ -58,16 +58,16 @@ std::vector<std::string> problems(const Exposure& exposure) {
 
 struct Fluoroscope::State {
     FluoroscopeConfig config;
-    std::vector<TissueLayer> layers;  // their meshes have moved on to the renderer
+    std::vector<TissueLayer> layers;  // their meshes have been moved to the renderer
     PathLengthRenderer renderer;
     std::optional<LumenContrast> vessels;
     WireImage wire;
     std::optional<PlaneImages> plane;
     std::optional<PoseImages> pose;
-    std::map<double, BeamImages> beams;                   // of the pose, by voltage asked for; 0 = automatic
+    std::map<double, BeamImages> beams;                   // of the pose, by requested voltage; 0 = automatic
     std::map<std::pair<double, double>, BareImage> bare;  // of the pose, by voltage and dose
-    Field iodine;                                         // scratch: what the beam meets of it [mg/ml·mm]
-    std::vector<std::uint32_t> iodine_pixels;             // where that is not 0
+    Field iodine;                                         // scratch: iodine in the beam [mg/ml·mm]
+    std::vector<std::uint32_t> iodine_pixels;             // pixels where that is not 0
 
     void move_to(const CArm&);
     const BeamImages& beam(const std::optional<double>& kvp);
@@ -117,7 +117,7 @@ const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
     return result;
 }
 
-/// Leaves in `iodine` what the beam meets, and in `iodine_pixels` where.
+/// Writes the iodine in the beam to `iodine`, and the pixels that have any to `iodine_pixels`.
 void Fluoroscope::State::dissolve(const Exposure& exposure) {
     const int pixels = pose->arm.pixels;
     if (iodine.width != pixels) {
@@ -207,13 +207,13 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
     const Bins per_concentration = beam.bins.attenuation(Material::Iodine);
     PixelBins per_iodine;
     for (int k = 0; k < energy_bins; ++k) per_iodine[k] = static_cast<float>(-per_concentration[k]);
-    // Many pixels at once, for the sake of the exponentials.
+    // Processes many pixels at once, to vectorise the exponentials.
     constexpr std::size_t together = 256;
     std::array<float, together * energy_bins> transmission;
     const std::span<const std::uint32_t> dissolved_in = state.iodine_pixels;
     for (std::size_t start = 0; start < dissolved_in.size(); start += together) {
         const auto pixels = dissolved_in.subspan(start, std::min(together, dissolved_in.size() - start));
-        // They lie too far apart for the processor to guess.
+        // They lie too far apart for the processor to prefetch by itself.
         for (const std::uint32_t pixel : pixels) __builtin_prefetch(&beam.primary[pixel]);
         for (std::size_t i = 0; i < pixels.size(); ++i)
             for (int k = 0; k < energy_bins; ++k)
@@ -227,7 +227,8 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
         }
     }
 
-    // The wire displaces blood and what is dissolved in it; it is taken to lie in a vessel all along.
+    // The wire displaces blood and what is dissolved in it; it is assumed to lie in a vessel over its whole
+    // length.
     Bins displaced = beam.bins.attenuation(Material::Blood);
     const double dissolved = exposure.iodine + exposure.wire_iodine;
     for (int k = 0; k < energy_bins; ++k) displaced[k] += dissolved * per_concentration[k];

@@ -20,9 +20,10 @@
 
 namespace render {
 
-/// A closed solid of one material inside another. Where it lies, μ changes from that of `inside` to that of
+/// A closed solid of one material inside another. Within it, μ changes from that of `inside` to that of
 /// `material`, so nested solids are listed with what surrounds each (a trabecular core inside cortical bone
-/// inside soft tissue). Solids of equal standing should not overlap: there the change counts twice.
+/// inside soft tissue). Solids at the same level of nesting should not overlap: there the change counts
+/// twice.
 struct TissueLayer {
     std::string name;
     Material material = Material::SoftTissue;
@@ -57,11 +58,11 @@ struct Exposure {
     double detector_dose = 30.0;     // mean over the measuring field, per pulse [nGy]
     std::optional<double> kvp = {};  // tube voltage [kV]; empty = automatic
     double iodine = 0.0;             // concentration throughout the layers that take contrast [mg/ml]
-    /// Besides, at each node of the vessels [mg/ml]; empty = none.
+    /// In addition, at each node of the vessels [mg/ml]; empty = none.
     std::vector<float> vessel_iodine = {};
     std::vector<OrganIodine> organs = {};
     double wire_iodine = 0.0;  // besides `iodine`, in the blood that the wire displaces [mg/ml]
-    /// Where vessels and wire are, from where meshes and joints have them: a heart that beats [mm].
+    /// Displacement of vessels and wire from where meshes and joints place them: a beating heart [mm].
     geometry::Vec3 vessel_shift = geometry::Vec3::Zero();
 
     void state(geometry::StateStream& s) {
@@ -69,7 +70,7 @@ struct Exposure {
     }
 };
 
-/// Everything wrong with an exposure; empty when usable.
+/// Everything wrong with an exposure; empty when it is usable.
 std::vector<std::string> problems(const Exposure&);
 
 /// Keeps the GL context, the meshes, and the images that depend on the pose of the C-arm alone. A frame
@@ -78,43 +79,43 @@ std::vector<std::string> problems(const Exposure&);
 class Fluoroscope {
 public:
     /// Throws OpenMeshError for an open mesh, OverlappingMeshError for a lumen that overlaps itself, and
-    /// std::runtime_error for a broken one or when GL fails. With `vessels`, nodes of the layers that take
-    /// contrast, iodine may differ from place to place.
+    /// std::runtime_error for a broken one or when GL fails. With `vessels`, the nodes of the layers that
+    /// take contrast, iodine may vary from place to place.
     Fluoroscope(FluoroscopeConfig, std::vector<TissueLayer>, std::optional<LumenContrast> vessels = {});
     ~Fluoroscope();
     Fluoroscope(Fluoroscope&&) noexcept;
     Fluoroscope& operator=(Fluoroscope&&) noexcept;
 
-    /// The signal of one pulse as it is read out, with its noise [quanta], arm.pixels squared. `joints` from
-    /// the introducer to the tip [mm]; with fewer than two, or with one that is not finite, the wire is left
-    /// out. The tube output follows the anatomy (automatic exposure): the mean dose in a disc amid the image
-    /// is `detector_dose` at any pose the tube is strong enough for, before wire and contrast. Throws
-    /// std::invalid_argument with all the problems of arm or exposure.
+    /// The signal of one pulse as read out, with its noise [quanta], arm.pixels squared. `joints` from the
+    /// introducer to the tip [mm]; with fewer than two, or with one that is not finite, the wire is left out.
+    /// The tube output follows the anatomy (automatic exposure): before wire and contrast, the mean dose in a
+    /// disc in the middle of the image is `detector_dose` at any pose for which the tube is strong enough.
+    /// Throws std::invalid_argument with all the problems of arm or exposure.
     Field read(const CArm&, std::span<const geometry::Vec3> joints, const Exposure&);
 
-    /// The quanta expected on each pixel, before noise: what `read` draws its numbers around.
+    /// The quanta expected on each pixel, before noise: the means that `read` draws its numbers around.
     Field expected_quanta(const CArm&, std::span<const geometry::Vec3> joints, const Exposure&);
 
-    /// How signals are shown that were read at this pose and dose. Holds until the next call of a member
+    /// The display for signals that were read at this pose and dose. Valid until the next call of a member
     /// that takes an arm.
     const Display& display(const CArm&, const Exposure&);
 
-    /// A live frame: the signal of the pulse, shown.
+    /// A live frame: the signal of the pulse, displayed.
     GrayImage expose(const CArm&, std::span<const geometry::Vec3> joints, const Exposure&);
 
     /// Transmission of the collimator [-].
     Field opening(const CArm&) const;
 
-    /// What tube and patient get for the pulse.
+    /// The output of the tube and the dose to the patient for the pulse.
     Technique technique(const CArm&, const Exposure&);
 
-    /// Ground truth: pixels that the wire shadows by more than 2 % of the softest quanta, and pixels whose
-    /// ray runs through a layer that takes contrast; in ascending order.
+    /// Ground truth: pixels where the wire removes more than 2 % of the softest quanta, and pixels whose ray
+    /// runs through a layer that takes contrast; in ascending order.
     std::vector<std::uint32_t> wire_pixels(const CArm&, std::span<const geometry::Vec3> joints,
                                            const geometry::Vec3& shift);
     std::vector<std::uint32_t> vessel_pixels(const CArm&, const geometry::Vec3& shift);
 
-    /// Pixels of the last pose at which a mesh did not balance: more than 0 when one reaches behind the
+    /// Pixels of the last pose at which a mesh did not balance: more than 0 when a mesh reaches behind the
     /// source.
     int unbalanced_pixels() const;
 

@@ -13,7 +13,7 @@ glm::dmat4 view_matrix(const CArm& arm) {
 }
 
 glm::dmat4 projection_matrix(const CArm& arm) {
-    constexpr double near = 1, far = 2;  // any will do: z is taken out
+    constexpr double near = 1, far = 2;  // any values will do: z is removed
     const double opening = 2 * std::atan(0.5 * arm.detector_width / arm.sid);
     return glm::scale(glm::dmat4(1), glm::dvec3(-1, -1, 0)) * glm::perspective(opening, 1.0, near, far);
 }

@@ -66,7 +66,7 @@ constexpr TableRow air_absorption[] = {{15, 1.334},   {20, 0.5389},   {30, 0.153
 
 constexpr double scintillator = 0.45;  // caesium iodide [mm]
 
-/// Straight lines between rows in log–log, as the tables are meant to be read.
+/// Straight lines between rows in log–log, as the tables are meant to be interpolated.
 double mass_attenuation(std::span<const TableRow> table, double energy) {
     const auto above = std::upper_bound(table.begin(), table.end(), energy,
                                         [](double e, const TableRow& row) { return e < row.energy; });
@@ -134,7 +134,7 @@ double air_energy_absorption(double energy) {
     return mass_attenuation(air_absorption, energy);
 }
 
-/// Of the energy that arrives, what the scintillator keeps [-].
+/// Share of the arriving energy that the scintillator absorbs [-].
 static double absorbed_share(double energy) {
     return 1.0 - std::exp(-attenuation(Material::CaesiumIodide, energy) * scintillator);
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// What the beam meets, and what the beam is.
+/// The materials in the beam, and the beam's spectrum.
 
 #include <array>
 #include <string_view>
@@ -26,22 +26,22 @@ enum class Material {
 
 std::string_view name_of(Material);
 
-/// Of iodine, in any medium that is injected [mg/ml].
+/// Highest concentration of iodine in any injected medium [mg/ml].
 inline constexpr double largest_iodine = 400;
-/// Of a power injector [ml/s].
+/// Highest flow of a power injector [ml/s].
 inline constexpr double largest_flow = 40;
 
 /// Linear attenuation μ [1/mm] ([1/mm per mg/ml] for iodine) at a photon energy [keV], 15 to 150.
 double attenuation(Material, double energy);
 
-/// Mass energy-absorption coefficient of dry air [cm²/g] at a photon energy [keV], 15 to 150: what turns
-/// energy fluence into air kerma.
+/// Mass energy-absorption coefficient of dry air [cm²/g] at a photon energy [keV], 15 to 150. It converts
+/// energy fluence to air kerma.
 double air_energy_absorption(double energy);
 
-/// An X-ray spectrum as the detector counts it: energies [keV] and the share of signal each brings.
+/// An X-ray spectrum as the detector counts it: energies [keV] and the share of signal from each.
 struct Spectrum {
     std::vector<double> energies;
-    std::vector<double> weights;  // sum 1 with nothing in the beam
+    std::vector<double> weights;  // their sum is 1 with nothing in the beam
 };
 
 /// Tungsten target at `kvp` [kV], behind 2.5 mm Al and 0.2 mm Cu, seen by 0.45 mm of CsI that integrates
@@ -49,13 +49,13 @@ struct Spectrum {
 /// left out. Throws std::invalid_argument unless 40 ≤ kvp ≤ 125.
 Spectrum detected_spectrum(double kvp);
 
-/// Air kerma per detected signal at a photon energy [keV]; only ratios of it mean anything.
+/// Air kerma per detected signal at a photon energy [keV]; only its ratios are meaningful.
 double kerma_per_signal(double energy);
 
 constexpr int energy_bins = 4;
 using Bins = std::array<double, energy_bins>;
 
-/// A few energies that stand for a spectrum in Beer–Lambert sums.
+/// A few energies that represent a spectrum in Beer–Lambert sums.
 struct EnergyBins {
     Bins energies{};  // [keV]
     Bins weights{};   // signal with nothing in the beam
@@ -63,8 +63,8 @@ struct EnergyBins {
     Bins attenuation(Material) const;  // [1/mm]
 };
 
-/// Gauss quadrature of the spectrum as it is behind 210 mm of soft tissue, where contrast matters: exact
-/// there for everything of degree 7 in the energy.
+/// Gauss quadrature of the spectrum behind 210 mm of soft tissue, where contrast matters: exact there for
+/// polynomials up to degree 7 in the energy.
 EnergyBins fit_bins(const Spectrum&);
 
 }  // namespace render

@@ -21,8 +21,8 @@ using geometry::Vec3;
 
 namespace {
 
-// Depth is taken relative to the isocentre plane, which keeps the digits of the float target and limits the
-// harm of a hole. The row nearest to the head is written first, so that readback is already top-down.
+// Depth is relative to the isocentre plane, which preserves digits in the float target and limits the harm of
+// a hole. The row nearest to the head is written first, so that readback is already top-down.
 constexpr const char* vertex_shader = R"(#version 330 core
 layout(location = 0) in vec3 position;
 uniform vec3 isocentre;
@@ -47,8 +47,8 @@ int unmatched_edges(const TriangleMesh& mesh) {
         if (!mesh.vertices[i].allFinite())
             throw std::invalid_argument("vertex " + std::to_string(i) + " is not finite");
     const std::vector<int> corner = geometry::first_at_place(mesh.vertices);
-    // Edges by their lower corner, of which few share one. An edge that is run through as often either way is
-    // matched.
+    // Edges by their lower corner, which few of them share. An edge that is run through equally often in both
+    // directions is matched.
     std::vector<std::size_t> starts(mesh.vertices.size() + 1, 0);
     const auto for_each_edge = [&](const auto& use) {
         for (const auto& triangle : mesh.triangles) {
@@ -113,7 +113,7 @@ struct PathLengthRenderer::Gl : GlContext {
         try {
             context.make_current();
         } catch (const std::exception&) {
-            return;  // the context's own end frees what it holds
+            return;  // the end of the context frees its contents
         }
         for (const Mesh& mesh : meshes) {
             DeleteVertexArrays(1, &mesh.array);
@@ -200,7 +200,7 @@ struct Window {
     bool empty() const { return left >= right || top >= bottom; }
 };
 
-/// Where the image of a box may lie: all of it when the box reaches toward the source's plane.
+/// The window that the image of a box may cover: all of it when the box reaches toward the source's plane.
 Window window_of(const Vec3& low, const Vec3& high, const CArm& arm) {
     double left = arm.pixels, top = arm.pixels, right = 0, bottom = 0;
     for (int corner = 0; corner < 8; ++corner) {
@@ -281,7 +281,7 @@ int PathLengthRenderer::accumulate(int mesh, const CArm& arm, Field& sum) {
     return unbalanced;
 }
 
-/// A far, oblique view that holds the whole mesh: axis-aligned holes would be edge-on from the front.
+/// A distant, oblique view that shows the whole mesh: axis-aligned holes would be edge-on from the front.
 static CArm view_of(const TriangleMesh& mesh) {
     Vec3 low = mesh.vertices.front(), high = low;
     for (const Vec3& v : mesh.vertices) {
@@ -336,7 +336,7 @@ void require_simple(const std::string& name, const TriangleMesh& mesh) {
             covered += !met.of(u, v).empty();
         }
     }
-    // A few triangles that cross, as in a surface drawn by hand, change no image.
+    // A few intersecting triangles, as in a surface drawn by hand, do not change any image.
     constexpr double tolerated = 0.01;
     if (wrong > tolerated * covered) throw OverlappingMeshError(name, wrong, covered);
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// How far each pixel's ray runs inside a closed mesh.
+/// The length of each pixel's ray inside a closed mesh.
 
 #include <cstdint>
 #include <memory>
@@ -12,9 +12,10 @@
 
 namespace render {
 
-/// Directed edges that no triangle runs through the other way; 0 means closed: every ray leaves as often as
-/// it enters. Corners at the same place are one corner, so that an unindexed mesh can be closed too. Throws
-/// std::invalid_argument on a triangle that names a vertex which is not there, or a vertex not finite.
+/// Number of directed edges that no triangle runs through in the opposite direction; 0 means closed: every
+/// ray leaves as often as it enters. Corners at the same place count as one, so that an unindexed mesh can be
+/// closed too. Throws std::invalid_argument for a triangle with a vertex that does not exist, or a vertex
+/// that is not finite.
 int unmatched_edges(const geometry::TriangleMesh&);
 
 /// A mesh that does not enclose a volume: path lengths inside it would have no meaning.
@@ -24,7 +25,7 @@ public:
 
     const std::string& mesh_name() const { return name_; }
     int edges() const { return edges_; }    // unmatched
-    int pixels() const { return pixels_; }  // whose ray enters and leaves unequally often
+    int pixels() const { return pixels_; }  // pixels whose ray enters and leaves unequally often
 
 private:
     std::string name_;
@@ -32,9 +33,9 @@ private:
     int pixels_ = 0;
 };
 
-/// Path lengths of a set of meshes, by adding signed depths of their faces (the L-buffer method: a face that
-/// the ray leaves by counts +depth, one that it enters by −depth) in a 32-bit float target. The meshes live
-/// in the GL context for the lifetime of the object.
+/// Path lengths in a set of meshes, by adding signed depths of their faces (the L-buffer method: a face where
+/// the ray leaves counts +depth, one where it enters −depth) in a 32-bit float target. The meshes live in the
+/// GL context for the lifetime of the object.
 class PathLengthRenderer {
 public:
     PathLengthRenderer();  // throws std::runtime_error when GL fails
@@ -42,15 +43,15 @@ public:
     PathLengthRenderer(const PathLengthRenderer&) = delete;
     PathLengthRenderer& operator=(const PathLengthRenderer&) = delete;
 
-    /// Takes a mesh; the answer names it in `render`.
+    /// Adds a mesh; the returned number identifies it in `render`.
     int add(const geometry::TriangleMesh&);
 
     struct Result {
         Field length;               // [mm], arm.pixels squared, along the ray through each pixel's centre
-        int unbalanced_pixels = 0;  // whose ray enters and leaves unequally often; their length is 0
+        int unbalanced_pixels = 0;  // pixels whose ray enters and leaves unequally often; their length is 0
     };
     Result render(int mesh, const CArm&);
-    /// Adds the lengths to `sum`, of arm.pixels squared; returns the unbalanced pixels.
+    /// Adds the lengths to `sum`, arm.pixels squared; returns the number of unbalanced pixels.
     int accumulate(int mesh, const CArm&, Field& sum);
 
 private:
@@ -63,7 +64,7 @@ class OverlappingMeshError : public std::runtime_error {
 public:
     OverlappingMeshError(const std::string& name, int pixels, int covered);
 
-    int pixels() const { return pixels_; }  // that see such a place
+    int pixels() const { return pixels_; }  // pixels that see such a place
 
 private:
     int pixels_ = 0;
@@ -71,8 +72,8 @@ private:
 
 /// Throws OpenMeshError, with the unbalanced pixels of a view of the whole mesh, if the mesh is open.
 void require_closed(const std::string& name, const geometry::TriangleMesh&);
-/// Throws OverlappingMeshError if of 256 × 256 rays of a view of the whole, closed mesh more than a hundredth
-/// of those that meet it meet an overlap.
+/// Throws OverlappingMeshError if, of 256 × 256 rays of a view of the whole, closed mesh, more than a
+/// hundredth of those that meet the mesh meet an overlap.
 void require_simple(const std::string& name, const geometry::TriangleMesh&);
 
 }  // namespace render

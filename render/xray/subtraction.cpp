@@ -19,9 +19,9 @@ namespace {
 
 /// Keeps empty pixels out of the logarithm; a pulse has about 1 per unit of dose.
 constexpr float least_signal = 1e-3f;
-/// Of the signal, at least so much is left as primary: behind the densest bone the estimate is too high.
+/// At least this share of the signal is kept as primary: behind the densest bone the estimate is too high.
 constexpr float least_primary = 0.12f;
-/// And of the mean close about a pixel, at most so much is scatter, as at the rim of a body in the open beam.
+/// At most this share of the mean close around a pixel is scatter, as at the rim of a body in the open beam.
 constexpr float most_scatter = 0.6f;
 
 }  // namespace
@@ -29,7 +29,7 @@ constexpr float most_scatter = 0.6f;
 Subtraction::Subtraction(Field mask, Field open, const SubtractionSpec& spec)
     : spec_(spec), open_(std::move(open)) {
     assert(mask.values.size() == open_.values.size());
-    for (float& value : mask.values) value = std::max(0.0f, value);  // also takes NaN
+    for (float& value : mask.values) value = std::max(0.0f, value);  // also replaces NaN
     const int block = std::max(1, mask.width / 64);
     Field scatter = shrink(mask, block);
     const Field close = gaussian_blur(scatter, 1.0);
@@ -48,12 +48,12 @@ Subtraction::Subtraction(Field mask, Field open, const SubtractionSpec& spec)
     }
 }
 
-/// Of what is left without scatter. That of the mask serves every pulse: a vessel full of contrast scatters
-/// hardly less, for it is the whole body that scatters.
+/// Logarithm of the signal without scatter. The mask's scatter is used for every pulse: a vessel full of
+/// contrast changes scatter little, as the whole body scatters.
 void Subtraction::log_of(std::span<const float> signal, std::size_t start, std::span<float> log) const {
     const float* const scatter = scatter_.values.data() + start;
     for (std::size_t i = 0; i < signal.size(); ++i) {
-        const float value = std::max(least_signal, signal[i]);  // also takes NaN
+        const float value = std::max(least_signal, signal[i]);  // also replaces NaN
         log[i] = std::max(value - scatter[i], least_primary * value);
     }
     fast_log()(log);

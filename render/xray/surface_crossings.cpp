@@ -11,9 +11,9 @@ using geometry::Vec3;
 
 namespace {
 
-/// Crossings by drawing the triangles on the grid of samples. Corners are snapped to 2⁻¹⁴ samples and edges
-/// decided in whole numbers, so that a sample on an edge or corner belongs to one of the triangles there and
-/// the rays of a closed mesh enter as often as they leave.
+/// Finds crossings by rasterising the triangles on the grid of samples. Corners are snapped to 2⁻¹⁴ samples
+/// and edges decided in integers, so that a sample on an edge or corner belongs to one of the triangles there
+/// and the rays of a closed mesh enter as often as they leave.
 class Raster {
 public:
     Raster(const TriangleMesh& mesh, const CArm& arm, int samples)
@@ -52,7 +52,7 @@ public:
         std::vector<std::uint32_t> next(found.starts.begin(), found.starts.end() - 1);
         found.list.resize(hits.size());
         for (const Hit& hit : hits) {
-            // Few hits a ray: sorted as they come.
+            // Rays have few hits, which are sorted as they come.
             std::uint32_t at = next[hit.sample]++;
             for (; at > found.starts[hit.sample] && hit.crossing.depth < found.list[at - 1].depth; --at)
                 found.list[at] = found.list[at - 1];
@@ -63,8 +63,8 @@ public:
 
 private:
     static constexpr double unit = 16384.0;       // of the snapped places
-    static constexpr double farthest = 32768.0;   // place off the image that keeps products in 64 bits
-    static constexpr double nearest_depth = 1.0;  // what is nearer to the source is not drawn [mm]
+    static constexpr double farthest = 32768.0;   // distance off the image that keeps products in 64 bits
+    static constexpr double nearest_depth = 1.0;  // surfaces nearer to the source are not drawn [mm]
 
     struct Corner {
         std::int64_t x = 0, y = 0;
@@ -81,7 +81,7 @@ private:
         if (!p->drawn || !q->drawn || !r->drawn) return;
         std::int64_t area = (q->x - p->x) * (r->y - p->y) - (q->y - p->y) * (r->x - p->x);
         if (area == 0) return;
-        // With y downward, faces that look toward the source are clockwise to the viewer before the detector.
+        // With y downward, faces toward the source are clockwise for a viewer in front of the detector.
         const bool entry = area > 0;
         if (!entry) {
             std::swap(q, r);
@@ -115,7 +115,7 @@ private:
     }
 
     /// Twice the signed area with the sample as third corner: positive inside. Samples on the edge belong to
-    /// the triangle on one side of it, by the edge's direction.
+    /// the triangle on one side of it, depending on the edge's direction.
     struct Edge {
         std::int64_t x, y, dx, dy, per_column;
         std::int64_t owns;  // 0 if the samples on it are the triangle's, else −1

@@ -1,5 +1,5 @@
 #pragma once
-/// Where the rays of an image go into and out of a closed surface.
+/// Where the rays of an image enter and leave a closed surface.
 
 #include <cstdint>
 #include <span>
@@ -15,7 +15,7 @@ struct Crossing {
     bool entry;
 };
 
-/// Crossings ray by ray. Ray (u, v) of `side` squared, v downward, goes through the middle of its share of
+/// Crossings, ray by ray. Ray (u, v) of `side` squared, v downward, passes through the middle of its share of
 /// the detector.
 struct SurfaceCrossings {
     int side = 0;
@@ -28,9 +28,9 @@ struct SurfaceCrossings {
     }
 };
 
-/// With `samples` rays along a side of a pixel. Rays of a closed mesh enter exactly as often as they leave,
-/// also through edges and corners: those are decided in whole numbers, after corners are moved by up to 2⁻¹⁵
-/// of the rays' distance. Triangles that come within 1 mm of the source's plane are left out.
+/// Uses `samples` rays along a side of a pixel. Rays enter a closed mesh exactly as often as they leave it,
+/// also through edges and corners: these are decided in integers, after corners are moved by up to 2⁻¹⁵ of
+/// the rays' spacing. Triangles within 1 mm of the source's plane are left out.
 SurfaceCrossings surface_crossings(const geometry::TriangleMesh&, const CArm&, int samples);
 
 }  // namespace render

@@ -14,9 +14,9 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double longest = 1e3;  // that a chord of any wire counts [mm]
+constexpr double longest = 1e3;  // longest chord that counts, for any wire [mm]
 
-/// Points of a cardinal spline through the joints, close enough together that a chord strays at most 0.01 mm.
+/// Points of a cardinal spline through the joints, so close that a chord strays by at most 0.01 mm.
 Polyline smooth(std::span<const Vec3> joints) {
     const int last = static_cast<int>(joints.size()) - 1;
     const auto turn = [&](int i) {  // at joint i [rad]
@@ -80,7 +80,7 @@ struct WireImage::Piece {
     Vec3 mitre_from, mitre_to;  // unit normals of the planes, along the wire
     double radius = 0.0;
     bool marker = false;
-    // What all rays share, of `prepare`.
+    // Values common to all rays, set by `prepare`.
     double offset = 0.0, c = 0.0, level_from = 0.0, level_to = 0.0;
 
     void prepare() {
@@ -102,7 +102,7 @@ struct WireImage::Piece {
             const double half = std::sqrt(discriminant) / a;
             enter = b / a - half;
             leave = b / a + half;
-        } else {  // along the axis: inside for ever, or never
+        } else {  // parallel to the axis: inside everywhere or nowhere
             if (c >= 0.0) return 0.0;
             enter = 0.0;
             leave = 1e9;
@@ -134,7 +134,7 @@ WireImage::Slot& WireImage::slot(std::uint32_t pixel) {
     return slots_[index];
 }
 
-/// `scale` takes x/z to sample places; place (u, v) stands at (u + ½, v + ½) from the upper left corner.
+/// `scale` converts x/z to sample places; place (u, v) stands at (u + ½, v + ½) from the upper left corner.
 void WireImage::splat(const Piece& piece, int pixels, double scale) {
     const int places = pixels * samples;
     const double centre = 0.5 * places;
@@ -145,7 +145,7 @@ void WireImage::splat(const Piece& piece, int pixels, double scale) {
         length > 1e-9 ? Eigen::Vector2d((b - a) / length) : Eigen::Vector2d(1.0, 0.0);
     const Eigen::Vector2d across(-along.y(), along.x());
     // Reach of the shadow around the projected axis: its half-width, and beyond the ends the tilted end disc
-    // and the mitre. One place more for the perspective of the silhouette.
+    // and the mitre. One more place covers the perspective of the silhouette.
     const double nearest = std::min(piece.from.z(), piece.to.z()) - piece.radius;
     const double reach = 1.02 * scale * piece.radius / nearest + 1.0;
     const auto overhang = [&](const Vec3& mitre) {
@@ -199,7 +199,7 @@ std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const Vec3
     slot_of_pixel_.resize(static_cast<std::size_t>(arm.pixels) * arm.pixels, -1);
 
     Polyline points = smooth(joints);
-    // Joints that coincide would have no direction.
+    // Coincident joints would have no direction.
     points.erase(std::unique(points.begin(), points.end(),
                              [](const Vec3& a, const Vec3& b) { return (a - b).squaredNorm() < 1e-18; }),
                  points.end());
@@ -221,7 +221,7 @@ std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const Vec3
     for (int i = 0; i < pieces; ++i) {
         const Vec3 next = i + 1 < pieces ? direction(i + 1) : piece.axis;
         const Vec3 sum = piece.axis + next;
-        // A wire folded back on itself has no sensible mitre: it ends square and begins again.
+        // A wire folded back on itself has no sensible mitre: it ends square and starts again.
         const bool folded = sum.norm() < 0.6;
         piece.from = points[i];
         piece.to = points[i + 1];

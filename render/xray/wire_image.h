@@ -16,13 +16,13 @@ struct WireLook {
     double diameter = 0.889;               // 0.035 inch [mm]
     Material body = Material::Steel;       // of the shaft
     Material marker = Material::Platinum;  // of the distal coil
-    double marker_length = 30.0;           // from the tip along the wire, 0 for none [mm]
+    double marker_length = 30.0;           // from the tip along the wire, 0 = none [mm]
     /// Share of the cross-section that is metal: coils and coatings are not solid. [-]
     double body_fill = 1.0;
     double marker_fill = 0.35;
 };
 
-/// Attenuation of the two parts per energy bin, less that of what they displace [1/mm].
+/// Attenuation of the two parts per energy bin, minus that of what they displace [1/mm].
 struct WireAttenuation {
     Bins body{};
     Bins marker{};
@@ -36,15 +36,15 @@ struct WirePixel {
 };
 
 /// Chords of rays through the swept wire, exact for a chain of cylinders mitred at the joints, at 4 × 4
-/// places of each pixel. They are averaged as transmission: exp(−μ·mean chord) is wrong by up to 0.07 for
-/// steel. A class because it keeps its scratch between frames; what it returns depends on the arguments
+/// places of each pixel. Their transmissions are averaged: exp(−μ·mean chord) is wrong by up to 0.07 for
+/// steel. This is a class only to keep its scratch memory between frames; the result depends on the arguments
 /// alone.
 class WireImage {
 public:
-    static constexpr int samples = 4;  // along either side of a pixel
+    static constexpr int samples = 4;  // along each side of a pixel
 
-    /// Joints from the introducer to the tip [mm]. Fewer than two, one that is not finite, or a part behind
-    /// the source: that wire or part casts no shadow. The result holds until the next call.
+    /// Joints from the introducer to the tip [mm]. A wire with fewer than two joints or one that is not
+    /// finite, or a part behind the source, casts no shadow. The result is valid until the next call.
     std::span<const WirePixel> cast(const CArm&, std::span<const geometry::Vec3> joints, const WireLook&,
                                     const WireAttenuation&);
 
@@ -61,7 +61,7 @@ private:
     void splat(const Piece&, int pixels, double scale);
     Slot& slot(std::uint32_t pixel);
 
-    std::vector<std::int32_t> slot_of_pixel_;  // −1 where the wire is not
+    std::vector<std::int32_t> slot_of_pixel_;  // −1 where there is no wire
     std::vector<Slot> slots_;
     std::vector<WirePixel> result_;
 };

@@ -20,7 +20,7 @@ double current_at(double kvp) {
     return least_current + current_per_kvp * (std::clamp(kvp, least_kvp, most_kvp) - least_kvp);
 }
 
-/// Air kerma of Kramers' spectrum behind aluminium and copper [mm], in units of its own.
+/// Air kerma of Kramers' spectrum behind aluminium and copper [mm], in arbitrary units.
 double kerma(double kvp, double aluminium, double copper) {
     double sum = 0.0;
     for (double energy = 15.25; energy < kvp; energy += 0.5) {
@@ -52,7 +52,7 @@ Technique exposure_at(double kvp, double charge) {
 }
 
 Technique automatic_exposure(const std::function<double(double)>& charge) {
-    // The least whole voltage at which a pulse of the usual width is enough.
+    // The lowest whole voltage at which a pulse of the usual width is enough.
     double low = least_kvp - 1.0, high = most_kvp;
     while (high - low > 1.0) {
         const double middle = std::floor(0.5 * (low + high));

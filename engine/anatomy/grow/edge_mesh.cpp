@@ -62,7 +62,7 @@ void EdgeMesh::collapse(int e) {
     const int right_keep = opposite(next(mate)), right_join = opposite(previous(mate));
     join(left_keep, left_join);
     join(right_keep, right_join);
-    // left_keep runs from left to b, left_join back; on the right alike.
+    // left_keep runs from left to b, left_join back; likewise on the right.
     outgoing_[left] = left_keep;
     outgoing_[right] = right_keep;
     outgoing_[b] = left_join;

@@ -7,24 +7,24 @@
 
 namespace anatomy {
 
-/// Half-edge 3t + k runs along triangle t from its corner k to the next. Triangles that are gone have −1
-/// corners; corners that are gone have no half-edge.
+/// Half-edge 3t + k runs along triangle t from its corner k to the next. Removed triangles have corners −1;
+/// removed corners have no half-edge.
 class EdgeMesh {
 public:
-    /// Closed, oriented and manifold (asserted).
+    /// The mesh must be closed, oriented and manifold (asserted).
     explicit EdgeMesh(const geometry::TriangleMesh&);
 
     int half_edges() const { return static_cast<int>(from_.size()); }
     int corners() const { return static_cast<int>(points.size()); }
     bool alive(int half_edge) const { return from_[half_edge] >= 0; }
-    int outgoing(int corner) const { return outgoing_[corner]; }  // −1 when the corner is gone
+    int outgoing(int corner) const { return outgoing_[corner]; }  // −1 when the corner has been removed
 
     static int next(int e) { return e % 3 == 2 ? e - 2 : e + 1; }
     static int previous(int e) { return e % 3 == 0 ? e + 2 : e - 1; }
     int opposite(int e) const { return opposite_[e]; }
     int from(int e) const { return from_[e]; }
     int to(int e) const { return from_[next(e)]; }
-    int across(int e) const { return from_[previous(e)]; }  // corner of the triangle not on the edge
+    int across(int e) const { return from_[previous(e)]; }  // the triangle's corner off the edge
 
     /// Calls visit(e) for every half-edge that leaves the corner.
     template <class Visit>
@@ -44,7 +44,7 @@ public:
     /// Merges from(e) into to(e), which stays where it is.
     void collapse(int e);
     bool may_flip(int e) const;
-    /// The edge turns within the two triangles that share it.
+    /// Replaces the edge by the other diagonal of the two triangles that share it.
     void flip(int e);
 
     geometry::TriangleMesh mesh() const;

@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Raised whenever the same spec gives another mesh or description.
+/// To be raised whenever the same spec gives another mesh or description.
 constexpr int generator_version = 3;
 
 VesselTreeSpec make_spec(const GenerateRequest& request) {
@@ -35,7 +35,7 @@ VesselTreeSpec make_spec(const GenerateRequest& request) {
     return spec;
 }
 
-/// Every number of the tree and its targets, so that another shape of the same name differs.
+/// Covers every number of the tree and its targets, so that another shape of the same name differs.
 std::string fingerprint(const VesselTreeSpec& spec) {
     const VesselTree tree = grow(spec);
     std::uint64_t hash = 14695981039346656037ull;
@@ -81,7 +81,7 @@ Provenance provenance_of(const GenerateRequest& request, const VesselTreeSpec& s
     return made;
 }
 
-/// The anatomy in the folder, when it is whole and was made from the same.
+/// The anatomy in the folder, when it is complete and was made from the same input.
 std::optional<Anatomy> kept(const fs::path& file, const Provenance& wanted) {
     std::ifstream stream(file, std::ios::binary);
     if (!stream) return std::nullopt;
@@ -135,10 +135,10 @@ Anatomy generated_anatomy(const VesselTreeSpec& spec, const ModelCache& cache) {
     GeneratorOptions options;
     options.progress = cache.progress;
     const io::ScratchFolder scratch(home);
-    // Read back, so that it has the bits that the next run will find.
+    // Read back, to have the bits that the next run will find.
     Anatomy anatomy = load_anatomy(write_anatomy(generate(spec, options), scratch.path(), provenance));
     if (!cache.folder.empty()) {
-        std::error_code failed;  // another program's was there first, or nothing can be kept
+        std::error_code failed;  // another program was faster, or nothing can be stored
         if (!kept(home / file, provenance)) fs::remove_all(home, failed);
         fs::rename(scratch.path(), home, failed);
     }

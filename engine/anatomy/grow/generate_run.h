@@ -1,5 +1,5 @@
 #pragma once
-/// One generated anatomy, from a preset or a file to the files of a folder.
+/// Generates one anatomy, from a preset or a file to the files in a folder.
 
 #include <filesystem>
 #include <functional>
@@ -16,7 +16,7 @@ struct GenerateRequest {
     std::string source;  // a preset's name, or a .toml file
     std::uint64_t seed = 0;
     std::filesystem::path out;
-    std::string name;  // of the files; else the preset's or the file's
+    std::string name;  // of the files; by default the preset's or the file's
     std::vector<Stenosis> stenoses;
     std::vector<Aneurysm> aneurysms;
     std::vector<Tortuosity> tortuosities;
@@ -29,15 +29,16 @@ struct GenerateOutcome {
     std::filesystem::path file;  // NAME.anatomy.json
     std::size_t triangles = 0, branches = 0;
     std::vector<std::string> ends, targets;
-    bool kept = false;  // the folder held it already, made from the same by the same version
+    bool kept = false;  // the folder already held it, made from the same input by the same version
 };
 
-/// Makes the anatomy unless the folder holds it. Throws InputError, before any work when the folder cannot be
-/// written.
+/// Generates the anatomy unless the folder already holds it. Throws InputError; for a folder that cannot be
+/// written, before any work.
 GenerateOutcome run_generate(const GenerateRequest&);
 
-/// The anatomy of a spec, from the cache when that holds the same shape; else it is made, which takes
-/// seconds, and kept there in anatomy-SHAPE/. The same bits either way. Throws InputError as generate does.
+/// The anatomy of a spec: read from the cache when that holds the same shape; else generated, which takes
+/// seconds, and stored there in anatomy-SHAPE/. The result has the same bits either way. Throws InputError as
+/// generate does.
 Anatomy generated_anatomy(const VesselTreeSpec&, const ModelCache& = {});
 
 }  // namespace anatomy

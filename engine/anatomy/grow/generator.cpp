@@ -15,7 +15,7 @@ namespace {
 
 using geometry::Vec3;
 
-/// How far the work is when each step is done, as measured.
+/// Share of the work that is done after each step, as measured.
 constexpr double sampled_part = 0.3, remeshed_part = 0.95;
 
 VesselEnd end_of(const SampledBranch& branch, bool start) {
@@ -37,7 +37,7 @@ double grid_cell(const VesselTree& tree, const GeneratorOptions& options) {
         for (std::size_t i = 1; i < branch.points.size(); ++i)
             area += 2 * std::numbers::pi * branch.radii[i] * (branch.points[i] - branch.points[i - 1]).norm();
     // The surface passes through one and a half cells for each face of a cell that it covers. A grid much
-    // finer than the edges of the smallest vessel's triangles takes time for nothing.
+    // finer than the edges of the smallest vessel's triangles only costs time.
     const double radius = tree.least_radius, finest = radius / options.most_cells_per_radius;
     return std::max(finest, std::min({radius / options.fewest_cells_per_radius,
                                       1.1 * std::sqrt(8 * radius * options.remesh.sagitta),

@@ -1,5 +1,5 @@
 #pragma once
-/// Vessel tree in, anatomy out.
+/// Turns a vessel tree into an anatomy.
 
 #include <functional>
 
@@ -10,8 +10,8 @@
 namespace anatomy {
 
 struct GeneratorOptions {
-    /// For the grid that finds the surface, of the smallest vessel: the most, unless the surface then passes
-    /// through more than many cells; never fewer than the fewest.
+    /// Cells per radius of the smallest vessel, for the grid that finds the surface: the most, unless the
+    /// surface then passes through more than `many_cells` cells; never fewer than the fewest.
     double most_cells_per_radius = 3, fewest_cells_per_radius = 2, many_cells = 200e3;
     RemeshOptions remesh;
     int threads = 2;  // the anatomy has the same bits for any number
@@ -28,9 +28,9 @@ struct ClosedLumen {
 };
 ClosedLumen closed_surface(const VesselTree&, const GeneratorOptions& = {});
 
-/// Lumen, centrelines, ends and targets. An end's plane goes through the last but one sample of its
-/// centreline; ends are named BRANCH.in and BRANCH.out. Throws InputError for a spec that cannot be grown or
-/// gives no usable anatomy.
+/// Generates lumen, centrelines, ends and targets. An end's plane passes through the second-to-last sample of
+/// its centreline; ends are named BRANCH.in and BRANCH.out. Throws InputError for a spec that cannot be grown
+/// or does not give a usable anatomy.
 Anatomy generate(const VesselTreeSpec&, const GeneratorOptions& = {});
 
 }  // namespace anatomy

@@ -13,10 +13,10 @@ using geometry::Polyline;
 using geometry::Vec3;
 
 constexpr double blend_width = 0.8;           // of the child's radius
-constexpr double full_blend = 3, fading = 3;  // child's radii from the junction, and from there on
+constexpr double full_blend = 3, fading = 3;  // child's radii from the junction, and from full_blend on
 constexpr int group_length = 16;              // samples
 constexpr std::size_t most_blocks = 600'000;
-// Keeps symmetric vessels from meeting nodes exactly.
+// Keeps symmetric vessels from hitting nodes exactly.
 const Vec3 offset(0.3719, 0.2183, 0.1327);
 
 std::uint64_t key(const ImplicitLumen::Block& b) {
@@ -88,8 +88,9 @@ double ImplicitLumen::ball_distance(const Limb& limb, int sample, const Vec3& x)
     return (x - limb.points[sample]).norm() - limb.radii[sample];
 }
 
-/// Newton from the nearest ball of the samples to the nearest ball of the cubic between them, never to a
-/// farther one, as it might inside a tight bend. The gradient of the least value is that of its ball.
+/// Newton's method from the nearest ball of the samples to the nearest ball of the cubic between them. It
+/// never goes to a farther ball, as it might inside a tight bend. The gradient of the least value is that of
+/// its ball.
 ImplicitLumen::Value ImplicitLumen::limb_value(const Limb& limb, int sample, const Vec3& x) const {
     const int last = static_cast<int>(limb.points.size()) - 1;
     const double low = std::max(0, sample - 1), high = std::min(last, sample + 1);
@@ -128,7 +129,8 @@ ImplicitLumen::Value ImplicitLumen::limb_value(const Limb& limb, int sample, con
     return value;
 }
 
-/// The first of the nearest balls of a run, when none before was nearer. Single precision passes over most.
+/// Finds the first of the nearest balls of a run, if it is nearer than those before. Single precision rules
+/// most out.
 void ImplicitLumen::search(const Run& run, const Vec3& x, Near& near) const {
     const Limb& limb = limbs_[run.limb];
     const Eigen::Vector3f from = (x - limb.origin).cast<float>();
@@ -152,7 +154,7 @@ void ImplicitLumen::search(const Run& run, const Vec3& x, Near& near) const {
 ImplicitLumen::Value ImplicitLumen::evaluate(const Vec3& x, std::span<const Run> runs) const {
     Value united;
     bool any = false;
-    Near first;  // not evaluated unless another limb leaves open whether it counts
+    Near first;  // not evaluated unless another limb leaves open whether it matters
     for (std::size_t k = 0; k < runs.size();) {
         Near near{runs[k].limb, runs[k].guess};
         const Limb& limb = limbs_[near.limb];
@@ -160,7 +162,7 @@ ImplicitLumen::Value ImplicitLumen::evaluate(const Vec3& x, std::span<const Run>
         for (; k < runs.size() && runs[k].limb == near.limb; ++k) {
             search(runs[k], x, near);
         }
-        // Limbs farther apart than the smooth minimum is wide do not feel each other.
+        // Limbs farther apart than the width of the smooth minimum do not affect each other.
         const auto beyond = [&limb](double far, double dip, double distance) {
             return far - dip - 1e-6 > distance + limb.blend;
         };
@@ -249,8 +251,8 @@ Vec3 ImplicitLumen::beyond_end(int branch, bool start) const {
     return start ? limbs_[branch].points.front() : limbs_[branch].points.back();
 }
 
-/// Of each limb the samples that, anywhere within `reach` of the centre, may hold the nearest ball or one
-/// that the smooth minimum still feels.
+/// Collects from each limb the samples that may hold, anywhere within `reach` of the centre, the nearest ball
+/// or one that still affects the smooth minimum.
 void ImplicitLumen::collect_runs(const Vec3& centre, double reach, std::vector<Run>& runs) const {
     std::vector<Near> nearest(limbs_.size());
     double least_of_all = std::numeric_limits<double>::infinity();
@@ -292,8 +294,8 @@ void ImplicitLumen::collect_runs(const Vec3& centre, double reach, std::vector<R
 
 void ImplicitLumen::make_blocks() {
     const double edge = block_cells * cell_;
-    // A node of a cell with both signs is within the cell's diagonal of the surface; one more for nodes that
-    // surface nets fill.
+    // A node of a cell with both signs is within the cell's diagonal of the surface; another diagonal is
+    // added for nodes that surface nets fill.
     const double half_diagonal = 0.5 * std::sqrt(3.0) * edge, diagonal = 2 * std::sqrt(3.0) * cell_;
     const double farthest = 1.1 * (half_diagonal + diagonal);  // f at the centre of a block [mm]
     std::vector<Block> near;

@@ -12,14 +12,15 @@
 namespace anatomy {
 
 /// f < 0 inside. A branch is the envelope of balls along its centreline: f is the distance to it. A child is
-/// united with what its parent belongs to by a cubic smooth minimum whose width is 0.8 of the child's radius
-/// where it leaves the parent, until their walls are well apart, and fades to none within three radii more,
-/// so that vessels that pass each other stay apart. Every open end runs on straight and closes in a ball.
+/// joined to the union that its parent belongs to by a cubic smooth minimum. Its width is 0.8 of the child's
+/// radius where it leaves the parent, until their walls are well apart, and fades to zero within three more
+/// radii, so that vessels that pass each other stay apart. Every open end is extended straight and closes in
+/// a ball.
 class ImplicitLumen {
 public:
     static constexpr int block_cells = 8;  // along an edge of a block
 
-    /// `cell` is the edge of a cell of the grid of blocks [mm].
+    /// `cell` is the cell size of the grid of blocks [mm].
     ImplicitLumen(const VesselTree&, double cell);
 
     struct Value {
@@ -29,23 +30,24 @@ public:
         double place = 0;                                  // along that branch, in samples
     };
     Value at(const geometry::Vec3&) const;
-    /// The same at a point in or on the border of one of the blocks, by index.
+    /// The same at a point inside or on the border of the block with that index.
     Value at(const geometry::Vec3&, int block) const;
 
-    /// The point moved to f = 0 along the gradient. Points farther than a cell from it may not arrive.
+    /// The point moved to f = 0 along the gradient. Points farther than a cell from f = 0 may not arrive
+    /// there.
     geometry::Vec3 projected(const geometry::Vec3& x) const { return foot(x).point; }
     struct Foot {
         geometry::Vec3 point;  // the projected one
         Value value;           // there
     };
     Foot foot(const geometry::Vec3&) const;
-    /// f changes by no more than this times the way.
+    /// f changes by no more than this factor times the distance moved.
     static constexpr double steepest = 1.2;
 
-    using Block = std::array<int, 3>;  // its first cell over block_cells
+    using Block = std::array<int, 3>;  // its first cell divided by block_cells
     /// The blocks that hold every cell the surface passes through, in order.
     std::span<const Block> blocks() const { return blocks_; }
-    int find(const Block&) const;  // index, −1 when the surface is not near
+    int find(const Block&) const;  // index, −1 when the surface is not nearby
     double cell() const { return cell_; }
     geometry::Vec3 node(const Block&, int x, int y, int z) const;  // of the block's grid [mm]
 
@@ -58,14 +60,14 @@ private:
         std::vector<double> radii, radius_slopes;  // slopes per sample step
         double blend = 0;                          // width of the smooth minimum [mm]; 0 for the root
         geometry::Vec3 junction = geometry::Vec3::Zero();
-        double full = 0, none = 0;  // distance from the junction up to which it is whole, and then gone [mm]
-        double dip = 0;             // a ball between samples comes no nearer than theirs by more [mm]
-        struct Group {              // of samples one after another
+        double full = 0, none = 0;  // from the junction: full blend up to one, none beyond the other [mm]
+        double dip = 0;             // most by which a ball between samples comes nearer than theirs [mm]
+        struct Group {              // of consecutive samples
             int first, last, middle;
             double reach;  // their balls lie within this of the middle one's centre [mm]
         };
         std::vector<Group> groups;
-        struct Four {  // samples in single precision, from the origin; past the last, far away
+        struct Four {  // samples in single precision, from the origin; those past the last are far away
             Eigen::Array4f x, y, z, radius;
         };
         std::vector<Four> fours;
@@ -74,7 +76,7 @@ private:
     };
     struct Run {  // of samples that may hold the nearest ball of a limb
         int limb, first, last;
-        int guess;  // a sample of this or another run of the limb that is likely to
+        int guess;  // a sample of this or another run of the limb that is likely to hold it
     };
     struct Near {  // the nearest ball among a limb's samples
         int limb = -1, sample = -1;

@@ -30,7 +30,7 @@ public:
     }
 
 private:
-    /// Marks the corners beyond the plane that hang together with the tip.
+    /// Marks the corners beyond the plane that are connected to the tip.
     void flood() {
         const int count = static_cast<int>(mesh_.vertices.size());
         std::vector<std::vector<int>> neighbours(mesh_.vertices.size());
@@ -64,7 +64,7 @@ private:
         return (beyond_[a] && height_[a] > 0 && height_[b] < 0) ||
                (beyond_[b] && height_[b] > 0 && height_[a] < 0);
     }
-    /// Onto both the plane and the surface.
+    /// Moves a point onto both the plane and the surface.
     Vec3 on_rim(Vec3 x) const {
         for (int iteration = 0; iteration < 20; ++iteration) {
             x -= (x - cut_.centre).dot(cut_.outward) * cut_.outward;
@@ -76,7 +76,7 @@ private:
         return x;
     }
     void snap() {
-        std::map<int, double> part;  // of its shortest cut edge that a corner is from the plane
+        std::map<int, double> part;  // distance of a corner from the plane, as part of its shortest cut edge
         for (const auto& t : mesh_.triangles) {
             for (int k = 0; k < 3; ++k) {
                 const int a = t[k], b = t[(k + 1) % 3];

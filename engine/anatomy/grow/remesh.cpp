@@ -12,7 +12,7 @@ namespace {
 using geometry::TriangleMesh;
 using geometry::Vec3;
 
-constexpr double shortest_edge = 0.75, longest_edge = 1.4;  // of the wanted length
+constexpr double shortest_edge = 0.75, longest_edge = 1.4;  // of the target length
 constexpr double growth = 1.5;                              // of the longest merged edge from pass to pass
 constexpr int finishing_passes = 4;
 
@@ -20,7 +20,7 @@ Vec3 normal_of(const Vec3& a, const Vec3& b, const Vec3& c) {
     return (b - a).cross(c - a);
 }
 
-/// Least of the three angles, as its tangent's square: monotone, and cheap.
+/// Least of the three angles, as the square of its tangent: monotone and cheap.
 double sharpness(const Vec3& a, const Vec3& b, const Vec3& c) {
     const double area = normal_of(a, b, c).squaredNorm();
     const auto tangent = [area](const Vec3& u, const Vec3& v) {
@@ -44,7 +44,7 @@ public:
 
     double largest_wanted() const { return *std::max_element(wanted_.begin(), wanted_.end()); }
 
-    /// Merges what is shorter than both the wanted length's share and `most`; whether anything was.
+    /// Merges edges shorter than both their share of the target length and `most`.
     void merge(double most) {
         for (int e = 0; e < mesh_.half_edges(); ++e) {
             if (!mesh_.alive(e)) continue;
@@ -76,8 +76,8 @@ private:
     double length(int a, int b) const { return (point(a) - point(b)).norm(); }
     double wanted_length(double radius) const { return std::sqrt(8 * radius * options_.sagitta); }
 
-    /// Merges the edge's ends at its middle on the surface unless that makes triangles that are long, sharp,
-    /// turned over or off the surface.
+    /// Merges the edge's ends at its middle on the surface unless the new triangles would be long, sharp,
+    /// inverted or off the surface.
     void try_merge(int e) {
         if (!mesh_.may_collapse(e)) return;
         const int a = mesh_.from(e), b = mesh_.to(e);
@@ -85,7 +85,7 @@ private:
         if (std::abs(there.distance) > 1e-4) return;
         const double wanted = wanted_length(there.radius);
         const Vec3 outward = there.gradient.normalized();
-        // What is cheap to know comes first.
+        // The cheap checks come first.
         bool fine = true;
         made_.clear();
         for (const int corner : {a, b}) {
@@ -115,7 +115,7 @@ private:
     bool near_surface(const Vec3& a, const Vec3& b, const Vec3& c) const {
         return std::abs(lumen_.at((a + b + c) / 3).distance) < options_.deviation;
     }
-    /// Delaunay, as far as the surface allows.
+    /// Delaunay criterion, as far as the surface allows.
     bool should_turn(int e) const {
         const int mate = mesh_.opposite(e);
         const int a = mesh_.from(e), b = mesh_.to(e), c = mesh_.across(e), d = mesh_.across(mate);
@@ -130,7 +130,7 @@ private:
                acceptable(point(c), point(d), point(b), unit) && near_surface(point(c), point(d), point(a)) &&
                near_surface(point(c), point(d), point(b));
     }
-    /// Towards the mean of the neighbours, weighted by the areas between, along the surface.
+    /// Moves the corner along the surface towards the mean of its neighbours, weighted by the areas between.
     void move_to_middle(int corner) {
         Vec3 sum = Vec3::Zero();
         double weights = 0, sharpest = 1e9;
@@ -168,7 +168,7 @@ private:
     std::vector<double> wanted_;  // edge length at each corner [mm]
     std::vector<Vec3> outward_;   // unit
     std::vector<std::pair<int, int>>
-        made_;  // of the triangles that a merger makes: corners but the merged one
+        made_;  // of the triangles that a merge makes: corners except the merged one
 };
 
 }  // namespace

@@ -17,7 +17,7 @@ using geometry::Vec3;
 constexpr int n = ImplicitLumen::block_cells, w = n + 1;  // cells and nodes along a block
 constexpr int nodes_of_block = n * n * n, nodes_of_window = w * w * w;
 constexpr float nowhere = std::numeric_limits<float>::quiet_NaN();
-constexpr float sign_only = 1e9f;  // f where its sign alone is known [mm]
+constexpr float sign_only = 1e9f;  // f where only its sign is known [mm]
 
 constexpr int in_block(int x, int y, int z) {
     return (z * n + y) * n + x;
@@ -26,7 +26,7 @@ constexpr int in_window(int x, int y, int z) {
     return (z * w + y) * w + x;
 }
 
-/// Whether bits of the mask, corners of a cube (x + 2y + 4z), hang together along its edges.
+/// Whether the bits of the mask, corners of a cube (x + 2y + 4z), are connected along its edges.
 bool connected(int mask) {
     if (mask == 0) return true;
     int reached = mask & -mask;
@@ -41,7 +41,7 @@ bool connected(int mask) {
     return reached == mask;
 }
 
-/// Cells whose surface is not one disc, or that share with a neighbour a face crossed twice.
+/// Cells whose surface is not one disc, or which share a face that is crossed twice with a neighbour.
 std::array<bool, 256> make_ambiguous() {
     std::array<bool, 256> table{};
     for (int mask = 0; mask < 256; ++mask) {
@@ -75,7 +75,7 @@ public:
         };
         geometry::parallel_for(
             values_.size(), threads, [&](std::size_t b) { find_sides(static_cast<int>(b)); }, part(0, 0.5));
-        // What one block asks of the others must not change meanwhile.
+        // Values that one block reads from the others must not change meanwhile.
         std::vector<std::vector<int>> crossed(values_.size());
         geometry::parallel_for(values_.size(), threads,
                                [&](std::size_t b) { crossed[b] = crossed_nodes(static_cast<int>(b)); });
@@ -87,7 +87,7 @@ public:
             part(0.5, 1));
     }
 
-    /// Fills until no cell is ambiguous; ends, for nodes only ever change to inside.
+    /// Fills until no cell is ambiguous. It terminates because nodes only ever change to inside.
     void settle() {
         const std::array<bool, 256> ambiguous = make_ambiguous();
         std::vector<bool> stale(values_.size(), true);
@@ -132,8 +132,8 @@ public:
     }
 
 private:
-    /// On which side of the surface each node of a block is. Most are so far from it that a node nearby
-    /// decides: their value is no more than a sign.
+    /// Finds on which side of the surface each node of a block is. Most nodes are so far from it that a node
+    /// nearby decides: their value is then only a sign.
     void find_sides(int b) {
         values_[b].fill(nowhere);
         for (const int step : {4, 2, 1}) {
@@ -146,7 +146,7 @@ private:
             }
         }
     }
-    /// Nodes of the block that lie on the other side of the surface than the end of an edge from them.
+    /// Nodes of the block that lie on the other side of the surface from a neighbour one edge away.
     std::vector<int> crossed_nodes(int b) const {
         std::vector<int> nodes;
         for (int node = 0; node < nodes_of_block; ++node) {
@@ -169,7 +169,7 @@ private:
         values_[b][node] =
             static_cast<float>(lumen_.at(lumen_.node(lumen_.blocks()[b], x, y, z), b).distance);
     }
-    /// Nodes of the block so near this one that they are on its side.
+    /// Sets the nodes of the block that are so near this one that they must be on its side.
     void tell_around(int b, int x, int y, int z) {
         const float distance = values_[b][in_block(x, y, z)];
         const double reach = std::abs(distance) / (ImplicitLumen::steepest * lumen_.cell()) - 1e-3;  // cells
@@ -184,7 +184,7 @@ private:
                     if (square <= reach * reach && std::isnan(other)) other = side;
                 }
     }
-    /// Of a node that may be one beyond the block.
+    /// The value of a node that may be one beyond the block.
     float value_at(int b, int x, int y, int z) const {
         const auto shift = [](int i) { return i < 0 ? -1 : i / n; };
         const int block = neighbour(b, shift(x), shift(y), shift(z));
@@ -198,7 +198,7 @@ private:
     void make_exact_beside(int b, int x, int y, int z, int axis, int way) {
         make_exact_at(b, x + (axis == 0 ? way : 0), y + (axis == 1 ? way : 0), z + (axis == 2 ? way : 0));
     }
-    /// The block's nodes and the first ones of its neighbours.
+    /// Loads the block's nodes and the first ones of its neighbours.
     void load(int b) {
         for (int z = 0; z < w; ++z)
             for (int y = 0; y < w; ++y)
@@ -212,7 +212,7 @@ private:
     float value(int x, int y, int z, int corner) const {
         return window_[in_window(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2))];
     }
-    /// Which corners are inside; −1 where one is not known, for no surface is near.
+    /// The corners that are inside, as a mask; −1 where one is unknown because no surface is near.
     int mask_of(int x, int y, int z) const {
         int mask = 0;
         for (int c = 0; c < 8; ++c) {
@@ -222,7 +222,7 @@ private:
         }
         return mask;
     }
-    /// The outer corner nearest to the surface becomes an inner one.
+    /// Turns the outer corner nearest to the surface into an inner one.
     void fill(int b, int x, int y, int z, int mask, std::vector<bool>& stale) {
         for (int c = 0; c < 8; ++c) make_exact_at(b, x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
         load(b);
@@ -233,7 +233,7 @@ private:
         }
         const int i = x + (chosen & 1), j = y + (chosen >> 1 & 1), k = z + (chosen >> 2);
         const int block = neighbour(b, i / n, j / n, k / n);
-        // It is crossed from now on.
+        // The surface crosses it from now on.
         for (int axis = 0; axis < 3; ++axis)
             for (const int way : {-1, 1}) make_exact_beside(block, i % n, j % n, k % n, axis, way);
         values_[block][in_block(i % n, j % n, k % n)] = -1e-3f * static_cast<float>(lumen_.cell());
@@ -241,7 +241,7 @@ private:
             if (neighbours_[at][block] >= 0) stale[neighbours_[at][block]] = true;
         }
     }
-    /// Mean of where the surface crosses the cell's edges, from the cell's first node [mm].
+    /// Mean of the places where the surface crosses the cell's edges, from the cell's first node [mm].
     Vec3 crossing(int x, int y, int z) const {
         Vec3 sum = Vec3::Zero();
         int count = 0;
@@ -264,7 +264,7 @@ private:
         const int block = neighbour(b, shift(x), shift(y), shift(z));
         return corner_[block][in_block((x + n) % n, (y + n) % n, (z + n) % n)];
     }
-    /// Two triangles about each edge from the node onward that the surface crosses.
+    /// Adds two triangles around each edge from the node onward that the surface crosses.
     void add_quads(int b, int node, TriangleMesh& mesh) const {
         const int x = node % n, y = node / n % n, z = node / (n * n);
         const float here = window_[in_window(x, y, z)];
@@ -292,8 +292,8 @@ private:
     }
 
     const ImplicitLumen& lumen_;
-    std::vector<std::array<float, nodes_of_block>> values_;  // ±sign_only for a sign alone
-    std::vector<std::bitset<nodes_of_block>> exact_;         // which are f
+    std::vector<std::array<float, nodes_of_block>> values_;  // ±sign_only where only the sign is known
+    std::vector<std::bitset<nodes_of_block>> exact_;         // the values that are f
     std::array<std::vector<int>, 27> neighbours_;
     std::array<float, nodes_of_window> window_{};
     std::vector<std::array<int, nodes_of_block>> corner_;

@@ -95,7 +95,7 @@ void read_modifiers(io::Section& top, VesselTreeSpec& spec) {
     }
 }
 
-/// What stands in the section; `seed` is the preset's.
+/// The spec given by the section; `seed` applies to the preset.
 VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64_t seed) {
     VesselTreeSpec spec;
     std::string preset;
@@ -114,7 +114,7 @@ VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64
     return spec;
 }
 
-/// The parts between colons, the numbers among them from `first` on; `least` to `most` parts in all.
+/// The parts between colons; those from `first` on are numbers. There must be `least` to `most` parts in all.
 struct Parts {
     std::vector<std::string> words;
     std::vector<double> numbers;

@@ -1,5 +1,5 @@
 #pragma once
-/// Vessel trees that people write: a TOML file, and short words for what modifies a tree.
+/// Vessel trees written by people: a TOML file, and short texts for modifiers of a tree.
 
 #include <cstdint>
 #include <filesystem>
@@ -14,18 +14,18 @@ class Section;
 
 namespace anatomy {
 
-/// A file has schema = 1 and either `preset` or [[branch]] sections (name, parent, at_mm, points_mm =
-/// [[x, y, z, radius], …], a child's relative to where it starts; closed), then any of [[target]] (name,
-/// branch, at_mm), [[tortuosity]] (branch, amplitude_mm, wavelength_mm), [[stenosis]] (branch, at_mm,
-/// length_mm, percent) and [[aneurysm]] (branch, at_mm, diameter_mm, neck_mm, angle_deg). The spec is named
-/// after the file. `seed` is the preset's. Throws InputError: every problem with its line.
+/// A file has schema = 1 and either `preset` or [[branch]] sections (name, parent, at_mm, points_mm = [[x, y,
+/// z, radius], …], a child's relative to its start; closed), then any of [[target]] (name, branch, at_mm),
+/// [[tortuosity]] (branch, amplitude_mm, wavelength_mm), [[stenosis]] (branch, at_mm, length_mm, percent) and
+/// [[aneurysm]] (branch, at_mm, diameter_mm, neck_mm, angle_deg). The spec is named after the file. `seed`
+/// applies to the preset. Throws InputError listing every problem with its line.
 VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem::path& file,
                                  std::uint64_t seed = 0);
 VesselTreeSpec load_vessel_file(const std::filesystem::path&, std::uint64_t seed = 0);
 
-/// The same as a section of another file, without schema: `preset` with a `seed`, or `tree`, a file beside
-/// it, or [[branch]], and what modifies them. Problems are noted in the reading. The spec is named after
-/// preset or tree, else `name`.
+/// The same as a section of another file, without schema: `preset` with a `seed`, or `tree`, a file in the
+/// same folder, or [[branch]], and the modifiers. Problems are recorded in the reading. The spec is named
+/// after preset or tree, else `name`.
 VesselTreeSpec read_vessels(io::Section&, io::Reading&, const std::string& name);
 
 /// BRANCH:AT:LENGTH:PERCENT, BRANCH:AT:DIAMETER:NECK[:ANGLE] and AMPLITUDE:WAVELENGTH[:BRANCH], in mm and

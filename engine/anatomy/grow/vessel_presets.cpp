@@ -14,13 +14,13 @@ namespace {
 
 using geometry::Vec3;
 
-/// Numbers from a seed, the same on every machine (splitmix64); seed 0 draws every mean.
+/// Numbers from a seed, the same on every machine (splitmix64); with seed 0 every draw is the mean.
 class Draw {
 public:
     Draw(std::uint64_t seed, std::uint64_t attempt)
         : varied_(seed != 0), state_(seed * 0x9e3779b97f4a7c15ull + attempt * 0xd1b54a32d192ed03ull) {}
 
-    /// Sum of twelve uniform numbers for a normal one, within 1.5 standard deviations.
+    /// Approximates a normal number by the sum of twelve uniform ones, within 1.5 standard deviations.
     double normal(double mean, double deviation) {
         if (!varied_) return mean;
         double sum = -6;
@@ -39,7 +39,8 @@ private:
     std::uint64_t state_;
 };
 
-/// A branch whose diameters are those given times what is drawn, and whose inner knots stray.
+/// A branch whose diameters are those given times a drawn factor, and whose inner knots are displaced at
+/// random.
 BranchSpec branch(Draw& draw, std::string name, std::string parent, double at, std::vector<VesselKnot> knots,
                   double relative_deviation) {
     const double widening = draw.normal(1, relative_deviation);
@@ -340,7 +341,7 @@ public:
         alone.branches = {aorta};
         aorta_ = grow(alone).branches[0];
     }
-    /// So far below the highest point, on the way up.
+    /// The place this far below the highest point, on the way up.
     double below_top(double drop) const {
         const auto higher = [](const Vec3& a, const Vec3& b) { return a.z() < b.z(); };
         const auto top = std::max_element(aorta_.points.begin(), aorta_.points.end(), higher);
@@ -348,7 +349,7 @@ public:
         while (at != aorta_.points.begin() && at->z() > top->z() - drop) --at;
         return static_cast<double>(at - aorta_.points.begin()) * aorta_.step();
     }
-    /// So far to the left and back of another.
+    /// The place this far to the left of another and behind it.
     double behind(double origin, double distance) const {
         int at = aorta_.sample_at(origin);
         const int last = static_cast<int>(aorta_.points.size()) - 1;
@@ -432,7 +433,7 @@ VesselTreeSpec arch(Draw& draw, const ArchShape& shape) {
                                     {{13.3, 9.7, 176.8}, 2.6},
                                     {{12.6, 8.9, 193.4}, 2.4},
                                     {{10.7, 10.2, 209.9}, 2.35}};
-    if (shape.bovine) {  // from the trunk across to the left side, then as ever
+    if (shape.bovine) {  // from the trunk across to the left side, then as usual
         for (VesselKnot& knot : left) knot.place += Vec3(13, 3, -22);
         left.erase(left.begin(), left.begin() + 2);
         left.insert(left.begin(), {{{8, 2, 6}, carotid}, {{16, 3, 15}, 0.95 * carotid}});
@@ -504,7 +505,7 @@ VesselTreeSpec arch(Draw& draw, const ArchShape& shape) {
 VesselTreeSpec whole_aorta(Draw& draw) {
     VesselTreeSpec spec = arch(draw, {0.5, false}), below = iliac_renal(draw);
     BranchSpec &aorta = spec.branches[0], &abdominal = below.branches[0];
-    // The descending aorta comes from the left behind to the middle where the renal arteries leave.
+    // The descending aorta runs from behind on the left to the middle where the renal arteries leave.
     const Vec3 shift = abdominal.knots[0].place + Vec3(8, 12, 45) - aorta.knots.back().place;
     for (VesselKnot& knot : aorta.knots) knot.place += shift;
     const std::size_t joint = aorta.knots.size();
@@ -537,7 +538,7 @@ VesselTreeSpec whole_aorta(Draw& draw) {
 /// An arch with the left coronary artery, whose mouth is in the left sinus, 15 mm above the valve.
 VesselTreeSpec arch_with_coronary(Draw& draw) {
     VesselTreeSpec spec = arch(draw, {0.5, false}), heart = left_coronary(draw);
-    // The thinnest vessel sets the grid for all: thin ones that lead nowhere here are left out.
+    // The thinnest vessel determines the grid for all: thin ones that lead nowhere here are left out.
     const auto thin = [](const BranchSpec& branch) { return branch.knots.back().radius < 0.85; };
     std::erase_if(heart.branches, thin);
     std::erase_if(heart.targets, [&](const NamedTarget& target) {
@@ -567,7 +568,8 @@ struct Known {
     VesselPreset preset;
     VesselTreeSpec (*build)(Draw&);
 };
-// The type of an arch is how far the trunk's origin lies below its top: under 1, 1 to 2, over 2 diameters.
+// The type of an arch depends on how far the trunk's origin lies below its top: under 1, 1 to 2, over 2
+// diameters.
 const std::array<Known, 10> known = {{
     {{"arch-1", "aortic arch of type I to both carotid arteries"},
      [](Draw& d) {
@@ -609,7 +611,7 @@ VesselTreeSpec vessel_preset(std::string_view name, std::uint64_t seed) {
     for (const Known& one : known) {
         names.push_back(one.preset.name);
         if (one.preset.name != name) continue;
-        // Some draws run into themselves; the next is taken.
+        // Some draws intersect themselves; then the next one is taken.
         for (std::uint64_t attempt = 0;; ++attempt) {
             try {
                 Draw draw(seed, attempt);

@@ -13,11 +13,12 @@ struct VesselPreset {
     std::string_view name, what;
 };
 
-/// Every preset there is, in the order they are listed.
+/// All presets, in the order they are listed.
 std::span<const VesselPreset> vessel_presets();
 
-/// Seed 0 has the published means; others draw dimensions from the published spread, and bends of their own.
-/// The same seed gives the same bits. Throws InputError that lists the presets when there is none so named.
+/// Seed 0 gives the published means; other seeds draw dimensions from the published spread, and bends of
+/// their own. The same seed gives the same bits. Throws InputError listing the presets when there is none of
+/// that name.
 VesselTreeSpec vessel_preset(std::string_view name, std::uint64_t seed = 0);
 
 }  // namespace anatomy

@@ -101,7 +101,7 @@ SampledBranch sampled(const BranchSpec& spec, const Vec3& origin, double spacing
     return branch;
 }
 
-/// Unit vectors across the branch, carried along it without turning about it.
+/// Unit vectors across the branch, transported along it without turning about it.
 std::vector<Vec3> carried_across(const SampledBranch& branch) {
     std::vector<Vec3> across;
     Vec3 d = branch.tangent(0).unitOrthogonal();
@@ -123,7 +123,7 @@ void wave(SampledBranch& branch, const Tortuosity& tortuosity, double spacing) {
         const double fade = end >= 1 ? 1.0 : end * end * (3 - 2 * end);
         const double phase = 2 * std::numbers::pi * arc / tortuosity.wavelength;
         const Vec3 other = branch.tangent(i).cross(across[i]);
-        // The second direction at another frequency keeps the waves from lying in a plane.
+        // The second direction has another frequency, to keep the waves from lying in a plane.
         branch.points[i] =
             straight[i] +
             tortuosity.amplitude * fade * (std::sin(phase) * across[i] + 0.5 * std::sin(0.6 * phase) * other);
@@ -140,7 +140,7 @@ void narrow(SampledBranch& branch, const Stenosis& stenosis) {
     }
 }
 
-/// The direction across the branch in which it bulges: away from the middle of its bend.
+/// The direction across the branch in which it bulges: away from the centre of its bend.
 Vec3 convex_side(const SampledBranch& branch, int sample) {
     const int last = static_cast<int>(branch.points.size()) - 1, reach = std::max(1, last / 20);
     const int a = std::max(0, sample - reach), b = std::min(last, sample + reach);
@@ -182,7 +182,7 @@ void find_separation(const VesselTree& tree, SampledBranch& child) {
     for (int i = last; i >= 0; --i) {
         if (clearance(parent, 0, child.points[i]) >= 0) child.exit = i;
     }
-    // Half as much again as the least: a gap that only just suffices may close once more.
+    // 1.5 times the least gap: a gap that only just suffices may close once more.
     for (int i = child.exit; i <= last; ++i) {
         const double gap = 1.5 * least_gap(tree, child.radii[i]);
         if (clearance(parent, 0, child.points[i]) < child.radii[i] + gap) continue;
@@ -191,7 +191,7 @@ void find_separation(const VesselTree& tree, SampledBranch& child) {
     }
 }
 
-/// Refuses a place that is not on the branch.
+/// Returns the sample at a place; rejects a place that is not on the branch.
 int place_on(const SampledBranch& branch, double at, const std::string& what) {
     const double length = branch.step() * static_cast<double>(branch.points.size() - 1);
     if (at >= 0 && at <= length) return branch.sample_at(at);
@@ -268,7 +268,7 @@ VesselTree grow(const VesselTreeSpec& spec) {
         for (const VesselKnot& knot : branch.knots)
             tree.least_radius = std::min(tree.least_radius, knot.radius);
     }
-    // A third of the radius shows the shape; a millimetre is enough for wires.
+    // A third of the radius resolves the shape; a millimetre is enough for wires.
     tree.spacing = std::clamp(tree.least_radius / 3, 0.3, 1.0);
     for (const BranchSpec& branch : spec.branches) {
         add_branch(tree, branch);

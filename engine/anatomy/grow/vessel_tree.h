@@ -1,6 +1,6 @@
 #pragma once
-/// A vessel tree as it is described, by named branches through knots with radii, and as it is sampled for the
-/// generator.
+/// A vessel tree in two forms: as specified, by named branches through knots with radii, and as sampled for
+/// the generator.
 
 #include <optional>
 #include <string>
@@ -18,9 +18,9 @@ struct VesselKnot {
 
 struct BranchSpec {
     std::string name;
-    std::string parent;             // empty for the root, which comes first
-    double at = 0;                  // where on the parent's centreline it starts, from its first sample [mm]
-    std::vector<VesselKnot> knots;  // the root's in space, a child's relative to where it starts
+    std::string parent;  // empty for the root, which comes first
+    double at = 0;       // where it starts on the parent's centreline, from that one's first sample [mm]
+    std::vector<VesselKnot> knots;  // the root's in space, a child's relative to its start
     bool closed = false;            // ends in a dome instead of an open end
 };
 
@@ -28,7 +28,7 @@ struct BranchSpec {
 struct Stenosis {
     std::string branch;
     double at = 0, length = 0;  // along the centreline [mm]
-    double percent = 0;         // of the diameter that is lost in the middle
+    double percent = 0;         // of the diameter, lost in the middle
 };
 
 /// A sac on the side of a branch, joined to it by a neck: a closed branch of its own.
@@ -40,7 +40,7 @@ struct Aneurysm {
     double angle = 0;     // about the branch, from its most convex side [rad]
 };
 
-/// Waves of a centreline across itself, fading at both ends; `branch` empty for all.
+/// Lateral waves of a centreline, fading at both ends; `branch` is empty for all.
 struct Tortuosity {
     std::string branch;
     double amplitude = 0, wavelength = 0;  // [mm]
@@ -63,7 +63,7 @@ struct VesselTreeSpec {
 
 struct SampledBranch {
     std::string name;
-    int parent = -1, parent_sample = 0;  // a child starts at its parent's sample
+    int parent = -1, parent_sample = 0;  // a child starts at this sample of its parent
     geometry::Polyline points;           // equally far apart, about VesselTree::spacing [mm]
     std::vector<double> radii;           // [mm]
     bool closed = false;
@@ -71,8 +71,8 @@ struct SampledBranch {
     int separation = 0;  // first sample whose lumen is well clear of the parent's; the last if none is
 
     double step() const { return (points[1] - points[0]).norm(); }  // between samples [mm]
-    int sample_at(double arc) const;                                // nearest to so many mm from the start
-    geometry::Vec3 tangent(int sample) const;                       // unit
+    int sample_at(double arc) const;           // the sample nearest to this distance from the start [mm]
+    geometry::Vec3 tangent(int sample) const;  // unit
 };
 
 struct VesselTree {
@@ -82,22 +82,22 @@ struct VesselTree {
     double least_radius = 0;  // [mm]
 };
 
-/// Nearer than this, the generator's grid cannot separate walls, or are drawn together where a branch
-/// of this radius leaves its parent [mm].
+/// Walls nearer to each other than this cannot be separated by the generator's grid, or are drawn together
+/// where a branch of this radius leaves its parent [mm].
 double least_gap(const VesselTree&, double radius);
 
-/// The branch running on straight beyond its open ends for twice its radius there; `before` is how many
-/// samples that adds at its start.
+/// The branch extended straight beyond its open ends by twice its radius there; `before` is the number of
+/// samples this adds at its start.
 SampledBranch extended(const SampledBranch&, int& before);
 
-/// Everything that keeps the spec from being grown: names, numbers, places. Empty when it is fine.
+/// Everything that prevents the spec from being grown: names, numbers, places. Empty when it is fine.
 std::vector<std::string> problems(const VesselTreeSpec&);
 
-/// Everything wrong with the tree that was grown: branches that bend tighter than their radius, leave no
-/// lumen or run through one another. Empty when it is fine.
+/// Everything wrong with a grown tree: branches that bend tighter than their radius, leave no lumen or run
+/// through one another. Empty when it is fine.
 std::vector<std::string> problems(const VesselTree&);
 
-/// Samples the branches and applies what modifies them. Throws InputError with the problems of spec or tree.
+/// Samples the branches and applies the modifiers. Throws InputError with the problems of spec or tree.
 VesselTree grow(const VesselTreeSpec&);
 
 }  // namespace anatomy

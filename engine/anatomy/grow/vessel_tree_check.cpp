@@ -14,7 +14,7 @@ using geometry::Vec3;
 
 constexpr double least_radius = 0.2, largest_radius = 30;  // of arteries that a wire enters [mm]
 constexpr double largest_extent = 2000;                    // [mm]
-constexpr double steepest_taper = 0.8;                     // radius per length; at 1 balls swallow each other
+constexpr double steepest_taper = 0.8;                     // radius per length; at 1 balls contain each other
 
 std::string place_text(const SampledBranch& branch, int sample) {
     const Vec3& p = branch.points[sample];
@@ -47,8 +47,8 @@ void check_bends(const SampledBranch& branch, std::vector<std::string>& found) {
     }
 }
 
-/// Whether two branches come too near each other from these samples on; the first is the second's child when
-/// `related`. Within one branch, samples that are near along it do not count.
+/// Checks whether two branches come too near each other from these samples on; the first is the second's
+/// child when `related`. Within one branch, samples that are near along it do not count.
 void check_apart(const VesselTree& tree, const SampledBranch& a, int first_a, const SampledBranch& b,
                  int first_b, bool related, std::vector<std::string>& found) {
     const double largest = *std::max_element(b.radii.begin(), b.radii.end());
@@ -56,7 +56,7 @@ void check_apart(const VesselTree& tree, const SampledBranch& a, int first_a, co
         const double most = a.radii[i] + largest + least_gap(tree, std::max(a.radii[i], largest));
         for (int j = first_b; j < static_cast<int>(b.points.size()); ++j) {
             const double apart = (a.points[i] - b.points[j]).norm();
-            if (apart >= most) {  // so many samples on, they are still too far
+            if (apart >= most) {  // skips samples that must be too far away as well
                 j += static_cast<int>((apart - most) / (1.1 * b.step()));
                 continue;
             }
@@ -189,7 +189,7 @@ std::vector<std::string> problems(const VesselTree& tree) {
     }
     if (!found.empty()) return found;
     std::vector<SampledBranch> whole;
-    std::vector<int> first;  // sample of each that keeps its distance from all
+    std::vector<int> first;  // for each branch, the first sample that keeps its distance from all
     for (const SampledBranch& branch : branches) {
         int before = 0;
         whole.push_back(extended(branch, before));
@@ -198,7 +198,7 @@ std::vector<std::string> problems(const VesselTree& tree) {
     for (std::size_t b = 0; b < branches.size(); ++b) {
         for (std::size_t a = 0; a <= b; ++a) {
             const bool related = branches[b].parent == static_cast<int>(a);
-            if (related && branches[b].closed) continue;  // a sac stays at its vessel
+            if (related && branches[b].closed) continue;  // a sac stays next to its vessel
             check_apart(tree, whole[b], first[b], whole[a], related ? 0 : first[a], related, found);
         }
     }

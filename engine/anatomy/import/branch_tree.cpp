@@ -63,7 +63,7 @@ bool BranchTree::is_spur(const Own& own) const {
     return length < 2 * widest;
 }
 
-/// Whether a place is inside the ball of a branch, and which; of several the one that holds it deepest.
+/// The sample of a branch whose ball holds a place (if several do, the one that holds it deepest), or none.
 BranchSample BranchTree::contact(const Vec3& x) const {
     BranchSample best;
     double least = 0;
@@ -77,7 +77,7 @@ BranchSample BranchTree::contact(const Vec3& x) const {
     return best;
 }
 
-/// Drops the start of a way while its own lumen still opens into others, up to a third of it.
+/// Drops the start of a path, up to a third of it, as long as its own lumen still opens into others.
 void BranchTree::clear(Polyline& way, double total) const {
     double passed = 0;
     std::size_t first = 0;
@@ -95,7 +95,7 @@ void BranchTree::clear(Polyline& way, double total) const {
     way.erase(way.begin(), way.begin() + static_cast<std::ptrdiff_t>(first));
 }
 
-/// The sample of the parent that the line, carried on backwards, comes nearest to.
+/// The sample of the parent that the line, extended backwards, comes nearest to.
 int BranchTree::junction(const BranchSample& at, const Centreline& line) const {
     const CentrelineBranch& parent = branches[at.branch];
     const Vec3 start = line.points.front();
@@ -108,14 +108,14 @@ int BranchTree::junction(const BranchSample& at, const Centreline& line) const {
         const Vec3 to = parent.points[i] - start;
         if (to.norm() > reach) continue;
         const double along = std::clamp(to.dot(back), 0.0, reach);
-        // A longer way back costs a little, so that a line along the parent does not run down it.
+        // A longer way back costs a little, to keep a line parallel to the parent from running down along it.
         const double off = (to - along * back).norm() + 0.1 * along;
         if (off < least) least = off, best = i;
     }
     return best;
 }
 
-/// Puts a straight piece from the place to the start of the line.
+/// Joins the place to the start of the line by a straight piece.
 void BranchTree::connect(Centreline& line, const Vec3& place) const {
     Polyline piece = geometry::resampled({place, line.points.front()}, step_);
     piece.pop_back();

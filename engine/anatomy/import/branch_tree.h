@@ -1,5 +1,5 @@
 #pragma once
-/// The tree of centrelines that tracing builds, branch by branch, from rough ways through the lumen.
+/// The tree of centrelines, which tracing builds branch by branch from rough paths through the lumen.
 
 #include <vector>
 
@@ -8,13 +8,13 @@
 
 namespace anatomy {
 
-/// A way from the root to an opening, or to a blind end (-1).
+/// A path from the root to an opening, or to a blind end (-1).
 struct RootedWay {
     int opening;
     geometry::Polyline points;
 };
 
-/// By length times width: what makes one vessel the stem of others.
+/// Sorts by length times width, the measure of which vessel is the stem of others.
 void sort_stems_first(std::vector<RootedWay>&, const geometry::MeshQuery& wall);
 
 /// A sample of a branch; none when `branch` is negative.
@@ -22,29 +22,31 @@ struct BranchSample {
     int branch = -1, sample = -1;
 };
 
-/// Branches so far, and where a new one leaves them.
+/// The branches so far, and the places where new ones leave them.
 class BranchTree {
 public:
-    /// The part of a way from the root to a tip that lies outside every branch, and which it leaves.
+    /// The part of a path from the root to a tip that lies outside every branch, and the sample that it
+    /// leaves.
     struct Own {
         BranchSample parent;
-        geometry::Polyline way;  // from the first place outside
+        geometry::Polyline way;  // from the first point outside
     };
 
-    /// `step` between samples [mm]; the wall is kept by reference.
+    /// `step` is the distance between samples [mm]; a reference to the wall is kept.
     BranchTree(const geometry::MeshQuery& wall, double step) : wall_(wall), step_(step) {}
 
     std::vector<geometry::CentrelineBranch> branches;  // parents first
 
     void add_root(const geometry::Polyline& way, bool fixed_start, bool fixed_end);
-    /// A branch along the own part; `landing`: the branch that its end runs into, or none.
+    /// Adds a branch along the own part; `landing` is the branch that its end runs into, or none.
     void add(const Own&, bool fixed_end, BranchSample landing = {});
 
     Own own_part(const geometry::Polyline& way) const;
-    /// The widest ball along the own part [mm].
+    /// Width of the largest ball along the own part [mm].
     double width(const Own&) const;
-    /// A bulge, not a branch: shorter than the diameter of the vessel that it leaves, or than it is wide and
-    /// half as much, as a sac on a neck is not. Where the vessel is narrowed, its width nearby counts.
+    /// Whether it is a bulge, not a branch: shorter than the diameter of the vessel that it leaves, or than
+    /// 1.5 times its own width(), unlike a sac on a neck. Where the vessel is narrowed, its width nearby
+    /// counts.
     bool is_spur(const Own&) const;
 
 private:
@@ -58,10 +60,10 @@ private:
     double step_;
 };
 
-/// Ends a way where it still has the middle of the vessel to follow: its end is at a blind wall.
+/// Cuts a path that ends at a blind wall back to where it can still follow the middle of the vessel.
 void trim_tip(geometry::Polyline& way, const geometry::MeshQuery& wall);
 
-/// At the end of a branch, or at its start.
+/// The tip at the end of a branch, or at its start.
 VesselTip tip_of(const geometry::CentrelineBranch&, const geometry::Vec3& apex, bool start);
 
 }  // namespace anatomy

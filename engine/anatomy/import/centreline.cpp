@@ -28,7 +28,7 @@ void smooth(std::vector<Vec3>& points, int passes) {
     }
 }
 
-/// From the point to the centroid of the cross-section through it; false where the lumen is open.
+/// Offset from the point to the centroid of the cross-section through it; false where the lumen is open.
 bool offset_to_centroid(const geometry::MeshQuery& wall, const Vec3& point, const Vec3& tangent,
                         Vec3& offset) {
     const Vec3 u = tangent.unitOrthogonal(), v = tangent.cross(u);
@@ -43,7 +43,7 @@ bool offset_to_centroid(const geometry::MeshQuery& wall, const Vec3& point, cons
     std::nth_element(sorted.begin(), sorted.begin() + rays / 2, sorted.end());
     const double median = sorted[rays / 2];
     if (!std::isfinite(median)) return false;
-    // Rays that leave through an opening leave a gap; a side branch is only cut off.
+    // Rays that leave through an opening are missing; those into a side branch are only cut off.
     int missed = 0;
     for (double& l : length) {
         missed += !std::isfinite(l);
@@ -54,7 +54,7 @@ bool offset_to_centroid(const geometry::MeshQuery& wall, const Vec3& point, cons
     double area = 0;
     for (int k = 0; k < rays; ++k) {
         const int n = (k + 1) % rays;
-        const double own = length[k] * length[n];  // twice the triangle's area, but for one factor of all
+        const double own = length[k] * length[n];  // twice the triangle's area, but for a common factor
         moment += own * (length[k] * direction[k] + length[n] * direction[n]) / 3;
         area += own;
     }
@@ -62,7 +62,7 @@ bool offset_to_centroid(const geometry::MeshQuery& wall, const Vec3& point, cons
     return true;
 }
 
-/// Fills in what is unknown, linear between what is known; 0 beyond a fixed end, constant beyond a free one.
+/// Fills in unknown offsets, linear between known ones; 0 beyond a fixed end, constant beyond a free one.
 void bridge(std::vector<Vec3>& offsets, const std::vector<char>& known) {
     const int count = static_cast<int>(offsets.size());
     int last = -1;

@@ -8,10 +8,10 @@ namespace {
 using geometry::TriangleMesh;
 using geometry::Vec3;
 
-/// The least area takes time as the cube of the rim's corners.
+/// The time for the least area grows with the cube of the number of corners of the rim.
 constexpr int longest_rim = 120;
 
-/// Triangulation of least area of a polygon in space, by parts (Barequet and Sharir 1995).
+/// Triangulation of least area of a polygon in space, by dynamic programming (Barequet and Sharir 1995).
 class LeastArea {
 public:
     LeastArea(const TriangleMesh& mesh, const EdgeSet& edges, const std::vector<int>& rim)

@@ -1,5 +1,5 @@
 #pragma once
-/// Triangles over a hole of a surface.
+/// Fills a hole of a surface with triangles.
 
 #include <cstdint>
 #include <unordered_set>
@@ -9,7 +9,7 @@
 
 namespace anatomy {
 
-/// The edges of a mesh, so that no patch uses one a third time.
+/// The edges of a mesh, to keep patches from using one a third time.
 class EdgeSet {
 public:
     explicit EdgeSet(const geometry::TriangleMesh&);
@@ -23,8 +23,8 @@ private:
     std::unordered_set<std::uint64_t> edges_;
 };
 
-/// Closes the hole by the triangulation of least area of its rim, or by a fan from its centroid where the rim
-/// is long or every triangulation would use an edge of the mesh again.
+/// Closes the hole by the triangulation of its rim with the least area, or by a fan from its centroid where
+/// the rim is long or every triangulation would reuse an edge of the mesh.
 void fill_hole(geometry::TriangleMesh&, EdgeSet&, const geometry::BoundaryLoop&);
 
 }  // namespace anatomy

@@ -1,5 +1,5 @@
 #pragma once
-/// One imported anatomy, from a mesh file to the files of a folder.
+/// Imports one anatomy, from a mesh file to the files in a folder.
 
 #include "engine/anatomy/import/lumen_import.h"
 
@@ -7,20 +7,20 @@ namespace anatomy {
 
 struct ImportRequest {
     std::filesystem::path mesh, out;
-    std::string name;  // of the files; else the mesh's
+    std::string name;  // of the files; by default the mesh's
     ImportOptions options;
     std::string program;  // name and version, for the provenance
 };
 
 struct ImportOutcome {
     std::filesystem::path file;  // NAME.anatomy.json
-    std::string report;          // what was found and mended, checks, and three lines of a scenario
+    std::string report;          // what was found and repaired, checks, and three lines of a scenario
 };
 
-/// Throws InputError, before any work when the folder cannot be written; the folder then holds what it held.
+/// Throws InputError, before any work when the folder cannot be written; the folder is then left unchanged.
 ImportOutcome run_import(const ImportRequest&);
 
-/// The checks of an anatomy file, a line each. `fine` is whether none failed. Throws InputError for a file
+/// The checks of an anatomy file, a line each. `fine` is true when none failed. Throws InputError for a file
 /// that cannot be loaded.
 struct CheckOutcome {
     std::string report;

@@ -14,7 +14,7 @@ namespace {
 using geometry::Polyline;
 using geometry::Vec3;
 
-/// Given lines as a graph: samples linked along lines, and from the ends of a line to the nearest sample of
+/// Given lines as a graph: samples are linked along lines, and the ends of a line to the nearest sample of
 /// another when that is in the same piece of lumen.
 class LineTracer {
 public:

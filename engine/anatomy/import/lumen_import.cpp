@@ -19,9 +19,9 @@ namespace {
 using geometry::TriangleMesh;
 using geometry::Vec3;
 
-/// Voxels that the thinnest vessels have across their radius.
+/// Voxels across the radius of the thinnest vessels.
 constexpr double voxels_per_radius = 2.2;
-/// More voxels take more memory than an import is to need: half a byte each in the box, 40 bytes inside.
+/// Limits on the memory of an import: a voxel takes half a byte in the box, 40 bytes inside.
 constexpr double most_boxed = 4e8, most_inside = 2.5e6;
 constexpr int most_false_tips = 40;
 
@@ -134,7 +134,7 @@ private:
         if (!lines.empty()) return trace_lines(lumen.mesh, lumen.ends, inlet, lines, options);
         TracedLumen traced = trace_lumen(lumen.mesh, lumen.ends, inlet, options);
         if (traced.unreached.empty()) return traced;
-        // A narrow passage may have been between the voxels.
+        // A narrow passage may have been lost between the voxels.
         options.voxel *= 0.6;
         if (LumenVoxels::box_count(lumen.mesh, options.voxel) > most_boxed) return traced;
         return trace_lumen(lumen.mesh, lumen.ends, inlet, options);
@@ -210,7 +210,7 @@ private:
     void assemble(RepairedLumen& lumen, const TracedLumen& traced, int inlet) {
         Anatomy& anatomy = result_.anatomy;
         anatomy.lumen = std::move(lumen.mesh);
-        // How far along the vessels each branch starts, from the inlet.
+        // Distance along the vessels from the inlet to the start of each branch.
         const int count = static_cast<int>(traced.branches.size());
         std::vector<double> start(count, 0);
         for (int b = 0; b < count; ++b) {
@@ -223,7 +223,7 @@ private:
         std::vector<int> order(count), place(count);
         std::iota(order.begin(), order.end(), 0);
         std::stable_sort(order.begin() + 1, order.end(), [&](int a, int b) { return start[a] < start[b]; });
-        // A branch that starts where its parent does stays behind it.
+        // A branch that starts where its parent does stays after it.
         for (bool moved = true; moved;) {
             moved = false;
             for (int k = 0; k < count; ++k) place[order[k]] = k;

@@ -15,7 +15,7 @@ using geometry::CentrelineBranch;
 using geometry::Polyline;
 using geometry::Vec3;
 
-/// A voxel is covered by a ball of a centreline grown by this much: what sticks out farther is a vessel.
+/// A voxel is covered by a ball of a centreline enlarged by this factor: what lies outside is another vessel.
 constexpr double cover = 1.9;
 /// More spurs or tips than this are reported, not followed.
 constexpr int most_tips = 60;
@@ -103,7 +103,7 @@ private:
         }
     }
 
-    /// After a branch was added.
+    /// To be called after a branch was added.
     void finish(int opening) {
         result_.end_of_branch.push_back(opening);
         const CentrelineBranch& branch = tree_.branches.back();
@@ -176,7 +176,7 @@ private:
     }
     void mark_near(int tip, double radius) { mark(voxels_.centre(tip), radius); }
 
-    /// Where two fronts of ways have met at the tip, the way to the other side; else empty.
+    /// The path to the other side where two fronts of paths have met at the tip; else empty.
     Polyline across(int tip, const Polyline& own, double width) const {
         Polyline best;
         double longest = 0;

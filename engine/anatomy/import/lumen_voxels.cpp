@@ -30,7 +30,7 @@ struct Crossing {
     }
 };
 
-/// Twice the area from edge a→b to the point, the exact opposite for b→a.
+/// Twice the area between the edge a→b and the point; exactly the opposite for b→a.
 double edge_area(double ax, double ay, double bx, double by, double x, double y) {
     if (std::tie(ax, ay) > std::tie(bx, by)) return -edge_area(bx, by, ax, ay, x, y);
     return (bx - ax) * (y - ay) - (by - ay) * (x - ax);
@@ -45,7 +45,7 @@ double LumenVoxels::box_count(const TriangleMesh& mesh, double size) {
 
 LumenVoxels::LumenVoxels(const TriangleMesh& closed, double size) : size_(size) {
     const VoxelBox box(closed);
-    // A place that no coordinate of a tidy mesh falls on, so that columns miss corners and edges.
+    // An offset that no coordinate of a regular mesh coincides with, so that columns miss corners and edges.
     origin_ = box.low + size * Vec3(0.3819, 0.4427, 0.4142);
     for (int k = 0; k < 3; ++k)
         dims_[k] = std::max(1, static_cast<int>(std::ceil((box.high[k] - box.low[k]) / size)));

@@ -1,5 +1,5 @@
 #pragma once
-/// The inside of a lumen as voxels, and the ways through them that keep to the middle.
+/// The inside of a lumen as voxels, and the paths through them that keep to the middle.
 
 #include <cstdint>
 #include <span>
@@ -11,18 +11,18 @@ namespace anatomy {
 
 class LumenVoxels {
 public:
-    /// Voxels of this size [mm] whose centres lie inside, by the signed crossings of a closed mesh along
-    /// columns: inside along two of the three axes is inside.
+    /// Voxels of this size [mm] whose centres lie inside, determined by the signed crossings of a closed mesh
+    /// along columns: a centre that is inside along two of the three axes is inside.
     LumenVoxels(const geometry::TriangleMesh& closed, double size);
 
-    /// How many voxels the box around the mesh holds at this size.
+    /// The number of voxels of this size in the box around the mesh.
     static double box_count(const geometry::TriangleMesh&, double size);
 
     double size() const { return size_; }                          // [mm]
-    int count() const { return static_cast<int>(place_.size()); }  // of those inside
+    int count() const { return static_cast<int>(place_.size()); }  // of the inside voxels
     geometry::Vec3 centre(int voxel) const;                        // [mm]
     int nearest(const geometry::Vec3&) const;                      // -1 when there is none
-    /// Calls visit(voxel, steps) for the inside neighbours, steps = 1, 2 or 3 axes away.
+    /// Calls visit(voxel, steps) for the inside neighbours, which differ along steps = 1, 2 or 3 axes.
     template <class Visit>
     void neighbours(int voxel, Visit visit) const {
         const Place p = place_[voxel];
@@ -34,7 +34,7 @@ public:
                     if (other >= 0) visit(other, steps);
                 }
     }
-    /// Calls visit(voxel) for those with their centre inside a ball.
+    /// Calls visit(voxel) for every voxel whose centre lies inside a ball.
     template <class Visit>
     void ball(const geometry::Vec3& centre, double radius, Visit visit) const {
         std::array<int, 3> low, high;
@@ -50,13 +50,13 @@ public:
                         visit(i);
     }
 
-    /// Of every voxel to the wall [mm], to about a tenth of itself: measured along rows in steps that grow
-    /// with it, linear between.
+    /// Distance of every voxel to the wall [mm], accurate to about a tenth of itself: measured along rows in
+    /// steps that grow with it, linear in between.
     std::vector<float> distances(const geometry::MeshQuery& wall, int threads) const;
 
 private:
     using Place = std::array<std::int16_t, 3>;
-    /// −1 outside.
+    /// Index of a voxel, −1 outside.
     int index(int x, int y, int z) const {
         if (x < 0 || y < 0 || z < 0 || x >= dims_[0] || y >= dims_[1] || z >= dims_[2]) return -1;
         const std::size_t bit = (static_cast<std::size_t>(z) * dims_[1] + y) * dims_[0] + x;
@@ -69,19 +69,19 @@ private:
     geometry::Vec3 origin_;
     double size_;
     std::array<int, 3> dims_;
-    std::vector<std::uint64_t> inside_;  // a bit a voxel of the box
+    std::vector<std::uint64_t> inside_;  // a bit for each voxel of the box
     std::vector<int> before_;            // inside voxels before each word
     std::vector<Place> place_;           // of the inside voxels, in order
 };
 
-/// Cheapest ways from a root to every voxel, where a step costs its length over the squared distance to the
-/// wall.
+/// Cheapest paths from a root to every voxel, where a step costs its length divided by the squared distance
+/// to the wall.
 struct VoxelWays {
-    std::vector<int> from;      // the voxel before, -1 at the root and where there is no way
-    std::vector<float> length;  // from the root, infinite where there is no way [mm]
+    std::vector<int> from;      // the previous voxel, -1 at the root and where there is no path
+    std::vector<float> length;  // from the root, infinite where there is no path [mm]
 
     bool reached(int voxel) const { return length[voxel] < 1e30f; }
-    /// From `voxel` back to the root.
+    /// The path from `voxel` back to the root.
     std::vector<int> way(int voxel) const;
 };
 VoxelWays cheapest_ways(const LumenVoxels&, std::span<const float> distances, int root);

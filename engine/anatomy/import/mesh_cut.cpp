@@ -31,7 +31,7 @@ TriangleMesh cut_beyond(const TriangleMesh& given, const Vec3& centre, const Vec
         const double distance = (middle - apex).norm();
         if (farthest > 0 && distance < least) least = distance, first = t;
     }
-    // Triangles that reach beyond the plane, over corners beyond it.
+    // Triangles beyond the plane, reached through corners beyond it.
     std::vector<char> reached(mesh.triangles.size(), 0);
     std::vector<int> open = {first};
     reached[first] = 1;
@@ -70,7 +70,7 @@ TriangleMesh cut_beyond(const TriangleMesh& given, const Vec3& centre, const Vec
             triangles.push_back(mesh.triangles[t]);
             continue;
         }
-        std::vector<int> kept;  // the polygon before the plane
+        std::vector<int> kept;  // the polygon on the near side of the plane
         for (int k = 0; k < 3; ++k) {
             const int a = mesh.triangles[t][k], b = mesh.triangles[t][(k + 1) % 3];
             if (past[a] <= 0) kept.push_back(a);

@@ -1,12 +1,12 @@
 #pragma once
-/// Opening a closed lumen where a vessel ends blind.
+/// Opens a closed lumen where a vessel ends blind.
 
 #include "physics/geometry/vec.h"
 
 namespace anatomy {
 
-/// The mesh without what lies beyond the plane through `centre` and hangs together with the triangle nearest
-/// to `apex`; triangles across the plane are cut. Corners close to the plane are moved into it first.
+/// The mesh without the part that lies beyond the plane through `centre` and is connected to the triangle
+/// nearest to `apex`; triangles across the plane are cut. Corners close to the plane are moved into it first.
 geometry::TriangleMesh cut_beyond(const geometry::TriangleMesh&, const geometry::Vec3& centre,
                                   const geometry::Vec3& outward, const geometry::Vec3& apex);
 

@@ -198,7 +198,7 @@ private:
         if (count > 0) mended(fmt::format("{} double triangles were dropped", count));
     }
 
-    /// Of the triangles on an edge of three or more, those that end in nothing go first.
+    /// Of three or more triangles on an edge, those that lead nowhere are dropped first.
     void drop_fins() {
         int edges = 0, count = 0;
         Vec3 place = Vec3::Zero();
@@ -330,7 +330,7 @@ private:
 
     /// The boundary as loops that visit no corner twice.
     std::vector<geometry::BoundaryLoop> simple_loops() const {
-        std::multimap<int, int> next;  // turned as a cap's edges
+        std::multimap<int, int> next;  // oriented as a cap's edges
         EdgeUses(mesh_.triangles).each([&](const auto* first, const auto* last) {
             if (last - first != 1) return;
             if (first->forward)
@@ -339,7 +339,7 @@ private:
                 next.emplace(first->low, first->high);
         });
         std::vector<geometry::BoundaryLoop> loops;
-        std::map<int, std::size_t> where;  // of a corner on the way
+        std::map<int, std::size_t> where;  // of a corner on the current path
         std::vector<int> way;
         while (!next.empty()) {
             if (way.empty()) {

@@ -1,5 +1,5 @@
 #pragma once
-/// A lumen's surface as scanners and programs leave it, made into one that a wall can be built from.
+/// Turns a lumen's surface, as scanners and programs produce it, into one that a wall can be built from.
 
 #include <string>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace anatomy {
 
-/// One thing that was noticed about an anatomy.
+/// One observation about an anatomy.
 struct Finding {
     enum class Kind { Noted, Mended, Warned };
     Kind kind = Kind::Noted;
@@ -23,7 +23,7 @@ struct MeshOpening {
     double uneven = 0;      // root mean square distance of the rim from its plane [mm]
     double inscribed = 0;   // largest ball that fits in the lumen close behind it [mm]
 
-    /// A vessel ends here, rather than that a piece of its wall is missing.
+    /// Whether a vessel ends here; otherwise a piece of its wall is missing.
     bool is_end() const {
         return loop.vertices.size() > 3 && radius >= 0.6 * inscribed && uneven <= 0.2 * radius;
     }
@@ -39,8 +39,8 @@ struct RepairedLumen {
 /// Every opening of an oriented mesh whose boundary visits no corner twice, largest first.
 std::vector<MeshOpening> openings_of(const geometry::TriangleMesh&);
 
-/// Welds corners closer than a millionth of the diagonal, drops degenerate and double triangles, fins and
-/// islands, turns all triangles outward and fills holes. Throws InputError for a surface that has no inside.
+/// Welds corners closer than a millionth of the diagonal, drops degenerate and duplicate triangles, fins and
+/// islands, turns all triangles outward and fills holes. Throws InputError for a surface without an inside.
 RepairedLumen repaired(const geometry::TriangleMesh&);
 
 }  // namespace anatomy
