@@ -31,7 +31,7 @@ const char* const footer =
     "  40 pulse 7.5 per second                                 41 collimate 120 90 mm; table 0 0 -40 mm";
 
 struct RunArguments {
-    std::string scenario, commands, out, expect, cache, frames = "all";
+    std::string scenario, commands, out, expect, cache, trace, frames = "all";
     int every = 1;
     bool panel = false, truth = false;
 };
@@ -48,6 +48,7 @@ int run_scenario(const RunArguments& arguments) {
                                          arguments.panel ? "--panel" : "--truth"));
     options.panel = arguments.panel;
     options.truth = arguments.truth;
+    options.trace = arguments.trace;
     options.program = program;
     if (!arguments.expect.empty()) options.expect = arguments.expect;
     options.cache.folder = arguments.cache;
@@ -113,6 +114,8 @@ Command add_run(CLI::App& parser) {
     command->add_flag(
         "--truth", arguments->truth,
         "Ground truth of every image in truth/: wire, tip and vessels in pixels, masks, camera");
+    command->add_option("--trace", arguments->trace,
+                        "File for the state of each frame: place, forces, way left, dose (.csv)");
     command->add_option("--expect", arguments->expect,
                         "Recording, or output folder of an earlier run, that states and frames must equal");
     command->add_option("--cache", arguments->cache,

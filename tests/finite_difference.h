@@ -1,5 +1,5 @@
 #pragma once
-/// Central differences, to hold analytic gradients and tensors against.
+/// Central differences, to check analytic gradients and tensors against.
 
 #include <Eigen/Core>
 #include <functional>

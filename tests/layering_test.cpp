@@ -117,7 +117,7 @@ bool allowed(const std::string& file, const std::string& included) {
             room != "engine/studies")
             return false;
         const std::string other = folder_of(included);
-        // Of the program only the one that runs the studies knows them.
+        // Within the program only the file that runs the studies knows them.
         if (other == "engine/studies" && room == "app" && file != "app/study_main.cpp") return false;
         return other == room || rooms.at(room).rooms.contains(other);
     }

@@ -27,7 +27,7 @@ done
 
 version=$("$bin/seldinger" --version)
 [ "seldinger $(dpkg-deb -f made/*.deb Version)" = "$version" ] || fail "'$version' is not the package's version"
-head -n 12 "$source/CHANGELOG.md" | grep -q "^## ${version#seldinger } – " || fail "CHANGELOG.md has no '$version'"
+grep -m 1 '^## [0-9]' "$source/CHANGELOG.md" | grep -q "^## ${version#seldinger } – " || fail "CHANGELOG.md has no '$version'"
 
 "$bin/seldinger" list >list.txt
 for scenario in "$source"/assets/scenarios/*.toml; do

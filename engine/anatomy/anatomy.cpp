@@ -210,6 +210,29 @@ VesselPlace nearest_place(const Anatomy& anatomy, const Vec3& point) {
     return best;
 }
 
+std::optional<double> way_between(const Anatomy& anatomy, const VesselPlace& a, const VesselPlace& b) {
+    struct Stop {
+        int branch, sample;
+        double way;  // from the place [mm]
+    };
+    const auto to_the_root = [&](const VesselPlace& from) {
+        std::vector<Stop> stops = {{from.branch, from.sample, 0}};
+        for (;;) {
+            const Stop& last = stops.back();
+            const CentrelineBranch& branch = anatomy.branches[last.branch];
+            if (branch.parent < 0) return stops;
+            stops.push_back(
+                {branch.parent, branch.parent_sample, last.way + arc_between(branch, 0, last.sample)});
+        }
+    };
+    const std::vector<Stop> from_a = to_the_root(a), from_b = to_the_root(b);
+    for (const Stop& x : from_a)
+        for (const Stop& y : from_b)
+            if (x.branch == y.branch)
+                return x.way + y.way + arc_between(anatomy.branches[x.branch], x.sample, y.sample);
+    return std::nullopt;
+}
+
 bool inside(const Anatomy& anatomy, const Vec3& point) {
     return point.allFinite() && nearest_place(anatomy, point).distance <= 0;
 }

@@ -53,6 +53,9 @@ struct VesselPlace {
 };
 VesselPlace nearest_place(const Anatomy&, const geometry::Vec3&);
 bool inside(const Anatomy&, const geometry::Vec3&);
+/// Length of the way from one place to the other along the centrelines; empty for trees that do not meet
+/// [mm].
+std::optional<double> way_between(const Anatomy&, const VesselPlace&, const VesselPlace&);
 
 /// Index of a named end, empty when there is none.
 std::optional<int> find_end(const Anatomy&, const std::string& name);

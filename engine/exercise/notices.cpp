@@ -24,7 +24,8 @@ void Notices::observe(const Frame& frame) {
     used_up_ += report.whole_wire_is_in;
     kinked_ += report.relax.largest_bend > kink;
     settling_ += report.settling;
-    refused_ += report.refused;
+    refused_ += report.refused && !report.buckled;
+    buckled_ += report.buckled;
     late_ += report.waiting_insertion != 0 || report.waiting_rotation != 0;
     most_waiting_ = std::max(most_waiting_, std::abs(report.waiting_insertion));
     const bool moved = !report.settling && report.relax.newton_steps > 0;
@@ -68,13 +69,18 @@ std::vector<std::string> Notices::text() const {
                         "waited for the wire to come to rest",
                         frames(late_), most_waiting_));
     }
+    if (buckled_ > 0) {
+        result.push_back(fmt::format(
+            "a push was not passed on in {}: it asked for more than the shaft outside bears before it bows",
+            frames(buckled_)));
+    }
     if (refused_ > 0) {
         result.push_back(fmt::format(
             "a motion was not made in {}: it led to no rest that the wire could be in", frames(refused_)));
     }
     if (flat_ > 0) {
         result.push_back(
-            fmt::format("the wire rested at a flat_ minimum or a saddle in {}: another rest may be as near",
+            fmt::format("the wire rested at a flat minimum or a saddle in {}: another rest may be as near",
                         frames(flat_)));
     }
     if (restless_ > 0) {

@@ -67,6 +67,7 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
     notify_of_dose(score);
     if (report.insertion_stopped) say("The wire goes no further: open end", render::Notice::Warning);
     if (report.whole_wire_is_in) say("The wire is in to its end", render::Notice::Warning);
+    if (report.buckled) say("The shaft bows outside: it is pushed too hard", render::Notice::Warning);
     if (report.withdrawal_stopped) say("The tip is at the introducer", render::Notice::Warning);
     constexpr const char* no_map = "No roadmap: take a DSA run first";
     if (seen.monitor && seen.monitor->map_is_missing())

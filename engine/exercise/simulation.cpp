@@ -21,15 +21,15 @@ using geometry::Vec3;
 constexpr int least_share = 8;
 /// |g|/C that counts as rest on a mesh, whose planes jump by about that.
 constexpr double tolerance_of_planes = 1e-3;
-/// The wire put in along the centreline is far from rest: updates a segment before frame 0.
+/// Updates a segment before frame 0: a wire put in along the centreline is far from rest.
 constexpr int updates_at_start = 200;
 constexpr int budgets_at_start = 20;  // of those, at most
-/// Radii of an open end that a wire which goes through it passes within.
+/// A wire that goes through an open end passes within this many of its radii.
 constexpr double opening_reach = 1.5;
-/// A joint at the deepest place of a crossing mends it, or one in each of the parts does.
+/// A crossing is mended by a joint at its deepest place, or by one in each of the parts.
 constexpr int rounds_of_mending = 4;
 
-/// Of a frame, whose sharpest bend counts and not the last.
+/// Sums the reports of a frame, whose sharpest bend counts and not the last.
 void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
     const double bend = std::max(sum.largest_bend, part.largest_bend);
     sum.add(part);
@@ -81,8 +81,8 @@ void Simulation::reset() {
     tip_at_start_ = wire_.tip();
 }
 
-/// A new wire along the path, brought to rest by new relaxers: they remember where they stopped. One that was
-/// there keeps the turn of its hub.
+/// A new wire along the path, brought to rest by new relaxers, since old ones remember where they stopped. A
+/// wire that was there before passes on the turn of its hub.
 void Simulation::lay(const geometry::Polyline& path, double length, const physics::Guidewire* before) {
     const bool global = scenario_.relaxer.kind == physics::RelaxerKind::Global;
     hub_.reset();
@@ -99,6 +99,7 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
         wire.tangents[0] = before->tangents[0];
         wire.base_director = before->base_director;
         wire.roll = before->roll;
+        wire.windup = before->windup;
     };
     StepReport ignored;
     physics::GuidewireSpec spec = scenario_.guidewire;
@@ -259,7 +260,7 @@ void Simulation::move_hub(StepReport& report) {
     report.settling = hub_->working();
 }
 
-/// What crossed the wall between its joints is made whole again where it no longer does.
+/// Makes segments whole again that were split at a crossing, where they no longer cross the wall.
 void Simulation::prepare_motion(StepReport& report) {
     int changed = physics::merge_pieces(moving_, *wall_, scenario_.adaptive);
     if (scenario_.adaptive) {
@@ -270,7 +271,7 @@ void Simulation::prepare_motion(StepReport& report) {
     if (changed > 0) account(hub_->settle(moving_, scenario_.budget.updates), report);
 }
 
-/// A part of the motion; the rest stays in it. False when it is done with.
+/// Makes a part of the motion; the rest stays in it. False when the motion is finished.
 bool Simulation::make_motion(Motion& motion, StepReport& report) {
     motion.insertion = allowed_insertion(motion, report);
     if (motion.insertion == 0 && motion.rotation == 0) return false;
@@ -296,9 +297,10 @@ bool Simulation::make_motion(Motion& motion, StepReport& report) {
     return motion.insertion != 0 || motion.rotation != 0;
 }
 
-/// Takes what was made off the motion that it is a part of; what was refused is not asked for again.
+/// Takes what was made off the motion that it is part of; what was refused is not asked for again.
 void Simulation::account(const physics::HubReport& made, StepReport& report) {
     accumulate(report.relax, made.relax);
+    report.buckled = report.buckled || made.buckled;
     if (made.outcome == physics::HubReport::Outcome::Refused) {
         waiting_.front() = {};
         report.refused = true;
@@ -322,8 +324,8 @@ void Simulation::show() {
     contacts_.clear();
 }
 
-/// Asks for the contacts of the wire shown, looks for its crossings and mends them in the one that goes on.
-/// The hub's own contacts would not do: it does not ask again for a joint that can touch nothing.
+/// Asks for the contacts of the wire shown, finds its crossings and mends them in the wire that goes on. The
+/// hub's own contacts would not do: it does not ask again for a joint that can touch nothing.
 void Simulation::mend_crossings(StepReport& report) {
     for (;;) {
         contacts_ = physics::all_contacts(wire_, *wall_);
@@ -362,7 +364,7 @@ void Simulation::move_segments(StepReport& report) {
         report.deepest_crossing = std::max(report.deepest_crossing, crossing.depth);
 }
 
-/// Of what is asked for, as far as there is wire and vessel [mm].
+/// The part of an insertion that wire and vessel allow [mm].
 double Simulation::allowed_insertion(const Motion& motion, StepReport& report) const {
     if (!(motion.insertion > 0)) return motion.insertion;
     const physics::Guidewire& wire = hub_ ? moving_ : wire_;
@@ -392,8 +394,8 @@ void Simulation::insert_segments(Motion& motion, int share, StepReport& report) 
     report.insertions.push_back(inserted() - before);
 }
 
-/// Beyond an open end there is no wall to lead the wire: it stops there. The wire has left by an end whose
-/// opening it went out through more often than in.
+/// Beyond an open end there is no wall to lead the wire: it stops there. The wire has left by an end if it
+/// passed the end's opening outward more often than inward.
 bool Simulation::tip_has_left() const {
     const physics::Guidewire& wire = hub_ ? moving_ : wire_;
     return std::any_of(anatomy_.ends.begin(), anatomy_.ends.end(), [&](const anatomy::VesselEnd& end) {

@@ -27,10 +27,11 @@ struct StepReport {
     bool withdrawal_stopped = false;  // the curved tip was at the introducer
     bool insertion_stopped = false;   // the tip stands in an open end
     bool whole_wire_is_in = false;    // and more was asked for
-    double deepest_crossing = 0;      // of a segment through the wall between its joints, left so [mm]
-    bool settling = false;            // the wire shown is the last at rest: it is still on its way from there
+    double deepest_crossing = 0;      // depth of a segment left in the wall between its joints [mm]
+    bool settling = false;            // the wire is on its way to rest: the one shown is the last at rest
+    bool buckled = false;             // a push was not passed on: the shaft outside bows
     bool refused = false;             // a motion that led to no rest was not made
-    double waiting_insertion = 0;     // asked for and not made yet [mm]
+    double waiting_insertion = 0;     // asked for but not made yet [mm]
     double waiting_rotation = 0;      // [rad]
     bool reset = false;               // a new attempt began with this frame
     ConsoleEvents console;
@@ -57,24 +58,24 @@ public:
     /// Motions wait for step(); all else takes effect at once. Throws InputError for an injection into a
     /// branch that does not exist, or beyond the limit of contrast.
     void apply(const script::Command&);
-    /// The commands that apply() would refuse, a sentence each.
+    /// The commands that apply() would reject, a sentence each.
     std::vector<std::string> problems(const script::CommandScript&) const;
-    /// Makes the motions that wait and relaxes, with one frame's budget. With the global relaxer motion is
-    /// continuous and every part of it, half a segment's length at most where there is friction, ends at rest
-    /// before the next is made; what the budget does not allow waits for the frames that follow, in the order
-    /// it was asked for. Where the budget ends on the way to rest, as in a snap, the wire stays where it was
-    /// last at rest until it has arrived: what is shown and scored is always an equilibrium. A segment at
-    /// rest that crosses the wall between its joints, as at a carina, gets a joint there and is relaxed
-    /// again; before a later motion it is made whole where it no longer crosses. Segment relaxers move whole
-    /// segments, end where the budget does and are left with their crossings.
+    /// Makes the waiting motions and relaxes, with one frame's budget. With the global relaxer motion is
+    /// continuous: every part of it, at most half a segment's length where there is friction, ends at rest
+    /// before the next is made. What the budget does not allow waits for later frames, in the order it was
+    /// asked for. Where the budget ends on the way to rest, as in a snap, the wire shown stays at its last
+    /// rest until it has arrived: what is shown and scored is always an equilibrium. A segment at rest that
+    /// crosses the wall between its joints, as at a carina, gets a joint there and is relaxed again; before a
+    /// later motion it is made whole where it no longer crosses. Segment relaxers move whole segments, end
+    /// where the budget does and keep their crossings.
     StepReport step();
-    /// Everything as after construction, bit for bit; after retune(), with what that changed.
+    /// Restores everything as after construction, bit for bit; after retune(), with what that changed.
     void reset();
 
     Tuning tuning() const;
-    /// From here on as if the scenario had these: the wire is laid anew where it lies, as long and turned as
-    /// it is, and brought to rest. Motions that wait are forgotten. Throws InputError for what the scenario
-    /// could not have, and then changes nothing.
+    /// Continues as if the scenario had these values: the wire is laid anew where it lies, with the same
+    /// length and turn, and brought to rest. Waiting motions are dropped. Throws InputError for values that
+    /// the scenario could not have, and then changes nothing.
     void retune(const Tuning&, const anatomy::ModelCache& = {});
 
     const scenario::Scenario& scenario() const { return scenario_; }
@@ -91,13 +92,14 @@ public:
     const blood::ContrastFlow& contrast() const { return *contrast_; }
     int frames() const { return frames_; }  // since the start or the last reset
     double time() const;                    // at the end of the last step [s]
-    /// Where vessels and wire are now, from where anatomy() and wire() have them [mm].
+    /// Displacement of vessels and wire now from where anatomy() and wire() have them [mm].
     geometry::Vec3 vessel_shift() const;
 
     double inserted() const { return wire_.inserted_length() + wire_.carried; }  // as shown [mm]
     double tip_to_target() const { return (wire_.tip() - target_).norm(); }      // [mm]
 
-    /// All that later frames depend on: two simulations of one scenario with the same state never part.
+    /// Everything that later frames depend on: two simulations of one scenario with the same state never
+    /// diverge.
     void state(geometry::StateStream&);
     std::uint64_t state_hash() const { return geometry::state_hash_of(*this); }
 
@@ -109,14 +111,14 @@ private:
     };
     struct Apply;
     void lay(const geometry::Polyline&, double length, const physics::Guidewire* before = nullptr);
-    // Of a frame with the global relaxer.
+    // For a frame with the global relaxer.
     void move_hub(StepReport&);
     void prepare_motion(StepReport&);
     bool make_motion(Motion&, StepReport&);
     void account(const physics::HubReport&, StepReport&);
     void mend_crossings(StepReport&);
     void show();
-    // Of a frame with a segment relaxer.
+    // For a frame with a segment relaxer.
     void move_segments(StepReport&);
     void insert_segments(Motion&, int share, StepReport&);
     void turn(Motion&, int share, StepReport&);
@@ -137,7 +139,7 @@ private:
     std::unique_ptr<physics::Hub> hub_;          // of the global relaxer
     std::unique_ptr<physics::Relaxer> relaxer_;  // of segments
     physics::Guidewire wire_;                    // as it is shown
-    physics::Guidewire moving_;                  // as the hub works at it
+    physics::Guidewire moving_;                  // as the hub works on it
     std::vector<physics::WallContact> contacts_;
     std::vector<Motion> waiting_;
     double deepest_crossing_ = 0;  // of the wire shown [mm]

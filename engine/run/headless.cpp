@@ -7,6 +7,8 @@
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/notices.h"
 #include "engine/exercise/room_readout.h"
+#include "engine/exercise/trace.h"
+#include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/run/expectation.h"
 #include "engine/run/output_folder.h"
@@ -67,8 +69,14 @@ private:
 /// The files that a run leaves in its folder.
 class FolderOutputs {
 public:
-    FolderOutputs(OutputFolder& folder, const RunOptions& options, int last, double frame_rate)
+    FolderOutputs(OutputFolder& folder, const RunOptions& options, int last, double frame_rate,
+                  const exercise::Simulation& simulation)
         : folder_(folder), truth_(options.images && options.truth), sheet_(last, options.every, frame_rate) {
+        if (!options.trace.empty()) {
+            trace_.emplace(simulation);
+            trace_file_.emplace(options.trace);
+            trace_file_->append(exercise::Trace::header());
+        }
         if (options.images) frames_.emplace(folder.frames());
         if (!options.images || !options.panel) return;
         panel_.emplace();
@@ -78,6 +86,7 @@ public:
     FrameSink* frames() { return frames_ ? &*frames_ : nullptr; }
     void frame(const exercise::Frame& frame, const exercise::Exercise& exercise) {
         if (panel_) readout_.observe(frame, exercise.score());
+        if (trace_) trace_file_->append(trace_->rows(frame, exercise.score()));
     }
     /// Writes a frame that has an image.
     void image(const exercise::Frame& frame, exercise::Exercise& exercise, const render::GrayImage& image) {
@@ -101,6 +110,8 @@ private:
     std::optional<PngFolder> frames_, panels_;
     std::optional<render::Panel> panel_;
     exercise::RoomReadout readout_;
+    std::optional<exercise::Trace> trace_;
+    std::optional<io::GrowingFile> trace_file_;
 };
 
 RunResult run(exercise::Exercise& exercise, const script::CommandScript& script, Expectation& expectation,
@@ -151,8 +162,12 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
                         asked.guidewire.segment_length, demand.narrowest, 2 * demand.smallest_radius,
                         demand.narrowest_sample));
     }
+    const scenario::ModelChoice& choice = exercise.simulation().choice();
+    if (asked.torsion == scenario::TorsionModel::Auto && !choice.torsion_reason.empty()) {
+        result.notices.push_back(fmt::format("a {} shaft was chosen: {}",
+                                             choice.winds_up ? "compliant" : "rigid", choice.torsion_reason));
+    }
     if (asked.choose_segment_length) {
-        const scenario::ModelChoice& choice = exercise.simulation().choice();
         result.notices.push_back(fmt::format("segments of {:.3g} mm were chosen: {}", choice.segment_length,
                                              choice.segment_reason));
     }
@@ -193,6 +208,13 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
                        const std::filesystem::path& out, const RunOptions& options) {
     check(scenario, script);
     refuse_to_overwrite(out, script.file, options.expect);
+    std::error_code ignored;
+    for (const std::filesystem::path& input :
+         {std::filesystem::path(script.file), options.expect.value_or("")})
+        if (!options.trace.empty() && std::filesystem::equivalent(options.trace, input, ignored))
+            throw io::InputError(
+                fmt::format("{}: the trace would overwrite an input of the run; another file is accepted",
+                            options.trace.string()));
     Expectation expectation = expectation_of(script, options);
     anatomy::ModelCache cache = options.cache;
     if (cache.folder.empty()) cache.folder = anatomy::cache_beside(out);
@@ -201,8 +223,9 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
 
     OutputFolder folder(out,
                         {options.images, options.images && options.panel, options.images && options.truth});
+    FolderOutputs outputs(folder, options, last_frame_of(scenario, script), scenario.frame_rate,
+                          exercise.simulation());
     exercise.record(folder.recording(), {options.program, scenario.name, options.hash_every});
-    FolderOutputs outputs(folder, options, last_frame_of(scenario, script), scenario.frame_rate);
     const RunResult result = run(exercise, script, expectation, outputs.frames(), &outputs, options);
     exercise.close_recording();
     outputs.finish(result.score);

@@ -26,6 +26,7 @@ struct RunOptions {
     bool images = true;                           // off = neither frames nor a sheet
     bool panel = false;                           // the image with the readouts around it, in panel/
     bool truth = false;                           // ground truth of each image, in truth/
+    std::filesystem::path trace;                  // file for the rows of exercise::Trace (.csv); empty = none
     int hash_every = 10;                          // frames between two state lines of the recording
     std::string program = "seldinger";            // named in the recording
     std::optional<std::filesystem::path> expect;  // recording or output folder to compare with

@@ -15,8 +15,8 @@ namespace {
 using geometry::Vec3;
 
 constexpr double shortest = 0.2, longest = 5;  // λ [mm]
-/// Of the grid from a wall to the axis: with fewer the field does not separate its sides. In tubes of so
-/// many it is off by 0.03 mm at 1 % of the places near the wall, of two by 0.01 mm at most.
+/// Cells of the grid from a wall to the axis: with fewer the field does not separate its sides. In tubes with
+/// this many it is off by 0.03 mm at 1 % of the places near the wall, with two by 0.01 mm at most.
 constexpr double cells_to_axis = 1.25;
 
 /// The point of a branch `way` before (< 0) or behind a sample along it; none past its ends.
@@ -32,7 +32,7 @@ std::optional<Vec3> place_along(const geometry::CentrelineBranch& branch, int sa
     return std::nullopt;
 }
 
-/// Of the circle through three points [1/mm].
+/// Curvature of the circle through three points [1/mm].
 double curvature(const Vec3& a, const Vec3& b, const Vec3& c) {
     const double sides = (b - a).norm() * (c - b).norm() * (c - a).norm();
     return sides > 0 ? 2 * (b - a).cross(c - b).norm() / sides : 0.0;
@@ -94,6 +94,21 @@ void choose_wall(const anatomy::Anatomy& anatomy, const physics::GuidewireSpec& 
     }
 }
 
+void choose_torsion(const physics::GuidewireSpec& wire, double wire_length, ModelChoice& choice) {
+    constexpr double shows = 2 * geometry::degree;
+    if (wire.torsional_rigidity == 0) return;
+    // A tip of curvature κ0 in a bend of κ: dU/dψ = EI κ0 κ per length at most.
+    const double torque = wire.tip_rigidity * std::abs(wire.curved_angle) * choice.demand.largest_curvature;
+    double give = 0;  // of the whole shaft [1/(N·mm)]
+    constexpr double step = 1;
+    for (double s = wire.curved_length + 0.5 * step; s < wire_length; s += step)
+        give += step / physics::torsional_rigidity_at(wire, s);
+    choice.winds_up = torque * give > shows;
+    choice.torsion_reason =
+        fmt::format("the sharpest bend ('{}') can wind up {:.0f} mm of shaft by {:.3g} degrees",
+                    choice.demand.sharpest, wire_length, torque * give / geometry::degree);
+}
+
 }  // namespace
 
 LumenDemand demand_of(const anatomy::Anatomy& anatomy) {
@@ -115,11 +130,12 @@ LumenDemand demand_of(const anatomy::Anatomy& anatomy) {
 }
 
 ModelChoice choose_model(const anatomy::Anatomy& anatomy, const physics::GuidewireSpec& wire,
-                         double curve_tolerance, bool closed_form) {
+                         double curve_tolerance, bool closed_form, double wire_length) {
     ModelChoice choice;
     choice.demand = demand_of(anatomy);
     choose_segment_length(wire, curve_tolerance, choice);
     choose_wall(anatomy, wire, closed_form, choice);
+    choose_torsion(wire, wire_length, choice);
     return choice;
 }
 

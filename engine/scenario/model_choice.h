@@ -19,23 +19,27 @@ struct LumenDemand {
 };
 
 /// Curvature is that of the circle through a sample and the points one lumen radius before and behind it
-/// along its branch: a wire can cut across what is shorter.
+/// along its branch: a wire can cut across anything shorter.
 LumenDemand demand_of(const anatomy::Anatomy&);
 
 struct ModelChoice {
     double segment_length = 0;   // λ [mm]
     std::string segment_reason;  // one sentence
     WallModel wall = WallModel::Mesh;
-    std::string wall_reason;  // one sentence
+    std::string wall_reason;     // one sentence
+    bool winds_up = false;       // whether the wire's torsion shows
+    std::string torsion_reason;  // one sentence; empty for a wire without torsional rigidity
     LumenDemand demand;
 };
 
-/// λ is the longest of which a segment sags by no more than the tolerance [mm] from the sharpest bend of the
-/// vessels and of the wire's unloaded tip, and is no longer than the smallest radius; within 0.2 to 5 mm, and
-/// such that the curved tip is a whole number of segments. The wall is closed form where `closed_form` says
+/// λ is the longest segment that sags by no more than the tolerance [mm] from the sharpest bend of the
+/// vessels and of the wire's unloaded tip, and is no longer than the smallest radius; it is within 0.2 to 5
+/// mm, and the curved tip is a whole number of segments. The wall is in closed form where `closed_form` says
 /// there is one, a distance field where its grid resolves the narrowest vessel and fits in memory, else the
 /// mesh.
+/// A shaft of `wire_length` [mm] winds up where the torque of the sharpest bend on the curved tip twists it
+/// by more than 2°.
 ModelChoice choose_model(const anatomy::Anatomy&, const physics::GuidewireSpec&, double curve_tolerance,
-                         bool closed_form);
+                         bool closed_form, double wire_length = 1800);
 
 }  // namespace scenario

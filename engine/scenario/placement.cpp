@@ -14,7 +14,10 @@ using geometry::Vec3;
 
 ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy) {
     physics::GuidewireSpec& wire = s.guidewire;
-    ModelChoice choice = choose_model(anatomy, wire, s.refinement.curve_tolerance, s.tube.has_value());
+    ModelChoice choice =
+        choose_model(anatomy, wire, s.refinement.curve_tolerance, s.tube.has_value(), s.wire_length);
+    if (s.torsion == TorsionModel::Rigid || (s.torsion == TorsionModel::Auto && !choice.winds_up))
+        wire.torsional_rigidity = 0;
     if (s.wall_model == WallModel::Auto) s.wall_model = choice.wall;
     if (s.choose_segment_length) {
         s.wall_stiffness *= choice.segment_length / wire.segment_length;  // the same per length of wire

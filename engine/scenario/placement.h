@@ -1,6 +1,5 @@
 #pragma once
-/// A scenario in its anatomy: what it leaves open, where the wire comes in, what it is to reach, what it
-/// touches.
+/// A scenario in its anatomy: its open choices, where the wire comes in, its target, its wall.
 
 #include <memory>
 
@@ -12,8 +11,9 @@
 
 namespace scenario {
 
-/// Fills in the segment length and the wall's model where the scenario leaves them to be chosen; the wall is
-/// then as stiff per length of wire as before. Returns what was found, asked for or not.
+/// Fills in the segment length and the wall's model where the scenario leaves them open; the wall keeps its
+/// stiffness per length of wire. A shaft that is to be rigid, or cannot wind up here, loses its torsional
+/// rigidity. Returns what was found, asked for or not.
 ModelChoice choose(Scenario&, const anatomy::Anatomy&);
 
 /// The way in from the entry's end. Throws InputError for an end that does not exist, a wire that does not
@@ -23,7 +23,7 @@ anatomy::EntryPath entry_of(const Scenario&, const anatomy::Anatomy&);
 /// The middle of the target [mm]. Throws InputError for a target that does not exist or lies outside.
 geometry::Vec3 target_of(const Scenario&, const anatomy::Anatomy&);
 
-/// Of a scenario with nothing left to choose.
+/// The wall of a scenario with nothing left to choose.
 std::unique_ptr<const physics::LumenWall> wall_of(const Scenario&, const anatomy::Anatomy&,
                                                   const anatomy::ModelCache& = {});
 

@@ -38,10 +38,14 @@ std::vector<std::string> problems(const Scenario& s) {
                 "a wire of friction {:g} on a wall that scales it by {:g}; up to {:g} in all is accepted",
                 s.guidewire.friction, s.wall_friction, physics::WireLimits::friction));
     }
-    if (s.friction() > 0 && s.relaxer.kind != physics::RelaxerKind::Global) {
-        say("relaxer.kind",
-            "the paper's relaxers know no friction; kind = \"global\", or a wire of friction = 0, is "
-            "accepted");
+    if (s.relaxer.kind != physics::RelaxerKind::Global) {
+        if (s.friction() > 0)
+            say("relaxer.kind",
+                "the paper's relaxers know no friction; kind = \"global\", or a wire of friction = 0, is accepted");
+        if (s.guidewire.torsional_rigidity > 0)
+            say("relaxer.kind",
+                "the paper's relaxers know no torsion; kind = \"global\", or a wire of torsional_rigidity_N_mm2 = 0, "
+                "is accepted");
     }
     if (s.entry.inserted > s.wire_length) {
         say("entry.inserted_mm",

@@ -60,6 +60,13 @@ struct Imaging {
     std::optional<double> pulse_rate;  // [1/s]; empty = a pulse every frame
 };
 
+/// How a turn of the hub reaches the tip of a wire that has a torsional rigidity.
+enum class TorsionModel {
+    Auto,      // compliant where choose_model finds that the shaft may wind up
+    Rigid,     // at once
+    Compliant  // through a shaft that winds up
+};
+
 struct Scenario {
     std::string name;                  // of the file, without folder and extension
     std::string title;                 // one line, shown by `seldinger list`
@@ -72,7 +79,8 @@ struct Scenario {
     std::optional<TubeSource> tube;
     Entry entry;
     physics::GuidewireSpec guidewire;
-    double wire_length = 1800;           // that can be pushed in at most [mm]
+    TorsionModel torsion = TorsionModel::Auto;
+    double wire_length = 1800;           // most that can be pushed in [mm]
     bool choose_segment_length = false;  // segment_length_mm = "auto": λ as choose_model finds
     bool adaptive = false;               // λ fine at the tip and in bends, coarse elsewhere
     physics::RefinementOptions refinement;

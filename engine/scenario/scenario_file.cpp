@@ -92,6 +92,11 @@ void read_guidewire(io::Section wire, Scenario& s) {
     wire.number("curved_length_mm", s.guidewire.curved_length, {0, Limits::curved_length});
     wire.number("curved_angle_deg", s.guidewire.curved_angle, {-Limits::curved_angle, Limits::curved_angle},
                 geometry::degree);
+    wire.number("torsional_rigidity_N_mm2", s.guidewire.torsional_rigidity, {0, Limits::rigidity});
+    constexpr std::string_view torsions[] = {"auto", "rigid", "compliant"};
+    if (const auto torsion = wire.choice("torsion", torsions))
+        s.torsion = static_cast<TorsionModel>(*torsion);
+    wire.number("buckling_force_N", s.guidewire.buckling_force, {0, Limits::buckling_force});
     wire.number("friction", s.guidewire.friction, {0, Limits::friction});
     wire.finish();
 }
@@ -133,7 +138,7 @@ void read_c_arm(io::Section arm, Scenario& s) {
     arm.finish();
 }
 
-/// A file that holds one, or how one is to be grown.
+/// Reads the file of an anatomy, or how to grow one.
 void read_anatomy(io::Section& top, io::Reading& reading, Scenario& s) {
     const toml::node* node = top.find("anatomy");
     if (!node) return;

@@ -1,5 +1,5 @@
 #pragma once
-/// The heart beats, the patient breathes: where the vessels are at a time.
+/// Heartbeat and breathing: where the vessels are at a time.
 
 #include "physics/geometry/vec.h"
 
@@ -14,15 +14,15 @@ struct VesselMotion {
     geometry::Vec3 breathing_reach = geometry::Vec3::Zero();  // at the end of inspiration [mm]
 
     bool moves() const { return !heart_reach.isZero() || !breathing_reach.isZero(); }
-    /// Away from diastole at the end of expiration, where everything is at time 0 [mm]. `time` [s].
+    /// Displacement from diastole at the end of expiration, the state at time 0 [mm]. `time` [s].
     geometry::Vec3 at(double time) const;
 };
 
-/// 0 at the heart's end of diastole, 1 at that of systole; `time` [s], `rate` [1/min]. Systole takes a third
-/// of the beat, the way back the rest, both half a cosine.
+/// 0 at the end of diastole, 1 at the end of systole; `time` [s], `rate` [1/min]. Systole takes a third of
+/// the beat and the return the rest, each half a cosine.
 double contraction(double time, double rate);
 
-/// 0 at the end of expiration, 1 at that of inspiration: sin⁴ of half the phase, which rests in expiration
+/// 0 at the end of expiration, 1 at the end of inspiration: sin⁴ of half the phase, which rests in expiration
 /// (Lujan et al. 1999, with n = 2). `time` [s], `rate` [1/min].
 double inspiration(double time, double rate);
 

@@ -6,6 +6,7 @@
 #include "engine/studies/accuracy.h"
 #include "engine/studies/anatomy.h"
 #include "engine/studies/claims.h"
+#include "engine/studies/devices.h"
 #include "engine/studies/economy.h"
 #include "engine/studies/imaging.h"
 #include "engine/studies/paper.h"
@@ -26,6 +27,7 @@ const Study studies[] = {
     {"anatomy", "Are generated vessels fit to push wires through?", run_anatomy},
     {"robustness", "Does anything a hand may do break the wire?", run_robustness},
     {"economy", "What do a chosen λ and an adaptive wire save?", run_economy},
+    {"devices", "What do friction and torsion do, and what do they cost?", run_devices},
     {"imaging", "Are frames what physics says, and what do they cost?", run_imaging},
     {"separation", "How far apart should varied segments be?", run_separation},
     {"varied-segments", "How many segments should be varied at a time?", run_varied_segments},

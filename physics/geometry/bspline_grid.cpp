@@ -14,7 +14,7 @@ namespace {
 constexpr int brick_side = SplineGrid::brick_side;
 constexpr int farthest = 1 << 20;  // brick
 
-/// In the order of bricks.
+/// A key that sorts as bricks do.
 std::uint64_t key(const SplineGrid::Brick& b) {
     std::uint64_t all = 0;
     for (int k : b) all = all << 21 | static_cast<std::uint32_t>(k + farthest);
@@ -65,7 +65,7 @@ SplineGrid::SplineGrid(double spacing, std::vector<Brick> bricks)
         while (table_[slot] >= 0) slot = (slot + 1) & mask;
         table_[slot] = static_cast<std::int32_t>(b);
     }
-    // In a sorted list what is above a brick comes after what is above those before.
+    // In a sorted list the bricks above one come after the bricks above its predecessors.
     std::vector<std::uint64_t> keys;
     keys.reserve(bricks.size());
     for (const Brick& brick : bricks) keys.push_back(key(brick));

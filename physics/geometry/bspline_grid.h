@@ -43,11 +43,11 @@ public:
     }
     std::size_t bytes() const;
 
-    /// The quasi-interpolant of order 4: of a smooth f it is off by about h⁴ f⁗/36. Each coefficient comes
+    /// The quasi-interpolant of order 4: for a smooth f its error is about h⁴ f⁗/36. Each coefficient comes
     /// from the 3 × 3 × 3 values around it, hence from its surroundings alone; beyond the grid's edge values
-    /// are continued linearly. Where `coarse`, fitted and of twice the spacing, is known, a brick that lacks
-    /// one of its 26 neighbours takes its coefficients from it: there the two are one function, so that a
-    /// spline that is this grid's where it is known and else the coarse one's is twice continuously
+    /// are continued linearly. Where `coarse` (fitted, of twice the spacing) is known, a brick that lacks one
+    /// of its 26 neighbours takes its coefficients from it. There the two grids are one function, so that a
+    /// spline that uses this grid where it is known and the coarse one elsewhere is twice continuously
     /// differentiable.
     void fit(int threads = 1, const SplineGrid* coarse = nullptr);
 
@@ -59,15 +59,15 @@ private:
         Brick at;
         std::array<std::int32_t, 8> upper;  // this brick and those on its upper sides, -1 = none
     };
-    struct alignas(64) Nodes {  // four lines of a usual cache, of which a cell reads one of each x
+    struct alignas(64) Nodes {  // four usual cache lines; a cell reads one for each x
         std::array<float, node_count> of{};
     };
     std::int32_t find(const Brick&) const;
     using Bricks = std::array<std::int32_t, 27>;
     /// This brick and those around it, the last coordinate fastest; -1 = none.
     Bricks around(const Brick&) const;
-    /// The coefficient of a node in the grid of half the spacing, which lies in the brick that these are
-    /// around; nothing where one of its own is missing.
+    /// The coefficient of a node in the grid of half the spacing. The node lies in the given brick, whose
+    /// surroundings are the Bricks; nothing where one that it needs is missing.
     std::optional<float> subdivided(const std::array<int, 3>& node, const Brick&, const Bricks&) const;
 
     double spacing_;

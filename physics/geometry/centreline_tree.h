@@ -9,7 +9,7 @@
 
 namespace geometry {
 
-/// Centrelines and radii of a mesh are known to about this much [mm]; taken off every promise of clearance.
+/// Approximate error of a mesh's centrelines and radii [mm]; it is taken off every promise of clearance.
 constexpr double centreline_error = 0.1;
 
 /// A vessel branch: points with inscribed radii. A child starts on its parent's centreline.
@@ -28,8 +28,8 @@ struct OpenEnd {
     Vec3 outward_normal = Vec3::UnitZ();  // unit
     double radius = 0;                    // [mm]
 
-    /// How far the point is beyond the plane, 0 where it is before it or farther than twice the radius and a
-    /// margin from the axis [mm].
+    /// How far the point lies beyond the plane; 0 before the plane, and 0 farther from the axis than twice
+    /// the radius plus a margin [mm].
     double beyond(const Vec3& x, double margin = 0) const;
 };
 
@@ -54,16 +54,16 @@ public:
     /// Stations next to this one: along its branch and, near a junction, across it.
     std::span<const int> neighbours(int station) const { return neighbours_[station]; }
 
-    /// The station that holds x deepest: of all when the hint is -1, else downhill from the hint, so that a
-    /// joint stays in its vessel where others come close.
+    /// The station that holds x deepest. The hint -1 searches all stations; any other hint searches downhill
+    /// from it, so that a joint stays in its vessel where others come close.
     int locate(const Vec3& x, int hint) const;
     /// Whether both stations exist and lie on one branch.
     bool same_branch(int station, int other) const;
     bool beyond_an_end(const Vec3& x) const;
     /// Closest point to x of the centreline on both sides of a station.
     Vec3 closest_point(int station, const Vec3& x) const;
-    /// How far x is along the vessels from the start of the station's root branch; a child starts as far as
-    /// its parent is at parent_sample.
+    /// Distance of x along the vessels from the start of the station's root branch; a child starts at the
+    /// distance of its parent at parent_sample.
     VesselWay way(int station, const Vec3& x) const;
 
 private:

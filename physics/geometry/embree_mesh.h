@@ -1,5 +1,6 @@
 #pragma once
-/// A triangle mesh in Embree, for rays and closest points. For source files alone: it brings Embree's header.
+/// A triangle mesh in Embree, for rays and closest points. For source files only: it includes Embree's
+/// header.
 
 #include <embree3/rtcore.h>
 
@@ -7,12 +8,12 @@
 
 namespace geometry {
 
-/// Corners are kept in single precision: a query finds a triangle, and its place and plane are
-/// taken from the mesh's own corners.
+/// Embree keeps corners in single precision: a query finds a triangle, whose place and plane are then taken
+/// from the mesh's own corners.
 class EmbreeMesh {
 public:
-    /// `middle` is where coordinates are finest [mm]. Throws std::runtime_error when Embree can't be started
-    /// or can't hold the mesh.
+    /// Coordinates are finest around `middle` [mm]. Throws std::runtime_error when Embree can't be started or
+    /// can't hold the mesh.
     explicit EmbreeMesh(const TriangleMesh&, const Vec3& middle = Vec3::Zero(),
                         RTCSceneFlags more = RTC_SCENE_FLAG_NONE);
     ~EmbreeMesh();
@@ -20,13 +21,13 @@ public:
     EmbreeMesh& operator=(const EmbreeMesh&) = delete;
 
     /// The first triangle along the unit direction, from `start` on [mm]; hits(…) reports whether there is
-    /// one. The context is an initialised one.
+    /// one. The context must be initialised.
     RTCRayHit cast(const Vec3& origin, const Vec3& direction, RTCIntersectContext&, double start = 0) const;
     RTCRayHit cast(const Vec3& origin, const Vec3& direction, double start = 0) const;
     static bool hits(const RTCRayHit& ray) { return ray.hit.geomID != RTC_INVALID_GEOMETRY_ID; }
 
-    /// Calls look(int triangle, float& radius) for triangles that may lie within the radius [mm]. It returns
-    /// whether it has shortened the radius.
+    /// Calls look(int triangle, float& radius) for triangles that may lie within the radius [mm]. `look`
+    /// returns whether it has shortened the radius.
     template <class Look>
     void near(const Vec3& x, float radius, Look look) const {
         query(

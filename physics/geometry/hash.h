@@ -1,5 +1,5 @@
 #pragma once
-/// One hash, of states and of places. What files keep by a hash of its own stays with that.
+/// The hash of states and of places. File formats with a hash of their own keep that one.
 
 #include <bit>
 #include <cstddef>
@@ -10,13 +10,13 @@
 
 namespace geometry {
 
-/// Hashes a sequence of 64-bit words, as FNV-1a does with bytes, the bits turned in between so that all reach
-/// all. The same on every machine of the same byte order. Not for secrets.
+/// Hashes a sequence of 64-bit words as FNV-1a hashes bytes, with the bits rotated in between so that each
+/// reaches all others. The same on every machine of the same byte order. Not for secrets.
 class Hash {
 public:
     void add(std::uint64_t word) { state_ = std::rotl(state_ ^ word, 29) * 0x9e3779b97f4a7c15ull; }
     void add(double number) { add(std::bit_cast<std::uint64_t>(number)); }
-    /// Pads the last word with zeros, so that callers whose items vary in size add the sizes first.
+    /// Pads the last word with zeros, so callers whose items vary in size must add the sizes first.
     void add(const void* data, std::size_t bytes) {
         const char* from = static_cast<const char*>(data);
         for (; bytes >= sizeof(std::uint64_t);
@@ -41,7 +41,7 @@ private:
     std::uint64_t state_ = 14695981039346656037ull;
 };
 
-/// Of a place by its bits, −0 and 0 being the same.
+/// Hashes a place by its bits; −0 and 0 are the same.
 struct PlaceHash {
     std::size_t operator()(const Vec3& place) const {
         Hash hash;

@@ -1,5 +1,5 @@
 #pragma once
-/// A lumen's triangles made ready for signed distances: welded, turned the same way out, with the normals
+/// A lumen's triangles prepared for signed distances: welded, oriented consistently outward, with the normals
 /// that decide the side of a point whose closest feature is an edge or a corner.
 
 #include <cstdint>
@@ -20,9 +20,9 @@ class LumenSurface {
 public:
     /// Vertices with equal coordinates become one; triangles without area are dropped; triangles that
     /// disagree with their neighbours are turned, so that a mesh with some or all triangles flipped gives the
-    /// same surface. `inward` of a triangle's centroid is a point inside the lumen: by vote of the area, each
-    /// connected part faces away from it. Throws std::invalid_argument when no triangle is left or a number
-    /// is not finite or an index out of range.
+    /// same surface. `inward` maps a triangle's centroid to a point inside the lumen: each connected part is
+    /// made to face away from it, by a vote weighted by area. Throws std::invalid_argument when no triangle
+    /// is left, a number is not finite or an index is out of range.
     template <class Inward>
     LumenSurface(const TriangleMesh& mesh, const Inward& inward) : LumenSurface(mesh) {
         std::vector<double> vote(parts_, 0.0);
@@ -48,9 +48,9 @@ public:
     /// Least cosine of the angles between a triangle's normal and those over its edges.
     double flatness(int t) const;
 
-    /// Normal of a feature, of any length: of the face, of an edge the sum of its two faces', of a corner the
-    /// sum weighted by angle (Bærentzen and Aanæs 2005). The sign of its product with x - point is the side
-    /// of x.
+    /// Normal of a feature, of any length: a face's own, for an edge the sum of its two faces' normals, for a
+    /// corner their sum weighted by angle (Bærentzen and Aanæs 2005). The sign of its product with x - point
+    /// gives the side of x.
     Vec3 pseudo_normal(int triangle, int feature) const;
 
 private:

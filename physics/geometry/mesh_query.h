@@ -24,19 +24,20 @@ public:
     double distance(const Vec3& x) const { return nearest(x).distance; }
 
     struct Hit {
-        double distance = std::numeric_limits<double>::infinity();  // along the ray; infinite for never [mm]
+        double distance = std::numeric_limits<double>::infinity();  // along the ray; infinite for none [mm]
         Vec3 normal = Vec3::Zero();                                 // of the triangle, unit
     };
-    /// Where along the unit direction the mesh is first met, from `start` on [mm].
+    /// The first place where a ray in the unit direction meets the mesh, from `start` on [mm].
     Hit hit(const Vec3& origin, const Vec3& direction, double start = 0) const;
     double first_hit(const Vec3& origin, const Vec3& direction, double start = 0) const {
         return hit(origin, direction, start).distance;
     }
-    /// Steps over the same hit: what a ray's next `start` must be beyond it [mm].
+    /// Distance beyond a hit at which a ray's next `start` does not find the same hit again [mm].
     double nudge() const;
-    /// How often the mesh is met, at most `most` times.
+    /// How often the ray meets the mesh, counted up to `most`.
     int crossings(const Vec3& origin, const Vec3& direction, int most = 8) const;
-    /// Of a closed mesh: whether most of three rays from the point cross it an odd number of times.
+    /// Whether a closed mesh encloses the point: most of three rays from it cross the mesh an odd number of
+    /// times.
     bool encloses(const Vec3&) const;
 
 private:

@@ -22,7 +22,7 @@ struct EdgeUse {
     int forward = 0, backward = 0;  // by triangles that run from the lower index to the higher, and back
 };
 
-/// The edges of a mesh by their lower index, of which few share one.
+/// The edges of a mesh by their lower index, which few edges share.
 class SortedEdges {
 public:
     explicit SortedEdges(const TriangleMesh& mesh) {
@@ -58,7 +58,7 @@ public:
             if (first != last) ends_[low] = static_cast<std::size_t>(kept - uses_.begin()) + 1;
         }
     }
-    /// Of an edge that is there.
+    /// The use of an edge that exists.
     const EdgeUse& of(int a, int b) const {
         const auto low = static_cast<std::size_t>(std::min(a, b));
         return *std::lower_bound(uses_.begin() + static_cast<std::ptrdiff_t>(starts_[low]),

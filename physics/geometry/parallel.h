@@ -11,11 +11,11 @@
 
 namespace geometry {
 
-/// Calls work(i) for every i < count, each once, on `threads` threads, the caller's among them, in blocks of
+/// Calls work(i) for every i < count, each once, on `threads` threads including the caller's, in blocks of
 /// neighbouring i. Pieces must not depend on one another, so that the outcome is the same for any number of
-/// threads. `progress` is called on the caller's thread with a share from 0 to 1. Where pieces throw, no new
-/// block is begun, and the exception of the lowest i that threw is thrown here: the same one on any number of
-/// threads, since blocks begin in order.
+/// threads. `progress` is called on the caller's thread with a share from 0 to 1. When a piece throws, no new
+/// block begins, and the exception of the lowest i that threw is rethrown here: the same one for any number
+/// of threads, since blocks begin in order.
 template <class Index, class Work>
 void parallel_for(Index count, int threads, const Work& work,
                   const std::function<void(double)>& progress = {}, Index block = 16) {
@@ -46,7 +46,7 @@ void parallel_for(Index count, int threads, const Work& work,
     if (failure) std::rethrow_exception(failure);
 }
 
-/// The same for few, long pieces, one at a time.
+/// The same for a few long pieces, handed out one at a time.
 template <class Work>
 void for_each_index(int count, int threads, const Work& work) {
     parallel_for(count, threads, work, {}, 1);

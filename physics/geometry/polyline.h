@@ -9,7 +9,7 @@
 
 namespace geometry {
 
-/// Way along a centreline: how far, and how it changes with the point.
+/// Way along a centreline and its change with the point.
 struct VesselWay {
     double way = 0;                // from the centreline's start [mm]
     Vec3 gradient = Vec3::Zero();  // ∇ of it [-]
@@ -17,10 +17,10 @@ struct VesselWay {
 
 double length_of(std::span<const Vec3> points);  // [mm]
 
-/// Points about `step` [mm] apart along a line, which has a point or more; the first and the last stay.
+/// Points about `step` [mm] apart along a line of one point or more; the first and the last point stay.
 Polyline resampled(const Polyline&, double step);
 
-/// Of the way from a to b, 0 to 1, the share at the point of it closest to x. The two differ.
+/// Share of the way from a to b, 0 to 1, at which the line is closest to x. a and b must differ.
 inline double closest_share(const Vec3& a, const Vec3& b, const Vec3& x) {
     const Vec3 ab = b - a;
     return std::clamp((x - a).dot(ab) / ab.squaredNorm(), 0.0, 1.0);
@@ -29,9 +29,9 @@ inline double closest_share(const Vec3& a, const Vec3& b, const Vec3& x) {
 /// Ways of a centreline's points, the first at `start` [mm].
 std::vector<double> ways_along(std::span<const Vec3> points, double start = 0);
 
-/// The way at x, by planes across the centreline at its points: unlike that of the closest point it has no
-/// jumps where the vessel bends. `near` is a point close to x; beyond its ends the centreline has no more
-/// way.
+/// The way at x, measured by planes across the centreline at its points: unlike the way of the closest point
+/// it does not jump where the vessel bends. `near` is the index of a point close to x; beyond the
+/// centreline's ends the way no longer changes.
 VesselWay vessel_way(std::span<const Vec3> points, std::span<const double> ways, int near, const Vec3& x);
 
 }  // namespace geometry

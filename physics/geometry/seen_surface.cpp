@@ -9,12 +9,12 @@
 namespace geometry {
 namespace {
 
-/// Covers the rounding of square distances to discs in double precision, as a part of them and [mm²].
+/// Covers the rounding of square distances to discs in double precision: a share of them, and [mm²].
 constexpr double box_rounding = 1e-9;
-/// Corners may be so far from the plane of a disc [mm].
+/// Corners may be this far from the plane of a disc [mm].
 constexpr double flat = 1e-7;
 
-/// Of triangles that meet in the closest point the first counts, whichever way the search came.
+/// Among triangles that meet in the closest point the first counts, whichever way the search came.
 bool nearer(const NearestTriangle& a, const NearestTriangle& b) {
     return b.triangle < 0 || a.at.square_distance < b.at.square_distance ||
            (a.at.square_distance == b.at.square_distance && a.triangle < b.triangle);

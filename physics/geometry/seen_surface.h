@@ -28,30 +28,30 @@ public:
     explicit SeenSurface(const LumenSurface&);
     ~SeenSurface();
 
-    /// The triangle closest to x among those that are seen, -1 when none is. `seed`: a triangle that is
-    /// likely to be near, -1 = none; it bounds the search.
+    /// The triangle closest to x among those that are seen, -1 when none is. `seed` is a triangle likely to
+    /// be near, -1 = none; it bounds the search.
     NearestTriangle nearest(const Vec3& x, int seed, const SeenStations&) const;
 
     /// The seen triangles closest to any point of a ball, for many questions near one place.
     class Patch {
     public:
-        /// Of all points within `reach` of the centre [mm].
+        /// Gathers them for all points within `reach` of the centre [mm].
         void gather(const SeenSurface&, const Vec3& centre, double reach, int seed, const SeenStations&);
-        /// Of a ball within that of the other patch, which is not empty.
+        /// Gathers them for a ball inside that of the other patch, which must not be empty.
         void gather(const Patch&, const Vec3& middle, double reach);
         bool empty() const { return lanes_.empty(); }
-        /// What SeenSurface::nearest answers. Not empty.
+        /// Gives the answer of SeenSurface::nearest. The patch must not be empty.
         NearestTriangle nearest(const Vec3& x) const { return nearest(x, 0); }
 
     private:
         friend class SeenSurface;
-        /// Some triangles and the discs around them, from the centre; where there are none, far away.
+        /// Some triangles and their discs, relative to the centre; lanes without a triangle are far away.
         static constexpr int lane_count = 4;
         struct Lanes {
             using Column = Eigen::Array<float, lane_count, 1>;
             Column x, y, z, normal_x, normal_y, normal_z, radius;
             std::array<int, lane_count> triangle;
-            /// As those of discs.
+            /// Square distances to the discs.
             Column square_distances(const Eigen::Vector3f& from) const {
                 const Column dx = from.x() - x, dy = from.y() - y, dz = from.z() - z;
                 const Column height = dx * normal_x + dy * normal_y + dz * normal_z;
@@ -65,10 +65,11 @@ public:
             float square;  // of the distance from the middle of the ball to the disc
             int which;
         };
-        /// Takes the candidates, those whose discs are nearer to the middle first: put(which, lanes, lane).
+        /// Takes the candidates, those with discs nearer to the middle first: put(which, lanes, lane).
         template <class Put>
         void take(const Vec3& middle, const NearestTriangle&, const Put& put);
-        /// Leaves in `distances_` the bounds of all that may be within the distance and `more` [mm] of x.
+        /// Leaves in `distances_` the bounds of all triangles that may lie within the nearest distance plus
+        /// `more` [mm] of x.
         NearestTriangle nearest(const Vec3& x, double more) const;
 
         const SeenSurface* surface_ = nullptr;
@@ -87,12 +88,12 @@ private:
     struct Search;
     struct Scene;
 
-    /// A disc around the centroid that holds the triangle; a ball where the normal is zero, for the triangle
-    /// is too thin to have one.
+    /// A disc around the centroid that holds the triangle; a ball where the triangle is too thin to have a
+    /// normal, which is then zero.
     struct Disc {
         Vec3 centre, normal;
         double radius;
-        /// No more than the square distance to the triangle, save for rounding [mm²].
+        /// A lower bound of the square distance to the triangle, save for rounding [mm²].
         double square_distance(const Vec3& x) const;
     };
 

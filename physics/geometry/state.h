@@ -1,11 +1,12 @@
 #pragma once
-/// What an object is at a moment, as a stream of bytes. A class hands all that its future depends on to a
-/// stream, field by field, in one function
+/// The state of an object at a moment, as a stream of bytes. A class passes everything that its future
+/// depends on to a stream, field by field, in one function
 ///
 ///     void state(StateStream& s) { s(time_, wire_, waiting_); }
 ///
-/// which serves three streams: one writes the fields, one hashes them, one reads them back. What follows from
-/// other fields, and scratch, is left out; where it must be made again, `s.restores()` says when.
+/// which serves three streams: one writes the fields, one hashes them, one reads them back. The function
+/// leaves out scratch and whatever follows from other fields; `s.restores()` says when those must be made
+/// again.
 
 #include <Eigen/Core>
 #include <array>
@@ -48,9 +49,9 @@ public:
     void operator()(Fields&... fields) {
         (field(fields), ...);
     }
-    /// Fields that came later than others and are absent where `present` is false: they are then as made, and
-    /// a hash is what it was before there were such fields. Returns whether they are present, which is read
-    /// back too.
+    /// Fields added later than the others, absent where `present` is false: they then keep their initial
+    /// values, and the hash is the same as before these fields existed. Returns whether they are present,
+    /// which is read back too.
     template <class... Fields>
     bool part(bool present, Fields&... fields) {
         if (hashes() && !present) return false;
@@ -119,7 +120,7 @@ private:
             list.resize(static_cast<std::size_t>(size));
         }
     }
-    /// So many items can still follow.
+    /// Checks that this many items can still follow.
     virtual void require(std::uint64_t) {}
 };
 
@@ -136,7 +137,7 @@ private:
     std::vector<std::byte> bytes_;
 };
 
-/// Keeps a hash of them.
+/// Keeps a hash of the bytes.
 class StateHash final : public StateStream {
 public:
     std::uint64_t value() const { return hash_.value(); }
@@ -147,8 +148,8 @@ private:
     Hash hash_;
 };
 
-/// Puts them back. Throws std::runtime_error where there are fewer than are asked for; call finish() at the
-/// end, which throws where there are more.
+/// Reads the bytes back. Throws std::runtime_error when there are fewer than the fields need; call finish()
+/// at the end, which throws when some are left over.
 class StateReader final : public StateStream {
 public:
     explicit StateReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -169,7 +170,7 @@ private:
     std::span<const std::byte> bytes_;
 };
 
-/// Of any object with a state; writing changes nothing.
+/// The state of any object that has one; writing changes nothing.
 template <HasState T>
 std::vector<std::byte> state_of(const T& object) {
     StateWriter writer;
@@ -182,7 +183,7 @@ std::uint64_t state_hash_of(const T& object) {
     const_cast<T&>(object).state(hash);
     return hash.value();
 }
-/// Where it throws, the object is in no state to be used.
+/// When it throws, the object must not be used any more.
 template <HasState T>
 void restore_state(T& object, std::span<const std::byte> state) {
     StateReader reader(state);

@@ -89,7 +89,7 @@ void ContactSet::commit() {
     if (!index_.empty()) list_touching(index_.front());
 }
 
-/// What touches proximal of `first` is as it was.
+/// The touching joints proximal of `first` are as they were.
 void ContactSet::list_touching(int first) {
     touching_.erase(std::lower_bound(touching_.begin(), touching_.end(), first), touching_.end());
     for (int i = first; i < static_cast<int>(contacts_.size()); ++i)

@@ -1,6 +1,6 @@
 #pragma once
-/// What pushes on a wire's joints: their contacts, asked for again only where a joint may have come to touch
-/// or still touches, and the wire's load.
+/// The forces on a wire's joints: the wire's load and the contacts, which are asked for again only where a
+/// joint touches or may have come to touch.
 
 #include <vector>
 
@@ -9,8 +9,8 @@
 
 namespace physics {
 
-/// Force and stiffness summed over all joints from one joint to the tip: s₍i,N₎ = λ·force and
-/// R₍i,N₎ = λ²·stiffness of Eq. 12, the force with the load's.
+/// Force and stiffness summed over all joints from one joint to the tip: s₍i,N₎ = λ·force and R₍i,N₎ =
+/// λ²·stiffness of Eq. 12; the force includes the load.
 struct PushSum {
     Vec3 force = Vec3::Zero();      // on wall and load [N]
     Mat3 stiffness = Mat3::Zero();  // [N/mm]
@@ -27,12 +27,13 @@ class CarriedLoad {
 public:
     void weigh(const Guidewire&);
     bool none() const { return carried_.empty(); }
-    /// Of all joints from one to the tip [N].
+    /// Load on all joints from this one to the tip [N].
     Vec3 from(int joint) const { return none() ? Vec3(Vec3::Zero()) : Vec3(carried_[joint] * load_); }
-    /// Energy of joints first…last and of the step after them, 0 with all of them at x_{first-1} [N·mm].
+    /// Energy of joints first…last and of the step after them; it is 0 with all of them at x_{first-1}
+    /// [N·mm].
     double energy(std::span<const Vec3> joints, int first, int last) const;
     void state(StateStream& s) { s(load_, carried_); }
-    /// What it comes to at most, for measuring rounding [N·mm].
+    /// Upper bound of that energy's size, for measuring rounding [N·mm].
     double scale(int first) const { return none() ? 0.0 : load_.norm() * carried_[first] * carried_[first]; }
 
 private:
@@ -40,44 +41,46 @@ private:
     std::vector<double> carried_;  // [i] = length whose load joints ≥ i bear [mm]; empty without load
 };
 
-/// A joint out of touch is not asked again while it stays within its contact's trust; one in touch always is.
-/// A change is evaluated first and then committed or forgotten, so that a rejected update costs no second
-/// query. A contact's stiffness is the wall's times the joint's share of it, Guidewire::wall_share.
+/// A joint out of touch is not asked for again while it stays within its contact's trust; a joint in touch is
+/// asked for every time. A change is evaluated first and then committed or dropped, so that a rejected update
+/// costs no second query. A contact's stiffness is the wall's times the joint's share of it,
+/// Guidewire::wall_share.
 class ContactSet {
 public:
     explicit ContactSet(const LumenWall& wall) : wall_(wall) {}
 
     void reset(const Guidewire&);  // ask for every joint
-    /// Ask for the joints that are not where, and at the station, they were asked last or trusted to touch
-    /// nothing. Takes the wire's load as well.
+    /// Ask for the joints that have moved, or changed station, since they were last asked for, unless they
+    /// are trusted to touch nothing. Takes up the wire's load as well.
     void update(const Guidewire&);
 
-    /// Joints in touch whose station is not of the vessel that their proximal neighbour is in: where that
-    /// neighbour's station leads to one that holds the joint deeper in the lumen, it takes its place. So a
-    /// joint that has come out of a side branch is held by the vessel it came into: of two lumens that
-    /// overlap their union counts. Returns the first joint changed, or -1; the energy is lower then.
+    /// Corrects joints in touch whose station lies in another vessel than that of their proximal neighbour:
+    /// where the neighbour's station leads to one that holds the joint deeper in the lumen, the joint takes
+    /// that one. So a joint that has come out of a side branch is held by the vessel it came into: where two
+    /// lumens overlap, their union counts. Returns the first joint changed, or -1; a change lowers the
+    /// energy.
     int rejoin_vessels(const Guidewire&);
 
-    /// Energy [N·mm] of joints ≥ first, of all from x_{first-1} on at these positions, in wall and load. The
-    /// load's is 0 with all of them at x_{first-1}. The answers wait for commit().
+    /// Energy in wall and load [N·mm] of joints ≥ first, with all joints from x_{first-1} on at these
+    /// positions. The load's energy is 0 with all of them at x_{first-1}. The answers wait for commit().
     double evaluate(std::span<const Vec3> joints, int first) {
         return evaluate(joints, first, static_cast<int>(joints.size()) - 1);
     }
     /// The same where no joint past `last` has moved: energy of joints first…last.
     double evaluate(std::span<const Vec3> joints, int first, int last);
     void commit();
-    /// What the last evaluate asked: joints, ascending, and the answers to them. All others touch nothing.
+    /// The joints that the last evaluate asked for, ascending, and the answers. All others touch nothing.
     std::span<const int> asked() const { return index_; }
     std::span<const WallContact> answers() const { return answer_; }
-    /// The same of the committed contacts, which were asked for at these positions.
+    /// The same energy from the committed contacts, which were asked for at these positions.
     double energy(std::span<const Vec3> joints, int first) const {
         return energy(joints, first, static_cast<int>(joints.size()) - 1);
     }
     double energy(std::span<const Vec3> joints, int first, int last) const;
     double load_scale(int first) const { return load_.scale(first); }
 
-    /// For sweeps of updates, as StoredPlanes has them. move() moves the wire's joints, the steps' first to
-    /// `last`, and returns their energy; commit() or undo() follows.
+    /// For sweeps of updates, with the interface of StoredPlanes. move() moves the wire's joints, from the
+    /// steps' first to `last`, and returns their energy; commit() or undo() follows.
     void start_sweep(Guidewire&, int first);
     void settle(Guidewire&, int) {}
     void settle_all(Guidewire&) {}

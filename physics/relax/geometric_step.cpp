@@ -34,7 +34,7 @@ Turns newton(Matrix h, const Turns& g) {
     return cholesky.info() == Eigen::Success ? Turns(cholesky.solve(-g)) : Turns(Turns::Zero(g.size()));
 }
 
-/// Turns that keep the closure to first order: the columns of Q behind the third, where closureᵀ = QR, by
+/// Turns that keep the closure to first order: the columns of Q after the third, where closureᵀ = QR, by
 /// reflections. Eigen's own class takes four times as long to compile.
 Matrix kept_turns(const Closure& closure) {
     const Eigen::Index turns = closure.cols();

@@ -18,13 +18,13 @@ class GeometricStep {
 public:
     using Tangents = std::array<Vec3, most_varied_segments>;
 
-    /// A Newton step of the model of `problem` (1 to 3 segments), whose curvature holds the terms of
-    /// neighbours too; lengths λ_m [mm]. Closed: Σ λ_m v_m stays, which needs all three.
+    /// A Newton step of the model of `problem` (1 to 3 segments), whose curvature includes the terms of
+    /// neighbours; lengths λ_m [mm]. Closed: Σ λ_m v_m stays fixed, which needs all three segments.
     GeometricStep(const SegmentProblem& problem, const std::array<double, closed_segments>& lengths,
                   bool closed);
 
-    /// The tangents after this share of the step, the largest turn no more than `limit`; none where a closed
-    /// piece cannot turn so far, as when it is stretched.
+    /// The tangents after this share of the step, with no turn larger than `limit`; none where a closed piece
+    /// cannot turn that far, as when it is stretched.
     std::optional<Tangents> turned(double share, double limit) const;
 
 private:

@@ -30,8 +30,8 @@ constexpr double progress = 1e-4;  // of the energy: a step that falls by less i
 constexpr int idle = 400;          // of idle steps, before the wall is made softer
 constexpr int rejected_on_planes = 3;    // values of μ, with which the energy rose
 constexpr int idle_on_planes = 400;      // of idle steps, before a wall whose planes jump is left as it is
-constexpr double sliding = 0.05;         // cap: an idle step beyond it moves the wire, and counts as one
-constexpr int hardly_moved = 10;         // as which any other counts
+constexpr double sliding = 0.05;         // cap: an idle step beyond it moves the wire, and counts once
+constexpr int hardly_moved = 10;         // times that any other idle step counts
 constexpr double soft_start = 1.0;       // k λ²/C that always converges; continuation starts there
 constexpr double smallest_pivot = 1e-6;  // of a recursion, over C
 constexpr double saddle_kick = 1e-3;     // turn that leaves a saddle [rad]
@@ -84,6 +84,9 @@ bool kinked(const Guidewire& wire, int first) {
 
 /// Model of the accepted state, the window from `first` on, and its minimum at the trust region as it is.
 void GlobalRelaxer::linearise(const Guidewire& wire, const ContactSet& contacts, int first) {
+    // What turns the shaft is all of the curved tip.
+    if (wire.windup_stiffness() > 0)
+        first = std::max(1, std::min(first, wire.segments() - wire.curved_segments()));
     pivots_ = model_.linearise(wire, contacts, first, mu_);
 }
 
@@ -91,6 +94,7 @@ void GlobalRelaxer::measure_window(const Guidewire& wire, const ContactSet& cont
     const int first = model_.first();
     energy_ = contacts.energy(wire.joints, first) + grip_energy(wire.grips, wire.joints, first);
     for (int j = first - 1; j < wire.segments(); ++j) energy_ += joint_energy(wire, model_.directors, j);
+    energy_ += 0.5 * wire.windup_torque() * wire.windup;
     load_scale_ = contacts.load_scale(first);
 }
 
@@ -134,13 +138,12 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
             const bool last = correction == corrections - 1;
             const double energy = model_.evaluate(wire, contacts), expected = std::min(0.0, model_.slope());
             if (correction == 0) uncorrected = expected;
-            // A corrected wall that has its rest where the wire is would let it stay there for ever.
+            // A corrected wall whose rest is where the wire is would let it stay there for ever.
             const double asked = std::min((last ? armijo : good_armijo) * expected,
                                           correction > 0 ? corrected_share * uncorrected : 0.0);
             const bool falls = energy <= energy_ + asked;
-            // A fall too small to be seen is believed of the model of the accepted state alone: the wall as
-            // it is at a trial state may have its rest where the wire is now, and then nothing would ever
-            // move.
+            // A fall too small to be seen is believed only of the model of the accepted state: the wall at a
+            // trial state may have its rest where the wire is now, and then nothing would ever move.
             const bool unseen = correction == 0 && -expected < rounding && energy < energy_ + rounding;
             if (std::isfinite(energy) && (falls || unseen)) {
                 report.largest_turn = std::max(report.largest_turn, model_.largest_turn());
@@ -171,7 +174,10 @@ bool GlobalRelaxer::leave_saddle(Guidewire& wire, ContactSet& contacts) {
     if (way.x() < 0 || (way.x() == 0 && way.y() < 0)) way = -way;
     for (double kick = saddle_kick; kick > 1e-7; kick *= 0.25) {
         for (const double sign : {1.0, -1.0}) {
-            model_.turn_one(pivots_.stage, sign * kick * way);
+            if (pivots_.stage < 0)
+                model_.unwind(sign * kick);
+            else
+                model_.turn_one(pivots_.stage, sign * kick * way);
             model_.roll_out(wire);
             const double energy = model_.evaluate(wire, contacts);
             if (!std::isfinite(energy) || energy >= energy_) continue;
@@ -210,14 +216,25 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
     bool proximal_known = true;  // of the accepted state
     double best = std::numeric_limits<double>::max(), looked_at = 0;
     const int steps_before = report.newton_steps;
-    auto open = [&](int segments) {
-        open_window(wire, contacts, segments);
+    const auto begin_window = [&] {
         proximal_known = true;
         best = std::numeric_limits<double>::max();
         idle_ = 0;
         looked_at = terms.relative_gradient;
     };
-    if (std::max(terms.relative_gradient, terms.proximal_gradient) > config_.tolerance) open(first_window);
+    const auto open = [&](int segments) {
+        open_window(wire, contacts, segments);
+        begin_window();
+    };
+    if (std::max(terms.relative_gradient, terms.proximal_gradient) > config_.tolerance) {
+        // A model of the whole wire stands already.
+        if (model_.first() == 1 && first_window >= n) {
+            measure_window(wire, contacts);
+            begin_window();
+        } else {
+            open(first_window);
+        }
+    }
     for (;;) {
         const int window = n - model_.first() + 1;
         const bool settled =
@@ -258,7 +275,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
             }
             const int idle_before = idle_;
             const double before = energy_, least_fall = progress * energy_scale();
-            // The first step is seen to its end, or a small budget would never get anywhere.
+            // The first step is always completed, or a small budget would never get anywhere.
             const bool first_step = report.newton_steps == steps_before;
             const Trial trial =
                 step(wire, contacts, first_step ? std::numeric_limits<int>::max() : most_updates, report);
@@ -290,8 +307,8 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
     }
 }
 
-/// A stiff wall lets only tiny steps through: find the way with a softer one, then harden it. What comes of
-/// it counts only where it is lower than what there was: a soft wall also lets the wire out of the vessel.
+/// A stiff wall lets only tiny steps through: find the way with a softer one, then harden it. The result
+/// counts only if it is lower than before: a soft wall also lets the wire out of the vessel.
 GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, int updates,
                                                               RelaxReport& report,
                                                               const UpdateObserver& observer) {
@@ -338,7 +355,7 @@ int GlobalRelaxer::unchanged_segments(const Guidewire& wire) const {
            wire.lengths[same + 1] == end_.lengths[same + 1] && wire.rigidity[same] == end_.rigidity[same] &&
            wire.rest_angle[same] == end_.rest_angle[same])
         ++same;
-    if (wire.roll != end_.roll || wire.base_director != end_.base_director)
+    if (wire.roll != end_.roll || wire.windup != end_.windup || wire.base_director != end_.base_director)
         same = std::min(same, n - wire.curved_segments());
     return same;
 }
@@ -353,7 +370,7 @@ int GlobalRelaxer::unchanged_grips(const Guidewire& wire) const {
     return static_cast<int>(same) - 1;
 }
 
-/// Normal forces of the grips become the contacts' own. False where they are already.
+/// The normal forces of the grips become the contacts' own. False where they already are.
 bool GlobalRelaxer::update_grips(Guidewire& wire) const {
     double largest = 0, change = 0;
     for (std::size_t j = 1; j < wire.grips.size(); ++j) {
@@ -391,7 +408,7 @@ double GlobalRelaxer::try_answer(Guidewire& wire, const FeedPlan& plan, double t
         model_.look_from(first);
     }
     spent_ += window;
-    model_.answer(fed, mu);
+    model_.answer(wire, fed, mu);
     const double once = rise();
     if (!std::isfinite(once) || once <= seen_rise) return once;
     // Once more, with the wall as it is there.
@@ -403,12 +420,12 @@ double GlobalRelaxer::try_answer(Guidewire& wire, const FeedPlan& plan, double t
     spent_ += whole + window;
     model_.certify(wire, contacts_);
     model_.look_from(first);
-    model_.answer(fed, mu);
+    model_.answer(wire, fed, mu);
     return rise();
 }
 
-/// The wire starts where its answer to the motion leads to. False where nothing is known of that: it is not
-/// at rest, or not this relaxer's.
+/// The wire starts from its answer to the motion. False where the answer is not known: the wire is not at
+/// rest, or not this relaxer's.
 bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
     const int n = wire.segments();
     if (!end_report_.converged || n != end_.segments() || unchanged_segments(wire) < n ||
@@ -423,7 +440,12 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
     measure_window(wire, contacts_);
     const double force = std::abs(end_report_.push_force);
     const std::vector<Grip> grips = wire.grips;  // as they are at rest
-    const auto slide_back = [&] { wire.grips = grips; };
+    const double windup = wire.windup;
+    const bool winds = wire.windup_stiffness() > 0;
+    const auto slide_back = [&] {
+        wire.grips = grips;
+        wire.windup = windup;
+    };
     const double least_part = std::min({1.0, least_feed * wire.spec.segment_length / std::abs(motion.feed),
                                         least_turn / std::abs(motion.turn)});
     double part = 1, mu = 0;
@@ -433,12 +455,13 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
             if (twist) transport_directors(wire, 1, model_.directors);
             return false;
         }
+        if (winds) wire.windup += part * motion.turn;
         if (!grips.empty()) {
             double ignored = 0;
             wire.grips = fed_grips(wire, plan, ignored);
             model_.forget_answer();
-            measure_window(wire, contacts_);
         }
+        if (winds || !grips.empty()) measure_window(wire, contacts_);
         const double work = predicted_work * force * std::abs(plan.mm), energy = std::abs(energy_);
         const double rise =
             try_answer(wire, plan, part * motion.turn, mu, cap, predicted_well * (energy + work));

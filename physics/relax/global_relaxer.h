@@ -1,6 +1,6 @@
 #pragma once
-/// Newton on all segments at once with a trust region and a primal-dual wall: the equilibrium inside one
-/// frame.
+/// Newton on all segments at once with a trust region and a primal-dual wall: finds the equilibrium within
+/// one frame.
 ///
 /// Each step solves a quadratic model of the wire by the Riccati recursion, rolls it out, and is accepted
 /// only where the true energy falls enough (Armijo). Where it does not, the wall's part of the model is made
@@ -9,8 +9,8 @@
 /// that would move a joint by more than 0.3 of the lumen's radius is computed again with a stiffer trust
 /// region; a step that is scaled down instead folds the wire.
 ///
-/// Steps move a window of distal segments: those that changed since the last call and as many more proximal
-/// of them as feel it.
+/// Steps move a window of distal segments: those that changed since the last call, and as many proximal of
+/// them as feel the change.
 
 #include <cmath>
 #include <vector>
@@ -26,17 +26,17 @@ public:
     GlobalRelaxer(const RelaxerConfig& config, const LumenWall& wall)
         : config_(config), wall_(wall), smooth_(wall.smooth()), contacts_(wall) {}
 
-    /// Every pass of the recursion is charged the segments of its window, those of rejected trials and of
-    /// predictions too; one step is tried even where the budget does not allow it, and each of the softer
-    /// walls that lead out of a dead end has the budget anew. The budget's distal share is not needed: work
-    /// starts at the tip by itself. Ends with the last accepted state. Remembers that state, so that a wire
-    /// which comes back as it went costs nothing, and one that was fed only what its change costs.
+    /// Every pass of the recursion, including those of rejected trials and of predictions, is charged the
+    /// segments of its window. One step is tried even where the budget does not allow it, and each of the
+    /// softer walls that lead out of a dead end gets the whole budget anew. The budget's distal share is not
+    /// used: work starts at the tip by itself. Ends with the last accepted state and remembers it, so that a
+    /// wire that comes back unchanged costs nothing, and one that was only fed costs what its change costs.
     RelaxReport relax(Guidewire&, const RelaxBudget&, const UpdateObserver& = {}) override;
 
-    /// Moves a wire at rest and lets it come to rest again. The wire starts where its whole answer to the
-    /// motion leads to first order, wall and twist included: far nearer its new rest than where it merely
-    /// slides on. Where that moves a joint by more than the model is good for, less of the motion is made;
-    /// `motion` becomes what was made. A feed is of λ at most.
+    /// Moves a wire at rest and lets it come to rest again. The wire starts from its whole first-order answer
+    /// to the motion, wall and twist included: this is far nearer its new rest than where it would merely
+    /// slide on. Where the answer moves a joint farther than the model is good for, less of the motion is
+    /// made; `motion` becomes what was made. A feed is at most λ.
     RelaxReport move(Guidewire&, HubMotion& motion, const RelaxBudget&);
 
     void state(StateStream& s) override {
@@ -44,7 +44,7 @@ public:
           contacts_, end_, end_report_);
     }
 
-    /// Of the last call: its report, and the contacts of the wire's joints as it left them.
+    /// Report of the last call, and the contacts of the wire's joints as that call left them.
     const RelaxReport& last_report() const { return end_report_; }
     std::span<const WallContact> contacts() const { return contacts_.contacts(); }
 
@@ -76,12 +76,12 @@ private:
     double mu_ = 0, mu_unit_ = 0;  // trust region and its natural size [N/mm²]
     double energy_ = 0;            // of the window's accepted state; a load makes it negative [N·mm]
     double load_scale_ = 0;        // of the load's part of it [N·mm]
-    int idle_ = 0;                 // steps one after another that led nowhere
+    int idle_ = 0;                 // consecutive steps that led nowhere
     NewtonModel model_;
     RiccatiReport pivots_;  // of the model
     // How the last call ended.
     int foreseen_ = 0;   // joints whose forces the prediction has foreseen
-    int predicted_ = 0;  // segments that the motion made now changes the most
+    int predicted_ = 0;  // segments that the current motion changes the most
     int spent_ = 0;      // updates that its prediction has cost
     ContactSet contacts_;
     Guidewire end_;

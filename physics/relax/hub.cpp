@@ -28,7 +28,7 @@ double Hub::energy_of(const Guidewire& wire) const {
     return total_energy(wire, relaxer_.contacts()).total();
 }
 
-/// Whether a wire can rest there, come from the last rest by this motion.
+/// Whether a wire can rest there after this motion from the last rest.
 bool Hub::can_be(const Guidewire& wire, const RelaxReport& report, const HubMotion& made) const {
     // A flat minimum is a rest, and on planes, which jump, there may be none.
     const bool rests = report.at_rest || !wall_.smooth();
@@ -40,6 +40,11 @@ bool Hub::can_be(const Guidewire& wire, const RelaxReport& report, const HubMoti
     const double torque = std::max(std::abs(report.base_torque), std::abs(rest_report_.base_torque));
     const double work = force * std::abs(made.feed) + torque * std::abs(made.turn);
     return energy - rest_energy_ <= work_share * work + energy_share * std::abs(rest_energy_) + energy_floor;
+}
+
+bool Hub::buckles(const Guidewire& wire, const RelaxReport& report, const HubMotion& made) const {
+    const double limit = wire.spec.buckling_force;
+    return limit > 0 && made.feed > 0 && report.at_rest && hand_force(wire, report.push_force) > limit;
 }
 
 HubReport Hub::settle(Guidewire& wire, int updates) {
@@ -76,14 +81,16 @@ HubReport Hub::resume(Guidewire& wire, int updates) {
     return finish(wire, updates, report);
 }
 
-/// After a relaxation: at rest, out of budget, or to be made again by halves.
+/// After a relaxation: at rest, out of budget, or to be tried again in halves.
 HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
     for (;;) {
         if (report.relax.out_of_budget) {
             report.outcome = HubReport::Outcome::Working;
             return report;
         }
-        if (settling_ || can_be(wire, report.relax, made_)) {
+        const bool buckles = this->buckles(wire, report.relax, made_);
+        report.buckled = report.buckled || buckles;
+        if (settling_ || (!buckles && can_be(wire, report.relax, made_))) {
             working_ = settling_ = false;
             report.made = made_;
             return report;

@@ -5,38 +5,41 @@
 
 namespace physics {
 
-/// What came of a motion.
+/// The outcome of a motion.
 struct HubReport {
     enum class Outcome {
-        AtRest,   // at rest, as far as `made` says
-        Working,  // the budget ran out on the way to rest: resume() goes on
-        Refused   // no part of it leads to a rest that a wire can be in: the wire is as it was
+        AtRest,   // at rest after the motion `made`
+        Working,  // the budget ran out on the way to rest: resume() continues
+        Refused   // no part of it leads to a rest that a wire can be in: the wire is unchanged
     };
     Outcome outcome = Outcome::AtRest;
-    HubMotion made;     // since the last rest
-    RelaxReport relax;  // of all that was tried
+    bool buckled = false;  // the whole motion asked for more push than the shaft outside can bear
+    HubMotion made;        // since the last rest
+    RelaxReport relax;     // of everything that was tried
 };
 
-/// Moves a wire by parts that each end at rest. A part that does not is taken back and made again by halves:
-/// one whose wire does not settle, is bent by more than a right angle at a joint, is farther outside than the
-/// lumen is wide, or has more energy than the hand has done work.
+/// Moves a wire by parts that each end at rest. A part is undone and tried again in halves when the wire does
+/// not settle, is bent by more than a right angle at a joint, lies farther outside than the lumen is wide, or
+/// gains more energy than the hand's work explains, and when the shaft outside cannot bear the push.
 class Hub {
 public:
-    /// The global relaxer's configuration; the wall must outlive the hub. Throws std::invalid_argument for
-    /// another kind of relaxer.
+    /// Takes the global relaxer's configuration; the wall must outlive the hub. Throws std::invalid_argument
+    /// for another kind of relaxer.
     Hub(const RelaxerConfig&, const LumenWall&);
 
-    /// Brings a wire to rest where it is; what it was before does not matter.
+    /// Brings a wire to rest where it is, whatever it was before.
     HubReport settle(Guidewire&, int updates);
-    /// Makes a motion, or a part of it, of a wire at rest: one segment's length and largest_turn at most.
+    /// Makes a motion, or a part of it, with a wire at rest: at most one segment's length and largest_turn.
     HubReport move(Guidewire&, const HubMotion&, int updates);
-    /// Goes on with what ran out of its budget; the wire must be as it was left.
+    /// Continues work that ran out of its budget; the wire must be as it was left.
     HubReport resume(Guidewire&, int updates);
     bool working() const { return working_; }
-    /// The wire where the motion that is being worked at began, at rest.
+    /// The wire at rest where the current motion began.
     const Guidewire& last_rest() const { return rest_; }
 
-    /// Of the joints of a wire at rest.
+    /// Report of the last relaxation.
+    const RelaxReport& last_report() const { return relaxer_.last_report(); }
+    /// Contacts of the joints of a wire at rest.
     std::span<const WallContact> contacts() const { return relaxer_.contacts(); }
 
     void state(StateStream& s) {
@@ -48,6 +51,7 @@ public:
 private:
     void start_part(Guidewire&, int updates, HubReport&);
     HubReport finish(Guidewire&, int updates, HubReport);
+    bool buckles(const Guidewire&, const RelaxReport&, const HubMotion& made) const;
     bool can_be(const Guidewire&, const RelaxReport&, const HubMotion& made) const;
     double energy_of(const Guidewire&) const;
 

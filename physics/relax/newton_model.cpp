@@ -6,6 +6,15 @@
 #include "physics/wire/bending.h"
 
 namespace physics {
+namespace {
+
+constexpr double twist_arm = 1;  // by which the trust region weighs a turn of the tip [mm]
+
+Vec3 turned(const Vec3& director, const Vec3& axis, double angle) {
+    return std::cos(angle) * director + std::sin(angle) * axis.cross(director);
+}
+
+}  // namespace
 
 void NewtonModel::start(const Guidewire& wire, const ContactSet& contacts, int foreseen) {
     const std::size_t n = wire.segments();
@@ -27,9 +36,10 @@ RiccatiReport NewtonModel::linearise(const Guidewire& wire, const ContactSet& co
                                      double mu) {
     if (wire.curved_segments() > 0) transport_directors(wire, first, directors);
     mu_ = mu;
-    const RiccatiReport report =
+    RiccatiReport report =
         assemble_and_solve(wire, contacts.contacts(), directors, first, mu, least_pivot, terms_, planes_,
                            std::span(gains_).subspan(first - 1));
+    solve_turn(wire, mu, report);
     answers_ = certifies();
     return report;
 }
@@ -39,7 +49,8 @@ RiccatiReport NewtonModel::certify(const Guidewire& wire, const ContactSet& cont
     const int window = terms_.first;
     terms_.first = 1;
     set_axial_forces(wire);
-    const RiccatiReport report = riccati_backward(terms_.stages, 0, least_pivot, terms_.twist, gains_);
+    RiccatiReport report = riccati_backward(terms_.stages, 0, least_pivot, terms_.twist, gains_);
+    solve_turn(wire, 0, report);
     terms_.first = window;
     answers_ = true;
     return report;
@@ -90,7 +101,26 @@ void NewtonModel::take_contact(const WallContact& c, int joint, const Vec3& move
 void NewtonModel::solve(const Guidewire& wire, double mu) {
     answers_ = false;
     set_axial_forces(wire);
-    riccati_backward(terms_.window(), mu, least_pivot, terms_.twist, window_gains());
+    RiccatiReport report = riccati_backward(terms_.window(), mu, least_pivot, terms_.twist, window_gains());
+    solve_turn(wire, mu, report);
+}
+
+/// The turn of the tip's plane that the model's minimum asks for, against the spring of the shaft.
+void NewtonModel::solve_turn(const Guidewire& wire, double mu, RiccatiReport& report) {
+    turn_ = 0;
+    if (terms_.windup_stiffness == 0) return;
+    twist_twist_ = report.twist_twist + terms_.windup_stiffness;
+    if (!(twist_twist_ > 0)) {
+        if (report.shifted++ == 0) report.stage = -1;
+        twist_twist_ = std::max(least_pivot, std::abs(twist_twist_));
+    }
+    answer_turn(wire, report.slope_twist, mu);
+}
+
+void NewtonModel::answer_turn(const Guidewire& wire, double slope, double mu) {
+    const double weight = mu * wire.spec.curved_length * twist_arm * twist_arm;
+    if (terms_.windup_stiffness > 0)
+        turn_ = (terms_.windup_stiffness * wire.windup - slope) / (twist_twist_ + weight);
 }
 
 void NewtonModel::set_axial_forces(const Guidewire& wire) {
@@ -105,15 +135,18 @@ void NewtonModel::set_axial_forces(const Guidewire& wire) {
     }
 }
 
-void NewtonModel::answer(std::span<const FedStage> fed, double mu) {
+void NewtonModel::answer(const Guidewire& wire, std::span<const FedStage> fed, double mu) {
     answers_ = mu == 0;
-    riccati_answer(terms_.stages, terms_.first - 1, mu, mu > 0, least_pivot, terms_.twist, gains_, fed);
+    answer_turn(wire,
+                riccati_answer(terms_.stages, terms_.first - 1, mu, mu > 0, least_pivot, terms_.twist, gains_, fed),
+                mu);
 }
 
 void NewtonModel::answer_again(const Guidewire& wire, std::span<const FedStage> fed) {
     answers_ = false;
     set_axial_forces(wire);
-    riccati_answer(terms_.stages, terms_.first - 1, 0, true, least_pivot, terms_.twist, gains_, fed);
+    answer_turn(wire,
+                riccati_answer(terms_.stages, terms_.first - 1, 0, true, least_pivot, terms_.twist, gains_, fed), 0);
 }
 
 double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<const FedStage> fed) {
@@ -125,6 +158,10 @@ double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<cons
     Vec2 prev = Vec2::Zero();
     double farthest = 0, slid = 0;
     slope_ = 0;
+    if (terms_.windup_stiffness > 0) {
+        twist = turn_;
+        slope_ = (terms_.base.torque - terms_.windup_stiffness * wire.windup) * turn_;
+    }
     for (int j = first; j <= n; ++j) {
         const RiccatiStage& s = terms_.stages[j - 1];
         const RiccatiGain& gain = gains_[j - 1];
@@ -164,9 +201,20 @@ double NewtonModel::evaluate(Guidewire& wire, ContactSet& contacts) {
     const int first = terms_.first;
     double energy = contacts.evaluate(trial_joints_, first) + grip_energy(wire.grips, trial_joints_, first);
     std::swap(wire.tangents, trial_tangents_);
-    if (terms_.twist) transport_directors(wire, first, directors);
-    for (int j = first - 1; j < wire.segments(); ++j) energy += joint_energy(wire, directors, j);
+    if (terms_.twist) {
+        const Vec3 accepted = directors[first - 1];
+        if (turn_ != 0) directors[first - 1] = turned(accepted, wire.tangents[first - 1], turn_);
+        transport_directors(wire, first, directors);
+        for (int j = first - 1; j < wire.segments(); ++j) energy += joint_energy(wire, directors, j);
+        directors[first - 1] = accepted;
+    } else {
+        for (int j = first - 1; j < wire.segments(); ++j) energy += joint_energy(wire, directors, j);
+    }
     std::swap(wire.tangents, trial_tangents_);
+    if (terms_.windup_stiffness > 0) {
+        const double left = wire.windup - turn_;
+        energy += 0.5 * terms_.windup_stiffness * left * left;
+    }
     return energy;
 }
 
@@ -182,15 +230,26 @@ void NewtonModel::foresee_forces(const Guidewire& wire) {
     }
 }
 
-void NewtonModel::take(Guidewire& wire) const {
+void NewtonModel::take(Guidewire& wire) {
     const int first = terms_.first;
+    if (turn_ != 0) {
+        for (int j = 0; j < first; ++j) directors[j] = turned(directors[j], wire.tangents[j], turn_);
+        wire.roll = std::remainder(wire.roll + turn_, 2 * M_PI);
+        wire.windup -= turn_;
+    }
     std::copy(trial_tangents_.begin() + first, trial_tangents_.end(), wire.tangents.begin() + first);
     std::copy(trial_joints_.begin() + first, trial_joints_.end(), wire.joints.begin() + first);
 }
 
 void NewtonModel::turn_one(int stage, const Vec2& by) {
     for (RiccatiGain& gain : gains_) gain.step.setZero();
+    turn_ = 0;
     gains_[stage].step = by;
+}
+
+void NewtonModel::unwind(double by) {
+    for (RiccatiGain& gain : gains_) gain.step.setZero();
+    turn_ = by;
 }
 
 }  // namespace physics

@@ -12,17 +12,19 @@ namespace physics {
 
 class NewtonModel {
 public:
-    // Material frames of the accepted state, where its tip is curved; whoever changes the wire keeps them.
+    // Material frames of the accepted state, where its tip is curved; code that changes the wire must update
+    // them.
     std::vector<Vec3> directors;
-    double least_pivot = 0;  // that a shifted one becomes [N·mm]
+    double least_pivot = 0;  // least value of a shifted pivot [N·mm]
 
     int first() const { return terms_.first; }  // segment that the window starts with
     const NewtonTerms& terms() const { return terms_; }
     int stages() const { return static_cast<int>(terms_.stages.size()); }
 
-    /// Scratch for a wire of so many segments, and forces to start from. No segment at rest passes on more
-    /// than C/λ, under which a joint would buckle by itself: a larger force is that of a joint which has just
-    /// been put into a stiff wall. Up to joint `foreseen` they are those of foresee_forces().
+    /// Prepares scratch for a wire of this many segments and the forces to start from. No segment at rest
+    /// passes on more than C/λ, under which a joint would buckle by itself: a larger force comes from a joint
+    /// that has just been put into a stiff wall. Up to joint `foreseen` the forces are those of
+    /// foresee_forces().
     void start(const Guidewire&, const ContactSet&, int foreseen = 0);
 
     /// The model at the wire as it is, and its minimum with the trust region μ.
@@ -34,50 +36,53 @@ public:
     /// Whether the last linearise() is the energy's own second order at μ = 0 over the whole wire, so that
     /// its pivots certify a minimum.
     bool certifies() const { return terms_.first == 1 && terms_.exact && mu_ == 0; }
-    /// The same over the whole wire by a pass of its own. The gains are then the whole wire's.
+    /// The same for the whole wire, by a pass of its own. The gains are then the whole wire's.
     RiccatiReport certify(const Guidewire&, const ContactSet&);
 
-    /// The wall's part of the model at the accepted state. With foreseen forces in the second-order terms, in
-    /// place of stiffness times penetration, which in a stiff wall is far too large while the wire settles;
-    /// what bears a force then counts as touching.
+    /// The wall's part of the model at the accepted state. With foreseen forces, these replace stiffness
+    /// times penetration in the second-order terms, which in a stiff wall is far too large while the wire
+    /// settles; a contact that bears a force then counts as touching.
     void take_contacts(const Guidewire&, const ContactSet&, int first, bool foreseen_forces);
-    /// The same with the wall as it is at the trial state: the normals there, and the contacts made and lost
-    /// on the way.
+    /// The same with the wall at the trial state: its normals there, and the contacts made and lost on the
+    /// way.
     void take_trial_contacts(const Guidewire&, const ContactSet&);
-    /// The minimum of the model, its wall changed since linearise().
+    /// The minimum of the model after its wall has changed since linearise().
     void solve(const Guidewire&, double mu);
 
-    /// The window is what starts at `first`, all as it was left.
+    /// The window starts at `first`; everything else stays as it was left.
     void look_from(int first) { terms_.first = first; }
-    /// Whether the gains are the whole wire's at rest, which answer() needs.
+    /// Whether the gains are those of the whole wire at rest, as answer() needs.
     bool answers() const { return answers_; }
-    /// What the gains were made of has changed.
+    /// To be called when what the gains were made of has changed.
     void forget_answer() { answers_ = false; }
-    /// Steps of the gains become the answer to `fed` segments. With μ > 0 the gains no longer answer.
-    void answer(std::span<const FedStage> fed, double mu);
-    /// The same over the window at μ = 0, the wall changed since.
+    /// The gains' steps become the answer to the `fed` segments. With μ > 0 the gains can no longer answer.
+    void answer(const Guidewire&, std::span<const FedStage> fed, double mu);
+    /// The same over the window at μ = 0, after the wall has changed.
     void answer_again(const Guidewire&, std::span<const FedStage> fed);
 
-    /// Trial state: gains applied from the window's base, where the material frame is turned by `twist`, with
-    /// more wire in the stages that are fed (indices into all stages). Returns the largest move of a joint,
-    /// that along its segment by what is fed left out [mm].
+    /// Trial state: applies the gains from the window's base, where the material frame is turned by `twist`,
+    /// with more wire in the fed stages (indices into all stages). Returns the largest move of a joint, not
+    /// counting what is fed along its segment [mm].
     double roll_out(const Guidewire&, double twist = 0, std::span<const FedStage> fed = {});
     /// Slope of the energy along the last rollout [N·mm] and its largest turn [rad].
     double slope() const { return slope_; }
     double largest_turn() const;
-    /// Energy of the trial state [N·mm], what is proximal of the window left out; its contacts wait in the
+    /// Energy of the trial state, without what is proximal of the window [N·mm]; its contacts wait in the
     /// set.
     double evaluate(Guidewire&, ContactSet&);
-    /// What the model makes of each contact's force at the trial state.
+    /// Takes each contact's force at the trial state from the model.
     void foresee_forces(const Guidewire&);
-    /// The wire takes the trial state.
-    void take(Guidewire&) const;
+    /// Gives the wire the trial state.
+    void take(Guidewire&);
 
     /// Only the segment of this stage turns by itself, the rest answers.
     void turn_one(int stage, const Vec2& by);
+    /// Only the shaft unwinds by itself, the rest answers [rad].
+    void unwind(double by);
 
     void state(StateStream& s) {
         s(directors, least_pivot, mu_, answers_, terms_, gains_, planes_);
+        if (!s.part(terms_.windup_stiffness != 0, turn_, twist_twist_)) turn_ = twist_twist_ = 0;
         if (!s.restores()) return;
         turns_.resize(planes_.size());
         trial_joints_.resize(planes_.size());
@@ -86,6 +91,8 @@ public:
 
 private:
     void take_grips(const Guidewire&, int first);
+    void solve_turn(const Guidewire&, double mu, RiccatiReport&);
+    void answer_turn(const Guidewire&, double slope, double mu);
     void set_axial_forces(const Guidewire&);
     void take_contact(const WallContact&, int joint, const Vec3& moved, double force);
     std::span<RiccatiGain> window_gains() { return std::span(gains_).subspan(terms_.first - 1); }
@@ -95,6 +102,8 @@ private:
     NewtonTerms terms_;
     std::vector<RiccatiGain> gains_;
     std::vector<ContactPlane> planes_;
+    double turn_ = 0;         // by which the shaft unwinds, so that the tip turns [rad]
+    double twist_twist_ = 0;  // curvature of the energy along it, all else answering [N·mm]
     // Trial state of a rollout, from the window's most proximal joint on.
     std::vector<Vec3> trial_tangents_, trial_joints_;
     std::vector<Vec2> turns_;

@@ -57,9 +57,9 @@ void curved_joint(double c, double beta, const Vec3& ui, const Vec3& d, const Ma
     s.twist_cross = curve * w * b + slope * sb * (s.basis.transpose() * aside);
 }
 
-constexpr double same_force = 1e-9;  // of a contact's own: the model's force is that
+constexpr double same_force = 1e-9;  // of a contact's own: within this the model's force is that
 
-/// The sums over one segment more. Returns |gradient|² over C².
+/// Adds one more segment to the sums. Returns |gradient|² over C².
 [[gnu::always_inline]] inline double add_segment(const Guidewire& wire, int j, bool loaded,
                                                  NewtonTerms& terms, DistalSums& sums) {
     RiccatiStage& s = terms.stages[j - 1];
@@ -159,7 +159,7 @@ RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> conta
     return recursion.report();
 }
 
-/// What the introducer holds, of sums over the whole wire or over the window alone.
+/// What the introducer holds, from sums over the whole wire or over the window alone.
 void hold(const Guidewire& wire, const DistalSums& sums, NewtonTerms& terms) {
     double carried = sums.length;
     // Half of the first segment's load is borne by the introducer itself.
@@ -200,6 +200,11 @@ RiccatiReport assemble_and_solve(const Guidewire& wire, std::span<const WallCont
             ? from_tip<true>(wire, contacts, directors, first, mu, least_pivot, terms, planes, gains)
             : from_tip<false>(wire, contacts, directors, first, mu, least_pivot, terms, planes, gains);
     hold(wire, terms.base, terms);
+    terms.windup_stiffness = wire.windup_stiffness();
+    if (terms.windup_stiffness > 0) {
+        const double slope = std::abs(terms.base.torque - terms.windup_stiffness * wire.windup);
+        terms.relative_gradient = std::max(terms.relative_gradient, slope * terms.inverse_spring[n - 1]);
+    }
     return report;
 }
 

@@ -9,7 +9,7 @@
 
 namespace physics {
 
-/// A contact as the model has it: penetration = gap + normal·(x − x_accepted).
+/// A contact in the model: penetration = gap + normal·(x − x_accepted).
 struct ContactPlane {
     double gap = 0, stiffness = 0;
     Vec3 normal = Vec3::Zero();
@@ -18,7 +18,7 @@ struct ContactPlane {
     void state(StateStream& s) { s(gap, stiffness, normal, force); }
 };
 
-/// Sums over all that is distal of a segment.
+/// Sums over everything distal of a segment.
 struct DistalSums {
     double length = 0;          // whose load is felt [mm]
     Vec3 force = Vec3::Zero();  // of the wall on the wire, reversed [N]
@@ -33,33 +33,35 @@ struct NewtonTerms {
     bool twist = false;                // the rest shape is curved somewhere
     std::vector<RiccatiStage> stages;  // segments 1…N
     std::vector<Vec2> gradient;        // dU/dα per stage [N·mm]
-    double relative_gradient = 0;  // largest |gradient| over C of the segment's proximal joint [-]: window
-    double proximal_gradient = 0;  // and the same proximal of the window
+    double relative_gradient = 0;      // in the window: largest |gradient| over C of the proximal joint [-]
+    double proximal_gradient = 0;      // the same proximal of the window
     Vec3 push = Vec3::Zero();  // Σ of the forces of wall and load on the wire, reversed: what the introducer
                                // holds [N]
-    double torque = 0;         // dU/droll: what the hub is held against [N·mm]
-    bool exact = true;  // the window's stages have the contacts' own forces in their second-order terms
+    double torque = 0;         // dU/droll: torque against which the hub is held [N·mm]
+    double windup_stiffness = 0;  // Guidewire's [N·mm]
+    bool exact = true;  // the window's stages use the contacts' own forces in their second-order terms
 
     void state(StateStream& s) {
         s(first, twist, stages, gradient, relative_gradient, proximal_gradient, push, torque, exact,
           inverse_spring, base);
+        if (!s.part(windup_stiffness != 0, windup_stiffness)) windup_stiffness = 0;
     }
     std::span<RiccatiStage> window() { return std::span(stages).subspan(first - 1); }
     std::vector<double> inverse_spring;  // 1/C of the joint proximal of each segment [1/N·mm]
     DistalSums base;                     // from the window's most proximal segment on
 };
 
-/// Adds a grip's terms of second order at the accepted joint to its stage. Returns its drag, a gradient [N].
+/// Adds a grip's second-order terms at the accepted joint to its stage. Returns its drag, a gradient [N].
 Vec3 add_grip(const Grip&, const Vec3& joint, RiccatiStage&);
 
 /// Gradient and Hessian blocks of bending (Eq. 1, with rest directions), load and wall (Eq. 9, with the
 /// wall's curvature) in the planes ⟂ u_j, u turned by u ← (u + Tα)/|u + Tα|, of the window from `first` on.
-/// Exact but for terms of the twist that are of the order of torque times bend. In the same loop it does
-/// riccati_backward() over the window: what makes a stage runs while the recursion waits for its own results.
-/// `directors` as from physics::directors where the tip is curved. The second-order terms of a joint in touch
-/// have its plane's force, as those of one that has left the wall, which then counts as touching; `planes`
-/// (per joint) become the contacts'. `gains` are the window's. Push and torque are those of the window alone.
-/// Allocates on growth only.
+/// Exact except for terms of the twist of the order of torque times bend. The same loop does
+/// riccati_backward() over the window: the work of making a stage runs while the recursion waits for its own
+/// results. `directors` are as from physics::directors where the tip is curved. The second-order terms of a
+/// joint in touch use its plane's force, as do those of a joint that has left the wall, which then counts as
+/// touching; `planes` (per joint) become the contacts'. `gains` are the window's. Push and torque are those
+/// of the window alone. Allocates only to grow.
 RiccatiReport assemble_and_solve(const Guidewire&, std::span<const WallContact>,
                                  const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
                                  NewtonTerms&, std::span<ContactPlane> planes, std::span<RiccatiGain> gains);

@@ -36,8 +36,8 @@ struct RelaxerConfig {
     // (d) A alone, (e) both with M = 2 and 3.
     bool bending_curvature = true;  // keep A
     bool wall_curvature = true;     // keep R
-    bool safeguard = true;       // descend always (PHYSICS: Section 2); off = the plain method of the paper
-    bool stored_planes = false;  // Segment: the wall is asked once a sweep near it only; the same equilibrium
+    bool safeguard = true;       // always descend (PHYSICS: Section 2); off = the plain method of the paper
+    bool stored_planes = false;  // Segment: asks once a sweep, near the wall only; the same equilibrium
     CycleOrder order = CycleOrder::Nested;
     double tolerance = 1e-8;  // Global: largest |dU/du| over C at rest [-]
 };
@@ -59,7 +59,7 @@ struct RelaxReport {
     int contacts = 0;  // joints that touch the wall at the end
     long long wall_queries = 0;
     double largest_turn = 0;  // largest |u_new − u| of any update [-]
-    int rejected = 0;         // updates kept back because they would have raised the energy
+    int rejected = 0;         // updates not made because they would have raised the energy
     // Segment methods: no turn above 1e-10 in a whole sweep. Global: |dU/du|/C within tolerance, a strict
     // minimum.
     bool converged = false;
@@ -72,11 +72,11 @@ struct RelaxReport {
     bool strict_minimum = false;  // certificate: no pivot of the recursion had to be shifted
     double largest_bend = 0;      // of a joint from its rest shape [rad]; above π/3 is a kink
     double push_force = 0;        // along the wire at the introducer, > 0 where the hand must push [N]
-    double base_torque = 0;       // that the hand must hold the hub against [N·mm]
-    int lag_rounds = 0;           // rests that were sought for one set of the grips' normal forces
+    double base_torque = 0;       // against which the hand must hold the hub [N·mm]
+    int lag_rounds = 0;           // rests sought, each with fixed normal forces of the grips
 
-    /// Adds what was relaxed after this: the work is that of both, as are the largest turn and the window;
-    /// all else is as the later one left it.
+    /// Adds a later relaxation: work, largest turn and window cover both; everything else is as the later one
+    /// left it.
     void add(const RelaxReport& later);
 
     void state(StateStream& s) {
@@ -86,7 +86,7 @@ struct RelaxReport {
     }
 };
 
-/// What a hand does at the hub: lets wire in (negative: out) and turns it.
+/// The motion of a hand at the hub: feeds wire in (negative: out) and turns it.
 struct HubMotion {
     double feed = 0;  // [mm]
     double turn = 0;  // [rad]
@@ -103,7 +103,7 @@ class Relaxer {
 public:
     virtual ~Relaxer() = default;
     virtual RelaxReport relax(Guidewire&, const RelaxBudget&, const UpdateObserver& = {}) = 0;
-    /// What it remembers.
+    /// What it remembers between calls.
     virtual void state(StateStream&) = 0;
 };
 

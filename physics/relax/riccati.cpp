@@ -35,7 +35,7 @@ RiccatiReport backward(std::span<const RiccatiStage> stages, double mu, double l
 }
 
 template <bool with_twist>
-void answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
+double answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
             std::span<RiccatiGain> gains, std::span<const FedStage> fed) {
     int last = static_cast<int>(stages.size());  // most proximal fed stage
     for (const FedStage& f : fed)
@@ -69,6 +69,7 @@ void answer(std::span<const RiccatiStage> stages, int first, double mu, bool ane
             slope_twist += s.slope_twist + gain.from_twist.dot(g);
         }
     }
+    return slope_twist;
 }
 
 }  // namespace
@@ -93,10 +94,10 @@ RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, 
                  : backward<false>(stages, mu, least_pivot, gains);
 }
 
-void riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
-                    bool twist, std::span<RiccatiGain> gains, std::span<const FedStage> fed) {
-    twist ? answer<true>(stages, first, mu, anew, least_pivot, gains, fed)
-          : answer<false>(stages, first, mu, anew, least_pivot, gains, fed);
+double riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
+                      bool twist, std::span<RiccatiGain> gains, std::span<const FedStage> fed) {
+    return twist ? answer<true>(stages, first, mu, anew, least_pivot, gains, fed)
+                 : answer<false>(stages, first, mu, anew, least_pivot, gains, fed);
 }
 
 }  // namespace physics

@@ -25,7 +25,7 @@ using Mat23 = Eigen::Matrix<double, 2, 3>;
 struct RiccatiStage {
     Mat32 basis = Mat32::Zero();  // T_j, orthonormal, ⟂ u_j
     double length = 0;            // λ_j [mm]
-    double axial = 0;  // λ_j u_j·s_j: what wall and load press along the segment times its length [N·mm]
+    double axial = 0;  // λ_j u_j·s_j: force of wall and load along the segment times its length [N·mm]
     Vec3 force = Vec3::Zero();      // f_j of the wall at joint j, a gradient [N]
     Mat3 stiffness = Mat3::Zero();  // H_j [N/mm]
     bool touches = false;           // force and stiffness are zero where false, and are not read
@@ -58,12 +58,12 @@ struct RiccatiGain {
     Mat23 from_x = Mat23::Zero();
     Mat2 from_prev = Mat2::Zero();
     Vec2 from_twist = Vec2::Zero();  // set where there is twist
-    SymmetricBlock inverse;          // minus that of the Hessian block of α_j, all distal of it answering
+    SymmetricBlock inverse;          // minus the inverse Hessian block of α_j, all distal of it answering
 
     void state(StateStream& s) { s(step, from_x, from_prev, from_twist, inverse); }
 };
 
-/// A segment of which more is let in: joint j moves by `by` in addition to what the turns do [mm].
+/// A segment that is fed more wire: joint j moves by `by` in addition to what the turns do [mm].
 struct FedStage {
     int stage = -1;  // index into stages
     Vec3 by = Vec3::Zero();
@@ -71,26 +71,31 @@ struct FedStage {
 
 struct RiccatiReport {
     int shifted = 0;  // pivots that were not positive definite and were shifted until they were
-    // The most distal of them, whose lower eigenvalue is the energy's own curvature along `way`, all that is
-    // distal of it answering by its gains: a way down where the gradient vanishes.
+    // The most distal of them: its lower eigenvalue is the energy's own curvature along `way` while
+    // everything distal answers by its gains. `way` leads down where the gradient vanishes.
     int stage = -1;           // index into stages
     Vec2 way = Vec2::Zero();  // unit
+
+    // Slope and curvature by the twist ψ at the base, everything distal of it answering.
+    double slope_twist = 0, twist_twist = 0;
 
     void state(StateStream& s) { s(shifted, stage, way); }
 };
 
 /// Backward pass over stages 1…n (element 0 first). μ [N/mm²] adds μ λ_j to every joint's stiffness: a trust
-/// region. `twist`: whether any stage has a rest shape that is not straight; without it the twist is left
-/// out. Equal to a dense factorisation of the same quadratic model; no pivot shifted at μ = 0 means that the
+/// region. `twist` is whether any stage has a rest shape that is not straight; if not, the twist is left out.
+/// Equal to a dense factorisation of the same quadratic model; no pivot shifted at μ = 0 means that the
 /// model's Hessian is positive definite: a strict local minimum where the gradient vanishes.
 RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
                                bool twist, std::span<RiccatiGain> gains);
 
 /// Makes the gains' steps the answer to segments that change their length, to first order. `gains` are those
-/// of the same stages at μ = 0. The most distal stages are gone over again up to the most proximal one that
-/// is fed; for the others up to `first` this is a small part of a backward pass. With `anew` all are, and the
-/// gains become those at that μ.
-void riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
-                    bool twist, std::span<RiccatiGain> gains, std::span<const FedStage> fed);
+/// of the same stages at μ = 0. The stages from the tip to the most proximal fed one are processed again; for
+/// the others down to `first` this takes a small part of a backward pass. With `anew` all stages are
+/// processed again, and the gains become those at that μ.
+/// Returns the slope of the twist at the base.
+double riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew,
+                      double least_pivot, bool twist, std::span<RiccatiGain> gains,
+                      std::span<const FedStage> fed);
 
 }  // namespace physics

@@ -1,6 +1,6 @@
 #pragma once
-/// One stage of the Riccati recursion at a time, for loops that make a stage just before it is used: what
-/// makes it then runs in the time that the recursion waits for its own last result.
+/// One stage of the Riccati recursion at a time, for loops that make a stage just before it is used: the work
+/// of making it then runs while the recursion waits for its own last result.
 
 #include <algorithm>
 #include <cmath>
@@ -10,24 +10,29 @@
 namespace physics {
 
 /// Minus the inverse of the 2×2 block [q00 q01; q01 q11], which is not positive definite. Negative curvature
-/// is mirrored: as long a step as along an equally positive one. The other way of the segment keeps its own,
-/// so that a wire balanced in one plane still converges in the other.
+/// is mirrored: the step is as long as along an equally positive one. The segment's other direction keeps its
+/// own curvature, so that a wire balanced in one plane still converges in the other.
 SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double least_pivot, int stage,
                                       RiccatiReport&);
 
-/// The value function that is carried from the tip to the base, in scalars: P and P_a by their upper
-/// triangles, P_x by its two columns. Without `with_twist` all that belongs to ψ is left out.
+/// The value function carried from the tip to the base, in scalars: P and P_a by their upper triangles, P_x
+/// by its two columns. Without `with_twist` everything that belongs to ψ is left out.
 template <bool with_twist>
 class RiccatiRecursion {
 public:
     RiccatiRecursion(double mu, double least_pivot) : mu_(mu), least_pivot_(least_pivot) {}
 
-    const RiccatiReport& report() const { return report_; }
+    RiccatiReport report() const {
+        RiccatiReport report = report_;
+        report.slope_twist = slope_twist_;
+        report.twist_twist = twist_twist_;
+        return report;
+    }
     const Vec3& slope_x() const { return p_; }           // p
     Vec2 slope_turn() const { return {r0_, r1_}; }       // p_a
     double slope_twist() const { return slope_twist_; }  // p_ψ
 
-    /// The stage's wall and trust region; first of a stage.
+    /// Adds the stage's wall and trust region; the first call for a stage.
     [[gnu::always_inline]] void add_wall(const RiccatiStage& s) {
         if (s.touches) {
             const Mat3& h = s.stiffness;
@@ -46,7 +51,7 @@ public:
         if constexpr (with_twist) slope_twist_ += v_.dot(by);
     }
 
-    /// Over the stage `index`: its gain, and the value function proximal of it.
+    /// Processes the stage `index`: computes its gain and the value function proximal of it.
     [[gnu::always_inline]] void step(const RiccatiStage& s, int index, RiccatiGain& gain) {
         const Vec3 a = s.length * s.basis.col(0), b = s.length * s.basis.col(1);
         Vec3 y0 = x0_ + times_p(a), y1 = x1_ + times_p(b);

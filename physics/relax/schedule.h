@@ -11,7 +11,8 @@ namespace physics {
 class CycleWalk {
 public:
     explicit CycleWalk(CycleOrder order) : order_(order) {}
-    /// Next segment of the window [first, last]; a new sweep starts where `starts_sweep()` then says so.
+    /// Next segment of the window [first, last]; `starts_sweep()` then reports whether a new sweep starts
+    /// there.
     int next(int first, int last);
     bool starts_sweep() const { return starts_sweep_; }
     void state(StateStream& s) { s(sweep_, at_, starts_sweep_); }

@@ -15,7 +15,7 @@ constexpr double rest = 1e-10;             // largest turn in a sweep that count
 constexpr double update_rounding = 4e-16;  // of the energies that an update touches
 
 /// Breaks perfect symmetry the same way every time: a bow of 1e-4 rad towards a fixed side. Its energy, about
-/// 1e-9 C, is far below what a wire in need of it has to give.
+/// 1e-9 C, is far below what a wire that needs it releases.
 void tilt(Guidewire& wire) {
     const int n = wire.segments();
     Vec3 side, other;
@@ -138,7 +138,7 @@ SegmentProblem SegmentRelaxer::local_problem(const Guidewire& wire, const Contac
     return p;
 }
 
-/// Give the varied segments these tangents; joints past `last` stay. Where it must descend and does not,
+/// Give the varied segments these tangents; joints past `last` stay. Where the energy must fall and does not,
 /// nothing changes.
 template <SweepContacts Contacts>
 bool SegmentRelaxer::try_turn(Guidewire& wire, Contacts& contacts, const Tangents& target, int last,

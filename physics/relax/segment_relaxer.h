@@ -16,14 +16,14 @@ namespace physics {
 /// Least and largest separation that Algorithm 2 looks at.
 inline constexpr int least_separation = 5, largest_separation = 25;
 
-/// What a sweep of updates needs of the contacts of a wire: ContactSet, or StoredPlanes for the faster form.
-/// `first` and `last` are joints, `segment` is the one updated next.
+/// The interface to a wire's contacts that a sweep of updates needs: ContactSet, or StoredPlanes for the
+/// faster form. `first` and `last` are joints, `segment` is the one updated next.
 template <class Contacts>
 concept SweepContacts = requires(Contacts& contacts, const Contacts& known, Guidewire& wire,
                                  std::span<const TailStep> steps) {
     contacts.reset(wire);
     contacts.start_sweep(wire, 1);
-    contacts.settle(wire, 1);  // joints proximal of it are where they belong
+    contacts.settle(wire, 1);  // puts the joints proximal of it in place
     contacts.settle_all(wire);
     { contacts.settled(wire) } -> std::convertible_to<const Guidewire&>;
     { known.energy(wire, 1, 1) } -> std::same_as<double>;

@@ -15,7 +15,7 @@ namespace {
 using Tangents = std::array<Vec3, most_varied_segments>;
 
 constexpr int most_turns = 2 * most_varied_segments;
-constexpr int any = 0;  // number of segments that is known at run time alone
+constexpr int any = 0;  // a number of segments known only at run time
 
 /// As in small_solve.h, for any number of rows.
 using physics::cholesky, physics::solve_cholesky, physics::solve_lu;

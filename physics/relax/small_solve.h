@@ -1,7 +1,6 @@
 #pragma once
-/// Cholesky and LU of matrices of 2, 4 or 6 rows. Sums are made in the order in which Eigen 3.4 makes them
-/// for these sizes, so results are the same bits; what differs is the time to compile: Eigen's take eight
-/// seconds a size.
+/// Cholesky and LU of matrices of 2, 4 or 6 rows. Sums run in the order that Eigen 3.4 uses for these sizes,
+/// so the results have the same bits; only the time to compile differs: Eigen's take eight seconds a size.
 
 #include <Eigen/Core>
 #include <cmath>
@@ -21,7 +20,7 @@ double halved_sum(const Left& a, const Right& b, int from = 0) {
         return halved_sum<Count / 2>(a, b, from) + halved_sum<Count - Count / 2>(a, b, from + Count / 2);
 }
 
-/// Σ a_i b_i, i < Count ≤ 5, of numbers that stand side by side, two at a time.
+/// Σ a_i b_i, i < Count ≤ 5, of adjacent numbers, two at a time.
 template <int Count, class Left, class Right>
 double paired_sum(const Left& a, const Right& b) {
     const auto product = [&](int i) { return a(i) * b(i); };
@@ -51,7 +50,7 @@ using Square = Eigen::Matrix<double, N, N>;
 template <int N>
 using Column = Eigen::Matrix<double, N, 1>;
 
-/// L of a = L·Lᵀ into the lower triangle; false where `a` is not positive definite.
+/// Writes L of a = L·Lᵀ into the lower triangle; false where `a` is not positive definite.
 template <int N>
 bool cholesky(Square<N>& a) {
     for (int k = 0; k < N; ++k) {
@@ -69,7 +68,7 @@ bool cholesky(Square<N>& a) {
     return true;
 }
 
-/// Solves L·Lᵀ·x = x.
+/// Solves L·Lᵀ·y = x and writes y to x.
 template <int N>
 void solve_cholesky(const Square<N>& l, Column<N>& x) {
     each<N>([&](auto row) {
@@ -83,7 +82,7 @@ void solve_cholesky(const Square<N>& l, Column<N>& x) {
     });
 }
 
-/// Solves a·x = x by elimination, the largest pivot of each column first.
+/// Solves a·y = x by elimination, the largest pivot of each column first, and writes y to x.
 template <int N>
 void solve_lu(Square<N>& a, Column<N>& x) {
     for (int k = 0; k < N; ++k) {

@@ -8,8 +8,8 @@ namespace physics {
 namespace {
 
 constexpr double reach_limit = 0.1;  // of the narrowest room that a joint has: how far planes are good for
-/// Of 1/ρ for a wall of planes. Its normal jumps from facet to facet, and a wire would swing across them from
-/// sweep to sweep; with 4 it bounces no higher than where every update asks.
+/// Share of 1/ρ for a wall of planes. Its normal jumps from facet to facet, and a wire would swing across
+/// them from sweep to sweep; with 4 it bounces no higher than when every update asks.
 constexpr double round_share = 4;
 constexpr double still = 1e-9;  // a joint that moved less keeps its plane [mm]
 
@@ -94,7 +94,7 @@ StoredPlanes::Plane StoredPlanes::plane_of(const Guidewire& wire, int joint) con
     p.normal = c.normal;
     p.stiffening = c.stiffening;
     p.moved = wire.joints[joint] - asked_at_[joint];
-    // The wire runs about along its vessel; where it meets the wall head-on there is no round.
+    // The wire runs roughly along its vessel; where it meets the wall head-on no direction round it exists.
     const Vec3 round = c.normal.cross(wire.tangents[joint]);
     const double sine = round.norm();
     if (sine > 0.1) {

@@ -1,28 +1,28 @@
 #pragma once
-/// The wall near a wire, asked for once a sweep: what a sweep of updates needs of a ContactSet with far fewer
-/// queries and no work on joints away from the wall.
+/// The wall near a wire, asked for once a sweep: it serves a sweep of updates as a ContactSet does, with far
+/// fewer queries and no work on joints away from the wall.
 
 #include "physics/relax/contact_set.h"
 
 namespace physics {
 
-/// A joint that may come to touch within a sweep has a plane, which rises to both sides round the vessel as
-/// the wall does: pen(x) = pen + n·d + ½(h·d)², d = x − where it was asked, h = c/√ρ, c round the vessel and
-/// ρ the wall's radius there. Without h a wire swings round its vessel from sweep to sweep. At every
-/// update its plane decides whether it touches. Where the wire moves farther than the planes are good for,
-/// they are asked for anew. Joints distal of an update move only when they are settled.
+/// A joint that may come to touch within a sweep has a plane that rises on both sides round the vessel as the
+/// wall does: pen(x) = pen + n·d + ½(h·d)², where d = x − the place asked for, h = c/√ρ, c is the direction
+/// round the vessel and ρ the wall's radius there. Without h a wire swings round its vessel from sweep to
+/// sweep. At every update the plane decides whether its joint touches. Where the wire moves farther than the
+/// planes are good for, they are asked for anew. Joints distal of an update move only when they are settled.
 class StoredPlanes {
 public:
     explicit StoredPlanes(const LumenWall& wall) : wall_(wall) {}
 
     void reset(const Guidewire&);             // ask for every joint
     void start_sweep(Guidewire&, int first);  // rebuild the joints; ask again where a joint ≥ first moved
-    void settle(Guidewire&, int segment);     // joints proximal of it, which is updated next
+    void settle(Guidewire&, int segment);     // the joints proximal of `segment`, which is updated next
     void settle_all(Guidewire&);
     const Guidewire& settled(const Guidewire&);  // the wire with all pending moves made, for observers
-    /// Energy [N·mm] of joints ≥ first in the wall. The load's begins at 0 with every update.
+    /// Energy in the wall [N·mm] of joints ≥ first. The load's energy starts at 0 with every update.
     double energy(const Guidewire&, int first, int last) const;
-    /// The same after these steps, that of the load with it; commit() or undo() follows.
+    /// The same after these steps, with the load's energy; commit() or undo() follows.
     double move(Guidewire&, std::span<const TailStep>, int last);
     void commit();
     void undo(Guidewire&) const {}
@@ -61,13 +61,13 @@ private:
     CarriedLoad load_;
     double reach_ = 0;     // joints without a plane don't touch while none moves farther [mm]
     int listed_from_ = 1;  // joints proximal of it may have moved farther
-    // What joints ≥ front_ have yet to move: shift_, and from joint j on waiting_[j] as well [mm].
+    // Moves that joints ≥ front_ have still to make: shift_, and from joint j on waiting_[j] as well [mm].
     int front_ = 1;
     Vec3 shift_ = Vec3::Zero();
     std::vector<Vec3> waiting_;
     double waiting_length_ = 0;            // Σ|waiting_|
-    Vec3 tail_ = Vec3::Zero();             // that joint front_ has moved since the planes were listed
-    double travelled_ = 0, farthest_ = 0;  // at most, in passes before this one; in this one
+    Vec3 tail_ = Vec3::Zero();             // by which joint front_ has moved since the planes were listed
+    double travelled_ = 0, farthest_ = 0;  // upper bounds: in earlier passes; in this one
     // scratch of move and ask
     std::vector<TailStep> steps_;
     std::vector<Plane> trial_;

@@ -5,20 +5,20 @@
 
 namespace physics {
 
-/// Least μ, over its unit: that of a wire's stiffness over the width of the lumen.
+/// Least μ relative to its unit, which is a wire's stiffness over the width of the lumen.
 constexpr double least_trust = 1e-6;
 
-/// Looks for the μ with which a step just fits its cap. `mu` is what the next trial is made with [N/mm²].
+/// Looks for the μ with which a step just fits its cap. `mu` is the value for the next trial [N/mm²].
 class TrustSearch {
 public:
     TrustSearch(double& mu, double unit) : mu_(mu), unit_(unit) {}
 
-    /// A trial goes farther than the cap, `reach` times, or to no finite place: a larger μ. A trial with a
-    /// corrected wall says little about others.
+    /// Raises μ after a trial that went `reach` times as far as the cap, or to no finite place. A trial with
+    /// a corrected wall says little about others.
     void raise(double reach, bool first_trial, bool corrected);
 
-    /// Negative curvature can make every step far too long or far too short. Of a trial that fits: whether a
-    /// μ between it and one that does not is to be tried instead.
+    /// After a trial that fits: whether to try a μ between it and one that does not instead. Negative
+    /// curvature can make every step far too long or far too short.
     bool lower(double reach);
 
 private:

@@ -20,8 +20,8 @@ namespace {
 
 /// The spline changes by no more than 1 / least_slope per mm, creases of the wall included.
 constexpr double least_slope = 0.9;
-/// Of a cell of the band, what bricks at its rim waste included: 15 of a tube of radius 1 mm and of the iliac
-/// arteries.
+/// Of a cell of the band, including what bricks at its rim waste: 15 for a tube of radius 1 mm and for the
+/// iliac arteries.
 constexpr double bytes_per_cell = 16;
 constexpr double while_made = 2;  // times that
 /// Raised whenever the bits of a field change for the same mesh, or the layout of a saved one.
@@ -107,14 +107,14 @@ double chosen_spacing(double wanted, std::span<const CentrelineBranch> branches)
         for (const double radius : branch.radii) smallest = std::min(smallest, radius);
     return std::clamp(smallest / 6, 0.2, 0.3);
 }
-/// The radius from which twice the spacing is little enough, a sixth as in the smallest vessel, and of twice
+/// The radius from which twice the spacing is fine enough, a sixth as in the smallest vessel, and from twice
 /// that radius four times; none when the spacing was chosen.
 double wide_from(double wanted, double spacing) {
     return wanted != 0 ? std::numeric_limits<double>::infinity() : 12 * spacing;
 }
 
-/// Walls that do not see one another lie in different sheets when this close, so that no cell of the band
-/// needs nodes that the other is nearest to [mm].
+/// Walls that do not see one another and are this close lie in different sheets, so that no cell of the band
+/// needs nodes that are nearest to the other wall [mm].
 auto nearness(double outer, double spacing, double wide) {
     return [=](double radius) { return outer + 2 * spacing * (1 << level_of(radius, wide)); };
 }

@@ -14,15 +14,15 @@
 namespace physics {
 
 struct DistanceFieldOptions {
-    double spacing = 0;   // of the grid [mm]; 0 = a sixth of the smallest radius, within 0.2 to 0.3, twice
-                          // that at smooth walls of vessels of a radius of 12 spacings, four times of 24
+    double spacing = 0;   // of the grid [mm]; 0 = a sixth of the smallest radius, within 0.2 to 0.3; twice
+                          // that at smooth walls of vessels with a radius of 12 spacings, four times with 24
     double inner = 1.25;  // the field is known to this depth inside the wall [mm]
     double outer = 1.5;   // and to this distance outside it [mm]
     int threads = 1;      // the field has the same bits for any number
-    std::size_t largest = std::size_t{2} << 30;  // [bytes] of grids; more is refused
+    std::size_t largest = std::size_t{2} << 30;  // [bytes] of grids; a larger field is rejected
 };
 
-/// What a distance field of these options would be, from centrelines alone.
+/// Size of the distance field that these options would give, from centrelines alone.
 struct FieldEstimate {
     double spacing;      // the finest of the grids [mm]
     double bytes;        // of the grids
@@ -30,21 +30,21 @@ struct FieldEstimate {
 };
 
 /// A cubic B-spline through distances to the mesh, twice continuously differentiable. Penetration, normal and
-/// curvature of a contact are value, gradient and Hessian of that one function, as a Newton solver that
-/// searches along a line needs: the normal is therefore not rescaled, and is a unit vector only as closely as
-/// the spline is a distance: within 5e-3 on a smooth wall, 0.97 to 1.02 on the coarse facets of a real mesh,
-/// down to 0.79 where the surface has a crease, as at a carina.
+/// curvature of a contact are value, gradient and Hessian of that one function, as a Newton solver with a
+/// line search needs. The normal is therefore not rescaled; it is a unit vector only as closely as the spline
+/// is a distance: within 5e-3 on a smooth wall, 0.97 to 1.02 on the coarse facets of a real mesh, down to
+/// 0.79 where the surface has a crease, as at a carina.
 ///
 /// Deeper inside than `inner` the contact is a bound from the inscribed balls, without a normal; farther
-/// outside than `outer` the field goes on linearly from where the way to the centreline meets it. Past the
-/// plane of an open end the lumen goes on straight, whole for 5 mm and fading over 5 mm more; beyond that
-/// nothing touches. Vessels
-/// that nearly touch have fields of their own (VesselSheets); the station of a joint picks the field.
+/// outside than `outer` the field continues linearly from where the way to the centreline meets it. Past the
+/// plane of an open end the lumen continues straight, whole for 5 mm and fading over 5 mm more; beyond that
+/// nothing touches. Vessels that nearly touch have fields of their own (VesselSheets); the station of a joint
+/// picks the field.
 class DistanceField final : public LumenWall {
 public:
     /// The mesh may be closed or open at `ends`; triangles may be turned either way. stiffness: k per joint
     /// [N/mm]. `progress` is called with 0 to 1. Throws std::invalid_argument for a mesh or centrelines that
-    /// MeshWall refuses, a wire thicker than `inner`, or a field larger than `largest`.
+    /// MeshWall rejects, a wire thicker than `inner`, or a field larger than `largest`.
     DistanceField(const TriangleMesh& lumen, std::span<const CentrelineBranch>, std::vector<OpenEnd>,
                   WallStiffness stiffness, double wire_radius = 0.0, const DistanceFieldOptions& = {},
                   const std::function<void(double)>& progress = {});
@@ -54,23 +54,23 @@ public:
     void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
     bool same_vessel(int station, int other) const override;
 
-    /// Its stations are those of the contacts: where a joint is, by branch and sample.
+    /// Its stations are those of the contacts: they locate a joint by branch and sample.
     const CentrelineTree& tree() const;
     double spacing() const;     // the finest of the grids [mm]
     std::size_t bytes() const;  // of the grids
     int sheets() const;
 
-    /// Of the field that the constructor would make; the bytes are rough.
+    /// Estimates the field that the constructor would make; the bytes are rough.
     static FieldEstimate estimate(std::span<const CentrelineBranch>, const DistanceFieldOptions& = {});
 
-    /// Of all that the field is made from; stiffness, wire radius and number of threads are not part of it.
+    /// Covers everything that the field is made from, but not stiffness, wire radius and number of threads.
     static std::uint64_t fingerprint(const TriangleMesh& lumen, std::span<const CentrelineBranch>,
                                      std::span<const OpenEnd>, const DistanceFieldOptions& = {});
 
-    /// The field's bits, their checksum and the fingerprint of what it was made from.
+    /// Writes the field's bits, their checksum and the fingerprint of what it was made from.
     void save(std::ostream&) const;
-    /// A saved field for the same branches and ends. Throws std::runtime_error when the stream does not hold,
-    /// whole and undamaged, the field with this fingerprint.
+    /// Reads a saved field for the same branches and ends. Throws std::runtime_error unless the stream holds
+    /// the field with this fingerprint, whole and undamaged.
     static DistanceField load(std::istream&, std::uint64_t fingerprint, std::span<const CentrelineBranch>,
                               std::vector<OpenEnd>, WallStiffness stiffness, double wire_radius = 0.0);
 

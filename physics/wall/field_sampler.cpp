@@ -30,8 +30,8 @@ std::vector<int> all_of(std::span<const Station> stations) {
     return all;
 }
 
-/// Per triangle the station whose vessel wall it belongs to: of those it faces away from, the one whose ball
-/// is nearest. Its facing separates the walls of two vessels that nearly touch.
+/// For each triangle the station whose vessel wall it belongs to: of the stations that it faces away from,
+/// the one whose ball is nearest. The facing separates the walls of two vessels that nearly touch.
 std::vector<int> stations_of(const LumenSurface& surface, const CentrelineTree& tree, int threads) {
     const StationRuns runs(tree.stations(), all_of(tree.stations()));
     std::vector<int> found(surface.count());
@@ -81,7 +81,7 @@ public:
         return out;
     }
 
-    /// The triangle that the last distance was to, -1 = none.
+    /// The triangle of the last distance, -1 = none.
     int triangle() const { return found_; }
 
     /// Signed distance, negative inside. Beyond an open end the wall goes on straight.
@@ -90,8 +90,8 @@ public:
         return signed_distance(y, triangles_.nearest(y, seed_, {seen_, station_of_triangle_}));
     }
 
-    /// Calls visit(k, distance) for each of these places until that returns false. They are near one another,
-    /// and more so each eight.
+    /// Calls visit(k, distance) for each of these places until it returns false. The places are near one
+    /// another, and each eight of them even more so.
     template <class Visit>
     void distances(std::span<const Vec3> places, const Visit& visit) {
         moved_.clear();
@@ -203,14 +203,14 @@ std::vector<Cube> cubes(const CentrelineTree& tree, const VesselSheets& sheets, 
     return all;
 }
 
-/// The search for the bricks from which a cell within the band is served.
+/// The search for the bricks that serve a cell within the band.
 struct BrickSearch {
     const std::vector<StationRuns>& runs;  // per sheet
     const FieldBand& band;
     double spacing;  // [mm]
     View& view;
 
-    /// Whether the band may come into a cube of space.
+    /// Whether the band may reach into a cube of space.
     bool meets(int sheet, const Vec3& centre, double side) const {
         const double reach = side / 2 * std::numbers::sqrt3;
         if (!runs[sheet].near(centre, roundness, band.outer + reach)) return false;
@@ -240,7 +240,7 @@ struct BrickSearch {
     }
 };
 
-/// Bricks that the band fills, at the least.
+/// Least number of bricks that the band fills.
 double band_bricks(const CentrelineTree& tree, const FieldBand& band) {
     const auto stations = tree.stations();
     double bricks = 0;
@@ -255,7 +255,7 @@ double band_bricks(const CentrelineTree& tree, const FieldBand& band) {
     return bricks;
 }
 
-/// Refuses a field whose bricks would take more memory than allowed, in building or after.
+/// Rejects a field whose bricks would take more memory than allowed, during or after building.
 void check_size(double bricks, const FieldBand& band) {
     constexpr double bytes = 2 * 4 * SplineGrid::node_count + 80;  // of a brick while coefficients are fitted
     if (bricks * bytes <= static_cast<double>(band.largest)) return;
@@ -267,7 +267,7 @@ void check_size(double bricks, const FieldBand& band) {
 
 using BrickList = std::vector<SplineGrid::Brick>;
 
-/// Each once, in order.
+/// Sorts the bricks and keeps each once.
 void tidy(BrickList& bricks) {
     std::sort(bricks.begin(), bricks.end());
     bricks.erase(std::unique(bricks.begin(), bricks.end()), bricks.end());
@@ -354,7 +354,7 @@ private:
         };
     }
 
-    /// Per sheet the bricks that a grid needs within these cubes.
+    /// The bricks of each sheet that a grid needs within these cubes.
     std::vector<BrickList> served(const std::vector<Cube>& starts, double spacing, double from,
                                   double to) const {
         std::vector<BrickList> found(starts.size()), bricks(sheets_.stations.size());
@@ -393,8 +393,8 @@ private:
     void sample(std::vector<SplineGrid>& grids, double from, double to) const {
         sample(grids, from, to, [](const View&, int, std::size_t) { return true; });
     }
-    /// Writes them and returns the least level that a wall nearest to a node of a brick asks for,
-    /// per grid; a brick where that is the finest, of which there is no need, is left unfinished.
+    /// Writes them and returns, per grid, the least level that a wall nearest to a node of each brick asks
+    /// for. A brick that asks for the finest level is not needed here and is left unfinished.
     std::vector<std::vector<char>> sample_down_to(int level, std::vector<SplineGrid>& grids, double from,
                                                   double to) const {
         std::vector<std::vector<char>> least;
@@ -405,8 +405,9 @@ private:
         });
         return least;
     }
-    /// The bricks that a finer grid replaces: those whose walls ask for it, and for a level after next those
-    /// around them too. At the edge of where this level is asked for none is: the next one lies within it.
+    /// The bricks that a finer grid replaces: those whose walls ask for it and, for the level after next,
+    /// those around them too. None is replaced at the edge of where this level is asked for: the next level
+    /// lies within it.
     static std::vector<char> to_split(int level, const SplineGrid& grid, const std::vector<char>& least,
                                       const BrickList* close) {
         BrickList wanted;
@@ -427,8 +428,8 @@ private:
     static bool holds(const BrickList& bricks, const SplineGrid::Brick& b) {
         return std::binary_search(bricks.begin(), bricks.end(), b);
     }
-    /// Writes distances to the nodes of each brick until `goes_on`, asked of the middle and after each, says
-    /// no.
+    /// Writes distances to the nodes of each brick until `goes_on`, called for the middle and after each
+    /// node, returns false.
     template <class GoesOn>
     void sample(std::vector<SplineGrid>& grids, double from, double to, const GoesOn& goes_on) const {
         std::vector<std::pair<int, std::size_t>> work;  // grid, brick

@@ -1,5 +1,5 @@
 #pragma once
-/// Signed distances to a lumen's wall as one sheet of the vessels sees it, and the grids made of them.
+/// Signed distances to a lumen's wall as one sheet of the vessels sees it, and the grids made from them.
 
 #include <functional>
 #include <vector>
@@ -13,7 +13,7 @@ namespace physics {
 
 struct FieldBand {
     double spacing, inner, outer;  // [mm]
-    double wide;  // vessels of this radius or more are known at twice the spacing, of twice it at four times
+    double wide;  // vessels of at least this radius have twice the spacing, of twice this radius four times
     int threads;
     std::size_t largest;  // [bytes]
 };
@@ -21,8 +21,8 @@ struct FieldBand {
 /// The surface of a lumen with these centrelines, facing out of them.
 LumenSurface lumen_surface(const TriangleMesh&, const CentrelineTree&);
 
-/// The field of a sheet in grids of the spacing, twice and four times that, where each is known the finest;
-/// one function, twice continuously differentiable.
+/// The field of a sheet in grids of one, two and four times the spacing; the finest known one counts at each
+/// place. Together they are one function, twice continuously differentiable.
 struct SheetField {
     static constexpr int level_count = 3;
     std::vector<SplineGrid> grids;  // level_count
@@ -39,13 +39,13 @@ struct SheetField {
     }
 };
 
-/// Of a vessel of this radius, the level of the grid that is fine enough.
+/// Level of the grid that is fine enough for a vessel of this radius.
 inline int level_of(double radius, double wide) {
     return radius < wide ? 0 : radius < 2 * wide ? 1 : 2;
 }
 
-/// Per sheet the signed distance, negative inside: coarser where the nearest wall is a wide vessel's and has
-/// no crease. Throws std::invalid_argument when they would be larger than the band allows.
+/// Signed distance of each sheet, negative inside; coarser where the nearest wall is a wide vessel's and has
+/// no crease. Throws std::invalid_argument when the grids would be larger than the band allows.
 std::vector<SheetField> sampled_fields(const LumenSurface&, const CentrelineTree&, const VesselSheets&,
                                        const FieldBand&, const std::function<void(double)>& progress);
 

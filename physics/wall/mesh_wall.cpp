@@ -12,7 +12,7 @@
 namespace physics {
 namespace {
 
-/// A joint deeper inside than this share of the local radius asks no ray: it touches nothing.
+/// A joint deeper inside than this share of the local radius casts no ray: it touches nothing.
 constexpr double near_wall = 0.35;
 
 }  // namespace

@@ -1,5 +1,5 @@
 #pragma once
-/// Searches over stations that pass over most of them.
+/// Searches over stations that skip most of them.
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 
 namespace physics {
 
-/// Stations in runs, each in a sphere, and runs in groups likewise. The stations stay the caller's.
+/// Stations in runs, each enclosed in a sphere, and runs in groups likewise. The caller keeps the stations.
 class StationRuns {
 public:
     StationRuns(std::span<const Station> stations, std::vector<int> chosen)
@@ -26,11 +26,11 @@ public:
         }
     }
 
-    /// The first of those that hold x deepest. `seed`: one of them that is likely to, -1 = none.
+    /// The first of the stations that hold x deepest. `seed` is a station likely to be it, -1 = none.
     int deepest(const Vec3& x, int seed) const {
         return deepest(x, seed, [](int) { return true; });
     }
-    /// The same among those that `accept` lets pass, as the seed must; -1 when it lets none.
+    /// The same among the stations that `accept` lets pass, including the seed; -1 when it lets none pass.
     template <class Accept>
     int deepest(const Vec3& x, int seed, const Accept& accept) const {
         int best = seed;
@@ -52,7 +52,7 @@ public:
         }
         return best;
     }
-    /// Whether x is within so many radii and a margin [mm] of a station.
+    /// Whether x is within this many radii and a margin [mm] of a station.
     bool near(const Vec3& x, double radii, double margin) const {
         return std::any_of(runs_.begin(), runs_.end(), [&](const Sphere& run) {
             const double most = run.reach + radii * run.widest + margin + rounding_share;

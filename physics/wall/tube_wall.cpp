@@ -67,8 +67,8 @@ int TubeWall::closest_segment(const Vec3& x, int hint) const {
         return best;
     }
     // Downhill along the tube from the hint: joints move little between queries, and a joint stays in its own
-    // limb of a hairpin. First as many segments on as x lies beyond the hint's in its lengths, then in
-    // strides that double while it pays, so that a far hint costs a logarithm.
+    // limb of a hairpin. First skips as many segments as x lies beyond the hint's, in lengths of that one,
+    // then moves in strides that double while they help, so that a far hint costs a logarithm.
     int s = hint;
     double least = distance2(s);
     const Vec3 along = centreline_[s + 1] - centreline_[s];

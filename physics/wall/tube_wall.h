@@ -9,7 +9,7 @@
 
 namespace physics {
 
-/// The lumen is the set of points within `radius` of the polyline; the wire's radius is taken off it.
+/// The lumen is the set of points within `radius` of the polyline; the wire's radius is subtracted from it.
 class TubeWall final : public LumenWall {
 public:
     /// stiffness: k per joint [N/mm]. Throws std::invalid_argument for fewer than two points, repeated or
@@ -26,7 +26,7 @@ private:
     static Mat3 curvature(const Vec3& along, const Vec3& normal, double distance, bool corner);
     int closest_segment(const Vec3& joint, int hint) const;
 
-    /// Ball around a run of segments, so that a search without a hint passes over most of them.
+    /// Ball around a run of segments, so that a search without a hint skips most of them.
     struct Ball {
         Vec3 centre;
         double radius;

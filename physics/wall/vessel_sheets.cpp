@@ -8,8 +8,8 @@ namespace {
 
 constexpr double way_rounding = 1e-6;  // of sums of lengths [mm]
 
-/// Of each station the largest of radius less half the way there along the vessels, over all stations: beyond
-/// it, none is seen from farther than twice that and the looker's radius.
+/// For each station, the largest value over all stations of radius less half the way there along the vessels:
+/// no station beyond it is seen from farther than twice the sum of that value and the looker's radius.
 std::vector<double> widest_beyond(const CentrelineTree& tree) {
     std::vector<double> widest;
     std::priority_queue<std::pair<double, int>> open;
@@ -45,7 +45,7 @@ std::vector<int> seen_from(const CentrelineTree& tree, int from, const std::vect
         const auto [length, s] = open.top();
         open.pop();
         if (length > way[s]) continue;
-        // Its own neighbours a station always sees, however far apart the samples are.
+        // A station always sees its own neighbours, however far apart the samples are.
         const auto next = tree.neighbours(from);
         if (length <= 2 * (stations[from].radius + stations[s].radius) ||
             std::find(next.begin(), next.end(), s) != next.end())
@@ -86,13 +86,13 @@ VesselSheets vessel_sheets(const CentrelineTree& tree, const std::function<doubl
         nears.push_back(near(stations[s].radius));
     }
     const double largest_near = near(widest_radius);
-    /// Whether a station comes near one of those from `first` to before it without seeing it.
+    /// Whether a station comes near one from `first` to its predecessor without seeing it.
     const auto comes_near = [&](int first, int s) {
         for (int t = first; t < s;) {
             const double gap = (stations[s].centre - stations[t].centre).norm();
             const double reach = stations[s].radius + stations[t].radius + std::max(nears[s], nears[t]);
             if (gap < reach && !sees(s, t)) return true;
-            // Those that follow are no nearer by more than the way along the vessel there.
+            // The next stations are nearer by no more than the way along the vessel to them.
             const double past =
                 along[t] + gap - (stations[s].radius + widest_radius + largest_near) - way_rounding;
             for (++t; t < s && along[t] < past;) ++t;

@@ -1,6 +1,6 @@
 #pragma once
-/// Which walls a place in the vessels can see, measured along the vessels: what keeps two vessels apart that
-/// nearly touch, or the two limbs of a tight bend.
+/// Which walls can be seen from a place in the vessels, measured along the vessels: this keeps apart two
+/// vessels that nearly touch, or the two limbs of a tight bend.
 
 #include <functional>
 #include <limits>
@@ -23,8 +23,9 @@ struct VesselSheets {
 };
 
 /// A station sees another when the way between them along the vessels is at most 2 (r + r'): enough for the
-/// wall nearest to any point of the lumen, and for both sides of a carina. Walls closer than near(radius of
-/// the wider vessel) [mm], which grows with it, that do not see one another belong to different sheets.
+/// wall nearest to any point of the lumen, and for both sides of a carina. Walls that do not see one another
+/// belong to different sheets when they are closer than near(radius of the wider vessel) [mm], which grows
+/// with that radius.
 VesselSheets vessel_sheets(const CentrelineTree&, const std::function<double(double radius)>& near);
 
 }  // namespace physics

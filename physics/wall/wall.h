@@ -1,5 +1,5 @@
 #pragma once
-/// What a lumen wall answers to a joint that may touch it.
+/// The answer of a lumen wall to a joint that may touch it.
 
 #include <span>
 
@@ -11,20 +11,20 @@ namespace physics {
 using namespace geometry;
 
 struct WallContact {
-    double penetration = 0;         // of the wire's surface through the wall, > 0 outside the lumen [mm]
-    Vec3 normal = Vec3::Zero();     // ∇ of penetration: out of the lumen, of unit length but where
-                                    // DistanceField's spline is only nearly a distance; zero out of reach
+    double penetration = 0;      // of the wire's surface through the wall, > 0 outside the lumen [mm]
+    Vec3 normal = Vec3::Zero();  // ∇ of penetration: points out of the lumen, of unit length except where
+                                 // DistanceField's spline is only nearly a distance; zero out of reach
     Mat3 curvature = Mat3::Zero();  // ∇² of penetration; zero for a wall of planes [1/mm]
-    double stiffness = 0;           // k of this joint; a wall answers that of a joint of the spec's λ [N/mm]
-    Vec3 stiffening = Vec3::Zero();  // ∇k: zero but for a stiffness that changes along the vessel [N/mm²]
+    double stiffness = 0;           // k of this joint; a wall returns that of a joint of the spec's λ [N/mm]
+    Vec3 stiffening = Vec3::Zero();  // ∇k: zero unless the stiffness changes along the vessel [N/mm²]
     double trust = 0;                // the joint touches nothing while it stays within this of here [mm]
     double room = 0;   // radius of the lumen here: the scale of motion that stays in sight of the wall [mm]
-    int station = -1;  // where along the vessel the joint is; give it back with the next query
+    int station = -1;  // where along the vessel the joint is; pass it back with the next query
 
     bool touches() const { return penetration > 0; }
     double force() const { return touches() ? stiffness * penetration : 0.0; }  // [N]
     double energy() const { return 0.5 * force() * penetration; }  // Eq. 9 [N·mm], if it touches
-    /// ∇ of the energy [N]: Eq. 11, and where the wall is stiffer farther on, what that asks for.
+    /// ∇ of the energy [N]: Eq. 11, and the term of a stiffness that changes along the vessel.
     Vec3 push() const { return force() * normal + stiffening_push(); }
     Vec3 stiffening_push() const {
         return touches() ? Vec3(0.5 * penetration * penetration * stiffening) : Vec3(Vec3::Zero());
@@ -41,7 +41,8 @@ public:
     virtual ~LumenWall() = default;
     /// contacts[i] becomes the contact of joints[i]; on entry contacts[i].station is the old station or -1.
     virtual void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const = 0;
-    /// Whether two stations lie in one vessel, so that a joint held by the one needs no look at the other.
+    /// Whether two stations lie in one vessel, so that a joint held by one need not be checked against the
+    /// other.
     virtual bool same_vessel(int, int) const { return true; }
     /// Whether penetration is twice continuously differentiable near the wall. Planes of a mesh are not: on
     /// them a Newton method comes only as near to rest as the planes jump.

@@ -18,11 +18,12 @@ public:
         double amplitude = 0, phase = 0;
     };
 
-    /// The same everywhere, k > 0 [N/mm]: a number will do wherever a WallStiffness is asked for.
+    /// The same everywhere, k > 0 [N/mm]: a number converts to a WallStiffness.
     /// Throws std::invalid_argument when it is not positive and finite.
     WallStiffness(double stiffness) : WallStiffness(stiffness, 1, {}) {}
-    /// Eq. 41 over `length` = L > 0 [mm], and beyond it as at its ends. Throws std::invalid_argument when a
-    /// number is not finite or when k is no larger than Σ|k_g|, so that the wall might not be stiff.
+    /// Eq. 41 over `length` = L > 0 [mm]; beyond it the stiffness stays as at the ends. Throws
+    /// std::invalid_argument when a number is not finite or when k is no larger than Σ|k_g|, so that the
+    /// stiffness might not be positive.
     WallStiffness(double mean, double length, std::vector<Term> terms);
 
     bool uniform() const { return terms_.empty(); }
@@ -30,7 +31,7 @@ public:
     double at(double way) const;                   // K [N/mm]
     double slope(double way) const;                // dK/ds, 0 beyond the ends [N/mm²]
     double average(double from, double to) const;  // of K over a way of some length, in closed form [N/mm]
-    /// Stiffness of a contact there and its gradient.
+    /// Sets the stiffness of a contact there and its gradient.
     void apply(const VesselWay& at, WallContact&) const;
 
 private:

@@ -6,7 +6,7 @@
 namespace physics {
 namespace {
 
-/// dκ_i/du_i: how the cosine at joint i answers to a turn of its own segment, the director carried along.
+/// dκ_i/du_i: how the cosine at joint i changes with a turn of its own segment, the director carried along.
 Vec3 cosine_slope(const Guidewire& wire, const std::vector<Vec3>& d, int joint) {
     const Vec3 &u = wire.tangents[joint], &next = wire.tangents[joint + 1];
     const double beta = wire.rest_angle[joint];

@@ -8,8 +8,8 @@
 
 namespace physics {
 
-/// U = C/12 (13 − 14 κ + κ²), Eq. 1, of a joint between unit vectors rest and next [N·mm]. Written with
-/// |rest − next|², for as printed it loses all digits where the wire is nearly straight.
+/// U = C/12 (13 − 14 κ + κ²), Eq. 1, of a joint between unit vectors rest and next [N·mm]. Computed from
+/// |rest − next|², because the printed form loses all digits where the wire is nearly straight.
 double joint_energy(double spring_constant, const Vec3& rest, const Vec3& next);
 
 /// Rest direction m_i of joint i; d is the director of segment i.
@@ -18,14 +18,14 @@ Vec3 rest_direction(const Guidewire&, int joint, const Vec3& d);
 /// Energy of joint i [N·mm]; `directors` as from physics::directors, unused where the rest shape is straight.
 double joint_energy(const Guidewire&, const std::vector<Vec3>& directors, int joint);
 
-/// [i] = Σ over joints j ≥ i of dU_j/dψ_j: what the bent tip asks of the material frame at i [N·mm].
-/// Only the curved tip contributes; size N+2, the last two entries zero.
+/// [i] = Σ over joints j ≥ i of dU_j/dψ_j: the bent tip's torque on the material frame at i [N·mm]. Only the
+/// curved tip contributes; size N+2, the last two entries zero.
 void tip_torque(const Guidewire&, const std::vector<Vec3>& directors, std::vector<double>& torque);
 
 /// Pull b and curvature A of the bending energy felt by one segment (Eq. 4):
 ///   U(ε) = U(0) − b·ε + ½ ε·A·ε,   ε = change of the unit tangent u_i.
-/// With a curved tip b also holds the turn of its rest direction by parallel transport; A is that of κ linear
-/// in ε.
+/// With a curved tip b also includes the turn of its rest direction by parallel transport; A is that of κ
+/// linear in ε.
 struct BendingTerms {
     Vec3 pull = Vec3::Zero();       // b [N·mm]
     Mat3 curvature = Mat3::Zero();  // A [N·mm]
@@ -33,8 +33,8 @@ struct BendingTerms {
 BendingTerms bending_terms(const Guidewire&, const std::vector<Vec3>& directors,
                            const std::vector<double>& torque, int segment);
 
-/// What a joint that is straight at rest adds to P of its two segments, both varied: ε_i·this·ε_{i+1} of
-/// Eq. 1.
+/// Contribution of a joint that is straight at rest to P of its two segments, both varied: ε_i·this·ε_{i+1}
+/// of Eq. 1.
 Mat3 neighbour_curvature(const Guidewire&, int joint);
 
 double bending_energy(const Guidewire&);  // [N·mm]

@@ -13,13 +13,13 @@ constexpr double whole_share = 0.5;    // of the tolerance that a segment made w
 constexpr double least_part = 0.25;    // of a segment that a split leaves on either side
 constexpr double least_piece = 0.125;  // of λ
 
-/// A place of a segment that the wall was asked at.
+/// A place of a segment where the wall was asked.
 struct Probe {
     double at = 0;  // from the proximal end [mm]
     WallContact contact;
 };
 
-/// What the wall can be at most as far as `distance` from a probe [mm].
+/// Upper bound of penetration as far as `distance` from a probe [mm].
 struct Bound {
     double value, slope, curve;
     double operator()(double distance) const { return value + distance * (slope + 0.5 * curve * distance); }
@@ -30,7 +30,7 @@ Bound by_slope(const WallContact& c) {
 }
 
 /// Near a wall that is nowhere bent more tightly than the lumen is wide, penetration grows along `way` by its
-/// slope and, in the second order, by no more than 1/room; twice that holds from half the way to the axis on.
+/// slope and, to second order, by no more than 1/room; from half the way to the axis on, by twice that.
 Bound by_normal(const WallContact& c, const Vec3& way) {
     return {c.penetration, c.normal.dot(way), 2 / c.room};
 }
@@ -95,12 +95,12 @@ private:
     Vec3 from_;
     double length_;
     Vec3 way_;
-    double limit_ = 0;  // of penetration: less is not looked for [mm]
+    double limit_ = 0;  // of penetration: nothing less is searched for [mm]
     double deepest_ = 0, deepest_at_ = -1;
 };
 
-/// Whether a joint bears a force, or the segment made of both its own would cross the wall. Off a carina that
-/// a joint holds it from, a segment does not cross: without the joint it would again.
+/// Whether a joint bears a force, or the segment merged from both its own would cross the wall. A segment
+/// that a joint holds off a carina does not cross: without the joint it would again.
 bool needed(const Guidewire& wire, const LumenWall& wall, int joint, double tolerance) {
     const Vec3 &from = wire.joints[joint - 1], way = (wire.joints[joint + 1] - from).normalized();
     const Vec3 places[] = {from, from + (wire.lengths[joint] + wire.lengths[joint + 1]) * way,

@@ -1,6 +1,7 @@
 #pragma once
-/// Segments that run through the wall between two joints inside the lumen, as across a carina: no joint feels
-/// them. They are found by asking the wall along the segment, and mended by a joint where they are deepest.
+/// Segments that pass through the wall between two joints inside the lumen, as across a carina, where no
+/// joint feels them. They are found by asking the wall along the segment, and mended by a joint at their
+/// deepest place.
 
 #include <optional>
 #include <span>
@@ -12,19 +13,19 @@
 namespace physics {
 
 /// A crossing no deeper than this is left alone [mm]. A wall rounds a carina off by up to as much again, so
-/// that none deeper than 0.1 mm in the vessel passes.
+/// that no crossing deeper than 0.1 mm in the vessel passes.
 constexpr double crossing_tolerance = 0.05;
 
 struct Crossing {
     int segment = 0;
-    double share = 0;  // of the segment's length proximal of its deepest place
+    double share = 0;  // of the segment's length that lies proximal of its deepest place
     double depth = 0;  // there, beyond what the ends' forces explain: penetration less the ends' larger [mm]
 };
 
-/// The deepest place of a straight way through the wall, if it lies deeper than its ends by more than the
-/// tolerance; `segment` stays 0. The contacts are those of its ends. Nothing is asked where the ends' trust
-/// reaches along the whole way. Between two places asked, the wall is bounded by its slope, at most 1.1, and
-/// near it by its normal and the lumen's width: the search ends where nothing deeper can hide.
+/// The deepest place of a straight line through the wall, if it lies deeper than its ends by more than the
+/// tolerance; `segment` stays 0. The contacts are those of its ends. The wall is not asked where the ends'
+/// trust covers the whole line. Between two places asked for, the wall is bounded by its slope, at most 1.1,
+/// and near it by its normal and the lumen's width: the search ends where nothing deeper can hide.
 std::optional<Crossing> crossing_between(const LumenWall&, const Vec3& from, const Vec3& to,
                                          const WallContact& at_from, const WallContact& at_to,
                                          double tolerance = crossing_tolerance);
@@ -33,14 +34,14 @@ std::optional<Crossing> crossing_between(const LumenWall&, const Vec3& from, con
 std::vector<Crossing> crossings(const Guidewire&, std::span<const WallContact>, const LumenWall&,
                                 double tolerance = crossing_tolerance);
 
-/// A joint at each of the crossings, which are those of the wire in order; a segment longer than the spec's λ
-/// is halved instead, as refine() would. Pieces shorter than an eighth of λ are not made. To be followed by a
-/// relax. Returns the number of segments split.
+/// Puts a joint at each of the crossings, which are those of the wire in order; a segment longer than the
+/// spec's λ is halved instead, as refine() would. Pieces shorter than an eighth of λ are not made. Relax the
+/// wire afterwards. Returns the number of segments split.
 int split_crossings(Guidewire&, std::span<const Crossing>);
 
-/// Makes segments whole again that were split at a crossing, where the joint between their pieces touches
-/// nothing and the straight segment would not cross the wall by more than half the tolerance; all of them
-/// where `every` asks for it. Returns the number of joints taken out.
+/// Merges the pieces of segments that were split at a crossing, where the joint between them touches nothing
+/// and the straight segment would not cross the wall by more than half the tolerance; with `every`, all of
+/// them. Returns the number of joints removed.
 int merge_pieces(Guidewire&, const LumenWall&, bool every = false, double tolerance = crossing_tolerance);
 
 }  // namespace physics

@@ -20,6 +20,7 @@ Energy total_energy(const Guidewire& wire, std::span<const WallContact> contacts
     for (std::size_t i = 1; i < contacts.size(); ++i) energy.wall += contacts[i].energy();
     for (int i = 1; i <= wire.segments(); ++i)
         energy.load -= wire.length_of(i) * wire.load.dot(wire.joints[i] - wire.joints[0]);
+    energy.torsion = 0.5 * wire.windup_torque() * wire.windup;
     energy.friction = grip_energy(wire.grips, wire.joints, 1);
     return energy;
 }
@@ -49,6 +50,13 @@ double relative_gradient(const Guidewire& wire, std::span<const WallContact> con
     double largest = 0;
     for (int i = 1; i <= wire.segments(); ++i)
         largest = std::max(largest, gradient[i].norm() / wire.spring_constant(i - 1));
+    if (wire.windup_stiffness() > 0) {
+        const std::vector<Vec3> d = directors(wire);
+        std::vector<double> torque;
+        tip_torque(wire, d, torque);
+        largest = std::max(largest,
+                           std::abs(torque[0] - wire.windup_torque()) / wire.spring_constant(wire.segments() - 1));
+    }
     return largest;
 }
 

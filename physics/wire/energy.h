@@ -8,9 +8,10 @@ namespace physics {
 
 struct Energy {
     double bending = 0, wall = 0;  // [N·mm]
-    double load = 0;               // what the load has yet to do, 0 with the wire at the introducer [N·mm]
-    double friction = 0;           // of the grips, normal forces as they are held [N·mm]
-    double total() const { return bending + wall + load + friction; }
+    double load = 0;      // work that the load has yet to do, 0 with the wire at the introducer [N·mm]
+    double torsion = 0;   // of the shaft [N·mm]
+    double friction = 0;  // of the grips, with their normal forces held [N·mm]
+    double total() const { return bending + wall + load + torsion + friction; }
 };
 
 /// Contacts of all joints from scratch (stations of the wire as hints), each with its share of the wall's
@@ -26,10 +27,10 @@ std::vector<Vec3> energy_gradient(const Guidewire&, std::span<const WallContact>
 /// Largest |dU/du_i| over C of that joint: zero at equilibrium [-].
 double relative_gradient(const Guidewire&, std::span<const WallContact>);
 
-/// Force of the hand along the wire [N], > 0 where it must push, of the force `held` along the wire by hand
-/// and introducer together, RelaxReport::push_force. A wire that is bent where it leaves the introducer is
-/// pressed out of it by EIκ²/2 (D. Bigoni et al., Eshelby-like forces acting on elastic structures, 2015).
-/// The hand's force times what is fed is the wire's gain of energy and its loss by friction.
+/// Force of the hand along the wire [N], > 0 where it must push. `held` is the force along the wire that hand
+/// and introducer hold together, RelaxReport::push_force. A wire that is bent where it leaves the introducer
+/// is pressed out of it by EIκ²/2 (D. Bigoni et al., Eshelby-like forces acting on elastic structures, 2015).
+/// The hand's force times what is fed is the wire's gain of energy plus its loss by friction.
 double hand_force(const Guidewire&, double held);
 
 double largest_penetration(std::span<const WallContact>);  // ≥ 0 [mm]

@@ -2,9 +2,9 @@
 /// Dry friction between the wall and the wire's material: Coulomb's law with a little elastic give, as a
 /// potential that is convex in the joints' positions while the normal forces are held.
 ///
-/// Material moves through space: after wire is let in, a joint holds what was proximal of it. A grip's anchor
-/// is the place where the material at the joint last held on to the wall, so it travels with the material;
-/// force and normal are the wall's at that place and stay with the joint.
+/// Material moves through space: after wire is fed in, a joint holds material that was proximal of it. A
+/// grip's anchor is the place where the material at the joint last held on to the wall, so it travels with
+/// the material; force and normal are the wall's at that place and stay with the joint.
 
 #include <span>
 #include <vector>
@@ -23,27 +23,27 @@ constexpr double slip_length = 0.05;
 struct Grip {
     Vec3 anchor = Vec3::Zero();  // [mm]
     Vec3 normal = Vec3::Zero();  // of the wall, unit
-    double force = 0;            // μN, the most that it holds against; 0 without touch [N]
+    double force = 0;            // μN, the largest force that it resists; 0 without touch [N]
 
     bool holds() const { return force > 0; }
-    /// Of the joint from its anchor in the tangent plane [mm].
+    /// Displacement of the joint from its anchor in the tangent plane [mm].
     Vec3 stretch(const Vec3& joint) const {
         const Vec3 from = joint - anchor;
         return from - normal.dot(from) * normal;
     }
-    /// Of the potential: f|e|²/2ε while it sticks, f(|e| − ε/2) where it slips [N·mm].
+    /// The potential: f|e|²/2ε while it sticks, f(|e| − ε/2) where it slips [N·mm].
     double energy(const Vec3& joint) const;
     Vec3 push(const Vec3& joint) const;       // its gradient [N]
     Mat3 stiffness(const Vec3& joint) const;  // its Hessian, positive semidefinite [N/mm]
-    /// The anchor follows a joint that has slipped, to where its stretch is ε, and a joint without touch.
-    /// Changes no force. Returns what the slip has cost [N·mm].
+    /// The anchor follows a joint that has slipped until the stretch is ε; it also follows a joint without
+    /// touch. Changes no force. Returns the energy that the slip has cost [N·mm].
     double follow(const Vec3& joint);
 
     bool operator==(const Grip&) const = default;
     void state(StateStream& s) { s(anchor, normal, force); }
 };
 
-/// Of joints from `first` on [N·mm]; either list may be empty.
+/// Energy of the grips of joints from `first` on [N·mm]; either list may be empty.
 double grip_energy(std::span<const Grip>, std::span<const Vec3> joints, int first);
 
 }  // namespace physics

@@ -98,6 +98,8 @@ std::vector<std::string> problems(const GuidewireSpec& s) {
     need_within("tip_length", s.tip_length, '[', WireLimits::soft_length, "mm");
     need_within("transition_length", s.transition_length, '[', WireLimits::soft_length, "mm");
     need_within("curved_length", s.curved_length, '[', WireLimits::curved_length, "mm");
+    need_within("buckling_force", s.buckling_force, '[', WireLimits::buckling_force, "N");
+    need_within("torsional_rigidity", s.torsional_rigidity, '[', WireLimits::rigidity, "N·mm²");
     need_within("friction", s.friction, '[', WireLimits::friction, "");
     // Rounding in a conversion from degrees must not reject the limit itself.
     need(
@@ -115,6 +117,22 @@ double rigidity_at(const GuidewireSpec& s, double from_end) {
     const double t = from_end - s.tip_length;
     if (t >= s.transition_length) return s.shaft_rigidity;
     return s.tip_rigidity * std::pow(s.shaft_rigidity / s.tip_rigidity, t / s.transition_length);
+}
+
+double torsional_rigidity_at(const GuidewireSpec& s, double from_end) {
+    return s.torsional_rigidity * rigidity_at(s, from_end) / s.shaft_rigidity;
+}
+
+double Guidewire::windup_stiffness() const {
+    const int curved = curved_segments();
+    if (spec.torsional_rigidity == 0 || curved == 0) return 0;
+    double give = 0, from_end = 0;
+    for (int i = segments(); i >= 1; --i) {
+        if (i <= segments() - curved)
+            give += lengths[i] / torsional_rigidity_at(spec, from_end + 0.5 * lengths[i]);
+        from_end += lengths[i];
+    }
+    return 1 / give;
 }
 
 double Guidewire::inserted_length() const {
@@ -151,7 +169,7 @@ Guidewire straight_wire(const GuidewireSpec& spec, const Vec3& entry, const Vec3
 
 namespace {
 
-/// Joints on the path, each a length of the wire's from the last; the number of segments is right.
+/// Puts the joints on the path, each a length of the wire's from the last; the number of segments is right.
 void lay_along(Guidewire& wire, const Polyline& path) {
     std::size_t piece = 1;
     for (int i = 1; i <= wire.segments(); ++i) {
@@ -413,7 +431,10 @@ double feed(Guidewire& wire, double mm) {
 }
 
 void rotate(Guidewire& wire, double angle) {
-    wire.roll = std::remainder(wire.roll + angle, 2 * M_PI);
+    if (wire.windup_stiffness() > 0)
+        wire.windup += angle;
+    else
+        wire.roll = std::remainder(wire.roll + angle, 2 * M_PI);
 }
 
 void rebuild_joints(Guidewire& wire, int first) {

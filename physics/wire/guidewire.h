@@ -15,7 +15,7 @@ namespace physics {
 
 using namespace geometry;
 
-/// Which length of wire the first and the last joint stand for.
+/// Length of wire that the first and the last joint stand for.
 enum class EndCells {
     Half,  // half of their one segment, as every joint stands for half of each of its two: second order in λ
     Paper  // the whole segment, which is first order in λ
@@ -33,6 +33,8 @@ struct GuidewireSpec {
     double curved_length = 12.0;       // s < curved_length is pre-curved [mm]
     double curved_angle = 0.785398163397448;  // total turn of the unloaded curved tip [rad]
     double friction = 0;                      // μ of the wire on the wall [-]
+    double buckling_force = 0;  // push at which the shaft outside bows and passes on no more; 0 = none [N]
+    double torsional_rigidity = 0;  // GJ of the shaft, elsewhere as EI; 0 = the tip follows at once [N·mm²]
 
     /// Segments of λ in the curved tip.
     int curved_segments() const;
@@ -41,10 +43,12 @@ struct GuidewireSpec {
         s(segment_length, end_cells, diameter, shaft_rigidity, tip_rigidity, tip_length, transition_length,
           curved_length, curved_angle);
         if (!s.part(friction != 0, friction)) friction = 0;
+        if (!s.part(torsional_rigidity != 0, torsional_rigidity)) torsional_rigidity = 0;
+        if (!s.part(buckling_force != 0, buckling_force)) buckling_force = 0;
     }
 };
 
-/// The most that problems() accepts of a spec.
+/// The largest values that problems() accepts in a spec.
 struct WireLimits {
     static constexpr double segment_length = 50;  // [mm]
     static constexpr double diameter = 5;         // [mm]
@@ -53,6 +57,7 @@ struct WireLimits {
     static constexpr double curved_length = 200;  // [mm]
     static constexpr double curved_angle = 270;   // either way [deg]
     static constexpr double friction = 1;
+    static constexpr double buckling_force = 100;  // [N]
 };
 
 /// Whether a wire enters a lumen of this radius [mm].
@@ -62,6 +67,9 @@ inline bool enters(double wire_diameter, double lumen_radius) {
 
 /// Everything that makes the spec unusable, a sentence each; empty when it is fine.
 std::vector<std::string> problems(const GuidewireSpec&);
+
+/// GJ at distance s [mm] from the distal end of a wire that twists [N·mm²].
+double torsional_rigidity_at(const GuidewireSpec&, double s);
 
 /// EI at distance s [mm] from the distal end [N·mm²].
 double rigidity_at(const GuidewireSpec&, double s);
@@ -77,22 +85,24 @@ struct Guidewire {
     std::vector<double> rest_angle;      // [i] = turn of the unloaded wire at joint i [rad]
     std::vector<int> stations;           // wall hint per joint, -1 = unknown; see LumenWall
     Vec3 base_director = Vec3::UnitY();  // unit, ⟂ u_0: direction the tip curves to at roll 0
-    double roll = 0;                     // turn of the hub about u_0 [rad]
+    double roll = 0;                     // turn of the tip's plane about u_0: the hub's less the windup [rad]
     Vec3 load = Vec3::Zero();  // force on the wire per length, e.g. its weight [N/mm]; joint i ≥ 1
                                // bears that of length_of(i)
     double carried = 0;        // motion not yet made, |carried| < λ [mm]
-    std::vector<Grip> grips;   // of the wall on each joint; empty for a wire without friction
+    double windup = 0;  // turn of the hub that has not reached the tip: the shaft is twisted by it [rad]
+    std::vector<Grip> grips;  // of the wall on each joint; empty for a wire without friction
     double friction_loss =
-        0;  // what they have cost so far: slip, and the stretch of material that let go [N·mm]
+        0;  // energy that they have cost so far: slip, and the stretch of material that let go [N·mm]
 
     void state(StateStream& s) {
         s(spec, joints, tangents, lengths, rigidity, rest_angle, stations, base_director, roll, load,
           carried);
         if (!s.part(!grips.empty(), grips, friction_loss)) grips.clear(), friction_loss = 0;
+        if (!s.part(windup != 0, windup)) windup = 0;
     }
     int segments() const { return static_cast<int>(joints.size()) - 1; }
     const Vec3& tip() const { return joints.back(); }
-    /// Of wire that the joint stands for: half of each of its segments [mm].
+    /// Length of wire that the joint stands for: half of each of its segments [mm].
     double length_of(int joint) const {
         if (joint > 0 && joint < segments()) return 0.5 * (lengths[joint] + lengths[joint + 1]);
         const double only = lengths[joint == 0 ? 1 : joint];
@@ -100,12 +110,17 @@ struct Guidewire {
     }
     /// C_i = EI_i over the length that joint i stands for [N·mm].
     double spring_constant(int joint) const { return rigidity[joint] / length_of(joint); }
-    /// Wall stiffness of the joint in that of a joint of the spec's λ: a wall is as stiff per length of wire
+    /// Wall stiffness of the joint relative to a joint of the spec's λ: a wall is as stiff per length of wire
     /// however coarse the wire is. 1 for every joint between two segments of the spec's λ.
     double wall_share(int joint) const { return length_of(joint) / spec.segment_length; }
     double inserted_length() const;  // Σλ [mm]
-    int curved_segments() const;     // segments of the pre-curved tip, pieces of them counted each
-    /// Whether a joint lies between two pieces of what is one segment of the spec's λ in a whole wire.
+    /// Torque that twists the shaft, from the introducer to the curved tip, by 1 rad [N·mm]; 0 for a shaft
+    /// that does not twist: a rigid one, or one without a tip to hold it.
+    double windup_stiffness() const;
+    /// Torque against which the hub is held [N·mm].
+    double windup_torque() const { return windup == 0 ? 0.0 : windup_stiffness() * windup; }
+    int curved_segments() const;  // segments of the pre-curved tip, each piece counted
+    /// Whether a joint lies between two pieces that make up one segment of the spec's λ in a whole wire.
     bool within_a_segment(int joint) const;
 };
 
@@ -116,67 +131,67 @@ Guidewire straight_wire(const GuidewireSpec&, const Vec3& entry, const Vec3& dir
 /// A wire with its joints on `path`, each exactly λ from the last, starting at path.front().
 Guidewire wire_along(const GuidewireSpec&, const Polyline& path, int segments);
 
-/// The same with `length` [mm] of wire inside, λ apart but for one segment just before the curved tip, as
+/// The same with `length` [mm] of wire inside, λ apart except for one segment just before the curved tip, as
 /// feed() leaves it. Throws std::invalid_argument for less than least_length(spec).
 Guidewire wire_of_length(const GuidewireSpec&, const Polyline& path, double length);
 
-/// Of wire that must be inside: its curved tip and one segment [mm].
+/// Least length of wire inside: the curved tip and one segment [mm].
 double least_length(const GuidewireSpec&);
 
 /// A wire of uniform rigidity with straight rest shape through given tangents.
 Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry, const Vec3& clamped,
                        const std::vector<Vec3>& tangents, EndCells = EndCells::Half);
 
-/// Gives the wall a grip on every joint, from the place where it is: the wire is as at rest without friction.
-/// Nothing for a wire whose spec has none.
+/// Gives every joint a grip with its anchor where the joint is: the wire is as at rest without friction. Does
+/// nothing for a wire whose spec has no friction.
 void start_grips(Guidewire&);
 
 /// Split a segment, `share` of its length proximal of the new joint. Its parts bend by the mean of the
-/// curvatures at its ends, so that the curve stays smooth; joints distal of it come closer by what the bent
-/// piece is shorter across. The new joint is straight without load, also in the curved tip, and its grip
-/// holds nothing until it is known to touch; its anchor lies between those next to it.
+/// curvatures at its ends, so that the curve stays smooth; joints distal of it come closer, as the bent piece
+/// is shorter across. The new joint is straight without load, also in the curved tip, and its grip holds
+/// nothing until it is known to touch; its anchor lies between those next to it.
 void split_segment(Guidewire&, int segment, double share = 0.5);
 
-/// Make one straight segment of this one and the next, as long as both; in the curved tip only of the pieces
-/// of one segment. Joints distal of it move off along it by what the bent pair was shorter across.
+/// Merge this segment and the next into a straight one, as long as both; in the curved tip only pieces of one
+/// segment. Joints distal of it move away along it by as much as the bent pair was shorter across.
 void merge_segments(Guidewire&, int segment);
 
-/// Let `mm` of wire in (negative: take it out). The segment just before the curved tip, λ/2 to 3λ/2 long,
-/// grows or shrinks; where it comes out of that range it gives a whole segment to the shaft or takes one from
-/// it, so that the wire's segments depend on its length alone. Pieces of segments there are made whole.
-/// Returns what was let in: withdrawal ends at least_length().
+/// Feed `mm` of wire in (negative: out). The segment just before the curved tip, λ/2 to 3λ/2 long, grows or
+/// shrinks; outside that range it gives a whole segment to the shaft or takes one from it, so that the wire's
+/// segments depend on its length alone. Pieces of segments there are made whole. Returns the length fed in:
+/// withdrawal ends at least_length().
 double feed(Guidewire&, double mm);
 
 /// How feed() would change the lengths of a wire's segments by up to λ either way.
 struct FeedPlan {
     int grows = 0;             // segment
-    double mm = 0;             // let in: what was asked for, or less on the way out [mm]
+    double mm = 0;             // length fed in: as asked for, or less on the way out [mm]
     double change = 0;         // of that segment's length [mm]
-    double change_before = 0;  // of that of the one before, on the way out [mm]
+    double change_before = 0;  // of the length of the segment before, on the way out [mm]
     bool whole =
         true;  // both are segments, not pieces of one, and not longer than 3λ/2: apply_feed() may be called
 };
 FeedPlan plan_feed(const Guidewire&, double mm);
-/// Changes the lengths and splits or merges what is too long or too short; anchors move on with the material.
-/// The plan must be `whole` and of this wire, but for its tangents.
+/// Changes the lengths and splits or merges segments that are too long or too short; anchors move on with the
+/// material. The plan must be `whole` and made for this wire; only its tangents may differ.
 void apply_feed(Guidewire&, const FeedPlan&);
-/// Grips of the wire's joints once it is fed by the plan, before anything is split or merged: each anchor is
-/// that of the material which then lies at the joint. Stretch mixes between joints; what energy that takes is
+/// Grips of the wire's joints once it is fed by the plan, before any split or merge: each anchor is that of
+/// the material which then lies at the joint. Stretch mixes between joints; the energy that this takes is
 /// added to `lost`.
 std::vector<Grip> fed_grips(const Guidewire&, const FeedPlan&, double& lost);
 
 /// Insert one segment just before the curved tip (the paper, Section 2.1).
 void insert_segment(Guidewire&);
 
-/// Take one segment of the spec's λ out there, split off a longer one or made whole of its pieces if need be.
+/// Take out one segment of the spec's λ there, split off a longer one or made whole from pieces if need be.
 /// False when only the curved tip and one such segment are left.
 bool remove_segment(Guidewire&);
 
-/// Move the wire by `mm` (negative = withdraw): whole segments are made, the rest is carried.
+/// Move the wire by `mm` (negative = withdraw) in whole segments; the rest is carried.
 /// Returns the number of segments inserted, or minus the number taken out.
 int move(Guidewire&, double mm);
 
-/// Turn the hub by `angle` [rad]; the tip follows at once (torsionally rigid).
+/// Turn the hub by `angle` [rad]; the tip follows at once, or the shaft winds up.
 void rotate(Guidewire&, double angle);
 
 /// Rebuild x_first…x_N from x_{first-1} and the tangents.

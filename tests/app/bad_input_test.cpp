@@ -13,7 +13,7 @@ namespace {
 using test::asset, test::good_script, test::Outcome, test::read, test::run, test::TemporaryFolder,
     test::write;
 
-/// Asserts a refusal that says `expected` and left no output folder.
+/// Asserts a rejection whose message has `expected` and that left no output folder.
 void expect_refused(const Outcome& result, const TemporaryFolder& folder, const std::string& expected) {
     EXPECT_EQ(result.code, 2) << result.out;
     // Lines of progress come before it where the machine is slow.

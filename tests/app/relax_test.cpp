@@ -25,7 +25,7 @@ std::string bent_tube() {
     return io::points_csv(points);
 }
 
-/// The bent tube, a wire of 40 segments and what else is said; flags given again take the later value.
+/// The bent tube, a wire of 40 segments and further flags; flags given again take the later value.
 class Bench {
 public:
     Bench() { write(folder / "tube.csv", bent_tube()); }

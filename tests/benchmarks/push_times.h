@@ -8,7 +8,7 @@
 #include "engine/io/cpu_clock.h"
 #include "physics/relax/hub.h"
 
-/// Pushes a wire from 20 to `segments` segments along `path`, `burst` at a time. The counters are of the
+/// Pushes a wire from 20 to `segments` segments along `path`, `burst` at a time. The counters cover the
 /// pushes of the second half.
 inline void push_through(benchmark::State& state, const physics::LumenWall& wall,
                          const geometry::Polyline& path, const physics::GuidewireSpec& spec, int segments,

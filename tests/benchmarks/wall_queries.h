@@ -1,5 +1,5 @@
 #pragma once
-/// What a query of a wall near it costs, in the iliac and renal arteries.
+/// The cost of a query near a wall, in the iliac and renal arteries.
 
 #include <benchmark/benchmark.h>
 #include <vector>

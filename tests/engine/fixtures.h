@@ -1,5 +1,5 @@
 #pragma once
-/// What several engine tests start from.
+/// Fixtures that several engine tests share.
 
 #include <filesystem>
 #include <fstream>
@@ -12,7 +12,7 @@
 
 namespace test {
 
-/// A folder of its own for one test, gone afterwards.
+/// A folder for one test, removed afterwards.
 class TemporaryFolder {
 public:
     TemporaryFolder() {
@@ -46,7 +46,7 @@ inline std::filesystem::path asset(const std::string& name) {
     return std::filesystem::path(SELDINGER_SOURCE) / "assets" / name;
 }
 
-/// What an InputError says when `call` throws one; empty when it throws nothing.
+/// The message of the InputError that `call` throws; empty when it throws nothing.
 template <class Call>
 std::string refusal(Call&& call) {
     try {

@@ -1,5 +1,5 @@
 #pragma once
-/// Small vessel trees as centrelines and ends alone, for what needs no wall.
+/// Small vessel trees as centrelines and ends alone, for tests that need no wall.
 
 #include <string>
 

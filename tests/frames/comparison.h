@@ -1,5 +1,5 @@
 #pragma once
-/// How far a frame is from its golden, and a score from the expected one.
+/// The difference between a frame and its golden, and between a score and the expected one.
 
 #include <algorithm>
 #include <cmath>
@@ -15,11 +15,11 @@ namespace test {
 
 constexpr int tile_width = 16;  // [pixels]
 
-/// By the names of limits.json [grey levels of 255].
+/// Values by the names of limits.json [grey levels of 255].
 using Measures = std::map<std::string, double>;
 
-/// Whole, by tiles, and over the pixels where `wire` is not 0. Throws std::invalid_argument when the sizes
-/// differ.
+/// Compares the images whole, by tiles, and over the pixels where `wire` is not 0. Throws
+/// std::invalid_argument when the sizes differ.
 inline Measures compare(const render::GrayImage& golden, const render::GrayImage& actual,
                         const render::GrayImage& wire) {
     const render::ImageDifference whole = render::difference(golden, actual);
@@ -53,7 +53,7 @@ inline Measures compare(const render::GrayImage& golden, const render::GrayImage
             {"wire_largest", wire_largest}};
 }
 
-/// What is beyond its limit, each as "tile_difference 0.38 > 0.2"; empty when the frame may pass.
+/// The values beyond their limits, each as "tile_difference 0.38 > 0.2"; empty when the frame may pass.
 inline std::vector<std::string> beyond(const Measures& limits, const Measures& found) {
     std::vector<std::string> wrong;
     for (const auto& [name, value] : found)

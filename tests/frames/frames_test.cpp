@@ -50,7 +50,7 @@ std::vector<std::string> cases() {
 using Change = std::function<void(exercise::Pulse&)>;
 using Images = std::map<int, GrayImage>;  // by frame
 
-/// A script as it is played, and the screen as it would be had its pulses been others.
+/// A script as it is played, and the screen as it would look with other pulses.
 class Replay {
 public:
     Replay(const scenario::Scenario& scenario, const script::CommandScript& script, std::vector<int> frames)
@@ -96,7 +96,7 @@ private:
     std::optional<exercise::Monitor> monitor_;
 };
 
-/// The wire elsewhere in the image, by that many pixels.
+/// The wire moved in the image by this many pixels.
 void shift_wire(exercise::Pulse& pulse, double right, double down) {
     const render::ArmAxes axes = render::axes(pulse.arm);
     const double pixel = render::pixel_width(pulse.arm) * pulse.arm.sod / pulse.arm.sid;
@@ -121,7 +121,7 @@ GrayImage with_gamma(const GrayImage& image, double gamma) {
     return changed;
 }
 
-/// Mean over the wire's pixels of what it changes in the image [grey levels].
+/// Mean change that the wire makes to the image over its pixels [grey levels].
 double contrast(const GrayImage& image, const GrayImage& wireless, const GrayImage& wire) {
     return test::compare(image, wireless, wire).at("wire_difference");
 }

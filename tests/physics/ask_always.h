@@ -1,5 +1,5 @@
 #pragma once
-/// A wall as the paper asks it.
+/// A wall that is asked as in the paper.
 
 #include <span>
 
@@ -7,7 +7,7 @@
 
 namespace test {
 
-/// Of every joint distal of every update: no clearance is trusted.
+/// It is asked for every joint distal of every update: no clearance is trusted.
 class AskAlways final : public physics::LumenWall {
 public:
     explicit AskAlways(const physics::LumenWall& wall) : wall_(wall) {}

@@ -1,6 +1,6 @@
 #pragma once
 /// The exact plane curve of an inextensible wire clamped at one end, by integrating its differential
-/// equation: what chains of segments are held to.
+/// equation: the reference for chains of segments.
 
 #include <algorithm>
 #include <array>
@@ -36,7 +36,7 @@ struct Elastica {
         clamp_angle = at[0], x = at[2], y = at[3], bending_energy = at[4];
     }
 
-    /// Finds φ(L) for a given φ(0): that rises with it as long as the tip is not turned back.
+    /// Finds φ(L) for a given φ(0); the two rise together as long as the tip is not turned back.
     void clamp_at(double angle) {
         double low = -1.57, high = 1.57;
         for (int i = 0; i < 60; ++i) {
@@ -46,7 +46,7 @@ struct Elastica {
         }
     }
 
-    /// Finds F for a given φ(0) and height of the tip too, which the force lowers.
+    /// Finds F too, for a given φ(0) and height of the tip, which the force lowers.
     void rest_at(double angle, double height) {
         double low = 0, high = 10 * rigidity / (length * length);
         for (int i = 0; i < 60; ++i) {

@@ -36,11 +36,11 @@ double sag(RelaxerKind kind, int segments, EndCells ends = EndCells::Half) {  //
     return -hanging(kind, segments, fixed_weight, ends).tip().z();
 }
 
-/// w L⁴/8EI of small deflections [mm]; large ones are 1e-6 of it less here.
+/// Sag w L⁴/8EI of a small deflection [mm]; a large one is less by 1e-6 of it here.
 constexpr double beam =
     fixed_weight * fixed_length * fixed_length * fixed_length * fixed_length / (8 * fixed_rigidity);
 
-/// How far the tip is from the exact one under a weight that bends the wire down by 77°, over L [-].
+/// Distance of the tip from the exact one under a weight that bends the wire down by 77°, over L [-].
 double error_of_tip(int segments, EndCells ends) {
     Elastica exact{.rigidity = fixed_rigidity, .length = fixed_length, .load = 4e-3};
     exact.clamp_at(0);
@@ -70,7 +70,8 @@ double force_on_wall(int segments, EndCells ends) {
 
 TEST(LoadedWire, SagsAsABeamUnderItsWeight) {
     // With half a segment's load at the tip and half a segment's bend at the clamp both sums are the
-    // trapezoidal rule: of a load that grows linearly exact, of a moment that grows as a square off by 1/N².
+    // trapezoidal rule: exact for a load that grows linearly, off by 1/N² for a moment that grows as a
+    // square.
     for (const RelaxerKind kind : {RelaxerKind::Global, RelaxerKind::Segment})
         for (const int segments : {10, 20})
             EXPECT_NEAR(sag(kind, segments) / beam - 1, 1.0 / (segments * segments), 1e-5) << segments;
@@ -119,7 +120,7 @@ TEST(LoadedWire, BothRulesMeetAsSegmentsShrink) {
     };
     const double coarse = apart(100), fine = apart(400);
     EXPECT_GT(coarse, 0.05);
-    EXPECT_NEAR(coarse / fine, 4, 0.1);  // what the paper's rule is off, of first order
+    EXPECT_NEAR(coarse / fine, 4, 0.1);  // the paper's error, of first order
 }
 
 TEST(LoadedWire, RestsInATubeWhereBothRelaxersSay) {

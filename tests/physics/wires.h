@@ -33,8 +33,8 @@ inline physics::Guidewire bent_wire(int segments, double curved_angle, unsigned 
     return wire;
 }
 
-/// Second-order terms of a wire, its contacts' own forces in them, from segment `first` on; what is proximal
-/// of it stands as the last call left it.
+/// Second-order terms of a wire, with its contacts' own forces, from segment `first` on; what is proximal of
+/// it stays as the last call left it.
 inline void newton_terms(const physics::Guidewire& wire, std::span<const physics::WallContact> contacts,
                          const std::vector<geometry::Vec3>& directors, int first,
                          physics::NewtonTerms& terms) {
@@ -46,8 +46,8 @@ inline void newton_terms(const physics::Guidewire& wire, std::span<const physics
     physics::sum_proximal(wire, contacts, terms);
 }
 
-/// A scene of PHYSICS: tube, and its wire laid along the centreline, with the paper's rule at its ends, which
-/// the listed energies are of.
+/// A scene of PHYSICS: the tube and its wire laid along the centreline, with the paper's rule at the wire's
+/// ends, to which the listed energies belong.
 struct SceneSetup {
     physics::TubeWall wall;
     physics::Guidewire wire;
@@ -98,7 +98,7 @@ inline double energy_of(const physics::Guidewire& wire, const physics::LumenWall
     return physics::total_energy(wire, physics::all_contacts(wire, wall)).total();
 }
 
-/// What the wall says of one place [mm], to a joint held by that station.
+/// The wall's answer at one place [mm] for a joint held by that station.
 inline physics::WallContact ask(const physics::LumenWall& wall, const geometry::Vec3& x, int station = -1) {
     physics::WallContact c;
     c.station = station;

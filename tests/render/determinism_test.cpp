@@ -1,5 +1,5 @@
-/// Frames are bytes that repeat: from run to run, and for any number of the rasteriser's threads. What the
-/// processor alone computes is the same in every build, and held to its hash here.
+/// Frames repeat byte for byte: from run to run, and for any number of the rasteriser's threads. What the
+/// processor alone computes is the same in every build, and is checked against its hash here.
 
 #include <array>
 #include <cstdint>
@@ -69,7 +69,7 @@ std::vector<render::TissueLayer> pinned_phantom() {
              render::tube({{-40, 0, -20}, {40, 5, 10}}, Vec3::UnitZ(), {5, 4}, {5, 4}), true}};
 }
 
-/// What GL has a part in: path lengths, a frame, the panel.
+/// Everything that GL has a part in: path lengths, a frame, the panel.
 std::string picture_hashes() {
     render::PathLengthRenderer renderer;
     const int mesh = renderer.add(render::ellipsoid(Vec3(5, 3, -8), Vec3(40, 20, 30), 60));
@@ -88,8 +88,8 @@ std::string picture_hashes() {
 
 constexpr const char* hashes_of_a_child = "SELDINGER_PRINTS_HASHES";
 
-/// The same from a process of its own: the rasteriser reads its settings once, before the first context.
-/// Where the tests run in shards, it runs this test whatever shard that is in.
+/// The same in a process of its own: the rasteriser reads its settings once, before the first context. Where
+/// the tests run in shards, it runs this test whatever shard that is in.
 std::string hashes_of_a_run(const std::string& environment) {
     const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
     const std::string command =
@@ -119,8 +119,8 @@ TEST(Determinism, PicturesAreTheSameFromRunToRunAndForAnyNumberOfThreads) {
         EXPECT_EQ(hashes_of_a_run(environment), own) << environment;
 }
 
-// A hash that moves without a reason that the commit names is a fault. With -ffp-contract=off the same came
-// out at -O0, -O2 and -O3, for x86-64-v3, and from the C library with and without fused arithmetic.
+// A hash that changes without a reason named by the commit is a fault. With -ffp-contract=off it was the same
+// at -O0, -O2 and -O3, for x86-64-v3, and from the C library with and without fused arithmetic.
 
 TEST(Determinism, OfTheDetector) {
     const Field few = render::read_out(uneven(96, 1.0f, 40), 0.29, {}, 3, 14);

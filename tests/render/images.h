@@ -12,7 +12,7 @@ inline render::GrayImage plain(int width, int height, std::uint8_t grey) {
     return {width, height, std::vector<std::uint8_t>(static_cast<std::size_t>(width) * height, grey)};
 }
 
-/// Does not compress.
+/// An image that does not compress.
 inline render::GrayImage noisy(int width, int height) {
     render::GrayImage image{width, height, {}};
     std::uint32_t x = 1;

@@ -1,5 +1,5 @@
 /// The importer against truth at full size: generated vessels, the same corrupted, and real meshes where they
-/// are to be had: in the folder that SELDINGER_REAL_MESHES names.
+/// are available: in the folder that SELDINGER_REAL_MESHES names.
 
 #include <algorithm>
 #include <cstdlib>

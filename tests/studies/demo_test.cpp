@@ -49,7 +49,7 @@ TEST_P(Demo, ReachesItsTargetAtRestInEveryFrame) {
         for (const physics::WallContact& c : simulation.contacts().subspan(1)) {
             ASSERT_LE(c.penetration, 0.3) << "frame " << frame;
         }
-        // What the walls press with is what the bent wire asks for: without the deepest contact it is not at
+        // The walls press with what the bent wire needs: without the deepest contact it is not at
         // rest.
         auto contacts = physics::all_contacts(wire, simulation.wall());
         EXPECT_LE(physics::relative_gradient(wire, contacts), 2e-8) << "frame " << frame;

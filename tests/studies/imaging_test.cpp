@@ -1,4 +1,4 @@
-/// The quick study of frames, against the figures they are to reach.
+/// The quick study of frames, against their target figures.
 
 #include "engine/studies/imaging.h"
 

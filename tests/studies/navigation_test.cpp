@@ -1,5 +1,5 @@
 /// A careless hand in the iliac arteries with the demo's wire: random pushes, pulls, turns and bursts, out of
-/// open ends too. Whatever a frame's budget leaves undone is made up for in the frames that follow.
+/// open ends too. What a frame's budget leaves undone is made up for in later frames.
 
 #include <cstdlib>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
-/// The quick sizes of the studies of the paper's results: whole, the same on any number of threads, and
-/// holding what does not hang on their size.
+/// The quick sizes of the studies of the paper's results: whole, the same on any number of threads, and with
+/// the claims that do not depend on size.
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -56,7 +56,7 @@ void expect_whole(const studies::StudyResult& result) {
     }
 }
 
-/// A number of this claim is a time, which is another on every run.
+/// A number of this claim is a time, which differs on every run.
 bool goes_by_the_clock(const std::string& text) {
     for (const char* part : {"[s]", "[µs]", "/t_1", "wall over solution"})
         if (text.find(part) != std::string::npos) return true;

@@ -1,5 +1,4 @@
-/// The quick study of random tubes and wild hands: nothing comes about that should not, on any number of
-/// threads.
+/// The quick study of random tubes and wild hands: nothing happens that should not, on any number of threads.
 
 #include "engine/studies/robustness.h"
 

@@ -41,7 +41,7 @@ struct VirtualDisplay::X {
         return title;
     }
 
-    /// Windows that go away while they are asked make errors that are no matter.
+    /// Windows that go away while they are asked cause errors that do not matter.
     static int ignore(::Display*, XErrorEvent*) { return 0; }
 
     ::Window find(const std::string& words) const {

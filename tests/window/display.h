@@ -1,6 +1,6 @@
 #pragma once
-/// A display that nobody looks at, and hands for the windows on it: Xvfb, driven through the X server's own
-/// test extension, so that a program meets real events.
+/// A virtual display without a viewer, and hands for the windows on it: Xvfb, driven through the X server's
+/// own test extension, so that a program meets real events.
 
 #include <memory>
 #include <string>
@@ -19,23 +19,24 @@ public:
 
     const std::string& name() const { return name_; }  // ":7", for DISPLAY
 
-    /// Waits for a window whose title holds the words; false after so many seconds.
+    /// Waits for a window whose title holds the words; false after this many seconds.
     bool wait_for_title(const std::string& words, double seconds);
-    /// Of the topmost window that has one; empty when there is none.
+    /// Title of the topmost window that has one; empty when there is none.
     std::string title();
-    /// By the X server's names: "Up", "space", "F12", "Shift_L". Throws std::invalid_argument for others.
+    /// Keys by the X server's names: "Up", "space", "F12", "Shift_L". Throws std::invalid_argument for
+    /// others.
     void key(const std::string& name, bool down);
     void tap(const std::string& name, double held = 0.05);
     void move_mouse(int x, int y);
     void button(int number, bool down);  // 1 left, 4 and 5 the wheel
     void click(int x, int y);
-    /// Of the window found last.
+    /// Resizes the window found last.
     void resize(int width, int height);
     void iconify();
     void take_focus();  // from every window
     void give_focus();
     void close();  // as its button would
-    /// Of the whole display.
+    /// A picture of the whole display.
     render::ColourImage screenshot();
 
 private:

@@ -20,7 +20,7 @@ constexpr double long_enough = 90;  // [s]; nothing here waits for as long unles
 /// The program in the room, its files in a folder of its own; vessels come from the cache of all tests.
 class Room {
 public:
-    /// `largest_file`: that the program can write, as on a full disk [bytes].
+    /// `largest_file`: the largest that the program can write, as on a full disk [bytes].
     Room(int width, int height, std::vector<std::string> words, std::optional<rlim_t> largest_file = {})
         : display(width, height) {
         setenv("DISPLAY", display.name().c_str(), 1);
@@ -35,7 +35,7 @@ public:
         getrlimit(RLIMIT_FSIZE, &before);
         ::signal(SIGXFSZ, SIG_IGN);
         const rlimit limited{largest_file.value_or(before.rlim_cur), before.rlim_max};
-        setrlimit(RLIMIT_FSIZE, &limited);  // of this process, and what it starts inherits it
+        setrlimit(RLIMIT_FSIZE, &limited);  // limits this process, and what it starts inherits the limit
         program.emplace(folder, command(words));
         setrlimit(RLIMIT_FSIZE, &before);
     }

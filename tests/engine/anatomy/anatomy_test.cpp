@@ -16,7 +16,7 @@ namespace {
 using geometry::Vec3;
 using Json = nlohmann::json;
 
-/// Loads the iliac arteries after `change` to its description; returns what is said against it.
+/// Loads the iliac arteries after `change` to its description; returns the error message.
 template <class Change>
 std::string refusal_after(Change change) {
     const test::TemporaryFolder folder;

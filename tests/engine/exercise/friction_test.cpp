@@ -40,6 +40,11 @@ TEST(FrictionScenario, ThePapersRelaxersRefuseIt) {
     s.relaxer.kind = physics::RelaxerKind::Segment;
     ASSERT_EQ(scenario::problems(s).size(), 1u);
     EXPECT_NE(scenario::problems(s)[0].find("kind = \"global\""), std::string::npos);
+    s = with_friction(0);
+    s.relaxer.kind = physics::RelaxerKind::FirstOrder;
+    s.guidewire.torsional_rigidity = 188;
+    ASSERT_EQ(scenario::problems(s).size(), 1u);
+    EXPECT_NE(scenario::problems(s)[0].find("torsion"), std::string::npos);
     s = with_friction(0.5);
     s.wall_friction = 3;
     ASSERT_EQ(scenario::problems(s).size(), 1u);
@@ -67,6 +72,8 @@ TEST(FrictionScenario, WildHandsEndAtRestRestoreAndReplay) {
         std::mt19937 random(seed);
         scenario::Scenario scenario = with_friction(0.05 + 0.05 * seed);
         scenario.adaptive = seed % 2 == 1;
+        if (seed % 3 != 0) scenario.guidewire.torsional_rigidity = 60 * seed;
+        scenario.torsion = scenario::TorsionModel::Compliant;
         Exercise exercise(scenario, false);
         for (int frame = 0; frame < 60; ++frame) {
             const auto commands = wild(random);

@@ -1,4 +1,4 @@
-/// The model changed under way: the wire lies where it lay, at rest by other numbers.
+/// The model changed during an exercise: the wire lies where it lay, at rest with other numbers.
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -53,7 +53,8 @@ TEST(Retune, AStifferWireInAFinerModelLiesStraighter) {
     EXPECT_GT(simulation.wire().segments(), 40);
 }
 
-/// Whatever is asked for, it is refused and nothing changes, or the wire is as long as before and goes on.
+/// Every request is either rejected and changes nothing, or leaves the wire as long as before and able to go
+/// on.
 TEST(Retune, AnyNumbersAreTakenOrRefused) {
     constexpr double wild[] = {
         0, -1, 1e-9, 1e9, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};

@@ -88,9 +88,8 @@ TEST(Score, DeepestContactIsExplainedByItsForce) {
     const int joint = score.deepest.joint;
     ASSERT_GE(joint, 1);
     EXPECT_GT(score.deepest.penetration, 0);
-    // What the walls press with is what the bent wire asks for: nothing is left over at any joint. Without
-    // the deepest contact the wire's bending pulls at it with that force, as far as it lies across the
-    // segment.
+    // The walls press with what the bent wire needs: no joint has a force left over. Without the
+    // deepest contact the wire's bending pulls at it with that force, as far as it lies across the segment.
     bool seen = false;
     score_of(test::small_scenario(), script, [&](int frame, const Simulation& simulation) {
         if (frame != score.deepest.frame) return;
@@ -108,8 +107,8 @@ TEST(Score, DeepestContactIsExplainedByItsForce) {
             EXPECT_LE(left[i].norm() / wire.spring_constant(i - 1), 2e-8) << i;
     });
     EXPECT_TRUE(seen);
-    // One stiffness everywhere but at the tip, which stands for half a segment: where that is the deepest, a
-    // joint less deep may be pressed harder.
+    // One stiffness everywhere except at the tip, which stands for half a segment: where the tip is deepest,
+    // a joint less deep may be pressed harder.
     const double share = score.peak_wall_force / score.deepest.force;
     EXPECT_GE(share, 1 - 1e-12);
     EXPECT_LE(share, 2);

@@ -40,7 +40,7 @@ scenario::Scenario bifurcation(const std::string& relaxer) {
     return scenario;
 }
 
-/// Of all segments between their joints over their ends, by asking at many places [mm].
+/// Largest depth of all segments between their joints, beyond their ends' depth, from many places [mm].
 double deepest_crossing(const Simulation& simulation, const physics::LumenWall& wall) {
     const physics::Guidewire& wire = simulation.wire();
     double deepest = 0;

@@ -1,4 +1,4 @@
-/// Snapshots: whatever an exercise was doing, restored and stepped on it does the same to the bit.
+/// Snapshots: whatever an exercise was doing, once restored and stepped on it does the same to the bit.
 
 #include <gtest/gtest.h>
 #include <random>

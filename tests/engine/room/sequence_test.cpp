@@ -22,7 +22,7 @@ protected:
         if (made.motion.console.pulse) shown = std::make_shared<const render::GrayImage>(exercise.image());
         sequences.observe(made, *exercise.monitor(), shown);
     }
-    /// A DSA run of so many frames.
+    /// A DSA run of this many frames.
     void acquire(int frames) {
         frame({script::SetMode{ImagingMode::Dsa}, script::NewMask{}, script::Beam{true}});
         for (int k = 1; k < frames; ++k) frame({});

@@ -21,7 +21,7 @@ SessionOptions options_of(const std::string& toml = test::small_toml) {
     return options;
 }
 
-/// Waits for a view that pleases; false after many seconds.
+/// Waits for a view that meets the condition; false after many seconds.
 bool wait_for(const Session& session, const std::function<bool(const View&)>& pleases) {
     for (int k = 0; k < 6000; ++k) {
         if (pleases(*session.view())) return true;
@@ -222,7 +222,7 @@ TEST(Session, WhatCannotBeLoadedOrRecordedIsSaid) {
     Session failed(std::move(bad));
     ASSERT_TRUE(wait_for(failed, Phase::Failed));
     test::expect_said(failed.view()->error, "nowhere");
-    failed.give(Control::Start);  // is no matter
+    failed.give(Control::Start);  // has no effect
 }
 
 TEST(Session, AFileThatTakesNothingIsRefusedBeforeTheStart) {

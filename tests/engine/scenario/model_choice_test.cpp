@@ -29,6 +29,21 @@ physics::GuidewireSpec straight_tip() {
     return wire;
 }
 
+TEST(ModelChoice, AShaftWindsUpWhereABendCanTwistIt) {
+    physics::GuidewireSpec wire = find_guidewire_preset("glide035")->spec;
+    const anatomy::Anatomy bend = tube(3, {anatomy::Run{40}, anatomy::Arc{20, 1.5}, anatomy::Run{40}});
+    const anatomy::Anatomy line = tube(3, {anatomy::Run{100}});
+    EXPECT_FALSE(choose_model(bend, wire, tolerance, true).winds_up);
+    EXPECT_EQ(choose_model(bend, wire, tolerance, true).torsion_reason, "");
+    wire.torsional_rigidity = 188;
+    EXPECT_TRUE(choose_model(bend, wire, tolerance, true).winds_up);
+    EXPECT_FALSE(choose_model(line, wire, tolerance, true).winds_up);
+    EXPECT_NE(choose_model(bend, wire, tolerance, true).torsion_reason, "");
+    wire.torsional_rigidity = 1e5;
+    wire.tip_rigidity = 1;
+    EXPECT_FALSE(choose_model(bend, wire, tolerance, true, 300).winds_up);
+}
+
 }  // namespace
 
 TEST(ModelChoice, MeasuresTheNarrowestPlaceAndTheSharpestBend) {

@@ -90,7 +90,7 @@ TEST(Hash, WordsAndTheirOrderCount) {
     EXPECT_NE(of(1.0, 2.0), of(2.0, 1.0));
     EXPECT_NE(of(0.0), of(-0.0));
     EXPECT_NE(of(0.0), of(0.0, 0.0));
-    // One bit of the input turns about half of the hash's.
+    // One bit of the input changes about half of the hash's bits.
     for (int bit = 0; bit < 64; ++bit) {
         const int turned =
             std::popcount(of(std::uint64_t{12345}) ^ of(std::uint64_t{12345} ^ (std::uint64_t{1} << bit)));

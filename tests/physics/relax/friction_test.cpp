@@ -1,4 +1,5 @@
-/// Friction of a wire on the wall: the law itself, and what it asks of a hand, against closed forms.
+/// Friction of a wire on the wall: the law itself, and the force that it takes of a hand, against closed
+/// forms.
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
@@ -29,7 +30,7 @@ GuidewireSpec thread(double rigidity, double friction, double lambda = 1) {
     return spec;
 }
 
-/// At rest along the wall's centreline, the grips begun there.
+/// At rest along the wall's centreline, with grips that begin there.
 struct Gripped {
     Gripped(const LumenWall& wall, const Polyline& line, const GuidewireSpec& spec, double length,
             const Vec3& load = Vec3::Zero())
@@ -255,6 +256,35 @@ TEST(Friction, CoarseAndFineSegmentsAskForTheSameForce) {
     }
     EXPECT_NEAR(forces[1], forces[2], 0.1 * forces[2]);
     EXPECT_NEAR(forces[0], forces[2], 0.2 * forces[2]);
+}
+
+TEST(Friction, APushThatTheShaftOutsideCannotBearIsNotPassedOn) {
+    const anatomy::Scene& scene = *anatomy::find_scene("hairpin");
+    const TubeWall wall(anatomy::draw(scene.path), scene.radius, scene.wall_stiffness, 0);
+    for (const double limit : {0.0, 0.8}) {
+        GuidewireSpec spec = thread(scene.rigidity, 0.4);
+        spec.buckling_force = limit;
+        Gripped g(wall, wall.centreline(), spec, 100);
+        double most = 0, fed = 0;
+        bool buckled = false;
+        for (int k = 0; k < 160; ++k) {
+            const HubReport report = g.hub.move(g.wire, {0.5, 0}, enough);
+            fed += report.made.feed;
+            buckled = buckled || report.buckled;
+            most = std::max(most, hand_force(g.wire, g.hub.last_report().push_force));
+        }
+        if (limit == 0) {
+            EXPECT_GT(most, 2);
+            EXPECT_FALSE(buckled);
+        } else {
+            EXPECT_LE(most, limit);
+            EXPECT_TRUE(buckled);
+            EXPECT_GT(most, 0.9 * limit) << "the last part is small";
+            // It can still be drawn back.
+            EXPECT_EQ(g.hub.move(g.wire, {-0.5, 0}, enough).outcome, HubReport::Outcome::AtRest);
+        }
+        EXPECT_LT(fed, 80.001);
+    }
 }
 
 }  // namespace

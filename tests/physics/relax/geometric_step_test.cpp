@@ -104,7 +104,7 @@ TEST(GeometricStep, LowersTheEnergyAndEndsWhereItsSlopeVanishes) {
         before = after;
     }
     EXPECT_LT(before, 0.999 * start);
-    // No turn that keeps the closure to first order lowers it: dU/du is normal to them all, λ_m μ.
+    // No turn that keeps the closure to first order lowers the energy: dU/du is normal to them all, λ_m μ.
     const SegmentProblem p = bending_of(wire, first);
     Mat3 square = Mat3::Zero();
     Vec3 sum = Vec3::Zero();

@@ -127,7 +127,7 @@ TEST(GlobalRelaxer, SpendsAShortBudgetAtTheTip) {
     const RelaxReport report = relaxer->relax(wire, {80, 0, 0});
     EXPECT_FALSE(report.converged);
     EXPECT_TRUE(report.out_of_budget);
-    EXPECT_EQ(report.newton_steps, 1);  // the first is seen to its end
+    EXPECT_EQ(report.newton_steps, 1);  // the first step is always completed
     EXPECT_LT(report.window, 100);
     EXPECT_LT(energy_of(wire, wall), energy);
     for (int i = 0; i <= wire.segments() - report.window; ++i)
@@ -204,7 +204,7 @@ TEST(GlobalRelaxer, RotatesACurvedTipAgainstAWallUnderItsWeight) {
         expect_equilibrium(wire, wall, report);
         torque = std::max(torque, std::abs(report.base_torque));
         steps += report.newton_steps;
-        // The torque is what the energy answers to the hub.
+        // The torque is the energy's change with the hub's turn.
         if (k % 12 == 0) {
             auto energy_at = [&](double angle) {
                 Guidewire turned = wire;

@@ -227,7 +227,7 @@ TEST(NewtonTerms, GradientAndHessianAreThoseOfTheEnergy) {
         };
         const Eigen::MatrixXd curvature = finite_hessian(gradient, zero, 1e-4);
         const Eigen::MatrixXd ours = dense(terms, 0).hessian;
-        // Curved: what is left out is of the order of torque times bend.
+        // Curved: the terms left out are of the order of torque times bend.
         EXPECT_LT((ours - curvature).norm(), (curved == 0 ? 1e-5 : 1e-3) * curvature.norm()) << curved;
     }
 }

@@ -44,7 +44,7 @@ TEST(StoredPlanes, SumsAreThoseOfTheContactsWhereTheyWereAsked) {
     EXPECT_EQ(planes.last_touching(), all.last_touching());
     for (const int from : {1, 20, 35, 60, 70}) {
         EXPECT_LT((planes.sum_from(from).force - all.sum_from(from).force).norm(), 1e-12) << from;
-        // Besides R, what the wall rises to the sides: never less stiff.
+        // Besides R, the rise of the wall to the sides: never less stiff.
         const Mat3 more = planes.sum_from(from).stiffness - all.sum_from(from).stiffness;
         EXPECT_GT(Eigen::SelfAdjointEigenSolver<Mat3>(more).eigenvalues()[0], -1e-12) << from;
     }

@@ -51,7 +51,7 @@ std::optional<Crossing> crossing(const LumenWall& wall, const Vec3& from, const 
     return crossing_between(wall, from, to, ask(wall, from), ask(wall, to), 0.1);
 }
 
-/// Of the deepest of many points over the ends' depth [mm].
+/// Depth of the deepest of many points, over the ends' depth [mm].
 double sampled_depth(const LumenWall& wall, const Vec3& from, const Vec3& to) {
     const double ends = std::max({0.0, ask(wall, from).penetration, ask(wall, to).penetration});
     double deepest = 0;

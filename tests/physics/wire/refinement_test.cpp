@@ -37,7 +37,7 @@ double distance_to(const Guidewire& wire, const Vec3& x) {
     return nearest;
 }
 
-/// Of the farthest joint of `fine` from the curve of `wire` [mm].
+/// Distance of the farthest joint of `fine` from the curve of `wire` [mm].
 double curve_error(const Guidewire& fine, const Guidewire& wire) {
     double farthest = 0;
     for (const Vec3& x : fine.joints) farthest = std::max(farthest, distance_to(wire, x));

@@ -17,7 +17,7 @@ Bytes deflated(const Bytes& bytes) {
     return stream;
 }
 
-/// By zlib, which checks the sum at the end too; nothing where it refuses.
+/// Inflated by zlib, which checks the sum at the end too; nothing where it reports an error.
 Bytes inflated(const Bytes& stream, std::size_t size) {
     Bytes bytes(size + 1);
     uLongf length = bytes.size();

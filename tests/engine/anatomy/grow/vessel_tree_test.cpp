@@ -16,7 +16,7 @@ double length(const SampledBranch& branch) {
     return branch.step() * static_cast<double>(branch.points.size() - 1);
 }
 
-/// What growing the small tree says after `change`.
+/// The error that growing the small tree reports after `change`.
 template <class Change>
 std::string refusal_of_tree(Change&& change) {
     VesselTreeSpec spec = small_tree();

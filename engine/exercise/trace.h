@@ -1,0 +1,29 @@
+#pragma once
+/// The exercise in numbers, a row per frame and device: where each device is and what the hand feels of it.
+
+#include <string>
+
+#include "engine/anatomy/anatomy.h"
+#include "engine/exercise/frame.h"
+#include "engine/exercise/score.h"
+
+namespace exercise {
+
+class Trace {
+public:
+    explicit Trace(const Simulation&);
+
+    /// Names and units of the columns, a line of CSV.
+    static std::string header();
+    /// The rows of a frame; call it once for each frame. Lengths are those of the wire shown: the last at
+    /// rest. Forces and torque are positive where the hand must push and hold the hub back; an empty cell
+    /// stands for a missing value: no way from the tip's branch to the target's, no dose without images.
+    std::string rows(const Frame&, const Score&);
+
+private:
+    anatomy::VesselPlace target_;
+    double turned_ = 0;  // of the hub since the attempt began [rad]
+    double push_ = 0, torque_ = 0;
+};
+
+}  // namespace exercise

@@ -1,0 +1,357 @@
+#include "engine/studies/devices.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <ctime>
+#include <fmt/format.h>
+
+#include "engine/anatomy/scenes.h"
+#include "engine/studies/claims.h"
+#include "engine/studies/work.h"
+#include "physics/relax/hub.h"
+#include "physics/wall/tube_wall.h"
+#include "physics/wire/energy.h"
+
+namespace studies {
+namespace {
+
+using geometry::degree;
+using geometry::Polyline;
+using geometry::Vec3;
+using physics::Guidewire;
+using physics::GuidewireSpec;
+using physics::Hub;
+using physics::HubReport;
+using physics::TubeWall;
+
+constexpr int enough = 100'000'000;  // updates
+constexpr const char* colours[] = {"#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9"};
+
+GuidewireSpec uniform_spec(double rigidity, double segment_length) {
+    GuidewireSpec spec;
+    spec.segment_length = segment_length;
+    spec.shaft_rigidity = spec.tip_rigidity = rigidity;
+    spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
+    spec.diameter = 0.01;
+    return spec;
+}
+
+/// A wire at rest without friction, then with it.
+Guidewire laid(Hub& hub, const Polyline& line, const GuidewireSpec& spec, double length,
+               const Vec3& load = Vec3::Zero()) {
+    Guidewire wire = physics::wire_of_length(spec, line, length);
+    wire.load = load;
+    hub.settle(wire, enough);
+    physics::start_grips(wire);
+    hub.settle(wire, enough);
+    return wire;
+}
+
+struct Capstan {
+    double angle = 0, friction = 0;  // [deg], [-]
+    double measured = 0, exact = 0;  // force of the hand [N]
+    double error() const { return std::abs(measured / exact - 1); }
+};
+
+/// A wire drawn round a bend against the weight of the straight run beyond it, along the inner wall:
+/// T' = μ (T/R + w sin φ) + w cos φ.
+Capstan capstan(double angle, double friction) {
+    constexpr double radius = 20, lumen = 1, run = 200, weight = 0.01, before = 20;  // [mm], [N/mm]
+    const auto path = [&](double bend) {
+        return anatomy::draw(std::vector<anatomy::PenMove>{
+            anatomy::Run{before}, anatomy::Arc{bend, angle * degree}, anatomy::Run{run + 60}});
+    };
+    const Polyline line = path(radius);
+    const Vec3 beyond = (line.back() - line[line.size() - 2]).normalized();
+    // It comes in at the inner wall, or the introducer would bear a part of its turn.
+    Polyline way = path(radius - lumen);
+    for (Vec3& p : way) p.y() += lumen;
+    const TubeWall wall(line, lumen, 42, 0);
+    Hub hub({}, wall);
+    GuidewireSpec spec = uniform_spec(5, 0.5);
+    spec.friction = friction;
+    Guidewire wire = laid(hub, way, spec, before + radius * angle * degree + run, weight * beyond);
+    HubReport report;
+    for (int k = 0; k < 60; ++k) report = hub.move(wire, {-0.25, 0}, enough);
+    Capstan result{angle, friction, -physics::hand_force(wire, report.relax.push_force), 0};
+
+    const double inner = radius - lumen, whole = angle * degree;
+    double tension = weight * (wire.inserted_length() - before - inner * whole);
+    constexpr int steps = 10'000;
+    for (int k = 0; k < steps; ++k) {
+        const double at = (k + 0.5) * whole / steps;
+        tension += (weight * std::cos(at) + friction * (tension / inner + weight * std::sin(at))) * inner *
+                   whole / steps;
+    }
+    result.exact = tension + before * weight * (std::cos(whole) + friction * std::sin(whole));
+    return result;
+}
+
+struct Loop {
+    double friction = 0;
+    std::vector<std::array<double, 2>> curve;  // inserted [mm], force of the hand [N]
+    double work = 0, gained = 0, loss = 0;     // over the loop [N·mm]
+    double error() const {
+        return loss > 0 ? std::abs(work - gained - loss) / loss : std::abs(work - gained);
+    }
+};
+
+/// Pushed in by `way` and drawn back.
+Loop loop(const anatomy::Scene& scene, double friction, double way) {
+    constexpr double lambda = 0.5, step = 0.05;
+    const TubeWall wall(anatomy::draw(scene.path), scene.radius, lambda * scene.wall_stiffness, 0);
+    Hub hub({}, wall);
+    GuidewireSpec spec = uniform_spec(scene.rigidity, lambda);
+    spec.friction = friction;
+    Guidewire wire = laid(hub, wall.centreline(), spec, 100);
+    const auto energy = [&] {
+        return physics::total_energy(wire, physics::all_contacts(wire, wall)).total();
+    };
+    const auto feed = [&](double by) {
+        return physics::hand_force(wire, hub.move(wire, {by, 0}, enough).relax.push_force);
+    };
+    Loop result;
+    result.friction = friction;
+    double force = feed(step);
+    const double before = energy(), lost_before = wire.friction_loss;
+    const int steps = static_cast<int>(std::lround(way / step));
+    for (int k = 0; k < 2 * steps; ++k) {
+        const double by = k < steps ? step : -step, next = feed(by);
+        result.work += by * 0.5 * (force + next);
+        force = next;
+        if (k % 4 == 0) result.curve.push_back({wire.inserted_length(), force});
+    }
+    result.gained = energy() - before;
+    result.loss = wire.friction_loss - lost_before;
+    return result;
+}
+
+constexpr double whip_step = 2;  // of the hub [deg]
+
+/// A wire with a curved tip in a bend, its hub turned once round.
+struct Whip {
+    double stiffness = 0;                      // of the shaft against torsion [N·mm]; 0 = rigid
+    std::vector<std::array<double, 2>> curve;  // hub, tip [deg]
+    std::vector<double> energies;              // after each step [N·mm]
+    double largest_step = 0;                   // of the tip, less the hub's [deg]
+};
+
+Whip whip(double torsional_rigidity) {
+    const TubeWall wall(anatomy::draw(std::vector<anatomy::PenMove>{anatomy::Run{60}, anatomy::Arc{30, 1.6},
+                                                                    anatomy::Run{80}}),
+                        2.5, 5, 0.4);
+    Hub hub({}, wall);
+    GuidewireSpec spec;
+    spec.curved_length = 20;
+    spec.curved_angle = 1;
+    spec.torsional_rigidity = torsional_rigidity;
+    Guidewire wire = laid(hub, wall.centreline(), spec, 110);
+    Whip result;
+    result.stiffness = wire.windup_stiffness();
+    double tip = wire.roll / degree;
+    const auto note = [&](double turned) {
+        result.curve.push_back({turned, tip});
+        result.energies.push_back(physics::total_energy(wire, physics::all_contacts(wire, wall)).total());
+    };
+    note(0);
+    for (double turned = whip_step; turned <= 360; turned += whip_step) {
+        const double before = wire.roll;
+        hub.move(wire, {0, whip_step * degree}, enough);
+        const double step = std::remainder(wire.roll - before, 2 * M_PI) / degree;
+        result.largest_step = std::max(result.largest_step, std::abs(step) - whip_step);
+        tip += step;
+        note(turned);
+    }
+    return result;
+}
+
+/// Largest fall of the slope of a rigid wire's energy with its roll: a softer shaft lets the tip go [N·mm].
+double critical_stiffness(const Whip& rigid) {
+    const double step = whip_step * degree;
+    double steepest = 0;
+    for (std::size_t k = 1; k + 1 < rigid.energies.size(); ++k)
+        steepest =
+            std::max(steepest,
+                     (2 * rigid.energies[k] - rigid.energies[k + 1] - rigid.energies[k - 1]) / (step * step));
+    return steepest;
+}
+
+struct Cost {
+    const char* model;
+    double friction, torsional_rigidity;
+    std::vector<double> times = {};  // of a part of a push, sorted [ms]
+    double steps = 0, segments = 0;
+    int unconverged = 0;
+    double quantile(double share) const {
+        return times[std::min(times.size() - 1,
+                              static_cast<std::size_t>(share * static_cast<double>(times.size())))];
+    }
+};
+
+/// Half segments of λ = 1 pushed into the sinuous scene, from N = 100 on, by a wire with a curved tip.
+void measure(const anatomy::Scene& scene, int pushes, Cost& cost) {
+    const TubeWall wall(anatomy::draw(scene.path), scene.radius, scene.wall_stiffness, 0);
+    Hub hub({}, wall);
+    GuidewireSpec spec = uniform_spec(scene.rigidity, 1);
+    spec.curved_length = 6;
+    spec.curved_angle = 45 * degree;
+    spec.friction = cost.friction;
+    spec.torsional_rigidity = cost.torsional_rigidity;
+    Guidewire wire = laid(hub, wall.centreline(), spec, 100);
+    for (int k = 0; k < pushes; ++k) {
+        const physics::HubMotion motion = {0.5, k % 4 == 3 ? 5 * degree : 0};
+        const std::clock_t before = std::clock();
+        const HubReport report = hub.move(wire, motion, enough);
+        cost.times.push_back(1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC);
+        cost.steps += static_cast<double>(report.relax.newton_steps) / pushes;
+        cost.unconverged += !report.relax.converged;
+    }
+    cost.segments = wire.segments();
+    std::sort(cost.times.begin(), cost.times.end());
+}
+
+io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& whips) {
+    io::Plot plot{"devices", "", 1100, 900};
+    plot.commands = "set multiplot layout 2,2\nset grid lc rgb '#dddddd'\nset key top left\n";
+    plot.commands +=
+        "set title 'Capstan: force of the hand round a bend'\nset xlabel 'bend [deg]'\nset ylabel 'force "
+        "[N]'\n"
+        "set xrange [40:200]\nset yrange [0:*]\nplot ";
+    const std::array<double, 3> capstan_frictions = {0.1, 0.2, 0.3};
+    for (std::size_t k = 0; k < capstan_frictions.size(); ++k)
+        plot.commands += fmt::format(
+            "{}'devices_capstan.csv' skip 1 using 1:($2 == {} ? $4 : 1/0) with linespoints pt 0 lc rgb '{}' "
+            "title 'μ = "
+            "{}, closed form', '' skip 1 using 1:($2 == {} ? $3 : 1/0) with points pt 7 lc rgb '{}' title "
+            "'wire'",
+            k > 0 ? ", \\\n     " : "", capstan_frictions[k], colours[k], capstan_frictions[k],
+            capstan_frictions[k], colours[k]);
+    plot.commands +=
+        "\nset key center left\nset title 'Pushed in and drawn back'\nset xlabel 'inserted [mm]'\nset ylabel "
+        "'force of the hand "
+        "[N]'\nset xrange [*:*]\nset yrange [*:*]\nplot ";
+    for (std::size_t k = 0; k < frictions.size(); ++k)
+        plot.commands += fmt::format(
+            "{}'devices_loop.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 2 lc rgb '{}' title 'μ "
+            "= {}'",
+            k > 0 ? ", \\\n     " : "", frictions[k], colours[k], frictions[k]);
+    plot.commands +=
+        "\nset key top left\nset title 'The tip follows, lags or whips'\nset xlabel 'hub [deg]'\nset ylabel "
+        "'tip [deg]'\nset "
+        "xtics 90\nset ytics 90\nset xrange [0:360]\nplot ";
+    for (std::size_t k = 0; k < whips.size(); ++k)
+        plot.commands += fmt::format(
+            "{}'devices_whip.csv' skip 1 using ($1 == {} ? $3 : 1/0):4 with lines lw 2 lc rgb '{}' title "
+            "'{}'",
+            k > 0 ? ", \\\n     " : "", k, colours[k],
+            whips[k].stiffness == 0 ? std::string("rigid")
+                                    : fmt::format("{:.3f} N mm/rad", whips[k].stiffness));
+    plot.commands +=
+        "\nset title 'What a push costs'\nset xlabel ''\nset ylabel 'processor time [ms]'\nset logscale "
+        "y\nset style "
+        "fill solid 0.85 noborder\nset boxwidth 0.35\nunset xrange\nset xrange [-0.6:3.6]\nset ytics "
+        "auto\nset yrange "
+        "[0.05:*]\nset xtics ('none' 0, 'friction' 1, 'torsion' 2, 'both' 3)\nset key top left\n"
+        "plot 'devices_cost.csv' skip 1 using ($0 - 0.2):5 with boxes lc rgb '#0072B2' title 'median', '' "
+        "skip 1 using "
+        "($0 + 0.2):6 with boxes lc rgb '#E69F00' title '99 %'\nunset multiplot\n";
+    plot.caption =
+        "Friction and torsion. Above: the capstan against its closed form, and a wire pushed in and drawn "
+        "back in the "
+        "sinuous scene. Below: how a curved tip in a bend of 30 mm follows its hub, by the shaft's stiffness "
+        "against "
+        "torsion, and the processor time of half a segment's push at N = 100 and more.";
+    return plot;
+}
+
+}  // namespace
+
+StudyResult run_devices(const StudyOptions& options) {
+    const std::vector<double> angles = {60, 120, 180}, capstan_frictions = {0.1, 0.2, 0.3};
+    const std::vector<double> loop_frictions = {0, 0.1, 0.2};
+    const anatomy::Scene& scene = *anatomy::find_scene("sinuous");
+    std::vector<Capstan> capstans(9);
+    std::vector<Loop> loops(loop_frictions.size());
+    std::vector<Whip> whips(4);
+    std::array<Cost, 4> costs = {Cost{"none", 0, 0}, Cost{"friction", 0.1, 0}, Cost{"torsion", 0, 400},
+                                 Cost{"both", 0.1, 400}};
+    Work work(options, static_cast<int>(capstans.size() + loops.size() + whips.size() + costs.size()));
+    work.run(9, [&](int k) {
+        capstans[k] = capstan(angles[k % 3], capstan_frictions[k / 3]);
+        return fmt::format("capstan of {} deg, friction {}", capstans[k].angle, capstans[k].friction);
+    });
+    work.run(static_cast<int>(loops.size()), [&](int k) {
+        loops[k] = loop(scene, loop_frictions[k], options.quick ? 5 : 30);
+        return fmt::format("loop, friction {}", loops[k].friction);
+    });
+    whips[0] = whip(0);
+    const double critical = critical_stiffness(whips[0]);
+    const double per_rigidity = whip(1000).stiffness / 1000;
+    work.run(3, [&](int k) {
+        constexpr double shares[] = {3, 1.2, 0.85};
+        whips[k + 1] = whip(shares[k] * critical / per_rigidity);
+        return fmt::format("hub turned, {} of the critical stiffness", shares[k]);
+    });
+    // One at a time: they are timed.
+    for (Cost& cost : costs) measure(scene, options.quick ? 40 : 180, cost);
+
+    StudyResult result;
+    io::Table bend{
+        "devices_capstan", {"angle_deg", "friction", "hand_N", "closed_form_N", "off_percent"}, {}};
+    for (const Capstan& c : capstans) {
+        bend.add({c.angle, c.friction, c.measured, c.exact, 100 * c.error()});
+        result.claims.push_back(
+            {fmt::format("capstan: {} deg, friction {}: force of the hand [N]", c.angle, c.friction), c.exact,
+             c.measured, c.error() < 0.01, "Closed form; within 1 %."});
+    }
+    io::Table in_and_out{"devices_loop", {"friction", "inserted_mm", "hand_N"}, {}};
+    io::Table balance{
+        "devices_balance", {"friction", "work_N_mm", "gained_N_mm", "loss_N_mm", "off_percent"}, {}};
+    for (const Loop& l : loops) {
+        for (const auto& [inserted, force] : l.curve) in_and_out.add({l.friction, inserted, force});
+        balance.add({l.friction, l.work, l.gained, l.loss, 100 * l.error()});
+        result.claims.push_back(
+            {fmt::format("loop of push and pull, friction {}: work of the hand [N mm]", l.friction),
+             l.gained + l.loss, l.work, l.error() < 0.01,
+             "The wire's gain of energy and its loss by friction; within 1 % of the loss."});
+    }
+    io::Table turned{"devices_whip", {"curve", "shaft_N_mm", "hub_deg", "tip_deg"}, {}};
+    for (std::size_t k = 0; k < whips.size(); ++k)
+        for (const auto& [hub, tip] : whips[k].curve)
+            turned.add({static_cast<double>(k), whips[k].stiffness, hub, tip});
+    const double smooth = whips[2].largest_step, jump = whips[3].largest_step;
+    result.claims.push_back(
+        {fmt::format("a shaft 1.2 times as stiff as the critical {:.3f} N mm/rad: largest step of the "
+                     "tip beyond the hub's [deg]",
+                     critical),
+         std::string("no whip: below 20"), smooth, smooth < 20,
+         "The critical stiffness is the steepest fall of the rigid wire's dE/droll."});
+    result.claims.push_back(
+        {"a shaft 0.85 times as stiff as the critical one: largest step of the tip beyond the hub's "
+         "[deg]",
+         std::string("whips: above 25"), jump, jump > 25, "As above."});
+    io::Table price{"devices_cost",
+                    {"model", "friction", "GJ_N_mm2", "segments", "median_ms", "p99_ms", "max_ms",
+                     "newton_steps", "unconverged"},
+                    {}};
+    for (const Cost& c : costs) {
+        price.add({std::string(c.model), c.friction, c.torsional_rigidity, c.segments, c.quantile(0.5),
+                   c.quantile(0.99), c.times.back(), c.steps, static_cast<double>(c.unconverged)});
+        result.claims.push_back({fmt::format("pushes and turns with {}: without a certified rest", c.model),
+                                 0.0, static_cast<double>(c.unconverged), c.unconverged == 0,
+                                 "Of all in the cost's table."});
+    }
+    result.plots = {picture(loop_frictions, whips)};
+    result.tables = {std::move(bend), std::move(in_and_out), std::move(balance), std::move(turned),
+                     std::move(price)};
+    result.page =
+        claims_page("devices", "Friction and torsion of a wire",
+                    "A wire that slides, sticks and winds up, against closed forms; and what it costs. "
+                    "Catheters are not in it yet.\n\n" +
+                        io::to_markdown(result.tables[2]) + "\n" + io::to_markdown(result.tables[4]),
+                    result, options);
+    return result;
+}
+
+}  // namespace studies

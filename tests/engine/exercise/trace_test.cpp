@@ -1,0 +1,91 @@
+/// The exercise in numbers: rows that match the frames.
+
+#include "engine/exercise/trace.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/exercise/exercise.h"
+#include "engine/run/headless.h"
+#include "tests/anatomies.h"
+#include "tests/engine/fixtures.h"
+
+namespace exercise {
+namespace {
+
+std::vector<std::string> cells(const std::string& row) {
+    std::vector<std::string> found(1);
+    for (const char c : row)
+        if (c == ',')
+            found.emplace_back();
+        else if (c != '\n')
+            found.back() += c;
+    return found;
+}
+
+TEST(Trace, EveryFrameHasARowOfAsManyCellsAsTheHeader) {
+    Exercise exercise(test::small_scenario(), false);
+    Trace trace(exercise.simulation());
+    const std::vector<std::string> names = cells(Trace::header());
+    const auto cell = [&](const std::vector<std::string>& row, const std::string& name) {
+        const auto at = std::find(names.begin(), names.end(), name) - names.begin();
+        return row.at(static_cast<std::size_t>(at));
+    };
+    double left = 1e9;
+    for (int frame = 0; frame < 10; ++frame) {
+        std::vector<script::Command> commands = {script::Advance{2}, script::Rotate{0.1}};
+        const Frame made = exercise.next_frame(commands);
+        const std::string text = trace.rows(made, exercise.score());
+        ASSERT_EQ(std::count(text.begin(), text.end(), '\n'), 1);
+        const auto row = cells(text);
+        ASSERT_EQ(row.size(), names.size());
+        EXPECT_EQ(cell(row, "frame"), std::to_string(frame));
+        EXPECT_EQ(cell(row, "device"), "wire");
+        EXPECT_NEAR(std::stod(cell(row, "inserted_mm")), exercise.simulation().inserted(), 1e-12);
+        EXPECT_NEAR(std::stod(cell(row, "turned_deg")), 0.1 * (frame + 1) / geometry::degree, 1e-9);
+        EXPECT_NEAR(std::stod(cell(row, "tip_x_mm")), exercise.simulation().wire().tip().x(), 1e-12);
+        EXPECT_EQ(cell(row, "air_kerma_mGy"), "");  // without images
+        const double now = std::stod(cell(row, "left_to_target_mm"));
+        EXPECT_LT(now, left);
+        left = now;
+    }
+    const Frame made = exercise.next_frame(std::vector<script::Command>{script::Reset{}});
+    EXPECT_NEAR(std::stod(cell(cells(trace.rows(made, exercise.score())), "turned_deg")), 0, 1e-12);
+}
+
+TEST(Trace, TheWayLeftIsAlongTheVessels) {
+    const anatomy::Anatomy& vessels = test::iliac_renal();
+    const auto way = [&](int a, int i, int b, int j) {
+        return anatomy::way_between(vessels, {a, i, 0}, {b, j, 0});
+    };
+    for (int a = 0; a < static_cast<int>(vessels.branches.size()); ++a) {
+        EXPECT_EQ(way(a, 3, a, 3), 0);
+        for (int b = 0; b < static_cast<int>(vessels.branches.size()); ++b) {
+            const std::optional<double> there = way(a, 5, b, 2), back = way(b, 2, a, 5);
+            ASSERT_TRUE(there && back);
+            EXPECT_NEAR(*there, *back, 1e-9);
+            // No shorter than the straight line, but for the step from a child's start to its parent's
+            // sample.
+            const double straight = (vessels.branches[a].points[5] - vessels.branches[b].points[2]).norm();
+            EXPECT_GT(*there, straight - 10);
+        }
+    }
+}
+
+TEST(Trace, ARunLeavesItWhereItWasAskedFor) {
+    test::TemporaryFolder folder;
+    const script::CommandScript script = script::parse_commands("1..5 advance 1 mm\n9 end\n", "script.gw");
+    run::RunOptions options;
+    options.images = false;
+    options.trace = folder / "state.csv";
+    run::run_headless(test::small_scenario(), script, folder / "out", options);
+    const std::string text = io::read_text(folder / "state.csv", "trace", "");
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 11);
+    EXPECT_TRUE(text.starts_with(Trace::header()));
+    options.trace = "/no/such/folder/state.csv";
+    EXPECT_THROW(run::run_headless(test::small_scenario(), script, folder / "other", options),
+                 io::InputError);
+    EXPECT_FALSE(std::filesystem::exists(folder / "other"));
+}
+
+}  // namespace
+}  // namespace exercise

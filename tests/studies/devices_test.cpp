@@ -1,0 +1,19 @@
+/// The quick study of friction and torsion: every closed form is met.
+
+#include "engine/studies/devices.h"
+
+#include <gtest/gtest.h>
+
+TEST(DevicesStudy, MeetsItsClosedForms) {
+    studies::StudyOptions options;
+    options.quick = true;
+    options.threads = 2;
+    const studies::StudyResult result = studies::run_devices(options);
+    EXPECT_EQ(result.claims.size(), 9u + 3 + 2 + 4);
+    for (const studies::Claim& claim : result.claims)
+        EXPECT_TRUE(claim.holds) << claim.text << ": "
+                                 << (std::holds_alternative<double>(claim.measured)
+                                         ? std::get<double>(claim.measured)
+                                         : 0.0);
+    for (const io::Table& table : result.tables) EXPECT_FALSE(table.rows.empty()) << table.name;
+}
