@@ -41,10 +41,12 @@ std::vector<std::string> problems(const Scenario& s) {
     if (s.relaxer.kind != physics::RelaxerKind::Global) {
         if (s.friction() > 0)
             say("relaxer.kind",
-                "the paper's relaxers know no friction; kind = \"global\", or a wire of friction = 0, is accepted");
+                "the paper's relaxers know no friction; kind = \"global\", or a wire of friction = 0, is "
+                "accepted");
         if (s.guidewire.torsional_rigidity > 0)
             say("relaxer.kind",
-                "the paper's relaxers know no torsion; kind = \"global\", or a wire of torsional_rigidity_N_mm2 = 0, "
+                "the paper's relaxers know no torsion; kind = \"global\", or a wire of "
+                "torsional_rigidity_N_mm2 = 0, "
                 "is accepted");
     }
     if (s.entry.inserted > s.wire_length) {

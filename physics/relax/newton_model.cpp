@@ -36,9 +36,8 @@ RiccatiReport NewtonModel::linearise(const Guidewire& wire, const ContactSet& co
                                      double mu) {
     if (wire.curved_segments() > 0) transport_directors(wire, first, directors);
     mu_ = mu;
-    RiccatiReport report =
-        assemble_and_solve(wire, contacts.contacts(), directors, first, mu, least_pivot, terms_, planes_,
-                           std::span(gains_).subspan(first - 1));
+    RiccatiReport report = assemble_and_solve(wire, contacts.contacts(), directors, first, mu, least_pivot,
+                                              terms_, planes_, std::span(gains_).subspan(first - 1));
     solve_turn(wire, mu, report);
     answers_ = certifies();
     return report;
@@ -137,16 +136,18 @@ void NewtonModel::set_axial_forces(const Guidewire& wire) {
 
 void NewtonModel::answer(const Guidewire& wire, std::span<const FedStage> fed, double mu) {
     answers_ = mu == 0;
-    answer_turn(wire,
-                riccati_answer(terms_.stages, terms_.first - 1, mu, mu > 0, least_pivot, terms_.twist, gains_, fed),
-                mu);
+    answer_turn(
+        wire,
+        riccati_answer(terms_.stages, terms_.first - 1, mu, mu > 0, least_pivot, terms_.twist, gains_, fed),
+        mu);
 }
 
 void NewtonModel::answer_again(const Guidewire& wire, std::span<const FedStage> fed) {
     answers_ = false;
     set_axial_forces(wire);
-    answer_turn(wire,
-                riccati_answer(terms_.stages, terms_.first - 1, 0, true, least_pivot, terms_.twist, gains_, fed), 0);
+    answer_turn(
+        wire,
+        riccati_answer(terms_.stages, terms_.first - 1, 0, true, least_pivot, terms_.twist, gains_, fed), 0);
 }
 
 double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<const FedStage> fed) {

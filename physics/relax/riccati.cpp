@@ -36,7 +36,7 @@ RiccatiReport backward(std::span<const RiccatiStage> stages, double mu, double l
 
 template <bool with_twist>
 double answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
-            std::span<RiccatiGain> gains, std::span<const FedStage> fed) {
+              std::span<RiccatiGain> gains, std::span<const FedStage> fed) {
     int last = static_cast<int>(stages.size());  // most proximal fed stage
     for (const FedStage& f : fed)
         if (f.stage >= 0) last = std::min(last, f.stage);
@@ -94,8 +94,9 @@ RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, 
                  : backward<false>(stages, mu, least_pivot, gains);
 }
 
-double riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
-                      bool twist, std::span<RiccatiGain> gains, std::span<const FedStage> fed) {
+double riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew,
+                      double least_pivot, bool twist, std::span<RiccatiGain> gains,
+                      std::span<const FedStage> fed) {
     return twist ? answer<true>(stages, first, mu, anew, least_pivot, gains, fed)
                  : answer<false>(stages, first, mu, anew, least_pivot, gains, fed);
 }

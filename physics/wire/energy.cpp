@@ -54,8 +54,8 @@ double relative_gradient(const Guidewire& wire, std::span<const WallContact> con
         const std::vector<Vec3> d = directors(wire);
         std::vector<double> torque;
         tip_torque(wire, d, torque);
-        largest = std::max(largest,
-                           std::abs(torque[0] - wire.windup_torque()) / wire.spring_constant(wire.segments() - 1));
+        largest = std::max(
+            largest, std::abs(torque[0] - wire.windup_torque()) / wire.spring_constant(wire.segments() - 1));
     }
     return largest;
 }
