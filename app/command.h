@@ -25,6 +25,7 @@ Command add_render(CLI::App&);
 Command add_study(CLI::App&);
 Command add_anatomy(CLI::App&);
 Command add_list(CLI::App&);
+Command add_device(CLI::App&);
 
 /// "seldinger 0.1.0".
 extern const char* const program;

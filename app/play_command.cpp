@@ -58,7 +58,7 @@ std::string scenario_of(const std::filesystem::path& recording) {
 
 Exercise exercise_of(const std::filesystem::path& file) {
     Exercise exercise;
-    exercise.scenario = scenario::load_scenario(file);
+    exercise.scenario = scenario::load_scenario(file, assets() / "devices");
     const std::filesystem::path folder = assets(),
                                 script = folder / "scripts" / (exercise.scenario.name + ".gw");
     exercise.picture = file.parent_path() / (exercise.scenario.name + ".png");

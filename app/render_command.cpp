@@ -22,8 +22,8 @@ struct RenderArguments {
 
 int render_image(const RenderArguments& arguments) {
     run::check_still(arguments.out);
-    const scenario::Scenario scenario =
-        scenario::load_scenario(scenario::find_scenario(arguments.scenario, assets() / "scenarios"));
+    const scenario::Scenario scenario = scenario::load_scenario(
+        scenario::find_scenario(arguments.scenario, assets() / "scenarios"), assets() / "devices");
     script::CommandScript script;
     if (const std::filesystem::path own = assets() / "scripts" / (scenario.name + ".gw");
         !arguments.commands.empty())

@@ -37,8 +37,8 @@ struct RunArguments {
 };
 
 int run_scenario(const RunArguments& arguments) {
-    const scenario::Scenario scenario =
-        scenario::load_scenario(scenario::find_scenario(arguments.scenario, assets() / "scenarios"));
+    const scenario::Scenario scenario = scenario::load_scenario(
+        scenario::find_scenario(arguments.scenario, assets() / "scenarios"), assets() / "devices");
     const script::CommandScript script = script::load_commands(arguments.commands);
     run::RunOptions options;
     options.every = arguments.every;

@@ -102,8 +102,10 @@ struct Scenario {
 };
 
 /// Throws InputError that lists everything wrong, a line each, with file:line:column.
-Scenario load_scenario(const std::filesystem::path&);
-Scenario parse_scenario(const std::string& toml, const std::filesystem::path& file);
+/// `devices` is the folder that holds the devices a scenario takes by name.
+Scenario load_scenario(const std::filesystem::path&, const std::filesystem::path& devices = {});
+Scenario parse_scenario(const std::string& toml, const std::filesystem::path& file,
+                        const std::filesystem::path& devices = {});
 
 /// Everything about the scenario alone that makes it unusable; empty when it is fine.
 std::vector<std::string> problems(const Scenario&);

@@ -8,6 +8,7 @@
 #include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/io/toml_section.h"
+#include "engine/scenario/device.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
 #include "physics/geometry/vec.h"
@@ -66,8 +67,9 @@ void read_tube(io::Section tube, io::Reading& reading, Scenario& s) {
     tube.finish();
 }
 
-void read_guidewire(io::Section wire, Scenario& s) {
-    using Limits = physics::WireLimits;
+/// The wire that all values not given are those of.
+void read_usual_wire(io::Section& wire, const std::filesystem::path& devices,
+                     const std::filesystem::path& file, Scenario& s) {
     std::vector<std::string_view> names;
     for (const physics::GuidewirePreset& preset : physics::guidewire_presets()) names.push_back(preset.name);
     const auto preset = wire.choice("preset", names);
@@ -75,6 +77,24 @@ void read_guidewire(io::Section wire, Scenario& s) {
         preset ? physics::guidewire_presets()[*preset] : *physics::find_guidewire_preset("glide035");
     s.guidewire = usual.spec;
     s.wire_length = usual.length;
+    const toml::node* node = wire.find("device");
+    std::string name;
+    if (!node || !wire.word("device", name)) return;
+    if (preset) wire.refuse("device", *node, "either 'preset' or 'device' is accepted, one of them");
+    try {
+        const std::filesystem::path beside = file.parent_path() / name;
+        const Device device = load_device(name.ends_with(".toml") ? beside : find_device(name, devices));
+        s.guidewire = guidewire_of(device);
+        s.wire_length = device.length;
+    } catch (const io::InputError& error) {
+        wire.refuse("device", *node, error.what());
+    }
+}
+
+void read_guidewire(io::Section wire, const std::filesystem::path& devices, const std::filesystem::path& file,
+                    Scenario& s) {
+    using Limits = physics::WireLimits;
+    read_usual_wire(wire, devices, file, s);
     wire.number("length_mm", s.wire_length, {100, 3500});
     if (wire.is_word("segment_length_mm")) {
         constexpr std::string_view words[] = {"auto"};
@@ -191,7 +211,8 @@ void read_contrast(io::Section contrast, Scenario& s) {
     contrast.finish();
 }
 
-void read_sections(const toml::table& root, io::Reading& reading, Scenario& s) {
+void read_sections(const toml::table& root, const std::filesystem::path& devices, io::Reading& reading,
+                   Scenario& s) {
     io::Section top(reading, &root, "");
     int schema = 0;
     if (!top.find("schema")) top.missing("schema", "schema = 1");
@@ -210,7 +231,7 @@ void read_sections(const toml::table& root, io::Reading& reading, Scenario& s) {
         entry.missing("end", "end = \"NAME of an open end\"");
     entry.number("inserted_mm", s.entry.inserted, {1, 2000});
     entry.finish();
-    read_guidewire(top.section("guidewire", false), s);
+    read_guidewire(top.section("guidewire", false), devices, reading.file, s);
     io::Section wall = top.section("wall", false);
     wall.number("stiffness_N_per_mm", s.wall_stiffness, {1e-3, 1e6});
     wall.number("friction", s.wall_friction, {0, 10});
@@ -234,13 +255,14 @@ void read_sections(const toml::table& root, io::Reading& reading, Scenario& s) {
 
 }  // namespace
 
-Scenario parse_scenario(const std::string& text, const std::filesystem::path& file) {
+Scenario parse_scenario(const std::string& text, const std::filesystem::path& file,
+                        const std::filesystem::path& devices) {
     io::Reading reading{file.string(), {}, {}};
     Scenario s;
     s.name = file.stem().string();
     try {
         const toml::table root = toml::parse(text, reading.file);
-        read_sections(root, reading, s);
+        read_sections(root, devices, reading, s);
     } catch (const toml::parse_error& error) {
         const io::TextPlace place = reading.place(error.source());
         throw io::InputError(io::located(place, fmt::format("this is not TOML: {}", error.description())));
@@ -253,8 +275,8 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& fi
     return s;
 }
 
-Scenario load_scenario(const std::filesystem::path& path) {
-    return parse_scenario(io::read_text(path, "scenario", "a .toml file is accepted"), path);
+Scenario load_scenario(const std::filesystem::path& path, const std::filesystem::path& devices) {
+    return parse_scenario(io::read_text(path, "scenario", "a .toml file is accepted"), path, devices);
 }
 
 }  // namespace scenario

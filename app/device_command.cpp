@@ -1,0 +1,65 @@
+/// `seldinger device`.
+
+#include <fmt/format.h>
+#include <memory>
+
+#include "app/command.h"
+#include "engine/io/error.h"
+#include "engine/scenario/device.h"
+
+namespace app {
+namespace {
+
+struct DeviceArguments {
+    std::string name, out;
+};
+
+int show(const DeviceArguments& arguments) {
+    const scenario::Device d =
+        scenario::load_device(scenario::find_device(arguments.name, assets() / "devices"));
+    const bool catheter = d.kind == scenario::DeviceKind::Catheter;
+    const auto line = [&](const char* name, const char* key, const std::string& value) {
+        const auto source = d.sources.find(key);
+        fmt::print("{:<22} {:<18} {}\n", name, value, source == d.sources.end() ? "" : source->second);
+    };
+    fmt::print("{}: {}, {}\n", d.name, catheter ? "catheter" : "wire", d.title);
+    line("length", "length_mm", fmt::format("{:g} mm", d.length));
+    line("outer diameter", "outer_diameter_mm", fmt::format("{:g} mm", d.outer_diameter));
+    if (catheter) line("lumen", "inner_diameter_mm", fmt::format("{:g} mm", d.inner_diameter));
+    line("EI of the shaft", "shaft_rigidity_N_mm2", fmt::format("{:g} N mm2", d.shaft_rigidity));
+    line("EI of the tip", "tip_rigidity_N_mm2", fmt::format("{:g} N mm2", d.tip_rigidity));
+    line("floppy tip", "tip_length_mm", fmt::format("{:g} mm", d.tip_length));
+    line("transition", "transition_length_mm", fmt::format("{:g} mm", d.transition_length));
+    line("GJ of the shaft", "torsional_rigidity_N_mm2", fmt::format("{:g} N mm2", d.torsional_rigidity));
+    line("friction", "friction", fmt::format("{:g}", d.friction));
+    line("buckling", "buckling_force_N", fmt::format("{:g} N", d.buckling_force));
+    for (const scenario::ShapeArc& arc : d.shape)
+        line("shape, from the tip", "shape",
+             fmt::format("{:g} mm, {:.0f} deg{}", arc.length, arc.angle / geometry::degree,
+                         arc.plane != 0 ? fmt::format(", plane {:.0f}", arc.plane / geometry::degree) : ""));
+    if (d.shape.empty()) fmt::print("{:<22} straight\n", "shape");
+    if (!arguments.out.empty()) {
+        scenario::draw_device(d, arguments.out);
+        fmt::print("drawn in {}\n", arguments.out);
+    }
+    return done;
+}
+
+}  // namespace
+
+Command add_device(CLI::App& parser) {
+    const auto arguments = std::make_shared<DeviceArguments>();
+    CLI::App* command = parser.add_subcommand("device", "Wires and catheters of the catalogue");
+    command->require_subcommand(1);
+    CLI::App* shown =
+        command->add_subcommand("show", "Values of a device with their sources, and a picture of it");
+    shown
+        ->add_option("name", arguments->name,
+                     "A device of the catalogue ('seldinger list devices'), or a file (.toml)")
+        ->required();
+    shown->add_option("--out", arguments->out,
+                      "Picture of its free shape, EI along it and cross-section (.png)");
+    return {command, [arguments] { return show(*arguments); }};
+}
+
+}  // namespace app

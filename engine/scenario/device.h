@@ -1,0 +1,59 @@
+#pragma once
+/// The device catalogue: wires and catheters as files, every value with its source.
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "physics/wire/guidewire.h"
+
+namespace scenario {
+
+enum class DeviceKind { Wire, Catheter };
+
+/// A piece of a device's free shape; the pieces are listed from the distal end.
+struct ShapeArc {
+    double length = 0;  // [mm]
+    double angle = 0;   // of its turn, 0 = straight [rad]
+    double plane = 0;   // in which it turns, about the device's axis [rad]
+};
+
+struct Device {
+    std::string name, title;  // of the file; one line
+    DeviceKind kind = DeviceKind::Wire;
+    double length = 1500;                               // [mm]
+    double outer_diameter = 0.889, inner_diameter = 0;  // [mm]; 0 = solid
+    double shaft_rigidity = 250, tip_rigidity = 6;      // EI [N·mm²]
+    double tip_length = 30, transition_length = 150;    // of EI, as GuidewireSpec [mm]
+    double torsional_rigidity = 0;                      // GJ of the shaft [N·mm²]
+    double friction = 0;                                // μ on a wall [-]
+    double buckling_force = 0;                          // 0 = not known [N]
+    std::vector<ShapeArc> shape;                        // empty = straight
+    std::map<std::string, std::string> sources;  // by key; one that begins with "estimate" is an estimate
+};
+
+/// A wire of the catalogue as the solver takes it, its segments as short as thickness and bend ask for.
+/// Throws InputError for a catheter, or for a shape of more than one arc.
+physics::GuidewireSpec guidewire_of(const Device&);
+
+/// Throws InputError that lists everything wrong, a line each, with file:line:column: unknown keys, values
+/// out of range, a lumen wider than the device, a shape longer than the device, a value without a source.
+Device parse_device(const std::string& toml, const std::filesystem::path& file);
+Device load_device(const std::filesystem::path&);
+
+/// Device files (*.toml) of a folder by name, in alphabetical order.
+std::vector<std::filesystem::path> device_files(const std::filesystem::path& folder);
+
+/// A path to a device file as it is, or the name of one in the folder. Throws InputError naming those there.
+std::filesystem::path find_device(const std::string& path_or_name, const std::filesystem::path& folder);
+
+/// Centre line of the free shape in mm, from `straight` mm of shaft proximal of it to the distal end at the
+/// end of the list; the shaft runs along +x, an arc in plane 0 turns to +y.
+geometry::Polyline free_shape(const Device&, double straight = 60);
+
+/// Draws free shape, EI along the device and its cross-section as a PNG file. Uses gnuplot. Throws InputError
+/// when the file cannot be written or gnuplot is not installed; an existing file is then left unchanged.
+void draw_device(const Device&, const std::filesystem::path& png);
+
+}  // namespace scenario

@@ -1,0 +1,43 @@
+/// `seldinger list devices` and `seldinger device`.
+
+#include <algorithm>
+#include <gtest/gtest.h>
+
+#include "tests/app/program.h"
+
+namespace app {
+namespace {
+
+using test::Outcome, test::run, test::TemporaryFolder;
+
+void expect_refused(const Outcome& result, const std::string& expected) {
+    EXPECT_EQ(result.code, 2) << result.out;
+    EXPECT_NE(result.error.find(expected), std::string::npos) << result.error;
+}
+
+TEST(DeviceCommand, ListsWhatShips) {
+    const TemporaryFolder folder;
+    const Outcome list = run(folder, {"list", "devices"});
+    EXPECT_EQ(list.code, 0) << list.error;
+    EXPECT_GE(std::count(list.out.begin(), list.out.end(), '\n'), 20);
+    for (const char* name : {"glide035", "amplatzSS035", "cobra5f", "simmons2-5f"})
+        EXPECT_NE(list.out.find(name), std::string::npos) << name;
+    EXPECT_EQ(run(folder, {"list", "stents"}).code, 2);
+}
+
+TEST(DeviceCommand, ShowsValuesWithTheirSourcesAndDrawsAPicture) {
+    const TemporaryFolder folder;
+    const std::string picture = folder / "cobra.png";
+    const Outcome shown = run(folder, {"device", "show", "cobra5f", "--out", picture});
+    EXPECT_EQ(shown.code, 0) << shown.error;
+    for (const char* words : {"catheter", "5F Cobra C2", "estimate", "Niemczyk", "-60 deg"})
+        EXPECT_NE(shown.out.find(words), std::string::npos) << words;
+    EXPECT_GT(std::filesystem::file_size(picture), 10'000u);
+    expect_refused(run(folder, {"device", "show", "cobra"}), "'cobra' is no device");
+    expect_refused(run(folder, {"device", "show", "missing.toml"}), "missing.toml");
+    expect_refused(run(folder, {"device", "show", "cobra5f", "--out", folder / "cobra.jpg"}), ".png");
+    EXPECT_EQ(run(folder, {"device"}).code, 2);
+}
+
+}  // namespace
+}  // namespace app
