@@ -163,6 +163,11 @@ DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const Centreli
           std::isfinite(options.inner + options.outer)))
         throw std::invalid_argument("a distance field's spacing, inner and outer band must be positive");
     check(wire_radius, options.inner);
+    // Before any work: the estimate is known to that factor, and the sampler counts exactly.
+    constexpr double sure = 1.25;
+    if (const FieldEstimate e = estimate(branches, options);
+        e.bytes_while > sure * static_cast<double>(options.largest))
+        refuse_size(e.spacing, e.bytes_while, options.largest);
     const std::uint64_t print = fingerprint(lumen, branches, ends, options);
     CentrelineTree tree(branches, std::move(ends));
     const double h = chosen_spacing(options.spacing, branches), wide = wide_from(options.spacing, h);

@@ -259,10 +259,7 @@ double band_bricks(const CentrelineTree& tree, const FieldBand& band) {
 void check_size(double bricks, const FieldBand& band) {
     constexpr double bytes = 2 * 4 * SplineGrid::node_count + 80;  // of a brick while coefficients are fitted
     if (bricks * bytes <= static_cast<double>(band.largest)) return;
-    throw std::invalid_argument("a distance field of spacing " + std::to_string(band.spacing) +
-                                " mm would take " + std::to_string(std::llround(bricks * bytes / 1e6)) +
-                                " MB, more than the " + std::to_string(band.largest / 1000000) +
-                                " MB allowed: choose a wider spacing, and check the unit of the lumen");
+    refuse_size(band.spacing, bricks * bytes, band.largest);
 }
 
 using BrickList = std::vector<SplineGrid::Brick>;
@@ -493,6 +490,13 @@ LumenSurface lumen_surface(const TriangleMesh& mesh, const CentrelineTree& tree)
         seed = runs.deepest(x, seed);
         return tree.stations()[seed].centre;
     });
+}
+
+void refuse_size(double spacing, double bytes, std::size_t largest) {
+    throw std::invalid_argument("a distance field of spacing " + std::to_string(spacing) + " mm would take " +
+                                std::to_string(std::llround(bytes / 1e6)) + " MB, more than the " +
+                                std::to_string(largest / 1000000) +
+                                " MB allowed: choose a wider spacing, and check the unit of the lumen");
 }
 
 std::vector<SheetField> sampled_fields(const LumenSurface& surface, const CentrelineTree& tree,

@@ -44,6 +44,9 @@ inline int level_of(double radius, double wide) {
     return radius < wide ? 0 : radius < 2 * wide ? 1 : 2;
 }
 
+/// Throws std::invalid_argument for a field that would take so many bytes, more than `largest`.
+[[noreturn]] void refuse_size(double spacing, double bytes, std::size_t largest);
+
 /// Signed distance of each sheet, negative inside; coarser where the nearest wall is a wide vessel's and has
 /// no crease. Throws std::invalid_argument when the grids would be larger than the band allows.
 std::vector<SheetField> sampled_fields(const LumenSurface&, const CentrelineTree&, const VesselSheets&,

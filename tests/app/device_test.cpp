@@ -8,12 +8,7 @@
 namespace app {
 namespace {
 
-using test::Outcome, test::run, test::TemporaryFolder;
-
-void expect_refused(const Outcome& result, const std::string& expected) {
-    EXPECT_EQ(result.code, 2) << result.out;
-    EXPECT_NE(result.error.find(expected), std::string::npos) << result.error;
-}
+using test::expect_refused, test::Outcome, test::run, test::TemporaryFolder;
 
 TEST(DeviceCommand, ListsWhatShips) {
     const TemporaryFolder folder;

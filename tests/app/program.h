@@ -2,6 +2,7 @@
 /// The built program, run as a user runs it.
 
 #include <fcntl.h>
+#include <gtest/gtest.h>
 #include <string>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -53,6 +54,13 @@ inline std::vector<std::string> command(std::vector<std::string> words) {
 }
 inline Outcome run(const TemporaryFolder& folder, const std::vector<std::string>& words) {
     return Started(folder, command(words)).wait();
+}
+
+/// The program refused its input with this in its message.
+inline void expect_refused(const Outcome& result, const std::string& expected) {
+    EXPECT_EQ(result.code, 2) << result.out;
+    EXPECT_EQ(result.error.find("seldinger: "), 0u) << result.error;
+    EXPECT_NE(result.error.find(expected), std::string::npos) << result.error;
 }
 
 }  // namespace test

@@ -5,13 +5,7 @@
 namespace app {
 namespace {
 
-using test::Outcome, test::read, test::run, test::TemporaryFolder, test::write;
-
-void expect_refused(const Outcome& result, const std::string& expected) {
-    EXPECT_EQ(result.code, 2) << result.out;
-    EXPECT_EQ(result.error.find("seldinger: "), 0u) << result.error;
-    EXPECT_NE(result.error.find(expected), std::string::npos) << result.error;
-}
+using test::expect_refused, test::Outcome, test::read, test::run, test::TemporaryFolder, test::write;
 
 Outcome shard(const TemporaryFolder& folder, const std::string& numbers, const std::string& name,
               const std::string& seed = "1") {

@@ -80,7 +80,7 @@ TEST(Device, AScenarioTakesAWireByNameAndOverrides) {
         });
     };
     EXPECT_NE(refused("device = \"rosen\"").find("rosen035"), std::string::npos);
-    EXPECT_NE(refused("device = \"rosen\"").find("s.toml:14"), std::string::npos)
+    EXPECT_NE(refused("device = \"rosen\"").find("s.toml:13:10"), std::string::npos)
         << refused("device = \"rosen\"");
     EXPECT_NE(refused("device = \"cobra5f\"").find("a wire is accepted"), std::string::npos);
     EXPECT_NE(refused("preset = \"v18\"\ndevice = \"rosen035\"").find("one of them"), std::string::npos);
