@@ -213,7 +213,7 @@ void measure(const anatomy::Scene& scene, int pushes, Cost& cost) {
 
 io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& whips) {
     io::Plot plot{"devices", "", 1100, 900};
-    plot.commands = "set multiplot layout 2,2\nset grid lc rgb '#dddddd'\nset key top left\n";
+    plot.commands = "set multiplot layout 2,2\nset grid lc rgb '#dddddd'\nset key default top left\n";
     plot.commands +=
         "set title 'Capstan: force of the hand round a bend'\nset xlabel 'bend [deg]'\nset ylabel 'force "
         "[N]'\n"
@@ -228,7 +228,8 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
             k > 0 ? ", \\\n     " : "", capstan_frictions[k], colours[k], capstan_frictions[k],
             capstan_frictions[k], colours[k]);
     plot.commands +=
-        "\nset key center left\nset title 'Pushed in and drawn back'\nset xlabel 'inserted [mm]'\nset ylabel "
+        "\nset key at graph 0.27,0.43\nset title 'Pushed in and drawn back'\nset xlabel 'inserted [mm]'\nset "
+        "ylabel "
         "'force of the hand "
         "[N]'\nset xrange [*:*]\nset yrange [*:*]\nplot ";
     for (std::size_t k = 0; k < frictions.size(); ++k)
@@ -237,7 +238,8 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
             "= {}'",
             k > 0 ? ", \\\n     " : "", frictions[k], colours[k], frictions[k]);
     plot.commands +=
-        "\nset key top left\nset title 'The tip follows, lags or whips'\nset xlabel 'hub [deg]'\nset ylabel "
+        "\nset key default top left\nset title 'The tip follows, lags or whips'\nset xlabel 'hub [deg]'\nset "
+        "ylabel "
         "'tip [deg]'\nset "
         "xtics 90\nset ytics 90\nset xrange [0:360]\nplot ";
     for (std::size_t k = 0; k < whips.size(); ++k)
@@ -252,7 +254,7 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
         "y\nset style "
         "fill solid 0.85 noborder\nset boxwidth 0.35\nunset xrange\nset xrange [-0.6:3.6]\nset ytics "
         "auto\nset yrange "
-        "[0.05:*]\nset xtics ('none' 0, 'friction' 1, 'torsion' 2, 'both' 3)\nset key top left\n"
+        "[0.05:*]\nset xtics ('none' 0, 'friction' 1, 'torsion' 2, 'both' 3)\nset key default top left\n"
         "plot 'devices_cost.csv' skip 1 using ($0 - 0.2):5 with boxes lc rgb '#0072B2' title 'median', '' "
         "skip 1 using "
         "($0 + 0.2):6 with boxes lc rgb '#E69F00' title '99 %'\nunset multiplot\n";
