@@ -33,7 +33,7 @@ int show(const DeviceArguments& arguments) {
     line("GJ of the shaft", "torsional_rigidity_N_mm2", fmt::format("{:g} N mm2", d.torsional_rigidity));
     line("friction", "friction", fmt::format("{:g}", d.friction));
     line("buckling", "buckling_force_N", fmt::format("{:g} N", d.buckling_force));
-    for (const scenario::ShapeArc& arc : d.shape)
+    for (const physics::RestArc& arc : d.shape)
         line("shape, from the tip", "shape",
              fmt::format("{:g} mm, {:.0f} deg{}", arc.length, arc.angle / geometry::degree,
                          arc.plane != 0 ? fmt::format(", plane {:.0f}", arc.plane / geometry::degree) : ""));

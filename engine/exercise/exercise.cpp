@@ -50,7 +50,7 @@ const render::GrayImage& Exercise::image() {
 }
 
 Truth Exercise::truth() {
-    return truth_of(*monitor_->last_pulse(), monitor_->fluoroscope());
+    return truth_of(*monitor_->last_pulse(), monitor_->fluoroscope(), simulation_.has_catheter());
 }
 
 Score Exercise::score() const {
@@ -80,6 +80,10 @@ std::uint64_t Exercise::fingerprint() const {
     scenario::Scenario s = simulation_.scenario();
     geometry::Vec3 target = simulation_.target();
     std::uint64_t triangles = simulation_.anatomy().lumen.triangles.size(), images = monitor_.has_value();
+    if (s.catheter) {
+        physics::DeviceSpec catheter = scenario::device_spec(s.catheter->device);
+        hash(catheter, s.catheter->inserted, s.catheter->roll);
+    }
     hash(s.name, s.seed, s.frame_rate, s.guidewire, s.wire_length, s.wall_model, s.wall_stiffness,
          s.entry.end, s.entry.inserted, s.relaxer.kind, s.relaxer.tolerance, s.budget.updates, s.adaptive,
          s.c_arm, target, s.target.radius, s.target.hold, triangles, images);

@@ -128,7 +128,10 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     Pulse pulse;
     pulse.time = time;
     pulse.arm = simulation.console().arm();
-    pulse.joints = simulation.wire().joints;
+    pulse.joints = simulation.path_of(script::Held::Wire);
+    pulse.catheter = simulation.path_of(script::Held::Catheter);
+    pulse.tip_is_catheters = scenario.target.by_catheter;
+    if (const scenario::Device* wire = simulation.exchanged_wire()) pulse.wire_look = wire->look;
     pulse.mode = simulation.console().mode();
     render::Exposure& exposure = pulse.exposure;
     exposure.frame = static_cast<std::uint64_t>(time.attempt);
@@ -140,7 +143,7 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     const blood::ContrastFlow& contrast = simulation.contrast();
     if (contrast.injected() > 0) {
         exposure.vessel_iodine.assign(contrast.iodine().begin(), contrast.iodine().end());
-        exposure.wire_iodine = along_wire(contrast, pulse.joints);
+        exposure.wire_iodine = along_wire(contrast, simulation.wire().joints);
         for (const BlushingOrgan& organ : organs) {
             double iodine = 0;
             for (const int outlet : organ.outlets) iodine += contrast.blush()[outlet].iodine;
@@ -165,8 +168,13 @@ void remove_contrast(render::Exposure& exposure) {
 ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
                           const blood::ContrastFlow& contrast) {
     render::FluoroscopeConfig config;
+    config.wire = scenario.wire_look;
     config.wire.diameter = scenario.guidewire.diameter;
-    config.wire.marker_length = std::min(config.wire.marker_length, scenario.guidewire.tip_length);
+    if (scenario.catheter) {
+        config.catheter = scenario.catheter->device.look;
+        config.catheter.diameter = scenario.catheter->device.outer_diameter;
+        config.catheter.inner_diameter = scenario.catheter->device.inner_diameter;
+    }
     try {
         std::vector<render::TissueLayer> layers = tissue_layers(scenario, anatomy);
         std::vector<BlushingOrgan> organs = blushing_organs(layers, contrast.blood().outlets);

@@ -42,7 +42,7 @@ void Monitor::take(Pulse pulse) {
 const render::Field& Monitor::signal(Recent& recent) {
     if (!recent.signal) {
         const Pulse& pulse = recent.pulse;
-        recent.signal = fluoroscope_.read(pulse.arm, pulse.joints, pulse.exposure);
+        recent.signal = fluoroscope_.read(pulse.arm, pulse.seen(), pulse.exposure);
         const auto per_dose = static_cast<float>(1.0 / recent.dose);
         for (float& value : recent.signal->values) value *= per_dose;
     }

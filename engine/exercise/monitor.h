@@ -15,13 +15,29 @@ namespace exercise {
 
 struct Pulse {
     render::CArm arm;
-    geometry::Polyline joints;  // of the wire [mm]
+    geometry::Polyline joints;                  // of the wire; empty where it is out [mm]
+    geometry::Polyline catheter;                // the same
+    std::optional<render::WireLook> wire_look;  // of a wire that was exchanged
+    bool tip_is_catheters = false;              // the exercise's tip
     render::Exposure exposure;
     script::ImagingMode mode = script::ImagingMode::Live;
     bool new_mask = false;  // of DSA
     FrameTime time;
 
-    void state(geometry::StateStream& s) { s(arm, joints, exposure, mode, new_mask, time); }
+    const geometry::Polyline& tip_of() const { return tip_is_catheters ? catheter : joints; }
+    render::SeenDevices seen() const {
+        render::SeenDevices devices(joints, catheter);
+        if (wire_look) devices.wire_look = &*wire_look;
+        return devices;
+    }
+    void state(geometry::StateStream& s) {
+        s(arm, joints, exposure, mode, new_mask, time);
+        if (!s.part(!catheter.empty() || tip_is_catheters, catheter, tip_is_catheters)) {
+            catheter.clear();
+            tip_is_catheters = false;
+        }
+        if (!s.part(wire_look.has_value(), wire_look)) wire_look.reset();
+    }
 };
 
 /// Dose of the attempt.

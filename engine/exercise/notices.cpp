@@ -26,6 +26,9 @@ void Notices::observe(const Frame& frame) {
     settling_ += report.settling;
     refused_ += report.refused && !report.buckled;
     buckled_ += report.buckled;
+    too_thick_ += report.too_thick;
+    if (!report.denied.empty() && std::find(denied_.begin(), denied_.end(), report.denied) == denied_.end())
+        denied_.push_back(report.denied);
     late_ += report.waiting_insertion != 0 || report.waiting_rotation != 0;
     most_waiting_ = std::max(most_waiting_, std::abs(report.waiting_insertion));
     const bool moved = !report.settling && report.relax.newton_steps > 0;
@@ -78,6 +81,12 @@ std::vector<std::string> Notices::text() const {
         result.push_back(fmt::format(
             "a motion was not made in {}: it led to no rest that the wire could be in", frames(refused_)));
     }
+    if (too_thick_ > 0) {
+        result.push_back(
+            fmt::format("the catheter stopped in {}: the vessel before its tip is narrower than it is",
+                        frames(too_thick_)));
+    }
+    for (const std::string& text : denied_) result.push_back(text);
     if (flat_ > 0) {
         result.push_back(
             fmt::format("the wire rested at a flat minimum or a saddle in {}: another rest may be as near",

@@ -56,8 +56,16 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
         messages_.pop_front();
 
     hub_ += report.turned;
-    push_force_ = report.relax.push_force;
-    base_torque_ = report.relax.base_torque;
+    catheter_hub_ += report.catheter_turned;
+    if (!simulation.has_catheter()) {
+        push_force_ = report.relax.push_force;
+        base_torque_ = report.relax.base_torque;
+    } else if (report.relax.at_rest) {
+        const auto loads = physics::hub_loads(simulation.wire(), simulation.contacts());
+        push_force_ = loads[Simulation::wire_device].push;
+        base_torque_ = loads[Simulation::wire_device].torque;
+        catheter_push_ = loads[Simulation::catheter_device].push;
+    }
     wall_forces_.push_back(physics::largest_force(simulation.contacts()));
     while (wall_forces_.size() > history * rate) wall_forces_.pop_front();
 
@@ -68,6 +76,10 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
     if (report.insertion_stopped) say("The wire goes no further: open end", render::Notice::Warning);
     if (report.whole_wire_is_in) say("The wire is in to its end", render::Notice::Warning);
     if (report.buckled) say("The shaft bows outside: it is pushed too hard", render::Notice::Warning);
+    if (report.too_thick)
+        say("The catheter goes no further: the vessel is narrower", render::Notice::Warning);
+    if (!report.denied.empty()) say(report.denied, render::Notice::Warning);
+    if (!report.exchanged.empty()) say("The wire is now: " + report.exchanged, render::Notice::Success);
     if (report.withdrawal_stopped) say("The tip is at the introducer", render::Notice::Warning);
     constexpr const char* no_map = "No roadmap: take a DSA run first";
     if (seen.monitor && seen.monitor->map_is_missing())
@@ -117,6 +129,10 @@ render::Readout RoomReadout::read(const Frame& frame, const Score& score) const 
         if (monitor->reference()) r.reference_label = "Reference";
     }
     r.inserted = simulation.inserted();
+    if (simulation.has_catheter())
+        r.catheter =
+            render::Readout::Catheter{simulation.inserted(script::Held::Catheter),
+                                      scenario.catheter->device.length, catheter_hub_, catheter_push_};
     r.wire_length = scenario.wire_length;
     r.tip_to_target = simulation.tip_to_target();
     r.hub_twist = hub_;

@@ -52,8 +52,8 @@ void Scorer::observe_motion(const Frame& frame) {
     score_.rotation += frame.motion.rotation;
     if (!first_motion_ && (score_.wire_travel > 0 || score_.rotation > 0))
         first_motion_ = frame.time.seconds - frame_time_;
-    score_.tip_path += (simulation.wire().tip() - last_tip_).norm();
-    last_tip_ = simulation.wire().tip();
+    score_.tip_path += (simulation.tip() - last_tip_).norm();
+    last_tip_ = simulation.tip();
     shortest_ = anatomy::centreline_distance(simulation.anatomy(), first_tip_, last_tip_);
 }
 

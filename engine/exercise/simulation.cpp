@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <utility>
 
+#include "engine/exercise/lumen_flow.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "engine/scenario/placement.h"
@@ -40,6 +41,34 @@ blood::Injection injection(const script::Inject& command) {
     return {command.branch, command.rate, command.volume, command.iodine};
 }
 
+std::string no_catheter(const script::Command& command) {
+    return fmt::format(
+        "'{}' asks for a catheter, and the scenario has none; a section [catheter] is accepted",
+        script::to_text(command));
+}
+
+/// Whether a command is of the catheter, or of both devices.
+bool needs_catheter(const script::Command& command) {
+    const auto held = [](const auto& c) { return c.held != script::Held::Wire; };
+    if (const auto* c = std::get_if<script::Advance>(&command)) return held(*c);
+    if (const auto* c = std::get_if<script::Withdraw>(&command)) return held(*c);
+    if (const auto* c = std::get_if<script::Rotate>(&command)) return held(*c);
+    if (const auto* c = std::get_if<script::Inject>(&command)) return c->branch.empty();
+    return std::holds_alternative<script::Remove>(command) ||
+           std::holds_alternative<script::Exchange>(command);
+}
+
+scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scenario& scenario) {
+    const scenario::Device device = scenario::load_device(scenario::find_device(name, scenario.devices));
+    if (device.kind != scenario::DeviceKind::Wire)
+        throw io::InputError(fmt::format("'{}' is a catheter; a wire is accepted", name));
+    if (device.outer_diameter >= scenario.catheter->device.inner_diameter)
+        throw io::InputError(fmt::format(
+            "the wire '{}' of {:g} mm does not fit a lumen of {:g} mm; a thinner wire is accepted", name,
+            device.outer_diameter, scenario.catheter->device.inner_diameter));
+    return device;
+}
+
 Console start_console(const scenario::Scenario& scenario) {
     return Console(scenario.c_arm, scenario.frame_rate, scenario.imaging.pulse_rate);
 }
@@ -73,12 +102,15 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 void Simulation::reset() {
     was_reset_ = true;
     waiting_.clear();
+    denied_.clear();
+    exchanged_name_.clear();
+    exchanged_.reset();
     console_ = start_console(scenario_);
     frames_ = 0;
     iodine_ = scenario_.imaging.iodine;
     contrast_->reset();
     lay(entry_.points, scenario_.entry.inserted);
-    tip_at_start_ = wire_.tip();
+    tip_at_start_ = tip();
 }
 
 /// A new wire along the path, brought to rest by new relaxers, since old ones remember where they stopped. A
@@ -105,8 +137,12 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
     physics::GuidewireSpec spec = scenario_.guidewire;
     spec.friction = scenario_.friction();
     if (global) {
-        moving_ = physics::wire_of_length(spec, path, length);
-        turn_as_before(moving_);
+        if (scenario_.catheter) {
+            moving_ = chain(path, length, before);
+        } else {
+            moving_ = physics::wire_of_length(spec, path, length);
+            turn_as_before(moving_);
+        }
         const auto settle = [&] {
             const int updates = updates_at_start * moving_.segments();
             hub_->settle(moving_, updates);
@@ -135,6 +171,81 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
     }
 }
 
+/// Wire and catheter along the path, as they were before or as the scenario begins.
+physics::Guidewire Simulation::chain(const geometry::Polyline& path, double length,
+                                     const physics::Guidewire* before) const {
+    std::vector<physics::CoaxialDevice> devices(2);
+    devices[wire_device].spec = scenario_.wire_device();
+    devices[wire_device].inserted = length;
+    physics::CoaxialDevice& catheter = devices[catheter_device];
+    catheter.spec = scenario::device_spec(scenario_.catheter->device);
+    catheter.spec.friction *= scenario_.wall_friction;
+    catheter.inserted = scenario_.catheter->inserted;
+    catheter.roll = scenario_.catheter->roll;
+    if (before)
+        for (std::size_t k = 0; k < devices.size(); ++k) {
+            devices[k].inserted = before->devices[k].inserted;
+            devices[k].roll = before->devices[k].roll;
+            devices[k].windup = before->devices[k].windup;
+            if (exchanged_) devices[k].spec = before->devices[k].spec;
+        }
+    physics::Guidewire wire = physics::coaxial_chain(devices, scenario_.guidewire.segment_length, path);
+    if (before) {
+        wire.tangents[0] = before->tangents[0];
+        wire.base_director = before->base_director;
+    }
+    return wire;
+}
+
+double Simulation::inserted(script::Held held) const {
+    if (wire_.devices.empty())
+        return held == script::Held::Wire ? wire_.inserted_length() + wire_.carried : 0;
+    return wire_.devices[held == script::Held::Catheter ? catheter_device : wire_device].inserted;
+}
+
+Simulation::Tip Simulation::tip_of(script::Held held) const {
+    const int n = wire_.segments();
+    if (wire_.devices.empty()) return {wire_.joints[n], wire_.tangents[n]};
+    double left = inserted(held);
+    for (int i = 1; i < n; ++i) {
+        if (left <= wire_.lengths[i])
+            return {wire_.joints[i - 1] + left * wire_.tangents[i], wire_.tangents[i]};
+        left -= wire_.lengths[i];
+    }
+    return {wire_.joints[n - 1] + left * wire_.tangents[n], wire_.tangents[n]};
+}
+
+geometry::Vec3 Simulation::tip() const {
+    return tip_of(scenario_.target.by_catheter ? script::Held::Catheter : script::Held::Wire).at;
+}
+
+double Simulation::largest_flow() const {
+    if (!scenario_.catheter || inserted(script::Held::Catheter) <= 0) return 0;
+    const physics::DeviceSpec &catheter = wire_.devices[catheter_device].spec,
+                              &wire = wire_.devices[wire_device].spec;
+    // The wire that is not in the body is in the part of the catheter outside, if it is in it at all.
+    const double outside = catheter.length - inserted(script::Held::Catheter);
+    const double in = inserted();
+    return exercise::largest_flow(catheter, wire.outer_diameter,
+                                  in <= 0 ? 0 : outside + std::min(in, inserted(script::Held::Catheter)));
+}
+
+int Simulation::device_of(script::Held held) const {
+    if (!scenario_.catheter || held == script::Held::Both) return physics::every_device;
+    return held == script::Held::Wire ? wire_device : catheter_device;
+}
+
+void Simulation::inject_through_catheter(const script::Inject& command) {
+    const auto deny = [this](std::string why) { denied_ = "Nothing was injected: " + std::move(why); };
+    if (inserted(script::Held::Catheter) <= 0) return deny("the catheter is not inside");
+    const double most = largest_flow();
+    if (command.rate > most)
+        return deny(most < 0.1 ? "the wire fills the catheter's lumen"
+                               : fmt::format("the lumen passes {:.1f} ml/s at most", most));
+    const geometry::Vec3 at = tip_of(script::Held::Catheter).at;
+    contrast_->inject({at, command.rate, command.volume, command.iodine});
+}
+
 Tuning Simulation::tuning() const {
     const physics::GuidewireSpec& wire = scenario_.guidewire;
     return {wire.shaft_rigidity,      wire.tip_rigidity, wire.segment_length,
@@ -158,7 +269,7 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
     static_cast<void>(scenario::entry_of(changed, anatomy_));  // for a later reset
     const double length = inserted();
     const double least = physics::least_length(spec) + spec.segment_length;  // as at the entry
-    if (length < least)
+    if (!scenario_.catheter && length < least)
         throw io::InputError(
             fmt::format("{:.1f} mm of wire are inside; with such segments {:.1f} mm or more are accepted",
                         length, least));
@@ -181,11 +292,27 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
 /// One call for each kind of command: one that is new and not handled here does not compile.
 struct Simulation::Apply {
     Simulation& at;
-    void operator()(const script::Advance& c) const { at.waiting_.push_back({c.length, 0}); }
-    void operator()(const script::Withdraw& c) const { at.waiting_.push_back({-c.length, 0}); }
-    void operator()(const script::Rotate& c) const { at.waiting_.push_back({0, c.angle}); }
+    void operator()(const script::Advance& c) const {
+        at.waiting_.push_back({c.length, 0, at.device_of(c.held), false, {}});
+    }
+    void operator()(const script::Withdraw& c) const {
+        at.waiting_.push_back({-c.length, 0, at.device_of(c.held), false, {}});
+    }
+    void operator()(const script::Rotate& c) const {
+        at.waiting_.push_back({0, c.angle, at.device_of(c.held), false, {}});
+    }
+    void operator()(const script::Remove& c) const {
+        at.waiting_.push_back({0, 0, at.device_of(c.held), true, {}});
+    }
+    void operator()(const script::Exchange& c) const {
+        static_cast<void>(wire_of_catalogue(c.device, at.scenario_));
+        at.waiting_.push_back({0, 0, wire_device, false, c.device});
+    }
     void operator()(const script::Contrast& c) const { at.iodine_ = c.iodine; }
-    void operator()(const script::Inject& c) const { at.contrast_->inject(injection(c)); }
+    void operator()(const script::Inject& c) const {
+        if (c.branch.empty()) return at.inject_through_catheter(c);
+        at.contrast_->inject(injection(c));
+    }
     void operator()(const script::Reset&) const { at.reset(); }
     void operator()(const script::MoveArm& c) const { at.console_.apply(c); }
     void operator()(const script::Beam& c) const { at.console_.apply(c); }
@@ -198,18 +325,49 @@ struct Simulation::Apply {
 };
 
 void Simulation::apply(const script::Command& command) {
+    if (!scenario_.catheter && needs_catheter(command)) throw io::InputError(no_catheter(command));
     std::visit(Apply{*this}, command);
 }
 
 std::vector<std::string> Simulation::problems(const script::CommandScript& script) const {
     std::vector<std::string> found;
     blood::ContrastFlow trial(anatomy_, scenario_.blood);
+    // A wire is out once it was removed, until it is pushed again.
+    bool wire_is_out = false;
     for (const script::TimedCommand& timed : script.commands) {
-        if (std::holds_alternative<script::Reset>(timed.command)) trial.reset();
-        const script::Inject* inject = std::get_if<script::Inject>(&timed.command);
-        if (!inject) continue;
+        const script::Command& command = timed.command;
+        if (std::holds_alternative<script::Reset>(command)) trial.reset();
+        if (!scenario_.catheter && needs_catheter(command)) {
+            found.push_back(io::located(timed.place, no_catheter(command)));
+            continue;
+        }
+        if (std::holds_alternative<script::Reset>(command)) wire_is_out = false;
+        if (const auto* push = std::get_if<script::Advance>(&command);
+            push && push->held == script::Held::Wire && push->length > 0)
+            wire_is_out = false;
+        if (const auto* out = std::get_if<script::Remove>(&command); out && out->held == script::Held::Wire)
+            wire_is_out = true;
+        const script::Inject* inject = std::get_if<script::Inject>(&command);
+        const script::Exchange* exchange = std::get_if<script::Exchange>(&command);
+        if (!inject && !exchange) continue;
         try {
-            trial.inject(injection(*inject));
+            if (exchange) {
+                static_cast<void>(wire_of_catalogue(exchange->device, scenario_));
+                if (!wire_is_out)
+                    throw io::InputError("the wire is still in; 'exchange' is accepted after 'remove wire'");
+            } else if (inject->branch.empty()) {
+                const physics::DeviceSpec spec = scenario::device_spec(scenario_.catheter->device);
+                const double most = exercise::largest_flow(spec, 0, 0);
+                if (inject->rate > most)
+                    throw io::InputError(
+                        fmt::format("the catheter's lumen of {:g} mm passes {:.1f} ml/s at most; {:g} ml/s "
+                                    "were asked for",
+                                    spec.inner_diameter, most, inject->rate));
+                // Where its tip will be is not known yet; the limit of contrast is.
+                trial.inject({target_, inject->rate, inject->volume, inject->iodine});
+            } else {
+                trial.inject(injection(*inject));
+            }
         } catch (const io::InputError& error) {
             found.push_back(io::located(timed.place, error.what()));
         }
@@ -229,6 +387,8 @@ StepReport Simulation::step() {
     ++frames_;
     report.console = console_.end_frame();
     report.reset = std::exchange(was_reset_, false);
+    if (report.denied.empty()) report.denied = std::move(denied_);
+    denied_.clear();
     return report;
 }
 
@@ -273,12 +433,22 @@ void Simulation::prepare_motion(StepReport& report) {
 
 /// Makes a part of the motion; the rest stays in it. False when the motion is finished.
 bool Simulation::make_motion(Motion& motion, StepReport& report) {
-    motion.insertion = allowed_insertion(motion, report);
+    if (!motion.exchange.empty()) {
+        exchange(motion, report);
+        return false;
+    }
+    if (motion.removes) motion.insertion = -moving_.devices[motion.device].inserted;
+    motion.insertion =
+        moving_.devices.empty() ? allowed_insertion(motion, report) : allowed_feed(motion, report);
+    if (motion.removes && motion.insertion == 0) motion.removes = false;
     if (motion.insertion == 0 && motion.rotation == 0) return false;
     const double turn = physics::Hub::largest_turn;
     const double longest = (moving_.grips.empty() ? 1 : 0.5) * moving_.spec.segment_length;
     physics::HubMotion part;
-    if (motion.insertion != 0) {
+    part.device = motion.device;
+    if (!moving_.devices.empty() && motion.insertion != 0) {
+        part.feed = motion.insertion / steps_of(motion.insertion, longest);
+    } else if (motion.insertion != 0) {
         part.feed = motion.insertion / steps_of(motion.insertion, longest);
         const double least = physics::least_length(moving_.spec) - moving_.inserted_length();
         if (part.feed < 0 && part.feed < least - 1e-9) {
@@ -294,7 +464,74 @@ bool Simulation::make_motion(Motion& motion, StepReport& report) {
     account(made, report);
     const bool moved = made.made.feed != 0 || made.made.turn != 0;
     if (made.outcome == physics::HubReport::Outcome::AtRest && !moved) motion = {};
-    return motion.insertion != 0 || motion.rotation != 0;
+    return !motion.done();
+}
+
+/// The part of a motion of one of several devices that its length and the vessels allow [mm].
+double Simulation::allowed_feed(const Motion& motion, StepReport& report) const {
+    double most = motion.insertion;
+    double still = 0, longest = 0;
+    for (int k = 0; k < static_cast<int>(moving_.devices.size()); ++k) {
+        const physics::CoaxialDevice& device = moving_.devices[k];
+        const bool moves = motion.device == physics::every_device ? device.inserted > 0 : motion.device == k;
+        (moves ? longest : still) = std::max(moves ? longest : still, device.inserted);
+        if (!moves) continue;
+        const double left = std::max(0.0, device.spec.length - device.inserted);
+        if (most > left + 1e-9) report.whole_wire_is_in = true;
+        most = std::min(most, left);
+        most = std::max(most, -device.inserted);
+    }
+    if (most < 0 && still < physics::least_chain(moving_)) {
+        const double least = std::min(0.0, physics::least_chain(moving_) - longest);
+        if (most < least - 1e-9) report.withdrawal_stopped = true;
+        most = std::max(most, least);
+    }
+    if (most > 0 && longest + 1e-9 >= moving_.inserted_length() && tip_has_left()) {
+        report.insertion_stopped = true;
+        return 0;
+    }
+    if (most > 0 && motion.device != wire_device && stands_before_a_narrow_vessel()) {
+        report.too_thick = true;
+        return 0;
+    }
+    return std::abs(most) < 1e-12 ? 0 : most;
+}
+
+/// Whether the catheter's tip has come to a place that is narrower than it is.
+bool Simulation::stands_before_a_narrow_vessel() const {
+    const double reach = moving_.devices[catheter_device].inserted;
+    if (reach <= 0) return false;
+    const std::vector<physics::WallContact> contacts = physics::all_contacts(moving_, *wall_);
+    double s = 0;
+    for (int j = 1; j <= moving_.segments(); ++j) {
+        s += moving_.lengths[j];
+        const double ahead = s - reach;
+        if (ahead < -moving_.spec.segment_length || ahead > moving_.spec.segment_length) continue;
+        const double radius = contacts[j].room + contacts[j].thickness + 0.5 * moving_.spec.diameter;
+        if (contacts[j].room + contacts[j].thickness != 0 &&
+            radius < 0.5 * moving_.devices[catheter_device].spec.outer_diameter)
+            return true;
+    }
+    return false;
+}
+
+/// The wire becomes another where it is out.
+void Simulation::exchange(Motion& motion, StepReport& report) {
+    const std::string name = std::exchange(motion.exchange, {});
+    if (moving_.devices[wire_device].inserted > 0) {
+        report.denied = "The wire was not exchanged: it is still in; remove it first";
+        return;
+    }
+    const scenario::Device device = wire_of_catalogue(name, scenario_);
+    physics::CoaxialDevice& wire = moving_.devices[wire_device];
+    wire.spec = scenario::device_spec(device);
+    wire.spec.friction *= scenario_.wall_friction;
+    if (scenario_.torsion == scenario::TorsionModel::Rigid) wire.spec.torsional_rigidity = 0;
+    wire.roll = wire.windup = 0;
+    physics::assign_devices(moving_);
+    report.exchanged = device.title;
+    exchanged_name_ = name;
+    exchanged_ = device;
 }
 
 /// Takes what was made off the motion that it is part of; what was refused is not asked for again.
@@ -315,7 +552,8 @@ void Simulation::account(const physics::HubReport& made, StepReport& report) {
     take(motion.rotation, made.made.turn);
     if (made.made.feed != 0) report.insertions.push_back(made.made.feed);
     report.rotation += std::abs(made.made.turn);
-    report.turned += made.made.turn;
+    if (made.made.device != catheter_device) report.turned += made.made.turn;
+    if (made.made.device != wire_device && has_catheter()) report.catheter_turned += made.made.turn;
 }
 
 /// The wire at rest is what is seen and scored.
@@ -394,6 +632,19 @@ void Simulation::insert_segments(Motion& motion, int share, StepReport& report) 
     report.insertions.push_back(inserted() - before);
 }
 
+geometry::Polyline Simulation::path_of(script::Held held) const {
+    if (wire_.devices.empty())
+        return held == script::Held::Catheter ? geometry::Polyline{} : geometry::Polyline(wire_.joints);
+    double left = inserted(held);
+    geometry::Polyline path;
+    if (left <= 0) return path;
+    path.push_back(wire_.joints[0]);
+    for (int i = 1; i <= wire_.segments() && left > 1e-9; left -= wire_.lengths[i], ++i)
+        path.push_back(left >= wire_.lengths[i] ? wire_.joints[i]
+                                                : Vec3(wire_.joints[i - 1] + left * wire_.tangents[i]));
+    return path;
+}
+
 /// Beyond an open end there is no wall to lead the wire: it stops there. The wire has left by an end if it
 /// passed the end's opening outward more often than inward.
 bool Simulation::tip_has_left() const {
@@ -437,6 +688,11 @@ void Simulation::relax(int updates, StepReport& report) {
 void Simulation::state(geometry::StateStream& s) {
     s(wire_, contacts_, waiting_, deepest_crossing_, rounds_of_mending_, *contrast_, console_, frames_,
       iodine_, tip_at_start_);
+    if (!s.part(!exchanged_name_.empty(), exchanged_name_)) exchanged_name_.clear();
+    if (s.restores()) {
+        exchanged_.reset();
+        if (!exchanged_name_.empty()) exchanged_ = wire_of_catalogue(exchanged_name_, scenario_);
+    }
     if (hub_)
         s(*hub_, moving_);
     else

@@ -1,5 +1,6 @@
 #pragma once
-/// One wire in one vessel under commands. The state after a frame depends on scenario and commands alone.
+/// One wire in one vessel, alone or in a catheter, under commands. The state after a frame depends on
+/// scenario and commands alone.
 
 #include <cstdint>
 #include <memory>
@@ -22,8 +23,9 @@ namespace exercise {
 struct StepReport {
     physics::RelaxReport relax;       // of the whole frame
     std::vector<double> insertions;   // change of the inserted length by each motion, in order [mm]
-    double rotation = 0;              // Σ|angle| of the hub [rad]
-    double turned = 0;                // Σ angle [rad]
+    double rotation = 0;              // Σ|angle| of the hubs [rad]
+    double turned = 0;                // Σ angle of the wire's hub [rad]
+    double catheter_turned = 0;       // and of the catheter's [rad]
     bool withdrawal_stopped = false;  // the curved tip was at the introducer
     bool insertion_stopped = false;   // the tip stands in an open end
     bool whole_wire_is_in = false;    // and more was asked for
@@ -31,6 +33,9 @@ struct StepReport {
     bool settling = false;            // the wire is on its way to rest: the one shown is the last at rest
     bool buckled = false;             // a push was not passed on: the shaft outside bows
     bool refused = false;             // a motion that led to no rest was not made
+    bool too_thick = false;           // the catheter stands before a vessel that is narrower than it is
+    std::string exchanged;            // the wire is now this one
+    std::string denied;               // what was not done, and why: one sentence
     double waiting_insertion = 0;     // asked for but not made yet [mm]
     double waiting_rotation = 0;      // [rad]
     bool reset = false;               // a new attempt began with this frame
@@ -83,8 +88,11 @@ public:
     const scenario::ModelChoice& choice() const { return choice_; }
     const anatomy::Anatomy& anatomy() const { return anatomy_; }
     const physics::LumenWall& wall() const { return *wall_; }
+    /// The chain of joints: the wire, or the wire and the catheter on one centreline.
     const physics::Guidewire& wire() const { return wire_; }
-    const geometry::Vec3& tip_at_start() const { return tip_at_start_; }          // before frame 0 [mm]
+    bool has_catheter() const { return scenario_.catheter.has_value(); }
+    static constexpr int wire_device = 0, catheter_device = 1;            // of a chain with a catheter
+    const geometry::Vec3& tip_at_start() const { return tip_at_start_; }  // before frame 0 [mm]
     std::span<const physics::WallContact> contacts() const { return contacts_; }  // of the joints as they are
     const geometry::Vec3& target() const { return target_; }                      // [mm]
     const Console& console() const { return console_; }
@@ -95,8 +103,22 @@ public:
     /// Displacement of vessels and wire now from where anatomy() and wire() have them [mm].
     geometry::Vec3 vessel_shift() const;
 
-    double inserted() const { return wire_.inserted_length() + wire_.carried; }  // as shown [mm]
-    double tip_to_target() const { return (wire_.tip() - target_).norm(); }      // [mm]
+    /// Length of wire, or of catheter, inside, as shown [mm].
+    double inserted(script::Held = script::Held::Wire) const;
+    /// Where the device ends, and the direction there.
+    struct Tip {
+        geometry::Vec3 at, along;
+    };
+    Tip tip_of(script::Held) const;
+    /// From the introducer to where the device ends; empty where it is not inside [mm].
+    geometry::Polyline path_of(script::Held) const;
+    /// Of the device that the exercise is about.
+    geometry::Vec3 tip() const;
+    double tip_to_target() const { return (tip() - target_).norm(); }  // [mm]
+    /// The wire that took the scenario's place; null = none did.
+    const scenario::Device* exchanged_wire() const { return exchanged_ ? &*exchanged_ : nullptr; }
+    /// Largest flow of contrast through the catheter with the wire where it is [ml/s].
+    double largest_flow() const;
 
     /// Everything that later frames depend on: two simulations of one scenario with the same state never
     /// diverge.
@@ -107,10 +129,29 @@ private:
     struct Motion {
         double insertion = 0;  // [mm]
         double rotation = 0;   // [rad]
-        void state(geometry::StateStream& s) { s(insertion, rotation); }
+        int device = physics::every_device;
+        bool removes = false;  // the device, whatever is inside
+        std::string exchange;  // for this wire
+        void state(geometry::StateStream& s) {
+            s(insertion, rotation);
+            const bool special = device != physics::every_device || removes || !exchange.empty();
+            if (!s.part(special, device, removes, exchange)) {
+                device = physics::every_device;
+                removes = false;
+                exchange.clear();
+            }
+        }
+        bool done() const { return insertion == 0 && rotation == 0 && !removes && exchange.empty(); }
     };
     struct Apply;
     void lay(const geometry::Polyline&, double length, const physics::Guidewire* before = nullptr);
+    physics::Guidewire chain(const geometry::Polyline&, double length,
+                             const physics::Guidewire* before) const;
+    int device_of(script::Held) const;
+    void inject_through_catheter(const script::Inject&);
+    void exchange(Motion&, StepReport&);
+    bool stands_before_a_narrow_vessel() const;
+    double allowed_feed(const Motion&, StepReport&) const;
     // For a frame with the global relaxer.
     void move_hub(StepReport&);
     void prepare_motion(StepReport&);
@@ -148,7 +189,10 @@ private:
     Console console_;
     int frames_ = 0;  // since the start or the last reset
     double iodine_ = 0;
-    bool was_reset_ = false;  // since the last step
+    bool was_reset_ = false;      // since the last step
+    std::string denied_;          // since the last step
+    std::string exchanged_name_;  // of the wire that is used now; empty = the scenario's
+    std::optional<scenario::Device> exchanged_;
 };
 
 }  // namespace exercise

@@ -1,5 +1,6 @@
 #include "engine/exercise/trace.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -28,45 +29,72 @@ std::string Trace::rows(const Frame& frame, const Score& score) {
     const Simulation& simulation = frame.simulation;
     const physics::Guidewire& wire = simulation.wire();
     const StepReport& report = frame.motion;
-    if (report.reset) turned_ = push_ = torque_ = 0;
-    turned_ += report.turned;
-    // A frame that asked nothing of the relaxer leaves the hand's forces as they were.
+    if (report.reset) wire_ = catheter_ = {};
+    wire_.turned += report.turned;
+    catheter_.turned += report.catheter_turned;
+    // A frame that asked nothing of the relaxer leaves the hands' forces as they were.
     if (report.relax.at_rest) {
-        push_ = physics::hand_force(wire, report.relax.push_force);
-        torque_ = report.relax.base_torque;
+        if (wire.devices.empty()) {
+            wire_.load = {physics::hand_force(wire, report.relax.push_force), report.relax.base_torque};
+        } else {
+            const auto loads = physics::hub_loads(wire, simulation.contacts());
+            wire_.load = loads[Simulation::wire_device];
+            catheter_.load = loads[Simulation::catheter_device];
+        }
     }
+    std::string text = row(script::Held::Wire, wire_, frame, score);
+    if (simulation.has_catheter()) text += row(script::Held::Catheter, catheter_, frame, score);
+    return text;
+}
+
+std::string Trace::row(script::Held held, const Hand& hand, const Frame& frame, const Score& score) const {
+    const Simulation& simulation = frame.simulation;
+    const physics::Guidewire& wire = simulation.wire();
     const anatomy::Anatomy& anatomy = simulation.anatomy();
-    const anatomy::VesselPlace place = anatomy::nearest_place(anatomy, wire.tip());
+    const bool inside = simulation.inserted(held) > 0;
+    const Simulation::Tip tip = simulation.tip_of(held);
+    const anatomy::VesselPlace place = anatomy::nearest_place(anatomy, tip.at);
     const geometry::CentrelineBranch& branch = anatomy.branches[place.branch];
+    const geometry::Vec3 at = tip.at + simulation.vessel_shift();
     const auto contacts = simulation.contacts();
+    // Contacts of the joints that the device bears: those that it is outermost at.
+    const double reach = simulation.inserted(script::Held::Catheter);
+    double s = 0, largest = 0, tip_force = 0;
     int touching = 0;
-    for (const physics::WallContact& c : contacts) touching += c.touches();
-    const geometry::Vec3 tip = wire.tip() + simulation.vessel_shift(), &along = wire.tangents.back();
-    const std::vector<io::CsvCell> row = {
+    for (std::size_t j = 1; j < contacts.size(); ++j) {
+        s += wire.lengths[j];
+        const bool catheters = simulation.has_catheter() && s <= reach + 1e-9;
+        if (catheters != (held == script::Held::Catheter)) continue;
+        largest = std::max(largest, contacts[j].force());
+        touching += contacts[j].touches();
+        tip_force = contacts[j].force();
+    }
+    const auto or_absent = [inside](double value) { return inside ? value : absent; };
+    const std::vector<io::CsvCell> cells = {
         static_cast<double>(frame.time.index),
         frame.time.seconds,
-        std::string("wire"),
-        simulation.inserted(),
-        turned_ / geometry::degree,
-        tip.x(),
-        tip.y(),
-        tip.z(),
-        along.x(),
-        along.y(),
-        along.z(),
-        branch.name,
-        geometry::length_of(std::span(branch.points).first(place.sample + 1)),
-        anatomy::way_between(anatomy, place, target_).value_or(absent),
-        push_,
-        torque_,
-        contacts.empty() ? 0.0 : contacts.back().force(),
-        physics::largest_force(contacts),
+        std::string(script::held_names[static_cast<std::size_t>(held)]),
+        simulation.inserted(held),
+        hand.turned / geometry::degree,
+        or_absent(at.x()),
+        or_absent(at.y()),
+        or_absent(at.z()),
+        or_absent(tip.along.x()),
+        or_absent(tip.along.y()),
+        or_absent(tip.along.z()),
+        inside ? branch.name : std::string(),
+        or_absent(geometry::length_of(std::span(branch.points).first(place.sample + 1))),
+        or_absent(anatomy::way_between(anatomy, place, target_).value_or(absent)),
+        hand.load.push,
+        hand.load.torque,
+        tip_force,
+        largest,
         static_cast<double>(touching),
         wire.friction_loss,
-        report.settling ? 1.0 : 0.0,
+        frame.motion.settling ? 1.0 : 0.0,
         score.air_kerma.value_or(absent)};
     std::string text;
-    io::append_row(text, row);
+    io::append_row(text, cells);
     return text;
 }
 

@@ -15,15 +15,23 @@ public:
 
     /// Names and units of the columns, a line of CSV.
     static std::string header();
-    /// The rows of a frame; call it once for each frame. Lengths are those of the wire shown: the last at
-    /// rest. Forces and torque are positive where the hand must push and hold the hub back; an empty cell
-    /// stands for a missing value: no way from the tip's branch to the target's, no dose without images.
+    /// The rows of a frame, wire and catheter; call it once for each frame. A device that is out has empty
+    /// cells for its place. Contacts are those of the joints at which the device lies outermost. Lengths are
+    /// those of the wire shown: the last at rest. Forces and torque are positive where the hand must push and
+    /// hold the hub back; an empty cell stands for a missing value: no way from the tip's branch to the
+    /// target's, no dose without images.
     std::string rows(const Frame&, const Score&);
 
 private:
     anatomy::VesselPlace target_;
-    double turned_ = 0;  // of the hub since the attempt began [rad]
-    double push_ = 0, torque_ = 0;
+    /// What is known of a device's hub.
+    struct Hand {
+        double turned = 0;  // since the attempt began [rad]
+        physics::HubLoad load;
+    };
+    std::string row(script::Held, const Hand&, const Frame&, const Score&) const;
+
+    Hand wire_, catheter_;
 };
 
 }  // namespace exercise

@@ -12,11 +12,16 @@ render::GrayImage mask(int pixels, const std::vector<std::uint32_t>& set) {
 
 }  // namespace
 
-Truth truth_of(const Pulse& pulse, render::Fluoroscope& fluoroscope) {
+Truth truth_of(const Pulse& pulse, render::Fluoroscope& fluoroscope, bool has_catheter) {
     const int pixels = pulse.arm.pixels;
     const geometry::Vec3& shift = pulse.exposure.vessel_shift;
-    return {pulse, mask(pixels, fluoroscope.wire_pixels(pulse.arm, pulse.joints, shift)),
-            mask(pixels, fluoroscope.vessel_pixels(pulse.arm, shift))};
+    Truth truth{pulse,
+                mask(pixels, fluoroscope.wire_pixels(pulse.arm, pulse.joints, shift)),
+                {},
+                mask(pixels, fluoroscope.vessel_pixels(pulse.arm, shift))};
+    if (has_catheter)
+        truth.catheter = mask(pixels, fluoroscope.catheter_pixels(pulse.arm, pulse.catheter, shift));
+    return truth;
 }
 
 }  // namespace exercise

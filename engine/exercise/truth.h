@@ -6,11 +6,12 @@
 namespace exercise {
 
 struct Truth {
-    Pulse pulse;                // the pulse that the image shows
-    render::GrayImage wire;     // 255 where the wire casts its shadow, else 0
-    render::GrayImage vessels;  // 255 where a lumen lies in the beam, else 0
+    Pulse pulse;                                // the pulse that the image shows
+    render::GrayImage wire;                     // 255 where the wire casts its shadow, else 0
+    std::optional<render::GrayImage> catheter;  // the same; none in an exercise without
+    render::GrayImage vessels;                  // 255 where a lumen lies in the beam, else 0
 };
 
-Truth truth_of(const Pulse&, render::Fluoroscope&);
+Truth truth_of(const Pulse&, render::Fluoroscope&, bool has_catheter = false);
 
 }  // namespace exercise

@@ -100,17 +100,26 @@ void Hands::move_wire(const Input& input, const exercise::StepReport& last,
     const double degree = std::numbers::pi / 180;
     turn = std::clamp(rounded(turn / degree, 1e-2), -script::largest_rotation, script::largest_rotation);
     if (std::abs(push) > smallest_motion)
-        commands.push_back(push > 0 ? script::Command(script::Advance{push})
-                                    : script::Command(script::Withdraw{-push}));
-    if (std::abs(turn) > smallest_motion) commands.push_back(script::Rotate{turn * degree});
+        commands.push_back(push > 0 ? script::Command(script::Advance{push, held_})
+                                    : script::Command(script::Withdraw{-push, held_}));
+    if (std::abs(turn) > smallest_motion) commands.push_back(script::Rotate{turn * degree, held_});
 }
 
-void Hands::press_pedals(const Input& input, const exercise::Console& console,
+void Hands::press_pedals(const Input& input, const exercise::Simulation& simulation,
                          std::vector<script::Command>& commands, std::vector<std::string>& messages) {
+    const exercise::Console& console = simulation.console();
     for (const Action action : input.pressed) {
         if (action == Action::Roadmap) wants_roadmap_ = !wants_roadmap_;
         if (action == Action::Mask) commands.push_back(script::NewMask{});
-        if (action == Action::Device) messages.push_back("This exercise has one device: the wire");
+        if (action == Action::Device && !simulation.has_catheter()) {
+            messages.push_back("This exercise has one device: the wire");
+        } else if (action == Action::Device) {
+            constexpr const char* now[] = {"The hand holds the wire", "The hand holds the catheter",
+                                           "The hand holds wire and catheter"};
+            const std::size_t next = (static_cast<std::size_t>(held_) + 1) % script::held_names.size();
+            held_ = static_cast<script::Held>(next);
+            messages.push_back(now[next]);
+        }
         if (action == Action::Reference) commands.push_back(script::StoreReference{});
     }
     const bool acquire = input.holds(Action::Acquisition);
@@ -224,8 +233,10 @@ void Hands::inject(const Input& input, const exercise::Simulation& simulation,
         std::string branch = preset.branch;
         const bool known = std::any_of(anatomy.branches.begin(), anatomy.branches.end(),
                                        [&](const auto& b) { return b.name == branch; });
-        if (preset.through_device || !known)
-            branch = anatomy.branches[anatomy::nearest_place(anatomy, simulation.wire().tip()).branch].name;
+        if (preset.through_device && simulation.has_catheter())
+            branch.clear();
+        else if (preset.through_device || !known)
+            branch = anatomy.branches[anatomy::nearest_place(anatomy, simulation.tip()).branch].name;
         if (preset.volume > left) {
             messages.push_back(
                 fmt::format("{:.0f} ml more is beyond the patient's limit of contrast", preset.volume));
@@ -243,10 +254,11 @@ std::vector<script::Command> Hands::commands(const Input& input, const exercise:
     if (std::find(input.pressed.begin(), input.pressed.end(), Action::BackToStart) != input.pressed.end()) {
         rest();
         wants_roadmap_ = acquires_ = false;
+        held_ = script::Held::Wire;
         commands.push_back(script::Reset{});
         return commands;
     }
-    press_pedals(input, simulation.console(), commands, messages);
+    press_pedals(input, simulation, commands, messages);
     move_stand(input, simulation, commands, messages);
     inject(input, simulation, commands, messages);
     move_wire(input, last, commands);

@@ -43,11 +43,13 @@ public:
     /// The hand lets go of everything.
     void rest();
     const KeyMap& keys() const { return keys_; }
+    /// What it holds.
+    script::Held held() const { return held_; }
 
 private:
     double run_up(bool held, double& since) const;
     void move_wire(const Input&, const exercise::StepReport& last, std::vector<script::Command>&);
-    void press_pedals(const Input&, const exercise::Console&, std::vector<script::Command>&,
+    void press_pedals(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
                       std::vector<std::string>& messages);
     void move_stand(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
                     std::vector<std::string>& messages);
@@ -57,6 +59,7 @@ private:
     KeyMap keys_;
     double frame_time_;
     double push_since_ = 0, turn_since_ = 0;  // held [s]
+    script::Held held_ = script::Held::Wire;
     bool wants_roadmap_ = false;
     bool acquires_ = false;
 };

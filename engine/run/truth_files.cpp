@@ -18,6 +18,20 @@ Json list(const geometry::Vec3& v) {
     return {v.x(), v.y(), v.z()};
 }
 
+/// Joints of a device that is in, in the room and in the image.
+void list_device(Json& json, const std::string& name, const geometry::Polyline& joints,
+                 const exercise::Pulse& pulse) {
+    Json places = Json::array(), pixels = Json::array();
+    for (const geometry::Vec3& joint : joints) {
+        const geometry::Vec3 place = joint + pulse.exposure.vessel_shift;
+        const render::Pixel pixel = render::project(pulse.arm, place);
+        places.push_back(list(place));
+        pixels.push_back({pixel.x, pixel.y});
+    }
+    json[name + "_mm"] = std::move(places);
+    json[name + "_px"] = std::move(pixels);
+}
+
 std::string stem(int frame) {
     return std::filesystem::path(frame_file_name(frame)).stem().string();
 }
@@ -48,20 +62,20 @@ std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& tim
     for (int row = 0; row < 3; ++row)
         json["camera_matrix"].push_back({camera(row, 0), camera(row, 1), camera(row, 2), camera(row, 3)});
     json["vessel_shift_mm"] = list(pulse.exposure.vessel_shift);
-    Json places = Json::array(), pixels = Json::array();
-    for (const geometry::Vec3& joint : pulse.joints) {
-        const geometry::Vec3 place = joint + pulse.exposure.vessel_shift;
-        const render::Pixel pixel = render::project(arm, place);
-        places.push_back(list(place));
-        pixels.push_back({pixel.x, pixel.y});
+    const geometry::Vec3& shift = pulse.exposure.vessel_shift;
+    if (const geometry::Polyline& device = pulse.tip_of(); !device.empty()) {
+        const render::Pixel pixel = render::project(arm, device.back() + shift);
+        json["tip_mm"] = list(device.back() + shift);
+        json["tip_px"] = {pixel.x, pixel.y};
+        json["tip_in_image"] =
+            pixel.x >= open.left && pixel.y >= open.top && pixel.x < open.right && pixel.y < open.bottom;
     }
-    json["tip_mm"] = places.back();
-    json["tip_px"] = pixels.back();
-    const double x = pixels.back()[0], y = pixels.back()[1];
-    json["tip_in_image"] = x >= open.left && y >= open.top && x < open.right && y < open.bottom;
-    json["wire_mm"] = std::move(places);
-    json["wire_px"] = std::move(pixels);
+    list_device(json, "wire", pulse.joints, pulse);
     json["wire_mask"] = stem(time.index) + "_wire.png";
+    if (truth.catheter) {
+        list_device(json, "catheter", pulse.catheter, pulse);
+        json["catheter_mask"] = stem(time.index) + "_catheter.png";
+    }
     json["vessel_mask"] = stem(time.index) + "_vessels.png";
     return json.dump() + "\n";
 }
@@ -70,6 +84,7 @@ void write_truth(const std::filesystem::path& folder, const exercise::Truth& tru
                  const exercise::FrameTime& time) {
     write_picture(folder / (stem(time.index) + "_wire.png"), truth.wire);
     write_picture(folder / (stem(time.index) + "_vessels.png"), truth.vessels);
+    if (truth.catheter) write_picture(folder / (stem(time.index) + "_catheter.png"), *truth.catheter);
     io::write_whole(folder / (stem(time.index) + ".json"), to_json(truth, time));
 }
 

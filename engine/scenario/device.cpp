@@ -50,7 +50,7 @@ void read_values(io::Section& top, Device& d, std::vector<std::string>& given) {
 
 void read_shape(io::Section& top, Device& d, std::vector<std::string>& given) {
     for (io::Section& arc : top.sections("shape")) {
-        ShapeArc& piece = d.shape.emplace_back();
+        physics::RestArc& piece = d.shape.emplace_back();
         if (!arc.find("length_mm")) arc.missing("length_mm", "length_mm = ...");
         arc.number("length_mm", piece.length, {0.1, 300});
         arc.number("angle_deg", piece.angle, {-720, 720}, geometry::degree);
@@ -62,8 +62,38 @@ void read_shape(io::Section& top, Device& d, std::vector<std::string>& given) {
 
 double shape_length(const Device& d) {
     double sum = 0;
-    for (const ShapeArc& arc : d.shape) sum += arc.length;
+    for (const physics::RestArc& arc : d.shape) sum += arc.length;
     return sum;
+}
+
+/// What the device is made of; a wire without a look is a steel one with a platinum coil at its tip.
+void read_look(io::Section look, Device& d, std::vector<std::string>& given) {
+    render::WireLook& seen = d.look;
+    seen.diameter = d.outer_diameter;
+    seen.inner_diameter = d.inner_diameter;
+    seen.marker_length = std::min(seen.marker_length, d.tip_length);
+    if (d.kind == DeviceKind::Catheter) {
+        seen.body = render::Material::BariumPolymer;
+        seen.marker = render::Material::TungstenPolymer;
+        seen.marker_length = 3;
+        seen.marker_fill = 1;
+    }
+    if (!look.given()) return;
+    std::vector<std::string_view> names;
+    for (int k = 0; k < render::material_count; ++k)
+        names.push_back(render::name_of(static_cast<render::Material>(k)));
+    const auto material = [&](const char* key, render::Material& value) {
+        if (const auto which = look.choice(key, names)) value = static_cast<render::Material>(*which);
+    };
+    material("body", seen.body);
+    material("marker", seen.marker);
+    material("core", seen.core);
+    look.number("body_fill", seen.body_fill, {0, 1});
+    look.number("marker_fill", seen.marker_fill, {0, 1});
+    look.number("marker_length_mm", seen.marker_length, {0, 500});
+    look.number("core_diameter_mm", seen.core_diameter, {0, d.outer_diameter});
+    look.finish();
+    given.emplace_back("look");
 }
 
 void read_sources(io::Section sources, const std::vector<std::string>& given, Device& d) {
@@ -100,6 +130,7 @@ Device parse_device(const std::string& text, const std::filesystem::path& file) 
         std::vector<std::string> given;
         read_values(top, d, given);
         read_shape(top, d, given);
+        read_look(top.section("look", false), d, given);
         read_sources(top.section("sources", true), given, d);
         top.finish();
         if (d.inner_diameter >= d.outer_diameter)
@@ -169,6 +200,22 @@ physics::GuidewireSpec guidewire_of(const Device& d) {
     return spec;
 }
 
+physics::DeviceSpec device_spec(const Device& d) {
+    physics::DeviceSpec spec;
+    spec.outer_diameter = d.outer_diameter;
+    spec.inner_diameter = d.inner_diameter;
+    spec.shaft_rigidity = d.shaft_rigidity;
+    spec.tip_rigidity = d.tip_rigidity;
+    spec.tip_length = d.tip_length;
+    spec.transition_length = d.transition_length;
+    spec.torsional_rigidity = d.torsional_rigidity;
+    spec.friction = d.friction;
+    spec.buckling_force = d.buckling_force;
+    spec.length = d.length;
+    spec.shape = d.shape;
+    return spec;
+}
+
 Polyline free_shape(const Device& d, double straight) {
     // From the shaft to the distal end the arcs come in reverse.
     Vec3 at(0, 0, 0), along = Vec3::UnitX(), aside = Vec3::UnitY();
@@ -213,8 +260,8 @@ void draw_device(const Device& d, const std::filesystem::path& png) {
     }
     io::write_whole(scratch.path() / "shape.csv", shape);
     io::write_whole(scratch.path() / "stiffness.csv", stiffness);
-    const bool solid =
-        std::none_of(d.shape.begin(), d.shape.end(), [](const ShapeArc& arc) { return arc.plane != 0; });
+    const bool solid = std::none_of(d.shape.begin(), d.shape.end(),
+                                    [](const physics::RestArc& arc) { return arc.plane != 0; });
     io::Plot plot{"device", "", 1000, 760};
     plot.commands = fmt::format(
         "set datafile separator ','\nset multiplot title \"{} – {}\" noenhanced\nset grid lc rgb '#dddddd'\n"

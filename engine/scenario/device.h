@@ -6,18 +6,13 @@
 #include <string>
 #include <vector>
 
+#include "physics/wire/coaxial.h"
 #include "physics/wire/guidewire.h"
+#include "render/xray/wire_image.h"
 
 namespace scenario {
 
 enum class DeviceKind { Wire, Catheter };
-
-/// A piece of a device's free shape; the pieces are listed from the distal end.
-struct ShapeArc {
-    double length = 0;  // [mm]
-    double angle = 0;   // of its turn, 0 = straight [rad]
-    double plane = 0;   // in which it turns, about the device's axis [rad]
-};
 
 struct Device {
     std::string name, title;  // of the file; one line
@@ -29,13 +24,17 @@ struct Device {
     double torsional_rigidity = 0;                      // GJ of the shaft [N·mm²]
     double friction = 0;                                // μ on a wall [-]
     double buckling_force = 0;                          // 0 = not known [N]
-    std::vector<ShapeArc> shape;                        // empty = straight
+    std::vector<physics::RestArc> shape;                // from the distal end; empty = straight
+    render::WireLook look;                              // in the beam
     std::map<std::string, std::string> sources;  // by key; one that begins with "estimate" is an estimate
 };
 
 /// A wire of the catalogue as the solver takes it, its segments as short as thickness and bend ask for.
 /// Throws InputError for a catheter, or for a shape of more than one arc.
 physics::GuidewireSpec guidewire_of(const Device&);
+
+/// A device as the solver takes it on a chain.
+physics::DeviceSpec device_spec(const Device&);
 
 /// Throws InputError that lists everything wrong, a line each, with file:line:column: unknown keys, values
 /// out of range, a lumen wider than the device, a shape longer than the device, a value without a source.

@@ -18,6 +18,7 @@ constexpr double shortest = 0.2, longest = 5;  // λ [mm]
 /// Cells of the grid from a wall to the axis: with fewer the field does not separate its sides. In tubes with
 /// this many it is off by 0.03 mm at 1 % of the places near the wall, with two by 0.01 mm at most.
 constexpr double cells_to_axis = 1.25;
+constexpr double twist_that_shows = 2 * geometry::degree;
 
 /// The point of a branch `way` before (< 0) or behind a sample along it; none past its ends.
 std::optional<Vec3> place_along(const geometry::CentrelineBranch& branch, int sample, double way) {
@@ -95,7 +96,6 @@ void choose_wall(const anatomy::Anatomy& anatomy, const physics::GuidewireSpec& 
 }
 
 void choose_torsion(const physics::GuidewireSpec& wire, double wire_length, ModelChoice& choice) {
-    constexpr double shows = 2 * geometry::degree;
     if (wire.torsional_rigidity == 0) return;
     // A tip of curvature κ0 in a bend of κ: dU/dψ = EI κ0 κ per length at most.
     const double torque = wire.tip_rigidity * std::abs(wire.curved_angle) * choice.demand.largest_curvature;
@@ -103,13 +103,23 @@ void choose_torsion(const physics::GuidewireSpec& wire, double wire_length, Mode
     constexpr double step = 1;
     for (double s = wire.curved_length + 0.5 * step; s < wire_length; s += step)
         give += step / physics::torsional_rigidity_at(wire, s);
-    choice.winds_up = torque * give > shows;
+    choice.winds_up = torque * give > twist_that_shows;
     choice.torsion_reason =
         fmt::format("the sharpest bend ('{}') can wind up {:.0f} mm of shaft by {:.3g} degrees",
                     choice.demand.sharpest, wire_length, torque * give / geometry::degree);
 }
 
 }  // namespace
+
+bool device_winds_up(const physics::DeviceSpec& device, const LumenDemand& demand) {
+    if (device.torsional_rigidity == 0) return false;
+    double bent = 0, give = 0;  // [1/mm], [1/(N·mm)]
+    for (const physics::RestArc& arc : device.shape) bent = std::max(bent, std::abs(arc.angle) / arc.length);
+    constexpr double step = 1;
+    for (double s = physics::shaped_length(device) + 0.5 * step; s < device.length; s += step)
+        give += step / physics::torsional_rigidity_at(device, s);
+    return device.tip_rigidity * bent * demand.largest_curvature * give > twist_that_shows;
+}
 
 LumenDemand demand_of(const anatomy::Anatomy& anatomy) {
     LumenDemand demand;

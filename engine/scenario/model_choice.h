@@ -22,6 +22,9 @@ struct LumenDemand {
 /// along its branch: a wire can cut across anything shorter.
 LumenDemand demand_of(const anatomy::Anatomy&);
 
+/// Whether the vessels can wind up the whole shaft of a device by more than 2°.
+bool device_winds_up(const physics::DeviceSpec&, const LumenDemand&);
+
 struct ModelChoice {
     double segment_length = 0;   // λ [mm]
     std::string segment_reason;  // one sentence

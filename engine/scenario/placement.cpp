@@ -18,6 +18,11 @@ ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy) {
         choose_model(anatomy, wire, s.refinement.curve_tolerance, s.tube.has_value(), s.wire_length);
     if (s.torsion == TorsionModel::Rigid || (s.torsion == TorsionModel::Auto && !choice.winds_up))
         wire.torsional_rigidity = 0;
+    if (s.catheter) {
+        double& rigidity = s.catheter->device.torsional_rigidity;
+        const bool winds = device_winds_up(device_spec(s.catheter->device), choice.demand);
+        if (s.torsion == TorsionModel::Rigid || (s.torsion == TorsionModel::Auto && !winds)) rigidity = 0;
+    }
     if (s.wall_model == WallModel::Auto) s.wall_model = choice.wall;
     if (s.choose_segment_length) {
         s.wall_stiffness *= choice.segment_length / wire.segment_length;  // the same per length of wire

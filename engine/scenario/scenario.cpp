@@ -8,6 +8,7 @@
 #include "engine/anatomy/grow/generate_run.h"
 #include "engine/io/text.h"
 #include "engine/script/command.h"
+#include "physics/wall/distance_field.h"
 
 namespace scenario {
 
@@ -49,6 +50,34 @@ std::vector<std::string> problems(const Scenario& s) {
                 "torsional_rigidity_N_mm2 = 0, "
                 "is accepted");
     }
+    if (s.catheter) {
+        const Device& device = s.catheter->device;
+        if (s.relaxer.kind != physics::RelaxerKind::Global)
+            say("relaxer.kind",
+                "the paper's relaxers know no catheter; kind = \"global\" is accepted with one");
+        if (s.guidewire.diameter >= device.inner_diameter)
+            say("guidewire.diameter_mm",
+                fmt::format("a wire of {:g} mm does not fit a catheter's lumen of {:g} mm; a thinner wire is "
+                            "accepted",
+                            s.guidewire.diameter, device.inner_diameter));
+        if (s.catheter->inserted > device.length)
+            say("catheter.inserted_mm",
+                fmt::format("a catheter of {:g} mm cannot be in by {:g} mm; up to its length is accepted",
+                            device.length, s.catheter->inserted));
+        if (s.adaptive)
+            say("guidewire.adaptive",
+                "adaptive segments follow one device; adaptive = false is accepted with a catheter");
+        const double deepest = physics::DistanceFieldOptions().inner;
+        if (0.5 * device.outer_diameter >= deepest)
+            say("catheter.outer_diameter_mm",
+                fmt::format(
+                    "a catheter of {:g} mm is thicker than a wall's field is deep; less than {:g} mm is "
+                    "accepted",
+                    device.outer_diameter, 2 * deepest));
+        for (const std::string& text : physics::problems(device_spec(device))) say("catheter", text);
+    } else if (s.target.by_catheter) {
+        say("target.device", "there is no [catheter]; \"wire\" is accepted without one");
+    }
     if (s.entry.inserted > s.wire_length) {
         say("entry.inserted_mm",
             fmt::format("a wire of {} mm cannot be in by {} mm; up to its length is accepted", s.wire_length,
@@ -77,6 +106,22 @@ std::vector<std::string> problems(const Scenario& s) {
         }
     }
     return found;
+}
+
+physics::DeviceSpec Scenario::wire_device() const {
+    physics::DeviceSpec spec;
+    spec.outer_diameter = guidewire.diameter;
+    spec.shaft_rigidity = guidewire.shaft_rigidity;
+    spec.tip_rigidity = guidewire.tip_rigidity;
+    spec.tip_length = guidewire.tip_length;
+    spec.transition_length = guidewire.transition_length;
+    spec.torsional_rigidity = guidewire.torsional_rigidity;
+    spec.friction = friction();
+    spec.buckling_force = guidewire.buckling_force;
+    spec.length = wire_length;
+    if (guidewire.curved_length > 0 && guidewire.curved_angle != 0)
+        spec.shape = {{guidewire.curved_length, guidewire.curved_angle, 0}};
+    return spec;
 }
 
 anatomy::Anatomy anatomy_of(const Scenario& s, const anatomy::ModelCache& cache) {

@@ -14,6 +14,7 @@
 #include "engine/anatomy/scenes.h"
 #include "engine/blood/blood_flow.h"
 #include "engine/io/error.h"
+#include "engine/scenario/device.h"
 #include "engine/scenario/vessel_motion.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wire/guidewire.h"
@@ -49,6 +50,7 @@ struct Target {
     std::optional<geometry::Vec3> centre;  // [mm]
     double radius = 3;                     // the tip is on target within this [mm]
     double hold = 0.5;                     // and must stay so long [s]
+    bool by_catheter = false;              // the tip is the catheter's
 };
 
 struct Imaging {
@@ -67,6 +69,13 @@ enum class TorsionModel {
     Compliant  // through a shaft that winds up
 };
 
+/// A catheter over the wire.
+struct Catheter {
+    Device device;
+    double inserted = 0;  // inside at the start, along the centreline [mm]
+    double roll = 0;      // of its shape at the start [rad]
+};
+
 struct Scenario {
     std::string name;                  // of the file, without folder and extension
     std::string title;                 // one line, shown by `seldinger list`
@@ -80,7 +89,10 @@ struct Scenario {
     Entry entry;
     physics::GuidewireSpec guidewire;
     TorsionModel torsion = TorsionModel::Auto;
-    double wire_length = 1800;           // most that can be pushed in [mm]
+    double wire_length = 1800;   // most that can be pushed in [mm]
+    render::WireLook wire_look;  // in the beam; its diameter is the wire's
+    std::optional<Catheter> catheter;
+    std::filesystem::path devices;       // folder of the catalogue, from which a wire is exchanged
     bool choose_segment_length = false;  // segment_length_mm = "auto": λ as choose_model finds
     bool adaptive = false;               // λ fine at the tip and in bends, coarse elsewhere
     physics::RefinementOptions refinement;
@@ -99,6 +111,8 @@ struct Scenario {
     io::TextPlace place(const std::string& key) const;  // of the key, or its section, or the file
 
     double friction() const { return guidewire.friction * wall_friction; }  // μ of the wire on this wall [-]
+    /// The wire on a chain with the catheter.
+    physics::DeviceSpec wire_device() const;
 };
 
 /// Throws InputError that lists everything wrong, a line each, with file:line:column.

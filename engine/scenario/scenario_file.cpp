@@ -67,6 +67,12 @@ void read_tube(io::Section tube, io::Reading& reading, Scenario& s) {
     tube.finish();
 }
 
+/// A device of the catalogue, or of a file beside the scenario's.
+Device named_device(const std::string& name, const std::filesystem::path& file,
+                    const std::filesystem::path& devices) {
+    return load_device(name.ends_with(".toml") ? file.parent_path() / name : find_device(name, devices));
+}
+
 /// The wire that all values not given are those of.
 void read_usual_wire(io::Section& wire, const std::filesystem::path& devices,
                      const std::filesystem::path& file, Scenario& s) {
@@ -82,10 +88,10 @@ void read_usual_wire(io::Section& wire, const std::filesystem::path& devices,
     if (!node || !wire.word("device", name)) return;
     if (preset) wire.refuse("device", *node, "either 'preset' or 'device' is accepted, one of them");
     try {
-        const std::filesystem::path beside = file.parent_path() / name;
-        const Device device = load_device(name.ends_with(".toml") ? beside : find_device(name, devices));
+        const Device device = named_device(name, file, devices);
         s.guidewire = guidewire_of(device);
         s.wire_length = device.length;
+        s.wire_look = device.look;
     } catch (const io::InputError& error) {
         wire.refuse("device", *node, error.what());
     }
@@ -118,7 +124,41 @@ void read_guidewire(io::Section wire, const std::filesystem::path& devices, cons
         s.torsion = static_cast<TorsionModel>(*torsion);
     wire.number("buckling_force_N", s.guidewire.buckling_force, {0, Limits::buckling_force});
     wire.number("friction", s.guidewire.friction, {0, Limits::friction});
+    s.wire_look.marker_length = std::min(s.wire_look.marker_length, s.guidewire.tip_length);
     wire.finish();
+}
+
+void read_catheter(io::Section section, const std::filesystem::path& devices,
+                   const std::filesystem::path& file, Scenario& s) {
+    if (!section.given()) return;
+    using Limits = physics::WireLimits;
+    s.catheter.emplace();
+    Device& device = s.catheter->device;
+    const toml::node* node = section.find("device");
+    std::string name;
+    if (!node) section.missing("device", "device = \"NAME\" of a catheter of the catalogue, or its file");
+    if (node && section.word("device", name)) {
+        try {
+            device = named_device(name, file, devices);
+            if (device.kind != DeviceKind::Catheter)
+                section.refuse("device", *node, fmt::format("'{}' is a wire; a catheter is accepted", name));
+        } catch (const io::InputError& error) {
+            section.refuse("device", *node, error.what());
+        }
+    }
+    section.number("inserted_mm", s.catheter->inserted, {0, 2000});
+    section.number("roll_deg", s.catheter->roll, {-360, 360}, geometry::degree);
+    section.number("length_mm", device.length, {100, 3500});
+    section.number("outer_diameter_mm", device.outer_diameter, {0.05, Limits::diameter});
+    section.number("inner_diameter_mm", device.inner_diameter, {0.05, Limits::diameter});
+    section.number("shaft_rigidity_N_mm2", device.shaft_rigidity, positive(Limits::rigidity));
+    section.number("tip_rigidity_N_mm2", device.tip_rigidity, positive(Limits::rigidity));
+    section.number("tip_length_mm", device.tip_length, {0, Limits::soft_length});
+    section.number("transition_length_mm", device.transition_length, {0, Limits::soft_length});
+    section.number("torsional_rigidity_N_mm2", device.torsional_rigidity, {0, Limits::rigidity});
+    section.number("buckling_force_N", device.buckling_force, {0, Limits::buckling_force});
+    section.number("friction", device.friction, {0, Limits::friction});
+    section.finish();
 }
 
 void read_relaxer(io::Section relaxer, Scenario& s) {
@@ -232,6 +272,8 @@ void read_sections(const toml::table& root, const std::filesystem::path& devices
     entry.number("inserted_mm", s.entry.inserted, {1, 2000});
     entry.finish();
     read_guidewire(top.section("guidewire", false), devices, reading.file, s);
+    read_catheter(top.section("catheter", false), devices, reading.file, s);
+    s.devices = devices;
     io::Section wall = top.section("wall", false);
     wall.number("stiffness_N_per_mm", s.wall_stiffness, {1e-3, 1e6});
     wall.number("friction", s.wall_friction, {0, 10});
@@ -244,6 +286,8 @@ void read_sections(const toml::table& root, const std::filesystem::path& devices
     if (Vec3 centre; target.point("centre_mm", centre, 1e4)) s.target.centre = centre;
     target.number("radius_mm", s.target.radius, {0.1, 100});
     target.number("hold_s", s.target.hold, {0, 60});
+    constexpr std::string_view tips[] = {"wire", "catheter"};
+    if (const auto tip = target.choice("device", tips)) s.target.by_catheter = *tip == 1;
     target.finish();
     read_c_arm(top.section("c_arm", false), s);
     read_imaging(top.section("imaging", false), s);

@@ -26,19 +26,33 @@ std::string degrees_text(double angle) {
     return io::number_text(angle / geometry::degree);
 }
 
+/// "catheter ", and nothing for the wire, which is what a motion is of without a word.
+std::string of(Held held) {
+    return held == Held::Wire ? "" : std::string(held_names[static_cast<std::size_t>(held)]) + " ";
+}
+
 struct CommandText {
-    std::string operator()(const Advance& c) const { return "advance " + io::number_text(c.length) + " mm"; }
-    std::string operator()(const Withdraw& c) const {
-        return "withdraw " + io::number_text(c.length) + " mm";
+    std::string operator()(const Advance& c) const {
+        return "advance " + of(c.held) + io::number_text(c.length) + " mm";
     }
-    std::string operator()(const Rotate& c) const { return "rotate " + degrees_text(c.angle) + " deg"; }
+    std::string operator()(const Withdraw& c) const {
+        return "withdraw " + of(c.held) + io::number_text(c.length) + " mm";
+    }
+    std::string operator()(const Rotate& c) const {
+        return "rotate " + of(c.held) + degrees_text(c.angle) + " deg";
+    }
+    std::string operator()(const Remove& c) const {
+        return fmt::format("remove {}", held_names[static_cast<std::size_t>(c.held)]);
+    }
+    std::string operator()(const Exchange& c) const { return "exchange wire " + c.device; }
     std::string operator()(const Beam& c) const { return c.on ? "beam on" : "beam off"; }
     std::string operator()(const Contrast& c) const {
         return "contrast " + io::number_text(c.iodine) + " mg/ml";
     }
     std::string operator()(const Inject& c) const {
-        return fmt::format("inject {} ml at {} ml/s into {} of {} mg/ml", io::number_text(c.volume),
-                           io::number_text(c.rate), c.branch, io::number_text(c.iodine));
+        const std::string where = c.branch.empty() ? "through catheter" : "into " + c.branch;
+        return fmt::format("inject {} ml at {} ml/s {} of {} mg/ml", io::number_text(c.volume),
+                           io::number_text(c.rate), where, io::number_text(c.iodine));
     }
     std::string operator()(const SetMode& c) const {
         return fmt::format("mode {}", imaging_modes[static_cast<std::size_t>(c.mode)]);

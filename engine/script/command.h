@@ -8,6 +8,11 @@
 ///     20      arm lao 30 deg cranial 10 deg sid 1000 mm
 ///     25      contrast 12 mg/ml          # fills all vessels evenly, from now on
 ///     30      inject 12 ml at 6 ml/s into aorta of 300 mg/ml
+///     31      inject 6 ml at 3 ml/s through catheter
+///     40      advance catheter 5 mm      # of the devices: wire (the default), catheter or both
+///     50      rotate catheter 20 deg
+///     60      remove wire                # all of it; waits its turn behind earlier motions
+///     61      exchange wire amplatzS035  # for another of the catalogue, when it is out
 ///     32      mode dsa                   # or live, roadmap
 ///     33      mask                       # the next pulse is the mask
 ///     40      pulse 7.5 per second       # 3.75, 7.5, 15 or 30
@@ -37,14 +42,29 @@
 
 namespace script {
 
+/// What the hand holds.
+enum class Held { Wire, Catheter, Both };
+inline constexpr std::array<std::string_view, 3> held_names = {"wire", "catheter", "both"};
+
 struct Advance {
     double length = 0;  // [mm]
+    Held held = Held::Wire;
 };
 struct Withdraw {
     double length = 0;  // [mm]
+    Held held = Held::Wire;
 };
 struct Rotate {
     double angle = 0;  // of the hub, right-handed about the wire [rad]
+    Held held = Held::Wire;
+};
+/// Takes a device out.
+struct Remove {
+    Held held = Held::Wire;  // or Catheter
+};
+/// The wire that is out becomes another.
+struct Exchange {
+    std::string device;  // of the catalogue, or a file
 };
 /// Values that are not given stay as they are.
 struct MoveArm {
@@ -58,11 +78,11 @@ struct Beam {
 struct Contrast {
     double iodine = 0;  // fills the lumen from now on [mg/ml]
 };
-/// Injects through a catheter that is present but not drawn.
+/// Injects through the catheter's tip, or through one that is present but not drawn.
 struct Inject {
     double volume = 0;    // [ml]
     double rate = 0;      // [ml/s]
-    std::string branch;   // the catheter's tip lies at its start
+    std::string branch;   // the tip lies at its start; empty = through the catheter on the wire
     double iodine = 320;  // [mg/ml]
 };
 enum class ImagingMode { Live, Dsa, Roadmap };
@@ -87,8 +107,9 @@ struct MoveTable {
 struct StoreReference {};
 struct Reset {};
 
-using Command = std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Inject, SetMode,
-                             SetPulseRate, NewMask, Collimate, MoveTable, StoreReference, Reset>;
+using Command =
+    std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Inject, SetMode, SetPulseRate, NewMask,
+                 Collimate, MoveTable, StoreReference, Reset, Remove, Exchange>;
 
 /// Largest amounts that one command may request; anything beyond is a typing error.
 inline constexpr double largest_motion = 500;            // [mm]

@@ -133,13 +133,38 @@ Inject inject_command(Line& line) {
     inject.volume = line.amount(0.1, largest_volume, "ml");
     line.word("at");
     inject.rate = line.amount(0.1, render::largest_flow, "ml/s");
-    line.word("into");
-    inject.branch = line.take("the name of a branch is accepted").text;
+    if (line.next_is("through")) {
+        line.word("catheter");
+    } else {
+        const Word& word = line.take("'into' with a branch, or 'through catheter', is accepted");
+        if (word.text != "into")
+            Line::refuse(word, "'into' with a branch, or 'through catheter', is accepted");
+        inject.branch = line.take("the name of a branch is accepted").text;
+    }
     if (!line.done()) {
         line.word("of");
         inject.iodine = line.amount(1, render::largest_iodine, "mg/ml");
     }
     return inject;
+}
+
+/// The device of a motion: the wire where the line names none.
+Held held(Line& line) {
+    for (std::size_t k = 0; k < held_names.size(); ++k)
+        if (line.next_is(held_names[k])) return static_cast<Held>(k);
+    return Held::Wire;
+}
+
+Remove remove_command(Line& line) {
+    const Word& word = line.take("'wire' or 'catheter' is accepted");
+    if (word.text != "wire" && word.text != "catheter")
+        Line::refuse(word, "'wire' or 'catheter' is accepted");
+    return {word.text == "wire" ? Held::Wire : Held::Catheter};
+}
+
+Exchange exchange_command(Line& line) {
+    line.word("wire");
+    return {std::string(line.take("the name of a wire of the catalogue, or its file, is accepted").text)};
 }
 
 SetPulseRate pulse_command(Line& line) {
@@ -184,12 +209,23 @@ struct Verb {
     Command (*read)(Line&);
 };
 constexpr Verb verbs[] = {
-    {"advance", [](Line& l) -> Command { return Advance{l.amount(0, largest_motion, "mm")}; }},
-    {"withdraw", [](Line& l) -> Command { return Withdraw{l.amount(0, largest_motion, "mm")}; }},
+    {"advance",
+     [](Line& l) -> Command {
+         const Held device = held(l);
+         return Advance{l.amount(0, largest_motion, "mm"), device};
+     }},
+    {"withdraw",
+     [](Line& l) -> Command {
+         const Held device = held(l);
+         return Withdraw{l.amount(0, largest_motion, "mm"), device};
+     }},
     {"rotate",
      [](Line& l) -> Command {
-         return Rotate{l.amount(-largest_rotation, largest_rotation, "deg") * geometry::degree};
+         const Held device = held(l);
+         return Rotate{l.amount(-largest_rotation, largest_rotation, "deg") * geometry::degree, device};
      }},
+    {"remove", [](Line& l) -> Command { return remove_command(l); }},
+    {"exchange", [](Line& l) -> Command { return exchange_command(l); }},
     {"arm", [](Line& l) -> Command { return arm_command(l); }},
     {"beam", [](Line& l) -> Command { return beam_command(l); }},
     {"contrast", [](Line& l) -> Command { return Contrast{l.amount(0, render::largest_iodine, "mg/ml")}; }},

@@ -180,6 +180,7 @@ double critical_stiffness(const Whip& rigid) {
 struct Cost {
     const char* model;
     double friction, torsional_rigidity;
+    bool catheter = false;           // over the wire
     std::vector<double> times = {};  // of a part of a push, sorted [ms]
     double steps = 0, segments = 0;
     int unconverged = 0;
@@ -188,6 +189,66 @@ struct Cost {
                               static_cast<std::size_t>(share * static_cast<double>(times.size())))];
     }
 };
+
+/// The wire 100 mm inside and a catheter of twice its stiffness over 80 mm of it, each with a curved tip.
+Guidewire with_catheter(Hub& hub, const Polyline& line, const GuidewireSpec& spec) {
+    physics::CoaxialDevice inner, outer;
+    inner.spec.outer_diameter = spec.diameter;
+    inner.spec.shaft_rigidity = inner.spec.tip_rigidity = spec.shaft_rigidity;
+    inner.spec.tip_length = inner.spec.transition_length = 0;
+    inner.spec.friction = spec.friction;
+    inner.spec.torsional_rigidity = spec.torsional_rigidity;
+    inner.spec.shape = {{spec.curved_length, spec.curved_angle, 0}};
+    inner.inserted = 100;
+    outer = inner;
+    outer.spec.shaft_rigidity *= 2;
+    outer.spec.tip_rigidity *= 2;
+    outer.spec.torsional_rigidity *= 2;
+    outer.spec.outer_diameter *= 2;
+    outer.spec.shape = {{8, 60 * degree, 0}, {20, -20 * degree, 0}};
+    outer.inserted = 80;
+    Guidewire wire = physics::coaxial_chain({inner, outer}, spec.segment_length, line);
+    hub.settle(wire, enough);
+    physics::start_grips(wire);
+    hub.settle(wire, enough);
+    return wire;
+}
+
+/// Two precurved rods in each other, free, their planes `apart`: curvature |Σ EI κ|/Σ EI (vector sum).
+struct Rods {
+    double apart = 0;                // [deg]
+    double measured = 0, exact = 0;  // in the middle [1/mm]
+    double error() const { return std::abs(measured - exact); }
+};
+
+Rods rods(double apart) {
+    constexpr double rigidity[] = {40, 90}, curvature[] = {1.0 / 60, 1.0 / 110}, length = 120;
+    const TubeWall wall({{-500, 0, 0}, {1500, 0, 0}}, 900, 5, 0.4);  // which nothing touches
+    std::vector<physics::CoaxialDevice> devices(2);
+    geometry::Vec2 moment = geometry::Vec2::Zero();
+    for (int k = 0; k < 2; ++k) {
+        physics::DeviceSpec& spec = devices[k].spec;
+        spec.shaft_rigidity = spec.tip_rigidity = rigidity[k];
+        spec.tip_length = spec.transition_length = 0;
+        spec.shape = {{length, curvature[k] * length, 0}};
+        devices[k].inserted = length;
+        devices[k].roll = k * apart * degree;
+        moment +=
+            rigidity[k] * curvature[k] * geometry::Vec2(std::cos(devices[k].roll), std::sin(devices[k].roll));
+    }
+    Guidewire wire = physics::coaxial_chain(devices, 0.5, {{0, 0, 0}, {300, 0, 0}});
+    Hub hub({}, wall);
+    hub.settle(wire, enough);
+    const double exact = moment.norm() / (rigidity[0] + rigidity[1]);
+    Rods result{apart, exact, exact};
+    for (int j = 20; j < wire.segments() - 20; ++j) {
+        const double along = wire.tangents[j].dot(wire.tangents[j + 1]);
+        const double found = std::acos(std::min(1.0, along)) / wire.length_of(j);
+        // The one that is off the farthest.
+        if (std::abs(found - result.exact) >= result.error()) result.measured = found;
+    }
+    return result;
+}
 
 /// Half segments of λ = 1 pushed into the sinuous scene, from N = 100 on, by a wire with a curved tip.
 void measure(const anatomy::Scene& scene, int pushes, Cost& cost) {
@@ -198,9 +259,11 @@ void measure(const anatomy::Scene& scene, int pushes, Cost& cost) {
     spec.curved_angle = 45 * degree;
     spec.friction = cost.friction;
     spec.torsional_rigidity = cost.torsional_rigidity;
-    Guidewire wire = laid(hub, wall.centreline(), spec, 100);
+    Guidewire wire =
+        cost.catheter ? with_catheter(hub, wall.centreline(), spec) : laid(hub, wall.centreline(), spec, 100);
     for (int k = 0; k < pushes; ++k) {
-        const physics::HubMotion motion = {0.5, k % 4 == 3 ? 5 * degree : 0};
+        physics::HubMotion motion = {0.5, k % 4 == 3 ? 5 * degree : 0};
+        if (cost.catheter) motion.device = k % 3 - 1;  // both, the wire, the catheter
         const std::clock_t before = std::clock();
         const HubReport report = hub.move(wire, motion, enough);
         cost.times.push_back(1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC);
@@ -212,8 +275,8 @@ void measure(const anatomy::Scene& scene, int pushes, Cost& cost) {
 }
 
 io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& whips) {
-    io::Plot plot{"devices", "", 1100, 900};
-    plot.commands = "set multiplot layout 2,2\nset grid lc rgb '#dddddd'\nset key default top left\n";
+    io::Plot plot{"devices", "", 1100, 1300};
+    plot.commands = "set multiplot layout 3,2\nset grid lc rgb '#dddddd'\nset key default top left\n";
     plot.commands +=
         "set title 'Capstan: force of the hand round a bend'\nset xlabel 'bend [deg]'\nset ylabel 'force "
         "[N]'\n"
@@ -252,18 +315,29 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
     plot.commands +=
         "\nset title 'What a push costs'\nset xlabel ''\nset ylabel 'processor time [ms]'\nset logscale "
         "y\nset style "
-        "fill solid 0.85 noborder\nset boxwidth 0.35\nunset xrange\nset xrange [-0.6:3.6]\nset ytics "
+        "fill solid 0.85 noborder\nset boxwidth 0.35\nunset xrange\nset xrange [-0.6:5.6]\nset ytics "
         "auto\nset yrange "
-        "[0.05:*]\nset xtics ('none' 0, 'friction' 1, 'torsion' 2, 'both' 3)\nset key default top left\n"
+        "[0.05:*]\nset xtics ('none' 0, 'friction' 1, 'torsion' 2, 'both' 3, 'catheter' 4, 'all' 5)\nset key "
+        "default top left\n"
         "plot 'devices_cost.csv' skip 1 using ($0 - 0.2):5 with boxes lc rgb '#0072B2' title 'median', '' "
         "skip 1 using "
-        "($0 + 0.2):6 with boxes lc rgb '#E69F00' title '99 %'\nunset multiplot\n";
+        "($0 + 0.2):6 with boxes lc rgb '#E69F00' title '99 %'\nunset logscale\nset title 'Two precurved "
+        "rods in "
+        "each other'\nset xlabel 'angle between their planes [deg]'\nset ylabel 'curvature [1/mm]'\nset "
+        "xtics "
+        "45\nset xrange [-10:190]\nset yrange [0:*]\nset key default top right\nplot 'devices_rods.csv' skip "
+        "1 "
+        "using 1:3 with lines lw 2 lc rgb '#0072B2' title 'closed form', '' skip 1 using 1:2 with points pt "
+        "7 lc "
+        "rgb '#E69F00' title 'chain'\nunset multiplot\n";
     plot.caption =
         "Friction and torsion. Above: the capstan against its closed form, and a wire pushed in and drawn "
         "back in the "
         "sinuous scene. Below: how a curved tip in a bend of 30 mm follows its hub, by the shaft's stiffness "
         "against "
-        "torsion, and the processor time of half a segment's push at N = 100 and more.";
+        "torsion, and the processor time of half a segment's push at N = 100 and more, alone and with a "
+        "catheter "
+        "over the wire. Last: two precurved rods in each other.";
     return plot;
 }
 
@@ -276,8 +350,11 @@ StudyResult run_devices(const StudyOptions& options) {
     std::vector<Capstan> capstans(9);
     std::vector<Loop> loops(loop_frictions.size());
     std::vector<Whip> whips(4);
-    std::array<Cost, 4> costs = {Cost{"none", 0, 0}, Cost{"friction", 0.1, 0}, Cost{"torsion", 0, 400},
-                                 Cost{"both", 0.1, 400}};
+    std::array<Cost, 6> costs = {Cost{"none", 0, 0},           Cost{"friction", 0.1, 0},
+                                 Cost{"torsion", 0, 400},      Cost{"both", 0.1, 400},
+                                 Cost{"catheter", 0, 0, true}, Cost{"all", 0.1, 400, true}};
+    std::vector<Rods> pairs;
+    for (const double apart : {0.0, 45.0, 90.0, 135.0, 180.0}) pairs.push_back(rods(apart));
     Work work(options, static_cast<int>(capstans.size() + loops.size() + whips.size() + costs.size()));
     work.run(9, [&](int k) {
         capstans[k] = capstan(angles[k % 3], capstan_frictions[k / 3]);
@@ -333,6 +410,14 @@ StudyResult run_devices(const StudyOptions& options) {
         {"a shaft 0.85 times as stiff as the critical one: largest step of the tip beyond the hub's "
          "[deg]",
          std::string("whips: above 25"), jump, jump > 25, "As above."});
+    io::Table nested{"devices_rods", {"apart_deg", "curvature_per_mm", "closed_form_per_mm"}, {}};
+    for (const Rods& r : pairs) {
+        nested.add({r.apart, r.measured, r.exact});
+        result.claims.push_back(
+            {fmt::format("two precurved rods, planes {:g} deg apart: curvature [1/mm]", r.apart), r.exact,
+             r.measured, r.error() < 1e-6,
+             "Vector sum of their moments over the sum of their stiffness; within 1e-6."});
+    }
     io::Table price{"devices_cost",
                     {"model", "friction", "GJ_N_mm2", "segments", "median_ms", "p99_ms", "max_ms",
                      "newton_steps", "unconverged"},
@@ -345,14 +430,14 @@ StudyResult run_devices(const StudyOptions& options) {
                                  "Of all in the cost's table."});
     }
     result.plots = {picture(loop_frictions, whips)};
-    result.tables = {std::move(bend), std::move(in_and_out), std::move(balance), std::move(turned),
-                     std::move(price)};
-    result.page =
-        claims_page("devices", "Friction and torsion of a wire",
-                    "A wire that slides, sticks and winds up, against closed forms; and what it costs. "
-                    "Catheters are not in it yet.\n\n" +
-                        io::to_markdown(result.tables[2]) + "\n" + io::to_markdown(result.tables[4]),
-                    result, options);
+    result.tables = {std::move(bend),   std::move(in_and_out), std::move(balance),
+                     std::move(turned), std::move(price),      std::move(nested)};
+    result.page = claims_page(
+        "devices", "Friction, torsion and a catheter over the wire",
+        "A wire that slides, sticks and winds up, alone and in a catheter, against closed forms; and "
+        "what it costs.\n\n" +
+            io::to_markdown(result.tables[2]) + "\n" + io::to_markdown(result.tables[4]),
+        result, options);
     return result;
 }
 

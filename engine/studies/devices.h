@@ -1,11 +1,11 @@
 #pragma once
-/// What friction and torsion do to a wire, against closed forms, and what each costs.
+/// What friction, torsion and a catheter do to a wire, against closed forms, and what each costs.
 
 #include "engine/studies/study.h"
 
 namespace studies {
 
-/// Its pictures read the tables devices_capstan, devices_loop, devices_whip and devices_cost.
+/// Its pictures read the tables devices_capstan, devices_loop, devices_whip, devices_cost and devices_rods.
 StudyResult run_devices(const StudyOptions&);
 
 }  // namespace studies

@@ -20,12 +20,13 @@ void ContactSet::update(const Guidewire& wire) {
     contacts_.resize(wire.joints.size());
     asked_at_.resize(wire.joints.size(), Vec3::Zero());
     shares_.resize(wire.joints.size());
+    thickness_ = wire.thickness;
     begin();
     for (int i = 1; i <= wire.segments(); ++i) {
         const Vec3& x = wire.joints[i];
         const double share = wire.wall_share(i);
         const bool asked = static_cast<std::size_t>(i) < before && wire.stations[i] == contacts_[i].station &&
-                           share == shares_[i];
+                           share == shares_[i] && thickness(i) == contacts_[i].thickness;
         shares_[i] = share;
         if (!asked || (x != asked_at_[i] && !known(i, x))) add(i, x, wire.stations[i]);
     }
@@ -61,7 +62,9 @@ void ContactSet::begin() {
 void ContactSet::add(int joint, const Vec3& x, int station) {
     index_.push_back(joint);
     at_.push_back(x);
-    answer_.emplace_back().station = station;
+    WallContact& answer = answer_.emplace_back();
+    answer.station = station;
+    answer.thickness = thickness(joint);
 }
 
 void ContactSet::ask() {
@@ -115,6 +118,7 @@ int ContactSet::rejoin_vessels(const Guidewire& wire) {
         if (!own.touches() || wall_.same_vessel(own.station, contacts_[i - 1].station)) continue;
         WallContact other;
         other.station = contacts_[i - 1].station;
+        other.thickness = thickness(i);
         wall_.contacts({&wire.joints[i], 1}, {&other, 1});
         ++queries_;
         if (other.station == own.station || !(other.penetration < own.penetration - deeper)) continue;

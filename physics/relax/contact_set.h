@@ -98,6 +98,7 @@ public:
     long long queries() const { return queries_; }
     void state(StateStream& s) {
         s(contacts_, shares_, asked_at_, touching_, load_, queries_);
+        if (!s.part(!thickness_.empty(), thickness_)) thickness_.clear();
         if (s.restores()) sums_.clear();
     }
 
@@ -110,11 +111,13 @@ private:
     }
     void begin();  // a round of questions: add them, then ask them at once
     void add(int joint, const Vec3& x, int station);
+    double thickness(int joint) const { return thickness_.empty() ? 0.0 : thickness_[joint]; }
     void ask();
 
     const LumenWall& wall_;
     std::vector<WallContact> contacts_;  // per joint; [0], the introducer's, is never asked
     std::vector<double> shares_;         // of the wall's stiffness, per joint
+    std::vector<double> thickness_;      // per joint, as asked with [mm]; empty = none
     std::vector<Vec3> asked_at_;         // where each was asked
     std::vector<int> touching_;          // joints in touch, ascending
     mutable std::vector<PushSum> sums_;  // [k] = sum from touching_[k] to the tip; empty until asked for

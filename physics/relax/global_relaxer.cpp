@@ -69,8 +69,21 @@ private:
 
 /// Cosine of the angle of a joint away from its rest shape.
 double straightness(const Guidewire& wire, const std::vector<Vec3>& d, int joint) {
+    // Of several devices each has its own rest shape: the joint itself counts.
     if (wire.rest_angle[joint] == 0) return wire.tangents[joint].dot(wire.tangents[joint + 1]);
     return rest_direction(wire, joint, d[joint]).dot(wire.tangents[joint + 1]);
+}
+
+/// Whether the devices of two chains are the same at a joint, but for their roll.
+bool same_devices(const Guidewire& a, const Guidewire& b, int joint) {
+    if (a.devices.empty()) return true;
+    if (a.thickness[joint + 1] != b.thickness[joint + 1]) return false;
+    for (std::size_t k = 0; k < a.devices.size(); ++k) {
+        const CoaxialDevice &one = a.devices[k], &other = b.devices[k];
+        if (one.rigidity[joint] != other.rigidity[joint] || one.bend[joint] != other.bend[joint])
+            return false;
+    }
+    return true;
 }
 
 /// Whether a joint from `first` on turns by more than 60°.
@@ -85,7 +98,7 @@ bool kinked(const Guidewire& wire, int first) {
 /// Model of the accepted state, the window from `first` on, and its minimum at the trust region as it is.
 void GlobalRelaxer::linearise(const Guidewire& wire, const ContactSet& contacts, int first) {
     // What turns the shaft is all of the curved tip.
-    if (wire.windup_stiffness() > 0)
+    if (wire.windup_stiffness() > 0 || windup_energy(wire) > 0)
         first = std::max(1, std::min(first, wire.segments() - wire.curved_segments()));
     pivots_ = model_.linearise(wire, contacts, first, mu_);
 }
@@ -94,7 +107,7 @@ void GlobalRelaxer::measure_window(const Guidewire& wire, const ContactSet& cont
     const int first = model_.first();
     energy_ = contacts.energy(wire.joints, first) + grip_energy(wire.grips, wire.joints, first);
     for (int j = first - 1; j < wire.segments(); ++j) energy_ += joint_energy(wire, model_.directors, j);
-    energy_ += 0.5 * wire.windup_torque() * wire.windup;
+    energy_ += 0.5 * wire.windup_torque() * wire.windup + windup_energy(wire);
     load_scale_ = contacts.load_scale(first);
 }
 
@@ -350,13 +363,17 @@ int GlobalRelaxer::unchanged_segments(const Guidewire& wire) const {
         wire.load != end_.load || wire.spec.end_cells != end_.spec.end_cells ||
         wire.spec.segment_length != end_.spec.segment_length)
         return 0;
+    if (wire.devices.size() != end_.devices.size()) return 0;
     int same = 0;
     while (same < both && wire.tangents[same + 1] == end_.tangents[same + 1] &&
            wire.lengths[same + 1] == end_.lengths[same + 1] && wire.rigidity[same] == end_.rigidity[same] &&
-           wire.rest_angle[same] == end_.rest_angle[same])
+           wire.rest_angle[same] == end_.rest_angle[same] && same_devices(wire, end_, same))
         ++same;
     if (wire.roll != end_.roll || wire.windup != end_.windup || wire.base_director != end_.base_director)
-        same = std::min(same, n - wire.curved_segments());
+        same = std::min(same, n - wire.bent_segments());
+    for (std::size_t k = 0; k < wire.devices.size(); ++k)
+        if (wire.devices[k].roll != end_.devices[k].roll || wire.devices[k].windup != end_.devices[k].windup)
+            same = std::min(same, n - wire.bent_segments());
     return same;
 }
 
@@ -374,7 +391,7 @@ int GlobalRelaxer::unchanged_grips(const Guidewire& wire) const {
 bool GlobalRelaxer::update_grips(Guidewire& wire) const {
     double largest = 0, change = 0;
     for (std::size_t j = 1; j < wire.grips.size(); ++j) {
-        const double force = wire.spec.friction * contacts_.contacts()[j].force();
+        const double force = wire.friction_at(static_cast<int>(j)) * contacts_.contacts()[j].force();
         largest = std::max(largest, force);
         change = std::max(change, std::abs(force - wire.grips[j].force));
     }
@@ -382,7 +399,7 @@ bool GlobalRelaxer::update_grips(Guidewire& wire) const {
     const double stored = grip_energy(wire.grips, wire.joints, 1);
     for (std::size_t j = 1; j < wire.grips.size(); ++j) {
         const WallContact& c = contacts_.contacts()[j];
-        wire.grips[j].force = wire.spec.friction * c.force();
+        wire.grips[j].force = wire.friction_at(static_cast<int>(j)) * c.force();
         if (wire.grips[j].holds()) wire.grips[j].normal = c.normal.normalized();
     }
     wire.friction_loss += stored - grip_energy(wire.grips, wire.joints, 1);
@@ -428,8 +445,9 @@ double GlobalRelaxer::try_answer(Guidewire& wire, const FeedPlan& plan, double t
 /// rest, or not this relaxer's.
 bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
     const int n = wire.segments();
-    if (!end_report_.converged || n != end_.segments() || unchanged_segments(wire) < n ||
-        model_.stages() != n || contacts_.contacts().size() != wire.joints.size())
+    if (!wire.devices.empty() || !end_report_.converged || n != end_.segments() ||
+        unchanged_segments(wire) < n || model_.stages() != n ||
+        contacts_.contacts().size() != wire.joints.size())
         return false;
     double cap = free;
     for (const WallContact& c : contacts_.contacts())
@@ -492,7 +510,10 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
 
 RelaxReport GlobalRelaxer::move(Guidewire& wire, HubMotion& motion, const RelaxBudget& budget) {
     motion.feed = std::clamp(motion.feed, -wire.spec.segment_length, wire.spec.segment_length);
-    if (!predict(wire, motion)) {
+    if (!wire.devices.empty()) {
+        if (motion.feed != 0) motion.feed = feed_device(wire, motion.device, motion.feed);
+        rotate_device(wire, motion.device, motion.turn);
+    } else if (!predict(wire, motion)) {
         if (motion.feed != 0) motion.feed = feed(wire, motion.feed);
         rotate(wire, motion.turn);
     }
@@ -525,12 +546,14 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
         report.largest_turn = 0;
         return report;
     }
-    if (wire.curved_segments() > 0) {
+    if (wire.bent_segments() > 0) {
         const bool turned = end_.joints.empty() || wire.roll != end_.roll ||
                             wire.base_director != end_.base_director || model_.directors.empty();
         model_.directors.resize(wire.joints.size(), Vec3::Zero());
         model_.directors[0] = rolled_director(wire);
         transport_directors(wire, turned ? 1 : std::max(1, unchanged), model_.directors);
+    } else {
+        model_.directors.clear();
     }
     const long long asked_before = contacts_.queries();
     contacts_.update(wire);

@@ -36,13 +36,33 @@ bool Hub::can_be(const Guidewire& wire, const RelaxReport& report, const HubMoti
     for (const WallContact& c : relaxer_.contacts())
         if (c.room > 0 && c.penetration > c.room) return false;
     const double energy = energy_of(wire);
-    const double force = std::max(std::abs(report.push_force), std::abs(rest_report_.push_force));
-    const double torque = std::max(std::abs(report.base_torque), std::abs(rest_report_.base_torque));
+    double force = std::max(std::abs(report.push_force), std::abs(rest_report_.push_force));
+    double torque = std::max(std::abs(report.base_torque), std::abs(rest_report_.base_torque));
+    if (!wire.devices.empty()) {
+        const std::vector<HubLoad> loads = hub_loads(wire, relaxer_.contacts());
+        for (std::size_t k = 0; k < loads.size(); ++k) {
+            const HubLoad before = k < rest_loads_.size() ? rest_loads_[k] : HubLoad{};
+            force = std::max({force, std::abs(loads[k].push), std::abs(before.push)});
+            torque = std::max({torque, std::abs(loads[k].torque), std::abs(before.torque)});
+        }
+    }
     const double work = force * std::abs(made.feed) + torque * std::abs(made.turn);
     return energy - rest_energy_ <= work_share * work + energy_share * std::abs(rest_energy_) + energy_floor;
 }
 
-bool Hub::buckles(const Guidewire& wire, const RelaxReport& report, const HubMotion& made) const {
+bool Hub::buckles(const Guidewire& wire, const RelaxReport& report, const HubMotion& made, int& which) const {
+    if (!wire.devices.empty()) {
+        if (!(made.feed > 0) || !report.at_rest) return false;
+        const std::vector<HubLoad> loads = hub_loads(wire, relaxer_.contacts());
+        for (int k = 0; k < static_cast<int>(loads.size()); ++k) {
+            const double limit = wire.devices[k].spec.buckling_force;
+            const bool pushed = made.device == every_device || made.device == k;
+            if (!pushed || limit == 0 || loads[k].push <= limit) continue;
+            which = k;
+            return true;
+        }
+        return false;
+    }
     const double limit = wire.spec.buckling_force;
     return limit > 0 && made.feed > 0 && report.at_rest && hand_force(wire, report.push_force) > limit;
 }
@@ -56,13 +76,16 @@ HubReport Hub::settle(Guidewire& wire, int updates) {
 
 HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
     const double lambda = wire.spec.segment_length;
-    asked_ = {std::clamp(motion.feed, -lambda, lambda), std::clamp(motion.turn, -largest_turn, largest_turn)};
+    asked_ = {std::clamp(motion.feed, -lambda, lambda), std::clamp(motion.turn, -largest_turn, largest_turn),
+              motion.device};
     halvings_ = 0;
     rest_ = wire;
     working_ = true;
     settling_ = false;
     rest_report_ = relaxer_.last_report();
     rest_energy_ = energy_of(wire);
+    rest_loads_.clear();
+    if (!wire.devices.empty()) rest_loads_ = hub_loads(wire, relaxer_.contacts());
     HubReport report;
     start_part(wire, updates, report);
     return finish(wire, updates, report);
@@ -71,7 +94,7 @@ HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
 /// One part of the motion, from the last rest.
 void Hub::start_part(Guidewire& wire, int updates, HubReport& report) {
     const double share = std::ldexp(1.0, -halvings_);
-    made_ = {share * asked_.feed, share * asked_.turn};
+    made_ = {share * asked_.feed, share * asked_.turn, asked_.device};
     report.relax.add(relaxer_.move(wire, made_, {updates - report.relax.updates, 0, 0}));
 }
 
@@ -88,7 +111,7 @@ HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
             report.outcome = HubReport::Outcome::Working;
             return report;
         }
-        const bool buckles = this->buckles(wire, report.relax, made_);
+        const bool buckles = this->buckles(wire, report.relax, made_, report.buckled_device);
         report.buckled = report.buckled || buckles;
         if (settling_ || (!buckles && can_be(wire, report.relax, made_))) {
             working_ = settling_ = false;

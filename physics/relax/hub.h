@@ -13,6 +13,7 @@ struct HubReport {
         Refused   // no part of it leads to a rest that a wire can be in: the wire is unchanged
     };
     Outcome outcome = Outcome::AtRest;
+    int buckled_device = every_device;  // which, of several
     bool buckled = false;  // the whole motion asked for more push than the shaft outside can bear
     HubMotion made;        // since the last rest
     RelaxReport relax;     // of everything that was tried
@@ -30,6 +31,7 @@ public:
     /// Brings a wire to rest where it is, whatever it was before.
     HubReport settle(Guidewire&, int updates);
     /// Makes a motion, or a part of it, with a wire at rest: at most one segment's length and largest_turn.
+    /// Of several devices those move that the motion names.
     HubReport move(Guidewire&, const HubMotion&, int updates);
     /// Continues work that ran out of its budget; the wire must be as it was left.
     HubReport resume(Guidewire&, int updates);
@@ -44,6 +46,7 @@ public:
 
     void state(StateStream& s) {
         s(relaxer_, working_, settling_, rest_, rest_report_, rest_energy_, asked_, made_, halvings_);
+        if (!s.part(!rest_loads_.empty(), rest_loads_)) rest_loads_.clear();
     }
 
     static constexpr double largest_turn = 10 * degree;  // of one part [rad]
@@ -51,7 +54,7 @@ public:
 private:
     void start_part(Guidewire&, int updates, HubReport&);
     HubReport finish(Guidewire&, int updates, HubReport);
-    bool buckles(const Guidewire&, const RelaxReport&, const HubMotion& made) const;
+    bool buckles(const Guidewire&, const RelaxReport&, const HubMotion& made, int& which) const;
     bool can_be(const Guidewire&, const RelaxReport&, const HubMotion& made) const;
     double energy_of(const Guidewire&) const;
 
@@ -60,7 +63,8 @@ private:
     bool working_ = false, settling_ = false;
     Guidewire rest_;  // where the motion began
     RelaxReport rest_report_;
-    double rest_energy_ = 0;  // [N·mm]
+    double rest_energy_ = 0;           // [N·mm]
+    std::vector<HubLoad> rest_loads_;  // of each device
     HubMotion asked_, made_;
     int halvings_ = 0;
 };

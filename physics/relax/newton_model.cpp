@@ -1,7 +1,9 @@
 #include "physics/relax/newton_model.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "physics/wire/bending.h"
 
@@ -34,7 +36,7 @@ void NewtonModel::start(const Guidewire& wire, const ContactSet& contacts, int f
 
 RiccatiReport NewtonModel::linearise(const Guidewire& wire, const ContactSet& contacts, int first,
                                      double mu) {
-    if (wire.curved_segments() > 0) transport_directors(wire, first, directors);
+    if (wire.bent_segments() > 0) transport_directors(wire, first, directors);
     mu_ = mu;
     RiccatiReport report = assemble_and_solve(wire, contacts.contacts(), directors, first, mu, least_pivot,
                                               terms_, planes_, std::span(gains_).subspan(first - 1));
@@ -48,7 +50,7 @@ RiccatiReport NewtonModel::certify(const Guidewire& wire, const ContactSet& cont
     const int window = terms_.first;
     terms_.first = 1;
     set_axial_forces(wire);
-    RiccatiReport report = riccati_backward(terms_.stages, 0, least_pivot, terms_.twist, gains_);
+    RiccatiReport report = riccati_backward(terms_.stages, 0, least_pivot, terms_.twists(), gains_);
     solve_turn(wire, 0, report);
     terms_.first = window;
     answers_ = true;
@@ -100,13 +102,16 @@ void NewtonModel::take_contact(const WallContact& c, int joint, const Vec3& move
 void NewtonModel::solve(const Guidewire& wire, double mu) {
     answers_ = false;
     set_axial_forces(wire);
-    RiccatiReport report = riccati_backward(terms_.window(), mu, least_pivot, terms_.twist, window_gains());
+    RiccatiReport report =
+        riccati_backward(terms_.window(), mu, least_pivot, terms_.twists(), window_gains());
     solve_turn(wire, mu, report);
 }
 
 /// The turn of the tip's plane that the model's minimum asks for, against the spring of the shaft.
 void NewtonModel::solve_turn(const Guidewire& wire, double mu, RiccatiReport& report) {
     turn_ = 0;
+    device_turns_ = {};
+    if (terms_.twist && !wire.devices.empty()) return answer_device_turns(wire, mu, report);
     if (terms_.windup_stiffness == 0) return;
     twist_twist_ = report.twist_twist + terms_.windup_stiffness;
     if (!(twist_twist_ > 0)) {
@@ -114,6 +119,61 @@ void NewtonModel::solve_turn(const Guidewire& wire, double mu, RiccatiReport& re
         twist_twist_ = std::max(least_pivot, std::abs(twist_twist_));
     }
     answer_turn(wire, report.slope_twist, mu);
+}
+
+/// The turns of the devices' shapes that the model's minimum asks for, each against the spring of its shaft.
+void NewtonModel::answer_device_turns(const Guidewire& wire, double mu, RiccatiReport& report) {
+    const int count = static_cast<int>(wire.devices.size());
+    // ψ turns every frame and ρ the second device alone: φ₀ = ψ, φ₁ = ψ + ρ.
+    const double c = report.twist_twist, d = report.twist_second, e = report.second_second;
+    Eigen::Matrix2d curve = Eigen::Matrix2d::Zero();
+    Vec2 slope = Vec2::Zero();
+    if (terms_.second) {
+        curve << c - 2 * d + e, d - e, d - e, e;
+        slope << report.slope_twist - report.slope_second, report.slope_second;
+    } else {
+        curve(0, 0) = c;
+        slope[0] = report.slope_twist;
+    }
+    bool turns = false;
+    for (int k = 0; k < 2; ++k) {
+        const double stiffness = k < count && (k == 0 || terms_.second) ? terms_.device_stiffness[k] : 0.0;
+        if (stiffness > 0) {
+            turns = true;
+            curve(k, k) += stiffness;
+            slope[k] -= stiffness * wire.devices[k].windup;
+        } else {  // stands still
+            curve(k, 1 - k) = curve(1 - k, k) = 0;
+            curve(k, k) = 1;
+            slope[k] = 0;
+        }
+    }
+    if (!turns) return;
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
+    solver.computeDirect(curve);
+    Vec2 values = solver.eigenvalues();
+    if (!(values[0] > 0)) {
+        if (report.shifted++ == 0) report.stage = -1;
+        values = values.cwiseAbs().cwiseMax(least_pivot);
+    }
+    double shaped = 0;
+    for (const CoaxialDevice& device : wire.devices) shaped = std::max(shaped, shaped_length(device.spec));
+    const double weight = mu * shaped * twist_arm * twist_arm;
+    const Eigen::Matrix2d axes = solver.eigenvectors();
+    Vec2 along = axes.transpose() * slope;
+    for (int k = 0; k < 2; ++k) along[k] /= values[k] + weight;
+    const Vec2 turn = -(axes * along);
+    device_turns_ = {turn[0], turn[1]};
+    device_way_ = axes.col(0);
+}
+
+void NewtonModel::turn_devices(Guidewire& wire) const {
+    for (std::size_t k = 0; k < wire.devices.size(); ++k) {
+        CoaxialDevice& device = wire.devices[k];
+        if (device_turns_[k] == 0) continue;
+        device.roll = std::remainder(device.roll + device_turns_[k], 2 * M_PI);
+        device.windup -= device_turns_[k];
+    }
 }
 
 void NewtonModel::answer_turn(const Guidewire& wire, double slope, double mu) {
@@ -136,10 +196,10 @@ void NewtonModel::set_axial_forces(const Guidewire& wire) {
 
 void NewtonModel::answer(const Guidewire& wire, std::span<const FedStage> fed, double mu) {
     answers_ = mu == 0;
-    answer_turn(
-        wire,
-        riccati_answer(terms_.stages, terms_.first - 1, mu, mu > 0, least_pivot, terms_.twist, gains_, fed),
-        mu);
+    answer_turn(wire,
+                riccati_answer(terms_.stages, terms_.first - 1, mu, mu > 0, least_pivot, terms_.twists(),
+                               gains_, fed),
+                mu);
 }
 
 void NewtonModel::answer_again(const Guidewire& wire, std::span<const FedStage> fed) {
@@ -147,7 +207,8 @@ void NewtonModel::answer_again(const Guidewire& wire, std::span<const FedStage> 
     set_axial_forces(wire);
     answer_turn(
         wire,
-        riccati_answer(terms_.stages, terms_.first - 1, 0, true, least_pivot, terms_.twist, gains_, fed), 0);
+        riccati_answer(terms_.stages, terms_.first - 1, 0, true, least_pivot, terms_.twists(), gains_, fed),
+        0);
 }
 
 double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<const FedStage> fed) {
@@ -163,12 +224,22 @@ double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<cons
         twist = turn_;
         slope_ = (terms_.base.torque - terms_.windup_stiffness * wire.windup) * turn_;
     }
+    double second = 0;
+    if (!wire.devices.empty()) {
+        twist = device_turns_[0];
+        second = device_turns_[1] - device_turns_[0];
+        for (std::size_t k = 0; k < wire.devices.size(); ++k)
+            slope_ += (terms_.device_torque(static_cast<int>(k)) -
+                       terms_.device_stiffness[k] * wire.devices[k].windup) *
+                      device_turns_[k];
+    }
     for (int j = first; j <= n; ++j) {
         const RiccatiStage& s = terms_.stages[j - 1];
         const RiccatiGain& gain = gains_[j - 1];
         Vec2 alpha = gain.step;
         alpha.noalias() += gain.from_prev * prev;
         if (terms_.twist) alpha += gain.from_twist * twist;
+        if (second != 0) alpha += gain.from_second * second;
         alpha.noalias() += gain.from_x * (x - wire.joints[j - 1]);
         if (terms_.twist) twist += s.twist_prev.dot(prev) + s.twist.dot(alpha);
         turns_[j] = prev = alpha;
@@ -202,6 +273,11 @@ double NewtonModel::evaluate(Guidewire& wire, ContactSet& contacts) {
     const int first = terms_.first;
     double energy = contacts.evaluate(trial_joints_, first) + grip_energy(wire.grips, trial_joints_, first);
     std::swap(wire.tangents, trial_tangents_);
+    for (std::size_t k = 0; k < wire.devices.size(); ++k)
+        unturned_[k] = {wire.devices[k].roll, wire.devices[k].windup};
+    turn_devices(wire);
+    for (std::size_t k = 0; k < wire.devices.size(); ++k)
+        energy += 0.5 * terms_.device_stiffness[k] * wire.devices[k].windup * wire.devices[k].windup;
     if (terms_.twist) {
         const Vec3 accepted = directors[first - 1];
         if (turn_ != 0) directors[first - 1] = turned(accepted, wire.tangents[first - 1], turn_);
@@ -211,6 +287,8 @@ double NewtonModel::evaluate(Guidewire& wire, ContactSet& contacts) {
     } else {
         for (int j = first - 1; j < wire.segments(); ++j) energy += joint_energy(wire, directors, j);
     }
+    for (std::size_t k = 0; k < wire.devices.size(); ++k)
+        std::tie(wire.devices[k].roll, wire.devices[k].windup) = std::tie(unturned_[k][0], unturned_[k][1]);
     std::swap(wire.tangents, trial_tangents_);
     if (terms_.windup_stiffness > 0) {
         const double left = wire.windup - turn_;
@@ -238,6 +316,7 @@ void NewtonModel::take(Guidewire& wire) {
         wire.roll = std::remainder(wire.roll + turn_, 2 * M_PI);
         wire.windup -= turn_;
     }
+    turn_devices(wire);
     std::copy(trial_tangents_.begin() + first, trial_tangents_.end(), wire.tangents.begin() + first);
     std::copy(trial_joints_.begin() + first, trial_joints_.end(), wire.joints.begin() + first);
 }
@@ -245,12 +324,15 @@ void NewtonModel::take(Guidewire& wire) {
 void NewtonModel::turn_one(int stage, const Vec2& by) {
     for (RiccatiGain& gain : gains_) gain.step.setZero();
     turn_ = 0;
+    device_turns_ = {};
     gains_[stage].step = by;
 }
 
 void NewtonModel::unwind(double by) {
     for (RiccatiGain& gain : gains_) gain.step.setZero();
     turn_ = by;
+    device_turns_ = {by * device_way_[0], by * device_way_[1]};
+    if (!device_way_.isZero(0)) turn_ = 0;
 }
 
 }  // namespace physics

@@ -2,6 +2,7 @@
 /// Quadratic model of the wire's energy about an accepted state, for a window of its distal segments, and the
 /// rollout of its minimum.
 
+#include <array>
 #include <vector>
 
 #include "physics/relax/contact_set.h"
@@ -83,6 +84,7 @@ public:
     void state(StateStream& s) {
         s(directors, least_pivot, mu_, answers_, terms_, gains_, planes_);
         if (!s.part(terms_.windup_stiffness != 0, turn_, twist_twist_)) turn_ = twist_twist_ = 0;
+        if (!s.part(terms_.second, device_turns_)) device_turns_ = {};
         if (!s.restores()) return;
         turns_.resize(planes_.size());
         trial_joints_.resize(planes_.size());
@@ -92,6 +94,8 @@ public:
 private:
     void take_grips(const Guidewire&, int first);
     void solve_turn(const Guidewire&, double mu, RiccatiReport&);
+    void answer_device_turns(const Guidewire&, double mu, RiccatiReport&);
+    void turn_devices(Guidewire&) const;
     void answer_turn(const Guidewire&, double slope, double mu);
     void set_axial_forces(const Guidewire&);
     void take_contact(const WallContact&, int joint, const Vec3& moved, double force);
@@ -102,7 +106,10 @@ private:
     NewtonTerms terms_;
     std::vector<RiccatiGain> gains_;
     std::vector<ContactPlane> planes_;
-    double turn_ = 0;         // by which the shaft unwinds, so that the tip turns [rad]
+    double turn_ = 0;                          // by which the shaft unwinds, so that the tip turns [rad]
+    std::array<double, 2> device_turns_ = {};  // the same of each device of a chain [rad]
+    Vec2 device_way_ = Vec2::Zero();           // along which they have the least curvature
+    std::array<std::array<double, 2>, 2> unturned_ = {};  // roll and windup while a trial is evaluated
     double twist_twist_ = 0;  // curvature of the energy along it, all else answering [N·mm]
     // Trial state of a rollout, from the window's most proximal joint on.
     std::vector<Vec3> trial_tangents_, trial_joints_;

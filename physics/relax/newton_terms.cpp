@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <type_traits>
 
 #include "physics/relax/riccati_recursion.h"
 
@@ -57,6 +58,43 @@ void curved_joint(double c, double beta, const Vec3& ui, const Vec3& d, const Ma
     s.twist_cross = curve * w * b + slope * sb * (s.basis.transpose() * aside);
 }
 
+/// Blocks of a joint of several devices: the sum of theirs, straight ones as one.
+void coaxial_joint(const Guidewire& wire, int joint, const Vec3& director, const Mat32& ti, RiccatiStage& s) {
+    const Vec3 &ui = wire.tangents[joint], &uj = wire.tangents[joint + 1];
+    const double length = wire.length_of(joint);
+    double straight = 0;
+    for (const CoaxialDevice& device : wire.devices)
+        if (device.bend[joint].isZero(0)) straight += device.rigidity[joint];
+    straight_joint(straight / length, ui, ti, uj, s);
+    s.slope_twist = s.twist_twist = 0;
+    s.twist_cross_prev.setZero();
+    s.twist_cross.setZero();
+    s.second_slope = s.second_second = 0;
+    s.second_cross_prev.setZero();
+    s.second_cross.setZero();
+    RiccatiStage own;
+    own.basis = s.basis;
+    for (const CoaxialDevice& device : wire.devices) {
+        if (device.bend[joint].isZero(0)) continue;
+        const RestBend rest = rest_bend(device, joint, ui, director);
+        curved_joint(device.rigidity[joint] / length, rest.angle, ui, rest.way, ti, uj, own);
+        s.slope_prev += own.slope_prev;
+        s.slope += own.slope;
+        s.prev_prev += own.prev_prev;
+        s.own += own.own;
+        s.cross += own.cross;
+        s.slope_twist += own.slope_twist;
+        s.twist_twist += own.twist_twist;
+        s.twist_cross_prev += own.twist_cross_prev;
+        s.twist_cross += own.twist_cross;
+        if (&device != &wire.devices[1]) continue;
+        s.second_slope = own.slope_twist;
+        s.second_second = own.twist_twist;
+        s.second_cross_prev = own.twist_cross_prev;
+        s.second_cross = own.twist_cross;
+    }
+}
+
 constexpr double same_force = 1e-9;  // of a contact's own: within this the model's force is that
 
 /// Adds one more segment to the sums. Returns |gradient|² over C².
@@ -71,6 +109,7 @@ constexpr double same_force = 1e-9;  // of a contact's own: within this the mode
         g += sums.torque * s.twist;
         sums.slope += sums.torque * s.twist_prev;
         sums.torque += s.slope_twist;
+        if (terms.second) sums.second_torque += s.second_slope;
     }
     terms.gradient[j - 1] = g;
     const double inverse_spring = terms.inverse_spring[j - 1];
@@ -84,16 +123,18 @@ void set_axial(const Guidewire& wire, int j, bool loaded, double length, const V
 }
 
 /// From the tip to the window's base, a stage at a time.
-template <bool with_twist>
+template <Twist twist>
 RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> contacts,
                        const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
                        NewtonTerms& terms, std::span<ContactPlane> planes, std::span<RiccatiGain> gains) {
+    constexpr bool with_twist = twist != Twist::None;
     const int n = wire.segments();
     const bool loaded = !wire.load.isZero(0), gripped = !wire.grips.empty();
+    const bool coaxial = !wire.devices.empty();
     DistalSums sums;
     Vec3 borne = Vec3::Zero();  // by the wall, as the model has it
     double largest = 0;
-    RiccatiRecursion<with_twist> recursion(mu, least_pivot);
+    RiccatiRecursion<twist> recursion(mu, least_pivot);
     Mat32 own, prev;
     turn_basis(wire.tangents[n], own);
     for (int j = n; j >= first; --j) {
@@ -104,7 +145,9 @@ RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> conta
         const double c = wire.spring_constant(j - 1), beta = wire.rest_angle[j - 1];
         terms.inverse_spring[j - 1] = 1 / c;
         const Vec3 &ui = wire.tangents[j - 1], &uj = wire.tangents[j];
-        if (beta == 0) {
+        if (coaxial) {
+            coaxial_joint(wire, j - 1, with_twist ? directors[j - 1] : Vec3(Vec3::Zero()), prev, s);
+        } else if (beta == 0) {
             straight_joint(c, ui, prev, uj, s);
             if constexpr (with_twist) {
                 s.slope_twist = s.twist_twist = 0;
@@ -189,17 +232,32 @@ RiccatiReport assemble_and_solve(const Guidewire& wire, std::span<const WallCont
                                  std::span<RiccatiGain> gains) {
     const int n = wire.segments();
     terms.first = first;
-    terms.twist = wire.curved_segments() > 0;
+    terms.twist = wire.bent_segments() > 0;
     terms.exact = true;
     terms.stages.resize(n);
     terms.gradient.resize(n, Vec2::Zero());
     terms.inverse_spring.resize(n);
     if (first == 1) terms.proximal_gradient = 0;
+    terms.device_stiffness.clear();
+    for (const CoaxialDevice& device : wire.devices)
+        terms.device_stiffness.push_back(windup_stiffness(device));
+    terms.second = terms.twist && wire.devices.size() == 2 &&
+                   (terms.device_stiffness[0] > 0 || terms.device_stiffness[1] > 0);
+    const auto solve = [&](auto which) {
+        return from_tip<which()>(wire, contacts, directors, first, mu, least_pivot, terms, planes, gains);
+    };
     const RiccatiReport report =
-        terms.twist
-            ? from_tip<true>(wire, contacts, directors, first, mu, least_pivot, terms, planes, gains)
-            : from_tip<false>(wire, contacts, directors, first, mu, least_pivot, terms, planes, gains);
+        terms.twists() == Twist::None  ? solve(std::integral_constant<Twist, Twist::None>())
+        : terms.twists() == Twist::One ? solve(std::integral_constant<Twist, Twist::One>())
+                                       : solve(std::integral_constant<Twist, Twist::Two>());
     hold(wire, terms.base, terms);
+    for (std::size_t k = 0; k < wire.devices.size(); ++k) {
+        const double stiffness = terms.device_stiffness[k];
+        if (stiffness == 0) continue;
+        const double slope =
+            std::abs(terms.device_torque(static_cast<int>(k)) - stiffness * wire.devices[k].windup);
+        terms.relative_gradient = std::max(terms.relative_gradient, slope * terms.inverse_spring[n - 1]);
+    }
     terms.windup_stiffness = wire.windup_stiffness();
     if (terms.windup_stiffness > 0) {
         const double slope = std::abs(terms.base.torque - terms.windup_stiffness * wire.windup);

@@ -23,14 +23,19 @@ struct DistalSums {
     double length = 0;          // whose load is felt [mm]
     Vec3 force = Vec3::Zero();  // of the wall on the wire, reversed [N]
     double torque = 0;          // [N·mm]
+    double second_torque = 0;   // of it the second device's [N·mm]
     Vec2 slope = Vec2::Zero();  // of the joint between that segment and the next [N·mm]
 
-    void state(StateStream& s) { s(length, force, torque, slope); }
+    void state(StateStream& s) {
+        s(length, force, torque, slope);
+        if (!s.part(second_torque != 0, second_torque)) second_torque = 0;
+    }
 };
 
 struct NewtonTerms {
     int first = 1;                     // segment that the window starts with; what lies proximal stands still
     bool twist = false;                // the rest shape is curved somewhere
+    bool second = false;               // and that of a second device turns by itself
     std::vector<RiccatiStage> stages;  // segments 1…N
     std::vector<Vec2> gradient;        // dU/dα per stage [N·mm]
     double relative_gradient = 0;      // in the window: largest |gradient| over C of the proximal joint [-]
@@ -39,12 +44,24 @@ struct NewtonTerms {
                                // holds [N]
     double torque = 0;         // dU/droll: torque against which the hub is held [N·mm]
     double windup_stiffness = 0;  // Guidewire's [N·mm]
+    /// Of each device of a chain; 0 = it does not wind up [N·mm].
+    std::vector<double> device_stiffness;
+    Twist twists() const { return !twist ? Twist::None : second ? Twist::Two : Twist::One; }
+    /// Torque of the window's bends on the frame of a chain's device.
+    double device_torque(int device) const {
+        if (!second) return base.torque;
+        return device == 1 ? base.second_torque : base.torque - base.second_torque;
+    }
     bool exact = true;  // the window's stages use the contacts' own forces in their second-order terms
 
     void state(StateStream& s) {
         s(first, twist, stages, gradient, relative_gradient, proximal_gradient, push, torque, exact,
           inverse_spring, base);
         if (!s.part(windup_stiffness != 0, windup_stiffness)) windup_stiffness = 0;
+        if (!s.part(second || !device_stiffness.empty(), second, device_stiffness)) {
+            second = false;
+            device_stiffness.clear();
+        }
     }
     std::span<RiccatiStage> window() { return std::span(stages).subspan(first - 1); }
     std::vector<double> inverse_spring;  // 1/C of the joint proximal of each segment [1/N·mm]

@@ -86,12 +86,16 @@ struct RelaxReport {
     }
 };
 
-/// The motion of a hand at the hub: feeds wire in (negative: out) and turns it.
+/// The motion of a hand at the hub: feeds wire, or a device, in (negative: out) and turns it.
 struct HubMotion {
-    double feed = 0;  // [mm]
-    double turn = 0;  // [rad]
+    double feed = 0;            // [mm]
+    double turn = 0;            // [rad]
+    int device = every_device;  // of a chain of several
 
-    void state(StateStream& s) { s(feed, turn); }
+    void state(StateStream& s) {
+        s(feed, turn);
+        if (!s.part(device != every_device, device)) device = every_device;
+    }
 };
 
 /// Called after each update with the first joint that moved.

@@ -23,10 +23,10 @@ Pivot lower_eigenpair(double a, double b, double c) {  // of [a b; b c]
     return p;
 }
 
-template <bool with_twist>
+template <Twist twist>
 RiccatiReport backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
                        std::span<RiccatiGain> gains) {
-    RiccatiRecursion<with_twist> recursion(mu, least_pivot);
+    RiccatiRecursion<twist> recursion(mu, least_pivot);
     for (int j = static_cast<int>(stages.size()) - 1; j >= 0; --j) {
         recursion.add_wall(stages[j]);
         recursion.step(stages[j], j, gains[j]);
@@ -34,14 +34,15 @@ RiccatiReport backward(std::span<const RiccatiStage> stages, double mu, double l
     return recursion.report();
 }
 
-template <bool with_twist>
+template <Twist twist>
 double answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
               std::span<RiccatiGain> gains, std::span<const FedStage> fed) {
+    constexpr bool with_twist = twist != Twist::None;
     int last = static_cast<int>(stages.size());  // most proximal fed stage
     for (const FedStage& f : fed)
         if (f.stage >= 0) last = std::min(last, f.stage);
     if (anew) last = first;
-    RiccatiRecursion<with_twist> recursion(mu, least_pivot);
+    RiccatiRecursion<twist> recursion(mu, least_pivot);
     int j = static_cast<int>(stages.size()) - 1;
     for (; j >= last; --j) {
         recursion.add_wall(stages[j]);
@@ -89,16 +90,23 @@ SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double
 }
 
 RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
-                               bool twist, std::span<RiccatiGain> gains) {
-    return twist ? backward<true>(stages, mu, least_pivot, gains)
-                 : backward<false>(stages, mu, least_pivot, gains);
+                               Twist twist, std::span<RiccatiGain> gains) {
+    switch (twist) {
+        case Twist::One:
+            return backward<Twist::One>(stages, mu, least_pivot, gains);
+        case Twist::Two:
+            return backward<Twist::Two>(stages, mu, least_pivot, gains);
+        case Twist::None:
+            break;
+    }
+    return backward<Twist::None>(stages, mu, least_pivot, gains);
 }
 
 double riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew,
-                      double least_pivot, bool twist, std::span<RiccatiGain> gains,
+                      double least_pivot, Twist twist, std::span<RiccatiGain> gains,
                       std::span<const FedStage> fed) {
-    return twist ? answer<true>(stages, first, mu, anew, least_pivot, gains, fed)
-                 : answer<false>(stages, first, mu, anew, least_pivot, gains, fed);
+    return twist == Twist::None ? answer<Twist::None>(stages, first, mu, anew, least_pivot, gains, fed)
+                                : answer<Twist::One>(stages, first, mu, anew, least_pivot, gains, fed);
 }
 
 }  // namespace physics

@@ -37,12 +37,25 @@ struct RiccatiStage {
     Vec2 twist_prev = Vec2::Zero(), twist = Vec2::Zero();  // [-]
     double slope_twist = 0, twist_twist = 0;
     Vec2 twist_cross_prev = Vec2::Zero(), twist_cross = Vec2::Zero();
+    // The part of these four that a second device has: with respect to its turn ρ against the frame, which is
+    // the same along the whole wire.
+    double second_slope = 0, second_second = 0;
+    Vec2 second_cross_prev = Vec2::Zero(), second_cross = Vec2::Zero();
 
     void state(StateStream& s) {
         s(basis, length, axial, touches, slope_prev, slope, prev_prev, own, cross, twist_prev, twist,
           slope_twist, twist_twist, twist_cross_prev, twist_cross);
         if (touches) s(force, stiffness);
+        s.part(second_second != 0 || second_slope != 0, second_slope, second_second, second_cross_prev,
+               second_cross);
     }
+};
+
+/// What of the stages' twist there is.
+enum class Twist {
+    None,  // every rest shape is straight
+    One,   // all rest shapes turn with the material frame
+    Two    // those of a second device turn by ρ more
 };
 
 /// [a b; b c]
@@ -52,15 +65,19 @@ struct SymmetricBlock {
     void state(StateStream& s) { s(a, b, c); }
 };
 
-/// α_j = step + from_x δx_{j-1} + from_prev α_{j-1} + from_twist ψ_{j-1}.
+/// α_j = step + from_x δx_{j-1} + from_prev α_{j-1} + from_twist ψ_{j-1} + from_second ρ.
 struct RiccatiGain {
     Vec2 step = Vec2::Zero();
     Mat23 from_x = Mat23::Zero();
     Mat2 from_prev = Mat2::Zero();
-    Vec2 from_twist = Vec2::Zero();  // set where there is twist
-    SymmetricBlock inverse;          // minus the inverse Hessian block of α_j, all distal of it answering
+    Vec2 from_twist = Vec2::Zero();   // set where there is twist
+    Vec2 from_second = Vec2::Zero();  // set where there is a second device's
+    SymmetricBlock inverse;           // minus the inverse Hessian block of α_j, all distal of it answering
 
-    void state(StateStream& s) { s(step, from_x, from_prev, from_twist, inverse); }
+    void state(StateStream& s) {
+        s(step, from_x, from_prev, from_twist, inverse);
+        if (!s.part(!from_second.isZero(0), from_second)) from_second.setZero();
+    }
 };
 
 /// A segment that is fed more wire: joint j moves by `by` in addition to what the turns do [mm].
@@ -78,24 +95,26 @@ struct RiccatiReport {
 
     // Slope and curvature by the twist ψ at the base, everything distal of it answering.
     double slope_twist = 0, twist_twist = 0;
+    // The same by ρ, and their cross term.
+    double slope_second = 0, twist_second = 0, second_second = 0;
 
     void state(StateStream& s) { s(shifted, stage, way); }
 };
 
 /// Backward pass over stages 1…n (element 0 first). μ [N/mm²] adds μ λ_j to every joint's stiffness: a trust
-/// region. `twist` is whether any stage has a rest shape that is not straight; if not, the twist is left out.
+/// region. What `twist` does not name is left out.
 /// Equal to a dense factorisation of the same quadratic model; no pivot shifted at μ = 0 means that the
 /// model's Hessian is positive definite: a strict local minimum where the gradient vanishes.
 RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
-                               bool twist, std::span<RiccatiGain> gains);
+                               Twist twist, std::span<RiccatiGain> gains);
 
 /// Makes the gains' steps the answer to segments that change their length, to first order. `gains` are those
 /// of the same stages at μ = 0. The stages from the tip to the most proximal fed one are processed again; for
 /// the others down to `first` this takes a small part of a backward pass. With `anew` all stages are
 /// processed again, and the gains become those at that μ.
-/// Returns the slope of the twist at the base.
+/// Of two devices the second does not turn by itself. Returns the slope of the twist at the base.
 double riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew,
-                      double least_pivot, bool twist, std::span<RiccatiGain> gains,
+                      double least_pivot, Twist twist, std::span<RiccatiGain> gains,
                       std::span<const FedStage> fed);
 
 }  // namespace physics

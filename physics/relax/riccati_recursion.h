@@ -16,9 +16,11 @@ SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double
                                       RiccatiReport&);
 
 /// The value function carried from the tip to the base, in scalars: P and P_a by their upper triangles, P_x
-/// by its two columns. Without `with_twist` everything that belongs to ψ is left out.
-template <bool with_twist>
+/// by its two columns. Everything that belongs to a twist which there is not is left out.
+template <Twist twist>
 class RiccatiRecursion {
+    static constexpr bool with_twist = twist != Twist::None, with_second = twist == Twist::Two;
+
 public:
     RiccatiRecursion(double mu, double least_pivot) : mu_(mu), least_pivot_(least_pivot) {}
 
@@ -26,6 +28,9 @@ public:
         RiccatiReport report = report_;
         report.slope_twist = slope_twist_;
         report.twist_twist = twist_twist_;
+        report.slope_second = slope_second_;
+        report.twist_second = twist_second_;
+        report.second_second = second_second_;
         return report;
     }
     const Vec3& slope_x() const { return p_; }           // p
@@ -49,6 +54,7 @@ public:
         p_ += times_p(by);
         r0_ += x0_.dot(by), r1_ += x1_.dot(by);
         if constexpr (with_twist) slope_twist_ += v_.dot(by);
+        if constexpr (with_second) slope_second_ += second_v_.dot(by);
     }
 
     /// Processes the stage `index`: computes its gain and the value function proximal of it.
@@ -60,9 +66,13 @@ public:
         double q11 = a11_ + s.own(1, 1) - s.axial + b.dot(y1) + x1_.dot(b);
         double g0 = r0_ + s.slope[0] + a.dot(p_), g1 = r1_ + s.slope[1] + b.dot(p_);
         double c00 = s.cross(0, 0), c01 = s.cross(0, 1), c10 = s.cross(1, 0), c11 = s.cross(1, 1);
-        [[maybe_unused]] double z0 = 0, z1 = 0;
+        [[maybe_unused]] double z0 = 0, z1 = 0, second0 = 0, second1 = 0;
         if constexpr (with_twist) {
             const double h0 = s.twist[0], h1 = s.twist[1], i0 = s.twist_prev[0], i1 = s.twist_prev[1];
+            if constexpr (with_second) {
+                second0 = a.dot(second_v_) + second_w0_ + twist_second_ * h0 + s.second_cross[0];
+                second1 = b.dot(second_v_) + second_w1_ + twist_second_ * h1 + s.second_cross[1];
+            }
             z0 = a.dot(v_) + w0_, z1 = b.dot(v_) + w1_;  // answer of α_j to the twist itself
             q00 += (2 * z0 + twist_twist_ * h0) * h0;
             q01 += z0 * h1 + (z1 + twist_twist_ * h1) * h0;
@@ -105,6 +115,16 @@ public:
             const double i0 = s.twist_prev[0], i1 = s.twist_prev[1], c = twist_twist_;
             const double e0 = i.a * z0 + i.b * z1, e1 = i.b * z0 + i.c * z1;
             gain.from_twist = {e0, e1};
+            if constexpr (with_second) {
+                const double d0 = i.a * second0 + i.b * second1, d1 = i.b * second0 + i.c * second1;
+                gain.from_second = {d0, d1};
+                second_v_ += d0 * y0 + d1 * y1;
+                second_w0_ = twist_second_ * i0 + s.second_cross_prev[0] + c00 * d0 + c01 * d1;
+                second_w1_ = twist_second_ * i1 + s.second_cross_prev[1] + c10 * d0 + c11 * d1;
+                slope_second_ += s.second_slope + second0 * t0 + second1 * t1;
+                twist_second_ += s.second_second + z0 * d0 + z1 * d1;
+                second_second_ += s.second_second + second0 * d0 + second1 * d1;
+            }
             x0_ += i0 * v_, x1_ += i1 * v_;
             a00_ += c * i0 * i0, a01_ += c * i0 * i1, a11_ += c * i1 * i1;
             r0_ += slope_twist_ * i0, r1_ += slope_twist_ * i1;
@@ -128,6 +148,8 @@ private:
     double a00_ = 0, a01_ = 0, a11_ = 0, r0_ = 0, r1_ = 0;
     Vec3 v_ = Vec3::Zero();  // twist: cross terms with δx and α, own curvature and slope
     double w0_ = 0, w1_ = 0, twist_twist_ = 0, slope_twist_ = 0;
+    Vec3 second_v_ = Vec3::Zero();  // the same of a second device's turn, and its cross term with ψ
+    double second_w0_ = 0, second_w1_ = 0, twist_second_ = 0, second_second_ = 0, slope_second_ = 0;
     RiccatiReport report_;
 };
 

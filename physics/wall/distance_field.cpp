@@ -151,7 +151,7 @@ struct DistanceField::Data {
     double wire_radius;
     std::uint64_t fingerprint;
 
-    WallContact contact(const Vec3& x, int hint) const;
+    WallContact contact(const Vec3& x, int hint, double thickness) const;
     void ask_grid(const Vec3& x, WallContact&) const;
 };
 
@@ -199,13 +199,14 @@ std::size_t DistanceField::bytes() const {
     return sum;
 }
 
-WallContact DistanceField::Data::contact(const Vec3& x, int hint) const {
+WallContact DistanceField::Data::contact(const Vec3& x, int hint, double thickness) const {
     WallContact c;
+    c.thickness = thickness;
     c.station = tree.locate(x, hint);
     c.stiffness = stiffness.mean();
     const Sleeve sleeve(x, tree.ends(), sheets.ends[c.station], outer, spacing);
     if (sleeve.gone()) {
-        c.room = tree.stations()[c.station].radius - wire_radius;
+        c.room = tree.stations()[c.station].radius - wire_radius - thickness;
         c.penetration = -1e-3;
     } else if (sleeve.inside()) {
         ask_grid(x, c);
@@ -220,8 +221,8 @@ WallContact DistanceField::Data::contact(const Vec3& x, int hint) const {
 void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
     const Station& station = tree.stations()[c.station];
     const double depth = station.radius - (x - station.centre).norm();  // in the inscribed ball
-    const double inside = depth - wire_radius;
-    c.room = station.radius - wire_radius;
+    const double joint = wire_radius + c.thickness, inside = depth - joint;
+    c.room = station.radius - joint;
     c.penetration = -std::max(inside, 1e-3);
     c.trust = std::max(0.0, inside - centreline_error);
     if (depth > inner + centreline_error) return;
@@ -229,7 +230,7 @@ void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
     const SheetField& sheet = fields[sheets.sheet_of[c.station]];
     SplineValue field;
     if (sheet.evaluate(x, field)) {
-        c.penetration = field.value + wire_radius;
+        c.penetration = field.value + joint;
         c.normal = field.gradient;
         c.curvature = field.hessian;
         c.trust = std::max(0.0, -least_slope * c.penetration);
@@ -242,14 +243,14 @@ void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
         const Vec3 y = x + t / length * way;
         if (!sheet.evaluate(y, field)) continue;
         if (field.value <= 0) break;
-        c.penetration = field.value + field.gradient.dot(x - y) + wire_radius;
+        c.penetration = field.value + field.gradient.dot(x - y) + joint;
         c.normal = field.gradient;
         c.trust = 0;
         return;
     }
     // Inside, where no wall is nearer than the band is deep.
-    c.penetration = -std::max(inside, inner - wire_radius);
-    c.trust = std::max(c.trust, least_slope * (inner - wire_radius));
+    c.penetration = -std::max(inside, inner - joint);
+    c.trust = std::max(c.trust, least_slope * (inner - joint));
 }
 
 bool DistanceField::same_vessel(int station, int other) const {
@@ -258,7 +259,7 @@ bool DistanceField::same_vessel(int station, int other) const {
 
 void DistanceField::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
     for (std::size_t i = 0; i < joints.size(); ++i)
-        contacts[i] = data_->contact(joints[i], contacts[i].station);
+        contacts[i] = data_->contact(joints[i], contacts[i].station, contacts[i].thickness);
 }
 
 std::uint64_t DistanceField::fingerprint(const TriangleMesh& lumen,

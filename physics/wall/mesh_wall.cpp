@@ -30,7 +30,7 @@ struct MeshWall::Scene {
           stiffness(std::move(k)),
           wire_radius(radius),
           embree(mesh) {}
-    WallContact contact(const Vec3& x, int hint) const;
+    WallContact contact(const Vec3& x, int hint, double thickness) const;
 };
 
 MeshWall::MeshWall(const TriangleMesh& lumen, std::vector<CentrelineBranch> branches,
@@ -48,13 +48,15 @@ MeshWall::MeshWall(const TriangleMesh& lumen, std::vector<CentrelineBranch> bran
 
 MeshWall::~MeshWall() = default;
 
-WallContact MeshWall::Scene::contact(const Vec3& x, int hint) const {
+WallContact MeshWall::Scene::contact(const Vec3& x, int hint, double thickness) const {
     WallContact c;
+    const double joint = wire_radius + thickness;
+    c.thickness = thickness;
     c.station = tree.locate(x, hint);
     c.stiffness = stiffness.mean();
     const Station& station = tree.stations()[c.station];
-    const double inside = station.radius - (x - station.centre).norm() - wire_radius;
-    c.room = station.radius - wire_radius;
+    const double inside = station.radius - (x - station.centre).norm() - joint;
+    c.room = station.radius - joint;
     c.penetration = -std::max(inside, 1e-3);
     c.trust = std::max(0.0, inside - centreline_error);
     if (inside > near_wall * station.radius) return c;
@@ -75,7 +77,7 @@ WallContact MeshWall::Scene::contact(const Vec3& x, int hint) const {
     Vec3 normal = (q - p).cross(r - p).normalized();
     if (normal.dot(way) < 0) normal = -normal;
     c.normal = normal;
-    c.penetration = normal.dot(x - p) + wire_radius;
+    c.penetration = normal.dot(x - p) + joint;
     if (!stiffness.uniform()) stiffness.apply(tree.way(c.station, x), c);
     return c;
 }
@@ -86,7 +88,7 @@ bool MeshWall::same_vessel(int station, int other) const {
 
 void MeshWall::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
     for (std::size_t i = 0; i < joints.size(); ++i)
-        contacts[i] = scene_->contact(joints[i], contacts[i].station);
+        contacts[i] = scene_->contact(joints[i], contacts[i].station, contacts[i].thickness);
 }
 
 MeshWall::Place MeshWall::place(int station) const {

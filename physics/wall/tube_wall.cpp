@@ -99,15 +99,17 @@ Mat3 TubeWall::curvature(const Vec3& along, const Vec3& normal, double distance,
     return around * around.transpose() / distance;
 }
 
-WallContact TubeWall::contact(const Vec3& x, int hint) const {
+WallContact TubeWall::contact(const Vec3& x, int hint, double thickness) const {
     WallContact c;
+    const double joint = wire_radius_ + thickness;
+    c.thickness = thickness;
     c.station = closest_segment(x, hint);
     const Vec3 &a = centreline_[c.station], &b = centreline_[c.station + 1];
     const double share = geometry::closest_share(a, b, x);
     const Vec3 out = x - (a + share * (b - a));
     const double distance = out.norm();
-    c.penetration = distance + wire_radius_ - radius_;
-    c.room = radius_ - wire_radius_;
+    c.penetration = distance + joint - radius_;
+    c.room = radius_ - joint;
     if (distance > 1e-12) {
         c.normal = out / distance;
         c.curvature = curvature(b - a, c.normal, distance, share == 0 || share == 1);
@@ -119,7 +121,8 @@ WallContact TubeWall::contact(const Vec3& x, int hint) const {
 }
 
 void TubeWall::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
-    for (std::size_t i = 0; i < joints.size(); ++i) contacts[i] = contact(joints[i], contacts[i].station);
+    for (std::size_t i = 0; i < joints.size(); ++i)
+        contacts[i] = contact(joints[i], contacts[i].station, contacts[i].thickness);
 }
 
 }  // namespace physics

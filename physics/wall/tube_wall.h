@@ -22,7 +22,7 @@ public:
     double radius() const { return radius_; }
 
 private:
-    WallContact contact(const Vec3& joint, int hint) const;
+    WallContact contact(const Vec3& joint, int hint, double thickness) const;
     static Mat3 curvature(const Vec3& along, const Vec3& normal, double distance, bool corner);
     int closest_segment(const Vec3& joint, int hint) const;
 

@@ -20,6 +20,7 @@ struct WallContact {
     double trust = 0;                // the joint touches nothing while it stays within this of here [mm]
     double room = 0;   // radius of the lumen here: the scale of motion that stays in sight of the wall [mm]
     int station = -1;  // where along the vessel the joint is; pass it back with the next query
+    double thickness = 0;  // of the joint beyond the radius that the wall knows; asked with the query [mm]
 
     bool touches() const { return penetration > 0; }
     double force() const { return touches() ? stiffness * penetration : 0.0; }  // [N]
@@ -31,6 +32,7 @@ struct WallContact {
     }
     void state(StateStream& s) {
         s(penetration, normal, curvature, stiffness, stiffening, trust, room, station);
+        if (!s.part(thickness != 0, thickness)) thickness = 0;
     }
     void share_stiffness(double share) { stiffness *= share, stiffening *= share; }
 };
@@ -39,7 +41,8 @@ struct WallContact {
 class LumenWall {
 public:
     virtual ~LumenWall() = default;
-    /// contacts[i] becomes the contact of joints[i]; on entry contacts[i].station is the old station or -1.
+    /// contacts[i] becomes the contact of joints[i]; on entry contacts[i].station is the old station or -1,
+    /// and contacts[i].thickness that of the joint.
     virtual void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const = 0;
     /// Whether two stations lie in one vessel, so that a joint held by one need not be checked against the
     /// other.

@@ -12,8 +12,10 @@ namespace physics {
 /// |rest − next|², because the printed form loses all digits where the wire is nearly straight.
 double joint_energy(double spring_constant, const Vec3& rest, const Vec3& next);
 
-/// Rest direction m_i of joint i; d is the director of segment i.
+/// Rest direction m_i of joint i of a wire alone; d is the director of segment i.
 Vec3 rest_direction(const Guidewire&, int joint, const Vec3& d);
+/// Rest direction of a device behind a segment with tangent u.
+Vec3 rest_direction(const Vec3& u, const RestBend&);
 
 /// Energy of joint i [N·mm]; `directors` as from physics::directors, unused where the rest shape is straight.
 double joint_energy(const Guidewire&, const std::vector<Vec3>& directors, int joint);
@@ -21,6 +23,9 @@ double joint_energy(const Guidewire&, const std::vector<Vec3>& directors, int jo
 /// [i] = Σ over joints j ≥ i of dU_j/dψ_j: the bent tip's torque on the material frame at i [N·mm]. Only the
 /// curved tip contributes; size N+2, the last two entries zero.
 void tip_torque(const Guidewire&, const std::vector<Vec3>& directors, std::vector<double>& torque);
+/// The same of one of a chain's devices alone.
+void device_torque(const Guidewire&, int device, const std::vector<Vec3>& directors,
+                   std::vector<double>& torque);
 
 /// Pull b and curvature A of the bending energy felt by one segment (Eq. 4):
 ///   U(ε) = U(0) − b·ε + ½ ε·A·ε,   ε = change of the unit tangent u_i.

@@ -80,6 +80,7 @@ private:
         if (most_between(a, b) <= limit_) return;
         Probe middle{0.5 * (a.at + b.at), {}};
         middle.contact.station = a.contact.station;
+        middle.contact.thickness = std::min(a.contact.thickness, b.contact.thickness);
         const Vec3 x = from_ + middle.at * way_;
         wall_.contacts({&x, 1}, {&middle.contact, 1});
         if (middle.contact.penetration > limit_) {
@@ -106,7 +107,10 @@ bool needed(const Guidewire& wire, const LumenWall& wall, int joint, double tole
     const Vec3 places[] = {from, from + (wire.lengths[joint] + wire.lengths[joint + 1]) * way,
                            wire.joints[joint]};
     WallContact contacts[3];
-    for (int k = 0; k < 3; ++k) contacts[k].station = wire.stations[joint - 1];
+    for (int k = 0; k < 3; ++k) {
+        contacts[k].station = wire.stations[joint - 1];
+        contacts[k].thickness = wire.thickness_at(joint - 1 + (k == 2 ? 1 : 2 * k));
+    }
     wall.contacts(places, contacts);
     return contacts[2].touches() ||
            crossing_between(wall, places[0], places[1], contacts[0], contacts[1], tolerance);

@@ -8,7 +8,10 @@ namespace physics {
 
 std::vector<WallContact> all_contacts(const Guidewire& wire, const LumenWall& wall) {
     std::vector<WallContact> contacts(wire.joints.size());
-    for (std::size_t i = 0; i < contacts.size(); ++i) contacts[i].station = wire.stations[i];
+    for (std::size_t i = 0; i < contacts.size(); ++i) {
+        contacts[i].station = wire.stations[i];
+        contacts[i].thickness = wire.thickness_at(static_cast<int>(i));
+    }
     wall.contacts(wire.joints, contacts);
     for (int i = 0; i <= wire.segments(); ++i) contacts[i].share_stiffness(wire.wall_share(i));
     return contacts;
@@ -21,13 +24,14 @@ Energy total_energy(const Guidewire& wire, std::span<const WallContact> contacts
     for (int i = 1; i <= wire.segments(); ++i)
         energy.load -= wire.length_of(i) * wire.load.dot(wire.joints[i] - wire.joints[0]);
     energy.torsion = 0.5 * wire.windup_torque() * wire.windup;
+    energy.torsion += windup_energy(wire);
     energy.friction = grip_energy(wire.grips, wire.joints, 1);
     return energy;
 }
 
 std::vector<Vec3> energy_gradient(const Guidewire& wire, std::span<const WallContact> contacts) {
     const int n = wire.segments();
-    const bool curved = wire.curved_segments() > 0;
+    const bool curved = wire.bent_segments() > 0;
     std::vector<Vec3> d;
     std::vector<double> torque;
     if (curved) {
@@ -56,6 +60,16 @@ double relative_gradient(const Guidewire& wire, std::span<const WallContact> con
         tip_torque(wire, d, torque);
         largest = std::max(
             largest, std::abs(torque[0] - wire.windup_torque()) / wire.spring_constant(wire.segments() - 1));
+    }
+    if (wire.devices.empty()) return largest;
+    const std::vector<Vec3> d = directors(wire);
+    std::vector<double> torque;
+    for (std::size_t k = 0; k < wire.devices.size(); ++k) {
+        const double stiffness = windup_stiffness(wire.devices[k]);
+        if (stiffness == 0) continue;
+        device_torque(wire, static_cast<int>(k), d, torque);
+        largest = std::max(largest, std::abs(torque[0] - stiffness * wire.devices[k].windup) /
+                                        wire.spring_constant(wire.segments() - 1));
     }
     return largest;
 }

@@ -29,6 +29,7 @@ bool whole_number(double length, double lambda) {
 
 /// EI and rest angle are those of the material at each joint, so they move with the wire.
 void assign_material(Guidewire& wire) {
+    if (!wire.devices.empty()) return assign_devices(wire);
     const int n = wire.segments();
     const int curved = wire.curved_segments(), bends = wire.spec.curved_segments();
     wire.rigidity.assign(n + 1, 0.0);

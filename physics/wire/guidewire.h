@@ -9,6 +9,7 @@
 
 #include "physics/geometry/state.h"
 #include "physics/geometry/vec.h"
+#include "physics/wire/coaxial.h"
 #include "physics/wire/grip.h"
 
 namespace physics {
@@ -93,12 +94,23 @@ struct Guidewire {
     std::vector<Grip> grips;  // of the wall on each joint; empty for a wire without friction
     double friction_loss =
         0;  // energy that they have cost so far: slip, and the stretch of material that let go [N·mm]
+    /// Devices on the chain, innermost first; empty for a wire alone, which is what `spec` says. With devices
+    /// `spec` is the chain's: without a shape, its diameter that of the innermost, `rigidity` their sum, and
+    /// `roll` and `windup` are 0: each device has its own.
+    std::vector<CoaxialDevice> devices;
+    std::vector<double> thickness;  // of joints beyond the radius of the spec's diameter; empty = none [mm]
+    std::vector<double> surface_friction;  // μ of the outermost device per joint; empty = the spec's
+    int bent = 0;                          // distal segments from the first joint that devices bend at rest
 
     void state(StateStream& s) {
         s(spec, joints, tangents, lengths, rigidity, rest_angle, stations, base_director, roll, load,
           carried);
         if (!s.part(!grips.empty(), grips, friction_loss)) grips.clear(), friction_loss = 0;
         if (!s.part(windup != 0, windup)) windup = 0;
+        if (!s.part(!devices.empty(), devices, thickness, surface_friction, bent)) {
+            devices.clear(), thickness.clear(), surface_friction.clear();
+            bent = 0;
+        }
     }
     int segments() const { return static_cast<int>(joints.size()) - 1; }
     const Vec3& tip() const { return joints.back(); }
@@ -120,6 +132,13 @@ struct Guidewire {
     /// Torque against which the hub is held [N·mm].
     double windup_torque() const { return windup == 0 ? 0.0 : windup_stiffness() * windup; }
     int curved_segments() const;  // segments of the pre-curved tip, each piece counted
+    /// Distal segments from the first joint that is bent at rest, of the wire alone or of a device.
+    int bent_segments() const { return devices.empty() ? curved_segments() : bent; }
+    /// μ of what lies outermost at the joint, on a wall [-].
+    double friction_at(int joint) const {
+        return surface_friction.empty() ? spec.friction : surface_friction[joint];
+    }
+    double thickness_at(int joint) const { return thickness.empty() ? 0.0 : thickness[joint]; }
     /// Whether a joint lies between two pieces that make up one segment of the spec's λ in a whole wire.
     bool within_a_segment(int joint) const;
 };

@@ -75,6 +75,15 @@ struct Readout {
     std::vector<double> force_history;         // largest wall force of the last seconds, oldest first [N]
     double history_length = 10.0;              // time span of the history [s]
 
+    /// Of the catheter, in an exercise that has one.
+    struct Catheter {
+        double inserted = 0, length = 0;  // [mm]
+        double hub_twist = 0;             // [rad]
+        double push_force = 0;            // [N]
+    };
+    std::optional<Catheter> catheter;
+    std::string held;  // by the hand: "wire", "catheter", "both"
+
     // Contrast
     std::optional<double> contrast;        // given so far [ml]
     std::optional<double> contrast_limit;  // for the patient [ml]

@@ -201,21 +201,34 @@ void force_trace(Canvas& canvas, const Box& area, const Readout& r) {
 }
 
 void draw_wire(Canvas& canvas, const Box& area, const Readout& r) {
-    float y = heading(canvas, area, "WIRE");
-    std::string inserted = figure_text(r.inserted, 0);
-    if (is_known(r.wire_length)) inserted += " / " + figure_text(r.wire_length, 0);
+    // Of the device in the hand; the other's length stands beside the heading.
+    const bool catheter = r.catheter && r.held == "catheter";
+    const auto inside = [](const char* name, std::optional<double> length) {
+        return name + figure_text(length, 0) + " mm";
+    };
+    std::string other;
+    if (r.catheter)
+        other = catheter ? inside("wire ", r.inserted) : inside("catheter ", r.catheter->inserted);
+    const char* held = catheter ? "CATHETER" : r.held == "both" ? "WIRE + CATHETER" : "WIRE";
+    float y = heading(canvas, area, held, other, palette::value);
+    const std::optional<double> length = catheter ? r.catheter->inserted : r.inserted,
+                                whole = catheter ? r.catheter->length : r.wire_length,
+                                twist = catheter ? r.catheter->hub_twist : r.hub_twist,
+                                push = catheter ? r.catheter->push_force : r.push_force;
+    std::string inserted = figure_text(length, 0);
+    if (is_known(whole)) inserted += " / " + figure_text(whole, 0);
     row(canvas, area, y, "Inserted", inserted + " mm");
-    bar(canvas, area, y + 18.0f, share_of(r.inserted, r.wire_length), palette::calm);
+    bar(canvas, area, y + 18.0f, share_of(length, whole), palette::calm);
     y += 28.0f;
     row(canvas, area, y, "Tip to target", figure_text(r.tip_to_target, 1) + " mm");
     y += 21.0f;
 
     constexpr float radius = 27.0f;
-    twist_dial(canvas, {area.left + radius + 1.0f, y + radius}, radius, r.hub_twist);
+    twist_dial(canvas, {area.left + radius + 1.0f, y + radius}, radius, twist);
     const Box beside{area.left + 2.0f * radius + 16.0f, 0, area.right, 0};
-    row(canvas, beside, y, "Twist", signed_text(times(r.hub_twist, 180.0 / std::numbers::pi), 0) + "°");
+    row(canvas, beside, y, "Twist", signed_text(times(twist, 180.0 / std::numbers::pi), 0) + "°");
     row(canvas, beside, y + 19.0f, "Torque", signed_text(r.base_torque, 2) + " N·mm");
-    row(canvas, beside, y + 38.0f, "Push", signed_text(r.push_force, 2) + " N");
+    row(canvas, beside, y + 38.0f, "Push", signed_text(push, 2) + " N");
     y += 2.0f * radius + 7.0f;
 
     const auto force = [&](std::string_view name, std::optional<double> value) {

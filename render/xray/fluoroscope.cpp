@@ -195,7 +195,7 @@ void require(const CArm& arm, const Exposure& exposure) {
 
 }  // namespace
 
-Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints, const Exposure& exposure) {
+Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, const Exposure& exposure) {
     require(arm, exposure);
     State& state = *state_;
     state.move_to(arm);
@@ -227,14 +227,19 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
         }
     }
 
-    // The wire displaces blood and what is dissolved in it; it is assumed to lie in a vessel over its whole
-    // length.
+    // Devices displace blood and what is dissolved in it; they are assumed to lie in a vessel over their
+    // whole length.
     Bins displaced = beam.bins.attenuation(Material::Blood);
     const double dissolved = exposure.iodine + exposure.wire_iodine;
     for (int k = 0; k < energy_bins; ++k) displaced[k] += dissolved * per_concentration[k];
-    const WireLook& look = state.config.wire;
-    for (const WirePixel& pixel : state.wire.cast(shifted(arm, exposure.vessel_shift), joints, look,
-                                                  wire_attenuation(look, beam.bins, displaced))) {
+    const WireLook &wire = devices.wire_look ? *devices.wire_look : state.config.wire,
+                   &catheter = state.config.catheter;
+    const WireShadow shadows[] = {
+        {devices.wire, wire, wire_attenuation(wire, beam.bins, displaced)},
+        {devices.catheter, catheter, wire_attenuation(catheter, beam.bins, displaced)}};
+    const std::size_t seen = devices.catheter.empty() ? 1 : 2;
+    for (const WirePixel& pixel :
+         state.wire.cast(shifted(arm, exposure.vessel_shift), std::span(shadows).first(seen))) {
         const float amount = state.iodine.values[pixel.index];
         for (int k = 0; k < energy_bins; ++k) {
             const float arriving = beam.primary[pixel.index][k] * fast_exp(per_iodine[k] * amount);
@@ -244,8 +249,8 @@ Field Fluoroscope::expected_quanta(const CArm& arm, std::span<const Vec3> joints
     return expected;
 }
 
-Field Fluoroscope::read(const CArm& arm, std::span<const Vec3> joints, const Exposure& exposure) {
-    return read_out(expected_quanta(arm, joints, exposure), pixel_width(arm), state_->config.detector,
+Field Fluoroscope::read(const CArm& arm, const SeenDevices& devices, const Exposure& exposure) {
+    return read_out(expected_quanta(arm, devices, exposure), pixel_width(arm), state_->config.detector,
                     exposure.seed, exposure.frame);
 }
 
@@ -255,8 +260,8 @@ const Display& Fluoroscope::display(const CArm& arm, const Exposure& exposure) {
     return *state_->bare_image(exposure).display;
 }
 
-GrayImage Fluoroscope::expose(const CArm& arm, std::span<const Vec3> joints, const Exposure& exposure) {
-    const Field signal = read(arm, joints, exposure);
+GrayImage Fluoroscope::expose(const CArm& arm, const SeenDevices& devices, const Exposure& exposure) {
+    const Field signal = read(arm, devices, exposure);
     return display(arm, exposure).show(signal);
 }
 
@@ -270,19 +275,31 @@ Technique Fluoroscope::technique(const CArm& arm, const Exposure& exposure) {
     return state_->bare_image(exposure).technique;
 }
 
+namespace {
+
+std::vector<std::uint32_t> shadowed(WireImage& image, const CArm& arm, std::span<const Vec3> joints,
+                                    const WireLook& look) {
+    const EnergyBins bins = fit_bins(detected_spectrum(74.0));
+    const Bins blood = bins.attenuation(Material::Blood);
+    std::vector<std::uint32_t> pixels;
+    for (const WirePixel& pixel : image.cast(arm, joints, look, wire_attenuation(look, bins, blood)))
+        if (pixel.transmission[0] < 0.98f) pixels.push_back(pixel.index);
+    std::sort(pixels.begin(), pixels.end());
+    return pixels;
+}
+
+}  // namespace
+
 std::vector<std::uint32_t> Fluoroscope::wire_pixels(const CArm& arm, std::span<const Vec3> joints,
                                                     const Vec3& shift) {
     require(arm, {});
-    const EnergyBins bins = fit_bins(detected_spectrum(74.0));
-    const WireLook& look = state_->config.wire;
-    const Bins blood = bins.attenuation(Material::Blood);
-    std::vector<std::uint32_t> shadowed;
-    for (const WirePixel& pixel :
-         state_->wire.cast(shifted(arm, shift), joints, look, wire_attenuation(look, bins, blood))) {
-        if (pixel.transmission[0] < 0.98f) shadowed.push_back(pixel.index);
-    }
-    std::sort(shadowed.begin(), shadowed.end());
-    return shadowed;
+    return shadowed(state_->wire, shifted(arm, shift), joints, state_->config.wire);
+}
+
+std::vector<std::uint32_t> Fluoroscope::catheter_pixels(const CArm& arm, std::span<const Vec3> joints,
+                                                        const Vec3& shift) {
+    require(arm, {});
+    return shadowed(state_->wire, shifted(arm, shift), joints, state_->config.catheter);
 }
 
 std::vector<std::uint32_t> Fluoroscope::vessel_pixels(const CArm& arm, const Vec3& shift) {

@@ -1,5 +1,5 @@
 #pragma once
-/// The imaging chain: from anatomy, wire and exposure to a frame.
+/// The imaging chain: from anatomy, devices and exposure to a frame.
 
 #include <cstdint>
 #include <memory>
@@ -35,6 +35,7 @@ struct TissueLayer {
 
 struct FluoroscopeConfig {
     WireLook wire;
+    WireLook catheter;  // of a SeenDevices that has one
     DetectorSpec detector;
     DisplaySpec display;
     double scatter_to_primary = 0.6;  // mean over the field, behind the grid [-]
@@ -86,22 +87,22 @@ public:
     Fluoroscope(Fluoroscope&&) noexcept;
     Fluoroscope& operator=(Fluoroscope&&) noexcept;
 
-    /// The signal of one pulse as read out, with its noise [quanta], arm.pixels squared. `joints` from the
-    /// introducer to the tip [mm]; with fewer than two, or with one that is not finite, the wire is left out.
+    /// The signal of one pulse as read out, with its noise [quanta], arm.pixels squared. A device with
+    /// fewer than two joints, or with one that is not finite, is left out.
     /// The tube output follows the anatomy (automatic exposure): before wire and contrast, the mean dose in a
     /// disc in the middle of the image is `detector_dose` at any pose for which the tube is strong enough.
     /// Throws std::invalid_argument with all the problems of arm or exposure.
-    Field read(const CArm&, std::span<const geometry::Vec3> joints, const Exposure&);
+    Field read(const CArm&, const SeenDevices&, const Exposure&);
 
     /// The quanta expected on each pixel, before noise: the means that `read` draws its numbers around.
-    Field expected_quanta(const CArm&, std::span<const geometry::Vec3> joints, const Exposure&);
+    Field expected_quanta(const CArm&, const SeenDevices&, const Exposure&);
 
     /// The display for signals that were read at this pose and dose. Valid until the next call of a member
     /// that takes an arm.
     const Display& display(const CArm&, const Exposure&);
 
     /// A live frame: the signal of the pulse, displayed.
-    GrayImage expose(const CArm&, std::span<const geometry::Vec3> joints, const Exposure&);
+    GrayImage expose(const CArm&, const SeenDevices&, const Exposure&);
 
     /// Transmission of the collimator [-].
     Field opening(const CArm&) const;
@@ -113,6 +114,8 @@ public:
     /// runs through a layer that takes contrast; in ascending order.
     std::vector<std::uint32_t> wire_pixels(const CArm&, std::span<const geometry::Vec3> joints,
                                            const geometry::Vec3& shift);
+    std::vector<std::uint32_t> catheter_pixels(const CArm&, std::span<const geometry::Vec3> joints,
+                                               const geometry::Vec3& shift);
     std::vector<std::uint32_t> vessel_pixels(const CArm&, const geometry::Vec3& shift);
 
     /// Pixels of the last pose at which a mesh did not balance: more than 0 when a mesh reaches behind the

@@ -55,6 +55,14 @@ constexpr TableRow nickel[] = {{15, 70.81}, {20, 32.20},  {30, 10.34},   {40, 4.
                                {60, 1.512}, {80, 0.7306}, {100, 0.4440}, {150, 0.2208}};
 constexpr TableRow copper[] = {{15, 74.05}, {20, 33.79},  {30, 10.92},   {40, 4.862},  {50, 2.613},
                                {60, 1.593}, {80, 0.7630}, {100, 0.4584}, {150, 0.2217}};
+constexpr TableRow barium[] = {{15, 63.47},    {20, 29.38},  {30, 9.904},  {37.44, 5.498},
+                               {37.44, 29.19}, {40, 24.57},  {50, 13.79},  {60, 8.511},
+                               {80, 3.963},    {100, 2.196}, {150, 0.7828}};
+constexpr TableRow tungsten[] = {{15, 138.9}, {20, 65.73},  {30, 22.73},    {40, 10.67},
+                                 {50, 5.949}, {60, 3.713},  {69.53, 2.552}, {69.53, 11.23},
+                                 {80, 7.810}, {100, 4.438}, {150, 1.581}};
+constexpr TableRow nylon[] = {{15, 0.9545}, {20, 0.5132}, {30, 0.2890},  {40, 0.2312}, {50, 0.2071},
+                              {60, 0.1936}, {80, 0.1774}, {100, 0.1666}, {150, 0.1482}};
 constexpr TableRow platinum[] = {{15, 157.8}, {20, 75.74},  {30, 26.41},    {40, 12.45},
                                  {50, 6.954}, {60, 4.339},  {78.39, 2.203}, {78.39, 9.301},
                                  {80, 8.731}, {100, 4.993}, {150, 1.795}};
@@ -81,8 +89,10 @@ double mass_attenuation(std::span<const TableRow> table, double energy) {
 
 std::string_view name_of(Material material) {
     constexpr std::string_view names[] = {
-        "air",    "lung",    "adipose", "soft tissue", "blood",     "trabecular bone", "cortical bone",
-        "iodine", "nitinol", "steel",   "platinum",    "aluminium", "copper",          "caesium iodide"};
+        "air",           "lung",           "adipose",          "soft tissue",   "blood",    "trabecular bone",
+        "cortical bone", "iodine",         "nitinol",          "steel",         "platinum", "aluminium",
+        "copper",        "caesium iodide", "tungsten polymer", "barium polymer"};
+    static_assert(std::size(names) == material_count);
     return names[static_cast<int>(material)];
 }
 
@@ -125,6 +135,13 @@ double attenuation(Material material, double energy) {
             return linear(copper, 8.96);
         case Material::CaesiumIodide:
             return linear(caesium_iodide, 4.51);
+        case Material::TungstenPolymer:
+            // Estimate: jackets are said to be filled with tungsten, not how much. 1/(0.6/1.1 + 0.4/19.3).
+            return 0.6 * linear(nylon, 1.766) + 0.4 * linear(tungsten, 1.766);
+        case Material::BariumPolymer:
+            // 20 to 40 % are usual. Barium is 58.8 % of its sulphate; sulphur and oxygen are taken as nylon.
+            // 1/(0.7/1.1 + 0.3/4.5).
+            return 0.824 * linear(nylon, 1.423) + 0.176 * linear(barium, 1.423);
     }
     assert(false);
     return 0.0;

@@ -21,8 +21,11 @@ enum class Material {
     Platinum,
     Aluminium,
     Copper,
-    CaesiumIodide
+    CaesiumIodide,
+    TungstenPolymer,  // polyurethane with 40 % tungsten by mass, as the jackets of hydrophilic wires
+    BariumPolymer     // polyamide with 30 % barium sulphate by mass, as the walls of catheters
 };
+inline constexpr int material_count = 16;
 
 std::string_view name_of(Material);
 

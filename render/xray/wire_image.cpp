@@ -64,11 +64,13 @@ int split_at_marker(Polyline& points, double marker_length) {
 }  // namespace
 
 WireAttenuation wire_attenuation(const WireLook& look, const EnergyBins& bins, const Bins& displaced) {
-    const Bins body = bins.attenuation(look.body), marker = bins.attenuation(look.marker);
+    const Bins body = bins.attenuation(look.body), marker = bins.attenuation(look.marker),
+               core = bins.attenuation(look.core);
     WireAttenuation result;
     for (int k = 0; k < energy_bins; ++k) {
         result.body[k] = look.body_fill * body[k] - displaced[k];
         result.marker[k] = look.marker_fill * marker[k] - displaced[k];
+        result.core[k] = core[k] - displaced[k];
     }
     return result;
 }
@@ -76,34 +78,38 @@ WireAttenuation wire_attenuation(const WireLook& look, const EnergyBins& bins, c
 /// A cylinder between two mitre planes. Coordinates: x right, y down, z depth, origin at the source [mm].
 struct WireImage::Piece {
     Vec3 from, to;
-    Vec3 axis;                  // unit
-    Vec3 mitre_from, mitre_to;  // unit normals of the planes, along the wire
-    double radius = 0.0;
-    bool marker = false;
+    Vec3 axis;                          // unit
+    Vec3 mitre_from, mitre_to;          // unit normals of the planes, along the wire
+    double radius = 0.0, inside = 0.0;  // of the part; what is inside belongs to another, or to none
+    bool cored = false;                 // what is inside is the core
+    int part = 0;                       // of Slot::chords
+    int core = 0;
     // Values common to all rays, set by `prepare`.
-    double offset = 0.0, c = 0.0, level_from = 0.0, level_to = 0.0;
+    double offset = 0.0, c = 0.0, c_inside = 0.0, level_from = 0.0, level_to = 0.0;
 
     void prepare() {
         offset = from.dot(axis);
         c = from.squaredNorm() - offset * offset - radius * radius;
+        c_inside = c + radius * radius - inside * inside;
         level_from = from.dot(mitre_from);
         level_to = to.dot(mitre_to);
     }
 
-    /// Length of the ray source + t·direction inside [mm]; `direction` has depth 1.
-    double chord(const Vec3& direction) const {
+    /// Length of the ray source + t·direction in the cylinder that `level`, a c, belongs to [mm]; `direction`
+    /// has depth 1.
+    double chord(const Vec3& direction, double level) const {
         const double along = direction.dot(axis), square = direction.squaredNorm();
         const double a = square - along * along;
         const double b = from.dot(direction) - offset * along;
         double enter, leave;
         if (a > 1e-12 * square) {
-            const double discriminant = b * b - a * c;
+            const double discriminant = b * b - a * level;
             if (discriminant <= 0.0) return 0.0;
             const double half = std::sqrt(discriminant) / a;
             enter = b / a - half;
             leave = b / a + half;
         } else {  // parallel to the axis: inside everywhere or nowhere
-            if (c >= 0.0) return 0.0;
+            if (level >= 0.0) return 0.0;
             enter = 0.0;
             leave = 1e9;
         }
@@ -181,29 +187,34 @@ void WireImage::splat(const Piece& piece, int pixels, double scale) {
         const int last = std::min(places - 1, static_cast<int>(std::ceil(right + centre)));
         const std::uint32_t row = static_cast<std::uint32_t>(v / samples) * pixels;
         for (int u = first; u <= last; ++u) {
-            const double chord = piece.chord(Vec3((u + 0.5 - centre) / scale, y / scale, 1.0));
+            const Vec3 ray((u + 0.5 - centre) / scale, y / scale, 1.0);
+            const double chord = piece.chord(ray, piece.c);
             if (!(chord > 0.0)) continue;
+            const double within = piece.inside > 0 ? piece.chord(ray, piece.c_inside) : 0.0;
             Slot& hit = slot(row + u / samples);
             const int place = v % samples * samples + u % samples;
-            (piece.marker ? hit.marker : hit.body)[place] += static_cast<float>(std::min(chord, longest));
+            hit.chords[piece.part][place] += static_cast<float>(std::min(chord - within, longest));
+            if (piece.cored) hit.chords[piece.core][place] += static_cast<float>(std::min(within, longest));
         }
     }
 }
 
 std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const Vec3> joints,
                                            const WireLook& look, const WireAttenuation& mu) {
-    result_.clear();
-    slots_.clear();
-    const auto finite = [](const Vec3& x) { return x.allFinite(); };
-    if (joints.size() < 2 || !std::all_of(joints.begin(), joints.end(), finite)) return result_;
-    slot_of_pixel_.resize(static_cast<std::size_t>(arm.pixels) * arm.pixels, -1);
+    const WireShadow one[] = {{joints, look, mu}};
+    return cast(arm, one);
+}
 
-    Polyline points = smooth(joints);
+void WireImage::splat_device(const CArm& arm, const WireShadow& shadow, int device) {
+    const WireLook& look = shadow.look;
+    const auto finite = [](const Vec3& x) { return x.allFinite(); };
+    if (shadow.joints.size() < 2 || !std::all_of(shadow.joints.begin(), shadow.joints.end(), finite)) return;
+    Polyline points = smooth(shadow.joints);
     // Coincident joints would have no direction.
     points.erase(std::unique(points.begin(), points.end(),
                              [](const Vec3& a, const Vec3& b) { return (a - b).squaredNorm() < 1e-18; }),
                  points.end());
-    if (points.size() < 2) return result_;
+    if (points.size() < 2) return;
     const int marker_start = look.marker_length > 0.0 ? split_at_marker(points, look.marker_length)
                                                       : static_cast<int>(points.size());
     const ArmAxes a = axes(arm);
@@ -216,6 +227,9 @@ std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const Vec3
     const auto direction = [&](int i) -> Vec3 { return (points[i + 1] - points[i]).normalized(); };
     Piece piece;
     piece.radius = 0.5 * look.diameter;
+    piece.cored = look.core_diameter > 0;
+    piece.inside = 0.5 * (piece.cored ? look.core_diameter : look.inner_diameter);
+    piece.core = parts * device + 2;
     piece.axis = direction(0);
     piece.mitre_from = piece.axis;
     for (int i = 0; i < pieces; ++i) {
@@ -226,23 +240,38 @@ std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const Vec3
         piece.from = points[i];
         piece.to = points[i + 1];
         piece.mitre_to = folded ? piece.axis : Vec3(sum.normalized());
-        piece.marker = i >= marker_start;
+        piece.part = parts * device + (i >= marker_start ? 1 : 0);
         piece.prepare();
         if (std::min(piece.from.z(), piece.to.z()) > 10.0 * piece.radius + 1.0)
             splat(piece, arm.pixels, scale);
         piece.mitre_from = folded ? next : piece.mitre_to;
         piece.axis = next;
     }
+}
+
+std::span<const WirePixel> WireImage::cast(const CArm& arm, std::span<const WireShadow> shadows) {
+    result_.clear();
+    slots_.clear();
+    slot_of_pixel_.resize(static_cast<std::size_t>(arm.pixels) * arm.pixels, -1);
+    const int devices = std::min(static_cast<int>(shadows.size()), most_devices);
+    for (int d = 0; d < devices; ++d) splat_device(arm, shadows[d], d);
 
     for (const Slot& hit : slots_) {
         WirePixel pixel{hit.pixel, {}};
         for (int k = 0; k < energy_bins; ++k) {
-            const float body = static_cast<float>(-mu.body[k]), marker = static_cast<float>(-mu.marker[k]);
+            std::array<float, per_pixel> depth{};
+            for (int d = 0; d < devices; ++d) {
+                const float body = static_cast<float>(-shadows[d].attenuation.body[k]);
+                const float marker = static_cast<float>(-shadows[d].attenuation.marker[k]);
+                const auto &bodies = hit.chords[parts * d], &markers = hit.chords[parts * d + 1];
+                for (int s = 0; s < per_pixel; ++s) depth[s] += body * bodies[s] + marker * markers[s];
+                if (shadows[d].look.core_diameter <= 0) continue;
+                const float core = static_cast<float>(-shadows[d].attenuation.core[k]);
+                for (int s = 0; s < per_pixel; ++s) depth[s] += core * hit.chords[parts * d + 2][s];
+            }
             float sum = 0.0f;
-            std::array<float, per_pixel> passed;
-            for (int s = 0; s < per_pixel; ++s)
-                passed[s] = fast_exp(body * hit.body[s] + marker * hit.marker[s]);
-            for (const float share : passed) sum += share;
+            for (float& d : depth) d = fast_exp(d);
+            for (const float share : depth) sum += share;
             pixel.transmission[k] = sum / per_pixel;
         }
         result_.push_back(pixel);

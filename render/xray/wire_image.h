@@ -1,17 +1,19 @@
 #pragma once
-/// The shadow of a guidewire: transmission per pixel, splatted analytically on the CPU.
+/// The shadow of guidewire and catheter: transmission per pixel, splatted analytically on the CPU.
 
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "physics/geometry/state.h"
 #include "physics/geometry/vec.h"
 #include "render/xray/c_arm.h"
 #include "render/xray/materials.h"
 
 namespace render {
 
+/// A device: a solid cylinder, or a hollow one.
 struct WireLook {
     double diameter = 0.889;               // 0.035 inch [mm]
     Material body = Material::Steel;       // of the shaft
@@ -20,12 +22,37 @@ struct WireLook {
     /// Share of the cross-section that is metal: coils and coatings are not solid. [-]
     double body_fill = 1.0;
     double marker_fill = 0.35;
+    double inner_diameter = 0;  // of the lumen, which holds what the device displaces; 0 = solid [mm]
+    double core_diameter = 0;   // of a solid core inside body and marker; 0 = none [mm]
+    Material core = Material::Nitinol;
+
+    void state(geometry::StateStream& s) {
+        s(diameter, body, marker, marker_length, body_fill, marker_fill, inner_diameter, core_diameter, core);
+    }
 };
 
-/// Attenuation of the two parts per energy bin, minus that of what they displace [1/mm].
+/// Joints of the devices in the beam, from the introducer to their tips [mm]; empty = not there.
+struct SeenDevices {
+    SeenDevices() = default;
+    SeenDevices(std::span<const geometry::Vec3> joints) : wire(joints) {}
+    SeenDevices(const geometry::Polyline& joints) : wire(joints) {}
+    SeenDevices(std::span<const geometry::Vec3> joints, std::span<const geometry::Vec3> over)
+        : wire(joints), catheter(over) {}
+    std::span<const geometry::Vec3> wire, catheter;
+    const WireLook* wire_look = nullptr;  // null = the fluoroscope's
+};
+
+/// Attenuation of the parts per energy bin, minus that of what they displace [1/mm].
 struct WireAttenuation {
     Bins body{};
     Bins marker{};
+    Bins core{};
+};
+/// What is cast of one device.
+struct WireShadow {
+    std::span<const geometry::Vec3> joints;
+    WireLook look;
+    WireAttenuation attenuation;
 };
 WireAttenuation wire_attenuation(const WireLook&, const EnergyBins&, const Bins& displaced);
 
@@ -47,18 +74,22 @@ public:
     /// finite, or a part behind the source, casts no shadow. The result is valid until the next call.
     std::span<const WirePixel> cast(const CArm&, std::span<const geometry::Vec3> joints, const WireLook&,
                                     const WireAttenuation&);
+    /// The same of several devices, at most most_devices: their chords meet in one integral.
+    std::span<const WirePixel> cast(const CArm&, std::span<const WireShadow>);
+    static constexpr int most_devices = 2;
 
 private:
     static constexpr int per_pixel = samples * samples;
+    static constexpr int parts = 3;  // of a device
     /// Chords [mm] at the places of one pixel.
     struct Slot {
         std::uint32_t pixel = 0;
-        std::array<float, per_pixel> body{};
-        std::array<float, per_pixel> marker{};
+        std::array<std::array<float, per_pixel>, parts * most_devices> chords{};  // body, marker, core
     };
     struct Piece;
 
     void splat(const Piece&, int pixels, double scale);
+    void splat_device(const CArm&, const WireShadow&, int device);
     Slot& slot(std::uint32_t pixel);
 
     std::vector<std::int32_t> slot_of_pixel_;  // −1 where there is no wire

@@ -227,7 +227,8 @@ void riccati_backward_pass(benchmark::State& state) {
     newton_terms(wire, all_contacts(wire, wall), {}, 1, terms);
     std::vector<RiccatiGain> gains(terms.stages.size());
     for (auto _ : state)
-        benchmark::DoNotOptimize(riccati_backward(terms.stages, 1e-3, 1e-9, state.range(0) != 0, gains));
+        benchmark::DoNotOptimize(riccati_backward(terms.stages, 1e-3, 1e-9,
+                                                  state.range(0) != 0 ? Twist::One : Twist::None, gains));
     state.counters["ns_per_segment"] =
         benchmark::Counter(static_cast<double>(state.iterations()) * 200 * 1e-9,
                            benchmark::Counter::kIsRate | benchmark::Counter::kInvert);

@@ -72,7 +72,8 @@ TEST(Command, TheConsolesVerbsNameWhatIsAccepted) {
               "x.gw:1:9: '12' was found; 3.75, 7.5, 15 or 30 is accepted, per second");
     EXPECT_EQ(refusal_of("0 inject 900 ml at 6 ml/s into LRA"),
               "x.gw:1:10: '900' was found; a number from 0.1 to 300 is accepted, in ml");
-    EXPECT_EQ(refusal_of("0 inject 9 ml at 6 ml/s LRA"), "x.gw:1:25: 'LRA' was found; 'into' is accepted");
+    EXPECT_EQ(refusal_of("0 inject 9 ml at 6 ml/s LRA"),
+              "x.gw:1:25: 'LRA' was found; 'into' with a branch, or 'through catheter', is accepted");
     EXPECT_EQ(refusal_of("0 inject 9 ml at 6 ml/s into"),
               "x.gw:1:29: the line ends here; the name of a branch is accepted");
     EXPECT_NE(refusal_of("0 collimate 5 5 mm"), "");

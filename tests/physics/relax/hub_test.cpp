@@ -16,12 +16,12 @@ using namespace physics;
 namespace {
 
 using Outcome = HubReport::Outcome;
-constexpr int enough = 1'000'000'000;
+constexpr int all_it_takes = 1'000'000'000;
 
 /// Feeds part by part; false where a part was refused.
 bool feed_at(Hub& hub, Guidewire& wire, double mm) {
     while (std::abs(mm) > 1e-12) {
-        const HubReport report = hub.move(wire, {mm, 0}, enough);
+        const HubReport report = hub.move(wire, {mm, 0}, all_it_takes);
         if (report.outcome != Outcome::AtRest) return false;
         mm -= report.made.feed;
     }
@@ -65,7 +65,7 @@ TEST(Hub, LetsInWhatIsAskedForAndTheTipFollowsSmoothly) {
     const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall);
     Guidewire wire = wire_of_length(tipped(2), vessel.line, 61.3);
-    hub.settle(wire, enough);
+    hub.settle(wire, all_it_takes);
     Vec3 tip = wire.tip();
     double asked = 61.3, largest = 0;
     for (int k = 0; k < 400; ++k) {
@@ -84,7 +84,7 @@ TEST(Hub, LosesNothingWhereTheHandTurnsRound) {
     const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall);
     Guidewire wire = wire_of_length(tipped(2), vessel.line, 90);
-    hub.settle(wire, enough);
+    hub.settle(wire, all_it_takes);
     ASSERT_TRUE(feed_at(hub, wire, 7.3));
     const Vec3 tip = wire.tip();
     ASSERT_TRUE(feed_at(hub, wire, 5.1));
@@ -101,7 +101,7 @@ TEST(Hub, SegmentsDependOnTheLengthAloneHoweverItWasFed) {
         Hub hub({}, vessel.wall);
         const double start = least_length(tipped(lambda)) + 30;
         Guidewire wire = wire_of_length(tipped(lambda), vessel.line, start);
-        hub.settle(wire, enough);
+        hub.settle(wire, all_it_takes);
         double asked = start;
         for (int k = 0; k < 60; ++k) {
             const double mm = 6 * (random() / 4294967296.0) - 2.4;
@@ -123,10 +123,10 @@ TEST(Hub, WithdrawsToTheCurvedTipAndNoFarther) {
     const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall);
     Guidewire wire = wire_of_length(tipped(2), vessel.line, 30);
-    hub.settle(wire, enough);
-    for (int k = 0; k < 40; ++k) hub.move(wire, {-2, 0}, enough);
+    hub.settle(wire, all_it_takes);
+    for (int k = 0; k < 40; ++k) hub.move(wire, {-2, 0}, all_it_takes);
     EXPECT_NEAR(wire.inserted_length(), least_length(wire.spec), 1e-9);
-    EXPECT_EQ(hub.move(wire, {-2, 0}, enough).made.feed, 0);
+    EXPECT_EQ(hub.move(wire, {-2, 0}, all_it_takes).made.feed, 0);
     EXPECT_TRUE(validate(wire).empty());
 }
 
@@ -134,9 +134,9 @@ TEST(Hub, GoesOnWhereItsBudgetEndedAndComesToTheSameRest) {
     const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall), other({}, vessel.wall);
     Guidewire wire = wire_of_length(tipped(2), vessel.line, 120);
-    hub.settle(wire, enough);
+    hub.settle(wire, all_it_takes);
     Guidewire whole = wire;
-    other.settle(whole, enough);
+    other.settle(whole, all_it_takes);
     const Guidewire before = wire;
     HubReport report = hub.move(wire, {0, Hub::largest_turn}, 1);
     ASSERT_EQ(report.outcome, Outcome::Working);
@@ -146,7 +146,7 @@ TEST(Hub, GoesOnWhereItsBudgetEndedAndComesToTheSameRest) {
     EXPECT_EQ(report.outcome, Outcome::AtRest);
     EXPECT_GT(calls, 1);
     EXPECT_NEAR(report.made.turn, Hub::largest_turn, 1e-12);
-    other.move(whole, {0, Hub::largest_turn}, enough);
+    other.move(whole, {0, Hub::largest_turn}, all_it_takes);
     for (int i = 0; i <= wire.segments(); ++i) ASSERT_LT((wire.joints[i] - whole.joints[i]).norm(), 1e-5);
 }
 
@@ -161,7 +161,7 @@ TEST(Hub, RefusesWhatLeadsThroughTheWallAndLeavesTheWireAsItWas) {
     spec.curved_length = spec.curved_angle = 0;
     Hub hub({}, wall);
     Guidewire wire = wire_of_length(spec, line, 40);
-    hub.settle(wire, enough);
+    hub.settle(wire, all_it_takes);
     bool refused = false;
     for (int k = 0; k < 40 && !refused; ++k) {
         const Guidewire before = wire;
@@ -181,10 +181,10 @@ TEST(Hub, EnergyRisesByTheWorkOfTheHand) {
     const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall);
     Guidewire wire = wire_of_length(tipped(2), vessel.line, 100);
-    HubReport report = hub.settle(wire, enough);
+    HubReport report = hub.settle(wire, all_it_takes);
     for (int k = 0; k < 60; ++k) {
         const double before = energy_of(wire, vessel.wall), torque_before = report.relax.base_torque;
-        report = hub.move(wire, {0, 0.02}, enough);
+        report = hub.move(wire, {0, 0.02}, all_it_takes);
         ASSERT_EQ(report.outcome, Outcome::AtRest);
         const double rise = energy_of(wire, vessel.wall) - before;
         const double work = 0.5 * (torque_before + report.relax.base_torque) * report.made.turn;

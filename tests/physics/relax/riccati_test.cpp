@@ -97,7 +97,7 @@ Eigen::VectorXd rolled_out(const NewtonTerms& terms, std::span<const RiccatiGain
 
 Eigen::VectorXd riccati_solution(const NewtonTerms& terms, double mu, RiccatiReport& report) {
     std::vector<RiccatiGain> gains(terms.stages.size());
-    report = riccati_backward(terms.stages, mu, 1e-9, terms.twist, gains);
+    report = riccati_backward(terms.stages, mu, 1e-9, terms.twists(), gains);
     return rolled_out(terms, gains);
 }
 
@@ -145,8 +145,8 @@ TEST(Riccati, AnswerToFedSegmentsEqualsADenseFactorisation) {
             const NewtonTerms terms = convex(terms_of(wire, all_contacts(wire, wall)), 0);
             const FedStage fed[] = {{22, {0.3, -0.1, 0.7}}, {21, {-0.1, 0.2, 0.1}}};
             std::vector<RiccatiGain> gains(terms.stages.size());
-            riccati_backward(terms.stages, 0, 1e-9, terms.twist, gains);
-            riccati_answer(terms.stages, 0, 0, anew, 1e-9, terms.twist, gains, fed);
+            riccati_backward(terms.stages, 0, 1e-9, terms.twists(), gains);
+            riccati_answer(terms.stages, 0, 0, anew, 1e-9, terms.twists(), gains, fed);
             const Dense d = dense(terms, 0, fed);
             const Eigen::VectorXd expected = -d.hessian.llt().solve(d.gradient);
             EXPECT_LT((rolled_out(terms, gains, fed) - expected).norm(), 1e-10 * expected.norm())
@@ -170,7 +170,7 @@ TEST(NewtonTerms, AreSolvedWhileTheyAreAssembled) {
         const NewtonTerms expected = terms_of(wire, contacts);
         std::vector<RiccatiGain> by_itself(30);
         EXPECT_EQ(report.shifted,
-                  riccati_backward(expected.stages, 0.7, 1e-9, expected.twist, by_itself).shifted);
+                  riccati_backward(expected.stages, 0.7, 1e-9, expected.twists(), by_itself).shifted);
         EXPECT_EQ(terms.relative_gradient, expected.relative_gradient);
         for (int j = 0; j < 30; ++j) {
             EXPECT_EQ(gains[j].step, by_itself[j].step) << j;

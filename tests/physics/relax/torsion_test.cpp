@@ -12,7 +12,7 @@
 namespace physics {
 namespace {
 
-constexpr int enough = 10'000'000;
+constexpr int sufficient = 10'000'000;
 
 /// A wire with a curved tip in a bend, where its tip has preferred directions.
 struct InABend {
@@ -27,12 +27,12 @@ struct InABend {
         spec.torsional_rigidity = torsional_rigidity;
         spec.friction = friction;
         wire = wire_of_length(spec, wall.centreline(), 110);
-        hub.settle(wire, enough);
+        hub.settle(wire, sufficient);
         start_grips(wire);
-        hub.settle(wire, enough);
+        hub.settle(wire, sufficient);
     }
     HubReport turn(double angle) {
-        const HubReport report = hub.move(wire, {0, angle}, enough);
+        const HubReport report = hub.move(wire, {0, angle}, sufficient);
         EXPECT_EQ(report.outcome, HubReport::Outcome::AtRest);
         EXPECT_TRUE(report.relax.converged);
         return report;
@@ -135,7 +135,7 @@ TEST(Torsion, WildHandsWithFrictionEndAtRest) {
             const HubMotion motion = {random() % 2 == 0 ? 4 * (unit() - 0.45) : 0,
                                       random() % 2 == 0 ? 0.34 * (unit() - 0.5) : 0};
             const double length = bend.wire.inserted_length();
-            const HubReport report = bend.hub.move(bend.wire, motion, enough);
+            const HubReport report = bend.hub.move(bend.wire, motion, sufficient);
             refused += report.outcome == HubReport::Outcome::Refused;
             ASSERT_NE(report.outcome, HubReport::Outcome::Working);
             ASSERT_TRUE(validate(bend.wire).empty()) << "seed " << seed << ", motion " << k;

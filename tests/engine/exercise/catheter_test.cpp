@@ -1,0 +1,284 @@
+/// A catheter over the wire in an exercise: commands for each, contrast through it, images and truth, replay.
+
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "engine/exercise/exercise.h"
+#include "engine/exercise/lumen_flow.h"
+#include "engine/exercise/notices.h"
+#include "engine/exercise/trace.h"
+#include "engine/run/truth_files.h"
+#include "engine/scenario/placement.h"
+#include "engine/script/recording.h"
+#include "physics/wire/energy.h"
+#include "tests/engine/fixtures.h"
+
+namespace exercise {
+namespace {
+
+using script::Held;
+using Commands = std::vector<script::Command>;
+
+const std::filesystem::path& catalogue() {
+    static const std::filesystem::path folder = test::asset("devices");
+    return folder;
+}
+
+/// The bent tube with a 5F Berenstein catheter.
+scenario::Scenario with_catheter(const std::string& more = "", const std::string& device = "berenstein5f") {
+    return scenario::parse_scenario(
+        std::string(test::small_toml) + "[catheter]\ndevice = \"" + device + "\"\n" + more, "small.toml",
+        catalogue());
+}
+
+/// Makes frames until nothing waits.
+StepReport play(Exercise& exercise, const Commands& commands) {
+    StepReport last = exercise.next_frame(commands).motion, report = last;
+    for (int k = 0; k < 200 && (last.settling || last.waiting_insertion != 0 || last.waiting_rotation != 0);
+         ++k) {
+        last = exercise.next_frame(Commands{}).motion;
+        if (report.denied.empty()) report.denied = last.denied;
+        report.too_thick |= last.too_thick;
+    }
+    return report;
+}
+
+TEST(Catheter, EachDeviceMovesByItsOwnCommands) {
+    Exercise exercise(with_catheter(), false);
+    const Simulation& simulation = exercise.simulation();
+    EXPECT_EQ(simulation.inserted(), 20);
+    EXPECT_EQ(simulation.inserted(Held::Catheter), 0);
+    EXPECT_TRUE(simulation.path_of(Held::Catheter).empty());
+    play(exercise, {script::Advance{30}});
+    play(exercise, {script::Advance{24.5, Held::Catheter}});
+    EXPECT_NEAR(simulation.inserted(), 50, 1e-9);
+    EXPECT_NEAR(simulation.inserted(Held::Catheter), 24.5, 1e-9);
+    play(exercise, {script::Withdraw{4, Held::Both}, script::Rotate{0.5, Held::Catheter}});
+    EXPECT_NEAR(simulation.inserted(), 46, 1e-9);
+    EXPECT_NEAR(simulation.inserted(Held::Catheter), 20.5, 1e-9);
+    const auto& devices = simulation.wire().devices;
+    EXPECT_NEAR(devices[1].roll + devices[1].windup, 0.5, 1e-9);
+    EXPECT_NEAR(devices[0].roll + devices[0].windup, 0, 1e-9);
+    // Wire and catheter in one frame.
+    play(exercise, {script::Advance{3}, script::Advance{2, Held::Catheter}});
+    EXPECT_NEAR(simulation.inserted(), 49, 1e-9);
+    EXPECT_NEAR(simulation.inserted(Held::Catheter), 22.5, 1e-9);
+    EXPECT_NEAR((simulation.tip_of(Held::Wire).at - simulation.wire().tip()).norm(), 0, 1e-9);
+    EXPECT_NEAR((simulation.path_of(Held::Catheter).back() - simulation.tip_of(Held::Catheter).at).norm(), 0,
+                1e-9);
+    // The wire's tip inside the catheter, and the wire out.
+    play(exercise, {script::Withdraw{35}});
+    EXPECT_NEAR(simulation.inserted(), 14, 1e-9);
+    play(exercise, {script::Remove{}});
+    EXPECT_EQ(simulation.inserted(), 0);
+    EXPECT_NEAR(simulation.inserted(Held::Catheter), 22.5, 1e-9);
+    EXPECT_TRUE(simulation.path_of(Held::Wire).empty());
+    exercise.next_frame(Commands{script::Reset{}});
+    EXPECT_EQ(simulation.inserted(), 20);
+    EXPECT_EQ(simulation.inserted(Held::Catheter), 0);
+}
+
+TEST(Catheter, AWireIsExchangedWhenItIsOut) {
+    Exercise exercise(with_catheter(), false);
+    const Simulation& simulation = exercise.simulation();
+    play(exercise, {script::Advance{30, Held::Catheter}});
+    StepReport report = play(exercise, {script::Exchange{"amplatzSS035"}});
+    test::expect_said(report.denied, "still in");
+    EXPECT_EQ(simulation.exchanged_wire(), nullptr);
+    report = play(exercise, {script::Remove{}, script::Exchange{"amplatzSS035"}});
+    EXPECT_EQ(report.denied, "");
+    ASSERT_NE(simulation.exchanged_wire(), nullptr);
+    play(exercise, {script::Advance{40}});
+    EXPECT_NEAR(simulation.inserted(), 40, 1e-9);
+    EXPECT_EQ(simulation.wire().devices[0].spec.shaft_rigidity, simulation.exchanged_wire()->shaft_rigidity);
+    exercise.next_frame(Commands{script::Reset{}});
+    EXPECT_EQ(simulation.exchanged_wire(), nullptr);
+    EXPECT_EQ(simulation.wire().devices[0].spec.shaft_rigidity, 250);
+}
+
+TEST(Catheter, WhatCannotBeIsRefusedAtLoad) {
+    const auto refused = [](const std::string& toml) {
+        return test::refusal(
+            [&] { const scenario::Scenario s = scenario::parse_scenario(toml, "small.toml", catalogue()); });
+    };
+    const std::string small = test::small_toml;
+    test::expect_said(refused(small + "[catheter]\ndevice = \"cobra\"\n"), "is no device");
+    test::expect_said(refused(small + "[catheter]\ndevice = \"rosen035\"\n"), "is a wire");
+    test::expect_said(refused(small + "[catheter]\n"), "device");
+    test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\ninner_diameter_mm = 0.8\n"),
+                      "does not fit a catheter's lumen of 0.8 mm");
+    test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\nouter_diameter_mm = 2.8\n"),
+                      "thicker than a wall's field");
+    test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\ninserted_mm = 900\n"),
+                      "cannot be in");
+    test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\nlength_mm = nan\n"), "length_mm");
+
+    const Simulation alone(test::small_scenario());
+    const Simulation simulation(with_catheter());
+    const auto said = [](const Simulation& s, const std::string& text) {
+        const auto found = s.problems(script::parse_commands(text, "x.gw"));
+        return found.empty() ? std::string() : found.front();
+    };
+    test::expect_said(said(alone, "0 advance catheter 5 mm\n"), "has none");
+    test::expect_said(said(alone, "0 inject 5 ml at 1 ml/s through catheter\n"), "has none");
+    test::expect_said(said(simulation, "0 exchange wire rosen035\n"), "still in");
+    test::expect_said(said(simulation, "0 remove wire\n1 exchange wire rosen36\n"), "is no device");
+    test::expect_said(said(simulation, "0 remove wire\n1 exchange wire cobra5f\n"), "is a catheter");
+    EXPECT_EQ(said(simulation, "0 remove wire\n1 exchange wire rosen035\n"), "");
+    test::expect_said(said(simulation, "0 inject 5 ml at 40 ml/s through catheter\n"), "ml/s at most");
+    EXPECT_THROW(Simulation(test::small_scenario()).apply(script::Remove{}), io::InputError);
+    test::expect_said(test::refusal([] { script::parse_commands("0 remove both\n", "x.gw"); }), "'wire' or");
+    test::expect_said(test::refusal([] { script::parse_commands("0 advance cath 5 mm\n", "x.gw"); }),
+                      "number");
+}
+
+TEST(Catheter, ContrastComesInWhereItsTipIsAsFastAsItsLumenAllows) {
+    Exercise exercise(with_catheter(), false);
+    const Simulation& simulation = exercise.simulation();
+    StepReport report = play(exercise, {script::Inject{2, 1, "", 320}});
+    test::expect_said(report.denied, "not inside");
+    play(exercise, {script::Advance{40}});
+    play(exercise, {script::Advance{40, Held::Catheter}});
+    report = play(exercise, {script::Inject{2, 3, "", 320}});
+    test::expect_said(report.denied, "ml/s");
+    EXPECT_EQ(simulation.contrast().injected(), 0);
+    play(exercise, {script::Remove{}});
+    exercise.next_frame(Commands{script::Inject{2, 3, "", 320}});
+    exercise.next_frame(Commands{});
+    EXPECT_GT(simulation.contrast().injected(), 0);
+    // The cell with the most of it lies at the tip.
+    const auto iodine = simulation.contrast().iodine();
+    const auto most = std::max_element(iodine.begin(), iodine.end()) - iodine.begin();
+    EXPECT_LT((simulation.contrast().nodes()[most] - simulation.tip_of(Held::Catheter).at).norm(), 10);
+}
+
+TEST(Catheter, ItsLumenPassesWhatPoiseuilleAndBlasiusAllow) {
+    physics::DeviceSpec catheter;
+    catheter.inner_diameter = 1.1;
+    catheter.length = 650;
+    const double open = largest_flow(catheter, 0.889, 0);
+    EXPECT_GT(open, 15);  // 5F flush catheters are rated for 15 to 25 ml/s
+    EXPECT_LT(open, 30);
+    // All of it filled by a 0.035 in wire: the annulus of closed form.
+    const double R = 0.55e-3, r = 0.4445e-3, square = R * R - r * r;
+    const double annulus = std::pow(R, 4) - std::pow(r, 4) - square * square / std::log(R / r);
+    EXPECT_NEAR(largest_flow(catheter, 0.889, 650), 1e6 * M_PI * 8.27e6 * annulus / (8 * 6e-3 * 0.65), 1e-6);
+    EXPECT_EQ(largest_flow(catheter, 1.1, 10), 0);
+    EXPECT_GT(largest_flow(catheter, 0.889, 100), largest_flow(catheter, 0.889, 300));
+}
+
+TEST(Catheter, OneThatIsTooThickStopsBeforeTheVesselAndSaysSo) {
+    std::string toml = test::small_toml;
+    toml.replace(toml.find("radius_mm = 2.0"), 15, "radius_mm = 0.8");
+    Exercise exercise(
+        scenario::parse_scenario(toml + "[catheter]\ndevice = \"cobra5f\"\n", "small.toml", catalogue()),
+        false);
+    play(exercise, {script::Advance{30}});
+    const StepReport report = play(exercise, {script::Advance{10, Held::Catheter}});
+    EXPECT_TRUE(report.too_thick);
+    EXPECT_LT(exercise.simulation().inserted(Held::Catheter), 3);
+    EXPECT_TRUE(physics::validate(exercise.simulation().wire()).empty());
+}
+
+TEST(Catheter, WhatHandsDidReplaysFromASnapshotAndFromText) {
+    std::mt19937 random(5);
+    Exercise first(with_catheter("friction = 0.1\n"), false);
+    const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
+    std::string text;
+    for (int k = 0; k < 120; ++k) {
+        Commands commands;
+        const Held held = static_cast<Held>(random() % 3);
+        if (random() % 2) commands.emplace_back(script::Advance{4 * unit(), held});
+        if (random() % 3 == 0) commands.emplace_back(script::Withdraw{4 * unit(), held});
+        if (random() % 3 == 0) commands.emplace_back(script::Rotate{2 * unit() - 1, held});
+        if (k == 60) commands = {script::Remove{}, script::Exchange{"rosen035"}, script::Advance{30}};
+        if (k % 17 == 0) commands.emplace_back(script::Inject{0.5, 0.3, "", 320});
+        for (const script::Command& command : commands)
+            text += std::to_string(k) + " " + script::to_text(command) + "\n";
+        first.next_frame(commands);
+        ASSERT_TRUE(physics::validate(first.simulation().wire()).empty()) << k;
+    }
+    const script::CommandScript script = script::parse_commands(text, "x.gw");
+    Exercise second(with_catheter("friction = 0.1\n"), false);
+    std::optional<Exercise::Snapshot> middle;
+    for (int k = 0; k < 120; ++k) {
+        if (k == 75) middle = second.snapshot();
+        Commands commands;
+        for (const auto& timed : script.at(k)) commands.push_back(timed.command);
+        second.next_frame(commands);
+    }
+    EXPECT_EQ(first.simulation().state_hash(), second.simulation().state_hash());
+    Exercise third(with_catheter("friction = 0.1\n"), false);
+    third.restore(*middle);
+    for (int k = 75; k < 120; ++k) {
+        Commands commands;
+        for (const auto& timed : script.at(k)) commands.push_back(timed.command);
+        third.next_frame(commands);
+    }
+    EXPECT_EQ(first.simulation().state_hash(), third.simulation().state_hash());
+}
+
+TEST(Catheter, TraceHasARowForEachDevice) {
+    Exercise exercise(with_catheter(), false);
+    Trace trace(exercise.simulation());
+    exercise.next_frame(Commands{script::Advance{20}});
+    const Frame frame = exercise.next_frame(Commands{script::Advance{5, Held::Catheter}});
+    const std::string rows = trace.rows(frame, exercise.score());
+    EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 2);
+    EXPECT_NE(rows.find(",wire,40"), std::string::npos) << rows;
+    EXPECT_NE(rows.find(",catheter,5"), std::string::npos) << rows;
+    const std::string header = Trace::header();
+    const auto commas = [](const std::string& line) { return std::count(line.begin(), line.end(), ','); };
+    EXPECT_EQ(commas(rows), 2 * commas(header));
+}
+
+TEST(Catheter, ImageAndTruthShowBothAndTheWireInIt) {
+    std::string more = "inserted_mm = 0\n";
+    scenario::Scenario s = with_catheter(more);
+    s.c_arm.pixels = 256;
+    Exercise exercise(s, true);
+    exercise.next_frame(Commands{script::Beam{true}, script::Advance{40}});
+    exercise.next_frame(Commands{script::Advance{30, Held::Catheter}});
+    for (int k = 0; k < 10; ++k) exercise.next_frame(Commands{});
+    const Truth truth = exercise.truth();
+    ASSERT_TRUE(truth.catheter);
+    const auto count = [](const render::GrayImage& mask) {
+        return std::count(mask.pixels.begin(), mask.pixels.end(), 255);
+    };
+    EXPECT_GT(count(truth.wire), 50);
+    EXPECT_GT(count(*truth.catheter), 50);
+    int both = 0;
+    for (std::size_t i = 0; i < truth.wire.pixels.size(); ++i)
+        both += truth.wire.pixels[i] != 0 && truth.catheter->pixels[i] != 0;
+    EXPECT_GT(both, 30);  // the wire inside the catheter
+    const std::string json = run::to_json(truth, {0, 0, 0});
+    EXPECT_NE(json.find("\"catheter_px\""), std::string::npos);
+    EXPECT_NE(json.find("_catheter.png"), std::string::npos);
+    // Fewer quanta pass where the wire lies in the catheter than beside it in the catheter alone.
+    render::Fluoroscope& scope = exercise.monitor()->fluoroscope();
+    const Pulse& pulse = truth.pulse;
+    const render::Field with = scope.expected_quanta(pulse.arm, pulse.seen(), pulse.exposure);
+    const render::Field without =
+        scope.expected_quanta(pulse.arm, render::SeenDevices({}, pulse.catheter), pulse.exposure);
+    const render::Field none = scope.expected_quanta(pulse.arm, {}, pulse.exposure);
+    double wire = 0, catheter = 0;
+    int darker = 0;
+    for (std::size_t i = 0; i < with.values.size(); ++i) {
+        if (truth.wire.pixels[i] == 0 || truth.catheter->pixels[i] == 0) continue;
+        wire += without.values[i] - with.values[i];
+        catheter += none.values[i] - without.values[i];
+        darker += with.values[i] < without.values[i];
+    }
+    EXPECT_EQ(darker, both);
+    EXPECT_GT(wire, 0);
+    EXPECT_GT(catheter, 0);
+    // Out of it: the wire's mask is empty, and the file is still written.
+    for (int k = 0; k < 30; ++k) exercise.next_frame(k == 0 ? Commands{script::Remove{}} : Commands{});
+    const Truth after = exercise.truth();
+    EXPECT_EQ(count(after.wire), 0);
+    EXPECT_EQ(run::to_json(after, {0, 0, 0}).find("tip_px"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace exercise

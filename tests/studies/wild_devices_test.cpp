@@ -1,0 +1,79 @@
+/// Wild hands on wire and catheter with friction and torsion, in vessels that nobody chose for them.
+
+#include <cmath>
+#include <cstdio>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "engine/exercise/exercise.h"
+#include "physics/wire/energy.h"
+#include "tests/anatomies.h"
+
+namespace {
+
+struct Case {
+    const char *preset, *end, *wire, *catheter;
+};
+constexpr Case cases[] = {{"iliac-renal", "aorta+LCIA+LEIA+LCFA.out", "glide035", "cobra5f"},
+                          {"arch-1", "aorta.out", "rosen035", "simmons2-5f"},
+                          {"arch-3", "brachiocephalic+RSA.out", "bentson035", "jl4-5f"},
+                          {"aorta", "RCIA+REIA+RCFA.out", "jwire035", "pigtail5f"},
+                          {"arch-lca", "brachiocephalic+RSA.out", "glide035", "jr4-5f"}};
+
+scenario::Scenario scenario_of(const Case& c) {
+    const std::string text = std::string("schema = 1\ntitle = \"wild\"\n[anatomy]\npreset = \"") + c.preset +
+                             "\"\n[entry]\nend = \"" + c.end +
+                             "\"\ninserted_mm = 60\n[guidewire]\ndevice = \"" + c.wire +
+                             "\"\ntorsion = \"compliant\"\n[catheter]\ndevice = \"" + c.catheter +
+                             "\"\n[wall]\nstiffness_N_per_mm = 20\n[target]\ncentre_mm = [0, 0, 0]\n";
+    scenario::Scenario s = scenario::parse_scenario(text, "wild.toml", SELDINGER_SOURCE "/assets/devices");
+    s.target.centre.reset();
+    s.target.name = scenario::anatomy_of(s, test::cache()).targets.front().name;
+    return s;
+}
+
+class WildDevices : public testing::TestWithParam<int> {};
+
+}  // namespace
+
+/// A thousand frames each: all at rest but for those that say they are on their way, none outside.
+TEST_P(WildDevices, EndEveryFrameAtRestInsideTheVessel) {
+    constexpr int frames = 1000;
+    const Case& c = cases[GetParam()];
+    const unsigned seed = 100 + static_cast<unsigned>(GetParam());
+    exercise::Exercise exercise(scenario_of(c), false, test::cache());
+    std::mt19937 random(seed);
+    const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
+    int settling = 0, restless = 0, refused = 0, outside = 0, late = 0;
+    script::Held held = script::Held::Wire;
+    double drive = 0;
+    for (int frame = 0; frame < frames; ++frame) {
+        if (random() % 12 == 0) held = static_cast<script::Held>(random() % 3);
+        if (random() % 15 == 0) drive = 8 * unit() - 3;
+        std::vector<script::Command> commands;
+        if (drive > 0)
+            commands.emplace_back(script::Advance{drive * unit(), held});
+        else
+            commands.emplace_back(script::Withdraw{-drive * unit(), held});
+        if (random() % 3 == 0) commands.emplace_back(script::Rotate{2 * (unit() - 0.5), held});
+        if (random() % 300 == 0) commands.emplace_back(script::Remove{});
+        const exercise::StepReport report = exercise.next_frame(commands).motion;
+        const exercise::Simulation& simulation = exercise.simulation();
+        const auto broken = physics::validate(simulation.wire());
+        ASSERT_TRUE(broken.empty()) << c.preset << " frame " << frame << ": " << broken.front();
+        settling += report.settling;
+        refused += report.refused && !report.buckled;
+        late += report.waiting_insertion != 0 || report.waiting_rotation != 0;
+        restless += !report.settling && report.relax.newton_steps > 0 && !report.relax.at_rest;
+        for (const physics::WallContact& contact : simulation.contacts().subspan(1))
+            outside += contact.room > 0 && contact.penetration > contact.room;
+    }
+    std::printf(
+        "%s, %s in %s, seed %u: %d frames, on their way %d, late %d, refused %d, restless %d, outside %d\n",
+        c.preset, c.wire, c.catheter, seed, frames, settling, late, refused, restless, outside);
+    EXPECT_EQ(restless, 0) << c.preset << " seed " << seed;
+    EXPECT_EQ(outside, 0) << c.preset << " seed " << seed;
+    EXPECT_LE(refused, frames / 50) << c.preset << " seed " << seed;
+}
+
+INSTANTIATE_TEST_SUITE_P(Fuzz, WildDevices, testing::Range(0, 5));
