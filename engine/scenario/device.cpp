@@ -25,27 +25,32 @@ io::Range up_to(double most) {
     return {0, most};
 }
 
-/// The keys that need a source.
-void read_values(io::Section& top, Device& d, std::vector<std::string>& given) {
+/// Calls number(key, value, range) for each number of a device.
+template <class Number>
+void each_value(Device& d, const Number& number) {
     using Limits = physics::WireLimits;
-    const auto number = [&](const char* key, double& value, io::Range range) {
-        if (!top.find(key))
-            top.missing(key, std::string(key) + " = ...");
-        else
-            given.emplace_back(key);
-        top.number(key, value, range);
-    };
-    number("length_mm", d.length, {100, longest_device});
-    number("outer_diameter_mm", d.outer_diameter, {0.05, Limits::diameter});
+    number("length_mm", d.length, io::Range{100, longest_device});
+    number("outer_diameter_mm", d.outer_diameter, io::Range{0.05, Limits::diameter});
     if (d.kind == DeviceKind::Catheter)
-        number("inner_diameter_mm", d.inner_diameter, {0.05, Limits::diameter});
-    number("shaft_rigidity_N_mm2", d.shaft_rigidity, {1e-3, Limits::rigidity});
-    number("tip_rigidity_N_mm2", d.tip_rigidity, {1e-3, Limits::rigidity});
+        number("inner_diameter_mm", d.inner_diameter, io::Range{0.05, Limits::diameter});
+    number("shaft_rigidity_N_mm2", d.shaft_rigidity, io::Range{1e-3, Limits::rigidity});
+    number("tip_rigidity_N_mm2", d.tip_rigidity, io::Range{1e-3, Limits::rigidity});
     number("tip_length_mm", d.tip_length, up_to(Limits::soft_length));
     number("transition_length_mm", d.transition_length, up_to(Limits::soft_length));
     number("torsional_rigidity_N_mm2", d.torsional_rigidity, up_to(Limits::rigidity));
     number("friction", d.friction, up_to(Limits::friction));
     number("buckling_force_N", d.buckling_force, up_to(Limits::buckling_force));
+}
+
+/// The keys that need a source.
+void read_values(io::Section& top, Device& d, std::vector<std::string>& given) {
+    each_value(d, [&](const char* key, double& value, io::Range range) {
+        if (!top.find(key))
+            top.missing(key, std::string(key) + " = ...");
+        else
+            given.emplace_back(key);
+        top.number(key, value, range);
+    });
 }
 
 void read_shape(io::Section& top, Device& d, std::vector<std::string>& given) {
@@ -148,6 +153,11 @@ Device parse_device(const std::string& text, const std::filesystem::path& file) 
     if (const auto wrong = reading.complaints(); !wrong.empty())
         throw io::InputError(io::joined(wrong, "\n"));
     return d;
+}
+
+void override_device(io::Section& section, Device& d) {
+    each_value(d,
+               [&](const char* key, double& value, io::Range range) { section.number(key, value, range); });
 }
 
 Device load_device(const std::filesystem::path& path) {

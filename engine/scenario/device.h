@@ -10,6 +10,10 @@
 #include "physics/wire/guidewire.h"
 #include "render/xray/wire_image.h"
 
+namespace io {
+class Section;
+}
+
 namespace scenario {
 
 enum class DeviceKind { Wire, Catheter };
@@ -40,6 +44,8 @@ physics::DeviceSpec device_spec(const Device&);
 /// out of range, a lumen wider than the device, a shape longer than the device, a value without a source.
 Device parse_device(const std::string& toml, const std::filesystem::path& file);
 Device load_device(const std::filesystem::path&);
+/// Reads those of a device's numbers that the section gives, without a source.
+void override_device(io::Section&, Device&);
 
 /// Device files (*.toml) of a folder by name, in alphabetical order.
 std::vector<std::filesystem::path> device_files(const std::filesystem::path& folder);

@@ -131,9 +131,9 @@ void read_guidewire(io::Section wire, const std::filesystem::path& devices, cons
 void read_catheter(io::Section section, const std::filesystem::path& devices,
                    const std::filesystem::path& file, Scenario& s) {
     if (!section.given()) return;
-    using Limits = physics::WireLimits;
     s.catheter.emplace();
     Device& device = s.catheter->device;
+    device.kind = DeviceKind::Catheter;
     const toml::node* node = section.find("device");
     std::string name;
     if (!node) section.missing("device", "device = \"NAME\" of a catheter of the catalogue, or its file");
@@ -148,16 +148,7 @@ void read_catheter(io::Section section, const std::filesystem::path& devices,
     }
     section.number("inserted_mm", s.catheter->inserted, {0, 2000});
     section.number("roll_deg", s.catheter->roll, {-360, 360}, geometry::degree);
-    section.number("length_mm", device.length, {100, 3500});
-    section.number("outer_diameter_mm", device.outer_diameter, {0.05, Limits::diameter});
-    section.number("inner_diameter_mm", device.inner_diameter, {0.05, Limits::diameter});
-    section.number("shaft_rigidity_N_mm2", device.shaft_rigidity, positive(Limits::rigidity));
-    section.number("tip_rigidity_N_mm2", device.tip_rigidity, positive(Limits::rigidity));
-    section.number("tip_length_mm", device.tip_length, {0, Limits::soft_length});
-    section.number("transition_length_mm", device.transition_length, {0, Limits::soft_length});
-    section.number("torsional_rigidity_N_mm2", device.torsional_rigidity, {0, Limits::rigidity});
-    section.number("buckling_force_N", device.buckling_force, {0, Limits::buckling_force});
-    section.number("friction", device.friction, {0, Limits::friction});
+    override_device(section, device);
     section.finish();
 }
 

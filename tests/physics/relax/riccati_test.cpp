@@ -154,6 +154,88 @@ TEST(Riccati, AnswerToFedSegmentsEqualsADenseFactorisation) {
         }
 }
 
+/// Two devices of one chain, each of which also turns by itself against the spring of its shaft: over all α,
+/// the turn ψ of every frame at the base and the turn ρ of the second device alone.
+TEST(Riccati, TwoTurnsAtTheBaseEqualADenseFactorisation) {
+    CoaxialDevice inner, outer;
+    inner.spec.outer_diameter = outer.spec.outer_diameter = 0.8;
+    inner.spec.shape = {{20, 1.1, 0}};
+    inner.inserted = 58;
+    inner.roll = 0.4;
+    outer.spec.shape = {{15, 1.5, 0}, {20, -0.8, 0.3}};
+    outer.inserted = 44;
+    outer.roll = -1.1;
+    inner.spec.torsional_rigidity = outer.spec.torsional_rigidity = 500;
+    Guidewire wire = coaxial_chain({inner, outer}, 2, {{0, 0, 0}, {0, 0, 100}});
+    for (int i = 1; i <= wire.segments(); ++i)
+        wire.tangents[i] =
+            (wire.tangents[i - 1] + 0.1 * Vec3(std::sin(1.7 * i), std::cos(2.3 * i), 0)).normalized();
+    rebuild_joints(wire);
+    const TubeWall wall({{1, -2, 0}, {2, -1, 20}, {6, 3, 60}}, 3.0, 30.0, 0.4);
+    NewtonTerms terms;
+    std::vector<ContactPlane> planes(wire.joints.size());
+    const int n = wire.segments(), psi = 2 * n, rho = 2 * n + 1;
+    std::vector<RiccatiGain> gains(n);
+    assemble_and_solve(wire, all_contacts(wire, wall), directors(wire), 1, 0, 1e-9, terms, planes, gains);
+    ASSERT_TRUE(terms.second);
+    const double stiff = 2000;  // so that the model is convex, also along ψ and ρ
+    for (RiccatiStage& s : terms.stages) s.own += stiff * Mat2::Identity();
+
+    Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(2 * n + 2, 2 * n + 2);
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(2 * n + 2);
+    hessian.topLeftCorner(2 * n, 2 * n) = [&] {
+        NewtonTerms alone = terms;
+        return dense(alone, 0).hessian;
+    }();
+    gradient.head(2 * n) = dense(terms, 0).gradient;
+    Eigen::RowVectorXd twist = Eigen::RowVectorXd::Zero(2 * n);  // ψ_{j-1} without ψ
+    for (int j = 0; j < n; ++j) {
+        const RiccatiStage& s = terms.stages[j];
+        const auto cross = [&](int turn, double twice, const Vec2& prev, const Vec2& own, double slope) {
+            gradient[turn] += slope;
+            Eigen::VectorXd row = twice * twist.transpose();
+            if (j > 0) row.segment<2>(2 * j - 2) += prev;
+            row.segment<2>(2 * j) += own;
+            hessian.row(turn).head(2 * n) += row.transpose();
+            hessian.col(turn).head(2 * n) += row;
+        };
+        cross(psi, s.twist_twist, s.twist_cross_prev, s.twist_cross, s.slope_twist);
+        cross(rho, s.second_second, s.second_cross_prev, s.second_cross, s.second_slope);
+        hessian(psi, psi) += s.twist_twist;
+        hessian(rho, rho) += s.second_second;
+        hessian(psi, rho) += s.second_second;
+        hessian(rho, psi) += s.second_second;
+        if (j > 0) twist.segment<2>(2 * j - 2) += s.twist_prev.transpose();
+        twist.segment<2>(2 * j) += s.twist.transpose();
+    }
+    hessian(psi, psi) += stiff;
+    hessian(rho, rho) += stiff;
+    ASSERT_EQ(hessian.llt().info(), Eigen::Success);
+    const Eigen::VectorXd expected = -hessian.llt().solve(gradient);
+
+    const RiccatiReport report = riccati_backward(terms.stages, 0, 1e-9, Twist::Two, gains);
+    EXPECT_EQ(report.shifted, 0);
+    Eigen::Matrix2d base;
+    base << report.twist_twist + stiff, report.twist_second, report.twist_second,
+        report.second_second + stiff;
+    const Vec2 turns = -base.llt().solve(Vec2(report.slope_twist, report.slope_second));
+    EXPECT_NEAR(turns[0], expected[psi], 1e-10 * expected.norm());
+    EXPECT_NEAR(turns[1], expected[rho], 1e-10 * expected.norm());
+    Vec3 x = Vec3::Zero();
+    Vec2 prev = Vec2::Zero();
+    double turned = turns[0];
+    for (int j = 0; j < n; ++j) {
+        const RiccatiStage& s = terms.stages[j];
+        const Vec2 now = gains[j].step + gains[j].from_x * x + gains[j].from_prev * prev +
+                         gains[j].from_twist * turned + gains[j].from_second * turns[1];
+        if (j > 0) turned += s.twist_prev.dot(prev);
+        turned += s.twist.dot(now);
+        x += s.length * s.basis * now;
+        EXPECT_LT((now - expected.segment<2>(2 * j)).norm(), 1e-10 * expected.norm()) << j;
+        prev = now;
+    }
+}
+
 TEST(NewtonTerms, AreSolvedWhileTheyAreAssembled) {
     for (const double curved : {0.0, 1.2}) {
         const auto [wire, wall] = pressed(curved, test_load);

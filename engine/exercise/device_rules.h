@@ -1,0 +1,20 @@
+#pragma once
+/// Which commands ask for a catheter, and which wires fit it.
+
+#include <string>
+
+#include "engine/scenario/scenario.h"
+#include "engine/script/command.h"
+
+namespace exercise {
+
+/// Whether a command is of the catheter, or of both devices.
+bool needs_catheter(const script::Command&);
+/// The problem with such a command in a scenario without one, for messages.
+std::string no_catheter(const script::Command&);
+
+/// A wire of the scenario's catalogue, to be used in its catheter. Throws InputError for an unknown device, a
+/// catheter, or a wire that is too thick for the lumen.
+scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scenario&);
+
+}  // namespace exercise
