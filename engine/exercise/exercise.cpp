@@ -81,7 +81,7 @@ std::uint64_t Exercise::fingerprint() const {
     geometry::Vec3 target = simulation_.target();
     std::uint64_t triangles = simulation_.anatomy().lumen.triangles.size(), images = monitor_.has_value();
     if (s.catheter) {
-        physics::DeviceSpec catheter = scenario::device_spec(s.catheter->device);
+        physics::DeviceSpec catheter = s.catheter->device;
         hash(catheter, s.catheter->inserted, s.catheter->roll);
     }
     hash(s.name, s.seed, s.frame_rate, s.guidewire, s.wire_length, s.wall_model, s.wall_stiffness,

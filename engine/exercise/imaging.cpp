@@ -170,6 +170,8 @@ ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Ana
     render::FluoroscopeConfig config;
     config.wire = scenario.wire_look;
     config.wire.diameter = scenario.guidewire.diameter;
+    config.wire.core_diameter = std::min(config.wire.core_diameter, scenario.guidewire.diameter);
+    config.wire.marker_length = std::min(config.wire.marker_length, scenario.guidewire.tip_length);
     if (scenario.catheter) {
         config.catheter = scenario.catheter->device.look;
         config.catheter.diameter = scenario.catheter->device.outer_diameter;

@@ -234,12 +234,14 @@ std::vector<std::string> Simulation::problems(const script::CommandScript& scrip
     bool wire_is_out = false;
     for (const script::TimedCommand& timed : script.commands) {
         const script::Command& command = timed.command;
-        if (std::holds_alternative<script::Reset>(command)) trial.reset();
+        if (std::holds_alternative<script::Reset>(command)) {
+            trial.reset();
+            wire_is_out = false;
+        }
         if (!scenario_.catheter && needs_catheter(command)) {
             found.push_back(io::located(timed.place, no_catheter(command)));
             continue;
         }
-        if (std::holds_alternative<script::Reset>(command)) wire_is_out = false;
         if (const auto* push = std::get_if<script::Advance>(&command);
             push && push->held == script::Held::Wire && push->length > 0)
             wire_is_out = false;
@@ -254,7 +256,7 @@ std::vector<std::string> Simulation::problems(const script::CommandScript& scrip
                 if (!wire_is_out)
                     throw io::InputError("the wire is still in; 'exchange' is accepted after 'remove wire'");
             } else if (inject->branch.empty()) {
-                const physics::DeviceSpec spec = scenario::device_spec(scenario_.catheter->device);
+                const physics::DeviceSpec spec = scenario_.catheter->device;
                 const double most = exercise::largest_flow(spec, 0, 0);
                 if (inject->rate > most)
                     throw io::InputError(
@@ -344,12 +346,10 @@ bool Simulation::make_motion(Motion& motion, StepReport& report) {
     const double longest = (moving_.grips.empty() ? 1 : 0.5) * moving_.spec.segment_length;
     physics::HubMotion part;
     part.device = motion.device;
-    if (!moving_.devices.empty() && motion.insertion != 0) {
-        part.feed = motion.insertion / steps_of(motion.insertion, longest);
-    } else if (motion.insertion != 0) {
+    if (motion.insertion != 0) {
         part.feed = motion.insertion / steps_of(motion.insertion, longest);
         const double least = physics::least_length(moving_.spec) - moving_.inserted_length();
-        if (part.feed < 0 && part.feed < least - 1e-9) {
+        if (moving_.devices.empty() && part.feed < 0 && part.feed < least - 1e-9) {
             report.withdrawal_stopped = true;
             motion.insertion = part.feed = std::min(0.0, least);
             if (-least < 1e-9) motion.insertion = part.feed = 0;

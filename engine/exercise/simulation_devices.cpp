@@ -21,7 +21,7 @@ physics::Guidewire Simulation::chain(const geometry::Polyline& path, double leng
     devices[wire_device].spec = scenario_.wire_device();
     devices[wire_device].inserted = length;
     physics::CoaxialDevice& catheter = devices[catheter_device];
-    catheter.spec = scenario::device_spec(scenario_.catheter->device);
+    catheter.spec = scenario_.catheter->device;
     catheter.spec.friction *= scenario_.wall_friction;
     catheter.inserted = scenario_.catheter->inserted;
     catheter.roll = scenario_.catheter->roll;
@@ -30,8 +30,8 @@ physics::Guidewire Simulation::chain(const geometry::Polyline& path, double leng
             devices[k].inserted = before->devices[k].inserted;
             devices[k].roll = before->devices[k].roll;
             devices[k].windup = before->devices[k].windup;
-            if (exchanged_) devices[k].spec = before->devices[k].spec;
         }
+    if (before && exchanged_) devices[wire_device].spec = before->devices[wire_device].spec;
     physics::Guidewire wire = physics::coaxial_chain(devices, scenario_.guidewire.segment_length, path);
     if (before) {
         wire.tangents[0] = before->tangents[0];
@@ -46,16 +46,22 @@ double Simulation::inserted(script::Held held) const {
     return wire_.devices[held == script::Held::Catheter ? catheter_device : wire_device].inserted;
 }
 
-Simulation::Tip Simulation::tip_of(script::Held held) const {
-    const int n = wire_.segments();
-    if (wire_.devices.empty()) return {wire_.joints[n], wire_.tangents[n]};
+geometry::Polyline Simulation::path_of(script::Held held) const {
+    if (wire_.devices.empty() && held == script::Held::Wire) return wire_.joints;
     double left = inserted(held);
-    for (int i = 1; i < n; ++i) {
-        if (left <= wire_.lengths[i])
-            return {wire_.joints[i - 1] + left * wire_.tangents[i], wire_.tangents[i]};
-        left -= wire_.lengths[i];
-    }
-    return {wire_.joints[n - 1] + left * wire_.tangents[n], wire_.tangents[n]};
+    geometry::Polyline path;
+    if (left <= 0) return path;
+    path.push_back(wire_.joints[0]);
+    for (int i = 1; i <= wire_.segments() && left > 1e-9; left -= wire_.lengths[i], ++i)
+        path.push_back(left >= wire_.lengths[i] ? wire_.joints[i]
+                                                : Vec3(wire_.joints[i - 1] + left * wire_.tangents[i]));
+    return path;
+}
+
+Simulation::Tip Simulation::tip_of(script::Held held) const {
+    const geometry::Polyline path = path_of(held);
+    if (path.empty()) return {wire_.joints[0], wire_.tangents[0]};
+    return {path.back(), wire_.tangents[path.size() - 1]};
 }
 
 geometry::Vec3 Simulation::tip() const {
@@ -119,22 +125,23 @@ double Simulation::allowed_feed(const Motion& motion, StepReport& report) const 
     return std::abs(most) < 1e-12 ? 0 : most;
 }
 
-/// Whether the catheter's tip has come to a place that is narrower than it is.
+/// Whether the catheter's tip has come to a place that is narrower than it is, here or a segment ahead.
 bool Simulation::stands_before_a_narrow_vessel() const {
-    const double reach = moving_.devices[catheter_device].inserted;
-    if (reach <= 0) return false;
-    const std::vector<physics::WallContact> contacts = physics::all_contacts(moving_, *wall_);
-    double s = 0;
-    for (int j = 1; j <= moving_.segments(); ++j) {
-        s += moving_.lengths[j];
-        const double ahead = s - reach;
-        if (ahead < -moving_.spec.segment_length || ahead > moving_.spec.segment_length) continue;
-        const double radius = contacts[j].room + contacts[j].thickness + 0.5 * moving_.spec.diameter;
-        if (contacts[j].room + contacts[j].thickness != 0 &&
-            radius < 0.5 * moving_.devices[catheter_device].spec.outer_diameter)
-            return true;
-    }
-    return false;
+    const physics::CoaxialDevice& catheter = moving_.devices[catheter_device];
+    double left = catheter.inserted;
+    if (left <= 0) return false;
+    int i = 1;
+    for (; i < moving_.segments() && left > moving_.lengths[i]; ++i) left -= moving_.lengths[i];
+    const Vec3 tip = moving_.joints[i - 1] + left * moving_.tangents[i];
+    const Vec3 places[] = {tip, tip + moving_.spec.segment_length * moving_.tangents[i]};
+    physics::WallContact contacts[2];
+    for (physics::WallContact& contact : contacts) contact.station = moving_.stations[i];
+    wall_->contacts(places, contacts);
+    // The wall takes the radius of the chain's own wire off the lumen's.
+    return std::any_of(std::begin(contacts), std::end(contacts), [&](const physics::WallContact& contact) {
+        return contact.room > 0 &&
+               contact.room + 0.5 * moving_.spec.diameter < 0.5 * catheter.spec.outer_diameter;
+    });
 }
 
 /// The wire becomes another where it is out.
@@ -146,27 +153,16 @@ void Simulation::exchange(Motion& motion, StepReport& report) {
     }
     const scenario::Device device = wire_of_catalogue(name, scenario_);
     physics::CoaxialDevice& wire = moving_.devices[wire_device];
-    wire.spec = scenario::device_spec(device);
+    wire.spec = device;
     wire.spec.friction *= scenario_.wall_friction;
     if (scenario_.torsion == scenario::TorsionModel::Rigid) wire.spec.torsional_rigidity = 0;
     wire.roll = wire.windup = 0;
+    moving_.spec.friction = std::max(moving_.spec.friction, wire.spec.friction);
     physics::assign_devices(moving_);
+    if (moving_.grips.empty()) physics::start_grips(moving_);
     report.exchanged = device.title;
     exchanged_name_ = name;
     exchanged_ = device;
-}
-
-geometry::Polyline Simulation::path_of(script::Held held) const {
-    if (wire_.devices.empty())
-        return held == script::Held::Catheter ? geometry::Polyline{} : geometry::Polyline(wire_.joints);
-    double left = inserted(held);
-    geometry::Polyline path;
-    if (left <= 0) return path;
-    path.push_back(wire_.joints[0]);
-    for (int i = 1; i <= wire_.segments() && left > 1e-9; left -= wire_.lengths[i], ++i)
-        path.push_back(left >= wire_.lengths[i] ? wire_.joints[i]
-                                                : Vec3(wire_.joints[i - 1] + left * wire_.tangents[i]));
-    return path;
 }
 
 }  // namespace exercise

@@ -65,12 +65,6 @@ void read_shape(io::Section& top, Device& d, std::vector<std::string>& given) {
     if (!d.shape.empty()) given.emplace_back("shape");
 }
 
-double shape_length(const Device& d) {
-    double sum = 0;
-    for (const physics::RestArc& arc : d.shape) sum += arc.length;
-    return sum;
-}
-
 /// What the device is made of; a wire without a look is a steel one with a platinum coil at its tip.
 void read_look(io::Section look, Device& d, std::vector<std::string>& given) {
     render::WireLook& seen = d.look;
@@ -142,10 +136,10 @@ Device parse_device(const std::string& text, const std::filesystem::path& file) 
             top.refuse_whole(
                 fmt::format("a lumen of {:g} mm in a device of {:g} mm; a narrower one is accepted",
                             d.inner_diameter, d.outer_diameter));
-        if (shape_length(d) > d.length)
+        if (physics::shaped_length(d) > d.length)
             top.refuse_whole(fmt::format(
                 "a shape {:g} mm long at the end of a device of {:g} mm; a shorter one is accepted",
-                shape_length(d), d.length));
+                physics::shaped_length(d), d.length));
     } catch (const toml::parse_error& error) {
         throw io::InputError(io::located(reading.place(error.source()),
                                          fmt::format("this is not TOML: {}", error.description())));
@@ -210,22 +204,6 @@ physics::GuidewireSpec guidewire_of(const Device& d) {
     return spec;
 }
 
-physics::DeviceSpec device_spec(const Device& d) {
-    physics::DeviceSpec spec;
-    spec.outer_diameter = d.outer_diameter;
-    spec.inner_diameter = d.inner_diameter;
-    spec.shaft_rigidity = d.shaft_rigidity;
-    spec.tip_rigidity = d.tip_rigidity;
-    spec.tip_length = d.tip_length;
-    spec.transition_length = d.transition_length;
-    spec.torsional_rigidity = d.torsional_rigidity;
-    spec.friction = d.friction;
-    spec.buckling_force = d.buckling_force;
-    spec.length = d.length;
-    spec.shape = d.shape;
-    return spec;
-}
-
 Polyline free_shape(const Device& d, double straight) {
     // From the shaft to the distal end the arcs come in reverse.
     Vec3 at(0, 0, 0), along = Vec3::UnitX(), aside = Vec3::UnitY();
@@ -256,7 +234,7 @@ void draw_device(const Device& d, const std::filesystem::path& png) {
         throw io::InputError(png.string() + ": a file name that ends in .png is accepted");
     const io::ScratchFolder scratch;
     std::string shape, stiffness;
-    for (const Vec3& p : free_shape(d, std::max(15.0, 0.4 * shape_length(d))))
+    for (const Vec3& p : free_shape(d, std::max(15.0, 0.4 * physics::shaped_length(d))))
         shape += fmt::format("{},{},{}\n", p.x(), p.y(), p.z());
     physics::GuidewireSpec material;
     material.shaft_rigidity = d.shaft_rigidity;

@@ -18,27 +18,17 @@ namespace scenario {
 
 enum class DeviceKind { Wire, Catheter };
 
-struct Device {
+/// What it is made of, where it comes from and how it looks.
+struct Device : physics::DeviceSpec {
     std::string name, title;  // of the file; one line
     DeviceKind kind = DeviceKind::Wire;
-    double length = 1500;                               // [mm]
-    double outer_diameter = 0.889, inner_diameter = 0;  // [mm]; 0 = solid
-    double shaft_rigidity = 250, tip_rigidity = 6;      // EI [N·mm²]
-    double tip_length = 30, transition_length = 150;    // of EI, as GuidewireSpec [mm]
-    double torsional_rigidity = 0;                      // GJ of the shaft [N·mm²]
-    double friction = 0;                                // μ on a wall [-]
-    double buckling_force = 0;                          // 0 = not known [N]
-    std::vector<physics::RestArc> shape;                // from the distal end; empty = straight
-    render::WireLook look;                              // in the beam
+    render::WireLook look;                       // in the beam
     std::map<std::string, std::string> sources;  // by key; one that begins with "estimate" is an estimate
 };
 
 /// A wire of the catalogue as the solver takes it, its segments as short as thickness and bend ask for.
 /// Throws InputError for a catheter, or for a shape of more than one arc.
 physics::GuidewireSpec guidewire_of(const Device&);
-
-/// A device as the solver takes it on a chain.
-physics::DeviceSpec device_spec(const Device&);
 
 /// Throws InputError that lists everything wrong, a line each, with file:line:column: unknown keys, values
 /// out of range, a lumen wider than the device, a shape longer than the device, a value without a source.

@@ -20,7 +20,7 @@ ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy) {
         wire.torsional_rigidity = 0;
     if (s.catheter) {
         double& rigidity = s.catheter->device.torsional_rigidity;
-        const bool winds = device_winds_up(device_spec(s.catheter->device), choice.demand);
+        const bool winds = device_winds_up(s.catheter->device, choice.demand);
         if (s.torsion == TorsionModel::Rigid || (s.torsion == TorsionModel::Auto && !winds)) rigidity = 0;
     }
     if (s.wall_model == WallModel::Auto) s.wall_model = choice.wall;
@@ -54,7 +54,21 @@ anatomy::EntryPath entry_of(const Scenario& s, const anatomy::Anatomy& anatomy) 
                                     "wide; a thinner wire is accepted",
                                     wire.diameter, s.entry.end, 2 * narrowest)));
     }
-    const double length = ways.back(), least = (wire.curved_segments() + 2) * wire.segment_length;
+    const double length_of_way = ways.back();
+    if (s.catheter && s.catheter->inserted > 0) {
+        double room = entry.radii.front();
+        for (std::size_t i = 1; i < ways.size() && ways[i - 1] < s.catheter->inserted; ++i)
+            room = std::min(room, entry.radii[i]);
+        const double thickness = s.catheter->device.outer_diameter;
+        if (s.catheter->inserted > length_of_way + 1e-6 || !physics::enters(thickness, room))
+            throw io::InputError(io::located(
+                s.place("catheter.inserted_mm"),
+                fmt::format(
+                    "{:g} mm of a catheter of {:g} mm cannot start inside; the way from '{}' is {:.4g} mm "
+                    "long, and {:.3g} mm wide as far as that",
+                    s.catheter->inserted, thickness, s.entry.end, length_of_way, 2 * room)));
+    }
+    const double length = length_of_way, least = (wire.curved_segments() + 2) * wire.segment_length;
     if (s.entry.inserted < least * (1 - 1e-9) || s.entry.inserted > length + 1e-6) {
         throw io::InputError(
             io::located(s.place("entry.inserted_mm"),

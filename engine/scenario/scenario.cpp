@@ -74,7 +74,7 @@ std::vector<std::string> problems(const Scenario& s) {
                     "a catheter of {:g} mm is thicker than a wall's field is deep; less than {:g} mm is "
                     "accepted",
                     device.outer_diameter, 2 * deepest));
-        for (const std::string& text : physics::problems(device_spec(device))) say("catheter", text);
+        for (const std::string& text : physics::problems(device)) say("catheter", text);
     } else if (s.target.by_catheter) {
         say("target.device", "there is no [catheter]; \"wire\" is accepted without one");
     }

@@ -124,7 +124,6 @@ void read_guidewire(io::Section wire, const std::filesystem::path& devices, cons
         s.torsion = static_cast<TorsionModel>(*torsion);
     wire.number("buckling_force_N", s.guidewire.buckling_force, {0, Limits::buckling_force});
     wire.number("friction", s.guidewire.friction, {0, Limits::friction});
-    s.wire_look.marker_length = std::min(s.wire_look.marker_length, s.guidewire.tip_length);
     wire.finish();
 }
 

@@ -98,8 +98,11 @@ bool kinked(const Guidewire& wire, int first) {
 /// Model of the accepted state, the window from `first` on, and its minimum at the trust region as it is.
 void GlobalRelaxer::linearise(const Guidewire& wire, const ContactSet& contacts, int first) {
     // What turns the shaft is all of the curved tip.
-    if (wire.windup_stiffness() > 0 || windup_energy(wire) > 0)
-        first = std::max(1, std::min(first, wire.segments() - wire.curved_segments()));
+    const bool device_winds_up =
+        std::any_of(wire.devices.begin(), wire.devices.end(),
+                    [](const CoaxialDevice& device) { return windup_stiffness(device) > 0; });
+    if (wire.windup_stiffness() > 0 || device_winds_up)
+        first = std::max(1, std::min(first, wire.segments() - wire.bent_segments()));
     pivots_ = model_.linearise(wire, contacts, first, mu_);
 }
 
@@ -188,7 +191,7 @@ bool GlobalRelaxer::leave_saddle(Guidewire& wire, ContactSet& contacts) {
     for (double kick = saddle_kick; kick > 1e-7; kick *= 0.25) {
         for (const double sign : {1.0, -1.0}) {
             if (pivots_.stage < 0)
-                model_.unwind(sign * kick);
+                model_.unwind(wire, sign * kick);
             else
                 model_.turn_one(pivots_.stage, sign * kick * way);
             model_.roll_out(wire);

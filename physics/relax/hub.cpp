@@ -29,7 +29,7 @@ double Hub::energy_of(const Guidewire& wire) const {
 }
 
 /// Whether a wire can rest there after this motion from the last rest.
-bool Hub::can_be(const Guidewire& wire, const RelaxReport& report, const HubMotion& made) const {
+bool Hub::can_be(const Guidewire& wire, const RelaxReport& report) const {
     // A flat minimum is a rest, and on planes, which jump, there may be none.
     const bool rests = report.at_rest || !wall_.smooth();
     if (!rests || report.largest_bend > sharpest) return false;
@@ -38,33 +38,25 @@ bool Hub::can_be(const Guidewire& wire, const RelaxReport& report, const HubMoti
     const double energy = energy_of(wire);
     double force = std::max(std::abs(report.push_force), std::abs(rest_report_.push_force));
     double torque = std::max(std::abs(report.base_torque), std::abs(rest_report_.base_torque));
-    if (!wire.devices.empty()) {
-        const std::vector<HubLoad> loads = hub_loads(wire, relaxer_.contacts());
-        for (std::size_t k = 0; k < loads.size(); ++k) {
-            const HubLoad before = k < rest_loads_.size() ? rest_loads_[k] : HubLoad{};
-            force = std::max({force, std::abs(loads[k].push), std::abs(before.push)});
-            torque = std::max({torque, std::abs(loads[k].torque), std::abs(before.torque)});
+    for (const std::vector<HubLoad>* loads : {&loads_, &rest_loads_})
+        for (const HubLoad& load : *loads) {
+            force = std::max(force, std::abs(load.push));
+            torque = std::max(torque, std::abs(load.torque));
         }
-    }
-    const double work = force * std::abs(made.feed) + torque * std::abs(made.turn);
+    const double work = force * std::abs(made_.feed) + torque * std::abs(made_.turn);
     return energy - rest_energy_ <= work_share * work + energy_share * std::abs(rest_energy_) + energy_floor;
 }
 
-bool Hub::buckles(const Guidewire& wire, const RelaxReport& report, const HubMotion& made, int& which) const {
-    if (!wire.devices.empty()) {
-        if (!(made.feed > 0) || !report.at_rest) return false;
-        const std::vector<HubLoad> loads = hub_loads(wire, relaxer_.contacts());
-        for (int k = 0; k < static_cast<int>(loads.size()); ++k) {
-            const double limit = wire.devices[k].spec.buckling_force;
-            const bool pushed = made.device == every_device || made.device == k;
-            if (!pushed || limit == 0 || loads[k].push <= limit) continue;
-            which = k;
+/// Whether a shaft outside bows under the push of the motion that was tried.
+bool Hub::buckles(const Guidewire& wire, const RelaxReport& report) const {
+    if (!(made_.feed > 0) || !report.at_rest) return false;
+    const auto too_much = [](double limit, double push) { return limit > 0 && push > limit; };
+    if (wire.devices.empty()) return too_much(wire.spec.buckling_force, hand_force(wire, report.push_force));
+    for (int k = 0; k < static_cast<int>(loads_.size()); ++k)
+        if ((made_.device == every_device || made_.device == k) &&
+            too_much(wire.devices[k].spec.buckling_force, loads_[k].push))
             return true;
-        }
-        return false;
-    }
-    const double limit = wire.spec.buckling_force;
-    return limit > 0 && made.feed > 0 && report.at_rest && hand_force(wire, report.push_force) > limit;
+    return false;
 }
 
 HubReport Hub::settle(Guidewire& wire, int updates) {
@@ -111,9 +103,10 @@ HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
             report.outcome = HubReport::Outcome::Working;
             return report;
         }
-        const bool buckles = this->buckles(wire, report.relax, made_, report.buckled_device);
+        if (!wire.devices.empty()) loads_ = hub_loads(wire, relaxer_.contacts());
+        const bool buckles = this->buckles(wire, report.relax);
         report.buckled = report.buckled || buckles;
-        if (settling_ || (!buckles && can_be(wire, report.relax, made_))) {
+        if (settling_ || (!buckles && can_be(wire, report.relax))) {
             working_ = settling_ = false;
             report.made = made_;
             return report;

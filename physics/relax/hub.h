@@ -13,7 +13,6 @@ struct HubReport {
         Refused   // no part of it leads to a rest that a wire can be in: the wire is unchanged
     };
     Outcome outcome = Outcome::AtRest;
-    int buckled_device = every_device;  // which, of several
     bool buckled = false;  // the whole motion asked for more push than the shaft outside can bear
     HubMotion made;        // since the last rest
     RelaxReport relax;     // of everything that was tried
@@ -54,8 +53,8 @@ public:
 private:
     void start_part(Guidewire&, int updates, HubReport&);
     HubReport finish(Guidewire&, int updates, HubReport);
-    bool buckles(const Guidewire&, const RelaxReport&, const HubMotion& made, int& which) const;
-    bool can_be(const Guidewire&, const RelaxReport&, const HubMotion& made) const;
+    bool buckles(const Guidewire&, const RelaxReport&) const;
+    bool can_be(const Guidewire&, const RelaxReport&) const;
     double energy_of(const Guidewire&) const;
 
     GlobalRelaxer relaxer_;
@@ -64,7 +63,8 @@ private:
     Guidewire rest_;  // where the motion began
     RelaxReport rest_report_;
     double rest_energy_ = 0;           // [N·mm]
-    std::vector<HubLoad> rest_loads_;  // of each device
+    std::vector<HubLoad> rest_loads_;  // of each of several devices
+    std::vector<HubLoad> loads_;       // the same after what was tried
     HubMotion asked_, made_;
     int halvings_ = 0;
 };

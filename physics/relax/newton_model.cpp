@@ -328,11 +328,12 @@ void NewtonModel::turn_one(int stage, const Vec2& by) {
     gains_[stage].step = by;
 }
 
-void NewtonModel::unwind(double by) {
+void NewtonModel::unwind(const Guidewire& wire, double by) {
     for (RiccatiGain& gain : gains_) gain.step.setZero();
-    turn_ = by;
-    device_turns_ = {by * device_way_[0], by * device_way_[1]};
-    if (!device_way_.isZero(0)) turn_ = 0;
+    if (wire.devices.empty())
+        turn_ = by;
+    else
+        device_turns_ = {by * device_way_[0], by * device_way_[1]};
 }
 
 }  // namespace physics

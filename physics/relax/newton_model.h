@@ -79,7 +79,7 @@ public:
     /// Only the segment of this stage turns by itself, the rest answers.
     void turn_one(int stage, const Vec2& by);
     /// Only the shaft unwinds by itself, the rest answers [rad].
-    void unwind(double by);
+    void unwind(const Guidewire&, double by);
 
     void state(StateStream& s) {
         s(directors, least_pivot, mu_, answers_, terms_, gains_, planes_);

@@ -77,6 +77,8 @@ void assign_device(const Guidewire& wire, CoaxialDevice& device) {
         device.bend[j] = length / stiff * moment;
         device.stored[j] = std::max(0.0, 0.5 * (device.stored[j] - moment.squaredNorm() / stiff));
     }
+    device.bends = std::any_of(device.bend.begin(), device.bend.end() - 1,
+                               [](const Vec2& bend) { return !bend.isZero(0); });
 }
 
 bool moves(const CoaxialDevice& device, std::size_t index, int which) {
@@ -96,41 +98,42 @@ std::vector<double> places_of(const Guidewire& wire) {
     return places;
 }
 
-/// Grips of the chain after its devices have moved, from the chain before. Force and normal stay at their
+/// Grips of the chain after devices have moved by `mm`, from the chain before. Force and normal stay at their
 /// place; the anchor at a joint is that of the material of the outermost device which now lies there.
 /// Material that was inside another device, or outside the body, holds on where it is. What lets go so is
 /// added to the chain's friction loss.
-void carry_grips(const Guidewire& before, Guidewire& wire, int which) {
+void carry_grips(const Guidewire& before, Guidewire& wire, int which, double mm) {
     if (before.grips.empty()) return;
     const std::vector<double> old_places = places_of(before), places = places_of(wire);
+    const auto first_at = [&](double s) {  // old joint there or next distal of it
+        const auto at = std::lower_bound(old_places.begin() + 1, old_places.end() - 1, s);
+        return static_cast<std::size_t>(at - old_places.begin());
+    };
+    constexpr double same_place = 1e-9;  // [mm]
     wire.grips.assign(wire.joints.size(), {});
-    std::size_t from = 1;
-    std::size_t same = 0;
     for (std::size_t j = 0; j < places.size(); ++j) {
         Grip& grip = wire.grips[j];
-        while (same + 1 < old_places.size() && old_places[same] < places[j] - 1e-9) ++same;
-        const bool there = std::abs(old_places[same] - places[j]) <= 1e-9;
-        if (there) grip = before.grips[same];
+        const std::size_t old = j == 0 ? 0 : first_at(places[j] - same_place);
+        const bool there = std::abs(old_places[old] - places[j]) <= same_place;
+        if (there) grip = before.grips[old];
         const int owner = outermost(wire.devices, places[j]);
-        const double s = places[j] - wire.devices[owner].last_feed;
-        // A joint keeps the anchor of material that has not moved.
         const bool moved = moves(before.devices[owner], owner, which);
-        if (!moved && there && outermost(before.devices, old_places[same]) == owner) continue;
+        // A joint keeps the anchor of material that has not moved.
+        if (!moved && there && outermost(before.devices, old_places[old]) == owner) continue;
+        const double s = places[j] - (moved ? mm : 0);
         const bool held = s >= 0 && s <= old_places.back() && outermost(before.devices, s) == owner;
-        const Grip unmoved = grip;
-        if (!held) {
-            grip.anchor = wire.joints[j];
+        if (held) {
+            const std::size_t i = first_at(s);
+            const double share = std::clamp((s - old_places[i - 1]) / before.lengths[i], 0.0, 1.0);
+            const Vec3 &a = before.grips[i - 1].anchor, &b = before.grips[i].anchor;
+            grip.anchor = a + share * (b - a);
         } else {
-            from = 1;
-            while (from + 1 < old_places.size() && old_places[from] < s) ++from;
-            const double share = std::clamp((s - old_places[from - 1]) / before.lengths[from], 0.0, 1.0);
-            grip.anchor = before.grips[from - 1].anchor +
-                          share * (before.grips[from].anchor - before.grips[from - 1].anchor);
+            if (grip.holds()) wire.friction_loss += grip.energy(wire.joints[j]);
+            grip.anchor = wire.joints[j];
         }
-        if (!held && grip.holds()) wire.friction_loss += unmoved.energy(wire.joints[j]);
     }
     for (std::size_t j = 0; j < before.grips.size(); ++j)
-        if (old_places[j] > places.back() + 1e-9 && before.grips[j].holds())
+        if (old_places[j] > places.back() + same_place && before.grips[j].holds())
             wire.friction_loss += before.grips[j].energy(before.joints[j]);
 }
 
@@ -163,17 +166,6 @@ std::vector<std::string> problems(const DeviceSpec& s) {
     if (out.empty() && shaped_length(s) > s.length)
         out.push_back("the shape must not be longer than the device.");
     return out;
-}
-
-double rigidity_at(const DeviceSpec& d, double s) {
-    if (s <= d.tip_length) return d.tip_rigidity;
-    const double t = s - d.tip_length;
-    if (t >= d.transition_length) return d.shaft_rigidity;
-    return d.tip_rigidity * std::pow(d.shaft_rigidity / d.tip_rigidity, t / d.transition_length);
-}
-
-double torsional_rigidity_at(const DeviceSpec& d, double s) {
-    return d.torsional_rigidity * rigidity_at(d, s) / d.shaft_rigidity;
 }
 
 double shaped_length(const DeviceSpec& spec) {
@@ -243,7 +235,7 @@ double least_chain(const Guidewire& wire) {
 
 double windup_stiffness(const CoaxialDevice& device) {
     const double shaped = shaped_length(device.spec);
-    if (device.spec.torsional_rigidity == 0 || shaped == 0 || device.inserted <= 0) return 0;
+    if (device.spec.torsional_rigidity == 0 || !device.bends) return 0;
     // A shaft that is hardly inside is as stiff as its first millimetres.
     constexpr double step = 2;  // [mm]
     const double shaft = std::max(step, device.inserted - shaped);
@@ -280,8 +272,7 @@ double feed_device(Guidewire& wire, int which, double mm) {
     const double length = wire.inserted_length(), wanted = std::max(still, moving + mm);
     for (std::size_t k = 0; k < wire.devices.size(); ++k) {
         CoaxialDevice& device = wire.devices[k];
-        device.last_feed = moves(before.devices[k], k, which) ? mm : 0;
-        device.inserted += device.last_feed;
+        if (moves(before.devices[k], k, which)) device.inserted += mm;
     }
     wire.grips.clear();
     if (wanted != length) feed(wire, wanted - length);
@@ -290,7 +281,13 @@ double feed_device(Guidewire& wire, int which, double mm) {
     for (CoaxialDevice& device : wire.devices)
         if (device.inserted > reached - 1e-9) device.inserted = reached;
     assign_devices(wire);
-    carry_grips(before, wire, which);
+    carry_grips(before, wire, which, mm);
+    // A shaft that nothing holds any more has let go.
+    for (CoaxialDevice& device : wire.devices)
+        if (device.windup != 0 && windup_stiffness(device) == 0) {
+            device.roll = std::remainder(device.roll + device.windup, 2 * M_PI);
+            device.windup = 0;
+        }
     return mm;
 }
 

@@ -5,7 +5,9 @@
 /// The chain of joints is as long as the device that reaches farthest. What a joint feels of a device is
 /// weighted by a tent between its neighbours, so that energy and push are continuous while it moves along.
 
+#include <cmath>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "physics/geometry/state.h"
@@ -47,9 +49,18 @@ struct DeviceSpec {
 /// Everything that makes the spec unusable, a sentence each; empty when it is fine.
 std::vector<std::string> problems(const DeviceSpec&);
 
-/// EI and GJ at distance s [mm] from the distal end [N·mm²].
-double rigidity_at(const DeviceSpec&, double s);
-double torsional_rigidity_at(const DeviceSpec&, double s);
+/// EI and GJ at distance s [mm] from the distal end of a wire or device with a soft tip [N·mm²].
+template <class Spec>
+double rigidity_at(const Spec& d, double s) {
+    if (s <= d.tip_length) return d.tip_rigidity;
+    const double t = s - d.tip_length;
+    if (t >= d.transition_length) return d.shaft_rigidity;
+    return d.tip_rigidity * std::pow(d.shaft_rigidity / d.tip_rigidity, t / d.transition_length);
+}
+template <class Spec>
+double torsional_rigidity_at(const Spec& d, double s) {
+    return d.torsional_rigidity * rigidity_at(d, s) / d.shaft_rigidity;
+}
 
 /// Length of the part that is curved at rest, from the distal end [mm].
 double shaped_length(const DeviceSpec&);
@@ -57,11 +68,12 @@ double shaped_length(const DeviceSpec&);
 /// A device on a chain.
 struct CoaxialDevice {
     DeviceSpec spec;
-    double inserted = 0;   // from the introducer to its distal end, along the chain [mm]
-    double roll = 0;       // turn of its shape about u_0 against the chain's base director [rad]
-    double windup = 0;     // turn of its hub that has not reached the shape [rad]
-    double last_feed = 0;  // of the last motion: its material moved by so much along the chain [mm]
-    // Per joint; they follow from the above and the chain.
+    double inserted = 0;  // from the introducer to its distal end, along the chain [mm]
+    double roll = 0;      // turn of its shape about u_0 against the chain's base director [rad]
+    double windup = 0;    // turn of its hub that has not reached the shape [rad]
+    // They follow from the above and the chain.
+    bool bends = false;  // without load, at a joint of the chain
+    // Per joint.
     std::vector<double> share;     // of the joint's length that it covers [-]
     std::vector<double> rigidity;  // mean EI over the joint's length, 0 where it is not [N·mm²]
     std::vector<Vec2> bend;        // without load, toward the device's director and aside of it [rad]
@@ -69,7 +81,7 @@ struct CoaxialDevice {
     /// no joint, but without it a device would be pushed by the joints that it passes [N·mm].
     std::vector<double> stored;
 
-    void state(StateStream& s) { s(spec, inserted, roll, windup, share, rigidity, bend, stored); }
+    void state(StateStream& s) { s(spec, inserted, roll, windup, bends, share, rigidity, bend, stored); }
 };
 
 /// Bend of a device at rest at a joint: by `angle` in the plane of u and `way`, ⟂ u.
@@ -100,7 +112,7 @@ double least_chain(const Guidewire&);
 double feed_device(Guidewire&, int device, double mm);
 
 /// Torque that twists the device's shaft, from the introducer to its shape, by 1 rad [N·mm]; 0 for one that
-/// does not twist, or is not inside.
+/// does not twist, or has no bend on the chain to hold it.
 double windup_stiffness(const CoaxialDevice&);
 
 /// Σ of the energies in the twist of the devices' shafts [N·mm].
@@ -119,8 +131,8 @@ struct HubLoad {
 
     void state(StateStream& s) { s(push, torque); }
 };
-/// Of each device, with all joints where they are: the energy's change as the device's material moves on.
-/// The pushes add up to hand_force().
+/// Of each device, with the contacts of all joints, which stay where they are: the energy's change as the
+/// device's material moves on. The pushes add up to hand_force().
 std::vector<HubLoad> hub_loads(const Guidewire&, std::span<const WallContact>);
 
 }  // namespace physics

@@ -113,17 +113,6 @@ std::vector<std::string> problems(const GuidewireSpec& s) {
     return out;
 }
 
-double rigidity_at(const GuidewireSpec& s, double from_end) {
-    if (from_end <= s.tip_length) return s.tip_rigidity;
-    const double t = from_end - s.tip_length;
-    if (t >= s.transition_length) return s.shaft_rigidity;
-    return s.tip_rigidity * std::pow(s.shaft_rigidity / s.tip_rigidity, t / s.transition_length);
-}
-
-double torsional_rigidity_at(const GuidewireSpec& s, double from_end) {
-    return s.torsional_rigidity * rigidity_at(s, from_end) / s.shaft_rigidity;
-}
-
 double Guidewire::windup_stiffness() const {
     const int curved = curved_segments();
     if (spec.torsional_rigidity == 0 || curved == 0) return 0;

@@ -69,12 +69,6 @@ inline bool enters(double wire_diameter, double lumen_radius) {
 /// Everything that makes the spec unusable, a sentence each; empty when it is fine.
 std::vector<std::string> problems(const GuidewireSpec&);
 
-/// GJ at distance s [mm] from the distal end of a wire that twists [N·mm²].
-double torsional_rigidity_at(const GuidewireSpec&, double s);
-
-/// EI at distance s [mm] from the distal end [N·mm²].
-double rigidity_at(const GuidewireSpec&, double s);
-
 /// State of a wire. Arrays over joints have N+1 entries; index i of `tangents` is segment i, [0] the clamped
 /// entry direction. Change it through the functions below, which keep the parts consistent.
 struct Guidewire {

@@ -114,6 +114,8 @@ TEST(Catheter, WhatCannotBeIsRefusedAtLoad) {
                       "cannot be in");
     test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\nlength_mm = nan\n"), "length_mm");
 
+    test::expect_said(test::refusal([] { Simulation(with_catheter("inserted_mm = 200\n")); }),
+                      "cannot start inside");
     const Simulation alone(test::small_scenario());
     const Simulation simulation(with_catheter());
     const auto said = [](const Simulation& s, const std::string& text) {

@@ -310,6 +310,25 @@ TEST(Coaxial, AStifferShaftFollowsItsHubCloser) {
     EXPECT_LT(before, 1 * degree);
 }
 
+/// A shaft that no bend holds turns at once, also one whose bend is not inside yet, and is at rest.
+TEST(Coaxial, WithoutABendOnTheChainAShaftDoesNotWindUp) {
+    InAVessel vessel(150, 0);
+    DeviceSpec& spec = vessel.wire.devices[1].spec;
+    spec.torsional_rigidity = 400;
+    spec.shape = {{30, 0, 0}, {15, 1, 0}};  // straight before the bend
+    vessel.hub.settle(vessel.wire, plenty);
+    vessel.move(1, 10);
+    vessel.move(1, 0, 0.5);
+    EXPECT_EQ(vessel.wire.devices[1].windup, 0);
+    EXPECT_NEAR(vessel.wire.devices[1].roll, 0.5, 1e-12);
+    vessel.move(1, 60);
+    vessel.move(1, 0, 0.5);
+    EXPECT_NE(vessel.wire.devices[1].windup, 0);
+    vessel.move(1, -70);
+    EXPECT_EQ(vessel.wire.devices[1].windup, 0);
+    EXPECT_NEAR(vessel.wire.devices[1].roll, 1, 1e-9);
+}
+
 TEST(Coaxial, AThickDeviceLiesFartherFromTheWall) {
     // Its axis can be off the vessel's by 4 − 0.835 mm, a wire's by 4 − 0.45.
     InAVessel vessel(150, 150);
