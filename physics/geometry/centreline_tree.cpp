@@ -92,15 +92,33 @@ int CentrelineTree::locate(const Vec3& x, int hint) const {
             if (const double p = stations_[s].power(x); p < least) least = p, best = s;
         return best;
     }
+    return downhill(x, hint, [](int) { return true; });
+}
+
+template <class Allowed>
+int CentrelineTree::downhill(const Vec3& x, int hint, const Allowed& allowed) const {
     int best = hint;
     double least = stations_[best].power(x);
     for (bool moved = true; moved;) {
         moved = false;
         const int from = best;
-        for (int s : neighbours_[from])
+        for (int s : neighbours_[from]) {
+            if (!allowed(s)) continue;
             if (const double p = stations_[s].power(x); p < least) least = p, best = s, moved = true;
+        }
     }
     return best;
+}
+
+int CentrelineTree::locate_within(const Vec3& x, int hint, std::span<const int> group_of) const {
+    const int free = locate(x, hint);
+    if (hint < 0 || hint >= static_cast<int>(stations_.size()) || group_of[free] == group_of[hint])
+        return free;
+    const int own = downhill(x, hint, [&](int s) { return group_of[s] == group_of[hint]; });
+    // The power grows by about twice the radius times the way past the border.
+    constexpr double quarter_way = 0.5;
+    const double radius = stations_[free].radius;
+    return stations_[own].power(x) <= stations_[free].power(x) + quarter_way * radius * radius ? own : free;
 }
 
 bool CentrelineTree::same_branch(int station, int other) const {

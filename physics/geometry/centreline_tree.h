@@ -57,6 +57,9 @@ public:
     /// The station that holds x deepest. The hint -1 searches all stations; any other hint searches downhill
     /// from it, so that a joint stays in its vessel where others come close.
     int locate(const Vec3& x, int hint) const;
+    /// The same, but past the border to stations of another group only where the way into them is a quarter
+    /// of the radius there. group_of: of each station.
+    int locate_within(const Vec3& x, int hint, std::span<const int> group_of) const;
     /// Whether both stations exist and lie on one branch.
     bool same_branch(int station, int other) const;
     bool beyond_an_end(const Vec3& x) const;
@@ -67,6 +70,9 @@ public:
     VesselWay way(int station, const Vec3& x) const;
 
 private:
+    template <class Allowed>
+    int downhill(const Vec3& x, int from, const Allowed&) const;
+
     std::vector<Station> stations_;
     std::vector<std::vector<int>> neighbours_;
     std::vector<OpenEnd> ends_;

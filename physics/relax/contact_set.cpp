@@ -65,6 +65,7 @@ void ContactSet::add(int joint, const Vec3& x, int station) {
     WallContact& answer = answer_.emplace_back();
     answer.station = station;
     answer.thickness = thickness(joint);
+    answer.held = !held_.empty() && std::binary_search(held_.begin(), held_.end(), joint);
 }
 
 void ContactSet::ask() {
@@ -82,6 +83,39 @@ double ContactSet::evaluate(std::span<const Vec3> joints, int first, int last) {
     for (const WallContact& c : answer_)
         if (c.touches()) energy += c.energy();
     return energy + load_.energy(joints, first, last);
+}
+
+Held ContactSet::hold() {
+    Held sum;
+    for (std::size_t k = 0; k < index_.size(); ++k) {
+        const int joint = index_[k];
+        WallContact& now = answer_[k];
+        const WallContact& before = contacts_[joint];
+        if (now.held || !now.touches() || now.station == before.station) continue;
+        const auto in_field_of = [&](int station, const Vec3& x) {
+            WallContact c;
+            c.station = station;
+            c.thickness = now.thickness;
+            c.held = true;
+            wall_.contacts({&x, 1}, {&c, 1});
+            ++queries_;
+            c.share_stiffness(shares_[joint]);
+            return c;
+        };
+        if (std::binary_search(held_.begin(), held_.end(), joint)) {
+            const WallContact there = in_field_of(now.station, asked_at_[joint]);
+            const double was = before.touches() ? before.energy() : 0.0;
+            if (there.touches()) sum.jump += std::max(0.0, there.energy() - was);
+            continue;
+        }
+        const WallContact own = in_field_of(before.station, at_[k]);
+        const double by = (own.touches() ? own.energy() : 0.0) - now.energy();
+        if (!own.held || !(by < 0)) continue;
+        sum.energy += by;
+        now = own;
+        held_.insert(std::lower_bound(held_.begin(), held_.end(), joint), joint);
+    }
+    return sum;
 }
 
 void ContactSet::commit() {

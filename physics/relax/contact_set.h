@@ -41,6 +41,12 @@ private:
     std::vector<double> carried_;  // [i] = length whose load joints ≥ i bear [mm]; empty without load
 };
 
+/// What holding joints to the wall's field that they are in changes.
+struct Held {
+    double energy = 0;  // of the evaluation, <= 0 [N·mm]
+    double jump = 0;    // between the fields, for joints that went too far past a border to be held [N·mm]
+};
+
 /// A joint out of touch is not asked for again while it stays within its contact's trust; a joint in touch is
 /// asked for every time. A change is evaluated first and then committed or dropped, so that a rejected update
 /// costs no second query. A contact's stiffness is the wall's times the joint's share of it,
@@ -68,6 +74,11 @@ public:
     }
     /// The same where no joint past `last` has moved: energy of joints first…last.
     double evaluate(std::span<const Vec3> joints, int first, int last);
+    /// Joints that the last evaluate led into another of the wall's fields, where they lie deeper in the
+    /// wall, stay with their own from now on: the jump between fields would let them rest nowhere.
+    Held hold();
+    /// Lets every joint change over again.
+    void release() { held_.clear(); }
     void commit();
     /// The joints that the last evaluate asked for, ascending, and the answers. All others touch nothing.
     std::span<const int> asked() const { return index_; }
@@ -99,6 +110,7 @@ public:
     void state(StateStream& s) {
         s(contacts_, shares_, asked_at_, touching_, load_, queries_);
         if (!s.part(!thickness_.empty(), thickness_)) thickness_.clear();
+        if (!s.part(!held_.empty(), held_)) held_.clear();
         if (s.restores()) sums_.clear();
     }
 
@@ -118,6 +130,7 @@ private:
     std::vector<WallContact> contacts_;  // per joint; [0], the introducer's, is never asked
     std::vector<double> shares_;         // of the wall's stiffness, per joint
     std::vector<double> thickness_;      // per joint, as asked with [mm]; empty = none
+    std::vector<int> held_;              // joints that stay with the field they are in, ascending
     std::vector<Vec3> asked_at_;         // where each was asked
     std::vector<int> touching_;          // joints in touch, ascending
     mutable std::vector<PushSum> sums_;  // [k] = sum from touching_[k] to the tip; empty until asked for

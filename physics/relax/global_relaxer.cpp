@@ -152,12 +152,18 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
             }
             if (correction == 0 && rejected == 0 && idle_ >= idle_before_search && search.lower(reach)) break;
             const bool last = correction == corrections - 1;
-            const double energy = model_.evaluate(wire, contacts), expected = std::min(0.0, model_.slope());
+            double energy = model_.evaluate(wire, contacts);
+            const double expected = std::min(0.0, model_.slope());
             if (correction == 0) uncorrected = expected;
             // A corrected wall whose rest is where the wire is would let it stay there for ever.
             const double asked = std::min((last ? armijo : good_armijo) * expected,
                                           correction > 0 ? corrected_share * uncorrected : 0.0);
-            const bool falls = energy <= energy_ + asked;
+            bool falls = energy <= energy_ + asked;
+            if (!falls && std::isfinite(energy)) {
+                const Held held = contacts.hold();
+                energy += held.energy;
+                falls = energy <= energy_ + held.jump + asked;
+            }
             // A fall too small to be seen is believed only of the model of the accepted state: the wall at a
             // trial state may have its rest where the wire is now, and then nothing would ever move.
             const bool unseen = correction == 0 && -expected < rounding && energy < energy_ + rounding;
@@ -559,6 +565,7 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
         model_.directors.clear();
     }
     const long long asked_before = contacts_.queries();
+    if (end_report_.at_rest) contacts_.release();
     contacts_.update(wire);
     const int moved = contacts_.rejoin_vessels(wire);
     // The last segment that is unchanged ends at a joint whose share of the wall may have changed.
@@ -569,8 +576,11 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
     const int changed = std::max(least_window, predicted_ > 0 ? predicted_ : changed_share * (n - unchanged));
     predicted_ = 0;
     Outcome outcome = find_rest(wire, most_updates, valid, std::max(changed, unsettled), report, observer);
-    for (int round = 0; outcome == Outcome::Converged && !wire.grips.empty() && round < lag_rounds; ++round) {
+    // Snaps back and forth may let the forces never agree: their rounds are counted from rest to rest.
+    if (end_report_.at_rest) lag_rounds_ = 0;
+    while (outcome == Outcome::Converged && !wire.grips.empty() && lag_rounds_ < lag_rounds) {
         ++report.lag_rounds;
+        ++lag_rounds_;
         if (!update_grips(wire)) break;
         outcome = find_rest(wire, most_updates, 0, n, report, observer);
     }

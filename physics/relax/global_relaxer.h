@@ -42,6 +42,7 @@ public:
     void state(StateStream& s) override {
         s(mu_, mu_unit_, energy_, load_scale_, idle_, model_, pivots_, foreseen_, predicted_, spent_,
           contacts_, end_, end_report_);
+        if (!s.part(lag_rounds_ > 0, lag_rounds_)) lag_rounds_ = 0;
     }
 
     /// Report of the last call, and the contacts of the wire's joints as that call left them.
@@ -80,9 +81,10 @@ private:
     NewtonModel model_;
     RiccatiReport pivots_;  // of the model
     // How the last call ended.
-    int foreseen_ = 0;   // joints whose forces the prediction has foreseen
-    int predicted_ = 0;  // segments that the current motion changes the most
-    int spent_ = 0;      // updates that its prediction has cost
+    int foreseen_ = 0;    // joints whose forces the prediction has foreseen
+    int predicted_ = 0;   // segments that the current motion changes the most
+    int spent_ = 0;       // updates that its prediction has cost
+    int lag_rounds_ = 0;  // since the last rest
     ContactSet contacts_;
     Guidewire end_;
     RelaxReport end_report_;

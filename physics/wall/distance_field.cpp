@@ -151,7 +151,7 @@ struct DistanceField::Data {
     double wire_radius;
     std::uint64_t fingerprint;
 
-    WallContact contact(const Vec3& x, int hint, double thickness) const;
+    WallContact contact(const Vec3& x, const WallContact& asked) const;
     void ask_grid(const Vec3& x, WallContact&) const;
 };
 
@@ -199,14 +199,16 @@ std::size_t DistanceField::bytes() const {
     return sum;
 }
 
-WallContact DistanceField::Data::contact(const Vec3& x, int hint, double thickness) const {
+WallContact DistanceField::Data::contact(const Vec3& x, const WallContact& asked) const {
     WallContact c;
-    c.thickness = thickness;
-    c.station = tree.locate(x, hint);
+    c.thickness = asked.thickness;
+    c.station =
+        asked.held ? tree.locate_within(x, asked.station, sheets.sheet_of) : tree.locate(x, asked.station);
+    c.held = asked.held && asked.station >= 0 && sheets.sheet_of[c.station] == sheets.sheet_of[asked.station];
     c.stiffness = stiffness.mean();
     const Sleeve sleeve(x, tree.ends(), sheets.ends[c.station], outer, spacing);
     if (sleeve.gone()) {
-        c.room = tree.stations()[c.station].radius - wire_radius - thickness;
+        c.room = tree.stations()[c.station].radius - wire_radius - c.thickness;
         c.penetration = -1e-3;
     } else if (sleeve.inside()) {
         ask_grid(x, c);
@@ -258,8 +260,7 @@ bool DistanceField::same_vessel(int station, int other) const {
 }
 
 void DistanceField::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
-    for (std::size_t i = 0; i < joints.size(); ++i)
-        contacts[i] = data_->contact(joints[i], contacts[i].station, contacts[i].thickness);
+    for (std::size_t i = 0; i < joints.size(); ++i) contacts[i] = data_->contact(joints[i], contacts[i]);
 }
 
 std::uint64_t DistanceField::fingerprint(const TriangleMesh& lumen,

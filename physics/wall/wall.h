@@ -21,6 +21,8 @@ struct WallContact {
     double room = 0;   // radius of the lumen here: the scale of motion that stays in sight of the wall [mm]
     int station = -1;  // where along the vessel the joint is; pass it back with the next query
     double thickness = 0;  // of the joint beyond the radius that the wall knows; asked with the query [mm]
+    bool held = false;     // asked with the query: near the border of two vessels, stay with the station's;
+                           // false in the answer where the joint is too far past it
 
     bool touches() const { return penetration > 0; }
     double force() const { return touches() ? stiffness * penetration : 0.0; }  // [N]
@@ -42,7 +44,7 @@ class LumenWall {
 public:
     virtual ~LumenWall() = default;
     /// contacts[i] becomes the contact of joints[i]; on entry contacts[i].station is the old station or -1,
-    /// and contacts[i].thickness that of the joint.
+    /// contacts[i].thickness that of the joint, and `held` as it is wanted.
     virtual void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const = 0;
     /// Whether two stations lie in one vessel, so that a joint held by one need not be checked against the
     /// other.
