@@ -25,18 +25,18 @@ std::vector<fs::path> files(const fs::path& folder) {
 }
 
 /// A wall and whether it had to be made.
-struct Outcome {
+struct MadeWall {
     std::unique_ptr<physics::LumenWall> wall;
     bool made = false;
 };
-Outcome wall_of(const Anatomy& anatomy, const fs::path& folder, double stiffness = 20, double wire = 0.3) {
-    Outcome outcome;
+MadeWall wall_of(const Anatomy& anatomy, const fs::path& folder, double stiffness = 20, double wire = 0.3) {
+    MadeWall outcome;
     outcome.wall = cached_distance_field(anatomy, stiffness, wire,
                                          {folder, [&](double, const char*) { outcome.made = true; }});
     return outcome;
 }
 
-physics::WallContact ask(const physics::LumenWall& wall, const geometry::Vec3& x) {
+physics::WallContact contact_at(const physics::LumenWall& wall, const geometry::Vec3& x) {
     physics::WallContact c;
     wall.contacts({&x, 1}, {&c, 1});
     return c;
@@ -46,12 +46,12 @@ physics::WallContact ask(const physics::LumenWall& wall, const geometry::Vec3& x
 
 TEST(LumenWall, ComesFromTheCacheTheSecondTime) {
     const test::TemporaryFolder folder;
-    const Outcome first = wall_of(tube(), folder / "cache"), second = wall_of(tube(), folder / "cache");
+    const MadeWall first = wall_of(tube(), folder / "cache"), second = wall_of(tube(), folder / "cache");
     EXPECT_TRUE(first.made);
     EXPECT_FALSE(second.made);
     EXPECT_EQ(files(folder / "cache").size(), 1u);
     for (double r = 0.2; r < 2; r += 0.1) {
-        const auto a = ask(*first.wall, {2.5, r, 0.1}), b = ask(*second.wall, {2.5, r, 0.1});
+        const auto a = contact_at(*first.wall, {2.5, r, 0.1}), b = contact_at(*second.wall, {2.5, r, 0.1});
         EXPECT_EQ(a.penetration, b.penetration);
         EXPECT_EQ(a.normal, b.normal);
         EXPECT_EQ(a.curvature, b.curvature);
@@ -60,12 +60,12 @@ TEST(LumenWall, ComesFromTheCacheTheSecondTime) {
 
 TEST(LumenWall, OfAnotherWireOrStiffnessSharesTheCachedField) {
     const test::TemporaryFolder folder;
-    const Outcome first = wall_of(tube(), folder.path(), 20, 0.3),
-                  other = wall_of(tube(), folder.path(), 30, 0.5);
+    const MadeWall first = wall_of(tube(), folder.path(), 20, 0.3),
+                   other = wall_of(tube(), folder.path(), 30, 0.5);
     EXPECT_FALSE(other.made);
     const geometry::Vec3 x(2.5, 1.4, 0);
-    EXPECT_NEAR(ask(*other.wall, x).penetration, ask(*first.wall, x).penetration + 0.2, 1e-12);
-    EXPECT_EQ(ask(*other.wall, x).stiffness, 30);
+    EXPECT_NEAR(contact_at(*other.wall, x).penetration, contact_at(*first.wall, x).penetration + 0.2, 1e-12);
+    EXPECT_EQ(contact_at(*other.wall, x).stiffness, 30);
 }
 
 TEST(LumenWall, OfAnotherLumenIsMadeAnew) {
@@ -94,9 +94,9 @@ TEST(LumenWall, ReplacesADamagedCacheFile) {
 TEST(LumenWall, IsMadeWhereNothingCanBeKept) {
     const test::TemporaryFolder folder;
     test::write(folder / "file", "in the way");
-    const Outcome outcome = wall_of(tube(), folder / "file/cache");
+    const MadeWall outcome = wall_of(tube(), folder / "file/cache");
     EXPECT_TRUE(outcome.made);
-    EXPECT_TRUE(ask(*outcome.wall, {2.5, 1.4, 0}).touches());
+    EXPECT_TRUE(contact_at(*outcome.wall, {2.5, 1.4, 0}).touches());
     EXPECT_TRUE(wall_of(tube(), {}).made);
     EXPECT_EQ(files(folder.path()).size(), 1u);
 }
