@@ -48,6 +48,7 @@ void Scorer::observe_motion(const Frame& frame) {
         if (direction_ != 0 && direction != direction_) ++score_.reversals;
         direction_ = direction;
     }
+    score_.buckled_frames += frame.motion.buckled;
     score_.wire_travel = score_.advanced + score_.withdrawn;
     score_.rotation += frame.motion.rotation;
     if (!first_motion_ && (score_.wire_travel > 0 || score_.rotation > 0))
@@ -123,6 +124,7 @@ std::string to_json(const Score& s) {
                                       {"stiffness_N_per_mm", s.deepest.stiffness},
                                       {"force_N", s.deepest.force}};
     }
+    json["buckled_frames"] = s.buckled_frames;
     json["tip_to_target_mm"] = s.tip_to_target;
     json["resets"] = s.resets;
     json["frames"] = s.frames;

@@ -42,6 +42,7 @@ struct Score {
     double peak_wall_force = 0;          // of one joint [N]
     double wall_force_impulse = 0;       // ∫ of the forces of all joints dt [N·s]
     DeepestContact deepest;
+    int buckled_frames = 0;    // in which a push bowed the shaft outside and was not passed on
     double tip_to_target = 0;  // at the end [mm]
     int resets = 0;
     int frames = 0;
@@ -51,6 +52,7 @@ struct Score {
         s(scenario, completed, completion_time, beam_on_time, air_kerma, area_product, contrast, wire_travel,
           advanced, withdrawn, back_and_forth_ratio, reversals, rotation, tip_path, path_efficiency,
           peak_wall_force, wall_force_impulse, deepest, tip_to_target, resets, frames, interrupted);
+        if (!s.part(buckled_frames > 0, buckled_frames)) buckled_frames = 0;
     }
 };
 

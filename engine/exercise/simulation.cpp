@@ -105,6 +105,9 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
         wire.base_director = before->base_director;
         wire.roll = before->roll;
         wire.windup = before->windup;
+        if (before->twists.empty()) return;
+        wire.windup = before->wound_up();
+        wire.roll -= wire.windup;
     };
     StepReport ignored;
     physics::GuidewireSpec spec = scenario_.guidewire;
@@ -126,8 +129,11 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
             physics::refine(moving_, *wall_, scenario_.refinement);
             settle();
         }
+        const bool segments = scenario_.torsion == scenario::TorsionModel::Segments ||
+                              (scenario_.torsion == scenario::TorsionModel::Auto && choice_.held_back);
+        if (segments) physics::start_twists(moving_);
         physics::start_grips(moving_);
-        if (!moving_.grips.empty()) settle();
+        if (!moving_.grips.empty() || segments) settle();
         rounds_of_mending_ = 0;
         show();
         mend_crossings(ignored);

@@ -107,6 +107,16 @@ void choose_torsion(const physics::GuidewireSpec& wire, double wire_length, Mode
     choice.torsion_reason =
         fmt::format("the sharpest bend ('{}') can wind up {:.0f} mm of shaft by {:.3g} degrees",
                     choice.demand.sharpest, wire_length, torque * give / geometry::degree);
+    if (wire.friction == 0 || !(torque * give > twist_that_shows)) return;
+    // A shaft that is straight without load leans on a bend where it begins and ends, by EIκ over the length
+    // on which the clearance lets it straighten.
+    const double bent = choice.demand.largest_curvature;
+    const double clearance = std::max(choice.demand.sharpest_radius - 0.5 * wire.diameter, 0.1);
+    const double press = 2 * wire.shaft_rigidity * bent / std::sqrt(8 * clearance / bent);
+    const double held = wire.friction * 0.5 * wire.diameter * press * give;
+    choice.held_back = held > twist_that_shows;
+    choice.torsion_reason +=
+        fmt::format(", and friction there can hold it back by {:.3g} degrees", held / geometry::degree);
 }
 
 }  // namespace
@@ -133,7 +143,8 @@ LumenDemand demand_of(const anatomy::Anatomy& anatomy) {
             if (!before || !behind) continue;
             const double bent = curvature(*before, branch.points[i], *behind);
             if (bent > std::max(demand.largest_curvature, 1e-9))
-                demand.largest_curvature = bent, demand.sharpest = branch.name;
+                demand.largest_curvature = bent, demand.sharpest = branch.name,
+                demand.sharpest_radius = radius;
         }
     }
     return demand;

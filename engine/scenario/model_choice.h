@@ -16,6 +16,7 @@ struct LumenDemand {
     int narrowest_sample = 0;      // of that branch's centreline
     double largest_curvature = 0;  // of a centreline [1/mm]
     std::string sharpest;          // branch that holds it; empty = none bends
+    double sharpest_radius = 0;    // of the lumen there [mm]
 };
 
 /// Curvature is that of the circle through a sample and the points one lumen radius before and behind it
@@ -31,6 +32,7 @@ struct ModelChoice {
     WallModel wall = WallModel::Mesh;
     std::string wall_reason;     // one sentence
     bool winds_up = false;       // whether the wire's torsion shows
+    bool held_back = false;      // and whether friction on its shaft does
     std::string torsion_reason;  // one sentence; empty for a wire without torsional rigidity
     LumenDemand demand;
 };
@@ -41,7 +43,7 @@ struct ModelChoice {
 /// there is one, a distance field where its grid resolves the narrowest vessel and fits in memory, else the
 /// mesh.
 /// A shaft of `wire_length` [mm] winds up where the torque of the sharpest bend on the curved tip twists it
-/// by more than 2°.
+/// by more than 2°. It is held back where friction in that bend does so.
 ModelChoice choose_model(const anatomy::Anatomy&, const physics::GuidewireSpec&, double curve_tolerance,
                          bool closed_form, double wire_length = 1800);
 

@@ -14,8 +14,12 @@ using geometry::Vec3;
 
 ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy) {
     physics::GuidewireSpec& wire = s.guidewire;
+    physics::GuidewireSpec on_this_wall = wire;
+    on_this_wall.friction = s.friction();
     ModelChoice choice =
-        choose_model(anatomy, wire, s.refinement.curve_tolerance, s.tube.has_value(), s.wire_length);
+        choose_model(anatomy, on_this_wall, s.refinement.curve_tolerance, s.tube.has_value(), s.wire_length);
+    // Two shafts on one chain wind up as a whole.
+    if (s.catheter) choice.held_back = false;
     if (s.torsion == TorsionModel::Rigid || (s.torsion == TorsionModel::Auto && !choice.winds_up))
         wire.torsional_rigidity = 0;
     if (s.catheter) {

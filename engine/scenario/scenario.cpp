@@ -55,6 +55,9 @@ std::vector<std::string> problems(const Scenario& s) {
         if (s.relaxer.kind != physics::RelaxerKind::Global)
             say("relaxer.kind",
                 "the paper's relaxers know no catheter; kind = \"global\" is accepted with one");
+        if (s.torsion == TorsionModel::Segments)
+            say("guidewire.torsion",
+                "with a catheter each shaft winds up as a whole; \"compliant\" or \"auto\" is accepted");
         if (s.guidewire.diameter >= device.inner_diameter)
             say("guidewire.diameter_mm",
                 fmt::format("a wire of {:g} mm does not fit a catheter's lumen of {:g} mm; a thinner wire is "

@@ -64,9 +64,10 @@ struct Imaging {
 
 /// How a turn of the hub reaches the tip of a wire that has a torsional rigidity.
 enum class TorsionModel {
-    Auto,      // compliant where choose_model finds that the shaft may wind up
-    Rigid,     // at once
-    Compliant  // through a shaft that winds up
+    Auto,       // the least of the others that choose_model finds to be needed
+    Rigid,      // at once
+    Compliant,  // through a shaft that winds up as a whole
+    Segments    // through one that twists segment by segment, and that friction holds back all along
 };
 
 /// A catheter over the wire.

@@ -119,7 +119,7 @@ void read_guidewire(io::Section wire, const std::filesystem::path& devices, cons
     wire.number("curved_angle_deg", s.guidewire.curved_angle, {-Limits::curved_angle, Limits::curved_angle},
                 geometry::degree);
     wire.number("torsional_rigidity_N_mm2", s.guidewire.torsional_rigidity, {0, Limits::rigidity});
-    constexpr std::string_view torsions[] = {"auto", "rigid", "compliant"};
+    constexpr std::string_view torsions[] = {"auto", "rigid", "compliant", "segments"};
     if (const auto torsion = wire.choice("torsion", torsions))
         s.torsion = static_cast<TorsionModel>(*torsion);
     wire.number("buckling_force_N", s.guidewire.buckling_force, {0, Limits::buckling_force});

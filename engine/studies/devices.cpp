@@ -8,6 +8,7 @@
 
 #include "engine/anatomy/scenes.h"
 #include "engine/studies/claims.h"
+#include "engine/studies/twisted_shaft.h"
 #include "engine/studies/work.h"
 #include "physics/relax/hub.h"
 #include "physics/wall/tube_wall.h"
@@ -26,6 +27,8 @@ using physics::HubReport;
 using physics::TubeWall;
 
 constexpr int enough = 100'000'000;  // updates
+constexpr std::array<double, 3> held_frictions = {0.05, 0.1, 0.2};
+constexpr std::array<double, 2> rod_lengths = {40, 60};  // [mm]
 constexpr const char* colours[] = {"#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9"};
 
 GuidewireSpec uniform_spec(double rigidity, double segment_length) {
@@ -181,6 +184,7 @@ struct Cost {
     const char* model;
     double friction, torsional_rigidity;
     bool catheter = false;           // over the wire
+    bool each = false;               // segment twists by itself
     std::vector<double> times = {};  // of a part of a push, sorted [ms]
     double steps = 0, segments = 0;
     int unconverged = 0;
@@ -261,6 +265,10 @@ void measure(const anatomy::Scene& scene, int pushes, Cost& cost) {
     spec.torsional_rigidity = cost.torsional_rigidity;
     Guidewire wire =
         cost.catheter ? with_catheter(hub, wall.centreline(), spec) : laid(hub, wall.centreline(), spec, 100);
+    if (cost.each) {
+        physics::start_twists(wire);
+        hub.settle(wire, enough);
+    }
     for (int k = 0; k < pushes; ++k) {
         physics::HubMotion motion = {0.5, k % 4 == 3 ? 5 * degree : 0};
         if (cost.catheter) motion.device = k % 3 - 1;  // both, the wire, the catheter
@@ -275,8 +283,8 @@ void measure(const anatomy::Scene& scene, int pushes, Cost& cost) {
 }
 
 io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& whips) {
-    io::Plot plot{"devices", "", 1100, 1300};
-    plot.commands = "set multiplot layout 3,2\nset grid lc rgb '#dddddd'\nset key default top left\n";
+    io::Plot plot{"devices", "", 1100, 1720};
+    plot.commands = "set multiplot layout 4,2\nset grid lc rgb '#dddddd'\nset key default top left\n";
     plot.commands +=
         "set title 'Capstan: force of the hand round a bend'\nset xlabel 'bend [deg]'\nset ylabel 'force "
         "[N]'\n"
@@ -315,9 +323,10 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
     plot.commands +=
         "\nset title 'What a push costs'\nset xlabel ''\nset ylabel 'processor time [ms]'\nset logscale "
         "y\nset style "
-        "fill solid 0.85 noborder\nset boxwidth 0.35\nunset xrange\nset xrange [-0.6:5.6]\nset ytics "
+        "fill solid 0.85 noborder\nset boxwidth 0.35\nunset xrange\nset xrange [-0.6:6.6]\nset ytics "
         "auto\nset yrange "
-        "[0.05:*]\nset xtics ('none' 0, 'friction' 1, 'torsion' 2, 'both' 3, 'catheter' 4, 'all' 5)\nset key "
+        "[0.05:*]\nset xtics ('none' 0, 'friction' 1, 'torsion' 2, 'both' 3, 'segments' 4, 'catheter' 5, "
+        "'all' 6)\nset key "
         "default top left\n"
         "plot 'devices_cost.csv' skip 1 using ($0 - 0.2):5 with boxes lc rgb '#0072B2' title 'median', '' "
         "skip 1 using "
@@ -329,7 +338,30 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
         "1 "
         "using 1:3 with lines lw 2 lc rgb '#0072B2' title 'closed form', '' skip 1 using 1:2 with points pt "
         "7 lc "
-        "rgb '#E69F00' title 'chain'\nunset multiplot\n";
+        "rgb '#E69F00' title 'chain'\n"
+        "set title 'A pressed shaft is held back along its length'\nset xlabel 'hub [deg]'\nset ylabel 'end "
+        "[deg]'\nset xtics 60\nset ytics 60\nset xrange [0:*]\nset yrange [-10:*]\nset key default top "
+        "left\nplot ";
+    for (std::size_t k = 0; k < held_frictions.size(); ++k)
+        plot.commands += fmt::format(
+            "{}'devices_held.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 2 lc rgb '{}' title 'μ "
+            "= "
+            "{}', '' skip 1 using ($1 == {} ? $2 : 1/0):($2 > $4 ? $2 - $4 : 1/0) with lines dt 2 lc rgb "
+            "'#555555' {}",
+            k > 0 ? ", \\\n     " : "", held_frictions[k], colours[k], held_frictions[k], held_frictions[k],
+            k + 1 == held_frictions.size() ? "title 'closed form'" : "notitle");
+    plot.commands +=
+        "\nset title 'A curved rod in a curved tube'\nset xtics 90\nset ytics 90\nset xrange [0:270]\nset "
+        "yrange "
+        "[0:360]\nset ylabel 'tip [deg]'\nplot ";
+    for (std::size_t k = 0; k < rod_lengths.size(); ++k)
+        plot.commands += fmt::format(
+            "{}'devices_snap.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with points pt 7 ps 0.5 lc rgb '{}' "
+            "title "
+            "'L = {} mm', '' skip 1 using ($1 == {} ? $4 : 1/0):3 with lines dt 2 lc rgb '#555555' {}",
+            k > 0 ? ", \\\n     " : "", rod_lengths[k], colours[k], rod_lengths[k], rod_lengths[k],
+            k + 1 == rod_lengths.size() ? "title 'equation'" : "notitle");
+    plot.commands += "\nunset multiplot\n";
     plot.caption =
         "Friction and torsion. Above: the capstan against its closed form, and a wire pushed in and drawn "
         "back in the "
@@ -337,7 +369,10 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
         "against "
         "torsion, and the processor time of half a segment's push at N = 100 and more, alone and with a "
         "catheter "
-        "over the wire. Last: two precurved rods in each other.";
+        "over the wire; two precurved rods in each other. Last: shafts that twist segment by segment: one "
+        "pressed "
+        "on a wall, which friction holds back, and a precurved rod in a bend, which snaps where it is too "
+        "long.";
     return plot;
 }
 
@@ -350,12 +385,19 @@ StudyResult run_devices(const StudyOptions& options) {
     std::vector<Capstan> capstans(9);
     std::vector<Loop> loops(loop_frictions.size());
     std::vector<Whip> whips(4);
-    std::array<Cost, 6> costs = {Cost{"none", 0, 0},           Cost{"friction", 0.1, 0},
-                                 Cost{"torsion", 0, 400},      Cost{"both", 0.1, 400},
-                                 Cost{"catheter", 0, 0, true}, Cost{"all", 0.1, 400, true}};
+    std::array<Cost, 7> costs = {Cost{"none", 0, 0},
+                                 Cost{"friction", 0.1, 0},
+                                 Cost{"torsion", 0, 400},
+                                 Cost{"both", 0.1, 400},
+                                 Cost{"segments", 0.1, 400, false, true},
+                                 Cost{"catheter", 0, 0, true},
+                                 Cost{"all", 0.1, 400, true}};
+    std::vector<HeldShaft> shafts(held_frictions.size());
+    std::vector<CurvedRod> curved(rod_lengths.size());
     std::vector<Rods> pairs;
     for (const double apart : {0.0, 45.0, 90.0, 135.0, 180.0}) pairs.push_back(rods(apart));
-    Work work(options, static_cast<int>(capstans.size() + loops.size() + whips.size() + costs.size()));
+    Work work(options, static_cast<int>(capstans.size() + loops.size() + whips.size() + costs.size() +
+                                        shafts.size() + curved.size()));
     work.run(9, [&](int k) {
         capstans[k] = capstan(angles[k % 3], capstan_frictions[k / 3]);
         return fmt::format("capstan of {} deg, friction {}", capstans[k].angle, capstans[k].friction);
@@ -363,6 +405,14 @@ StudyResult run_devices(const StudyOptions& options) {
     work.run(static_cast<int>(loops.size()), [&](int k) {
         loops[k] = loop(scene, loop_frictions[k], options.quick ? 5 : 30);
         return fmt::format("loop, friction {}", loops[k].friction);
+    });
+    work.run(static_cast<int>(shafts.size()), [&](int k) {
+        shafts[k] = held_shaft(held_frictions[k]);
+        return fmt::format("pressed shaft, friction {}", held_frictions[k]);
+    });
+    work.run(static_cast<int>(curved.size()), [&](int k) {
+        curved[k] = curved_rod(rod_lengths[k]);
+        return fmt::format("curved rod of {} mm in a bend", rod_lengths[k]);
     });
     whips[0] = whip(0);
     const double critical = critical_stiffness(whips[0]);
@@ -410,6 +460,46 @@ StudyResult run_devices(const StudyOptions& options) {
         {"a shaft 0.85 times as stiff as the critical one: largest step of the tip beyond the hub's "
          "[deg]",
          std::string("whips: above 25"), jump, jump > 25, "As above."});
+    io::Table held{"devices_held", {"friction", "hub_deg", "end_deg", "lag_deg"}, {}};
+    const auto near = [](double measured, double exact, double share) {
+        return std::abs(measured - exact) <= share * std::abs(exact);
+    };
+    for (const HeldShaft& h : shafts) {
+        for (const auto& [hub, end] : h.curve) held.add({h.friction, hub, end, h.exact});
+        result.claims.push_back({fmt::format("pressed shaft, friction {}: lag of its end [deg]", h.friction),
+                                 h.exact, h.measured, near(h.measured, h.exact, 0.02),
+                                 "μ q r ℓ²/2GJ; within 2 %."});
+        result.claims.push_back(
+            {fmt::format("pressed shaft, friction {}: torque at the hub [N mm]", h.friction), h.exact_torque,
+             h.torque, near(h.torque, h.exact_torque, 0.02), "μ q r ℓ; within 2 %."});
+        result.claims.push_back(
+            {fmt::format("pressed shaft, friction {}: work of the hand that turns it [N mm]", h.friction),
+             h.gained + h.loss, h.work, near(h.work, h.gained + h.loss, 0.01),
+             "The shaft's gain of energy and its loss by friction; within 1 %."});
+    }
+    io::Table snaps{"devices_snap", {"length_mm", "hub_deg", "tip_deg", "equation_hub_deg"}, {}};
+    for (std::size_t k = 0; k < curved.size(); ++k)
+        for (const auto& [hub, tip, exact] : curved[k].curve) snaps.add({rod_lengths[k], hub, tip, exact});
+    result.claims.push_back(
+        {fmt::format(
+             "curved rod at {:.2f} of reach, below the limit of 1.57: largest step of its tip in {} deg "
+             "of the hub [deg]",
+             curved[0].reach, rod_step),
+         std::string("no snap: below 30"), curved[0].largest_step, curved[0].largest_step < 30,
+         "Stability condition of concentric-tube robots."});
+    result.claims.push_back({"the same rod: largest angle of the hub off the equation's [deg]", 0.0,
+                             curved[0].off, curved[0].off < 8,
+                             "GJ ψ'' = EI κ₀ κ sin ψ, without clearance; within 8."});
+    result.claims.push_back(
+        {fmt::format("curved rod at {:.2f} of reach, above the limit: largest step of its tip [deg]",
+                     curved[1].reach),
+         std::string("snaps: above 60"), curved[1].largest_step, curved[1].largest_step > 60, "As above."});
+    result.claims.push_back({"the same rod: hub's angle at which it snaps [deg]", curved[1].exact_snap,
+                             curved[1].snap, near(curved[1].snap, curved[1].exact_snap, 0.05),
+                             "Where the equation folds; within 5 %."});
+    result.claims.push_back({"both rods: turns without a certified rest", 0.0,
+                             static_cast<double>(curved[0].unconverged + curved[1].unconverged),
+                             curved[0].unconverged + curved[1].unconverged == 0, "Of 54 each."});
     io::Table nested{"devices_rods", {"apart_deg", "curvature_per_mm", "closed_form_per_mm"}, {}};
     for (const Rods& r : pairs) {
         nested.add({r.apart, r.measured, r.exact});
@@ -430,8 +520,8 @@ StudyResult run_devices(const StudyOptions& options) {
                                  "Of all in the cost's table."});
     }
     result.plots = {picture(loop_frictions, whips)};
-    result.tables = {std::move(bend),   std::move(in_and_out), std::move(balance),
-                     std::move(turned), std::move(price),      std::move(nested)};
+    result.tables = {std::move(bend),  std::move(in_and_out), std::move(balance), std::move(turned),
+                     std::move(price), std::move(nested),     std::move(held),    std::move(snaps)};
     result.page = claims_page(
         "devices", "Friction, torsion and a catheter over the wire",
         "A wire that slides, sticks and winds up, alone and in a catheter, against closed forms; and "

@@ -5,7 +5,8 @@
 
 namespace studies {
 
-/// Its pictures read the tables devices_capstan, devices_loop, devices_whip, devices_cost and devices_rods.
+/// Its pictures read the tables devices_capstan, devices_loop, devices_whip, devices_cost, devices_rods,
+/// devices_held and devices_snap.
 StudyResult run_devices(const StudyOptions&);
 
 }  // namespace studies

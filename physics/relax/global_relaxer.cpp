@@ -110,7 +110,8 @@ void GlobalRelaxer::measure_window(const Guidewire& wire, const ContactSet& cont
     const int first = model_.first();
     energy_ = contacts.energy(wire.joints, first) + grip_energy(wire.grips, wire.joints, first);
     for (int j = first - 1; j < wire.segments(); ++j) energy_ += joint_energy(wire, model_.directors, j);
-    energy_ += 0.5 * wire.windup_torque() * wire.windup + windup_energy(wire);
+    energy_ += 0.5 * wire.windup_torque() * wire.windup + windup_energy(wire) +
+               twist_energy(wire, wire.twists, first);
     load_scale_ = contacts.load_scale(first);
 }
 
@@ -198,6 +199,8 @@ bool GlobalRelaxer::leave_saddle(Guidewire& wire, ContactSet& contacts) {
         for (const double sign : {1.0, -1.0}) {
             if (pivots_.stage < 0)
                 model_.unwind(wire, sign * kick);
+            else if (way.isZero(0))
+                model_.twist_one(pivots_.stage, sign * kick);
             else
                 model_.turn_one(pivots_.stage, sign * kick * way);
             model_.roll_out(wire);
@@ -372,11 +375,12 @@ int GlobalRelaxer::unchanged_segments(const Guidewire& wire) const {
         wire.load != end_.load || wire.spec.end_cells != end_.spec.end_cells ||
         wire.spec.segment_length != end_.spec.segment_length)
         return 0;
-    if (wire.devices.size() != end_.devices.size()) return 0;
+    if (wire.devices.size() != end_.devices.size() || wire.twists.empty() != end_.twists.empty()) return 0;
     int same = 0;
     while (same < both && wire.tangents[same + 1] == end_.tangents[same + 1] &&
            wire.lengths[same + 1] == end_.lengths[same + 1] && wire.rigidity[same] == end_.rigidity[same] &&
-           wire.rest_angle[same] == end_.rest_angle[same] && same_devices(wire, end_, same))
+           wire.rest_angle[same] == end_.rest_angle[same] && same_devices(wire, end_, same) &&
+           (wire.twists.empty() || wire.twists[same + 1] == end_.twists[same + 1]))
         ++same;
     if (wire.roll != end_.roll || wire.windup != end_.windup || wire.base_director != end_.base_director)
         same = std::min(same, n - wire.bent_segments());
@@ -409,7 +413,10 @@ bool GlobalRelaxer::update_grips(Guidewire& wire) const {
     for (std::size_t j = 1; j < wire.grips.size(); ++j) {
         const WallContact& c = contacts_.contacts()[j];
         wire.grips[j].force = wire.friction_at(static_cast<int>(j)) * c.force();
-        if (wire.grips[j].holds()) wire.grips[j].normal = c.normal.normalized();
+        if (!wire.grips[j].holds()) continue;
+        wire.grips[j].normal = c.normal.normalized();
+        if (!wire.twists.empty())
+            wire.grips[j].around = 0.5 * wire.spec.diameter * wire.tangents[j].cross(wire.grips[j].normal);
     }
     wire.friction_loss += stored - grip_energy(wire.grips, wire.joints, 1);
     return true;
@@ -454,7 +461,7 @@ double GlobalRelaxer::try_answer(Guidewire& wire, const FeedPlan& plan, double t
 /// rest, or not this relaxer's.
 bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
     const int n = wire.segments();
-    if (!wire.devices.empty() || !end_report_.converged || n != end_.segments() ||
+    if (!wire.devices.empty() || !wire.twists.empty() || !end_report_.converged || n != end_.segments() ||
         unchanged_segments(wire) < n || model_.stages() != n ||
         contacts_.contacts().size() != wire.joints.size())
         return false;

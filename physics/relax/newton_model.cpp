@@ -10,10 +10,16 @@
 namespace physics {
 namespace {
 
-constexpr double twist_arm = 1;  // by which the trust region weighs a turn of the tip [mm]
-
 Vec3 turned(const Vec3& director, const Vec3& axis, double angle) {
     return std::cos(angle) * director + std::sin(angle) * axis.cross(director);
+}
+
+/// Turn about the tangent `to` of a frame against the one that a smallest rotation from `from` makes of it.
+double rolled(const Vec3& from, const Vec3& before, const Vec3& to, const Vec3& now) {
+    const double k = 1 + from.dot(to);
+    Vec3 carried = before;
+    if (k > 1e-9) carried -= carried.dot(to) / k * (from + to);
+    return std::atan2(carried.cross(now).dot(to), carried.dot(now));
 }
 
 }  // namespace
@@ -24,6 +30,11 @@ void NewtonModel::start(const Guidewire& wire, const ContactSet& contacts, int f
     turns_.resize(n + 1);
     trial_joints_.resize(n + 1);
     trial_tangents_.resize(n + 1);
+    if (!wire.twists.empty()) {
+        twist_gains_.resize(n);
+        trial_twists_.resize(n + 1);
+        trial_rolls_.resize(n + 1);
+    }
     planes_.resize(n + 1);
     for (std::size_t j = foreseen + 1; j <= n; ++j) {
         const WallContact& c = contacts.contacts()[j];
@@ -38,8 +49,11 @@ RiccatiReport NewtonModel::linearise(const Guidewire& wire, const ContactSet& co
                                      double mu) {
     if (wire.bent_segments() > 0) transport_directors(wire, first, directors);
     mu_ = mu;
-    RiccatiReport report = assemble_and_solve(wire, contacts.contacts(), directors, first, mu, least_pivot,
-                                              terms_, planes_, std::span(gains_).subspan(first - 1));
+    if (!wire.twists.empty()) settled_ = directors;
+    RiccatiReport report = assemble_and_solve(
+        wire, contacts.contacts(), directors, first, mu, least_pivot, terms_, planes_,
+        std::span(gains_).subspan(first - 1),
+        wire.twists.empty() ? std::span<TwistGain>() : std::span(twist_gains_).subspan(first - 1));
     solve_turn(wire, mu, report);
     answers_ = certifies();
     return report;
@@ -50,7 +64,8 @@ RiccatiReport NewtonModel::certify(const Guidewire& wire, const ContactSet& cont
     const int window = terms_.first;
     terms_.first = 1;
     set_axial_forces(wire);
-    RiccatiReport report = riccati_backward(terms_.stages, 0, least_pivot, terms_.twists(), gains_);
+    RiccatiReport report = riccati_backward(terms_.stages, 0, least_pivot, terms_.twists(), gains_,
+                                            {terms_.twist_window(), window_twist_gains()});
     solve_turn(wire, 0, report);
     terms_.first = window;
     answers_ = true;
@@ -102,8 +117,8 @@ void NewtonModel::take_contact(const WallContact& c, int joint, const Vec3& move
 void NewtonModel::solve(const Guidewire& wire, double mu) {
     answers_ = false;
     set_axial_forces(wire);
-    RiccatiReport report =
-        riccati_backward(terms_.window(), mu, least_pivot, terms_.twists(), window_gains());
+    RiccatiReport report = riccati_backward(terms_.window(), mu, least_pivot, terms_.twists(), window_gains(),
+                                            {terms_.twist_window(), window_twist_gains()});
     solve_turn(wire, mu, report);
 }
 
@@ -257,6 +272,14 @@ double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<cons
         x += length * u;
         trial_joints_[j] = x;
         Vec3 moved = x - wire.joints[j];
+        if (terms_.each) {
+            const TwistGain& own = twist_gains_[j - 1];
+            const double by =
+                own.step + own.from_x.dot(moved) + own.from_turn.dot(alpha) + own.from_twist * twist;
+            trial_twists_[j] = wire.twists[j] + by;
+            twist += by;
+            slope_ += terms_.twist_gradient[j - 1] * by;
+        }
         if (slid != 0) moved -= slid * wire.tangents[j];
         farthest = std::max(farthest, moved.squaredNorm());
     }
@@ -271,8 +294,13 @@ double NewtonModel::largest_turn() const {
 
 double NewtonModel::evaluate(Guidewire& wire, ContactSet& contacts) {
     const int first = terms_.first;
-    double energy = contacts.evaluate(trial_joints_, first) + grip_energy(wire.grips, trial_joints_, first);
+    double energy = contacts.evaluate(trial_joints_, first);
+    if (!terms_.each) energy += grip_energy(wire.grips, trial_joints_, first);
     std::swap(wire.tangents, trial_tangents_);
+    if (terms_.each) {
+        std::copy(wire.twists.begin(), wire.twists.begin() + first, trial_twists_.begin());
+        std::swap(wire.twists, trial_twists_);
+    }
     for (std::size_t k = 0; k < wire.devices.size(); ++k)
         unturned_[k] = {wire.devices[k].roll, wire.devices[k].windup};
     turn_devices(wire);
@@ -289,10 +317,25 @@ double NewtonModel::evaluate(Guidewire& wire, ContactSet& contacts) {
     }
     for (std::size_t k = 0; k < wire.devices.size(); ++k)
         std::tie(wire.devices[k].roll, wire.devices[k].windup) = std::tie(unturned_[k][0], unturned_[k][1]);
+    if (terms_.each) {
+        energy += twist_energy(wire, wire.twists, first) + trial_grip_energy(wire);
+        std::swap(wire.twists, trial_twists_);
+    }
     std::swap(wire.tangents, trial_tangents_);
     if (terms_.windup_stiffness > 0) {
         const double left = wire.windup - turn_;
         energy += 0.5 * terms_.windup_stiffness * left * left;
+    }
+    return energy;
+}
+
+/// With the wire's tangents those of the trial state; sets the rolls.
+double NewtonModel::trial_grip_energy(const Guidewire& wire) {
+    if (wire.grips.empty()) return 0;
+    double energy = 0;
+    for (int j = terms_.first; j <= wire.segments(); ++j) {
+        trial_rolls_[j] = rolled(trial_tangents_[j], settled_[j], wire.tangents[j], directors[j]);
+        if (wire.grips[j].holds()) energy += wire.grips[j].energy(trial_joints_[j], trial_rolls_[j]);
     }
     return energy;
 }
@@ -317,15 +360,25 @@ void NewtonModel::take(Guidewire& wire) {
         wire.windup -= turn_;
     }
     turn_devices(wire);
+    if (terms_.each) {
+        std::copy(trial_twists_.begin() + first, trial_twists_.end(), wire.twists.begin() + first);
+        for (std::size_t j = first; j < wire.grips.size(); ++j) wire.grips[j].roll += trial_rolls_[j];
+    }
     std::copy(trial_tangents_.begin() + first, trial_tangents_.end(), wire.tangents.begin() + first);
     std::copy(trial_joints_.begin() + first, trial_joints_.end(), wire.joints.begin() + first);
 }
 
 void NewtonModel::turn_one(int stage, const Vec2& by) {
     for (RiccatiGain& gain : gains_) gain.step.setZero();
+    for (TwistGain& gain : twist_gains_) gain.step = 0;
     turn_ = 0;
     device_turns_ = {};
     gains_[stage].step = by;
+}
+
+void NewtonModel::twist_one(int stage, double by) {
+    turn_one(stage, Vec2::Zero());
+    twist_gains_[stage].step = by;
 }
 
 void NewtonModel::unwind(const Guidewire& wire, double by) {

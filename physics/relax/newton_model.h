@@ -78,6 +78,8 @@ public:
 
     /// Only the segment of this stage turns by itself, the rest answers.
     void turn_one(int stage, const Vec2& by);
+    /// Only the segment of this stage twists by itself, the rest answers [rad].
+    void twist_one(int stage, double by);
     /// Only the shaft unwinds by itself, the rest answers [rad].
     void unwind(const Guidewire&, double by);
 
@@ -85,10 +87,13 @@ public:
         s(directors, least_pivot, mu_, answers_, terms_, gains_, planes_);
         if (!s.part(terms_.windup_stiffness != 0, turn_, twist_twist_)) turn_ = twist_twist_ = 0;
         if (!s.part(terms_.second, device_turns_)) device_turns_ = {};
+        if (!s.part(terms_.each, twist_gains_, settled_)) twist_gains_.clear(), settled_.clear();
         if (!s.restores()) return;
         turns_.resize(planes_.size());
         trial_joints_.resize(planes_.size());
         trial_tangents_.resize(planes_.size());
+        trial_twists_.resize(terms_.each ? planes_.size() : 0);
+        trial_rolls_.resize(trial_twists_.size());
     }
 
 private:
@@ -99,7 +104,11 @@ private:
     void answer_turn(const Guidewire&, double slope, double mu);
     void set_axial_forces(const Guidewire&);
     void take_contact(const WallContact&, int joint, const Vec3& moved, double force);
+    double trial_grip_energy(const Guidewire&);
     std::span<RiccatiGain> window_gains() { return std::span(gains_).subspan(terms_.first - 1); }
+    std::span<TwistGain> window_twist_gains() {
+        return terms_.each ? std::span(twist_gains_).subspan(terms_.first - 1) : std::span<TwistGain>();
+    }
 
     double mu_ = 0;
     bool answers_ = false;
@@ -111,6 +120,10 @@ private:
     Vec2 device_way_ = Vec2::Zero();           // along which they have the least curvature
     std::array<std::array<double, 2>, 2> unturned_ = {};  // roll and windup while a trial is evaluated
     double twist_twist_ = 0;  // curvature of the energy along it, all else answering [N·mm]
+    // Where each segment twists.
+    std::vector<TwistGain> twist_gains_;
+    std::vector<Vec3> settled_;  // directors of the accepted state, while a trial is evaluated
+    std::vector<double> trial_twists_, trial_rolls_;  // the latter of the material frames since then [rad]
     // Trial state of a rollout, from the window's most proximal joint on.
     std::vector<Vec3> trial_tangents_, trial_joints_;
     std::vector<Vec2> turns_;

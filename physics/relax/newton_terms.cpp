@@ -97,6 +97,13 @@ void coaxial_joint(const Guidewire& wire, int joint, const Vec3& director, const
 
 constexpr double same_force = 1e-9;  // of a contact's own: within this the model's force is that
 
+/// Adds the twist of the segment by itself, and what its joint's grip holds of it; before add_segment().
+void add_twist(const Guidewire& wire, int j, NewtonTerms& terms, DistalSums& sums) {
+    TwistStage& t = terms.twist_stages[j - 1];
+    sums.torque += set_twist_stage(wire, j, t);
+    terms.twist_gradient[j - 1] = t.slope + sums.torque;
+}
+
 /// Adds one more segment to the sums. Returns |gradient|² over C².
 [[gnu::always_inline]] inline double add_segment(const Guidewire& wire, int j, bool loaded,
                                                  NewtonTerms& terms, DistalSums& sums) {
@@ -113,7 +120,9 @@ constexpr double same_force = 1e-9;  // of a contact's own: within this the mode
     }
     terms.gradient[j - 1] = g;
     const double inverse_spring = terms.inverse_spring[j - 1];
-    return g.squaredNorm() * (inverse_spring * inverse_spring);
+    double square = g.squaredNorm();
+    if (terms.each) square = std::max(square, terms.twist_gradient[j - 1] * terms.twist_gradient[j - 1]);
+    return square * (inverse_spring * inverse_spring);
 }
 
 void set_axial(const Guidewire& wire, int j, bool loaded, double length, const Vec3& force, RiccatiStage& s) {
@@ -126,7 +135,8 @@ void set_axial(const Guidewire& wire, int j, bool loaded, double length, const V
 template <Twist twist>
 RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> contacts,
                        const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
-                       NewtonTerms& terms, std::span<ContactPlane> planes, std::span<RiccatiGain> gains) {
+                       NewtonTerms& terms, std::span<ContactPlane> planes, std::span<RiccatiGain> gains,
+                       [[maybe_unused]] std::span<TwistGain> twist_gains) {
     constexpr bool with_twist = twist != Twist::None;
     const int n = wire.segments();
     const bool loaded = !wire.load.isZero(0), gripped = !wire.grips.empty();
@@ -191,9 +201,12 @@ RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> conta
         if (loaded)
             s.slope.noalias() -=
                 s.length * (sums.length + wire.length_of(j)) * (s.basis.transpose() * wire.load);
+        if constexpr (twist == Twist::Each) add_twist(wire, j, terms, sums);
         largest = std::max(largest, add_segment(wire, j, loaded, terms, sums));
         set_axial(wire, j, loaded, sums.length, borne, s);
         recursion.add_wall(s);
+        if constexpr (twist == Twist::Each)
+            recursion.twist_segment(s, terms.twist_stages[j - 1], j - first, twist_gains[j - first]);
         recursion.step(s, j - first, gains[j - first]);
         own = prev;
     }
@@ -213,6 +226,16 @@ void hold(const Guidewire& wire, const DistalSums& sums, NewtonTerms& terms) {
 
 }  // namespace
 
+double set_twist_stage(const Guidewire& wire, int j, TwistStage& t) {
+    t = {.stiffness = wire.torsion[j], .slope = wire.torsion[j] * wire.twists[j]};
+    if (wire.grips.empty() || !wire.grips[j].holds()) return 0;
+    const Grip& grip = wire.grips[j];
+    t.grip_slope = grip.push(wire.joints[j]).dot(grip.around);
+    t.grip_cross = grip.stiffness(wire.joints[j]) * grip.around;
+    t.grip_grip = grip.around.dot(t.grip_cross);
+    return t.grip_slope;
+}
+
 Vec3 add_grip(const Grip& grip, const Vec3& joint, RiccatiStage& stage) {
     const Vec3 drag = grip.push(joint);
     if (stage.touches) {
@@ -229,11 +252,16 @@ Vec3 add_grip(const Grip& grip, const Vec3& joint, RiccatiStage& stage) {
 RiccatiReport assemble_and_solve(const Guidewire& wire, std::span<const WallContact> contacts,
                                  const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
                                  NewtonTerms& terms, std::span<ContactPlane> planes,
-                                 std::span<RiccatiGain> gains) {
+                                 std::span<RiccatiGain> gains, std::span<TwistGain> twist_gains) {
     const int n = wire.segments();
     terms.first = first;
     terms.twist = wire.bent_segments() > 0;
     terms.exact = true;
+    terms.each = !wire.twists.empty();
+    if (terms.each) {
+        terms.twist_stages.resize(n);
+        terms.twist_gradient.resize(n);
+    }
     terms.stages.resize(n);
     terms.gradient.resize(n, Vec2::Zero());
     terms.inverse_spring.resize(n);
@@ -244,12 +272,14 @@ RiccatiReport assemble_and_solve(const Guidewire& wire, std::span<const WallCont
     terms.second = terms.twist && wire.devices.size() == 2 &&
                    (terms.device_stiffness[0] > 0 || terms.device_stiffness[1] > 0);
     const auto solve = [&](auto which) {
-        return from_tip<which()>(wire, contacts, directors, first, mu, least_pivot, terms, planes, gains);
+        return from_tip<which()>(wire, contacts, directors, first, mu, least_pivot, terms, planes, gains,
+                                 twist_gains);
     };
     const RiccatiReport report =
         terms.twists() == Twist::None  ? solve(std::integral_constant<Twist, Twist::None>())
         : terms.twists() == Twist::One ? solve(std::integral_constant<Twist, Twist::One>())
-                                       : solve(std::integral_constant<Twist, Twist::Two>());
+        : terms.twists() == Twist::Two ? solve(std::integral_constant<Twist, Twist::Two>())
+                                       : solve(std::integral_constant<Twist, Twist::Each>());
     hold(wire, terms.base, terms);
     for (std::size_t k = 0; k < wire.devices.size(); ++k) {
         const double stiffness = terms.device_stiffness[k];
@@ -274,6 +304,7 @@ void sum_proximal(const Guidewire& wire, std::span<const WallContact> contacts, 
         RiccatiStage& s = terms.stages[j - 1];
         if (contacts[j].touches()) sums.force += contacts[j].push();
         if (gripped && wire.grips[j].holds()) sums.force += wire.grips[j].push(wire.joints[j]);
+        if (terms.each) add_twist(wire, j, terms, sums);
         largest = std::max(largest, add_segment(wire, j, loaded, terms, sums));
         set_axial(wire, j, loaded, sums.length, sums.force, s);
     }

@@ -25,10 +25,12 @@ Pivot lower_eigenpair(double a, double b, double c) {  // of [a b; b c]
 
 template <Twist twist>
 RiccatiReport backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
-                       std::span<RiccatiGain> gains) {
+                       std::span<RiccatiGain> gains, [[maybe_unused]] const SegmentTwists& twists = {}) {
     RiccatiRecursion<twist> recursion(mu, least_pivot);
     for (int j = static_cast<int>(stages.size()) - 1; j >= 0; --j) {
         recursion.add_wall(stages[j]);
+        if constexpr (twist == Twist::Each)
+            recursion.twist_segment(stages[j], twists.stages[j], j, twists.gains[j]);
         recursion.step(stages[j], j, gains[j]);
     }
     return recursion.report();
@@ -90,12 +92,14 @@ SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double
 }
 
 RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
-                               Twist twist, std::span<RiccatiGain> gains) {
+                               Twist twist, std::span<RiccatiGain> gains, const SegmentTwists& twists) {
     switch (twist) {
         case Twist::One:
             return backward<Twist::One>(stages, mu, least_pivot, gains);
         case Twist::Two:
             return backward<Twist::Two>(stages, mu, least_pivot, gains);
+        case Twist::Each:
+            return backward<Twist::Each>(stages, mu, least_pivot, gains, twists);
         case Twist::None:
             break;
     }

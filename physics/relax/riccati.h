@@ -55,7 +55,37 @@ struct RiccatiStage {
 enum class Twist {
     None,  // every rest shape is straight
     One,   // all rest shapes turn with the material frame
-    Two    // those of a second device turn by ρ more
+    Two,   // those of a second device turn by ρ more
+    Each   // all turn with the frame, and each segment twists by itself
+};
+
+/// Twist of a segment by itself: β_j is added to ψ_j, and costs κ(τβ + ½β²). The grip of the wall on joint j
+/// feels ψ_j.
+struct TwistStage {
+    double stiffness = 0;  // κ = GJ/λ [N·mm]
+    double slope = 0;      // κτ [N·mm]
+    // Of the grip, with respect to ψ_j, and crosswise with δx_j [N·mm, N·mm, N].
+    double grip_slope = 0, grip_grip = 0;
+    Vec3 grip_cross = Vec3::Zero();
+
+    void state(StateStream& s) { s(stiffness, slope, grip_slope, grip_grip, grip_cross); }
+};
+
+/// β_j = step + from_x δx_j + from_turn α_j + from_twist ψ', ψ' the twist of joint j without β_j.
+struct TwistGain {
+    double step = 0, from_twist = 0;
+    Vec3 from_x = Vec3::Zero();
+    Vec2 from_turn = Vec2::Zero();
+
+    void state(StateStream& s) { s(step, from_twist, from_x, from_turn); }
+};
+
+constexpr double twist_arm = 1;  // by which the trust region weighs a turn of the material frame [mm]
+
+/// Of the same segments as the stages and gains that they are given with; empty unless each twists.
+struct SegmentTwists {
+    std::span<const TwistStage> stages;
+    std::span<TwistGain> gains;
 };
 
 /// [a b; b c]
@@ -91,7 +121,7 @@ struct RiccatiReport {
     // The most distal of them: its lower eigenvalue is the energy's own curvature along `way` while
     // everything distal answers by its gains. `way` leads down where the gradient vanishes.
     int stage = -1;           // index into stages
-    Vec2 way = Vec2::Zero();  // unit
+    Vec2 way = Vec2::Zero();  // unit; zero where it is the segment's twist that was shifted
 
     // Slope and curvature by the twist ψ at the base, everything distal of it answering.
     double slope_twist = 0, twist_twist = 0;
@@ -106,13 +136,14 @@ struct RiccatiReport {
 /// Equal to a dense factorisation of the same quadratic model; no pivot shifted at μ = 0 means that the
 /// model's Hessian is positive definite: a strict local minimum where the gradient vanishes.
 RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
-                               Twist twist, std::span<RiccatiGain> gains);
+                               Twist twist, std::span<RiccatiGain> gains, const SegmentTwists& = {});
 
 /// Makes the gains' steps the answer to segments that change their length, to first order. `gains` are those
 /// of the same stages at μ = 0. The stages from the tip to the most proximal fed one are processed again; for
 /// the others down to `first` this takes a small part of a backward pass. With `anew` all stages are
 /// processed again, and the gains become those at that μ.
-/// Of two devices the second does not turn by itself. Returns the slope of the twist at the base.
+/// Of two devices the second does not turn by itself, nor does a segment twist. Returns the slope of the
+/// twist at the base.
 double riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew,
                       double least_pivot, Twist twist, std::span<RiccatiGain> gains,
                       std::span<const FedStage> fed);

@@ -57,6 +57,37 @@ public:
         if constexpr (with_second) slope_second_ += second_v_.dot(by);
     }
 
+    /// Adds the grip on the stage's joint and eliminates the twist of its segment; after add_wall().
+    [[gnu::always_inline]] void twist_segment(const RiccatiStage& s, const TwistStage& t, int index,
+                                              TwistGain& gain) {
+        v_ += t.grip_cross;
+        twist_twist_ += t.grip_grip;
+        slope_twist_ += t.grip_slope;
+        double pivot = twist_twist_ + t.stiffness + mu_ * s.length * twist_arm * twist_arm;
+        if (!(pivot > 0)) {
+            if (report_.shifted++ == 0) report_.stage = index;
+            pivot = std::max(least_pivot_, std::abs(pivot));
+        }
+        const double slope = slope_twist_ + t.slope, scale = -1 / pivot, c = twist_twist_;
+        gain.step = scale * slope;
+        gain.from_x = scale * v_;
+        gain.from_turn = {scale * w0_, scale * w1_};
+        gain.from_twist = scale * c;
+        const Vec3& f = gain.from_x;
+        p00_ += v_[0] * f[0], p01_ += v_[0] * f[1], p02_ += v_[0] * f[2];
+        p11_ += v_[1] * f[1], p12_ += v_[1] * f[2], p22_ += v_[2] * f[2];
+        p_ += slope * f;
+        const double f0 = gain.from_turn[0], f1 = gain.from_turn[1];
+        x0_ += f0 * v_, x1_ += f1 * v_;
+        a00_ += w0_ * f0, a01_ += w0_ * f1, a11_ += w1_ * f1;
+        r0_ += slope * f0, r1_ += slope * f1;
+        const double left = 1 + gain.from_twist;
+        slope_twist_ += c * gain.step;
+        v_ *= left;
+        w0_ *= left, w1_ *= left;
+        twist_twist_ *= left;
+    }
+
     /// Processes the stage `index`: computes its gain and the value function proximal of it.
     [[gnu::always_inline]] void step(const RiccatiStage& s, int index, RiccatiGain& gain) {
         const Vec3 a = s.length * s.basis.col(0), b = s.length * s.basis.col(1);

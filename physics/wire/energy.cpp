@@ -24,10 +24,26 @@ Energy total_energy(const Guidewire& wire, std::span<const WallContact> contacts
     for (int i = 1; i <= wire.segments(); ++i)
         energy.load -= wire.length_of(i) * wire.load.dot(wire.joints[i] - wire.joints[0]);
     energy.torsion = 0.5 * wire.windup_torque() * wire.windup;
-    energy.torsion += windup_energy(wire);
+    energy.torsion += windup_energy(wire) + twist_energy(wire, wire.twists, 1);
     energy.friction = grip_energy(wire.grips, wire.joints, 1);
     return energy;
 }
+
+namespace {
+
+/// tip_torque(), and that of the wall's grips on the material.
+void frame_torque(const Guidewire& wire, const std::vector<Vec3>& d, std::vector<double>& torque) {
+    tip_torque(wire, d, torque);
+    if (wire.twists.empty() || wire.grips.empty()) return;
+    double sum = 0;
+    for (int i = wire.segments(); i >= 0; --i) {
+        if (i > 0 && wire.grips[i].holds())
+            sum += wire.grips[i].push(wire.joints[i]).dot(wire.grips[i].around);
+        torque[i] += sum;
+    }
+}
+
+}  // namespace
 
 std::vector<Vec3> energy_gradient(const Guidewire& wire, std::span<const WallContact> contacts) {
     const int n = wire.segments();
@@ -36,7 +52,7 @@ std::vector<Vec3> energy_gradient(const Guidewire& wire, std::span<const WallCon
     std::vector<double> torque;
     if (curved) {
         d = directors(wire);
-        tip_torque(wire, d, torque);
+        frame_torque(wire, d, torque);
     }
     std::vector<Vec3> gradient(n + 1, Vec3::Zero());
     Vec3 push = Vec3::Zero();
@@ -54,6 +70,13 @@ double relative_gradient(const Guidewire& wire, std::span<const WallContact> con
     double largest = 0;
     for (int i = 1; i <= wire.segments(); ++i)
         largest = std::max(largest, gradient[i].norm() / wire.spring_constant(i - 1));
+    if (!wire.twists.empty()) {
+        std::vector<double> torque;
+        frame_torque(wire, directors(wire), torque);
+        for (int i = 1; i <= wire.segments(); ++i)
+            largest = std::max(largest, std::abs(torque[i] + wire.torsion[i] * wire.twists[i]) /
+                                            wire.spring_constant(i - 1));
+    }
     if (wire.windup_stiffness() > 0) {
         const std::vector<Vec3> d = directors(wire);
         std::vector<double> torque;

@@ -2,8 +2,8 @@
 
 namespace physics {
 
-double Grip::energy(const Vec3& joint) const {
-    const double e = stretch(joint).norm();
+double Grip::energy(const Vec3& joint, double turn) const {
+    const double e = stretch(joint, turn).norm();
     return e <= slip_length ? force * e * e / (2 * slip_length) : force * (e - 0.5 * slip_length);
 }
 
@@ -24,12 +24,15 @@ Mat3 Grip::stiffness(const Vec3& joint) const {
 double Grip::follow(const Vec3& joint) {
     if (!holds()) {
         anchor = joint;
+        roll = 0;
         return 0;
     }
     const Vec3 e = stretch(joint);
     const double size = e.norm();
     if (size <= slip_length) return 0;
-    anchor = joint - slip_length / size * e;
+    const double kept = slip_length / size;
+    anchor = joint - kept * (e - roll * around);
+    roll *= kept;
     return force * (size - slip_length);
 }
 

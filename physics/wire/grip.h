@@ -24,23 +24,31 @@ struct Grip {
     Vec3 anchor = Vec3::Zero();  // [mm]
     Vec3 normal = Vec3::Zero();  // of the wall, unit
     double force = 0;            // μN, the largest force that it resists; 0 without touch [N]
+    // Of a wire that twists segment by segment: its surface also slips as it rolls.
+    double roll = 0;             // of the material about its tangent since it last held on [rad]
+    Vec3 around = Vec3::Zero();  // slip by a unit of it: the wire's radius times u × n [mm]
 
     bool holds() const { return force > 0; }
-    /// Displacement of the joint from its anchor in the tangent plane [mm].
-    Vec3 stretch(const Vec3& joint) const {
+    /// Displacement e of the surface from where it held on, in the tangent plane, with `turn` more roll [mm].
+    Vec3 stretch(const Vec3& joint, double turn = 0) const {
         const Vec3 from = joint - anchor;
-        return from - normal.dot(from) * normal;
+        Vec3 e = from - normal.dot(from) * normal;
+        if (roll + turn != 0) e += (roll + turn) * around;
+        return e;
     }
     /// The potential: f|e|²/2ε while it sticks, f(|e| − ε/2) where it slips [N·mm].
-    double energy(const Vec3& joint) const;
+    double energy(const Vec3& joint, double turn = 0) const;
     Vec3 push(const Vec3& joint) const;       // its gradient [N]
     Mat3 stiffness(const Vec3& joint) const;  // its Hessian, positive semidefinite [N/mm]
-    /// The anchor follows a joint that has slipped until the stretch is ε; it also follows a joint without
-    /// touch. Changes no force. Returns the energy that the slip has cost [N·mm].
+    /// Anchor and roll follow a joint that has slipped until the stretch is ε; they also follow a joint
+    /// without touch. Changes no force. Returns the energy that the slip has cost [N·mm].
     double follow(const Vec3& joint);
 
     bool operator==(const Grip&) const = default;
-    void state(StateStream& s) { s(anchor, normal, force); }
+    void state(StateStream& s) {
+        s(anchor, normal, force);
+        if (!s.part(!around.isZero(0), roll, around)) roll = 0, around.setZero();
+    }
 };
 
 /// Energy of the grips of joints from `first` on [N·mm]; either list may be empty.

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <functional>
+#include <numeric>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 namespace physics {
 namespace {
@@ -41,6 +44,14 @@ void assign_material(Guidewire& wire) {
         if (i >= n - curved && whole_number(from_end, wire.spec.segment_length))
             wire.rest_angle[i] = wire.spec.curved_angle / bends;
     }
+    if (wire.twists.empty()) return;
+    wire.torsion.assign(n + 1, 0.0);
+    from_end = 0;
+    for (int i = n; i >= 1; --i) {
+        const double length = wire.lengths[i];
+        wire.torsion[i] = torsional_rigidity_at(wire.spec, from_end + 0.5 * length) / length;
+        from_end += length;
+    }
 }
 
 /// Segments of the shaft of a wire that is fed: whole ones and a last one of λ/2 to 3λ/2.
@@ -65,6 +76,20 @@ Guidewire chain(const GuidewireSpec& spec, const Vec3& entry, const Vec3& clampe
     Vec3 other;
     tangent_basis(clamped, wire.base_director, other);
     return wire;
+}
+
+/// The hub has turned by this much while the distal end stood still: the shaft between takes it up, as it
+/// would without friction.
+void hold_frames(Guidewire& wire, double turned) {
+    double give = 0;
+    for (int i = 1; i <= wire.segments(); ++i) give += 1 / wire.torsion[i];
+    double left = turned;  // of the frame behind segment i
+    for (int i = 1; i <= wire.segments(); ++i) {
+        const double part = turned / (give * wire.torsion[i]);
+        wire.twists[i] -= part;
+        left -= part;
+        if (!wire.grips.empty()) wire.grips[i].roll += left;
+    }
 }
 
 /// du/ds at a joint as the chain has it, 0 where the wire is bent without load [1/mm].
@@ -115,7 +140,7 @@ std::vector<std::string> problems(const GuidewireSpec& s) {
 
 double Guidewire::windup_stiffness() const {
     const int curved = curved_segments();
-    if (spec.torsional_rigidity == 0 || curved == 0) return 0;
+    if (spec.torsional_rigidity == 0 || curved == 0 || !twists.empty()) return 0;
     double give = 0, from_end = 0;
     for (int i = segments(); i >= 1; --i) {
         if (i <= segments() - curved)
@@ -123,6 +148,10 @@ double Guidewire::windup_stiffness() const {
         from_end += lengths[i];
     }
     return 1 / give;
+}
+
+double Guidewire::wound_up() const {
+    return std::accumulate(twists.begin(), twists.end(), windup, std::minus());
 }
 
 double Guidewire::inserted_length() const {
@@ -246,6 +275,22 @@ void start_grips(Guidewire& wire) {
     for (std::size_t i = 0; i < wire.joints.size(); ++i) wire.grips[i].anchor = wire.joints[i];
 }
 
+void start_twists(Guidewire& wire) {
+    if (wire.spec.torsional_rigidity == 0) return;
+    assert(wire.devices.empty());
+    wire.roll = std::remainder(wire.roll + wire.windup, 2 * M_PI);
+    wire.twists.assign(wire.joints.size(), 0.0);
+    const double windup = std::exchange(wire.windup, 0.0);
+    assign_material(wire);
+    hold_frames(wire, windup);
+}
+
+double twist_energy(const Guidewire& wire, std::span<const double> twists, int first) {
+    double energy = 0;
+    for (std::size_t i = first; i < twists.size(); ++i) energy += wire.torsion[i] * twists[i] * twists[i];
+    return 0.5 * energy;
+}
+
 void split_segment(Guidewire& wire, int i, double share) {
     const Vec3 u = wire.tangents[i];
     const double length = wire.lengths[i];
@@ -259,6 +304,11 @@ void split_segment(Guidewire& wire, int i, double share) {
     wire.joints.insert(wire.joints.begin() + i, Vec3::Zero());
     const int station = wire.stations[i - 1];
     wire.stations.insert(wire.stations.begin() + i, station);
+    if (!wire.twists.empty()) {
+        const double twist = wire.twists[i];
+        wire.twists[i] = share * twist;
+        wire.twists.insert(wire.twists.begin() + i + 1, twist - share * twist);
+    }
     if (!wire.grips.empty()) {
         Grip grip;
         grip.anchor = wire.grips[i - 1].anchor + share * (wire.grips[i].anchor - wire.grips[i - 1].anchor);
@@ -277,6 +327,10 @@ void merge_segments(Guidewire& wire, int i) {
     const double lambda = wire.spec.segment_length;
     if (std::abs(wire.lengths[i] - lambda) < whole_segment * lambda) wire.lengths[i] = lambda;
     wire.lengths.erase(wire.lengths.begin() + i + 1);
+    if (!wire.twists.empty()) {
+        wire.twists[i] += wire.twists[i + 1];
+        wire.twists.erase(wire.twists.begin() + i + 1);
+    }
     if (!wire.grips.empty()) {
         wire.friction_loss += wire.grips[i].energy(wire.joints[i]);
         wire.grips.erase(wire.grips.begin() + i);
@@ -288,7 +342,7 @@ void merge_segments(Guidewire& wire, int i) {
 }
 
 void insert_segment(Guidewire& wire) {
-    assert(wire.grips.empty());
+    assert(wire.grips.empty() && wire.twists.empty());
     const int before = wire.segments() - wire.curved_segments();  // last segment of the shaft
     const Vec3 u = wire.tangents[before];
     const double lambda = wire.spec.segment_length;
@@ -302,7 +356,7 @@ void insert_segment(Guidewire& wire) {
 }
 
 bool remove_segment(Guidewire& wire) {
-    assert(wire.grips.empty());
+    assert(wire.grips.empty() && wire.twists.empty());
     int last = wire.segments() - wire.curved_segments();
     for (; wire.lengths[last] > 1.5 * wire.spec.segment_length; ++last) split_segment(wire, last);
     for (; wire.lengths[last] < wire.spec.segment_length * (1 - whole_segment); --last)
@@ -356,6 +410,31 @@ FeedPlan plan_feed(const Guidewire& wire, double mm) {
     return plan;
 }
 
+std::vector<double> fed_twists(const Guidewire& wire, const FeedPlan& plan) {
+    std::vector<double> twists = wire.twists;
+    if (twists.empty()) return twists;
+    const double fed = plan.change + plan.change_before;
+    double place = 0, before = 0;  // of the new joint, and of the old one before the material there [mm]
+    double sum = 0, last = 0;      // twist from the introducer to that joint, and to the new one before
+    int from = 1;
+    for (int j = 1; j < plan.grows; ++j) {
+        place += wire.lengths[j];
+        if (j == plan.grows - 1) place += plan.change_before;
+        const double s = std::max(0.0, place - fed);
+        for (; from < plan.grows && before + wire.lengths[from] < s; ++from) {
+            before += wire.lengths[from];
+            sum += wire.twists[from];
+        }
+        const double here = sum + std::min(1.0, (s - before) / wire.lengths[from]) * wire.twists[from];
+        twists[j] = here - last;
+        last = here;
+    }
+    double whole = 0;
+    for (int j = 1; j <= plan.grows; ++j) whole += wire.twists[j];
+    twists[plan.grows] = whole - last;
+    return twists;
+}
+
 std::vector<Grip> fed_grips(const Guidewire& wire, const FeedPlan& plan, double& lost) {
     std::vector<Grip> grips = wire.grips;
     if (grips.empty()) return grips;
@@ -373,6 +452,8 @@ std::vector<Grip> fed_grips(const Guidewire& wire, const FeedPlan& plan, double&
             return s < 0 ? Vec3(a + s * wire.tangents[0]) : Vec3(a + share * (b - a));
         };
         grips[j].anchor = along(wire.grips[from - 1].anchor, wire.grips[from].anchor);
+        const double roll = wire.grips[from - 1].roll;
+        grips[j].roll = s < 0 ? 0.0 : roll + share * (wire.grips[from].roll - roll);
         if (!grips[j].holds()) continue;
         Grip unmixed = grips[j];
         unmixed.anchor =
@@ -385,6 +466,7 @@ std::vector<Grip> fed_grips(const Guidewire& wire, const FeedPlan& plan, double&
 void apply_feed(Guidewire& wire, const FeedPlan& plan) {
     const double lambda = wire.spec.segment_length;
     wire.grips = fed_grips(wire, plan, wire.friction_loss);
+    wire.twists = fed_twists(wire, plan);
     int grows = plan.grows;
     wire.lengths[grows] += plan.change;
     if (plan.change_before != 0) wire.lengths[grows - 1] += plan.change_before;
@@ -421,10 +503,12 @@ double feed(Guidewire& wire, double mm) {
 }
 
 void rotate(Guidewire& wire, double angle) {
-    if (wire.windup_stiffness() > 0)
+    if (wire.windup_stiffness() > 0) {
         wire.windup += angle;
-    else
-        wire.roll = std::remainder(wire.roll + angle, 2 * M_PI);
+        return;
+    }
+    wire.roll = std::remainder(wire.roll + angle, 2 * M_PI);
+    if (!wire.twists.empty()) hold_frames(wire, angle);
 }
 
 void rebuild_joints(Guidewire& wire, int first) {
@@ -445,6 +529,8 @@ void transport_directors(const Guidewire& wire, int first, std::vector<Vec3>& d)
         if (k > 1e-9) next -= next.dot(to) / k * (from + to);  // smallest rotation that takes from to to
         next -= next.dot(to) * to;
         d[i] = next.normalized();
+        if (!wire.twists.empty() && wire.twists[i] != 0)
+            d[i] = std::cos(wire.twists[i]) * d[i] + std::sin(wire.twists[i]) * to.cross(d[i]);
     }
 }
 
@@ -463,6 +549,9 @@ std::vector<std::string> validate(const Guidewire& wire) {
         return {"the wire's arrays differ in length"};
     if (!std::isfinite(wire.roll) || !std::isfinite(wire.carried) || !wire.load.allFinite())
         out.push_back("roll, carried or load is not finite");
+    if (!wire.twists.empty() && wire.twists.size() != n) out.push_back("the wire's twists differ in number");
+    for (const double twist : wire.twists)
+        if (!std::isfinite(twist)) out.push_back("a twist is not finite");
     for (std::size_t i = 0; i < n; ++i) {
         const std::string at = " " + std::to_string(i);
         if (!wire.joints[i].allFinite()) out.push_back("joint" + at + " is not finite");

@@ -4,6 +4,7 @@
 /// Joints x_0…x_N, x_0 fixed at the introducer; segment i joins x_{i-1} to x_i along the unit tangent u_i;
 /// u_0 is the clamped entry direction. Joint i (0 ≤ i < N) bends between u_i and u_{i+1}.
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -85,7 +86,11 @@ struct Guidewire {
                                // bears that of length_of(i)
     double carried = 0;        // motion not yet made, |carried| < λ [mm]
     double windup = 0;  // turn of the hub that has not reached the tip: the shaft is twisted by it [rad]
-    std::vector<Grip> grips;  // of the wall on each joint; empty for a wire without friction
+    /// [i] = turn of the material frame from segment i−1 to segment i on top of parallel transport, i = 1…N:
+    /// a shaft that twists segment by segment. Empty for one that is rigid or winds up as a whole [rad].
+    std::vector<double> twists;
+    std::vector<double> torsion;  // [i] = GJ_i/λ_i, where there are twists [N·mm]
+    std::vector<Grip> grips;      // of the wall on each joint; empty for a wire without friction
     double friction_loss =
         0;  // energy that they have cost so far: slip, and the stretch of material that let go [N·mm]
     /// Devices on the chain, innermost first; empty for a wire alone, which is what `spec` says. With devices
@@ -101,6 +106,7 @@ struct Guidewire {
           carried);
         if (!s.part(!grips.empty(), grips, friction_loss)) grips.clear(), friction_loss = 0;
         if (!s.part(windup != 0, windup)) windup = 0;
+        if (!s.part(!twists.empty(), twists, torsion)) twists.clear(), torsion.clear();
         if (!s.part(!devices.empty(), devices, thickness, surface_friction, bent)) {
             devices.clear(), thickness.clear(), surface_friction.clear();
             bent = 0;
@@ -121,13 +127,19 @@ struct Guidewire {
     double wall_share(int joint) const { return length_of(joint) / spec.segment_length; }
     double inserted_length() const;  // Σλ [mm]
     /// Torque that twists the shaft, from the introducer to the curved tip, by 1 rad [N·mm]; 0 for a shaft
-    /// that does not twist: a rigid one, or one without a tip to hold it.
+    /// that does not twist as a whole: a rigid one, one without a tip to hold it, or one with twists.
     double windup_stiffness() const;
+    /// Turn of the hub that has not reached the distal end [rad].
+    double wound_up() const;
     /// Torque against which the hub is held [N·mm].
     double windup_torque() const { return windup == 0 ? 0.0 : windup_stiffness() * windup; }
     int curved_segments() const;  // segments of the pre-curved tip, each piece counted
-    /// Distal segments from the first joint that is bent at rest, of the wire alone or of a device.
-    int bent_segments() const { return devices.empty() ? curved_segments() : bent; }
+    /// Distal segments whose energy depends on their material frames: from the first joint that is bent at
+    /// rest, of the wire alone or of a device, or all of a wire with twists.
+    int bent_segments() const {
+        if (!twists.empty()) return segments();
+        return devices.empty() ? curved_segments() : bent;
+    }
     /// μ of what lies outermost at the joint, on a wall [-].
     double friction_at(int joint) const {
         return surface_friction.empty() ? spec.friction : surface_friction[joint];
@@ -159,6 +171,13 @@ Guidewire uniform_wire(double rigidity, double segment_length, const Vec3& entry
 /// nothing for a wire whose spec has no friction.
 void start_grips(Guidewire&);
 
+/// Lets the shaft of a wire alone twist segment by segment, from where its hub is now. Does nothing for a
+/// wire whose spec has no torsional rigidity.
+void start_twists(Guidewire&);
+
+/// ½ Σ κτ² of the segments from `first` on, κ = GJ/λ [N·mm].
+double twist_energy(const Guidewire&, std::span<const double> twists, int first);
+
 /// Split a segment, `share` of its length proximal of the new joint. Its parts bend by the mean of the
 /// curvatures at its ends, so that the curve stays smooth; joints distal of it come closer, as the bent piece
 /// is shorter across. The new joint is straight without load, also in the curved tip, and its grip holds
@@ -188,6 +207,9 @@ FeedPlan plan_feed(const Guidewire&, double mm);
 /// Changes the lengths and splits or merges segments that are too long or too short; anchors move on with the
 /// material. The plan must be `whole` and made for this wire; only its tangents may differ.
 void apply_feed(Guidewire&, const FeedPlan&);
+/// Twists of the wire's segments once it is fed by the plan, before any split or merge: those of the material
+/// which then lies there. What comes in is not twisted, and what goes out leaves its twist inside.
+std::vector<double> fed_twists(const Guidewire&, const FeedPlan&);
 /// Grips of the wire's joints once it is fed by the plan, before any split or merge: each anchor is that of
 /// the material which then lies at the joint. Stretch mixes between joints; the energy that this takes is
 /// added to `lost`.

@@ -9,7 +9,7 @@ TEST(DevicesStudy, MeetsItsClosedForms) {
     options.quick = true;
     options.threads = 2;
     const studies::StudyResult result = studies::run_devices(options);
-    EXPECT_EQ(result.claims.size(), 9u + 3 + 2 + 6 + 5);
+    EXPECT_EQ(result.claims.size(), 9u + 3 + 2 + 7 + 5 + 9 + 5);
     for (const studies::Claim& claim : result.claims)
         EXPECT_TRUE(claim.holds) << claim.text << ": "
                                  << (std::holds_alternative<double>(claim.measured)

@@ -97,6 +97,13 @@ TEST(Catheter, AWireIsExchangedWhenItIsOut) {
     EXPECT_EQ(simulation.wire().devices[0].spec.shaft_rigidity, 250);
 }
 
+TEST(Catheter, ShaftsOfAChainWindUpAsAWhole) {
+    scenario::Scenario s = with_catheter();
+    s.torsion = scenario::TorsionModel::Segments;
+    ASSERT_EQ(scenario::problems(s).size(), 1u);
+    EXPECT_NE(scenario::problems(s)[0].find("as a whole"), std::string::npos);
+}
+
 TEST(Catheter, WhatCannotBeIsRefusedAtLoad) {
     const auto refused = [](const std::string& toml) {
         return test::refusal(

@@ -73,7 +73,8 @@ TEST(FrictionScenario, WildHandsEndAtRestRestoreAndReplay) {
         scenario::Scenario scenario = with_friction(0.05 + 0.05 * seed);
         scenario.adaptive = seed % 2 == 1;
         if (seed % 3 != 0) scenario.guidewire.torsional_rigidity = 60 * seed;
-        scenario.torsion = scenario::TorsionModel::Compliant;
+        scenario.torsion =
+            seed % 2 == 0 ? scenario::TorsionModel::Compliant : scenario::TorsionModel::Segments;
         Exercise exercise(scenario, false);
         for (int frame = 0; frame < 60; ++frame) {
             const auto commands = wild(random);

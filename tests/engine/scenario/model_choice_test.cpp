@@ -39,6 +39,12 @@ TEST(ModelChoice, AShaftWindsUpWhereABendCanTwistIt) {
     EXPECT_TRUE(choose_model(bend, wire, tolerance, true).winds_up);
     EXPECT_FALSE(choose_model(line, wire, tolerance, true).winds_up);
     EXPECT_NE(choose_model(bend, wire, tolerance, true).torsion_reason, "");
+    EXPECT_FALSE(choose_model(bend, wire, tolerance, true).held_back);
+    wire.friction = 0.1;
+    EXPECT_TRUE(choose_model(bend, wire, tolerance, true).held_back);
+    EXPECT_FALSE(choose_model(line, wire, tolerance, true).held_back);
+    wire.friction = 1e-6;
+    EXPECT_FALSE(choose_model(bend, wire, tolerance, true).held_back);
     wire.torsional_rigidity = 1e5;
     wire.tip_rigidity = 1;
     EXPECT_FALSE(choose_model(bend, wire, tolerance, true, 300).winds_up);

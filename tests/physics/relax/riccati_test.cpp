@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <gtest/gtest.h>
+#include <random>
 
 #include "physics/relax/newton_terms.h"
 #include "physics/wire/energy.h"
@@ -24,21 +25,22 @@ NewtonTerms terms_of(const Guidewire& wire, std::span<const WallContact> contact
     return terms;
 }
 
-/// The quadratic model of the stages, written out over all α.
+/// The quadratic model of the stages, written out over all α and, where each segment twists, all β after
+/// them.
 struct Dense {
     Eigen::MatrixXd hessian;
     Eigen::VectorXd gradient;
 };
 Dense dense(const NewtonTerms& terms, double mu, std::span<const FedStage> fed = {}) {
     const auto& stages = terms.stages;
-    const int n = static_cast<int>(stages.size());
-    Dense d{Eigen::MatrixXd::Zero(2 * n, 2 * n), Eigen::VectorXd::Zero(2 * n)};
-    Eigen::MatrixXd x = Eigen::MatrixXd::Zero(3, 2 * n);      // δx_j as a linear function of all α
-    Eigen::MatrixXd twist = Eigen::MatrixXd::Zero(1, 2 * n);  // ψ_{j-1}
+    const int n = static_cast<int>(stages.size()), all = terms.each ? 3 * n : 2 * n;
+    Dense d{Eigen::MatrixXd::Zero(all, all), Eigen::VectorXd::Zero(all)};
+    Eigen::MatrixXd x = Eigen::MatrixXd::Zero(3, all);      // δx_j as a linear function of them
+    Eigen::MatrixXd twist = Eigen::MatrixXd::Zero(1, all);  // ψ_{j-1}
     for (int j = 0; j < n; ++j) {
         const RiccatiStage& s = stages[j];
         const int own = 2 * j, prev = 2 * (j - 1);
-        Eigen::MatrixXd pick = Eigen::MatrixXd::Zero(2, 2 * n), pick_prev = pick;
+        Eigen::MatrixXd pick = Eigen::MatrixXd::Zero(2, all), pick_prev = pick;
         pick.block<2, 2>(0, own).setIdentity();
         if (j > 0) pick_prev.block<2, 2>(0, prev).setIdentity();
         auto add = [&](const Eigen::MatrixXd& left, const Eigen::MatrixXd& block,
@@ -68,14 +70,24 @@ Dense dense(const NewtonTerms& terms, double mu, std::span<const FedStage> fed =
         add(x, h, x);
         for (const FedStage& f : fed)
             if (f.stage <= j) d.gradient += x.transpose() * (h * f.by);
+        if (!terms.each) continue;
+        const TwistStage& t = terms.twist_stages[j];
+        Eigen::MatrixXd pick_twist = Eigen::MatrixXd::Zero(1, all);
+        pick_twist(0, 2 * n + j) = 1;
+        twist += pick_twist;
+        const double weight = mu * s.length * twist_arm * twist_arm;
+        add(pick_twist, Eigen::MatrixXd::Constant(1, 1, t.stiffness + weight), pick_twist);
+        add(twist, Eigen::MatrixXd::Constant(1, 1, t.grip_grip), twist);
+        d.hessian += add(twist, t.grip_cross.transpose(), x).transpose();
+        d.gradient += t.slope * pick_twist.transpose() + t.grip_slope * twist.transpose();
     }
     return d;
 }
 
 Eigen::VectorXd rolled_out(const NewtonTerms& terms, std::span<const RiccatiGain> gains,
-                           std::span<const FedStage> fed = {}) {
+                           std::span<const FedStage> fed = {}, std::span<const TwistGain> twist_gains = {}) {
     const int n = static_cast<int>(terms.stages.size());
-    Eigen::VectorXd alpha(2 * n);
+    Eigen::VectorXd alpha(terms.each ? 3 * n : 2 * n);
     Vec3 x = Vec3::Zero();
     Vec2 prev = Vec2::Zero();
     double twist = 0;
@@ -91,6 +103,10 @@ Eigen::VectorXd rolled_out(const NewtonTerms& terms, std::span<const RiccatiGain
             if (f.stage == j) x += f.by;
         alpha.segment<2>(2 * j) = now;
         prev = now;
+        if (!terms.each) continue;
+        const TwistGain& own = twist_gains[j];
+        alpha[2 * n + j] = own.step + own.from_x.dot(x) + own.from_turn.dot(now) + own.from_twist * twist;
+        twist += alpha[2 * n + j];
     }
     return alpha;
 }
@@ -152,6 +168,50 @@ TEST(Riccati, AnswerToFedSegmentsEqualsADenseFactorisation) {
             EXPECT_LT((rolled_out(terms, gains, fed) - expected).norm(), 1e-10 * expected.norm())
                 << curved << " " << anew;
         }
+}
+
+/// A wire whose segments twist, each by itself, some of whose joints grip the wall.
+TEST(Riccati, TwistOfEachSegmentEqualsADenseFactorisation) {
+    std::mt19937 random(3);
+    const auto unit = [&] { return random() / 2147483648.0 - 1.0; };
+    for (const double mu : {0.0, 5.0}) {
+        auto [wire, wall] = pressed(1.2);
+        wire.spec.torsional_rigidity = 400;
+        wire.spec.friction = 0.3;
+        start_twists(wire);
+        start_grips(wire);
+        std::vector<WallContact> contacts = all_contacts(wire, wall);
+        for (int j = 1; j <= wire.segments(); ++j) {
+            wire.twists[j] = 0.1 * unit();
+            Grip& grip = wire.grips[j];
+            if (!contacts[j].touches()) continue;
+            grip.force = 0.3 * contacts[j].force();
+            grip.normal = contacts[j].normal.normalized();
+            grip.around = 0.45 * wire.tangents[j].cross(grip.normal);
+            grip.roll = unit();
+            grip.anchor += 0.1 * Vec3(unit(), unit(), unit());
+        }
+        const int n = wire.segments();
+        NewtonTerms terms;
+        std::vector<ContactPlane> planes(n + 1);
+        std::vector<RiccatiGain> gains(n);
+        std::vector<TwistGain> twist_gains(n);
+        assemble_and_solve(wire, contacts, directors(wire), 1, mu, 1e-9, terms, planes, gains, twist_gains);
+        ASSERT_TRUE(terms.each);
+        terms = convex(terms, mu);
+        const Dense d = dense(terms, mu);
+        // The gradient of the recursion's stages is that of the sums.
+        for (int j = 0; j < n; ++j) {
+            EXPECT_NEAR(d.gradient[2 * n + j], terms.twist_gradient[j], 1e-9) << j;
+            EXPECT_LT((d.gradient.segment<2>(2 * j) - terms.gradient[j]).norm(), 1e-9) << j;
+        }
+        const Eigen::VectorXd expected = -d.hessian.llt().solve(d.gradient);
+        const RiccatiReport report =
+            riccati_backward(terms.stages, mu, 1e-9, Twist::Each, gains, {terms.twist_stages, twist_gains});
+        EXPECT_EQ(report.shifted, 0);
+        EXPECT_LT((rolled_out(terms, gains, {}, twist_gains) - expected).norm(), 1e-10 * expected.norm())
+            << mu;
+    }
 }
 
 /// Two devices of one chain, each of which also turns by itself against the spring of its shaft: over all α,

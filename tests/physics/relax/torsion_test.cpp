@@ -16,7 +16,7 @@ constexpr int sufficient = 10'000'000;
 
 /// A wire with a curved tip in a bend, where its tip has preferred directions.
 struct InABend {
-    explicit InABend(double torsional_rigidity, double friction = 0)
+    explicit InABend(double torsional_rigidity, double friction = 0, bool segments = false)
         : wall(anatomy::draw(
                    std::vector<anatomy::PenMove>{anatomy::Run{60}, anatomy::Arc{30, 1.6}, anatomy::Run{80}}),
                2.5, 5, 0.4),
@@ -28,6 +28,7 @@ struct InABend {
         spec.friction = friction;
         wire = wire_of_length(spec, wall.centreline(), 110);
         hub.settle(wire, sufficient);
+        if (segments) start_twists(wire);
         start_grips(wire);
         hub.settle(wire, sufficient);
     }
@@ -125,12 +126,12 @@ TEST(Torsion, ATipWhipsRoundOnlyBelowTheCriticalStiffness) {
     EXPECT_GT(largest[1], 25 * degree) << "critical stiffness " << critical;
 }
 
-TEST(Torsion, WildHandsWithFrictionEndAtRest) {
+void be_wild(bool segments) {
     int refused = 0, motions = 0;
     for (unsigned seed = 0; seed < 12; ++seed) {
         std::mt19937 random(seed);
         const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
-        InABend bend(std::exp(std::log(30.0) + 6 * unit()), seed % 3 == 0 ? 0 : 0.3 * unit());
+        InABend bend(std::exp(std::log(30.0) + 6 * unit()), seed % 3 == 0 ? 0 : 0.3 * unit(), segments);
         for (int k = 0; k < 80; ++k, ++motions) {
             const HubMotion motion = {random() % 2 == 0 ? 4 * (unit() - 0.45) : 0,
                                       random() % 2 == 0 ? 0.34 * (unit() - 0.5) : 0};
@@ -145,6 +146,94 @@ TEST(Torsion, WildHandsWithFrictionEndAtRest) {
         }
     }
     EXPECT_LE(refused, motions / 100);
+}
+
+TEST(Torsion, WildHandsWithFrictionEndAtRest) {
+    be_wild(false);
+}
+
+TEST(Torsion, WildHandsOnAShaftThatTwistsSegmentBySegmentEndAtRest) {
+    be_wild(true);
+}
+
+/// Without friction the torque is the same all along the shaft: it then winds up as a whole, but that the
+/// curved tip gives as well.
+TEST(Torsion, WithoutFrictionSegmentsTwistAsTheWholeShaftDoes) {
+    InABend whole(1000), segments(1000, 0, true);
+    for (int k = 0; k < 30; ++k) {
+        const double torque = whole.turn(0.1).relax.base_torque, each = segments.turn(0.1).relax.base_torque;
+        const Guidewire& wire = segments.wire;
+        const int shaft = wire.segments() - wire.curved_segments();
+        for (int i = 1; i <= shaft; ++i)
+            ASSERT_NEAR(-wire.torsion[i] * wire.twists[i], each, 1e-6 + 1e-6 * std::abs(each))
+                << k << " " << i;
+        EXPECT_NEAR(each, torque, 0.05 * std::abs(torque) + 0.02) << k;
+    }
+}
+
+/// A straight wire in a narrow tube, pressed down on all its length.
+struct Pressed {
+    static constexpr double length = 200, rigidity = 20, load = 0.02, friction = 0.1;  // [mm, N·mm², N/mm, -]
+    Pressed() : wall({{0, 0, 0}, {300, 0, 0}}, 0.05, 20), hub({}, wall) {
+        GuidewireSpec spec;
+        spec.segment_length = 2;
+        spec.diameter = 0.9;
+        spec.shaft_rigidity = spec.tip_rigidity = 500;
+        spec.curved_angle = spec.curved_length = 0;
+        spec.torsional_rigidity = rigidity;
+        spec.friction = friction;
+        // Along the wall: what the introducer bears would not press.
+        wire = wire_of_length(spec, {{0, 0, -0.05}, {300, 0, -0.05}}, length);
+        wire.load = {0, 0, -load};
+        hub.settle(wire, sufficient);
+        start_twists(wire);
+        start_grips(wire);
+        hub.settle(wire, sufficient);
+    }
+    /// Turn of the distal end that it has not made.
+    double lag() const { return wire.wound_up(); }
+
+    TubeWall wall;
+    Hub hub;
+    Guidewire wire;
+};
+
+/// DEVICES: the tip follows when the hub has turned by μqrℓ²/2GJ. A wire that rolls in a tube climbs its wall
+/// to the angle of friction, so that of the load only 1/√(1 + μ²) presses.
+TEST(Torsion, FrictionHoldsAPressedShaftBackByItsClosedForm) {
+    Pressed p;
+    const double pressed = Pressed::load / std::sqrt(1 + Pressed::friction * Pressed::friction);
+    const double expected =
+        Pressed::friction * pressed * 0.45 * Pressed::length * Pressed::length / (2 * Pressed::rigidity);
+    double turned = 0, energy = 0, work = 0, torque = 0;
+    const auto stored = [&] { return total_energy(p.wire, all_contacts(p.wire, p.wall)).total(); };
+    energy = stored();
+    const double loss = p.wire.friction_loss;
+    for (int k = 0; k < 80; ++k) {
+        const HubReport report = p.hub.move(p.wire, {0, 0.05}, sufficient);
+        ASSERT_EQ(report.outcome, HubReport::Outcome::AtRest) << k;
+        ASSERT_TRUE(report.relax.converged) << k;
+        turned += 0.05;
+        work += 0.5 * (torque + report.relax.base_torque) * 0.05;
+        torque = report.relax.base_torque;
+        ASSERT_NEAR(relative_gradient(p.wire, all_contacts(p.wire, p.wall)), 0, 1e-6) << k;
+    }
+    EXPECT_NEAR(p.lag(), expected, 0.02 * expected);
+    EXPECT_NEAR(torque, Pressed::friction * pressed * 0.45 * Pressed::length, 0.02 * torque);
+    EXPECT_NEAR(work, stored() - energy + p.wire.friction_loss - loss, 0.02 * work);
+    // Turned back, friction holds the other way.
+    for (int k = 0; k < 120; ++k) p.hub.move(p.wire, {0, -0.05}, sufficient);
+    EXPECT_NEAR(p.lag(), -expected, 0.02 * expected);
+}
+
+/// Advancing while turning lets the torque out: slip along the wire takes the whole grip.
+TEST(Torsion, AFeedLetsHeldTorqueOut) {
+    Pressed p;
+    for (int k = 0; k < 20; ++k) p.hub.move(p.wire, {0, 0.05}, sufficient);
+    const double held = std::abs(p.hub.settle(p.wire, sufficient).relax.base_torque);
+    ASSERT_GT(held, 0.05);
+    for (int k = 0; k < 30; ++k) p.hub.move(p.wire, {1, 0}, sufficient);
+    EXPECT_LT(std::abs(p.hub.settle(p.wire, sufficient).relax.base_torque), 0.1 * held);
 }
 
 }  // namespace

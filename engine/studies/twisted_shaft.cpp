@@ -1,0 +1,141 @@
+#include "engine/studies/twisted_shaft.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/anatomy/scenes.h"
+#include "physics/relax/hub.h"
+#include "physics/wall/tube_wall.h"
+#include "physics/wire/energy.h"
+
+namespace studies {
+namespace {
+
+using geometry::degree;
+using geometry::Vec3;
+using physics::Guidewire;
+using physics::GuidewireSpec;
+using physics::Hub;
+using physics::HubReport;
+using physics::TubeWall;
+
+constexpr int no_limit = 100'000'000;  // updates
+
+/// Equation of the curved rod, integrated from its tip.
+struct RodEquation {
+    double length, stiffness;  // [mm], EI κ₀ κ/GJ [1/mm²]
+
+    /// Hub's angle that leaves the tip at this one [rad].
+    double hub_for(double tip) const {
+        constexpr int steps = 4000;
+        const double h = -length / steps;
+        double angle = tip, slope = 0;
+        for (int i = 0; i < steps; ++i) {  // midpoint rule
+            const double middle = angle + 0.5 * h * slope;
+            const double slope_there = slope + 0.5 * h * stiffness * std::sin(angle);
+            angle += h * slope_there;
+            slope += h * stiffness * std::sin(middle);
+        }
+        return angle;
+    }
+    /// Where the branch that starts at 0 ends: the largest hub's angle on it, π where it never ends.
+    double fold() const {
+        double most = 0;
+        constexpr int steps = 720;
+        for (int i = 1; i <= steps; ++i) most = std::max(most, hub_for(i * M_PI / steps));
+        return most;
+    }
+};
+
+}  // namespace
+
+HeldShaft held_shaft(double friction) {
+    constexpr double length = 200, rigidity = 20, load = 0.02, radius = 0.45, step = 3 * degree;
+    constexpr double clearance = 0.05;
+    const TubeWall wall({{0, 0, 0}, {300, 0, 0}}, clearance, 20);
+    Hub hub({}, wall);
+    GuidewireSpec spec;
+    spec.segment_length = 2;
+    spec.diameter = 2 * radius;
+    spec.shaft_rigidity = spec.tip_rigidity = 500;
+    spec.curved_angle = spec.curved_length = 0;
+    spec.torsional_rigidity = rigidity;
+    spec.friction = friction;
+    // Along the wall: what the introducer bears would not press.
+    Guidewire wire = physics::wire_of_length(spec, {{0, 0, -clearance}, {300, 0, -clearance}}, length);
+    wire.load = {0, 0, -load};
+    hub.settle(wire, no_limit);
+    physics::start_twists(wire);
+    physics::start_grips(wire);
+    hub.settle(wire, no_limit);
+
+    HeldShaft held;
+    held.friction = friction;
+    const double pressed = friction * load / std::sqrt(1 + friction * friction) * radius;
+    held.exact = pressed * length * length / (2 * rigidity) / degree;
+    held.exact_torque = pressed * length;
+    const auto energy = [&] {
+        return physics::total_energy(wire, physics::all_contacts(wire, wall)).total();
+    };
+    const double before = energy(), lost_before = wire.friction_loss;
+    held.curve.push_back({0, 0});
+    // Until well after the end has let go.
+    const int turns = static_cast<int>(std::ceil((1.5 * held.exact + 45) * degree / step));
+    for (int k = 1; k <= turns; ++k) {
+        const double torque = hub.move(wire, {0, step}, no_limit).relax.base_torque;
+        held.work += 0.5 * (held.torque + torque) * step;
+        held.torque = torque;
+        held.curve.push_back({k * step / degree, (k * step - wire.wound_up()) / degree});
+    }
+    held.measured = wire.wound_up() / degree;
+    held.gained = energy() - before;
+    held.loss = wire.friction_loss - lost_before;
+    return held;
+}
+
+CurvedRod curved_rod(double length) {
+    constexpr double curvature = 1.0 / 40, bending = 250, torsion = 188;
+    const TubeWall wall(
+        anatomy::draw(std::vector<anatomy::PenMove>{anatomy::Arc{1 / curvature, 1.1 * length * curvature}}),
+        0.03, 2000);
+    Hub hub({}, wall);
+    GuidewireSpec spec;
+    spec.segment_length = 0.5;
+    spec.shaft_rigidity = spec.tip_rigidity = bending;
+    spec.curved_length = length;
+    spec.curved_angle = length * curvature;
+    spec.torsional_rigidity = torsion;
+    Guidewire wire = physics::wire_of_length(spec, wall.centreline(), length + spec.segment_length);
+    // Without torque the rod curves as the tube does.
+    const Vec3 &u = wire.tangents[0], bend = wall.centreline()[2] - wall.centreline()[1];
+    const Vec3 toward = (bend - bend.dot(u) * u).normalized();
+    wire.roll = std::atan2(wire.base_director.cross(toward).dot(u), wire.base_director.dot(toward));
+    physics::start_twists(wire);
+    hub.settle(wire, no_limit);
+
+    CurvedRod rod;
+    const RodEquation equation{length, bending * curvature * curvature / torsion};
+    rod.reach = length * std::sqrt(equation.stiffness);
+    rod.exact_snap = equation.fold() / degree;
+    double before = 0;
+    for (int k = 0; k * rod_step <= 270; ++k) {
+        if (k > 0) {
+            const HubReport report = hub.move(wire, {0, rod_step * degree}, no_limit);
+            rod.unconverged += report.outcome != HubReport::Outcome::AtRest || !report.relax.converged;
+        }
+        const double turned = k * rod_step, tip = turned - wire.wound_up() / degree;
+        const double exact = equation.hub_for(tip * degree) / degree;
+        rod.curve.push_back({turned, tip, exact});
+        if (tip - before > rod.largest_step) {
+            rod.largest_step = tip - before;
+            rod.snap = turned;
+        }
+        before = tip;
+    }
+    const bool snaps = rod.reach > M_PI / 2;
+    for (const auto& [turned, tip, exact] : rod.curve)
+        if (!snaps || turned < rod.snap) rod.off = std::max(rod.off, std::abs(turned - exact));
+    return rod;
+}
+
+}  // namespace studies
