@@ -164,11 +164,12 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
     }
     const scenario::ModelChoice& choice = exercise.simulation().choice();
     if (asked.torsion == scenario::TorsionModel::Auto && !choice.torsion_reason.empty()) {
-        result.notices.push_back(fmt::format("a {} shaft was chosen: {}",
-                                             choice.held_back  ? "segment by segment compliant"
-                                             : choice.winds_up ? "compliant"
-                                                               : "rigid",
-                                             choice.torsion_reason));
+        result.notices.push_back(
+            fmt::format("a {} shaft was chosen: {}",
+                        choice.held_back  ? "segment by segment compliant"
+                        : choice.winds_up ? "compliant"
+                                          : "rigid",
+                        choice.torsion_reason + (choice.held_back ? choice.held_reason : "")));
     }
     if (asked.choose_segment_length) {
         result.notices.push_back(fmt::format("segments of {:.3g} mm were chosen: {}", choice.segment_length,

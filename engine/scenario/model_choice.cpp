@@ -115,7 +115,7 @@ void choose_torsion(const physics::GuidewireSpec& wire, double wire_length, Mode
     const double press = 2 * wire.shaft_rigidity * bent / std::sqrt(8 * clearance / bent);
     const double held = wire.friction * 0.5 * wire.diameter * press * give;
     choice.held_back = held > twist_that_shows;
-    choice.torsion_reason +=
+    choice.held_reason =
         fmt::format(", and friction there can hold it back by {:.3g} degrees", held / geometry::degree);
 }
 

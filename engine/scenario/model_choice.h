@@ -34,6 +34,7 @@ struct ModelChoice {
     bool winds_up = false;       // whether the wire's torsion shows
     bool held_back = false;      // and whether friction on its shaft does
     std::string torsion_reason;  // one sentence; empty for a wire without torsional rigidity
+    std::string held_reason;     // continues it where the shaft is held back
     LumenDemand demand;
 };
 
