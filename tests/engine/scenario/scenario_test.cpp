@@ -61,7 +61,8 @@ TEST(Scenario, AnatomyIsGrownFromItsSection) {
 TEST(Scenario, ShippedScenariosAreSound) {
     const auto files = shipped_scenarios(test::asset("scenarios"));
     ASSERT_FALSE(files.empty());
-    for (const auto& file : files) EXPECT_FALSE(load_scenario(file).title.empty()) << file;
+    for (const auto& file : files)
+        EXPECT_FALSE(load_scenario(file, test::asset("devices")).title.empty()) << file;
 }
 
 TEST(Scenario, EveryKeyIsInTheReference) {
