@@ -84,9 +84,9 @@ std::uint64_t Exercise::fingerprint() const {
         physics::DeviceSpec catheter = s.catheter->device;
         hash(catheter, s.catheter->inserted, s.catheter->roll);
     }
-    hash(s.name, s.seed, s.frame_rate, s.guidewire, s.wire_length, s.wall_model, s.wall_stiffness,
-         s.entry.end, s.entry.inserted, s.relaxer.kind, s.relaxer.tolerance, s.budget.updates, s.adaptive,
-         s.c_arm, target, s.target.radius, s.target.hold, triangles, images);
+    hash(s.name, s.seed, s.frame_rate, s.guidewire, s.wire_length, s.wall_model, s.wall_stiffness, s.torsion,
+         s.wall_friction, s.entry.end, s.entry.inserted, s.relaxer.kind, s.relaxer.tolerance,
+         s.budget.updates, s.adaptive, s.c_arm, target, s.target.radius, s.target.hold, triangles, images);
     return hash.value();
 }
 

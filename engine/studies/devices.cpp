@@ -471,7 +471,8 @@ StudyResult run_devices(const StudyOptions& options) {
                                  "μ q r ℓ²/2GJ; within 2 %."});
         result.claims.push_back(
             {fmt::format("pressed shaft, friction {}: torque at the hub [N mm]", h.friction), h.exact_torque,
-             h.torque, near(h.torque, h.exact_torque, 0.02), "μ q r ℓ; within 2 %."});
+             h.torque, near(h.torque, h.exact_torque, 0.02),
+             "μ q r ℓ; within 2 %: the introducer bears the first millimetres' load."});
         result.claims.push_back(
             {fmt::format("pressed shaft, friction {}: work of the hand that turns it [N mm]", h.friction),
              h.gained + h.loss, h.work, near(h.work, h.gained + h.loss, 0.01),

@@ -94,6 +94,7 @@ HeldShaft held_shaft(double friction) {
 }
 
 CurvedRod curved_rod(double length) {
+    // So stiff a wall that the rod does not press through the clearance: the hub refuses what would.
     constexpr double curvature = 1.0 / 40, bending = 250, torsion = 188;
     const TubeWall wall(
         anatomy::draw(std::vector<anatomy::PenMove>{anatomy::Arc{1 / curvature, 1.1 * length * curvature}}),

@@ -572,7 +572,11 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
         model_.directors.clear();
     }
     const long long asked_before = contacts_.queries();
-    if (end_report_.at_rest) contacts_.release();
+    // A call that goes on where the budget ended keeps what it has learned.
+    if (!end_report_.out_of_budget) {
+        contacts_.release();
+        lag_rounds_ = 0;
+    }
     contacts_.update(wire);
     const int moved = contacts_.rejoin_vessels(wire);
     // The last segment that is unchanged ends at a joint whose share of the wall may have changed.
@@ -583,8 +587,7 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
     const int changed = std::max(least_window, predicted_ > 0 ? predicted_ : changed_share * (n - unchanged));
     predicted_ = 0;
     Outcome outcome = find_rest(wire, most_updates, valid, std::max(changed, unsettled), report, observer);
-    // Snaps back and forth may let the forces never agree: their rounds are counted from rest to rest.
-    if (end_report_.at_rest) lag_rounds_ = 0;
+    // Snaps back and forth may let the forces never agree: their rounds are counted over all such calls.
     while (outcome == Outcome::Converged && !wire.grips.empty() && lag_rounds_ < lag_rounds) {
         ++report.lag_rounds;
         ++lag_rounds_;

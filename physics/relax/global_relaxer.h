@@ -84,7 +84,7 @@ private:
     int foreseen_ = 0;    // joints whose forces the prediction has foreseen
     int predicted_ = 0;   // segments that the current motion changes the most
     int spent_ = 0;       // updates that its prediction has cost
-    int lag_rounds_ = 0;  // since the last rest
+    int lag_rounds_ = 0;  // so far, over calls that ended with their budget
     ContactSet contacts_;
     Guidewire end_;
     RelaxReport end_report_;
