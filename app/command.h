@@ -6,6 +6,9 @@
 #include <functional>
 #include <optional>
 
+#include "engine/scenario/scenario.h"
+#include "engine/script/command.h"
+
 namespace app {
 
 /// 0 is success, as for any program; 1 means that the target was not reached.
@@ -26,9 +29,26 @@ Command add_study(CLI::App&);
 Command add_anatomy(CLI::App&);
 Command add_list(CLI::App&);
 Command add_device(CLI::App&);
+Command add_score(CLI::App&);
+Command add_replay(CLI::App&);
+
+/// From here on Ctrl-C and SIGTERM ask the command to stop, and writing to a full disk or beyond a quota is
+/// an error of the write instead of a signal that ends the program.
+void catch_signals();
+bool stop_requested();
 
 /// "seldinger 0.1.0".
 extern const char* const program;
+/// What recordings say of this program: its name, version and the hash of its file; and whose they are.
+/// Throws InputError for a learner's name that is not accepted.
+script::Origin origin(const std::string& learner = {});
+/// The program's folder below the one that the variable names, otherwise below the user's home; empty without
+/// either.
+std::filesystem::path user_folder(const char* variable, const char* under_home);
+/// The folder that is named, else the user's own cache, as of `play`.
+std::filesystem::path usual_cache(const std::string& named);
+/// The scenario of a recording: `named`, or the shipped one that it names. Throws InputError.
+scenario::Scenario scenario_of(const script::CommandScript&, const std::string& named);
 
 /// Folder of this program's file, links resolved.
 std::filesystem::path program_folder();

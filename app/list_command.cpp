@@ -1,32 +1,130 @@
-/// `seldinger list`.
+/// `seldinger list`: what ships, and what there is to know of one scenario.
 
+#include <algorithm>
 #include <fmt/format.h>
 #include <memory>
 
 #include "app/command.h"
+#include "app/progress_bar.h"
+#include "engine/anatomy/anatomy.h"
 #include "engine/scenario/device.h"
+#include "engine/scenario/model_choice.h"
 #include "engine/scenario/scenario.h"
+#include "physics/geometry/polyline.h"
+#include "physics/geometry/vec.h"
 
 namespace app {
+namespace {
+
+scenario::Scenario load(const std::filesystem::path& file) {
+    return scenario::load_scenario(file, assets() / "devices");
+}
+
+std::string figure(const std::optional<double>& value, const char* unit) {
+    return value ? fmt::format("{:g} {}", *value, unit) : std::string("-");
+}
+
+void list_devices() {
+    for (const std::filesystem::path& file : scenario::device_files(assets() / "devices")) {
+        const scenario::Device device = scenario::load_device(file);
+        fmt::print("{:<16} {:<9} {}\n", device.name,
+                   device.kind == scenario::DeviceKind::Wire ? "wire" : "catheter", device.title);
+    }
+}
+
+/// By level; those outside the curriculum come last.
+void list_scenarios() {
+    std::vector<scenario::Scenario> all;
+    for (const std::filesystem::path& file : scenario::shipped_scenarios(assets() / "scenarios"))
+        all.push_back(load(file));
+    std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) {
+        const auto order = [](int level) { return level > 0 ? level : scenario::Lesson::levels + 1; };
+        return order(a.lesson.level) < order(b.lesson.level);
+    });
+    std::size_t widest = 0;
+    for (const scenario::Scenario& s : all) widest = std::max(widest, s.name.size());
+    fmt::print("{:<{}}  level     par  exercise\n", "name", widest);
+    for (const scenario::Scenario& s : all)
+        fmt::print("{:<{}}  {:>5}  {:>6}  {}\n", s.name, widest,
+                   s.lesson.level > 0 ? std::to_string(s.lesson.level) : "-",
+                   figure(s.lesson.par.completion_time, "s"), s.title);
+}
+
+void show_scenario(const scenario::Scenario& s, const std::string& cache_folder) {
+    anatomy::ModelCache cache;
+    cache.folder = usual_cache(cache_folder);
+    const anatomy::Anatomy anatomy = [&] {
+        ProgressBar bar;
+        cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+        return scenario::anatomy_of(s, cache);
+    }();
+    const auto line = [](const char* name, const std::string& text) {
+        fmt::print("{:<11} {}\n", name, text);
+    };
+    fmt::print("{}: {}\n", s.name, s.title);
+    if (!s.lesson.briefing.empty()) fmt::print("\n{}\n\n", s.lesson.briefing);
+    if (s.lesson.level > 0) line("level", fmt::format("{} of {}", s.lesson.level, scenario::Lesson::levels));
+    line("target", fmt::format("{}, within {:g} mm for {:g} s, by the {}",
+                               s.target.name.empty() ? "a place of its own" : s.target.name, s.target.radius,
+                               s.target.hold, s.target.by_catheter ? "catheter" : "wire"));
+    line("start", fmt::format("{}, {:g} mm of wire inside", s.entry.end, s.entry.inserted));
+    line("wire",
+         fmt::format("{:g} mm thick, {:g} mm long, EI {:g} to {:g} N mm2, tip bent by {:.0f} deg{}",
+                     s.guidewire.diameter, s.wire_length, s.guidewire.shaft_rigidity,
+                     s.guidewire.tip_rigidity, s.guidewire.curved_angle / geometry::degree,
+                     s.guidewire.friction > 0 ? fmt::format(", friction {:g}", s.guidewire.friction) : ""));
+    if (s.catheter)
+        line("catheter", fmt::format("{}, {:g} mm thick, {:g} mm inside", s.catheter->device.title,
+                                     s.catheter->device.outer_diameter, s.catheter->inserted));
+    line("wall", fmt::format("{:g} N/mm a joint", s.wall_stiffness));
+    line("limits", fmt::format("time {}, beam {}, contrast {:.0f} ml", figure(s.time_limit, "s"),
+                               figure(s.beam_limit, "s"), s.blood.limit));
+    const scenario::Par& par = s.lesson.par;
+    if (par.given())
+        line("par", fmt::format("time {}, beam {}, contrast {}, travel {}", figure(par.completion_time, "s"),
+                                figure(par.beam_on_time, "s"), figure(par.contrast, "ml"),
+                                figure(par.wire_travel, "mm")));
+    for (const scenario::SuggestedView& view : s.lesson.views)
+        line("look",
+             fmt::format("{} {:.0f}, {} {:.0f}: {}", view.lao < 0 ? "RAO" : "LAO",
+                         std::abs(view.lao) / geometry::degree, view.cranial < 0 ? "caudal" : "cranial",
+                         std::abs(view.cranial) / geometry::degree, view.shows));
+    for (const std::string& hint : s.lesson.hints) line("hint", hint);
+    for (const anatomy::VesselEnd& end : anatomy.ends)
+        line("end", fmt::format("{:<28} radius {:.1f} mm", end.opening.name, end.opening.radius));
+    for (const geometry::CentrelineBranch& branch : anatomy.branches) {
+        const auto [least, most] = std::minmax_element(branch.radii.begin(), branch.radii.end());
+        line("branch", fmt::format("{:<28} {:.0f} mm long, radius {:.1f} to {:.1f} mm{}", branch.name,
+                                   geometry::length_of(branch.points), *least, *most,
+                                   branch.parent < 0 ? std::string()
+                                                     : ", from " + anatomy.branches[branch.parent].name));
+    }
+    for (const anatomy::VesselTarget& target : anatomy.targets)
+        line("target at",
+             fmt::format("{:<28} {:.1f}, {:.1f}, {:.1f} mm, in {}", target.name, target.centre.x(),
+                         target.centre.y(), target.centre.z(), anatomy.branches[target.branch].name));
+}
+
+}  // namespace
 
 Command add_list(CLI::App& parser) {
-    const auto what = std::make_shared<std::string>("scenarios");
-    CLI::App* command = parser.add_subcommand("list", "List the scenarios, or the devices, that ship");
-    command->add_option("what", *what, "'scenarios' or 'devices'")
-        ->check(CLI::IsMember({"scenarios", "devices"}));
-    return {command, [what] {
-                if (*what == "devices") {
-                    for (const std::filesystem::path& file : scenario::device_files(assets() / "devices")) {
-                        const scenario::Device device = scenario::load_device(file);
-                        fmt::print("{:<16} {:<9} {}\n", device.name,
-                                   device.kind == scenario::DeviceKind::Wire ? "wire" : "catheter",
-                                   device.title);
-                    }
-                    return done;
-                }
-                for (const std::filesystem::path& file : scenario::shipped_scenarios(assets() / "scenarios"))
-                    fmt::print("{:<16} {}\n", file.stem().string(),
-                               scenario::load_scenario(file, assets() / "devices").title);
+    struct Arguments {
+        std::string what = "scenarios", cache;
+    };
+    const auto arguments = std::make_shared<Arguments>();
+    CLI::App* command = parser.add_subcommand(
+        "list", "List the scenarios, or the devices, that ship, or describe a scenario");
+    command->add_option("what", arguments->what,
+                        "'scenarios', 'devices', or a scenario: a file (.toml), or one that ships");
+    command->add_option("--cache", arguments->cache, "Folder that keeps grown vessels; else the user's");
+    return {command, [arguments] {
+                if (arguments->what == "devices")
+                    list_devices();
+                else if (arguments->what == "scenarios")
+                    list_scenarios();
+                else
+                    show_scenario(load(scenario::find_scenario(arguments->what, assets() / "scenarios")),
+                                  arguments->cache);
                 return done;
             }};
 }

@@ -10,8 +10,9 @@ int main(int count, char** values) {
     parser.set_version_flag("--version", app::program);
     parser.require_subcommand(1);
     const app::Command commands[] = {
-        app::add_run(parser),   app::add_play(parser),   app::add_list(parser),    app::add_device(parser),
-        app::add_relax(parser), app::add_render(parser), app::add_anatomy(parser), app::add_study(parser)};
+        app::add_run(parser),     app::add_play(parser),   app::add_score(parser), app::add_replay(parser),
+        app::add_list(parser),    app::add_device(parser), app::add_relax(parser), app::add_render(parser),
+        app::add_anatomy(parser), app::add_study(parser)};
     parser.footer(commands[0].parser->get_footer());
     try {
         parser.parse(count, values);

@@ -1,7 +1,6 @@
 /// `seldinger play`.
 
 #include <fmt/format.h>
-#include <fstream>
 #include <memory>
 #include <string>
 
@@ -10,7 +9,6 @@
 
 #ifdef SELDINGER_WINDOW
 #include <csignal>
-#include <cstdlib>
 
 #include "app/play/play.h"
 #include "engine/io/text.h"
@@ -20,21 +18,11 @@ namespace app {
 namespace {
 
 struct PlayArguments {
-    std::string scenario, record, size = "1280x800", keys, replay, cache, measure;
+    std::string scenario, record, size = "1280x800", keys, replay, cache, measure, learner;
     bool free_practice = false;
 };
 
 #ifdef SELDINGER_WINDOW
-
-/// The program's folder below the one that the variable names, otherwise below the user's home; empty without
-/// either.
-std::filesystem::path user_folder(const char* variable, const char* under_home) {
-    if (const char* folder = std::getenv(variable); folder && *folder)
-        return std::filesystem::path(folder) / "seldinger";
-    if (const char* home = std::getenv("HOME"); home && *home)
-        return std::filesystem::path(home) / under_home / "seldinger";
-    return {};
-}
 
 std::pair<int, int> size_of(const std::string& words) {
     const std::size_t times = words.find('x');
@@ -45,15 +33,6 @@ std::pair<int, int> size_of(const std::string& words) {
             return {*width, *height};
     }
     throw io::InputError(fmt::format("--size {}: WIDTHxHEIGHT from 320x240 to 8192x8192 is accepted", words));
-}
-
-/// The scenario that a recording belongs to; empty when it is not stated.
-std::string scenario_of(const std::filesystem::path& recording) {
-    std::ifstream file(recording);
-    const std::string mark = "# scenario ";
-    for (std::string line; std::getline(file, line) && line.starts_with("#");)
-        if (line.starts_with(mark)) return line.substr(mark.size());
-    return {};
 }
 
 Exercise exercise_of(const std::filesystem::path& file) {
@@ -71,7 +50,7 @@ Exercise exercise_of(const std::filesystem::path& file) {
 
 int play(const PlayArguments& arguments) {
     PlayOptions options;
-    options.program = program;
+    options.origin = origin(arguments.learner);
     std::tie(options.width, options.height) = size_of(arguments.size);
     options.keys = room::load_keys(assets() / "keys.toml");
     if (!arguments.keys.empty()) options.keys = room::load_keys(arguments.keys, options.keys);
@@ -80,15 +59,14 @@ int play(const PlayArguments& arguments) {
     options.measure = arguments.measure;
     if (const auto folder = user_folder("XDG_DATA_HOME", ".local/share"); !folder.empty())
         options.results = folder / "results.json";
-    options.cache = arguments.cache.empty() ? user_folder("XDG_CACHE_HOME", ".cache")
-                                            : std::filesystem::path(arguments.cache);
+    options.cache = usual_cache(arguments.cache);
     if (const auto folder = user_folder("XDG_CONFIG_HOME", ".config"); !folder.empty())
         options.settings = folder / "room";
 
     std::string wanted = arguments.scenario;
     if (!arguments.replay.empty()) {
         options.replay = script::load_commands(arguments.replay);
-        const std::string recorded = scenario_of(arguments.replay);
+        const std::string recorded = options.replay->origin ? options.replay->origin->scenario : "";
         if (wanted.empty()) wanted = recorded;
         if (wanted.empty())
             throw io::InputError(
@@ -147,6 +125,7 @@ Command add_play(CLI::App& parser) {
                         "A scenario file (.toml), or the name of one that ships; else there is a choice");
     command->add_option("--record", arguments->record,
                         "File that the commands are recorded to, as 'run' reads them (.gw)");
+    command->add_option("--learner", arguments->learner, "Whose recording it is: a name, for 'course'");
     command->add_option("--size", arguments->size, "Of the window, WIDTHxHEIGHT [pixels]");
     command->add_option("--keys", arguments->keys,
                         "File that replaces keys and speeds of assets/keys.toml (.toml)");

@@ -1,8 +1,9 @@
 /// `seldinger run`.
 
-#include <csignal>
 #include <cstdio>
 #include <fmt/format.h>
+#include <iostream>
+#include <iterator>
 #include <memory>
 #include <string>
 
@@ -13,11 +14,6 @@
 
 namespace app {
 namespace {
-
-volatile std::sig_atomic_t stop_requested = 0;
-void request_stop(int) {
-    stop_requested = 1;
-}
 
 const char* const footer =
     "Exit codes: 0 target reached, 1 not reached, 2 bad input, 3 a state or frame differs from what was "
@@ -33,7 +29,7 @@ const char* const footer =
     "  40 pulse 7.5 per second                                 41 collimate 120 90 mm; table 0 0 -40 mm";
 
 struct RunArguments {
-    std::string scenario, commands, out, expect, cache, trace, frames = "all";
+    std::string scenario, commands, out, expect, cache, trace, learner, frames = "all";
     int every = 1;
     bool panel = false, truth = false;
 };
@@ -41,7 +37,11 @@ struct RunArguments {
 int run_scenario(const RunArguments& arguments) {
     const scenario::Scenario scenario = scenario::load_scenario(
         scenario::find_scenario(arguments.scenario, assets() / "scenarios"), assets() / "devices");
-    const script::CommandScript script = script::load_commands(arguments.commands);
+    const script::CommandScript script =
+        arguments.commands == "-"
+            ? script::parse_commands(std::string(std::istreambuf_iterator<char>(std::cin), {}),
+                                     "standard input")
+            : script::load_commands(arguments.commands);
     run::RunOptions options;
     options.every = arguments.every;
     options.images = arguments.frames != "none";
@@ -51,15 +51,11 @@ int run_scenario(const RunArguments& arguments) {
     options.panel = arguments.panel;
     options.truth = arguments.truth;
     options.trace = arguments.trace;
-    options.program = program;
+    options.origin = origin(arguments.learner);
     if (!arguments.expect.empty()) options.expect = arguments.expect;
     options.cache.folder = arguments.cache;
-    options.interrupted = [] { return stop_requested != 0; };
-
-    // write() then reports a full disk or quota, instead of a signal ending the program.
-    std::signal(SIGXFSZ, SIG_IGN);
-    std::signal(SIGINT, request_stop);
-    std::signal(SIGTERM, request_stop);
+    options.interrupted = stop_requested;
+    catch_signals();
 
     run::RunResult result;
     {
@@ -104,9 +100,13 @@ Command add_run(CLI::App& parser) {
         ->add_option("scenario", arguments->scenario,
                      "A scenario file (.toml), or the name of one that ships")
         ->required();
-    command->add_option("--commands", arguments->commands, "Command script or recording (.gw)")->required();
+    command
+        ->add_option("--commands", arguments->commands,
+                     "Command script or recording (.gw); - reads standard input")
+        ->required();
     command->add_option("--out", arguments->out, "Folder for run.gw, score.json, sheet.png and frames/")
         ->required();
+    command->add_option("--learner", arguments->learner, "Whose recording it is: a name, for 'course'");
     command->add_option("--every", arguments->every, "Write an image of every K-th frame, and of the last")
         ->check(CLI::Range(1, script::largest_frame));
     command->add_option("--frames", arguments->frames, "'all', or 'none' for no images at all")

@@ -55,6 +55,10 @@ const std::map<std::string, Room> rooms = {
      {all_physics + all_render +
           Names{"engine/anatomy", "engine/exercise", "engine/io", "engine/scenario", "engine/script"},
       "run"}},
+    {"engine/debrief",
+     {all_physics + Names{"engine/anatomy", "engine/exercise", "engine/io", "engine/run", "engine/scenario",
+                          "engine/script", "render/picture"},
+      "debrief"}},
     {"engine/room",
      {all_physics + Names{"engine/anatomy", "engine/blood", "engine/exercise", "engine/io", "engine/scenario",
                           "engine/script", "render/panel", "render/picture", "render/xray"},
@@ -65,8 +69,9 @@ const std::map<std::string, Room> rooms = {
                 "engine/exercise", "engine/io", "engine/run", "engine/scenario"},
       "studies"}},
     {"app",
-     {{"app/play", "engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/io",
-       "engine/run", "engine/scenario", "engine/studies", "render/xray"},
+     {{"app/play", "engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/debrief",
+       "engine/exercise", "engine/io", "engine/run", "engine/scenario", "engine/script", "engine/studies",
+       "physics/geometry", "render/xray"},
       "app"}},
     {"app/play",
      {all_physics + all_render +
@@ -79,6 +84,7 @@ const std::map<std::string, Room> rooms = {
 /// .cpp files alone, a file for itself; "" is everywhere.
 const std::map<std::string, Names> third_party = {
     {"Eigen", {""}},
+    {"unsupported", {"engine/exercise"}},  // Eigen's Fourier transform
     {"embree3", {"physics/geometry/embree_mesh.h"}},
     {"png.h", {"render/picture"}},
     {"libdeflate.h", {"render/picture"}},

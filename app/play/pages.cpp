@@ -42,6 +42,14 @@ std::vector<std::pair<std::string, std::string>> briefing(const scenario::Scenar
     lines.emplace_back("View", view_text(s.c_arm));
     lines.emplace_back("Contrast", fmt::format("{:.0f} ml at most", s.blood.limit));
     lines.emplace_back("Time", s.time_limit ? fmt::format("{:.0f} s", *s.time_limit) : "no limit");
+    if (s.beam_limit) lines.emplace_back("Beam", fmt::format("{:.0f} s", *s.beam_limit));
+    for (const scenario::SuggestedView& view : s.lesson.views) {
+        render::CArm arm = s.c_arm;
+        arm.lao = view.lao;
+        arm.cranial = view.cranial;
+        lines.emplace_back("Look", fmt::format("{}: {}", view_text(arm), view.shows));
+    }
+    for (const std::string& hint : s.lesson.hints) lines.emplace_back("Hint", hint);
     return lines;
 }
 
@@ -89,7 +97,10 @@ void Play::draw_chooser() {
             list.AddImage(shown->id(), corner, ImVec2(corner.x + side, corner.y + picture), ImVec2(0, cut),
                           ImVec2(1, 1 - cut));
         }
-        wrapped(window_, Face::Bold, palette::bright, exercise.scenario.name);
+        const int level = exercise.scenario.lesson.level;
+        wrapped(
+            window_, Face::Bold, palette::bright,
+            level > 0 ? fmt::format("{}   level {}", exercise.scenario.name, level) : exercise.scenario.name);
         wrapped(palette::value, exercise.scenario.title);
         if (const room::BestResult* best = results_.find(exercise.scenario.name))
             wrapped(palette::good, best->reached == 0
@@ -124,6 +135,10 @@ void Play::draw_briefing() {
     text(palette::label,
          free_practice_ ? "Free practice: no score, and the last 10 s can be taken back" : "Exercise");
     ImGui::Separator();
+    if (!s.lesson.briefing.empty()) {
+        wrapped(palette::value, s.lesson.briefing);
+        ImGui::Dummy(ImVec2(0, u(6)));
+    }
     if (ImGui::BeginTable("lines", 2)) {
         ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, u(80));
         ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed,
@@ -203,7 +218,7 @@ void Play::draw_end() {
         for (const char* name : {"yours", "par", "costs"})
             ImGui::TableSetupColumn(name, ImGuiTableColumnFlags_WidthFixed, u(96));
         ImGui::TableHeadersRow();
-        for (const room::GradeLine& line : grade_->lines) {
+        for (const exercise::GradeLine& line : grade_->lines) {
             const int digits = line.unit == "N" ? 2 : line.unit == "s" ? 1 : 0;
             ImGui::TableNextRow();
             ImGui::TableNextColumn();
@@ -218,20 +233,23 @@ void Play::draw_end() {
                  line.cost > 0 ? fmt::format("-{:.0f}", line.cost) : "0");
         }
         ImGui::EndTable();
-        wrapped(palette::faint, room::grade_formula);
-        if (view_->handling.blind_motions > 0)
+        wrapped(palette::faint, exercise::grade_formula);
+        const auto errors = exercise::counts(view_->score.mishaps);
+        for (std::size_t k = 0; k < errors.size(); ++k)
+            if (errors[k] > 0)
+                wrapped(palette::caution,
+                        fmt::format("{}: {}", exercise::mishap_texts[k],
+                                    errors[k] == 1 ? "once" : fmt::format("{} times", errors[k])));
+        for (const exercise::WrongBranch& branch : view_->score.wrong_branches)
             wrapped(palette::caution,
-                    fmt::format("The wire was moved without beam {} times.", view_->handling.blind_motions));
-        if (view_->handling.against_stops > 0)
-            wrapped(palette::caution, fmt::format("The wire was pushed or pulled against a stop {} times.",
-                                                  view_->handling.against_stops));
+                    fmt::format("The tip was in {} for {:.1f} s.", branch.name, branch.seconds));
     } else if (view_->tuned) {
         text(palette::label, "The instructor changed the model: this attempt has no score.");
     } else if (!free_practice_ && !session_->options().script) {
         text(palette::label, "Par is being worked out ...");
     } else if (free_practice_) {
         text(palette::value, fmt::format("{:.0f} s, {} times taken back", view_->readout.time.value_or(0),
-                                         view_->handling.taken_back));
+                                         view_->taken_back));
     }
     if (!results_problem_.empty()) wrapped(palette::alarm, results_problem_);
     for (const render::Message& message : view_->readout.messages)

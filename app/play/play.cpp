@@ -112,7 +112,7 @@ void Play::open(std::size_t exercise, bool free_practice) {
     if (is_replay_) session.script = options_.replay;
     if (shows_solution_) session.script = chosen.solution;
     if (!shows_solution_) session.record = options_.record;
-    session.program = options_.program;
+    session.origin = options_.origin;
     session.wake = Window::wake;
     session_ = std::make_unique<room::Session>(std::move(session));
     view_ = session_->view();
@@ -133,13 +133,15 @@ void Play::give_up_par() {
 /// Runs on a thread of its own, once the vessels are in the cache.
 void Play::ask_par() {
     const Exercise& chosen = options_.exercises[*chosen_];
-    if (par_asked_ || free_practice_ || session_->options().script || !chosen.solution) return;
+    if (par_asked_ || free_practice_ || session_->options().script) return;
+    if (!chosen.solution && !chosen.scenario.lesson.par.given()) return;
     par_asked_ = true;
-    par_ = std::async(std::launch::async, [scenario = chosen.scenario, solution = *chosen.solution,
+    par_ = std::async(std::launch::async, [scenario = chosen.scenario,
+                                           solution = chosen.solution.value_or(script::CommandScript()),
                                            folder = options_.cache, &stop = par_stops_] {
         anatomy::ModelCache cache;
         cache.folder = folder;
-        std::optional<exercise::Score> par;
+        std::optional<scenario::Par> par;
         try {
             par = room::par_of(scenario, solution, cache, stop);
         } catch (const std::exception&) {
@@ -338,7 +340,7 @@ void Play::end_attempt() {
 /// Sets the grade once everything that it needs is known.
 void Play::settle() {
     if (session_->options().script || free_practice_ || grade_ || view_->tuned) return;
-    grade_ = room::grade(view_->score, view_->handling, known_par_);
+    grade_ = exercise::grade(view_->score, known_par_.value_or(scenario::Par()));
     try {
         results_.add(session_->options().scenario.name, *grade_, view_->score);
     } catch (const io::InputError& error) {

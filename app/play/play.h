@@ -12,8 +12,8 @@
 #include "app/play/instructor.h"
 #include "app/play/review.h"
 #include "app/play/window.h"
-#include "engine/room/grade.h"
 #include "engine/room/keys.h"
+#include "engine/room/results.h"
 #include "engine/room/session.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
@@ -37,7 +37,7 @@ struct PlayOptions {
     room::KeyMap keys;
     bool free_practice = false;
     int width = 1280, height = 800;
-    std::string program;
+    script::Origin origin;  // of recordings: program and learner
 };
 
 /// How responsive the window was, for --measure.
@@ -110,10 +110,10 @@ private:
     std::unique_ptr<room::Session> session_;
     std::shared_ptr<const room::View> view_;
     std::atomic<bool> par_stops_ = false;
-    std::future<std::optional<exercise::Score>> par_;
-    std::optional<exercise::Score> known_par_;
+    std::future<std::optional<scenario::Par>> par_;
+    std::optional<scenario::Par> known_par_;
     bool par_asked_ = false;
-    std::optional<room::Grade> grade_;
+    std::optional<exercise::Grade> grade_;
     std::string results_problem_;
     std::optional<room::Clock::time_point> countdown_;
     bool help_ = false, menu_ = false, review_open_ = false, instructor_open_ = false, hints_ = true;

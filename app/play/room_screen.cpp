@@ -177,10 +177,9 @@ void Play::draw_strip(const Box& area) {
     const double left = r.contrast_limit.value_or(0) - r.contrast.value_or(0);
     item("CONTRAST", fmt::format("{:.0f} ml", r.contrast.value_or(0)),
          left < 20 ? palette::caution : palette::value);
-    item("ERRORS", std::to_string(view_->handling.errors()),
-         view_->handling.errors() > 0 ? palette::caution : palette::value);
-    if (free_practice_)
-        item("FREE PRACTICE", fmt::format("{} taken back", view_->handling.taken_back), palette::calm);
+    item("ERRORS", std::to_string(score.mishaps.size()),
+         score.mishaps.empty() ? palette::value : palette::caution);
+    if (free_practice_) item("FREE PRACTICE", fmt::format("{} taken back", view_->taken_back), palette::calm);
     if (shows_solution_) item("SOLUTION", "your turn comes next", palette::calm);
     if (is_replay_)
         item("REPLAY", view_->differences.empty() ? "as recorded" : "differs",

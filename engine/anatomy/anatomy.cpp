@@ -8,6 +8,7 @@
 
 #include "engine/io/error.h"
 #include "engine/io/text.h"
+#include "physics/geometry/hash.h"
 #include "physics/geometry/mesh_topology.h"
 #include "physics/geometry/polyline.h"
 
@@ -164,6 +165,45 @@ std::vector<geometry::OpenEnd> Anatomy::openings() const {
     return result;
 }
 
+std::uint64_t hash_of(const Anatomy& anatomy) {
+    geometry::Hash hash;
+    const auto add_place = [&hash](const Vec3& place) {
+        for (int k = 0; k < 3; ++k) hash.add(place[k] + 0.0);
+    };
+    const auto add_text = [&hash](const std::string& text) {
+        hash.add(std::uint64_t{text.size()});
+        hash.add(text.data(), text.size());
+    };
+    const auto add_count = [&hash](std::size_t count) { hash.add(std::uint64_t{count}); };
+    add_count(anatomy.lumen.vertices.size());
+    for (const Vec3& v : anatomy.lumen.vertices) add_place(v);
+    add_count(anatomy.lumen.triangles.size());
+    for (const auto& t : anatomy.lumen.triangles)
+        for (const int corner : t) hash.add(static_cast<std::uint64_t>(corner));
+    add_count(anatomy.branches.size());
+    for (const CentrelineBranch& branch : anatomy.branches) {
+        add_text(branch.name);
+        hash.add(static_cast<std::uint64_t>(branch.parent));
+        hash.add(static_cast<std::uint64_t>(branch.parent_sample));
+        add_count(branch.points.size());
+        for (const Vec3& p : branch.points) add_place(p);
+        for (const double radius : branch.radii) hash.add(radius);
+    }
+    add_count(anatomy.ends.size());
+    for (const VesselEnd& end : anatomy.ends) {
+        add_text(end.opening.name);
+        add_place(end.opening.centre);
+        add_place(end.opening.outward_normal);
+        hash.add(end.opening.radius);
+    }
+    add_count(anatomy.targets.size());
+    for (const VesselTarget& target : anatomy.targets) {
+        add_text(target.name);
+        add_place(target.centre);
+    }
+    return hash.value();
+}
+
 std::vector<std::string> problems(const Anatomy& anatomy) {
     std::vector<std::string> found;
     for (const VesselEnd& end : anatomy.ends) {
@@ -241,7 +281,13 @@ std::optional<int> find_end(const Anatomy& anatomy, const std::string& name) {
     for (std::size_t i = 0; i < anatomy.ends.size(); ++i) {
         if (anatomy.ends[i].opening.name == name) return static_cast<int>(i);
     }
-    return std::nullopt;
+    std::optional<int> found;
+    for (std::size_t i = 0; i < anatomy.ends.size(); ++i) {
+        if (name.empty() || !anatomy.ends[i].opening.name.ends_with("+" + name)) continue;
+        if (found) return std::nullopt;
+        found = static_cast<int>(i);
+    }
+    return found;
 }
 
 EntryPath path_from(const Anatomy& anatomy, int end) {

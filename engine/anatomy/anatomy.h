@@ -1,6 +1,7 @@
 #pragma once
 /// A vessel tree: the lumen's surface, its centrelines with inscribed radii, its open ends and named targets.
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -40,6 +41,9 @@ struct Anatomy {
 /// that is welded, oriented outward and open exactly at the declared ends. Throws InputError.
 Anatomy load_anatomy(const std::filesystem::path&);
 
+/// Of lumen, centrelines, ends and targets.
+std::uint64_t hash_of(const Anatomy&);
+
 /// Every defect that makes the anatomy unusable, a sentence each; empty when there is none.
 std::vector<std::string> problems(const Anatomy&);
 
@@ -57,7 +61,8 @@ bool inside(const Anatomy&, const geometry::Vec3&);
 /// [mm].
 std::optional<double> way_between(const Anatomy&, const VesselPlace&, const VesselPlace&);
 
-/// Index of a named end, empty when there is none.
+/// Index of an end by its name, or by that name's last part where it is unique: "LCFA.out" for
+/// "aorta+LCIA+LEIA+LCFA.out". Empty when there is none.
 std::optional<int> find_end(const Anatomy&, const std::string& name);
 
 /// Centreline from an end into the lumen: along its branch and, from that branch's start, up through its

@@ -18,7 +18,14 @@ Exercise::Exercise(const scenario::Scenario& scenario, bool with_images, const a
     black_ = {pixels, pixels, std::vector<std::uint8_t>(static_cast<std::size_t>(pixels) * pixels, 0)};
 }
 
-void Exercise::record(const std::filesystem::path& path, const script::RecordingHeader& header) {
+void identify(script::Origin& origin, const Simulation& simulation) {
+    origin.scenario = simulation.scenario().name;
+    origin.scenario_hash = simulation.scenario().content;
+    origin.anatomy_hash = anatomy::hash_of(simulation.anatomy());
+}
+
+void Exercise::record(const std::filesystem::path& path, script::RecordingHeader header) {
+    identify(header.origin, simulation_);
     recording_.emplace(path, header);
 }
 
@@ -53,8 +60,7 @@ Truth Exercise::truth() {
     return truth_of(*monitor_->last_pulse(), monitor_->fluoroscope(), simulation_.has_catheter());
 }
 
-Score Exercise::score() const {
-    Score score = scorer_.score();
+Score Exercise::with_dose(Score score) const {
     if (monitor_) {
         score.air_kerma = monitor_->dose().air_kerma;
         score.area_product = monitor_->dose().area_product;
@@ -64,8 +70,8 @@ Score Exercise::score() const {
 
 bool Exercise::time_is_up() const {
     const scenario::Scenario& scenario = simulation_.scenario();
-    if (!scenario.time_limit) return false;
-    return time_.attempt + 1 >= *scenario.time_limit * scenario.frame_rate;
+    if (scenario.time_limit && time_.attempt + 1 >= *scenario.time_limit * scenario.frame_rate) return true;
+    return scenario.beam_limit && scorer_.score().beam_on_time >= *scenario.beam_limit - 1e-9;
 }
 
 void Exercise::state(geometry::StateStream& s) {

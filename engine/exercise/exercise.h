@@ -17,14 +17,18 @@
 
 namespace exercise {
 
+/// Sets the names and hashes of scenario and anatomy.
+void identify(script::Origin&, const Simulation&);
+
 class Exercise {
 public:
     /// Throws InputError when scenario and anatomy do not fit, or when `with_images` is set and the vessel
     /// can't be imaged.
     Exercise(const scenario::Scenario&, bool with_images, const anatomy::ModelCache& = {});
 
-    /// Records every frame from the next one on. Throws InputError when the file cannot be written.
-    void record(const std::filesystem::path&, const script::RecordingHeader&);
+    /// Records every frame from the next one on, with the names and hashes of scenario and anatomy in the
+    /// header. Throws InputError when the file cannot be written.
+    void record(const std::filesystem::path&, script::RecordingHeader);
     void close_recording();
 
     /// Applies commands, motion, relaxation, score and recording, and advances time by one frame.
@@ -47,8 +51,12 @@ public:
 
     int frame() const { return time_.index; }  // the last one made, -1 before the first
     const Simulation& simulation() const { return simulation_; }
-    Score score() const;
-    /// Whether the last frame made has used up the scenario's time.
+    Score score() const { return with_dose(scorer_.score()); }
+    /// The score with what takes longer to compute: for the end of a run.
+    Score finish() const { return with_dose(scorer_.finish()); }
+    /// Those that a reset has ended, in order, without dose.
+    std::span<const Score> earlier_attempts() const { return scorer_.earlier(); }
+    /// Whether the last frame made has used up the scenario's time, or its beam.
     bool time_is_up() const;
 
     /// The whole state of an exercise except its recording, which goes on.
@@ -67,6 +75,7 @@ public:
 
 private:
     std::uint64_t fingerprint() const;
+    Score with_dose(Score) const;
 
     Simulation simulation_;
     Scorer scorer_;

@@ -2,40 +2,87 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
+#include <utility>
 
+#include "engine/exercise/monitor.h"
+#include "engine/exercise/smoothness.h"
 #include "physics/geometry/vec.h"
 
 namespace exercise {
 
-Scorer::Scorer(const Simulation& simulation) {
+int Score::wrong_entries() const {
+    int sum = 0;
+    for (const WrongBranch& branch : wrong_branches) sum += branch.entries;
+    return sum;
+}
+
+void Score::state(geometry::StateStream& s) {
+    s(scenario, completed, completion_time, beam_on_time, pulses, runs, views, air_kerma, area_product,
+      contrast, wire_travel, advanced, withdrawn, back_and_forth_ratio, reversals, rotation, idle_share,
+      tip_path, path_efficiency, mean_tip_speed, spectral_arc_length, log_dimensionless_jerk, peak_wall_force,
+      mean_wall_force, time_over_force, wall_force_impulse, deepest, buckled_frames, tip_to_target,
+      wrong_branches, mishaps, duration, resets, frames, interrupted);
+}
+
+Scorer::Scorer(const Simulation& simulation)
+    : handling_(simulation), turns_(simulation.anatomy(), simulation.tip_at_start(), simulation.target()) {
     begin(simulation);
 }
 
 void Scorer::begin(const Simulation& simulation) {
     const scenario::Scenario& scenario = simulation.scenario();
     const int resets = score_.resets;
-    *this = Scorer();
+    score_ = {};
     score_.scenario = scenario.name;
     score_.resets = resets;
+    turns_ = WrongTurns(simulation.anatomy(), simulation.tip_at_start(), simulation.target());
     frame_time_ = 1.0 / scenario.frame_rate;
     hold_ = scenario.target.hold;
     target_radius_ = scenario.target.radius;
+    first_motion_.reset();
+    on_target_since_.reset();
+    net_insertion_ = moving_path_ = force_sum_ = shortest_ = 0;
+    direction_ = moving_frames_ = frames_ = beam_frames_ = frames_over_force_ = 0;
     first_tip_ = last_tip_ = simulation.tip_at_start();
+    speeds_.clear();
+    mode_ = script::ImagingMode::Live;
+    views_.clear();
 }
 
 void Scorer::observe(const Frame& frame) {
     const Simulation& simulation = frame.simulation;
     if (frame.motion.reset) {
+        earlier_.push_back(finish());
+        if (frame.monitor) {
+            earlier_.back().air_kerma = frame.monitor->dose().air_kerma;
+            earlier_.back().area_product = frame.monitor->dose().area_product;
+        }
         ++score_.resets;
         begin(simulation);
     }
     score_.frames = frame.time.index + 1;
-    if (simulation.console().beam_on()) score_.beam_on_time = ++beam_frames_ * frame_time_;
+    score_.duration = frame.time.seconds;
+    ++frames_;
     score_.contrast = simulation.contrast().injected();
+    observe_console(frame);
     observe_motion(frame);
     observe_wall(frame);
     observe_target(frame);
+    handling_.observe(frame);
+    turns_.observe(simulation.anatomy(), simulation.tip(), frame_time_);
+}
+
+void Scorer::observe_console(const Frame& frame) {
+    const Console& console = frame.simulation.console();
+    if (console.beam_on()) score_.beam_on_time = ++beam_frames_ * frame_time_;
+    if (!frame.motion.console.pulse) return;
+    ++score_.pulses;
+    const bool dsa = console.mode() == script::ImagingMode::Dsa;
+    score_.runs += dsa && (mode_ != script::ImagingMode::Dsa || frame.motion.console.mask);
+    mode_ = console.mode();
+    if (std::find(views_.begin(), views_.end(), console.arm()) == views_.end())
+        views_.push_back(console.arm());
+    score_.views = static_cast<int>(views_.size());
 }
 
 void Scorer::observe_motion(const Frame& frame) {
@@ -53,17 +100,27 @@ void Scorer::observe_motion(const Frame& frame) {
     score_.rotation += frame.motion.rotation;
     if (!first_motion_ && (score_.wire_travel > 0 || score_.rotation > 0))
         first_motion_ = frame.time.seconds - frame_time_;
-    score_.tip_path += (simulation.tip() - last_tip_).norm();
+    const double moved = (simulation.tip() - last_tip_).norm();
+    score_.tip_path += moved;
+    if (first_motion_ && !score_.completed) {
+        const bool moving = frame.motion.rotation != 0 ||
+                            std::any_of(frame.motion.insertions.begin(), frame.motion.insertions.end(),
+                                        [](double insertion) { return insertion != 0; });
+        speeds_.push_back(static_cast<float>(moved / frame_time_));
+        moving_frames_ += moving;
+        moving_path_ += moving ? moved : 0;
+    }
     last_tip_ = simulation.tip();
     shortest_ = anatomy::centreline_distance(simulation.anatomy(), first_tip_, last_tip_);
 }
 
 void Scorer::observe_wall(const Frame& frame) {
     const std::span<const physics::WallContact> contacts = frame.simulation.contacts();
-    double sum = 0;
+    double sum = 0, largest = 0;
     for (std::size_t i = 1; i < contacts.size(); ++i) {  // joint 0 is held by the introducer
         const physics::WallContact& contact = contacts[i];
         sum += contact.force();
+        largest = std::max(largest, contact.force());
         score_.peak_wall_force = std::max(score_.peak_wall_force, contact.force());
         if (contact.penetration > score_.deepest.penetration) {
             score_.deepest = {contact.penetration, static_cast<int>(i), frame.time.index, contact.stiffness,
@@ -71,6 +128,8 @@ void Scorer::observe_wall(const Frame& frame) {
         }
     }
     score_.wall_force_impulse += sum * frame_time_;
+    force_sum_ += largest;
+    if (largest > handling_.limits().force) score_.time_over_force = ++frames_over_force_ * frame_time_;
 }
 
 void Scorer::observe_target(const Frame& frame) {
@@ -94,42 +153,21 @@ Score Scorer::score() const {
         result.back_and_forth_ratio = (result.wire_travel - std::abs(net_insertion_)) / result.wire_travel;
     }
     if (result.tip_path > 0) result.path_efficiency = std::min(1.0, shortest_ / result.tip_path);
+    const auto active = static_cast<double>(speeds_.size());
+    if (active > 0) result.idle_share = 1 - moving_frames_ / active;
+    if (moving_frames_ > 0) result.mean_tip_speed = moving_path_ / (moving_frames_ * frame_time_);
+    if (frames_ > 0) result.mean_wall_force = force_sum_ / frames_;
+    result.wrong_branches = turns_.branches();
+    result.mishaps = handling_.marks();
     return result;
 }
 
-std::string to_json(const Score& s) {
-    nlohmann::ordered_json json;
-    json["schema"] = 1;
-    json["scenario"] = s.scenario;
-    json["completed"] = s.completed;
-    json["completion_time_s"] = s.completion_time ? nlohmann::ordered_json(*s.completion_time) : nullptr;
-    json["beam_on_time_s"] = s.beam_on_time;
-    json["air_kerma_mGy"] = s.air_kerma ? nlohmann::ordered_json(*s.air_kerma) : nullptr;
-    json["kerma_area_product_Gy_cm2"] = s.area_product ? nlohmann::ordered_json(*s.area_product) : nullptr;
-    json["contrast_ml"] = s.contrast;
-    json["wire_travel_mm"] = s.wire_travel;
-    json["advanced_mm"] = s.advanced;
-    json["withdrawn_mm"] = s.withdrawn;
-    json["back_and_forth_ratio"] = s.back_and_forth_ratio;
-    json["reversals"] = s.reversals;
-    json["rotation_deg"] = s.rotation / geometry::degree;
-    json["tip_path_mm"] = s.tip_path;
-    json["path_efficiency"] = s.path_efficiency;
-    json["peak_wall_force_N"] = s.peak_wall_force;
-    json["wall_force_impulse_N_s"] = s.wall_force_impulse;
-    json["max_penetration_mm"] = s.deepest.penetration;
-    if (s.deepest.joint >= 0) {
-        json["max_penetration_at"] = {{"joint", s.deepest.joint},
-                                      {"frame", s.deepest.frame},
-                                      {"stiffness_N_per_mm", s.deepest.stiffness},
-                                      {"force_N", s.deepest.force}};
-    }
-    json["buckled_frames"] = s.buckled_frames;
-    json["tip_to_target_mm"] = s.tip_to_target;
-    json["resets"] = s.resets;
-    json["frames"] = s.frames;
-    json["interrupted"] = s.interrupted;
-    return json.dump(2) + "\n";
+Score Scorer::finish() const {
+    Score result = score();
+    const std::vector<double> speeds(speeds_.begin(), speeds_.end());
+    result.spectral_arc_length = spectral_arc_length(speeds, 1 / frame_time_);
+    result.log_dimensionless_jerk = log_dimensionless_jerk(speeds, 1 / frame_time_);
+    return result;
 }
 
 }  // namespace exercise

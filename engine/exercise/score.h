@@ -5,8 +5,11 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "engine/exercise/frame.h"
+#include "engine/exercise/handling.h"
+#include "engine/exercise/wrong_turns.h"
 
 namespace exercise {
 
@@ -27,6 +30,9 @@ struct Score {
     bool completed = false;
     std::optional<double> completion_time;  // [s]
     double beam_on_time = 0;                // [s]
+    int pulses = 0;                         // of the beam
+    int runs = 0;                           // times that DSA was begun
+    int views = 0;                          // of the C-arm and table, in which there were pulses
     /// Dose to the patient; empty when no images were made, as these alone determine what the tube must
     /// deliver.
     std::optional<double> air_kerma;     // K_a,r at the reference point [mGy]
@@ -37,54 +43,73 @@ struct Score {
     double back_and_forth_ratio = 0;     // (Σ|Δs| − |ΣΔs|) / Σ|Δs| [-]
     int reversals = 0;                   // changes between advancing and withdrawing
     double rotation = 0;                 // Σ|angle| of the hub [rad]
-    double tip_path = 0;                 // distance travelled by the tip over the frames [mm]
-    double path_efficiency = 0;          // distance from start to tip along the centreline / tip_path [-]
-    double peak_wall_force = 0;          // of one joint [N]
-    double wall_force_impulse = 0;       // ∫ of the forces of all joints dt [N·s]
+    double idle_share = 0;       // of the frames from the first motion to completion, without motion [-]
+    double tip_path = 0;         // distance travelled by the tip over the frames [mm]
+    double path_efficiency = 0;  // distance from start to tip along the centreline / tip_path [-]
+    double mean_tip_speed = 0;   // over the frames with motion, up to completion [mm/s]
+    /// Smoothness of the tip's speed from the first motion to completion, or to the end (smoothness.h); only
+    /// Scorer::finish() computes it.
+    std::optional<double> spectral_arc_length, log_dimensionless_jerk;
+    double peak_wall_force = 0;     // of one joint [N]
+    double mean_wall_force = 0;     // mean over the frames of the largest of one joint [N]
+    double time_over_force = 0;     // with a joint above MishapLimits::force [s]
+    double wall_force_impulse = 0;  // ∫ of the forces of all joints dt [N·s]
     DeepestContact deepest;
     int buckled_frames = 0;    // in which a push bowed the shaft outside and was not passed on
     double tip_to_target = 0;  // at the end [mm]
+    std::vector<WrongBranch> wrong_branches;
+    std::vector<MishapMark> mishaps;  // errors of handling
+    double duration = 0;              // of the attempt [s]
     int resets = 0;
     int frames = 0;
     bool interrupted = false;  // by the user, before the script's end
 
-    void state(geometry::StateStream& s) {
-        s(scenario, completed, completion_time, beam_on_time, air_kerma, area_product, contrast, wire_travel,
-          advanced, withdrawn, back_and_forth_ratio, reversals, rotation, tip_path, path_efficiency,
-          peak_wall_force, wall_force_impulse, deepest, tip_to_target, resets, frames, interrupted);
-        if (!s.part(buckled_frames > 0, buckled_frames)) buckled_frames = 0;
-    }
+    int wrong_entries() const;
+    void state(geometry::StateStream&);
 };
-
-/// The text of score.json: keys carry units.
-std::string to_json(const Score&);
 
 class Scorer {
 public:
     explicit Scorer(const Simulation&);
     /// To be called once after each frame.
     void observe(const Frame&);
+    /// Of the attempt so far, without smoothness.
     Score score() const;
+    /// The same with smoothness, which takes a Fourier transform over the attempt.
+    Score finish() const;
+    /// Attempts that a reset has ended, in order.
+    std::span<const Score> earlier() const { return earlier_; }
     void state(geometry::StateStream& s) {
-        s(score_, beam_frames_, first_motion_, on_target_since_, net_insertion_, direction_, first_tip_,
-          last_tip_, shortest_);
+        s(score_, earlier_, handling_, turns_, first_motion_, on_target_since_, net_insertion_, direction_,
+          first_tip_, last_tip_, shortest_, speeds_, moving_frames_, moving_path_, frames_, beam_frames_,
+          frames_over_force_, force_sum_, mode_, views_);
     }
 
 private:
-    Scorer() = default;
     void begin(const Simulation&);
+    void observe_console(const Frame&);
     void observe_motion(const Frame&);
     void observe_wall(const Frame&);
     void observe_target(const Frame&);
 
     Score score_;
+    std::vector<Score> earlier_;
+    Handling handling_;
+    WrongTurns turns_;
+    int beam_frames_ = 0, frames_over_force_ = 0;
     double frame_time_ = 0, hold_ = 0, target_radius_ = 0;  // [s], [s], [mm]
-    int beam_frames_ = 0;
     std::optional<double> first_motion_, on_target_since_;  // [s] of the attempt
     double net_insertion_ = 0;                              // [mm]
     int direction_ = 0;
     geometry::Vec3 first_tip_ = geometry::Vec3::Zero(), last_tip_ = geometry::Vec3::Zero();
-    double shortest_ = 0;  // along centrelines from the first tip to the last [mm]
+    double shortest_ = 0;        // along centrelines from the first tip to the last [mm]
+    std::vector<float> speeds_;  // of the tip, from the first motion to completion [mm/s]
+    int moving_frames_ = 0;      // among those
+    double moving_path_ = 0;     // of the tip in these [mm]
+    int frames_ = 0;             // of the attempt
+    double force_sum_ = 0;       // of the largest force of each frame [N]
+    script::ImagingMode mode_ = script::ImagingMode::Live;  // of the last pulse
+    std::vector<render::CArm> views_;
 };
 
 }  // namespace exercise

@@ -75,8 +75,7 @@ private:
         exercise_->image();
         exercise_->restore(start);
         if (!options_.record.empty()) {
-            recording_.emplace(options_.record,
-                               script::RecordingHeader{options_.program, options_.scenario.name, 10});
+            recording_.emplace(options_.record, script::RecordingHeader{options_.origin});
             view_.recording = true;
         }
         view_.loading = 1;
@@ -184,7 +183,6 @@ private:
         to_recording([&](auto& file) { file.frame(index, commands, [this] { return state_hash(); }); });
         readout_.observe(made, exercise_->score());
         for (std::string& text : messages) readout_.say(std::move(text), render::Notice::Warning);
-        view_.handling.observe(made);
 
         const bool moves = std::any_of(commands.begin(), commands.end(), [](const script::Command& c) {
             return std::holds_alternative<script::Advance>(c) ||
@@ -250,8 +248,7 @@ private:
 
     void remember() {
         if (!options_.free_practice) return;
-        moments_.push_back({exercise_->snapshot(), geometry::state_of(readout_),
-                            geometry::state_of(view_.handling), exercise_->frame()});
+        moments_.push_back({exercise_->snapshot(), geometry::state_of(readout_), exercise_->frame()});
         if (moments_.size() > take_back_time + 2) moments_.pop_front();
     }
 
@@ -268,8 +265,7 @@ private:
         const Moment& moment = moments_.back();
         exercise_->restore(moment.exercise);
         geometry::restore_state(readout_, moment.readout);
-        geometry::restore_state(view_.handling, moment.handling);
-        ++view_.handling.taken_back;
+        ++view_.taken_back;
         hands_.rest();
         last_ = {};
         to_recording([&](auto& file) { file.take_back(moment.frame); });
@@ -332,7 +328,7 @@ private:
 
     struct Moment {  // a state that can be restored
         exercise::Exercise::Snapshot exercise;
-        std::vector<std::byte> readout, handling;
+        std::vector<std::byte> readout;
         int frame = -1;
     };
 

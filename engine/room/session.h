@@ -17,7 +17,6 @@
 #include "engine/anatomy/model_cache.h"
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/score.h"
-#include "engine/room/handling.h"
 #include "engine/room/hands.h"
 #include "engine/room/sequence.h"
 #include "engine/room/solver_view.h"
@@ -43,7 +42,6 @@ struct View {
     std::shared_ptr<const render::GrayImage> image, reference;  // null before the first
     render::Readout readout;
     exercise::Score score;
-    Handling handling;
     std::vector<std::shared_ptr<const Sequence>> runs;
     bool slow = false;  // frames take longer than they should
     bool time_is_up = false;
@@ -52,6 +50,7 @@ struct View {
     int last_frame = -1;                     // of the script being played
     std::vector<std::string> differences;    // of a replay from its recording
     std::optional<Clock::time_point> asked;  // when the hand last requested a motion that the image shows
+    int taken_back = 0;                      // times, of the last seconds
     int lost_frames = 0;                     // frames made late by more than one frame
     int frames = 0;
     std::shared_ptr<const SolverView> solver;  // while it is watched
@@ -64,7 +63,7 @@ struct SessionOptions {
     bool free_practice = false;                   // no end at the target, and actions can be taken back
     std::optional<script::CommandScript> script;  // played instead of the hands' input
     std::filesystem::path record;                 // empty = nowhere
-    std::string program = "seldinger";            // named in the recording
+    script::Origin origin;                        // program and learner, named in the recording
     std::function<void()> wake;                   // called from the session's thread when there is a new view
 };
 

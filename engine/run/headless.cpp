@@ -7,6 +7,7 @@
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/notices.h"
 #include "engine/exercise/room_readout.h"
+#include "engine/exercise/score_file.h"
 #include "engine/exercise/trace.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
@@ -96,10 +97,11 @@ public:
                                                            readout_.read(frame, exercise.score())));
         if (truth_ && frame.monitor->last_pulse()) write_truth(folder_.truth(), exercise.truth(), frame.time);
     }
-    void finish(const exercise::Score& score) {
+    void finish(const RunResult& result, const script::Origin& origin) {
         if (panels_) panels_->finish();
         if (const auto page = sheet_.page()) folder_.write_sheet(*page);
-        folder_.write_score(exercise::to_json(score));
+        folder_.write_score(
+            exercise::to_json({origin.program, origin.learner, result.score, result.earlier, result.par}));
         folder_.keep();
     }
 
@@ -126,6 +128,7 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
         const exercise::Frame frame = exercise.next_frame(commands);
         notices.observe(frame);
         if (outputs) outputs->frame(frame, exercise);
+        if (options.observer) options.observer(frame, exercise);
         result.frames = index + 1;
         if (expectation.knows_state(index))
             expectation.check_state(index, exercise.simulation().state_hash());
@@ -147,12 +150,19 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
     if (sink) sink->finish();
     result.state_hash = exercise.simulation().state_hash();
     expectation.finish(result.frames - 1, result.interrupted);
-    result.score = exercise.score();
+    result.score = exercise.finish();
+    result.earlier.assign(exercise.earlier_attempts().begin(), exercise.earlier_attempts().end());
+    result.par = exercise.simulation().scenario().lesson.par;
     result.score.interrupted = result.interrupted;
     result.compared_states = expectation.compared_states();
     result.compared_frames = expectation.compared_frames();
     result.differences = expectation.differences();
     result.notices = notices.text();
+    for (std::string& difference : other_origin(script.origin, exercise.simulation()))
+        result.notices.push_back(fmt::format("{}: {}", script.file, difference));
+    if (result.score.pulses == 0 && result.frames > 0)
+        result.notices.push_back(
+            "the beam was never on: there is no image of the patient; '0 beam on' is a start");
     const scenario::Scenario& asked = exercise.simulation().scenario();
     const scenario::LumenDemand& demand = exercise.simulation().choice().demand;
     if (asked.guidewire.segment_length > 2 * demand.smallest_radius) {
@@ -178,9 +188,12 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
     return result;
 }
 
-void require_possible(const exercise::Simulation& simulation, const script::CommandScript& script) {
+void require_possible(const exercise::Simulation& simulation, const script::CommandScript& script,
+                      const RunOptions& options) {
     if (const auto wrong = simulation.problems(script); !wrong.empty())
         throw io::InputError(io::joined(wrong, "\n"));
+    if (const auto wrong = other_origin(script.origin, simulation); options.same_origin && !wrong.empty())
+        throw io::InputError(fmt::format("{}: {}; --force goes on", script.file, io::joined(wrong, "; ")));
 }
 
 Expectation expectation_of(const script::CommandScript& script, const RunOptions& options) {
@@ -191,6 +204,23 @@ Expectation expectation_of(const script::CommandScript& script, const RunOptions
 }
 
 }  // namespace
+
+std::vector<std::string> other_origin(const std::optional<script::Origin>& origin,
+                                      const exercise::Simulation& simulation) {
+    std::vector<std::string> differences;
+    if (!origin) return differences;
+    script::Origin here;
+    exercise::identify(here, simulation);
+    if (!origin->scenario.empty() && origin->scenario != here.scenario)
+        differences.push_back(fmt::format("it was recorded in the scenario '{}', not in '{}'",
+                                          origin->scenario, here.scenario));
+    else if (origin->scenario_hash != 0 && origin->scenario_hash != here.scenario_hash)
+        differences.push_back(
+            fmt::format("the scenario '{}' has changed since it was recorded", here.scenario));
+    if (origin->anatomy_hash != 0 && origin->anatomy_hash != here.anatomy_hash)
+        differences.push_back("the anatomy has changed since it was recorded");
+    return differences;
+}
 
 void check(const scenario::Scenario& scenario, const script::CommandScript& script) {
     std::vector<std::string> wrong = scenario::problems(scenario);
@@ -203,8 +233,8 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
                        FrameSink* sink, const RunOptions& options) {
     check(scenario, script);
     Expectation expectation = expectation_of(script, options);
-    exercise::Exercise exercise(scenario, sink != nullptr, options.cache);
-    require_possible(exercise.simulation(), script);
+    exercise::Exercise exercise(scenario, sink || options.images_for_observer, options.cache);
+    require_possible(exercise.simulation(), script, options);
     return run(exercise, script, expectation, sink, nullptr, options);
 }
 
@@ -223,16 +253,16 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
     anatomy::ModelCache cache = options.cache;
     if (cache.folder.empty()) cache.folder = anatomy::cache_beside(out);
     exercise::Exercise exercise(scenario, options.images, cache);
-    require_possible(exercise.simulation(), script);
+    require_possible(exercise.simulation(), script, options);
 
     OutputFolder folder(out,
                         {options.images, options.images && options.panel, options.images && options.truth});
     FolderOutputs outputs(folder, options, last_frame_of(scenario, script), scenario.frame_rate,
                           exercise.simulation());
-    exercise.record(folder.recording(), {options.program, scenario.name, options.hash_every});
+    exercise.record(folder.recording(), {options.origin, options.hash_every});
     const RunResult result = run(exercise, script, expectation, outputs.frames(), &outputs, options);
     exercise.close_recording();
-    outputs.finish(result.score);
+    outputs.finish(result, options.origin);
     return result;
 }
 

@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/exercise/score.h"
-#include "engine/exercise/simulation.h"
+#include "engine/exercise/exercise.h"
 #include "engine/run/frame_sink.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
@@ -28,15 +27,21 @@ struct RunOptions {
     bool truth = false;                           // ground truth of each image, in truth/
     std::filesystem::path trace;                  // file for the rows of exercise::Trace (.csv); empty = none
     int hash_every = 10;                          // frames between two state lines of the recording
-    std::string program = "seldinger";            // named in the recording
+    script::Origin origin;                        // program and learner, named in the recording
+    bool same_origin = false;                     // refuse a recording of another scenario or anatomy
     std::optional<std::filesystem::path> expect;  // recording or output folder to compare with
     anatomy::ModelCache cache;                    // an empty folder stands for cache beside the output folder
     std::function<void(const Progress&)> progress;  // after each frame
     std::function<bool()> interrupted;              // asked after each frame; true ends the run
+    /// Sees each frame; may ask for its image where there are images.
+    std::function<void(const exercise::Frame&, exercise::Exercise&)> observer;
+    bool images_for_observer = false;  // also without a sink
 };
 
 struct RunResult {
-    exercise::Score score;
+    exercise::Score score;                 // of the last attempt
+    std::vector<exercise::Score> earlier;  // attempts that a reset ended
+    scenario::Par par;
     std::uint64_t state_hash = 0;
     int frames = 0;
     bool interrupted = false;
@@ -48,6 +53,10 @@ struct RunResult {
 
 /// Throws InputError listing all errors of the scenario and of the script in it.
 void check(const scenario::Scenario&, const script::CommandScript&);
+
+/// How a recording's origin differs from what it is played in, a sentence each; empty for other scripts.
+/// The program may be another: the states show whether it does the same.
+std::vector<std::string> other_origin(const std::optional<script::Origin>&, const exercise::Simulation&);
 
 /// Runs the script and leaves run.gw, score.json and, with images, frames/ and sheet.png in `out`. Files left
 /// there by an earlier run are replaced. Throws InputError, before anything is written where the error can be

@@ -15,6 +15,7 @@
 #include "engine/blood/blood_flow.h"
 #include "engine/io/error.h"
 #include "engine/scenario/device.h"
+#include "engine/scenario/lesson.h"
 #include "engine/scenario/vessel_motion.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wire/guidewire.h"
@@ -82,7 +83,10 @@ struct Scenario {
     std::string title;                 // one line, shown by `seldinger list`
     double frame_rate = 15;            // [1/s]
     std::optional<double> time_limit;  // the exercise ends here, reached or not [s]
-    std::uint64_t seed = 1;            // of the noise in the images
+    std::optional<double> beam_limit;  // and here, of the beam [s]
+    Lesson lesson;
+    std::uint64_t content = 0;  // hash of what is played: of the file without words and par, of devices
+    std::uint64_t seed = 1;     // of the noise in the images
     // One of three vessels.
     std::filesystem::path anatomy;  // NAME.anatomy.json
     std::optional<anatomy::VesselTreeSpec> vessels;

@@ -11,6 +11,8 @@
 #include "engine/scenario/device.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
+#include "physics/geometry/hash.h"
+#include "physics/geometry/state.h"
 #include "physics/geometry/vec.h"
 #include "physics/wire/guidewire_presets.h"
 #include "render/xray/materials.h"
@@ -241,6 +243,78 @@ void read_contrast(io::Section contrast, Scenario& s) {
     contrast.finish();
 }
 
+void read_lesson(io::Section lesson, Lesson& into) {
+    lesson.whole("level", into.level, {1, Lesson::levels});
+    lesson.word("briefing", into.briefing);
+    if (const toml::node* node = lesson.find("hints")) {
+        const toml::array* hints = node->as_array();
+        if (!hints || !hints->is_homogeneous(toml::node_type::string))
+            lesson.refuse("hints", *node, "a list of sentences is accepted");
+        else
+            for (const toml::node& hint : *hints) into.hints.push_back(*hint.value<std::string>());
+    }
+    for (io::Section& view : lesson.sections("view")) {
+        SuggestedView suggested;
+        view.number("lao_deg", suggested.lao, {render::ArmLimits::lao.least, render::ArmLimits::lao.most},
+                    geometry::degree);
+        view.number("cranial_deg", suggested.cranial,
+                    {render::ArmLimits::cranial.least, render::ArmLimits::cranial.most}, geometry::degree);
+        if (!view.word("shows", suggested.shows)) view.missing("shows", "shows = \"WHAT IS SEEN\"");
+        view.finish();
+        into.views.push_back(suggested);
+    }
+    lesson.finish();
+}
+
+void read_par(io::Section par, Par& into) {
+    const auto figure = [&par](std::string_view key, std::optional<double>& value) {
+        if (!par.find(key)) return;
+        double read = -1;
+        par.number(key, read, {0, 1e5});
+        if (read >= 0) value = read;
+    };
+    figure("completion_time_s", into.completion_time);
+    figure("beam_on_time_s", into.beam_on_time);
+    figure("contrast_ml", into.contrast);
+    figure("wire_travel_mm", into.wire_travel);
+    par.finish();
+}
+
+/// Adds a value to the hash: its type, then what it holds; tables in the order of their keys.
+void add_to(geometry::Hash& hash, const toml::node& node) {
+    const auto text = [&hash](std::string_view value) {
+        hash.add(std::uint64_t{value.size()});
+        hash.add(value.data(), value.size());
+    };
+    hash.add(static_cast<std::uint64_t>(node.type()));
+    if (const toml::table* table = node.as_table()) {
+        hash.add(std::uint64_t{table->size()});
+        for (const auto& [key, value] : *table) {
+            text(key.str());
+            add_to(hash, value);
+        }
+    } else if (const toml::array* array = node.as_array()) {
+        hash.add(std::uint64_t{array->size()});
+        for (const toml::node& value : *array) add_to(hash, value);
+    } else if (const auto string = node.value_exact<std::string>()) {
+        text(*string);
+    } else if (const auto number = node.value<double>()) {
+        hash.add(*number);
+    }
+}
+
+/// Of what is played: words for people, par and limits change no state.
+std::uint64_t content_of(const toml::table& root, const Scenario& s) {
+    toml::table played = root;
+    for (const std::string_view key : {"title", "lesson", "par", "time_limit_s", "beam_limit_s"})
+        played.erase(key);
+    geometry::Hash hash;
+    add_to(hash, played);
+    hash.add(geometry::state_hash_of(s.guidewire));
+    if (s.catheter) hash.add(geometry::state_hash_of(s.catheter->device));
+    return hash.value();
+}
+
 void read_sections(const toml::table& root, const std::filesystem::path& devices, io::Reading& reading,
                    Scenario& s) {
     io::Section top(reading, &root, "");
@@ -252,6 +326,9 @@ void read_sections(const toml::table& root, const std::filesystem::path& devices
     double limit = 0;
     top.number("time_limit_s", limit, {0.1, 1e5});
     if (limit > 0) s.time_limit = limit;
+    double beam = 0;
+    top.number("beam_limit_s", beam, {0.1, 1e5});
+    if (beam > 0) s.beam_limit = beam;
     top.whole("seed", s.seed, {0, 9e15});
     read_anatomy(top, reading, s);
 
@@ -284,7 +361,10 @@ void read_sections(const toml::table& root, const std::filesystem::path& devices
     read_motion(top.section("motion", false), s);
     s.blood.heart_rate = s.motion.heart_rate;
     read_contrast(top.section("contrast", false), s);
+    read_lesson(top.section("lesson", false), s.lesson);
+    read_par(top.section("par", false), s.lesson.par);
     top.finish();
+    s.content = content_of(root, s);
 }
 
 }  // namespace

@@ -24,6 +24,14 @@
 ///     120     end                        # the last frame; default: the hold after the last command
 ///     state 60 0123456789abcdef          # the state hash that frame 60 must leave
 ///
+/// A recording begins with lines of its own; the rest of a line is the name:
+///
+///     recording 2
+///     program 0123456789abcdef seldinger 0.1.0
+///     scenario 0123456789abcdef renal
+///     anatomy 0123456789abcdef
+///     learner Ada
+///
 /// Frames stand in order. A line may repeat over a range, and ranges may overlap.
 
 #include <array>
@@ -140,8 +148,21 @@ struct StateCheck {
     io::TextPlace place;
 };
 
+/// What a recording says of itself. A hash of 0 is not known.
+struct Origin {
+    std::string program;   // "seldinger 0.1.0"
+    std::string scenario;  // name
+    std::string learner;   // empty = nobody's
+    std::uint64_t program_hash = 0, scenario_hash = 0, anatomy_hash = 0;
+};
+inline constexpr int recording_schema = 2;
+inline constexpr std::size_t longest_learner = 64;  // bytes of UTF-8
+/// Whether this can be a learner's name: not empty, not too long, without control characters.
+bool is_learner(std::string_view);
+
 struct CommandScript {
     std::string file;
+    std::optional<Origin> origin;        // of a recording
     std::vector<TimedCommand> commands;  // in order of frames; ranges expanded
     std::vector<StateCheck> checks;      // in order of frames
     std::optional<int> end;              // last frame, if the script says so

@@ -263,6 +263,7 @@ public:
     void read(std::string_view text, int number) {
         place_ = {script_.file, number, 1};
         try {
+            if (header(text, number)) return;
             Line line(text);
             if (!line.done()) statement(line);
         } catch (const Refusal& refusal) {
@@ -282,6 +283,69 @@ public:
     }
 
 private:
+    /// Takes a line of a recording's header.
+    bool header(std::string_view text, int number) {
+        while (!text.empty() && (text.back() == '\r' || text.back() == ' ')) text.remove_suffix(1);
+        const auto takes = [&text](std::string_view start) {
+            if (!text.starts_with(start)) return false;
+            text.remove_prefix(start.size());
+            return true;
+        };
+        // Recordings of the first version said this in comments.
+        if (number == 1 && takes("# recorded by ")) {
+            script_.origin.emplace().program = text;
+            return true;
+        }
+        if (number <= 2 && takes("# scenario ")) {
+            if (!script_.origin) script_.origin.emplace();
+            script_.origin->scenario = text;
+            return true;
+        }
+        if (takes("recording ")) {
+            const std::string accepted =
+                fmt::format("recording {} is accepted, in the first line", recording_schema);
+            if (number != 1 || io::parse_integer(text) != recording_schema)
+                throw Refusal{1, fmt::format("'recording {}' was found; {}", text, accepted)};
+            script_.origin.emplace();
+            return true;
+        }
+        for (const std::string_view key : {"program ", "scenario ", "anatomy ", "learner "}) {
+            if (!takes(key)) continue;
+            if (!script_.origin || last_frame_ > 0 || !script_.commands.empty())
+                throw Refusal{1, fmt::format("'{}' was found; it is accepted at the start of a recording, "
+                                             "after 'recording {}'",
+                                             key.substr(0, key.size() - 1), recording_schema)};
+            origin(key, text);
+            return true;
+        }
+        return false;
+    }
+
+    void origin(std::string_view key, std::string_view text) {
+        Origin& origin = *script_.origin;
+        const int column = static_cast<int>(key.size()) + 1;
+        if (key == "learner ") {
+            if (!is_learner(text))
+                throw Refusal{column, fmt::format("a name of at most {} bytes without control characters is "
+                                                  "accepted",
+                                                  longest_learner)};
+            origin.learner = text;
+            return;
+        }
+        const auto hash = io::parse_hash(text.substr(0, 16));
+        if (!hash) throw Refusal{column, "a hash of 16 hexadecimal digits is accepted"};
+        const std::string_view name = text.size() > 17 ? text.substr(17) : std::string_view();
+        if (key == "program ") {
+            origin.program = name;
+            origin.program_hash = *hash;
+        } else if (key == "scenario ") {
+            origin.scenario = name;
+            origin.scenario_hash = *hash;
+        } else {
+            origin.anatomy_hash = *hash;
+        }
+    }
+
     void statement(Line& line) {
         const Word& first = line.take("");
         place_.column = first.column;
@@ -350,6 +414,14 @@ private:
 };
 
 }  // namespace
+
+bool is_learner(std::string_view name) {
+    return !name.empty() && name.size() <= longest_learner &&
+           std::none_of(name.begin(), name.end(), [](char c) {
+               const auto code = static_cast<unsigned char>(c);
+               return code < 0x20 || code == 0x7f;
+           });
+}
 
 CommandScript parse_commands(std::string_view text, const std::string& file) {
     Parser parser(file);

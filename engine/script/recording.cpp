@@ -10,7 +10,13 @@ namespace script {
 Recording::Recording(const std::filesystem::path& path, const RecordingHeader& header)
     : file_(path), hash_every_(header.hash_every) {
     assert(hash_every_ > 0);
-    file_.append(fmt::format("# recorded by {}\n# scenario {}\n", header.program, header.scenario));
+    const Origin& origin = header.origin;
+    std::string text =
+        fmt::format("recording {}\nprogram {} {}\nscenario {} {}\nanatomy {}\n", recording_schema,
+                    io::hash_text(origin.program_hash), origin.program, io::hash_text(origin.scenario_hash),
+                    origin.scenario, io::hash_text(origin.anatomy_hash));
+    if (is_learner(origin.learner)) text += fmt::format("learner {}\n", origin.learner);
+    file_.append(text);
     ends_.push_back(file_.size());
 }
 

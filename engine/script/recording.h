@@ -15,9 +15,8 @@
 namespace script {
 
 struct RecordingHeader {
-    std::string program;   // "seldinger 0.1.0"
-    std::string scenario;  // name
-    int hash_every = 10;   // frames between two state lines
+    Origin origin;
+    int hash_every = 10;  // frames between two state lines
 };
 
 /// Grows by one frame at a time, each handed to the system whole, so that the part written can be replayed

@@ -48,8 +48,11 @@ constexpr double least_feed = 0.1;       // of λ, that is predicted
 constexpr double least_turn = 0.1;       // that is predicted [rad]
 constexpr double slides = 1e3;           // μ over its unit, with which a wire answers by sliding on
 constexpr int predicted_window = 64;     // segments
-constexpr int lag_rounds = 10;           // of normal forces and rest
+constexpr int lag_rounds = 15;           // of normal forces and rest
 constexpr double lag_tolerance = 1e-3;   // change of a normal force over the largest
+constexpr int loose_rounds = 5;          // the first of them, from rests that need not be exact
+constexpr double loose_gradient = 1e-4;  // |g|/C of such a rest
+constexpr double loose_lag = 1e-2;       // change of a normal force after which the rests must be exact
 constexpr double fallen = 0.1;  // of |dU/du| in the window: time to look at that proximal of it again
 
 /// A wall made softer, for the continuation in stiffness.
@@ -251,7 +254,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
         open_window(wire, contacts, segments);
         begin_window();
     };
-    if (std::max(terms.relative_gradient, terms.proximal_gradient) > config_.tolerance) {
+    if (std::max(terms.relative_gradient, terms.proximal_gradient) > tolerance_) {
         // A model of the whole wire stands already.
         if (model_.first() == 1 && first_window >= n) {
             measure_window(wire, contacts);
@@ -263,7 +266,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
     for (;;) {
         const int window = n - model_.first() + 1;
         const bool settled =
-            terms.relative_gradient <= std::max(config_.tolerance, settled_share * terms.proximal_gradient);
+            terms.relative_gradient <= std::max(tolerance_, settled_share * terms.proximal_gradient);
         if (!proximal_known && (settled || terms.relative_gradient < fallen * looked_at)) {
             model_.sum_proximal(wire, contacts);
             proximal_known = true;
@@ -273,7 +276,9 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
         report.gradient = std::max(terms.relative_gradient, terms.proximal_gradient);
         const bool affordable =
             report.newton_steps == steps_before || report.updates + window <= most_updates;
-        if (proximal_known && report.gradient <= config_.tolerance) {
+        if (proximal_known && report.gradient <= tolerance_) {
+            // Only a rest that counts is certified.
+            if (tolerance_ > config_.tolerance) return Outcome::Converged;
             if (const int moved = contacts.rejoin_vessels(wire); moved > 0) {
                 open(n - moved + 1 + margin);
                 continue;
@@ -401,14 +406,14 @@ int GlobalRelaxer::unchanged_grips(const Guidewire& wire) const {
 }
 
 /// The normal forces of the grips become the contacts' own. False where they already are.
-bool GlobalRelaxer::update_grips(Guidewire& wire) const {
+bool GlobalRelaxer::update_grips(Guidewire& wire, double tolerance) const {
     double largest = 0, change = 0;
     for (std::size_t j = 1; j < wire.grips.size(); ++j) {
         const double force = wire.friction_at(static_cast<int>(j)) * contacts_.contacts()[j].force();
         largest = std::max(largest, force);
         change = std::max(change, std::abs(force - wire.grips[j].force));
     }
-    if (change <= lag_tolerance * largest) return false;
+    if (change <= tolerance * largest) return false;
     const double stored = grip_energy(wire.grips, wire.joints, 1);
     for (std::size_t j = 1; j < wire.grips.size(); ++j) {
         const WallContact& c = contacts_.contacts()[j];
@@ -585,13 +590,29 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
     const int most_updates = std::max(0, budget.updates);
     const int unsettled = end_report_.converged ? 0 : end_report_.window;
     const int changed = std::max(least_window, predicted_ > 0 ? predicted_ : changed_share * (n - unchanged));
+    int window = std::max(changed, unsettled);
+    Outcome outcome = Outcome::Converged;
+    if (!wire.grips.empty()) {
+        // Normal forces come near theirs from rests that need not be exact.
+        tolerance_ = std::max(config_.tolerance, loose_gradient);
+        while (outcome == Outcome::Converged && lag_rounds_ < loose_rounds) {
+            ++report.lag_rounds;
+            ++lag_rounds_;
+            outcome = find_rest(wire, most_updates, valid, window, report, observer);
+            valid = 0;
+            window = n;
+            if (outcome == Outcome::Converged && !update_grips(wire, loose_lag)) break;
+        }
+        tolerance_ = config_.tolerance;
+    }
     predicted_ = 0;
-    Outcome outcome = find_rest(wire, most_updates, valid, std::max(changed, unsettled), report, observer);
+    if (outcome == Outcome::Converged)
+        outcome = find_rest(wire, most_updates, valid, window, report, observer);
     // Snaps back and forth may let the forces never agree: their rounds are counted over all such calls.
     while (outcome == Outcome::Converged && !wire.grips.empty() && lag_rounds_ < lag_rounds) {
         ++report.lag_rounds;
         ++lag_rounds_;
-        if (!update_grips(wire)) break;
+        if (!update_grips(wire, lag_tolerance)) break;
         outcome = find_rest(wire, most_updates, 0, n, report, observer);
     }
     rebuild_joints(wire);

@@ -24,7 +24,11 @@ namespace physics {
 class GlobalRelaxer final : public Relaxer {
 public:
     GlobalRelaxer(const RelaxerConfig& config, const LumenWall& wall)
-        : config_(config), wall_(wall), smooth_(wall.smooth()), contacts_(wall) {}
+        : config_(config),
+          tolerance_(config.tolerance),
+          wall_(wall),
+          smooth_(wall.smooth()),
+          contacts_(wall) {}
 
     /// Every pass of the recursion, including those of rejected trials and of predictions, is charged the
     /// segments of its window. One step is tried even where the budget does not allow it, and each of the
@@ -66,12 +70,13 @@ private:
     void accept(Guidewire&, ContactSet&, double energy);
     Outcome find_rest(Guidewire&, int most_updates, int valid, int first_window, RelaxReport&,
                       const UpdateObserver&);
-    bool update_grips(Guidewire&) const;
+    bool update_grips(Guidewire&, double tolerance) const;
     int unchanged_segments(const Guidewire&) const;
     int unchanged_grips(const Guidewire&) const;
     double energy_scale() const { return std::abs(energy_) + load_scale_; }
 
     RelaxerConfig config_;
+    double tolerance_ = 0;  // of the descent under way
     const LumenWall& wall_;
     bool smooth_;
     double mu_ = 0, mu_unit_ = 0;  // trust region and its natural size [N/mm²]

@@ -245,7 +245,7 @@ TEST(Exercise, VesselsThatMoveTakeWireAndContrastWithThem) {
 TEST(Exercise, AnglesOfTheWindowAreReplayedExactly) {
     const test::TemporaryFolder folder;
     Exercise first(test::small_scenario(), false);
-    first.record(folder / "run.gw", {"test", "small", 1});
+    first.record(folder / "run.gw", {{}, 1});
     for (int i = 1; i < 6; ++i)
         first.next_frame(Commands{script::Rotate{std::sqrt(i) / 7}, script::Advance{1.0 / 3}});
     first.close_recording();

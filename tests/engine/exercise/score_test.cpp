@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/exercise/exercise.h"
+#include "engine/exercise/score_file.h"
 #include "physics/wire/energy.h"
 #include "tests/engine/fixtures.h"
 
@@ -134,7 +135,7 @@ TEST(Score, ResetBeginsANewAttempt) {
 TEST(Score, JsonNamesUnitsAndKeepsEveryBit) {
     Score score;
     score.wire_travel = 1.0 / 3;
-    const auto json = nlohmann::json::parse(to_json(score));
+    const auto json = nlohmann::json::parse(to_json({"test", "", score, {}, {}}));
     for (const char* key : {"completed", "completion_time_s", "beam_on_time_s", "wire_travel_mm",
                             "peak_wall_force_N", "max_penetration_mm", "frames"}) {
         EXPECT_TRUE(json.contains(key)) << key;

@@ -5,6 +5,7 @@
 
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/score.h"
+#include "engine/exercise/score_file.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {
@@ -63,7 +64,10 @@ Commands random_commands(std::mt19937& random) {
 void expect_same(Exercise& a, Exercise& b, unsigned seed, int frame) {
     EXPECT_EQ(a.simulation().state_hash(), b.simulation().state_hash()) << "seed " << seed << ", " << frame;
     EXPECT_EQ(a.image(), b.image()) << "seed " << seed << ", " << frame;
-    EXPECT_EQ(to_json(a.score()), to_json(b.score())) << "seed " << seed << ", " << frame;
+    const auto report = [](const Exercise& exercise) {
+        return to_json({"", "", exercise.finish(), exercise.earlier_attempts(), {}});
+    };
+    EXPECT_EQ(report(a), report(b)) << "seed " << seed << ", " << frame;
     EXPECT_EQ(a.snapshot().state, b.snapshot().state) << "seed " << seed << ", " << frame;
 }
 

@@ -99,7 +99,7 @@ TEST(Session, WhatWasTakenBackIsNotInTheRecording) {
     ASSERT_TRUE(wait_for_frames(session, 25));
     session.give(Input());
     session.give(Control::TakeBack);
-    ASSERT_TRUE(wait_for(session, [](const View& view) { return view.handling.taken_back == 1; }));
+    ASSERT_TRUE(wait_for(session, [](const View& view) { return view.taken_back == 1; }));
     EXPECT_LT(session.view()->frames, 25);
     ASSERT_TRUE(wait_for_frames(session, 5));
     session.give(Control::Finish);
@@ -116,7 +116,7 @@ TEST(Session, InAnExerciseNothingIsTakenBack) {
     ASSERT_TRUE(wait_for_frames(session, 5));
     session.give(Control::TakeBack);
     ASSERT_TRUE(wait_for_frames(session, 8));
-    EXPECT_EQ(session.view()->handling.taken_back, 0);
+    EXPECT_EQ(session.view()->taken_back, 0);
 }
 
 TEST(Session, APauseMakesNoFrames) {

@@ -174,7 +174,8 @@ TEST(Headless, PanelIsKeptBesideTheFrames) {
 }
 
 TEST(Headless, StopOfTheWireIsNoticed) {
-    const RunResult result = run_headless(test::small_scenario(), script("0 withdraw 100 mm\n"), nullptr);
+    const RunResult result =
+        run_headless(test::small_scenario(), script("0 beam on\n0 withdraw 100 mm\n"), nullptr);
     ASSERT_EQ(result.notices.size(), 1u);
     EXPECT_NE(result.notices[0].find("withdrawal stopped"), std::string::npos);
 }

@@ -1,4 +1,4 @@
-#include "engine/room/grade.h"
+#include "engine/room/results.h"
 
 #include <algorithm>
 #include <fstream>
@@ -9,40 +9,9 @@
 
 namespace room {
 
-const char* const grade_formula =
-    "100 points less what each line costs: nothing up to its par, all of its points at twice the par; 5 "
-    "points for "
-    "each handling error, 15 at most. Par is the score of the solution.";
-
-Grade grade(const exercise::Score& score, const Handling& handling,
-            const std::optional<exercise::Score>& par) {
-    Grade result;
-    result.reached = score.completed;
-    const auto line = [&](const char* name, const char* unit, std::optional<double> yours,
-                          std::optional<double> its_par, double most) {
-        double cost = 0;
-        if (yours && its_par && *its_par > 0) cost = most * std::clamp(*yours / *its_par - 1, 0.0, 1.0);
-        result.lines.push_back({name, unit, yours, its_par, most, cost});
-    };
-    const auto of_par = [&](auto value) { return par ? std::optional<double>(value(*par)) : std::nullopt; };
-    line("Time to the target", "s", score.completion_time,
-         of_par([](const exercise::Score& p) { return p.completion_time.value_or(0); }), 30);
-    line("Beam", "s", score.beam_on_time, of_par([](const auto& p) { return p.beam_on_time; }), 25);
-    line("Contrast", "ml", score.contrast, of_par([](const auto& p) { return p.contrast; }), 15);
-    line("Travel of the wire", "mm", score.wire_travel, of_par([](const auto& p) { return p.wire_travel; }),
-         15);
-    line("Largest force of the wall", "N", score.peak_wall_force, std::nullopt, 0);
-    const double errors = handling.errors();
-    result.lines.push_back({"Handling errors", "", errors, 0.0, 15, std::min(15.0, 5 * errors)});
-    result.points = 100;
-    for (const GradeLine& l : result.lines) result.points -= l.cost;
-    if (!result.reached) result.points = 0;
-    return result;
-}
-
-std::optional<exercise::Score> par_of(const scenario::Scenario& scenario,
-                                      const script::CommandScript& solution, const anatomy::ModelCache& cache,
-                                      const std::atomic<bool>& stop) {
+std::optional<scenario::Par> par_of(const scenario::Scenario& scenario, const script::CommandScript& solution,
+                                    const anatomy::ModelCache& cache, const std::atomic<bool>& stop) {
+    if (scenario.lesson.par.given()) return scenario.lesson.par;
     exercise::Exercise exercise(scenario, false, cache);
     std::vector<script::Command> commands;
     for (int frame = 0,
@@ -53,7 +22,7 @@ std::optional<exercise::Score> par_of(const scenario::Scenario& scenario,
         for (const script::TimedCommand& timed : solution.at(frame)) commands.push_back(timed.command);
         exercise.next_frame(commands);
     }
-    return exercise.score();
+    return exercise::par_of(exercise.score());
 }
 
 Results::Results(std::filesystem::path file) : file_(std::move(file)) {
@@ -79,7 +48,7 @@ const BestResult* Results::find(const std::string& scenario) const {
     return found == best_.end() ? nullptr : &found->second;
 }
 
-void Results::add(const std::string& scenario, const Grade& grade, const exercise::Score& score) {
+void Results::add(const std::string& scenario, const exercise::Grade& grade, const exercise::Score& score) {
     BestResult& best = best_[scenario];
     ++best.attempts;
     best.reached += grade.reached;

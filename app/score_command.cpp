@@ -1,0 +1,179 @@
+/// `seldinger score` and `seldinger replay`: what a recording was worth, and whether it is one.
+
+#include <chrono>
+#include <fmt/format.h>
+#include <memory>
+#include <string>
+
+#include "app/command.h"
+#include "app/progress_bar.h"
+#include "engine/exercise/grade.h"
+#include "engine/exercise/score_file.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "engine/run/headless.h"
+#include "physics/geometry/vec.h"
+
+namespace app {
+namespace {
+
+struct ScoreArguments {
+    std::string file, scenario, out, cache;
+    bool force = false;
+};
+
+struct Replayed {
+    scenario::Scenario scenario;
+    script::CommandScript recording;
+    run::RunResult result;
+    double seconds = 0;  // that the frames took
+};
+
+/// Plays the recording without images. Throws InputError for one of another scenario or anatomy, unless
+/// forced.
+Replayed replayed(const ScoreArguments& arguments) {
+    Replayed played;
+    played.recording = script::load_commands(arguments.file);
+    played.scenario = scenario_of(played.recording, arguments.scenario);
+    run::RunOptions options;
+    options.images = false;
+    options.cache.folder = usual_cache(arguments.cache);
+    options.same_origin = !arguments.force;
+    options.interrupted = stop_requested;
+    catch_signals();
+    using Clock = std::chrono::steady_clock;
+    std::optional<Clock::time_point> first;
+    {
+        ProgressBar bar;
+        options.cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+        options.progress = [&bar, &first](const run::Progress& p) {
+            if (!first) first = Clock::now();
+            bar.show(static_cast<double>(p.frame) / p.frames, fmt::format("frame {}/{}", p.frame, p.frames));
+        };
+        played.result = run::run_headless(played.scenario, played.recording, nullptr, options);
+    }
+    if (first) played.seconds = std::chrono::duration<double>(Clock::now() - *first).count();
+    for (const std::string& notice : played.result.notices) fmt::print(stderr, "note: {}\n", notice);
+    const auto& origin = played.recording.origin;
+    if (origin && origin->program_hash != 0 && origin->program_hash != app::origin().program_hash)
+        fmt::print(stderr,
+                   "note: it was recorded by another build ({}); the states show whether this one does "
+                   "the same\n",
+                   origin->program);
+    if (!played.recording.end)
+        fmt::print(stderr,
+                   "note: {} has no end: the program that recorded it was stopped, or lines are missing\n",
+                   arguments.file);
+    for (const std::string& difference : played.result.differences) fmt::print(stderr, "{}\n", difference);
+    return played;
+}
+
+int verdict(const Replayed& played) {
+    if (played.result.interrupted) return interrupted;
+    return played.result.differences.empty() ? done : differs;
+}
+
+void print_line(const std::string& name, const std::string& value) {
+    fmt::print("  {:<34} {}\n", name, value);
+}
+
+void print_score(const exercise::Score& s, const scenario::Par& par) {
+    const auto number = [](std::optional<double> value, const char* unit, int digits) {
+        return value ? fmt::format("{:.{}f} {}", *value, digits, unit) : std::string("-");
+    };
+    if (par.given()) {
+        const exercise::Grade grade = exercise::grade(s, par);
+        fmt::print("  {:<34} {:>12} {:>12} {:>8}\n", "", "yours", "par", "costs");
+        for (const exercise::GradeLine& line : grade.lines)
+            fmt::print("  {:<34} {:>12} {:>12} {:>8.1f}\n", line.name,
+                       number(line.yours, line.unit.c_str(), 1), number(line.par, line.unit.c_str(), 1),
+                       line.cost);
+        fmt::print("  {:<34} {:.0f} of 100\n  ({})\n\n", "Points", grade.points, exercise::grade_formula);
+    }
+    print_line("target", s.completed ? "reached after " + number(s.completion_time, "s", 2) : "not reached");
+    print_line("beam", fmt::format("{:.1f} s, {} pulses, {} DSA runs, {} views", s.beam_on_time, s.pulses,
+                                   s.runs, s.views));
+    print_line("contrast", number(s.contrast, "ml", 1));
+    print_line("travel", fmt::format("{:.0f} mm, {} reversals, back and forth {:.2f}", s.wire_travel,
+                                     s.reversals, s.back_and_forth_ratio));
+    print_line("turned", number(s.rotation / geometry::degree, "deg", 0));
+    print_line("idle", number(100 * s.idle_share, "%", 0));
+    print_line("tip", fmt::format("path {:.0f} mm, efficiency {:.2f}, {:.1f} mm/s", s.tip_path,
+                                  s.path_efficiency, s.mean_tip_speed));
+    print_line("smoothness (SPARC, LDLJ)",
+               number(s.spectral_arc_length, "", 2) + " " + number(s.log_dimensionless_jerk, "", 2));
+    print_line("wall force",
+               fmt::format("{:.2f} N at most, {:.2f} N on average, {:.1f} s above {:g} N, {:.1f} N s",
+                           s.peak_wall_force, s.mean_wall_force, s.time_over_force,
+                           exercise::MishapLimits().force, s.wall_force_impulse));
+    for (const exercise::WrongBranch& branch : s.wrong_branches)
+        print_line("wrong branch " + branch.name,
+                   fmt::format("{} time{}, {:.1f} s", branch.entries, branch.entries == 1 ? "" : "s",
+                               branch.seconds));
+    for (const exercise::MishapMark& mark : s.mishaps) {
+        const auto kind = static_cast<std::size_t>(mark.kind);
+        print_line(fmt::format("error at {:.1f} s, frame {}", mark.start, mark.first),
+                   fmt::format("{} ({:.3g} {}, in {})", exercise::mishap_texts[kind], mark.amount,
+                               exercise::mishap_units[kind], mark.branch));
+    }
+}
+
+int score(const ScoreArguments& arguments) {
+    const Replayed played = replayed(arguments);
+    const run::RunResult& result = played.result;
+    const script::Origin origin = played.recording.origin.value_or(script::Origin());
+    fmt::print("{}: {}{}\n", arguments.file, played.scenario.title,
+               origin.learner.empty() ? "" : ", by " + origin.learner);
+    const double simulated = result.frames / played.scenario.frame_rate;
+    fmt::print("{} frames, {} states compared, {}; {:.0f} times as fast as it was played\n\n", result.frames,
+               result.compared_states, result.differences.empty() ? "all equal" : "with differences",
+               played.seconds > 0 ? simulated / played.seconds : 0.0);
+    for (std::size_t k = 0; k < result.earlier.size(); ++k)
+        fmt::print("attempt {}: {}\n", k + 1, result.earlier[k].completed ? "reached" : "not reached");
+    print_score(result.score, result.par);
+    if (!arguments.out.empty())
+        io::write_whole(arguments.out, exercise::to_json({origin.program, origin.learner, result.score,
+                                                          result.earlier, result.par}));
+    return verdict(played);
+}
+
+int replay(const ScoreArguments& arguments) {
+    const Replayed played = replayed(arguments);
+    const run::RunResult& result = played.result;
+    fmt::print("{}: {} frames of '{}', {} states compared, {}\n", arguments.file, result.frames,
+               played.scenario.name, result.compared_states,
+               result.compared_states == 0  ? "so nothing is shown"
+               : result.differences.empty() ? "all equal"
+                                            : "with differences");
+    return verdict(played);
+}
+
+CLI::App* add(CLI::App& parser, const char* name, const char* what, ScoreArguments& arguments) {
+    CLI::App* command = parser.add_subcommand(name, what);
+    command->add_option("file", arguments.file, "A recording (.gw)")->required();
+    command->add_option("--scenario", arguments.scenario,
+                        "The scenario it was recorded in, where that does not ship: a file (.toml)");
+    command->add_flag("--force", arguments.force,
+                      "Go on where scenario or anatomy have changed since it was recorded");
+    command->add_option("--cache", arguments.cache,
+                        "Folder that keeps grown vessels and distance fields; else the user's");
+    return command;
+}
+
+}  // namespace
+
+Command add_score(CLI::App& parser) {
+    const auto arguments = std::make_shared<ScoreArguments>();
+    CLI::App* command = add(parser, "score", "The score of a recording, from its commands alone", *arguments);
+    command->add_option("--out", arguments->out, "File for the score (.json)");
+    return {command, [arguments] { return score(*arguments); }};
+}
+
+Command add_replay(CLI::App& parser) {
+    const auto arguments = std::make_shared<ScoreArguments>();
+    CLI::App* command =
+        add(parser, "replay", "Play a recording and check that it leads to the states it states", *arguments);
+    return {command, [arguments] { return replay(*arguments); }};
+}
+
+}  // namespace app

@@ -1,0 +1,69 @@
+#pragma once
+/// What happened in a recording, frame by frame, for a page that teaches.
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/anatomy/anatomy.h"
+#include "engine/exercise/score.h"
+#include "engine/scenario/scenario.h"
+#include "engine/script/command.h"
+
+namespace debrief {
+
+/// One frame of the last attempt.
+struct Moment {
+    int frame = 0;         // of the run
+    double seconds = 0;    // of the attempt, at its end
+    double inserted = 0;   // wire [mm]
+    double catheter = 0;   // [mm]
+    double turned = 0;     // of the hub in hand, so far [rad]
+    double force = 0;      // largest of one joint on the wall [N]
+    double injection = 0;  // [ml/s]
+    double to_target = 0;  // [mm]
+    bool beam = false;
+    bool dsa = false;
+    geometry::Vec3 tip = geometry::Vec3::Zero();  // [mm]
+};
+
+/// What the screen showed at a moment.
+struct KeyFrame {
+    int frame = 0;
+    std::string caption;
+    std::vector<std::uint8_t> png;
+};
+
+struct Story {
+    std::string file;  // of the recording
+    script::Origin origin;
+    scenario::Scenario scenario;
+    exercise::Score score;
+    std::vector<exercise::Score> earlier;
+    std::vector<std::string> differences;  // of the states from the recorded ones
+    std::vector<std::string> notices;
+    std::vector<Moment> moments;
+    std::vector<KeyFrame> key_frames;  // in order; empty without images
+    std::vector<geometry::CentrelineBranch> branches;
+    geometry::Vec3 target = geometry::Vec3::Zero();  // [mm]
+    std::filesystem::file_time_type written;         // the file's, by which stories are put in order
+};
+
+struct StoryOptions {
+    bool images = true;
+    bool same_origin = true;  // refuse a recording of another scenario or anatomy
+    anatomy::ModelCache cache;
+    std::function<void(double part, const char* what)> progress;
+    std::function<bool()> interrupted;
+};
+
+inline constexpr std::size_t most_key_frames = 10;
+
+/// Plays the recording, and, with images, once more for the frames at which errors began, the first and the
+/// last. Throws InputError for a recording that cannot be played. Without a value: interrupted.
+std::optional<Story> tell(const scenario::Scenario&, const script::CommandScript&, const StoryOptions&);
+
+}  // namespace debrief

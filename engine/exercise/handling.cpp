@@ -1,0 +1,167 @@
+#include "engine/exercise/handling.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "engine/anatomy/anatomy.h"
+#include "physics/wire/energy.h"
+
+namespace exercise {
+namespace {
+
+constexpr double tip_follows = 0.2;  // share of the feed by which a tip that is not stuck moves on [-]
+constexpr double faces_wall = 0.26;  // cosine to the wall's normal from which a tip points at it: 15° [-]
+constexpr int pulses_of_a_map = 2;   // the mask and one with contrast
+
+bool moves(const StepReport& report) {
+    return report.rotation != 0 || std::any_of(report.insertions.begin(), report.insertions.end(),
+                                               [](double insertion) { return insertion != 0; });
+}
+
+bool sees_tip(const Simulation& simulation) {
+    const render::CArm arm = simulation.console().arm();
+    const render::Pixel at = render::project(arm, simulation.tip() + simulation.vessel_shift());
+    const render::PixelBox open = render::opening_of(arm);
+    return at.depth > 0 && at.x >= open.left && at.x <= open.right && at.y >= open.top && at.y <= open.bottom;
+}
+
+/// Force of the catheter's tip on a wall that it points at; 0 elsewhere [N].
+double force_before_tip(const Simulation& simulation) {
+    const std::size_t joint = simulation.path_of(script::Held::Catheter).size();
+    if (joint < 2 || joint > simulation.contacts().size()) return 0;
+    const physics::WallContact& contact = simulation.contacts()[joint - 1];
+    const geometry::Vec3 along = simulation.tip_of(script::Held::Catheter).along;
+    return contact.touches() && along.dot(contact.normal) > faces_wall ? contact.force() : 0;
+}
+
+}  // namespace
+
+Handling::Handling(const Simulation& simulation, const MishapLimits& limits) : limits_(limits) {
+    begin(simulation);
+}
+
+void Handling::begin(const Simulation& simulation) {
+    std::array<Feed, 2> devices;
+    for (const script::Held held : {script::Held::Wire, script::Held::Catheter}) {
+        Feed& feed = devices[static_cast<std::size_t>(held)];
+        feed.inserted = simulation.inserted(held);
+        feed.stops.push_back({0, simulation.tip_of(held).at});
+    }
+    marks_.clear();
+    open_ = {};
+    idle_since_.reset();
+    was_at_target_ = injects_ = false;
+    devices_ = devices;
+    mapped_.reset();
+    map_ = 0;
+}
+
+void Handling::note(Mishap kind, const Frame& frame, bool now, std::optional<double> amount,
+                    std::optional<int> since) {
+    if (!now) return;
+    const double rate = frame.simulation.scenario().frame_rate;
+    int& open = open_[static_cast<std::size_t>(kind)];
+    const int here = frame.time.index;
+    if (open == 0 || here - marks_[open - 1].last > 1 + limits_.pause * rate) {
+        MishapMark mark;
+        mark.kind = kind;
+        mark.first = since.value_or(here);
+        mark.start = std::max(0.0, frame.time.seconds - (here - mark.first + 1) / rate);
+        mark.place = frame.simulation.tip();
+        const anatomy::Anatomy& anatomy = frame.simulation.anatomy();
+        mark.branch = anatomy.branches[anatomy::nearest_place(anatomy, mark.place).branch].name;
+        marks_.push_back(mark);
+        open = static_cast<int>(marks_.size());
+    }
+    MishapMark& mark = marks_[open - 1];
+    mark.last = here;
+    mark.amount = std::max(mark.amount, amount.value_or((here - mark.first + 1) / rate));
+}
+
+/// What has been fed in vain so far, if the hand feeds on in this frame; else 0 [mm].
+double Handling::stuck(Feed& feed, script::Held held, const Simulation& simulation) const {
+    const double inserted = simulation.inserted(held), change = inserted - feed.inserted;
+    feed.inserted = inserted;
+    if (change < 0) {
+        feed.stops.clear();
+        feed.in_vain = 0;
+    }
+    const double before = feed.stops.empty() ? 0 : feed.stops.back().fed;
+    const geometry::Vec3 tip = simulation.tip_of(held).at;
+    if (change != 0 || feed.stops.empty()) feed.stops.push_back({before + std::max(0.0, change), tip});
+    const double fed = feed.stops.back().fed;
+    while (feed.stops.size() > 2 && fed - feed.stops[1].fed >= limits_.stuck_feed) feed.stops.pop_front();
+    const double seen = fed - feed.stops.front().fed;
+    if (seen < limits_.stuck_feed) return 0;
+    const bool goes_on = (tip - feed.stops.front().tip).norm() > tip_follows * seen;
+    feed.in_vain = goes_on ? 0 : std::max(seen, feed.in_vain + change);
+    return change > 0 ? feed.in_vain : 0;
+}
+
+void Handling::follow_roadmap(const Frame& frame) {
+    const Console& console = frame.simulation.console();
+    if (!frame.motion.console.pulse) return;
+    const bool other_view = !mapped_ || !(*mapped_ == console.arm()) || frame.motion.console.mask;
+    mapped_ = console.arm();
+    if (other_view) map_ = 0;
+    if (console.mode() == script::ImagingMode::Dsa) ++map_;
+}
+
+void Handling::observe(const Frame& frame) {
+    const Simulation& simulation = frame.simulation;
+    const StepReport& report = frame.motion;
+    const Console& console = simulation.console();
+    if (report.reset) begin(simulation);
+    const double rate = simulation.scenario().frame_rate;
+    const bool moving = moves(report), beam = console.beam_on();
+    follow_roadmap(frame);
+
+    note(Mishap::BlindMotion, frame, moving && !beam);
+    note(Mishap::OutOfView, frame, moving && beam && !sees_tip(simulation));
+    note(Mishap::StaleRoadmap, frame,
+         moving && beam && console.mode() == script::ImagingMode::Roadmap && map_ < pulses_of_a_map);
+
+    const bool useful = moving || !beam || simulation.contrast().injecting() ||
+                        std::any_of(frame.commands.begin(), frame.commands.end(), [](const auto& command) {
+                            return !std::holds_alternative<script::Beam>(command);
+                        });
+    if (useful)
+        idle_since_.reset();
+    else if (!idle_since_)
+        idle_since_ = frame.time.index;
+    const double idle = idle_since_ ? (frame.time.index - *idle_since_ + 1) / rate : 0;
+    note(Mishap::IdleBeam, frame, idle > limits_.idle_beam, idle, idle_since_);
+
+    double fed = stuck(devices_[0], script::Held::Wire, simulation);
+    if (simulation.has_catheter())
+        fed = std::max(fed, stuck(devices_[1], script::Held::Catheter, simulation));
+    const bool stopped = report.insertion_stopped || report.withdrawal_stopped || report.whole_wire_is_in ||
+                         report.buckled || report.too_thick;
+    note(Mishap::AgainstStop, frame, stopped || fed > 0, fed);
+
+    const double force = physics::largest_force(simulation.contacts());
+    note(Mishap::HardPress, frame, force > limits_.force, force);
+
+    const double way = simulation.tip_to_target(), radius = simulation.scenario().target.radius;
+    was_at_target_ = was_at_target_ || (way <= radius && moving);
+    const bool lost = was_at_target_ && way > limits_.lost * radius;
+    note(Mishap::TargetLost, frame, lost, way);
+    if (lost) was_at_target_ = false;
+
+    for (const script::Command& command : frame.commands)
+        if (const auto* inject = std::get_if<script::Inject>(&command))
+            injects_ = inject->branch.empty() && simulation.has_catheter();
+    injects_ = injects_ && simulation.contrast().injecting();
+    const double against = injects_ ? force_before_tip(simulation) : 0;
+    note(Mishap::InjectionAtWall, frame, against > limits_.tip_force, against);
+}
+
+std::array<int, mishap_kinds> counts(std::span<const MishapMark> marks) {
+    std::array<int, mishap_kinds> counts = {};
+    for (const MishapMark& mark : marks) ++counts[static_cast<std::size_t>(mark.kind)];
+    return counts;
+}
+
+}  // namespace exercise

@@ -1,0 +1,112 @@
+#pragma once
+/// Errors of handling with their moments: what a hand does that the hands of experts do not. Their composite
+/// was the most reliable metric of a commercial trainer (Patel 2006, r = 0.9 test to retest).
+
+#include <array>
+#include <deque>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/exercise/frame.h"
+
+namespace exercise {
+
+enum class Mishap {
+    BlindMotion,      // a device moves, the beam is off
+    IdleBeam,         // the beam is on, nothing moves and no contrast runs
+    AgainstStop,      // pushed on while the tip stays, or against an end of the way
+    HardPress,        // one joint presses the wall with more than the limit
+    OutOfView,        // a device moves, its tip is outside the open field
+    TargetLost,       // the tip has left the target it was at
+    InjectionAtWall,  // contrast leaves a catheter whose tip presses the wall
+    StaleRoadmap,     // a device moves under a roadmap that has no map of this view
+};
+inline constexpr std::size_t mishap_kinds = 8;
+/// As in score.json.
+inline constexpr std::array<const char*, mishap_kinds> mishap_ids = {
+    "motion_without_beam", "beam_without_motion", "push_against_resistance", "force_over_limit",
+    "left_field_of_view",  "target_lost",         "injection_at_wall",       "stale_roadmap"};
+/// For the trainee.
+inline constexpr std::array<const char*, mishap_kinds> mishap_texts = {
+    "The device was moved without beam",   "The beam was on while nothing moved",
+    "It was pushed against resistance",    "The wall was pressed hard",
+    "It was moved with its tip unseen",    "The target was lost again",
+    "Contrast was given against the wall", "It was moved under a roadmap of another view"};
+
+/// Of a mark's amount: how long, how much was fed in vain, the largest force, the largest distance.
+inline constexpr std::array<const char*, mishap_kinds> mishap_units = {"s", "s",  "mm", "N",
+                                                                       "s", "mm", "N",  "s"};
+
+/// Where an error begins. None of these is a threshold of injury.
+struct MishapLimits {
+    double idle_beam = 3;     // beam without motion or contrast for longer [s]
+    double stuck_feed = 10;   // of a device, while its tip has moved by less than a fifth of that [mm]
+    double force = 1;         // of one joint on the wall [N]
+    double lost = 2;          // distance from the target in radii of it [-]
+    double tip_force = 0.05;  // of a catheter's tip on the wall while contrast leaves it [N]
+    double pause = 0.5;       // an interruption as short as this does not make one error into two [s]
+};
+
+struct MishapMark {
+    Mishap kind = Mishap::BlindMotion;
+    int first = 0, last = 0;                        // frames of the run
+    double start = 0;                               // of the attempt [s]
+    geometry::Vec3 place = geometry::Vec3::Zero();  // of the tip, at the first frame [mm]
+    std::string branch;                             // of the anatomy, there
+    double amount = 0;                              // the largest so far, in the kind's unit
+
+    void state(geometry::StateStream& s) { s(kind, first, last, start, place, branch, amount); }
+};
+
+/// How many there are of each kind.
+std::array<int, mishap_kinds> counts(std::span<const MishapMark>);
+
+/// The errors of one attempt.
+class Handling {
+public:
+    explicit Handling(const Simulation&, const MishapLimits& = {});
+
+    /// To be called once after each frame; begins anew with a reset.
+    void observe(const Frame&);
+    /// In the order in which they began.
+    const std::vector<MishapMark>& marks() const { return marks_; }
+    const MishapLimits& limits() const { return limits_; }
+    void state(geometry::StateStream& s) {
+        s(marks_, open_, idle_since_, devices_, was_at_target_, injects_, mapped_, map_);
+    }
+
+private:
+    /// What the hand has fed of a device without pulling back, and where the tip was then.
+    struct Feed {
+        struct Stop {
+            double fed = 0;  // so far [mm]
+            geometry::Vec3 tip = geometry::Vec3::Zero();
+            void state(geometry::StateStream& s) { s(fed, tip); }
+        };
+        double inserted = 0;     // as of the last frame [mm]
+        std::deque<Stop> stops;  // the last `stuck_feed` of it and one before; never empty
+        double in_vain = 0;      // fed since the tip last went on [mm]
+        void state(geometry::StateStream& s) { s(inserted, stops, in_vain); }
+    };
+    void begin(const Simulation&);
+    /// Opens, extends or ends the error of this kind. `since`: the frame it began, if that was before.
+    /// Without an amount it is how long the error has lasted.
+    void note(Mishap, const Frame&, bool now, std::optional<double> amount = {},
+              std::optional<int> since = {});
+    double stuck(Feed&, script::Held, const Simulation&) const;
+    void follow_roadmap(const Frame&);
+
+    MishapLimits limits_;
+    std::vector<MishapMark> marks_;
+    std::array<int, mishap_kinds> open_ = {};  // 1 + index of the last mark of a kind, 0 = none
+    std::optional<int> idle_since_;            // frame
+    std::array<Feed, 2> devices_;
+    bool was_at_target_ = false;
+    bool injects_ = false;                // through the catheter
+    std::optional<render::CArm> mapped_;  // the view of the last pulse
+    int map_ = 0;                         // pulses of DSA in that view since the mask
+};
+
+}  // namespace exercise

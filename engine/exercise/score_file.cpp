@@ -1,0 +1,122 @@
+#include "engine/exercise/score_file.h"
+
+#include <nlohmann/json.hpp>
+
+#include "engine/exercise/grade.h"
+#include "physics/geometry/vec.h"
+
+namespace exercise {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json or_null(const std::optional<double>& value) {
+    return value ? Json(*value) : Json(nullptr);
+}
+
+Json of_mishap(const MishapMark& mark) {
+    const auto kind = static_cast<std::size_t>(mark.kind);
+    return {{"error", mishap_ids[kind]}, {"frame", mark.first},
+            {"last_frame", mark.last},   {"time_s", mark.start},
+            {"branch", mark.branch},     {"place_mm", {mark.place.x(), mark.place.y(), mark.place.z()}},
+            {"amount", mark.amount},     {"unit", mishap_units[kind]}};
+}
+
+Json of_handling(const Score& s) {
+    const auto number = counts(s.mishaps);
+    Json by_kind, marks = Json::array();
+    for (std::size_t kind = 0; kind < mishap_kinds; ++kind) by_kind[mishap_ids[kind]] = number[kind];
+    for (const MishapMark& mark : s.mishaps) marks.push_back(of_mishap(mark));
+    return {{"total", s.mishaps.size()}, {"counts", by_kind}, {"marks", marks}};
+}
+
+Json of_grade(const Score& s, const scenario::Par& par) {
+    const Grade made = grade(s, par);
+    Json lines = Json::array();
+    for (const GradeLine& line : made.lines)
+        lines.push_back({{"name", line.name},
+                         {"unit", line.unit},
+                         {"yours", or_null(line.yours)},
+                         {"par", or_null(line.par)},
+                         {"most", line.most},
+                         {"cost", line.cost}});
+    return {{"points", made.points}, {"formula", grade_formula}, {"lines", lines}};
+}
+
+void add_attempt(Json& json, const Score& s) {
+    json["completed"] = s.completed;
+    json["completion_time_s"] = or_null(s.completion_time);
+    json["duration_s"] = s.duration;
+    json["beam_on_time_s"] = s.beam_on_time;
+    json["pulses"] = s.pulses;
+    json["dsa_runs"] = s.runs;
+    json["views"] = s.views;
+    json["air_kerma_mGy"] = or_null(s.air_kerma);
+    json["kerma_area_product_Gy_cm2"] = or_null(s.area_product);
+    json["contrast_ml"] = s.contrast;
+    json["wire_travel_mm"] = s.wire_travel;
+    json["advanced_mm"] = s.advanced;
+    json["withdrawn_mm"] = s.withdrawn;
+    json["back_and_forth_ratio"] = s.back_and_forth_ratio;
+    json["reversals"] = s.reversals;
+    json["rotation_deg"] = s.rotation / geometry::degree;
+    json["idle_share"] = s.idle_share;
+    json["tip_path_mm"] = s.tip_path;
+    json["path_efficiency"] = s.path_efficiency;
+    json["mean_tip_speed_mm_per_s"] = s.mean_tip_speed;
+    json["spectral_arc_length"] = or_null(s.spectral_arc_length);
+    json["log_dimensionless_jerk"] = or_null(s.log_dimensionless_jerk);
+    json["peak_wall_force_N"] = s.peak_wall_force;
+    json["mean_wall_force_N"] = s.mean_wall_force;
+    json["force_threshold_N"] = MishapLimits().force;
+    json["time_over_force_threshold_s"] = s.time_over_force;
+    json["wall_force_impulse_N_s"] = s.wall_force_impulse;
+    json["max_penetration_mm"] = s.deepest.penetration;
+    if (s.deepest.joint >= 0) {
+        json["max_penetration_at"] = {{"joint", s.deepest.joint},
+                                      {"frame", s.deepest.frame},
+                                      {"stiffness_N_per_mm", s.deepest.stiffness},
+                                      {"force_N", s.deepest.force}};
+    }
+    json["buckled_frames"] = s.buckled_frames;
+    json["tip_to_target_mm"] = s.tip_to_target;
+    Json wrong = Json::array();
+    for (const WrongBranch& branch : s.wrong_branches)
+        wrong.push_back({{"branch", branch.name}, {"entries", branch.entries}, {"time_s", branch.seconds}});
+    json["wrong_branches"] = wrong;
+    json["handling_errors"] = of_handling(s);
+}
+
+Json of_par(const scenario::Par& par) {
+    return {{"completion_time_s", or_null(par.completion_time)},
+            {"beam_on_time_s", or_null(par.beam_on_time)},
+            {"contrast_ml", or_null(par.contrast)},
+            {"wire_travel_mm", or_null(par.wire_travel)}};
+}
+
+}  // namespace
+
+std::string to_json(const ScoreReport& report) {
+    Json json;
+    json["schema"] = 2;
+    json["program"] = report.program;
+    if (!report.learner.empty()) json["learner"] = report.learner;
+    json["scenario"] = report.score.scenario;
+    add_attempt(json, report.score);
+    json["par"] = report.par.given() ? of_par(report.par) : Json(nullptr);
+    json["grade"] = report.par.given() ? of_grade(report.score, report.par) : Json(nullptr);
+    json["resets"] = report.score.resets;
+    json["frames"] = report.score.frames;
+    json["interrupted"] = report.score.interrupted;
+    Json earlier = Json::array();
+    for (const Score& score : report.earlier) {
+        Json attempt;
+        add_attempt(attempt, score);
+        earlier.push_back(attempt);
+    }
+    json["earlier_attempts"] = earlier;
+    // A learner's name is whatever was typed.
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace exercise

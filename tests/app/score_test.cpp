@@ -1,0 +1,117 @@
+#include <nlohmann/json.hpp>
+
+#include "tests/app/program.h"
+
+namespace app {
+namespace {
+
+using test::asset, test::expect_refused, test::good_script, test::read, test::run, test::TemporaryFolder,
+    test::write;
+
+/// A recording of the S-bend's solution.
+std::filesystem::path recorded(const TemporaryFolder& folder, const std::string& learner = "") {
+    std::vector<std::string> words = {"run",   "s_bend",       "--commands", good_script,
+                                      "--out", folder / "out", "--frames",   "none"};
+    if (!learner.empty()) words.insert(words.end(), {"--learner", learner});
+    EXPECT_EQ(run(folder, words).code, 0);
+    return folder / "out/run.gw";
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+    const std::size_t at = text.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return text.replace(at, from.size(), to);
+}
+
+}  // namespace
+
+TEST(ScoreCommand, ComputesTheRunsOwnScoreFromTheRecordingAlone) {
+    const TemporaryFolder folder;
+    const std::string file = recorded(folder, "Ada <b>");
+    const auto result = run(folder, {"score", file, "--out", folder / "score.json"});
+    EXPECT_EQ(result.code, 0) << result.error;
+    EXPECT_NE(result.out.find("by Ada <b>"), std::string::npos) << result.out;
+    EXPECT_NE(result.out.find("all equal"), std::string::npos) << result.out;
+    EXPECT_EQ(read(folder / "score.json"), read(folder / "out/score.json"));
+    EXPECT_EQ(nlohmann::json::parse(read(folder / "score.json"))["learner"], "Ada <b>");
+    EXPECT_EQ(run(folder, {"replay", file}).code, 0);
+}
+
+TEST(ScoreCommand, AChangedStateIsExitCodeThreeAndSaysWhere) {
+    const TemporaryFolder folder;
+    const std::string text = read(recorded(folder));
+    const std::size_t at = text.find("state 20 ") + 9;
+    std::string changed = text;
+    changed[at] = changed[at] == '0' ? '1' : '0';
+    write(folder / "changed.gw", changed);
+    const auto state = run(folder, {"replay", folder / "changed.gw"});
+    EXPECT_EQ(state.code, 3);
+    EXPECT_NE(state.error.find("frame 20"), std::string::npos) << state.error;
+    // A command that was taken out leads to other states from there on.
+    write(folder / "edited.gw", replaced(text, "advance", "withdraw"));
+    EXPECT_EQ(run(folder, {"replay", folder / "edited.gw"}).code, 3);
+}
+
+TEST(ScoreCommand, ABrokenRecordingIsRefusedWithItsLine) {
+    const TemporaryFolder folder;
+    const std::string text = read(recorded(folder));
+    write(folder / "x.gw", text.substr(0, text.find("state 20 ") + 12));
+    expect_refused(run(folder, {"score", folder / "x.gw"}), "x.gw:");
+    write(folder / "x.gw", replaced(text, "recording 2", "recording 9"));
+    expect_refused(run(folder, {"score", folder / "x.gw"}), "x.gw:1:1: 'recording 9' was found; recording 2");
+    write(folder / "x.gw", "0 beam on\n5 end\n");
+    expect_refused(run(folder, {"score", folder / "x.gw"}), "--scenario");
+    expect_refused(run(folder, {"score", folder / "none.gw"}), "none.gw");
+}
+
+TEST(ScoreCommand, WithoutItsEndItIsScoredAndSaysSo) {
+    const TemporaryFolder folder;
+    const std::string text = read(recorded(folder));
+    write(folder / "x.gw", text.substr(0, text.find("state 30 ")));
+    const auto result = run(folder, {"score", folder / "x.gw"});
+    EXPECT_NE(result.code, 2) << result.error;
+    EXPECT_NE(result.error.find("has no end"), std::string::npos) << result.error;
+}
+
+TEST(ScoreCommand, AnotherScenarioOrAnatomyIsTold) {
+    const TemporaryFolder folder;
+    const std::string file = recorded(folder);
+    const std::string toml = read(asset("scenarios/s_bend.toml"));
+    write(folder / "s_bend.toml", replaced(toml, "radius_mm = 4.0", "radius_mm = 5.0"));
+    const std::string changed = folder / "s_bend.toml";
+    expect_refused(run(folder, {"score", file, "--scenario", changed}), "has changed since it was recorded");
+    EXPECT_EQ(run(folder, {"score", file, "--scenario", changed, "--force"}).code, 0);
+    // Words, par and comments change nothing.
+    write(folder / "s_bend.toml",
+          "# A comment.\n" + replaced(toml, "title = \"", "title = \"Another: ") +
+              "\n[par]\ncompletion_time_s = 3.0\n[lesson]\nlevel = 1\nbriefing = \"Push.\"\n");
+    const auto same = run(folder, {"score", file, "--scenario", changed});
+    EXPECT_EQ(same.code, 0) << same.error;
+    EXPECT_NE(same.out.find("Points"), std::string::npos) << same.out;
+    // Another tube.
+    write(folder / "s_bend.toml", replaced(toml, "run_mm = 50.0", "run_mm = 51.0"));
+    expect_refused(run(folder, {"replay", file, "--scenario", changed}), "the anatomy has changed");
+    // A scenario of another name.
+    write(folder / "other.toml", toml);
+    expect_refused(run(folder, {"replay", file, "--scenario", folder / "other.toml"}),
+                   "recorded in the scenario");
+}
+
+TEST(ScoreCommand, ALearnersNameWithControlCharactersIsRefused) {
+    const TemporaryFolder folder;
+    expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",
+                                "--learner", "A\x1b[31m"}),
+                   "--learner");
+    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(ListCommand, DescribesAScenario) {
+    const TemporaryFolder folder;
+    const auto result = run(folder, {"list", "s_bend", "--cache", folder / "cache"});
+    EXPECT_EQ(result.code, 0) << result.error;
+    for (const char* word : {"S-bend", "target", "start", "wire", "wall", "end", "branch"})
+        EXPECT_NE(result.out.find(word), std::string::npos) << word << "\n" << result.out;
+    expect_refused(run(folder, {"list", "s_bent"}), "s_bend");
+}
+
+}  // namespace app

@@ -1,0 +1,236 @@
+#include "engine/exercise/handling.h"
+
+#include <random>
+
+#include "engine/exercise/exercise.h"
+#include "tests/engine/fixtures.h"
+
+namespace exercise {
+namespace {
+
+scenario::Scenario small_with(const std::string& from, const std::string& to) {
+    return scenario::parse_scenario(test::small_toml_with(from, to), "small.toml", test::asset("devices"));
+}
+
+/// The marks of a script in a scenario.
+std::vector<MishapMark> marks_of(const scenario::Scenario& scenario, const std::string& script,
+                                 const MishapLimits& limits = {}) {
+    Exercise exercise(scenario, false);
+    Handling handling(exercise.simulation(), limits);
+    const script::CommandScript timed = script::parse_commands(script, "x.gw");
+    for (int index = 0; index <= timed.last_frame(0); ++index) {
+        std::vector<script::Command> commands;
+        for (const script::TimedCommand& c : timed.at(index)) commands.push_back(c.command);
+        handling.observe(exercise.next_frame(commands));
+    }
+    return handling.marks();
+}
+
+/// Those of one kind.
+std::vector<MishapMark> marks_of(Mishap kind, const scenario::Scenario& scenario, const std::string& script,
+                                 const MishapLimits& limits = {}) {
+    std::vector<MishapMark> marks = marks_of(scenario, script, limits);
+    std::erase_if(marks, [kind](const MishapMark& mark) { return mark.kind != kind; });
+    return marks;
+}
+
+}  // namespace
+
+TEST(HandlingErrors, MotionWithoutBeamIsOneErrorUntilItPausesForHalfASecond) {
+    const auto marks =
+        marks_of(test::small_scenario(),
+                 "2..4 advance 1 mm\n8 advance 1 mm\n30 rotate 5 deg\n40 beam on\n41 advance 1 mm\n");
+    ASSERT_EQ(marks.size(), 2u);
+    EXPECT_EQ(marks[0].kind, Mishap::BlindMotion);
+    EXPECT_EQ(marks[0].first, 2);
+    EXPECT_EQ(marks[0].last, 8);
+    EXPECT_NEAR(marks[0].start, 2 / 15.0, 1e-12);
+    EXPECT_NEAR(marks[0].amount, 7 / 15.0, 1e-12);
+    EXPECT_FALSE(marks[0].branch.empty());
+    EXPECT_NEAR(marks[0].place.x(), 21, 1.5);  // the tip, 20 mm and one more along
+    EXPECT_EQ(marks[1].first, 30);
+}
+
+TEST(HandlingErrors, BeamOnNothingCountsFromItsBeginning) {
+    const auto marks = marks_of(test::small_scenario(), "0 beam on\n1 advance 1 mm\n80 end\n");
+    ASSERT_EQ(marks.size(), 1u);
+    EXPECT_EQ(marks[0].kind, Mishap::IdleBeam);
+    EXPECT_EQ(marks[0].first, 2);
+    EXPECT_EQ(marks[0].last, 80);
+    EXPECT_NEAR(marks[0].amount, 79 / 15.0, 1e-12);
+    // Three seconds are not too long, and neither motion, nor contrast, nor the arm is idle.
+    EXPECT_TRUE(marks_of(test::small_scenario(), "0 beam on\n1 advance 1 mm\n46 end\n").empty());
+    EXPECT_TRUE(marks_of(test::small_scenario(),
+                         "0 beam on\n30 arm lao 5 deg\n60 inject 12 ml at 4 ml/s into tube\n145 end\n")
+                    .empty());
+}
+
+TEST(HandlingErrors, PushingOnAtAnOpenEndIsAgainstAStop) {
+    const auto marks =
+        marks_of(Mishap::AgainstStop, test::small_scenario(), "0 beam on\n1..60 advance 2 mm\n");
+    ASSERT_EQ(marks.size(), 1u);
+    EXPECT_GT(marks[0].first, 20);
+    EXPECT_EQ(marks[0].last, 60);
+}
+
+TEST(HandlingErrors, FeedingOnWhileTheTipStaysIsAgainstAStop) {
+    const scenario::Scenario blind = scenario::parse_scenario(R"(schema = 1
+title = "blind"
+[[anatomy.branch]]
+name = "v"
+closed = true
+points_mm = [[0, 0, 0, 5], [0, 0, 80, 5]]
+[entry]
+end = "v.in"
+inserted_mm = 70.0
+[guidewire]
+preset = "glide035"
+[target]
+centre_mm = [0, 0, 60]
+)",
+                                                              "blind.toml");
+    const auto marks = marks_of(Mishap::AgainstStop, blind, "0 beam on\n1..20 advance 2 mm\n");
+    ASSERT_EQ(marks.size(), 1u);
+    EXPECT_GE(marks[0].amount, MishapLimits().stuck_feed);
+    EXPECT_LE(marks[0].amount, 40);
+    // A tip that goes on is not stuck.
+    EXPECT_TRUE(marks_of(Mishap::AgainstStop, blind, "0 beam on\n1..3 advance 2 mm\n").empty());
+    EXPECT_TRUE(
+        marks_of(Mishap::AgainstStop, test::small_scenario(), "0 beam on\n1..15 advance 2 mm\n").empty());
+}
+
+TEST(HandlingErrors, ForceCountsAboveTheLimitWithItsLargest) {
+    MishapLimits limits;
+    limits.force = 0.02;
+    Exercise exercise(test::small_scenario(), false);
+    Handling handling(exercise.simulation(), limits);
+    double largest = 0;
+    bool over = false;
+    for (int index = 0; index < 20; ++index) {
+        const std::vector<script::Command> push = {script::Advance{2}};
+        handling.observe(exercise.next_frame(push));
+        const double force = physics::largest_force(exercise.simulation().contacts());
+        over = over || force > limits.force;
+        largest = std::max(largest, force);
+    }
+    ASSERT_TRUE(over);
+    double marked = 0;
+    for (const MishapMark& mark : handling.marks())
+        if (mark.kind == Mishap::HardPress) marked = std::max(marked, mark.amount);
+    EXPECT_DOUBLE_EQ(marked, largest);
+}
+
+TEST(HandlingErrors, ATipOutsideTheFieldIsOne) {
+    const std::string away = "0 beam on\n0 table 0 0 300 mm\n2 advance 1 mm\n";
+    const auto marks = marks_of(Mishap::OutOfView, test::small_scenario(), away);
+    ASSERT_EQ(marks.size(), 1u);
+    EXPECT_EQ(marks[0].first, 2);
+    EXPECT_TRUE(marks_of(Mishap::OutOfView, test::small_scenario(), "0 beam on\n2 advance 1 mm\n").empty());
+    // Behind the collimator is outside, too.
+    const auto collimated = marks_of(Mishap::OutOfView, test::small_scenario(),
+                                     "0 beam on\n0 collimate 10 10 mm\n2 advance 1 mm\n");
+    EXPECT_EQ(collimated.size(), 1u);
+}
+
+TEST(HandlingErrors, ATargetThatWasReachedAndLeftIsLost) {
+    scenario::Scenario scenario = test::small_scenario();
+    scenario.target.name = "";
+    scenario.target.centre = geometry::Vec3(22, 0, 0);
+    const auto lost =
+        marks_of(Mishap::TargetLost, scenario, "0 beam on\n1 advance 1 mm\n20..27 advance 2 mm\n");
+    ASSERT_EQ(lost.size(), 1u);
+    EXPECT_GT(lost[0].amount, 2 * scenario.target.radius);
+    EXPECT_TRUE(
+        marks_of(Mishap::TargetLost, scenario, "0 beam on\n1 advance 1 mm\n20 advance 2 mm\n").empty());
+}
+
+TEST(HandlingErrors, ARoadmapHoldsForItsViewOnly) {
+    const std::string map = "0 beam on\n0 mode dsa\n5 mode roadmap\n";
+    const auto stale = [](const std::string& script) {
+        return marks_of(Mishap::StaleRoadmap, test::small_scenario(), script);
+    };
+    EXPECT_TRUE(stale(map + "6 advance 1 mm\n").empty());
+    EXPECT_EQ(stale(map + "6 arm lao 10 deg\n7 advance 1 mm\n").size(), 1u);
+    EXPECT_EQ(stale(map + "6 table 0 0 5 mm\n7 advance 1 mm\n").size(), 1u);
+    EXPECT_EQ(stale("0 beam on\n0 mode roadmap\n7 advance 1 mm\n").size(), 1u);  // without a map at all
+    EXPECT_TRUE(stale(map + "6 arm lao 10 deg\n7 mode live\n8 advance 1 mm\n").empty());
+}
+
+TEST(HandlingErrors, ContrastAgainstTheWallTheCatheterPointsAt) {
+    const auto scenario = [](const std::string& device) {
+        return small_with("[relaxer]",
+                          "[catheter]\ndevice = \"" + device + "\"\ninserted_mm = 40.0\n[relaxer]");
+    };
+    const std::string script = "0 beam on\n5 inject 0.3 ml at 0.3 ml/s through catheter\n30 end\n";
+    MishapLimits limits;
+    limits.tip_force = 1e-6;
+    const auto bent = marks_of(Mishap::InjectionAtWall, scenario("cobra5f"), script, limits);
+    ASSERT_EQ(bent.size(), 1u);
+    EXPECT_GE(bent[0].first, 5);
+    EXPECT_LE(bent[0].last, 5 + 16);
+    EXPECT_GT(bent[0].amount, limits.tip_force);
+    // Not while nothing is injected, nor for an injection from elsewhere.
+    EXPECT_TRUE(
+        marks_of(Mishap::InjectionAtWall, scenario("cobra5f"), "0 beam on\n30 end\n", limits).empty());
+    EXPECT_TRUE(marks_of(Mishap::InjectionAtWall, scenario("cobra5f"),
+                         "0 beam on\n5 inject 1 ml at 1 ml/s into tube\n30 end\n", limits)
+                    .empty());
+}
+
+TEST(HandlingErrors, AResetBeginsWithoutAny) {
+    EXPECT_TRUE(marks_of(test::small_scenario(), "2 advance 1 mm\n5 reset\n6 end\n").empty());
+}
+
+/// Marks stand in order, lie in the run, and those of one kind are apart.
+TEST(HandlingErrors, OfWildHandsAreInOrder) {
+    for (unsigned seed = 1; seed <= 60; ++seed) {
+        std::mt19937 random(seed);
+        const auto pick = [&random](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+        Exercise exercise(test::small_scenario(), false);
+        Handling handling(exercise.simulation());
+        std::array<int, mishap_kinds> last;
+        for (int index = 0; index < 120; ++index) {
+            std::vector<script::Command> commands;
+            switch (pick(12)) {
+                case 0:
+                    commands.push_back(script::Beam{pick(2) == 0});
+                    break;
+                case 1:
+                    commands.push_back(script::Advance{1.0 * pick(20)});
+                    break;
+                case 2:
+                    commands.push_back(script::Withdraw{1.0 * pick(20)});
+                    break;
+                case 3:
+                    commands.push_back(script::Rotate{0.1 * pick(60)});
+                    break;
+                case 4:
+                    commands.push_back(script::SetMode{static_cast<script::ImagingMode>(pick(3))});
+                    break;
+                case 5:
+                    commands.push_back(script::MoveTable{{0, 0, 40.0 * pick(5)}});
+                    break;
+                default:
+                    break;
+            }
+            handling.observe(exercise.next_frame(commands));
+        }
+        last.fill(-100);
+        int before = 0, counted = 0;
+        for (const MishapMark& mark : handling.marks()) {
+            int& end = last[static_cast<std::size_t>(mark.kind)];
+            EXPECT_GE(mark.first, 0) << "seed " << seed;
+            EXPECT_LE(mark.first, mark.last) << "seed " << seed;
+            EXPECT_LT(mark.last, 120) << "seed " << seed;
+            EXPECT_GE(mark.last, before) << "seed " << seed;  // those of one frame may begin earlier
+            EXPECT_GT(mark.first, end) << "seed " << seed;
+            EXPECT_TRUE(std::isfinite(mark.amount) && mark.amount >= 0) << "seed " << seed;
+            end = mark.last;
+            before = mark.first;
+        }
+        for (const int count : counts(handling.marks())) counted += count;
+        EXPECT_EQ(counted, static_cast<int>(handling.marks().size())) << "seed " << seed;
+    }
+}
+
+}  // namespace exercise

@@ -1,0 +1,127 @@
+#include "engine/exercise/score_file.h"
+
+#include <nlohmann/json.hpp>
+#include <random>
+#include <valijson/adapters/nlohmann_json_adapter.hpp>
+#include <valijson/schema.hpp>
+#include <valijson/schema_parser.hpp>
+#include <valijson/validation_results.hpp>
+#include <valijson/validator.hpp>
+
+#include "engine/exercise/exercise.h"
+#include "tests/engine/fixtures.h"
+
+namespace exercise {
+namespace {
+
+using Json = nlohmann::json;
+
+/// What the schema that ships objects to, a line each.
+std::string objections(const Json& score) {
+    static const Json text = Json::parse(test::read(test::asset("score.schema.json")));
+    valijson::Schema schema;
+    valijson::SchemaParser(valijson::SchemaParser::kDraft7)
+        .populateSchema(valijson::adapters::NlohmannJsonAdapter(text), schema);
+    valijson::Validator validator;
+    valijson::ValidationResults results;
+    if (validator.validate(schema, valijson::adapters::NlohmannJsonAdapter(score), &results)) return "";
+    std::string found;
+    for (valijson::ValidationResults::Error error; results.popError(error);) {
+        for (const std::string& step : error.context) found += step;
+        found += ": " + error.description + "\n";
+    }
+    return found;
+}
+
+Json report_of(const Exercise& exercise, const std::string& learner, const scenario::Par& par) {
+    return Json::parse(to_json({"test 1", learner, exercise.finish(), exercise.earlier_attempts(), par}));
+}
+
+}  // namespace
+
+TEST(ScoreFile, OfWildHandsIsWhatTheSchemaDescribes) {
+    for (unsigned seed = 1; seed <= 40; ++seed) {
+        std::mt19937 random(seed);
+        const auto pick = [&random](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+        const bool images = seed % 8 == 0;
+        Exercise exercise(test::small_scenario(), images);
+        const int frames = pick(90);
+        for (int index = 0; index < frames; ++index) {
+            std::vector<script::Command> commands;
+            switch (pick(10)) {
+                case 0:
+                    commands.push_back(script::Beam{pick(3) > 0});
+                    break;
+                case 1:
+                    commands.push_back(script::Advance{1.0 * pick(30)});
+                    break;
+                case 2:
+                    commands.push_back(script::Withdraw{1.0 * pick(30)});
+                    break;
+                case 3:
+                    commands.push_back(script::Rotate{0.1 * pick(60)});
+                    break;
+                case 4:
+                    commands.push_back(script::SetMode{static_cast<script::ImagingMode>(pick(3))});
+                    break;
+                case 5:
+                    if (pick(3) == 0) commands.push_back(script::Reset{});
+                    break;
+                default:
+                    break;
+            }
+            exercise.next_frame(commands);
+        }
+        scenario::Par par;
+        if (pick(2)) par.completion_time = 3;
+        if (pick(2)) par.contrast = 0;
+        const std::string learners[] = {"", "Ada", "<b>\"\\ \xff"};
+        const Json json = report_of(exercise, learners[pick(3)], par);
+        EXPECT_EQ(objections(json), "") << "seed " << seed << "\n" << json.dump(1);
+    }
+}
+
+TEST(ScoreFile, TheSchemaRefusesWhatIsNoScore) {
+    Exercise exercise(test::small_scenario(), false);
+    const std::vector<script::Command> push = {script::Advance{2}};
+    for (int k = 0; k < 5; ++k) exercise.next_frame(push);
+    const Json score = report_of(exercise, "", {3.0, {}, {}, {}});
+    ASSERT_EQ(objections(score), "");
+    for (const auto& [key, value] : score.items()) {
+        Json other = score;
+        other.erase(key);
+        if (key != "max_penetration_at") {
+            EXPECT_NE(objections(other), "") << "without " << key;
+        }
+        other[key] = value.is_string() ? Json(7) : Json("seven");
+        EXPECT_NE(objections(other), "") << key;
+    }
+    Json other = score;
+    other["schema"] = 1;
+    EXPECT_NE(objections(other), "");
+    other = score;
+    other["wire_travel"] = 3;
+    EXPECT_NE(objections(other), "");
+    other = score;
+    ASSERT_FALSE(score["handling_errors"]["marks"].empty());
+    other["handling_errors"]["marks"][0]["error"] = "sneezed";
+    EXPECT_NE(objections(other), "");
+}
+
+TEST(ScoreFile, KeepsEveryAttempt) {
+    Exercise exercise(test::small_scenario(), false);
+    const std::vector<script::Command> push = {script::Advance{2}}, reset = {script::Reset{}};
+    for (int attempt = 0; attempt < 3; ++attempt) {
+        for (int k = 0; k <= attempt; ++k) exercise.next_frame(push);
+        if (attempt < 2) exercise.next_frame(reset);
+    }
+    const Json json = report_of(exercise, "", {});
+    ASSERT_EQ(json["earlier_attempts"].size(), 2u);
+    EXPECT_NEAR(json["earlier_attempts"][0]["wire_travel_mm"].get<double>(), 2, 1e-9);
+    EXPECT_NEAR(json["earlier_attempts"][1]["wire_travel_mm"].get<double>(), 4, 1e-9);
+    EXPECT_NEAR(json["wire_travel_mm"].get<double>(), 6, 1e-9);
+    EXPECT_EQ(json["resets"], 2);
+    EXPECT_TRUE(json["grade"].is_null());
+}
+
+}  // namespace exercise
