@@ -64,6 +64,17 @@ scenario::Scenario scenario_of(const script::CommandScript& recording, const std
                                    assets() / "devices");
 }
 
+std::vector<scenario::Override> overrides_of(const std::vector<std::string>& words) {
+    std::vector<scenario::Override> overrides;
+    for (const std::string& word : words) {
+        const std::size_t equals = word.find('=');
+        if (equals == 0 || equals == std::string::npos)
+            throw io::InputError(fmt::format("--set {}: KEY=VALUE is accepted", word));
+        overrides.push_back({word.substr(0, equals), word.substr(equals + 1)});
+    }
+    return overrides;
+}
+
 std::filesystem::path program_folder() {
     return std::filesystem::read_symlink("/proc/self/exe").parent_path();
 }

@@ -31,6 +31,10 @@ Command add_list(CLI::App&);
 Command add_device(CLI::App&);
 Command add_score(CLI::App&);
 Command add_replay(CLI::App&);
+Command add_debrief(CLI::App&);
+Command add_course(CLI::App&);
+Command add_batch(CLI::App&);
+Command add_show(CLI::App&);
 
 /// From here on Ctrl-C and SIGTERM ask the command to stop, and writing to a full disk or beyond a quota is
 /// an error of the write instead of a signal that ends the program.
@@ -49,6 +53,9 @@ std::filesystem::path user_folder(const char* variable, const char* under_home);
 std::filesystem::path usual_cache(const std::string& named);
 /// The scenario of a recording: `named`, or the shipped one that it names. Throws InputError.
 scenario::Scenario scenario_of(const script::CommandScript&, const std::string& named);
+
+/// "guidewire.friction=0.1", as --set takes it. Throws InputError where there is no "=".
+std::vector<scenario::Override> overrides_of(const std::vector<std::string>&);
 
 /// Folder of this program's file, links resolved.
 std::filesystem::path program_folder();

@@ -11,6 +11,7 @@ int main(int count, char** values) {
     parser.require_subcommand(1);
     const app::Command commands[] = {
         app::add_run(parser),     app::add_play(parser),   app::add_score(parser), app::add_replay(parser),
+        app::add_debrief(parser), app::add_course(parser), app::add_batch(parser), app::add_show(parser),
         app::add_list(parser),    app::add_device(parser), app::add_relax(parser), app::add_render(parser),
         app::add_anatomy(parser), app::add_study(parser)};
     parser.footer(commands[0].parser->get_footer());

@@ -29,14 +29,16 @@ const char* const footer =
     "  40 pulse 7.5 per second                                 41 collimate 120 90 mm; table 0 0 -40 mm";
 
 struct RunArguments {
+    std::vector<std::string> set;
     std::string scenario, commands, out, expect, cache, trace, learner, frames = "all";
     int every = 1;
     bool panel = false, truth = false;
 };
 
 int run_scenario(const RunArguments& arguments) {
-    const scenario::Scenario scenario = scenario::load_scenario(
-        scenario::find_scenario(arguments.scenario, assets() / "scenarios"), assets() / "devices");
+    const scenario::Scenario scenario =
+        scenario::load_scenario(scenario::find_scenario(arguments.scenario, assets() / "scenarios"),
+                                assets() / "devices", overrides_of(arguments.set));
     const script::CommandScript script =
         arguments.commands == "-"
             ? script::parse_commands(std::string(std::istreambuf_iterator<char>(std::cin), {}),
@@ -106,6 +108,9 @@ Command add_run(CLI::App& parser) {
         ->required();
     command->add_option("--out", arguments->out, "Folder for run.gw, score.json, sheet.png and frames/")
         ->required();
+    command->add_option(
+        "--set", arguments->set,
+        "KEY=VALUE in place of the scenario's, such as guidewire.friction=0.1; again for more");
     command->add_option("--learner", arguments->learner, "Whose recording it is: a name, for 'course'");
     command->add_option("--every", arguments->every, "Write an image of every K-th frame, and of the last")
         ->check(CLI::Range(1, script::largest_frame));

@@ -113,8 +113,8 @@ void print_score(const exercise::Score& s, const scenario::Par& par) {
     for (const exercise::MishapMark& mark : s.mishaps) {
         const auto kind = static_cast<std::size_t>(mark.kind);
         print_line(fmt::format("error at {:.1f} s, frame {}", mark.start, mark.first),
-                   fmt::format("{} ({:.3g} {}, in {})", exercise::mishap_texts[kind], mark.amount,
-                               exercise::mishap_units[kind], mark.branch));
+                   fmt::format("{} ({}, in {})", exercise::mishap_texts[kind], exercise::amount_text(mark),
+                               mark.branch));
     }
 }
 

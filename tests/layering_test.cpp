@@ -94,10 +94,10 @@ const std::map<std::string, Names> third_party = {
     {"backends", {"app/play"}},  // of ImGui
     {"GLFW", {"app/play", "app/play/gl.h"}},
     {"assimp", {"engine/anatomy"}},
-    {"toml++", {"engine/anatomy/grow", "engine/io", "engine/room", "engine/scenario"}},
+    {"toml++", {"engine/anatomy/grow", "engine/io", "engine/room", "engine/run", "engine/scenario"}},
     {"nlohmann",
-     {"engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/exercise", "engine/room",
-      "engine/run", "engine/studies"}},
+     {"engine/debrief", "engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/exercise",
+      "engine/room", "engine/run", "engine/studies"}},
     {"CLI", {"app", "app/command.h"}},
 };
 const Names with_fmt = {"engine", "app"};  // folders

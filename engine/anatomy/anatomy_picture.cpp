@@ -115,7 +115,7 @@ constexpr const char* colours =
 
 /// One view at its place on the page (in fractions of the page).
 std::string panel(std::size_t index, const Box& box, int columns, int rows, double x, double y, double width,
-                  double height) {
+                  double height, std::span<const Trail> trails) {
     const View& view = views[index];
     const std::size_t c = 2 * index + 1;
     std::string text = fmt::format(
@@ -131,6 +131,10 @@ std::string panel(std::size_t index, const Box& box, int columns, int rows, doub
     text += fmt::format(
         "  'lines.csv' using {}:{}:{} with lines linewidth 1.6 linecolor rgb variable notitle, \\\n", c,
         c + 1, colours);
+    for (std::size_t k = 0; k < trails.size(); ++k)
+        text += fmt::format(
+            "  'trail{}.csv' using {}:{} with lines linewidth {} linecolor rgb '{}' title '{}', \\\n", k, c,
+            c + 1, trails[k].width, trails[k].colour, trails[k].name);
     const auto points = [&](const char* file, const char* where, const char* style, const char* title) {
         text += fmt::format("  '{}' using ({} ? ${} : NaN):{} with points {} title '{}', \\\n", file, where,
                             c, c + 1, style, title);
@@ -153,7 +157,7 @@ std::string panel(std::size_t index, const Box& box, int columns, int rows, doub
 
 }  // namespace
 
-void draw_anatomy(const Anatomy& anatomy, const fs::path& png) {
+void draw_anatomy(const Anatomy& anatomy, const fs::path& png, std::span<const Trail> trails) {
     if (png.extension() != ".png")
         throw io::InputError(png.string() + ": a file name that ends in .png is accepted");
     const io::ScratchFolder scratch;
@@ -187,10 +191,15 @@ void draw_anatomy(const Anatomy& anatomy, const fs::path& png) {
                                 : "unset key\n";
         plot.commands +=
             panel(i, boxes[i], columns, rows, x / page_width, y / page_height,
-                  boxes[i].width() * scale / page_width, boxes[i].height() * scale / page_height);
+                  boxes[i].width() * scale / page_width, boxes[i].height() * scale / page_height, trails);
     }
     plot.commands += "unset multiplot\n";
     write_data(anatomy, scratch.path());
+    for (std::size_t k = 0; k < trails.size(); ++k) {
+        std::string lines;
+        for (const Vec3& p : trails[k].points) lines += places(p) + "\n";
+        io::write_whole(scratch.path() / fmt::format("trail{}.csv", k), lines);
+    }
     if (const std::string notice = io::write_plot(plot, scratch.path()); !notice.empty())
         throw io::InputError("no picture of " + anatomy.name + ": " + notice);
     io::write_whole(

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <fmt/format.h>
 #include <limits>
 #include <utility>
 
@@ -11,13 +12,23 @@
 namespace exercise {
 namespace {
 
-constexpr double tip_follows = 0.2;  // share of the feed by which a tip that is not stuck moves on [-]
+constexpr double tip_follows = 0.1;  // share of the feed by which a tip that is not stuck moves on [-]
 constexpr double faces_wall = 0.26;  // cosine to the wall's normal from which a tip points at it: 15° [-]
 constexpr int pulses_of_a_map = 2;   // the mask and one with contrast
 
 bool moves(const StepReport& report) {
     return report.rotation != 0 || std::any_of(report.insertions.begin(), report.insertions.end(),
                                                [](double insertion) { return insertion != 0; });
+}
+
+/// Both ways [mm].
+double asked_feed(std::span<const script::Command> commands) {
+    double sum = 0;
+    for (const script::Command& command : commands) {
+        if (const auto* advance = std::get_if<script::Advance>(&command)) sum += advance->length;
+        if (const auto* withdraw = std::get_if<script::Withdraw>(&command)) sum += withdraw->length;
+    }
+    return sum;
 }
 
 bool sees_tip(const Simulation& simulation) {
@@ -53,6 +64,7 @@ void Handling::begin(const Simulation& simulation) {
     open_ = {};
     idle_since_.reset();
     was_at_target_ = injects_ = false;
+    against_stop_ = 0;
     devices_ = devices;
     mapped_.reset();
     map_ = 0;
@@ -139,7 +151,8 @@ void Handling::observe(const Frame& frame) {
         fed = std::max(fed, stuck(devices_[1], script::Held::Catheter, simulation));
     const bool stopped = report.insertion_stopped || report.withdrawal_stopped || report.whole_wire_is_in ||
                          report.buckled || report.too_thick;
-    note(Mishap::AgainstStop, frame, stopped || fed > 0, fed);
+    against_stop_ = stopped ? against_stop_ + asked_feed(frame.commands) : 0;
+    note(Mishap::AgainstStop, frame, stopped || fed > 0, std::max(fed, against_stop_));
 
     const double force = physics::largest_force(simulation.contacts());
     note(Mishap::HardPress, frame, force > limits_.force, force);
@@ -156,6 +169,11 @@ void Handling::observe(const Frame& frame) {
     injects_ = injects_ && simulation.contrast().injecting();
     const double against = injects_ ? force_before_tip(simulation) : 0;
     note(Mishap::InjectionAtWall, frame, against > limits_.tip_force, against);
+}
+
+std::string amount_text(const MishapMark& mark) {
+    const std::string_view unit = mishap_units[static_cast<std::size_t>(mark.kind)];
+    return fmt::format("{:.{}f} {}", mark.amount, unit == "mm" ? 0 : unit == "N" ? 2 : 1, unit);
 }
 
 std::array<int, mishap_kinds> counts(std::span<const MishapMark> marks) {

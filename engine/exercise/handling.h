@@ -41,12 +41,12 @@ inline constexpr std::array<const char*, mishap_kinds> mishap_units = {"s", "s",
 
 /// Where an error begins. None of these is a threshold of injury.
 struct MishapLimits {
-    double idle_beam = 3;     // beam without motion or contrast for longer [s]
-    double stuck_feed = 10;   // of a device, while its tip has moved by less than a fifth of that [mm]
-    double force = 1;         // of one joint on the wall [N]
-    double lost = 2;          // distance from the target in radii of it [-]
-    double tip_force = 0.05;  // of a catheter's tip on the wall while contrast leaves it [N]
-    double pause = 0.5;       // an interruption as short as this does not make one error into two [s]
+    double idle_beam = 3;    // beam without motion or contrast for longer [s]
+    double stuck_feed = 10;  // of a device, while its tip has moved by less than a tenth of that [mm]
+    double force = 1;        // of one joint on the wall [N]
+    double lost = 2;         // distance from the target in radii of it [-]
+    double tip_force = 0.1;  // of a catheter's tip on the wall while contrast leaves it [N]
+    double pause = 0.5;      // an interruption as short as this does not make one error into two [s]
 };
 
 struct MishapMark {
@@ -60,6 +60,8 @@ struct MishapMark {
     void state(geometry::StateStream& s) { s(kind, first, last, start, place, branch, amount); }
 };
 
+/// "48 mm", "1.25 N", "5.8 s".
+std::string amount_text(const MishapMark&);
 /// How many there are of each kind.
 std::array<int, mishap_kinds> counts(std::span<const MishapMark>);
 
@@ -74,7 +76,7 @@ public:
     const std::vector<MishapMark>& marks() const { return marks_; }
     const MishapLimits& limits() const { return limits_; }
     void state(geometry::StateStream& s) {
-        s(marks_, open_, idle_since_, devices_, was_at_target_, injects_, mapped_, map_);
+        s(marks_, open_, idle_since_, devices_, against_stop_, was_at_target_, injects_, mapped_, map_);
     }
 
 private:
@@ -103,6 +105,7 @@ private:
     std::array<int, mishap_kinds> open_ = {};  // 1 + index of the last mark of a kind, 0 = none
     std::optional<int> idle_since_;            // frame
     std::array<Feed, 2> devices_;
+    double against_stop_ = 0;  // asked for since the stop was met [mm]
     bool was_at_target_ = false;
     bool injects_ = false;                // through the catheter
     std::optional<render::CArm> mapped_;  // the view of the last pulse

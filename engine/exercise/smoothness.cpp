@@ -11,7 +11,7 @@ namespace exercise {
 namespace {
 
 constexpr double highest_frequency = 10;  // [Hz]
-constexpr double least_share = 0.05;      // of the greatest amplitude
+constexpr double least_amplitude = 0.05;  // of the greatest amplitude
 constexpr std::size_t padding = 16, most_frames = std::size_t{1} << 18;
 
 }  // namespace
@@ -34,7 +34,7 @@ std::optional<double> spectral_arc_length(std::span<const double> speed, double 
     const double step = rate / static_cast<double>(length);
     const auto within = static_cast<std::size_t>(highest_frequency / step);
     if (share.size() > within + 1) share.resize(within + 1);
-    const auto counts = [](double value) { return value >= least_share; };
+    const auto counts = [](double value) { return value >= least_amplitude; };
     const auto first = std::find_if(share.begin(), share.end(), counts);
     const auto last = std::find_if(share.rbegin(), share.rend(), counts).base();  // one past it
     if (last - first < 2) return 0.0;

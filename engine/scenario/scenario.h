@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -120,11 +121,17 @@ struct Scenario {
     physics::DeviceSpec wire_device() const;
 };
 
+/// A value in place of the file's: "guidewire.friction", "0.1"; the value is TOML.
+struct Override {
+    std::string key, value;
+};
+
 /// Throws InputError that lists everything wrong, a line each, with file:line:column.
 /// `devices` is the folder that holds the devices a scenario takes by name.
-Scenario load_scenario(const std::filesystem::path&, const std::filesystem::path& devices = {});
+Scenario load_scenario(const std::filesystem::path&, const std::filesystem::path& devices = {},
+                       std::span<const Override> = {});
 Scenario parse_scenario(const std::string& toml, const std::filesystem::path& file,
-                        const std::filesystem::path& devices = {});
+                        const std::filesystem::path& devices = {}, std::span<const Override> = {});
 
 /// Everything about the scenario alone that makes it unusable; empty when it is fine.
 std::vector<std::string> problems(const Scenario&);

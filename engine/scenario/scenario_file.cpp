@@ -367,15 +367,41 @@ void read_sections(const toml::table& root, const std::filesystem::path& devices
     s.content = content_of(root, s);
 }
 
+/// Sets the value of a dotted key; sections that are missing are made.
+void put(toml::table& root, const Override& with) {
+    const auto refuse = [&with](const std::string& why) {
+        throw io::InputError(fmt::format("{} = {}: {}", with.key, with.value, why));
+    };
+    toml::table parsed;
+    try {
+        parsed = toml::parse("value = " + with.value);
+    } catch (const toml::parse_error& error) {
+        refuse(fmt::format("this is not TOML: {}; KEY=VALUE is accepted, a text in quotes",
+                           error.description()));
+    }
+    if (parsed.size() != 1 || !parsed.contains("value")) refuse("one value is accepted");
+    toml::table* table = &root;
+    std::string_view left = with.key;
+    for (std::size_t dot; (dot = left.find('.')) != std::string_view::npos; left.remove_prefix(dot + 1)) {
+        const std::string_view section = left.substr(0, dot);
+        if (!table->contains(section)) table->insert(section, toml::table());
+        table = table->get(section)->as_table();
+        if (!table) refuse(fmt::format("'{}' is no section", section));
+    }
+    if (left.empty()) refuse("a key such as guidewire.friction is accepted");
+    parsed.get("value")->visit([&](auto& value) { table->insert_or_assign(left, std::move(value)); });
+}
+
 }  // namespace
 
 Scenario parse_scenario(const std::string& text, const std::filesystem::path& file,
-                        const std::filesystem::path& devices) {
+                        const std::filesystem::path& devices, std::span<const Override> overrides) {
     io::Reading reading{file.string(), {}, {}};
     Scenario s;
     s.name = file.stem().string();
     try {
-        const toml::table root = toml::parse(text, reading.file);
+        toml::table root = toml::parse(text, reading.file);
+        for (const Override& with : overrides) put(root, with);
         read_sections(root, devices, reading, s);
     } catch (const toml::parse_error& error) {
         const io::TextPlace place = reading.place(error.source());
@@ -389,8 +415,10 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& fi
     return s;
 }
 
-Scenario load_scenario(const std::filesystem::path& path, const std::filesystem::path& devices) {
-    return parse_scenario(io::read_text(path, "scenario", "a .toml file is accepted"), path, devices);
+Scenario load_scenario(const std::filesystem::path& path, const std::filesystem::path& devices,
+                       std::span<const Override> overrides) {
+    return parse_scenario(io::read_text(path, "scenario", "a .toml file is accepted"), path, devices,
+                          overrides);
 }
 
 }  // namespace scenario

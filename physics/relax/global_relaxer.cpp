@@ -51,8 +51,7 @@ constexpr int predicted_window = 64;     // segments
 constexpr int lag_rounds = 15;           // of normal forces and rest
 constexpr double lag_tolerance = 1e-3;   // change of a normal force over the largest
 constexpr int loose_rounds = 5;          // the first of them, from rests that need not be exact
-constexpr double loose_gradient = 1e-4;  // |g|/C of such a rest
-constexpr double loose_lag = 1e-2;       // change of a normal force after which the rests must be exact
+constexpr double loose_gradient = 1e-5;  // |g|/C of such a rest
 constexpr double fallen = 0.1;  // of |dU/du| in the window: time to look at that proximal of it again
 
 /// A wall made softer, for the continuation in stiffness.
@@ -406,14 +405,14 @@ int GlobalRelaxer::unchanged_grips(const Guidewire& wire) const {
 }
 
 /// The normal forces of the grips become the contacts' own. False where they already are.
-bool GlobalRelaxer::update_grips(Guidewire& wire, double tolerance) const {
+bool GlobalRelaxer::update_grips(Guidewire& wire) const {
     double largest = 0, change = 0;
     for (std::size_t j = 1; j < wire.grips.size(); ++j) {
         const double force = wire.friction_at(static_cast<int>(j)) * contacts_.contacts()[j].force();
         largest = std::max(largest, force);
         change = std::max(change, std::abs(force - wire.grips[j].force));
     }
-    if (change <= tolerance * largest) return false;
+    if (change <= lag_tolerance * largest) return false;
     const double stored = grip_energy(wire.grips, wire.joints, 1);
     for (std::size_t j = 1; j < wire.grips.size(); ++j) {
         const WallContact& c = contacts_.contacts()[j];
@@ -601,7 +600,7 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
             outcome = find_rest(wire, most_updates, valid, window, report, observer);
             valid = 0;
             window = n;
-            if (outcome == Outcome::Converged && !update_grips(wire, loose_lag)) break;
+            if (outcome == Outcome::Converged && !update_grips(wire)) break;
         }
         tolerance_ = config_.tolerance;
     }
@@ -612,7 +611,7 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
     while (outcome == Outcome::Converged && !wire.grips.empty() && lag_rounds_ < lag_rounds) {
         ++report.lag_rounds;
         ++lag_rounds_;
-        if (!update_grips(wire, lag_tolerance)) break;
+        if (!update_grips(wire)) break;
         outcome = find_rest(wire, most_updates, 0, n, report, observer);
     }
     rebuild_joints(wire);

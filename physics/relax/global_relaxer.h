@@ -70,7 +70,7 @@ private:
     void accept(Guidewire&, ContactSet&, double energy);
     Outcome find_rest(Guidewire&, int most_updates, int valid, int first_window, RelaxReport&,
                       const UpdateObserver&);
-    bool update_grips(Guidewire&, double tolerance) const;
+    bool update_grips(Guidewire&) const;
     int unchanged_segments(const Guidewire&) const;
     int unchanged_grips(const Guidewire&) const;
     double energy_scale() const { return std::abs(energy_) + load_scale_; }

@@ -61,8 +61,11 @@ private:
         for (int i = 1; i <= n; ++i) {
             const double units = wire_.lengths[i] / wire_.spec.segment_length;
             assert(i == n - wire_.curved_segments() || std::abs(units - std::round(units)) < 1e-6);
-            assert(std::has_single_bit(static_cast<unsigned>(std::lround(units))));
-            start_[i + 1] = start_[i] + static_cast<int>(std::lround(units));
+            assert(i == n - wire_.curved_segments() ||
+                   std::has_single_bit(static_cast<unsigned>(std::lround(units))));
+            // Rounded, the one that grows could also be none or two, and be split for ever.
+            const bool grows = i == n - wire_.curved_segments();
+            start_[i + 1] = start_[i] + (grows ? 1 : static_cast<int>(std::lround(units)));
         }
     }
     int units(int i) const { return start_[i + 1] - start_[i]; }

@@ -91,7 +91,7 @@ TEST(Run, DifferenceFromWhatWasExpectedIsExitCodeThree) {
     const TemporaryFolder folder;
     run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "1", "--frames", "none"});
     std::string script = read(good_script);
-    script.replace(script.find("rotate 45"), 9, "rotate 46");
+    script.replace(script.find("rotate 20"), 9, "rotate 21");
     write(folder / "x.gw", script);
     const auto other = run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out", folder / "2",
                                     "--frames", "none", "--expect", folder / "1/run.gw"});

@@ -83,8 +83,8 @@ TEST(ScoreCommand, AnotherScenarioOrAnatomyIsTold) {
     EXPECT_EQ(run(folder, {"score", file, "--scenario", changed, "--force"}).code, 0);
     // Words, par and comments change nothing.
     write(folder / "s_bend.toml",
-          "# A comment.\n" + replaced(toml, "title = \"", "title = \"Another: ") +
-              "\n[par]\ncompletion_time_s = 3.0\n[lesson]\nlevel = 1\nbriefing = \"Push.\"\n");
+          "# A comment.\n" + replaced(replaced(toml, "title = \"", "title = \"Another: "), "hints = [",
+                                      "hints = [\"Push.\", "));
     const auto same = run(folder, {"score", file, "--scenario", changed});
     EXPECT_EQ(same.code, 0) << same.error;
     EXPECT_NE(same.out.find("Points"), std::string::npos) << same.out;

@@ -121,7 +121,14 @@ GenerateOutcome run_generate(const GenerateRequest& request) {
     return outcome;
 }
 
-Anatomy generated_anatomy(const VesselTreeSpec& spec, const ModelCache& cache) {
+Anatomy generated_anatomy(const VesselTreeSpec& wanted, const ModelCache& cache) {
+    // Kept without targets, so that another target needs no other vessels.
+    VesselTreeSpec spec = wanted;
+    spec.targets.clear();
+    const auto with_targets = [&wanted](Anatomy anatomy) {
+        place_targets(anatomy, wanted, grow(wanted));
+        return anatomy;
+    };
     const std::string shape = fingerprint(spec);
     const Provenance provenance = {{"source", "generated"},
                                    {"generator", std::to_string(generator_version)},
@@ -130,7 +137,8 @@ Anatomy generated_anatomy(const VesselTreeSpec& spec, const ModelCache& cache) {
     const fs::path home = cache.folder / ("anatomy-" + shape);
     const std::string file = spec.name + ".anatomy.json";
     if (!cache.folder.empty()) {
-        if (std::optional<Anatomy> anatomy = kept(home / file, provenance)) return *std::move(anatomy);
+        if (std::optional<Anatomy> anatomy = kept(home / file, provenance))
+            return with_targets(*std::move(anatomy));
     }
     GeneratorOptions options;
     options.progress = cache.progress;
@@ -142,7 +150,7 @@ Anatomy generated_anatomy(const VesselTreeSpec& spec, const ModelCache& cache) {
         if (!kept(home / file, provenance)) fs::remove_all(home, failed);
         fs::rename(scratch.path(), home, failed);
     }
-    return anatomy;
+    return with_targets(std::move(anatomy));
 }
 
 }  // namespace anatomy

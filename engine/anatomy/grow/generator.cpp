@@ -83,17 +83,22 @@ Anatomy generate(const VesselTreeSpec& spec, const GeneratorOptions& options) {
         anatomy.branches.push_back({branch.name, branch.parent, branch.parent < 0 ? -1 : branch.parent_sample,
                                     branch.points, branch.radii});
     }
-    for (const NamedTarget& target : spec.targets) {
-        for (int b = 0; b < static_cast<int>(tree.branches.size()); ++b) {
-            if (tree.branches[b].name != target.branch) continue;
-            const int sample = tree.branches[b].sample_at(target.at);
-            anatomy.targets.push_back({target.name, tree.branches[b].points[sample], b, sample});
-        }
-    }
+    place_targets(anatomy, spec, tree);
     anatomy.lumen = cut_open(closed.mesh, closed.implicit, cuts);
     const std::vector<std::string> wrong = problems(anatomy);
     if (!wrong.empty()) throw io::InputError(spec.name + ": " + io::joined(wrong, "\n"));
     return anatomy;
+}
+
+void place_targets(Anatomy& anatomy, const VesselTreeSpec& spec, const VesselTree& tree) {
+    anatomy.targets.clear();
+    for (const NamedTarget& target : spec.targets) {
+        for (int b = 0; b < static_cast<int>(tree.branches.size()); ++b) {
+            if (tree.branches[b].name != target.branch) continue;
+            const int sample = tree.branches[b].sample_at(target.at);
+            anatomy.targets.push_back({target.name, anatomy.branches[b].points[sample], b, sample});
+        }
+    }
 }
 
 }  // namespace anatomy

@@ -33,4 +33,7 @@ ClosedLumen closed_surface(const VesselTree&, const GeneratorOptions& = {});
 /// or does not give a usable anatomy.
 Anatomy generate(const VesselTreeSpec&, const GeneratorOptions& = {});
 
+/// The spec's targets, in place of those that the anatomy has; its branches are the tree's.
+void place_targets(Anatomy&, const VesselTreeSpec&, const VesselTree&);
+
 }  // namespace anatomy

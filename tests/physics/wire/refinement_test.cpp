@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <random>
 
 #include "physics/relax/relaxer.h"
 #include "physics/wire/energy.h"
@@ -256,6 +257,26 @@ TEST(Refinement, HoldsTheTipsRollToLessThanADegree) {
     options.curve_tolerance = 0.2;
     EXPECT_GT(refine(wire, wall, options).merged, 10);
     EXPECT_LT(std::acos(std::min(1.0, before.dot(directors(wire).back()))), M_PI / 180);
+}
+
+TEST(Refinement, TheSegmentThatGrowsCountsAsOneWhateverItsLength) {
+    std::mt19937 random(4);
+    for (int k = 0; k < 300; ++k) {
+        SceneSetup setup = in_straight_tube(60);
+        Guidewire& wire = setup.wire;
+        const int grows = wire.segments() - wire.curved_segments();
+        // From half of it to one and a half, most often at the ends of that range.
+        const double edge = k % 3 == 0 ? 0.5 : k % 3 == 1 ? 1.5 : 1.0;
+        const double off = std::ldexp(static_cast<double>(random()), -31) - 1;
+        wire.lengths[grows] = wire.spec.segment_length * (edge + off * std::pow(10.0, -1 - k % 15));
+        if (edge != 1 && wire.lengths[grows] < 0.5 * wire.spec.segment_length * (1 - 1e-6)) continue;
+        rebuild_joints(wire);
+        const double length = wire.inserted_length(), growing = wire.lengths[grows];
+        refine(wire, setup.wall, {});
+        EXPECT_NEAR(wire.inserted_length(), length, 1e-9) << k;
+        EXPECT_EQ(wire.lengths[wire.segments() - wire.curved_segments()], growing) << k;
+        EXPECT_LT(wire.segments(), 60) << k;
+    }
 }
 
 TEST(Refinement, ListsEverythingWrongWithItsOptions) {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "engine/anatomy/anatomy_writer.h"
+#include "engine/anatomy/grow/generate_run.h"
 #include "engine/anatomy/grow/surface_nets.h"
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/lumen_wall.h"
@@ -218,6 +219,23 @@ TEST(AnatomyWriter, WritesWhatIsReadBack) {
     EXPECT_EQ(read.targets[0].sample, made.targets[0].sample);
     EXPECT_NE(test::read(folder / "new/folder/small.anatomy.json").find("\"program\":\"test\""),
               std::string::npos);
+}
+
+TEST(GeneratedAnatomy, AnotherTargetNeedsNoOtherVessels) {
+    const test::TemporaryFolder folder;
+    int steps = 0;
+    const ModelCache cache{folder / "cache", [&steps](double, const char*) { ++steps; }};
+    VesselTreeSpec spec = small_tree();
+    const Anatomy first = generated_anatomy(spec, cache);
+    EXPECT_GT(steps, 0);
+    steps = 0;
+    spec.targets = {{"new", spec.branches[0].name, 5}};
+    const Anatomy second = generated_anatomy(spec, cache);
+    EXPECT_EQ(steps, 0);
+    ASSERT_EQ(second.targets.size(), 1u);
+    EXPECT_EQ(second.targets[0].name, "new");
+    EXPECT_EQ(second.targets[0].centre, second.branches[0].points[second.targets[0].sample]);
+    EXPECT_EQ(second.lumen.vertices, first.lumen.vertices);
 }
 
 TEST(AnatomyWriter, LeavesNothingWhereItCannotWrite) {

@@ -1,0 +1,90 @@
+/// `seldinger batch`: many runs from one list.
+
+#include <fmt/format.h>
+#include <memory>
+#include <string>
+
+#include "app/command.h"
+#include "app/progress_bar.h"
+#include "engine/io/error.h"
+#include "engine/run/batch.h"
+
+namespace app {
+namespace {
+
+struct BatchArguments {
+    std::string list, out, cache;
+    int jobs = 2;
+};
+
+int batch(const BatchArguments& arguments) {
+    run::BatchOptions options;
+    options.scenario = [](const std::string& name, const std::filesystem::path& beside) {
+        const std::filesystem::path own = beside / name;
+        return std::filesystem::is_regular_file(own) ? own
+                                                     : scenario::find_scenario(name, assets() / "scenarios");
+    };
+    options.commands = [](const std::string& name, const std::filesystem::path& beside) {
+        for (const std::filesystem::path& file : {beside / name, assets() / "scripts" / (name + ".gw")})
+            if (std::filesystem::is_regular_file(file)) return file;
+        throw io::InputError(
+            fmt::format("'{}': no such script; a file beside the list, or the name of one that "
+                        "ships, is accepted",
+                        name));
+    };
+    options.devices = assets() / "devices";
+    options.origin = origin();
+    options.cache.folder = arguments.cache;
+    options.jobs = arguments.jobs;
+    options.interrupted = stop_requested;
+    const std::vector<run::BatchJob> jobs = run::load_batch(arguments.list, options);
+    catch_signals();
+    run::BatchResult result;
+    {
+        ProgressBar bar;
+        options.progress = [&bar](std::size_t finished, std::size_t of, std::size_t failed) {
+            bar.show(static_cast<double>(finished) / static_cast<double>(of),
+                     fmt::format("run {} of {}{}", finished, of,
+                                 failed > 0 ? fmt::format(", {} failed", failed) : ""));
+        };
+        result = run::run_batch(jobs, arguments.out, options);
+    }
+    fmt::print("{} of {} runs{}{}: {}/batch.csv\n", result.runs, jobs.size(),
+               result.skipped > 0 ? fmt::format(", {} of them made before", result.skipped) : "",
+               result.failed > 0 ? fmt::format(", {} failed", result.failed) : "", arguments.out);
+    if (result.interrupted) {
+        fmt::print(stderr, "interrupted: the same command goes on\n");
+        return interrupted;
+    }
+    return result.failed > 0 ? not_reached : done;
+}
+
+}  // namespace
+
+Command add_batch(CLI::App& parser) {
+    const auto arguments = std::make_shared<BatchArguments>();
+    CLI::App* command = parser.add_subcommand(
+        "batch", "Many runs from a list: scenarios, scripts, seeds and values of any key, in parallel");
+    command->add_option("list", arguments->list, "The list (.toml); --help shows one")->required();
+    command->add_option("--out", arguments->out, "Folder for a folder of each run, and batch.csv")
+        ->required();
+    command->add_option("--jobs", arguments->jobs, "Runs at the same time; results do not depend on it")
+        ->check(CLI::Range(1, 256));
+    command->add_option("--cache", arguments->cache,
+                        "Folder that keeps grown vessels and distance fields; else cache beside --out");
+    command->footer(
+        "A list:\n"
+        "  schema = 1\n"
+        "  [[run]]\n"
+        "  scenario = [\"renal\", \"my.toml\"]        # that ship, or beside the list\n"
+        "  commands = \"solution\"                  # the shipped one, or files\n"
+        "  seeds = [1, 2, 3]                      # of the images' noise\n"
+        "  images = false\n"
+        "  [run.set]                              # every combination\n"
+        "  \"guidewire.friction\" = [0.0, 0.1]\n"
+        "Exit codes: 0 all runs were made, 1 some failed (their rows say why), 2 bad input, 130 "
+        "interrupted.");
+    return {command, [arguments] { return batch(*arguments); }};
+}
+
+}  // namespace app

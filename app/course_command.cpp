@@ -1,0 +1,88 @@
+/// `seldinger course`: a folder of recordings as a teacher sees it.
+
+#include <fmt/format.h>
+#include <memory>
+#include <string>
+
+#include "app/command.h"
+#include "app/progress_bar.h"
+#include "engine/debrief/course.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "engine/io/text.h"
+
+namespace app {
+namespace {
+
+struct CourseArguments {
+    std::string folder, out, cache, scenarios;
+    int jobs = 2;
+};
+
+int course(const CourseArguments& arguments) {
+    const std::filesystem::path folder = arguments.folder;
+    const std::filesystem::path out = arguments.out.empty() ? folder : std::filesystem::path(arguments.out);
+    if (std::filesystem::exists(out) && !std::filesystem::is_directory(out))
+        throw io::InputError(fmt::format("--out {}: this is a file; a folder is accepted", arguments.out));
+    const std::vector<std::filesystem::path> files = debrief::recordings_below(folder);
+    catch_signals();
+    debrief::CourseOptions options;
+    options.scenario = [&](const std::string& name) {
+        // A name out of a recording is no path.
+        if (name.find('/') != std::string::npos || name.starts_with("."))
+            throw io::InputError(fmt::format("'{}' is no scenario's name", name));
+        const std::filesystem::path own = std::filesystem::path(arguments.scenarios) / (name + ".toml");
+        const bool has_own = !arguments.scenarios.empty() && std::filesystem::exists(own);
+        return scenario::load_scenario(has_own ? own : scenario::find_scenario(name, assets() / "scenarios"),
+                                       assets() / "devices");
+    };
+    options.cache.folder = usual_cache(arguments.cache);
+    options.program_hash = io::hash_text(origin().program_hash);
+    options.jobs = arguments.jobs;
+    options.interrupted = stop_requested;
+    std::optional<std::vector<debrief::CourseRow>> rows;
+    {
+        ProgressBar bar;
+        options.progress = [&bar](std::size_t done, std::size_t of) {
+            bar.show(static_cast<double>(done) / static_cast<double>(of),
+                     fmt::format("recording {} of {}", done, of));
+        };
+        rows = debrief::course_of(files, options);
+    }
+    if (!rows) {
+        fmt::print(stderr, "interrupted: what was computed is kept, the same command goes on\n");
+        return interrupted;
+    }
+    std::error_code ignored;
+    std::filesystem::create_directories(out, ignored);
+    const std::string csv = debrief::course_csv(*rows),
+                      page = debrief::course_page(*rows, folder.filename().string());
+    io::write_whole({{out / "course.csv", csv}, {out / "course.html", page}});
+    std::size_t bad = 0;
+    for (const debrief::CourseRow& row : *rows) bad += !row.problem.empty();
+    fmt::print("{} recordings, {} attempts{}: {} and course.csv\n", files.size(), rows->size() - bad,
+               bad > 0 ? fmt::format(", {} files that do not count", bad) : "",
+               (out / "course.html").string());
+    return done;
+}
+
+}  // namespace
+
+Command add_course(CLI::App& parser) {
+    const auto arguments = std::make_shared<CourseArguments>();
+    CLI::App* command =
+        parser.add_subcommand("course", "A folder of recordings: learners, exercises, best and last, errors");
+    command->add_option("folder", arguments->folder, "Folder with recordings (.gw), also in folders below")
+        ->required();
+    command->add_option("--out", arguments->out,
+                        "Folder for course.html and course.csv; else the same folder");
+    command->add_option("--scenarios", arguments->scenarios,
+                        "Folder of your own scenarios, beside those that ship");
+    command->add_option("--jobs", arguments->jobs, "Recordings that are played at the same time")
+        ->check(CLI::Range(1, 256));
+    command->add_option("--cache", arguments->cache,
+                        "Folder that keeps grown vessels, fields and figures; else the user's");
+    return {command, [arguments] { return course(*arguments); }};
+}
+
+}  // namespace app

@@ -1,0 +1,90 @@
+/// `seldinger show`: a scenario's vessels with names, and the way of its wire.
+
+#include <fmt/format.h>
+#include <memory>
+#include <string>
+
+#include "app/command.h"
+#include "app/progress_bar.h"
+#include "engine/anatomy/anatomy_picture.h"
+#include "engine/io/error.h"
+#include "engine/run/headless.h"
+
+namespace app {
+namespace {
+
+struct ShowArguments {
+    std::string scenario, commands, out, cache;
+};
+
+int show(const ShowArguments& arguments) {
+    if (std::filesystem::path(arguments.out).extension() != ".png")
+        throw io::InputError(
+            fmt::format("--out {}: a file name that ends in .png is accepted", arguments.out));
+    const scenario::Scenario scenario = scenario::load_scenario(
+        scenario::find_scenario(arguments.scenario, assets() / "scenarios"), assets() / "devices");
+    script::CommandScript script = script::parse_commands("0 end\n", "no script");
+    if (const std::filesystem::path own = assets() / "scripts" / (scenario.name + ".gw");
+        !arguments.commands.empty())
+        script = script::load_commands(arguments.commands);
+    else if (std::filesystem::exists(own))
+        script = script::load_commands(own);
+    catch_signals();
+    run::RunOptions options;
+    options.images = false;
+    options.cache.folder = usual_cache(arguments.cache);
+    options.interrupted = stop_requested;
+    std::optional<anatomy::Anatomy> anatomy;
+    geometry::Polyline tip, wire, catheter;
+    run::RunResult result;
+    {
+        ProgressBar bar;
+        options.cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+        options.observer = [&](const exercise::Frame& frame, exercise::Exercise& exercise) {
+            const exercise::Simulation& simulation = exercise.simulation();
+            if (!anatomy) {
+                anatomy = simulation.anatomy();
+                if (scenario.target.name.empty())
+                    anatomy->targets.assign(1, {"target", simulation.target(), 0, 0});
+                else
+                    std::erase_if(anatomy->targets,
+                                  [&](const auto& target) { return target.name != scenario.target.name; });
+            }
+            if (frame.motion.reset) tip.clear();
+            tip.push_back(simulation.tip());
+            wire = simulation.path_of(script::Held::Wire);
+            catheter = simulation.path_of(script::Held::Catheter);
+        };
+        result = run::run_headless(scenario, script, nullptr, options);
+    }
+    if (result.interrupted) return interrupted;
+    anatomy->name = scenario.title;
+    std::vector<anatomy::Trail> trails;
+    if (!wire.empty()) trails.push_back({"wire at the end", wire, "#000000", 1.6});
+    if (!catheter.empty()) trails.push_back({"catheter", catheter, "#d55e00", 2.4});
+    trails.push_back({"way of the tip", tip, "#d00000", 1.2});
+    anatomy::draw_anatomy(*anatomy, arguments.out, trails);
+    fmt::print("{}: {} frames, {}\n", arguments.out, result.frames,
+               result.score.completed ? "target reached" : "target not reached");
+    return done;
+}
+
+}  // namespace
+
+Command add_show(CLI::App& parser) {
+    const auto arguments = std::make_shared<ShowArguments>();
+    CLI::App* command = parser.add_subcommand(
+        "show", "A picture of a scenario's vessels with their names, and the way that its wire takes");
+    command
+        ->add_option("scenario", arguments->scenario,
+                     "A scenario file (.toml), or the name of one that ships")
+        ->required();
+    command->add_option("--commands", arguments->commands,
+                        "Script or recording (.gw); else the one that ships with the scenario, if any");
+    command->add_option("--out", arguments->out, "File for the picture (.png)")->required();
+    command->add_option("--cache", arguments->cache,
+                        "Folder that keeps grown vessels and distance fields; else the user's");
+    return {command, [arguments] { return show(*arguments); }};
+}
+
+}  // namespace app

@@ -1,0 +1,34 @@
+#pragma once
+/// Drawings in SVG for the pages.
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/debrief/story.h"
+
+namespace debrief {
+
+/// The colours of a page, told apart by colour-blind eyes as well (Okabe and Ito).
+struct ink {
+    static constexpr const char *wire = "#0072b2", *catheter = "#d55e00", *error = "#b4003c",
+                                *good = "#009e73", *vessel = "#f0dcd4", *edge = "#d9b8ab", *grid = "#e3e3e3";
+};
+
+/// What the hands and the beam did over time. Marks are numbered as in score.mishaps; each is a link to
+/// "#e" and its number. The group with the id "cursor" is moved by the page's script.
+std::string time_line(const Story&);
+
+/// The tip's way over the vessels, from the front and from the left, on the same scale; dots with the class
+/// "here" and circles of marks as in the time line.
+std::string way_over_vessels(const Story&);
+
+/// Values of attempts in order, with a line at par; a value that is not finite is a gap.
+struct Curve {
+    std::string name, unit;
+    std::vector<double> values;
+    std::optional<double> par;
+};
+std::string learning_curve(const Curve&);
+
+}  // namespace debrief

@@ -1,0 +1,342 @@
+#include "engine/debrief/course.h"
+
+#include <algorithm>
+#include <atomic>
+#include <fmt/format.h>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "engine/debrief/page.h"
+#include "engine/debrief/page_text.h"
+#include "engine/exercise/grade.h"
+#include "engine/io/csv.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "engine/io/text.h"
+#include "engine/run/headless.h"
+#include "physics/geometry/hash.h"
+#include "physics/geometry/parallel.h"
+
+namespace debrief {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+constexpr const char* nobody = "(no name)";
+
+CourseRow row_of(const exercise::Score& score, const scenario::Scenario& scenario) {
+    CourseRow row;
+    row.exercise = scenario.name;
+    row.level = scenario.lesson.level;
+    row.reached = score.completed;
+    if (scenario.lesson.par.given()) row.points = exercise::grade(score, scenario.lesson.par).points;
+    row.time = score.completion_time;
+    row.beam = score.beam_on_time;
+    row.contrast = score.contrast;
+    row.travel = score.wire_travel;
+    row.force = score.peak_wall_force;
+    row.wrong_entries = score.wrong_entries();
+    row.errors = exercise::counts(score.mishaps);
+    return row;
+}
+
+Json to_json(const CourseRow& r) {
+    const auto or_null = [](const std::optional<double>& v) { return v ? Json(*v) : Json(nullptr); };
+    return {{"exercise", r.exercise},
+            {"level", r.level},
+            {"problem", r.problem},
+            {"reached", r.reached},
+            {"points", or_null(r.points)},
+            {"time", or_null(r.time)},
+            {"beam", r.beam},
+            {"contrast", r.contrast},
+            {"travel", r.travel},
+            {"force", r.force},
+            {"wrong", r.wrong_entries},
+            {"errors", r.errors}};
+}
+
+CourseRow from_json(const Json& j) {
+    const auto optional = [&](const char* key) {
+        return j.at(key).is_null() ? std::optional<double>() : std::optional<double>(j.at(key).get<double>());
+    };
+    CourseRow r;
+    j.at("exercise").get_to(r.exercise);
+    j.at("level").get_to(r.level);
+    j.at("problem").get_to(r.problem);
+    j.at("reached").get_to(r.reached);
+    r.points = optional("points");
+    r.time = optional("time");
+    j.at("beam").get_to(r.beam);
+    j.at("contrast").get_to(r.contrast);
+    j.at("travel").get_to(r.travel);
+    j.at("force").get_to(r.force);
+    j.at("wrong").get_to(r.wrong_entries);
+    j.at("errors").get_to(r.errors);
+    return r;
+}
+
+/// Where the figures of a recording are kept; empty without a cache.
+fs::path kept_at(const std::string& text, const scenario::Scenario& scenario, const CourseOptions& options) {
+    if (options.cache.folder.empty()) return {};
+    geometry::Hash hash;
+    const scenario::Par& par = scenario.lesson.par;
+    hash.add(text.data(), text.size());
+    hash.add(scenario.content);
+    for (const auto& value : {par.completion_time, par.beam_on_time, par.contrast, par.wire_travel})
+        hash.add(value.value_or(-1));
+    hash.add(options.program_hash.data(), options.program_hash.size());
+    return options.cache.folder / "scores" / (io::hash_text(hash.value()) + ".json");
+}
+
+/// The attempts of one recording, without their number.
+std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& options) {
+    CourseRow row;
+    std::string learner;
+    std::vector<CourseRow> rows;
+    try {
+        const std::string text = io::read_text(file, "recording", "a recording (.gw) is accepted");
+        const script::CommandScript recording = script::parse_commands(text, file.string());
+        if (!recording.origin || recording.origin->scenario.empty())
+            throw io::InputError("a script, and no recording: it does not say which exercise it is of");
+        learner = recording.origin->learner;
+        row.exercise = recording.origin->scenario;
+        const scenario::Scenario scenario = options.scenario(recording.origin->scenario);
+        row.level = scenario.lesson.level;
+        const fs::path kept = kept_at(text, scenario, options);
+        std::error_code ignored;
+        if (!kept.empty() && fs::exists(kept, ignored)) {
+            const Json json =
+                Json::parse(io::read_text(kept, "score", "its own is accepted"), nullptr, false);
+            try {
+                for (const Json& one : json) rows.push_back(from_json(one));
+            } catch (const Json::exception&) {
+                rows.clear();  // computed again
+            }
+        }
+        if (rows.empty()) {
+            run::RunOptions played;
+            played.images = false;
+            played.same_origin = true;
+            played.cache = options.cache;
+            played.interrupted = options.interrupted;
+            const run::RunResult result = run::run_headless(scenario, recording, nullptr, played);
+            if (result.interrupted) return {};
+            for (const exercise::Score& score : result.earlier) rows.push_back(row_of(score, scenario));
+            rows.push_back(row_of(result.score, scenario));
+            if (!result.differences.empty()) {
+                rows.assign(1, row);
+                rows[0].problem = "it does not lead to the states it states: " + result.differences.front();
+            }
+            if (!kept.empty()) {
+                Json json = Json::array();
+                for (const CourseRow& one : rows) json.push_back(to_json(one));
+                fs::create_directories(kept.parent_path(), ignored);
+                try {
+                    io::write_whole(kept, json.dump(-1, ' ', false, Json::error_handler_t::replace));
+                } catch (const io::InputError&) {
+                    // It is computed again the next time.
+                }
+            }
+        }
+    } catch (const std::exception& error) {
+        row.problem = error.what();
+        rows.assign(1, row);
+    }
+    for (CourseRow& one : rows) {
+        one.file = file.string();
+        one.learner = learner;
+    }
+    return rows;
+}
+
+std::string number(const std::optional<double>& value, int digits) {
+    return value ? fmt::format("{:.{}f}", *value, digits) : std::string("&ndash;");
+}
+
+/// What one learner has made of one exercise.
+struct Cell {
+    int attempts = 0, reached = 0;
+    std::optional<double> best, last, best_time;  // points, points, [s]
+    void add(const CourseRow& row) {
+        ++attempts;
+        reached += row.reached;
+        last = row.points;
+        if (row.points) best = std::max(best.value_or(0), *row.points);
+        if (row.time) best_time = std::min(best_time.value_or(*row.time), *row.time);
+    }
+};
+
+}  // namespace
+
+int CourseRow::all_errors() const {
+    int sum = 0;
+    for (const int count : errors) sum += count;
+    return sum;
+}
+
+std::vector<fs::path> recordings_below(const fs::path& folder) {
+    std::error_code error;
+    if (!fs::is_directory(folder, error))
+        throw io::InputError(
+            fmt::format("{}: no such folder; one with recordings (.gw) is accepted", folder.string()));
+    std::vector<std::pair<fs::file_time_type, fs::path>> found;
+    for (fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, error),
+         end;
+         !error && it != end; it.increment(error))
+        if (it->is_regular_file(error) && it->path().extension() == ".gw")
+            found.emplace_back(it->last_write_time(error), it->path());
+    if (found.empty())
+        throw io::InputError(fmt::format(
+            "{}: there are no recordings in it; files ending in .gw are accepted", folder.string()));
+    std::sort(found.begin(), found.end());
+    std::vector<fs::path> files;
+    for (auto& [time, file] : found) files.push_back(std::move(file));
+    return files;
+}
+
+std::optional<std::vector<CourseRow>> course_of(std::span<const fs::path> files,
+                                                const CourseOptions& options) {
+    std::vector<std::vector<CourseRow>> rows(files.size());
+    std::mutex mutex;
+    std::size_t done = 0;
+    std::atomic<bool> stopped = false;
+    geometry::for_each_index(static_cast<int>(files.size()), std::max(1, options.jobs), [&](int k) {
+        if (stopped) return;
+        rows[k] = rows_of(files[k], options);
+        const std::lock_guard lock(mutex);
+        ++done;
+        if (options.progress) options.progress(done, files.size());
+        if (options.interrupted && options.interrupted()) stopped = true;
+    });
+    if (stopped) return std::nullopt;
+    std::vector<CourseRow> all;
+    std::map<std::pair<std::string, std::string>, int> attempts;
+    for (std::vector<CourseRow>& of_file : rows)
+        for (CourseRow& row : of_file) {
+            if (row.problem.empty()) row.attempt = ++attempts[{row.learner, row.exercise}];
+            all.push_back(std::move(row));
+        }
+    return all;
+}
+
+std::string course_csv(std::span<const CourseRow> rows) {
+    std::string text =
+        "learner,exercise,level,attempt,file,reached,points,time_s,beam_s,contrast_ml,travel_mm,peak_force_N,"
+        "wrong_entries,errors";
+    for (const char* id : exercise::mishap_ids) text += std::string(",") + id;
+    text += ",problem\n";
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    for (const CourseRow& row : rows) {
+        const bool counts = row.problem.empty();
+        const auto figure = [counts](double value) { return counts ? value : none; };
+        std::vector<io::CsvCell> cells = {row.learner,
+                                          row.exercise,
+                                          static_cast<double>(row.level),
+                                          figure(row.attempt),
+                                          row.file,
+                                          figure(row.reached),
+                                          row.points.value_or(none),
+                                          row.time.value_or(none),
+                                          figure(row.beam),
+                                          figure(row.contrast),
+                                          figure(row.travel),
+                                          figure(row.force),
+                                          figure(row.wrong_entries),
+                                          figure(row.all_errors())};
+        for (const int count : row.errors) cells.push_back(figure(count));
+        cells.push_back(row.problem);
+        io::append_row(text, cells);
+    }
+    return text;
+}
+
+std::string course_page(std::span<const CourseRow> rows, const std::string& title) {
+    std::map<std::pair<int, std::string>, int> exercises;  // by level and name: attempts
+    std::map<std::string, std::map<std::string, Cell>> cells;
+    std::map<std::string, std::array<int, exercise::mishap_kinds>> errors;
+    std::map<std::string, int> attempts, wrong;
+    std::size_t bad = 0;
+    for (const CourseRow& row : rows) {
+        if (!row.problem.empty()) {
+            ++bad;
+            continue;
+        }
+        const std::string learner = row.learner.empty() ? nobody : row.learner;
+        ++exercises[{row.level, row.exercise}];
+        cells[learner][row.exercise].add(row);
+        auto& kinds = errors[learner];
+        for (std::size_t k = 0; k < kinds.size(); ++k) kinds[k] += row.errors[k];
+        ++attempts[learner];
+        wrong[learner] += row.wrong_entries;
+    }
+    std::string text = fmt::format(
+        "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+        "<meta name=\"viewport\" content=\"width=device-width\">"
+        "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src "
+        "'unsafe-inline'\">"
+        "<title>Course: {0}</title><style>{1}.wide{{overflow-x:auto}}td "
+        "small{{color:var(--soft);display:block}}"
+        "</style></head><body>\n<header><h1>Course: {0}</h1><p class=\"about\">{2} learners, {3} exercises, "
+        "{4} "
+        "attempts{5}</p></header>",
+        escaped(title), page_style, cells.size(), exercises.size(), rows.size() - bad,
+        bad > 0 ? fmt::format(", {} that do not count", bad) : "");
+    text +=
+        "<h2>Learners and exercises</h2><p class=\"about\">Best points, below them the last attempt's, how "
+        "many of "
+        "the attempts reached the target, and the shortest time.</p><div "
+        "class=\"wide\"><table><thead><tr><th></th>";
+    for (const auto& [key, count] : exercises)
+        text += fmt::format("<th>{}{}</th>", escaped(key.second),
+                            key.first > 0 ? fmt::format("<br><small>level {}</small>", key.first) : "");
+    text += "</tr></thead><tbody>";
+    for (const auto& [learner, of] : cells) {
+        text += fmt::format("<tr><td>{}</td>", escaped(learner));
+        for (const auto& [key, count] : exercises) {
+            const auto cell = of.find(key.second);
+            if (cell == of.end()) {
+                text += "<td>&ndash;</td>";
+                continue;
+            }
+            const Cell& c = cell->second;
+            text += fmt::format("<td class=\"{}\">{}<small>last {}, {} of {}{}</small></td>",
+                                c.reached == 0             ? "worse"
+                                : c.best.value_or(0) >= 80 ? "better"
+                                                           : "",
+                                number(c.best, 0), number(c.last, 0), c.reached, c.attempts,
+                                c.best_time ? fmt::format(", {:.1f} s", *c.best_time) : "");
+        }
+        text += "</tr>";
+    }
+    text +=
+        "</tbody></table></div><h2>Errors of handling per attempt</h2><div "
+        "class=\"wide\"><table><thead><tr><th></th>"
+        "<th>attempts</th>";
+    for (std::string what : exercise::mishap_ids) {
+        std::replace(what.begin(), what.end(), '_', ' ');
+        text += fmt::format("<th>{}</th>", what);
+    }
+    text += "<th>wrong branches</th></tr></thead><tbody>";
+    for (const auto& [learner, kinds] : errors) {
+        const double of = attempts[learner];
+        text += fmt::format("<tr><td>{}</td><td>{}</td>", escaped(learner), attempts[learner]);
+        for (const int count : kinds)
+            text += fmt::format("<td{}>{:.2g}</td>", count / of >= 1 ? " class=\"worse\"" : "", count / of);
+        text += fmt::format("<td>{:.2g}</td></tr>", wrong[learner] / of);
+    }
+    text += "</tbody></table></div>";
+    if (bad > 0) {
+        text += "<h2>Files that do not count</h2><ul>";
+        for (const CourseRow& row : rows)
+            if (!row.problem.empty())
+                text += fmt::format("<li>{}: {}</li>", escaped(row.file), escaped(row.problem));
+        text += "</ul>";
+    }
+    return text + "</body></html>\n";
+}
+
+}  // namespace debrief

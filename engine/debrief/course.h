@@ -1,0 +1,63 @@
+#pragma once
+/// A folder of recordings as a teacher sees it: learners, exercises, attempts, best and last.
+
+#include <array>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/anatomy/model_cache.h"
+#include "engine/exercise/handling.h"
+#include "engine/scenario/scenario.h"
+
+namespace debrief {
+
+/// One attempt; a recording has several where it was reset.
+struct CourseRow {
+    std::string file;
+    std::string learner;   // empty = nobody's
+    std::string exercise;  // name of the scenario
+    int level = 0;
+    int attempt = 0;      // of this learner at this exercise, from 1
+    std::string problem;  // why it does not count; empty = it does
+    bool reached = false;
+    std::optional<double> points;  // empty without par
+    std::optional<double> time;    // to the target [s]
+    double beam = 0;               // [s]
+    double contrast = 0;           // [ml]
+    double travel = 0;             // [mm]
+    double force = 0;              // largest of a joint [N]
+    int wrong_entries = 0;
+    std::array<int, exercise::mishap_kinds> errors = {};
+
+    int all_errors() const;
+};
+
+struct CourseOptions {
+    /// The scenario of that name. Throws InputError where there is none.
+    std::function<scenario::Scenario(const std::string& name)> scenario;
+    anatomy::ModelCache cache;
+    std::string program_hash;  // of the program that computes: its results are kept in the cache
+    int jobs = 2;
+    std::function<void(std::size_t done, std::size_t of)> progress;
+    std::function<bool()> interrupted;
+};
+
+/// The recordings below the folder, by the time they were written. Throws InputError where there is none, or
+/// no such folder.
+std::vector<std::filesystem::path> recordings_below(const std::filesystem::path&);
+
+/// The attempts of the files, in their order. One that cannot be played, or that leads to other states than
+/// it states, has a problem and no figures. Figures are kept in the cache's folder, so that a second look, or
+/// one after an interruption, costs nothing. Empty: interrupted.
+std::optional<std::vector<CourseRow>> course_of(std::span<const std::filesystem::path>, const CourseOptions&);
+
+/// A line for each attempt.
+std::string course_csv(std::span<const CourseRow>);
+/// A page for the teacher, self-contained as the debriefing's.
+std::string course_page(std::span<const CourseRow>, const std::string& title);
+
+}  // namespace debrief

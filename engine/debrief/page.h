@@ -1,0 +1,20 @@
+#pragma once
+/// A page that teaches: one self-contained HTML file, without scripts or pictures from elsewhere, that a
+/// browser opens from disk.
+
+#include <span>
+#include <string>
+
+#include "engine/debrief/story.h"
+
+namespace debrief {
+
+/// Text as it may stand in HTML, in an attribute as well.
+std::string escaped(std::string_view);
+
+/// The page about the last story: grade, figures against par, the expert's and the earlier stories', a time
+/// line, the tip's way over the vessels from two sides, errors with their pictures, and, from two attempts
+/// on, the learning curve. There must be a story; all are of one exercise. `expert` may be null.
+std::string page(std::span<const Story> stories, const Story* expert);
+
+}  // namespace debrief

@@ -1,0 +1,303 @@
+#include "engine/run/batch.h"
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <fmt/format.h>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <toml++/toml.h>
+
+#include "engine/io/csv.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "engine/io/text.h"
+#include "engine/io/toml_section.h"
+#include "engine/run/headless.h"
+#include "physics/geometry/hash.h"
+#include "physics/geometry/parallel.h"
+
+namespace run {
+namespace {
+
+namespace fs = std::filesystem;
+using BatchJson = nlohmann::json;
+
+constexpr std::size_t most_runs = 100'000;
+
+/// A text, or a list of texts.
+std::vector<std::string> texts(io::Section& section, std::string_view key) {
+    const toml::node* node = section.find(key);
+    if (!node) {
+        section.missing(key, std::string(key));
+        return {};
+    }
+    std::vector<std::string> found;
+    if (const auto one = node->value_exact<std::string>()) {
+        found.push_back(*one);
+    } else if (const toml::array* list = node->as_array();
+               list && !list->empty() && list->is_homogeneous(toml::node_type::string)) {
+        for (const toml::node& text : *list) found.push_back(*text.value<std::string>());
+    } else {
+        section.refuse(key, *node, "a text or a list of texts is accepted");
+    }
+    return found;
+}
+
+std::string toml_text(const toml::node& node) {
+    // toml++ writes seventeen digits of a number.
+    if (const auto* number = node.as_floating_point()) {
+        const std::string text = io::number_text(number->get());
+        return text.find_first_of(".en") == std::string::npos ? text + ".0" : text;
+    }
+    std::ostringstream text;
+    text << toml::node_view<const toml::node>(node);
+    return text.str();
+}
+
+/// The values that a key takes in turn.
+using Choices = std::vector<std::pair<std::string, std::vector<std::string>>>;
+
+void read_choices(const toml::node* node, io::Section& section, Choices& choices) {
+    if (!node) return;
+    const toml::table* table = node->as_table();
+    if (!table) {
+        section.refuse("set", *node,
+                       "a section [run.set] with \"KEY\" = VALUE or a list of values is accepted");
+        return;
+    }
+    for (const auto& [key, value] : *table) {
+        std::vector<std::string> values;
+        if (const toml::array* list = value.as_array())
+            for (const toml::node& one : *list) values.push_back(toml_text(one));
+        else
+            values.push_back(toml_text(value));
+        choices.emplace_back(std::string(key.str()), std::move(values));
+    }
+}
+
+/// What a job will do, as one number.
+std::string identity(const BatchJob& job, const scenario::Scenario& scenario, const std::string& script,
+                     const BatchOptions& options) {
+    geometry::Hash hash;
+    hash.add(scenario.content);
+    hash.add(script.data(), script.size());
+    hash.add(options.origin.program_hash);
+    hash.add(std::uint64_t{job.images});
+    return io::hash_text(hash.value());
+}
+
+const char* const header =
+    "run,scenario,commands,values,reached,completion_time_s,beam_on_time_s,contrast_ml,wire_travel_mm,"
+    "tip_to_target_mm,peak_wall_force_N,wrong_entries,handling_errors,frames,state_hash,problem\n";
+
+/// What is kept of a run, to go on from.
+struct Row {
+    std::string of;  // identity
+    std::vector<io::CsvCell> cells;
+    bool failed = false;
+};
+
+Row make_run(const BatchJob& job, const fs::path& out, const BatchOptions& options,
+             const std::map<int, Row>& before, bool& skipped, bool& interrupted) {
+    Row row;
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    row.cells = {static_cast<double>(job.number), job.scenario.stem().string(),
+                 job.commands.filename().string(), job.values_text()};
+    const auto fail = [&row, none](std::string why) {
+        row.cells.resize(4);
+        row.cells.insert(row.cells.end(), 10, none);
+        row.cells.emplace_back(std::string());
+        row.cells.emplace_back(std::move(why));
+        row.failed = true;
+    };
+    try {
+        const scenario::Scenario scenario =
+            scenario::load_scenario(job.scenario, options.devices, job.values);
+        const script::CommandScript script = script::load_commands(job.commands);
+        row.of =
+            identity(job, scenario, io::read_text(job.commands, "script", "a script is accepted"), options);
+        const fs::path folder = out / fmt::format("{:06}", job.number);
+        const auto known = before.find(job.number);
+        if (known != before.end() && known->second.of == row.of && !known->second.failed &&
+            fs::exists(folder / "score.json")) {
+            skipped = true;
+            return known->second;
+        }
+        RunOptions run;
+        run.images = job.images;
+        run.origin = options.origin;
+        run.cache = options.cache;
+        run.interrupted = options.interrupted;
+        const RunResult result = run_headless(scenario, script, folder, run);
+        interrupted = result.interrupted;
+        const exercise::Score& s = result.score;
+        for (const double value :
+             {static_cast<double>(s.completed), s.completion_time.value_or(none), s.beam_on_time, s.contrast,
+              s.wire_travel, s.tip_to_target, s.peak_wall_force, static_cast<double>(s.wrong_entries()),
+              static_cast<double>(s.mishaps.size()), static_cast<double>(s.frames)})
+            row.cells.emplace_back(value);
+        row.cells.emplace_back(io::hash_text(result.state_hash));
+        row.cells.emplace_back(std::string());
+    } catch (const std::exception& error) {
+        fail(error.what());
+    }
+    return row;
+}
+
+/// Rows as they were left; none where there are none that can be read.
+std::map<int, Row> kept_rows(const fs::path& file) {
+    std::map<int, Row> rows;
+    std::error_code ignored;
+    if (!fs::exists(file, ignored)) return rows;
+    const BatchJson json =
+        BatchJson::parse(io::read_text(file, "batch", "its own is accepted"), nullptr, false);
+    try {
+        for (const BatchJson& one : json) {
+            Row row;
+            row.of = one.at("of").get<std::string>();
+            row.failed = one.at("failed").get<bool>();
+            for (const BatchJson& cell : one.at("cells"))
+                row.cells.push_back(cell.is_string() ? io::CsvCell(cell.get<std::string>())
+                                    : cell.is_null() ? io::CsvCell(std::numeric_limits<double>::quiet_NaN())
+                                                     : io::CsvCell(cell.get<double>()));
+            if (row.cells.size() != 16) return {};
+            rows[static_cast<int>(std::get<double>(row.cells[0]))] = std::move(row);
+        }
+    } catch (const std::exception&) {
+        return {};  // all is made again
+    }
+    return rows;
+}
+
+void write_rows(const std::map<int, Row>& rows, const fs::path& out) {
+    std::string csv = header;
+    BatchJson json = BatchJson::array();
+    for (const auto& [number, row] : rows) {
+        io::append_row(csv, row.cells);
+        BatchJson cells = BatchJson::array();
+        for (const io::CsvCell& cell : row.cells)
+            std::visit([&cells](const auto& value) { cells.push_back(value); }, cell);
+        json.push_back({{"of", row.of}, {"failed", row.failed}, {"cells", cells}});
+    }
+    const std::string kept = json.dump(-1, ' ', false, BatchJson::error_handler_t::replace);
+    io::write_whole({{out / "batch.csv", csv}, {out / "batch.json", kept}});
+}
+
+}  // namespace
+
+std::string BatchJob::values_text() const {
+    std::string text;
+    for (const scenario::Override& value : values)
+        text += fmt::format("{}{}={}", text.empty() ? "" : " ", value.key, value.value);
+    return text;
+}
+
+std::vector<BatchJob> load_batch(const fs::path& file, const BatchOptions& options) {
+    const std::string text = io::read_text(file, "list of runs", "a .toml file is accepted");
+    io::Reading reading{file.string(), {}, {}};
+    std::vector<BatchJob> jobs;
+    try {
+        const toml::table root = toml::parse(text, reading.file);
+        io::Section top(reading, &root, "");
+        int schema = 0;
+        if (!top.find("schema")) top.missing("schema", "schema = 1");
+        top.whole("schema", schema, {1, 1});
+        std::vector<io::Section> runs = top.sections("run");
+        if (runs.empty()) top.missing("run", "[[run]] with scenario and commands");
+        for (io::Section& run : runs) {
+            BatchJob job;
+            const std::vector<std::string> scenarios = texts(run, "scenario"),
+                                           scripts = texts(run, "commands");
+            run.flag("images", job.images);
+            Choices choices;
+            read_choices(run.find("set"), run, choices);
+            if (const toml::node* seeds = run.find("seeds")) {
+                const toml::array* list = seeds->as_array();
+                std::vector<std::string> values;
+                if (list && !list->empty() && list->is_homogeneous(toml::node_type::integer))
+                    for (const toml::node& seed : *list) values.push_back(toml_text(seed));
+                else
+                    run.refuse("seeds", *seeds, "a list of whole numbers is accepted");
+                choices.emplace_back("seed", std::move(values));
+            }
+            run.finish();
+            for (const std::string& named : scenarios)
+                for (const std::string& script : scripts) {
+                    try {
+                        job.scenario = options.scenario(named, file.parent_path());
+                        job.commands = options.commands(
+                            script == "solution" ? job.scenario.stem().string() : script, file.parent_path());
+                    } catch (const io::InputError& error) {
+                        reading.wrong.emplace_back(io::TextPlace{reading.file, 0, 0}, error.what());
+                        continue;
+                    }
+                    std::size_t combinations = 1;
+                    for (const auto& [key, values] : choices) combinations *= values.size();
+                    if (jobs.size() + combinations > most_runs) {
+                        run.refuse_whole(fmt::format("the list has more than {} runs", most_runs));
+                        break;
+                    }
+                    for (std::size_t k = 0; k < combinations; ++k) {
+                        job.values.clear();
+                        std::size_t rest = k;
+                        for (const auto& [key, values] : choices) {
+                            job.values.push_back({key, values[rest % values.size()]});
+                            rest /= values.size();
+                        }
+                        job.number = static_cast<int>(jobs.size()) + 1;
+                        jobs.push_back(job);
+                    }
+                }
+        }
+        top.finish();
+    } catch (const toml::parse_error& error) {
+        throw io::InputError(io::located(reading.place(error.source()),
+                                         fmt::format("this is not TOML: {}", error.description())));
+    }
+    if (const auto wrong = reading.complaints(); !wrong.empty())
+        throw io::InputError(io::joined(wrong, "\n"));
+    return jobs;
+}
+
+BatchResult run_batch(const std::vector<BatchJob>& jobs, const fs::path& out, const BatchOptions& asked) {
+    std::error_code error;
+    fs::create_directories(out, error);
+    if (!fs::is_directory(out))
+        throw io::InputError(
+            fmt::format("{}: this folder cannot be made; one that can be written is accepted", out.string()));
+    BatchOptions options = asked;
+    if (options.cache.folder.empty()) options.cache.folder = anatomy::cache_beside(out / "run");
+    const std::map<int, Row> before = kept_rows(out / "batch.json");
+    std::map<int, Row> rows;
+    write_rows(before, out);  // fails before the work where it would fail after it
+    BatchResult result;
+    std::mutex mutex;
+    std::atomic<bool> stopped = false;
+    auto written = std::chrono::steady_clock::now();
+    geometry::for_each_index(static_cast<int>(jobs.size()), std::max(1, options.jobs), [&](int k) {
+        if (stopped) return;
+        bool skipped = false, interrupted = false;
+        Row row = make_run(jobs[k], out, options, before, skipped, interrupted);
+        const std::lock_guard lock(mutex);
+        if (interrupted || (options.interrupted && options.interrupted())) stopped = true;
+        if (interrupted) return;
+        ++result.runs;
+        result.skipped += skipped;
+        result.failed += row.failed;
+        rows[jobs[k].number] = std::move(row);
+        if (options.progress) options.progress(result.runs, jobs.size(), result.failed);
+        const auto now = std::chrono::steady_clock::now();
+        if (now - written < std::chrono::seconds(1)) return;
+        written = now;
+        write_rows(rows, out);
+    });
+    result.interrupted = stopped && result.runs < jobs.size();
+    write_rows(rows, out);
+    return result;
+}
+
+}  // namespace run

@@ -1,0 +1,64 @@
+#pragma once
+/// Many runs from one list: scenarios × scripts × seeds × values of any key.
+
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/anatomy/model_cache.h"
+#include "engine/scenario/scenario.h"
+#include "engine/script/command.h"
+
+namespace run {
+
+/// One run of a batch.
+struct BatchJob {
+    int number = 0;  // from 1, in the order of the list
+    std::filesystem::path scenario, commands;
+    std::vector<scenario::Override> values;  // the seed among them
+    bool images = false;
+
+    /// "guidewire.friction=0.1 seed=3".
+    std::string values_text() const;
+};
+
+struct BatchOptions {
+    /// A file, or the shipped scenario or script of that name; `beside` is the list's folder. Throw
+    /// InputError.
+    std::function<std::filesystem::path(const std::string&, const std::filesystem::path&beside)> scenario,
+        commands;
+    std::filesystem::path devices;
+    script::Origin origin;  // program and learner of the recordings
+    anatomy::ModelCache cache;
+    int jobs = 2;
+    std::function<void(std::size_t done, std::size_t of, std::size_t failed)> progress;
+    std::function<bool()> interrupted;
+};
+
+/// The jobs of a list:
+///
+///     schema = 1
+///     [[run]]
+///     scenario = "renal"                     # or a list of them
+///     commands = "solution"                  # the shipped script; or a file, or a list
+///     seeds = [1, 2, 3]                      # of the images' noise
+///     images = true                          # frames as well; false is usual
+///     [run.set]                              # every combination
+///     "guidewire.friction" = [0.0, 0.1]
+///
+/// Throws InputError with file:line:column for an unknown key, a file that does not exist, or too many runs.
+std::vector<BatchJob> load_batch(const std::filesystem::path&, const BatchOptions&);
+
+struct BatchResult {
+    std::size_t runs = 0, skipped = 0, failed = 0;  // skipped: made by an earlier call
+    bool interrupted = false;
+};
+
+/// Makes the runs, each in a folder of its own number in `out`, and batch.csv with a row for each. A run that
+/// fails has its reason in its row, and does not end the others. Called again, only what is missing, has
+/// failed, or has changed is made. Throws InputError when `out` cannot be written.
+BatchResult run_batch(const std::vector<BatchJob>&, const std::filesystem::path& out, const BatchOptions&);
+
+}  // namespace run

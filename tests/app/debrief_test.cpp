@@ -1,0 +1,235 @@
+/// Pages as a teacher makes them, and as a browser shows them.
+
+#include <chrono>
+#include <nlohmann/json.hpp>
+
+#include "render/picture/png.h"
+#include "tests/app/program.h"
+
+namespace app {
+namespace {
+
+using test::asset, test::expect_refused, test::good_script, test::Outcome, test::read, test::run,
+    test::Started, test::TemporaryFolder, test::write;
+
+const char* const clumsy =
+    "1 advance 4 mm\n4 beam on\n5..20 advance 4 mm\n21..24 withdraw 4 mm\n25 rotate 40 deg\n26..60 advance 4 "
+    "mm\n"
+    "130 end\n";
+
+std::filesystem::path recorded(const TemporaryFolder& folder, const std::string& name,
+                               const std::string& script, const std::string& learner = "Ada") {
+    write(folder / (name + ".script.gw"), script);
+    run(folder, {"run", "s_bend", "--commands", folder / (name + ".script.gw"), "--out", folder / name,
+                 "--frames", "none", "--learner", learner});
+    std::filesystem::copy_file(folder / name / "run.gw", folder / (name + ".gw"));
+    return folder / (name + ".gw");
+}
+
+/// What headless Chromium makes of a page.
+Outcome browse(const TemporaryFolder& folder, std::vector<std::string> words) {
+    words.insert(words.begin(),
+                 {"/usr/bin/chromium", "--headless", "--no-sandbox", "--disable-gpu",
+                  "--disable-dev-shm-usage", "--enable-logging=stderr", "--virtual-time-budget=5000",
+                  "--user-data-dir=" + (folder / "profile").string()});
+    return Started(folder, words).wait();
+}
+
+}  // namespace
+
+TEST(DebriefCommand, MakesAPageThatABrowserOpensClicksAndPrints) {
+    const TemporaryFolder folder;
+    const std::string good = recorded(folder, "good", read(good_script)),
+                      bad = recorded(folder, "bad", clumsy);
+    const Outcome made =
+        run(folder, {"debrief", good, bad, "--expert", good_script, "--out", folder / "page"});
+    ASSERT_EQ(made.code, 0) << made.error;
+    std::string page = read(folder / "page/debrief.html");
+    ASSERT_NE(page.find("data:image/png"), std::string::npos);
+
+    // The same page, which clicks its own marks and notes what it then shows.
+    const std::string clicks = R"(<script>
+const seen = [];
+window.addEventListener("error", event => seen.push("ERROR " + event.message));
+window.addEventListener("load", async () => {
+  for (const mark of document.querySelectorAll("#time a.mark")) {
+    mark.dispatchEvent(new MouseEvent("click", {bubbles: true, cancelable: true}));
+    await new Promise(resolve => setTimeout(resolve, 100));
+    const row = document.querySelector("li.chosen");
+    seen.push((row ? row.id : "none") + " | " + document.getElementById("moment").textContent);
+  }
+  document.dispatchEvent(new KeyboardEvent("keydown", {key: "ArrowRight"}));
+  seen.push("key | " + document.getElementById("moment").textContent);
+  const note = document.createElement("pre");
+  note.id = "seen";
+  note.textContent = seen.join("\n");
+  document.body.append(note);
+});
+</script></body>)";
+    page.replace(page.find("</body>"), 7, clicks);
+    write(folder / "clicked.html", page);
+    const Outcome clicked = browse(folder, {"--dump-dom", "file://" + (folder / "clicked.html").string()});
+    ASSERT_EQ(clicked.code, 0) << clicked.error;
+    EXPECT_EQ(clicked.error.find("CONSOLE"), std::string::npos) << clicked.error;
+    const std::size_t begin = clicked.out.find("<pre id=\"seen\">");
+    ASSERT_NE(begin, std::string::npos) << clicked.out.substr(0, 2000);
+    const std::string seen = clicked.out.substr(begin, clicked.out.find("</pre>", begin) - begin);
+    const auto score = nlohmann::json::parse(read(folder / "bad/score.json"));
+    const auto& marks = score["handling_errors"]["marks"];
+    ASSERT_GE(marks.size(), 2u);
+    for (std::size_t k = 0; k < marks.size(); ++k) {
+        const std::size_t at = seen.find("row" + std::to_string(k + 1) + " | ");
+        ASSERT_NE(at, std::string::npos) << seen;
+        EXPECT_NE(seen.find("frame " + std::to_string(marks[k]["frame"].get<int>()) + ":", at),
+                  std::string::npos)
+            << seen;
+    }
+    EXPECT_NE(seen.find("key | "), std::string::npos) << seen;
+    EXPECT_EQ(seen.find("ERROR"), std::string::npos) << seen;
+
+    const std::string url = "file://" + (folder / "page/debrief.html").string();
+    const Outcome shot =
+        browse(folder, {"--window-size=1120,1600", "--screenshot=" + (folder / "page.png").string(), url});
+    ASSERT_EQ(shot.code, 0) << shot.error;
+    const render::ColourImage picture = render::read_colour_png(folder / "page.png");
+    EXPECT_EQ(picture.width, 1120);
+    const Outcome printed =
+        browse(folder, {"--print-to-pdf=" + (folder / "page.pdf").string(), "--no-pdf-header-footer", url});
+    ASSERT_EQ(printed.code, 0) << printed.error;
+    EXPECT_EQ(read(folder / "page.pdf").substr(0, 5), "%PDF-");
+    EXPECT_GT(read(folder / "page.pdf").size(), 20'000u);
+}
+
+TEST(DebriefCommand, WhatIsNoRecordingOfTheExerciseIsRefused) {
+    const TemporaryFolder folder;
+    const std::string good = recorded(folder, "good", read(good_script));
+    write(folder / "other.gw",
+          "recording 2\nprogram 0000000000000001 x\nscenario 0000000000000001 renal\n0 end\n");
+    expect_refused(run(folder, {"debrief", good, folder / "other.gw", "--out", folder / "page"}), "'renal'");
+    write(folder / "broken.gw", "recording 2\n0 beam\n");
+    expect_refused(run(folder, {"debrief", folder / "broken.gw", "--out", folder / "page"}), "broken.gw:2:");
+    write(folder / "file", "");
+    expect_refused(run(folder, {"debrief", good, "--out", folder / "file"}), "a folder is accepted");
+    EXPECT_FALSE(std::filesystem::exists(folder / "page"));
+}
+
+TEST(CourseCommand, CountsAttemptsByLearnerAndExercise) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directories(folder / "class/below");
+    const auto put = [&](const std::string& file, const std::string& to) {
+        std::filesystem::copy_file(file, folder / ("class/" + to));
+    };
+    put(recorded(folder, "a", clumsy), "1.gw");
+    put(recorded(folder, "b", read(good_script)), "below/2.gw");
+    put(recorded(folder, "c", read(good_script), "<b>Bob</b>"), "3.gw");
+    write(folder / "class/broken.gw", "recording 2\n0 beam\n");
+    std::string changed = read(folder / "b.gw");
+    char& digit = changed[changed.find("state 20 ") + 9];
+    digit = digit == '0' ? '1' : '0';
+    write(folder / "class/changed.gw", changed);
+    const auto made = run(folder, {"course", folder / "class", "--out", folder / "out"});
+    ASSERT_EQ(made.code, 0) << made.error;
+    EXPECT_NE(made.out.find("3 attempts"), std::string::npos) << made.out;
+    EXPECT_NE(made.out.find("2 files that do not count"), std::string::npos) << made.out;
+    const std::string csv = read(folder / "out/course.csv"), page = read(folder / "out/course.html");
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 6);
+    EXPECT_NE(csv.find("Ada,s_bend,1,2,"), std::string::npos) << csv;
+    EXPECT_NE(page.find("&lt;b&gt;Bob&lt;/b&gt;"), std::string::npos);
+    EXPECT_EQ(page.find("<b>Bob"), std::string::npos);
+    EXPECT_NE(page.find("2 learners, 1 exercises, 3 attempts"), std::string::npos);
+    // A second look finds the figures.
+    run(folder, {"course", folder / "class", "--out", folder / "again"});
+    EXPECT_EQ(read(folder / "again/course.csv"), csv);
+}
+
+TEST(CourseCommand, AnEmptyFolderIsRefusedAndTenThousandFilesAreNot) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "none");
+    expect_refused(run(folder, {"course", folder / "none"}), "no recordings");
+    expect_refused(run(folder, {"course", folder / "nowhere"}), "no such folder");
+    std::filesystem::create_directory(folder / "many");
+    const std::string text = read(recorded(folder, "one", "0 beam on\n2 advance 2 mm\n3 end\n"));
+    for (int k = 0; k < 10'000; ++k) write(folder / ("many/" + std::to_string(k) + ".gw"), text);
+    const auto made = run(folder, {"course", folder / "many", "--out", folder / "out"});
+    ASSERT_EQ(made.code, 0) << made.error;
+    const std::string csv = read(folder / "out/course.csv");
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 10'001);
+}
+
+TEST(BatchCommand, MakesEveryCombinationAndGoesOnWhereItStopped) {
+    const TemporaryFolder folder;
+    write(folder / "x.gw", "0 beam on\n1..10 advance 2 mm\n15 end\n");
+    const std::string list =
+        "schema = 1\n[[run]]\nscenario = [\"s_bend\", \"straight\"]\ncommands = [\"x.gw\", "
+        "\"solution\"]\nseeds = [1, 2]\n"
+        "[run.set]\n\"guidewire.friction\" = [0.0, 0.1]\n"
+        "[[run]]\nscenario = \"s_bend\"\ncommands = \"solution\"\n[run.set]\n\"guidewire.diameter_mm\" = "
+        "[0.5, 30.0]\n";
+    write(folder / "list.toml", list);
+    const auto made = run(folder, {"batch", folder / "list.toml", "--out", folder / "one", "--jobs", "1"});
+    EXPECT_EQ(made.code, 1) << made.error;  // one of them fails
+    EXPECT_NE(made.out.find("18 of 18 runs, 1 failed"), std::string::npos) << made.out;
+    const std::string csv = read(folder / "one/batch.csv");
+    EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 19) << csv;
+    EXPECT_NE(csv.find("diameter_mm = 30.0 was found"), std::string::npos) << csv;
+    EXPECT_NE(csv.find("guidewire.friction=0.1 seed=2"), std::string::npos) << csv;
+    EXPECT_TRUE(std::filesystem::exists(folder / "one/000001/run.gw"));
+    // Two at a time give the same.
+    run(folder, {"batch", folder / "list.toml", "--out", folder / "two", "--jobs", "2"});
+    EXPECT_EQ(read(folder / "two/batch.csv"), csv);
+    // Only what is missing, has failed or has changed is made again.
+    std::filesystem::remove_all(folder / "one/000003");
+    write(folder / "x.gw", "0 beam on\n1..11 advance 2 mm\n15 end\n");
+    const auto again = run(folder, {"batch", folder / "list.toml", "--out", folder / "one"});
+    EXPECT_NE(again.out.find("18 of 18 runs, 9 of them made before, 1 failed"), std::string::npos)
+        << again.out;
+    EXPECT_TRUE(std::filesystem::exists(folder / "one/000003/run.gw"));
+}
+
+TEST(BatchCommand, AListWithErrorsIsRefusedWithItsLines) {
+    const TemporaryFolder folder;
+    const auto refused = [&](const std::string& list, const std::string& expected) {
+        write(folder / "list.toml", list);
+        expect_refused(run(folder, {"batch", folder / "list.toml", "--out", folder / "out"}), expected);
+        EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+    };
+    const std::string good = "schema = 1\n[[run]]\nscenario = \"s_bend\"\ncommands = \"solution\"\n";
+    refused(good + "sedes = [1]\n", "list.toml:5:");
+    refused(good + "seeds = [\"a\"]\n", "a list of whole numbers");
+    refused("schema = 1\n", "[[run]]");
+    refused("[[run]]\n", "schema");
+    refused("schema = 1\n[[run]]\nscenario = \"s_bent\"\ncommands = \"solution\"\n", "s_bend");
+    refused("schema = 1\n[[run]]\nscenario = \"s_bend\"\ncommands = \"none.gw\"\n", "none.gw");
+    refused("schema = 1\n[[run\n", "this is not TOML");
+}
+
+TEST(ShowCommand, DrawsTheScenario) {
+    const TemporaryFolder folder;
+    const auto made = run(folder, {"show", "s_bend", "--out", folder / "x.png", "--cache", folder / "cache"});
+    ASSERT_EQ(made.code, 0) << made.error;
+    EXPECT_GT(render::read_colour_png(folder / "x.png").width, 300);
+    expect_refused(run(folder, {"show", "s_bend", "--out", folder / "x.jpg"}), ".png");
+}
+
+TEST(Run, TakesCommandsFromStandardInputAndValuesOfAnyKey) {
+    const TemporaryFolder folder;
+    const Outcome piped =
+        Started(folder, {"/bin/sh", "-c",
+                         std::string(SELDINGER_PROGRAM) + " run s_bend --commands - --frames none --out " +
+                             (folder / "out").string() + " < " + good_script})
+            .wait();
+    EXPECT_EQ(piped.code, 0) << piped.error;
+    EXPECT_EQ(
+        run(folder, {"run", "s_bend", "--commands", good_script, "--frames", "none", "--out", folder / "set",
+                     "--set", "guidewire.friction=0.1", "--set", "target.radius_mm=0.5"})
+            .code,
+        1);
+    expect_refused(
+        run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "x", "--set", "radius"}),
+        "KEY=VALUE");
+    expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "x", "--set",
+                                "target.radios_mm=1"}),
+                   "radios_mm");
+}
+
+}  // namespace app

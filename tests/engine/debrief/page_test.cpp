@@ -1,0 +1,151 @@
+#include "engine/debrief/page.h"
+
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "tests/engine/fixtures.h"
+
+namespace debrief {
+namespace {
+
+script::CommandScript recording(const std::string& script, const std::string& learner = "") {
+    script::CommandScript made = script::parse_commands(script, "run.gw");
+    made.origin.emplace();
+    made.origin->learner = learner;
+    return made;
+}
+
+/// Moved without beam, then turned and pushed to the open end, with an injection.
+const std::string clumsy =
+    "2 advance 2 mm\n5 beam on\n6..40 advance 2 mm\n41 rotate 30 deg\n45 inject 2 ml at 4 ml/s into tube\n"
+    "120 end\n";
+
+StoryOptions quick() {
+    StoryOptions options;
+    options.images = false;
+    return options;
+}
+
+std::size_t count(const std::string& text, const std::string& part) {
+    std::size_t found = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++found;
+    return found;
+}
+
+/// Opening tags without their closing ones, and the reverse.
+std::string unbalanced(const std::string& page) {
+    static const std::regex tag("<(/?)([a-z0-9]+)((?:[^<>\"]|\"[^\"]*\")*?)(/?)>");
+    std::vector<std::string> open;
+    std::string text = page;
+    for (const char* raw : {"style", "script"}) {
+        const std::regex body("<" + std::string(raw) + "[^>]*>");
+        for (std::smatch at; std::regex_search(text, at, body);) {
+            const std::size_t begin = static_cast<std::size_t>(at.position()),
+                              end = text.find("</" + std::string(raw) + ">", begin);
+            if (end == std::string::npos) return "no end of " + std::string(raw);
+            text.erase(begin, end + std::string(raw).size() + 3 - begin);
+        }
+    }
+    for (std::sregex_iterator it(text.begin(), text.end(), tag), last; it != last; ++it) {
+        const std::string name = (*it)[2];
+        if (name == "meta" || name == "img" || (*it)[4] == "/") continue;
+        if ((*it)[1] == "") {
+            open.push_back(name);
+        } else {
+            if (open.empty() || open.back() != name)
+                return "</" + name + "> closes " + (open.empty() ? "nothing" : open.back());
+            open.pop_back();
+        }
+    }
+    return open.empty() ? "" : open.back() + " stays open";
+}
+
+}  // namespace
+
+TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
+    const scenario::Scenario scenario = scenario::parse_scenario(
+        std::string(test::small_toml) + "[par]\ncompletion_time_s = 2.0\n", "small.toml");
+    const std::vector<Story> stories = {
+        *tell(scenario, recording("0 beam on\n1..24 advance 2 mm\n40 end\n"), quick()),
+        *tell(scenario, recording(clumsy, "Ada"), quick())};
+    const Story& story = stories.back();
+    ASSERT_EQ(story.moments.size(), 121u);
+    ASSERT_GE(story.score.mishaps.size(), 3u);
+    const std::string html = page(stories, &stories.front());
+    EXPECT_EQ(unbalanced(html), "");
+    EXPECT_NE(html.find("of Ada"), std::string::npos);
+    // Each error: in the list, in the time line, on both sides of the way.
+    EXPECT_EQ(count(html, "href=\"#e1\""), 4u);
+    EXPECT_EQ(count(html, "id=\"row"), story.score.mishaps.size());
+    for (const char* part : {"Time to the target", "expert", "attempt before", "par", "Learning curve",
+                             "Smoothness", "of 100 points"})
+        EXPECT_NE(html.find(part), std::string::npos) << part;
+    const std::string open = "<script type=\"application/json\" id=\"data\">";
+    const std::size_t begin = html.find(open) + open.size();
+    const auto data = nlohmann::json::parse(html.substr(begin, html.find("</script>", begin) - begin));
+    EXPECT_EQ(data["moments"].size(), 121u);
+    EXPECT_EQ(data["marks"].size(), story.score.mishaps.size());
+    EXPECT_NEAR(data["moments"].back()[5].get<double>(), story.moments.back().inserted, 0.01);
+}
+
+TEST(Debrief, WhatPeopleTypedIsShownAndNotRun) {
+    const std::string evil = "<script>alert(1)</script>\"'&<img src=x onerror=alert(2)>\x01";
+    scenario::Scenario scenario = test::small_scenario();
+    scenario.title = evil;
+    script::CommandScript typed = recording(clumsy, evil);
+    typed.origin->program = evil;
+    typed.file = evil + ".gw";
+    Story story = *tell(scenario, typed, quick());
+    story.notices.push_back(evil);
+    story.differences.push_back(evil);
+    story.score.mishaps[0].branch = evil;
+    story.score.wrong_branches = {{evil, 1, 2.0}};
+    story.key_frames.push_back({3, evil, {1, 2, 3, 4}});
+    const std::string html = page(std::span(&story, 1), nullptr);
+    EXPECT_EQ(html.find("<script>alert"), std::string::npos);
+    EXPECT_EQ(html.find("<img src=x"), std::string::npos);
+    EXPECT_EQ(html.find('\x01'), std::string::npos);
+    EXPECT_EQ(unbalanced(html), "");
+    EXPECT_NE(html.find("base64,AQIDBA=="), std::string::npos);
+}
+
+TEST(Debrief, ThePageAsksNothingOfAnyNetwork) {
+    const Story story = *tell(test::small_scenario(), recording(clumsy), quick());
+    const std::string html = page(std::span(&story, 1), nullptr);
+    EXPECT_EQ(html.find("http:"), std::string::npos);
+    EXPECT_EQ(html.find("https:"), std::string::npos);
+    EXPECT_NE(html.find("default-src 'none'"), std::string::npos);
+}
+
+TEST(Debrief, KeyFramesAreWhereErrorsBegan) {
+    StoryOptions options;
+    const Story story = *tell(test::small_scenario(), recording(clumsy), options);
+    ASSERT_GE(story.key_frames.size(), 2u);
+    for (const KeyFrame& frame : story.key_frames) {
+        EXPECT_GT(frame.png.size(), 100u);
+        const bool known =
+            frame.frame == 120 || std::any_of(story.score.mishaps.begin(), story.score.mishaps.end(),
+                                              [&](const auto& mark) { return mark.first == frame.frame; });
+        EXPECT_TRUE(known) << frame.frame;
+    }
+    EXPECT_TRUE(story.score.air_kerma);
+}
+
+TEST(Debrief, AttemptsOfOneRecordingAreAllInTheCurve) {
+    const Story story =
+        *tell(test::small_scenario(),
+              recording("0 beam on\n1..5 advance 2 mm\n10 reset\n11 beam on\n12..35 advance 2 mm\n50 end\n"),
+              quick());
+    EXPECT_EQ(story.earlier.size(), 1u);
+    EXPECT_EQ(story.moments.front().frame, 10);
+    EXPECT_NE(page(std::span(&story, 1), nullptr).find("Learning curve"), std::string::npos);
+}
+
+TEST(Debrief, AnEmptyOrShortRecordingHasAPageAllTheSame) {
+    for (const char* script : {"0 end\n", "", "0 advance 1 mm\n0 end\n"}) {
+        const Story story = *tell(test::small_scenario(), recording(script), quick());
+        EXPECT_EQ(unbalanced(page(std::span(&story, 1), nullptr)), "") << script;
+    }
+}
+
+}  // namespace debrief
