@@ -140,7 +140,7 @@ TEST(BadInput, MeshOpenWhereNoEndIs) {
 
 TEST(BadInput, WireThickerThanTheVesselAtItsEntry) {
     expect_scenario_refused("renal.toml",
-                            "end = \"aorta+LCIA+LEIA+LCFA.out\"\ninserted_mm = 200.0\n\n[guidewire]",
+                            "end = \"aorta+LCIA+LEIA+LCFA.out\"\ninserted_mm = 80.0\n\n[guidewire]",
                             "end = \"LIIA.out\"\ninserted_mm = 35.0\n\n[guidewire]\ndiameter_mm = 4.2",
                             "does not enter at 'LIIA.out'");
 }

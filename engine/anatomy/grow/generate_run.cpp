@@ -27,6 +27,7 @@ VesselTreeSpec make_spec(const GenerateRequest& request) {
     append(spec.stenoses, request.stenoses);
     append(spec.aneurysms, request.aneurysms);
     append(spec.tortuosities, request.tortuosities);
+    complete_branch_names(spec);
     if (!request.name.empty())
         spec.name = request.name;
     else if (request.seed != 0)

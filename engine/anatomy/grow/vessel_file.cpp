@@ -111,6 +111,7 @@ VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64
     if (!from_preset && !section.find("branch"))
         section.missing("branch", "preset = \"…\" or a section [[branch]]");
     read_modifiers(section, spec);
+    complete_branch_names(spec);
     return spec;
 }
 

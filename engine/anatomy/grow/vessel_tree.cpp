@@ -259,6 +259,24 @@ SampledBranch extended(const SampledBranch& branch, int& before) {
     return longer;
 }
 
+void complete_branch_names(VesselTreeSpec& spec) {
+    const auto complete = [&spec](std::string& name) {
+        if (name.empty()) return;
+        const std::string* found = nullptr;
+        for (const BranchSpec& branch : spec.branches) {
+            if (branch.name == name) return;
+            if (!branch.name.ends_with("+" + name)) continue;
+            if (found) return;
+            found = &branch.name;
+        }
+        if (found) name = *found;
+    };
+    for (NamedTarget& target : spec.targets) complete(target.branch);
+    for (Tortuosity& tortuosity : spec.tortuosities) complete(tortuosity.branch);
+    for (Stenosis& stenosis : spec.stenoses) complete(stenosis.branch);
+    for (Aneurysm& aneurysm : spec.aneurysms) complete(aneurysm.branch);
+}
+
 VesselTree grow(const VesselTreeSpec& spec) {
     refuse_if_any(spec, problems(spec));
     VesselTree tree;

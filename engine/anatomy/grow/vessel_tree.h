@@ -61,6 +61,10 @@ struct VesselTreeSpec {
     std::optional<geometry::BodyPlace> body;  // where in the body the vessels are, when that is known
 };
 
+/// Gives every target and modifier the whole name of its branch, where that is named by the last part alone
+/// and no other ends in it: "LCIA" for "aorta+LCIA". What is not found stays as it is.
+void complete_branch_names(VesselTreeSpec&);
+
 struct SampledBranch {
     std::string name;
     int parent = -1, parent_sample = 0;  // a child starts at this sample of its parent

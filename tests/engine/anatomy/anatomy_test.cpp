@@ -1,5 +1,6 @@
 #include "engine/anatomy/anatomy.h"
 
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 
@@ -42,6 +43,42 @@ TEST(Anatomy, CappedLumenIsClosedAndHoldsItsVolume) {
     const double tube = geometry::signed_volume(closed_lumen(test::straight_tube("tube")));
     const double polygon = 24 * 0.5 * 4.0 * std::sin(2 * std::numbers::pi / 24);
     EXPECT_NEAR(tube, 40 * polygon, 1e-6);
+}
+
+TEST(Anatomy, AnEndMayBeNamedByItsLastPartWhereThatIsUnique) {
+    Anatomy anatomy;
+    for (const char* name : {"a+b.out", "c+d.out", "e+d.out", "f.in"}) {
+        anatomy.ends.emplace_back();
+        anatomy.ends.back().opening.name = name;
+    }
+    EXPECT_EQ(find_end(anatomy, "a+b.out"), 0);
+    EXPECT_EQ(find_end(anatomy, "b.out"), 0);
+    EXPECT_EQ(find_end(anatomy, "f.in"), 3);
+    for (const char* name : {"d.out", "out", "b", "", "+b.out"})
+        EXPECT_FALSE(find_end(anatomy, name)) << name;
+}
+
+TEST(Anatomy, HashKnowsEveryPart) {
+    const auto hash_with = [](const std::function<void(Anatomy&)>& change) {
+        Anatomy anatomy;
+        anatomy.lumen.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+        anatomy.lumen.triangles = {{0, 1, 2}};
+        anatomy.branches = {{"a", -1, -1, {{0, 0, 0}, {0, 0, 1}}, {1, 1}}};
+        anatomy.ends.emplace_back();
+        anatomy.targets = {{"t", {0, 0, 1}, 0, 1}};
+        change(anatomy);
+        return hash_of(anatomy);
+    };
+    const std::uint64_t same = hash_with([](Anatomy&) {});
+    EXPECT_EQ(hash_with([](Anatomy& a) { a.lumen.vertices[0].x() = -0.0; }), same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.lumen.vertices[2].z() = 1e-9; }), same);
+    EXPECT_NE(hash_with([](Anatomy& a) { std::swap(a.lumen.triangles[0][0], a.lumen.triangles[0][1]); }),
+              same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.branches[0].name = "b"; }), same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.branches[0].radii[1] = 2; }), same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.ends[0].opening.radius = 3; }), same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.targets[0].centre.x() = 1; }), same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.targets.clear(); }), same);
 }
 
 TEST(Anatomy, MissingFileIsNamed) {
