@@ -86,6 +86,9 @@ fs::path kept_at(const std::string& text, const scenario::Scenario& scenario, co
     const scenario::Par& par = scenario.lesson.par;
     hash.add(text.data(), text.size());
     hash.add(scenario.content);
+    // A file of vessels may change while the scenario that names it stays.
+    if (!scenario.anatomy.empty() || scenario.places.contains("anatomy.tree"))
+        hash.add(anatomy::hash_of(scenario::anatomy_of(scenario, options.cache)));
     for (const auto& value : {par.completion_time, par.beam_on_time, par.contrast, par.wire_travel})
         hash.add(value.value_or(-1));
     hash.add(options.program_hash.data(), options.program_hash.size());

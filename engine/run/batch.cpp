@@ -84,6 +84,9 @@ std::string identity(const BatchJob& job, const scenario::Scenario& scenario, co
                      const BatchOptions& options) {
     geometry::Hash hash;
     hash.add(scenario.content);
+    // A file of vessels may change while the scenario that names it stays.
+    if (!scenario.anatomy.empty() || scenario.places.contains("anatomy.tree"))
+        hash.add(anatomy::hash_of(scenario::anatomy_of(scenario, options.cache)));
     hash.add(script.data(), script.size());
     hash.add(options.origin.program_hash);
     hash.add(std::uint64_t{job.images});

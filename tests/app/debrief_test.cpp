@@ -186,6 +186,27 @@ TEST(BatchCommand, MakesEveryCombinationAndGoesOnWhereItStopped) {
     EXPECT_TRUE(std::filesystem::exists(folder / "one/000003/run.gw"));
 }
 
+TEST(BatchCommand, VesselsThatHaveChangedAreRunAgain) {
+    const TemporaryFolder folder;
+    const auto grow = [&](const char* radius) {
+        write(folder / "tree.toml",
+              std::string("schema = 1\n[[branch]]\nname = \"v\"\npoints_mm = [[0, 0, 0, ") + radius +
+                  "], [0, 0, 80, " + radius + "]]\n");
+    };
+    grow("3");
+    write(folder / "own.toml",
+          "schema = 1\ntitle = \"own\"\n[anatomy]\ntree = \"tree.toml\"\n[entry]\nend = "
+          "\"v.in\"\ninserted_mm = "
+          "40.0\n[target]\ncentre_mm = [0, 0, 60]\n");
+    write(folder / "x.gw", "0 beam on\n1 advance 2 mm\n3 end\n");
+    write(folder / "list.toml", "schema = 1\n[[run]]\nscenario = \"own.toml\"\ncommands = \"x.gw\"\n");
+    const std::vector<std::string> words = {"batch", folder / "list.toml", "--out", folder / "out"};
+    EXPECT_NE(run(folder, words).out.find("1 of 1 runs:"), std::string::npos);
+    EXPECT_NE(run(folder, words).out.find("1 of them made before"), std::string::npos);
+    grow("4");
+    EXPECT_NE(run(folder, words).out.find("1 of 1 runs:"), std::string::npos);
+}
+
 TEST(BatchCommand, AListWithErrorsIsRefusedWithItsLines) {
     const TemporaryFolder folder;
     const auto refused = [&](const std::string& list, const std::string& expected) {
