@@ -39,7 +39,7 @@ private:
     anatomy::GenerateRequest request_;
     std::vector<std::string> stenoses_, aneurysms_, tortuosities_;
     anatomy::ImportRequest import_request_;
-    std::vector<double> inlet_;
+    std::vector<double> inlet_, opened_;
     std::string checked_, shown_, picture_;
 };
 
@@ -109,6 +109,13 @@ void AnatomyCommand::add_import() {
     import_->add_option("--inlet", inlet_, "X,Y,Z in mm near the end that wires come in by; else the largest")
         ->delimiter(',')
         ->expected(3);
+    import_
+        ->add_option("--end", opened_,
+                     "X,Y,Z in mm near a closed tip that is cut open; again for more. Else all are, where "
+                     "fewer than two ends are open")
+        ->delimiter(',')
+        ->expected(3)
+        ->take_all();
     import_->add_option("--centrelines", request.options.centrelines,
                         "Take these: JSON {\"name\": [[x, y, z, r], …]} in the mesh's unit, or CSV "
                         "branch,x_mm,y_mm,z_mm[,r_mm]");
@@ -122,6 +129,8 @@ void AnatomyCommand::add_import() {
 int AnatomyCommand::import() {
     anatomy::ImportRequest& request = import_request_;
     if (!inlet_.empty()) request.options.inlet = {inlet_[0], inlet_[1], inlet_[2]};
+    for (std::size_t i = 0; i + 2 < opened_.size(); i += 3)
+        request.options.ends.emplace_back(opened_[i], opened_[i + 1], opened_[i + 2]);
     request.program = program;
     anatomy::ImportOutcome outcome;
     {

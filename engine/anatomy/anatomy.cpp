@@ -140,9 +140,12 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
         // Seen from its end, the vessel lies inside.
         const VesselPlace place = nearest_place(anatomy, opening.centre);
         const geometry::Polyline& line = anatomy.branches[place.branch].points;
-        const int last = static_cast<int>(line.size()) - 1, reach = std::max(1, std::min(last, last / 4));
-        const Vec3 within = line[place.sample > last / 2 ? std::max(0, place.sample - reach)
-                                                         : std::min(last, place.sample + reach)];
+        const int last = static_cast<int>(line.size()) - 1, step = place.sample > last / 2 ? -1 : 1;
+        int at = place.sample;
+        for (double passed = 0; passed < 2 * opening.radius && at + step >= 0 && at + step <= last;
+             at += step)
+            passed += (line[at + step] - line[at]).norm();
+        const Vec3 within = line[at];
         if ((within - opening.centre).dot(opening.outward_normal) > 0) {
             found.push_back(
                 fmt::format("end '{}': its normal points into branch '{}'; one that points out of "

@@ -18,11 +18,14 @@ using geometry::TriangleMesh;
 using geometry::Vec3;
 using Verdict = Check::Verdict;
 
-/// In lumens 86 % or more of the rays cross once, between the two sides of a wall 57 % or fewer.
-constexpr double least_once = 0.75;
+/// The inner side of a vessel wall, about half of its surface, looks into a tube; that of a lumen looks out.
+constexpr double most_surrounded = 0.2;
+/// Rays about the normal that find out, how many may escape, and from how many triangles they are cast.
+constexpr int outward_rays = 16, most_escaped = 1, most_viewpoints = 3'000;
 constexpr double least_median = 0.2, largest_median = 20;  // of the median [mm]
 constexpr double largest_edge_ratio = 1.5;
 constexpr int most_rays = 20'000;
+constexpr double least_end_width = 0.6, most_askew = 45;  // of the radius behind; [deg]
 
 Verdict failed_unless(bool fine) {
     return fine ? Verdict::Pass : Verdict::Fail;
@@ -49,6 +52,32 @@ std::string other_units(double median, const std::string& taken) {
             fmt::format("{}--unit {} would make it {:.2g} mm", text.empty() ? " (" : ", ", unit.name, radius);
     }
     return text.empty() ? text : text + ")";
+}
+
+/// Share of the triangles from which nearly every ray outward, spread by the cosine law about the normal,
+/// meets the surface again.
+double surrounded_share(const TriangleMesh& closed, const geometry::MeshQuery& query) {
+    const int total = static_cast<int>(closed.triangles.size());
+    const int stride = std::max(1, total / most_viewpoints);
+    int surrounded = 0, seen = 0;
+    for (int i = 0; i < total; i += stride) {
+        const auto& t = closed.triangles[i];
+        const Vec3 &a = closed.vertices[t[0]], &b = closed.vertices[t[1]], &c = closed.vertices[t[2]];
+        const Vec3 area = (b - a).cross(c - a);
+        if (area.norm() == 0) continue;
+        const Vec3 normal = area.normalized(), u = normal.unitOrthogonal(), v = normal.cross(u);
+        const Vec3 origin = (a + b + c) / 3 + 1e-3 * (b - a).norm() * normal;
+        int escaped = 0;
+        for (int k = 0; k < outward_rays && escaped <= most_escaped; ++k) {
+            const double square = (k + 0.5) / outward_rays, angle = 2.399963 * k;  // the golden angle
+            const Vec3 direction = std::sqrt(1 - square) * normal +
+                                   std::sqrt(square) * (std::cos(angle) * u + std::sin(angle) * v);
+            escaped += !std::isfinite(query.first_hit(origin, direction));
+        }
+        ++seen;
+        surrounded += escaped <= most_escaped;
+    }
+    return seen > 0 ? static_cast<double>(surrounded) / seen : 0;
 }
 
 Check surface_crossings(const TriangleMesh& mesh) {
@@ -113,6 +142,41 @@ std::vector<Check> centreline_checks(const Anatomy& anatomy, const TriangleMesh&
              "1.25 or less", warned_unless(ratio <= 1.25)}};
 }
 
+/// Ends much narrower than the vessel behind them, or askew to it.
+std::vector<Check> end_checks(const Anatomy& anatomy, const geometry::MeshQuery& wall) {
+    std::vector<std::string> narrow, askew;
+    double least = std::numeric_limits<double>::infinity(), most = 0;
+    for (const VesselEnd& end : anatomy.ends) {
+        const geometry::OpenEnd& opening = end.opening;
+        double inside = 0;
+        for (double depth = 0.25; depth <= 2; depth += 0.25) {
+            const Vec3 p = opening.centre - depth * opening.radius * opening.outward_normal;
+            inside = std::max(inside, wall.distance(p));
+        }
+        const VesselPlace place = nearest_place(anatomy, opening.centre);
+        const geometry::Polyline& line = anatomy.branches[place.branch].points;
+        const int last = static_cast<int>(line.size()) - 1, step = place.sample > last / 2 ? -1 : 1;
+        int at = place.sample;
+        for (double passed = 0; passed < opening.radius && at + step >= 0 && at + step <= last; at += step)
+            passed += (line[at + step] - line[at]).norm();
+        const Vec3 along = (opening.centre - line[at]).normalized();
+        const double ratio = opening.radius / inside,
+                     angle = std::acos(std::clamp(along.dot(opening.outward_normal), -1.0, 1.0)) /
+                             geometry::degree;
+        least = std::min(least, ratio), most = std::max(most, angle);
+        if (ratio < least_end_width)
+            narrow.push_back(fmt::format("{} has {:.2f} of {:.2f} mm", opening.name, opening.radius, inside));
+        if (angle > most_askew) askew.push_back(fmt::format("{} by {:.0f}°", opening.name, angle));
+    }
+    return {{"radius of an end over that of the vessel behind it",
+             narrow.empty() ? fmt::format("{:.2f} at least", least) : io::joined(narrow),
+             fmt::format("{} or more; a vessel cut across is accepted", least_end_width),
+             warned_unless(narrow.empty())},
+            {"angle between an end and its vessel",
+             askew.empty() ? fmt::format("{:.0f}° at most", most) : io::joined(askew),
+             fmt::format("{:.0f}° or less", most_askew), warned_unless(askew.empty())}};
+}
+
 Check ends_reached(const Anatomy& anatomy) {
     std::vector<std::string> missed;
     for (const VesselEnd& end : anatomy.ends) {
@@ -147,7 +211,6 @@ SurfaceFigures surface_figures(const TriangleMesh& closed) {
     const geometry::MeshQuery query(closed);
     const int total = static_cast<int>(closed.triangles.size()), stride = std::max(1, total / most_rays);
     std::vector<double> radii, ratios;
-    int once = 0, rays = 0;
     for (int i = 0; i < total; i += stride) {
         const auto& t = closed.triangles[i];
         const Vec3 &a = closed.vertices[t[0]], &b = closed.vertices[t[1]], &c = closed.vertices[t[2]];
@@ -155,18 +218,16 @@ SurfaceFigures surface_figures(const TriangleMesh& closed) {
         if (normal.norm() == 0) continue;
         const Vec3 origin = (a + b + c) / 3, inward = -normal.normalized();
         const double edge = ((b - a).norm() + (c - b).norm() + (a - c).norm()) / 3, skip = 1e-3 * edge;
-        ++rays;
-        const int crossed = query.crossings(origin + skip * inward, inward);
-        once += crossed == 1;
-        if (crossed == 0) continue;
-        radii.push_back((skip + query.first_hit(origin + skip * inward, inward)) / 2);
+        const double exit = query.first_hit(origin + skip * inward, inward);
+        if (!std::isfinite(exit)) continue;
+        radii.push_back((skip + exit) / 2);
         ratios.push_back(edge / radii.back());
     }
     SurfaceFigures figures;
     if (radii.empty()) return figures;
     std::sort(radii.begin(), radii.end());
     std::sort(ratios.begin(), ratios.end());
-    figures.once = static_cast<double>(once) / rays;
+    figures.surrounded = surrounded_share(closed, query);
     figures.median_radius = radii[radii.size() / 2];
     figures.thin_radius = radii[radii.size() / 50];
     figures.edge_ratio = ratios[ratios.size() / 2];
@@ -178,10 +239,10 @@ std::vector<Check> surface_checks(const SurfaceFigures& figures, const std::stri
     const std::string range = fmt::format("{} to {} mm{}", least_median, largest_median,
                                           usual ? "" : other_units(figures.median_radius, unit));
     return {{"median radius", fmt::format("{:.3g} mm", figures.median_radius), range, failed_unless(usual)},
-            {"rays inward that cross the surface once", fmt::format("{:.0f} %", 100 * figures.once),
-             fmt::format("{:.0f} % or more, as a lumen has and the two sides of a vessel wall have not",
-                         100 * least_once),
-             failed_unless(figures.once >= least_once)},
+            {"surface that looks into a tube", fmt::format("{:.0f} %", 100 * figures.surrounded),
+             fmt::format("{:.0f} % or less; more is a vessel wall, not a lumen: give its inner surface",
+                         100 * most_surrounded),
+             failed_unless(figures.surrounded <= most_surrounded)},
             {"median edge", fmt::format("{:.2f} of the radius", figures.edge_ratio),
              fmt::format("{} or less; a coarser mesh needs to be made finer, or centrelines beside it",
                          largest_edge_ratio),
@@ -213,6 +274,7 @@ std::vector<Check> anatomy_checks(const Anatomy& anatomy) {
     checks.push_back(narrowest(anatomy));
     append(centreline_checks(anatomy, closed));
     checks.push_back(ends_reached(anatomy));
+    append(end_checks(anatomy, geometry::MeshQuery(anatomy.lumen)));
     return checks;
 }
 

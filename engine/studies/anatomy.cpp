@@ -66,7 +66,8 @@ void add_import(io::Table& table, const std::string& name, const anatomy::Anatom
     const ImportErrors errors = import_errors(truth, lumen.anatomy);
     table.add({name, spent, static_cast<double>(errors.branches), static_cast<double>(errors.true_branches),
                static_cast<double>(errors.invented), static_cast<double>(errors.ends),
-               static_cast<double>(errors.true_ends), errors.centre_p50, errors.centre_p95, errors.centre_max,
+               static_cast<double>(errors.true_ends), errors.end_centre, 100 * errors.end_radius,
+               errors.end_normal / geometry::degree, errors.centre_p50, errors.centre_p95, errors.centre_max,
                100 * errors.radius_p50, 100 * errors.radius_p95});
 }
 
@@ -80,7 +81,8 @@ void add_real(io::Table& table, const std::filesystem::path& mesh) {
     const anatomy::Anatomy anatomy = anatomy::import_lumen(mesh, options).anatomy;
     const double spent = io::thread_cpu_seconds() - start, none = std::nan("");
     table.add({mesh.filename().string(), spent, static_cast<double>(anatomy.branches.size()), none, none,
-               static_cast<double>(anatomy.ends.size()), none, none, none, none, none, none});
+               static_cast<double>(anatomy.ends.size()), none, none, none, none, none, none, none, none,
+               none});
 }
 
 io::Plot picture() {
@@ -111,11 +113,11 @@ StudyResult run_anatomy(const StudyOptions& options) {
                      "error_p50_mm", "error_p99_mm", "error_max_mm", "boundary_edges_before_cut",
                      "euler_before_cut", "non_manifold_edges", "self_intersections"},
                     {}};
-    io::Table imports{
-        "importer",
-        {"case", "cpu_s", "branches", "true_branches", "invented", "ends", "true_ends", "centre_p50_mm",
-         "centre_p95_mm", "centre_max_mm", "radius_p50_percent", "radius_p95_percent"},
-        {}};
+    io::Table imports{"importer",
+                      {"case", "cpu_s", "branches", "true_branches", "invented", "ends", "true_ends",
+                       "end_centre_max_mm", "end_radius_max_percent", "end_normal_max_deg", "centre_p50_mm",
+                       "centre_p95_mm", "centre_max_mm", "radius_p50_percent", "radius_p95_percent"},
+                      {}};
     const auto presets = anatomy::vessel_presets();
     const int seeds = options.quick ? 1 : 3, of = static_cast<int>(presets.size()) * (seeds + 1) + 3;
     int done = 0;
@@ -130,6 +132,9 @@ StudyResult run_anatomy(const StudyOptions& options) {
         const anatomy::Anatomy truth = anatomy::generate(anatomy::vessel_preset(preset.name));
         add_import(imports, std::string(preset.name), truth, truth.lumen);
         add_import(imports, std::string(preset.name) + ", corrupted", truth, corrupted(truth.lumen, 1));
+        const TriangleMesh closed = flat_capped(truth.lumen);
+        add_import(imports, std::string(preset.name) + ", capped", truth, closed);
+        add_import(imports, std::string(preset.name) + ", capped, corrupted", truth, corrupted(closed, 1));
         if (options.progress) options.progress({++done, of, fmt::format("{} imported", preset.name)});
     }
     for (const char* mesh : {"sofa_carotids.stl", "sofa_phantom.obj", "carotid_stenosis_lumen.stl",
@@ -152,7 +157,9 @@ StudyResult run_anatomy(const StudyOptions& options) {
         io::to_markdown(table) +
         "\n## The importer\n\nThe same vessels from their meshes alone; corrupted: 1 % of the triangles "
         "missing, "
-        "5 % turned, fins on 1 %, corners off by up to 0.01 mm along each axis. Centreline: distance of the "
+        "5 % turned, fins on 1 %, corners off by up to 0.01 mm along each axis; capped: closed by flat "
+        "patches at the ends. Ends: the largest differences of centre, radius and normal. Centreline: "
+        "distance of the "
         "true "
         "places from the found lines. A place counts unless another true branch is nearer, wall to wall, "
         "than 0.8 "

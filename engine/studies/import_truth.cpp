@@ -5,6 +5,8 @@
 #include <limits>
 #include <random>
 
+#include "physics/geometry/mesh_topology.h"
+
 namespace studies {
 namespace {
 
@@ -70,6 +72,24 @@ TriangleMesh corrupted(const TriangleMesh& mesh, std::uint32_t seed) {
     return result;
 }
 
+TriangleMesh flat_capped(const TriangleMesh& mesh) {
+    TriangleMesh result = mesh;
+    for (const geometry::BoundaryLoop& loop : geometry::topology(mesh).loops) {
+        const int count = static_cast<int>(loop.vertices.size()),
+                  first = static_cast<int>(result.vertices.size());
+        const Vec3 centre = geometry::rim_centre(mesh, loop);
+        for (const int v : loop.vertices) result.vertices.push_back((mesh.vertices[v] + centre) / 2);
+        result.vertices.push_back(centre);
+        for (int i = 0; i < count; ++i) {
+            const int n = (i + 1) % count;
+            result.triangles.push_back({loop.vertices[i], loop.vertices[n], first + i});
+            result.triangles.push_back({loop.vertices[n], first + n, first + i});
+            result.triangles.push_back({first + i, first + n, first + count});
+        }
+    }
+    return result;
+}
+
 CentrelinePlace nearest_on(const std::vector<CentrelineBranch>& branches, const Vec3& p) {
     CentrelinePlace best{std::numeric_limits<double>::infinity(), 0};
     for (const CentrelineBranch& branch : branches) {
@@ -93,10 +113,17 @@ ImportErrors import_errors(const anatomy::Anatomy& truth, const anatomy::Anatomy
     errors.invented = static_cast<int>(found.branches.size()) - matched(found.branches, truth.branches);
     errors.true_ends = static_cast<int>(truth.ends.size());
     for (const anatomy::VesselEnd& end : truth.ends) {
-        errors.ends +=
-            std::any_of(found.ends.begin(), found.ends.end(), [&](const anatomy::VesselEnd& other) {
-                return (other.opening.centre - end.opening.centre).norm() < 0.5 * end.opening.radius;
-            });
+        const geometry::OpenEnd& wanted = end.opening;
+        const auto other = std::find_if(found.ends.begin(), found.ends.end(), [&](const auto& candidate) {
+            return (candidate.opening.centre - wanted.centre).norm() < 0.5 * wanted.radius;
+        });
+        if (other == found.ends.end()) continue;
+        ++errors.ends;
+        const geometry::OpenEnd& own = other->opening;
+        errors.end_centre = std::max(errors.end_centre, (own.centre - wanted.centre).norm());
+        errors.end_radius = std::max(errors.end_radius, std::abs(own.radius / wanted.radius - 1));
+        const double along = own.outward_normal.dot(wanted.outward_normal);
+        errors.end_normal = std::max(errors.end_normal, std::acos(std::clamp(along, -1.0, 1.0)));
     }
     std::vector<double> centres, radii;
     for (std::size_t b = 0; b < truth.branches.size(); ++b) {

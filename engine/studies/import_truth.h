@@ -11,6 +11,9 @@ namespace studies {
 /// a fin; corners are off by up to 0.01 mm along each axis.
 geometry::TriangleMesh corrupted(const geometry::TriangleMesh&, std::uint32_t seed);
 
+/// Closes every opening by a flat patch of two rings of triangles, as SimVascular and VMTK close a lumen.
+geometry::TriangleMesh flat_capped(const geometry::TriangleMesh&);
+
 /// Places of the true centrelines count as away from junctions when no other true branch is nearer, wall to
 /// wall, than 0.8 of the smaller radius, the range in which the generator blends them. Places beyond an end's
 /// plane, or within a radius of it, do not count.
@@ -18,6 +21,9 @@ struct ImportErrors {
     int branches = 0, true_branches = 0;  // found: branches that end where a true branch does
     int invented = 0;                     // branches that end where no true one does
     int ends = 0, true_ends = 0;          // found within half a radius of a true one
+    double end_centre = 0;                // largest distance of a found end's centre from the true one [mm]
+    double end_radius = 0;                // largest difference divided by the true radius
+    double end_normal = 0;                // largest angle between the normals [rad]
     double centre_p50 = 0, centre_p95 = 0, centre_max = 0;  // of true places from the found lines [mm]
     double radius_p50 = 0, radius_p95 = 0;                  // of the difference divided by the true radius
 };

@@ -18,6 +18,7 @@ void BranchTree::add_root(const Polyline& way, bool fixed_start, bool fixed_end)
 
 void BranchTree::add(const Own& own, bool fixed_end, BranchSample landing) {
     Polyline way = own.way;
+    if (way.size() < 2) way.insert(way.begin(), branches[own.parent.branch].points[own.parent.sample]);
     const double total = geometry::length_of(way);
     clear(way, total);
     if (landing.branch >= 0) {
@@ -136,11 +137,16 @@ void trim_tip(Polyline& way, const geometry::MeshQuery& wall) {
     }
 }
 
-VesselTip tip_of(const CentrelineBranch& branch, const Vec3& apex, bool start) {
+VesselTip tip_of(const std::vector<CentrelineBranch>& branches, int index, const Vec3& apex, bool start) {
+    const CentrelineBranch& branch = branches[index];
     const std::size_t last = branch.points.size() - 1, span = std::min<std::size_t>(last, 3);
     const std::size_t at = start ? 0 : last, before = start ? span : last - span;
-    return {apex, branch.points[at], (branch.points[at] - branch.points[before]).normalized(),
-            branch.radii[at]};
+    return {apex,
+            branch.points[at],
+            (branch.points[at] - branch.points[before]).normalized(),
+            branch.radii[at],
+            index,
+            start};
 }
 
 void sort_stems_first(std::vector<RootedWay>& ways, const geometry::MeshQuery& wall) {

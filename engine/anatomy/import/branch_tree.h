@@ -64,6 +64,7 @@ private:
 void trim_tip(geometry::Polyline& way, const geometry::MeshQuery& wall);
 
 /// The tip at the end of a branch, or at its start.
-VesselTip tip_of(const geometry::CentrelineBranch&, const geometry::Vec3& apex, bool start);
+VesselTip tip_of(const std::vector<geometry::CentrelineBranch>&, int branch, const geometry::Vec3& apex,
+                 bool start);
 
 }  // namespace anatomy

@@ -18,12 +18,7 @@ std::string lines_of(const std::vector<Check>& checks) {
 
 std::string report_of(const ImportedLumen& imported, const std::filesystem::path& file) {
     std::string text;
-    for (const Finding& finding : imported.findings) {
-        const char* kind = finding.kind == Finding::Kind::Mended   ? "mended: "
-                           : finding.kind == Finding::Kind::Warned ? "note: "
-                                                                   : "found: ";
-        text += kind + finding.text + "\n";
-    }
+    for (const Finding& finding : imported.findings) text += text_of(finding) + "\n";
     text += "\n" + lines_of(imported.checks);
     const Anatomy& anatomy = imported.anatomy;
     text += fmt::format("\n{} branches:\n", anatomy.branches.size());

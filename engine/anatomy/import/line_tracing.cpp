@@ -140,7 +140,7 @@ private:
             if (way.opening < 0) trim_tip(way.points, wall_);
             if (tree_.branches.empty()) {
                 tree_.add_root(way.points, inlet_ >= 0, way.opening >= 0);
-                if (inlet_ < 0) result_.tips.push_back(tip_of(tree_.branches[0], points_[root_], true));
+                if (inlet_ < 0) result_.tips.push_back(tip_of(tree_.branches, 0, points_[root_], true));
             } else {
                 const BranchTree::Own own = tree_.own_part(way.points);
                 if (way.opening < 0 && tree_.is_spur(own)) {
@@ -150,7 +150,10 @@ private:
                 tree_.add(own, way.opening >= 0);
             }
             result_.end_of_branch.push_back(way.opening);
-            if (way.opening < 0) result_.tips.push_back(tip_of(tree_.branches.back(), apex, false));
+            if (way.opening < 0) {
+                const int last = static_cast<int>(tree_.branches.size()) - 1;
+                result_.tips.push_back(tip_of(tree_.branches, last, apex, false));
+            }
         }
     }
 

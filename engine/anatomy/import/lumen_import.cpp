@@ -3,15 +3,18 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <numeric>
 
 #include "engine/anatomy/import/given_centrelines.h"
 #include "engine/anatomy/import/lumen_tracing.h"
 #include "engine/anatomy/import/lumen_voxels.h"
-#include "engine/anatomy/import/mesh_cut.h"
+#include "engine/anatomy/import/pruning.h"
+#include "engine/anatomy/import/tip_opening.h"
 #include "engine/anatomy/mesh_file.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
+#include "physics/geometry/polyline.h"
 
 namespace anatomy {
 namespace {
@@ -22,8 +25,14 @@ using geometry::Vec3;
 /// Voxels across the radius of the thinnest vessels.
 constexpr double voxels_per_radius = 2.2;
 /// Limits on the memory of an import: a voxel takes half a byte in the box, 40 bytes inside.
-constexpr double most_boxed = 4e8, most_inside = 2.5e6;
-constexpr int most_false_tips = 40;
+constexpr double most_boxed = 4e8, most_inside = 1.5e6;
+constexpr int most_tips = 500, most_spurs = 40;
+/// A lumen at least this many times longer than wide is a vessel.
+constexpr double least_slenderness = 2.5;
+/// Vessels that span less than this may be in centimetres [mm].
+constexpr double small_span = 60;
+/// A place given for an end may be this far from it, in its radii and in any case [mm].
+constexpr double end_reach = 3, least_end_reach = 3;
 
 double unit_in_mm(const std::string& unit) {
     if (unit == "mm") return 1;
@@ -41,6 +50,17 @@ public:
     }
 
     ImportedLumen from(const TriangleMesh& given) {
+        try {
+            return work_on(given);
+        } catch (const io::InputError& error) {
+            std::string text = error.what();
+            for (const Finding& finding : result_.findings) text += "\n" + text_of(finding);
+            throw io::InputError(text);
+        }
+    }
+
+private:
+    ImportedLumen work_on(const TriangleMesh& given) {
         note("{} triangles", given.triangles.size());
         report(0.05, "mending the surface");
         RepairedLumen lumen = repaired(given);
@@ -57,7 +77,12 @@ public:
                 "{:.2f} of the radius",
                 lines.size(), options_.centrelines.filename().string(), figures_.edge_ratio);
         }
-        if (lumen.ends.empty()) open_tips(lumen, lines);
+        // Traced for its tips first, where ends may be missing, and again once they are open.
+        const int largest = lumen.ends.empty() ? -1 : 0;
+        TracedLumen traced = trace(lumen, largest, lines, 0.1, 0.4);
+        check_false_tips(traced);
+        check_slender(traced);
+        const bool opened = open_blind_tips(lumen, traced);
         if (lumen.ends.size() < 2) {
             throw io::InputError(
                 fmt::format("{} open end{} found{}; two or more are accepted: an inlet and an outlet, cut "
@@ -65,9 +90,10 @@ public:
                             lumen.ends.size(), lumen.ends.size() == 1 ? " was" : "s were",
                             lumen.ends.empty() ? "" : " at " + io::place_text(lumen.ends[0].loop.centroid)));
         }
-        const int inlet = choose_inlet(lumen.ends);
-        const TracedLumen traced = trace(lumen, inlet, lines, 0.3, 0.9);
+        int inlet = choose_inlet(lumen.ends);
+        if (opened || inlet != largest) traced = trace(lumen, inlet, lines, 0.4, 0.9);
         check_tracing(traced, lumen.ends, inlet);
+        prune(lumen, traced, inlet);
         assemble(lumen, traced, inlet);
         report(0.95, "checking the anatomy");
         check_result();
@@ -75,7 +101,6 @@ public:
         return std::move(result_);
     }
 
-private:
     void report(double part, const char* what) const {
         if (options_.progress) options_.progress(part, what);
     }
@@ -111,6 +136,17 @@ private:
                                           check.accepted, coarse ? " (--centrelines)" : ""));
         }
         if (!refused.empty()) throw io::InputError(io::joined(refused, "\n"));
+        Eigen::AlignedBox3d box;
+        for (const Vec3& v : lumen.mesh.vertices) box.extend(v);
+        const double span = box.diagonal().norm();
+        note("the vessels span {:.0f} mm, half of their radii are above {:.2g} mm", span,
+             figures_.median_radius);
+        if (span < small_span && options_.unit == "mm") {
+            warned(
+                "vessels that span only {:.0f} mm were found: if the numbers of the file are centimetres, "
+                "give --unit cm",
+                span);
+        }
     }
 
     TracingOptions tracing(const TriangleMesh& mesh, const TriangleMesh& whole, double from,
@@ -122,6 +158,7 @@ private:
                       std::cbrt(std::abs(geometry::signed_volume(whole)) / most_inside)});
         while (LumenVoxels::box_count(mesh, options.voxel) > most_boxed) options.voxel *= 1.1;
         options.step = options.voxel;
+        options.most_tips = most_tips;
         options.progress = [this, from, to](double part) {
             report(from + part * (to - from), "finding the branches");
         };
@@ -140,22 +177,141 @@ private:
         return trace_lumen(lumen.mesh, lumen.ends, inlet, options);
     }
 
-    void open_tips(RepairedLumen& lumen, const std::vector<geometry::Polyline>& lines) {
-        const TracedLumen traced = trace(lumen, -1, lines, 0.1, 0.3);
-        check_false_tips(traced);
-        for (const VesselTip& tip : traced.tips) {
-            const TriangleMesh cut = cut_beyond(lumen.mesh, tip.centre, tip.outward, tip.apex);
-            const geometry::Topology left = geometry::topology(cut);
-            if (left.non_manifold_edges > 0 || left.loops.size() != lumen.ends.size() + 1) {
-                warned("the blind tip at {} could not be cut open and stays closed",
-                       io::place_text(tip.apex));
+    static double reach_of(double radius) { return std::max(least_end_reach, end_reach * radius); }
+
+    bool inlet_is_closed(const std::vector<MeshOpening>& ends) const {
+        return options_.inlet && std::none_of(ends.begin(), ends.end(), [&](const MeshOpening& end) {
+                   return (end.loop.centroid - *options_.inlet).norm() <= reach_of(end.radius);
+               });
+    }
+
+    /// The tip nearest to a place given; none when all are too far.
+    const VesselTip* tip_near(const std::vector<VesselTip>& tips, const Vec3& place) const {
+        const auto distance = [&place](const VesselTip& tip) {
+            return std::min((tip.apex - place).norm(), (tip.centre - place).norm());
+        };
+        const auto nearest = std::min_element(tips.begin(), tips.end(), [&](const auto& a, const auto& b) {
+            return distance(a) < distance(b);
+        });
+        if (nearest == tips.end() || distance(*nearest) > reach_of(nearest->radius)) return nullptr;
+        return &*nearest;
+    }
+
+    std::string list_of(const std::vector<VesselTip>& tips) const {
+        std::string list;
+        for (std::size_t k = 0; k < tips.size() && k < 20; ++k)
+            list +=
+                fmt::format("{}{} r {:.2f}", k > 0 ? ", " : "", io::place_text(tips[k].apex), tips[k].radius);
+        return tips.size() > 20 ? list + fmt::format(" and {} more", tips.size() - 20) : list;
+    }
+
+    /// The tips to open: those near the places given, else all where ends are missing, that is where there
+    /// are fewer than two or the widest vessel is closed.
+    std::vector<VesselTip> wanted_tips(const RepairedLumen& lumen, const std::vector<VesselTip>& tips) const {
+        std::vector<VesselTip> wanted;
+        const auto want = [&](const char* option, const Vec3& place) {
+            const VesselTip* tip = tip_near(tips, place);
+            if (!tip) {
+                throw io::InputError(fmt::format(
+                    "{} {}: no blind tip is near; {}", option, io::place_text(place),
+                    tips.empty() ? "the surface has none" : "one of these is accepted: " + list_of(tips)));
+            }
+            const auto same = [tip](const VesselTip& other) { return other.apex == tip->apex; };
+            if (std::none_of(wanted.begin(), wanted.end(), same)) wanted.push_back(*tip);
+        };
+        for (const Vec3& place : options_.ends) want("--end", place);
+        const bool wider = std::any_of(tips.begin(), tips.end(), [&](const VesselTip& tip) {
+            return !lumen.ends.empty() && tip.radius > lumen.ends[0].radius;
+        });
+        const bool all = options_.ends.empty() && (lumen.ends.size() < 2 || wider);
+        if (inlet_is_closed(lumen.ends)) {
+            if (!tip_near(tips, *options_.inlet)) refuse_far_inlet(lumen.ends, tips);
+            want("--inlet", *options_.inlet);
+        }
+        return all ? tips : wanted;
+    }
+
+    [[noreturn]] void refuse_far_inlet(const std::vector<MeshOpening>& ends,
+                                       const std::vector<VesselTip>& tips) const {
+        std::vector<VesselTip> all;
+        for (const MeshOpening& end : ends) {
+            all.emplace_back();
+            all.back().apex = all.back().centre = end.loop.centroid;
+            all.back().radius = end.radius;
+        }
+        all.insert(all.end(), tips.begin(), tips.end());
+        double least = std::numeric_limits<double>::infinity();
+        for (const VesselTip& tip : all) least = std::min(least, (tip.apex - *options_.inlet).norm());
+        throw io::InputError(fmt::format(
+            "--inlet {}: the nearest end is {:.1f} mm away; a place at one of these is accepted [mm]: {}",
+            io::place_text(*options_.inlet), least, list_of(all)));
+    }
+
+    /// Returns whether the surface has changed.
+    bool open_blind_tips(RepairedLumen& lumen, const TracedLumen& traced) {
+        const bool from_end = !lumen.ends.empty();
+        const TipOpening opening = open_tips(lumen.mesh, traced.branches, wanted_tips(lumen, traced.tips));
+        if (!opening.thin.empty())
+            warned("{} tips too thin for any wire stay closed [mm]: {}", opening.thin.size(),
+                   list_of(opening.thin));
+        if (!opening.refused.empty())
+            warned("{} blind tips could not be cut open and stay closed [mm]: {}", opening.refused.size(),
+                   list_of(opening.refused));
+        if (opening.opened.empty()) return false;
+        lumen.ends = openings_of(lumen.mesh);
+        warned("{}: {} blind tip{} cut open and taken for ends [mm]: {}",
+               from_end ? "ends are missing" : "the lumen is closed", opening.opened.size(),
+               opening.opened.size() == 1 ? " was" : "s were", list_of(opening.opened));
+        return true;
+    }
+
+    void check_slender(const TracedLumen& traced) const {
+        if (traced.branches.size() != 1) return;
+        const geometry::CentrelineBranch& only = traced.branches[0];
+        const double width = 2 * *std::max_element(only.radii.begin(), only.radii.end());
+        double length = geometry::length_of(only.points);
+        for (const VesselTip& tip : traced.tips) length += (tip.apex - tip.centre).norm();
+        if (length >= least_slenderness * width / 2) return;
+        throw io::InputError(fmt::format(
+            "the surface is {:.1f} mm long and {:.1f} mm wide: a ball, not a vessel; a lumen more than {} "
+            "times as long as wide is accepted",
+            length, width, least_slenderness / 2));
+    }
+
+    /// Closes the ends that no wire can reach and drops them.
+    void prune(RepairedLumen& lumen, TracedLumen& traced, int& inlet) {
+        const double least = thinnest_wire_radius();
+        const Pruning pruning = prune_thin(traced, least);
+        if (pruning.lines.empty()) return;
+        if (lumen.ends.size() - pruning.closed.size() < 2) {
+            throw io::InputError(fmt::format(
+                "smallest radius: vessels thinner than {:.3f} mm, the thinnest wire's, leave no way from one "
+                "end to "
+                "another [mm]: {}; a lumen that a wire can pass is accepted",
+                least, io::joined(pruning.lines)));
+        }
+        std::vector<geometry::BoundaryLoop> loops;
+        std::vector<int> place(lumen.ends.size(), -1);
+        std::vector<MeshOpening> ends;
+        for (int e = 0; e < static_cast<int>(lumen.ends.size()); ++e) {
+            if (std::find(pruning.closed.begin(), pruning.closed.end(), e) != pruning.closed.end()) {
+                loops.push_back(lumen.ends[e].loop);
                 continue;
             }
-            lumen.mesh = cut;
-            lumen.ends = openings_of(cut);
+            place[e] = static_cast<int>(ends.size());
+            ends.push_back(lumen.ends[e]);
         }
-        warned("the lumen is closed: its {} tips, at which the vessels were cut open, are taken for ends",
-               lumen.ends.size());
+        lumen.mesh = geometry::capped(lumen.mesh, loops);
+        for (Vec3& v : lumen.mesh.vertices) v = v.cast<float>().cast<double>();
+        lumen.ends = std::move(ends);
+        inlet = place[inlet];
+        for (int& end : traced.end_of_branch)
+            if (end >= 0) end = place[end];
+        warned(
+            "{:.1f} mm of vessels thinner than {:.3f} mm, the thinnest wire's radius, were pruned; they "
+            "stay in the "
+            "surface [mm]: {}",
+            pruning.length, least, io::joined(pruning.lines));
     }
 
     int choose_inlet(const std::vector<MeshOpening>& ends) {
@@ -168,6 +324,7 @@ private:
                  io::place_text(ends[0].loop.centroid), ends[0].radius, others);
             return 0;
         }
+        if (inlet_is_closed(ends)) refuse_far_inlet(ends, {});
         int best = 0;
         const auto distance = [&](int e) { return (ends[e].loop.centroid - *options_.inlet).norm(); };
         for (int e = 1; e < static_cast<int>(ends.size()); ++e)
@@ -178,14 +335,16 @@ private:
     }
 
     void check_false_tips(const TracedLumen& traced) const {
-        const std::size_t count = traced.tips.size() + traced.spurs;
-        if (count <= most_false_tips) return;
+        const int tips = static_cast<int>(traced.tips.size()),
+                  branches = static_cast<int>(traced.branches.size());
+        const bool lumpy = traced.spurs > most_spurs && traced.spurs > 2 * branches;
+        if (tips <= most_tips && !lumpy) return;
         throw io::InputError(fmt::format(
-            "{} tips and bulges shorter than two radii were found, such as at {}: this is not a tree of "
-            "tubes, or too "
-            "coarse for one; up to {} are accepted, or centrelines beside the mesh (--centrelines)",
-            count, traced.tips.empty() ? "its middle" : io::place_text(traced.tips.back().apex),
-            most_false_tips));
+            "{} tips and {} bulges shorter than two radii were found on {} branches, such as at {}: this is "
+            "not a tree of tubes, or too coarse for one; up to {} tips and two bulges a branch are accepted, "
+            "or centrelines beside the mesh (--centrelines)",
+            tips, traced.spurs, branches, tips == 0 ? "its middle" : io::place_text(traced.tips.back().apex),
+            most_tips));
     }
 
     void check_tracing(const TracedLumen& traced, const std::vector<MeshOpening>& ends, int inlet) {
@@ -201,7 +360,9 @@ private:
         if (traced.branches.empty())
             throw io::InputError("no vessel was found inside the surface; a lumen is accepted");
         if (traced.spurs > 0) note("{} bulges shorter than two radii are not branches", traced.spurs);
-        for (const VesselTip& tip : traced.tips) note("a branch ends blind at {}", io::place_text(tip.apex));
+        if (!traced.tips.empty())
+            note("{} branch{} blind; --end X,Y,Z cuts one open [mm]: {}", traced.tips.size(),
+                 traced.tips.size() == 1 ? " ends" : "es end", list_of(traced.tips));
         if (traced.loops > 0)
             warned("{} branch{} in another: a loop, which is kept", traced.loops,
                    traced.loops == 1 ? " ends" : "es end");

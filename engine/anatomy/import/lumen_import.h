@@ -15,8 +15,10 @@ namespace anatomy {
 struct ImportOptions {
     std::string unit;                     // of the mesh's numbers: mm, cm or m
     std::optional<geometry::Vec3> inlet;  // near the end where wires enter [mm]; default: the largest end
-    std::filesystem::path centrelines;    // as load_centrelines reads them; empty = they are traced
-    int threads = 2;                      // the anatomy has the same bits for any number
+    std::vector<geometry::Vec3> ends;   // near closed tips that are cut open [mm]; default: all, where fewer
+                                        // than two ends are open
+    std::filesystem::path centrelines;  // as load_centrelines reads them; empty = they are traced
+    int threads = 2;                    // the anatomy has the same bits for any number
     std::function<void(double part, const char* what)> progress;
 };
 
@@ -27,8 +29,9 @@ struct ImportedLumen {
     std::vector<Check> checks;      // of the anatomy; none fails
 };
 
-/// Repairs the surface, finds its ends and branches and checks the result. A closed lumen is cut open at its
-/// tips. Throws InputError for an unusable mesh: what was found, where, and what is accepted.
+/// Repairs the surface, takes off flat caps, finds ends and branches, cuts off what no wire can enter and
+/// checks the result. A lumen with fewer than two ends is cut open at its tips. Throws InputError for an
+/// unusable mesh: what was found, where, and what is accepted.
 ImportedLumen import_lumen(const std::filesystem::path& mesh, const ImportOptions&);
 
 /// The same for a mesh in memory, in millimetres whatever `unit` was given.

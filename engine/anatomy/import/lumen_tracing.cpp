@@ -1,7 +1,12 @@
 #include "engine/anatomy/import/lumen_tracing.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <numbers>
+#include <unordered_set>
 #include <utility>
 
 #include "engine/anatomy/import/branch_tree.h"
@@ -17,8 +22,11 @@ using geometry::Vec3;
 
 /// A voxel is covered by a ball of a centreline enlarged by this factor: what lies outside is another vessel.
 constexpr double cover = 1.9;
-/// More spurs or tips than this are reported, not followed.
-constexpr int most_tips = 60;
+/// Rays that measure the section of a flat vessel, and how far they may reach, in inscribed radii.
+constexpr int section_fan = 24;
+constexpr double widest_section = 4;
+/// A ray this many times longer than its shorter neighbour has left the section through a side branch.
+constexpr double section_rise = 1.5;
 
 class VoxelTracer {
 public:
@@ -40,10 +48,13 @@ public:
         report(0.1);
         distances_ = voxels_.distances(wall_, options_.threads);
         report(0.5);
-        root_ = inlet_ >= 0 ? behind(inlet_) : farthest(voxels_.nearest(closed_.vertices[0]));
+        root_ = inlet_ >= 0 ? behind(inlet_) : most_steps_from(voxels_, voxels_.nearest(closed_.vertices[0]));
         ways_ = cheapest_ways(voxels_, distances_, root_);
         report(0.75);
-        covered_.assign(static_cast<std::size_t>(voxels_.count()), 0);
+        const auto count = static_cast<std::size_t>(voxels_.count());
+        covered_.assign(count, 0);
+        owner_.assign(count, {});
+        depth_.assign(count, 0);
         follow_ends();
         report(0.9);
         follow_tips();
@@ -65,19 +76,25 @@ private:
         const MeshOpening& at = openings_[opening];
         return voxels_.nearest(at.loop.centroid - voxels_.size() * at.normal);
     }
-    int farthest(int from) const {
-        const VoxelWays ways = cheapest_ways(voxels_, distances_, from);
-        int best = from;
-        for (int i = 0; i < voxels_.count(); ++i)
-            if (ways.reached(i) && ways.length[i] > ways.length[best]) best = i;
-        return best;
-    }
     Polyline way_to(int voxel) const {
         Polyline way;
         for (const int v : ways_.way(voxel)) way.push_back(voxels_.centre(v));
         std::reverse(way.begin(), way.end());
         if (inlet_ >= 0) way.insert(way.begin(), openings_[inlet_].loop.centroid);
         return way;
+    }
+    /// The part of the path from the root to a voxel that lies outside every branch.
+    BranchTree::Own own_part(int voxel) const {
+        BranchTree::Own own{{0, 0}, {}};
+        for (; voxel >= 0; voxel = ways_.from[voxel]) {
+            if (owner_[voxel].branch >= 0) {
+                own.parent = owner_[voxel];
+                break;
+            }
+            own.way.push_back(voxels_.centre(voxel));
+        }
+        std::reverse(own.way.begin(), own.way.end());
+        return own;
     }
 
     void follow_ends() {
@@ -95,10 +112,13 @@ private:
         }
         sort_stems_first(ways, wall_);
         for (const RootedWay& way : ways) {
-            if (tree_.branches.empty())
+            if (tree_.branches.empty()) {
                 tree_.add_root(way.points, true, true);
-            else
-                tree_.add(tree_.own_part(way.points), true);
+            } else {
+                BranchTree::Own own = own_part(behind(way.opening));
+                own.way.push_back(way.points.back());
+                tree_.add(own, true);
+            }
             finish(way.opening);
         }
     }
@@ -107,21 +127,67 @@ private:
     void finish(int opening) {
         result_.end_of_branch.push_back(opening);
         const CentrelineBranch& branch = tree_.branches.back();
-        for (std::size_t i = 0; i < branch.points.size(); ++i)
-            mark(branch.points[i], cover * branch.radii[i]);
+        const int count = static_cast<int>(branch.points.size());
+        double since = std::numeric_limits<double>::infinity();  // the last ball [mm]
+        for (int i = 0; i < count; ++i) {
+            if (i > 0) since += (branch.points[i] - branch.points[i - 1]).norm();
+            if (since >= 0.1 * branch.radii[i] || i + 1 == count) {
+                since = 0;
+                mark(branch.points[i], cover * branch.radii[i]);
+                own(static_cast<int>(tree_.branches.size()) - 1, i);
+            }
+            cover_section(branch, i);
+        }
     }
     void mark(const Vec3& centre, double radius) {
         voxels_.ball(centre, std::max(radius, 2 * voxels_.size()), [this](int v) { covered_[v] = 1; });
     }
+    /// A voxel in the balls of several samples belongs to the one that holds it deepest.
+    void own(int branch, int sample) {
+        const Vec3& centre = tree_.branches[branch].points[sample];
+        const double radius = tree_.branches[branch].radii[sample];
+        voxels_.ball(centre, radius, [&](int v) {
+            const auto power =
+                static_cast<float>((voxels_.centre(v) - centre).squaredNorm() - radius * radius);
+            if (power < depth_[v]) depth_[v] = power, owner_[v] = {branch, sample};
+        });
+    }
+    /// Covers the section of a vessel that is flat, as veins are: what lies on both sides of the centreline
+    /// as far as the nearer of the two walls.
+    void cover_section(const CentrelineBranch& branch, int sample) {
+        const int last = static_cast<int>(branch.points.size()) - 1;
+        const Vec3& centre = branch.points[sample];
+        const double radius = branch.radii[sample];
+        const Vec3 along = branch.points[std::min(last, sample + 2)] - branch.points[std::max(0, sample - 2)];
+        if (along.norm() == 0) return;
+        const Vec3 u = along.normalized().unitOrthogonal(), v = along.normalized().cross(u);
+        constexpr int half = section_fan / 2;
+        std::array<Vec3, half> direction;
+        std::array<double, half> reach;
+        for (int k = 0; k < half; ++k) {
+            const double angle = std::numbers::pi * k / half;
+            direction[k] = std::cos(angle) * u + std::sin(angle) * v;
+            reach[k] = std::min({wall_.first_hit(centre, direction[k]),
+                                 wall_.first_hit(centre, -direction[k]), widest_section * radius});
+        }
+        for (int k = 0; k < half; ++k) {
+            const double beside = std::min(reach[(k + 1) % half], reach[(k + half - 1) % half]);
+            const double most = std::min(reach[k], section_rise * beside);
+            for (double at = cover * radius; at < most; at += voxels_.size()) {
+                for (const double side : {-at, at}) mark(centre + side * direction[k], 0.15 * at);
+            }
+        }
+    }
 
     void follow_tips() {
-        while (static_cast<int>(result_.tips.size()) + result_.spurs < most_tips) {
-            int tip = -1;
-            for (int v = 0; v < voxels_.count(); ++v) {
-                if (covered_[v] || !ways_.reached(v)) continue;
-                if (tip < 0 || ways_.length[v] > ways_.length[tip]) tip = v;
-            }
-            if (tip < 0) break;
+        std::vector<int> farthest_first;
+        for (int v = 0; v < voxels_.count(); ++v)
+            if (!covered_[v] && ways_.reached(v)) farthest_first.push_back(v);
+        std::stable_sort(farthest_first.begin(), farthest_first.end(),
+                         [this](int a, int b) { return ways_.length[a] > ways_.length[b]; });
+        for (const int tip : farthest_first) {
+            if (covered_[tip]) continue;
+            if (static_cast<int>(result_.tips.size()) > options_.most_tips) break;
             if (tree_.branches.empty())
                 first_blind(tip);
             else
@@ -140,16 +206,15 @@ private:
         }
         trim_tip(way, wall_);
         tree_.add_root(way, !from_tip, false);
-        if (from_tip) result_.tips.push_back(tip_of(tree_.branches[0], voxels_.centre(root_), true));
-        result_.tips.push_back(tip_of(tree_.branches[0], voxels_.centre(tip), false));
+        if (from_tip) result_.tips.push_back(tip_of(tree_.branches, 0, voxels_.centre(root_), true));
+        result_.tips.push_back(tip_of(tree_.branches, 0, voxels_.centre(tip), false));
         finish(-1);
         if (from_tip) mark_near(root_, 2 * tree_.branches[0].radii.front());
         mark_near(tip, 2 * tree_.branches[0].radii.back());
     }
 
     void follow_tip(int tip) {
-        const Polyline whole = way_to(tip);
-        const BranchTree::Own own = tree_.own_part(whole);
+        const BranchTree::Own own = own_part(tip);
         const double width = std::max(voxels_.size(), tree_.width(own)),
                      length = geometry::length_of(own.way);
         if (tree_.is_spur(own)) {
@@ -157,8 +222,7 @@ private:
             mark_near(tip, std::max(2 * width, length));
             return;
         }
-        if (const Polyline other = across(tip, own.way, width); !other.empty()) {
-            const BranchTree::Own back = tree_.own_part(other);
+        if (const BranchTree::Own back = across(tip, own.way, width); !back.way.empty()) {
             BranchTree::Own ring = own;
             ring.way.insert(ring.way.end(), back.way.rbegin(), back.way.rend());
             tree_.add(ring, false, back.parent);
@@ -170,19 +234,26 @@ private:
         BranchTree::Own trimmed = own;
         trim_tip(trimmed.way, wall_);
         tree_.add(trimmed, false);
-        result_.tips.push_back(tip_of(tree_.branches.back(), voxels_.centre(tip), false));
+        result_.tips.push_back(
+            tip_of(tree_.branches, static_cast<int>(tree_.branches.size()) - 1, voxels_.centre(tip), false));
         finish(-1);
         mark_near(tip, 2 * tree_.branches.back().radii.back());
     }
     void mark_near(int tip, double radius) { mark(voxels_.centre(tip), radius); }
 
-    /// The path to the other side where two fronts of paths have met at the tip; else empty.
-    Polyline across(int tip, const Polyline& own, double width) const {
-        Polyline best;
+    /// The own part of the path to the other side where two fronts of paths have met at the tip; else empty.
+    BranchTree::Own across(int tip, const Polyline& own, double width) const {
+        BranchTree::Own best;
         double longest = 0;
+        std::unordered_set<int> on_way;
+        for (int v = tip; v >= 0 && owner_[v].branch < 0; v = ways_.from[v]) on_way.insert(v);
+        const auto joins_way = [&](int v) {
+            while (v >= 0 && owner_[v].branch < 0 && !on_way.contains(v)) v = ways_.from[v];
+            return v >= 0 && on_way.contains(v);
+        };
         voxels_.ball(voxels_.centre(tip), 2.5 * voxels_.size(), [&](int v) {
-            if (!ways_.reached(v) || ways_.from[v] < 0) return;
-            const BranchTree::Own other = tree_.own_part(way_to(v));
+            if (!ways_.reached(v) || ways_.from[v] < 0 || joins_way(v)) return;
+            const BranchTree::Own other = own_part(v);
             std::size_t apart = 0;
             for (const Vec3& p : other.way) {
                 double least = std::numeric_limits<double>::infinity();
@@ -192,7 +263,7 @@ private:
             const double length = geometry::length_of(other.way);
             if (2 * apart < other.way.size() || length < 2 * width || length < longest) return;
             longest = length;
-            best = way_to(v);
+            best = other;
         });
         return best;
     }
@@ -207,6 +278,8 @@ private:
     std::vector<float> distances_;
     VoxelWays ways_;
     std::vector<char> covered_;
+    std::vector<BranchSample> owner_;  // of each voxel in the ball of a sample
+    std::vector<float> depth_;         // of the voxel in that ball: squared distance minus squared radius
     int root_ = -1;
     TracedLumen result_;
 };

@@ -10,17 +10,21 @@
 namespace anatomy {
 
 struct TracingOptions {
-    double voxel = 0;  // [mm]
-    double step = 0;   // between samples of a centreline [mm]
-    int threads = 1;   // the branches have the same bits for any number
+    double voxel = 0;     // [mm]
+    double step = 0;      // between samples of a centreline [mm]
+    int most_tips = 500;  // more are not followed
+    int threads = 1;      // the branches have the same bits for any number
     std::function<void(double)> progress;
 };
 
 /// A blind end of the lumen, where it can be cut open.
 struct VesselTip {
-    geometry::Vec3 apex, centre;  // the far wall, and the last point of the centreline [mm]
-    geometry::Vec3 outward;       // unit
-    double radius = 0;            // [mm]
+    geometry::Vec3 apex = geometry::Vec3::Zero();     // the far wall [mm]
+    geometry::Vec3 centre = geometry::Vec3::Zero();   // the last point of the centreline [mm]
+    geometry::Vec3 outward = geometry::Vec3::Zero();  // unit
+    double radius = 0;                                // [mm]
+    int branch = 0;                                   // that ends here
+    bool at_start = false;                            // of that branch: it is the root
 };
 
 struct TracedLumen {

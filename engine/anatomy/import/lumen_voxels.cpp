@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <queue>
+#include <utility>
 
 #include "physics/geometry/parallel.h"
 
@@ -179,34 +180,49 @@ VoxelWays cheapest_ways(const LumenVoxels& voxels, std::span<const float> distan
     const int count = voxels.count();
     VoxelWays ways{std::vector<int>(count, -1),
                    std::vector<float>(count, std::numeric_limits<float>::infinity())};
-    std::vector<double> cost(count, std::numeric_limits<double>::infinity());
-    std::vector<float> per_mm(count);
+    std::vector<float> cost(count, std::numeric_limits<float>::infinity()), per_mm(count);
     const double least = 0.1 * voxels.size();
     for (int i = 0; i < count; ++i) {
         const double d = std::max<double>(least, distances[i]);
-        per_mm[i] = static_cast<float>(1 / (d * d));
+        per_mm[i] = static_cast<float>(0.5 / (d * d));
     }
-    using Entry = std::pair<double, int>;
+    // Costs are not negative, so that their bits order as they do: cost and voxel make one number.
+    using Entry = std::uint64_t;
+    const auto entry = [](float at, int voxel) {
+        return static_cast<Entry>(std::bit_cast<std::uint32_t>(at)) << 32 | static_cast<std::uint32_t>(voxel);
+    };
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
     cost[root] = 0, ways.length[root] = 0;
-    open.emplace(0.0, root);
-    const double size = voxels.size();
-    const std::array<double, 4> step = {0, size, size * std::sqrt(2.0), size * std::sqrt(3.0)};
+    open.push(entry(0, root));
+    const auto size = static_cast<float>(voxels.size());
+    const std::array<float, 4> step = {0, size, size * std::sqrt(2.0f), size * std::sqrt(3.0f)};
     while (!open.empty()) {
-        const double at = open.top().first;
-        const int i = open.top().second;
+        const float at = std::bit_cast<float>(static_cast<std::uint32_t>(open.top() >> 32));
+        const int i = static_cast<int>(open.top() & 0xffffffff);
         open.pop();
         if (at > cost[i]) continue;
         voxels.neighbours(i, [&](int j, int steps) {
-            const double next = at + 0.5 * step[steps] * (per_mm[i] + per_mm[j]);
+            const float next = at + step[steps] * (per_mm[i] + per_mm[j]);
             if (next >= cost[j]) return;
             cost[j] = next;
             ways.from[j] = i;
-            ways.length[j] = ways.length[i] + static_cast<float>(step[steps]);
-            open.emplace(next, j);
+            ways.length[j] = ways.length[i] + step[steps];
+            open.push(entry(next, j));
         });
     }
     return ways;
+}
+
+int most_steps_from(const LumenVoxels& voxels, int root) {
+    std::vector<char> seen(voxels.count(), 0);
+    std::vector<int> reached = {root};
+    seen[root] = 1;
+    for (std::size_t next = 0; next < reached.size(); ++next) {
+        voxels.neighbours(reached[next], [&](int j, int) {
+            if (!std::exchange(seen[j], 1)) reached.push_back(j);
+        });
+    }
+    return reached.back();
 }
 
 }  // namespace anatomy

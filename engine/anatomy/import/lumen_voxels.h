@@ -86,4 +86,7 @@ struct VoxelWays {
 };
 VoxelWays cheapest_ways(const LumenVoxels&, std::span<const float> distances, int root);
 
+/// A voxel that takes the most steps to reach from this one.
+int most_steps_from(const LumenVoxels&, int root);
+
 }  // namespace anatomy

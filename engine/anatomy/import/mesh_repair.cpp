@@ -9,6 +9,9 @@
 #include <unordered_map>
 #include <utility>
 
+#include "engine/anatomy/anatomy_check.h"
+#include "engine/anatomy/import/edge_uses.h"
+#include "engine/anatomy/import/flat_caps.h"
 #include "engine/anatomy/import/hole_filling.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
@@ -20,37 +23,6 @@ namespace {
 using geometry::TriangleMesh;
 using geometry::Vec3;
 using Triangle = std::array<int, 3>;
-
-/// The triangles on every edge, edges in order.
-struct EdgeUses {
-    struct Use {
-        int low, high, triangle;
-        bool forward;  // the triangle runs from low to high
-    };
-    std::vector<Use> uses;
-
-    explicit EdgeUses(const std::vector<Triangle>& triangles) {
-        uses.reserve(3 * triangles.size());
-        for (int t = 0; t < static_cast<int>(triangles.size()); ++t) {
-            for (int k = 0; k < 3; ++k) {
-                const int a = triangles[t][k], b = triangles[t][(k + 1) % 3];
-                uses.push_back({std::min(a, b), std::max(a, b), t, a < b});
-            }
-        }
-        std::sort(uses.begin(), uses.end(), [](const Use& p, const Use& q) {
-            return std::tie(p.low, p.high, p.triangle) < std::tie(q.low, q.high, q.triangle);
-        });
-    }
-    /// Calls visit(first, last) for the uses of every edge.
-    template <class Visit>
-    void each(Visit visit) const {
-        for (std::size_t i = 0, j; i < uses.size(); i = j) {
-            for (j = i + 1; j < uses.size() && uses[j].low == uses[i].low && uses[j].high == uses[i].high;)
-                ++j;
-            visit(uses.data() + i, uses.data() + j);
-        }
-    }
-};
 
 void remove(std::vector<Triangle>& triangles, const std::vector<char>& gone) {
     std::size_t kept = 0;
@@ -82,7 +54,9 @@ std::vector<MeshOpening> openings(const TriangleMesh& mesh,
         for (std::size_t i = 0; i < count; ++i) {
             opening.normal += (rim(i) - centre).cross(rim(i + 1) - centre);
             const double edge = (rim(i + 1) - rim(i)).norm();
-            opening.radius += edge * ((rim(i) + rim(i + 1)) / 2 - centre).norm();
+            const double from = (rim(i) - centre).norm(), to = (rim(i + 1) - centre).norm(),
+                         between = ((rim(i) + rim(i + 1)) / 2 - centre).norm();
+            opening.radius += edge * (from + 4 * between + to) / 6;
             length += edge;
         }
         opening.loop.centroid = centre;
@@ -112,6 +86,7 @@ public:
     RepairedLumen done() {
         weld_near();
         drop_doubles();
+        remember_rims();
         drop_fins();
         drop_islands();
         if (mesh_.triangles.size() < 4) {
@@ -121,6 +96,7 @@ public:
         }
         orient();
         fill_holes();
+        open_caps();
         RepairedLumen result;
         result.mesh = compact();
         result.ends = openings_of(result.mesh);
@@ -196,6 +172,20 @@ private:
             if (sorted[i].first == sorted[i - 1].first) gone[sorted[i].second] = 1, ++count;
         remove(mesh_.triangles, gone);
         if (count > 0) mended(fmt::format("{} double triangles were dropped", count));
+    }
+
+    void remember_rims() {
+        EdgeUses(mesh_.triangles).each([&](const auto* first, const auto* last) {
+            if (last - first == 1) rims_.add(first->low, first->high);
+        });
+    }
+    /// Whether most of a rim was open before triangles were dropped.
+    bool was_open(const geometry::BoundaryLoop& loop) const {
+        const std::size_t count = loop.vertices.size();
+        std::size_t open = 0;
+        for (std::size_t i = 0; i < count; ++i)
+            open += rims_.holds(loop.vertices[i], loop.vertices[(i + 1) % count]);
+        return 2 * open >= count;
     }
 
     /// Of three or more triangles on an edge, those that lead nowhere are dropped first.
@@ -366,11 +356,13 @@ private:
     }
 
     void fill_holes() {
+        given_triangles_ = static_cast<int>(mesh_.triangles.size());
         int count = 0;
         std::string list;
         EdgeSet edges(mesh_);
         for (const MeshOpening& opening : openings(mesh_, simple_loops())) {
-            if (opening.is_end()) continue;
+            if (opening.is_end() && opening.inscribed >= thinnest_wire_radius() && was_open(opening.loop))
+                continue;
             fill_hole(mesh_, edges, opening.loop);
             if (++count <= 10)
                 list += fmt::format("{} {} r {:.2f}", count > 1 ? "," : "",
@@ -384,6 +376,41 @@ private:
                 fmt::format("{} edges are still shared by three triangles after mending; a surface "
                             "without them is accepted: repair the mesh in a mesh editor",
                             left.non_manifold_edges));
+    }
+
+    /// Takes off the flat caps that close vessels. What was filled as a hole is no cap.
+    void open_caps() {
+        std::vector<FlatCap> caps = flat_caps(mesh_);
+        std::erase_if(caps, [this](const FlatCap& cap) {
+            const auto own = std::lower_bound(cap.triangles.begin(), cap.triangles.end(), given_triangles_);
+            return 2 * (own - cap.triangles.begin()) < static_cast<std::ptrdiff_t>(cap.triangles.size());
+        });
+        if (caps.empty()) return;
+        const auto without = [this, &caps] {
+            TriangleMesh mesh = mesh_;
+            std::vector<char> gone(mesh.triangles.size(), 0);
+            for (const FlatCap& cap : caps)
+                for (const int t : cap.triangles) gone[t] = 1;
+            remove(mesh.triangles, gone);
+            return mesh;
+        };
+        const TriangleMesh opened = without();
+        const std::vector<MeshOpening> ends = openings_of(opened);
+        std::erase_if(caps, [&ends](const FlatCap& cap) {
+            return std::none_of(ends.begin(), ends.end(), [&cap](const MeshOpening& end) {
+                return end.is_end() && (end.loop.centroid - cap.centre).norm() < 0.1 * cap.radius;
+            });
+        });
+        if (caps.empty()) return;
+        mesh_ = without();
+        std::string list;
+        for (std::size_t k = 0; k < caps.size() && k < 10; ++k)
+            list += fmt::format("{} {} r {:.2f}", k > 0 ? "," : "", io::place_text(caps[k].centre),
+                                caps[k].radius);
+        if (caps.size() > 10) list += fmt::format(" and {} more", caps.size() - 10);
+        mended(fmt::format("{} flat cap{} taken off: {} [mm]:{}", caps.size(),
+                           caps.size() == 1 ? " was" : "s were",
+                           caps.size() == 1 ? "the vessel ends there" : "the vessels end there", list));
     }
 
     TriangleMesh compact() const {
@@ -405,10 +432,19 @@ private:
     }
 
     TriangleMesh mesh_;
+    EdgeSet rims_{TriangleMesh{}};  // edges of one triangle in the surface as given
+    int given_triangles_ = 0;       // those after them fill holes
     std::vector<Finding> findings_;
 };
 
 }  // namespace
+
+std::string text_of(const Finding& finding) {
+    const char* kind = finding.kind == Finding::Kind::Mended   ? "mended: "
+                       : finding.kind == Finding::Kind::Warned ? "note: "
+                                                               : "found: ";
+    return kind + finding.text;
+}
 
 std::vector<MeshOpening> openings_of(const TriangleMesh& mesh) {
     std::vector<MeshOpening> all = openings(mesh, geometry::topology(mesh).loops);

@@ -14,6 +14,8 @@ struct Finding {
     Kind kind = Kind::Noted;
     std::string text;
 };
+/// "mended: …", "note: …" for a warning, "found: …".
+std::string text_of(const Finding&);
 
 /// An opening of the surface, with the lumen behind it.
 struct MeshOpening {
@@ -25,7 +27,8 @@ struct MeshOpening {
 
     /// Whether a vessel ends here; otherwise a piece of its wall is missing.
     bool is_end() const {
-        return loop.vertices.size() > 3 && radius >= 0.6 * inscribed && uneven <= 0.2 * radius;
+        return loop.vertices.size() > 3 && radius >= 0.6 * inscribed && inscribed >= 0.15 * radius &&
+               uneven <= 0.2 * radius;
     }
 };
 
@@ -40,7 +43,8 @@ struct RepairedLumen {
 std::vector<MeshOpening> openings_of(const geometry::TriangleMesh&);
 
 /// Welds corners closer than a millionth of the diagonal, drops degenerate and duplicate triangles, fins and
-/// islands, turns all triangles outward and fills holes. Throws InputError for a surface without an inside.
+/// islands, turns all triangles outward, fills holes and takes off the flat caps of vessels. Throws
+/// InputError for a surface without an inside.
 RepairedLumen repaired(const geometry::TriangleMesh&);
 
 }  // namespace anatomy

@@ -35,7 +35,9 @@ TEST(MeshCut, OpensATubeWithOneLoopInThePlane) {
     geometry::TriangleMesh mesh = test::tube(2, 20);
     mesh = geometry::capped(mesh, geometry::topology(mesh).loops);
     const Vec3 normal = Vec3(1, 0.1, 0).normalized(), centre(16, 0, 0);
-    const geometry::TriangleMesh cut = cut_beyond(mesh, centre, normal, {20, 0, 0});
+    MeshCut cutting(mesh);
+    ASSERT_TRUE(cutting.beyond(centre, normal, {20, 0, 0}, 10, 3));
+    const geometry::TriangleMesh cut = cutting.result();
     const geometry::Topology found = geometry::topology(cut);
     ASSERT_EQ(found.loops.size(), 1u);
     EXPECT_EQ(found.non_manifold_edges, 0);
