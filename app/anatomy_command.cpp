@@ -12,6 +12,7 @@
 #include "engine/anatomy/grow/vessel_file.h"
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/import/import_run.h"
+#include "engine/io/error.h"
 #include "engine/io/text.h"
 
 namespace app {
@@ -39,7 +40,8 @@ private:
     anatomy::GenerateRequest request_;
     std::vector<std::string> stenoses_, aneurysms_, tortuosities_;
     anatomy::ImportRequest import_request_;
-    std::vector<double> inlet_, opened_;
+    std::vector<double> inlet_, opened_, landmark_;
+    std::vector<std::string> names_;
     std::string checked_, shown_, picture_;
 };
 
@@ -104,8 +106,21 @@ void AnatomyCommand::add_import() {
     anatomy::ImportRequest& request = import_request_;
     import_ =
         command_->add_subcommand("import", "Mend the mesh of a lumen and find its ends, branches and radii");
-    import_->add_option("mesh", request.mesh, "STL, OBJ or PLY of the lumen's surface")->required();
+    import_
+        ->add_option(
+            "mesh", request.mesh,
+            "The lumen's surface: STL, OBJ, PLY, OFF, glTF (.glb, .gltf) or VTK PolyData (.vtp, .vtk)")
+        ->required();
     import_->add_option("--unit", request.options.unit, "Of the mesh's numbers: mm, cm or m");
+    import_->add_option("--scale", request.options.frame.scale, "Factor after the unit");
+    import_->add_option(
+        "--axes", request.options.frame.axes,
+        "Of the file: lps (+x left, +y back, as everywhere here), or ras, as some programs write");
+    import_
+        ->add_option("--rotate", request.options.frame.rotations,
+                     "AXIS:DEG, such as x:90, about the origin and after --axes; again for more, in order")
+        ->take_all()
+        ->allow_extra_args(false);
     import_->add_option("--inlet", inlet_, "X,Y,Z in mm near the end that wires come in by; else the largest")
         ->delimiter(',')
         ->expected(3);
@@ -116,11 +131,32 @@ void AnatomyCommand::add_import() {
         ->delimiter(',')
         ->expected(3)
         ->take_all();
-    import_->add_option("--centrelines", request.options.centrelines,
-                        "Take these: JSON {\"name\": [[x, y, z, r], …]} in the mesh's unit, or CSV "
-                        "branch,x_mm,y_mm,z_mm[,r_mm]");
+    import_
+        ->add_option(
+            "--centrelines", request.options.centrelines,
+            "Take these, with their names: VTK PolyData (.vtp, .vtk, as of VMTK), SimVascular's .pth, JSON "
+            "{\"name\": [[x, y, z, r], …]}, all in the mesh's unit, or CSV branch,x_mm,y_mm,z_mm[,r_mm]; "
+            "again for more files")
+        ->take_all()
+        ->allow_extra_args(false);
     import_->add_option("--out", request.out, "Folder for NAME.anatomy.json and NAME.stl")->required();
-    import_->add_option("--name", request.name, "NAME; else the mesh's");
+    import_
+        ->add_option(
+            "--name", names_,
+            "NAME of the files, else the mesh's; or END=X,Y,Z in mm: the end there, its branch and its "
+            "target are called END (a branch without the .in or .out of END); again for more")
+        ->take_all()
+        ->allow_extra_args(false);
+    import_->add_option("--body", request.body, "Where this is: pelvis, abdomen, chest or head");
+    import_
+        ->add_option(
+            "--landmark", landmark_,
+            "X,Y,Z in mm of the aortic bifurcation (pelvis, abdomen), the aortic valve (chest) or the "
+            "sella (head); else a guess, which is printed")
+        ->delimiter(',')
+        ->expected(3);
+    import_->add_option("--scenario", request.scenario,
+                        "File for the scenario that is printed at the end (.toml)");
     import_->add_option("--threads", request.options.threads, "Threads; the anatomy does not depend on them")
         ->check(CLI::Range(1, 256));
     import_->footer("Exit codes: 0 done, 2 bad input; nothing is then written.");
@@ -131,6 +167,19 @@ int AnatomyCommand::import() {
     if (!inlet_.empty()) request.options.inlet = {inlet_[0], inlet_[1], inlet_[2]};
     for (std::size_t i = 0; i + 2 < opened_.size(); i += 3)
         request.options.ends.emplace_back(opened_[i], opened_[i + 1], opened_[i + 2]);
+    if (!landmark_.empty()) request.landmark = {landmark_[0], landmark_[1], landmark_[2]};
+    for (const std::string& name : names_) {
+        if (name.find('=') != std::string::npos) {
+            request.options.names.push_back(anatomy::parse_named_place(name));
+        } else if (request.name.empty()) {
+            request.name = name;
+        } else {
+            throw io::InputError(
+                fmt::format("--name: '{}' and '{}' were given for the files; one is accepted, "
+                            "and END=X,Y,Z for each end",
+                            request.name, name));
+        }
+    }
     request.program = program;
     anatomy::ImportOutcome outcome;
     {

@@ -87,7 +87,8 @@ const std::map<std::string, Names> third_party = {
     {"unsupported", {"engine/exercise"}},  // Eigen's Fourier transform
     {"embree3", {"physics/geometry/embree_mesh.h"}},
     {"png.h", {"render/picture"}},
-    {"libdeflate.h", {"render/picture"}},
+    {"libdeflate.h", {"engine/anatomy", "render/picture"}},
+    {"pugixml.hpp", {"engine/anatomy", "engine/anatomy/import"}},
     {"GL", {"app/play/gl.h", "render/picture/gl_context.h", "render/picture/offscreen.cpp"}},
     {"glm", {"app/play", "render/xray", "render/xray/gl_camera.h"}},
     {"imgui.h", {"app/play", "app/play/theme.h", "render/panel"}},

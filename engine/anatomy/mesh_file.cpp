@@ -10,7 +10,12 @@
 #include <fmt/format.h>
 #include <fstream>
 
+#include "engine/anatomy/gltf_check.h"
+#include "engine/anatomy/polydata.h"
+#include "engine/anatomy/text_mesh.h"
+#include "engine/anatomy/text_scanner.h"
 #include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "physics/geometry/mesh_topology.h"
 
 namespace anatomy {
@@ -20,9 +25,9 @@ namespace fs = std::filesystem;
 
 /// A triangle needs about this much memory while it is read and welded, as measured [bytes].
 constexpr double bytes_per_triangle = 450;
-constexpr double most_triangles = 4e6;
 /// Least bytes per triangle in files of each kind.
-constexpr double binary_stl = 50, text_stl = 120, other = 16;
+constexpr double binary_stl = 50, text_stl = 100, off = 8, gltf = 6, other = 16;
+constexpr const char* kinds = "an STL, OBJ, PLY, OFF, VTP, VTK, GLB or glTF file is accepted";
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& found) {
     throw io::InputError(path.string() + ": " + found);
@@ -45,26 +50,23 @@ std::string text_at(std::ifstream& stream, std::uintmax_t from, std::size_t coun
     return text;
 }
 
-/// Compares the triangle count in a binary STL's header with the file's size before anything else is read.
-void check_stl(const fs::path& path, std::ifstream& stream, std::uintmax_t size) {
+/// Whether this is a text STL. A binary one's triangle count is compared with the file's size before anything
+/// else is read.
+bool is_text_stl(const fs::path& path, std::ifstream& stream, std::uintmax_t size) {
     const std::string head = text_at(stream, 0, 1024);
     std::uint32_t count = 0;
     if (head.size() >= 84) std::memcpy(&count, head.data() + 80, sizeof count);
     const std::uintmax_t promised = 84 + std::uintmax_t{50} * count;
     if (head.size() >= 84 && count > 0 && promised == size) {
         check_count(path, static_cast<double>(size) / binary_stl);
-        return;
+        return false;
     }
     if (head.size() == 84 && count == 0)
         refuse(path, "a binary STL of 0 triangles was found; the surface of a lumen is accepted");
     const std::size_t word = std::min(head.find_first_not_of(" \t\r\n"), head.size());
-    if (head.compare(word, 5, "solid") == 0 && head.find("facet") != std::string::npos) {
+    if (same_word(std::string_view(head).substr(word, 5), "solid") && head.find('\0') == std::string::npos) {
         check_count(path, static_cast<double>(size) / text_stl);
-        const std::size_t tail = 1024;
-        if (text_at(stream, size > tail ? size - tail : 0, tail).find("endsolid") == std::string::npos)
-            refuse(path,
-                   "a text STL without 'endsolid' was found: its end is missing; a whole file is accepted");
-        return;
+        return true;
     }
     refuse(path, fmt::format(
                      "{} bytes were found where the header of a binary STL promises {} triangles, {} bytes; "
@@ -72,39 +74,23 @@ void check_stl(const fs::path& path, std::ifstream& stream, std::uintmax_t size)
                      size, count, promised));
 }
 
-void check_before_reading(const fs::path& path) {
-    std::error_code ignored;
-    std::ifstream stream(path, std::ios::binary);
-    if (!fs::is_regular_file(path, ignored) || !stream)
-        refuse(path, "no such mesh can be read; an STL, OBJ or PLY file is accepted");
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    const std::uintmax_t size = fs::file_size(path, ignored);
-    if (extension == ".stl") {
-        check_stl(path, stream, size);
-    } else if (extension == ".obj" || extension == ".ply") {
-        check_count(path, static_cast<double>(size) / (extension == ".obj" ? 2 * other : other));
-        const std::string head = text_at(stream, 0, 4096);
-        if (head.find('\0') != std::string::npos && extension == ".obj")
-            refuse(path, "this is not text, as an OBJ file is; an STL, OBJ or PLY file is accepted");
-    } else {
-        refuse(path,
-               fmt::format("a mesh named '{}' is not read; .stl, .obj and .ply are accepted", extension));
-    }
+geometry::TriangleMesh from_polydata(const fs::path& path) {
+    PolyData data = load_polydata(path);
+    if (data.triangles.empty())
+        refuse(path, fmt::format("it has {} points and {} lines, but no triangles; the surface of a lumen is "
+                                 "accepted{}",
+                                 data.points.size(), data.lines.size(),
+                                 data.lines.empty() ? "" : ", and lines by --centrelines"));
+    return {std::move(data.points), std::move(data.triangles)};
 }
 
-}  // namespace
-
-geometry::TriangleMesh load_mesh(const fs::path& path) {
-    check_before_reading(path);
+geometry::TriangleMesh by_assimp(const fs::path& path) {
     Assimp::Importer importer;
-    // Normals are not needed, and STL's would keep its corners apart: the corners are welded below.
+    // Normals are not needed, and STL's would keep its corners apart: the corners are welded below. Nodes of
+    // a glTF file place its meshes; what they scale is left to the unit that the user gives.
     const aiScene* scene =
         importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices);
-    if (!scene)
-        refuse(path, fmt::format("not a readable mesh ({}); an STL, OBJ or PLY file is accepted",
-                                 importer.GetErrorString()));
+    if (!scene) refuse(path, fmt::format("not a readable mesh ({}); {}", importer.GetErrorString(), kinds));
 
     geometry::TriangleMesh mesh;
     for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
@@ -118,12 +104,52 @@ geometry::TriangleMesh load_mesh(const fs::path& path) {
         for (unsigned f = 0; f < part.mNumFaces; ++f) {
             const aiFace& face = part.mFaces[f];
             if (face.mNumIndices != 3) continue;  // points and lines
+            for (unsigned k = 0; k < 3; ++k)
+                if (face.mIndices[k] >= part.mNumVertices)
+                    refuse(path, fmt::format("face {} names corner {}; 0 to {} is accepted", f,
+                                             face.mIndices[k], static_cast<int>(part.mNumVertices) - 1));
             mesh.triangles.push_back({first + static_cast<int>(face.mIndices[0]),
                                       first + static_cast<int>(face.mIndices[1]),
                                       first + static_cast<int>(face.mIndices[2])});
         }
     }
-    importer.FreeScene();
+    return mesh;
+}
+
+geometry::TriangleMesh read_by_kind(const fs::path& path) {
+    std::error_code ignored;
+    std::ifstream stream(path, std::ios::binary);
+    if (!fs::is_regular_file(path, ignored) || !stream)
+        refuse(path, fmt::format("no such mesh can be read; {}", kinds));
+    std::string extension = path.extension().string();
+    std::transform(extension.begin(), extension.end(), extension.begin(),
+                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::uintmax_t size = fs::file_size(path, ignored);
+    const auto whole_text = [&](double least_per_triangle) {
+        check_count(path, static_cast<double>(size) / least_per_triangle);
+        return io::read_text(path, "mesh", kinds);
+    };
+    if (extension == ".vtp" || extension == ".vtk") return from_polydata(path);
+    if (extension == ".off") return parse_off(whole_text(off), path.string());
+    if (extension == ".stl") {
+        if (is_text_stl(path, stream, size)) return parse_text_stl(whole_text(text_stl), path.string());
+    } else if (extension == ".glb" || extension == ".gltf") {
+        check_gltf(whole_text(gltf), path);
+    } else if (extension == ".obj" || extension == ".ply") {
+        check_count(path, static_cast<double>(size) / (extension == ".obj" ? 2 * other : other));
+        const std::string head = text_at(stream, 0, 4096);
+        if (head.find('\0') != std::string::npos && extension == ".obj")
+            refuse(path, fmt::format("this is not text, as an OBJ file is; {}", kinds));
+    } else {
+        refuse(path, fmt::format("a mesh named '{}' is not read; {}", extension, kinds));
+    }
+    return by_assimp(path);
+}
+
+}  // namespace
+
+geometry::TriangleMesh load_mesh(const fs::path& path) {
+    const geometry::TriangleMesh mesh = read_by_kind(path);
     if (mesh.triangles.empty()) refuse(path, "the mesh has no triangles; a surface of triangles is accepted");
     return geometry::welded(mesh);
 }

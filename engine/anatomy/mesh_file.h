@@ -1,5 +1,5 @@
 #pragma once
-/// A mesh from a file of any format that assimp reads (STL, OBJ, PLY).
+/// A mesh from a file: STL, OBJ, PLY, OFF, VTK's PolyData (.vtp, .vtk), glTF (.glb, .gltf).
 
 #include <filesystem>
 
@@ -7,9 +7,12 @@
 
 namespace anatomy {
 
+/// A mesh of more is refused: it would need about 2 GB of memory.
+inline constexpr double most_triangles = 4e6;
+
 /// All triangles of the file in its own units; corners equal to the bit are welded. Throws InputError when
-/// the file is missing, of another kind, empty, truncated, or holds numbers that are not finite; and, before
-/// reading it, when it would need more than about 2 GB of memory.
+/// the file is missing, of another kind, empty, truncated, inconsistent, or holds numbers that are not
+/// finite.
 geometry::TriangleMesh load_mesh(const std::filesystem::path&);
 
 }  // namespace anatomy

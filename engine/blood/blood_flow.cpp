@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <limits>
 #include <numbers>
-#include <string_view>
 
+#include "engine/anatomy/organs.h"
 #include "engine/io/error.h"
 #include "physics/geometry/polyline.h"
 
@@ -21,55 +21,30 @@ namespace {
 constexpr double cubic_mm_per_ml = 1000.0;
 constexpr double tissue_density = 1.05;  // [g/ml]
 
-/// The organ behind an end. `demand`: flow at rest per radius cubed relative to a leg's, chosen so that the
-/// generated vessels come near published flows: common femoral artery 350 ± 141 ml/min (Ultrasound Med Biol
-/// 1986;12:777), infrarenal aorta 17.5 ± 5.4 ml/s (Les 2010), both kidneys 1.1 l/min, an internal carotid 250
-/// ml/min (textbook values). The demands of gut, heart and trunk, and all perfusions and transit times of
-/// blood through the small vessels where contrast blushes, are estimates of textbook order.
-struct Organ {
-    std::string_view name;
+/// What the tissue behind an end takes. `demand`: flow at rest per radius cubed relative to a leg's, chosen
+/// so that the generated vessels come near published flows: common femoral artery 350 ± 141 ml/min
+/// (Ultrasound Med Biol 1986;12:777), infrarenal aorta 17.5 ± 5.4 ml/s (Les 2010), both kidneys 1.1 l/min, an
+/// internal carotid 250 ml/min (textbook values). The demands of gut, heart and trunk, and all perfusions and
+/// transit times of blood through the small vessels where contrast blushes, are estimates of textbook order.
+struct Supply {
+    anatomy::Organ organ;
     double demand;     // [-]
     double perfusion;  // [ml/min per 100 g]
     double transit;    // [s]
-    std::array<std::string_view, 24> branches;
 };
-constexpr std::array<Organ, 6> organs = {{
-    {"leg", 1.0, 3.0, 15.0, {"LCFA", "RCFA", "LIIA", "RIIA", "LSA", "RSA", "LECA", "RECA"}},
-    {"kidney", 4.0, 350.0, 5.0, {"LRA", "RRA"}},
-    {"brain",
-     3.0,
-     55.0,
-     4.0,
-     {"ICA", "LICA", "RICA", "M1", "A1", "A2", "P1", "P2", "PCOM", "M2sup", "M2inf", "LVA", "RVA", "BA"}},
-    {"gut", 3.0, 60.0, 6.0, {"SMA", "IMA", "coeliac"}},
-    {"heart",
-     10.0,
-     80.0,
-     4.0,
-     {"LM", "LAD", "LCX", "RCA", "PLV", "PDA", "conus", "AM", "D1", "D2", "S1", "OM1", "OM2"}},
-    {"trunk", 0.4, 10.0, 10.0, {"aorta"}},
+constexpr std::array<Supply, 6> supplies = {{
+    {anatomy::Organ::Leg, 1.0, 3.0, 15.0},
+    {anatomy::Organ::Kidney, 4.0, 350.0, 5.0},
+    {anatomy::Organ::Brain, 3.0, 55.0, 4.0},
+    {anatomy::Organ::Gut, 3.0, 60.0, 6.0},
+    {anatomy::Organ::Heart, 10.0, 80.0, 4.0},
+    {anatomy::Organ::Trunk, 0.4, 10.0, 10.0},
 }};
 
-const Organ* organ_named_by(std::string_view branch) {
-    // "aorta+LCIA+LEIA+LCFA" ends as a femoral artery: the last known part decides.
-    while (!branch.empty()) {
-        const std::size_t plus = branch.rfind('+');
-        const std::string_view part = plus == std::string_view::npos ? branch : branch.substr(plus + 1);
-        for (const Organ& organ : organs) {
-            if (std::find(organ.branches.begin(), organ.branches.end(), part) != organ.branches.end())
-                return &organ;
-        }
-        branch = plus == std::string_view::npos ? std::string_view() : branch.substr(0, plus);
-    }
-    return nullptr;
-}
-
-/// A vessel of unknown name supplies the same organ as its parent or, failing that, a leg's muscle.
-const Organ& organ_behind(const anatomy::Anatomy& anatomy, int branch) {
-    for (int b = branch; b >= 0; b = anatomy.branches[b].parent) {
-        if (const Organ* organ = organ_named_by(anatomy.branches[b].name)) return *organ;
-    }
-    return organs[0];
+const Supply& supply_behind(const anatomy::Anatomy& anatomy, int branch) {
+    const anatomy::Organ organ = anatomy::organ_behind(anatomy, branch);
+    return *std::find_if(supplies.begin(), supplies.end(),
+                         [organ](const Supply& s) { return s.organ == organ; });
 }
 
 double square(double x) {
@@ -274,17 +249,17 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         if (is_source[e]) continue;
         const geometry::OpenEnd& opening = anatomy.ends[e].opening;
         const int cell = position[at_end[e]], branch = flow.cells[cell].branch;
-        const Organ& organ = organ_behind(anatomy, branch);
+        const Supply& supply = supply_behind(anatomy, branch);
         Outlet outlet;
         outlet.end = opening.name;
         outlet.branch = anatomy.branches[branch].name;
-        outlet.organ = organ.name;
+        outlet.organ = anatomy::name_of(supply.organ);
         outlet.cell = cell;
         outlet.place = opening.centre;
         outlet.direction = opening.outward_normal;
-        outlet.share = organ.demand * std::pow(opening.radius, spec.exponent);
-        outlet.transit = organ.transit;
-        outlet.tissue = 100.0 / organ.perfusion * 60.0 / tissue_density;  // of 1 ml/s
+        outlet.share = supply.demand * std::pow(opening.radius, spec.exponent);
+        outlet.transit = supply.transit;
+        outlet.tissue = 100.0 / supply.perfusion * 60.0 / tissue_density;  // of 1 ml/s
         demand[flow.tree[cell]] += outlet.share;
         flow.outlets.push_back(std::move(outlet));
     }

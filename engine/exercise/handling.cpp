@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "engine/anatomy/anatomy.h"
+#include "engine/exercise/open_field.h"
 #include "physics/wire/energy.h"
 
 namespace exercise {
@@ -29,13 +30,6 @@ double asked_feed(std::span<const script::Command> commands) {
         if (const auto* withdraw = std::get_if<script::Withdraw>(&command)) sum += withdraw->length;
     }
     return sum;
-}
-
-bool sees_tip(const Simulation& simulation) {
-    const render::CArm arm = simulation.console().arm();
-    const render::Pixel at = render::project(arm, simulation.tip() + simulation.vessel_shift());
-    const render::PixelBox open = render::opening_of(arm);
-    return at.depth > 0 && at.x >= open.left && at.x <= open.right && at.y >= open.top && at.y <= open.bottom;
 }
 
 /// Force of the catheter's tip on a wall that it points at; 0 elsewhere [N].
@@ -131,7 +125,7 @@ void Handling::observe(const Frame& frame) {
     follow_roadmap(frame);
 
     note(Mishap::BlindMotion, frame, moving && !beam);
-    note(Mishap::OutOfView, frame, moving && beam && !sees_tip(simulation));
+    note(Mishap::OutOfView, frame, moving && beam && !in_open_field(simulation, simulation.tip()));
     note(Mishap::StaleRoadmap, frame,
          moving && beam && console.mode() == script::ImagingMode::Roadmap && map_ < pulses_of_a_map);
 

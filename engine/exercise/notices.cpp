@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <numbers>
 
+#include "engine/exercise/open_field.h"
+
 namespace exercise {
 namespace {
 
@@ -15,9 +17,33 @@ std::string frames(int count) {
     return fmt::format("{} frame{}", count, count == 1 ? "" : "s");
 }
 
+/// What would have put the tip in the middle of the image: the table where it reaches so far.
+std::string what_shows(const geometry::Vec3& table, const geometry::Vec3& tip) {
+    if ((table.cwiseAbs() - script::table_reach).maxCoeff() <= 0)
+        return fmt::format("'table {:.0f} {:.0f} {:.0f} mm'", table.x(), table.y(), table.z());
+    return fmt::format("[c_arm] isocentre_mm = [{:.0f}, {:.0f}, {:.0f}]", tip.x(), tip.y(), tip.z());
+}
+
 }  // namespace
 
+void Notices::watch_tip(const Frame& frame) {
+    const Simulation& simulation = frame.simulation;
+    if (!simulation.console().beam_on()) return;
+    const auto shows = [&](const geometry::Vec3& place) { return in_open_field(simulation, place); };
+    const bool unseen = !shows(simulation.tip());
+    if (unseen && !unseen_.now && unseen_.episodes++ == 0) {
+        unseen_.first = frame.time.index;
+        unseen_.remedy = what_shows(table_to_show(simulation, simulation.tip()), simulation.tip());
+        const geometry::Polyline wire = simulation.path_of(script::Held::Wire);
+        wire_was_out_ = !beam_was_on_ && std::none_of(wire.begin(), wire.end(), shows);
+    }
+    unseen_.frames += unseen;
+    unseen_.now = unseen;
+    beam_was_on_ = true;
+}
+
 void Notices::observe(const Frame& frame) {
+    watch_tip(frame);
     const StepReport& report = frame.motion;
     stopped_withdrawals_ += report.withdrawal_stopped;
     stopped_insertions_ += report.insertion_stopped;
@@ -53,6 +79,15 @@ std::vector<std::string> Notices::text() const {
             fmt::format("insertion stopped in {}: the whole wire was in; a longer one has "
                         "another [guidewire] length_mm",
                         frames(used_up_)));
+    }
+    if (unseen_.frames > 0) {
+        result.push_back(fmt::format(
+            "{} in {}{}: in frame {} {} would have brought the tip to the middle; the C-arm's angle and a "
+            "wider field show more too",
+            wire_was_out_ ? "the beam came on with nothing of the wire in the image, and its tip was outside"
+                          : "the tip was outside the image",
+            frames(unseen_.frames), unseen_.episodes > 1 ? fmt::format(", {} times", unseen_.episodes) : "",
+            unseen_.first, unseen_.remedy));
     }
     if (kinked_ > 0) {
         result.push_back(

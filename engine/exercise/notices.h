@@ -21,6 +21,16 @@ private:
         crossed_ = 0;
     int settling_ = 0, refused_ = 0, buckled_ = 0, late_ = 0, flat_ = 0;
     int too_thick_ = 0;
+    /// Beam on a tip that it does not show.
+    struct Unseen {
+        int frames = 0, episodes = 0, first = 0;
+        std::string remedy;  // what would have shown it then
+        bool now = false;
+    };
+    void watch_tip(const Frame&);
+    Unseen unseen_;
+    bool beam_was_on_ = false,
+         wire_was_out_ = false;  // at the first frame with beam nothing was in the image
     std::vector<std::string> denied_;
     double deepest_crossing_ = 0, most_waiting_ = 0;  // [mm]
 };

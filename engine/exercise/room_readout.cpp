@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/exercise/open_field.h"
 #include "physics/wire/energy.h"
 
 namespace exercise {
@@ -72,6 +73,12 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
     const bool hard = wall_forces_.back() >= render::Readout().force_limit;
     if (hard && !pressed_hard_) say("The wire presses the wall hard", render::Notice::Alarm);
     pressed_hard_ = hard;
+    if (simulation.console().beam_on()) {
+        const bool shows = in_open_field(simulation, simulation.tip());
+        if (!shows && tip_shows_)
+            say("The tip is outside the image: move table or C-arm", render::Notice::Warning);
+        tip_shows_ = shows;
+    }
     notify_of_dose(score);
     if (report.insertion_stopped) say("The wire goes no further: open end", render::Notice::Warning);
     if (report.whole_wire_is_in) say("The wire is in to its end", render::Notice::Warning);

@@ -23,7 +23,7 @@ public:
     std::vector<render::Message> messages() const;
     void state(geometry::StateStream& s) {
         s(frame_, messages_, wall_forces_, hub_, push_force_, base_torque_, pulse_rate_, was_complete_,
-          pressed_hard_, notified_);
+          pressed_hard_, tip_shows_, notified_);
         if (!s.part(catheter_hub_ != 0 || catheter_push_ != 0, catheter_hub_, catheter_push_))
             catheter_hub_ = catheter_push_ = 0;
     }
@@ -46,6 +46,7 @@ private:
     double pulse_rate_ = 0;   // at the last pulse [1/s]
     bool was_complete_ = false;
     bool pressed_hard_ = false;  // the wall, at the last frame
+    bool tip_shows_ = true;      // in the image, when the beam was last on
     int notified_ = 0;           // dose notifications already given, a bit for each kind
 };
 

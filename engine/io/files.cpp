@@ -85,7 +85,10 @@ std::string read_text(const std::filesystem::path& path, std::string_view what, 
     std::ifstream stream(path, std::ios::binary);
     if (!fs::is_regular_file(path, ignored) || !stream)
         throw InputError(fmt::format("{}: no such {} can be read; {}", path.string(), what, accepted));
-    return {std::istreambuf_iterator<char>(stream), {}};
+    std::string text(fs::file_size(path), '\0');
+    stream.read(text.data(), static_cast<std::streamsize>(text.size()));
+    text.resize(static_cast<std::size_t>(stream.gcount()));
+    return text;
 }
 
 void write_whole(const std::filesystem::path& path, std::string_view text) {

@@ -92,22 +92,32 @@ TEST(AnatomyImport, WritesWhatCheckAndAScenarioAccept) {
     const TemporaryFolder folder;
     write(folder / "x.toml", small_tree);
     ASSERT_EQ(run(folder, {"anatomy", "generate", folder / "x.toml", "--out", folder / "made"}).code, 0);
-    const Outcome import = run(folder, {"anatomy", "import", folder / "made/x.stl", "--unit", "mm", "--inlet",
-                                        "0,0,0", "--out", folder / "out", "--name", "tube"});
+    const Outcome import =
+        run(folder, {"anatomy", "import", folder / "made/x.stl", "--unit", "mm", "--inlet", "0,0,0", "--out",
+                     folder / "out", "--name", "tube", "--name", "LRA.out=30,0,0", "--body", "abdomen",
+                     "--landmark", "0,0,-80", "--scenario", folder / "tube.toml"});
     EXPECT_EQ(import.code, 0) << import.error;
     EXPECT_NE(import.out.find("found: the inlet is the end at"), std::string::npos) << import.out;
     EXPECT_NE(import.out.find("pass  open ends: 2; accepted: 2 or more"), std::string::npos) << import.out;
-    const auto lines = import.out.find("anatomy = \"");
-    ASSERT_NE(lines, std::string::npos) << import.out;
-    write(folder / "tube.toml", "schema = 1\ntitle = \"tube\"\n" + import.out.substr(lines) +
-                                    "entry.inserted_mm = 18\n[imaging]\npatient = false\n");
-    write(folder / "tube.gw", "0..2 advance 1 mm\n3 end\n");
+    const auto scenario = import.out.find("schema = 1");
+    ASSERT_NE(scenario, std::string::npos) << import.out;
+    EXPECT_EQ(import.out.substr(scenario), read(folder / "tube.toml"));
+    write(folder / "tube.gw", "0 beam on\n0..19 advance 0.5 mm\n20 end\n");
     const Outcome check = run(folder, {"anatomy", "check", folder / "out/tube.anatomy.json"});
     EXPECT_EQ(check.code, 0) << check.out << check.error;
     EXPECT_EQ(check.out.find("FAIL"), std::string::npos);
+    EXPECT_NE(check.out.find("contrast that leaves by LRA.out shows in a kidney"), std::string::npos)
+        << check.out;
+    const std::string json = read(folder / "out/tube.anatomy.json");
+    EXPECT_NE(json.find("\"body\":{\"landmark\":\"aortic bifurcation\",\"at\":[0.0,0.0,-80.0]}"),
+              std::string::npos);
+    EXPECT_NE(json.find("\"names\":\"LRA.out at (30.00, 0.00, 0.00)\""), std::string::npos);
     const Outcome used = run(folder, {"run", folder / "tube.toml", "--commands", folder / "tube.gw",
                                       "--frames", "none", "--out", folder / "run"});
     EXPECT_LE(used.code, 1) << used.error;
+    EXPECT_EQ(used.error.find("outside the image"), std::string::npos) << used.error;
+    const Outcome still = run(folder, {"render", folder / "tube.toml", "--out", folder / "tube.png"});
+    EXPECT_EQ(still.code, 0) << still.error;
 }
 
 TEST(AnatomyImport, RefusesBadInputAndWritesNothing) {
@@ -126,6 +136,18 @@ TEST(AnatomyImport, RefusesBadInputAndWritesNothing) {
     refused({folder / "x.stl", "--unit", "mm", "--out", folder / "out", "--name", "a/b"}, "without a folder");
     write(folder / "x.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     refused({folder / "x.obj", "--unit", "mm", "--out", folder / "out"}, "1 triangle was found");
+    const std::vector<std::string> known = {folder / "x.obj", "--unit", "mm", "--out", folder / "out"};
+    const auto with = [&](std::vector<std::string> more, const std::string& expected) {
+        more.insert(more.begin(), known.begin(), known.end());
+        refused(more, expected);
+    };
+    with({"--axes", "ra"}, "--axes: 'ra' was found; lps or ras is accepted");
+    with({"--rotate", "90"}, "AXIS:DEG such as z:90 is accepted");
+    with({"--scale", "-1"}, "--scale: -1 was found");
+    with({"--body", "leg"}, "pelvis, abdomen, chest or head is accepted");
+    with({"--landmark", "1,2,3"}, "--landmark was given without --body");
+    with({"--name", "a", "--name", "b"}, "one is accepted, and END=X,Y,Z for each end");
+    with({"--name", "a=1,2"}, "NAME=X,Y,Z in mm is accepted");
     const Outcome over =
         run(folder, {"anatomy", "import", folder / "x.stl", "--unit", "mm", "--out", folder.path()});
     EXPECT_NE(over.error.find("would be overwritten"), std::string::npos) << over.error;

@@ -13,6 +13,7 @@
 #include "engine/anatomy/grow/generator.h"
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/import/lumen_import.h"
+#include "engine/anatomy/polydata.h"
 #include "engine/io/error.h"
 #include "engine/studies/import_truth.h"
 
@@ -153,6 +154,8 @@ TEST_F(RealMeshes, StenosisAgreesWithTheCentrelineBesideIt) {
     for (const Vec3& p : vtp_points(folder_ / "carotid_stenosis_lumen.centreline.vtp"))
         distances.push_back(studies::nearest_on(stenosis.branches, p).distance);
     ASSERT_EQ(distances.size(), 478u);
+    EXPECT_EQ(anatomy::load_polydata(folder_ / "carotid_stenosis_lumen.centreline.vtp").points,
+              vtp_points(folder_ / "carotid_stenosis_lumen.centreline.vtp"));
     std::sort(distances.begin(), distances.end());
     RecordProperty("p50_um", static_cast<int>(1000 * distances[distances.size() / 2]));
     RecordProperty("p95_um", static_cast<int>(1000 * distances[distances.size() * 95 / 100]));
@@ -173,7 +176,7 @@ TEST_F(RealMeshes, CoarseTreeIsRefusedAndLoadsWithItsCentrelines) {
         EXPECT_NE(std::string(error.what()).find("--centrelines"), std::string::npos) << error.what();
     }
     ImportOptions options = millimetres();
-    options.centrelines = folder_ / "steve_vessel_architecture.centrelines.json";
+    options.centrelines = {folder_ / "steve_vessel_architecture.centrelines.json"};
     const ImportedLumen lumen = imported("steve_vessel_architecture_collision.obj", options);
     EXPECT_GE(lumen.anatomy.branches.size(), 5u);
     EXPECT_TRUE(anatomy::problems(lumen.anatomy).empty());

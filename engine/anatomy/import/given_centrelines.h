@@ -2,15 +2,26 @@
 /// Centrelines supplied with a mesh.
 
 #include <filesystem>
+#include <string>
 #include <vector>
 
 #include "physics/geometry/vec.h"
 
 namespace anatomy {
 
-/// Lines from a JSON object {"name": [[x, y, z, r], …], …} in the mesh's unit, `unit` mm long, or from a CSV
-/// with the header branch,x_mm,y_mm,z_mm or branch,x_mm,y_mm,z_mm,r_mm. Radii are read but not used; they are
-/// measured on the mesh. Repeated consecutive points are dropped. Throws InputError.
-std::vector<geometry::Polyline> load_centrelines(const std::filesystem::path&, double unit);
+struct GivenLine {
+    std::string name;           // empty = none
+    geometry::Polyline points;  // [mm]
+    std::vector<double> radii;  // of the points, or none; they are measured on the mesh [mm]
+};
+
+/// Lines of a file in the mesh's unit, `unit` mm long:
+/// - JSON {"name": [[x, y, z, r], …], …};
+/// - CSV branch,x_mm,y_mm,z_mm[,r_mm], in millimetres whatever `unit` is;
+/// - VTK PolyData (.vtp, .vtk) as VMTK writes it, with radii and names or numbers of the lines where it has
+///   them;
+/// - a SimVascular path (.pth), named as its file.
+/// Repeated consecutive points are dropped. Throws InputError.
+std::vector<GivenLine> load_centrelines(const std::filesystem::path&, double unit);
 
 }  // namespace anatomy

@@ -1,9 +1,14 @@
 #include "engine/anatomy/import/import_run.h"
 
+#include <algorithm>
 #include <fmt/format.h>
 
 #include "engine/anatomy/anatomy_writer.h"
+#include "engine/anatomy/first_scenario.h"
+#include "engine/anatomy/import/body_place.h"
+#include "engine/anatomy/organs.h"
 #include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "physics/geometry/polyline.h"
 
@@ -34,11 +39,33 @@ std::string report_of(const ImportedLumen& imported, const std::filesystem::path
                             io::place_text(end.opening.centre), end.opening.radius,
                             end.role == EndRole::Inlet ? ", inlet" : "");
     }
-    return text + fmt::format(
-                      "\n{}: names may be edited. A scenario uses it by\nanatomy = \"{}\"\nentry.end = "
-                      "\"{}\"\ntarget.name = \"{}\"\n",
-                      file.string(), std::filesystem::absolute(file).lexically_normal().string(),
-                      anatomy.ends[0].opening.name, anatomy.targets[0].name);
+    text += "\n" + organs_text(anatomy);
+    return text + fmt::format("\n{}: names may be edited. A scenario to begin with:\n\n{}", file.string(),
+                              first_scenario(anatomy, file));
+}
+
+/// As it would be typed again.
+std::string frame_text(const FileFrame& frame) {
+    std::string text = "axes " + frame.axes;
+    if (frame.scale != 1) text += ", scale " + io::number_text(frame.scale);
+    for (const std::string& turn : frame.rotations) text += ", rotate " + turn;
+    return text;
+}
+
+Provenance provenance_of(const ImportRequest& request) {
+    Provenance made = {{"source", "imported"},
+                       {"program", request.program},
+                       {"mesh", request.mesh.filename().string()},
+                       {"unit", request.options.unit},
+                       {"frame", frame_text(request.options.frame)}};
+    std::vector<std::string> lines, names;
+    for (const std::filesystem::path& file : request.options.centrelines)
+        lines.push_back(file.filename().string());
+    if (!lines.empty()) made.emplace_back("centrelines", io::joined(lines));
+    for (const NamedPlace& place : request.options.names)
+        names.push_back(fmt::format("{} at {}", place.name, io::place_text(place.at)));
+    if (!names.empty()) made.emplace_back("names", io::joined(names));
+    return made;
 }
 
 }  // namespace
@@ -51,6 +78,9 @@ ImportOutcome run_import(const ImportRequest& request) {
         throw io::InputError(request.mesh.string() +
                              ": would be overwritten; another folder or another name (--name) is accepted");
     }
+    if (!request.body.empty()) landmark_of_part(request.body);
+    if (request.landmark && request.body.empty())
+        throw io::InputError("--landmark was given without --body; both are accepted together");
     const bool fresh = !std::filesystem::exists(request.out);
     check_anatomy_folder(request.out);
     ImportedLumen imported;
@@ -62,21 +92,21 @@ ImportOutcome run_import(const ImportRequest& request) {
         throw;
     }
     imported.anatomy.name = name;
-    Provenance made = {{"source", "imported"},
-                       {"program", request.program},
-                       {"mesh", request.mesh.filename().string()},
-                       {"unit", request.options.unit}};
-    if (!request.options.centrelines.empty())
-        made.emplace_back("centrelines", request.options.centrelines.filename().string());
+    if (!request.body.empty())
+        imported.findings.push_back(
+            {Finding::Kind::Noted, place_in_part(imported.anatomy, request.body, request.landmark)});
     ImportOutcome outcome;
-    outcome.file = write_anatomy(imported.anatomy, request.out, made);
+    outcome.file = write_anatomy(imported.anatomy, request.out, provenance_of(request));
     outcome.report = report_of(imported, outcome.file);
+    if (!request.scenario.empty())
+        io::write_whole(request.scenario, first_scenario(imported.anatomy, outcome.file));
     return outcome;
 }
 
 CheckOutcome run_check(const std::filesystem::path& anatomy) {
-    const std::vector<Check> checks = anatomy_checks(load_anatomy(anatomy));
-    CheckOutcome outcome{lines_of(checks), true};
+    const Anatomy loaded = load_anatomy(anatomy);
+    const std::vector<Check> checks = anatomy_checks(loaded);
+    CheckOutcome outcome{lines_of(checks) + organs_text(loaded), true};
     for (const Check& check : checks) outcome.fine = outcome.fine && check.verdict != Check::Verdict::Fail;
     return outcome;
 }

@@ -9,15 +9,18 @@ struct ImportRequest {
     std::filesystem::path mesh, out;
     std::string name;  // of the files; by default the mesh's
     ImportOptions options;
-    std::string program;  // name and version, for the provenance
+    std::string body;  // part of the body, as place_in_part() takes it; empty = not said
+    std::optional<geometry::Vec3> landmark;  // of the body [mm]
+    std::filesystem::path scenario;          // file for the scenario that the report ends with; empty = none
+    std::string program;                     // name and version, for the provenance
 };
 
 struct ImportOutcome {
     std::filesystem::path file;  // NAME.anatomy.json
-    std::string report;          // what was found and repaired, checks, and three lines of a scenario
+    std::string report;          // what was found and repaired, checks, and a scenario to begin with
 };
 
-/// Throws InputError, before any work when the folder cannot be written; the folder is then left unchanged.
+/// Throws InputError, before any work when the folder cannot be written; it is then left unchanged.
 ImportOutcome run_import(const ImportRequest&);
 
 /// The checks of an anatomy file, a line each. `fine` is true when none failed. Throws InputError for a file

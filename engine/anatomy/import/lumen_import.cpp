@@ -67,16 +67,7 @@ private:
         append(lumen.findings);
         report(0.1, "looking at the lumen");
         check_surface(lumen);
-        const std::vector<geometry::Polyline> lines =
-            options_.centrelines.empty() ? std::vector<geometry::Polyline>{}
-                                         : load_centrelines(options_.centrelines, unit_in_mm(options_.unit));
-        if (!lines.empty()) {
-            warned(
-                "the centrelines are {} lines of {}, recentred; radii are measured on the mesh, whose median "
-                "edge is "
-                "{:.2f} of the radius",
-                lines.size(), options_.centrelines.filename().string(), figures_.edge_ratio);
-        }
+        const std::vector<geometry::Polyline> lines = read_lines();
         // Traced for its tips first, where ends may be missing, and again once they are open.
         const int largest = lumen.ends.empty() ? -1 : 0;
         TracedLumen traced = trace(lumen, largest, lines, 0.1, 0.4);
@@ -95,6 +86,8 @@ private:
         check_tracing(traced, lumen.ends, inlet);
         prune(lumen, traced, inlet);
         assemble(lumen, traced, inlet);
+        compare_radii();
+        give_names(result_.anatomy, given_, options_.names);
         report(0.95, "checking the anatomy");
         check_result();
         report(1, "done");
@@ -116,6 +109,44 @@ private:
     void warned(fmt::format_string<Values...> text, Values&&... values) {
         result_.findings.push_back(
             {Finding::Kind::Warned, fmt::format(text, std::forward<Values>(values)...)});
+    }
+
+    std::vector<geometry::Polyline> read_lines() {
+        const geometry::Mat3 matrix = to_patient(options_.frame);
+        for (const std::filesystem::path& file : options_.centrelines) {
+            std::vector<GivenLine> lines = load_centrelines(file, unit_in_mm(options_.unit));
+            warned(
+                "the centrelines are {} line{} of {}, recentred; radii are measured on the mesh, whose "
+                "median "
+                "edge is {:.2f} of the radius",
+                lines.size(), lines.size() == 1 ? "" : "s", file.filename().string(), figures_.edge_ratio);
+            for (GivenLine& line : lines) {
+                transform(matrix, line.points);
+                for (double& radius : line.radii) radius *= options_.frame.scale;
+                given_.push_back(std::move(line));
+            }
+        }
+        std::vector<geometry::Polyline> lines;
+        for (const GivenLine& line : given_) lines.push_back(line.points);
+        return lines;
+    }
+
+    /// Says how radii that came with the lines compare with those measured.
+    void compare_radii() {
+        std::vector<double> ratios;
+        for (const GivenLine& line : given_) {
+            if (line.radii.size() != line.points.size()) continue;
+            for (std::size_t i = 0; i < line.points.size(); i += 1 + line.points.size() / 100) {
+                const VesselPlace place = nearest_place(result_.anatomy, line.points[i]);
+                if (place.distance <= 0)
+                    ratios.push_back(line.radii[i] /
+                                     result_.anatomy.branches[place.branch].radii[place.sample]);
+            }
+        }
+        if (ratios.empty()) return;
+        std::nth_element(ratios.begin(), ratios.begin() + std::ssize(ratios) / 2, ratios.end());
+        note("radii given with the centrelines are {:.2f} times those measured, in the median",
+             ratios[ratios.size() / 2]);
     }
 
     static TriangleMesh closed(const RepairedLumen& lumen) {
@@ -435,6 +466,7 @@ private:
 
     const ImportOptions& options_;
     SurfaceFigures figures_;
+    std::vector<GivenLine> given_;  // centrelines, in the patient's frame
     ImportedLumen result_;
 };
 
@@ -446,9 +478,11 @@ ImportedLumen import_lumen(const TriangleMesh& mesh, const std::string& name, co
 
 ImportedLumen import_lumen(const std::filesystem::path& path, const ImportOptions& options) {
     const double unit = unit_in_mm(options.unit);
+    const geometry::Mat3 matrix = to_patient(options.frame);
     if (options.progress) options.progress(0, "reading the mesh");
     TriangleMesh mesh = load_mesh(path);
     for (Vec3& v : mesh.vertices) v *= unit;
+    transform(matrix, mesh.vertices);
     try {
         return import_lumen(mesh, path.stem().string(), options);
     } catch (const io::InputError& error) {

@@ -8,7 +8,9 @@
 #include <vector>
 
 #include "engine/anatomy/anatomy_check.h"
+#include "engine/anatomy/import/file_frame.h"
 #include "engine/anatomy/import/mesh_repair.h"
+#include "engine/anatomy/import/naming.h"
 
 namespace anatomy {
 
@@ -17,14 +19,17 @@ struct ImportOptions {
     std::optional<geometry::Vec3> inlet;  // near the end where wires enter [mm]; default: the largest end
     std::vector<geometry::Vec3> ends;   // near closed tips that are cut open [mm]; default: all, where fewer
                                         // than two ends are open
-    std::filesystem::path centrelines;  // as load_centrelines reads them; empty = they are traced
-    int threads = 2;                    // the anatomy has the same bits for any number
+    FileFrame frame;                      // of the mesh's and the centrelines' numbers
+    std::vector<NamedPlace> names;        // of ends, in the patient's frame
+    std::vector<std::filesystem::path> centrelines;  // as load_centrelines reads them; none = they are traced
+    int threads = 2;                                 // the anatomy has the same bits for any number
     std::function<void(double part, const char* what)> progress;
 };
 
 struct ImportedLumen {
     Anatomy anatomy;  // branches B1, B2 … by distance of their start from the inlet, ends END1 (the inlet),
-                      // END2 … in the order of their branches, a target near each tip
+                      // END2 … in the order of their branches, a target near each tip, unless give_names()
+                      // has found names
     std::vector<Finding> findings;  // what was found and repaired, in the order of the work
     std::vector<Check> checks;      // of the anatomy; none fails
 };

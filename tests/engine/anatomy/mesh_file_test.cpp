@@ -2,7 +2,9 @@
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "physics/geometry/mesh_topology.h"
+#include "tests/engine/anatomy/mesh_texts.h"
 #include "tests/engine/anatomy/trees.h"
+#include "tests/engine/anatomy/tubes.h"
 #include "tests/engine/fixtures.h"
 
 namespace anatomy {
@@ -44,24 +46,72 @@ TEST(MeshFile, CornersThatAreNotNumbersAreRefused) {
 
 TEST(MeshFile, SaysWhatIsReadWhereItIsNot) {
     const test::TemporaryFolder folder;
+    test::write(folder / "vessel.stp", "ISO-10303-21;");
+    test::expect_said(test::refusal([&] { load_mesh(folder / "vessel.stp"); }),
+                      "'.stp' is not read; an STL, OBJ, PLY, OFF, VTP, VTK, GLB or glTF file is accepted");
     test::write(folder / "vessel.vtp", "<VTKFile/>");
-    EXPECT_NE(test::refusal([&] {
-                  load_mesh(folder / "vessel.vtp");
-              }).find("'.vtp' is not read; .stl, .obj and .ply"),
-              std::string::npos);
+    test::expect_said(test::refusal([&] { load_mesh(folder / "vessel.vtp"); }),
+                      "type 'PolyData' is accepted");
     test::write(folder / "text.stl", "dear diary, this is not a mesh");
     EXPECT_NE(test::refusal([&] {
                   load_mesh(folder / "text.stl");
               }).find("from 'solid' to 'endsolid', is accepted"),
               std::string::npos);
     test::write(folder / "half.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n");
-    EXPECT_NE(test::refusal([&] { load_mesh(folder / "half.stl"); }).find("its end is missing"),
-              std::string::npos);
+    test::expect_said(test::refusal([&] { load_mesh(folder / "half.stl"); }),
+                      "half.stl:5: the end of the file was found; 'vertex' 2 of 3 of a facet");
     test::write(folder / "points.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
     EXPECT_NE(test::refusal([&] { load_mesh(folder / "points.obj"); }), "");
     test::write(folder / "half.ply",
                 "ply\nformat binary_little_endian 1.0\nelement vertex 9\nproperty float x\nend_header\n123");
     EXPECT_NE(test::refusal([&] { load_mesh(folder / "half.ply"); }), "");
+}
+
+TEST(MeshFile, AWrongLineOfATextIsNamed) {
+    const test::TemporaryFolder folder;
+    const std::string stl = test::text_stl(test::tube(2, 6, 6));
+    const auto said = [&](const char* name, std::string text, const std::string& from,
+                          const std::string& to) {
+        const auto at = text.find(from);
+        EXPECT_NE(at, std::string::npos) << from;
+        test::write(folder / name, text.replace(at, from.size(), to));
+        return test::refusal([&] { load_mesh(folder / name); });
+    };
+    EXPECT_EQ(said("a.stl", stl, "solid a tube", "SOLID"), "");
+    EXPECT_EQ(said("a.stl", stl, "facet normal 0 0 1", "facet normal nan nan nan"), "");
+    test::expect_said(said("a.stl", stl, "vertex 0 ", "vertex 0,5 "),
+                      "a.stl:4: '0,5' was found; a finite number, x of a corner, is accepted");
+    test::expect_said(said("a.stl", stl, "vertex 0 ", "vertex inf "), "a.stl:4: 'inf' was found");
+    test::expect_said(said("a.stl", stl, "vertex 0 ", "vertex "),
+                      "a.stl:5: 'vertex' was found; a finite number");
+    test::expect_said(said("a.stl", stl, "endloop", "vertex 1 2 3"),
+                      "a.stl:7: 'vertex' was found; 'endloop' behind three vertices is accepted");
+    test::expect_said(said("a.stl", stl, "endsolid a tube", ""), "the end of the file was found; 'endsolid'");
+    const std::string off = test::off(test::tube(2, 6, 6));
+    test::expect_said(said("a.off", off, "\n3 0 1 ", "\n3 0 99 "),
+                      "'99' was found; a corner's index, a whole");
+    test::expect_said(said("a.off", off, "OFF", "OF"), "a.off:1: 'OF' was found; 'OFF'");
+    test::expect_said(said("a.off", off, "\n24 36 ", "\n2400 3600 "),
+                      "a.off:2: '2400' was found; as many corners");
+}
+
+TEST(MeshFile, GltfThatDoesNotFitTogetherIsRefused) {
+    const test::TemporaryFolder folder;
+    const auto said = [&](const std::string& from, const std::string& to) {
+        std::string text = test::glb(test::tube(2, 6, 6));
+        const auto at = text.find(from);
+        EXPECT_NE(at, std::string::npos) << from;
+        EXPECT_EQ(from.size(), to.size());
+        test::write(folder / "a.glb", text.replace(at, from.size(), to));
+        return test::refusal([&] { load_mesh(folder / "a.glb"); });
+    };
+    EXPECT_EQ(said("99", "98"), "");
+    test::expect_said(said("\"children\":[1]", "\"children\":[0]"), "its parents form a circle");
+    test::expect_said(said("\"mesh\":0", "\"mesh\":1"), "node 1: mesh: 1 was found; 0 to 0 is accepted");
+    test::expect_said(said("\"bufferView\":1", "\"bufferView\":0"), "it needs");
+    test::expect_said(said("\"POSITION\":0", "\"POSITION\":9"), "9 was found; 0 to 1 is accepted");
+    test::expect_said(said("\"VEC3\"", "\"VEC2\""), "POSITION is not of three floats");
+    test::expect_said(said("\"asset\"", "\"assez\""), "this is not glTF");
 }
 
 TEST(MeshFile, HugeFilesAreRefusedUnread) {

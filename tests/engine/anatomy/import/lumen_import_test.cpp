@@ -226,7 +226,7 @@ TEST(LumenImport, UsesGivenCentrelines) {
                 "branch,x_mm,y_mm,z_mm\nmain,1,0,0\nmain,15,0.3,0\nmain,29,0,0\nside,12,0,0\nside,15,4,"
                 "0\nside,20,11,2\n");
     ImportOptions options = millimetres();
-    options.centrelines = folder / "lines.csv";
+    options.centrelines = {folder / "lines.csv"};
     const ImportedLumen lumen = imported(test::small_anatomy().lumen, options);
     EXPECT_TRUE(reports(lumen, "the centrelines are 2 lines of lines.csv"));
     const studies::ImportErrors errors = studies::import_errors(test::small_anatomy(), lumen.anatomy);
@@ -319,9 +319,9 @@ TEST(GivenCentrelines, SayWhatIsAccepted) {
     EXPECT_NE(text_for("a.json", "[1]").find("not a JSON object"), std::string::npos);
     EXPECT_NE(text_for("a.json", "{\"b\":[[0,0,0],[1,\"x\",0]]}").find("'b', point 1"), std::string::npos);
     EXPECT_NE(text_for("a.json", "{}").find("no line of two points"), std::string::npos);
-    EXPECT_NE(text_for("a.json", "{}").find("branch,x_mm,y_mm,z_mm[,r_mm], is accepted"), std::string::npos);
+    EXPECT_NE(text_for("a.json", "{}").find("branch,x_mm,y_mm,z_mm[,r_mm], VTK PolyData"), std::string::npos);
     test::write(folder / "b.json", "{\"b\":[[0,0,0,1],[1,2,0,1]]}");
-    EXPECT_EQ(load_centrelines(folder / "b.json", 10)[0][1], Vec3(10, 20, 0));
+    EXPECT_EQ(load_centrelines(folder / "b.json", 10)[0].points[1], Vec3(10, 20, 0));
 }
 
 TEST(AnatomyCheck, NamesWhatFails) {

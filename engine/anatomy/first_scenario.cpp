@@ -1,0 +1,108 @@
+#include "engine/anatomy/first_scenario.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <limits>
+
+#include "engine/io/text.h"
+#include "physics/geometry/polyline.h"
+#include "physics/wire/guidewire_presets.h"
+
+namespace anatomy {
+namespace {
+
+using geometry::Vec3;
+
+/// Of the way to the target, and at most [mm].
+constexpr double inserted_share = 0.4, most_inserted = 60;
+/// Of the lumen's width; a wire as wide as the lumen would be wedged by the mesh's facets.
+constexpr double width_share = 0.9;
+/// What the default C-arm shows around its isocentre, with a margin [mm].
+constexpr double field = 170;
+
+std::string toml_text(const std::string& text) {
+    std::string quoted = "\"";
+    for (const char c : text) {
+        if (c == '"' || c == '\\')
+            quoted += std::string("\\") + c;
+        else if (static_cast<unsigned char>(c) < 0x20 || c == '\x7f')
+            quoted += fmt::format("\\u{:04X}", static_cast<unsigned char>(c));
+        else
+            quoted += c;
+    }
+    return quoted + "\"";
+}
+
+std::string decimal(double number) {
+    return io::number_text(std::round(number * 10) / 10 + 0.0);
+}
+
+/// Length of a wire that must be inside at least: its curved tip and two segments [mm].
+double least_inserted(const physics::GuidewireSpec& spec) {
+    return (spec.curved_segments() + 2) * spec.segment_length;
+}
+
+/// The first of the presets that passes as far as the target and has room at the start; the thinnest if none.
+const physics::GuidewirePreset& wire_for(double narrowest, double room) {
+    for (const char* name : {"glide035", "v18", "standard014", "floppy014"}) {
+        const physics::GuidewirePreset& preset = *physics::find_guidewire_preset(name);
+        if (physics::enters(preset.spec.diameter, width_share * narrowest) &&
+            least_inserted(preset.spec) <= room)
+            return preset;
+    }
+    return *physics::find_guidewire_preset("floppy014");
+}
+
+}  // namespace
+
+std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& file) {
+    int entry = 0;
+    for (int e = static_cast<int>(anatomy.ends.size()); e-- > 0;)
+        if (anatomy.ends[e].role == EndRole::Inlet) entry = e;
+    const EntryPath path = path_from(anatomy, entry);
+    const std::vector<double> ways = geometry::ways_along(path.points);
+    const VesselTarget& target = anatomy.targets.front();
+    // The way in may leave for the target's branch before its own end.
+    std::size_t last = 0;
+    for (std::size_t i = 1; i < ways.size(); ++i)
+        if ((path.points[i] - target.centre).norm() < (path.points[last] - target.centre).norm()) last = i;
+    last = std::max<std::size_t>(last, 1);
+    double narrowest =
+        *std::min_element(path.radii.begin(), path.radii.begin() + static_cast<std::ptrdiff_t>(last) + 1);
+    const auto& branch = anatomy.branches[target.branch].radii;
+    if ((path.points[last] - target.centre).norm() > path.radii[last])
+        narrowest =
+            std::min(narrowest, *std::min_element(branch.begin(), branch.begin() + target.sample + 1));
+    const double room = 0.95 * ways.back();
+    const physics::GuidewirePreset& wire = wire_for(narrowest, room);
+    const double inserted = std::clamp(std::floor(inserted_share * ways[last]),
+                                       std::min(std::ceil(least_inserted(wire.spec)), ways.back()),
+                                       std::max(most_inserted, std::ceil(least_inserted(wire.spec))));
+    const auto at = std::lower_bound(ways.begin(), ways.end(), inserted) - ways.begin();
+    const Vec3 tip = path.points[std::min<std::size_t>(static_cast<std::size_t>(at), path.points.size() - 1)];
+    Eigen::AlignedBox3d box(tip);
+    box.extend(path.points.front());
+    box.extend(target.centre);
+    const bool all_in_view = std::max(box.sizes().x(), box.sizes().z()) <= field;
+    const Vec3 isocentre = all_in_view ? Vec3(box.center()) : tip;
+
+    std::string text = fmt::format(
+        "schema = 1\ntitle = {}\nanatomy = {}\n\n[entry]\nend = {}\ninserted_mm = {}\n\n"
+        "[guidewire]\npreset = \"{}\"{}\n\n[target]\nname = {}\nradius_mm = {}\n\n"
+        "[c_arm]\nisocentre_mm = [{}, {}, {}]\n",
+        toml_text(anatomy.name), toml_text(std::filesystem::absolute(file).lexically_normal().string()),
+        toml_text(anatomy.ends[entry].opening.name), decimal(inserted), wire.name,
+        physics::enters(wire.spec.diameter, narrowest)
+            ? ""
+            : fmt::format("  # does not pass {:.2f} mm, the narrowest place on the way", 2 * narrowest),
+        toml_text(target.name), decimal(std::clamp(branch[target.sample], 1.0, 5.0)), decimal(isocentre.x()),
+        decimal(isocentre.y()), decimal(isocentre.z()));
+    if (!anatomy.body)
+        text +=
+            "\n[imaging]\npatient = false  # where in a body this is was not said: anatomy import --body\n";
+    return text;
+}
+
+}  // namespace anatomy

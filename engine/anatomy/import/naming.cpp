@@ -1,0 +1,196 @@
+#include "engine/anatomy/import/naming.h"
+
+#include <algorithm>
+#include <array>
+#include <fmt/format.h>
+#include <limits>
+#include <set>
+
+#include "engine/io/error.h"
+#include "engine/io/text.h"
+
+namespace anatomy {
+namespace {
+
+using geometry::CentrelineBranch;
+using geometry::Polyline;
+using geometry::Vec3;
+
+constexpr std::size_t longest_name = 60;
+constexpr double farthest_end = 3;  // from the place that names it [radii]
+/// A line runs along a branch when so many of its samples have it within so many radii.
+constexpr double least_share = 0.5, near_radii = 0.7;
+
+bool may_stand_in_a_name(char c) {
+    return static_cast<unsigned char>(c) >= 0x20 && c != '\x7f' && c != '"' && c != '\\';
+}
+
+double distance_to(const Polyline& line, const Vec3& x) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 1; i < line.size(); ++i) {
+        const Vec3 along = line[i] - line[i - 1];
+        const double t = std::clamp((x - line[i - 1]).dot(along) / along.squaredNorm(), 0.0, 1.0);
+        least = std::min(least, (line[i - 1] + t * along - x).squaredNorm());
+    }
+    return std::sqrt(least);
+}
+
+/// Share of the branch's samples that the line passes; the first fifth lies in the parent's mouth.
+double share_along(const CentrelineBranch& branch, const Polyline& line) {
+    const std::size_t first = branch.points.size() / 5;
+    int near = 0;
+    for (std::size_t i = first; i < branch.points.size(); ++i)
+        near += distance_to(line, branch.points[i]) <= near_radii * branch.radii[i];
+    return static_cast<double>(near) / static_cast<double>(branch.points.size() - first);
+}
+
+/// The name of the line that runs along the branch; of several the one that ends nearest to its end.
+std::string name_along(const CentrelineBranch& branch, std::span<const GivenLine> lines) {
+    std::string best;
+    double best_share = least_share, best_gap = std::numeric_limits<double>::infinity();
+    for (const GivenLine& line : lines) {
+        if (line.name.empty()) continue;
+        const double share = share_along(branch, line.points);
+        const double gap = std::min((line.points.front() - branch.points.back()).norm(),
+                                    (line.points.back() - branch.points.back()).norm());
+        const bool better = share > best_share + 0.05 || (share > best_share - 0.05 && gap < best_gap);
+        if (share < least_share || !better) continue;
+        best = line.name, best_share = std::max(share, best_share), best_gap = gap;
+    }
+    std::erase_if(best, [](char c) { return !may_stand_in_a_name(c); });
+    return best.substr(0, longest_name);
+}
+
+std::string without_side(const std::string& name) {
+    for (const std::string_view side : {".in", ".out"})
+        if (name.ends_with(side) && name.size() > side.size())
+            return name.substr(0, name.size() - side.size());
+    return name;
+}
+
+/// Numbers names that repeat; those the user chose come first.
+void make_unique(std::vector<std::string>& names, const std::vector<bool>& chosen) {
+    std::set<std::string> taken;
+    for (const bool first : {true, false}) {
+        for (std::size_t i = 0; i < names.size(); ++i) {
+            if (chosen[i] != first) continue;
+            const std::string wanted = names[i];
+            for (int number = 2; !taken.insert(names[i]).second; ++number)
+                names[i] = fmt::format("{}_{}", wanted, number);
+        }
+    }
+}
+
+/// The end that each place names.
+std::vector<std::string> names_of_ends(const Anatomy& anatomy, std::span<const NamedPlace> places) {
+    std::vector<std::string> names(anatomy.ends.size());
+    for (const NamedPlace& place : places) {
+        std::size_t nearest = 0;
+        const auto distance = [&](std::size_t e) {
+            return (anatomy.ends[e].opening.centre - place.at).norm();
+        };
+        for (std::size_t e = 1; e < names.size(); ++e)
+            if (distance(e) < distance(nearest)) nearest = e;
+        const geometry::OpenEnd& end = anatomy.ends[nearest].opening;
+        if (distance(nearest) > farthest_end * end.radius) {
+            std::vector<std::string> there;
+            for (const VesselEnd& each : anatomy.ends) there.push_back(io::place_text(each.opening.centre));
+            throw io::InputError(
+                fmt::format("--name {}: {} is {:.3g} mm from the nearest end; up to {:.3g} mm is accepted, "
+                            "ends are at {}",
+                            place.name, io::place_text(place.at), distance(nearest),
+                            farthest_end * end.radius, io::joined(there)));
+        }
+        if (!names[nearest].empty())
+            throw io::InputError(
+                fmt::format("--name: '{}' and '{}' both name the end at {}; one name an end is "
+                            "accepted",
+                            names[nearest], place.name, io::place_text(end.centre)));
+        if (std::find(names.begin(), names.end(), place.name) != names.end())
+            throw io::InputError(
+                fmt::format("--name: '{}' names two ends; names that differ are accepted", place.name));
+        names[nearest] = place.name;
+    }
+    return names;
+}
+
+/// The branch that ends in an outlet, or starts at an inlet.
+int branch_at(const Anatomy& anatomy, const VesselEnd& end) {
+    int nearest = 0;
+    const auto distance = [&](int b) {
+        const Polyline& points = anatomy.branches[b].points;
+        const Vec3& tip = end.role == EndRole::Inlet ? points.front() : points.back();
+        return (tip - end.opening.centre).norm();
+    };
+    for (int b = 1; b < static_cast<int>(anatomy.branches.size()); ++b)
+        if (distance(b) < distance(nearest)) nearest = b;
+    return nearest;
+}
+
+}  // namespace
+
+NamedPlace parse_named_place(const std::string& text) {
+    const std::size_t sign = text.find('=');
+    NamedPlace place{text.substr(0, sign), Vec3::Zero()};
+    const bool fine = !place.name.empty() && place.name.size() <= longest_name &&
+                      std::all_of(place.name.begin(), place.name.end(), may_stand_in_a_name);
+    if (!fine)
+        throw io::InputError(
+            fmt::format("--name {}: a name of 1 to {} bytes without control characters, quotes "
+                        "and backslashes is accepted before '='",
+                        sign == 0 ? "=" : "", longest_name));
+    std::string_view rest = std::string_view(text).substr(sign == std::string::npos ? text.size() : sign + 1);
+    for (int k = 0; k < 3; ++k) {
+        const std::size_t comma = k < 2 ? rest.find(',') : rest.size();
+        const auto value =
+            comma == std::string_view::npos ? std::nullopt : io::parse_number(rest.substr(0, comma));
+        if (!value || !std::isfinite(*value))
+            throw io::InputError(fmt::format("--name {}: '{}' was found; NAME=X,Y,Z in mm is accepted",
+                                             place.name, text.substr(0, 80)));
+        place.at[k] = *value;
+        rest.remove_prefix(std::min(comma + 1, rest.size()));
+    }
+    return place;
+}
+
+void give_names(Anatomy& anatomy, std::span<const GivenLine> lines, std::span<const NamedPlace> places) {
+    const std::size_t branches = anatomy.branches.size(), ends = anatomy.ends.size();
+    const std::vector<std::string> chosen = names_of_ends(anatomy, places);
+    std::vector<std::string> names(branches), targets(branches), end_names(ends);
+    std::vector<bool> by_user(branches, false), end_by_user(ends, false);
+    std::vector<bool> by_line(branches, false);
+    for (std::size_t b = 0; b < branches; ++b) {
+        const std::string along = name_along(anatomy.branches[b], lines);
+        by_line[b] = !along.empty();
+        names[b] = targets[b] = by_line[b] ? along : anatomy.branches[b].name;
+    }
+    // Outlets first: what lies behind one decides its branch's name.
+    for (const EndRole role : {EndRole::Outlet, EndRole::Inlet}) {
+        for (std::size_t e = 0; e < ends; ++e) {
+            if (anatomy.ends[e].role != role || chosen[e].empty()) continue;
+            const auto b = static_cast<std::size_t>(branch_at(anatomy, anatomy.ends[e]));
+            const std::string stem = without_side(chosen[e]);
+            if (!by_user[b])
+                names[b] = targets[b] = stem;
+            else if (stem != names[b])
+                names[b] = stem + "+" + names[b];
+            by_user[b] = true;
+        }
+    }
+    make_unique(names, by_user);
+    make_unique(targets, by_user);
+    for (std::size_t e = 0; e < ends; ++e) {
+        const auto b = static_cast<std::size_t>(branch_at(anatomy, anatomy.ends[e]));
+        end_by_user[e] = !chosen[e].empty();
+        end_names[e] = end_by_user[e] ? chosen[e]
+                       : by_line[b]   ? names[b] + (anatomy.ends[e].role == EndRole::Inlet ? ".in" : ".out")
+                                      : anatomy.ends[e].opening.name;
+    }
+    make_unique(end_names, end_by_user);
+    for (VesselTarget& target : anatomy.targets)
+        target.name = targets[static_cast<std::size_t>(target.branch)];
+    for (std::size_t b = 0; b < branches; ++b) anatomy.branches[b].name = names[b];
+    for (std::size_t e = 0; e < ends; ++e) anatomy.ends[e].opening.name = end_names[e];
+}
+
+}  // namespace anatomy

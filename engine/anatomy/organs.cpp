@@ -1,0 +1,83 @@
+#include "engine/anatomy/organs.h"
+
+#include <algorithm>
+#include <array>
+#include <fmt/format.h>
+#include <vector>
+
+#include "engine/io/text.h"
+
+namespace anatomy {
+namespace {
+
+struct OrganNames {
+    std::string_view organ;
+    bool shows;         // the patient has it as a part of its own, in which contrast blushes
+    const char* whose;  // "a kidney"
+    std::array<std::string_view, 24> branches;
+};
+constexpr std::array<OrganNames, 6> all_organs = {{
+    {"leg", false, "a leg", {"LCFA", "RCFA", "LIIA", "RIIA", "LSA", "RSA", "LECA", "RECA"}},
+    {"kidney", true, "a kidney", {"LRA", "RRA"}},
+    {"brain",
+     true,
+     "the brain",
+     {"ICA", "LICA", "RICA", "M1", "A1", "A2", "P1", "P2", "PCOM", "M2sup", "M2inf", "LVA", "RVA", "BA"}},
+    {"gut", false, "the gut", {"SMA", "IMA", "coeliac"}},
+    {"heart",
+     true,
+     "the heart",
+     {"LM", "LAD", "LCX", "RCA", "PLV", "PDA", "conus", "AM", "D1", "D2", "S1", "OM1", "OM2"}},
+    {"trunk", false, "the trunk", {"aorta"}},
+}};
+
+std::optional<Organ> organ_named_by(std::string_view branch) {
+    while (!branch.empty()) {
+        const std::size_t plus = branch.rfind('+');
+        const std::string_view part = plus == std::string_view::npos ? branch : branch.substr(plus + 1);
+        for (std::size_t i = 0; i < all_organs.size(); ++i) {
+            const auto& names = all_organs[i].branches;
+            if (std::find(names.begin(), names.end(), part) != names.end()) return static_cast<Organ>(i);
+        }
+        branch = plus == std::string_view::npos ? std::string_view() : branch.substr(0, plus);
+    }
+    return std::nullopt;
+}
+
+}  // namespace
+
+std::string_view name_of(Organ organ) {
+    return all_organs[static_cast<std::size_t>(organ)].organ;
+}
+
+Organ organ_behind(const Anatomy& anatomy, int branch) {
+    for (int b = branch; b >= 0; b = anatomy.branches[b].parent)
+        if (const auto organ = organ_named_by(anatomy.branches[b].name)) return *organ;
+    return Organ::Leg;
+}
+
+std::string organs_text(const Anatomy& anatomy) {
+    std::array<std::vector<std::string>, all_organs.size()> ends;
+    for (const VesselEnd& end : anatomy.ends) {
+        if (end.role == EndRole::Inlet) continue;
+        const VesselPlace place = nearest_place(anatomy, end.opening.centre);
+        if (place.branch >= 0)
+            ends[static_cast<std::size_t>(organ_behind(anatomy, place.branch))].push_back(end.opening.name);
+    }
+    std::string text, names;
+    for (std::size_t i = 0; i < all_organs.size(); ++i) {
+        const OrganNames& organ = all_organs[i];
+        if (!organ.shows) continue;
+        if (!ends[i].empty())
+            text += fmt::format("contrast that leaves by {} shows in {}\n", io::joined(ends[i]), organ.whose);
+        std::vector<std::string_view> branches;
+        for (const std::string_view branch : organ.branches)
+            if (!branch.empty()) branches.push_back(branch);
+        names +=
+            fmt::format("{}{} for {}", names.empty() ? "" : "; ", io::joined(branches, " "), organ.whose);
+    }
+    if (text.empty()) text = "contrast shows in no organ of the patient\n";
+    return text + "  it goes by the branches' names, which may be changed in the file: " + names + "\n";
+}
+
+}  // namespace anatomy

@@ -1,0 +1,84 @@
+#pragma once
+/// What both readers of PolyData share: limits, types of numbers, and the cells of a piece.
+
+#include <cstring>
+#include <string_view>
+
+#include "engine/anatomy/polydata.h"
+
+namespace anatomy {
+
+/// Most points of a file, and most indices of its cells of one kind.
+constexpr std::int64_t most_points = 12'000'000, most_indices = 16'000'000;
+
+enum class NumberType { Int8, UInt8, Int16, UInt16, Int32, UInt32, Int64, UInt64, Float32, Float64 };
+int size_of(NumberType);  // [bytes]
+/// Of an attribute as in "UInt8", or of a legacy file's "unsigned_char".
+std::optional<NumberType> number_type_named(std::string_view);
+
+/// The numbers that bytes stand for; a rest shorter than a number is left out. Whole numbers that Number
+/// cannot hold become negative.
+template <class Number>
+std::vector<Number> unpacked(std::string_view bytes, NumberType type, bool big_endian) {
+    const auto all = [&]<class Stored>(Stored) {
+        std::vector<Number> numbers(bytes.size() / sizeof(Stored));
+        for (std::size_t i = 0; i < numbers.size(); ++i) {
+            char raw[sizeof(Stored)];
+            for (std::size_t k = 0; k < sizeof raw; ++k)
+                raw[big_endian ? sizeof raw - 1 - k : k] = bytes[i * sizeof raw + k];
+            Stored stored;
+            std::memcpy(&stored, raw, sizeof raw);
+            numbers[i] = static_cast<Number>(stored);
+        }
+        return numbers;
+    };
+    switch (type) {
+        case NumberType::Int8:
+            return all(std::int8_t{});
+        case NumberType::UInt8:
+            return all(std::uint8_t{});
+        case NumberType::Int16:
+            return all(std::int16_t{});
+        case NumberType::UInt16:
+            return all(std::uint16_t{});
+        case NumberType::Int32:
+            return all(std::int32_t{});
+        case NumberType::UInt32:
+            return all(std::uint32_t{});
+        case NumberType::Int64:
+            return all(std::int64_t{});
+        case NumberType::UInt64:
+            return all(std::uint64_t{});
+        case NumberType::Float32:
+            return all(float{});
+        case NumberType::Float64:
+            return all(double{});
+    }
+    return {};
+}
+
+/// The kinds of cells in the order in which a file's arrays of cells list them.
+enum class CellKind { Verts, Lines, Polys, Strips };
+constexpr std::array<const char*, 4> cell_kinds = {"Verts", "Lines", "Polys", "Strips"};
+
+/// The cells of one kind: the indices of all in a row, and where each cell ends.
+struct CellList {
+    std::vector<std::int64_t> indices, ends;
+};
+
+/// Throws InputError of "FILE: PLACE: found; accepted".
+[[noreturn]] void refuse_polydata(const std::string& file, std::string_view place, std::string_view found,
+                                  std::string_view accepted);
+
+/// Adds a piece's points and cells.
+void add_piece(PolyData&, const geometry::Polyline& points, const std::array<CellList, 4>& cells,
+               const std::string& file);
+/// Whether an array of this name is kept: a radius, or the number of a branch.
+bool keeps_numbers(std::string_view name);
+/// Adds arrays to those of the pieces before, which have so many values; a name that one of them lacks is
+/// dropped.
+void add_arrays(std::vector<PolyData::Array>& all, std::vector<PolyData::Array> piece, int before);
+/// The texts that a row of bytes separated by zeros holds.
+std::vector<std::string> texts_of(std::string_view bytes);
+
+}  // namespace anatomy
