@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "engine/anatomy/organs.h"
+#include "engine/blood/distal_arteries.h"
 #include "engine/io/error.h"
 #include "physics/geometry/polyline.h"
 
@@ -259,6 +260,7 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         outlet.direction = opening.outward_normal;
         outlet.share = supply.demand * std::pow(opening.radius, spec.exponent);
         outlet.transit = supply.transit;
+        outlet.radius = opening.radius;
         outlet.tissue = 100.0 / supply.perfusion * 60.0 / tissue_density;  // of 1 ml/s
         demand[flow.tree[cell]] += outlet.share;
         flow.outlets.push_back(std::move(outlet));
@@ -267,6 +269,7 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         const int tree = flow.tree[outlet.cell];
         outlet.share /= demand[tree];
         outlet.flow = outlet.share * flow.sources[tree].inflow;
+        outlet.arterial = arterial_time(outlet.radius, outlet.flow);
         outlet.tissue *= std::max(outlet.flow, 1e-3);
     }
     return flow;

@@ -59,6 +59,8 @@ struct Outlet {
     double flow;               // at rest [ml/s]
     double tissue;             // volume that the flow supplies [ml]
     double transit;            // mean, of blood through the organ's small vessels [s]
+    double radius = 0;         // of the end [mm]
+    double arterial = 0;       // time through the arteries between the end and those vessels [s]
 };
 
 struct BloodFlow {

@@ -45,6 +45,7 @@ ContrastFlow::ContrastFlow(const anatomy::Anatomy& anatomy, const FlowSpec& spec
     }
     for (auto* array : {&into_, &added_, &added_iodine_, &outflow_, &change_, &diagonal_, &right_})
         array->resize(count);
+    distal_ = DistalArteries(blood_.outlets);
     leaving_.resize(blood_.outlets.size());
     reached_.resize(blood_.outlets.size());
     reset();
@@ -54,6 +55,7 @@ void ContrastFlow::reset() {
     time_ = injected_ = injected_iodine_ = drained_ = 0;
     running_.clear();
     iodine_.assign(blood_.cells.size(), 0.0);
+    distal_.reset();
     tanks_.assign(blood_.outlets.size(), {});
     blush_.assign(blood_.outlets.size(), {});
     shown_.assign(blood_.cells.size(), 0.0f);
@@ -147,8 +149,11 @@ void ContrastFlow::advance(double dt) {
     std::fill(reached_.begin(), reached_.end(), 0.0);
     const bool clear =
         running_.empty() && std::all_of(iodine_.begin(), iodine_.end(), [](double c) { return c == 0; });
-    if (!clear) {
-        blood_.balance(pulse(time_ + 0.5 * dt), added_, into_, leaving_);
+    const double pulse_now = pulse(time_ + 0.5 * dt);
+    if (clear) {
+        for (std::size_t o = 0; o < leaving_.size(); ++o) leaving_[o] = pulse_now * blood_.outlets[o].flow;
+    } else {
+        blood_.balance(pulse_now, added_, into_, leaving_);
         carry(dt);
         spread(dt);
     }
@@ -256,7 +261,8 @@ void ContrastFlow::spread(double dt) {
 void ContrastFlow::perfuse(double dt) {
     for (std::size_t o = 0; o < tanks_.size(); ++o) {
         const double rate = dt * 3 / blood_.outlets[o].transit;
-        double arriving = reached_[o], held = 0;
+        const int outlet = static_cast<int>(o);
+        double arriving = distal_.pass(outlet, reached_[o], leaving_[o], dt), held = 0;
         for (double& mass : tanks_[o].mass) {
             mass = (mass + arriving) / (1 + rate);
             arriving = rate * mass;
@@ -269,6 +275,7 @@ void ContrastFlow::perfuse(double dt) {
 
 void ContrastFlow::show() {
     for (std::size_t i = 0; i < iodine_.size(); ++i) shown_[i] = static_cast<float>(iodine_[i]);
+    distal_.show();
 }
 
 IodineBalance ContrastFlow::balance() const {
@@ -276,7 +283,8 @@ IodineBalance ContrastFlow::balance() const {
     now.injected = injected_iodine_;
     now.drained = drained_;
     for (std::size_t i = 0; i < iodine_.size(); ++i) now.in_vessels += iodine_[i] * volume_[i];
-    for (const Blush& organ : blush_) now.in_organs += organ.iodine;
+    for (std::size_t o = 0; o < blush_.size(); ++o)
+        now.in_organs += blush_[o].iodine + distal_.held(static_cast<int>(o));
     return now;
 }
 

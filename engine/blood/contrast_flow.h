@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/blood/blood_flow.h"
+#include "engine/blood/distal_arteries.h"
 #include "physics/geometry/state.h"
 
 namespace blood {
@@ -34,7 +35,8 @@ struct Blush {
     void state(geometry::StateStream& s) { s(iodine, concentration); }
 };
 
-/// Where the iodine is [mg]; injected = in_vessels + in_organs + drained.
+/// Where the iodine is [mg]; injected = in_vessels + in_organs + drained. The arteries beyond the ends count
+/// as the organs'.
 struct IodineBalance {
     double injected = 0, in_vessels = 0, in_organs = 0, drained = 0;
 };
@@ -42,8 +44,9 @@ struct IodineBalance {
 /// Finite volumes on the cells of a BloodFlow. Blood with contrast moves by a second-order upwind scheme with
 /// van Leer's limiter, then spreads by implicit diffusion: no concentration is ever below 0 or above the
 /// injected one, and iodine is conserved to rounding. An injection mixes with the passing blood; the excess
-/// over what the vessel takes runs back upstream. Behind an end a chain of three mixed volumes delays the
-/// iodine by the organ's transit time before it drains. Contrast does not recirculate.
+/// over what the vessel takes runs back upstream. Behind an end the iodine passes
+/// the arteries to the organ, where a chain of three mixed volumes delays it by the organ's transit time
+/// before it drains. Contrast does not recirculate.
 class ContrastFlow {
 public:
     /// Throws InputError as blood_flow does.
@@ -54,6 +57,9 @@ public:
     std::span<const float> radii() const { return radii_; }           // [mm]
     std::span<const float> iodine() const { return shown_; }          // in each cell [mg/ml]
     std::span<const Blush> blush() const { return blush_; }           // behind each outlet of blood()
+    /// In the arteries beyond the ends, which the wire cannot enter: DistalArteries::bins for each outlet of
+    /// blood() [mg/ml].
+    std::span<const float> distal_iodine() const { return distal_.iodine(); }
 
     /// Begins with the next step, in addition to running injections. Throws InputError for numbers out of
     /// range, a branch that does not exist, and a volume beyond the limit, stating what is left of it.
@@ -69,7 +75,7 @@ public:
     double left() const;                           // of the limit, counting running injections in full [ml]
     IodineBalance balance() const;
     void state(geometry::StateStream& s) {
-        s(time_, injected_, injected_iodine_, drained_, running_, iodine_, tanks_, blush_, shown_);
+        s(time_, injected_, injected_iodine_, drained_, running_, iodine_, distal_, tanks_, blush_, shown_);
     }
 
 private:
@@ -102,6 +108,7 @@ private:
         double mass[3] = {0, 0, 0};  // [mg]
         void state(geometry::StateStream& s) { s(mass[0], mass[1], mass[2]); }
     };
+    DistalArteries distal_;
     std::vector<Tanks> tanks_;  // behind each outlet
     std::vector<Blush> blush_;
 

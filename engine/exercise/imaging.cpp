@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "engine/exercise/distal_trees.h"
 #include "engine/io/error.h"
 #include "physics/geometry/mesh_topology.h"
 #include "render/patient/patient.h"
@@ -143,6 +144,7 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     const blood::ContrastFlow& contrast = simulation.contrast();
     if (contrast.injected() > 0) {
         exposure.vessel_iodine.assign(contrast.iodine().begin(), contrast.iodine().end());
+        exposure.distal_iodine = distal_iodine(contrast);
         exposure.wire_iodine = along_wire(contrast, simulation.wire().joints);
         for (const BlushingOrgan& organ : organs) {
             double iodine = 0;
@@ -156,12 +158,14 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
 bool has_contrast(const render::Exposure& exposure) {
     const auto some = [](float concentration) { return concentration > 1e-3f; };
     return exposure.iodine > 0 ||
-           std::any_of(exposure.vessel_iodine.begin(), exposure.vessel_iodine.end(), some);
+           std::any_of(exposure.vessel_iodine.begin(), exposure.vessel_iodine.end(), some) ||
+           std::any_of(exposure.distal_iodine.begin(), exposure.distal_iodine.end(), some);
 }
 
 void remove_contrast(render::Exposure& exposure) {
     exposure.iodine = exposure.wire_iodine = 0;
     exposure.vessel_iodine.clear();
+    exposure.distal_iodine.clear();
     exposure.organs.clear();
 }
 
@@ -184,7 +188,10 @@ ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Ana
         render::require_closed("lumen", layers.back().mesh);
         render::LumenContrast vessels(layers.back().mesh, {contrast.nodes().begin(), contrast.nodes().end()},
                                       {contrast.radii().begin(), contrast.radii().end()});
-        return {render::Fluoroscope(config, std::move(layers), std::move(vessels)), std::move(organs)};
+        render::DistalVessels distal(distal_trees(anatomy, contrast.blood(), layers),
+                                     distal_nodes(contrast.blood()));
+        return {render::Fluoroscope(config, std::move(layers), std::move(vessels), std::move(distal)),
+                std::move(organs)};
     } catch (const render::OpenMeshError& error) {
         throw io::InputError(anatomy.name + ": a closed mesh is needed for imaging: " + error.what());
     } catch (const render::OverlappingMeshError& error) {

@@ -49,6 +49,7 @@ struct PoseImages {
     SparseLength contrast;                  // through layers that take contrast
     std::map<int, SparseLength> organs;     // through each perfused layer
     std::optional<ContrastMatrix> vessels;  // made when contrast first needs it
+    std::optional<DistalMatrix> distal;     // the same
     int unbalanced_pixels = 0;
 };
 

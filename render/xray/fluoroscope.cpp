@@ -61,6 +61,7 @@ struct Fluoroscope::State {
     std::vector<TissueLayer> layers;  // their meshes have been moved to the renderer
     PathLengthRenderer renderer;
     std::optional<LumenContrast> vessels;
+    std::optional<DistalVessels> distal;
     WireImage wire;
     std::optional<PlaneImages> plane;
     std::optional<PoseImages> pose;
@@ -74,6 +75,7 @@ struct Fluoroscope::State {
     const BareImage& bare_image(const Exposure&);
     void dissolve(const Exposure&);
     void dissolve_in_vessels(const Exposure&);
+    void dissolve_in_distal(const Exposure&);
     void dissolve_in(const SparseLength&, float concentration);
 };
 
@@ -131,11 +133,25 @@ void Fluoroscope::State::dissolve(const Exposure& exposure) {
     } else if (exposure.iodine > 0.0) {
         dissolve_in(pose->contrast, static_cast<float>(exposure.iodine));
     }
+    if (distal) dissolve_in_distal(exposure);
     for (const OrganIodine& organ : exposure.organs) {
         const auto found = pose->organs.find(organ.layer);
         if (found != pose->organs.end() && organ.iodine > 0.0)
             dissolve_in(found->second, static_cast<float>(organ.iodine));
     }
+}
+
+void Fluoroscope::State::dissolve_in_distal(const Exposure& exposure) {
+    const std::vector<float>& there = exposure.distal_iodine;
+    if (std::none_of(there.begin(), there.end(), [](float c) { return c > 1e-3f; })) return;
+    if (!pose->distal) pose->distal = distal->at(pose->arm);
+    std::vector<PixelShift> shifts;
+    if (!exposure.vessel_shift.isZero()) {
+        std::vector<Vec3> moved = pose->distal->middle;
+        for (Vec3& node : moved) node += exposure.vessel_shift;
+        shifts = pixel_shifts(pose->arm, pose->distal->middle, moved);
+    }
+    add_iodine(*pose->distal, there, shifts, iodine, iodine_pixels);
 }
 
 void Fluoroscope::State::dissolve_in(const SparseLength& layer, float concentration) {
@@ -166,10 +182,11 @@ void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
 }
 
 Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> layers,
-                         std::optional<LumenContrast> vessels)
+                         std::optional<LumenContrast> vessels, std::optional<DistalVessels> distal)
     : state_(std::make_unique<State>()) {
     state_->config = config;
     state_->vessels = std::move(vessels);
+    state_->distal = std::move(distal);
     for (TissueLayer& layer : layers) {
         require_closed(layer.name, layer.mesh);
         if (layer.takes_contrast) require_simple(layer.name, layer.mesh);

@@ -14,6 +14,7 @@
 #include "render/xray/contrast.h"
 #include "render/xray/detector.h"
 #include "render/xray/display.h"
+#include "render/xray/distal_vessels.h"
 #include "render/xray/materials.h"
 #include "render/xray/wire_image.h"
 #include "render/xray/x_ray_tube.h"
@@ -61,13 +62,15 @@ struct Exposure {
     double iodine = 0.0;             // concentration throughout the layers that take contrast [mg/ml]
     /// In addition, at each node of the vessels [mg/ml]; empty = none.
     std::vector<float> vessel_iodine = {};
+    /// At each node of the distal arteries [mg/ml]; empty = none.
+    std::vector<float> distal_iodine = {};
     std::vector<OrganIodine> organs = {};
     double wire_iodine = 0.0;  // besides `iodine`, in the blood that the wire displaces [mg/ml]
     /// Displacement of vessels and wire from where meshes and joints place them: a beating heart [mm].
     geometry::Vec3 vessel_shift = geometry::Vec3::Zero();
 
     void state(geometry::StateStream& s) {
-        s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, organs, wire_iodine, vessel_shift);
+        s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, wire_iodine, vessel_shift);
     }
 };
 
@@ -81,8 +84,9 @@ class Fluoroscope {
 public:
     /// Throws OpenMeshError for an open mesh, OverlappingMeshError for a lumen that overlaps itself, and
     /// std::runtime_error for a broken one or when GL fails. With `vessels`, the nodes of the layers that
-    /// take contrast, iodine may vary from place to place.
-    Fluoroscope(FluoroscopeConfig, std::vector<TissueLayer>, std::optional<LumenContrast> vessels = {});
+    /// take contrast, iodine may vary from place to place; `distal` arteries show nothing but their iodine.
+    Fluoroscope(FluoroscopeConfig, std::vector<TissueLayer>, std::optional<LumenContrast> vessels = {},
+                std::optional<DistalVessels> distal = {});
     ~Fluoroscope();
     Fluoroscope(Fluoroscope&&) noexcept;
     Fluoroscope& operator=(Fluoroscope&&) noexcept;

@@ -1,0 +1,24 @@
+#pragma once
+/// Arteries beyond the ends of the lumen, which only the image shows.
+
+#include <span>
+#include <vector>
+
+#include "engine/blood/contrast_flow.h"
+#include "render/xray/fluoroscope.h"
+
+namespace exercise {
+
+/// Grows a tree from every outlet into the territory that it supplies, down to arteries of 0.15 mm radius:
+/// the part of its organ's layer that is nearer to it than to the organ's other outlets, or the tissue ahead
+/// of the end. Branches divide the territory, radii follow Murray's law (1926) with the exponent that leads
+/// from the end to the smallest arteries. A trunk goes on and fades, and so does the vessel that blood comes
+/// from. The nodes are those of distal_iodine(). The same arguments give the same pieces.
+std::vector<render::VesselPiece> distal_trees(const anatomy::Anatomy&, const blood::BloodFlow&,
+                                              const std::vector<render::TissueLayer>&);
+
+/// Concentration at the nodes: those of blood::DistalArteries, then one for each source of blood [mg/ml].
+std::vector<float> distal_iodine(const blood::ContrastFlow&);
+std::uint32_t distal_nodes(const blood::BloodFlow&);
+
+}  // namespace exercise

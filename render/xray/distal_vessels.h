@@ -1,0 +1,54 @@
+#pragma once
+/// Arteries too small for a wire, which only the image shows: straight pieces of which contrast fills those
+/// that it has reached.
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "physics/geometry/vec.h"
+#include "render/picture/image.h"
+#include "render/xray/c_arm.h"
+#include "render/xray/contrast.h"
+
+namespace render {
+
+/// A cylinder. Its blood has the concentration of a node, thinned by `fill`, so that a vessel can fade out.
+struct VesselPiece {
+    geometry::Vec3 from, to;  // [mm]
+    float radius = 0;         // [mm]
+    float fill = 1;           // [-]
+    std::uint32_t node = 0;
+};
+
+/// Node → pixels that see its pieces, with the mean length of the pixel's ray through them [mm].
+struct DistalMatrix {
+    int width = 0;                       // of the square image [pixels]
+    std::vector<std::uint32_t> starts;   // of each node's entries, plus one at the end
+    std::vector<std::uint32_t> pixels;   // row by row from the top left
+    std::vector<float> lengths;          // [mm]
+    std::vector<geometry::Vec3> middle;  // of each node's pieces [mm]
+};
+
+/// Every piece casts the exact mean of its chords across its width, and along it what its ends cover; the
+/// volume on the image is the piece's.
+class DistalVessels {
+public:
+    /// Throws std::invalid_argument for numbers that are not finite, a radius that is not positive, or a
+    /// node from `nodes` on.
+    DistalVessels(std::vector<VesselPiece>, std::uint32_t nodes);
+
+    std::uint32_t nodes() const { return static_cast<std::uint32_t>(middle_.size()); }
+    /// The same arguments give the same bits.
+    DistalMatrix at(const CArm&) const;
+
+private:
+    std::vector<VesselPiece> pieces_;  // by node
+    std::vector<geometry::Vec3> middle_;
+};
+
+/// Adds Σ length · iodine of each node [mg/ml], and lists the pixels that were 0 before.
+void add_iodine(const DistalMatrix&, std::span<const float> iodine, std::span<const PixelShift>, Field& out,
+                std::vector<std::uint32_t>& touched);
+
+}  // namespace render
