@@ -121,7 +121,10 @@ void AnatomyCommand::add_import() {
                      "AXIS:DEG, such as x:90, about the origin and after --axes; again for more, in order")
         ->take_all()
         ->allow_extra_args(false);
-    import_->add_option("--inlet", inlet_, "X,Y,Z in mm near the end that wires come in by; else the largest")
+    import_
+        ->add_option(
+            "--inlet", inlet_,
+            "X,Y,Z in mm, after scale, axes and turns, near the end that wires come in by; else the largest")
         ->delimiter(',')
         ->expected(3);
     import_

@@ -69,14 +69,15 @@ std::string organs_text(const Anatomy& anatomy) {
         const OrganNames& organ = all_organs[i];
         if (!organ.shows) continue;
         if (!ends[i].empty())
-            text += fmt::format("contrast that leaves by {} shows in {}\n", io::joined(ends[i]), organ.whose);
+            text += fmt::format("contrast that leaves by {} shows in {}, with a patient around the vessels\n",
+                                io::joined(ends[i]), organ.whose);
         std::vector<std::string_view> branches;
         for (const std::string_view branch : organ.branches)
             if (!branch.empty()) branches.push_back(branch);
         names +=
             fmt::format("{}{} for {}", names.empty() ? "" : "; ", io::joined(branches, " "), organ.whose);
     }
-    if (text.empty()) text = "contrast shows in no organ of the patient\n";
+    if (text.empty()) text = "contrast shows in no organ, with a patient around the vessels\n";
     return text + "  it goes by the branches' names, which may be changed in the file: " + names + "\n";
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -167,7 +168,9 @@ std::vector<GivenLine> from_path(const std::string& text, const std::filesystem:
 }  // namespace
 
 std::vector<GivenLine> load_centrelines(const std::filesystem::path& path, double unit) {
-    const std::string file = path.string(), extension = path.extension().string();
+    const std::string file = path.string();
+    std::string extension = path.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
     std::error_code unknown;
     const std::uintmax_t size = std::filesystem::file_size(path, unknown);
     if (!unknown && size > (std::size_t{100} << 20)) refuse(file, "more than 100 MB were found");

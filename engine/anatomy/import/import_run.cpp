@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/first_scenario.h"
@@ -26,16 +27,19 @@ std::string report_of(const ImportedLumen& imported, const std::filesystem::path
     for (const Finding& finding : imported.findings) text += text_of(finding) + "\n";
     text += "\n" + lines_of(imported.checks);
     const Anatomy& anatomy = imported.anatomy;
+    std::size_t width = 4;
+    for (const auto& branch : anatomy.branches) width = std::max(width, branch.name.size());
+    for (const VesselEnd& end : anatomy.ends) width = std::max(width, end.opening.name.size());
     text += fmt::format("\n{} branches:\n", anatomy.branches.size());
     for (const auto& branch : anatomy.branches) {
         const auto [least, most] = std::minmax_element(branch.radii.begin(), branch.radii.end());
-        text += fmt::format("  {:<4} {:>7.1f} mm, radius {:.2f} to {:.2f}, from {}\n", branch.name,
+        text += fmt::format("  {:<{}} {:>7.1f} mm, radius {:.2f} to {:.2f}, from {}\n", branch.name, width,
                             geometry::length_of(branch.points), *least, *most,
                             branch.parent < 0 ? "the inlet" : anatomy.branches[branch.parent].name);
     }
     text += fmt::format("{} ends:\n", anatomy.ends.size());
     for (const VesselEnd& end : anatomy.ends) {
-        text += fmt::format("  {:<6} {}, radius {:.2f} mm{}\n", end.opening.name,
+        text += fmt::format("  {:<{}} {}, radius {:.2f} mm{}\n", end.opening.name, width,
                             io::place_text(end.opening.centre), end.opening.radius,
                             end.role == EndRole::Inlet ? ", inlet" : "");
     }
@@ -50,6 +54,26 @@ std::string frame_text(const FileFrame& frame) {
     if (frame.scale != 1) text += ", scale " + io::number_text(frame.scale);
     for (const std::string& turn : frame.rotations) text += ", rotate " + turn;
     return text;
+}
+
+/// Before any work: it is written last.
+void check_scenario_file(const ImportRequest& request) {
+    if (request.scenario.empty()) return;
+    std::error_code ignored;
+    const std::filesystem::path folder =
+        request.scenario.has_parent_path() ? request.scenario.parent_path() : ".";
+    if (!std::filesystem::is_directory(folder, ignored) || ::access(folder.c_str(), W_OK) != 0 ||
+        std::filesystem::is_directory(request.scenario, ignored))
+        throw io::InputError(
+            fmt::format("--scenario {}: no such folder can be written; a file in one is accepted",
+                        request.scenario.string()));
+    std::vector<std::filesystem::path> inputs = request.options.centrelines;
+    inputs.push_back(request.mesh);
+    for (const std::filesystem::path& input : inputs)
+        if (std::filesystem::equivalent(request.scenario, input, ignored))
+            throw io::InputError(
+                fmt::format("--scenario {}: an input would be overwritten; another file is accepted",
+                            request.scenario.string()));
 }
 
 Provenance provenance_of(const ImportRequest& request) {
@@ -78,6 +102,7 @@ ImportOutcome run_import(const ImportRequest& request) {
         throw io::InputError(request.mesh.string() +
                              ": would be overwritten; another folder or another name (--name) is accepted");
     }
+    check_scenario_file(request);
     if (!request.body.empty()) landmark_of_part(request.body);
     if (request.landmark && request.body.empty())
         throw io::InputError("--landmark was given without --body; both are accepted together");

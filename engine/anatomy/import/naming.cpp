@@ -35,22 +35,22 @@ double distance_to(const Polyline& line, const Vec3& x) {
     return std::sqrt(least);
 }
 
-/// Share of the branch's samples that the line passes; the first fifth lies in the parent's mouth.
-double share_along(const CentrelineBranch& branch, const Polyline& line) {
-    const std::size_t first = branch.points.size() / 5;
+/// Share of the branch's samples that the line passes, from that one on.
+double share_along(const CentrelineBranch& branch, const Polyline& line, std::size_t first) {
     int near = 0;
     for (std::size_t i = first; i < branch.points.size(); ++i)
         near += distance_to(line, branch.points[i]) <= near_radii * branch.radii[i];
     return static_cast<double>(near) / static_cast<double>(branch.points.size() - first);
 }
 
-/// The name of the line that runs along the branch; of several the one that ends nearest to its end.
-std::string name_along(const CentrelineBranch& branch, std::span<const GivenLine> lines) {
+/// The name of the line that runs along the branch from that sample on; of several the one that ends nearest
+/// to its end.
+std::string name_along(const CentrelineBranch& branch, std::span<const GivenLine> lines, std::size_t first) {
     std::string best;
     double best_share = least_share, best_gap = std::numeric_limits<double>::infinity();
     for (const GivenLine& line : lines) {
         if (line.name.empty()) continue;
-        const double share = share_along(branch, line.points);
+        const double share = share_along(branch, line.points, first);
         const double gap = std::min((line.points.front() - branch.points.back()).norm(),
                                     (line.points.back() - branch.points.back()).norm());
         const bool better = share > best_share + 0.05 || (share > best_share - 0.05 && gap < best_gap);
@@ -59,6 +59,13 @@ std::string name_along(const CentrelineBranch& branch, std::span<const GivenLine
     }
     std::erase_if(best, [](char c) { return !may_stand_in_a_name(c); });
     return best.substr(0, longest_name);
+}
+
+std::string name_by_lines(const CentrelineBranch& branch, std::span<const GivenLine> lines) {
+    // Its start lies in the parent's mouth. A stem may follow several lines: that of its last third names it.
+    const std::size_t count = branch.points.size();
+    const std::string along = name_along(branch, lines, count / 5);
+    return along.empty() ? name_along(branch, lines, count - std::max<std::size_t>(count / 3, 1)) : along;
 }
 
 std::string without_side(const std::string& name) {
@@ -160,7 +167,7 @@ void give_names(Anatomy& anatomy, std::span<const GivenLine> lines, std::span<co
     std::vector<bool> by_user(branches, false), end_by_user(ends, false);
     std::vector<bool> by_line(branches, false);
     for (std::size_t b = 0; b < branches; ++b) {
-        const std::string along = name_along(anatomy.branches[b], lines);
+        const std::string along = name_by_lines(anatomy.branches[b], lines);
         by_line[b] = !along.empty();
         names[b] = targets[b] = by_line[b] ? along : anatomy.branches[b].name;
     }

@@ -37,8 +37,8 @@ std::string sv_path(const std::string& points) {
 TEST(GivenCentrelines, PolyDataBringsNamesAndRadii) {
     const TemporaryFolder folder;
     PolyData data = two_lines();
-    write(folder / "a.vtp", test::VtpText({"appended", true, true}).of(data));
-    std::vector<GivenLine> lines = load_centrelines(folder / "a.vtp", 10);
+    write(folder / "a.VTP", test::VtpText({"appended", true, true}).of(data));
+    std::vector<GivenLine> lines = load_centrelines(folder / "a.VTP", 10);
     ASSERT_EQ(lines.size(), 2u);
     EXPECT_EQ(lines[0].name, "group4");
     EXPECT_EQ(lines[1].name, "group7");

@@ -72,6 +72,10 @@ TEST(Naming, BranchesTakeTheNamesOfTheLinesAlongThem) {
     whole.points.insert(whole.points.end(), branches[1].points.begin(), branches[1].points.end());
     EXPECT_EQ(named({}, {whole, stem}), "aorta renal aorta.in aorta.out renal.out aorta renal ");
     EXPECT_EQ(named({{"X", side_end()}}, {stem, side}), "aorta X aorta.in aorta.out X aorta X ");
+    const GivenLine first{"aorta", {Vec3(1, 0, 0), Vec3(10, 0, 0)}, {}},
+        middle{"LCIA", {Vec3(11, 0, 0), Vec3(18, 0, 0)}, {}},
+        last{"LEIA", {Vec3(21, 0, 0), Vec3(29, 0, 0)}, {}};
+    EXPECT_EQ(named({}, {first, middle, last}), "LEIA B2 LEIA.in LEIA.out END3 LEIA B2 ");
     const GivenLine far{"far", {Vec3(0, 50, 0), Vec3(30, 50, 0)}, {}};
     EXPECT_EQ(named({}, {far}), "B1 B2 END1 END2 END3 B1 B2 ");
     GivenLine other = side;
