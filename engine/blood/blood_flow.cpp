@@ -21,7 +21,7 @@ namespace {
 constexpr double cubic_mm_per_ml = 1000.0;
 constexpr double tissue_density = 1.05;  // [g/ml]
 
-/// The organ behind an end. `demand`: flow at rest per radius cubed relative to a leg's, chosen so that the
+/// The organ behind an end. `demand`: flow at rest per radius cubed relative to an arm's, chosen so that the
 /// generated vessels come near published flows: common femoral artery 350 ± 141 ml/min (Ultrasound Med Biol
 /// 1986;12:777), infrarenal aorta 17.5 ± 5.4 ml/s (Les 2010), both kidneys 1.1 l/min, an internal carotid 250
 /// ml/min (textbook values). The demands of gut, heart and trunk, and all perfusions and transit times of
@@ -33,15 +33,16 @@ struct Organ {
     double transit;    // [s]
     std::array<std::string_view, 24> branches;
 };
-constexpr std::array<Organ, 6> organs = {{
-    {"leg", 1.0, 3.0, 15.0, {"LCFA", "RCFA", "LIIA", "RIIA", "LSA", "RSA", "LECA", "RECA"}},
+constexpr std::array<Organ, 7> organs = {{
+    {"arm", 1.0, 3.0, 15.0, {"LSA", "RSA", "LECA", "RECA"}},
+    {"leg", 0.5, 3.0, 15.0, {"LCFA", "RCFA", "LIIA", "RIIA", "LSFA", "LPFA"}},
     {"kidney", 4.0, 350.0, 5.0, {"LRA", "RRA"}},
     {"brain",
      3.0,
      55.0,
      4.0,
      {"ICA", "LICA", "RICA", "M1", "A1", "A2", "P1", "P2", "PCOM", "M2sup", "M2inf", "LVA", "RVA", "BA"}},
-    {"gut", 3.0, 60.0, 6.0, {"SMA", "IMA", "coeliac"}},
+    {"gut", 1.8, 60.0, 6.0, {"SMA", "IMA", "coeliac", "CHA", "splenic"}},
     {"heart",
      10.0,
      80.0,
@@ -64,7 +65,7 @@ const Organ* organ_named_by(std::string_view branch) {
     return nullptr;
 }
 
-/// A vessel of unknown name supplies the same organ as its parent or, failing that, a leg's muscle.
+/// A vessel of unknown name supplies the same organ as its parent or, failing that, an arm's muscle.
 const Organ& organ_behind(const anatomy::Anatomy& anatomy, int branch) {
     for (int b = branch; b >= 0; b = anatomy.branches[b].parent) {
         if (const Organ* organ = organ_named_by(anatomy.branches[b].name)) return *organ;
@@ -288,10 +289,32 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         demand[flow.tree[cell]] += outlet.share;
         flow.outlets.push_back(std::move(outlet));
     }
+    std::vector<double> inflow;  // of each tree, with what other trees bring [ml/s]
+    for (const BloodFlow::Source& source : flow.sources) inflow.push_back(source.inflow);
+    for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
+        const std::optional<anatomy::VesselPlace> joint = anatomy::joint_of(anatomy, b);
+        if (!joint) continue;
+        const int cell = position[vessels.first[b + 1] - 1], tree = flow.tree[cell];
+        const Vec3& end = anatomy.branches[b].points.back();
+        const int into = position[deepest(vessels.cells, vessels.first[joint->branch],
+                                          vessels.first[joint->branch + 1], end)];
+        if (demand[tree] > 0 || flow.tree[into] == tree || demand[flow.tree[into]] == 0) continue;
+        demand[tree] = 1;
+        inflow[flow.tree[into]] += inflow[tree];
+        Outlet outlet;
+        outlet.end = outlet.branch = anatomy.branches[b].name;
+        outlet.organ = "confluence";
+        outlet.cell = cell;
+        outlet.into = into;
+        outlet.place = end;
+        outlet.direction = (end - flow.cells[cell].centre).normalized();
+        outlet.share = outlet.transit = outlet.tissue = 1;
+        flow.outlets.push_back(std::move(outlet));
+    }
     for (Outlet& outlet : flow.outlets) {
         const int tree = flow.tree[outlet.cell];
         outlet.share /= demand[tree];
-        outlet.flow = outlet.share * flow.sources[tree].inflow;
+        outlet.flow = outlet.share * inflow[tree];
         outlet.tissue *= std::max(outlet.flow, 1e-3);
     }
     return flow;
@@ -329,6 +352,12 @@ void BloodFlow::balance(double pulse, std::span<const double> added, std::span<d
     for (std::size_t i = 0; i < cells.size(); ++i) {
         entering[tree[i]] += added[i];
         into[i] = -added[i];
+    }
+    for (const Outlet& outlet : outlets) {
+        if (outlet.into < 0) continue;
+        const double passed = entering[tree[outlet.cell]];
+        entering[tree[outlet.into]] += passed;
+        into[outlet.into] -= passed;
     }
     for (std::size_t o = 0; o < outlets.size(); ++o) {
         leaving[o] = outlets[o].share * entering[tree[outlets[o].cell]];
