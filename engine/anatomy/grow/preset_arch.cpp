@@ -54,6 +54,23 @@ private:
     SampledBranch aorta_;
 };
 
+/// Whether a coronary artery that starts `mouth` along the root of the aorta, its knots moved by `shift` from
+/// there, passes beside the root, which is extended straight down when it is cut open.
+constexpr double mouth = 15;  // [mm]
+bool passes(const std::vector<VesselKnot>& stem, const Vec3& shift, const BranchSpec& aorta) {
+    const VesselKnot& root = aorta.knots[0];
+    const Vec3 up = (aorta.knots[1].place - root.place).normalized(), start = root.place + mouth * up;
+    constexpr double apart = 1;  // of the walls [mm]
+    for (std::size_t i = 3; i < stem.size(); ++i) {
+        for (const double part : {0.5, 1.0}) {
+            const Vec3 place = start + shift + stem[i - 1].place + part * (stem[i].place - stem[i - 1].place);
+            const Vec3 from = place - root.place;
+            if ((from - from.dot(up) * up).norm() < root.radius + stem[i - 1].radius + apart) return false;
+        }
+    }
+    return true;
+}
+
 /// The diameters of an arch's vessels and the form of its centreline.
 struct ArchFigures {
     double ascending, trunk, carotid, subclavian;  // radii [mm]
@@ -353,12 +370,13 @@ VesselTreeSpec arch_with_coronary(Variation& v) {
         return std::none_of(heart.branches.begin(), heart.branches.end(),
                             [&](const BranchSpec& branch) { return branch.name == target.branch; });
     });
-    constexpr double mouth = 15;  // along the aorta [mm]
     std::vector<VesselKnot>& stem = heart.branches[0].knots;
     const Vec3 way = (stem[1].place - stem[0].place).normalized();
-    // Farther out of an aorta that is wider than the mean, to pass beside it.
     const double wall = spec.branches[0].knots[1].radius;
-    const double lengthened = wall + 0.6 * std::max(0.0, wall - 17.3);
+    double lengthened = wall;
+    if (v.varied())
+        while (lengthened < wall + 12 && !passes(stem, lengthened * way - stem[0].place, spec.branches[0]))
+            lengthened += 0.5;
     const Vec3 shift = lengthened * way - stem[0].place;
     for (VesselKnot& knot : stem) knot.place += shift;
     stem.insert(stem.begin(), {Vec3::Zero(), stem[0].radius});
