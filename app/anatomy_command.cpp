@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,6 +18,8 @@
 
 namespace app {
 namespace {
+
+constexpr double mm_per_cm = 10;
 
 class AnatomyCommand {
 public:
@@ -39,6 +42,8 @@ private:
     CLI::App *command_, *generate_ = nullptr, *import_ = nullptr, *check_ = nullptr, *show_ = nullptr;
     anatomy::GenerateRequest request_;
     std::vector<std::string> stenoses_, aneurysms_, tortuosities_;
+    std::string sex_;
+    std::optional<double> height_cm_;
     anatomy::ImportRequest import_request_;
     std::vector<double> inlet_, opened_, landmark_;
     std::vector<std::string> names_;
@@ -66,8 +71,15 @@ void AnatomyCommand::add_generate() {
     generate->add_option("source", request_.source, "A preset, or a vessel tree (.toml)")->required();
     generate
         ->add_option("--seed", request_.seed,
-                     "Draws dimensions and bends of a preset; 0 = the published means")
+                     "Draws patient, dimensions and bends of a preset; 0 = the published means")
         ->check(CLI::Range(0.0, 9e15));
+    generate->add_option("--sex", sex_, "The patient's, f or m; else by seed");
+    generate->add_option("--age", request_.patient.age, "In years; else by seed")
+        ->check(CLI::Range(anatomy::youngest, anatomy::oldest));
+    generate->add_option("--height", height_cm_, "In cm; else by seed")
+        ->check(CLI::Range(anatomy::shortest / mm_per_cm, anatomy::tallest / mm_per_cm));
+    generate->add_option("--weight", request_.patient.weight, "In kg; else by seed")
+        ->check(CLI::Range(anatomy::lightest, anatomy::heaviest));
     generate->add_option("--out", request_.out, "Folder for NAME.anatomy.json and NAME.stl")->required();
     generate->add_option("--name", request_.name, "NAME; else the preset or the file, with the seed");
     generate->add_option("--stenosis", stenoses_, "BRANCH:AT:LENGTH:PERCENT of the diameter [mm]")
@@ -89,6 +101,8 @@ int AnatomyCommand::generate() {
     for (const std::string& text : aneurysms_) request_.aneurysms.push_back(anatomy::parse_aneurysm(text));
     for (const std::string& text : tortuosities_)
         request_.tortuosities.push_back(anatomy::parse_tortuosity(text));
+    if (!sex_.empty()) request_.patient.sex = anatomy::parse_sex(sex_);
+    if (height_cm_) request_.patient.height = *height_cm_ * mm_per_cm;
     request_.program = program;
     anatomy::GenerateOutcome outcome;
     {
@@ -96,9 +110,10 @@ int AnatomyCommand::generate() {
         request_.progress = [&bar](double part, const char* what) { bar.show(part, what); };
         outcome = anatomy::run_generate(request_);
     }
-    fmt::print("{}: {} branches, {} triangles{}\nends:    {}\ntargets: {}\n", outcome.file.string(),
-               outcome.branches, outcome.triangles, outcome.kept ? ", kept as it was" : "",
-               io::joined(outcome.ends), io::joined(outcome.targets));
+    fmt::print("{}: {} branches, {} triangles{}\n", outcome.file.string(), outcome.branches,
+               outcome.triangles, outcome.kept ? ", kept as it was" : "");
+    if (!outcome.patient.empty()) fmt::print("patient: {}\n", outcome.patient);
+    fmt::print("ends:    {}\ntargets: {}\n", io::joined(outcome.ends), io::joined(outcome.targets));
     return 0;
 }
 

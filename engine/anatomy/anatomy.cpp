@@ -4,7 +4,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
-#include <map>
 
 #include "engine/io/error.h"
 #include "engine/io/text.h"
@@ -160,6 +159,45 @@ double arc_between(const CentrelineBranch& branch, int from, int to) {
     return geometry::length_of(std::span(branch.points).subspan(from, to - from + 1));
 }
 
+/// Two places that are one: the start of a child and its parent there, or a joint.
+struct Meeting {
+    VesselPlace a, b;
+};
+
+/// The shortest way by all meetings, where branches make loops: distances from `start` are lowered until
+/// none changes (Bellman and Ford).
+std::optional<double> way_through(const Anatomy& anatomy, const std::vector<Meeting>& meetings,
+                                  const VesselPlace& start, const VesselPlace& goal) {
+    std::vector<VesselPlace> places = {start, goal};
+    for (const Meeting& meeting : meetings) places.insert(places.end(), {meeting.a, meeting.b});
+    struct Step {
+        std::size_t from, to;
+        double length;
+    };
+    std::vector<Step> steps;
+    for (std::size_t p = 0; p < places.size(); ++p) {
+        for (std::size_t q = 0; q < p; ++q) {
+            if (places[p].branch != places[q].branch) continue;
+            steps.push_back(
+                {p, q, arc_between(anatomy.branches[places[p].branch], places[p].sample, places[q].sample)});
+        }
+    }
+    for (std::size_t p = 2; p < places.size(); p += 2) steps.push_back({p, p + 1, 0});
+    std::vector<double> way(places.size(), std::numeric_limits<double>::infinity());
+    way[0] = 0;
+    for (bool changed = true; changed;) {
+        changed = false;
+        for (const Step& step : steps) {
+            for (const auto& [from, to] : {std::pair(step.from, step.to), std::pair(step.to, step.from)}) {
+                if (way[from] + step.length >= way[to]) continue;
+                way[to] = way[from] + step.length;
+                changed = true;
+            }
+        }
+    }
+    return std::isfinite(way[1]) ? std::optional(way[1]) : std::nullopt;
+}
+
 }  // namespace
 
 std::vector<geometry::OpenEnd> Anatomy::openings() const {
@@ -253,7 +291,32 @@ VesselPlace nearest_place(const Anatomy& anatomy, const Vec3& point) {
     return best;
 }
 
+std::optional<VesselPlace> joint_of(const Anatomy& anatomy, int branch) {
+    const int joined = geometry::joined_branch(anatomy.branches, anatomy.openings(), branch);
+    if (joined < 0) return std::nullopt;
+    const Vec3& last = anatomy.branches[branch].points.back();
+    const CentrelineBranch& other = anatomy.branches[joined];
+    VesselPlace deepest;
+    for (int i = 0; i < static_cast<int>(other.points.size()); ++i) {
+        const double distance = (last - other.points[i]).norm() - other.radii[i];
+        if (distance < deepest.distance) deepest = {joined, i, distance};
+    }
+    return deepest;
+}
+
 std::optional<double> way_between(const Anatomy& anatomy, const VesselPlace& a, const VesselPlace& b) {
+    std::vector<Meeting> meetings;
+    for (int c = 0; c < static_cast<int>(anatomy.branches.size()); ++c) {
+        const int last = static_cast<int>(anatomy.branches[c].points.size()) - 1;
+        if (const auto joint = joint_of(anatomy, c)) meetings.push_back({{c, last, 0}, *joint});
+    }
+    if (!meetings.empty()) {
+        for (int c = 0; c < static_cast<int>(anatomy.branches.size()); ++c) {
+            const CentrelineBranch& branch = anatomy.branches[c];
+            if (branch.parent >= 0) meetings.push_back({{c, 0, 0}, {branch.parent, branch.parent_sample, 0}});
+        }
+        return way_through(anatomy, meetings, a, b);
+    }
     struct Stop {
         int branch, sample;
         double way;  // from the place [mm]
@@ -337,31 +400,9 @@ EntryPath path_from(const Anatomy& anatomy, int end) {
 }
 
 double centreline_distance(const Anatomy& anatomy, const Vec3& from, const Vec3& to) {
-    // From `from` up to the root, noting where each branch is met and after how many millimetres.
-    struct Met {
-        int sample;
-        double length;
-    };
-    std::map<int, Met> met;
-    const VesselPlace start = nearest_place(anatomy, from);
-    double length = 0;
-    for (int b = start.branch, sample = start.sample; b >= 0;) {
-        met[b] = {sample, length};
-        length += arc_between(anatomy.branches[b], 0, sample);
-        sample = anatomy.branches[b].parent_sample;
-        b = anatomy.branches[b].parent;
-    }
-    const VesselPlace goal = nearest_place(anatomy, to);
-    length = 0;
-    for (int b = goal.branch, sample = goal.sample; b >= 0;) {
-        if (const auto at = met.find(b); at != met.end()) {
-            return length + at->second.length + arc_between(anatomy.branches[b], sample, at->second.sample);
-        }
-        length += arc_between(anatomy.branches[b], 0, sample);
-        sample = anatomy.branches[b].parent_sample;
-        b = anatomy.branches[b].parent;
-    }
-    return (to - from).norm();  // trees that are not connected
+    const std::optional<double> way =
+        way_between(anatomy, nearest_place(anatomy, from), nearest_place(anatomy, to));
+    return way.value_or((to - from).norm());  // trees that are not connected
 }
 
 }  // namespace anatomy

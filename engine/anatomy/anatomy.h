@@ -57,8 +57,11 @@ struct VesselPlace {
 };
 VesselPlace nearest_place(const Anatomy&, const geometry::Vec3&);
 bool inside(const Anatomy&, const geometry::Vec3&);
-/// Length of the way from one place to the other along the centrelines; empty for trees that do not meet
-/// [mm].
+/// Where a branch that has no open end of its own ends inside another one, as a communicating artery does;
+/// empty for all others.
+std::optional<VesselPlace> joint_of(const Anatomy&, int branch);
+/// Length of the shortest way from one place to the other along the centrelines; empty for trees that do not
+/// meet [mm].
 std::optional<double> way_between(const Anatomy&, const VesselPlace&, const VesselPlace&);
 
 /// Index of an end by its name, or by that name's last part where it is unique: "LCFA.out" for

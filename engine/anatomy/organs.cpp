@@ -16,14 +16,15 @@ struct OrganNames {
     const char* whose;  // "a kidney"
     std::array<std::string_view, 24> branches;
 };
-constexpr std::array<OrganNames, 6> all_organs = {{
-    {"leg", false, "a leg", {"LCFA", "RCFA", "LIIA", "RIIA", "LSA", "RSA", "LECA", "RECA"}},
+constexpr std::array<OrganNames, 7> all_organs = {{
+    {"arm", false, "an arm", {"LSA", "RSA", "LECA", "RECA"}},
+    {"leg", false, "a leg", {"LCFA", "RCFA", "LIIA", "RIIA", "LSFA", "LPFA"}},
     {"kidney", true, "a kidney", {"LRA", "RRA"}},
     {"brain",
      true,
      "the brain",
      {"ICA", "LICA", "RICA", "M1", "A1", "A2", "P1", "P2", "PCOM", "M2sup", "M2inf", "LVA", "RVA", "BA"}},
-    {"gut", false, "the gut", {"SMA", "IMA", "coeliac"}},
+    {"gut", false, "the gut", {"SMA", "IMA", "coeliac", "CHA", "splenic"}},
     {"heart",
      true,
      "the heart",
@@ -53,7 +54,7 @@ std::string_view name_of(Organ organ) {
 Organ organ_behind(const Anatomy& anatomy, int branch) {
     for (int b = branch; b >= 0; b = anatomy.branches[b].parent)
         if (const auto organ = organ_named_by(anatomy.branches[b].name)) return *organ;
-    return Organ::Leg;
+    return Organ::Arm;
 }
 
 std::string organs_text(const Anatomy& anatomy) {

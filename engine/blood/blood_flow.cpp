@@ -22,7 +22,7 @@ namespace {
 constexpr double cubic_mm_per_ml = 1000.0;
 constexpr double tissue_density = 1.05;  // [g/ml]
 
-/// What the tissue behind an end takes. `demand`: flow at rest per radius cubed relative to a leg's, chosen
+/// What the tissue behind an end takes. `demand`: flow at rest per radius cubed relative to an arm's, chosen
 /// so that the generated vessels come near published flows: common femoral artery 350 ± 141 ml/min
 /// (Ultrasound Med Biol 1986;12:777), infrarenal aorta 17.5 ± 5.4 ml/s (Les 2010), both kidneys 1.1 l/min, an
 /// internal carotid 250 ml/min (textbook values). The demands of gut, heart and trunk, and all perfusions and
@@ -33,11 +33,12 @@ struct Supply {
     double perfusion;  // [ml/min per 100 g]
     double transit;    // [s]
 };
-constexpr std::array<Supply, 6> supplies = {{
-    {anatomy::Organ::Leg, 1.0, 3.0, 15.0},
+constexpr std::array<Supply, 7> supplies = {{
+    {anatomy::Organ::Arm, 1.0, 3.0, 15.0},
+    {anatomy::Organ::Leg, 0.5, 3.0, 15.0},
     {anatomy::Organ::Kidney, 4.0, 350.0, 5.0},
     {anatomy::Organ::Brain, 3.0, 55.0, 4.0},
-    {anatomy::Organ::Gut, 3.0, 60.0, 6.0},
+    {anatomy::Organ::Gut, 1.8, 60.0, 6.0},
     {anatomy::Organ::Heart, 10.0, 80.0, 4.0},
     {anatomy::Organ::Trunk, 0.4, 10.0, 10.0},
 }};
@@ -265,11 +266,33 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         demand[flow.tree[cell]] += outlet.share;
         flow.outlets.push_back(std::move(outlet));
     }
+    std::vector<double> inflow;  // of each tree, with what other trees bring [ml/s]
+    for (const BloodFlow::Source& source : flow.sources) inflow.push_back(source.inflow);
+    for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
+        const std::optional<anatomy::VesselPlace> joint = anatomy::joint_of(anatomy, b);
+        if (!joint) continue;
+        const int cell = position[vessels.first[b + 1] - 1], tree = flow.tree[cell];
+        const Vec3& end = anatomy.branches[b].points.back();
+        const int into = position[deepest(vessels.cells, vessels.first[joint->branch],
+                                          vessels.first[joint->branch + 1], end)];
+        if (demand[tree] > 0 || flow.tree[into] == tree || demand[flow.tree[into]] == 0) continue;
+        demand[tree] = 1;
+        inflow[flow.tree[into]] += inflow[tree];
+        Outlet outlet;
+        outlet.end = outlet.branch = anatomy.branches[b].name;
+        outlet.organ = "confluence";
+        outlet.cell = cell;
+        outlet.into = into;
+        outlet.place = end;
+        outlet.direction = (end - flow.cells[cell].centre).normalized();
+        outlet.share = outlet.transit = outlet.tissue = 1;
+        flow.outlets.push_back(std::move(outlet));
+    }
     for (Outlet& outlet : flow.outlets) {
         const int tree = flow.tree[outlet.cell];
         outlet.share /= demand[tree];
-        outlet.flow = outlet.share * flow.sources[tree].inflow;
-        outlet.arterial = arterial_time(outlet.radius, outlet.flow);
+        outlet.flow = outlet.share * inflow[tree];
+        if (outlet.into < 0) outlet.arterial = arterial_time(outlet.radius, outlet.flow);
         outlet.tissue *= std::max(outlet.flow, 1e-3);
     }
     return flow;
@@ -307,6 +330,12 @@ void BloodFlow::balance(double pulse, std::span<const double> added, std::span<d
     for (std::size_t i = 0; i < cells.size(); ++i) {
         entering[tree[i]] += added[i];
         into[i] = -added[i];
+    }
+    for (const Outlet& outlet : outlets) {
+        if (outlet.into < 0) continue;
+        const double passed = entering[tree[outlet.cell]];
+        entering[tree[outlet.into]] += passed;
+        into[outlet.into] -= passed;
     }
     for (std::size_t o = 0; o < outlets.size(); ++o) {
         leaving[o] = outlets[o].share * entering[tree[outlets[o].cell]];

@@ -49,10 +49,12 @@ struct FlowCell {
     double distance = 0;    // to the upstream cell [mm]
 };
 
-/// An open end where blood leaves, and the organ behind it.
+/// An open end where blood leaves, and the organ behind it; or the end of a tree in another one's vessel, as
+/// that of a vertebral artery in the basilar artery.
 struct Outlet {
     std::string end, branch, organ;
     int cell;
+    int into = -1;             // the cell of another tree that the blood flows into; -1 at an open end
     geometry::Vec3 place;      // [mm]
     geometry::Vec3 direction;  // outward, unit
     double share;              // of the flow that enters its tree [-]
@@ -90,8 +92,9 @@ struct BloodFlow {
 
 /// Cuts the centrelines into cells of about `spacing` [mm]. A child's cells begin where it leaves its
 /// parent's lumen. Blood runs from the named source, or from the widest end of each tree, to all its other
-/// ends; a branch without an end has no flow. Throws InputError with problems(spec), or for a source that
-/// does not exist.
+/// ends; a branch without an end has no flow, and so has a communicating artery (estimate). A tree whose only
+/// way out is a branch that ends in another tree flows into that. Throws InputError with problems(spec), or
+/// for a source that does not exist.
 BloodFlow blood_flow(const anatomy::Anatomy&, const FlowSpec& = {}, double spacing = 1.5);
 
 }  // namespace blood

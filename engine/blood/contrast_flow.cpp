@@ -217,7 +217,10 @@ void ContrastFlow::carry(double dt) {
             const int cell = blood_.outlets[o].cell;
             const double mass = leaving_[o] * part * iodine_[cell];
             change_[cell] -= mass;
-            reached_[o] += mass;
+            if (const int into = blood_.outlets[o].into; into >= 0)
+                change_[into] += mass;
+            else
+                reached_[o] += mass;
         }
         for (int i = 0; i < count; ++i) iodine_[i] += change_[i] / volume_[i];
     }

@@ -11,6 +11,7 @@
 #include "engine/studies/imaging.h"
 #include "engine/studies/paper.h"
 #include "engine/studies/pareto.h"
+#include "engine/studies/patients.h"
 #include "engine/studies/robustness.h"
 #include "engine/studies/stability.h"
 #include "engine/studies/study.h"
@@ -25,6 +26,7 @@ const Study studies[] = {
     {"pareto", "Which method reaches which accuracy in the least time?", run_pareto},
     {"accuracy", "How exact is a wire of segments, and what does it cost?", run_accuracy},
     {"anatomy", "Are generated vessels fit to push wires through?", run_anatomy},
+    {"patients", "Are the generator's patients those of published populations?", run_patients},
     {"robustness", "Does anything a hand may do break the wire?", run_robustness},
     {"economy", "What do a chosen λ and an adaptive wire save?", run_economy},
     {"devices", "What do friction and torsion do, and what do they cost?", run_devices},

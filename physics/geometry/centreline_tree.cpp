@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "physics/geometry/polyline.h"
@@ -14,6 +15,37 @@ double OpenEnd::beyond(const Vec3& x, double margin) const {
     const double reach = 2 * radius + margin;
     if (out <= 0 || out >= 4 * radius + margin) return 0;
     return (d - out * outward_normal).squaredNorm() < reach * reach ? out : 0;
+}
+
+namespace {
+
+/// Distance of a point from the lumen that a branch's inscribed balls make up, negative inside [mm].
+double outside(const CentrelineBranch& branch, const Vec3& x) {
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t i = 0; i < branch.points.size(); ++i)
+        least = std::min(least, (x - branch.points[i]).norm() - branch.radii[i]);
+    return least;
+}
+
+}  // namespace
+
+int joined_branch(std::span<const CentrelineBranch> branches, std::span<const OpenEnd> ends, int branch) {
+    const CentrelineBranch& own = branches[branch];
+    const Vec3& last = own.points.back();
+    for (const OpenEnd& end : ends)
+        if ((last - end.centre).norm() < 2 * end.radius) return -1;
+    int joined = -1;
+    double least = 0;
+    for (int b = 0; b < static_cast<int>(branches.size()); ++b) {
+        if (b == branch) continue;
+        const double distance = outside(branches[b], last);
+        if (distance >= least) continue;
+        const bool left =
+            b != own.parent || std::any_of(own.points.begin(), own.points.end(),
+                                           [&](const Vec3& p) { return outside(branches[b], p) > 0; });
+        if (left) least = distance, joined = b;
+    }
+    return joined;
 }
 
 CentrelineTree::CentrelineTree(std::span<const CentrelineBranch> branches, std::vector<OpenEnd> ends)
@@ -55,31 +87,34 @@ CentrelineTree::CentrelineTree(std::span<const CentrelineBranch> branches, std::
     };
     for (std::size_t s = 0; s + 1 < stations_.size(); ++s)
         if (stations_[s].branch == stations_[s + 1].branch) link(s, s + 1);
+    // Links a station to those of another branch around it; false where the two do not overlap.
+    const auto link_across = [&](int station, int other) {
+        const int p0 = first[other], p1 = p0 + static_cast<int>(branches[other].points.size());
+        const Vec3& centre = stations_[station].centre;
+        int nearest = p0;
+        for (int p = p0; p < p1; ++p)
+            if (stations_[p].power(centre) < stations_[nearest].power(centre)) nearest = p;
+        const double gap = (stations_[nearest].centre - centre).norm() - stations_[nearest].radius -
+                           stations_[station].radius;
+        if (gap > 0) return false;
+        // All that overlap it: between two vessels at a sharp angle the way across is not the shortest.
+        for (int p = p0; p < p1; ++p) {
+            const double reach = stations_[p].radius + stations_[station].radius;
+            if (std::abs(p - nearest) <= 3 || (stations_[p].centre - centre).squaredNorm() < reach * reach)
+                link(station, p);
+        }
+        return true;
+    };
     // A child lies inside its parent for its first samples: there each links to the parent's stations around
     // it, so that a joint finds its way through the ostium in both directions.
     for (std::size_t b = 0; b < branches.size(); ++b) {
-        const int parent = branches[b].parent;
-        if (parent < 0) continue;
+        const int parent = branches[b].parent, count = static_cast<int>(branches[b].points.size());
         if (parent >= static_cast<int>(branches.size()))
             throw std::invalid_argument("branch '" + branches[b].name + "' has a parent that does not exist");
-        const int p0 = first[parent], p1 = p0 + static_cast<int>(branches[parent].points.size());
-        for (std::size_t i = 0; i < branches[b].points.size(); ++i) {
-            const int child = first[b] + static_cast<int>(i);
-            const Vec3& centre = stations_[child].centre;
-            int nearest = p0;
-            for (int p = p0; p < p1; ++p)
-                if (stations_[p].power(centre) < stations_[nearest].power(centre)) nearest = p;
-            const double gap = (stations_[nearest].centre - centre).norm() - stations_[nearest].radius -
-                               stations_[child].radius;
-            if (gap > 0) break;
-            // All that overlap it: between two vessels at a sharp angle the way across is not the shortest.
-            for (int p = p0; p < p1; ++p) {
-                const double reach = stations_[p].radius + stations_[child].radius;
-                if (std::abs(p - nearest) <= 3 ||
-                    (stations_[p].centre - centre).squaredNorm() < reach * reach)
-                    link(child, p);
-            }
-        }
+        for (int i = 0; parent >= 0 && i < count && link_across(first[b] + i, parent);) ++i;
+        // The same at the other end of a branch that closes a loop.
+        const int joined = joined_branch(branches, ends_, static_cast<int>(b));
+        for (int i = count - 1; joined >= 0 && i >= 0 && link_across(first[b] + i, joined);) --i;
     }
 }
 

@@ -12,7 +12,8 @@ namespace geometry {
 /// Approximate error of a mesh's centrelines and radii [mm]; it is taken off every promise of clearance.
 constexpr double centreline_error = 0.1;
 
-/// A vessel branch: points with inscribed radii. A child starts on its parent's centreline.
+/// A vessel branch: points with inscribed radii. A child starts on its parent's centreline; one that closes a
+/// loop ends inside another branch.
 struct CentrelineBranch {
     std::string name;
     int parent = -1;            // index into the list of branches, -1 for a root
@@ -32,6 +33,10 @@ struct OpenEnd {
     /// the radius plus a margin [mm].
     double beyond(const Vec3& x, double margin = 0) const;
 };
+
+/// The branch that this one ends in, where it has no open end of its own: the one that holds its last point
+/// deepest; −1 when none does. Its parent counts where it has left that between.
+int joined_branch(std::span<const CentrelineBranch>, std::span<const OpenEnd>, int branch);
 
 /// The ball inscribed in the lumen at a sample of a branch.
 struct Station {

@@ -21,8 +21,9 @@ namespace fs = std::filesystem;
 constexpr int generator_version = 3;
 
 VesselTreeSpec make_spec(const GenerateRequest& request) {
-    VesselTreeSpec spec = request.source.ends_with(".toml") ? load_vessel_file(request.source, request.seed)
-                                                            : vessel_preset(request.source, request.seed);
+    VesselTreeSpec spec = request.source.ends_with(".toml")
+                              ? load_vessel_file(request.source, request.seed, request.patient)
+                              : vessel_preset(request.source, request.seed, request.patient);
     const auto append = [](auto& to, const auto& more) { to.insert(to.end(), more.begin(), more.end()); };
     append(spec.stenoses, request.stenoses);
     append(spec.aneurysms, request.aneurysms);
@@ -47,6 +48,7 @@ std::string fingerprint(const VesselTreeSpec& spec) {
     for (const SampledBranch& branch : tree.branches) {
         for (const char c : branch.name) add(c);
         add(branch.parent), add(branch.parent_sample), add(branch.closed);
+        if (branch.joined >= 0) add(branch.joined), add(branch.joined_sample);
         for (std::size_t i = 0; i < branch.points.size(); ++i) {
             for (int axis = 0; axis < 3; ++axis) add(branch.points[i][axis]);
             add(branch.radii[i]);
@@ -69,6 +71,7 @@ Provenance provenance_of(const GenerateRequest& request, const VesselTreeSpec& s
                        {"generator", std::to_string(generator_version)},
                        {"spec", fs::path(request.source).filename().string()},
                        {"seed", std::to_string(request.seed)}};
+    if (spec.patient) made.emplace_back("patient", spec.patient->text());
     std::vector<std::string> modified;
     for (const Tortuosity& t : spec.tortuosities)
         modified.push_back(fmt::format("tortuosity {}:{}:{}", t.amplitude, t.wavelength, t.branch));
@@ -115,6 +118,7 @@ GenerateOutcome run_generate(const GenerateRequest& request) {
         anatomy = generate(spec, options);
         write_anatomy(*anatomy, request.out, provenance);
     }
+    if (spec.patient) outcome.patient = spec.patient->text();
     outcome.triangles = anatomy->lumen.triangles.size();
     outcome.branches = anatomy->branches.size();
     for (const VesselEnd& end : anatomy->ends) outcome.ends.push_back(end.opening.name);

@@ -15,6 +15,7 @@ namespace anatomy {
 struct GenerateRequest {
     std::string source;  // a preset's name, or a .toml file
     std::uint64_t seed = 0;
+    PatientWish patient;
     std::filesystem::path out;
     std::string name;  // of the files; by default the preset's or the file's
     std::vector<Stenosis> stenoses;
@@ -29,7 +30,8 @@ struct GenerateOutcome {
     std::filesystem::path file;  // NAME.anatomy.json
     std::size_t triangles = 0, branches = 0;
     std::vector<std::string> ends, targets;
-    bool kept = false;  // the folder already held it, made from the same input by the same version
+    std::string patient;  // empty for vessels that are not a preset's
+    bool kept = false;    // the folder already held it, made from the same input by the same version
 };
 
 /// Generates the anatomy unless the folder already holds it. Throws InputError; for a folder that cannot be

@@ -61,11 +61,11 @@ Anatomy generate(const VesselTreeSpec& spec, const GeneratorOptions& options) {
     const VesselTree tree = grow(spec);
     const ClosedLumen closed = closed_surface(tree, options);
 
-    if (euler_characteristic(closed.mesh) != 2) {
-        throw io::InputError(
-            spec.name +
-            ": the lumen has loops or hollows, for vessels come too near each other beside a "
-            "junction; vessels that part more widely are accepted");
+    if (euler_characteristic(closed.mesh) != 2 - 2 * tree.loops()) {
+        throw io::InputError(spec.name +
+                             ": the lumen has loops or hollows that its branches do not make, for vessels "
+                             "come too near each other beside a "
+                             "junction; vessels that part more widely are accepted");
     }
 
     Anatomy anatomy;
@@ -75,7 +75,7 @@ Anatomy generate(const VesselTreeSpec& spec, const GeneratorOptions& options) {
     for (int b = 0; b < static_cast<int>(tree.branches.size()); ++b) {
         const SampledBranch& branch = tree.branches[b];
         for (const bool start : {true, false}) {
-            if (start ? branch.parent >= 0 : branch.closed) continue;
+            if (start ? branch.parent >= 0 : branch.closed || branch.joined >= 0) continue;
             anatomy.ends.push_back(end_of(branch, start));
             const geometry::OpenEnd& opening = anatomy.ends.back().opening;
             cuts.push_back({opening.centre, opening.outward_normal, closed.implicit.beyond_end(b, start)});

@@ -39,13 +39,18 @@ ImplicitLumen::ImplicitLumen(const VesselTree& tree, double cell) : cell_(cell) 
             limb.tangents.push_back((limb.points[b] - limb.points[a]) / (b - a));
             limb.radius_slopes.push_back((limb.radii[b] - limb.radii[a]) / (b - a));
         }
-        if (branch.parent >= 0) {
-            limb.junction = branch.points[branch.exit];
-            limb.blend = blend_width * branch.radii[branch.exit];
-            const double clear = (branch.points[branch.separation] - limb.junction).norm();
-            limb.full = std::max(full_blend * branch.radii[branch.exit], clear);
-            limb.none = limb.full + fading * branch.radii[branch.exit];
-        }
+        const auto add_junction = [&](int at, int clear_at) {
+            Limb::Junction junction;
+            junction.place = branch.points[at];
+            junction.blend = blend_width * branch.radii[at];
+            const double clear = (branch.points[clear_at] - junction.place).norm();
+            junction.full = std::max(full_blend * branch.radii[at], clear);
+            junction.none = junction.full + fading * branch.radii[at];
+            limb.blend = std::max(limb.blend, junction.blend);
+            limb.junctions.push_back(junction);
+        };
+        if (branch.parent >= 0) add_junction(branch.exit, branch.separation);
+        if (branch.joined >= 0) add_junction(branch.entry, branch.approach);
         for (int i = 0; i < last; ++i) {
             const double step = (limb.points[i + 1] - limb.points[i]).norm() +
                                 std::max(limb.tangents[i].norm(), limb.tangents[i + 1].norm());
@@ -187,10 +192,19 @@ ImplicitLumen::Value ImplicitLumen::evaluate(const Vec3& x, std::span<const Run>
 }
 
 void ImplicitLumen::unite(Value& united, const Value& value, const Limb& limb, const Vec3& x) const {
-    const Vec3 from = x - limb.junction;
-    const double far = from.norm(), span = limb.none - limb.full;
-    const double t = std::clamp((limb.none - far) / span, 0.0, 1.0);
-    const double width = limb.blend * t * t * (3 - 2 * t);
+    double width = 0;
+    double widening = 0;  // slope of the width, along `away` from the junction
+    Vec3 away = Vec3::Zero();
+    for (const Limb::Junction& junction : limb.junctions) {
+        const Vec3 from = x - junction.place;
+        const double far = from.norm(), span = junction.none - junction.full;
+        const double t = std::clamp((junction.none - far) / span, 0.0, 1.0);
+        const double own = junction.blend * t * t * (3 - 2 * t);
+        if (own <= width) continue;
+        width = own;
+        widening = t < 1 ? junction.blend * 6 * t * (1 - t) * (-1 / span) : 0;
+        if (t < 1) away = from / far;
+    }
     const double apart = value.distance - united.distance;
     const Value& lesser = apart < 0 ? value : united;
     if (std::abs(apart) >= width) {
@@ -203,10 +217,7 @@ void ImplicitLumen::unite(Value& united, const Value& value, const Limb& limb, c
     Value smooth;
     smooth.distance = lesser.distance - width * h * h * h / 6;
     smooth.gradient = (1 - half) * lesser.gradient + half * greater.gradient;
-    if (t > 0 && t < 1) {
-        const double widening = limb.blend * 6 * t * (1 - t) * (-1 / span);
-        smooth.gradient -= (half - h * h * h / 3) * widening * (from / far);
-    }
+    if (widening != 0) smooth.gradient -= (half - h * h * h / 3) * widening * away;
     // The blend is a saddle about as narrow as the child.
     smooth.radius = std::min(lesser.radius, greater.radius);
     united = smooth;

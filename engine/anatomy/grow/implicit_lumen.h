@@ -14,8 +14,8 @@ namespace anatomy {
 /// f < 0 inside. A branch is the envelope of balls along its centreline: f is the distance to it. A child is
 /// joined to the union that its parent belongs to by a cubic smooth minimum. Its width is 0.8 of the child's
 /// radius where it leaves the parent, until their walls are well apart, and fades to zero within three more
-/// radii, so that vessels that pass each other stay apart. Every open end is extended straight and closes in
-/// a ball.
+/// radii, so that vessels that pass each other stay apart; likewise where a branch ends on another. Every
+/// open end is extended straight and closes in a ball.
 class ImplicitLumen {
 public:
     static constexpr int block_cells = 8;  // along an edge of a block
@@ -58,11 +58,15 @@ private:
     struct Limb {                                  // a branch with its extensions
         geometry::Polyline points, tangents;       // tangents per sample step
         std::vector<double> radii, radius_slopes;  // slopes per sample step
-        double blend = 0;                          // width of the smooth minimum [mm]; 0 for the root
-        geometry::Vec3 junction = geometry::Vec3::Zero();
-        double full = 0, none = 0;  // from the junction: full blend up to one, none beyond the other [mm]
-        double dip = 0;             // most by which a ball between samples comes nearer than theirs [mm]
-        struct Group {              // of consecutive samples
+        struct Junction {                          // with the parent, or with a branch that it joins
+            geometry::Vec3 place = geometry::Vec3::Zero();
+            double blend = 0;           // width of the smooth minimum [mm]
+            double full = 0, none = 0;  // full blend up to this far, none beyond the other [mm]
+        };
+        std::vector<Junction> junctions;
+        double blend = 0;  // widest smooth minimum [mm]; 0 without junctions
+        double dip = 0;    // most by which a ball between samples comes nearer than theirs [mm]
+        struct Group {     // of consecutive samples
             int first, last, middle;
             double reach;  // their balls lie within this of the middle one's centre [mm]
         };

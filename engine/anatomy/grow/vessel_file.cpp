@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <sstream>
 #include <toml++/toml.h>
 
@@ -50,6 +51,10 @@ void read_branches(io::Section& top, VesselTreeSpec& spec) {
         section.word("parent", branch.parent);
         section.number("at_mm", branch.at, along);
         section.flag("closed", branch.closed);
+        if (section.word("joins", branch.joins)) {
+            section.number("joins_at_mm", branch.joins_at, along);
+            if (!section.find("joins_at_mm")) section.missing("joins_at_mm", "joins_at_mm");
+        }
         read_points(section, branch.knots);
         section.finish();
         spec.branches.push_back(std::move(branch));
@@ -95,17 +100,42 @@ void read_modifiers(io::Section& top, VesselTreeSpec& spec) {
     }
 }
 
-/// The spec given by the section; `seed` applies to the preset.
-VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64_t seed) {
+/// What the section says of the patient, in place of what was wished before.
+PatientWish read_patient(io::Section& section, PatientWish wish) {
+    static constexpr std::string_view sexes[] = {"f", "m"};
+    if (const auto sex = section.choice("sex", sexes)) wish.sex = *sex == 0 ? Sex::Female : Sex::Male;
+    const auto number = [&](std::string_view key, std::optional<double>& value, io::Range range,
+                            double unit) {
+        if (!section.find(key)) return;
+        double read = std::numeric_limits<double>::quiet_NaN();
+        section.number(key, read, range, unit);
+        if (std::isfinite(read)) value = read;
+    };
+    constexpr double mm_per_cm = 10;
+    number("age", wish.age, {youngest, oldest}, 1);
+    number("height_cm", wish.height, {shortest / mm_per_cm, tallest / mm_per_cm}, mm_per_cm);
+    number("weight_kg", wish.weight, {lightest, heaviest}, 1);
+    return wish;
+}
+
+/// The spec given by the section; `seed` and patient apply to the preset.
+VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64_t seed,
+                         const PatientWish& wished) {
     VesselTreeSpec spec;
+    const PatientWish wish = read_patient(section, wished);
     std::string preset;
     const bool from_preset = section.word("preset", preset);
     if (from_preset) {
         try {
-            spec = vessel_preset(preset, seed);
+            spec = vessel_preset(preset, seed, wish);
         } catch (const io::InputError& error) {
             reading.refuse(section.find("preset")->source(), error.what());
         }
+    }
+    for (const std::string_view key : {"sex", "age", "height_cm", "weight_kg"}) {
+        const toml::node* node = section.find(key);
+        if (node && !from_preset)
+            section.refuse(key, *node, "the patient of a preset is accepted, and there is none here");
     }
     read_branches(section, spec);
     if (!from_preset && !section.find("branch"))
@@ -138,7 +168,7 @@ Parts split(const std::string& text, std::size_t least, std::size_t most, std::s
 }  // namespace
 
 VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem::path& file,
-                                 std::uint64_t seed) {
+                                 std::uint64_t seed, const PatientWish& wish) {
     io::Reading reading{file.string(), {}, {}};
     VesselTreeSpec spec;
     try {
@@ -147,7 +177,7 @@ VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem:
         int schema = 0;
         if (!top.find("schema")) top.missing("schema", "schema = 1");
         top.whole("schema", schema, {1, 1});
-        spec = read_spec(top, reading, seed);
+        spec = read_spec(top, reading, seed, wish);
         top.finish();
     } catch (const toml::parse_error& error) {
         throw io::InputError(io::located(reading.place(error.source()),
@@ -163,8 +193,10 @@ VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem:
     return spec;
 }
 
-VesselTreeSpec load_vessel_file(const std::filesystem::path& path, std::uint64_t seed) {
-    return parse_vessel_file(io::read_text(path, "vessel tree", "a .toml file is accepted"), path, seed);
+VesselTreeSpec load_vessel_file(const std::filesystem::path& path, std::uint64_t seed,
+                                const PatientWish& wish) {
+    return parse_vessel_file(io::read_text(path, "vessel tree", "a .toml file is accepted"), path, seed,
+                             wish);
 }
 
 VesselTreeSpec read_vessels(io::Section& section, io::Reading& reading, const std::string& name) {
@@ -174,13 +206,13 @@ VesselTreeSpec read_vessels(io::Section& section, io::Reading& reading, const st
     if (std::string tree; section.word("tree", tree)) {
         const std::filesystem::path path = std::filesystem::path(reading.file).parent_path() / tree;
         try {
-            spec = load_vessel_file(path, seed);
+            spec = load_vessel_file(path, seed, read_patient(section, {}));
         } catch (const io::InputError& error) {
             reading.refuse(section.find("tree")->source(), error.what());
         }
         read_modifiers(section, spec);
     } else {
-        spec = read_spec(section, reading, seed);
+        spec = read_spec(section, reading, seed, {});
         if (spec.name.empty()) spec.name = name;
     }
     if (seed != 0) spec.name += fmt::format("-{}", seed);
@@ -189,6 +221,12 @@ VesselTreeSpec read_vessels(io::Section& section, io::Reading& reading, const st
         for (const std::string& problem : problems(spec)) section.refuse_whole(problem);
     }
     return spec;
+}
+
+Sex parse_sex(const std::string& text) {
+    if (text == "f") return Sex::Female;
+    if (text == "m") return Sex::Male;
+    throw io::InputError(fmt::format("--sex: '{}' was found; f or m is accepted", text));
 }
 
 Stenosis parse_stenosis(const std::string& text) {

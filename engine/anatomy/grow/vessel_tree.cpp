@@ -65,6 +65,18 @@ private:
     std::vector<Vec3> slopes_;
 };
 
+/// Calls `visit` with points of the spline, 20 or more for each `spacing` of it, and the span each lies on.
+template <class Visit>
+void walk_spline(const std::vector<VesselKnot>& knots, double spacing, const Visit& visit) {
+    const KnotSpline spline(knots);
+    for (int span = 0; span < spline.spans(); ++span) {
+        const double chord = (knots[span + 1].place - knots[span].place).norm();
+        const int pieces = std::max(16, static_cast<int>(std::ceil(20 * chord / spacing)));
+        for (int k = span == 0 ? 0 : 1; k <= pieces; ++k)
+            visit(spline.at(span, static_cast<double>(k) / pieces), span);
+    }
+}
+
 /// The curve resampled at equal arc lengths, about `spacing` apart.
 void resample(SampledBranch& branch, double spacing) {
     const Polyline dense = std::move(branch.points);
@@ -87,16 +99,10 @@ SampledBranch sampled(const BranchSpec& spec, const Vec3& origin, double spacing
     SampledBranch branch;
     branch.name = spec.name;
     branch.closed = spec.closed;
-    const KnotSpline spline(spec.knots);
-    for (int span = 0; span < spline.spans(); ++span) {
-        const double chord = (spec.knots[span + 1].place - spec.knots[span].place).norm();
-        const int pieces = std::max(16, static_cast<int>(std::ceil(20 * chord / spacing)));
-        for (int k = span == 0 ? 0 : 1; k <= pieces; ++k) {
-            const VesselKnot knot = spline.at(span, static_cast<double>(k) / pieces);
-            branch.points.push_back(origin + knot.place);
-            branch.radii.push_back(knot.radius);
-        }
-    }
+    walk_spline(spec.knots, spacing, [&](const VesselKnot& knot, int) {
+        branch.points.push_back(origin + knot.place);
+        branch.radii.push_back(knot.radius);
+    });
     resample(branch, spacing);
     return branch;
 }
@@ -175,20 +181,34 @@ double clearance(const SampledBranch& branch, int first, const Vec3& point) {
     return least;
 }
 
+/// Whether the sample's lumen is well clear of the other branch. 1.5 times the least gap: one that only just
+/// suffices may close once more.
+bool well_clear(const VesselTree& tree, const SampledBranch& branch, int sample, const SampledBranch& other) {
+    const double gap = 1.5 * least_gap(tree, branch.radii[sample]);
+    return clearance(other, 0, branch.points[sample]) >= branch.radii[sample] + gap;
+}
+
 void find_separation(const VesselTree& tree, SampledBranch& child) {
     const SampledBranch& parent = tree.branches[child.parent];
     const int last = static_cast<int>(child.points.size()) - 1;
     child.exit = child.separation = last;
     for (int i = last; i >= 0; --i) {
+        // One that comes back, as a communicating artery may, has left before.
+        if (child.joined >= 0 && i > last / 2) continue;
         if (clearance(parent, 0, child.points[i]) >= 0) child.exit = i;
     }
-    // 1.5 times the least gap: a gap that only just suffices may close once more.
-    for (int i = child.exit; i <= last; ++i) {
-        const double gap = 1.5 * least_gap(tree, child.radii[i]);
-        if (clearance(parent, 0, child.points[i]) < child.radii[i] + gap) continue;
-        child.separation = i;
-        return;
-    }
+    for (int i = child.exit; i <= last && child.separation == last; ++i)
+        if (well_clear(tree, child, i, parent)) child.separation = i;
+}
+
+void find_approach(const VesselTree& tree, SampledBranch& branch) {
+    const SampledBranch& joined = tree.branches[branch.joined];
+    const int last = static_cast<int>(branch.points.size()) - 1;
+    branch.entry = branch.approach = 0;
+    for (int i = last / 2; i <= last; ++i)
+        if (clearance(joined, 0, branch.points[i]) >= 0) branch.entry = i;
+    for (int i = branch.entry; i >= 0 && branch.approach == 0; --i)
+        if (well_clear(tree, branch, i, joined)) branch.approach = i;
 }
 
 /// Returns the sample at a place; rejects a place that is not on the branch.
@@ -213,10 +233,22 @@ void add_branch(VesselTree& tree, const BranchSpec& spec) {
         sample = place_on(from, spec.at, "the start of branch '" + spec.name + "'");
         origin = from.points[sample];
     }
-    SampledBranch branch = sampled(spec, origin, tree.spacing);
-    branch.parent = parent;
-    branch.parent_sample = sample;
-    tree.branches.push_back(std::move(branch));
+    if (spec.joins.empty()) {
+        tree.branches.push_back(sampled(spec, origin, tree.spacing));
+    } else {
+        const SampledBranch& to = named(tree, spec.joins);
+        const int end = place_on(to, spec.joins_at, "the end of branch '" + spec.name + "'");
+        BranchSpec moved = spec;
+        const std::vector<double> arcs = knot_arcs(spec.knots);
+        const Vec3 missing = to.points[end] - origin - spec.knots.back().place;
+        for (std::size_t i = 0; i < arcs.size(); ++i) moved.knots[i].place += arcs[i] / arcs.back() * missing;
+        SampledBranch branch = sampled(moved, origin, tree.spacing);
+        branch.joined = static_cast<int>(&to - tree.branches.data());
+        branch.joined_sample = end;
+        tree.branches.push_back(std::move(branch));
+    }
+    tree.branches.back().parent = parent;
+    tree.branches.back().parent_sample = sample;
 }
 
 void refuse_if_any(const VesselTreeSpec& spec, std::vector<std::string> found) {
@@ -226,6 +258,55 @@ void refuse_if_any(const VesselTreeSpec& spec, std::vector<std::string> found) {
 }
 
 }  // namespace
+
+std::vector<double> knot_arcs(const std::vector<VesselKnot>& knots) {
+    std::vector<double> arcs(knots.size(), 0.0);
+    Vec3 before = knots.empty() ? Vec3(Vec3::Zero()) : knots[0].place;
+    double way = 0;
+    walk_spline(knots, 5, [&](const VesselKnot& knot, int span) {
+        way += (knot.place - before).norm();
+        before = knot.place;
+        arcs[static_cast<std::size_t>(span) + 1] = way;
+    });
+    return arcs;
+}
+
+Bend tightest_bend(const std::vector<VesselKnot>& knots) {
+    SampledBranch line;
+    double whole = 0;
+    walk_spline(knots, 5, [&](const VesselKnot& knot, int) {
+        if (!line.points.empty()) whole += (knot.place - line.points.back()).norm();
+        line.points.push_back(knot.place);
+        line.radii.push_back(knot.radius);
+    });
+    // As far apart as the samples of a small vessel.
+    resample(line, std::min(0.5, whole / 40));
+    Bend tightest{std::numeric_limits<double>::infinity(), 1};
+    for (std::size_t i = 1; i + 1 < line.points.size(); ++i) {
+        const Vec3 a = (line.points[i] - line.points[i - 1]).normalized(),
+                   b = (line.points[i + 1] - line.points[i]).normalized();
+        const double turn = std::atan2(a.cross(b).norm(), a.dot(b));
+        const double ratio = line.step() / std::max(turn, 1e-9) / line.radii[i];
+        if (ratio >= tightest.ratio) continue;
+        tightest.ratio = ratio;
+        const auto nearer = [&](const VesselKnot& p, const VesselKnot& q) {
+            return (p.place - line.points[i]).norm() < (q.place - line.points[i]).norm();
+        };
+        const auto nearest = std::min_element(knots.begin(), knots.end(), nearer) - knots.begin();
+        tightest.knot = static_cast<std::size_t>(
+            std::clamp<std::ptrdiff_t>(nearest, 1, static_cast<std::ptrdiff_t>(knots.size()) - 2));
+    }
+    return tightest;
+}
+
+int VesselTree::loops() const {
+    int joins = 0, roots = 0;
+    for (const SampledBranch& branch : branches) {
+        joins += branch.joined >= 0;
+        roots += branch.parent < 0;
+    }
+    return joins - (roots - 1);  // all trees are connected
+}
 
 int SampledBranch::sample_at(double arc) const {
     return std::clamp(static_cast<int>(std::lround(arc / step())), 0, static_cast<int>(points.size()) - 1);
@@ -246,7 +327,7 @@ SampledBranch extended(const SampledBranch& branch, int& before) {
     const auto samples = [&](int end) {
         return static_cast<int>(std::ceil(2 * branch.radii[end] / branch.step()));
     };
-    const int after = branch.closed ? 0 : samples(last);
+    const int after = branch.closed || branch.joined >= 0 ? 0 : samples(last);
     for (int i = 1; i <= after; ++i)
         longer.points.push_back(branch.points[last] + i * branch.step() * branch.tangent(last));
     longer.radii.insert(longer.radii.end(), after, branch.radii[last]);
@@ -306,7 +387,9 @@ VesselTree grow(const VesselTreeSpec& spec) {
         for (const double radius : branch.radii) tree.least_radius = std::min(tree.least_radius, radius);
     }
     for (SampledBranch& branch : tree.branches) {
+        branch.entry = branch.approach = static_cast<int>(branch.points.size()) - 1;
         if (branch.parent >= 0) find_separation(tree, branch);
+        if (branch.joined >= 0) find_approach(tree, branch);
     }
     refuse_if_any(spec, problems(tree));
     return tree;

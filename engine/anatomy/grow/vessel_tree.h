@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/anatomy/grow/patient.h"
 #include "physics/geometry/landmark.h"
 
 namespace anatomy {
@@ -18,11 +19,26 @@ struct VesselKnot {
 
 struct BranchSpec {
     std::string name;
-    std::string parent;  // empty for the root, which comes first
+    std::string parent;  // empty for a root; the first is one
     double at = 0;       // where it starts on the parent's centreline, from that one's first sample [mm]
-    std::vector<VesselKnot> knots;  // the root's in space, a child's relative to its start
+    std::vector<VesselKnot> knots;  // a root's in space, a child's relative to its start
     bool closed = false;            // ends in a dome instead of an open end
+    // Where it ends on another branch listed before it, as communicating arteries do; empty for an end of its
+    // own. The knots are then moved, the more the nearer to that end, to arrive there.
+    std::string joins = {};
+    double joins_at = 0;  // along that branch [mm]
 };
+
+/// Length of the centreline from the first knot to each [mm].
+std::vector<double> knot_arcs(const std::vector<VesselKnot>&);
+
+/// Where a centreline through knots bends most for its lumen: the radius of the bend over that of the lumen,
+/// and the inner knot nearest to it.
+struct Bend {
+    double ratio;
+    std::size_t knot;
+};
+Bend tightest_bend(const std::vector<VesselKnot>&);
 
 /// A narrowing, smooth over its length. The branch is named as in the spec; `at` is its middle.
 struct Stenosis {
@@ -59,6 +75,7 @@ struct VesselTreeSpec {
     std::vector<Stenosis> stenoses;
     std::vector<Aneurysm> aneurysms;
     std::optional<geometry::BodyPlace> body;  // where in the body the vessels are, when that is known
+    std::optional<Patient> patient;           // whose vessels they are, when they are a preset's
 };
 
 /// Gives every target and modifier the whole name of its branch, where that is named by the last part alone
@@ -73,6 +90,9 @@ struct SampledBranch {
     bool closed = false;
     int exit = 0;        // first sample outside the parent's lumen; the last if none is
     int separation = 0;  // first sample whose lumen is well clear of the parent's; the last if none is
+    int joined = -1, joined_sample = 0;  // it ends at this sample of that branch
+    int entry = 0;     // last sample outside the joined lumen; the last of all where it joins none
+    int approach = 0;  // last sample whose lumen is well clear of the joined one's; likewise
 
     double step() const { return (points[1] - points[0]).norm(); }  // between samples [mm]
     int sample_at(double arc) const;           // the sample nearest to this distance from the start [mm]
@@ -84,13 +104,16 @@ struct VesselTree {
     std::vector<SampledBranch> branches;
     double spacing = 0;       // of samples [mm]
     double least_radius = 0;  // [mm]
+
+    /// How many branches more than a tree has connect it: each closes a loop of vessels.
+    int loops() const;
 };
 
 /// Walls nearer to each other than this cannot be separated by the generator's grid, or are drawn together
 /// where a branch of this radius leaves its parent [mm].
 double least_gap(const VesselTree&, double radius);
 
-/// The branch extended straight beyond its open ends by twice its radius there; `before` is the number of
+/// The branch extended straight beyond its own open ends by twice its radius there; `before` is the number of
 /// samples this adds at its start.
 SampledBranch extended(const SampledBranch&, int& before);
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
+#include <map>
 #include <set>
 
 #include "engine/anatomy/grow/vessel_tree.h"
@@ -47,14 +48,19 @@ void check_bends(const SampledBranch& branch, std::vector<std::string>& found) {
     }
 }
 
-/// Checks whether two branches come too near each other from these samples on; the first is the second's
-/// child when `related`. Within one branch, samples that are near along it do not count.
-void check_apart(const VesselTree& tree, const SampledBranch& a, int first_a, const SampledBranch& b,
-                 int first_b, bool related, std::vector<std::string>& found) {
+/// Samples of a branch.
+struct Samples {
+    int first, last;
+};
+
+/// Checks whether these samples of two branches come too near each other; the first starts or ends on the
+/// second when `related`. Within one branch, samples that are near along it do not count.
+void check_apart(const VesselTree& tree, const SampledBranch& a, Samples of_a, const SampledBranch& b,
+                 Samples of_b, bool related, std::vector<std::string>& found) {
     const double largest = *std::max_element(b.radii.begin(), b.radii.end());
-    for (int i = first_a; i < static_cast<int>(a.points.size()); ++i) {
+    for (int i = of_a.first; i <= of_a.last; ++i) {
         const double most = a.radii[i] + largest + least_gap(tree, std::max(a.radii[i], largest));
-        for (int j = first_b; j < static_cast<int>(b.points.size()); ++j) {
+        for (int j = of_b.first; j <= of_b.last; ++j) {
             const double apart = (a.points[i] - b.points[j]).norm();
             if (apart >= most) {  // skips samples that must be too far away as well
                 j += static_cast<int>((apart - most) / (1.1 * b.step()));
@@ -111,6 +117,65 @@ void check_knots(const BranchSpec& branch, std::vector<std::string>& found) {
     }
 }
 
+/// A branch without a parent is accepted where a branch that joins another connects it to the first.
+void check_connected(const VesselTreeSpec& spec, std::vector<std::string>& found) {
+    std::map<std::string, std::string> trees;  // any name of a connected part for each branch
+    for (const BranchSpec& branch : spec.branches) {
+        trees[branch.name] = branch.parent.empty() ? branch.name : trees[branch.parent];
+        if (branch.joins.empty()) continue;
+        const std::string own = trees[branch.name], other = trees[branch.joins];
+        for (auto& [name, tree] : trees)
+            if (tree == own) tree = other;
+    }
+    for (const BranchSpec& branch : spec.branches) {
+        if (!branch.parent.empty() || trees[branch.name] == trees[spec.branches[0].name]) continue;
+        found.push_back(
+            fmt::format("branch '{}' has no parent; only the first is accepted without, and others that a "
+                        "branch with joins = \"…\" connects to it",
+                        branch.name));
+    }
+}
+
+void check_start(const VesselTree& tree, const SampledBranch& child, std::vector<std::string>& found) {
+    const SampledBranch& parent = tree.branches[child.parent];
+    const double apart = (child.points[0] - parent.points[child.parent_sample]).norm();
+    if (apart > parent.radii[child.parent_sample]) {
+        found.push_back(fmt::format(
+            "branch '{}' starts {:.2f} mm from its place on '{}', whose radius there is {:.2f} mm; "
+            "points relative to that place, from 0, 0, 0 on, are accepted",
+            child.name, apart, parent.name, parent.radii[child.parent_sample]));
+        return;
+    }
+    if (child.separation + 1 >= static_cast<int>(child.points.size()) && !child.closed) {
+        found.push_back(fmt::format(
+            "branch '{}' never leaves '{}'; a branch that comes out of its parent's lumen is accepted",
+            child.name, parent.name));
+    }
+    if (child.radii.front() > parent.radii[child.parent_sample]) {
+        found.push_back(
+            fmt::format("branch '{}' starts with a radius of {:.2f} mm in '{}', which has {:.2f} "
+                        "mm there; up to that is accepted",
+                        child.name, child.radii.front(), parent.name, parent.radii[child.parent_sample]));
+    }
+}
+
+void check_joint(const VesselTree& tree, const SampledBranch& branch, std::vector<std::string>& found) {
+    const SampledBranch& joined = tree.branches[branch.joined];
+    const double room = joined.radii[branch.joined_sample];
+    if (branch.approach <= (branch.parent < 0 ? 0 : branch.separation)) {
+        found.push_back(
+            fmt::format("branch '{}' is nowhere clear of '{}', which it joins; one that comes to "
+                        "it from outside is accepted",
+                        branch.name, joined.name));
+    }
+    if (branch.radii.back() > room) {
+        found.push_back(
+            fmt::format("branch '{}' ends with a radius of {:.2f} mm in '{}', which has {:.2f} mm "
+                        "there; up to that is accepted",
+                        branch.name, branch.radii.back(), joined.name, room));
+    }
+}
+
 }  // namespace
 
 std::vector<std::string> problems(const VesselTreeSpec& spec) {
@@ -123,14 +188,19 @@ std::vector<std::string> problems(const VesselTreeSpec& spec) {
             found.push_back(fmt::format("branch '{}': its parent '{}' is no branch listed before it",
                                         branch.name, branch.parent));
         }
-        if (branch.parent.empty() && !names.empty()) {
-            found.push_back(
-                fmt::format("branch '{}' has no parent; only the first is accepted without", branch.name));
+        if (!branch.joins.empty() && !names.contains(branch.joins)) {
+            found.push_back(fmt::format("branch '{}' joins '{}', which is no branch listed before it",
+                                        branch.name, branch.joins));
+        }
+        if (!branch.joins.empty() && branch.closed) {
+            found.push_back(fmt::format("branch '{}' is closed and joins '{}'; one of the two is accepted",
+                                        branch.name, branch.joins));
         }
         if (!names.insert(branch.name).second)
             found.push_back(fmt::format("two branches are named '{}'", branch.name));
         check_knots(branch, found);
     }
+    if (found.empty()) check_connected(spec, found);
     for (const NamedTarget& target : spec.targets)
         check_place(spec, target, "target '" + target.name + "'", found);
     for (const Tortuosity& t : spec.tortuosities) {
@@ -161,45 +231,27 @@ std::vector<std::string> problems(const VesselTree& tree) {
     }
     const auto& branches = tree.branches;
     for (const SampledBranch& branch : branches) check_bends(branch, found);
-    for (std::size_t c = 0; c < branches.size(); ++c) {
-        const SampledBranch& child = branches[c];
-        if (child.parent < 0) continue;
-        const SampledBranch& parent = branches[child.parent];
-        const double apart = (child.points[0] - parent.points[child.parent_sample]).norm();
-        if (apart > parent.radii[child.parent_sample]) {
-            found.push_back(fmt::format(
-                "branch '{}' starts {:.2f} mm from its place on '{}', whose radius there is {:.2f} mm; "
-                "points relative to that place, from 0, 0, 0 on, are accepted",
-                child.name, apart, parent.name, parent.radii[child.parent_sample]));
-            continue;
-        }
-        if (child.separation + 1 >= static_cast<int>(child.points.size()) && !child.closed) {
-            found.push_back(
-                fmt::format("branch '{}' never leaves '{}'; a branch that comes out of its parent's "
-                            "lumen is accepted",
-                            child.name, branches[child.parent].name));
-        }
-        if (child.radii.front() > branches[child.parent].radii[child.parent_sample]) {
-            found.push_back(
-                fmt::format("branch '{}' starts with a radius of {:.2f} mm in '{}', which has {:.2f} "
-                            "mm there; up to that is accepted",
-                            child.name, child.radii.front(), branches[child.parent].name,
-                            branches[child.parent].radii[child.parent_sample]));
-        }
+    for (const SampledBranch& branch : branches) {
+        if (branch.parent >= 0) check_start(tree, branch, found);
+        if (branch.joined >= 0) check_joint(tree, branch, found);
     }
     if (!found.empty()) return found;
     std::vector<SampledBranch> whole;
-    std::vector<int> first;  // for each branch, the first sample that keeps its distance from all
+    std::vector<Samples> all, apart;  // of each branch, and those that keep their distance from all others
     for (const SampledBranch& branch : branches) {
         int before = 0;
         whole.push_back(extended(branch, before));
-        first.push_back(branch.parent < 0 ? 0 : branch.separation);
+        const int last = static_cast<int>(whole.back().points.size()) - 1;
+        all.push_back({0, last});
+        apart.push_back(
+            {branch.parent < 0 ? 0 : branch.separation, branch.joined < 0 ? last : before + branch.approach});
     }
     for (std::size_t b = 0; b < branches.size(); ++b) {
         for (std::size_t a = 0; a <= b; ++a) {
-            const bool related = branches[b].parent == static_cast<int>(a);
+            const int index = static_cast<int>(a);
+            const bool related = branches[b].parent == index || branches[b].joined == index;
             if (related && branches[b].closed) continue;  // a sac stays next to its vessel
-            check_apart(tree, whole[b], first[b], whole[a], related ? 0 : first[a], related, found);
+            check_apart(tree, whole[b], apart[b], whole[a], related ? all[a] : apart[a], related, found);
         }
     }
     return found;

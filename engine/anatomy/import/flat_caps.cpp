@@ -23,7 +23,7 @@ using geometry::Vec3;
 const double joins = std::cos(10 * geometry::degree), joins_in_plane = std::cos(40 * geometry::degree);
 constexpr double in_plane = 0.03;  // of the root of the patch's area
 /// The rim is sharp where the surface turns by more than this, on this share of its length.
-const double sharp = std::cos(35 * geometry::degree);
+const double sharp_rim = std::cos(35 * geometry::degree);
 constexpr double least_sharp = 0.85;
 constexpr std::size_t least_rim = 6;  // edges
 /// Area over that of the circle about the centre that holds the rim, with corners in the rim and without.
@@ -128,7 +128,7 @@ private:
                 next[corners[k]] = corners[(k + 1) % 3];
                 const double edge = (rim.back().to - rim.back().from).norm();
                 length += edge;
-                if (other >= 0 && areas_[other].normalized().dot(cap.normal) < sharp) sharp_length += edge;
+                if (other >= 0 && areas_[other].normalized().dot(cap.normal) < sharp_rim) sharp_length += edge;
             }
         }
         if (rim.size() < least_rim || sharp_length < least_sharp * length) return {};

@@ -50,7 +50,8 @@ TEST(Imaging, PatientHasTheOrgansOfTheLandmark) {
 TEST(Imaging, EveryPresetKnowsWhereInTheBodyItIs) {
     // How high above the bifurcation of the aorta its vessels lie.
     const std::map<std::string_view, double> lowest = {
-        {"iliac-renal", -250}, {"aorta", -250}, {"lca", 200}, {"rca", 200}, {"cerebral", 560}};
+        {"iliac-renal", -250}, {"aorta", -250}, {"femoral", -400}, {"arch-arms", -150},
+        {"lca", 200},          {"rca", 200},    {"cerebral", 560}, {"circle", 520}};
     for (const anatomy::VesselPreset& preset : anatomy::vessel_presets()) {
         const anatomy::VesselTreeSpec spec = anatomy::vessel_preset(preset.name);
         ASSERT_TRUE(spec.body) << preset.name;

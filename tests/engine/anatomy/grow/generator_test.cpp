@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "engine/anatomy/anatomy_check.h"
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/grow/generate_run.h"
 #include "engine/anatomy/grow/surface_nets.h"
@@ -11,6 +12,7 @@
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/anatomy/mesh_quality.h"
 #include "physics/geometry/mesh_topology.h"
+#include "physics/geometry/polyline.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/distance_field.h"
 #include "physics/wire/guidewire.h"
@@ -177,6 +179,74 @@ TEST(Generator, LeavesAClosedSacClosed) {
     EXPECT_EQ(anatomy.branches.back().name, "main aneurysm");
     EXPECT_GT(geometry::signed_volume(closed_lumen(anatomy)),
               geometry::signed_volume(closed_lumen(small_anatomy())) + 40);
+}
+
+TEST(Generator, JoinsABranchAtBothEnds) {
+    const VesselTreeSpec spec = test::small_loop();
+    const VesselTree tree = grow(spec);
+    const ClosedLumen closed = closed_surface(tree);
+    EXPECT_EQ(euler_characteristic(closed.mesh), 0);  // a torus
+    EXPECT_EQ(geometry::topology(closed.mesh).non_manifold_edges, 0);
+    // Blended at the far end as at the near one: on the wall between the bypass's last samples and the main
+    // vessel the smooth minimum lies below both.
+    const ImplicitLumen& lumen = closed.implicit;
+    const SampledBranch& bypass = tree.branches[2];
+    int blended = 0;
+    for (int k = 0; k < 80; ++k) {
+        const Vec3 x = lumen.projected(bypass.points[bypass.entry] +
+                                       2 * Vec3(std::sin(3.1 * k), std::cos(1.7 * k), std::sin(0.9 * k + 1)));
+        const auto value = lumen.at(x);
+        if (std::abs(value.distance) > 1e-6) continue;
+        Vec3 difference;
+        const double h = 1e-5;
+        for (int axis = 0; axis < 3; ++axis) {
+            const Vec3 step = h * Vec3::Unit(axis);
+            difference[axis] = (lumen.at(x + step).distance - lumen.at(x - step).distance) / (2 * h);
+        }
+        EXPECT_LT((difference - value.gradient).norm(), 1e-4) << x.transpose();
+        blended += value.gradient.norm() < 0.999;
+    }
+    EXPECT_GT(blended, 3);
+
+    const Anatomy anatomy = generate(spec);
+    EXPECT_EQ(anatomy.ends.size(), 3u);  // none of the bypass
+    EXPECT_EQ(self_intersections(anatomy.lumen), 0);
+    for (const Check& check : anatomy_checks(anatomy))
+        EXPECT_NE(check.verdict, Check::Verdict::Fail) << text_of(check);
+    const std::optional<VesselPlace> joint = joint_of(anatomy, 2);
+    ASSERT_TRUE(joint);
+    EXPECT_EQ(joint->branch, 0);
+    EXPECT_EQ(joint->sample, tree.branches[2].joined_sample);
+    EXPECT_FALSE(joint_of(anatomy, 0));
+    EXPECT_FALSE(joint_of(anatomy, 1));
+}
+
+TEST(Generator, TwoTreesMayMeet) {
+    const Anatomy anatomy = generate(test::small_confluence());
+    ASSERT_EQ(anatomy.ends.size(), 3u);
+    EXPECT_EQ(anatomy.ends[2].opening.name, "right.in");
+    EXPECT_EQ(anatomy.ends[2].role, EndRole::Inlet);
+    // From the second inlet to the far target along the vessels, though they have no common root.
+    const VesselPlace from{1, 0, 0}, to{0, anatomy.targets[0].sample, 0};
+    const std::optional<double> way = way_between(anatomy, from, to);
+    ASSERT_TRUE(way);
+    EXPECT_NEAR(*way, 20.6 + 14, 1);
+    EXPECT_NEAR(*way_between(anatomy, to, from), *way, 1e-9);
+    // A wire is led from the end of the second tree into the first.
+    const geometry::CentrelineTree stations(anatomy.branches, anatomy.openings());
+    const int last_of_right = static_cast<int>(stations.stations().size()) - 1;
+    ASSERT_EQ(stations.stations()[last_of_right].branch, 1);
+    const int found = stations.locate(anatomy.targets[0].centre, last_of_right);
+    EXPECT_EQ(stations.stations()[found].branch, 0);
+    EXPECT_NEAR((stations.stations()[found].centre - anatomy.targets[0].centre).norm(), 0, 0.01);
+}
+
+TEST(Generator, TheWayThroughALoopIsTheShorterOne) {
+    const Anatomy anatomy = generate(test::small_loop());
+    const auto last = [&](int b) { return static_cast<int>(anatomy.branches[b].points.size()) - 1; };
+    EXPECT_NEAR(*way_between(anatomy, {0, 0, 0}, {0, last(0), 0}), 30, 0.1);
+    const double round_the_bend = *way_between(anatomy, {2, last(2) / 2, 0}, {0, last(0), 0});
+    EXPECT_NEAR(round_the_bend, 0.5 * geometry::length_of(anatomy.branches[2].points) + 6, 0.7);
 }
 
 TEST(Generator, GivesTheSameBitsAgainForAnyNumberOfThreads) {

@@ -96,6 +96,49 @@ TEST(VesselFile, TellsWhatIsWrongAndWhere) {
                       "no such vessel tree can be read");
 }
 
+TEST(VesselFile, ABranchMayJoinAnother) {
+    const std::string way_round =
+        good +
+        "[[branch]]\nname = \"bypass\"\nparent = \"main\"\nat_mm = 4\njoins = "
+        "\"main\"\njoins_at_mm = 27\npoints_mm = [[0, 0, 0, 1], [3, -7, 0, 1], [20, "
+        "-7, 0, 1], [23, 0, 0, 1]]\n";
+    const VesselTreeSpec spec = parse_vessel_file(way_round, "x.toml");
+    EXPECT_EQ(spec.branches[2].joins, "main");
+    EXPECT_EQ(spec.branches[2].joins_at, 27);
+    const auto without = [&](const std::string& line) {
+        std::string text = way_round;
+        text.erase(text.find(line), line.size());
+        return refusal([&] { parse_vessel_file(text, "x.toml"); });
+    };
+    test::expect_said(without("joins_at_mm = 27\n"), "joins_at_mm");
+    test::expect_said(without("joins = \"main\"\n"), "unknown key 'joins_at_mm' in [branch 3]");
+}
+
+TEST(VesselFile, SaysWhoThePatientIs) {
+    const auto read = [](const std::string& lines) {
+        return parse_vessel_file("schema = 1\npreset = \"rca\"\n" + lines, "x.toml");
+    };
+    const Patient patient = *read("sex = \"f\"\nage = 71\nheight_cm = 158\nweight_kg = 61\n").patient;
+    EXPECT_EQ(patient.sex, Sex::Female);
+    EXPECT_EQ(patient.age, 71);
+    EXPECT_EQ(patient.height, 1580);
+    EXPECT_EQ(patient.weight, 61);
+    EXPECT_LT(read("sex = \"f\"\n").branches[0].knots[0].radius, read("").branches[0].knots[0].radius);
+    test::expect_said(refusal([&] { read("sex = \"x\"\n"); }), "x.toml:3:7: sex = ");
+    test::expect_said(refusal([&] { read("sex = \"x\"\n"); }), "accepted are: f, m");
+    test::expect_said(refusal([&] { read("age = 7\n"); }), "x.toml:3:7: age = ");
+    test::expect_said(refusal([&] { read("height_cm = 1600\n"); }), "a number from 135 to 215 is accepted");
+    test::expect_said(refusal([&] { read("weight = 60\n"); }), "is 'weight_kg' meant?");
+    test::expect_said(refusal([&] {
+                          std::string text = good;
+                          text.insert(text.find("[[branch]]"), "age = 50\n");
+                          parse_vessel_file(text, "x.toml");
+                      }),
+                      "the patient of a preset is accepted, and there is none here");
+    EXPECT_EQ(parse_sex("m"), Sex::Male);
+    test::expect_said(refusal([] { parse_sex("male"); }), "--sex: 'male' was found; f or m is accepted");
+}
+
 TEST(VesselFile, ModifiersAreReadFromShortWords) {
     EXPECT_EQ(parse_stenosis("LM+LAD:54:12:70").length, 12);
     EXPECT_EQ(parse_aneurysm("M1:10:7:4").neck, 4);

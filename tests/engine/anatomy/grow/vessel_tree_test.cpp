@@ -152,6 +152,90 @@ TEST(VesselTree, NamesBranchesThatBendTooTightlyOrRunThroughOneAnother) {
         "branch 'other' runs into branch 'side'");
 }
 
+TEST(VesselTree, ABranchMayEndOnAnother) {
+    const VesselTree tree = grow(test::small_loop());
+    const SampledBranch &bypass = tree.branches[2], &main = tree.branches[0];
+    EXPECT_EQ(tree.loops(), 1);
+    EXPECT_EQ(bypass.joined, 0);
+    EXPECT_NEAR(bypass.joined_sample * main.step(), 24, main.step());
+    EXPECT_LT((bypass.points.back() - main.points[bypass.joined_sample]).norm(), 1e-9);
+    const int last = static_cast<int>(bypass.points.size()) - 1;
+    EXPECT_LT(bypass.exit, bypass.separation);
+    EXPECT_LT(bypass.separation, bypass.approach);
+    EXPECT_LT(bypass.approach, bypass.entry);
+    EXPECT_LT(bypass.entry, last);
+    EXPECT_EQ(grow(small_tree()).loops(), 0);
+    EXPECT_EQ(grow(test::small_confluence()).loops(), 0);  // two trees that meet
+}
+
+TEST(VesselTree, RefusesAJointThatCannotBe) {
+    const auto refused = [](VesselTreeSpec spec, auto&& change) {
+        change(spec);
+        return refusal([&] { grow(spec); });
+    };
+    test::expect_said(refused(test::small_loop(), [](auto& s) { s.branches[2].joins = "nobody"; }),
+                      "branch 'bypass' joins 'nobody', which is no branch listed before it");
+    test::expect_said(refused(test::small_loop(), [](auto& s) { s.branches[2].joins_at = 90; }),
+                      "the end of branch 'bypass' is 90 mm along 'main'; 0 to 30.0 mm is accepted");
+    test::expect_said(refused(test::small_loop(), [](auto& s) { s.branches[2].closed = true; }),
+                      "branch 'bypass' is closed and joins 'main'");
+    test::expect_said(refused(test::small_loop(), [](auto& s) { s.branches[2].knots.back().radius = 2.5; }),
+                      "branch 'bypass' ends with a radius of 2.50 mm in 'main'");
+    test::expect_said(refused(test::small_confluence(), [](auto& s) { s.branches[1].joins.clear(); }),
+                      "branch 'right' has no parent; only the first is accepted without");
+    test::expect_said(refused(test::small_tree(),
+                              [](auto& s) {
+                                  s.branches[1].joins = "main";
+                                  s.branches[1].joins_at = 16;
+                                  s.branches[1].knots = {{{0, 0, 0}, 1}, {{2, 1, 0}, 1}, {{4, 0, 0}, 1}};
+                              }),
+                      "branch 'side' is nowhere clear of 'main', which it joins");
+}
+
+TEST(VesselTree, KnotsKnowTheirArcsAndTheirTightestBend) {
+    const std::vector<VesselKnot> straight = {{{0, 0, 0}, 1}, {{3, 4, 0}, 1}, {{6, 8, 0}, 1}};
+    const std::vector<double> arcs = knot_arcs(straight);
+    ASSERT_EQ(arcs.size(), 3u);
+    EXPECT_NEAR(arcs[1], 5, 1e-9);
+    EXPECT_NEAR(arcs[2], 10, 1e-9);
+    EXPECT_GT(tightest_bend(straight).ratio, 1000);
+    std::vector<VesselKnot> circle;
+    for (int k = 0; k <= 12; ++k) circle.push_back({{8 * std::cos(0.3 * k), 8 * std::sin(0.3 * k), 0}, 2});
+    // The spline turns a little more at its ends.
+    EXPECT_GT(tightest_bend(circle).ratio, 3);
+    EXPECT_LT(tightest_bend(circle).ratio, 4.1);
+    circle[6].radius = 4;
+    EXPECT_EQ(tightest_bend(circle).knot, 6u);
+}
+
+TEST(VesselTree, OfTheCircleOfWillisHasItsLoop) {
+    const VesselTree tree = grow(vessel_preset("circle"));
+    EXPECT_EQ(tree.loops(), 1);
+    int roots = 0;
+    for (const SampledBranch& branch : tree.branches) roots += branch.parent < 0;
+    EXPECT_EQ(roots, 4);  // two carotids and two vertebrals
+}
+
+TEST(VesselTree, PresetsHaveTheDiametersThatAreAskedFor) {
+    const auto radius = [](const VesselTreeSpec& spec, const std::string& name) {
+        for (const BranchSpec& branch : spec.branches)
+            if (branch.name == name) return branch.knots.front().radius;
+        return 0.0;
+    };
+    const VesselTreeSpec abdomen = vessel_preset("iliac-renal");
+    EXPECT_EQ(abdomen.branches[0].knots.back().radius, 4.25);  // common femoral, men
+    EXPECT_EQ(radius(abdomen, "SMA"), 2.95);
+    EXPECT_EQ(radius(abdomen, "coeliac+CHA"), 2.95);
+    EXPECT_EQ(radius(abdomen, "IMA"), 1.55);
+    EXPECT_GT(radius(vessel_preset("femoral"), "LPFA"), 2);
+    const VesselTreeSpec arms = vessel_preset("arch-arms");
+    for (const BranchSpec& branch : arms.branches) {
+        if (branch.name.ends_with("radial")) {
+            EXPECT_GE(branch.knots.back().radius, 1.3) << branch.name;
+        }
+    }
+}
+
 TEST(VesselTree, OfEveryPresetCanBeGrownForManySeeds) {
     for (const VesselPreset& preset : vessel_presets()) {
         for (const std::uint64_t seed : {0, 1, 2, 3, 4}) {
