@@ -137,6 +137,9 @@ VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64
         if (node && !from_preset)
             section.refuse(key, *node, "the patient of a preset is accepted, and there is none here");
     }
+    if (!from_preset && (wished.sex || wished.age || wished.height || wished.weight))
+        section.refuse_whole(
+            "sex, age, height or weight was given; they are accepted for a preset's patient");
     read_branches(section, spec);
     if (!from_preset && !section.find("branch"))
         section.missing("branch", "preset = \"…\" or a section [[branch]]");
