@@ -26,12 +26,19 @@ struct VesselTarget {
     int branch = 0, sample = 0;
 };
 
+/// Calcium in the wall, which only the image shows: balls along a line beside the lumen.
+struct CalciumDeposit {
+    geometry::Polyline points;  // [mm]
+    std::vector<double> radii;  // [mm]
+};
+
 struct Anatomy {
     std::string name;
     geometry::TriangleMesh lumen;  // welded, normals out of the lumen, open at the ends [mm]
     std::vector<geometry::CentrelineBranch> branches;
     std::vector<VesselEnd> ends;
     std::vector<VesselTarget> targets;
+    std::vector<CalciumDeposit> calcium;
     std::optional<geometry::BodyPlace> body;  // where in the body the vessels are, when that is known
 
     std::vector<geometry::OpenEnd> openings() const;

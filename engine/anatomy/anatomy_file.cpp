@@ -142,6 +142,20 @@ void read_targets(const Value& list, Anatomy& anatomy) {
     }
 }
 
+void read_calcium(const Value& list, Anatomy& anatomy) {
+    for (const Value& item : list.items()) {
+        CalciumDeposit deposit;
+        for (const Value& sample : item.items()) {
+            const std::vector<double> p = sample.numbers(4);
+            if (!(p[3] > 0 && p[3] <= 10)) sample.refuse("x, y, z and a radius of up to 10 mm are accepted");
+            deposit.points.emplace_back(p[0], p[1], p[2]);
+            deposit.radii.push_back(p[3]);
+        }
+        if (deposit.points.size() < 2) item.refuse("two points or more are accepted");
+        anatomy.calcium.push_back(std::move(deposit));
+    }
+}
+
 geometry::BodyPlace read_body(const Value& body) {
     const std::optional<geometry::Landmark> landmark = geometry::landmark_named(body["landmark"].word());
     if (!landmark) {
@@ -186,6 +200,7 @@ Anatomy load_anatomy(const std::filesystem::path& path) {
     read_branches(root["branches"], anatomy);
     read_ends(root["ends"], anatomy);
     read_targets(root["targets"], anatomy);
+    if (root.has("calcium")) read_calcium(root["calcium"], anatomy);
     if (root.has("body")) anatomy.body = read_body(root["body"]);
 
     const Value mesh = root["mesh"];

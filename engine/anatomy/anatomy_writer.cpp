@@ -94,6 +94,15 @@ std::string description(const Anatomy& anatomy, const std::string& mesh_file, co
                          {"ends", ends},
                          {"targets", targets},
                          {"provenance", made}};
+    for (const CalciumDeposit& deposit : anatomy.calcium) {
+        ordered_json points = ordered_json::array();
+        for (std::size_t i = 0; i < deposit.points.size(); ++i) {
+            ordered_json sample = point(deposit.points[i]);
+            sample.push_back(rounded(deposit.radii[i]));
+            points.push_back(std::move(sample));
+        }
+        root["calcium"].push_back(std::move(points));
+    }
     if (anatomy.body)
         root["body"] = {{"landmark", geometry::name_of(anatomy.body->landmark)},
                         {"at", point(anatomy.body->at)}};

@@ -266,32 +266,34 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         demand[flow.tree[cell]] += outlet.share;
         flow.outlets.push_back(std::move(outlet));
     }
-    std::vector<double> inflow;  // of each tree, with what other trees bring [ml/s]
-    for (const BloodFlow::Source& source : flow.sources) inflow.push_back(source.inflow);
+    // A root that ends in another tree, as a vertebral artery in the basilar artery, feeds that by its width.
     for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
+        const CentrelineBranch& branch = anatomy.branches[b];
         const std::optional<anatomy::VesselPlace> joint = anatomy::joint_of(anatomy, b);
-        if (!joint) continue;
-        const int cell = position[vessels.first[b + 1] - 1], tree = flow.tree[cell];
-        const Vec3& end = anatomy.branches[b].points.back();
-        const int into = position[deepest(vessels.cells, vessels.first[joint->branch],
-                                          vessels.first[joint->branch + 1], end)];
-        if (demand[tree] > 0 || flow.tree[into] == tree || demand[flow.tree[into]] == 0) continue;
-        demand[tree] = 1;
-        inflow[flow.tree[into]] += inflow[tree];
+        if (branch.parent >= 0 || !joint) continue;
         Outlet outlet;
-        outlet.end = outlet.branch = anatomy.branches[b].name;
+        outlet.cell = position[vessels.first[b + 1] - 1];
+        outlet.into = position[deepest(vessels.cells, vessels.first[joint->branch],
+                                       vessels.first[joint->branch + 1], branch.points.back())];
+        const int tree = flow.tree[outlet.cell], other = flow.tree[outlet.into];
+        if (other == tree || demand[other] == 0) continue;
+        outlet.end = outlet.branch = branch.name;
         outlet.organ = "confluence";
-        outlet.cell = cell;
-        outlet.into = into;
-        outlet.place = end;
-        outlet.direction = (end - flow.cells[cell].centre).normalized();
-        outlet.share = outlet.transit = outlet.tissue = 1;
+        outlet.place = branch.points.back();
+        outlet.direction = (outlet.place - branch.points[branch.points.size() - 2]).normalized();
+        outlet.share = supply_behind(anatomy, b).demand * std::pow(branch.radii.back(), spec.exponent);
+        outlet.transit = outlet.tissue = 1;
+        demand[tree] += outlet.share;
         flow.outlets.push_back(std::move(outlet));
     }
+    std::vector<double> inflow;  // of each tree, with what other trees bring [ml/s]
+    for (const BloodFlow::Source& source : flow.sources) inflow.push_back(source.inflow);
     for (Outlet& outlet : flow.outlets) {
-        const int tree = flow.tree[outlet.cell];
-        outlet.share /= demand[tree];
-        outlet.flow = outlet.share * inflow[tree];
+        outlet.share /= demand[flow.tree[outlet.cell]];
+        if (outlet.into >= 0) inflow[flow.tree[outlet.into]] += outlet.share * inflow[flow.tree[outlet.cell]];
+    }
+    for (Outlet& outlet : flow.outlets) {
+        outlet.flow = outlet.share * inflow[flow.tree[outlet.cell]];
         if (outlet.into < 0) outlet.arterial = arterial_time(outlet.radius, outlet.flow);
         outlet.tissue *= std::max(outlet.flow, 1e-3);
     }
@@ -333,7 +335,7 @@ void BloodFlow::balance(double pulse, std::span<const double> added, std::span<d
     }
     for (const Outlet& outlet : outlets) {
         if (outlet.into < 0) continue;
-        const double passed = entering[tree[outlet.cell]];
+        const double passed = outlet.share * entering[tree[outlet.cell]];
         entering[tree[outlet.into]] += passed;
         into[outlet.into] -= passed;
     }

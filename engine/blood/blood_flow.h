@@ -92,8 +92,8 @@ struct BloodFlow {
 
 /// Cuts the centrelines into cells of about `spacing` [mm]. A child's cells begin where it leaves its
 /// parent's lumen. Blood runs from the named source, or from the widest end of each tree, to all its other
-/// ends; a branch without an end has no flow, and so has a communicating artery (estimate). A tree whose only
-/// way out is a branch that ends in another tree flows into that. Throws InputError with problems(spec), or
+/// ends; a branch without an end has no flow, and so has a communicating artery (estimate). A root that
+/// ends in another tree flows into that. Throws InputError with problems(spec), or
 /// for a source that does not exist.
 BloodFlow blood_flow(const anatomy::Anatomy&, const FlowSpec& = {}, double spacing = 1.5);
 

@@ -8,6 +8,7 @@
 #include "engine/io/error.h"
 #include "physics/geometry/mesh_topology.h"
 #include "render/patient/patient.h"
+#include "render/patient/solids.h"
 #include "render/xray/path_length.h"
 
 namespace exercise {
@@ -62,6 +63,16 @@ std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenari
     std::vector<render::TissueLayer> layers;
     if (scenario.imaging.patient) {
         layers = render::make_patient(patient(anatomy));
+    }
+    for (const anatomy::CalciumDeposit& deposit : anatomy.calcium) {
+        render::TissueLayer calcium;
+        calcium.name = "calcium";
+        calcium.material = render::Material::CorticalBone;
+        calcium.inside = scenario.imaging.patient ? render::Material::SoftTissue : render::Material::Air;
+        constexpr int around = 8;
+        calcium.mesh =
+            render::tube(deposit.points, geometry::Vec3(0.3, 0.5, 0.8), deposit.radii, deposit.radii, around);
+        layers.push_back(std::move(calcium));
     }
     render::TissueLayer lumen;
     lumen.name = "lumen";

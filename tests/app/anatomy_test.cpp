@@ -70,6 +70,16 @@ TEST(AnatomyShow, DrawsAPictureOrSaysWhyNot) {
               std::string::npos);
 }
 
+TEST(AnatomyGenerate, SaysWhoThePatientIs) {
+    const TemporaryFolder folder;
+    const Outcome made = run(folder, {"anatomy", "generate", "rca", "--sex", "f", "--age", "71", "--height",
+                                      "158", "--weight", "61", "--out", folder / "out"});
+    EXPECT_EQ(made.code, 0) << made.error;
+    EXPECT_NE(made.out.find("patient: woman of 71 years, 158 cm, 61 kg"), std::string::npos) << made.out;
+    EXPECT_NE(read(folder / "out/rca.anatomy.json").find("\"patient\":\"woman of 71 years, 158 cm, 61 kg\""),
+              std::string::npos);
+}
+
 TEST(AnatomyGenerate, RefusesWhatIsWrongAndWritesNothing) {
     const TemporaryFolder folder;
     const std::string out = folder / "out";
@@ -84,6 +94,10 @@ TEST(AnatomyGenerate, RefusesWhatIsWrongAndWritesNothing) {
                    "0 to 30.0 mm is accepted");
     expect_refused(folder, {folder / "x.toml", "--out", out, "--name", "a/b"},
                    "a file name without a folder");
+    expect_refused(folder, {"rca", "--out", out, "--sex", "x"}, "--sex: 'x' was found; f or m is accepted");
+    expect_refused(folder, {"rca", "--out", out, "--age", "7"}, "--age");
+    expect_refused(folder, {folder / "x.toml", "--out", out, "--sex", "f"},
+                   "they are accepted for a preset's patient");
     write(folder / "out", "in the way");
     expect_refused(folder, {folder / "x.toml", "--out", out}, "cannot be written");
 }

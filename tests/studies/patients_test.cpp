@@ -9,7 +9,10 @@
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/mesh_quality.h"
 #include "engine/blood/blood_flow.h"
+#include "engine/exercise/exercise.h"
 #include "physics/geometry/mesh_topology.h"
+#include "physics/wire/energy.h"
+#include "tests/anatomies.h"
 
 TEST(PatientsStudy, AgreesWithThePublishedPopulations) {
     studies::StudyOptions options;
@@ -57,13 +60,41 @@ TEST(PatientsStudy, BloodOfTheCircleOfWillisComesFromFourArteries) {
     for (const blood::Outlet& outlet : flow.outlets) {
         joints += outlet.into >= 0;
         if (outlet.into < 0) out += outlet.flow;
-        if (outlet.into >= 0) EXPECT_EQ(outlet.branch, "RVA");
+        EXPECT_EQ(outlet.into >= 0, outlet.branch == "RVA") << outlet.branch;
     }
     EXPECT_EQ(joints, 1);
     EXPECT_NEAR(in, out, 1e-9);
     const std::vector<double> rest = flow.resting();
     for (std::size_t i = 0; i < flow.cells.size(); ++i) {
         const std::string& name = vessels.branches[flow.cells[i].branch].name;
-        if (name == "ACOM" || name == "LPCOM" || name == "RPCOM") EXPECT_EQ(rest[i], 0) << name;
+        const bool communicating = name == "ACOM" || name == "LPCOM" || name == "RPCOM";
+        EXPECT_EQ(rest[i] == 0, communicating) << name;
     }
+}
+
+/// A wire finds its way where two trees meet: from the right vertebral artery, which has an inlet of its own,
+/// into the basilar artery and on.
+TEST(PatientsStudy, AWirePassesFromOneVertebralArteryIntoTheBasilar) {
+    const std::string text =
+        "schema = 1\ntitle = \"vertebral\"\n[anatomy]\npreset = \"circle\"\n[entry]\nend = \"RVA.in\"\n"
+        "inserted_mm = 15.0\n[guidewire]\npreset = \"floppy014\"\n[target]\nname = \"basilar tip\"\n"
+        "radius_mm = 3.0\nhold_s = 0.2\n[c_arm]\npixels = 64\n[imaging]\npatient = false\n";
+    exercise::Exercise exercise(
+        scenario::parse_scenario(text, "vertebral.toml", SELDINGER_SOURCE "/assets/devices"), false,
+        test::cache());
+    const anatomy::Anatomy& vessels = exercise.simulation().anatomy();
+    std::string furthest;
+    for (int frame = 0; frame < 75 && !exercise.time_is_up(); ++frame) {
+        exercise.next_frame(std::vector<script::Command>{script::Advance{1}});
+        ASSERT_TRUE(physics::validate(exercise.simulation().wire()).empty());
+        for (const geometry::Vec3& joint : exercise.simulation().wire().joints) {
+            const anatomy::VesselPlace place = anatomy::nearest_place(vessels, joint);
+            EXPECT_LT(place.distance, 0.4)
+                << "frame " << frame << ", " << vessels.branches[place.branch].name;
+        }
+        furthest = vessels.branches[anatomy::nearest_place(vessels, exercise.simulation().tip()).branch].name;
+    }
+    EXPECT_NE(furthest, "RVA");
+    EXPECT_NE(furthest, "LICA+LM1+LM2sup");
+    EXPECT_LT(exercise.simulation().tip_to_target(), 25);
 }

@@ -54,6 +54,12 @@ std::string fingerprint(const VesselTreeSpec& spec) {
             add(branch.radii[i]);
         }
     }
+    for (const CalciumDeposit& deposit : tree.calcium) {
+        for (std::size_t i = 0; i < deposit.points.size(); ++i) {
+            for (int axis = 0; axis < 3; ++axis) add(deposit.points[i][axis]);
+            add(deposit.radii[i]);
+        }
+    }
     if (spec.body) {
         add(static_cast<double>(spec.body->landmark));
         for (int axis = 0; axis < 3; ++axis) add(spec.body->at[axis]);
@@ -79,6 +85,12 @@ Provenance provenance_of(const GenerateRequest& request, const VesselTreeSpec& s
         modified.push_back(fmt::format("stenosis {}:{}:{}:{}", s.branch, s.at, s.length, s.percent));
     for (const Aneurysm& a : spec.aneurysms)
         modified.push_back(fmt::format("aneurysm {}:{}:{}:{}", a.branch, a.at, a.diameter, a.neck));
+    for (const FusiformAneurysm& a : spec.fusiform)
+        modified.push_back(fmt::format("fusiform {}:{}:{}:{}", a.branch, a.at, a.length, a.diameter));
+    for (const Occlusion& o : spec.occlusions)
+        modified.push_back(fmt::format("occlusion {}:{}", o.branch, o.at));
+    for (const Dissection& d : spec.dissections)
+        modified.push_back(fmt::format("dissection {}:{}:{}:{}", d.branch, d.at, d.length, d.true_share));
     if (!modified.empty()) made.emplace_back("modified", io::joined(modified));
     made.emplace_back("shape", fingerprint(spec));
     made.emplace_back("licence", "project");

@@ -71,6 +71,7 @@ Anatomy generate(const VesselTreeSpec& spec, const GeneratorOptions& options) {
     Anatomy anatomy;
     anatomy.name = spec.name;
     anatomy.body = spec.body;
+    anatomy.calcium = tree.calcium;
     std::vector<EndCut> cuts;
     for (int b = 0; b < static_cast<int>(tree.branches.size()); ++b) {
         const SampledBranch& branch = tree.branches[b];
@@ -95,6 +96,7 @@ void place_targets(Anatomy& anatomy, const VesselTreeSpec& spec, const VesselTre
     for (const NamedTarget& target : spec.targets) {
         for (int b = 0; b < static_cast<int>(tree.branches.size()); ++b) {
             if (tree.branches[b].name != target.branch) continue;
+            if (target.at > tree.branches[b].length() + 1) continue;  // beyond an occlusion
             const int sample = tree.branches[b].sample_at(target.at);
             anatomy.targets.push_back({target.name, anatomy.branches[b].points[sample], b, sample});
         }

@@ -33,7 +33,8 @@ ClosedLumen closed_surface(const VesselTree&, const GeneratorOptions& = {});
 /// or does not give a usable anatomy.
 Anatomy generate(const VesselTreeSpec&, const GeneratorOptions& = {});
 
-/// The spec's targets, in place of those that the anatomy has; its branches are the tree's.
+/// The spec's targets, but those beyond an occlusion, in place of those that the anatomy has; its branches
+/// are the tree's.
 void place_targets(Anatomy&, const VesselTreeSpec&, const VesselTree&);
 
 }  // namespace anatomy

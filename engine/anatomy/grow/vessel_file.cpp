@@ -86,8 +86,35 @@ void read_modifiers(io::Section& top, VesselTreeSpec& spec) {
         place(section, stenosis.branch, stenosis.at);
         section.number("length_mm", stenosis.length, {1, 200});
         section.number("percent", stenosis.percent, {0, 90});
+        section.number("eccentricity", stenosis.eccentricity, {0, 1});
+        section.number("angle_deg", stenosis.angle, {-360, 360}, geometry::degree);
+        section.flag("calcified", stenosis.calcified);
         section.finish();
         spec.stenoses.push_back(stenosis);
+    }
+    for (io::Section& section : top.sections("fusiform_aneurysm")) {
+        FusiformAneurysm aneurysm;
+        place(section, aneurysm.branch, aneurysm.at);
+        section.number("length_mm", aneurysm.length, {2, 400});
+        section.number("diameter_mm", aneurysm.diameter, {1, 60});
+        section.finish();
+        spec.fusiform.push_back(aneurysm);
+    }
+    for (io::Section& section : top.sections("occlusion")) {
+        Occlusion occlusion;
+        place(section, occlusion.branch, occlusion.at);
+        section.finish();
+        spec.occlusions.push_back(occlusion);
+    }
+    for (io::Section& section : top.sections("dissection")) {
+        Dissection dissection;
+        place(section, dissection.branch, dissection.at);
+        section.number("length_mm", dissection.length, {10, 600});
+        section.number("true_share", dissection.true_share, {0.2, 0.8});
+        section.number("flap_mm", dissection.flap, {0.5, 6});
+        section.number("angle_deg", dissection.angle, {-360, 360}, geometry::degree);
+        section.finish();
+        spec.dissections.push_back(dissection);
     }
     for (io::Section& section : top.sections("aneurysm")) {
         Aneurysm aneurysm;
@@ -137,6 +164,9 @@ VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64
         if (node && !from_preset)
             section.refuse(key, *node, "the patient of a preset is accepted, and there is none here");
     }
+    if (!from_preset && (wished.sex || wished.age || wished.height || wished.weight))
+        section.refuse_whole(
+            "sex, age, height or weight was given; they are accepted for a preset's patient");
     read_branches(section, spec);
     if (!from_preset && !section.find("branch"))
         section.missing("branch", "preset = \"…\" or a section [[branch]]");

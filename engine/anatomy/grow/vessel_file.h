@@ -17,8 +17,10 @@ namespace anatomy {
 /// A file has schema = 1 and either `preset`, with what is known of its patient (sex, age, height_cm,
 /// weight_kg), or [[branch]] sections (name, parent, at_mm, points_mm = [[x, y, z, radius], …], a child's
 /// relative to its start; closed, or joins and joins_at_mm), then any of [[target]] (name, branch, at_mm),
-/// [[tortuosity]] (branch, amplitude_mm, wavelength_mm), [[stenosis]] (branch, at_mm, length_mm, percent) and
-/// [[aneurysm]] (branch, at_mm, diameter_mm, neck_mm, angle_deg). The spec is named after the file. `seed`
+/// [[tortuosity]] (branch, amplitude_mm, wavelength_mm), [[stenosis]] (branch, at_mm, length_mm, percent,
+/// eccentricity, angle_deg, calcified), [[aneurysm]] (branch, at_mm, diameter_mm, neck_mm, angle_deg),
+/// [[fusiform_aneurysm]] (branch, at_mm, length_mm, diameter_mm), [[occlusion]] (branch, at_mm) and
+/// [[dissection]] (branch, at_mm, length_mm, true_share, flap_mm, angle_deg). The spec is named after the file. `seed`
 /// and `wish` apply to the preset; the file's own keys of the patient come before those wished. Throws
 /// InputError listing every problem with its line.
 VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem::path& file,

@@ -107,20 +107,8 @@ SampledBranch sampled(const BranchSpec& spec, const Vec3& origin, double spacing
     return branch;
 }
 
-/// Unit vectors across the branch, transported along it without turning about it.
-std::vector<Vec3> carried_across(const SampledBranch& branch) {
-    std::vector<Vec3> across;
-    Vec3 d = branch.tangent(0).unitOrthogonal();
-    for (int i = 0; i < static_cast<int>(branch.points.size()); ++i) {
-        const Vec3 t = branch.tangent(i);
-        d = (d - d.dot(t) * t).normalized();
-        across.push_back(d);
-    }
-    return across;
-}
-
 void wave(SampledBranch& branch, const Tortuosity& tortuosity, double spacing) {
-    const std::vector<Vec3> across = carried_across(branch);
+    const std::vector<Vec3> across = branch.across();
     const double step = branch.step(), length = step * static_cast<double>(branch.points.size() - 1);
     const Polyline straight = branch.points;
     for (int i = 0; i < static_cast<int>(straight.size()); ++i) {
@@ -135,42 +123,6 @@ void wave(SampledBranch& branch, const Tortuosity& tortuosity, double spacing) {
             tortuosity.amplitude * fade * (std::sin(phase) * across[i] + 0.5 * std::sin(0.6 * phase) * other);
     }
     resample(branch, spacing);
-}
-
-void narrow(SampledBranch& branch, const Stenosis& stenosis) {
-    for (int i = 0; i < static_cast<int>(branch.points.size()); ++i) {
-        const double from_middle = (i * branch.step() - stenosis.at) / (stenosis.length / 2);
-        if (std::abs(from_middle) >= 1) continue;
-        const double bell = 0.5 * (1 + std::cos(std::numbers::pi * from_middle));
-        branch.radii[i] *= 1 - stenosis.percent / 100 * bell;
-    }
-}
-
-/// The direction across the branch in which it bulges: away from the centre of its bend.
-Vec3 convex_side(const SampledBranch& branch, int sample) {
-    const int last = static_cast<int>(branch.points.size()) - 1, reach = std::max(1, last / 20);
-    const int a = std::max(0, sample - reach), b = std::min(last, sample + reach);
-    const Vec3 t = branch.tangent(sample);
-    Vec3 out = branch.points[sample] - 0.5 * (branch.points[a] + branch.points[b]);
-    out -= out.dot(t) * t;
-    return out.norm() > 1e-3 ? out.normalized() : t.unitOrthogonal();
-}
-
-/// The sac meets its neck where the sphere is as wide as the neck, at the branch's wall.
-BranchSpec sac(const Aneurysm& aneurysm, const SampledBranch& parent) {
-    const int sample = parent.sample_at(aneurysm.at);
-    const Vec3 out = Eigen::AngleAxisd(aneurysm.angle, parent.tangent(sample)) * convex_side(parent, sample);
-    const double sphere = aneurysm.diameter / 2, neck = aneurysm.neck / 2, wall = parent.radii[sample];
-    const double centre = wall + std::sqrt(std::max(0.0, sphere * sphere - neck * neck));
-    BranchSpec spec;
-    spec.name = aneurysm.branch + " aneurysm";
-    spec.parent = aneurysm.branch;
-    spec.at = aneurysm.at;
-    spec.closed = true;
-    const double root = std::min(neck, 0.9 * wall);
-    spec.knots = {{Vec3::Zero(), root}, {0.5 * wall * out, root}, {wall * out, neck}, {centre * out, sphere}};
-    if (centre < wall + 0.2) spec.knots.erase(spec.knots.end() - 2);
-    return spec;
 }
 
 /// Least distance from a lumen to a centreline point of another branch, over samples from `first` on.
@@ -251,6 +203,79 @@ void add_branch(VesselTree& tree, const BranchSpec& spec) {
     tree.branches.back().parent_sample = sample;
 }
 
+/// Refuses branches that leave the stretch of a branch; `what` lies there.
+void refuse_branches_on(const VesselTree& tree, int branch, double from, double to, const char* what) {
+    const SampledBranch& on = tree.branches[branch];
+    for (const SampledBranch& other : tree.branches) {
+        for (const auto& [parent, sample] :
+             {std::pair(other.parent, other.parent_sample), std::pair(other.joined, other.joined_sample)}) {
+            const double at = sample * on.step();
+            if (parent != branch || at < from || at > to) continue;
+            throw io::InputError(
+                fmt::format("branch '{}' leaves '{}' at {:.1f} mm, where {} lies ({:.1f} to {:.1f} mm); a "
+                            "stretch without "
+                            "branches is accepted",
+                            other.name, on.name, at, what, from, to));
+        }
+    }
+}
+
+/// Drops every branch that left its parent beyond the parent's last sample, or joined another there.
+void drop_orphans(VesselTree& tree) {
+    std::vector<int> place(tree.branches.size(), -1);
+    std::vector<SampledBranch> left;
+    const auto lost = [&](int branch, int sample) {
+        return branch >= 0 &&
+               (place[branch] < 0 || sample >= static_cast<int>(left[place[branch]].points.size()));
+    };
+    for (std::size_t b = 0; b < tree.branches.size(); ++b) {
+        SampledBranch& branch = tree.branches[b];
+        if (lost(branch.parent, branch.parent_sample) || lost(branch.joined, branch.joined_sample)) continue;
+        if (branch.parent >= 0) branch.parent = place[branch.parent];
+        if (branch.joined >= 0) branch.joined = place[branch.joined];
+        place[b] = static_cast<int>(left.size());
+        left.push_back(std::move(branch));
+    }
+    tree.branches = std::move(left);
+}
+
+void add_diseases(VesselTree& tree, const VesselTreeSpec& spec) {
+    for (const Aneurysm& aneurysm : spec.aneurysms) {
+        place_on(named(tree, aneurysm.branch), aneurysm.at, "the aneurysm");
+        add_branch(tree, sac(aneurysm, named(tree, aneurysm.branch)));
+    }
+    for (const FusiformAneurysm& aneurysm : spec.fusiform) {
+        place_on(named(tree, aneurysm.branch), aneurysm.at, "the fusiform aneurysm");
+        widen(named(tree, aneurysm.branch), aneurysm);
+    }
+    for (const Dissection& dissection : spec.dissections) {
+        SampledBranch& branch = named(tree, dissection.branch);
+        place_on(branch, dissection.at, "the dissection");
+        place_on(branch, dissection.at + dissection.length, "the end of the dissection");
+        refuse_branches_on(tree, static_cast<int>(&branch - tree.branches.data()), dissection.at,
+                           dissection.at + dissection.length, "the dissection");
+        const BranchSpec false_lumen = dissect(branch, dissection);
+        add_branch(tree, false_lumen);
+    }
+    for (const Stenosis& stenosis : spec.stenoses) {
+        SampledBranch& branch = named(tree, stenosis.branch);
+        place_on(branch, stenosis.at, "the stenosis");
+        if (stenosis.calcified) {
+            const std::vector<CalciumDeposit> deposits = calcium_in(branch, stenosis);
+            tree.calcium.insert(tree.calcium.end(), deposits.begin(), deposits.end());
+        }
+        narrow(branch, stenosis);
+    }
+    for (const Occlusion& occlusion : spec.occlusions) {
+        const auto branch = std::find_if(tree.branches.begin(), tree.branches.end(),
+                                         [&](const SampledBranch& b) { return b.name == occlusion.branch; });
+        if (branch == tree.branches.end()) continue;  // beyond another occlusion
+        place_on(*branch, occlusion.at, "the occlusion");
+        occlude(*branch, occlusion);
+        drop_orphans(tree);
+    }
+}
+
 void refuse_if_any(const VesselTreeSpec& spec, std::vector<std::string> found) {
     if (found.empty()) return;
     for (std::string& problem : found) problem.insert(0, spec.name + ": ");
@@ -308,6 +333,26 @@ int VesselTree::loops() const {
     return joins - (roots - 1);  // all trees are connected
 }
 
+std::vector<Vec3> SampledBranch::across() const {
+    std::vector<Vec3> result;
+    Vec3 d = tangent(0).unitOrthogonal();
+    for (int i = 0; i < static_cast<int>(points.size()); ++i) {
+        const Vec3 t = tangent(i);
+        d = (d - d.dot(t) * t).normalized();
+        result.push_back(d);
+    }
+    return result;
+}
+
+Vec3 SampledBranch::convex_side(int sample) const {
+    const int last = static_cast<int>(points.size()) - 1, reach = std::max(1, last / 20);
+    const int a = std::max(0, sample - reach), b = std::min(last, sample + reach);
+    const Vec3 t = tangent(sample);
+    Vec3 out = points[sample] - 0.5 * (points[a] + points[b]);
+    out -= out.dot(t) * t;
+    return out.norm() > 1e-3 ? out.normalized() : t.unitOrthogonal();
+}
+
 int SampledBranch::sample_at(double arc) const {
     return std::clamp(static_cast<int>(std::lround(arc / step())), 0, static_cast<int>(points.size()) - 1);
 }
@@ -356,6 +401,9 @@ void complete_branch_names(VesselTreeSpec& spec) {
     for (Tortuosity& tortuosity : spec.tortuosities) complete(tortuosity.branch);
     for (Stenosis& stenosis : spec.stenoses) complete(stenosis.branch);
     for (Aneurysm& aneurysm : spec.aneurysms) complete(aneurysm.branch);
+    for (FusiformAneurysm& aneurysm : spec.fusiform) complete(aneurysm.branch);
+    for (Occlusion& occlusion : spec.occlusions) complete(occlusion.branch);
+    for (Dissection& dissection : spec.dissections) complete(dissection.branch);
 }
 
 VesselTree grow(const VesselTreeSpec& spec) {
@@ -375,14 +423,7 @@ VesselTree grow(const VesselTreeSpec& spec) {
             if (t.branch.empty() || t.branch == branch.name) wave(tree.branches.back(), t, tree.spacing);
         }
     }
-    for (const Aneurysm& aneurysm : spec.aneurysms) {
-        place_on(named(tree, aneurysm.branch), aneurysm.at, "the aneurysm");
-        add_branch(tree, sac(aneurysm, named(tree, aneurysm.branch)));
-    }
-    for (const Stenosis& stenosis : spec.stenoses) {
-        place_on(named(tree, stenosis.branch), stenosis.at, "the stenosis");
-        narrow(named(tree, stenosis.branch), stenosis);
-    }
+    add_diseases(tree, spec);
     for (SampledBranch& branch : tree.branches) {
         for (const double radius : branch.radii) tree.least_radius = std::min(tree.least_radius, radius);
     }

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/anatomy/grow/disease.h"
 #include "engine/anatomy/grow/patient.h"
 #include "physics/geometry/landmark.h"
 
@@ -40,22 +41,6 @@ struct Bend {
 };
 Bend tightest_bend(const std::vector<VesselKnot>&);
 
-/// A narrowing, smooth over its length. The branch is named as in the spec; `at` is its middle.
-struct Stenosis {
-    std::string branch;
-    double at = 0, length = 0;  // along the centreline [mm]
-    double percent = 0;         // of the diameter, lost in the middle
-};
-
-/// A sac on the side of a branch, joined to it by a neck: a closed branch of its own.
-struct Aneurysm {
-    std::string branch;
-    double at = 0;        // along the centreline [mm]
-    double diameter = 0;  // of the sac [mm]
-    double neck = 0;      // its diameter where it leaves the branch [mm]
-    double angle = 0;     // about the branch, from its most convex side [rad]
-};
-
 /// Lateral waves of a centreline, fading at both ends; `branch` is empty for all.
 struct Tortuosity {
     std::string branch;
@@ -74,6 +59,9 @@ struct VesselTreeSpec {
     std::vector<Tortuosity> tortuosities;
     std::vector<Stenosis> stenoses;
     std::vector<Aneurysm> aneurysms;
+    std::vector<FusiformAneurysm> fusiform;
+    std::vector<Occlusion> occlusions;
+    std::vector<Dissection> dissections;
     std::optional<geometry::BodyPlace> body;  // where in the body the vessels are, when that is known
     std::optional<Patient> patient;           // whose vessels they are, when they are a preset's
 };
@@ -97,6 +85,11 @@ struct SampledBranch {
     double step() const { return (points[1] - points[0]).norm(); }  // between samples [mm]
     int sample_at(double arc) const;           // the sample nearest to this distance from the start [mm]
     geometry::Vec3 tangent(int sample) const;  // unit
+    double length() const { return step() * static_cast<double>(points.size() - 1); }  // [mm]
+    /// Unit vectors across the branch at every sample, transported along it without turning about it.
+    std::vector<geometry::Vec3> across() const;
+    /// The direction across the branch in which it bulges: away from the centre of its bend.
+    geometry::Vec3 convex_side(int sample) const;
 };
 
 struct VesselTree {
@@ -104,6 +97,7 @@ struct VesselTree {
     std::vector<SampledBranch> branches;
     double spacing = 0;       // of samples [mm]
     double least_radius = 0;  // [mm]
+    std::vector<CalciumDeposit> calcium;
 
     /// How many branches more than a tree has connect it: each closes a loop of vessels.
     int loops() const;

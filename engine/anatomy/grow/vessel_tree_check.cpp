@@ -213,6 +213,24 @@ std::vector<std::string> problems(const VesselTreeSpec& spec) {
         check_place(spec, s, "a stenosis", found);
         if (!(s.length >= 1 && s.length <= 200 && s.percent >= 0 && s.percent <= 90))
             found.push_back("a stenosis needs a length of 1 to 200 mm and a loss of 0 to 90 percent");
+        if (!(s.eccentricity >= 0 && s.eccentricity <= 1))
+            found.push_back("the eccentricity of a stenosis must lie within 0 and 1");
+    }
+    for (const FusiformAneurysm& a : spec.fusiform) {
+        check_place(spec, a, "a fusiform aneurysm", found);
+        if (!(a.length >= 2 && a.length <= 400 && a.diameter >= 1 && a.diameter <= 2 * largest_radius))
+            found.push_back("a fusiform aneurysm needs a length of 2 to 400 mm and a diameter of 1 to 60 mm");
+    }
+    for (const Occlusion& o : spec.occlusions) {
+        check_place(spec, o, "an occlusion", found);
+    }
+    for (const Dissection& d : spec.dissections) {
+        check_place(spec, d, "a dissection", found);
+        if (!(d.length >= 10 && d.length <= 600 && d.true_share >= 0.2 && d.true_share <= 0.8 &&
+              d.flap >= 0.5 && d.flap <= 6))
+            found.push_back(
+                "a dissection needs a length of 10 to 600 mm, a share of the true lumen of 0.2 to 0.8 and a "
+                "flap of 0.5 to 6 mm");
     }
     for (const Aneurysm& a : spec.aneurysms) {
         check_place(spec, a, "an aneurysm", found);

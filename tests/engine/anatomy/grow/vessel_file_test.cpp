@@ -135,6 +135,11 @@ TEST(VesselFile, SaysWhoThePatientIs) {
                           parse_vessel_file(text, "x.toml");
                       }),
                       "the patient of a preset is accepted, and there is none here");
+    PatientWish old;
+    old.age = 80;
+    EXPECT_EQ(parse_vessel_file("schema = 1\npreset = \"rca\"\n", "x.toml", 0, old).patient->age, 80);
+    test::expect_said(refusal([&] { parse_vessel_file(good, "x.toml", 0, old); }),
+                      "they are accepted for a preset's patient");
     EXPECT_EQ(parse_sex("m"), Sex::Male);
     test::expect_said(refusal([] { parse_sex("male"); }), "--sex: 'male' was found; f or m is accepted");
 }

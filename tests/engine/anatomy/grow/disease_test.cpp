@@ -1,0 +1,142 @@
+#include "engine/anatomy/grow/disease.h"
+
+#include <gtest/gtest.h>
+
+#include "engine/anatomy/anatomy_writer.h"
+#include "engine/anatomy/grow/generator.h"
+#include "engine/anatomy/mesh_quality.h"
+#include "engine/exercise/imaging.h"
+#include "physics/geometry/mesh_query.h"
+#include "physics/geometry/mesh_topology.h"
+#include "tests/engine/anatomy/trees.h"
+#include "tests/engine/fixtures.h"
+
+namespace anatomy {
+namespace {
+
+using geometry::Vec3;
+
+/// A straight vessel of radius 6 along +z, 160 mm long, with a branch at 20 mm and one at 140 mm.
+VesselTreeSpec trunk() {
+    VesselTreeSpec spec;
+    spec.name = "trunk";
+    spec.branches = {{"trunk", "", 0, {{{0, 0, 0}, 6}, {{0, 0, 80}, 6}, {{0, 0, 160}, 6}}, false},
+                     {"low", "trunk", 20, {{{0, 0, 0}, 2}, {{20, 0, 4}, 2}, {{30, 0, 8}, 2}}, false},
+                     {"high", "trunk", 140, {{{0, 0, 0}, 2}, {{-20, 0, 4}, 2}, {{-30, 0, 8}, 2}}, false},
+                     {"twig", "high", 20, {{{0, 0, 0}, 1}, {{0, 8, 2}, 1}, {{0, 14, 4}, 1}}, false}};
+    spec.targets = {{"low", "low", 20}, {"high", "high", 20}, {"twig", "twig", 10}};
+    return spec;
+}
+
+}  // namespace
+
+TEST(Disease, AnEccentricPlaqueLeavesTheWallOpposite) {
+    VesselTreeSpec spec = trunk();
+    spec.stenoses = {{"trunk", 80, 30, 60, 1, 0, false}};
+    const SampledBranch& branch = grow(spec).branches[0];
+    const int middle = branch.sample_at(80);
+    EXPECT_NEAR(branch.radii[middle], 2.4, 0.01);
+    const double moved = branch.points[middle].head<2>().norm();
+    EXPECT_NEAR(moved, 3.6, 0.01);  // the centre, away from the plaque: 3.6 + 2.4 reaches the wall
+    spec.stenoses[0].eccentricity = 0;
+    const SampledBranch concentric = grow(spec).branches[0];
+    EXPECT_NEAR(concentric.points[middle].head<2>().norm(), 0, 1e-9);
+    EXPECT_NEAR(concentric.radii[middle], 2.4, 0.01);
+}
+
+TEST(Disease, CalciumLiesInTheWallAndDarkensTheImage) {
+    VesselTreeSpec spec = trunk();
+    spec.stenoses = {{"trunk", 80, 30, 60, 1, 0, true}};
+    const test::TemporaryFolder folder;
+    const Anatomy sick = load_anatomy(write_anatomy(generate(spec), folder.path(), {}));
+    ASSERT_GE(sick.calcium.size(), 3u);
+    const geometry::MeshQuery wall(closed_lumen(sick));
+    for (const CalciumDeposit& deposit : sick.calcium) {
+        for (std::size_t i = 0; i < deposit.points.size(); ++i) {
+            EXPECT_FALSE(wall.encloses(deposit.points[i]));
+            EXPECT_GT(wall.distance(deposit.points[i]), 0.9 * deposit.radii[i]);
+        }
+    }
+    const auto layers = exercise::tissue_layers(scenario::Scenario{}, sick);
+    EXPECT_EQ(std::count_if(layers.begin(), layers.end(),
+                            [](const auto& layer) { return layer.name == "calcium"; }),
+              static_cast<std::ptrdiff_t>(sick.calcium.size()));
+    for (const render::TissueLayer& layer : layers) {
+        if (layer.name == "calcium") {
+            EXPECT_EQ(render::unmatched_edges(layer.mesh), 0);
+        }
+    }
+    EXPECT_EQ(layers.back().name, "lumen");
+}
+
+TEST(Disease, AFusiformAneurysmWidensTheVessel) {
+    VesselTreeSpec spec = trunk();
+    spec.fusiform = {{"trunk", 80, 60, 24}};
+    const SampledBranch branch = grow(spec).branches[0];
+    EXPECT_NEAR(branch.radii[branch.sample_at(80)], 12, 0.01);
+    EXPECT_NEAR(branch.radii[branch.sample_at(45)], 6, 0.01);
+    EXPECT_TRUE(problems(generate(spec)).empty());
+}
+
+TEST(Disease, AnOcclusionEndsTheBranchAndWhatLiesBeyond) {
+    VesselTreeSpec spec = trunk();
+    spec.occlusions = {{"trunk", 100}};
+    const Anatomy anatomy = generate(spec);
+    ASSERT_EQ(anatomy.branches.size(), 2u);
+    EXPECT_EQ(anatomy.branches[1].name, "low");
+    EXPECT_EQ(anatomy.ends.size(), 2u);  // the inlet and the low branch's
+    ASSERT_EQ(anatomy.targets.size(), 1u);
+    EXPECT_EQ(anatomy.targets[0].name, "low");
+    EXPECT_NEAR(anatomy.branches[0].points.back().z(), 100, 1);
+}
+
+TEST(Disease, ADissectionHasTwoLuminaBetweenItsTears) {
+    VesselTreeSpec spec = trunk();
+    spec.dissections = {{"trunk", 35, 90, 0.4, 2.5, 0}};
+    const VesselTree tree = grow(spec);
+    EXPECT_EQ(tree.loops(), 1);
+    const Anatomy anatomy = generate(spec);
+    EXPECT_TRUE(problems(anatomy).empty());
+    ASSERT_EQ(anatomy.branches.size(), 5u);
+    const auto& false_lumen = anatomy.branches.back();
+    EXPECT_EQ(false_lumen.name, "trunk false lumen");
+    EXPECT_EQ(anatomy.ends.size(), 5u);
+    EXPECT_EQ(euler_characteristic(closed_lumen(anatomy)), 0);
+    const SampledBranch& trunk_branch = tree.branches[0];
+    const int middle = trunk_branch.sample_at(80);
+    EXPECT_NEAR(trunk_branch.radii[middle], 0.4 * (6 - 1.25), 0.05);
+    EXPECT_NEAR(false_lumen.radii[false_lumen.radii.size() / 2], 0.6 * (6 - 1.25), 0.2);
+    // A wire's width of tissue lies between them: halfway, a point of the flap.
+    const Vec3 one = trunk_branch.points[middle], other = false_lumen.points[false_lumen.points.size() / 2];
+    const Vec3 way = (other - one).normalized();
+    EXPECT_FALSE(
+        geometry::MeshQuery(closed_lumen(anatomy)).encloses(one + (trunk_branch.radii[middle] + 1) * way));
+}
+
+TEST(Disease, WhatCannotBeIsRefusedWithItsPlace) {
+    VesselTreeSpec spec = trunk();
+    spec.dissections = {{"trunk", 10, 100, 0.4, 2.5, 0}};
+    EXPECT_NE(test::refusal([&] {
+                  grow(spec);
+              }).find("branch 'low' leaves 'trunk' at 20.0 mm, where the dissection"),
+              std::string::npos);
+    spec.dissections = {{"trunk", 40, 30, 0.4, 2.5, 0}};
+    EXPECT_NE(test::refusal([&] { grow(spec); }).find("45 mm or more is accepted"), std::string::npos);
+    spec.dissections = {{"trunk", 40, 300, 0.4, 2.5, 0}};
+    EXPECT_NE(test::refusal([&] { grow(spec); }).find("the end of the dissection"), std::string::npos);
+    spec = trunk();
+    spec.occlusions = {{"trunc", 40}};
+    EXPECT_NE(test::refusal([&] { grow(spec); }).find("an occlusion names the branch 'trunc'"),
+              std::string::npos);
+    spec.occlusions = {{"trunk", 400}};
+    EXPECT_NE(test::refusal([&] { grow(spec); }).find("the occlusion is 400 mm along 'trunk'"),
+              std::string::npos);
+    spec = trunk();
+    spec.fusiform = {{"trunk", 80, 60, 90}};
+    EXPECT_NE(test::refusal([&] { grow(spec); }).find("a diameter of 1 to 60 mm"), std::string::npos);
+    spec = trunk();
+    spec.stenoses = {{"trunk", 80, 30, 60, 2, 0, false}};
+    EXPECT_NE(test::refusal([&] { grow(spec); }).find("eccentricity"), std::string::npos);
+}
+
+}  // namespace anatomy
