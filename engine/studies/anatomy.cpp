@@ -153,7 +153,10 @@ StudyResult run_anatomy(const StudyOptions& options) {
         "`; never edited by hand.\n\n## The generator\n\nOne thread. Angles are the least of each "
         "triangle: of all, and such that 1 % are smaller. The error is the distance of a triangle's "
         "centroid from the implicit surface. Euler's characteristic of a closed surface without "
-        "handles is 2.\n\n![Time and error](generator.svg)\n\n" +
+        "handles is 2, and 0 where vessels make a loop, as the circle of Willis does. From a mesh with "
+        "several "
+        "inlets the importer makes one tree: branches end elsewhere then, which counts as "
+        "invented.\n\n![Time and error](generator.svg)\n\n" +
         io::to_markdown(table) +
         "\n## The importer\n\nThe same vessels from their meshes alone; corrupted: 1 % of the triangles "
         "missing, "

@@ -230,7 +230,7 @@ void add_vertebrals(Variation& v, VesselTreeSpec& spec, const std::string& left,
                                      {right, 78.6, 3, 8 * degree}));
 }
 
-std::vector<VesselKnot> left_common_carotid(const ArchFigures& f, bool bovine) {
+std::vector<VesselKnot> left_common_carotid(const Variation& v, const ArchFigures& f, bool bovine) {
     const double carotid = f.carotid;
     std::vector<VesselKnot> left = {
         {{2.3, -1.4, 16.4}, 0.95 * carotid},  {{5.5, -2.6, 32.6}, 0.92 * carotid},
@@ -240,9 +240,10 @@ std::vector<VesselKnot> left_common_carotid(const ArchFigures& f, bool bovine) {
     if (bovine) {  // from the trunk across to the left side, then as usual
         for (VesselKnot& knot : left) knot.place += Vec3(13, 3, -22);
         left.erase(left.begin(), left.begin() + 2);
-        const double higher = f.ascending - 17.3;  // over a wider aorta [mm]
+        // Over an aorta that is wider than the mean, for the body's size [mm].
+        const double higher = f.ascending / length_factor(drawn.by_height, v.patient()) - 17.3;
         left.insert(left.begin(),
-                    {{{8, 2, 6 + 0.6 * higher}, carotid}, {{16, 3, 15 + higher}, 0.95 * carotid}});
+                    {{{8, 2, 6 + 0.8 * higher}, carotid}, {{16, 3, 15 + 1.35 * higher}, 0.95 * carotid}});
     }
     left.insert(left.begin(), {{0, 0, 0}, carotid});
     return left;
@@ -250,7 +251,7 @@ std::vector<VesselKnot> left_common_carotid(const ArchFigures& f, bool bovine) {
 
 void add_left_carotid(Variation& v, VesselTreeSpec& spec, const ArchFigures& f, const ArchShape& shape,
                       const Origin& origin) {
-    std::vector<Stretch> left = {{"LCCA", left_common_carotid(f, shape.bovine), drawn}};
+    std::vector<Stretch> left = {{"LCCA", left_common_carotid(v, f, shape.bovine), drawn}};
     if (!shape.arms) {
         std::vector<VesselKnot> internal = {{{13.8, 0.7, 145.6}, 3.6},
                                             {{12.6, 4.4, 161.3}, 3.8},
@@ -374,7 +375,7 @@ VesselTreeSpec arch_with_coronary(Variation& v) {
     const Vec3 way = (stem[1].place - stem[0].place).normalized();
     const double wall = spec.branches[0].knots[1].radius;
     double lengthened = wall;
-    if (v.varied())
+    if (!v.is_mean())
         while (lengthened < wall + 12 && !passes(stem, lengthened * way - stem[0].place, spec.branches[0]))
             lengthened += 0.5;
     const Vec3 shift = lengthened * way - stem[0].place;

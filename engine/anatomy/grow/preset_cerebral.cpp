@@ -83,7 +83,7 @@ Stretch lower_division(const std::string& prefix, double side) {
 
 /// Carotid, middle and anterior cerebral artery of one side of the circle.
 void add_anterior_half(Variation& v, VesselTreeSpec& spec, const std::string& prefix, double side) {
-    constexpr double midline = 13.6;  // from the carotid [mm]
+    const double midline = 13.6 * length_factor(brain_height, v.patient());  // from the carotid [mm]
     spec.branches.push_back(v.branch(carotid_to_middle(prefix, side, midline), {}, at_terminus));
     const std::string carotid = spec.branches.back().name;
     spec.branches.push_back(v.branch({{prefix + "A1",

@@ -68,6 +68,12 @@ void smooth_bends(std::vector<VesselKnot>& knots) {
     }
 }
 
+bool Variation::is_mean() const {
+    const Patient mean;
+    return !draws_.varied() && !patient_.sex && patient_.age == mean.age && patient_.height == mean.height &&
+           std::abs(patient_.weight - mean.weight) < 0.01;
+}
+
 double Variation::normal(const std::string& quantity, bool shape) const {
     return draws_.normal(quantity, shape ? attempt_ : attempt_ / attempts_of_shape);
 }
@@ -152,7 +158,7 @@ BranchSpec Variation::branch(const std::vector<Stretch>& stretches, const Origin
     spec.at = place(origin.parent, origin.at) + origin.deviation * normal(spec.name + " origin");
     const std::vector<VesselKnot> mean = knots_of(stretches);
     spec.knots = varied(stretches, origin, spec.name);
-    if (!draws_.varied() && patient_.height == Patient().height) {  // without the rounding of steps
+    if (is_mean()) {  // without the rounding of steps
         for (std::size_t i = 0; i < mean.size(); ++i) spec.knots[i].place = mean[i].place;
     } else {
         narrow_mouth(spec.knots.begin(), spec.knots.size(), radius_at(origin.parent, spec.at));

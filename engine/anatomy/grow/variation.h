@@ -50,7 +50,8 @@ public:
         : patient_(patient), draws_(draws), attempt_(attempt) {}
 
     const Patient& patient() const { return patient_; }
-    bool varied() const { return draws_.varied(); }
+    /// Whether these are the published means: seed 0 and nothing said of the patient.
+    bool is_mean() const;
     /// A quantity that does not depend on the patient.
     double figure(const std::string& quantity, double mean, double deviation) const;
     /// The same within limits that keep their names true, such as those of a type of arch.

@@ -148,6 +148,19 @@ TEST(Patient, PresetsOfNeighbouringSeedsHaveNothingInCommon) {
     }
 }
 
+TEST(Patient, TheExtremesOfWhatIsAcceptedHaveVesselsToo) {
+    for (const VesselPreset& preset : vessel_presets()) {
+        for (int corner = 0; corner < 16; ++corner) {
+            PatientWish wish;
+            wish.sex = corner & 1 ? Sex::Female : Sex::Male;
+            wish.age = corner & 2 ? youngest : oldest;
+            wish.height = corner & 4 ? shortest : tallest;
+            wish.weight = corner & 8 ? lightest : heaviest;
+            EXPECT_NO_THROW(vessel_preset(preset.name, 0, wish)) << preset.name << " " << corner;
+        }
+    }
+}
+
 TEST(Patient, IsKeptWithTheVesselsOfAPreset) {
     const DrawnVessels drawn = draw_vessels("rca", 11);
     ASSERT_TRUE(drawn.spec.patient);
