@@ -8,6 +8,7 @@
 #include "engine/exercise/imaging.h"
 #include "physics/geometry/mesh_query.h"
 #include "physics/geometry/mesh_topology.h"
+#include "render/xray/path_length.h"
 #include "tests/engine/anatomy/trees.h"
 #include "tests/engine/fixtures.h"
 
