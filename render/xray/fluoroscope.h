@@ -70,7 +70,8 @@ struct Exposure {
     geometry::Vec3 vessel_shift = geometry::Vec3::Zero();
 
     void state(geometry::StateStream& s) {
-        s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, wire_iodine, vessel_shift);
+        s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, wire_iodine,
+          vessel_shift);
     }
 };
 

@@ -20,9 +20,9 @@ namespace anatomy {
 /// [[tortuosity]] (branch, amplitude_mm, wavelength_mm), [[stenosis]] (branch, at_mm, length_mm, percent,
 /// eccentricity, angle_deg, calcified), [[aneurysm]] (branch, at_mm, diameter_mm, neck_mm, angle_deg),
 /// [[fusiform_aneurysm]] (branch, at_mm, length_mm, diameter_mm), [[occlusion]] (branch, at_mm) and
-/// [[dissection]] (branch, at_mm, length_mm, true_share, flap_mm, angle_deg). The spec is named after the file. `seed`
-/// and `wish` apply to the preset; the file's own keys of the patient come before those wished. Throws
-/// InputError listing every problem with its line.
+/// [[dissection]] (branch, at_mm, length_mm, true_share, flap_mm, angle_deg). The spec is named after the
+/// file. `seed` and `wish` apply to the preset; the file's own keys of the patient come before those wished.
+/// Throws InputError listing every problem with its line.
 VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem::path& file,
                                  std::uint64_t seed = 0, const PatientWish& wish = {});
 VesselTreeSpec load_vessel_file(const std::filesystem::path&, std::uint64_t seed = 0,

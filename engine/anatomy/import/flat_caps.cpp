@@ -128,7 +128,8 @@ private:
                 next[corners[k]] = corners[(k + 1) % 3];
                 const double edge = (rim.back().to - rim.back().from).norm();
                 length += edge;
-                if (other >= 0 && areas_[other].normalized().dot(cap.normal) < sharp_rim) sharp_length += edge;
+                if (other >= 0 && areas_[other].normalized().dot(cap.normal) < sharp_rim)
+                    sharp_length += edge;
             }
         }
         if (rim.size() < least_rim || sharp_length < least_sharp * length) return {};

@@ -17,10 +17,10 @@ namespace anatomy {
 struct ImportOptions {
     std::string unit;                     // of the mesh's numbers: mm, cm or m
     std::optional<geometry::Vec3> inlet;  // near the end where wires enter [mm]; default: the largest end
-    std::vector<geometry::Vec3> ends;   // near closed tips that are cut open [mm]; default: all, where fewer
-                                        // than two ends are open
-    FileFrame frame;                      // of the mesh's and the centrelines' numbers
-    std::vector<NamedPlace> names;        // of ends, in the patient's frame
+    std::vector<geometry::Vec3> ends;  // near closed tips that are cut open [mm]; default: all, where fewer
+                                       // than two ends are open
+    FileFrame frame;                   // of the mesh's and the centrelines' numbers
+    std::vector<NamedPlace> names;     // of ends, in the patient's frame
     std::vector<std::filesystem::path> centrelines;  // as load_centrelines reads them; none = they are traced
     int threads = 2;                                 // the anatomy has the same bits for any number
     std::function<void(double part, const char* what)> progress;
