@@ -16,6 +16,7 @@
 #include "engine/anatomy/polydata.h"
 #include "engine/io/error.h"
 #include "engine/studies/import_truth.h"
+#include "tests/engine/anatomy/segmented.h"
 
 namespace {
 
@@ -119,6 +120,26 @@ TEST(AnatomyImport, FindsEveryBranchOfGeneratedVesselsCleanAndCorrupted) {
         expect_found(truth, truth.lumen, 0.1);
         expect_found(truth, studies::corrupted(truth.lumen, 1), 0.2);
     }
+}
+
+TEST(AnatomyImport, OpensAndPrunesTreesAsSegmentedFromCt) {
+    int tips = 0;
+    for (std::uint32_t seed = 100; seed < 106; ++seed) {
+        const int wanted = 8 + static_cast<int>(seed * 7 % 30);
+        const double voxel = 0.5 + 0.05 * static_cast<double>(seed % 5);
+        const std::vector<test::Ball> tree = test::random_tree(seed, wanted, 0.3 * voxel);
+        const geometry::TriangleMesh mesh = test::segmented(tree, voxel, static_cast<int>(seed % 4));
+        const ImportedLumen lumen = anatomy::import_lumen(mesh, "segmented", millimetres());
+        const anatomy::Anatomy& vessels = lumen.anatomy;
+        EXPECT_TRUE(anatomy::problems(vessels).empty()) << "seed " << seed;
+        EXPECT_GE(vessels.ends.size(), 2u) << "seed " << seed;
+        // Wires come in by the trunk, which is closed as all else.
+        EXPECT_LT((vessels.ends[0].opening.centre - tree[0].centre).norm(), 3 * tree[0].radius)
+            << "seed " << seed;
+        EXPECT_GT(vessels.ends[0].opening.radius, 0.7 * tree[0].radius) << "seed " << seed;
+        tips += static_cast<int>(vessels.ends.size()) - 1;
+    }
+    EXPECT_GT(tips, 40);
 }
 
 TEST_F(RealMeshes, GeneratedOnesBesideThemAreFound) {

@@ -18,6 +18,7 @@ struct FlatCap {
 
 /// The flat caps of a manifold surface that faces outward, in the order of their first triangle. The lumen
 /// just behind a cap is as wide as the cap, which the facet of a coarse vessel or the side of a box is not.
+///
 std::vector<FlatCap> flat_caps(const geometry::TriangleMesh&);
 
 }  // namespace anatomy

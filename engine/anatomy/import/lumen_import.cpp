@@ -27,6 +27,7 @@ constexpr double voxels_per_radius = 2.2;
 /// Limits on the memory of an import: a voxel takes half a byte in the box, 40 bytes inside.
 constexpr double most_boxed = 4e8, most_inside = 1.5e6;
 constexpr int most_tips = 500, most_spurs = 40;
+constexpr double coarse_edge = 0.6;  // of the radius, median
 /// A lumen at least this many times longer than wide is a vessel.
 constexpr double least_slenderness = 2.5;
 /// Vessels that span less than this may be in centimetres [mm].
@@ -366,16 +367,19 @@ private:
     }
 
     void check_false_tips(const TracedLumen& traced) const {
+        // A fine surface may be rough; on a coarse one bulges are its facets.
+        const int most_bulges = figures_.edge_ratio > coarse_edge ? 2 : 10;
         const int tips = static_cast<int>(traced.tips.size()),
                   branches = static_cast<int>(traced.branches.size());
-        const bool lumpy = traced.spurs > most_spurs && traced.spurs > 2 * branches;
+        const bool lumpy = traced.spurs > most_spurs && traced.spurs > most_bulges * branches;
         if (tips <= most_tips && !lumpy) return;
         throw io::InputError(fmt::format(
             "{} tips and {} bulges shorter than two radii were found on {} branches, such as at {}: this is "
-            "not a tree of tubes, or too coarse for one; up to {} tips and two bulges a branch are accepted, "
-            "or centrelines beside the mesh (--centrelines)",
+            "not a tree of tubes, or too coarse for one; up to {} tips and {} bulges a branch are accepted, "
+            "or "
+            "centrelines beside the mesh (--centrelines)",
             tips, traced.spurs, branches, tips == 0 ? "its middle" : io::place_text(traced.tips.back().apex),
-            most_tips));
+            most_tips, most_bulges));
     }
 
     void check_tracing(const TracedLumen& traced, const std::vector<MeshOpening>& ends, int inlet) {

@@ -24,6 +24,8 @@ using geometry::TriangleMesh;
 using geometry::Vec3;
 using Triangle = std::array<int, 3>;
 
+constexpr int smoothing_rounds = 8;  // of a surface made of steps
+
 void remove(std::vector<Triangle>& triangles, const std::vector<char>& gone) {
     std::size_t kept = 0;
     for (std::size_t t = 0; t < triangles.size(); ++t)
@@ -76,6 +78,47 @@ std::vector<MeshOpening> openings(const TriangleMesh& mesh,
     return result;
 }
 
+/// Whether most of the surface lies along the axes, as that of voxels does, and not along one of them only,
+/// as that of a flat vessel may.
+bool is_made_of_steps(const TriangleMesh& mesh) {
+    constexpr double most_along_axes = 0.6, cosine = 0.97, most_along_one = 0.65;
+    Vec3 along = Vec3::Zero();
+    double whole = 0;
+    for (const Triangle& t : mesh.triangles) {
+        const Vec3& a = mesh.vertices[t[0]];
+        const Vec3 normal = (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
+        whole += normal.norm();
+        int axis = 0;
+        if (normal.cwiseAbs().maxCoeff(&axis) > cosine * normal.norm()) along[axis] += normal.norm();
+    }
+    return along.sum() > most_along_axes * whole && along.maxCoeff() < most_along_one * along.sum();
+}
+
+/// Smooths a surface without shrinking it, each corner towards its neighbours and back (Taubin 1995); a rim
+/// stays where it is.
+void smooth(TriangleMesh& mesh, int rounds) {
+    std::vector<char> rim(mesh.vertices.size(), 0);
+    EdgeUses(mesh.triangles).each([&](const auto* first, const auto* last) {
+        if (last - first == 1) rim[first->low] = rim[first->high] = 1;
+    });
+    std::vector<Vec3> sums(mesh.vertices.size());
+    std::vector<int> counts(mesh.vertices.size());
+    for (int pass = 0; pass < 2 * rounds; ++pass) {
+        std::fill(sums.begin(), sums.end(), Vec3::Zero());
+        std::fill(counts.begin(), counts.end(), 0);
+        for (const Triangle& t : mesh.triangles) {
+            for (int k = 0; k < 3; ++k) {
+                sums[t[k]] += mesh.vertices[t[(k + 1) % 3]] + mesh.vertices[t[(k + 2) % 3]];
+                counts[t[k]] += 2;
+            }
+        }
+        const double step = pass % 2 == 0 ? 0.5 : -0.53;
+        for (std::size_t v = 0; v < sums.size(); ++v) {
+            if (counts[v] > 0 && !rim[v]) mesh.vertices[v] += step * (sums[v] / counts[v] - mesh.vertices[v]);
+        }
+    }
+}
+
 class Repair {
 public:
     explicit Repair(const TriangleMesh& given) : mesh_(given) {
@@ -96,7 +139,13 @@ public:
         }
         orient();
         fill_holes();
-        open_caps();
+        if (is_made_of_steps(mesh_)) {
+            // Each step is flat and has a sharp rim, but is no cap.
+            smooth(mesh_, smoothing_rounds);
+            mended("the surface is made of the steps of voxels and was smoothed");
+        } else {
+            open_caps();
+        }
         RepairedLumen result;
         result.mesh = compact();
         result.ends = openings_of(result.mesh);

@@ -43,8 +43,8 @@ struct RepairedLumen {
 std::vector<MeshOpening> openings_of(const geometry::TriangleMesh&);
 
 /// Welds corners closer than a millionth of the diagonal, drops degenerate and duplicate triangles, fins and
-/// islands, turns all triangles outward, fills holes and takes off the flat caps of vessels. Throws
-/// InputError for a surface without an inside.
+/// islands, turns all triangles outward, fills holes, takes off the flat caps of vessels and smooths the
+/// steps of voxels. Throws InputError for a surface without an inside.
 RepairedLumen repaired(const geometry::TriangleMesh&);
 
 }  // namespace anatomy
