@@ -34,7 +34,7 @@ VesselTreeSpec trunk() {
 TEST(Disease, AnEccentricPlaqueLeavesTheWallOpposite) {
     VesselTreeSpec spec = trunk();
     spec.stenoses = {{"trunk", 80, 30, 60, 1, 0, false}};
-    const SampledBranch& branch = grow(spec).branches[0];
+    const SampledBranch branch = grow(spec).branches[0];
     const int middle = branch.sample_at(80);
     EXPECT_NEAR(branch.radii[middle], 2.4, 0.01);
     const double moved = branch.points[middle].head<2>().norm();

@@ -126,7 +126,8 @@ TEST(Patient, SexAgeAndSizeMoveDiametersAndLengthsTheirWay) {
     // The arch unfolds with age: its top rises above the valve.
     const auto top = [&](double age) {
         double z = 0;
-        for (const VesselKnot& knot : with("arch-1", {}, age, 1695).branches[0].knots)
+        const VesselTreeSpec arch = with("arch-1", {}, age, 1695);
+        for (const VesselKnot& knot : arch.branches[0].knots)
             z = std::max(z, knot.place.z());
         return z;
     };
