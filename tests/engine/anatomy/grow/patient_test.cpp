@@ -127,8 +127,7 @@ TEST(Patient, SexAgeAndSizeMoveDiametersAndLengthsTheirWay) {
     const auto top = [&](double age) {
         double z = 0;
         const VesselTreeSpec arch = with("arch-1", {}, age, 1695);
-        for (const VesselKnot& knot : arch.branches[0].knots)
-            z = std::max(z, knot.place.z());
+        for (const VesselKnot& knot : arch.branches[0].knots) z = std::max(z, knot.place.z());
         return z;
     };
     EXPECT_GT(top(80), top(65) + 5);
