@@ -19,6 +19,43 @@ double length(const PenMove& move) {
     return arc.radius * std::abs(arc.angle);
 }
 
+/// A bend and the straight run after it.
+struct ZigzagBend {
+    double radius, angle, run;  // [mm], [rad], [mm]
+};
+
+/// A plane tube: a run, then bends to the left and to the right by turns.
+std::vector<PenMove> zigzag(double run, const std::vector<ZigzagBend>& bends) {
+    std::vector<PenMove> path = {Run{run}};
+    double side = 1;
+    for (const ZigzagBend& bend : bends) {
+        path.push_back(Arc{bend.radius, side * bend.angle, Vec3::UnitZ()});
+        path.push_back(Run{bend.run});
+        side = -side;
+    }
+    return path;
+}
+
+// Tubes as sharply bent as a coronary artery. The first two are the best of a search among 150 for a wire of
+// 175 mm with the statistics of the paper's Fig. 13; the third was not searched for.
+const std::vector<ZigzagBend> coronary_bends = {
+    {4.017, 1.369, 10.353}, {4.064, 1.443, 4.993},  {3.958, 1.647, 6.785},  {4.077, 1.832, 6.300},
+    {4.008, 1.642, 4.695},  {4.010, 0.849, 9.197},  {3.948, 0.983, 4.077},  {4.117, 1.399, 5.068},
+    {3.724, 1.805, 12.956}, {4.362, 1.845, 8.972},  {4.051, 1.160, 8.980},  {4.192, 0.840, 3.798},
+    {4.179, 1.592, 5.869},  {4.154, 1.477, 8.013},  {4.020, 0.865, 7.477},  {4.230, 1.268, 10.300},
+    {4.126, 1.616, 6.256},  {4.171, 0.976, 9.711},  {4.110, 1.518, 9.615},  {3.930, 1.185, 9.739},
+    {4.241, 1.291, 7.141},  {4.148, 1.191, 10.637}, {4.053, 0.829, 11.064}, {4.250, 1.091, 4.830}};
+const std::vector<ZigzagBend> tight_bends = {
+    {3.587, 1.411, 9.767},  {3.629, 1.488, 4.710},  {3.534, 1.698, 6.401},  {3.640, 1.889, 5.943},
+    {3.579, 1.693, 4.429},  {3.580, 0.875, 8.676},  {3.525, 1.013, 3.846},  {3.676, 1.442, 4.781},
+    {3.325, 1.861, 12.223}, {3.895, 1.902, 8.464},  {3.617, 1.196, 8.472},  {3.743, 0.866, 3.583},
+    {3.731, 1.641, 5.537},  {3.709, 1.523, 7.559},  {3.589, 0.892, 7.054},  {3.777, 1.307, 9.717},
+    {3.684, 1.666, 5.902},  {3.724, 1.006, 9.161},  {3.670, 1.565, 9.071},  {3.509, 1.222, 9.188},
+    {3.787, 1.331, 6.737},  {3.704, 1.228, 10.035}, {3.619, 0.855, 10.438}, {3.795, 1.125, 4.557}};
+const std::vector<ZigzagBend> sharp_bends = {{3, 1.2, 14}, {3, 1.6, 12}, {3, 1, 10},
+                                             {3, 1.4, 12}, {3, 1.5, 15}, {3, 1.2, 12},
+                                             {3, 1.4, 12}, {3, 1.3, 12}, {3, 1.2, 60}};
+
 std::vector<Scene> all_scenes() {
     const Vec3 y = Vec3::UnitY(), z = Vec3::UnitZ();
     const std::vector<PenMove> sinuous = {
@@ -39,7 +76,10 @@ std::vector<Scene> all_scenes() {
     return {{"sinuous", sinuous, 1.0, 200, 1.0, 50.0, stiffness},
             {"spatial", spatial, 2.0, 170, 1.0, 50.0, stiffness},
             {"hairpin", hairpin, 1.5, 120, 1.0, 50.0, stiffness},
-            {"stiffwall", sinuous, 1.0, 200, 1.0, 50.0, 1000 * stiffness}};
+            {"stiffwall", sinuous, 1.0, 200, 1.0, 50.0, 1000 * stiffness},
+            {"coronary", zigzag(12.844, coronary_bends), 1.0, 175, 1.0, 50.0, stiffness},
+            {"coronary-tight", zigzag(12.844, tight_bends), 1.0, 175, 1.0, 50.0, stiffness},
+            {"sharp", zigzag(20, sharp_bends), 1.0, 200, 1.0, 50.0, stiffness}};
 }
 
 /// The rotation of one direction into another by the smallest angle. Eigen's own finds the axis of a half
@@ -108,6 +148,21 @@ Polyline draw(std::span<const PenMove> path, double step) {
         }
         heading = Eigen::AngleAxisd(arc.angle, axis) * heading;
     }
+    return points;
+}
+
+Polyline in_pieces(const Polyline& path, double piece, double first) {
+    assert(piece > 0 && first > 0 && first <= piece && path.size() >= 2);
+    Polyline points = {path.front()};
+    double walked = 0, next = first;
+    for (std::size_t k = 1; k < path.size(); ++k) {
+        const Vec3 step = path[k] - path[k - 1];
+        const double length = step.norm();
+        for (; next < walked + length; next += piece)
+            points.push_back(path[k - 1] + (next - walked) / length * step);
+        walked += length;
+    }
+    if ((path.back() - points.back()).norm() > 1e-6 * piece) points.push_back(path.back());
     return points;
 }
 

@@ -29,6 +29,10 @@ double length(std::span<const PenMove>);  // [mm]
 /// The pen's path from the origin, heading +x at first, with points at most `step` apart.
 geometry::Polyline draw(std::span<const PenMove>, double step = 0.05);
 
+/// The path as straight pieces between points of it, `piece` apart along it, the first `first` from its start
+/// (0 < first ≤ piece) [mm]: an artery as the paper divides it.
+geometry::Polyline in_pieces(const geometry::Polyline& path, double piece, double first);
+
 /// A scene of the literature: a tube of constant radius and the uniform wire that goes into it.
 struct Scene {
     std::string_view name;

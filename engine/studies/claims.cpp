@@ -1,5 +1,7 @@
 #include "engine/studies/claims.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -7,37 +9,96 @@
 namespace studies {
 namespace {
 
+constexpr std::array<const char*, 6> classes = {"reproduced", "differs", "calibrated",
+                                                "identity",   "machine", "extension"};
+
 nlohmann::ordered_json json_cell(const io::TableCell& cell) {
     if (const std::string* word = std::get_if<std::string>(&cell)) return *word;
     const double number = std::get<double>(cell);
     return std::isfinite(number) ? nlohmann::ordered_json(number) : nlohmann::ordered_json(nullptr);
 }
 
-}  // namespace
-
-std::string claims_json(std::span<const Claim> claims) {
-    auto list = nlohmann::ordered_json::array();
-    for (const Claim& claim : claims)
-        list.push_back({{"text", claim.text},
-                        {"published", json_cell(claim.published)},
-                        {"measured", json_cell(claim.measured)},
-                        {"holds", claim.holds},
-                        {"note", claim.note}});
-    return list.dump(1) + "\n";
+std::string cell_text(const io::TableCell& cell) {
+    const double* number = std::get_if<double>(&cell);
+    if (!number) return std::get<std::string>(cell);
+    return std::isfinite(*number) ? fmt::format("{:.4g}", *number) : std::string("–");
 }
 
-io::Table claims_table(std::span<const Claim> claims) {
-    io::Table table{"claims", {"claim", "published", "measured", "holds", "note"}, {}};
-    for (const Claim& claim : claims) {
-        const auto text = [](const io::TableCell& cell) {
-            const double* number = std::get_if<double>(&cell);
-            if (!number) return std::get<std::string>(cell);
-            return std::isfinite(*number) ? fmt::format("{:.4g}", *number) : std::string("–");
-        };
-        table.add({claim.text, text(claim.published), text(claim.measured),
-                   std::string(claim.holds ? "yes" : "no"), claim.note});
+/// The word of the table: the class, and for those that may fail without being counted, whether they hold.
+std::string verdict(const Claim& claim) {
+    if (claim.kind == ClaimKind::Published || claim.kind == ClaimKind::Machine) return class_of(claim);
+    return fmt::format("{}, {}", class_of(claim), claim.holds ? "holds" : "does not hold");
+}
+
+}  // namespace
+
+std::string class_of(const Claim& claim) {
+    switch (claim.kind) {
+        case ClaimKind::Published:
+            return claim.holds ? "reproduced" : "differs";
+        case ClaimKind::Calibrated:
+            return "calibrated";
+        case ClaimKind::Identity:
+            return "identity";
+        case ClaimKind::Machine:
+            return "machine";
+        case ClaimKind::Extension:
+            break;
     }
+    return "extension";
+}
+
+std::vector<std::pair<std::string, ClaimCount>> claim_counts(std::span<const ClaimList> lists) {
+    std::vector<std::pair<std::string, ClaimCount>> counts;
+    for (const char* name : classes) counts.push_back({name, {}});
+    for (const ClaimList& list : lists)
+        for (const Claim& claim : list.claims) {
+            const std::string name = class_of(claim);
+            ClaimCount& count = std::find_if(counts.begin(), counts.end(), [&](const auto& entry) {
+                                    return entry.first == name;
+                                })->second;
+            ++count.claims;
+            count.holding += claim.holds;
+        }
+    return counts;
+}
+
+std::string claims_json(std::span<const ClaimList> lists) {
+    auto counts = nlohmann::ordered_json::object();
+    for (const auto& [name, count] : claim_counts(lists)) {
+        counts[name] = {{"claims", count.claims}};
+        if (name != "machine") counts[name]["holding"] = count.holding;
+    }
+    auto claims = nlohmann::ordered_json::array();
+    for (const ClaimList& list : lists)
+        for (const Claim& claim : list.claims)
+            claims.push_back({{"study", list.study},
+                              {"figure", claim.figure},
+                              {"class", class_of(claim)},
+                              {"text", claim.text},
+                              {"published", json_cell(claim.published)},
+                              {"measured", json_cell(claim.measured)},
+                              {"holds", claim.holds},
+                              {"rule", claim.rule},
+                              {"note", claim.note}});
+    return nlohmann::ordered_json{{"counts", counts}, {"claims", claims}}.dump(1) + "\n";
+}
+
+io::Table claims_table(std::span<const Claim> claims, const std::string& figure) {
+    io::Table table{"claims", {"claim", "published", "measured", "verdict", "holds when", "note"}, {}};
+    for (const Claim& claim : claims)
+        if (claim.figure == figure)
+            table.add({claim.text, cell_text(claim.published), cell_text(claim.measured), verdict(claim),
+                       claim.rule, claim.note});
     return table;
+}
+
+std::vector<std::string> figures_of(std::span<const Claim> claims) {
+    std::vector<std::string> figures;
+    for (const Claim& claim : claims)
+        if (std::find(figures.begin(), figures.end(), claim.figure) == figures.end())
+            figures.push_back(claim.figure);
+    return figures;
 }
 
 std::string claims_page(std::string_view id, const std::string& title, const std::string& introduction,
@@ -51,10 +112,15 @@ std::string claims_page(std::string_view id, const std::string& title, const std
     text += "\n## Claims\n\n";
     if (options.quick)
         text +=
-            "With `--quick` scenes and cycles are fewer and smaller than the paper's: whether a claim holds "
-            "is "
-            "for the full size to say.\n\n";
-    text += io::to_markdown(claims_table(result.claims));
+            "With `--quick` scenes and cycles are fewer and smaller than the paper's: only the full size "
+            "decides "
+            "whether a claim holds.\n\n";
+    for (const std::string& figure : figures_of(result.claims)) {
+        if (!figure.empty()) text += fmt::format("### {}\n\n", figure);
+        for (const auto& [of, note] : result.notes)
+            if (of == figure) text += note + "\n\n";
+        text += io::to_markdown(claims_table(result.claims, figure)) + "\n";
+    }
     return text;
 }
 

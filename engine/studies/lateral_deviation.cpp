@@ -60,6 +60,8 @@ void DeviationTrace::observe(int first_moved, const physics::Guidewire& wire) {
     if (now.deviation < extremes.least.deviation) extremes.least = now;
     if (now.deviation > extremes.largest.deviation) extremes.largest = now;
     extremes.last = now;
+    extremes.sum += std::abs(now.deviation);
+    ++extremes.records;
 }
 
 double DeviationTrace::settled(double limit) const {
@@ -85,6 +87,17 @@ double DeviationTrace::left_after(int cycle) const {
     for (const auto& [bin, extremes] : bins_)
         if (bin / bins <= cycle) last = extremes.last.deviation;
     return std::abs(last / start_);
+}
+
+double DeviationTrace::mean(int cycles) const {
+    double sum = 0;
+    long long records = 0;
+    for (const auto& [bin, extremes] : bins_) {
+        if (bin / bins >= cycles) continue;
+        sum += extremes.sum;
+        records += extremes.records;
+    }
+    return records > 0 ? sum / static_cast<double>(records) : 0.0;
 }
 
 std::vector<DeviationTrace::Point> DeviationTrace::points() const {

@@ -42,6 +42,9 @@ public:
     /// |d_i| at the end of cycle `cycle` (from 0), divided by that at the first record [-].
     double left_after(int cycle) const;
 
+    /// Mean of |d_i| over the records of the first `cycles` cycles [mm].
+    double mean(int cycles) const;
+
     /// The trace as some thousand points: the least and the largest d_i of each twentieth of a cycle, in the
     /// order they occurred, so that oscillations keep their width.
     struct Point {
@@ -54,6 +57,8 @@ public:
 private:
     struct Extremes {
         Point least, largest, last;
+        double sum = 0;  // of |d_i| [mm]
+        long long records = 0;
     };
     const ReferenceCurve& curve_;
     int joint_;

@@ -24,11 +24,17 @@ PaperScene paper_scene(const char* name, const SceneChange& change) {
     spec.segment_length = change.segment_length > 0 ? change.segment_length : scene.segment_length;
     spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
     spec.curved_length = spec.curved_angle = 0;
-    const geometry::Polyline path = anatomy::draw(scene.path);
-    const double radius = change.radius > 0 ? change.radius : scene.radius;
-    const double stiffness = scene.wall_stiffness * spec.segment_length / scene.segment_length;
-    return {name, std::make_shared<physics::TubeWall>(path, radius, stiffness),
-            physics::wire_along(spec, path, change.segments > 0 ? change.segments : scene.segments),
+    std::vector<anatomy::PenMove> moves = scene.path;
+    for (anatomy::PenMove& move : moves)
+        if (anatomy::Arc* arc = std::get_if<anatomy::Arc>(&move)) arc->radius *= change.bends;
+    const geometry::Polyline path = anatomy::draw(moves);
+    const double radius = change.radius > 0 ? change.radius : scene.radius,
+                 first = change.first_piece > 0 ? change.first_piece : change.piece;
+    const double stiffness = scene.wall_stiffness * change.stiffness;
+    return {name,
+            std::make_shared<physics::TubeWall>(
+                change.piece > 0 ? anatomy::in_pieces(path, change.piece, first) : path, radius, stiffness),
+            path, physics::wire_along(spec, path, change.segments > 0 ? change.segments : scene.segments),
             stiffness};
 }
 
@@ -64,6 +70,13 @@ Rest paper_rest(const PaperScene& scene, int cycles) {
 Rest global_rest(const physics::LumenWall& wall, Guidewire from) {
     physics::make_relaxer({}, wall)->relax(from, {1'000'000'000, 0, 0});
     return as_it_is(wall, std::move(from));
+}
+
+Rest rest_again(const PaperScene& scene, const Guidewire& rest) {
+    // A little longer than the wire, whose chords are shorter than its arcs.
+    geometry::Polyline path = rest.joints;
+    path.push_back(path.back() + scene.start.spec.segment_length * rest.tangents.back());
+    return global_rest(*scene.wall, physics::wire_along(scene.start.spec, path, scene.segments()));
 }
 
 double farthest_joint(const Guidewire& a, const Guidewire& b) {

@@ -16,6 +16,7 @@ namespace studies {
 struct PaperScene {
     std::string name;
     std::shared_ptr<const physics::TubeWall> wall;
+    geometry::Polyline path;  // centreline of the tube before it was cut into pieces
     physics::Guidewire start;
     double stiffness = 0;  // k of a joint [N/mm]
 
@@ -24,11 +25,15 @@ struct PaperScene {
     std::string text() const;
 };
 
-/// Changes to a scene; zero = unchanged. With another λ the wall stays as stiff per length of wire.
+/// Changes to a scene; zero = unchanged.
 struct SceneChange {
     int segments = 0;
-    double segment_length = 0;  // λ [mm]
+    double segment_length = 0;  // λ; k of a joint stays, as in the paper [mm]
     double radius = 0;          // of the lumen [mm]
+    double piece = 0;           // the artery in straight pieces of this length [mm]
+    double first_piece = 0;     // length of the first of them; 0 = as the others [mm]
+    double bends = 1;           // radii of the bends times this
+    double stiffness = 1;       // k times this
 };
 PaperScene paper_scene(const char* name, const SceneChange& = {});
 
@@ -54,6 +59,10 @@ Rest as_it_is(const physics::LumenWall&, physics::Guidewire);
 Rest paper_rest(const PaperScene&, int cycles = 200);
 /// Rest to a gradient over C of 1e-8, found by the global relaxer.
 Rest global_rest(const physics::LumenWall&, physics::Guidewire from);
+
+/// The rest of a wire as long as `rest`, of other segments, from the same shape: so that the number of
+/// segments changes and not the basin.
+Rest rest_again(const PaperScene&, const physics::Guidewire& rest);
 
 double farthest_joint(const physics::Guidewire&, const physics::Guidewire&);  // [mm]
 

@@ -34,10 +34,12 @@ const Study studies[] = {
     {"separation", "How far apart should varied segments be?", run_separation},
     {"varied-segments", "How many segments should be varied at a time?", run_varied_segments},
     {"separation-frequency", "Which separations does the paper's rule choose?", run_separation_frequency},
+    {"pair-relaxation", "Which two segments relax better together?", run_pair_relaxation},
     {"static-contact", "Which terms keep a wire at rest in touch with the wall?", run_static_contact},
     {"resolution", "How does the energy depend on the number of segments?", run_resolution},
     {"wall-variation", "How far does an uneven wall move the wire?", run_wall_variation,
      &wall_variation_pieces},
+    {"paper-tubes", "Which tube has the paper's Fig. 13 and its Fig. 18?", run_paper_tubes},
     {"cost", "What does a relaxation cycle cost?", run_cost},
 };
 
@@ -71,7 +73,6 @@ std::vector<std::string> run_all_studies(const std::filesystem::path& out, const
     if (each.cache.folder.empty()) each.cache.folder = anatomy::cache_beside(out);
     std::vector<std::string> notices;
     std::vector<std::pair<const Study*, StudyResult>> results;
-    std::vector<Claim> claims;
     for (const Study& study : studies) {
         if (options.progress)
             each.progress = [&](StudyProgress p) {
@@ -82,9 +83,11 @@ std::vector<std::string> run_all_studies(const std::filesystem::path& out, const
         StudyResult result = study.run(each);
         for (const std::string& notice : write_study(study, result, out / study.id))
             notices.push_back(fmt::format("{}/{}", study.id, notice));
-        claims.insert(claims.end(), result.claims.begin(), result.claims.end());
         results.emplace_back(&study, std::move(result));
     }
+    std::vector<ClaimList> claims;
+    for (const auto& [study, result] : results)
+        if (!result.claims.empty()) claims.push_back({std::string(study->id), result.claims, result.notes});
     io::write_whole(out / "claims.json", claims_json(claims));
     io::write_whole(out / "index.html", studies_html(results, options.quick));
     return notices;

@@ -31,13 +31,26 @@ struct StudyOptions {
     std::function<void(const StudyProgress&)> progress;  // one call at a time
 };
 
+/// What a claim rests on, and so what it is worth that it holds.
+enum class ClaimKind {
+    Published,   // a statement of the paper that the measurement could contradict: reproduced, or differs
+    Calibrated,  // a number of the paper that a scene was chosen by: it shows that such a scene exists, no
+                 // more
+    Identity,    // true by construction: a check of the program
+    Machine,     // a processor time, which is another on every machine and every run: reported, never counted
+    Extension    // not the paper's
+};
+
 /// A published figure or statement against what was measured here. Apart from times, it is the same on every
 /// run. Its text identifies it within its study; no two claims of a study share a text.
 struct Claim {
     std::string text;                   // where it is published and what it says, with its unit
     io::TableCell published, measured;  // number or words; a number that is not finite was not obtained
     bool holds = false;
-    std::string note = {};  // where the claim fails, the likely cause; else how it was measured
+    std::string note = {};  // where the claim fails, why and what shows it; else how it was measured
+    ClaimKind kind = ClaimKind::Extension;
+    std::string rule = {};    // when it holds, and so how it can fail; a published claim has one
+    std::string figure = {};  // of the paper, or a section or table: claims are listed by it
 };
 
 struct StudyResult {
@@ -45,6 +58,8 @@ struct StudyResult {
     std::vector<io::Plot> plots;    // each reads some of the tables
     std::string page;               // Markdown, written as ID.md
     std::vector<Claim> claims;      // written as claims.json where there are any
+    std::vector<std::pair<std::string, std::string>> notes =
+        {};  // of a figure: what holds for all its claims
 };
 
 /// Work of a study that can be cut into independent pieces: each gives a row of numbers.

@@ -1,5 +1,6 @@
 #include "engine/studies/study_files.h"
 
+#include <array>
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -32,23 +33,66 @@ const char* const style =
     "figure{margin:1.5em 0}img{max-width:100%;height:auto;border:1px solid #ddd}\n"
     "figcaption{color:#444}table{border-collapse:collapse;width:100%;font-size:14px}\n"
     "th,td{border:1px solid #ccc;padding:.3em .5em;text-align:left;vertical-align:top}\n"
-    "td.no{background:#fbe3d6}td.yes{background:#d9efe6}";
+    "td.verdict{white-space:nowrap}td.reproduced{background:#d9efe6}td.differs{background:#fbe3d6}"
+    "td.other{background:#eee}h4{margin-bottom:.3em}table.counts{width:auto}";
 
-std::string claims_html(const std::vector<Claim>& claims) {
+/// What the classes of claims mean, and how many each study has of them.
+std::string counts_html(std::span<const ClaimList> lists) {
+    static constexpr std::array<std::pair<const char*, const char*>, 6> meanings = {
+        {{"reproduced", "a statement of the paper that could have failed here, and holds"},
+         {"differs", "one that does not; its note has the reason and what shows it"},
+         {"calibrated", "a number that the scene was chosen by"},
+         {"identity", "true by construction"},
+         {"machine", "a processor time, reported and never counted"},
+         {"extension", "not the paper's"}}};
+    std::string html = "<table class=\"counts\">\n<tr><th>class</th><th>what it means</th><th>all</th>";
+    for (const ClaimList& list : lists) html += fmt::format("<th>{}</th>", escaped(list.study));
+    html += "</tr>\n";
+    const auto all = claim_counts(lists);
+    for (std::size_t k = 0; k < all.size(); ++k) {
+        const auto number = [&](const ClaimCount& count) {
+            if (count.claims == 0) return std::string();
+            // A claim reproduced holds, one that differs does not, and of a time it is not said.
+            if (k < 2 || all[k].first == "machine") return std::to_string(count.claims);
+            return fmt::format("{} of {} hold", count.holding, count.claims);
+        };
+        html += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td>", all[k].first, meanings[k].second,
+                            number(all[k].second));
+        for (const ClaimList& list : lists)
+            html += fmt::format("<td>{}</td>", number(claim_counts({&list, 1})[k].second));
+        html += "</tr>\n";
+    }
+    return html + "</table>\n";
+}
+
+std::string table_html(const io::Table& table) {
     std::string html = "<table>\n<tr>";
-    const io::Table table = claims_table(claims);
     for (const std::string& column : table.columns) html += "<th>" + escaped(column) + "</th>";
     html += "</tr>\n";
     for (const auto& row : table.rows) {
         html += "<tr>";
         for (std::size_t k = 0; k < row.size(); ++k) {
             const std::string& word = std::get<std::string>(row[k]);
-            html += table.columns[k] == "holds" ? fmt::format("<td class=\"{0}\">{0}</td>", word)
-                                                : "<td>" + escaped(word) + "</td>";
+            const bool decided = word == "reproduced" || word == "differs";
+            html += table.columns[k] == "verdict"
+                        ? fmt::format("<td class=\"verdict {}\">{}</td>", decided ? word : "other", word)
+                        : "<td>" + escaped(word) + "</td>";
         }
         html += "</tr>\n";
     }
     return html + "</table>\n";
+}
+
+/// The claims of a study, figure by figure, each with its note.
+std::string claims_html(const ClaimList& list) {
+    std::string html;
+    for (const std::string& figure : figures_of(list.claims)) {
+        if (!figure.empty()) html += fmt::format("<h4>{}</h4>\n", escaped(figure));
+        for (const auto& [of, note] : list.notes)
+            if (of == figure) html += fmt::format("<p>{}</p>\n", escaped(note));
+        html += table_html(claims_table(list.claims, figure));
+    }
+    return html;
 }
 
 }  // namespace
@@ -66,7 +110,10 @@ std::vector<std::string> write_study(const Study& study, const StudyResult& resu
     for (const io::Table& table : result.tables)
         io::write_whole(out / (table.name + ".csv"), io::to_csv(table));
     io::write_whole(out / (std::string(study.id) + ".md"), result.page);
-    if (!result.claims.empty()) io::write_whole(out / "claims.json", claims_json(result.claims));
+    if (!result.claims.empty())
+        io::write_whole(
+            out / "claims.json",
+            claims_json(std::array{ClaimList{std::string(study.id), result.claims, result.notes}}));
     std::vector<std::string> notices;
     for (const io::Plot& plot : result.plots) {
         if (const std::string notice = io::write_plot(plot, out); !notice.empty()) notices.push_back(notice);
@@ -82,11 +129,11 @@ std::string studies_html(const std::vector<std::pair<const Study*, StudyResult>>
         style, quick ? " --quick" : "");
     for (const auto& [study, result] : results)
         html += fmt::format("<li><a href=\"#{0}\">{0}</a>: {1}</li>\n", study->id, escaped(study->question));
-    html += "</ul>\n<h2>Claims</h2>\n";
-    for (const auto& [study, result] : results) {
-        if (result.claims.empty()) continue;
-        html += fmt::format("<h3>{}</h3>\n{}", study->id, claims_html(result.claims));
-    }
+    std::vector<ClaimList> lists;
+    for (const auto& [study, result] : results)
+        if (!result.claims.empty()) lists.push_back({std::string(study->id), result.claims, result.notes});
+    html += "</ul>\n<h2>Claims</h2>\n" + counts_html(lists);
+    for (const ClaimList& list : lists) html += fmt::format("<h3>{}</h3>\n{}", list.study, claims_html(list));
     for (const auto& [study, result] : results) {
         html += fmt::format("<h2 id=\"{0}\">{0}</h2>\n<p>{1} <a href=\"{0}/{0}.md\">Its page</a>; tables:",
                             study->id, escaped(study->question));

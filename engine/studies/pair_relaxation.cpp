@@ -1,0 +1,344 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "engine/studies/claims.h"
+#include "engine/studies/paper.h"
+#include "engine/studies/paper_scene.h"
+#include "engine/studies/work.h"
+#include "physics/relax/segment_step.h"
+#include "physics/wire/bending.h"
+#include "physics/wire/energy.h"
+
+namespace studies {
+namespace {
+
+using physics::Guidewire, geometry::Mat3, geometry::Vec3;
+
+/// b, A, s and R of every segment of a wire in its tube (Eqs. 4 and 12).
+struct Terms {
+    std::vector<Vec3> pull;  // q = b − s₍i,N₎ [N·mm]
+    std::vector<Mat3> bending, wall;
+    std::vector<int> touching;  // joints in touch, ascending
+    int last_touching() const { return touching.empty() ? -1 : touching.back(); }
+    int touching_between(int i, int j) const {
+        return static_cast<int>(std::lower_bound(touching.begin(), touching.end(), j) -
+                                std::lower_bound(touching.begin(), touching.end(), i));
+    }
+};
+
+Terms terms_of(const PaperScene& scene, const Guidewire& wire) {
+    const int n = wire.segments();
+    const auto contacts = physics::all_contacts(wire, *scene.wall);
+    const auto directors = physics::directors(wire);
+    std::vector<double> torque;
+    physics::tip_torque(wire, directors, torque);
+    Terms terms;
+    terms.pull.resize(static_cast<std::size_t>(n) + 1);
+    terms.bending = terms.wall = std::vector<Mat3>(terms.pull.size());
+    Vec3 push = Vec3::Zero();
+    Mat3 stiffness = Mat3::Zero();
+    for (int i = n; i >= 1; --i) {
+        if (contacts[i].touches()) {
+            push += contacts[i].push();
+            stiffness += contacts[i].stiffness * contacts[i].normal * contacts[i].normal.transpose();
+            terms.touching.push_back(i);
+        }
+        const auto bending = physics::bending_terms(wire, directors, torque, i);
+        terms.pull[i] = bending.pull - wire.lengths[i] * push;
+        terms.bending[i] = bending.curvature;
+        terms.wall[i] = wire.lengths[i] * wire.lengths[i] * stiffness;
+    }
+    std::reverse(terms.touching.begin(), terms.touching.end());
+    return terms;
+}
+
+/// The minimum of Eq. 17, or of Eq. 35, and the turns that lead there.
+struct Relaxed {
+    double gain = 0;  // energy released, by the model [N·mm]
+    std::array<Vec3, 2> turn = {Vec3::Zero(), Vec3::Zero()};
+};
+
+Relaxed relaxed(const Guidewire& wire, const Terms& terms, std::initializer_list<int> segments) {
+    physics::SegmentProblem problem;
+    std::array<int, 2> index{};
+    for (const int i : segments) {
+        index[static_cast<std::size_t>(problem.count)] = i;
+        problem.tangent[problem.count] = wire.tangents[i];
+        problem.pull[problem.count] = terms.pull[i];
+        problem.curvature[problem.count][problem.count] = terms.bending[i] + terms.wall[i];
+        ++problem.count;
+    }
+    if (problem.count == 2) problem.curvature[0][1] = problem.curvature[1][0] = terms.wall[index[1]];
+    const auto solution = physics::descending_step(problem);
+    Relaxed result;
+    result.gain = -physics::model_energy(problem, solution.tangent);
+    for (int m = 0; m < problem.count; ++m) result.turn[m] = solution.tangent[m] - problem.tangent[m];
+    return result;
+}
+
+/// One pair of segments of a wire on its way to rest.
+struct Pair {
+    int between = 0;         // joints in touch from i to j − 1
+    double together = 0;     // energy released by the pair [N·mm]
+    double alone = 0;        // by each of the two from the same state, added [N·mm]
+    double cosine = 0;       // between ε_i and ε_j
+    double interaction = 0;  // |ε_i·R₍j,N₎·ε_j| over ε_i·R₍i,N₎·ε_i
+};
+
+std::vector<Pair> pairs_at(const std::vector<std::pair<Guidewire, Terms>>& states, int separation) {
+    std::vector<Pair> pairs;
+    for (const auto& [wire, terms] : states)
+        for (int i = 1; i + separation <= terms.last_touching(); ++i) {
+            const int j = i + separation;
+            const Relaxed both = relaxed(wire, terms, {i, j});
+            const double sizes = both.turn[0].norm() * both.turn[1].norm(),
+                         own = both.turn[0].dot(terms.wall[i] * both.turn[0]);
+            if (!(sizes > 0 && own > 0)) continue;
+            pairs.push_back({terms.touching_between(i, j), both.gain,
+                             relaxed(wire, terms, {i}).gain + relaxed(wire, terms, {j}).gain,
+                             both.turn[0].dot(both.turn[1]) / sizes,
+                             std::abs(both.turn[0].dot(terms.wall[j] * both.turn[1])) / own});
+        }
+    return pairs;
+}
+
+double median(std::vector<double> values) {
+    if (values.empty()) return std::nan("");
+    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+    std::nth_element(values.begin(), middle, values.end());
+    return *middle;
+}
+
+struct Summary {
+    int pairs = 0;
+    double synergy = 0;      // energy released together over that released alone, each summed over the pairs
+    double cosine = 0;       // median
+    double opposite = 0;     // share of pairs whose turns are against each other
+    double interaction = 0;  // median
+    double between = 0;      // mean number of joints in touch between
+};
+
+Summary summary(const std::vector<Pair>& pairs) {
+    Summary s;
+    double together = 0, alone = 0;
+    std::vector<double> cosines, interactions;
+    for (const Pair& pair : pairs) {
+        together += pair.together, alone += pair.alone;
+        cosines.push_back(pair.cosine);
+        interactions.push_back(pair.interaction);
+        s.opposite += pair.cosine < 0;
+        s.between += pair.between;
+    }
+    s.pairs = static_cast<int>(pairs.size());
+    s.synergy = together / alone;
+    s.cosine = median(cosines);
+    s.interaction = median(interactions);
+    s.opposite /= s.pairs;
+    s.between /= s.pairs;
+    return s;
+}
+
+/// The pairs of several separations together.
+std::vector<Pair> joined(const std::vector<std::vector<Pair>>& all, int from, int to) {
+    std::vector<Pair> list;
+    for (int delta = from; delta <= to && delta < static_cast<int>(all.size()); ++delta)
+        list.insert(list.end(), all[delta].begin(), all[delta].end());
+    return list;
+}
+
+std::vector<Pair> with_between(const std::vector<Pair>& pairs, int least, int most) {
+    std::vector<Pair> list;
+    std::copy_if(pairs.begin(), pairs.end(), std::back_inserter(list),
+                 [&](const Pair& pair) { return pair.between >= least && pair.between <= most; });
+    return list;
+}
+
+constexpr int many = 4;  // contacts between segments that are far from each other
+
+struct Size {
+    int segments, farthest;
+    std::vector<int> cycles;  // after which states are taken
+};
+
+void claim(StudyResult& result, const std::vector<std::vector<Pair>>& all, int farthest, double quadratic,
+           double quadratic_trace) {
+    FigureClaims fig(result, "Section 2.3.1 and Fig. 3",
+                     "Synergy is the energy that a double relaxation of i and j releases, over that which "
+                     "each of the two releases "
+                     "alone from the same state, both summed over all i: 0.5 where the second segment adds "
+                     "nothing, 1 where they "
+                     "are independent, above 1 where they do together what neither can alone.");
+    const Summary next = summary(joined(all, 2, 2)), close = summary(joined(all, 2, 4)),
+                  good = summary(joined(all, 10, 20));
+    const std::vector<Pair> every = joined(all, 2, farthest);
+    const Summary few = summary(with_between(every, 0, 0)), far = summary(with_between(every, many, 1000));
+    fig.published(
+        "close segments improve only marginally on one: synergy of δ = 2 to 4", std::string("about 0.5"),
+        close.synergy, close.synergy > 0.4 && close.synergy < 0.65, "0.4 to 0.65",
+        fmt::format("The paper takes b_i = b_j and ε_i = ε_j, as near equilibrium; on its way the bending of "
+                    "neighbours is not alike, and only {:.0f} % of these pairs turn the same way ({:.0f} % "
+                    "of those at δ = 2).",
+                    100 * (1 - close.opposite), 100 * (1 - next.opposite)));
+    fig.published("the nearest segments turn alike, ε_i ≈ ε_j: median cosine between them at δ = 2", 1.0,
+                  next.cosine, next.cosine > 0.9, "above 0.9");
+    fig.published(
+        "segments that are not close lower the energy more: synergy of δ = 10 to 20 over that of 2 to 4",
+        std::string("> 1"), good.synergy / close.synergy, good.synergy > close.synergy,
+        "the ratio is above 1");
+    fig.published("they turn against each other, ε_i ≈ −ε_j: share of pairs of δ = 10 to 20 that do",
+                  std::string("most"), good.opposite, good.opposite > 0.5, "more than half",
+                  fmt::format("Their median cosine is {:.2f}.", good.cosine));
+    fig.published(
+        fmt::format("far segments hardly interact: median of |ε_i·R_(j,N)·ε_j| over ε_i·R_(i,N)·ε_i with "
+                    "{} contacts or more between, over that with none between",
+                    many),
+        std::string("≪ 1"), far.interaction / few.interaction, far.interaction < 0.5 * few.interaction,
+        "less than half",
+        fmt::format("{} pairs and {} pairs; {:.2f} and {:.2f}.", far.pairs, few.pairs, far.interaction,
+                    few.interaction));
+    fig.published(
+        fmt::format("far segments give no advantage over single ones: synergy with {} contacts or more "
+                    "between",
+                    many),
+        std::string("about 1"), far.synergy, std::abs(far.synergy - 1) < 0.1, "0.9 to 1.1",
+        fmt::format(
+            "It is largest with two or three contacts between, {:.2f}, and {:.2f} with eight or more: "
+            "the second segment still cancels the contacts beyond both.",
+            summary(with_between(every, 2, 3)).synergy, summary(with_between(every, 8, 1000)).synergy));
+    fig.published(
+        "the quadratic energy of the wall is much larger than that of bending: of ε at the minima of single "
+        "relaxations, summed",
+        std::string("≫ 1"), quadratic, quadratic > 5, "more than 5 times",
+        fmt::format("The traces are in the ratio {:.3g}.", quadratic_trace));
+}
+
+io::Plot picture(const PaperScene& scene, int farthest) {
+    io::Plot plot{"pair_relaxation", "", 1000, 760};
+    plot.commands = fmt::format(
+        "set multiplot layout 2,1\nset grid lc rgb '#dddddd'\nset xrange [1:{}]\n"
+        "set object 1 rectangle from 10, graph 0 to 20, graph 1 behind fc rgb '#e8f3ec' fs noborder\n"
+        "set label 1 'best separations published' at 15, graph 0.06 center tc rgb '#2d6a4f'\n"
+        "set title 'energy released by two segments together, over that of each alone'\nset ylabel "
+        "'synergy'\n"
+        "set yrange [0:*]\nset key bottom right\n"
+        "plot 'pair_relaxation.csv' skip 1 using 1:2 with linespoints pt 7 ps 0.6 lw 2 lc rgb '#0072B2' "
+        "title "
+        "'measured', \\\n     1 with lines dt 2 lc rgb 'black' title 'independent', \\\n     0.5 with lines "
+        "dt 3 lc "
+        "rgb 'black' title 'the second adds nothing'\n"
+        "unset label 1\nset title 'how the two turn'\nset xlabel 'separation δ = j − i [segments]'\nset "
+        "yrange "
+        "[-1.05:1.05]\nset ylabel 'cosine; share'\nset key top right\n"
+        "plot 'pair_relaxation.csv' skip 1 using 1:3 with linespoints pt 7 ps 0.6 lw 2 lc rgb '#D55E00' "
+        "title "
+        "'cosine between ε_i and ε_j: 1 alike, −1 against each other', \\\n     '' skip 1 using 1:4 with "
+        "linespoints "
+        "pt 5 ps 0.6 lw 2 lc rgb '#009E73' title 'interaction over the own term of i'\nunset multiplot\n",
+        farthest);
+    plot.caption = fmt::format(
+        "Double relaxations at every pair of segments of a wire on its way to rest (the paper's Section "
+        "2.3.1, drawn "
+        "there as Fig. 3): {}.",
+        scene.text());
+    return plot;
+}
+
+/// Tr R₍i,N₎ against Tr A_i along the wire, where it rests.
+io::Table traces_table(const Guidewire& wire, const Terms& terms) {
+    io::Table table{"pair_relaxation_traces", {"segment", "trace_R_N_mm", "trace_A_N_mm"}, {}};
+    for (int i = 1; i <= wire.segments(); ++i)
+        table.add({static_cast<double>(i), terms.wall[i].trace(), terms.bending[i].trace()});
+    return table;
+}
+
+io::Plot traces_plot(const PaperScene& scene) {
+    io::Plot plot{"pair_relaxation_traces", "", 900, 420};
+    plot.commands =
+        "set grid lc rgb '#dddddd'\nset logscale y\nset xlabel 'segment i'\nset ylabel 'trace [N·mm]'\nset "
+        "key bottom "
+        "left\nplot 'pair_relaxation_traces.csv' skip 1 using 1:2 with steps lw 2 lc rgb '#D55E00' title 'Tr "
+        "R_{(i,N)}, the wall', \\\n     '' skip 1 using 1:3 with lines lw 2 lc rgb '#0072B2' title 'Tr A_i, "
+        "bending'\n";
+    plot.caption = fmt::format(
+        "Size of the two second-order terms along a wire at rest: R ≫ A, most of all for small i (the "
+        "paper's Section "
+        "3.3, which gives a mean ratio of 22.7 and 18.0 between the first and the last R): {}.",
+        scene.text());
+    return plot;
+}
+
+}  // namespace
+
+StudyResult run_pair_relaxation(const StudyOptions& options) {
+    const Size size = options.quick ? Size{80, 30, {1, 3}} : Size{200, 60, {1, 2, 3, 5, 8}};
+    const PaperScene scene = paper_scene("sharp", {.segments = size.segments});
+    Work work(options, 2 + size.farthest - 1);
+    std::vector<std::pair<Guidewire, Terms>> states;
+    Rest rest;
+    work.run(2, [&](int k) {
+        if (k == 1) {
+            rest = paper_rest(scene, options.quick ? 30 : 200);
+            return std::string("rest");
+        }
+        Guidewire wire = scene.start;
+        const auto relaxer = physics::make_relaxer(paper_method(1).config, *scene.wall);
+        int made = 0;
+        for (const int cycles : size.cycles) {
+            relaxer->relax(wire, physics::whole_cycles(wire.segments(), cycles - made));
+            made = cycles;
+            states.emplace_back(wire, terms_of(scene, wire));
+        }
+        return std::string("on its way");
+    });
+    std::vector<std::vector<Pair>> all(static_cast<std::size_t>(size.farthest) + 1);
+    work.run(size.farthest - 1, [&](int k) {
+        all[static_cast<std::size_t>(k) + 2] = pairs_at(states, k + 2);
+        return fmt::format("δ = {}", k + 2);
+    });
+    double by_wall = 0, by_bending = 0, trace_wall = 0, trace_bending = 0;
+    for (const auto& [wire, terms] : states)
+        for (int i = 1; i <= terms.last_touching(); ++i) {
+            const Vec3 turn = relaxed(wire, terms, {i}).turn[0];
+            by_wall += turn.dot(terms.wall[i] * turn);
+            by_bending += turn.dot(terms.bending[i] * turn);
+            trace_wall += terms.wall[i].trace();
+            trace_bending += terms.bending[i].trace();
+        }
+
+    StudyResult result;
+    const auto add = [](io::Table& table, int number, const std::vector<Pair>& pairs) {
+        if (pairs.empty()) return;
+        const Summary s = summary(pairs);
+        table.add({static_cast<double>(number), s.synergy, s.cosine, s.interaction, s.opposite, s.between,
+                   static_cast<double>(s.pairs)});
+    };
+    const std::vector<std::string> columns = {"synergy",        "median_cosine",    "interaction",
+                                              "opposite_share", "contacts_between", "pairs"};
+    io::Table table{"pair_relaxation", {"separation"}, {}},
+        contacts{"pair_relaxation_contacts", {"contacts"}, {}};
+    for (io::Table* each : {&table, &contacts})
+        each->columns.insert(each->columns.end(), columns.begin(), columns.end());
+    for (int delta = 2; delta <= size.farthest; ++delta)
+        add(table, delta, all[static_cast<std::size_t>(delta)]);
+    const std::vector<Pair> every = joined(all, 2, size.farthest);
+    for (int between = 0; between <= 12; ++between)
+        add(contacts, between, with_between(every, between, between));
+    claim(result, all, size.farthest, by_wall / by_bending, trace_wall / trace_bending);
+    result.plots = {picture(scene, size.farthest), traces_plot(scene)};
+    result.page = claims_page(
+        "pair-relaxation", "Which two segments relax better together",
+        fmt::format(
+            "{}. From the centreline the wire makes {} cycles with M = 1; after each of these numbers of "
+            "cycles, "
+            "{}, every pair of segments with a contact beyond both is relaxed by Eq. 35 and each of the two "
+            "by Eq. 17, from the same state, to the minimum of the model.",
+            scene.text(), size.cycles.back(), fmt::join(size.cycles, ", ")),
+        result, options);
+    result.tables = {std::move(table), std::move(contacts),
+                     traces_table(rest.wire, terms_of(scene, rest.wire))};
+    return result;
+}
+
+}  // namespace studies
