@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <limits>
 
+#include "engine/anatomy/behind_ends.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "physics/geometry/hash.h"
@@ -137,14 +138,8 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
         const geometry::OpenEnd& opening = end.opening;
         if (outside(fmt::format("end '{}'", opening.name), opening.centre, opening.radius)) continue;
         // Seen from its end, the vessel lies inside.
-        const VesselPlace place = nearest_place(anatomy, opening.centre);
-        const geometry::Polyline& line = anatomy.branches[place.branch].points;
-        const int last = static_cast<int>(line.size()) - 1, step = place.sample > last / 2 ? -1 : 1;
-        int at = place.sample;
-        for (double passed = 0; passed < 2 * opening.radius && at + step >= 0 && at + step <= last;
-             at += step)
-            passed += (line[at + step] - line[at]).norm();
-        const Vec3 within = line[at];
+        const VesselPlace place = place_behind(anatomy, opening, 2 * opening.radius);
+        const Vec3& within = anatomy.branches[place.branch].points[place.sample];
         if ((within - opening.centre).dot(opening.outward_normal) > 0) {
             found.push_back(
                 fmt::format("end '{}': its normal points into branch '{}'; one that points out of "
