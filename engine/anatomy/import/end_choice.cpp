@@ -60,31 +60,49 @@ const VesselTip* tip_near(const std::vector<VesselTip>& tips, const Vec3& place)
         io::place_text(inlet), least, places_text(all)));
 }
 
-/// The tips to open: those near the places given, else all where ends are missing, that is where there
-/// are fewer than two or the widest vessel is closed.
-std::vector<VesselTip> wanted_tips(const RepairedLumen& lumen, const std::vector<VesselTip>& tips,
-                                   const GivenEnds& given) {
-    std::vector<VesselTip> wanted;
-    const auto want = [&](const char* option, const Vec3& place) {
+struct TipChoice {
+    std::vector<VesselTip> open;
+    std::vector<VesselTip> sacs;  // that would be opened if they were ends of tubes
+};
+
+TipChoice chosen_tips(const RepairedLumen& lumen, const TracedLumen& traced, const GivenEnds& given) {
+    const std::vector<VesselTip>& tips = traced.tips;
+    TipChoice choice;
+    const auto same_as = [](const VesselTip& tip) {
+        return [&tip](const VesselTip& other) { return other.apex == tip.apex; };
+    };
+    const auto want = [&](const VesselTip& tip) {
+        if (std::none_of(choice.open.begin(), choice.open.end(), same_as(tip))) choice.open.push_back(tip);
+    };
+    for (const Vec3& place : given.tips) {
         const VesselTip* tip = tip_near(tips, place);
         if (!tip) {
             throw io::InputError(fmt::format(
-                "{} {}: no blind tip is near; {}", option, io::place_text(place),
+                "--end {}: no blind tip is near; {}", io::place_text(place),
                 tips.empty() ? "the surface has none" : "one of these is accepted: " + places_text(tips)));
         }
-        const auto same = [tip](const VesselTip& other) { return other.apex == tip->apex; };
-        if (std::none_of(wanted.begin(), wanted.end(), same)) wanted.push_back(*tip);
-    };
-    for (const Vec3& place : given.tips) want("--end", place);
-    const bool wider = std::any_of(tips.begin(), tips.end(), [&](const VesselTip& tip) {
-        return !lumen.ends.empty() && tip.radius > lumen.ends[0].radius;
-    });
-    const bool all = given.tips.empty() && (lumen.ends.size() < 2 || wider);
-    if (inlet_is_closed(given, lumen.ends)) {
-        if (!tip_near(tips, *given.inlet)) refuse_far_inlet(*given.inlet, lumen.ends, tips);
-        want("--inlet", *given.inlet);
+        want(*tip);
     }
-    return all ? tips : wanted;
+    if (inlet_is_closed(given, lumen.ends)) {
+        const VesselTip* tip = tip_near(tips, *given.inlet);
+        if (!tip) refuse_far_inlet(*given.inlet, lumen.ends, tips);
+        want(*tip);
+    }
+    if (!given.tips.empty()) return choice;
+    // Ends are missing where there are fewer than two, or where the widest vessel is closed.
+    const bool few = lumen.ends.size() < 2;
+    const auto missing = [&](double radius) { return few || radius > lumen.ends[0].radius; };
+    std::vector<VesselTip> tubes;
+    for (const VesselTip& tip : tips) {
+        const bool asked = std::any_of(choice.open.begin(), choice.open.end(), same_as(tip));
+        if (ends_a_tube(traced.branches, tip))
+            tubes.push_back(tip);
+        else if (missing(width_near(traced.branches, tip)) && !asked)
+            choice.sacs.push_back(tip);
+    }
+    if (std::any_of(tubes.begin(), tubes.end(), [&](const VesselTip& tip) { return missing(tip.radius); }))
+        for (const VesselTip& tip : tubes) want(tip);
+    return choice;
 }
 
 }  // namespace
@@ -99,7 +117,16 @@ std::string places_text(const std::vector<VesselTip>& tips) {
 bool open_missing_ends(RepairedLumen& lumen, const TracedLumen& traced, const GivenEnds& given,
                        std::vector<Finding>& findings) {
     const bool from_end = !lumen.ends.empty();
-    const TipOpening opening = open_tips(lumen.mesh, traced.branches, wanted_tips(lumen, traced.tips, given));
+    const TipChoice choice = chosen_tips(lumen, traced, given);
+    if (!choice.sacs.empty()) {
+        const bool one = choice.sacs.size() == 1;
+        warned(findings,
+               fmt::format("{} blind tip{}, not the end of a tube, and stay{} closed; --end X,Y,Z cuts one "
+                           "open [mm]: {}",
+                           choice.sacs.size(), one ? " is a sac" : "s are sacs", one ? "s" : "",
+                           places_text(choice.sacs)));
+    }
+    const TipOpening opening = open_tips(lumen.mesh, traced.branches, choice.open);
     if (!opening.thin.empty())
         warned(findings, fmt::format("{} tips too thin for any wire stay closed [mm]: {}",
                                      opening.thin.size(), places_text(opening.thin)));

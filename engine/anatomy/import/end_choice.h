@@ -16,9 +16,10 @@ struct GivenEnds {
     std::vector<geometry::Vec3> tips;     // near blind tips that are to be cut open
 };
 
-/// Cuts blind tips open: those near the places given; where none is given and fewer than two ends are open,
-/// or the widest vessel is closed, all. Reports what it did in the findings. Returns whether the surface has
-/// changed. Throws InputError for a place with no tip or end near it, and for fewer than two ends.
+/// Cuts blind tips open: those near the places given; where no tip is given and fewer than two ends are open,
+/// or the widest vessel is closed, all that are ends of tubes, so that sacs stay closed. Reports what it did
+/// in the findings. Returns whether the surface has changed. Throws InputError for a place with no tip or end
+/// near it, and for fewer than two ends.
 bool open_missing_ends(RepairedLumen&, const TracedLumen&, const GivenEnds&, std::vector<Finding>&);
 
 /// Index of the end that wires enter by: the one nearest to the place given, else the first. Throws

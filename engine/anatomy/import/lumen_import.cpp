@@ -28,8 +28,8 @@ constexpr double voxels_per_radius = 2.2;
 constexpr double most_boxed = 4e8, most_inside = 1.5e6;
 constexpr int most_tips = 500, most_spurs = 40;
 constexpr double coarse_edge = 0.6;  // of the radius, median
-/// A lumen at least this many times longer than wide is a vessel.
-constexpr double least_slenderness = 2.5;
+/// A lumen at least this many times as long as wide is a vessel.
+constexpr double least_slenderness = 1.25;
 /// Vessels that span less than this may be in centimetres [mm].
 constexpr double small_span = 60;
 
@@ -207,11 +207,11 @@ private:
         const double width = 2 * *std::max_element(only.radii.begin(), only.radii.end());
         double length = geometry::length_of(only.points);
         for (const VesselTip& tip : traced.tips) length += (tip.apex - tip.centre).norm();
-        if (length >= least_slenderness * width / 2) return;
+        if (length >= least_slenderness * width) return;
         throw io::InputError(fmt::format(
-            "the surface is {:.1f} mm long and {:.1f} mm wide: a ball, not a vessel; a lumen more than {} "
+            "the surface is {:.1f} mm long and {:.1f} mm wide: a ball, not a vessel; a lumen at least {} "
             "times as long as wide is accepted",
-            length, width, least_slenderness / 2));
+            length, width, least_slenderness));
     }
 
     /// Closes the ends that no wire can reach and drops them.
