@@ -193,6 +193,13 @@ std::uint64_t hash_of(const Anatomy& anatomy) {
         add_text(target.name);
         add_place(target.centre);
     }
+    if (anatomy.calcium.empty()) return hash.value();  // as before there was any
+    add_count(anatomy.calcium.size());
+    for (const CalciumDeposit& deposit : anatomy.calcium) {
+        add_count(deposit.points.size());
+        for (const Vec3& p : deposit.points) add_place(p);
+        for (const double radius : deposit.radii) hash.add(radius);
+    }
     return hash.value();
 }
 

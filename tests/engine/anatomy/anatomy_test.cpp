@@ -80,6 +80,9 @@ TEST(Anatomy, HashKnowsEveryPart) {
     EXPECT_NE(hash_with([](Anatomy& a) { a.ends[0].opening.radius = 3; }), same);
     EXPECT_NE(hash_with([](Anatomy& a) { a.targets[0].centre.x() = 1; }), same);
     EXPECT_NE(hash_with([](Anatomy& a) { a.targets.clear(); }), same);
+    const std::uint64_t calcified = hash_with([](Anatomy& a) { a.calcium = {{{{0, 0, 0}}, {1}}}; });
+    EXPECT_NE(calcified, same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.calcium = {{{{0, 0, 0}}, {2}}}; }), calcified);
 }
 
 TEST(Anatomy, MissingFileIsNamed) {
