@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <limits>
 
+#include "engine/anatomy/behind_ends.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "physics/geometry/hash.h"
@@ -137,14 +138,8 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
         const geometry::OpenEnd& opening = end.opening;
         if (outside(fmt::format("end '{}'", opening.name), opening.centre, opening.radius)) continue;
         // Seen from its end, the vessel lies inside.
-        const VesselPlace place = nearest_place(anatomy, opening.centre);
-        const geometry::Polyline& line = anatomy.branches[place.branch].points;
-        const int last = static_cast<int>(line.size()) - 1, step = place.sample > last / 2 ? -1 : 1;
-        int at = place.sample;
-        for (double passed = 0; passed < 2 * opening.radius && at + step >= 0 && at + step <= last;
-             at += step)
-            passed += (line[at + step] - line[at]).norm();
-        const Vec3 within = line[at];
+        const VesselPlace place = place_behind(anatomy, opening, 2 * opening.radius);
+        const Vec3& within = anatomy.branches[place.branch].points[place.sample];
         if ((within - opening.centre).dot(opening.outward_normal) > 0) {
             found.push_back(
                 fmt::format("end '{}': its normal points into branch '{}'; one that points out of "
@@ -152,50 +147,6 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
                             opening.name, anatomy.branches[place.branch].name));
         }
     }
-}
-
-double arc_between(const CentrelineBranch& branch, int from, int to) {
-    if (from > to) std::swap(from, to);
-    return geometry::length_of(std::span(branch.points).subspan(from, to - from + 1));
-}
-
-/// Two places that are one: the start of a child and its parent there, or a joint.
-struct Meeting {
-    VesselPlace a, b;
-};
-
-/// The shortest way by all meetings, where branches make loops: distances from `start` are lowered until
-/// none changes (Bellman and Ford).
-std::optional<double> way_through(const Anatomy& anatomy, const std::vector<Meeting>& meetings,
-                                  const VesselPlace& start, const VesselPlace& goal) {
-    std::vector<VesselPlace> places = {start, goal};
-    for (const Meeting& meeting : meetings) places.insert(places.end(), {meeting.a, meeting.b});
-    struct Step {
-        std::size_t from, to;
-        double length;
-    };
-    std::vector<Step> steps;
-    for (std::size_t p = 0; p < places.size(); ++p) {
-        for (std::size_t q = 0; q < p; ++q) {
-            if (places[p].branch != places[q].branch) continue;
-            steps.push_back(
-                {p, q, arc_between(anatomy.branches[places[p].branch], places[p].sample, places[q].sample)});
-        }
-    }
-    for (std::size_t p = 2; p < places.size(); p += 2) steps.push_back({p, p + 1, 0});
-    std::vector<double> way(places.size(), std::numeric_limits<double>::infinity());
-    way[0] = 0;
-    for (bool changed = true; changed;) {
-        changed = false;
-        for (const Step& step : steps) {
-            for (const auto& [from, to] : {std::pair(step.from, step.to), std::pair(step.to, step.from)}) {
-                if (way[from] + step.length >= way[to]) continue;
-                way[to] = way[from] + step.length;
-                changed = true;
-            }
-        }
-    }
-    return std::isfinite(way[1]) ? std::optional(way[1]) : std::nullopt;
 }
 
 }  // namespace
@@ -241,6 +192,13 @@ std::uint64_t hash_of(const Anatomy& anatomy) {
     for (const VesselTarget& target : anatomy.targets) {
         add_text(target.name);
         add_place(target.centre);
+    }
+    if (anatomy.calcium.empty()) return hash.value();  // as before there was any
+    add_count(anatomy.calcium.size());
+    for (const CalciumDeposit& deposit : anatomy.calcium) {
+        add_count(deposit.points.size());
+        for (const Vec3& p : deposit.points) add_place(p);
+        for (const double radius : deposit.radii) hash.add(radius);
     }
     return hash.value();
 }
@@ -304,41 +262,6 @@ std::optional<VesselPlace> joint_of(const Anatomy& anatomy, int branch) {
     return deepest;
 }
 
-std::optional<double> way_between(const Anatomy& anatomy, const VesselPlace& a, const VesselPlace& b) {
-    std::vector<Meeting> meetings;
-    for (int c = 0; c < static_cast<int>(anatomy.branches.size()); ++c) {
-        const int last = static_cast<int>(anatomy.branches[c].points.size()) - 1;
-        if (const auto joint = joint_of(anatomy, c)) meetings.push_back({{c, last, 0}, *joint});
-    }
-    if (!meetings.empty()) {
-        for (int c = 0; c < static_cast<int>(anatomy.branches.size()); ++c) {
-            const CentrelineBranch& branch = anatomy.branches[c];
-            if (branch.parent >= 0) meetings.push_back({{c, 0, 0}, {branch.parent, branch.parent_sample, 0}});
-        }
-        return way_through(anatomy, meetings, a, b);
-    }
-    struct Stop {
-        int branch, sample;
-        double way;  // from the place [mm]
-    };
-    const auto to_the_root = [&](const VesselPlace& from) {
-        std::vector<Stop> stops = {{from.branch, from.sample, 0}};
-        for (;;) {
-            const Stop& last = stops.back();
-            const CentrelineBranch& branch = anatomy.branches[last.branch];
-            if (branch.parent < 0) return stops;
-            stops.push_back(
-                {branch.parent, branch.parent_sample, last.way + arc_between(branch, 0, last.sample)});
-        }
-    };
-    const std::vector<Stop> from_a = to_the_root(a), from_b = to_the_root(b);
-    for (const Stop& x : from_a)
-        for (const Stop& y : from_b)
-            if (x.branch == y.branch)
-                return x.way + y.way + arc_between(anatomy.branches[x.branch], x.sample, y.sample);
-    return std::nullopt;
-}
-
 bool inside(const Anatomy& anatomy, const Vec3& point) {
     return point.allFinite() && nearest_place(anatomy, point).distance <= 0;
 }
@@ -397,12 +320,6 @@ EntryPath path_from(const Anatomy& anatomy, int end) {
     path.points.insert(path.points.begin(), opening.centre);
     path.radii.insert(path.radii.begin(), opening.radius);
     return path;
-}
-
-double centreline_distance(const Anatomy& anatomy, const Vec3& from, const Vec3& to) {
-    const std::optional<double> way =
-        way_between(anatomy, nearest_place(anatomy, from), nearest_place(anatomy, to));
-    return way.value_or((to - from).norm());  // trees that are not connected
 }
 
 }  // namespace anatomy

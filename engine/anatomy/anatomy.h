@@ -67,9 +67,6 @@ bool inside(const Anatomy&, const geometry::Vec3&);
 /// Where a branch that has no open end of its own ends inside another one, as a communicating artery does;
 /// empty for all others.
 std::optional<VesselPlace> joint_of(const Anatomy&, int branch);
-/// Length of the shortest way from one place to the other along the centrelines; empty for trees that do not
-/// meet [mm].
-std::optional<double> way_between(const Anatomy&, const VesselPlace&, const VesselPlace&);
 
 /// Index of an end by its name, or by that name's last part where it is unique: "LCFA.out" for
 /// "aorta+LCIA+LEIA+LCFA.out". Empty when there is none.
@@ -82,8 +79,5 @@ struct EntryPath {
     std::vector<double> radii;  // [mm]
 };
 EntryPath path_from(const Anatomy&, int end);
-
-/// Length of the shortest path along centrelines between the places nearest to two points [mm].
-double centreline_distance(const Anatomy&, const geometry::Vec3& from, const geometry::Vec3& to);
 
 }  // namespace anatomy

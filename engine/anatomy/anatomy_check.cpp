@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <limits>
 
+#include "engine/anatomy/behind_ends.h"
 #include "engine/anatomy/mesh_quality.h"
 #include "engine/io/text.h"
 #include "physics/geometry/mesh_query.h"
@@ -148,18 +149,10 @@ std::vector<Check> end_checks(const Anatomy& anatomy, const geometry::MeshQuery&
     double least = std::numeric_limits<double>::infinity(), most = 0;
     for (const VesselEnd& end : anatomy.ends) {
         const geometry::OpenEnd& opening = end.opening;
-        double inside = 0;
-        for (double depth = 0.25; depth <= 2; depth += 0.25) {
-            const Vec3 p = opening.centre - depth * opening.radius * opening.outward_normal;
-            inside = std::max(inside, wall.distance(p));
-        }
-        const VesselPlace place = nearest_place(anatomy, opening.centre);
-        const geometry::Polyline& line = anatomy.branches[place.branch].points;
-        const int last = static_cast<int>(line.size()) - 1, step = place.sample > last / 2 ? -1 : 1;
-        int at = place.sample;
-        for (double passed = 0; passed < opening.radius && at + step >= 0 && at + step <= last; at += step)
-            passed += (line[at + step] - line[at]).norm();
-        const Vec3 along = (opening.centre - line[at]).normalized();
+        const double inside = ball_behind(wall, opening.centre, opening.outward_normal, opening.radius);
+        const VesselPlace place = place_behind(anatomy, opening, opening.radius);
+        const Vec3& behind = anatomy.branches[place.branch].points[place.sample];
+        const Vec3 along = (opening.centre - behind).normalized();
         const double ratio = opening.radius / inside,
                      angle = std::acos(std::clamp(along.dot(opening.outward_normal), -1.0, 1.0)) /
                              geometry::degree;

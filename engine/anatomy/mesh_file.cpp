@@ -121,9 +121,7 @@ geometry::TriangleMesh read_by_kind(const fs::path& path) {
     std::ifstream stream(path, std::ios::binary);
     if (!fs::is_regular_file(path, ignored) || !stream)
         refuse(path, fmt::format("no such mesh can be read; {}", kinds));
-    std::string extension = path.extension().string();
-    std::transform(extension.begin(), extension.end(), extension.begin(),
-                   [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    const std::string extension = extension_of(path);
     const std::uintmax_t size = fs::file_size(path, ignored);
     const auto whole_text = [&](double least_per_triangle) {
         check_count(path, static_cast<double>(size) / least_per_triangle);

@@ -170,8 +170,7 @@ PolyData load_polydata(const std::filesystem::path& path) {
         refuse_polydata(file, "", fmt::format("{} bytes were found", size),
                         fmt::format("up to {} are accepted", most_polydata_bytes));
     const std::string text = io::read_text(path, "file", "VTK PolyData, .vtp or .vtk, is accepted");
-    return same_word(path.extension().string(), ".vtk") ? parse_legacy_vtk(text, file)
-                                                        : parse_vtp(text, file);
+    return extension_of(path) == ".vtk" ? parse_legacy_vtk(text, file) : parse_vtp(text, file);
 }
 
 }  // namespace anatomy

@@ -37,6 +37,12 @@ bool same_word(std::string_view a, std::string_view b) {
            });
 }
 
+std::string extension_of(const std::filesystem::path& path) {
+    std::string extension = path.extension().string();
+    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    return extension;
+}
+
 void TextScanner::skip_space() {
     while (at_ < text_.size()) {
         if (is_space(text_[at_]))

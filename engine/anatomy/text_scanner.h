@@ -2,6 +2,7 @@
 /// A text mesh taken apart into words and numbers, with the line of each for messages.
 
 #include <cstdint>
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -46,5 +47,7 @@ private:
 
 /// Whether two words are equal but for upper and lower case.
 bool same_word(std::string_view, std::string_view);
+/// The extension of a file's name with its dot, in lower case.
+std::string extension_of(const std::filesystem::path&);
 
 }  // namespace anatomy

@@ -10,6 +10,7 @@
 #include "engine/blood/distal_arteries.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/mesh_query.h"
+#include "physics/geometry/random.h"
 
 namespace exercise {
 namespace {
@@ -23,28 +24,13 @@ constexpr double longest_piece = 6;  // [mm]
 /// An organ this far from an end is not reached by it [mm].
 constexpr double organ_reach = 150;
 
-/// Numbers from 0 to 1, the same on every machine (splitmix64).
-class Dice {
-public:
-    explicit Dice(std::uint64_t seed) : state_(seed) {}
-    double operator()() {
-        std::uint64_t z = state_ += 0x9e3779b97f4a7c15ull;
-        z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ull;
-        z = (z ^ z >> 27) * 0x94d049bb133111ebull;
-        return static_cast<double>((z ^ z >> 31) >> 11) * 0x1p-53;
+Vec3 in_unit_ball(geometry::Random& random) {
+    while (true) {
+        const double x = random.between(-1, 1), y = random.between(-1, 1), z = random.between(-1, 1);
+        const Vec3 p(x, y, z);
+        if (p.squaredNorm() <= 1) return p;
     }
-    double between(double low, double high) { return low + (high - low) * (*this)(); }
-    Vec3 in_ball() {
-        while (true) {
-            const double x = between(-1, 1), y = between(-1, 1), z = between(-1, 1);
-            const Vec3 p(x, y, z);
-            if (p.squaredNorm() <= 1) return p;
-        }
-    }
-
-private:
-    std::uint64_t state_;
-};
+}
 
 std::uint64_t seed_of(const std::string& name) {
     geometry::Hash hash;
@@ -98,7 +84,7 @@ void add_source(const anatomy::Anatomy& anatomy, const blood::BloodFlow& blood, 
 class Grower {
 public:
     Grower(const blood::Outlet& outlet, int index, std::vector<render::VesselPiece>& pieces)
-        : outlet_(outlet), index_(index), dice_(seed_of(outlet.end)), pieces_(pieces) {}
+        : outlet_(outlet), index_(index), random_(seed_of(outlet.end)), pieces_(pieces) {}
 
     /// Divides the points among branches.
     void fill(std::vector<Vec3> territory) {
@@ -132,7 +118,7 @@ private:
         const Vec3 to_middle = middle - from;
         const bool last = points.size() == 1;
         // Far from its territory an artery runs there; within, it divides on the way to the middle.
-        const double part = last ? 1 : dice_.between(0.3, 0.55);
+        const double part = last ? 1 : random_.between(0.3, 0.55);
         const Vec3 to = from + part * to_middle;
         const double length = (to - from).norm();
         Vec3 way = length > 1e-6 ? Vec3((to - from) / length) : heading;
@@ -151,7 +137,7 @@ private:
         const Vec3 widest = axes.eigenvectors().col(2);
         std::sort(points.begin(), points.end(),
                   [&](const Vec3* a, const Vec3* b) { return a->dot(widest) < b->dot(widest); });
-        const double share = dice_() < 0.5 ? dice_.between(0.2, 0.5) : dice_.between(0.5, 0.8);
+        const double share = random_() < 0.5 ? random_.between(0.2, 0.5) : random_.between(0.5, 0.8);
         const auto cut = std::clamp<std::size_t>(
             static_cast<std::size_t>(share * static_cast<double>(points.size())), 1, points.size() - 1);
         std::vector<Vec3*> left(points.begin(), points.begin() + static_cast<std::ptrdiff_t>(cut)),
@@ -167,7 +153,7 @@ private:
               double time) {
         const double length = (to - from).norm();
         if (length < 1e-3) return heading;
-        const Vec3 wobble = 0.15 * dice_.in_ball();
+        const Vec3 wobble = 0.15 * in_unit_ball(random_);
         // A vessel that sets out backwards would loop.
         const double kept = std::clamp(0.5 * heading.dot(way) + 0.2, 0.0, 0.5);
         const Vec3 out = (kept * heading + (1 - kept) * way).normalized(), in = (way + wobble).normalized();
@@ -198,7 +184,7 @@ private:
 
     const blood::Outlet& outlet_;
     int index_;
-    Dice dice_;
+    geometry::Random random_;
     std::vector<render::VesselPiece>& pieces_;
     std::vector<double> times_;  // at which blood reaches each piece, in radii of way
     double latest_ = 1e-9, exponent_ = 3, terminals_ = 1;
@@ -209,10 +195,10 @@ std::vector<Vec3> points_in(const geometry::TriangleMesh& mesh, int count) {
     Eigen::AlignedBox3d box;
     for (const Vec3& v : mesh.vertices) box.extend(v);
     const geometry::MeshQuery query(mesh);
-    Dice dice(mesh.vertices.size());
+    geometry::Random random(mesh.vertices.size());
     std::vector<Vec3> points;
     for (int tries = 0; tries < 20 * count && static_cast<int>(points.size()) < count; ++tries) {
-        const double x = dice(), y = dice(), z = dice();
+        const double x = random(), y = random(), z = random();
         const Vec3 p = box.min() + Vec3(x, y, z).cwiseProduct(box.sizes());
         if (query.encloses(p)) points.push_back(p);
     }
@@ -222,10 +208,10 @@ std::vector<Vec3> points_in(const geometry::TriangleMesh& mesh, int count) {
 std::vector<Vec3> points_ahead(const blood::Outlet& outlet, int count) {
     const Ahead shape = tissue_ahead(outlet.organ);
     const Vec3 u = outlet.direction.unitOrthogonal(), v = outlet.direction.cross(u);
-    Dice dice(seed_of(outlet.end) + 1);
+    geometry::Random random(seed_of(outlet.end) + 1);
     std::vector<Vec3> points;
     for (int k = 0; k < count; ++k) {
-        const Vec3 p = outlet.radius * dice.in_ball();
+        const Vec3 p = outlet.radius * in_unit_ball(random);
         points.push_back(outlet.place +
                          (shape.middle * outlet.radius + shape.along * p.x()) * outlet.direction +
                          shape.across * (p.y() * u + p.z() * v));

@@ -16,7 +16,8 @@ constexpr double absent = std::numeric_limits<double>::quiet_NaN();  // an empty
 }  // namespace
 
 Trace::Trace(const Simulation& simulation)
-    : target_(anatomy::nearest_place(simulation.anatomy(), simulation.target())) {}
+    : ways_(simulation.anatomy()),
+      target_(anatomy::nearest_place(simulation.anatomy(), simulation.target())) {}
 
 std::string Trace::header() {
     return "frame,time_s,device,inserted_mm,turned_deg,tip_x_mm,tip_y_mm,tip_z_mm,direction_x,direction_y,"
@@ -84,7 +85,7 @@ std::string Trace::row(script::Held held, const Hand& hand, const Frame& frame, 
         or_absent(tip.along.z()),
         inside ? branch.name : std::string(),
         or_absent(geometry::length_of(std::span(branch.points).first(place.sample + 1))),
-        or_absent(anatomy::way_between(anatomy, place, target_).value_or(absent)),
+        or_absent(ways_.between(place, target_).value_or(absent)),
         hand.load.push,
         hand.load.torque,
         tip_force,

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "engine/anatomy/anatomy.h"
+#include "engine/anatomy/vessel_ways.h"
 #include "engine/exercise/frame.h"
 #include "engine/exercise/score.h"
 
@@ -23,6 +23,7 @@ public:
     std::string rows(const Frame&, const Score&);
 
 private:
+    anatomy::VesselWays ways_;
     anatomy::VesselPlace target_;
     /// What is known of a device's hub.
     struct Hand {

@@ -42,6 +42,7 @@ double lag_one(const std::vector<double>& x) {
 
 /// What a hundred seeds of one preset gave.
 struct Drawn {
+    std::vector<int> seeds;  // that gave vessels; patients and trees correspond to them
     std::vector<Patient> patients;
     std::vector<anatomy::VesselTree> trees;
     int rejected = 0, most_rejected = 0, seeds_rejected = 0;
@@ -53,8 +54,9 @@ Drawn draw(std::string_view preset, int seeds) {
     for (int seed = 1; seed <= seeds; ++seed) {
         try {
             anatomy::DrawnVessels one = anatomy::draw_vessels(preset, static_cast<std::uint64_t>(seed));
-            drawn.patients.push_back(*one.spec.patient);
             drawn.trees.push_back(anatomy::grow(one.spec));
+            drawn.patients.push_back(*one.spec.patient);
+            drawn.seeds.push_back(seed);
             drawn.rejected += one.rejected;
             drawn.most_rejected = std::max(drawn.most_rejected, one.rejected);
             drawn.seeds_rejected += one.rejected > 0;
@@ -131,7 +133,7 @@ void add_effects(StudyResult& result) {
     add("MESA: the ascending aorta of men is wider by [mm]", 1.9,
         change("arch-1", woman, man, ascending.measured), 0.3);
     add("Dodge 1992: a woman's left main coronary artery over a man's", 0.91,
-        1 + change("lca", man, woman, left_main.measured) / 4.5, 0.01);
+        1 + change("lca", man, woman, left_main.measured) / left_main.mean, 0.01);
     add("Sandgren 1999: a man's common femoral artery is wider by [mm]", 0.6,
         change("iliac-renal", woman, man, femoral.measured), 0.1);
     const double wider = change("arch-1", young, old, width.measured);
@@ -234,8 +236,8 @@ StudyResult run_patients(const StudyOptions& options) {
         if (preset.name == "arch-1") {
             for (std::size_t i = 0; i < drawn.trees.size(); ++i) {
                 const Patient& p = drawn.patients[i];
-                people.add({static_cast<double>(i + 1), std::string(p.sex == Sex::Female ? "f" : "m"), p.age,
-                            p.height / 10, p.weight,
+                people.add({static_cast<double>(drawn.seeds[i]),
+                            std::string(p.sex == Sex::Female ? "f" : "m"), p.age, p.height / 10, p.weight,
                             figure_of("ascending aorta [mm]").measured(drawn.trees[i])});
             }
         }

@@ -5,22 +5,14 @@
 #include <cmath>
 #include <numbers>
 
+#include "physics/geometry/random.h"
 #include "render/picture/filter.h"
 
 namespace render {
 
 namespace {
 
-/// Finaliser of SplitMix64 (Steele, Lea and Flood 2014; constants of Stafford's variant 13).
-std::uint64_t mix(std::uint64_t x) {
-    x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;
-    x = (x ^ (x >> 27)) * 0x94D049BB133111EBull;
-    return x ^ (x >> 31);
-}
-
 constexpr float fewest_for_normal = 25.0f;  // quanta
-
-constexpr std::uint64_t golden = 0x9E3779B97F4A7C15ull;
 
 /// Normal quantiles at the middle of 4096 equal shares, scaled so that the sum of two has variance 1: one
 /// lookup alone would end at 3.7 standard deviations and be visibly discrete.
@@ -70,10 +62,11 @@ float poisson(float mean, std::uint64_t bits) {
 }  // namespace
 
 PixelNoise::PixelNoise(std::uint64_t seed, std::uint64_t frame)
-    : key_(mix(mix(seed + golden) ^ (frame * golden + 1))) {}
+    : key_(geometry::mixed(geometry::mixed(seed + geometry::golden_step) ^
+                           (frame * geometry::golden_step + 1))) {}
 
 std::uint64_t PixelNoise::bits(std::uint64_t pixel) const {
-    return mix(key_ + (pixel + 1) * golden);
+    return geometry::mixed(key_ + (pixel + 1) * geometry::golden_step);
 }
 
 float PixelNoise::normal(std::uint64_t bits, int which) {

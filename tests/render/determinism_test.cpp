@@ -12,6 +12,7 @@
 #include <string>
 #include <vector>
 
+#include "physics/geometry/random.h"
 #include "render/panel/panel.h"
 #include "render/patient/solids.h"
 #include "render/xray/contrast.h"
@@ -29,13 +30,9 @@ using geometry::Vec3;
 using render::Field;
 using render::GrayImage;
 
-/// FNV-1a, 64 bits.
 template <class T>
 std::uint64_t hash_of(const std::vector<T>& values) {
-    std::uint64_t hash = 0xCBF29CE484222325ull;
-    for (const std::byte byte : std::as_bytes(std::span(values)))
-        hash = (hash ^ static_cast<std::uint64_t>(byte)) * 0x100000001B3ull;
-    return hash;
+    return geometry::fnv1a({reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)});
 }
 
 /// A field of whole numbers from `low` up, without a pattern.

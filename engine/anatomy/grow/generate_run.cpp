@@ -11,6 +11,7 @@
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
+#include "physics/geometry/random.h"
 
 namespace anatomy {
 namespace {
@@ -40,11 +41,8 @@ VesselTreeSpec make_spec(const GenerateRequest& request) {
 /// Covers every number of the tree and its targets, so that another shape of the same name differs.
 std::string fingerprint(const VesselTreeSpec& spec) {
     const VesselTree tree = grow(spec);
-    std::uint64_t hash = 14695981039346656037ull;
-    const auto add = [&hash](double number) {
-        for (const char c : io::number_text(number) + " ")
-            hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ull;
-    };
+    std::uint64_t hash = geometry::fnv1a("");
+    const auto add = [&hash](double number) { hash = geometry::fnv1a(io::number_text(number) + " ", hash); };
     for (const SampledBranch& branch : tree.branches) {
         for (const char c : branch.name) add(c);
         add(branch.parent), add(branch.parent_sample), add(branch.closed);

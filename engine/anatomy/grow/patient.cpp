@@ -4,6 +4,8 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "physics/geometry/random.h"
+
 namespace anatomy {
 namespace {
 
@@ -13,24 +15,11 @@ constexpr double men_height = 1760, men_height_deviation = 70;      // [mm]
 constexpr double both_height = (women_height + men_height) / 2;     // [mm]
 constexpr double mean_mass_index = 26, mass_index_deviation = 4;    // [kg/m²]
 
-/// The finaliser of splitmix64 (Steele, Lea and Flood 2014): every bit of the result depends on every bit.
-std::uint64_t mixed(std::uint64_t z) {
-    z = (z ^ z >> 30) * 0xbf58476d1ce4e5b9ull;
-    z = (z ^ z >> 27) * 0x94d049bb133111ebull;
-    return z ^ z >> 31;
-}
-
 /// Where a quantity's own stream of numbers begins.
-std::uint64_t stream_of(std::uint64_t seed, std::string_view quantity, std::uint64_t attempt) {
-    std::uint64_t name = 14695981039346656037ull;
-    for (const char c : quantity) name = (name ^ static_cast<unsigned char>(c)) * 1099511628211ull;
-    constexpr std::uint64_t golden = 0x9e3779b97f4a7c15ull;
-    return mixed(mixed(mixed(seed + golden) + name) + attempt * golden);
-}
-
-double uniform(std::uint64_t& state) {
-    state += 0x9e3779b97f4a7c15ull;
-    return static_cast<double>(mixed(state) >> 11) * 0x1p-53;
+geometry::Random stream_of(std::uint64_t seed, std::string_view quantity, std::uint64_t attempt) {
+    using geometry::golden_step, geometry::mixed;
+    return geometry::Random(
+        mixed(mixed(mixed(seed + golden_step) + geometry::fnv1a(quantity)) + attempt * golden_step));
 }
 
 double mean_height(const std::optional<Sex>& sex) {
@@ -59,17 +48,17 @@ std::string Patient::text() const {
 double Draws::normal(std::string_view quantity, std::uint64_t attempt) const {
     if (!varied()) return 0;
     constexpr double beyond = 2.5, deviation = 0.961;
-    std::uint64_t state = stream_of(seed_, quantity, attempt);
+    geometry::Random uniform = stream_of(seed_, quantity, attempt);
     for (;;) {
         double sum = -6;
-        for (int k = 0; k < 12; ++k) sum += uniform(state);
+        for (int k = 0; k < 12; ++k) sum += uniform();
         if (std::abs(sum) <= beyond) return sum / deviation;
     }
 }
 
 bool Draws::coin(std::string_view quantity) const {
-    std::uint64_t state = stream_of(seed_, quantity, 0);
-    return varied() && uniform(state) < 0.5;
+    geometry::Random uniform = stream_of(seed_, quantity, 0);
+    return varied() && uniform() < 0.5;
 }
 
 Patient drawn_patient(const Draws& draws, const PatientWish& wish) {

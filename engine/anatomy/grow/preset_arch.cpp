@@ -54,9 +54,11 @@ private:
     SampledBranch aorta_;
 };
 
-/// Whether a coronary artery that starts `mouth` along the root of the aorta, its knots moved by `shift` from
-/// there, passes beside the root, which is extended straight down when it is cut open.
-constexpr double mouth = 15;  // [mm]
+/// Where a coronary artery starts along the root of the aorta [mm].
+constexpr double mouth = 15;
+
+/// Whether a coronary artery, its knots moved by `shift` from there, passes beside the root, which is
+/// extended straight down when it is cut open.
 bool passes(const std::vector<VesselKnot>& stem, const Vec3& shift, const BranchSpec& aorta) {
     const VesselKnot& root = aorta.knots[0];
     const Vec3 up = (aorta.knots[1].place - root.place).normalized(), start = root.place + mouth * up;

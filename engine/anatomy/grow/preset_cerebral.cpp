@@ -35,8 +35,8 @@ std::vector<VesselKnot> on_side(double side, std::vector<VesselKnot> knots) {
     return knots;
 }
 
-/// Through the siphon into the upper division of the middle cerebral artery, as far left of `middle` as it
-/// lies from the midline [mm].
+/// Through the siphon into the upper division of the middle cerebral artery. The artery starts `midline` to
+/// the side of the midline [mm].
 std::vector<Stretch> carotid_to_middle(const std::string& prefix, double side, double midline) {
     const auto placed = [&](std::vector<VesselKnot> knots) {
         for (VesselKnot& knot : knots) knot.place.x() += midline;

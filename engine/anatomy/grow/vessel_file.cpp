@@ -61,70 +61,63 @@ void read_branches(io::Section& top, VesselTreeSpec& spec) {
     }
 }
 
-void read_modifiers(io::Section& top, VesselTreeSpec& spec) {
-    const auto place = [](io::Section& section, std::string& branch, double& at) {
-        if (!section.word("branch", branch)) section.missing("branch", "branch");
-        section.number("at_mm", at, along);
-    };
-    for (io::Section& section : top.sections("target")) {
-        NamedTarget target;
-        if (!section.word("name", target.name)) section.missing("name", "name of the target");
-        place(section, target.branch, target.at);
+/// Reads every section of that name; `read` takes the keys of one into its item.
+template <class Item, class Read>
+void read_each(io::Section& top, std::string_view name, std::vector<Item>& items, Read read) {
+    for (io::Section& section : top.sections(name)) {
+        Item item;
+        read(section, item);
         section.finish();
-        spec.targets.push_back(target);
+        items.push_back(std::move(item));
     }
-    for (io::Section& section : top.sections("tortuosity")) {
-        Tortuosity tortuosity;
+}
+
+/// The same for what lies at a place on a branch.
+template <class Item, class Read>
+void read_placed(io::Section& top, std::string_view name, std::vector<Item>& items, Read read) {
+    read_each(top, name, items, [&](io::Section& section, Item& item) {
+        if (!section.word("branch", item.branch)) section.missing("branch", "branch");
+        section.number("at_mm", item.at, along);
+        read(section, item);
+    });
+}
+
+void read_angle(io::Section& section, double& angle) {
+    section.number("angle_deg", angle, {-360, 360}, geometry::degree);
+}
+
+void read_modifiers(io::Section& top, VesselTreeSpec& spec) {
+    read_placed(top, "target", spec.targets, [](io::Section& section, NamedTarget& target) {
+        if (!section.word("name", target.name)) section.missing("name", "name of the target");
+    });
+    read_each(top, "tortuosity", spec.tortuosities, [](io::Section& section, Tortuosity& tortuosity) {
         section.word("branch", tortuosity.branch);
         section.number("amplitude_mm", tortuosity.amplitude, {0, 50});
         section.number("wavelength_mm", tortuosity.wavelength, {2, 500});
-        section.finish();
-        spec.tortuosities.push_back(tortuosity);
-    }
-    for (io::Section& section : top.sections("stenosis")) {
-        Stenosis stenosis;
-        place(section, stenosis.branch, stenosis.at);
+    });
+    read_placed(top, "stenosis", spec.stenoses, [](io::Section& section, Stenosis& stenosis) {
         section.number("length_mm", stenosis.length, {1, 200});
         section.number("percent", stenosis.percent, {0, 90});
         section.number("eccentricity", stenosis.eccentricity, {0, 1});
-        section.number("angle_deg", stenosis.angle, {-360, 360}, geometry::degree);
+        read_angle(section, stenosis.angle);
         section.flag("calcified", stenosis.calcified);
-        section.finish();
-        spec.stenoses.push_back(stenosis);
-    }
-    for (io::Section& section : top.sections("fusiform_aneurysm")) {
-        FusiformAneurysm aneurysm;
-        place(section, aneurysm.branch, aneurysm.at);
-        section.number("length_mm", aneurysm.length, {2, 400});
-        section.number("diameter_mm", aneurysm.diameter, {1, 60});
-        section.finish();
-        spec.fusiform.push_back(aneurysm);
-    }
-    for (io::Section& section : top.sections("occlusion")) {
-        Occlusion occlusion;
-        place(section, occlusion.branch, occlusion.at);
-        section.finish();
-        spec.occlusions.push_back(occlusion);
-    }
-    for (io::Section& section : top.sections("dissection")) {
-        Dissection dissection;
-        place(section, dissection.branch, dissection.at);
+    });
+    read_placed(top, "fusiform_aneurysm", spec.fusiform, [](io::Section& section, FusiformAneurysm& a) {
+        section.number("length_mm", a.length, {2, 400});
+        section.number("diameter_mm", a.diameter, {1, 60});
+    });
+    read_placed(top, "occlusion", spec.occlusions, [](io::Section&, Occlusion&) {});
+    read_placed(top, "dissection", spec.dissections, [](io::Section& section, Dissection& dissection) {
         section.number("length_mm", dissection.length, {10, 600});
         section.number("true_share", dissection.true_share, {0.2, 0.8});
         section.number("flap_mm", dissection.flap, {0.5, 6});
-        section.number("angle_deg", dissection.angle, {-360, 360}, geometry::degree);
-        section.finish();
-        spec.dissections.push_back(dissection);
-    }
-    for (io::Section& section : top.sections("aneurysm")) {
-        Aneurysm aneurysm;
-        place(section, aneurysm.branch, aneurysm.at);
+        read_angle(section, dissection.angle);
+    });
+    read_placed(top, "aneurysm", spec.aneurysms, [](io::Section& section, Aneurysm& aneurysm) {
         section.number("diameter_mm", aneurysm.diameter, {1, 60});
         section.number("neck_mm", aneurysm.neck, {0.4, 60});
-        section.number("angle_deg", aneurysm.angle, {-360, 360}, geometry::degree);
-        section.finish();
-        spec.aneurysms.push_back(aneurysm);
-    }
+        read_angle(section, aneurysm.angle);
+    });
 }
 
 /// What the section says of the patient, in place of what was wished before.
@@ -167,6 +160,9 @@ VesselTreeSpec read_spec(io::Section& section, io::Reading& reading, std::uint64
     if (!from_preset && (wished.sex || wished.age || wished.height || wished.weight))
         section.refuse_whole(
             "sex, age, height or weight was given; they are accepted for a preset's patient");
+    if (!from_preset && seed != 0)
+        section.refuse_whole(
+            fmt::format("seed {} was given; seeds are accepted for a preset, and there is none here", seed));
     read_branches(section, spec);
     if (!from_preset && !section.find("branch"))
         section.missing("branch", "preset = \"…\" or a section [[branch]]");

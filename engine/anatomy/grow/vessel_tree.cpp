@@ -168,7 +168,7 @@ int place_on(const SampledBranch& branch, double at, const std::string& what) {
     const double length = branch.step() * static_cast<double>(branch.points.size() - 1);
     if (at >= 0 && at <= length) return branch.sample_at(at);
     throw io::InputError(
-        fmt::format("{} is {} mm along '{}'; 0 to {:.1f} mm is accepted", what, at, branch.name, length));
+        fmt::format("{} is {:.4g} mm along '{}'; 0 to {:.1f} mm is accepted", what, at, branch.name, length));
 }
 
 SampledBranch& named(VesselTree& tree, const std::string& name) {

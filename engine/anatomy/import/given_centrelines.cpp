@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -11,6 +10,7 @@
 #include <sstream>
 
 #include "engine/anatomy/polydata.h"
+#include "engine/anatomy/text_scanner.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
@@ -169,8 +169,7 @@ std::vector<GivenLine> from_path(const std::string& text, const std::filesystem:
 
 std::vector<GivenLine> load_centrelines(const std::filesystem::path& path, double unit) {
     const std::string file = path.string();
-    std::string extension = path.extension().string();
-    for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    const std::string extension = extension_of(path);
     std::error_code unknown;
     const std::uintmax_t size = std::filesystem::file_size(path, unknown);
     if (!unknown && size > (std::size_t{100} << 20)) refuse(file, "more than 100 MB were found");

@@ -6,11 +6,11 @@
 #include <limits>
 #include <numeric>
 
+#include "engine/anatomy/import/end_choice.h"
 #include "engine/anatomy/import/given_centrelines.h"
 #include "engine/anatomy/import/lumen_tracing.h"
 #include "engine/anatomy/import/lumen_voxels.h"
 #include "engine/anatomy/import/pruning.h"
-#include "engine/anatomy/import/tip_opening.h"
 #include "engine/anatomy/mesh_file.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
@@ -28,12 +28,10 @@ constexpr double voxels_per_radius = 2.2;
 constexpr double most_boxed = 4e8, most_inside = 1.5e6;
 constexpr int most_tips = 500, most_spurs = 40;
 constexpr double coarse_edge = 0.6;  // of the radius, median
-/// A lumen at least this many times longer than wide is a vessel.
-constexpr double least_slenderness = 2.5;
+/// A lumen at least this many times as long as wide is a vessel.
+constexpr double least_slenderness = 1.25;
 /// Vessels that span less than this may be in centimetres [mm].
 constexpr double small_span = 60;
-/// A place given for an end may be this far from it, in its radii and in any case [mm].
-constexpr double end_reach = 3, least_end_reach = 3;
 
 double unit_in_mm(const std::string& unit) {
     if (unit == "mm") return 1;
@@ -74,15 +72,9 @@ private:
         TracedLumen traced = trace(lumen, largest, lines, 0.1, 0.4);
         check_false_tips(traced);
         check_slender(traced);
-        const bool opened = open_blind_tips(lumen, traced);
-        if (lumen.ends.size() < 2) {
-            throw io::InputError(
-                fmt::format("{} open end{} found{}; two or more are accepted: an inlet and an outlet, cut "
-                            "open across the vessel",
-                            lumen.ends.size(), lumen.ends.size() == 1 ? " was" : "s were",
-                            lumen.ends.empty() ? "" : " at " + io::place_text(lumen.ends[0].loop.centroid)));
-        }
-        int inlet = choose_inlet(lumen.ends);
+        const GivenEnds ends{options_.inlet, options_.ends};
+        const bool opened = open_missing_ends(lumen, traced, ends, result_.findings);
+        int inlet = chosen_inlet(lumen.ends, ends, result_.findings);
         if (opened || inlet != largest) traced = trace(lumen, inlet, lines, 0.4, 0.9);
         check_tracing(traced, lumen.ends, inlet);
         prune(lumen, traced, inlet);
@@ -209,105 +201,17 @@ private:
         return trace_lumen(lumen.mesh, lumen.ends, inlet, options);
     }
 
-    static double reach_of(double radius) { return std::max(least_end_reach, end_reach * radius); }
-
-    bool inlet_is_closed(const std::vector<MeshOpening>& ends) const {
-        return options_.inlet && std::none_of(ends.begin(), ends.end(), [&](const MeshOpening& end) {
-                   return (end.loop.centroid - *options_.inlet).norm() <= reach_of(end.radius);
-               });
-    }
-
-    /// The tip nearest to a place given; none when all are too far.
-    const VesselTip* tip_near(const std::vector<VesselTip>& tips, const Vec3& place) const {
-        const auto distance = [&place](const VesselTip& tip) {
-            return std::min((tip.apex - place).norm(), (tip.centre - place).norm());
-        };
-        const auto nearest = std::min_element(tips.begin(), tips.end(), [&](const auto& a, const auto& b) {
-            return distance(a) < distance(b);
-        });
-        if (nearest == tips.end() || distance(*nearest) > reach_of(nearest->radius)) return nullptr;
-        return &*nearest;
-    }
-
-    std::string list_of(const std::vector<VesselTip>& tips) const {
-        std::string list;
-        for (std::size_t k = 0; k < tips.size() && k < 20; ++k)
-            list +=
-                fmt::format("{}{} r {:.2f}", k > 0 ? ", " : "", io::place_text(tips[k].apex), tips[k].radius);
-        return tips.size() > 20 ? list + fmt::format(" and {} more", tips.size() - 20) : list;
-    }
-
-    /// The tips to open: those near the places given, else all where ends are missing, that is where there
-    /// are fewer than two or the widest vessel is closed.
-    std::vector<VesselTip> wanted_tips(const RepairedLumen& lumen, const std::vector<VesselTip>& tips) const {
-        std::vector<VesselTip> wanted;
-        const auto want = [&](const char* option, const Vec3& place) {
-            const VesselTip* tip = tip_near(tips, place);
-            if (!tip) {
-                throw io::InputError(fmt::format(
-                    "{} {}: no blind tip is near; {}", option, io::place_text(place),
-                    tips.empty() ? "the surface has none" : "one of these is accepted: " + list_of(tips)));
-            }
-            const auto same = [tip](const VesselTip& other) { return other.apex == tip->apex; };
-            if (std::none_of(wanted.begin(), wanted.end(), same)) wanted.push_back(*tip);
-        };
-        for (const Vec3& place : options_.ends) want("--end", place);
-        const bool wider = std::any_of(tips.begin(), tips.end(), [&](const VesselTip& tip) {
-            return !lumen.ends.empty() && tip.radius > lumen.ends[0].radius;
-        });
-        const bool all = options_.ends.empty() && (lumen.ends.size() < 2 || wider);
-        if (inlet_is_closed(lumen.ends)) {
-            if (!tip_near(tips, *options_.inlet)) refuse_far_inlet(lumen.ends, tips);
-            want("--inlet", *options_.inlet);
-        }
-        return all ? tips : wanted;
-    }
-
-    [[noreturn]] void refuse_far_inlet(const std::vector<MeshOpening>& ends,
-                                       const std::vector<VesselTip>& tips) const {
-        std::vector<VesselTip> all;
-        for (const MeshOpening& end : ends) {
-            all.emplace_back();
-            all.back().apex = all.back().centre = end.loop.centroid;
-            all.back().radius = end.radius;
-        }
-        all.insert(all.end(), tips.begin(), tips.end());
-        double least = std::numeric_limits<double>::infinity();
-        for (const VesselTip& tip : all) least = std::min(least, (tip.apex - *options_.inlet).norm());
-        throw io::InputError(fmt::format(
-            "--inlet {}: the nearest end is {:.1f} mm away; a place at one of these is accepted [mm]: {}",
-            io::place_text(*options_.inlet), least, list_of(all)));
-    }
-
-    /// Returns whether the surface has changed.
-    bool open_blind_tips(RepairedLumen& lumen, const TracedLumen& traced) {
-        const bool from_end = !lumen.ends.empty();
-        const TipOpening opening = open_tips(lumen.mesh, traced.branches, wanted_tips(lumen, traced.tips));
-        if (!opening.thin.empty())
-            warned("{} tips too thin for any wire stay closed [mm]: {}", opening.thin.size(),
-                   list_of(opening.thin));
-        if (!opening.refused.empty())
-            warned("{} blind tips could not be cut open and stay closed [mm]: {}", opening.refused.size(),
-                   list_of(opening.refused));
-        if (opening.opened.empty()) return false;
-        lumen.ends = openings_of(lumen.mesh);
-        warned("{}: {} blind tip{} cut open and taken for ends [mm]: {}",
-               from_end ? "ends are missing" : "the lumen is closed", opening.opened.size(),
-               opening.opened.size() == 1 ? " was" : "s were", list_of(opening.opened));
-        return true;
-    }
-
     void check_slender(const TracedLumen& traced) const {
         if (traced.branches.size() != 1) return;
         const geometry::CentrelineBranch& only = traced.branches[0];
         const double width = 2 * *std::max_element(only.radii.begin(), only.radii.end());
         double length = geometry::length_of(only.points);
         for (const VesselTip& tip : traced.tips) length += (tip.apex - tip.centre).norm();
-        if (length >= least_slenderness * width / 2) return;
+        if (length >= least_slenderness * width) return;
         throw io::InputError(fmt::format(
-            "the surface is {:.1f} mm long and {:.1f} mm wide: a ball, not a vessel; a lumen more than {} "
+            "the surface is {:.1f} mm long and {:.1f} mm wide: a ball, not a vessel; a lumen at least {} "
             "times as long as wide is accepted",
-            length, width, least_slenderness / 2));
+            length, width, least_slenderness));
     }
 
     /// Closes the ends that no wire can reach and drops them.
@@ -346,26 +250,6 @@ private:
             pruning.length, least, io::joined(pruning.lines));
     }
 
-    int choose_inlet(const std::vector<MeshOpening>& ends) {
-        if (!options_.inlet) {
-            std::string others;
-            for (std::size_t e = 1; e < ends.size(); ++e)
-                others += fmt::format("{} {} r {:.2f}", e > 1 ? "," : "",
-                                      io::place_text(ends[e].loop.centroid), ends[e].radius);
-            note("the inlet is the largest end, {} r {:.2f}; --inlet X,Y,Z takes another [mm]:{}",
-                 io::place_text(ends[0].loop.centroid), ends[0].radius, others);
-            return 0;
-        }
-        if (inlet_is_closed(ends)) refuse_far_inlet(ends, {});
-        int best = 0;
-        const auto distance = [&](int e) { return (ends[e].loop.centroid - *options_.inlet).norm(); };
-        for (int e = 1; e < static_cast<int>(ends.size()); ++e)
-            if (distance(e) < distance(best)) best = e;
-        note("the inlet is the end at {}, {:.2f} mm from the place given",
-             io::place_text(ends[best].loop.centroid), distance(best));
-        return best;
-    }
-
     void check_false_tips(const TracedLumen& traced) const {
         // A fine surface may be rough; on a coarse one bulges are its facets.
         const int most_bulges = figures_.edge_ratio > coarse_edge ? 2 : 10;
@@ -397,7 +281,7 @@ private:
         if (traced.spurs > 0) note("{} bulges shorter than two radii are not branches", traced.spurs);
         if (!traced.tips.empty())
             note("{} branch{} blind; --end X,Y,Z cuts one open [mm]: {}", traced.tips.size(),
-                 traced.tips.size() == 1 ? " ends" : "es end", list_of(traced.tips));
+                 traced.tips.size() == 1 ? " ends" : "es end", places_text(traced.tips));
         if (traced.loops > 0)
             warned("{} branch{} in another: a loop, which is kept", traced.loops,
                    traced.loops == 1 ? " ends" : "es end");

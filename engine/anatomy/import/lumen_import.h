@@ -17,10 +17,10 @@ namespace anatomy {
 struct ImportOptions {
     std::string unit;                     // of the mesh's numbers: mm, cm or m
     std::optional<geometry::Vec3> inlet;  // near the end where wires enter [mm]; default: the largest end
-    std::vector<geometry::Vec3> ends;  // near closed tips that are cut open [mm]; default: all, where fewer
-                                       // than two ends are open
-    FileFrame frame;                   // of the mesh's and the centrelines' numbers
-    std::vector<NamedPlace> names;     // of ends, in the patient's frame
+    std::vector<geometry::Vec3> ends;     // near blind tips that are cut open [mm]; default: all that are no
+                                          // sacs, where ends are missing (end_choice.h)
+    FileFrame frame;                      // of the mesh's and the centrelines' numbers
+    std::vector<NamedPlace> names;        // of ends, in the patient's frame
     std::vector<std::filesystem::path> centrelines;  // as load_centrelines reads them; none = they are traced
     int threads = 2;                                 // the anatomy has the same bits for any number
     std::function<void(double part, const char* what)> progress;
@@ -35,7 +35,7 @@ struct ImportedLumen {
 };
 
 /// Repairs the surface, takes off flat caps, finds ends and branches, cuts off what no wire can enter and
-/// checks the result. A lumen with fewer than two ends is cut open at its tips. Throws InputError for an
+/// checks the result. A lumen whose ends are missing is cut open at its tips. Throws InputError for an
 /// unusable mesh: what was found, where, and what is accepted.
 ImportedLumen import_lumen(const std::filesystem::path& mesh, const ImportOptions&);
 

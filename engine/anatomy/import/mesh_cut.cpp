@@ -67,6 +67,18 @@ std::vector<int> MeshCut::piece(const Plane& plane, const Vec3& apex, double rea
     return reached;
 }
 
+/// Whether the piece is open beyond the plane.
+bool MeshCut::has_an_opening(const Plane& plane, const std::vector<int>& piece) const {
+    std::map<std::pair<int, int>, int> uses;  // of edges with an end beyond, whose triangles are all here
+    for (const int t : piece) {
+        for (int k = 0; k < 3; ++k) {
+            const int a = mesh_.triangles[t][k], b = mesh_.triangles[t][(k + 1) % 3];
+            if (past(plane, a) > 0 || past(plane, b) > 0) ++uses[std::minmax(a, b)];
+        }
+    }
+    return std::any_of(uses.begin(), uses.end(), [](const auto& edge) { return edge.second == 1; });
+}
+
 /// Cuts this close to a corner would leave slivers.
 void MeshCut::move_near_corners(Plane& plane, const std::vector<int>& triangles) {
     for (const int t : triangles) {
@@ -118,7 +130,7 @@ bool MeshCut::beyond(const Vec3& centre, const Vec3& outward, const Vec3& apex, 
                      double rim_reach) {
     Plane plane{centre, outward, {}};
     const std::vector<int> reached = piece(plane, apex, reach);
-    if (reached.empty()) return false;
+    if (reached.empty() || has_an_opening(plane, reached)) return false;
     const std::size_t vertices = mesh_.vertices.size();
     move_near_corners(plane, reached);
     std::map<std::pair<int, int>, int> cuts;

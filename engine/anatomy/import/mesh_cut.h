@@ -16,7 +16,8 @@ public:
     /// Takes off the part that lies beyond the plane through `centre` and is connected to the triangle
     /// nearest to `apex`; triangles across the plane are cut, corners close to it are moved into it. Returns
     /// false, and leaves the mesh as it was, when the part extends farther than `reach` from the centre or
-    /// its rim farther than `rim_reach` [mm], or when the cut would not leave one opening.
+    /// its rim farther than `rim_reach` [mm], when it has an opening already, or when the cut would not leave
+    /// one opening.
     bool beyond(const geometry::Vec3& centre, const geometry::Vec3& outward, const geometry::Vec3& apex,
                 double reach, double rim_reach);
 
@@ -31,6 +32,7 @@ private:
     };
     double past(const Plane&, int vertex) const;  // the plane [mm]
     std::vector<int> piece(const Plane&, const geometry::Vec3& apex, double reach) const;
+    bool has_an_opening(const Plane&, const std::vector<int>& piece) const;
     bool leaves_one_opening(const Plane&, const std::vector<int>& piece,
                             const std::vector<Triangle>& kept) const;
     void move_near_corners(Plane&, const std::vector<int>& triangles);

@@ -13,9 +13,10 @@
 #include "engine/anatomy/import/edge_uses.h"
 #include "engine/anatomy/import/flat_caps.h"
 #include "engine/anatomy/import/hole_filling.h"
+#include "engine/anatomy/import/voxel_steps.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
-#include "physics/geometry/mesh_query.h"
+#include "physics/geometry/mesh_topology.h"
 
 namespace anatomy {
 namespace {
@@ -23,8 +24,6 @@ namespace {
 using geometry::TriangleMesh;
 using geometry::Vec3;
 using Triangle = std::array<int, 3>;
-
-constexpr int smoothing_rounds = 8;  // of a surface made of steps
 
 void remove(std::vector<Triangle>& triangles, const std::vector<char>& gone) {
     std::size_t kept = 0;
@@ -39,84 +38,6 @@ Vec3 centroid(const TriangleMesh& mesh, const Triangle& t) {
 double area(const TriangleMesh& mesh, const Triangle& t) {
     const Vec3& a = mesh.vertices[t[0]];
     return 0.5 * (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a).norm();
-}
-
-std::vector<MeshOpening> openings(const TriangleMesh& mesh,
-                                  const std::vector<geometry::BoundaryLoop>& loops) {
-    const geometry::MeshQuery wall(mesh);
-    std::vector<MeshOpening> result;
-    for (const geometry::BoundaryLoop& loop : loops) {
-        MeshOpening opening{loop, Vec3::Zero(), 0, 0, 0};
-        const std::size_t count = loop.vertices.size();
-        const auto rim = [&](std::size_t i) -> const Vec3& {
-            return mesh.vertices[loop.vertices[i % count]];
-        };
-        double length = 0, square = 0;
-        const Vec3 centre = geometry::rim_centre(mesh, loop);
-        for (std::size_t i = 0; i < count; ++i) {
-            opening.normal += (rim(i) - centre).cross(rim(i + 1) - centre);
-            const double edge = (rim(i + 1) - rim(i)).norm();
-            const double from = (rim(i) - centre).norm(), to = (rim(i + 1) - centre).norm(),
-                         between = ((rim(i) + rim(i + 1)) / 2 - centre).norm();
-            opening.radius += edge * (from + 4 * between + to) / 6;
-            length += edge;
-        }
-        opening.loop.centroid = centre;
-        opening.normal.normalize();
-        opening.radius /= length;
-        for (std::size_t i = 0; i < count; ++i) {
-            const double off = (rim(i) - centre).dot(opening.normal);
-            square += off * off;
-        }
-        opening.uneven = std::sqrt(square / static_cast<double>(count));
-        for (double depth = 0.25; depth <= 2; depth += 0.25) {
-            opening.inscribed =
-                std::max(opening.inscribed, wall.distance(centre - depth * opening.radius * opening.normal));
-        }
-        result.push_back(std::move(opening));
-    }
-    return result;
-}
-
-/// Whether most of the surface lies along the axes, as that of voxels does, and not along one of them only,
-/// as that of a flat vessel may.
-bool is_made_of_steps(const TriangleMesh& mesh) {
-    constexpr double most_along_axes = 0.6, cosine = 0.97, most_along_one = 0.65;
-    Vec3 along = Vec3::Zero();
-    double whole = 0;
-    for (const Triangle& t : mesh.triangles) {
-        const Vec3& a = mesh.vertices[t[0]];
-        const Vec3 normal = (mesh.vertices[t[1]] - a).cross(mesh.vertices[t[2]] - a);
-        whole += normal.norm();
-        int axis = 0;
-        if (normal.cwiseAbs().maxCoeff(&axis) > cosine * normal.norm()) along[axis] += normal.norm();
-    }
-    return along.sum() > most_along_axes * whole && along.maxCoeff() < most_along_one * along.sum();
-}
-
-/// Smooths a surface without shrinking it, each corner towards its neighbours and back (Taubin 1995); a rim
-/// stays where it is.
-void smooth(TriangleMesh& mesh, int rounds) {
-    std::vector<char> rim(mesh.vertices.size(), 0);
-    EdgeUses(mesh.triangles).each([&](const auto* first, const auto* last) {
-        if (last - first == 1) rim[first->low] = rim[first->high] = 1;
-    });
-    std::vector<Vec3> sums(mesh.vertices.size());
-    std::vector<int> counts(mesh.vertices.size());
-    for (int pass = 0; pass < 2 * rounds; ++pass) {
-        std::fill(sums.begin(), sums.end(), Vec3::Zero());
-        std::fill(counts.begin(), counts.end(), 0);
-        for (const Triangle& t : mesh.triangles) {
-            for (int k = 0; k < 3; ++k) {
-                sums[t[k]] += mesh.vertices[t[(k + 1) % 3]] + mesh.vertices[t[(k + 2) % 3]];
-                counts[t[k]] += 2;
-            }
-        }
-        const double step = pass % 2 == 0 ? 0.5 : -0.53;
-        for (std::size_t v = 0; v < sums.size(); ++v) {
-            if (counts[v] > 0 && !rim[v]) mesh.vertices[v] += step * (sums[v] / counts[v] - mesh.vertices[v]);
-        }
-    }
 }
 
 class Repair {
@@ -141,7 +62,7 @@ public:
         fill_holes();
         if (is_made_of_steps(mesh_)) {
             // Each step is flat and has a sharp rim, but is no cap.
-            smooth(mesh_, smoothing_rounds);
+            smooth(mesh_);
             mended("the surface is made of the steps of voxels and was smoothed");
         } else {
             open_caps();
@@ -355,7 +276,7 @@ private:
         }
         for (int t = 0; t < total; ++t)
             if (turned[t] == 1) std::swap(mesh_.triangles[t][1], mesh_.triangles[t][2]);
-        if (geometry::signed_volume(geometry::capped(mesh_, simple_loops())) < 0) {
+        if (geometry::signed_volume(geometry::capped(mesh_, simple_loops(mesh_))) < 0) {
             for (Triangle& t : mesh_.triangles) std::swap(t[1], t[2]);
             for (int& t : turned) t = 1 - t;
         }
@@ -367,49 +288,12 @@ private:
                 fmt::format("{} of {} triangles faced into the lumen and were turned outward", count, total));
     }
 
-    /// The boundary as loops that visit no corner twice.
-    std::vector<geometry::BoundaryLoop> simple_loops() const {
-        std::multimap<int, int> next;  // oriented as a cap's edges
-        EdgeUses(mesh_.triangles).each([&](const auto* first, const auto* last) {
-            if (last - first != 1) return;
-            if (first->forward)
-                next.emplace(first->high, first->low);
-            else
-                next.emplace(first->low, first->high);
-        });
-        std::vector<geometry::BoundaryLoop> loops;
-        std::map<int, std::size_t> where;  // of a corner on the current path
-        std::vector<int> way;
-        while (!next.empty()) {
-            if (way.empty()) {
-                way.push_back(next.begin()->first);
-                where[way[0]] = 0;
-            }
-            const auto step = next.find(way.back());
-            const int to = step->second;
-            next.erase(step);
-            if (const auto seen = where.find(to); seen != where.end()) {
-                const auto start = way.begin() + static_cast<std::ptrdiff_t>(seen->second);
-                loops.push_back({{start, way.end()}, Vec3::Zero()});
-                for (auto v = start; v != way.end(); ++v) where.erase(*v);
-                way.erase(start, way.end());
-                if (way.empty() && !next.contains(to)) continue;
-            }
-            if (way.empty() || way.back() != to) where[to] = way.size(), way.push_back(to);
-        }
-        for (geometry::BoundaryLoop& loop : loops) {
-            for (const int v : loop.vertices) loop.centroid += mesh_.vertices[v];
-            loop.centroid /= static_cast<double>(loop.vertices.size());
-        }
-        return loops;
-    }
-
     void fill_holes() {
         given_triangles_ = static_cast<int>(mesh_.triangles.size());
         int count = 0;
         std::string list;
         EdgeSet edges(mesh_);
-        for (const MeshOpening& opening : openings(mesh_, simple_loops())) {
+        for (const MeshOpening& opening : openings_at(mesh_, simple_loops(mesh_))) {
             if (opening.is_end() && opening.inscribed >= thinnest_wire_radius() && was_open(opening.loop))
                 continue;
             fill_hole(mesh_, edges, opening.loop);
@@ -493,13 +377,6 @@ std::string text_of(const Finding& finding) {
                        : finding.kind == Finding::Kind::Warned ? "note: "
                                                                : "found: ";
     return kind + finding.text;
-}
-
-std::vector<MeshOpening> openings_of(const TriangleMesh& mesh) {
-    std::vector<MeshOpening> all = openings(mesh, geometry::topology(mesh).loops);
-    std::stable_sort(all.begin(), all.end(),
-                     [](const auto& a, const auto& b) { return a.radius > b.radius; });
-    return all;
 }
 
 RepairedLumen repaired(const TriangleMesh& mesh) {

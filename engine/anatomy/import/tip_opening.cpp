@@ -4,6 +4,7 @@
 
 #include "engine/anatomy/anatomy_check.h"
 #include "engine/anatomy/import/mesh_cut.h"
+#include "physics/geometry/polyline.h"
 
 namespace anatomy {
 namespace {
@@ -14,6 +15,8 @@ using geometry::CentrelineBranch;
 constexpr double wire_margin = 1.05;
 /// A blind vessel is cut where it has this part of its width near the tip.
 constexpr double full_width = 0.8;
+/// The end of a tube keeps this part of its width over this way from the tip, in radii; a sac has a neck.
+constexpr double tube_width = 0.6, tube_length = 3;
 /// A surface that cannot be cut at one place is tried again this much farther from the tip, in radii.
 constexpr int tries = 5;
 constexpr double retreat = 0.3;
@@ -45,20 +48,54 @@ private:
     bool from_start_;
 };
 
-/// The first place with nearly the width near the tip that the thinnest wire passes; the count if none does.
-int first_wide(const TipWay& way) {
+double widest_near(const TipWay& way) {
     double widest = way.radius(0), passed = 0;
     for (int i = 1; i < way.count() && passed < 2 * widest; ++i) {
         passed += way.step(i);
         widest = std::max(widest, way.radius(i));
     }
-    const double wanted = std::max(wire_margin * thinnest_wire_radius(), full_width * widest);
+    return widest;
+}
+
+/// The first place with nearly the width near the tip that the thinnest wire passes; the count if none does.
+int first_wide(const TipWay& way) {
+    const double wanted = std::max(wire_margin * thinnest_wire_radius(), full_width * widest_near(way));
     int i = 0;
     while (i < way.count() && way.radius(i) < wanted) ++i;
     return i;
 }
 
 }  // namespace
+
+bool ends_a_tube(const std::vector<CentrelineBranch>& branches, const VesselTip& tip) {
+    const CentrelineBranch* branch = &branches[tip.branch];
+    const TipWay way(*branch, tip);
+    const double width = widest_near(way), narrow = tube_width * width, wanted = tube_length * width;
+    double passed = 0;
+    bool in_dome = true;  // which is narrow too
+    for (int i = 0; i < way.count() && passed < wanted; ++i) {
+        if (i > 0) passed += way.step(i);
+        in_dome = in_dome && way.radius(i) < narrow;
+        if (!in_dome && way.radius(i) < narrow) return false;
+    }
+    if (branch->parent < 0) return true;
+    const double room = branches[branch->parent].radii[branch->parent_sample],
+                 depth = (tip.apex - way.point(0)).norm() + geometry::length_of(branch->points) - room;
+    if (depth < wanted && width > room) return false;
+    while (passed < wanted && branch->parent >= 0) {
+        const CentrelineBranch& parent = branches[branch->parent];
+        for (int i = branch->parent_sample; i >= 0 && passed < wanted; --i) {
+            if (parent.radii[i] < narrow) return false;
+            if (i > 0) passed += (parent.points[i] - parent.points[i - 1]).norm();
+        }
+        branch = &parent;
+    }
+    return true;
+}
+
+double width_near(const std::vector<CentrelineBranch>& branches, const VesselTip& tip) {
+    return widest_near(TipWay(branches[tip.branch], tip));
+}
 
 TipOpening open_tips(geometry::TriangleMesh& mesh, const std::vector<CentrelineBranch>& branches,
                      const std::vector<VesselTip>& tips) {

@@ -6,6 +6,7 @@
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/scenes.h"
+#include "engine/anatomy/vessel_ways.h"
 #include "physics/geometry/mesh_topology.h"
 #include "tests/anatomies.h"
 #include "tests/engine/anatomy/trees.h"
@@ -79,6 +80,9 @@ TEST(Anatomy, HashKnowsEveryPart) {
     EXPECT_NE(hash_with([](Anatomy& a) { a.ends[0].opening.radius = 3; }), same);
     EXPECT_NE(hash_with([](Anatomy& a) { a.targets[0].centre.x() = 1; }), same);
     EXPECT_NE(hash_with([](Anatomy& a) { a.targets.clear(); }), same);
+    const std::uint64_t calcified = hash_with([](Anatomy& a) { a.calcium = {{{{0, 0, 0}}, {1}}}; });
+    EXPECT_NE(calcified, same);
+    EXPECT_NE(hash_with([](Anatomy& a) { a.calcium = {{{{0, 0, 0}}, {2}}}; }), calcified);
 }
 
 TEST(Anatomy, MissingFileIsNamed) {

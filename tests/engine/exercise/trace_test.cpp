@@ -54,9 +54,8 @@ TEST(Trace, EveryFrameHasARowOfAsManyCellsAsTheHeader) {
 
 TEST(Trace, TheWayLeftIsAlongTheVessels) {
     const anatomy::Anatomy& vessels = test::iliac_renal();
-    const auto way = [&](int a, int i, int b, int j) {
-        return anatomy::way_between(vessels, {a, i, 0}, {b, j, 0});
-    };
+    const anatomy::VesselWays ways(vessels);
+    const auto way = [&](int a, int i, int b, int j) { return ways.between({a, i, 0}, {b, j, 0}); };
     for (int a = 0; a < static_cast<int>(vessels.branches.size()); ++a) {
         EXPECT_EQ(way(a, 3, a, 3), 0);
         for (int b = 0; b < static_cast<int>(vessels.branches.size()); ++b) {

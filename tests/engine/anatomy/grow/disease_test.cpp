@@ -1,6 +1,8 @@
 #include "engine/anatomy/grow/disease.h"
 
+#include <algorithm>
 #include <gtest/gtest.h>
+#include <limits>
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/grow/generator.h"
@@ -8,7 +10,7 @@
 #include "engine/exercise/imaging.h"
 #include "physics/geometry/mesh_query.h"
 #include "physics/geometry/mesh_topology.h"
-#include "render/xray/path_length.h"
+#include "render/xray/fluoroscope.h"
 #include "tests/engine/anatomy/trees.h"
 #include "tests/engine/fixtures.h"
 
@@ -58,16 +60,50 @@ TEST(Disease, CalciumLiesInTheWallAndDarkensTheImage) {
             EXPECT_GT(wall.distance(deposit.points[i]), 0.9 * deposit.radii[i]);
         }
     }
-    const auto layers = exercise::tissue_layers(scenario::Scenario{}, sick);
-    EXPECT_EQ(std::count_if(layers.begin(), layers.end(),
-                            [](const auto& layer) { return layer.name == "calcium"; }),
-              static_cast<std::ptrdiff_t>(sick.calcium.size()));
-    for (const render::TissueLayer& layer : layers) {
-        if (layer.name == "calcium") {
-            EXPECT_EQ(render::unmatched_edges(layer.mesh), 0);
+    // The quanta that each pixel of an image within a patient expects, with the calcium and without.
+    scenario::Scenario scenario;
+    scenario.imaging.patient = true;
+    Anatomy bare = sick;
+    bare.calcium.clear();
+    render::CArm arm;
+    arm.isocentre = {0, 0, 80};
+    arm.detector_width = 120;
+    arm.pixels = 256;
+    const auto quanta = [&](const Anatomy& anatomy) {
+        return render::Fluoroscope({}, exercise::tissue_layers(scenario, anatomy))
+            .expected_quanta(arm, {}, {});
+    };
+    const render::Field with = quanta(sick), without = quanta(bare);
+    std::vector<geometry::Polyline> shadows;  // of the deposits, on the image [pixels]
+    for (const CalciumDeposit& deposit : sick.calcium) {
+        shadows.emplace_back();
+        for (const Vec3& p : deposit.points) {
+            const render::Pixel at = render::project(arm, p);
+            shadows.back().emplace_back(at.x, at.y, 0);
         }
     }
-    EXPECT_EQ(layers.back().name, "lumen");
+    std::vector<double> beside;
+    std::vector<double> darkest(shadows.size(), 1);
+    for (int j = 0; j < arm.pixels; ++j) {
+        for (int i = 0; i < arm.pixels; ++i) {
+            const std::size_t pixel = static_cast<std::size_t>(j) * arm.pixels + i;
+            const double share = with.values[pixel] / without.values[pixel];
+            double nearest = std::numeric_limits<double>::infinity();
+            for (std::size_t k = 0; k < shadows.size(); ++k) {
+                for (const Vec3& p : shadows[k]) {
+                    const double distance = (p - Vec3(i + 0.5, j + 0.5, 0)).norm();
+                    nearest = std::min(nearest, distance);
+                    if (distance < 3) darkest[k] = std::min(darkest[k], share);
+                }
+            }
+            if (nearest > 30) beside.push_back(share);
+        }
+    }
+    // The automatic exposure makes the whole image brighter by less than a percent.
+    const auto [least, most] = std::minmax_element(beside.begin(), beside.end());
+    EXPECT_NEAR(*least, 1, 0.01);
+    EXPECT_NEAR(*most, 1, 0.01);
+    for (std::size_t k = 0; k < darkest.size(); ++k) EXPECT_LT(darkest[k], 0.96 * *least) << "deposit " << k;
 }
 
 TEST(Disease, AFusiformAneurysmWidensTheVessel) {

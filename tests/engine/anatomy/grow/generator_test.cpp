@@ -11,6 +11,7 @@
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/anatomy/mesh_quality.h"
+#include "engine/anatomy/vessel_ways.h"
 #include "physics/geometry/mesh_topology.h"
 #include "physics/geometry/polyline.h"
 #include "physics/relax/relaxer.h"
@@ -228,10 +229,11 @@ TEST(Generator, TwoTreesMayMeet) {
     EXPECT_EQ(anatomy.ends[2].role, EndRole::Inlet);
     // From the second inlet to the far target along the vessels, though they have no common root.
     const VesselPlace from{1, 0, 0}, to{0, anatomy.targets[0].sample, 0};
-    const std::optional<double> way = way_between(anatomy, from, to);
+    const VesselWays ways(anatomy);
+    const std::optional<double> way = ways.between(from, to);
     ASSERT_TRUE(way);
     EXPECT_NEAR(*way, 20.6 + 14, 1);
-    EXPECT_NEAR(*way_between(anatomy, to, from), *way, 1e-9);
+    EXPECT_NEAR(*ways.between(to, from), *way, 1e-9);
     // A wire is led from the end of the second tree into the first.
     const geometry::CentrelineTree stations(anatomy.branches, anatomy.openings());
     const int last_of_right = static_cast<int>(stations.stations().size()) - 1;
@@ -244,8 +246,9 @@ TEST(Generator, TwoTreesMayMeet) {
 TEST(Generator, TheWayThroughALoopIsTheShorterOne) {
     const Anatomy anatomy = generate(test::small_loop());
     const auto last = [&](int b) { return static_cast<int>(anatomy.branches[b].points.size()) - 1; };
-    EXPECT_NEAR(*way_between(anatomy, {0, 0, 0}, {0, last(0), 0}), 30, 0.1);
-    const double round_the_bend = *way_between(anatomy, {2, last(2) / 2, 0}, {0, last(0), 0});
+    const VesselWays ways(anatomy);
+    EXPECT_NEAR(*ways.between({0, 0, 0}, {0, last(0), 0}), 30, 0.1);
+    const double round_the_bend = *ways.between({2, last(2) / 2, 0}, {0, last(0), 0});
     EXPECT_NEAR(round_the_bend, 0.5 * geometry::length_of(anatomy.branches[2].points) + 6, 0.7);
 }
 

@@ -114,6 +114,13 @@ TEST(VesselFile, ABranchMayJoinAnother) {
     test::expect_said(without("joins = \"main\"\n"), "unknown key 'joins_at_mm' in [branch 3]");
 }
 
+TEST(VesselFile, RefusesASeedWithoutAPreset) {
+    EXPECT_EQ(parse_vessel_file(good, "x.toml", 0).branches.size(), 2u);
+    test::expect_said(refusal([] { parse_vessel_file(good, "x.toml", 7); }),
+                      "seed 7 was given; seeds are accepted for a preset, and there is none here");
+    EXPECT_FALSE(parse_vessel_file("schema = 1\npreset = \"rca\"\n", "x.toml", 7).branches.empty());
+}
+
 TEST(VesselFile, SaysWhoThePatientIs) {
     const auto read = [](const std::string& lines) {
         return parse_vessel_file("schema = 1\npreset = \"rca\"\n" + lines, "x.toml");

@@ -220,6 +220,39 @@ TEST(LumenImport, FollowsASacThatHasNoEnd) {
     EXPECT_TRUE(reports(lumen, "1 branch ends blind"));
 }
 
+TEST(LumenImport, ASacWiderThanItsVesselStaysClosed) {
+    // A long one and a round one of 8 mm, on a neck, and one on a broad neck.
+    const std::vector<VesselKnot> stretched = {
+        {{0, 0, 0}, 1.2}, {{0, -4, 0}, 1.2}, {{0, -8, 0}, 4}, {{0, -11, 0}, 4}, {{0, -13, 0}, 3.6}};
+    const std::vector<VesselKnot> on_neck = {
+        {{0, 0, 0}, 1.2}, {{0, -4, 0}, 1.2}, {{0, -7, 0}, 3.4}, {{0, -9, 0}, 4}, {{0, -11, 0}, 3.6}};
+    const std::vector<VesselKnot> broad = {
+        {{0, 0, 0}, 1.5}, {{0, -3.4, 0}, 1.5}, {{0, -6.4, 0}, 3.7}, {{0, -8, 0}, 3.7}};
+    for (const auto& knots : {stretched, on_neck, broad}) {
+        VesselTreeSpec spec = test::small_tree();
+        spec.branches.push_back({"sac", "main", 22, knots, true});
+        const TriangleMesh open = generate(spec).lumen;
+        const ImportedLumen lumen = imported(open);
+        EXPECT_EQ(lumen.anatomy.ends.size(), 3u);
+        EXPECT_EQ(lumen.anatomy.branches.size(), 3u);
+        EXPECT_EQ(lumen.anatomy.lumen.triangles.size(), open.triangles.size());
+        EXPECT_TRUE(reports(lumen, "1 blind tip is a sac, not the end of a tube, and stays closed"));
+        // The same where the vessels' ends are missing: they are opened, the sac is not.
+        for (BranchSpec& branch : spec.branches) branch.closed = true;
+        const Anatomy closed = generate(spec);
+        const ImportedLumen domes = imported(closed.lumen);
+        EXPECT_TRUE(reports(domes, "ends are missing: 2 blind tips were cut open"));
+        EXPECT_TRUE(reports(domes, "1 blind tip is a sac, not the end of a tube, and stays closed"));
+        EXPECT_EQ(domes.anatomy.ends.size(), 3u);
+        // The user may open it.
+        ImportOptions options = millimetres();
+        options.ends = {closed.branches[2].points.back()};
+        const ImportedLumen asked = imported(open, options);
+        EXPECT_EQ(asked.anatomy.ends.size(), 4u);
+        EXPECT_FALSE(reports(asked, "is a sac"));
+    }
+}
+
 TEST(LumenImport, UsesGivenCentrelines) {
     const test::TemporaryFolder folder;
     test::write(folder / "lines.csv",

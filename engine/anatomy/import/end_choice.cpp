@@ -1,0 +1,173 @@
+#include "engine/anatomy/import/end_choice.h"
+
+#include <algorithm>
+#include <fmt/format.h>
+#include <limits>
+
+#include "engine/anatomy/import/tip_opening.h"
+#include "engine/io/error.h"
+#include "engine/io/text.h"
+
+namespace anatomy {
+namespace {
+
+using geometry::Vec3;
+
+/// A place given for an end may be this far from it, in its radii and in any case [mm].
+constexpr double end_reach = 3, least_end_reach = 3;
+
+double reach_of(double radius) {
+    return std::max(least_end_reach, end_reach * radius);
+}
+
+void warned(std::vector<Finding>& findings, std::string text) {
+    findings.push_back({Finding::Kind::Warned, std::move(text)});
+}
+void noted(std::vector<Finding>& findings, std::string text) {
+    findings.push_back({Finding::Kind::Noted, std::move(text)});
+}
+
+bool inlet_is_closed(const GivenEnds& given, const std::vector<MeshOpening>& ends) {
+    return given.inlet && std::none_of(ends.begin(), ends.end(), [&](const MeshOpening& end) {
+               return (end.loop.centroid - *given.inlet).norm() <= reach_of(end.radius);
+           });
+}
+
+/// The tip nearest to a place given; none when all are too far.
+const VesselTip* tip_near(const std::vector<VesselTip>& tips, const Vec3& place) {
+    const auto distance = [&place](const VesselTip& tip) {
+        return std::min((tip.apex - place).norm(), (tip.centre - place).norm());
+    };
+    const auto nearest = std::min_element(
+        tips.begin(), tips.end(), [&](const auto& a, const auto& b) { return distance(a) < distance(b); });
+    if (nearest == tips.end() || distance(*nearest) > reach_of(nearest->radius)) return nullptr;
+    return &*nearest;
+}
+
+[[noreturn]] void refuse_far_inlet(const Vec3& inlet, const std::vector<MeshOpening>& ends,
+                                   const std::vector<VesselTip>& tips) {
+    std::vector<VesselTip> all;
+    for (const MeshOpening& end : ends) {
+        all.emplace_back();
+        all.back().apex = all.back().centre = end.loop.centroid;
+        all.back().radius = end.radius;
+    }
+    all.insert(all.end(), tips.begin(), tips.end());
+    double least = std::numeric_limits<double>::infinity();
+    for (const VesselTip& tip : all) least = std::min(least, (tip.apex - inlet).norm());
+    throw io::InputError(fmt::format(
+        "--inlet {}: the nearest end is {:.1f} mm away; a place at one of these is accepted [mm]: {}",
+        io::place_text(inlet), least, places_text(all)));
+}
+
+struct TipChoice {
+    std::vector<VesselTip> open;
+    std::vector<VesselTip> sacs;  // that would be opened if they were ends of tubes
+};
+
+TipChoice chosen_tips(const RepairedLumen& lumen, const TracedLumen& traced, const GivenEnds& given) {
+    const std::vector<VesselTip>& tips = traced.tips;
+    TipChoice choice;
+    const auto same_as = [](const VesselTip& tip) {
+        return [&tip](const VesselTip& other) { return other.apex == tip.apex; };
+    };
+    const auto want = [&](const VesselTip& tip) {
+        if (std::none_of(choice.open.begin(), choice.open.end(), same_as(tip))) choice.open.push_back(tip);
+    };
+    for (const Vec3& place : given.tips) {
+        const VesselTip* tip = tip_near(tips, place);
+        if (!tip) {
+            throw io::InputError(fmt::format(
+                "--end {}: no blind tip is near; {}", io::place_text(place),
+                tips.empty() ? "the surface has none" : "one of these is accepted: " + places_text(tips)));
+        }
+        want(*tip);
+    }
+    if (inlet_is_closed(given, lumen.ends)) {
+        const VesselTip* tip = tip_near(tips, *given.inlet);
+        if (!tip) refuse_far_inlet(*given.inlet, lumen.ends, tips);
+        want(*tip);
+    }
+    if (!given.tips.empty()) return choice;
+    // Ends are missing where there are fewer than two, or where the widest vessel is closed.
+    const bool few = lumen.ends.size() < 2;
+    const auto missing = [&](double radius) { return few || radius > lumen.ends[0].radius; };
+    std::vector<VesselTip> tubes;
+    for (const VesselTip& tip : tips) {
+        const bool asked = std::any_of(choice.open.begin(), choice.open.end(), same_as(tip));
+        if (ends_a_tube(traced.branches, tip))
+            tubes.push_back(tip);
+        else if (missing(width_near(traced.branches, tip)) && !asked)
+            choice.sacs.push_back(tip);
+    }
+    if (std::any_of(tubes.begin(), tubes.end(), [&](const VesselTip& tip) { return missing(tip.radius); }))
+        for (const VesselTip& tip : tubes) want(tip);
+    return choice;
+}
+
+}  // namespace
+
+std::string places_text(const std::vector<VesselTip>& tips) {
+    std::string list;
+    for (std::size_t k = 0; k < tips.size() && k < 20; ++k)
+        list += fmt::format("{}{} r {:.2f}", k > 0 ? ", " : "", io::place_text(tips[k].apex), tips[k].radius);
+    return tips.size() > 20 ? list + fmt::format(" and {} more", tips.size() - 20) : list;
+}
+
+bool open_missing_ends(RepairedLumen& lumen, const TracedLumen& traced, const GivenEnds& given,
+                       std::vector<Finding>& findings) {
+    const bool from_end = !lumen.ends.empty();
+    const TipChoice choice = chosen_tips(lumen, traced, given);
+    if (!choice.sacs.empty()) {
+        const bool one = choice.sacs.size() == 1;
+        warned(findings,
+               fmt::format("{} blind tip{}, not the end of a tube, and stay{} closed; --end X,Y,Z cuts one "
+                           "open [mm]: {}",
+                           choice.sacs.size(), one ? " is a sac" : "s are sacs", one ? "s" : "",
+                           places_text(choice.sacs)));
+    }
+    const TipOpening opening = open_tips(lumen.mesh, traced.branches, choice.open);
+    if (!opening.thin.empty())
+        warned(findings, fmt::format("{} tips too thin for any wire stay closed [mm]: {}",
+                                     opening.thin.size(), places_text(opening.thin)));
+    if (!opening.refused.empty())
+        warned(findings, fmt::format("{} blind tips could not be cut open and stay closed [mm]: {}",
+                                     opening.refused.size(), places_text(opening.refused)));
+    if (!opening.opened.empty()) {
+        lumen.ends = openings_of(lumen.mesh);
+        warned(findings,
+               fmt::format("{}: {} blind tip{} cut open and taken for ends [mm]: {}",
+                           from_end ? "ends are missing" : "the lumen is closed", opening.opened.size(),
+                           opening.opened.size() == 1 ? " was" : "s were", places_text(opening.opened)));
+    }
+    if (lumen.ends.size() >= 2) return !opening.opened.empty();
+    throw io::InputError(fmt::format(
+        "{} open end{} found{}; two or more are accepted: an inlet and an outlet, cut open across "
+        "the vessel",
+        lumen.ends.size(), lumen.ends.size() == 1 ? " was" : "s were",
+        lumen.ends.empty() ? "" : " at " + io::place_text(lumen.ends[0].loop.centroid)));
+}
+
+int chosen_inlet(const std::vector<MeshOpening>& ends, const GivenEnds& given,
+                 std::vector<Finding>& findings) {
+    if (!given.inlet) {
+        std::string others;
+        for (std::size_t e = 1; e < ends.size(); ++e)
+            others += fmt::format("{} {} r {:.2f}", e > 1 ? "," : "", io::place_text(ends[e].loop.centroid),
+                                  ends[e].radius);
+        noted(findings,
+              fmt::format("the inlet is the largest end, {} r {:.2f}; --inlet X,Y,Z takes another [mm]:{}",
+                          io::place_text(ends[0].loop.centroid), ends[0].radius, others));
+        return 0;
+    }
+    if (inlet_is_closed(given, ends)) refuse_far_inlet(*given.inlet, ends, {});
+    int best = 0;
+    const auto distance = [&](int e) { return (ends[e].loop.centroid - *given.inlet).norm(); };
+    for (int e = 1; e < static_cast<int>(ends.size()); ++e)
+        if (distance(e) < distance(best)) best = e;
+    noted(findings, fmt::format("the inlet is the end at {}, {:.2f} mm from the place given",
+                                io::place_text(ends[best].loop.centroid), distance(best)));
+    return best;
+}
+
+}  // namespace anatomy

@@ -1,0 +1,43 @@
+#pragma once
+/// Ways along the centrelines of an anatomy, from any place to any other.
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "engine/anatomy/anatomy.h"
+
+namespace anatomy {
+
+/// Finds once where branches start and end on others, so that a way may be asked for in every frame.
+class VesselWays {
+public:
+    explicit VesselWays(const Anatomy&);
+
+    /// Length of the shortest way from one place to the other; empty for trees that do not meet [mm].
+    std::optional<double> between(const VesselPlace&, const VesselPlace&) const;
+
+private:
+    struct Branch {
+        int parent, parent_sample;
+        std::vector<double> steps;  // from each sample to the next [mm]
+    };
+    /// A stretch between two of the places where branches meet.
+    struct Stretch {
+        std::size_t from, to;
+        double length;  // [mm]
+    };
+    double arc_between(int branch, int from, int to) const;
+    std::optional<double> up_the_tree(const VesselPlace&, const VesselPlace&) const;
+    std::optional<double> by_loops(const VesselPlace&, const VesselPlace&) const;
+
+    std::vector<Branch> branches_;
+    std::vector<VesselPlace> meetings_;  // every two are one place; empty for trees without loops
+    std::vector<Stretch> stretches_;     // between meetings
+};
+
+/// Length of the shortest way along centrelines between the places nearest to two points; of the straight
+/// line for trees that do not meet [mm].
+double centreline_distance(const Anatomy&, const geometry::Vec3& from, const geometry::Vec3& to);
+
+}  // namespace anatomy
