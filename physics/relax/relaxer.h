@@ -37,6 +37,7 @@ struct RelaxerConfig {
     bool bending_curvature = true;  // keep A
     bool wall_curvature = true;     // keep R
     bool safeguard = true;  // always descend (PHYSICS: Section 2); off = the plain method of the paper
+    bool printed = false;   // Segment: the paper's 4M × 4M system, in place of 2M in the planes ⟂ v; plain
     bool stored_planes = false;  // Segment: asks once a sweep, near the wall only; the same equilibrium
     CycleOrder order = CycleOrder::Nested;
     double tolerance = 1e-8;  // Global: largest |dU/du| over C at rest [-]

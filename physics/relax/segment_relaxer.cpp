@@ -34,6 +34,7 @@ SegmentRelaxer::SegmentRelaxer(const RelaxerConfig& config, const LumenWall& wal
         config_.varied_segments = 1;
         config_.bending_curvature = config_.wall_curvature = config_.safeguard = false;
     }
+    if (config_.printed) config_.safeguard = false;
     if (config_.kind == RelaxerKind::Konings) {
         config_.varied_segments = 1;
         config_.bending_curvature = config_.safeguard = false;
@@ -201,6 +202,7 @@ SegmentRelaxer::Tangents SegmentRelaxer::solve(const Guidewire& wire, const Segm
         target.fill(small_turn_step(problem, wire.spring_constant(i - 1) + distal));
         return target;
     }
+    if (config_.printed) return printed_step(problem).tangent;
     return (config_.safeguard ? descending_step(problem) : plain_step(problem)).tangent;
 }
 

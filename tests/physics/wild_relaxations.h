@@ -196,6 +196,7 @@ private:
             method_.stored_planes = unit() < 0.3;
             if (unit() < 0.3) method_.separation = 2 + below(10);
             method_.turn_limit = unit() < 0.7 ? 0.1 : 2;
+            method_.printed = unit() < 0.4;
         }
         budget_ = {n * (5 + below(20)), 0, 0};
     }

@@ -112,6 +112,7 @@ TEST(WildRelaxations, EveryMethodEndsInAFiniteStateOnAWallThatAnswersNonsense) {
                 RelaxerConfig config;
                 config.kind = kind;
                 config.safeguard = form == 0;
+                config.printed = form == 2;
                 config.stored_planes = form == 3;
                 Guidewire wire = wire_along(spec, scene.wall.centreline(), 30);
                 const auto relaxer = make_relaxer(config, wall);
