@@ -16,6 +16,7 @@
 #include "engine/studies/stability.h"
 #include "engine/studies/study.h"
 #include "engine/studies/study_files.h"
+#include "engine/studies/triangle_walls.h"
 
 namespace studies {
 namespace {
@@ -39,6 +40,7 @@ const Study studies[] = {
     {"wall-variation", "How far does an uneven wall move the wire?", run_wall_variation,
      &wall_variation_pieces},
     {"cost", "What does a relaxation cycle cost?", run_cost},
+    {"triangle-walls", "Where do wires come to rest on walls of triangles?", run_triangle_walls},
 };
 
 }  // namespace
