@@ -76,7 +76,10 @@ void show_scenario(const scenario::Scenario& s, const std::string& cache_folder)
     if (s.catheter)
         line("catheter", fmt::format("{}, {:g} mm thick, {:g} mm inside", s.catheter->device.title,
                                      s.catheter->device.outer_diameter, s.catheter->inserted));
-    line("wall", fmt::format("{:g} N/mm a joint", s.wall_stiffness));
+    line("wall", fmt::format("{:g} N/mm a joint{}", s.wall_stiffness,
+                             s.wall_variation ? fmt::format(", up to {:.0f} % more or less along the vessels",
+                                                            100 * s.wall_variation->sum())
+                                              : ""));
     line("limits", fmt::format("time {}, beam {}, contrast {:.0f} ml", figure(s.time_limit, "s"),
                                figure(s.beam_limit, "s"), s.blood.limit));
     const scenario::Par& par = s.lesson.par;

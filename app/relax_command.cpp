@@ -62,6 +62,11 @@ Command add_relax(CLI::App& parser) {
     add_optional(command, "--load", request->load,
                  "X,Y,Z, force on the wire per length, as its weight [N/mm]");
     command->add_option("--wall-stiffness", request->wall_stiffness, "k of each joint [N/mm]")->required();
+    add_optional(command, "--wall-variation", request->wall_variation,
+                 "Eq. 41, a wall not as stiff everywhere: a seed that draws nine terms as the paper does, or "
+                 "a CSV of terms (amplitude_share,phase_deg)");
+    add_optional(command, "--wall-variation-length", request->wall_variation_length,
+                 "Way along the vessels over which it varies [mm]; else their longest way from the root");
     command->add_option("--method", request->method, "Method of relaxation, see below")->required();
     add_optional(command, "--cycles", request->cycles,
                  "Most relaxation cycles, 300 (with --push-from: 10 a push)");

@@ -31,6 +31,12 @@ void keep(const physics::DistanceField& field, const fs::path& path) {
 
 }  // namespace
 
+physics::WallStiffness stiffness_of(const Anatomy& anatomy, double stiffness,
+                                    const std::optional<physics::WallVariation>& variation) {
+    if (!variation) return stiffness;
+    return variation->of(stiffness, geometry::CentrelineTree(anatomy.branches, {}).longest_way());
+}
+
 std::unique_ptr<physics::LumenWall> surface_wall(const Anatomy& anatomy, SurfaceWall kind,
                                                  physics::WallStiffness stiffness, double wire_radius,
                                                  const ModelCache& cache) {

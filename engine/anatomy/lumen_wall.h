@@ -2,6 +2,7 @@
 /// The wall of an anatomy. The smooth wall is made once and kept on disk.
 
 #include <memory>
+#include <optional>
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/model_cache.h"
@@ -9,6 +10,12 @@
 #include "physics/wall/wall_stiffness.h"
 
 namespace anatomy {
+
+/// k with its variation along the vessels, if there is one: over the longest way from the start of a root
+/// vessel to an end where the variation has no length of its own. Throws std::invalid_argument as
+/// WallStiffness does.
+physics::WallStiffness stiffness_of(const Anatomy&, double stiffness,
+                                    const std::optional<physics::WallVariation>&);
 
 /// The smooth field of the mesh, or the mesh's own planes found by ray.
 enum class SurfaceWall { DistanceField, Mesh };

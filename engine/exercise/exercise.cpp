@@ -93,6 +93,7 @@ std::uint64_t Exercise::fingerprint() const {
     hash(s.name, s.seed, s.frame_rate, s.guidewire, s.wire_length, s.wall_model, s.wall_stiffness, s.torsion,
          s.wall_friction, s.entry.end, s.entry.inserted, s.relaxer.kind, s.relaxer.tolerance,
          s.budget.updates, s.adaptive, s.c_arm, target, s.target.radius, s.target.hold, triangles, images);
+    if (s.wall_variation) hash(*s.wall_variation);
     return hash.value();
 }
 

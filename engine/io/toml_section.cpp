@@ -138,7 +138,8 @@ Section Section::section(std::string_view key, bool required) {
     const toml::node* node = find(key);
     if (node && !node->is_table()) refuse(key, *node, fmt::format("a section [{}] is accepted", key));
     if (!node && required) missing(key, fmt::format("section [{}]", key));
-    return Section(reading_, node ? node->as_table() : nullptr, std::string(key));
+    return Section(reading_, node ? node->as_table() : nullptr,
+                   name_.empty() ? std::string(key) : fmt::format("{}.{}", name_, key));
 }
 
 void Section::missing(std::string_view, const std::string& what) {

@@ -1,6 +1,7 @@
 #include "engine/run/relax_case.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -8,6 +9,7 @@
 #include "engine/anatomy/anatomy.h"
 #include "engine/io/csv.h"
 #include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/run/relax_method.h"
 #include "physics/geometry/polyline.h"
@@ -22,6 +24,7 @@ using physics::Guidewire;
 
 constexpr int most_segments = 20'000;
 constexpr double spacing = 1e-4;  // largest relative difference of a segment's length from the others'
+constexpr std::size_t most_wall_terms = 64;
 constexpr double heaviest = 100;  // load [N/mm]
 
 [[noreturn]] void refuse(const std::string& where, const std::string& found, const std::string& accepted) {
@@ -67,6 +70,49 @@ std::optional<Vec3> three_numbers(const std::string& text) {
     return v.allFinite() ? std::optional(v) : std::nullopt;
 }
 
+/// The terms of a file; a seed's are drawn.
+std::optional<physics::WallVariation> variation_of(const RelaxRequest& r) {
+    if (!r.wall_variation) {
+        if (r.wall_variation_length)
+            refuse("--wall-variation-length", "nothing varies", "it goes with --wall-variation");
+        return std::nullopt;
+    }
+    const std::string& word = *r.wall_variation;
+    physics::WallVariation variation;
+    if (!word.empty() && word.find_first_not_of("0123456789") == std::string::npos) {
+        std::uint64_t seed = 0;
+        const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), seed);
+        if (error != std::errc())
+            refuse("--wall-variation", fmt::format("'{}' was found", word),
+                   "a seed below 2^64, or a file of terms, is accepted");
+        variation = physics::drawn_variation(seed);
+    } else {
+        const std::string text = io::read_text(
+            word, "--wall-variation",
+            fmt::format("a seed, or a CSV file with the header '{}', is accepted", variation_header));
+        double sum = 0;
+        const auto rows = io::parse_csv(text, word, variation_header);
+        if (rows.empty() || rows.size() > most_wall_terms)
+            refuse(io::located({word, 2, 1}, fmt::format("{} terms were found", rows.size())), "Eq. 41",
+                   fmt::format("1 to {} are accepted", most_wall_terms));
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+            const int line = static_cast<int>(i) + 2;
+            sum += std::abs(rows[i][0]);
+            if (sum >= 1)
+                throw io::InputError(io::located(
+                    {word, line, 1}, fmt::format("the shares add up to {:.4g} here, so that the stiffness "
+                                                 "could reach 0; less than 1 is accepted",
+                                                 sum)));
+            variation.terms.push_back({rows[i][0], rows[i][1] * geometry::degree});
+        }
+    }
+    if (r.wall_variation_length) {
+        need_above_zero("--wall-variation-length", *r.wall_variation_length, 1e5, "mm");
+        variation.length = *r.wall_variation_length;
+    }
+    return variation;
+}
+
 physics::EndCells end_cells(const RelaxRequest& r) {
     if (r.clamp == "half") return physics::EndCells::Half;
     if (r.clamp == "paper") return physics::EndCells::Paper;
@@ -109,11 +155,12 @@ struct Vessel {
     std::unique_ptr<const physics::LumenWall> wall;
     Polyline path;
     std::vector<geometry::OpenEnd> ends;
+    physics::WallStiffness stiffness;
 };
 
-Vessel tube_vessel(const RelaxRequest& r) {
+Vessel tube_vessel(const RelaxRequest& r, const std::optional<physics::WallVariation>& variation) {
     const std::string file = r.tube->string();
-    Vessel vessel{file, nullptr, io::load_points(*r.tube), {}};
+    Vessel vessel{file, nullptr, io::load_points(*r.tube), {}, r.wall_stiffness};
     const Polyline& points = vessel.path;
     if (points.size() < 2)
         refuse(io::located(
@@ -132,8 +179,9 @@ Vessel tube_vessel(const RelaxRequest& r) {
                fmt::format("a tube of radius {:g} mm does not take a wire of diameter {:g} mm", *r.radius,
                            r.wire_diameter),
                fmt::format("a radius above {:g} mm is accepted", 0.5 * r.wire_diameter));
+    if (variation) vessel.stiffness = variation->of(r.wall_stiffness, geometry::length_of(points));
     vessel.wall =
-        std::make_unique<physics::TubeWall>(points, *r.radius, r.wall_stiffness, 0.5 * r.wire_diameter);
+        std::make_unique<physics::TubeWall>(points, *r.radius, vessel.stiffness, 0.5 * r.wire_diameter);
     return vessel;
 }
 
@@ -148,7 +196,7 @@ int end_of_branch(const anatomy::Anatomy& anatomy, const geometry::CentrelineBra
     return best;
 }
 
-Vessel anatomy_vessel(const RelaxRequest& r) {
+Vessel anatomy_vessel(const RelaxRequest& r, const std::optional<physics::WallVariation>& variation) {
     const anatomy::Anatomy anatomy = anatomy::load_anatomy(*r.anatomy);
     const geometry::CentrelineBranch* branch = r.branch ? nullptr : &anatomy.branches.front();
     std::vector<std::string> names;
@@ -168,9 +216,10 @@ Vessel anatomy_vessel(const RelaxRequest& r) {
                            branch->name, 2 * narrowest, r.wire_diameter),
                "a thinner wire is accepted");
     const auto kind = r.wall == "mesh" ? anatomy::SurfaceWall::Mesh : anatomy::SurfaceWall::DistanceField;
+    const physics::WallStiffness stiffness = anatomy::stiffness_of(anatomy, r.wall_stiffness, variation);
     return {fmt::format("{}, branch '{}'", r.anatomy->string(), branch->name),
-            anatomy::surface_wall(anatomy, kind, r.wall_stiffness, 0.5 * r.wire_diameter, r.cache),
-            path.points, anatomy.openings()};
+            anatomy::surface_wall(anatomy, kind, stiffness, 0.5 * r.wire_diameter, r.cache), path.points,
+            anatomy.openings(), stiffness};
 }
 
 /// The wire through these joints, which must be equally spaced.
@@ -278,7 +327,9 @@ RelaxCase make_relax_case(const RelaxRequest& r) {
     result.tolerance = r.tolerance;
     if (r.tolerance) result.method.tolerance = *r.tolerance;
 
-    Vessel vessel = r.tube ? tube_vessel(r) : anatomy_vessel(r);
+    const auto variation = variation_of(r);
+    Vessel vessel = r.tube ? tube_vessel(r, variation) : anatomy_vessel(r, variation);
+    result.stiffness = vessel.stiffness;
     if (r.wire) {
         result.wire = wire_through(io::load_points(*r.wire), r.wire->string(), r.rigidity, ends);
         result.segments = result.wire.segments();

@@ -6,10 +6,12 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "engine/anatomy/lumen_wall.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/wall.h"
+#include "physics/wall/wall_stiffness.h"
 #include "physics/wire/guidewire.h"
 
 namespace run {
@@ -34,7 +36,9 @@ struct RelaxRequest {
                                       // a whole one ("paper")
     std::optional<std::string> load;  // "X,Y,Z", force on the wire per length [N/mm]; empty = none
     double wall_stiffness = 0;        // k per joint [N/mm]
-    std::string method;               // see parse_method
+    std::optional<std::string> wall_variation;    // a seed, or a CSV of terms; see variation_header
+    std::optional<double> wall_variation_length;  // L [mm]
+    std::string method;                           // see parse_method
 
     std::optional<int> cycles;        // maximum work, in relaxation cycles (per push)
     std::optional<double> tolerance;  // stop at |g|/C [-]
@@ -44,8 +48,9 @@ struct RelaxRequest {
 /// A case that is ready to relax.
 struct RelaxCase {
     std::unique_ptr<const physics::LumenWall> wall;
-    physics::Guidewire wire;  // of push_from segments when pushing
-    int segments = 0;         // N at the end
+    physics::Guidewire wire;               // of push_from segments when pushing
+    physics::WallStiffness stiffness = 1;  // of the wall
+    int segments = 0;                      // N at the end
     physics::RelaxerConfig method;
     int cycles = 0;                   // maximum work of a relaxation
     std::optional<double> tolerance;  // [-]
@@ -56,6 +61,9 @@ inline constexpr int usual_cycles = 300, usual_cycles_per_push = 10;
 
 /// A joint may start inside the wall by this part of the lumen's radius, as a wire at rest under load does.
 inline constexpr double pressed_in = 0.1;
+
+/// Header of a file of terms of Eq. 41, a row each from g = 1 on: k_g/k and φ_g.
+inline constexpr std::string_view variation_header = "amplitude_share,phase_deg";
 
 /// Throws InputError stating the argument or file:line:column, what was found and what is accepted.
 RelaxCase make_relax_case(const RelaxRequest&);

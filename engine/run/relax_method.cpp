@@ -21,7 +21,7 @@ constexpr int most_varied = 5, least_delta = 2, most_delta = 200;
         fmt::format("--method: '{}' {}; methods are: global, first-order, konings, geometric, "
                     "segment:M (M varied segments, 1 to {}), segment:M:delta (delta from {} to {} "
                     "segments), combined:M, combined:M:delta; after segment:M or segment:M:delta also "
-                    ":no-a, :no-r, :uniform, :plain, :fast",
+                    ":no-a, :no-r, :uniform, :plain, :printed, :fast",
                     method, why, most_varied, least_delta, most_delta));
 }
 
@@ -38,8 +38,10 @@ constexpr Option options[] = {
      [](RelaxerConfig& c) { c.wall_curvature = false; }},
     {"uniform", [](const RelaxerConfig& c) { return c.order == CycleOrder::Uniform; },
      [](RelaxerConfig& c) { c.order = CycleOrder::Uniform; }},
-    {"plain", [](const RelaxerConfig& c) { return !c.safeguard; },
+    {"plain", [](const RelaxerConfig& c) { return !c.safeguard && !c.printed; },
      [](RelaxerConfig& c) { c.safeguard = false; }},
+    {"printed", [](const RelaxerConfig& c) { return c.printed; },
+     [](RelaxerConfig& c) { c.printed = true, c.safeguard = false; }},
     {"fast", [](const RelaxerConfig& c) { return c.stored_planes; },
      [](RelaxerConfig& c) { c.stored_planes = true; }},
 };
@@ -74,6 +76,7 @@ const std::string_view method_words =
     "                        :no-a, :no-r   without the curvature of bending, of the wall\n"
     "                        :uniform       whole sweeps in place of the paper's order\n"
     "                        :plain         without the safeguard that it always descends\n"
+    "                        :printed       plain, by the paper's 4M x 4M system (Eqs. 27, 33)\n"
     "                        :fast          the wall asked once a sweep, the same equilibrium\n"
     "  first-order           Eq. 22: M = 1 without A and R, plain\n"
     "  konings               M = 1 by small turns, in whole sweeps\n"

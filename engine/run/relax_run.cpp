@@ -74,6 +74,7 @@ void check_writable(const fs::path& file) {
 RelaxOutcome run_relax(RelaxCase given, const std::function<void(const RelaxProgress&)>& progress) {
     RelaxOutcome outcome;
     outcome.method = method_text(given.method);
+    outcome.stiffness = given.stiffness;
     outcome.counts_newton_steps = given.method.kind == physics::RelaxerKind::Global;
     physics::Guidewire& wire = given.wire;
     const auto relaxer = physics::make_relaxer(given.method, *given.wall);
@@ -110,6 +111,16 @@ std::string report_json(const RelaxOutcome& o) {
     json["segment_length_mm"] = o.wire.spec.segment_length;
     json["clamp"] = o.wire.spec.end_cells == physics::EndCells::Half ? "half" : "paper";
     json["load_N_per_mm"] = {o.wire.load.x(), o.wire.load.y(), o.wire.load.z()};
+    json["wall_stiffness_N_per_mm"] = o.stiffness.mean();
+    Json variation;  // null where the wall is as stiff everywhere
+    if (!o.stiffness.uniform()) {
+        variation["length_mm"] = o.stiffness.length();
+        variation["terms"] = Json::array();
+        for (const physics::WallStiffness::Term& term : o.stiffness.terms())
+            variation["terms"].push_back({{"amplitude_share", term.amplitude / o.stiffness.mean()},
+                                          {"phase_deg", term.phase / geometry::degree}});
+    }
+    json["wall_variation"] = variation;
     json["energy"] = {{"bending_N_mm", number(o.energy.bending)},
                       {"wall_N_mm", number(o.energy.wall)},
                       {"load_N_mm", number(o.energy.load)},
@@ -146,7 +157,8 @@ void check_files(const RelaxFiles& files, const RelaxRequest& request) {
     for (std::size_t i = 0; i < outputs.size(); ++i) {
         const auto& [flag, file] = outputs[i];
         check_writable(file);
-        for (const auto& input : {request.tube, request.wire, request.anatomy}) {
+        const std::optional<fs::path> terms = request.wall_variation;
+        for (const auto& input : {request.tube, request.wire, request.anatomy, terms}) {
             if (!input || !same_file(file, *input)) continue;
             throw io::InputError(fmt::format("{}: {} would overwrite what is read; another file is accepted",
                                              flag, file.string()));

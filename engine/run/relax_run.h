@@ -34,8 +34,9 @@ struct RelaxOutcome {
     double cpu = 0;              // of the relaxations alone [s]
     bool converged = false;      // gradient ≤ the tolerance
     bool counts_newton_steps = false, strict_minimum = false;
-    double push_force = 0;        // that holds the wire at the introducer, by the global method [N]
-    double base_torque = 0;       // that holds its hub, by the global method [N·mm]
+    double push_force = 0;   // that holds the wire at the introducer, by the global method [N]
+    double base_torque = 0;  // that holds its hub, by the global method [N·mm]
+    physics::WallStiffness stiffness = 1;
     std::vector<PushRow> pushes;  // empty unless pushing
 };
 

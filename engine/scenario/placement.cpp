@@ -107,12 +107,14 @@ Vec3 target_of(const Scenario& s, const anatomy::Anatomy& anatomy) {
 std::unique_ptr<const physics::LumenWall> wall_of(const Scenario& s, const anatomy::Anatomy& anatomy,
                                                   const anatomy::ModelCache& cache) {
     const double wire_radius = 0.5 * s.guidewire.diameter;
+    const physics::WallStiffness stiffness =
+        anatomy::stiffness_of(anatomy, s.wall_stiffness, s.wall_variation);
     if (s.wall_model == WallModel::Analytic)
-        return std::make_unique<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius,
-                                                   s.wall_stiffness, wire_radius);
+        return std::make_unique<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius, stiffness,
+                                                   wire_radius);
     const auto kind =
         s.wall_model == WallModel::Mesh ? anatomy::SurfaceWall::Mesh : anatomy::SurfaceWall::DistanceField;
-    return anatomy::surface_wall(anatomy, kind, s.wall_stiffness, wire_radius, cache);
+    return anatomy::surface_wall(anatomy, kind, stiffness, wire_radius, cache);
 }
 
 }  // namespace scenario

@@ -19,6 +19,7 @@
 #include "engine/scenario/lesson.h"
 #include "engine/scenario/vessel_motion.h"
 #include "physics/relax/relaxer.h"
+#include "physics/wall/wall_stiffness.h"
 #include "physics/wire/guidewire.h"
 #include "physics/wire/refinement.h"
 #include "render/xray/c_arm.h"
@@ -102,8 +103,9 @@ struct Scenario {
     bool choose_segment_length = false;  // segment_length_mm = "auto": λ as choose_model finds
     bool adaptive = false;               // λ fine at the tip and in bends, coarse elsewhere
     physics::RefinementOptions refinement;
-    double wall_stiffness = 5;  // k of each joint of the guidewire's own λ [N/mm]
-    double wall_friction = 1;   // scales the devices' friction
+    double wall_stiffness = 5;                             // k of each joint of the guidewire's own λ [N/mm]
+    std::optional<physics::WallVariation> wall_variation;  // Eq. 41; empty = as stiff everywhere
+    double wall_friction = 1;                              // scales the devices' friction
     WallModel wall_model = WallModel::Auto;
     physics::RelaxerConfig relaxer;
     physics::RelaxBudget budget = {80000, 0.75, 60};  // work of one frame

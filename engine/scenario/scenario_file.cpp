@@ -22,6 +22,8 @@ namespace {
 
 using geometry::Vec3;
 
+constexpr std::size_t most_wall_terms = 64;
+
 constexpr io::Range positive(double most) {
     return {1e-6, most};
 }
@@ -151,6 +153,56 @@ void read_catheter(io::Section section, const std::filesystem::path& devices,
     section.number("roll_deg", s.catheter->roll, {-360, 360}, geometry::degree);
     override_device(section, device);
     section.finish();
+}
+
+/// A row of [wall.variation] terms: k_g over k, and φ_g in degrees.
+std::optional<physics::WallStiffness::Term> read_term(const toml::node& row) {
+    const toml::array* pair = row.as_array();
+    if (!pair || pair->size() != 2 || !(*pair)[0].is_number() || !(*pair)[1].is_number()) return std::nullopt;
+    const double share = *(*pair)[0].value<double>(), phase = *(*pair)[1].value<double>();
+    if (!(std::abs(share) < 1) || !(std::abs(phase) <= 360)) return std::nullopt;
+    return physics::WallStiffness::Term{share, phase * geometry::degree};
+}
+
+void read_variation(io::Section section, Scenario& s) {
+    if (!section.given()) return;
+    physics::WallVariation variation;
+    const toml::node *seed = section.find("seed"), *terms = section.find("terms");
+    std::uint64_t number = 0;
+    section.whole("seed", number, {0, 9e15});
+    section.number("length_mm", variation.length, {1, 1e5});
+    if (!seed && !terms)
+        section.missing("seed", "seed = NUMBER or terms = [[AMPLITUDE_SHARE, PHASE_DEG], ...]");
+    else if (seed && terms)
+        section.refuse("terms", *terms, "either 'seed' or 'terms' is accepted, one of them");
+    if (seed) {
+        const double length = variation.length;
+        variation = physics::drawn_variation(number);
+        variation.length = length;
+    } else if (terms) {
+        const toml::array* rows = terms->as_array();
+        if (!rows || rows->empty() || rows->size() > most_wall_terms)
+            section.refuse("terms", *terms,
+                           fmt::format("1 to {} pairs [amplitude share, phase in degrees] are accepted",
+                                       most_wall_terms));
+        else
+            for (const toml::node& row : *rows) {
+                const auto term = read_term(row);
+                if (term)
+                    variation.terms.push_back(*term);
+                else
+                    section.refuse("terms", row,
+                                   "a pair [amplitude share, phase in degrees] is accepted, the share above "
+                                   "-1 and below 1, the phase from -360 to 360");
+            }
+        if (const double sum = variation.sum(); sum >= 1)
+            section.refuse("terms", *terms,
+                           fmt::format("the shares add up to {:.4g}, so that the stiffness could reach 0; "
+                                       "shares that add up to less than 1 are accepted",
+                                       sum));
+    }
+    section.finish();
+    s.wall_variation = std::move(variation);
 }
 
 void read_relaxer(io::Section relaxer, Scenario& s) {
@@ -346,6 +398,7 @@ void read_sections(const toml::table& root, const std::filesystem::path& devices
     wall.number("friction", s.wall_friction, {0, 10});
     constexpr std::string_view models[] = {"auto", "analytic", "distance-field", "mesh"};
     if (const auto model = wall.choice("model", models)) s.wall_model = static_cast<WallModel>(*model);
+    read_variation(wall.section("variation", false), s);
     wall.finish();
     read_relaxer(top.section("relaxer", false), s);
     io::Section target = top.section("target", true);

@@ -36,6 +36,7 @@ physics::WallContact BentTube::contact(const Vec3& x) const {
 }
 
 void BentTube::contacts(std::span<const Vec3> joints, std::span<physics::WallContact> contacts) const {
+    physics::require_finite(joints);
     for (std::size_t i = 0; i < joints.size(); ++i) contacts[i] = contact(joints[i]);
 }
 

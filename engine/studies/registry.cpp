@@ -16,6 +16,7 @@
 #include "engine/studies/stability.h"
 #include "engine/studies/study.h"
 #include "engine/studies/study_files.h"
+#include "engine/studies/triangle_walls.h"
 
 namespace studies {
 namespace {
@@ -41,6 +42,7 @@ const Study studies[] = {
      &wall_variation_pieces},
     {"paper-tubes", "Which tube has the paper's Fig. 13 and its Fig. 18?", run_paper_tubes},
     {"cost", "What does a relaxation cycle cost?", run_cost},
+    {"triangle-walls", "Where do wires come to rest on walls of triangles?", run_triangle_walls},
 };
 
 }  // namespace

@@ -162,6 +162,10 @@ bool CentrelineTree::same_branch(int station, int other) const {
            stations_[station].branch == stations_[other].branch;
 }
 
+double CentrelineTree::longest_way() const {
+    return *std::max_element(ways_.begin(), ways_.end());
+}
+
 VesselWay CentrelineTree::way(int station, const Vec3& x) const {
     const int branch = stations_[station].branch, first = first_of_branch_[branch];
     const auto count = static_cast<std::size_t>(first_of_branch_[branch + 1] - first);

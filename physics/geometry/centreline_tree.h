@@ -73,6 +73,7 @@ public:
     /// Distance of x along the vessels from the start of the station's root branch; a child starts at the
     /// distance of its parent at parent_sample.
     VesselWay way(int station, const Vec3& x) const;
+    double longest_way() const;  // of any station [mm]
 
 private:
     template <class Allowed>

@@ -97,18 +97,19 @@ GeometricStep::GeometricStep(const SegmentProblem& p, const std::array<double, c
     for (int m = 0; m < count_; ++m) {
         step_[m] = basis[m] * alpha.segment<2>(2 * m);
         largest_ = std::max(largest_, step_[m].norm());
+        finite_ = finite_ && step_[m].allFinite();
     }
 }
 
 std::optional<GeometricStep::Tangents> GeometricStep::turned(double share, double limit) const {
-    if (!(largest_ > 0)) return std::nullopt;
+    if (!finite_ || !(largest_ > 0)) return std::nullopt;
     share = std::min(share, 0.9 * limit / largest_);  // closing turns a little more
     Tangents v = start_;
     for (int m = 0; m < count_; ++m) v[m] = (start_[m] + share * step_[m]).normalized();
     if (!closed_) return v;
     const auto closed = closed_by_turning(v);
     for (int m = 0; closed && m < count_; ++m)
-        if ((*closed)[m].allFinite() && ((*closed)[m] - start_[m]).norm() > limit) return std::nullopt;
+        if (!(((*closed)[m] - start_[m]).norm() <= limit)) return std::nullopt;
     return closed;
 }
 

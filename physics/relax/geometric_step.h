@@ -35,6 +35,7 @@ private:
     int count_;
     bool closed_;
     double largest_ = 0;  // |ε|
+    bool finite_ = true;
 };
 
 }  // namespace physics

@@ -140,7 +140,7 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
     const double rounding = rounding_share * energy_scale();
     int rejected = 0;
     TrustSearch search(mu_, mu_unit_);
-    for (int pass = 0; pass < trust_passes; ++pass) {
+    for (int pass = 0; pass < trust_passes && mu_ <= most_trust * mu_unit_; ++pass) {
         if (pass > 0) model_.take_contacts(wire, contacts, first, rejected < foreseen_passes);
         double uncorrected = 0;
         for (int correction = 0;; ++correction) {
@@ -150,6 +150,7 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
             if (!solved) model_.solve(wire, mu_);
             const double reach = model_.roll_out(wire) / cap;
             if (!(reach <= 1)) {
+                if (!std::isfinite(reach)) ++report.rejected;
                 search.raise(reach, pass == 0, correction > 0);
                 break;
             }
@@ -205,7 +206,7 @@ bool GlobalRelaxer::leave_saddle(Guidewire& wire, ContactSet& contacts) {
                 model_.twist_one(pivots_.stage, sign * kick);
             else
                 model_.turn_one(pivots_.stage, sign * kick * way);
-            model_.roll_out(wire);
+            if (!std::isfinite(model_.roll_out(wire))) continue;
             const double energy = model_.evaluate(wire, contacts);
             if (!std::isfinite(energy) || energy >= energy_) continue;
             accept(wire, contacts, energy);

@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "physics/wire/bending.h"
@@ -234,6 +235,8 @@ double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<cons
     turns_[first - 1].setZero();
     Vec2 prev = Vec2::Zero();
     double farthest = 0, slid = 0;
+    double sizes =
+        0;  // sum of what must be finite: std::max drops a NaN, and an overflow makes a tangent zero
     slope_ = 0;
     if (terms_.windup_stiffness > 0) {
         twist = turn_;
@@ -261,7 +264,9 @@ double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<cons
         slope_ += terms_.gradient[j - 1].dot(alpha);
         Vec3 u = wire.tangents[j];
         u.noalias() += s.basis * alpha;
-        u *= 1 / std::sqrt(u.squaredNorm());
+        const double square = u.squaredNorm();
+        sizes += square;
+        u *= 1 / std::sqrt(square);
         trial_tangents_[j] = u;
         double length = s.length;
         for (const FedStage& f : fed) {
@@ -278,11 +283,13 @@ double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<cons
                 own.step + own.from_x.dot(moved) + own.from_turn.dot(alpha) + own.from_twist * twist;
             trial_twists_[j] = wire.twists[j] + by;
             twist += by;
+            sizes += by;
             slope_ += terms_.twist_gradient[j - 1] * by;
         }
         if (slid != 0) moved -= slid * wire.tangents[j];
         farthest = std::max(farthest, moved.squaredNorm());
     }
+    if (!std::isfinite(sizes + slope_ + farthest)) return std::numeric_limits<double>::infinity();
     return std::sqrt(farthest);
 }
 

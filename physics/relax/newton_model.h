@@ -63,7 +63,8 @@ public:
 
     /// Trial state: applies the gains from the window's base, where the material frame is turned by `twist`,
     /// with more wire in the fed stages (indices into all stages). Returns the largest move of a joint, not
-    /// counting what is fed along its segment [mm].
+    /// counting what is fed along its segment [mm]; infinity where the trial state is not finite, which
+    /// must not be evaluated.
     double roll_out(const Guidewire&, double twist = 0, std::span<const FedStage> fed = {});
     /// Slope of the energy along the last rollout [N·mm] and its largest turn [rad].
     double slope() const { return slope_; }

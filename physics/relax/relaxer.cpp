@@ -15,6 +15,8 @@ std::vector<std::string> problems(const RelaxerConfig& c) {
         out.push_back("varied_segments must lie in 1 to 5, not " + std::to_string(c.varied_segments) + ".");
     if (c.stored_planes && c.kind != RelaxerKind::Segment && c.kind != RelaxerKind::FirstOrder)
         out.emplace_back("stored_planes go with the segment and the first-order relaxer.");
+    if (c.printed && c.kind != RelaxerKind::Segment)
+        out.emplace_back("printed goes with the segment relaxer.");
     if (c.separation && (*c.separation < 2 || *c.separation > 200))
         out.push_back("separation must lie in 2 to 200, not " + std::to_string(*c.separation) + ".");
     if (!std::isfinite(c.turn_limit) || c.turn_limit <= 0 || c.turn_limit > 2)

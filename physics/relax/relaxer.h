@@ -36,7 +36,8 @@ struct RelaxerConfig {
     // (d) A alone, (e) both with M = 2 and 3.
     bool bending_curvature = true;  // keep A
     bool wall_curvature = true;     // keep R
-    bool safeguard = true;       // always descend (PHYSICS: Section 2); off = the plain method of the paper
+    bool safeguard = true;  // always descend (PHYSICS: Section 2); off = the plain method of the paper
+    bool printed = false;   // Segment: the paper's 4M × 4M system, in place of 2M in the planes ⟂ v; plain
     bool stored_planes = false;  // Segment: asks once a sweep, near the wall only; the same equilibrium
     CycleOrder order = CycleOrder::Nested;
     double tolerance = 1e-8;  // Global: largest |dU/du| over C at rest [-]
@@ -59,7 +60,7 @@ struct RelaxReport {
     int contacts = 0;  // joints that touch the wall at the end
     long long wall_queries = 0;
     double largest_turn = 0;  // largest |u_new − u| of any update [-]
-    int rejected = 0;         // updates not made because they would have raised the energy
+    int rejected = 0;         // updates not made: they would have raised the energy, or were not finite
     // Segment methods: no turn above 1e-10 in a whole sweep. Global: |dU/du|/C within tolerance, a strict
     // minimum.
     bool converged = false;
@@ -106,6 +107,8 @@ using UpdateObserver = std::function<void(int first_moved_joint, const Guidewire
 class Relaxer {
 public:
     virtual ~Relaxer() = default;
+    /// A trial state that is not finite is neither evaluated nor taken: the wire ends in its last good state.
+    /// Throws std::logic_error for a wire that is not finite as it comes.
     virtual RelaxReport relax(Guidewire&, const RelaxBudget&, const UpdateObserver& = {}) = 0;
     /// What it remembers between calls.
     virtual void state(StateStream&) = 0;

@@ -8,6 +8,8 @@
 namespace physics {
 namespace {
 
+constexpr double seen_pivot = 1e-12;  // of a block: an eigenvalue below this share is rounding
+
 struct Pivot {
     double least;  // lower eigenvalue
     Vec2 way;      // its unit eigenvector
@@ -84,8 +86,11 @@ SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double
         report.stage = stage;
         report.way = pivot.way;
     }
-    const double low = -1 / std::max(least_pivot, std::abs(pivot.least));
-    const double high = -1 / std::max(least_pivot, std::abs(q00 + q11 - pivot.least));
+    // Where the block is large, what cancels in its eigenvalue is rounding. A floor that does not grow with
+    // the block would let the value function grow by a square at each such stage, until it overflows.
+    const double floor = std::max(least_pivot, seen_pivot * (std::abs(q00) + std::abs(q11)));
+    const double low = -1 / std::max(floor, std::abs(pivot.least));
+    const double high = -1 / std::max(floor, std::abs(q00 + q11 - pivot.least));
     const Vec2& way = pivot.way;
     return {high + (low - high) * way[0] * way[0], (low - high) * way[0] * way[1],
             high + (low - high) * way[1] * way[1]};

@@ -133,6 +133,8 @@ struct RiccatiReport {
 
 /// Backward pass over stages 1…n (element 0 first). μ [N/mm²] adds μ λ_j to every joint's stiffness: a trust
 /// region. What `twist` does not name is left out.
+/// A pivot that is not positive is mirrored, and is at least `least_pivot` and at least what rounding leaves
+/// of its block. Gains may still overflow where many such pivots follow one another.
 /// Equal to a dense factorisation of the same quadratic model; no pivot shifted at μ = 0 means that the
 /// model's Hessian is positive definite: a strict local minimum where the gradient vanishes.
 RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,

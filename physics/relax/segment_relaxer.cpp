@@ -11,6 +11,7 @@ namespace {
 
 constexpr int tries = 6;                   // of an update that would raise the energy
 constexpr double try_again = 0.4;          // share of the last try
+constexpr double unit_rounding = 1e-9;     // of a tangent's length
 constexpr double rest = 1e-10;             // largest turn in a sweep that counts as converged
 constexpr double update_rounding = 4e-16;  // of the energies that an update touches
 
@@ -33,6 +34,7 @@ SegmentRelaxer::SegmentRelaxer(const RelaxerConfig& config, const LumenWall& wal
         config_.varied_segments = 1;
         config_.bending_curvature = config_.wall_curvature = config_.safeguard = false;
     }
+    if (config_.printed) config_.safeguard = false;
     if (config_.kind == RelaxerKind::Konings) {
         config_.varied_segments = 1;
         config_.bending_curvature = config_.safeguard = false;
@@ -200,6 +202,7 @@ SegmentRelaxer::Tangents SegmentRelaxer::solve(const Guidewire& wire, const Segm
         target.fill(small_turn_step(problem, wire.spring_constant(i - 1) + distal));
         return target;
     }
+    if (config_.printed) return printed_step(problem).tangent;
     return (config_.safeguard ? descending_step(problem) : plain_step(problem)).tangent;
 }
 
@@ -212,7 +215,10 @@ double SegmentRelaxer::turn_segments(Guidewire& wire, Contacts& contacts, int se
     double share = 1;
     const int n = wire.segments();
     for (int m = 0; m < count_; ++m) {
-        if (!target[m].allFinite()) return 0;
+        if (!(std::abs(target[m].squaredNorm() - 1) < unit_rounding)) {  // overflow makes NaN or zero
+            ++report.rejected;
+            return 0;
+        }
         const double limit = config_.turn_limit / std::sqrt(n + 1.0 - varied_[m]);
         share = std::min(share, largest_share(problem.tangent[m], target[m], limit));
     }

@@ -2,8 +2,8 @@
 /// One update of M varied segments as a pure function (Eqs. 21–34).
 ///
 /// Minimises  f(v) = −Σ q_m·(v_m − u_m) + ½ Σ_mn (v_m − u_m)·P_mn·(v_n − u_n)  over unit vectors v_m. The
-/// paper solves a 4M×4M system for v and the multipliers (Eq. 33); here the same Newton step is taken in the
-/// planes ⟂ v_m, a 2M×2M system with the same iterates.
+/// paper solves a 4M×4M system for v and the multipliers (Eq. 33), as printed_step() does; the other forms
+/// take the same Newton step in the planes ⟂ v_m, a 2M×2M system with the same iterates.
 
 #include <array>
 
@@ -35,6 +35,11 @@ double model_energy(const SegmentProblem&, const std::array<Vec3, most_varied_se
 
 /// Newton from the first-order solution v = q̂, σ = |q| (Eq. 22). It may end in a saddle or a maximum.
 SegmentSolution plain_step(const SegmentProblem&, int most_iterations = 30);
+
+/// The same iterates as the paper prints them: Eq. 33 for all 4M unknowns, v_m and σ_m, by LU with partial
+/// pivoting, every v_m made unit after each step. Where the matrix is singular or the next iterate would not
+/// be finite, it ends with the iterate before, without convergence.
+SegmentSolution printed_step(const SegmentProblem&, int most_iterations = 30);
 
 /// Newton from v = u that lowers f at every iteration: the Hessian is shifted until it is positive definite,
 /// and an exactly balanced start that is no minimum is kicked along a fixed tangent.

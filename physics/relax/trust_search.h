@@ -7,6 +7,8 @@ namespace physics {
 
 /// Least μ relative to its unit, which is a wire's stiffness over the width of the lumen.
 constexpr double least_trust = 1e-6;
+/// Largest μ relative to it: a step with a larger one moves no joint by as much as its place is rounded by.
+constexpr double most_trust = 1e30;
 
 /// Looks for the μ with which a step just fits its cap. `mu` is the value for the next trial [N/mm²].
 class TrustSearch {

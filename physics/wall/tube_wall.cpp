@@ -121,6 +121,7 @@ WallContact TubeWall::contact(const Vec3& x, int hint, double thickness) const {
 }
 
 void TubeWall::contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const {
+    require_finite(joints);
     for (std::size_t i = 0; i < joints.size(); ++i)
         contacts[i] = contact(joints[i], contacts[i].station, contacts[i].thickness);
 }

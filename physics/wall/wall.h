@@ -39,12 +39,17 @@ struct WallContact {
     void share_stiffness(double share) { stiffness *= share, stiffening *= share; }
 };
 
+/// Throws std::logic_error with the first joint whose position is not finite. Every wall calls it before it
+/// looks for anything: a position that is not finite is a fault of the caller, and no wall can answer it.
+void require_finite(std::span<const Vec3> joints);
+
 /// A lumen wall. Its stations are hints that keep a joint in its branch between queries.
 class LumenWall {
 public:
     virtual ~LumenWall() = default;
     /// contacts[i] becomes the contact of joints[i]; on entry contacts[i].station is the old station or -1,
-    /// contacts[i].thickness that of the joint, and `held` as it is wanted.
+    /// contacts[i].thickness that of the joint, and `held` as it is wanted. Throws std::logic_error for a
+    /// position that is not finite.
     virtual void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const = 0;
     /// Whether two stations lie in one vessel, so that a joint held by one need not be checked against the
     /// other.

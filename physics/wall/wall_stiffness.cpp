@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 #include <stdexcept>
 
 namespace physics {
@@ -57,6 +58,36 @@ double WallStiffness::average(double from, double to) const {
 void WallStiffness::apply(const VesselWay& place, WallContact& contact) const {
     contact.stiffness = at(place.way);
     contact.stiffening = slope(place.way) * place.gradient;
+}
+
+WallStiffness WallVariation::of(double mean, double whole) const {
+    std::vector<WallStiffness::Term> given = terms;
+    while (!given.empty() && given.back().amplitude == 0) given.pop_back();
+    for (WallStiffness::Term& term : given) term.amplitude *= mean;
+    return {mean, length == 0 ? whole : length, std::move(given)};
+}
+
+double WallVariation::sum() const {
+    double sum = 0;
+    for (const WallStiffness::Term& term : terms) sum += std::abs(term.amplitude);
+    return sum;
+}
+
+void WallVariation::state(StateStream& s) {
+    s(length);
+    for (WallStiffness::Term& term : terms) s(term.amplitude, term.phase);
+}
+
+WallVariation drawn_variation(std::uint64_t seed, int terms) {
+    std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), 0u};
+    std::mt19937_64 random(sequence);
+    const auto uniform = [&] { return std::ldexp(static_cast<double>(random() >> 11), -53); };
+    WallVariation variation;
+    for (int g = 1; g <= terms; ++g) {
+        const double amplitude = std::ldexp(uniform(), -g);
+        variation.terms.push_back({amplitude, 2 * std::numbers::pi * uniform()});
+    }
+    return variation;
 }
 
 }  // namespace physics

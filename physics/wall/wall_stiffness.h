@@ -1,6 +1,7 @@
 #pragma once
 /// How stiff a wall is along its vessel: the same everywhere, or the Fourier profile of Eq. 41.
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -27,7 +28,9 @@ public:
     WallStiffness(double mean, double length, std::vector<Term> terms);
 
     bool uniform() const { return terms_.empty(); }
-    double mean() const { return mean_; }          // k [N/mm]
+    double mean() const { return mean_; }      // k [N/mm]
+    double length() const { return length_; }  // L [mm]
+    std::span<const Term> terms() const { return terms_; }
     double at(double way) const;                   // K [N/mm]
     double slope(double way) const;                // dK/ds, 0 beyond the ends [N/mm²]
     double average(double from, double to) const;  // of K over a way of some length, in closed form [N/mm]
@@ -38,5 +41,22 @@ private:
     double mean_, length_;
     std::vector<Term> terms_;
 };
+
+/// Eq. 41 before the wall's k and the vessel's length are known.
+struct WallVariation {
+    std::vector<WallStiffness::Term> terms;  // amplitudes k_g/k [-], phases [rad]
+    double length = 0;  // L: way from the start of the root vessel, over which K varies; 0 = the whole [mm]
+
+    /// Over `whole` where the variation has no length of its own [mm]. Terms of no amplitude are left out at
+    /// the end of the list, so that a variation of nothing is a uniform wall. Throws as WallStiffness does.
+    WallStiffness of(double mean, double whole) const;
+    double sum() const;  // Σ|k_g|/k, which must stay below 1 for K to stay above 0 [-]
+
+    void state(StateStream&);
+};
+
+/// The paper's draw (Section 3.5): k_g in [0, 2^−g k], φ_g in [0, 2π). The same on every machine, and the
+/// first realisation of the study of the wall's variation with this seed.
+WallVariation drawn_variation(std::uint64_t seed, int terms = 9);
 
 }  // namespace physics

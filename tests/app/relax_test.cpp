@@ -70,6 +70,33 @@ const std::string header = "x_mm,y_mm,z_mm\n";
 
 }  // namespace
 
+TEST(Relax, AnUnevenWallIsReportedAndItsTermsGiveTheSameWireAgain) {
+    const Bench bench;
+    ASSERT_EQ(bench.relax(bench.good()).code, 0);
+    const auto even = nlohmann::json::parse(read(bench.folder / "report.json"));
+    EXPECT_TRUE(even["wall_variation"].is_null());
+    const Words method = {"--method", "segment:2:printed", "--wall-stiffness", "2"};
+    Words words = method;
+    words.insert(words.end(), {"--wall-variation", "5"});
+    const Outcome drawn = bench.relax(bench.good(words));
+    ASSERT_EQ(drawn.code, 0) << drawn.error;
+    EXPECT_NE(drawn.out.find("segment:2:printed"), std::string::npos) << drawn.out;
+    const std::string joints = read(bench.folder / "joints.csv");
+    const auto report = nlohmann::json::parse(read(bench.folder / "report.json"));
+    std::string terms = "amplitude_share,phase_deg\n";
+    for (const auto& term : report["wall_variation"]["terms"])
+        terms += term["amplitude_share"].dump() + "," + term["phase_deg"].dump() + "\n";
+    write(bench.folder / "terms.csv", terms);
+    words.back() = bench.folder / "terms.csv";
+    ASSERT_EQ(bench.relax(bench.good(words)).code, 0);
+    const geometry::Polyline again = io::load_points(bench.folder / "joints.csv");
+    write(bench.folder / "first.csv", joints);
+    const geometry::Polyline first = io::load_points(bench.folder / "first.csv");
+    for (std::size_t i = 0; i < first.size(); ++i) EXPECT_LT((first[i] - again[i]).norm(), 1e-9) << i;
+    ASSERT_EQ(bench.relax(bench.good(method)).code, 0);
+    EXPECT_NE(read(bench.folder / "joints.csv"), joints);
+}
+
 TEST(Relax, LeavesJointsAndAReport) {
     const Bench bench;
     const Outcome result = bench.relax(bench.good());

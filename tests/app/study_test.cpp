@@ -20,7 +20,7 @@ TEST(Study, ListsTheStudiesAndRefusesUnknownOnes) {
     const Outcome list = run(folder, {"study"});
     EXPECT_EQ(list.code, 0);
     for (const char* id : {"separation ", "varied-segments", "separation-frequency", "static-contact",
-                           "resolution", "wall-variation", "cost", "all", "merge"})
+                           "resolution", "wall-variation", "cost", "triangle-walls", "all", "merge"})
         EXPECT_NE(list.out.find(id), std::string::npos) << id;
     expect_refused(run(folder, {"study", "seperation", "--out", folder / "out"}),
                    "'seperation' is not a study");

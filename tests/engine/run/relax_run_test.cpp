@@ -40,6 +40,53 @@ TEST(RelaxCase, StartsOnTheCentrelineAlongItsFirstChord) {
     EXPECT_EQ(physics::largest_penetration(contacts), 0);
 }
 
+TEST(RelaxCase, TheWallMayBeStifferInPlacesByASeedOrAFileOfTerms) {
+    Given given;
+    EXPECT_TRUE(make_relax_case(given.request).stiffness.uniform());
+    const double whole = geometry::length_of(anatomy::draw(anatomy::find_scene("sinuous")->path));
+    given.request.wall_variation = "7";
+    const physics::WallStiffness drawn = make_relax_case(given.request).stiffness;
+    ASSERT_EQ(drawn.terms().size(), 9u);
+    EXPECT_NEAR(drawn.length(), whole, 1e-9);
+    EXPECT_EQ(drawn.terms()[0].amplitude, 42 * physics::drawn_variation(7).terms[0].amplitude);
+
+    const std::filesystem::path file = given.folder / "terms.csv";
+    given.request.wall_variation = file.string();
+    test::write(file, "amplitude_share,phase_deg\n0.5,0\n-0.25,90\n");
+    given.request.wall_variation_length = 30;
+    const RelaxCase c = make_relax_case(given.request);
+    EXPECT_NEAR(c.stiffness.at(30), 42 - 21, 1e-9);
+    physics::WallContact contact;
+    const geometry::Vec3 x(10, 0.9, 0);
+    c.wall->contacts({&x, 1}, {&contact, 1});
+    EXPECT_NEAR(contact.stiffness, c.stiffness.at(10), 1e-9);
+    const nlohmann::json report =
+        nlohmann::json::parse(report_json(run_relax(make_relax_case(given.request))));
+    EXPECT_EQ(report["wall_variation"]["length_mm"], 30);
+    EXPECT_EQ(report["wall_variation"]["terms"][1]["amplitude_share"], -0.25);
+    EXPECT_NEAR(report["wall_variation"]["terms"][1]["phase_deg"].get<double>(), 90, 1e-12);
+
+    const auto refused = [&](const std::string& text, const std::string& part) {
+        test::write(file, text);
+        const std::string message = test::refusal([&] { make_relax_case(given.request); });
+        EXPECT_NE(message.find(part), std::string::npos) << text << ": " << message;
+    };
+    const std::string header = "amplitude_share,phase_deg\n";
+    refused("share,phase\n0.5,0\n", "terms.csv:1:1: 'share,phase' was found; the header");
+    refused(header, "terms.csv:2:1");
+    refused(header + "0.5\n", "terms.csv:2:4");
+    refused(header + "0.5,x\n", "terms.csv:2:5");
+    refused(header + "0.5,0\n-0.4,0\n0.1,0\n", "terms.csv:4:1: the shares add up to 1 here");
+    for (const char* word : {"", "-3", "nothing.csv", "99999999999999999999999"}) {
+        given.request.wall_variation = word;
+        EXPECT_NE(test::refusal([&] { make_relax_case(given.request); }).find("seed"), std::string::npos)
+            << word;
+    }
+    given.request.wall_variation.reset();
+    EXPECT_NE(test::refusal([&] { make_relax_case(given.request); }).find("--wall-variation-length"),
+              std::string::npos);
+}
+
 TEST(RelaxCase, TheEntryDirectionIsMadeUnit) {
     Given given;
     given.request.entry_direction = "3,0,4";

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <regex>
 
+#include "engine/scenario/placement.h"
 #include "physics/wire/guidewire_presets.h"
 #include "tests/engine/fixtures.h"
 
@@ -78,6 +79,69 @@ TEST(Scenario, EveryKeyIsInTheReference) {
         }
     }
     EXPECT_GT(keys, 70);
+}
+
+TEST(Scenario, AWallMayBeStifferInPlacesByTermsOrASeed) {
+    const auto with = [](const std::string& keys, const std::string& wall = "") {
+        return test::small_toml_with("[relaxer]", wall + "[wall.variation]\n" + keys + "\n[relaxer]");
+    };
+    EXPECT_FALSE(test::small_scenario().wall_variation);
+    const Scenario s = parse_scenario(with("terms = [[0.5, 0], [-0.25, 90.0]]"), "s.toml");
+    ASSERT_TRUE(s.wall_variation);
+    ASSERT_EQ(s.wall_variation->terms.size(), 2u);
+    EXPECT_EQ(s.wall_variation->terms[0].amplitude, 0.5);
+    EXPECT_DOUBLE_EQ(s.wall_variation->terms[1].phase, std::numbers::pi / 2);
+    EXPECT_NE(s.content, test::small_scenario().content);
+    EXPECT_EQ(s.content, parse_scenario(with("terms = [[0.5, 0], [-0.25, 90.0]]"), "s.toml").content);
+    EXPECT_NE(s.content, parse_scenario(with("terms = [[0.5, 0], [-0.25, 90.5]]"), "s.toml").content);
+    const Scenario drawn = parse_scenario(with("seed = 7\nlength_mm = 40"), "s.toml");
+    EXPECT_EQ(drawn.wall_variation->length, 40);
+    EXPECT_EQ(drawn.wall_variation->terms[0].amplitude, physics::drawn_variation(7).terms[0].amplitude);
+
+    // The wall is stiffer where the terms say so, whatever it is made of; L is the tube's whole length.
+    const double whole = 60 + 25 * 40 * std::numbers::pi / 180;
+    for (const char* model : {"analytic", "mesh", "distance-field"}) {
+        const Scenario varied =
+            parse_scenario(with("terms = [[0.5, 0]]", fmt::format("[wall]\nstiffness_N_per_mm = 8\nmodel = "
+                                                                  "\"{}\"\n",
+                                                                  model)),
+                           "s.toml");
+        const auto wall = wall_of(varied, anatomy_of(varied));
+        const auto stiffness = [&](const geometry::Vec3& x) {
+            physics::WallContact c;
+            wall->contacts({&x, 1}, {&c, 1});
+            return c.stiffness;
+        };
+        for (const double s : {5.0, 15.0, 25.0})
+            EXPECT_NEAR(stiffness({s, 1.9, 0}), 8 + 4 * std::cos(std::numbers::pi * s / whole), 0.02)
+                << model << " " << s;
+    }
+
+    const auto refused = [&](const std::string& keys) {
+        return test::refusal([&] { parse_scenario(with(keys), "s.toml"); });
+    };
+    const auto expect = [&](const std::string& keys, const std::string& part) {
+        const std::string text = refused(keys);
+        EXPECT_NE(text.find(part), std::string::npos) << keys << ": " << text;
+    };
+    expect("", "s.toml:14:1: seed = NUMBER or terms = [[AMPLITUDE_SHARE, PHASE_DEG], ...] is missing");
+    expect("seed = 1\nterms = [[0.1, 0]]", "s.toml:16:9: [wall.variation] terms");
+    expect("seed = -1", "s.toml:15:8: [wall.variation] seed = -1 was found");
+    expect("terms = 0.5", "s.toml:15:9: [wall.variation] terms = 0.5 was found; 1 to 64 pairs");
+    expect("terms = []", "s.toml:15:9: ");
+    expect("terms = [[0.5, 0], [0.4, 0], [-0.1, 0]]", "s.toml:15:9: ");
+    expect("terms = [[0.5, 0], [0.4, 0], [-0.1, 0]]",
+           "the shares add up to 1, so that the stiffness could "
+           "reach 0; shares that add up to less than 1");
+    expect("terms = [[0.5, 0], [0.25]]", "s.toml:15:20: [wall.variation] terms = [ 0.25 ] was found; a pair");
+    expect("terms = [[0.5, 0], [0.1, 0, 0]]", "s.toml:15:20: ");
+    expect("terms = [[0.5, \"a\"]]", "s.toml:15:10: ");
+    expect("terms = [[1, 0]]", "s.toml:15:10: ");
+    expect("terms = [[nan, 0]]", "s.toml:15:10: ");
+    expect("terms = [[0.1, 400]]", "s.toml:15:10: ");
+    expect("terms = [0.1, 0]", "s.toml:15:10: ");
+    expect("terms = [[0.1, 0]]\nlength_mm = 0", "s.toml:16:13: [wall.variation] length_mm");
+    expect("term = [[0.1, 0]]", "s.toml:15:1: unknown key 'term' in [wall.variation]");
 }
 
 TEST(Scenario, UnknownKeyIsRefusedWithItsPlaceAndTheKeysThereAre) {

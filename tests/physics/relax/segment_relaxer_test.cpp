@@ -53,6 +53,31 @@ TEST(RelaxerConfig, RefusesWhatCannotRun) {
     }
 }
 
+TEST(SegmentRelaxer, ThePrintedSystemMovesAWireAsThePlainFormDoes) {
+    // From the centreline and from a shaken wire; later the least differences grow (PHYSICS: Section 2).
+    for (const char* name : {"sinuous", "spatial"})
+        for (int varied = 1; varied <= 5; ++varied)
+            for (const bool shaken : {false, true}) {
+                const SceneSetup scene = scene_setup(name);
+                RelaxerConfig config = with(varied, false);
+                Guidewire plain = scene.wire;
+                std::mt19937 random(varied);
+                const auto unit = [&] { return random() / 2147483648.0 - 1.0; };
+                if (shaken)
+                    for (Vec3& u : plain.tangents) u = (u + 0.03 * Vec3(unit(), unit(), unit())).normalized();
+                Guidewire printed = plain;
+                const RelaxBudget budget{plain.segments(), 0, 0};
+                make_relaxer(config, scene.wall)->relax(plain, budget);
+                config.printed = true;
+                make_relaxer(config, scene.wall)->relax(printed, budget);
+                double apart = 0;
+                for (int i = 0; i <= plain.segments(); ++i)
+                    apart = std::max(apart, (plain.tangents[i] - printed.tangents[i]).norm());
+                EXPECT_LT(apart, 1e-12) << name << ", M = " << varied << ", shaken " << shaken;
+                EXPECT_GT((plain.tip() - scene.wire.tip()).norm(), 1e-3);
+            }
+}
+
 TEST(SegmentRelaxer, NeverTurnsASegmentBeyondItsLimit) {
     for (int m = 1; m <= 5; ++m) {
         auto [wall, wire] = scene_setup("hairpin");

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <limits>
 #include <random>
 
 using namespace geometry;
@@ -87,6 +88,54 @@ TEST_P(SegmentStep, TangentFormTakesTheIteratesOfThePapersFourMEquations) {
             }
         }
     }
+}
+
+TEST_P(SegmentStep, PrintedFormTakesTheIteratesOfThePapersFourMEquations) {
+    for (unsigned seed = 1; seed <= 20; ++seed) {
+        const SegmentProblem p = random_problem(GetParam(), seed);
+        for (int iterations : {1, 2, 3, 6}) {
+            const SegmentSolution ours = printed_step(p, iterations), theirs = oracle(p, iterations);
+            for (int m = 0; m < GetParam(); ++m) {
+                EXPECT_LT((ours.tangent[m] - theirs.tangent[m]).norm(), 1e-12) << seed << " " << iterations;
+                EXPECT_NEAR(ours.multiplier[m], theirs.multiplier[m],
+                            1e-12 * std::abs(theirs.multiplier[m]) + 1e-12);
+            }
+        }
+        const SegmentSolution printed = printed_step(p), tangent = plain_step(p);
+        EXPECT_TRUE(printed.converged && tangent.converged) << seed;
+        for (int m = 0; m < GetParam(); ++m)
+            EXPECT_LT((printed.tangent[m] - tangent.tangent[m]).norm(), 1e-12) << seed;
+    }
+}
+
+TEST_P(SegmentStep, PrintedFormEndsInUnitVectorsWhateverTheProblem) {
+    const double none = std::numeric_limits<double>::quiet_NaN();
+    for (unsigned seed = 1; seed <= 400; ++seed) {
+        SegmentProblem p = random_problem(GetParam(), seed, std::pow(10, seed % 13 - 3.0));
+        for (int m = 0; m < GetParam(); ++m) {
+            if (seed % 3 == 0) p.pull[m] *= -1;
+            if (seed % 5 == 0) p.pull[m].setZero();
+            if (seed % 7 == 0) p.pull[m] *= 1e-200;
+            if (seed % 11 == 0) p.pull[m] *= 1e150;
+        }
+        if (seed % 4 == 0)
+            for (auto& row : p.curvature) row.fill(Mat3::Zero());
+        if (seed % 17 == 0) p.curvature[0][0](0, 0) = none;
+        const SegmentSolution s = printed_step(p);
+        EXPECT_LE(s.iterations, 30);
+        for (int m = 0; m < GetParam(); ++m) EXPECT_NEAR(s.tangent[m].norm(), 1, 1e-12) << seed;
+        if (seed % 17 == 0) {
+            EXPECT_FALSE(s.converged);
+        }
+    }
+    // Nothing pulls and nothing bends: Eq. 33 is singular, and the segments stay as they are.
+    SegmentProblem p = random_problem(GetParam(), 1);
+    for (auto& row : p.curvature) row.fill(Mat3::Zero());
+    for (Vec3& pull : p.pull) pull.setZero();
+    const SegmentSolution s = printed_step(p);
+    EXPECT_FALSE(s.converged);
+    EXPECT_EQ(s.iterations, 0);
+    for (int m = 0; m < GetParam(); ++m) EXPECT_EQ(s.tangent[m], p.tangent[m]);
 }
 
 TEST_P(SegmentStep, SolvesTheStationarityOfEq32) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <map>
 #include <stdexcept>
 
 #include "engine/anatomy/scenes.h"
@@ -205,4 +206,86 @@ TEST(WallStiffness, BothRelaxersRestAtTheSamePlaceInAVariedWall) {
     const double varied = energy(wire, wall);
     global_relaxer(setup.wall)->relax(wire, {1'000'000, 0, 0});
     EXPECT_GT(std::abs(energy(wire, setup.wall) - varied), 1e-5 * varied);  // the profile is felt
+}
+
+namespace {
+
+/// The deepest joint of each half of a wire at rest [mm].
+std::pair<double, double> deepest_halves(const LumenWall& wall, Guidewire wire) {
+    global_relaxer(wall)->relax(wire, {2'000'000, 0, 0});
+    const auto contacts = all_contacts(wire, wall);
+    double proximal = 0, distal = 0;
+    for (int i = 1; i <= wire.segments(); ++i) {
+        double& deepest = 2 * i <= wire.segments() ? proximal : distal;
+        deepest = std::max(deepest, contacts[i].penetration);
+    }
+    return {proximal, distal};
+}
+
+}  // namespace
+
+TEST(WallVariation, AStifferHalfIsIndentedLessAndASofterOneMoreOnEveryWall) {
+    const anatomy::Scene& scene = *anatomy::find_scene("sinuous");
+    const Polyline line = anatomy::draw(scene.path);
+    const anatomy::Anatomy tube = anatomy::tube_anatomy("sinuous", line, scene.radius, 48, 0.4);
+    GuidewireSpec spec;
+    spec.segment_length = 2;
+    spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
+    spec.curved_length = spec.curved_angle = 0;
+    const Guidewire wire = wire_along(spec, line, 80);
+    const WallStiffness even(10), uneven = WallVariation{{{0.9, 0}}, 0}.of(10, 160);
+    EXPECT_GT(uneven.average(0, 80), 1.5 * even.mean());
+    const auto compare = [&](const char* kind, const LumenWall& uniform, const LumenWall& varied) {
+        const auto [proximal, distal] = deepest_halves(uniform, wire);
+        const auto [stiffer, softer] = deepest_halves(varied, wire);
+        EXPECT_LT(stiffer, 0.9 * proximal) << kind;
+        EXPECT_GT(softer, 1.1 * distal) << kind;
+    };
+    compare("tube", TubeWall(line, scene.radius, even), TubeWall(line, scene.radius, uneven));
+    compare("mesh", MeshWall(tube.lumen, tube.branches, tube.openings(), even),
+            MeshWall(tube.lumen, tube.branches, tube.openings(), uneven));
+    compare("field", DistanceField(tube.lumen, tube.branches, tube.openings(), even),
+            DistanceField(tube.lumen, tube.branches, tube.openings(), uneven));
+}
+
+TEST(WallVariation, TermsOfZeroChangeNothingToTheLastBit) {
+    const SceneSetup scene = scene_setup("sinuous");
+    const WallVariation nothing{{{0, 1}, {0, 2}}, 50};
+    EXPECT_TRUE(nothing.of(42, 100).uniform());
+    const TubeWall varied(scene.wall.centreline(), scene.wall.radius(), nothing.of(42, 100));
+    Guidewire a = scene.wire, b = scene.wire;
+    global_relaxer(scene.wall)->relax(a, unlimited);
+    global_relaxer(varied)->relax(b, unlimited);
+    for (int i = 0; i <= a.segments(); ++i) ASSERT_EQ(a.joints[i], b.joints[i]) << i;
+}
+
+TEST(WallVariation, IsDrawnWithinThePapersBoundsTheSameForTheSameSeed) {
+    std::map<int, double> largest;
+    for (std::uint64_t seed = 0; seed < 400; ++seed) {
+        const WallVariation drawn = drawn_variation(seed);
+        ASSERT_EQ(drawn.terms.size(), 9u);
+        for (int g = 1; g <= 9; ++g) {
+            const WallStiffness::Term& term = drawn.terms[g - 1];
+            EXPECT_GE(term.amplitude, 0);
+            EXPECT_LT(term.amplitude, std::pow(2.0, -g));
+            EXPECT_GE(term.phase, 0);
+            EXPECT_LT(term.phase, 2 * M_PI);
+            largest[g] = std::max(largest[g], term.amplitude * std::pow(2.0, g));
+            EXPECT_EQ(term.amplitude, drawn_variation(seed).terms[g - 1].amplitude);
+        }
+        EXPECT_LT(drawn.sum(), 1);
+        EXPECT_NO_THROW(drawn.of(42, 100));
+    }
+    for (const auto& [g, share] : largest) EXPECT_GT(share, 0.98) << g;
+    EXPECT_NE(drawn_variation(1).terms[0].amplitude, drawn_variation(2).terms[0].amplitude);
+    EXPECT_NE(drawn_variation(1).terms[0].amplitude, drawn_variation(1 + (1ull << 32)).terms[0].amplitude);
+}
+
+TEST(WallVariation, GoesOverItsLengthOrTheWholeVessel) {
+    const WallVariation own{{{0.5, 0}}, 60}, whole{{{0.5, 0}}, 0};
+    EXPECT_EQ(own.of(40, 100).length(), 60);
+    EXPECT_EQ(whole.of(40, 100).length(), 100);
+    EXPECT_DOUBLE_EQ(own.of(40, 100).at(0), 60);
+    EXPECT_DOUBLE_EQ(own.of(40, 100).at(80), 20);
+    EXPECT_THROW((WallVariation{{{0.5, 0}, {-0.5, 0}}, 0}).of(40, 100), std::invalid_argument);
 }
