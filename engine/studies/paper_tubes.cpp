@@ -5,7 +5,6 @@
 #include "engine/studies/claims.h"
 #include "engine/studies/lateral_deviation.h"
 #include "engine/studies/paper.h"
-#include "engine/studies/random_profile.h"
 #include "engine/studies/resolution.h"
 #include "engine/studies/work.h"
 #include "physics/wire/energy.h"
@@ -76,7 +75,8 @@ void measure(Tried& tried, const Sizes& size, std::uint64_t seed) {
     std::vector<double> sizes_of;
     for (int r = 0; r < size.walls; ++r) {
         const physics::TubeWall wall(scene.wall->centreline(), scene.wall->radius(),
-                                     random_profile(scene.stiffness, size.resolution.coarse, seed, r));
+                                     physics::drawn_variation(seed, physics::published_terms, r)
+                                         .of(scene.stiffness, size.resolution.coarse));
         const Rest rest = global_rest(wall, curve.coarse);
         tried.gradient = std::max(tried.gradient, rest.gradient);
         for (std::size_t i = 1; i < rest.wire.joints.size(); ++i)

@@ -7,7 +7,6 @@
 #include "engine/studies/lateral_deviation.h"
 #include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
-#include "engine/studies/random_profile.h"
 #include "engine/studies/resolution.h"
 #include "engine/studies/work.h"
 
@@ -51,9 +50,14 @@ std::vector<Setting> settings(const StudyOptions& options) {
     return list;
 }
 
+physics::WallStiffness profile(const Setting& s, std::uint64_t seed, int realisation) {
+    return physics::drawn_variation(seed, physics::published_terms, realisation)
+        .of(s.scene.stiffness, s.length());
+}
+
 /// K(ω)/k, ω = 1 … Ω.
 std::vector<double> profile_samples(const Setting& s, std::uint64_t seed, int realisation) {
-    const physics::WallStiffness stiffness = random_profile(s.scene.stiffness, s.length(), seed, realisation);
+    const physics::WallStiffness stiffness = profile(s, seed, realisation);
     std::vector<double> samples;
     for (int w = 1; w <= s.size.pieces_of_artery; ++w)
         samples.push_back(stiffness.at(s.length() * w / s.size.pieces_of_artery) / stiffness.mean());
@@ -88,9 +92,8 @@ Rows rows(const StudyOptions& options, int first, int last) {
         row = {static_cast<double>(realisation)};
         for (std::size_t t = 0; t < both.size(); ++t) {
             const Setting& s = both[t];
-            const physics::TubeWall wall(
-                s.scene.wall->centreline(), s.scene.wall->radius(),
-                random_profile(s.scene.stiffness, s.length(), options.seed, realisation));
+            const physics::TubeWall wall(s.scene.wall->centreline(), s.scene.wall->radius(),
+                                         profile(s, options.seed, realisation));
             const Rest rest = global_rest(wall, s.rest.wire);
             row.push_back(rest.gradient);
             for (std::size_t i = 1; i < rest.wire.joints.size(); ++i)
@@ -194,8 +197,8 @@ void claim_walls(StudyResult& result, const Sizes& size, std::size_t realisation
     eq.add(ClaimKind::Identity, "K is bounded: largest K/k", std::string("< 2"), k.largest, k.largest < 2,
            "below 2");
     eq.add(ClaimKind::Identity, "a tenth term would add less than 0.1 % of k [%]", std::string("< 0.1"),
-           100 * std::ldexp(1.0, -(profile_terms + 1)), 100 * std::ldexp(1.0, -(profile_terms + 1)) < 0.1,
-           "below 0.1");
+           100 * std::ldexp(1.0, -(physics::published_terms + 1)),
+           100 * std::ldexp(1.0, -(physics::published_terms + 1)) < 0.1, "below 0.1");
     FigureClaims fig(result, "Fig. 15", fmt::format("{} realisations of the wall.", realisations));
     const double points = static_cast<double>(realisations) * size.pieces_of_artery;
     fig.add(ClaimKind::Identity, "points of K, realisations times Ω", 5000.0 * 162, points,
@@ -273,8 +276,8 @@ void claim_wire(StudyResult& result, const Setting& s, int tube, const Rows& row
 }
 
 std::string where(const Setting& s) {
-    return fmt::format("{}; G = {} terms over {:g} mm of artery, Ω = {}", s.scene.text(), profile_terms,
-                       s.length(), s.size.pieces_of_artery);
+    return fmt::format("{}; G = {} terms over {:g} mm of artery, Ω = {}", s.scene.text(),
+                       physics::published_terms, s.length(), s.size.pieces_of_artery);
 }
 
 std::vector<io::Plot> pictures(const std::vector<Setting>& both, std::size_t realisations) {
@@ -314,7 +317,7 @@ std::vector<io::Plot> pictures(const std::vector<Setting>& both, std::size_t rea
                          "the published mean 1.0012 and deviation 0.236'\n";
     stiffness.caption = fmt::format(
         "Density of the wall's stiffness in {} realisations (the paper's Fig. 15): G = {} terms, Ω = {}.",
-        realisations, profile_terms, s.size.pieces_of_artery);
+        realisations, physics::published_terms, s.size.pieces_of_artery);
     plots.push_back(stiffness);
 
     io::Plot running{"wall_variation_running", "", 1100, 800};

@@ -78,8 +78,9 @@ void WallVariation::state(StateStream& s) {
     for (WallStiffness::Term& term : terms) s(term.amplitude, term.phase);
 }
 
-WallVariation drawn_variation(std::uint64_t seed, int terms) {
-    std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32), 0u};
+WallVariation drawn_variation(std::uint64_t seed, int terms, int realisation) {
+    std::seed_seq sequence{static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32),
+                           static_cast<std::uint32_t>(realisation)};
     std::mt19937_64 random(sequence);
     const auto uniform = [&] { return std::ldexp(static_cast<double>(random() >> 11), -53); };
     WallVariation variation;

@@ -55,8 +55,10 @@ struct WallVariation {
     void state(StateStream&);
 };
 
-/// The paper's draw (Section 3.5): k_g in [0, 2^−g k], φ_g in [0, 2π). The same on every machine, and the
-/// first realisation of the study of the wall's variation with this seed.
-WallVariation drawn_variation(std::uint64_t seed, int terms = 9);
+inline constexpr int published_terms = 9;  // G of Eq. 41
+
+/// The paper's draw (Section 3.5): k_g in [0, 2^−g k], φ_g in [0, 2π). Determined by the seed and the number
+/// of the realisation alone, the same on every machine.
+WallVariation drawn_variation(std::uint64_t seed, int terms = published_terms, int realisation = 0);
 
 }  // namespace physics
