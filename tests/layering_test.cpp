@@ -66,8 +66,9 @@ const std::map<std::string, Room> rooms = {
     {"engine/studies",
      {all_physics + all_render +
           Names{"engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/blood",
-                "engine/exercise", "engine/io", "engine/run", "engine/scenario"},
+                "engine/exercise", "engine/io", "engine/run", "engine/scenario", "engine/studies/rivals"},
       "studies"}},
+    {"engine/studies/rivals", {{}, "rivals"}},
     {"app",
      {{"app/play", "engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/debrief",
        "engine/exercise", "engine/io", "engine/run", "engine/scenario", "engine/script", "engine/studies",

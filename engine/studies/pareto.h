@@ -1,6 +1,6 @@
 #pragma once
-/// What accuracy costs: processor time against the farthest joint's distance from rest, for every method and
-/// budget.
+/// Speed against accuracy: processor time and counted work until the farthest joint stays within a distance
+/// of rest, for every method of the paper, the global relaxer, and the classical rods that the paper names.
 
 #include "engine/studies/study.h"
 
@@ -10,7 +10,7 @@ StudyResult run_pareto(const StudyOptions&);
 
 /// A method after some of its work.
 struct CostPoint {
-    int series = 0;        // the tube and method it belongs to
+    int series = 0;        // the vessel and method it belongs to
     double cpu = 0;        // so far [s]
     double deviation = 0;  // of the farthest joint from the rest that the method's own end leads to [mm]
 };

@@ -92,4 +92,16 @@ TEST(Claims, OfAllStudiesStandOnOnePageWithThePictures) {
     EXPECT_EQ(html.find("a < b"), std::string::npos);
 }
 
+TEST(Claims, ThePageOpensWithThePictureOfSpeedAgainstAccuracy) {
+    StudyResult first, pareto;
+    first.plots = {{"other", "", 900, 600, ""}};
+    pareto.plots = {{"speed", "", 900, 600, "what is seen"}, {"more", "", 900, 600, ""}};
+    const Study one{"tiny", "?", nullptr}, two_of{"pareto", "?", nullptr};
+    const std::string html = studies_html({{&one, first}, {&two_of, pareto}}, false);
+    EXPECT_LT(html.find("pareto/speed.svg"), html.find("<ul>"));
+    EXPECT_LT(html.find("what is seen"), html.find("<ul>"));
+    EXPECT_GT(html.find("pareto/more.svg"), html.find("</ul>"));
+    EXPECT_GT(html.find("tiny/other.svg"), html.find("</ul>"));
+}
+
 }  // namespace studies

@@ -1,0 +1,130 @@
+#include "engine/studies/pareto_measure.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/io/cpu_clock.h"
+#include "engine/studies/slow_flow.h"
+#include "physics/relax/relaxer.h"
+
+namespace studies {
+namespace {
+
+using geometry::Vec3;
+using physics::Guidewire;
+
+void relax_globally(Guidewire& wire, const physics::LumenWall& wall) {
+    physics::RelaxerConfig config;
+    config.kind = physics::RelaxerKind::Global;
+    physics::make_relaxer(config, wall)->relax(wire, {1'000'000'000, 0, 0});
+}
+
+double farthest(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
+    double far = 0;
+    for (std::size_t i = 0; i < a.size(); ++i) far = std::max(far, (a[i] - b[i]).norm());
+    return far;
+}
+
+/// The wire through these joints; a rival's segments may be a little longer or shorter than λ.
+Guidewire through(Guidewire wire, const std::vector<Vec3>& joints) {
+    for (int i = 1; i <= wire.segments(); ++i) wire.tangents[i] = (joints[i] - joints[i - 1]).normalized();
+    physics::rebuild_joints(wire);
+    return wire;
+}
+
+struct End {
+    std::vector<std::vector<Vec3>> seen;
+    ParetoCourse course;
+};
+
+/// Looks after each step of a Newton method, else whenever 15 % more work is done.
+End watch(ParetoRunner& runner, const Guidewire& start, const ParetoMethod& method, int most, int series) {
+    End end;
+    runner.start(start);
+    double cpu = 0;
+    int done = 0;
+    bool over = false;
+    for (double goal = method.first; done < most && !over;
+         goal = method.newton ? goal + 1 : std::max(goal + 1, 1.15 * goal)) {
+        const int rounds = std::min(static_cast<int>(goal), most) - done;
+        if (rounds < 1) continue;
+        const double begin = io::thread_cpu_seconds();
+        over = runner.advance(rounds);
+        cpu += io::thread_cpu_seconds() - begin;
+        done += rounds;
+        end.course.points.push_back({series, cpu, 0});
+        end.course.work.push_back(runner.work());
+        end.seen.push_back(runner.joints());
+    }
+    end.course.end = runner.end();
+    return end;
+}
+
+/// Finds the rest that the course's end leads to, and how far from it every look was.
+ParetoCourse measured(End end, const ParetoVessel& vessel, const Guidewire& start, const Guidewire& rest) {
+    ParetoCourse& course = end.course;
+    Guidewire own = through(start, end.seen.back());
+    const SlowFlowReport flow = flow_to_rest(own, *vessel.wall);
+    course.energy = flow.energy;
+    course.gradient = flow.gradient;
+    course.basin = farthest(own.joints, rest.joints);
+    for (std::size_t k = 0; k < end.seen.size(); ++k)
+        course.points[k].deviation = farthest(end.seen[k], own.joints);
+    return course;
+}
+
+int part(const ParetoMethod& method, int most, double share) {
+    return method.newton ? most : std::max(1, static_cast<int>(most * share));
+}
+
+}  // namespace
+
+ParetoCourse from_centreline(const ParetoVessel& vessel, const ParetoMethod& method, int series,
+                             double share) {
+    const Guidewire start = vessel.wire(vessel.segments);
+    Guidewire rest = start;
+    relax_globally(rest, *vessel.wall);
+    const auto runner = method.make(vessel, false);
+    return measured(watch(*runner, start, method, part(method, method.most_cold, share), series), vessel,
+                    start, rest);
+}
+
+std::vector<ParetoPush> pareto_pushes(const ParetoVessel& vessel, int count) {
+    physics::RelaxerConfig config;
+    config.kind = physics::RelaxerKind::Global;
+    const auto relaxer = physics::make_relaxer(config, *vessel.wall);
+    const int first = std::max(2, static_cast<int>(0.4 * vessel.segments));
+    Guidewire wire = vessel.wire(first);
+    relaxer->relax(wire, {1'000'000'000, 0, 0});
+    std::vector<ParetoPush> list;
+    while (wire.segments() < vessel.segments) {
+        ParetoPush push{wire, {}, {}};
+        physics::insert_segment(wire);
+        push.pushed = wire;
+        relaxer->relax(wire, {1'000'000'000, 0, 0});
+        push.rest = wire;
+        const int made = static_cast<int>(list.size());
+        if (wire.segments() - first >= static_cast<int>((made + 1.0) * (vessel.segments - first) / count))
+            list.push_back(std::move(push));
+    }
+    return list;
+}
+
+ParetoCourse course_of(const ParetoVessel& vessel, const ParetoMethod& method, const ParetoPush& push,
+                       int series, double share) {
+    const auto runner = method.make(vessel, true);
+    runner->remember(push.before);
+    return measured(watch(*runner, push.pushed, method, part(method, method.most_push, share), series),
+                    vessel, push.pushed, push.rest);
+}
+
+ParetoFloor floor_of(const ParetoVessel& vessel, const ParetoMethod& method, double share) {
+    Guidewire rest = vessel.wire(vessel.segments);
+    relax_globally(rest, *vessel.wall);
+    const auto runner = method.make(vessel, false);
+    const ParetoCourse course = measured(
+        watch(*runner, rest, method, part(method, 2 * method.most_cold, share), 0), vessel, rest, rest);
+    return {course.points.back().deviation, course.end};
+}
+
+}  // namespace studies

@@ -1,0 +1,223 @@
+#include "engine/studies/pareto_methods.h"
+
+#include <fmt/format.h>
+
+#include "engine/run/relax_method.h"
+#include "engine/studies/rivals/beam_rod.h"
+#include "engine/studies/rivals/position_rod.h"
+#include "engine/studies/rivals/spring_chain.h"
+#include "physics/relax/relaxer.h"
+
+namespace studies {
+namespace {
+
+using physics::Guidewire;
+using physics::RelaxerKind;
+
+class OwnRunner final : public ParetoRunner {
+public:
+    OwnRunner(const ParetoVessel& vessel, const physics::RelaxerConfig& config, bool distal)
+        : relaxer_(physics::make_relaxer(config, *vessel.wall)),
+          global_(config.kind == RelaxerKind::Global),
+          distal_(distal) {}
+    void remember(const Guidewire& rest) override {
+        Guidewire wire = rest;
+        if (global_) relaxer_->relax(wire, {1'000'000'000, 0, 0});
+    }
+    void start(const Guidewire& wire) override { wire_ = wire; }
+    bool advance(int rounds) override {
+        // A step of the global relaxer is made whatever the budget; a round of the others is N updates.
+        const int updates = global_ ? 1 : rounds * wire_.segments();
+        const auto report = relaxer_->relax(wire_, {updates, distal_ ? 0.75 : 0.0, distal_ ? 60 : 0});
+        work_.rounds += global_ ? report.newton_steps : rounds;
+        work_.wall_queries += static_cast<double>(report.wall_queries);
+        work_.solves += global_ ? report.newton_steps : report.updates;
+        at_rest_ = report.converged;
+        return at_rest_;
+    }
+    const std::vector<geometry::Vec3>& joints() const override { return wire_.joints; }
+    ParetoWork work() const override { return work_; }
+    std::string end() const override { return at_rest_ ? "at rest" : "went on"; }
+
+private:
+    std::unique_ptr<physics::Relaxer> relaxer_;
+    bool global_, distal_;
+    Guidewire wire_;
+    ParetoWork work_;
+    bool at_rest_ = false;
+};
+
+class RivalRunner final : public ParetoRunner {
+public:
+    explicit RivalRunner(std::unique_ptr<rivals::Rival> rival) : rival_(std::move(rival)) {}
+    void start(const Guidewire& wire) override { rival_->start(wire.joints); }
+    bool advance(int rounds) override {
+        progress_ = rival_->advance(rounds);
+        return progress_ != rivals::Progress::Going;
+    }
+    const std::vector<geometry::Vec3>& joints() const override { return rival_->nodes(); }
+    ParetoWork work() const override {
+        const rivals::Tally& t = rival_->tally();
+        return {static_cast<double>(t.rounds), static_cast<double>(t.wall_queries),
+                static_cast<double>(t.solves)};
+    }
+    std::string end() const override {
+        switch (progress_) {
+            case rivals::Progress::AtRest:
+                return "at rest";
+            case rivals::Progress::Stuck:
+                return "stuck";
+            case rivals::Progress::Diverged:
+                return "diverged";
+            case rivals::Progress::Going:
+                break;
+        }
+        return "went on";
+    }
+
+private:
+    std::unique_ptr<rivals::Rival> rival_;
+    rivals::Progress progress_ = rivals::Progress::Going;
+};
+
+ParetoMethod drawn(ParetoMethod method, const std::string& colour, const std::string& rest) {
+    method.colour = colour;
+    method.look = fmt::format("lc rgb '{}' {}", colour, rest);
+    return method;
+}
+
+ParetoMethod position_rod(const std::string& name, const rivals::PositionSettings& settings, int rounds) {
+    ParetoMethod m;
+    m.name = name;
+    m.family = Family::Classical;
+    m.first = 4;
+    m.most_push = rounds;
+    m.most_cold = 4 * rounds;
+    m.round = "a substep";
+    m.solve = "the projection of one constraint";
+    m.make = [settings](const ParetoVessel& v, bool) {
+        return std::make_unique<RivalRunner>(
+            std::make_unique<rivals::PositionRod>(v.rod, v.tube.get(), settings));
+    };
+    return m;
+}
+
+ParetoMethod spring_chain(const std::string& name, const rivals::ChainSettings& settings, double axial,
+                          int rounds) {
+    ParetoMethod m;
+    m.name = name;
+    m.family = Family::Classical;
+    m.first = 4;
+    m.most_push = rounds;
+    m.most_cold = 4 * rounds;
+    m.round = "a time step";
+    m.solve = "none";
+    m.make = [settings, axial](const ParetoVessel& v, bool) {
+        rivals::RodSpec rod = v.rod;
+        rod.axial *= axial;
+        return std::make_unique<RivalRunner>(
+            std::make_unique<rivals::SpringChain>(rod, v.tube.get(), settings));
+    };
+    return m;
+}
+
+ParetoMethod beam_rod(const std::string& name, double axial) {
+    ParetoMethod m;
+    m.name = name;
+    m.family = Family::Classical;
+    m.newton = true;
+    m.most_push = 200;
+    m.most_cold = 1000;
+    m.round = "a Newton step";
+    m.solve = "a factorisation of the 5N × 5N tangent";
+    m.make = [axial](const ParetoVessel& v, bool) {
+        rivals::RodSpec rod = v.rod;
+        rod.axial *= axial;
+        return std::make_unique<RivalRunner>(
+            std::make_unique<rivals::BeamRod>(rod, v.tube.get(), rivals::BeamSettings{}));
+    };
+    return m;
+}
+
+}  // namespace
+
+ParetoMethod own_method(const std::string& word, const std::string& name) {
+    const physics::RelaxerConfig config = run::parse_method(word);
+    ParetoMethod m;
+    m.name = name;
+    const bool global = config.kind == RelaxerKind::Global;
+    m.family = global ? Family::Global : Family::Paper;
+    m.newton = global;
+    // About half a second a push and a few from the centreline.
+    const int m_turns = config.kind == RelaxerKind::Segment ? config.varied_segments : 1;
+    m.most_push = global ? 300 : m_turns > 3 ? 512 : 1024;
+    m.most_cold = global ? 1000 : m_turns > 3 ? 3000 : 5000;
+    m.round = global ? "a Newton step" : "N updates";
+    m.solve = global ? "an O(N) recursion" : fmt::format("an update of {} unknowns", 2 * m_turns);
+    m.make = [config](const ParetoVessel& v, bool distal) {
+        return std::make_unique<OwnRunner>(v, config, distal);
+    };
+    return m;
+}
+
+std::vector<ParetoMethod> pareto_methods(bool quick) {
+    std::vector<ParetoMethod> list;
+    const auto own = [&](const char* word, const char* name, const char* colour, const char* rest) {
+        list.push_back(drawn(own_method(word, name), colour, rest));
+    };
+    own("first-order", "first order", "#999999", "lw 1.5");
+    own("segment:1", "M = 1", "#E69F00", "lw 1.5");
+    own("segment:2", "M = 2", "#0072B2", "lw 1.5");
+    own("segment:3", "M = 3", "#56B4E9", "lw 1.5");
+    if (!quick) {
+        own("segment:5", "M = 5", "#56B4E9", "lw 1.5 dt 2");
+        own("konings", "Konings", "#999999", "lw 1.5 dt 2");
+        own("geometric", "geometrical", "#999999", "lw 1.5 dt 4");
+        own("combined:2", "geometrical and M = 2", "#0072B2", "lw 1.5 dt 4");
+    }
+    own("global", "global Newton", "#D55E00", "lw 3.5");
+    // Settings as chosen from rival_sweep().
+    list.push_back(drawn(position_rod("XPBD", {0.01, 1, false, false}, 32'000), "#CC79A7", "lw 2.5"));
+    list.push_back(
+        drawn(position_rod("XPBD warm-started", {0.1, 16, false, true}, 2000), "#CC79A7", "lw 2.5 dt 2"));
+    list.push_back(
+        drawn(spring_chain("mass–spring", {rivals::Damping::Critical}, 1, 32'000), "#009E73", "lw 2.5"));
+    list.push_back(drawn(beam_rod("beam FEM", 1), "#000000", "lw 2.5"));
+    return list;
+}
+
+std::vector<ParetoMethod> rival_sweep(bool quick) {
+    std::vector<ParetoMethod> list;
+    const auto xpbd = [&](double step, int iterations, bool momentum, bool warm) {
+        list.push_back(position_rod(
+            fmt::format("XPBD, Δt²/m = {:g} mm/N, {} iteration{}, {}, {}", step, iterations,
+                        iterations == 1 ? "" : "s", momentum ? "velocities carried" : "velocities dropped",
+                        warm ? "multipliers carried" : "multipliers from zero"),
+            {step, iterations, momentum, warm}, 32'000 / iterations));
+    };
+    if (quick) {
+        xpbd(0.01, 1, true, false);
+    } else {
+        for (const double step : {1e-4, 1e-3, 1e-2, 0.1}) xpbd(step, 1, true, false);
+        for (const double step : {1e-3, 1e-2, 0.1, 1.0}) xpbd(step, 1, false, false);
+        for (const int iterations : {4, 16}) xpbd(0.01, iterations, true, false);
+        for (const double step : {1e-2, 0.1, 1.0}) xpbd(step, 4, false, true);
+        for (const double step : {0.1, 1.0}) xpbd(step, 8, false, true);
+        for (const double step : {0.1, 1.0, 10.0}) xpbd(step, 16, false, true);
+    }
+    for (const auto damping : {rivals::Damping::Kinetic, rivals::Damping::Critical})
+        for (const double axial : {0.1, 1.0, 10.0}) {
+            if (quick && axial != 1) continue;
+            list.push_back(
+                spring_chain(fmt::format("mass–spring, {} damping, EA × {:g}",
+                                         damping == rivals::Damping::Kinetic ? "kinetic" : "critical", axial),
+                             {damping}, axial, 32'000));
+        }
+    for (const double axial : {0.1, 1.0, 10.0, 1000.0}) {
+        if (quick && axial != 1) continue;
+        list.push_back(beam_rod(fmt::format("beam FEM, EA × {:g}", axial), axial));
+    }
+    return list;
+}
+
+}  // namespace studies

@@ -1,0 +1,56 @@
+#pragma once
+/// The methods of the study of speed against accuracy, ours and others', behind one interface.
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/studies/pareto_vessels.h"
+
+namespace studies {
+
+/// Counted work; the same on every machine.
+struct ParetoWork {
+    double rounds = 0, wall_queries = 0, solves = 0;
+};
+
+/// One method at work on one wire.
+class ParetoRunner {
+public:
+    virtual ~ParetoRunner() = default;
+    /// Lets the method see the wire at rest, before a push. Not timed.
+    virtual void remember(const physics::Guidewire&) {}
+    virtual void start(const physics::Guidewire&) = 0;
+    /// Works for so many rounds; true when it has ended of itself.
+    virtual bool advance(int rounds) = 0;
+    virtual const std::vector<geometry::Vec3>& joints() const = 0;
+    virtual ParetoWork work() const = 0;
+    /// Why it ended: "at rest", "stuck", "diverged", or "went on".
+    virtual std::string end() const = 0;
+};
+
+enum class Family { Paper, Global, Classical };
+
+struct ParetoMethod {
+    std::string name;  // in tables and pictures
+    Family family = Family::Paper;
+    std::string look;    // of its line, for gnuplot
+    std::string colour;  // of its label
+    int first = 1, most_push = 1,
+        most_cold = 1;         // rounds: until the first look, of a push, from the centreline
+    bool newton = false;       // ends of itself after few rounds: never cut short
+    std::string round, solve;  // what they are
+    /// `distal`: most of a budget goes to the tip, as in the product, where the method can choose.
+    std::function<std::unique_ptr<ParetoRunner>(const ParetoVessel&, bool distal)> make;
+};
+
+/// One method of relaxation by its word (run::parse_method).
+ParetoMethod own_method(const std::string& word, const std::string& name);
+
+/// Those whose lines stand in the pictures. Rivals need a vessel with a tube.
+std::vector<ParetoMethod> pareto_methods(bool quick);
+/// Settings of the rivals that were tried, to choose those above.
+std::vector<ParetoMethod> rival_sweep(bool quick);
+
+}  // namespace studies
