@@ -101,39 +101,34 @@ std::string front_text(const std::vector<ParetoMethod>& methods, const std::vect
     for (std::size_t m = 0; m < methods.size(); ++m) {
         const Nearest here = nearest(methods[m], courses[m]);
         if (methods[m].family == Family::Global)
-            own = fmt::format("The global relaxer is within 1e-4 mm after {:.2g} ms",
-                              speed_at(courses[m], 1e-4).cpu_ms);
+            own = fmt::format("The global relaxer is within 1e-4 mm after {} ms",
+                              two_digits(speed_at(courses[m], 1e-4).cpu_ms));
         if (methods[m].family == Family::Paper && std::isfinite(here.accuracy) &&
             !(here.accuracy >= paper.accuracy))
             paper = here;
         if (methods[m].family != Family::Classical) continue;
         others += fmt::format("{}{} {}", others.empty() ? "" : "; ", methods[m].name,
                               std::isfinite(here.accuracy)
-                                  ? fmt::format("{:.1g} mm in {:.2g} ms", here.accuracy, here.cpu_ms)
+                                  ? fmt::format("{:.1g} mm in {} ms", here.accuracy, two_digits(here.cpu_ms))
                                   : std::string("not even 1 mm"));
         rivals += fmt::format("{}{:.1g}", rivals.empty() ? "" : ", ", floors[m]);
     }
-    return fmt::format(
+    const std::string setting = fmt::format(
         "Speed against accuracy. One segment is inserted into a wire at rest; plotted is the processor time "
-        "after "
-        "which the farthest joint stays within a distance of the new rest, the median of {} pushes spread "
-        "over {} "
-        "tube{}: down and to the left is better, and left of the dotted line a push fits into a frame. Rest "
-        "is "
-        "what the global relaxer certifies to a gradient of 1e-8 of the bending stiffness, or the rest of "
-        "that "
-        "kind in whose basin a method ends. Points are filled where every push got there, hollow where some "
-        "did "
-        "not; a line ends where less than half do. {}; of the paper's methods {} comes nearest, within "
-        "{:.1g} mm "
-        "after {:.2g} ms, and none of them gets nearer in half of the pushes before it is stopped. The "
-        "classical "
-        "rods share no code with ours, and the beam elements, at rest a few steps after a push, confirm the "
-        "equilibrium; in half of the pushes they get to: {}. They bend by other formulas and rest a little "
-        "aside, "
-        "so that they cannot come nearer than about {} mm (in that order, median of the tubes).",
-        pushes, tubes, tubes == 1 ? "" : "s", own, paper.method, paper.accuracy, paper.cpu_ms, others,
-        rivals);
+        "after which the farthest joint stays within a distance of the new rest, the median of {} pushes "
+        "spread over {} tube{}: down and to the left is better, and left of the dotted line a push fits into "
+        "a frame. Rest is what the global relaxer certifies to a gradient of 1e-8 of the bending stiffness, "
+        "or the rest of that kind in whose basin a method ends. Points are filled where every push got "
+        "there, hollow where some did not; a line ends where less than half do.",
+        pushes, tubes, tubes == 1 ? "" : "s");
+    return fmt::format(
+        "{} {}; of the paper's methods {} comes nearest, within {:.1g} mm after {} ms, and none of them gets "
+        "nearer in half of the pushes before it is stopped. The classical rods share no code with ours: "
+        "that the beam elements come to rest beside it confirms the equilibrium; in half of the pushes they "
+        "get to: {}. They bend by other formulas and rest a little aside: the floor of each, in that order "
+        "{} mm "
+        "at the full length of the wire (median of the tubes), is about as near as it can come.",
+        setting, own, paper.method, paper.accuracy, two_digits(paper.cpu_ms), others, rivals);
 }
 
 std::string page(const StudyOptions& options, const StudyResult& result, const io::Table& speed,
@@ -153,8 +148,9 @@ machine; rounds, wall queries and solves do not.
 
 {3}
 Cells: median time; wall queries and solves up to then; in brackets the share of the pushes that get there where it is not
-all. A time is that of the first look, 15 % of work apart, from which on the error stays within the accuracy. Every method
-starts with the same joints, those of the rest before the push and one more segment at the tip. The paper's methods spend
+all. A time is that of the first look, 15 % of work apart, from which on the error stays within the accuracy.
+Newton methods are looked at after each step, which stops the global relaxer each time and makes it slower than in one go.
+Every method starts with the same joints, those of the rest before the push and one more segment at the tip. The paper's methods spend
 three quarters of their updates in the 60 segments at the tip, as the product does. Errors are those of joints, not of the
 curve: a wire that lies on the right curve and has yet to slide along it counts as not at rest.
 

@@ -37,15 +37,17 @@ struct End {
     ParetoCourse course;
 };
 
-/// Looks after each step of a Newton method, else whenever 15 % more work is done.
-End watch(ParetoRunner& runner, const Guidewire& start, const ParetoMethod& method, int most, int series) {
+/// Looks whenever 15 % more work is done. A Newton method is looked at after `newton` times as many steps, or
+/// after each where that is 1: in a dead end the global relaxer needs more than a step's budget to get out.
+End watch(ParetoRunner& runner, const Guidewire& start, const ParetoMethod& method, int most, int series,
+          double newton) {
     End end;
     runner.start(start);
     double cpu = 0;
     int done = 0;
     bool over = false;
     for (double goal = method.first; done < most && !over;
-         goal = method.newton ? goal + 1 : std::max(goal + 1, 1.15 * goal)) {
+         goal = std::max(goal + 1, (method.newton ? newton : 1.15) * goal)) {
         const int rounds = std::min(static_cast<int>(goal), most) - done;
         if (rounds < 1) continue;
         const double begin = io::thread_cpu_seconds();
@@ -85,7 +87,7 @@ ParetoCourse from_centreline(const ParetoVessel& vessel, const ParetoMethod& met
     Guidewire rest = start;
     relax_globally(rest, *vessel.wall);
     const auto runner = method.make(vessel, false);
-    return measured(watch(*runner, start, method, part(method, method.most_cold, share), series), vessel,
+    return measured(watch(*runner, start, method, part(method, method.most_cold, share), series, 2), vessel,
                     start, rest);
 }
 
@@ -114,7 +116,7 @@ ParetoCourse course_of(const ParetoVessel& vessel, const ParetoMethod& method, c
                        int series, double share) {
     const auto runner = method.make(vessel, true);
     runner->remember(push.before);
-    return measured(watch(*runner, push.pushed, method, part(method, method.most_push, share), series),
+    return measured(watch(*runner, push.pushed, method, part(method, method.most_push, share), series, 1),
                     vessel, push.pushed, push.rest);
 }
 
@@ -123,7 +125,7 @@ ParetoFloor floor_of(const ParetoVessel& vessel, const ParetoMethod& method, dou
     relax_globally(rest, *vessel.wall);
     const auto runner = method.make(vessel, false);
     const ParetoCourse course = measured(
-        watch(*runner, rest, method, part(method, 2 * method.most_cold, share), 0), vessel, rest, rest);
+        watch(*runner, rest, method, part(method, 2 * method.most_cold, share), 0, 2), vessel, rest, rest);
     return {course.points.back().deviation, course.end};
 }
 

@@ -26,8 +26,8 @@ public:
     }
     void start(const Guidewire& wire) override { wire_ = wire; }
     bool advance(int rounds) override {
-        // A step of the global relaxer is made whatever the budget; a round of the others is N updates.
-        const int updates = global_ ? 1 : rounds * wire_.segments();
+        // A round is N updates. The global relaxer makes a step whatever the budget.
+        const int updates = global_ && rounds == 1 ? 1 : rounds * wire_.segments();
         const auto report = relaxer_->relax(wire_, {updates, distal_ ? 0.75 : 0.0, distal_ ? 60 : 0});
         work_.rounds += global_ ? report.newton_steps : rounds;
         work_.wall_queries += static_cast<double>(report.wall_queries);

@@ -44,7 +44,7 @@ struct Label {
     double x = 0, y = 0;  // end of the line: ms, mm
 };
 
-constexpr double column_ms = 2500;  // where names stand in a column
+constexpr double column_ms = 1500;  // where names stand in a column
 
 /// Names beside the ends of lines; where many lines end, in a column on the right with a thin leader.
 std::string named(std::vector<Label> labels) {
@@ -52,11 +52,10 @@ std::string named(std::vector<Label> labels) {
     std::sort(labels.begin(), labels.end(), [](const Label& a, const Label& b) { return a.y > b.y; });
     double least = 1e9;
     for (const Label& label : labels) {
-        const std::string look = fmt::format("tc rgb '{}' font ',12'", label.colour);
-        if (label.x < frame_ms) {
-            const bool left = label.y > 0.2;
-            text += fmt::format("set label '{}' at {},{} {} {}\n", label.text, label.x, label.y,
-                                left ? "right offset -0.8,-0.4" : "left offset 0.9,0", look);
+        const std::string look = fmt::format("tc rgb '{}'", label.colour);
+        if (label.x < 0.2 * frame_ms && label.y < 0.05) {
+            text += fmt::format("set label '{}' at {},{} left offset 0.9,0 {}\n", label.text, label.x,
+                                label.y, look);
             continue;
         }
         const double y = std::min(label.y, least);
@@ -77,10 +76,10 @@ io::Plot speed_plot(const std::vector<ParetoMethod>& methods, const io::Table& c
     plot.commands = fmt::format(
         "{}set xlabel 'processor time of a push, median [ms]' font ',14'\n"
         "set ylabel 'farthest joint from rest [mm]' font ',14'\nset tics font ',12'\n"
-        "set xrange [0.02:30000]\nset yrange [{}:{}]\nset lmargin 11\nset rmargin 3\n"
+        "set xrange [0.02:60000]\nset yrange [{}:{}]\nset lmargin 11\nset rmargin 3\n"
         "set format x '%g'\nset xtics (0.1, 1, 10, 100, 1000)\n"
         "set arrow from {},graph 0 to {},graph 1 nohead lc rgb '#666666' dt 3 lw 1.5\n"
-        "set label '16.7 ms: 60 frames/s' at {},graph 0.03 left offset 0.6,0 tc rgb '#666666' font ',12'\n",
+        "set label '16.7 ms: 60 frames/s' at {},graph 0.03 left offset 0.6,0 tc rgb '#666666'\n",
         log_axes, bottom, top, frame_ms, frame_ms, frame_ms);
     std::vector<Label> labels;
     std::string lines;
@@ -94,7 +93,7 @@ io::Plot speed_plot(const std::vector<ParetoMethod>& methods, const io::Table& c
         }
         if (label.x == 0) continue;
         if (std::isfinite(floors[m])) {
-            label.text += fmt::format(" (rests {:.1g} mm aside)", floors[m]);
+            label.text += fmt::format(" (floor {:.1g})", floors[m]);
         }
         labels.push_back(label);
         const auto part = [&](const std::string& condition, const std::string& look) {

@@ -19,8 +19,9 @@ std::string millimetres(double mm) {
 
 std::string cell(const ParetoSpeed& s) {
     if (!std::isfinite(s.cpu_ms)) return s.reached > 0 ? fmt::format("– ({:.0f} %)", 100 * s.reached) : "–";
-    return fmt::format("{:.2g} ms; {:.2g} queries, {:.2g} solves{}", s.cpu_ms, s.work.wall_queries,
-                       s.work.solves, s.reached < 1 ? fmt::format(" ({:.0f} %)", 100 * s.reached) : "");
+    return fmt::format("{} ms; {} queries, {} solves{}", two_digits(s.cpu_ms),
+                       two_digits(s.work.wall_queries), two_digits(s.work.solves),
+                       s.reached < 1 ? fmt::format(" ({:.0f} %)", 100 * s.reached) : "");
 }
 
 }  // namespace
@@ -30,6 +31,12 @@ double median(std::vector<double> values) {
     const auto middle = values.begin() + static_cast<std::ptrdiff_t>((values.size() - 1) / 2);
     std::nth_element(values.begin(), middle, values.end());
     return *middle;
+}
+
+std::string two_digits(double x) {
+    if (!(std::abs(x) >= 100) || std::abs(x) >= 1e5) return fmt::format("{:.2g}", x);
+    const double unit = std::pow(10, std::floor(std::log10(std::abs(x))) - 1);
+    return fmt::format("{:.0f}", unit * std::round(x / unit));
 }
 
 std::vector<double> curve_accuracies() {

@@ -23,6 +23,9 @@ ParetoSpeed speed_at(const ParetoCourses&, double accuracy);
 
 double median(std::vector<double>);
 
+/// A number for readers: 330, 0.21, 3.7e+05; two digits.
+std::string two_digits(double);
+
 /// Accuracies of the curves, four a decade, and of the tables, one a decade [mm].
 std::vector<double> curve_accuracies();
 inline constexpr double table_accuracies[] = {1, 0.1, 0.01, 0.001, 0.0001};
