@@ -136,10 +136,10 @@ bool Section::point(std::string_view key, Vec3& value, double most) {
 
 Section Section::section(std::string_view key, bool required) {
     const toml::node* node = find(key);
-    if (node && !node->is_table()) refuse(key, *node, fmt::format("a section [{}] is accepted", key));
-    if (!node && required) missing(key, fmt::format("section [{}]", key));
-    return Section(reading_, node ? node->as_table() : nullptr,
-                   name_.empty() ? std::string(key) : fmt::format("{}.{}", name_, key));
+    std::string name = name_.empty() ? std::string(key) : fmt::format("{}.{}", name_, key);
+    if (node && !node->is_table()) refuse(key, *node, fmt::format("a section [{}] is accepted", name));
+    if (!node && required) missing(key, fmt::format("section [{}]", name));
+    return Section(reading_, node ? node->as_table() : nullptr, std::move(name));
 }
 
 void Section::missing(std::string_view, const std::string& what) {

@@ -1,6 +1,9 @@
 #include "engine/scenario/scenario.h"
 
+#include <cmath>
 #include <filesystem>
+#include <fmt/format.h>
+#include <numbers>
 #include <regex>
 
 #include "engine/scenario/placement.h"
@@ -124,6 +127,11 @@ TEST(Scenario, AWallMayBeStifferInPlacesByTermsOrASeed) {
         const std::string text = refused(keys);
         EXPECT_NE(text.find(part), std::string::npos) << keys << ": " << text;
     };
+    EXPECT_NE(test::refusal([] {
+                  parse_scenario(test::small_toml_with("[relaxer]", "[wall]\nvariation = 5\n[relaxer]"),
+                                 "s.toml");
+              }).find("s.toml:15:13: [wall] variation = 5 was found; a section [wall.variation] is accepted"),
+              std::string::npos);
     expect("", "s.toml:14:1: seed = NUMBER or terms = [[AMPLITUDE_SHARE, PHASE_DEG], ...] is missing");
     expect("seed = 1\nterms = [[0.1, 0]]", "s.toml:16:9: [wall.variation] terms");
     expect("seed = -1", "s.toml:15:8: [wall.variation] seed = -1 was found");
