@@ -81,7 +81,6 @@ PaperScene fig_13_scene(int segments) {
     return paper_scene("coronary", {.segments = segments,
                                     .piece = published_piece,
                                     .first_piece = 0.5 * published_piece,
-                                    .bends = calibrated_bends,
                                     .stiffness = calibrated_stiffness});
 }
 

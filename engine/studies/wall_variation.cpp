@@ -204,8 +204,8 @@ void claim_walls(StudyResult& result, const Sizes& size, std::size_t realisation
     fig.add(ClaimKind::Identity, "points of K, realisations times Ω", 5000.0 * 162, points,
             points == 5000.0 * 162, "");
     fig.published("part of the points with 0.5 < K/k < 1.5 [%]", 96.6, 100 * k.inside,
-                  std::abs(100 * k.inside - 96.6) <= 0.5,
-                  "within half a per cent, about two standard errors");
+                  std::abs(100 * k.inside - 96.6) <= 0.5, "within half a per cent, about two standard errors",
+                  "Too few realisations for that.");
     fig.published("mean of K/k", 1.0012, k.mean,
                   std::abs(k.mean - 1.0012) <= 3 * std::sqrt(2.0) * k.mean_error,
                   fmt::format("within three standard errors of the difference of two such means, {:.4f}",
@@ -223,7 +223,8 @@ void claim_wire(StudyResult& result, const Setting& s, int tube, const Rows& row
     FigureClaims section(result, "Section 3.5");
     section.published(
         fmt::format("for each realisation the equilibrium is found: largest |gradient| over C, {}", s.name),
-        std::string("equilibrium"), largest_gradient, largest_gradient <= 1e-7, "at most 1e-7");
+        std::string("equilibrium"), largest_gradient, largest_gradient <= 1e-7, "at most 1e-7",
+        "The relaxer stopped before rest.");
     double drift = 0;
     for (const int joint : s.size.joints) {
         const MeanAndRms half = over(rows, tube, joint, rows.size() / 2),
@@ -235,7 +236,8 @@ void claim_wire(StudyResult& result, const Setting& s, int tube, const Rows& row
         .published(fmt::format("mean and rms reach stable values: largest change over the second half of the "
                                "realisations, of the rms, {}",
                                s.name),
-                   std::string("stable"), drift, drift < 0.05, "below 0.05");
+                   std::string("stable"), drift, drift < 0.05, "below 0.05",
+                   "Too few realisations for that.");
     double inside = 0;
     for (const MeanAndRms& m : of_joint) inside += 2 * m.mean * m.mean < m.rms * m.rms;
     const double joints = static_cast<double>(of_joint.size());
@@ -250,7 +252,9 @@ void claim_wire(StudyResult& result, const Setting& s, int tube, const Rows& row
                 "the reference lies inside the range of the variable wires: joints with |mean| below the "
                 "standard deviation, {} [%]",
                 s.name),
-            std::string("most"), 100 * inside / joints, inside > 0.5 * joints, "more than half");
+            std::string("most"), 100 * inside / joints, inside > 0.5 * joints, "more than half",
+            "A wall that is softer in one place and harder in another moves the wire to one side on the "
+            "mean.");
     const auto within =
         std::count_if(deviations.begin(), deviations.end(), [](double d) { return std::abs(d) <= 0.005; });
     const double part = 100 * static_cast<double>(within) / static_cast<double>(deviations.size());
@@ -423,8 +427,7 @@ StudyResult finish(const StudyOptions& options, const Rows& rows) {
                     "alone. Each comes to rest by the global relaxer from the rest under a uniform wall "
                     "(gradient over C "
                     "{:.1e} and {:.1e}), which is the reference of the lateral deviation.\n\n- *{}*: {}; "
-                    "bends and k as study "
-                    "resolution chose them, the artery in straight pieces of {:.3g} mm.\n- *{}*: {}.",
+                    "the artery in straight pieces of {:.3g} mm, as in study resolution.\n- *{}*: {}.",
                     realisations, options.seed, both[0].rest.gradient, both[1].rest.gradient, both[0].name,
                     where(both[0]), published_piece, both[1].name, where(both[1])),
         result, options);

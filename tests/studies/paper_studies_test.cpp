@@ -88,8 +88,8 @@ StudyResult run_twice(studies::StudyResult (*run)(const studies::StudyOptions&))
     if (!has_times) {
         EXPECT_EQ(one.page, three.page);
     }
-    ASSERT_EQ(one.claims.size(), three.claims.size());
-    for (std::size_t k = 0; k < one.claims.size(); ++k)
+    EXPECT_EQ(one.claims.size(), three.claims.size());
+    for (std::size_t k = 0; k < std::min(one.claims.size(), three.claims.size()); ++k)
         if (one.claims[k].kind != studies::ClaimKind::Machine) {
             EXPECT_EQ(one.claims[k].measured, three.claims[k].measured) << one.claims[k].text;
             EXPECT_EQ(one.claims[k].note, three.claims[k].note) << one.claims[k].text;
@@ -113,28 +113,40 @@ std::map<std::string, std::string> contents(const std::filesystem::path& folder)
 TEST(PaperStudies, SeparationBetweenVariedSegments) {
     const studies::StudyResult result = run_twice(studies::run_separation);
     expect_holding("separation", result, R"(
-Fig. 5a: separation of the fastest M = 2 [segments]
-Fig. 5b: separation of the fastest M = 3 [segments]
-Section 3.1: the optimal δ is larger for smaller λ: best at λ = 1 mm, and at 2 mm [segments]
-Section 3: records of d_i in a cycle are i(i+1)/2 in number
+Fig. 5: separation of the fastest M = 2, sinuous [segments]
+Fig. 5: separation of the fastest M = 3, sinuous [segments]
+Fig. 5: M = 2 is slow with δ of 2 to 5 and from 30 on: least mean of these over the largest of 10 to 20, sinuous
+Fig. 5: M = 3 is faster than M = 2 at the same δ: separations at which it is, sinuous
+Fig. 5: separation of the fastest M = 2, sharp [segments]
+Fig. 5: separation of the fastest M = 3, sharp [segments]
+Fig. 5: M = 2 is slow with δ of 2 to 5 and from 30 on: least mean of these over the largest of 10 to 20, sharp
+Fig. 5: M = 3 is faster than M = 2 at the same δ: separations at which it is, sharp
 )");
-    EXPECT_EQ(table(result, "separation_settled").rows.size(), 13u);
+    EXPECT_EQ(table(result, "separation_means").rows.size(), 28u);
 }
 
 TEST(PaperStudies, NumberOfVariedSegments) {
     const studies::StudyResult result = run_twice(studies::run_varied_segments);
     expect_holding("varied-segments", result, R"(
-Section 3: 200 cycles take the wire to equilibrium: largest |gradient| over C
-Section 3.2: M = 4 and 5 are very similar to M = 3: d_15 [cycles]
-Fig. 7: d_30 relaxes faster than d_15 with M = 1, 2 and 3 [cycles]
-Fig. 7: similar relaxation times of d_30 with M = 1, 2 and 3 [cycles]
-Fig. 7: amplitude of the oscillation of d_30 with M = 1 [mm]
-Fig. 7: noise of d_30 with M = 2 and 3 at about 6 cycles is very small [mm]
-Fig. 8: M = 3 relaxes d_50 fastest of M = 1, 2 and 3 [cycles]
-Fig. 8: the noise of d_50 is larger than that of d_30: amplitude with M = 1 [mm]
+Fig. 4: 40 cycles take the wire to equilibrium: largest |gradient| over C
+Fig. 6: the number of cycles falls with M = 1, 2, 3: mean |d| [mm], sharp
+Fig. 6: chosen δ is more stable than δ = 15: largest amplitude in a cycle from 6 on [mm], sharp
+Fig. 6: M = 4 and 5 are very similar to M = 3: mean |d| [mm], sharp
+Fig. 7: all relaxations are faster than those of joint 16: mean |d| [mm], sharp
+Fig. 7: the noise with M = 2 and 3 at about 6 cycles is very small [mm], sharp
+Fig. 8: M = 3 relaxes fastest of M = 1, 2 and 3: mean |d| [mm], sharp
+Fig. 8: very sharp decrease in the beginning with M = 2 and 3: part left after 2 cycles, sharp
+Fig. 6: the number of cycles falls with M = 1, 2, 3: mean |d| [mm], sinuous
+Fig. 6: M = 4 and 5 are very similar to M = 3: mean |d| [mm], sinuous
+Fig. 7: all relaxations are faster than those of joint 16: mean |d| [mm], sinuous
+Fig. 7: similar relaxation times with M = 1, 2 and 3 [cycles], sinuous
+Fig. 7: amplitude of the oscillation with M = 1 [mm], sinuous
+Fig. 7: the noise with M = 2 and 3 at about 6 cycles is very small [mm], sinuous
+Fig. 8: M = 3 relaxes fastest of M = 1, 2 and 3: mean |d| [mm], sinuous
+Fig. 8: the noise is larger than that of joint 31: amplitude with M = 1 [mm], sinuous
 )");
     const io::Table& rests = table(result, "varied_segments_convergence");
-    ASSERT_EQ(rests.rows.size(), 6u);
+    ASSERT_EQ(rests.rows.size(), 8u);
     for (const auto& row : rests.rows) {
         if (std::get<std::string>(row[0]) == "sinuous") {
             EXPECT_LT(std::get<double>(row[2]), 20);
@@ -159,54 +171,91 @@ Fig. 9: the frequency of δ2 = 5 is large: M = 3, M = 4 [%]
 TEST(PaperStudies, ContactsOfAWireAtRest) {
     const studies::StudyResult result = run_twice(studies::run_static_contact);
     expect_holding("static-contact", result, R"(
-Fig. 11a: with A and R joints in contact stay so: joints that leave the wall
-Fig. 11b: without A and R joints bounce: joints that leave the wall
-Fig. 11: mean |ε| in (a) over that in (b)
-Section 3.3 (c): R alone is like (a): part of touching joints in common; mean |ε| over that of (a)
-Section 3.3 (d): A alone is almost identical to (b): part of touching joints in common; mean |ε| over that of (b)
-Section 3.3 (e): M = 2 and M = 3 with A and R give the same as (a): joints that leave the wall
+Fig. 11: (a) with A and R joints in contact stay so: joints that leave the wall
+Fig. 11: (b) without A and R joints bounce: joints that leave the wall
+Fig. 11: nearly the same joints touch in (a) and (b): share of the time in contact in (b) on joints at most two from one of (a)
+Section 3.3: (c) R alone is like (a): time in contact on the joints of (a); mean |ε| over that of (a)
+Section 3.3: (d) A alone is almost identical to (b): time in contact within one joint; mean |ε| over that of (b)
+Section 3.3: (e) M = 2 and M = 3 with A and R give the same as (a): joints that leave the wall
 Section 3.3: Tr A does not depend on i: largest less least, over the mean
-Fig. 12b: the minimum of the second order lies in the wall, at any x0 [mm]
-Fig. 12c: from a small x0 the first order's minimum is deeper than x0: minimum and x0 [mm]
-Fig. 12d: from a large x0 the first order's minimum is out of the wall [mm]
+Section 3.3: Tr R is larger for smaller i
+Fig. 12: (b) the minimum of the second order lies in the wall, at any x0 [mm]
+Fig. 12: (c) from a small x0 the first order's minimum is deeper than x0: minimum and x0 [mm]
+Fig. 12: (d) from a large x0 the first order's minimum is out of the wall [mm]
 )");
-    // PHYSICS, Section 5: at least five orders of magnitude.
-    EXPECT_LE(measured(result, "mean |ε| in (a) over that in (b)"), 1e-5);
+    // At least five orders of magnitude between the orders, once the wire is at rest.
+    const auto& last = table(result, "static_contact_ratio").rows.back();
+    EXPECT_EQ(std::get<double>(last[0]), 2);
+    EXPECT_LE(std::get<double>(last[2]), 1e-5 * std::get<double>(last[3]));
 }
 
 TEST(PaperStudies, ResolutionOfTheWire) {
     const studies::StudyResult result = run_twice(studies::run_resolution);
     expect_holding("resolution", result, R"(
-Fig. 13: largest |ΔU/U| up to η = 3 (k per length)
-Section 3.4: accuracy of ΔU/U, of equilibrium found again after a disturbance (k per length)
-Fig. 13: largest |ΔU/U| up to η = 3 (k per joint)
-Eq. 40: the wall's constant is the larger: c1/c2 (k per joint)
-Section 3.4: accuracy of ΔU/U, of equilibrium found again after a disturbance (k per joint)
-Section 3.4: the data are less disperse as η increases: rms about the fit in the upper half of N' over that in the lower (k per joint)
-Section 3.4: the standard deviation is larger than the mean: ratio (k per joint)
+Fig. 13: c1, of the wall
+Fig. 13: ΔU/U at η = 3
+Fig. 13: largest |ΔU/U| up to η = 3
+Fig. 13: the wall's constant is the larger: c1/c2
+Fig. 13: c2, of bending
+Fig. 13: the data are less disperse as η increases: rms about the fit in the upper half of N' over that in the lower
+Fig. 13: its standard deviation [mm]
+Fig. 13: accuracy of ΔU/U, of equilibrium found again after a disturbance: share of the rests within 3e-5
+Eqs. 6 to 8 and 16: Eq. 6 is Eq. 5 for small angles: largest relative difference, at η = 1 and 3
+Eqs. 6 to 8 and 16: Eq. 8: the energy of bending increases with η at rest: ΔU_bend/U at the finest, in pieces
+Eqs. 6 to 8 and 16: Eq. 16: ΔU_surf is linear in 1 − 1/η: rms about Υ(1 − 1/η), over its value at η = 3, smooth tube
+Eqs. 6 to 8 and 16: c1 is the wall's share of the energy at η = 1: c1 over it, smooth tube
 )");
-    const io::Table& fits = table(result, "resolution_fit");
-    ASSERT_EQ(fits.rows.size(), 2u);
-    for (const auto& row : fits.rows) {
-        EXPECT_LT(std::get<double>(row[3]), 1e-4);  // Eq. 40 fits
-        EXPECT_LT(std::get<double>(row[6]), 1e-7);  // all at rest
+    for (const char* name : {"resolution_tubes", "resolution_calibration"})
+        for (const auto& row : table(result, name).rows)
+            EXPECT_LT(std::get<double>(row.back()), 1e-7) << name;
+    // The parts are those of the whole.
+    const io::Table &whole = table(result, "resolution"), &parts = table(result, "resolution_parts");
+    ASSERT_EQ(whole.rows.size(), parts.rows.size());
+    for (std::size_t k = 0; k < whole.rows.size(); ++k)
+        EXPECT_NEAR(std::get<double>(whole.rows[k].back()),
+                    std::get<double>(parts.rows[k][1]) + std::get<double>(parts.rows[k][2]), 1e-9);
+}
+
+TEST(PaperStudies, PairsOfSegments) {
+    const studies::StudyResult result = run_twice(studies::run_pair_relaxation);
+    expect_holding("pair-relaxation", result, R"(
+Section 2.3.1 and Fig. 3: the nearest segments turn alike, ε_i ≈ ε_j: median cosine between them at δ = 2
+Section 2.3.1 and Fig. 3: segments that are not close lower the energy more: synergy of δ = 10 to 20 over that of 2 to 4
+Section 2.3.1 and Fig. 3: they turn against each other, ε_i ≈ −ε_j: share of pairs of δ = 10 to 20 that do
+Section 2.3.1 and Fig. 3: far segments hardly interact: median of |ε_i·R_(j,N)·ε_j| over ε_i·R_(i,N)·ε_i with 4 contacts or more between, over that with none between
+Section 2.3.1 and Fig. 3: the quadratic energy of the wall is much larger than that of bending: of ε at the minima of single relaxations, summed
+)");
+    // Together two segments release at least what one of them releases alone, so at least half of both.
+    for (const auto& row : table(result, "pair_relaxation").rows) EXPECT_GE(std::get<double>(row[1]), 0.5);
+    for (const auto& row : table(result, "pair_relaxation_traces").rows)
+        EXPECT_GT(std::get<double>(row[2]), 0);
+}
+
+TEST(PaperStudies, TubesOfTwoFigures) {
+    const studies::StudyResult result = run_twice(studies::run_paper_tubes);
+    for (const auto& row : table(result, "paper_tubes").rows) {
+        EXPECT_LT(std::get<double>(row.back()), 1e-7) << std::get<std::string>(row[0]);
+        EXPECT_GT(std::get<double>(row[10 - 1]), 0) << std::get<std::string>(row[0]);  // some joints touch
     }
 }
 
 TEST(PaperStudies, VariationOfTheWall) {
     const studies::StudyResult result = run_twice(studies::run_wall_variation);
     expect_holding("wall-variation", result, R"(
-Section 3.5: for each realisation the equilibrium is found: largest |gradient| over C
 Eq. 41: K is positive: least K/k
 Eq. 41: K is bounded: largest K/k
 Eq. 41: a tenth term would add less than 0.1 % of k [%]
 Fig. 15: mean of K/k
-Fig. 17: |mean| is mostly smaller than the rms: part of the joints [%]
-Fig. 18: d varies by about ±0.005 mm or less: part of all d within it [%]
-Section 3.5: an uneven wall is negligible for a simulator: largest |d| of all [mm]
+Section 3.5: for each realisation the equilibrium is found: largest |gradient| over C, tube of Fig. 13
+Fig. 17: the reference lies inside the range of the variable wires: joints with |mean| below the standard deviation, tube of Fig. 13 [%]
+Fig. 18: an uneven wall is negligible for a simulator: largest |d| of all, tube of Fig. 13 [mm]
+Section 3.5: for each realisation the equilibrium is found: largest |gradient| over C, sinuous
+Fig. 17: the reference lies inside the range of the variable wires: joints with |mean| below the standard deviation, sinuous [%]
+Fig. 18: d varies by about ±0.005 mm or less: part of all d within it, sinuous [%]
+Fig. 18: an uneven wall is negligible for a simulator: largest |d| of all, sinuous [mm]
 )");
     EXPECT_NEAR(measured(result, "standard deviation of K/k"), 0.236, 0.03);
-    EXPECT_GT(measured(result, "largest |d| of all"), 0);
+    EXPECT_GT(measured(result, "largest |d| of all, sinuous"), 0);
     studies::StudyOptions other = quick(1);
     other.seed = 2;
     EXPECT_NE(studies::run_wall_variation(other).page, result.page);
@@ -234,7 +283,11 @@ TEST(PaperStudies, MergedShardsGiveTheBytesOfOneRun) {
 TEST(PaperStudies, CostOfACycle) {
     const studies::StudyResult result = studies::run_cost(quick(2));
     expect_whole(result);
-    expect_holding("cost", result, "");
+    expect_holding("cost", result, R"(
+Section 3.2: the best outcomes in time are those of M = 2 and M = 3: cycles needed times the published t_M/t_1
+Section 3.2: performance does not improve with M > 3: cycles needed times the published t_M/t_1
+Section 3.2: the number of cycles necessary to relax the wire decreases with M [cycles]
+)");
     // N(N+1)/2 updates that ask for N − b + 1 joints each, and all N + 1 once as a relaxation begins.
     for (const auto& row : table(result, "cost").rows) {
         EXPECT_DOUBLE_EQ(std::get<double>(row[7]), 60 * 61 / 2);
