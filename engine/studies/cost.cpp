@@ -248,7 +248,7 @@ io::Plot picture(const PaperScene& scene, const std::vector<WallChoice>& walls, 
         "left\n"
         "set xlabel 'varied segments M'\nset ylabel 'processor time of a cycle [s]'\nset datafile missing "
         "NaN\n"
-        "$published << END\n1 {} {}\n2 {} {}\n3 {} {}\nEND\nset title 'published (Table 1)'\n"
+        "$published << END\n1,{},{}\n2,{},{}\n3,{},{}\nEND\nset title 'published (Table 1)'\n"
         "plot $published using 2:xtic(1) lc rgb '#E69F00' title 'wall', '' using 3 lc rgb '#56B4E9' title "
         "'solution'\n"
         "set ylabel ''\n",

@@ -190,52 +190,64 @@ io::Plot energy_plot(const std::vector<Family>& all, const Resolution& resolutio
     return plot;
 }
 
+/// The joint of the largest separation, but at the free end, which moves as a whole.
+int farthest_bent(const ResolutionCurve& curve) {
+    const ReferenceCurve reference(curve.fine.joints);
+    int farthest = 1;
+    double largest = 0;
+    for (int i = 1; i + 10 < curve.coarse.segments(); ++i)
+        if (const double d = std::abs(reference.deviation(curve.coarse.joints[i])); d > largest)
+            largest = d, farthest = i;
+    return farthest;
+}
+
 /// The wall's outline, both wires, and a window around their largest separation.
 io::Plot wire_plot(const ResolutionCurve& curve) {
     io::Plot plot{"resolution_wire", "", 1100, 620};
-    const geometry::Vec3 at = curve.coarse.joints[static_cast<std::size_t>(curve.farthest)];
-    const double half = 2.2;
-    const auto lines = [&](const char* key) {
+    const int farthest = farthest_bent(curve);
+    const geometry::Vec3 at = curve.coarse.joints[static_cast<std::size_t>(farthest)];
+    constexpr double half = 2.4;
+    const auto lines = [&](double point) {
         return fmt::format(
-            "plot {}, \\\n     {}, \\\n     {}, \\\n     {}\nset key {}\n",
-            series("resolution_wire", "left wall", 2, 3, "with lines lc rgb '#999999' title 'wall'"),
-            series("resolution_wire", "right wall", 2, 3, "with lines lc rgb '#999999' notitle"),
+            "plot {}, \\\n     {}, \\\n     {}, \\\n     {}\n",
+            series("resolution_wire", "left wall", 2, 3, "with lines lw 1.5 lc rgb '#999999' title 'wall'"),
+            series("resolution_wire", "right wall", 2, 3, "with lines lw 1.5 lc rgb '#999999' notitle"),
             series("resolution_wire", "coarse", 2, 3,
-                   fmt::format("with linespoints pt 7 ps {} lw 2 lc rgb '#0072B2' title '{} segments'",
-                               *key ? 0.9 : 0.01, curve.coarse.segments())),
-            series(
-                "resolution_wire", "fine", 2, 3,
-                fmt::format("with lines lw 1.2 lc rgb '#D55E00' title '{} segments'", curve.fine.segments())),
-            *key ? key : "default");
+                   fmt::format("with linespoints pt 7 ps {} lw 2 lc rgb '#0072B2' title '{} segments'", point,
+                               curve.coarse.segments())),
+            series("resolution_wire", "fine", 2, 3,
+                   fmt::format("with lines lw 1.2 lc rgb '#D55E00' title '{} segments'",
+                               curve.fine.segments())));
     };
     plot.commands = fmt::format(
-        "set multiplot\nset size ratio -1\nset origin 0,0.5\nset size 1,0.5\nset xlabel ''\nset ylabel 'y "
-        "[mm]'\nset key "
-        "outside right top\nset object 9 rectangle from {0:.3f},{1:.3f} to {2:.3f},{3:.3f} fs empty border "
-        "rgb '#D55E00'\n",
-        at.x() - half, at.y() - half, at.x() + half, at.y() + half);
-    plot.commands += lines("");
+        "set multiplot\nset size ratio -1\nset origin 0,0\nset size 0.48,1\nset xlabel 'x [mm]'\nset ylabel "
+        "'y [mm]'\nset "
+        "key top left Left reverse\nset object 9 rectangle from {:.3f},{:.3f} to {:.3f},{:.3f} front fs "
+        "empty border rgb "
+        "'black' lw 2\n{}",
+        at.x() - half, at.y() - half, at.x() + half, at.y() + half, lines(0.01));
     plot.commands += fmt::format(
-        "unset object 9\nset key off\nset origin 0.02,0\nset size 0.42,0.5\nset xlabel 'x [mm]'\nset xrange "
-        "[{:.3f}:{:.3f}]\nset yrange [{:.3f}:{:.3f}]\nset title 'at joint {}: {:.3f} mm apart'\n",
-        at.x() - half, at.x() + half, at.y() - half, at.y() + half, curve.farthest, curve.largest_separation);
-    plot.commands += lines("off");
+        "unset object 9\nset key off\nset origin 0.5,0.42\nset size 0.48,0.58\nset xrange "
+        "[{:.3f}:{:.3f}]\nset yrange "
+        "[{:.3f}:{:.3f}]\nset title 'the box: joint {}, {:.3f} mm apart'\n{}",
+        at.x() - half, at.x() + half, at.y() - half, at.y() + half, farthest,
+        std::abs(ReferenceCurve(curve.fine.joints).deviation(at)), lines(0.9));
     plot.commands +=
-        "unset size\nset size noratio\nset origin 0.47,0\nset size 0.53,0.5\nset autoscale\nset grid lc rgb "
-        "'#dddddd'\nset "
-        "title 'separation along the wire; bend of its joints'\nset xlabel 'joint of the coarse wire'\nset "
-        "ylabel "
-        "'separation [mm]'\nset y2label 'bend [rad]'\nset ytics nomirror\nset y2tics\nset yrange [0:*]\nset "
-        "y2range "
-        "[0:*]\nset key top left\nplot 'resolution_separation.csv' skip 1 using 1:3 axes x1y2 with "
-        "filledcurves y2=0 fc rgb "
-        "'#dddddd' title 'bend', \\\n     '' skip 1 using 1:2 with lines lw 1.5 lc rgb '#0072B2' title "
-        "'separation', \\\n  "
-        "   0.027 with lines dt 2 lc rgb 'black' title 'published mean'\nunset multiplot\n";
+        "set size noratio\nset origin 0.49,0\nset size 0.51,0.42\nset autoscale\nset grid lc rgb "
+        "'#dddddd'\nset title "
+        "'separation along the wire'\nset xlabel 'joint of the coarse wire'\nset ylabel 'separation "
+        "[mm]'\nset y2label "
+        "'bend [rad]'\nset ytics nomirror\nset y2tics\nset yrange [0:*]\nset y2range [0:*]\nset key top "
+        "right\nplot 'resolution_separation.csv' skip 1 using 1:3 axes x1y2 with filledcurves y2=0 fc "
+        "rgb '#dddddd' "
+        "title 'bend', \\\n     '' skip 1 using 1:2 with lines lw 1.5 lc rgb '#0072B2' title 'separation', "
+        "\\\n     0.027 "
+        "with lines dt 2 lc rgb 'black' title 'published mean'\nunset multiplot\n";
     plot.caption = fmt::format(
         "The wire at rest in {} and in {} segments and the artery's wall (the paper's Fig. 13a), the place "
         "where they are "
-        "farthest apart, and their separation along the wire. Same tube as Fig. 13b, the smooth one.",
+        "farthest apart but for the free end, and their separation along the wire. The tube of Fig. 13b, "
+        "smooth.",
         curve.coarse.segments(), curve.fine.segments());
     return plot;
 }
@@ -243,7 +255,7 @@ io::Plot wire_plot(const ResolutionCurve& curve) {
 io::Table wire_table(const ResolutionCurve& curve, const PaperScene& scene) {
     io::Table table{"resolution_wire", {"curve", "x_mm", "y_mm"}, {}};
     const geometry::Polyline& path = scene.path;
-    const double shown = curve.coarse.segments() * curve.coarse.lengths.back() + 8;
+    const double shown = curve.coarse.segments() * curve.coarse.lengths.back() + 25;
     for (const double side : {1.0, -1.0}) {
         double walked = 0;
         for (std::size_t i = 0; i + 1 < path.size() && walked < shown; ++i) {

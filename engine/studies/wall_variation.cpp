@@ -309,16 +309,16 @@ std::vector<io::Plot> pictures(const std::vector<Setting>& both, std::size_t rea
     io::Plot stiffness{"wall_variation_stiffness", "", 800, 460};
     stiffness.commands = grid +
                          "set style fill solid 0.8 noborder\nset xlabel 'K/k'\nset ylabel 'density'\nset "
-                         "xrange [0:2]\nset yrange "
-                         "[0:*]\nset key top left\n"
-                         "set arrow 1 from 0.5, graph 0 to 0.5, graph 0.7 nohead dt 2\nset arrow 2 from 1.5, "
-                         "graph 0 to 1.5, graph 0.7 "
-                         "nohead dt 2\nset label 1 'published: 96.6 % between' at 1.52, graph 0.66 left\n"
+                         "xrange [0:2]\nset yrange [0:*]\n"
+                         "set key top left Left reverse\nset arrow 1 from 0.5, graph 0 to 0.5, graph 0.7 "
+                         "nohead dt 2\nset arrow 2 from 1.5, "
+                         "graph 0 to 1.5, graph 0.7 nohead dt 2\nset label 1 'published: 96.6 % between' at "
+                         "1.98, graph 0.76 right\n"
                          "plot 'wall_variation_stiffness.csv' skip 1 using 1:2 with boxes lc rgb '#56B4E9' "
                          "title 'measured', \\\n"
                          "     exp(-0.5*((x-1.0012)/0.236)**2)/(0.236*sqrt(2*pi)) with lines lw 2 lc rgb "
-                         "'black' title 'normal density of "
-                         "the published mean 1.0012 and deviation 0.236'\n";
+                         "'black' title 'normal, published "
+                         "mean and deviation'\n";
     stiffness.caption = fmt::format(
         "Density of the wall's stiffness in {} realisations (the paper's Fig. 15): G = {} terms, Ω = {}.",
         realisations, physics::published_terms, s.size.pieces_of_artery);

@@ -7,6 +7,7 @@
 #include <set>
 #include <sstream>
 
+#include "engine/io/files.h"
 #include "engine/studies/paper.h"
 #include "engine/studies/shards.h"
 #include "tests/engine/fixtures.h"
@@ -40,9 +41,12 @@ const io::Table& table(const studies::StudyResult& result, const std::string& na
     return result.tables.front();
 }
 
-/// Pictures name their scene, and read tables that are there; claims say what differs.
+/// Pictures name their scene, read tables that are there and can be drawn; claims say what differs.
 void expect_whole(const studies::StudyResult& result) {
     EXPECT_FALSE(result.plots.empty());
+    const test::TemporaryFolder folder;
+    for (const io::Table& t : result.tables) io::write_whole(folder / (t.name + ".csv"), io::to_csv(t));
+    for (const io::Plot& plot : result.plots) EXPECT_EQ(io::write_plot(plot, folder.path()), "") << plot.name;
     for (const io::Plot& plot : result.plots) {
         EXPECT_FALSE(plot.caption.empty()) << plot.name;
         EXPECT_NE(result.page.find(plot.name + ".svg"), std::string::npos) << plot.name;
