@@ -34,34 +34,38 @@ const char* const style =
     "figcaption{color:#444}table{border-collapse:collapse;width:100%;font-size:14px}\n"
     "th,td{border:1px solid #ccc;padding:.3em .5em;text-align:left;vertical-align:top}\n"
     "td.verdict{white-space:nowrap}td.reproduced{background:#d9efe6}td.differs{background:#fbe3d6}"
-    "td.other{background:#eee}h4{margin-bottom:.3em}table.counts{width:auto}";
+    "td.other{background:#eee}dt{font-weight:bold;float:left;width:8em}h4{margin-bottom:.3em}table.counts{"
+    "width:auto}";
 
 /// What the classes of claims mean, and how many each study has of them.
 std::string counts_html(std::span<const ClaimList> lists) {
     static constexpr std::array<std::pair<const char*, const char*>, 6> meanings = {
         {{"reproduced", "a statement of the paper that could have failed here, and holds"},
-         {"differs", "one that does not; its note has the reason and what shows it"},
-         {"calibrated", "a number that the scene was chosen by"},
-         {"identity", "true by construction"},
+         {"differs", "one that does not hold; its note has the reason and what shows it"},
+         {"calibrated", "a number that a tube was chosen by"},
+         {"identity", "true by construction: a check of the program"},
          {"machine", "a processor time, reported and never counted"},
          {"extension", "not the paper's"}}};
-    std::string html = "<table class=\"counts\">\n<tr><th>class</th><th>what it means</th><th>all</th>";
-    for (const ClaimList& list : lists) html += fmt::format("<th>{}</th>", escaped(list.study));
-    html += "</tr>\n";
-    const auto all = claim_counts(lists);
-    for (std::size_t k = 0; k < all.size(); ++k) {
-        const auto number = [&](const ClaimCount& count) {
-            if (count.claims == 0) return std::string();
-            // A claim reproduced holds, one that differs does not, and of a time it is not said.
-            if (k < 2 || all[k].first == "machine") return std::to_string(count.claims);
-            return fmt::format("{} of {} hold", count.holding, count.claims);
-        };
-        html += fmt::format("<tr><td>{}</td><td>{}</td><td>{}</td>", all[k].first, meanings[k].second,
-                            number(all[k].second));
-        for (const ClaimList& list : lists)
-            html += fmt::format("<td>{}</td>", number(claim_counts({&list, 1})[k].second));
-        html += "</tr>\n";
+    std::string html = "<dl>\n", heads;
+    for (const auto& [name, meaning] : meanings) {
+        html += fmt::format("<dt>{}</dt><dd>{}</dd>\n", name, meaning);
+        heads += fmt::format("<th>{}</th>", name);
     }
+    html += fmt::format("</dl>\n<table class=\"counts\">\n<tr><th>study</th>{}</tr>\n", heads);
+    const auto row = [&](const std::string& name, std::span<const ClaimList> of) {
+        html += fmt::format("<tr><td>{}</td>", name);
+        for (const auto& [word, count] : claim_counts(of)) {
+            // What is reproduced holds, what differs does not, and of a time it is not said.
+            const bool plain = word == "reproduced" || word == "differs" || word == "machine";
+            html += count.claims == 0 ? std::string("<td></td>")
+                    : plain           ? fmt::format("<td>{}</td>", count.claims)
+                                      : fmt::format("<td>{} of {} hold</td>", count.holding, count.claims);
+        }
+        html += "</tr>\n";
+    };
+    for (const ClaimList& list : lists)
+        row(fmt::format("<a href=\"#claims-{0}\">{0}</a>", escaped(list.study)), {&list, 1});
+    row("<b>all</b>", lists);
     return html + "</table>\n";
 }
 
@@ -147,7 +151,8 @@ std::string studies_html(const std::vector<std::pair<const Study*, StudyResult>>
     for (const auto& [study, result] : results)
         if (!result.claims.empty()) lists.push_back({std::string(study->id), result.claims, result.notes});
     html += "</ul>\n<h2>Claims</h2>\n" + counts_html(lists);
-    for (const ClaimList& list : lists) html += fmt::format("<h3>{}</h3>\n{}", list.study, claims_html(list));
+    for (const ClaimList& list : lists)
+        html += fmt::format("<h3 id=\"claims-{0}\">{0}</h3>\n{1}", list.study, claims_html(list));
     for (const auto& [study, result] : results) {
         html += fmt::format("<h2 id=\"{0}\">{0}</h2>\n<p>{1} <a href=\"{0}/{0}.md\">Its page</a>; tables:",
                             study->id, escaped(study->question));
