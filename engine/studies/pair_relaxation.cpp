@@ -6,53 +6,14 @@
 #include "engine/studies/claims.h"
 #include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
+#include "engine/studies/segment_terms.h"
 #include "engine/studies/work.h"
 #include "physics/relax/segment_step.h"
-#include "physics/wire/bending.h"
-#include "physics/wire/energy.h"
 
 namespace studies {
 namespace {
 
 using physics::Guidewire, geometry::Mat3, geometry::Vec3;
-
-/// b, A, s and R of every segment of a wire in its tube (Eqs. 4 and 12).
-struct Terms {
-    std::vector<Vec3> pull;  // q = b − s₍i,N₎ [N·mm]
-    std::vector<Mat3> bending, wall;
-    std::vector<int> touching;  // joints in touch, ascending
-    int last_touching() const { return touching.empty() ? -1 : touching.back(); }
-    int touching_between(int i, int j) const {
-        return static_cast<int>(std::lower_bound(touching.begin(), touching.end(), j) -
-                                std::lower_bound(touching.begin(), touching.end(), i));
-    }
-};
-
-Terms terms_of(const PaperScene& scene, const Guidewire& wire) {
-    const int n = wire.segments();
-    const auto contacts = physics::all_contacts(wire, *scene.wall);
-    const auto directors = physics::directors(wire);
-    std::vector<double> torque;
-    physics::tip_torque(wire, directors, torque);
-    Terms terms;
-    terms.pull.resize(static_cast<std::size_t>(n) + 1);
-    terms.bending = terms.wall = std::vector<Mat3>(terms.pull.size());
-    Vec3 push = Vec3::Zero();
-    Mat3 stiffness = Mat3::Zero();
-    for (int i = n; i >= 1; --i) {
-        if (contacts[i].touches()) {
-            push += contacts[i].push();
-            stiffness += contacts[i].stiffness * contacts[i].normal * contacts[i].normal.transpose();
-            terms.touching.push_back(i);
-        }
-        const auto bending = physics::bending_terms(wire, directors, torque, i);
-        terms.pull[i] = bending.pull - wire.lengths[i] * push;
-        terms.bending[i] = bending.curvature;
-        terms.wall[i] = wire.lengths[i] * wire.lengths[i] * stiffness;
-    }
-    std::reverse(terms.touching.begin(), terms.touching.end());
-    return terms;
-}
 
 /// The minimum of Eq. 17, or of Eq. 35, and the turns that lead there.
 struct Relaxed {
@@ -60,7 +21,7 @@ struct Relaxed {
     std::array<Vec3, 2> turn = {Vec3::Zero(), Vec3::Zero()};
 };
 
-Relaxed relaxed(const Guidewire& wire, const Terms& terms, std::initializer_list<int> segments) {
+Relaxed relaxed(const Guidewire& wire, const SegmentTerms& terms, std::initializer_list<int> segments) {
     physics::SegmentProblem problem;
     std::array<int, 2> index{};
     for (const int i : segments) {
@@ -87,7 +48,7 @@ struct Pair {
     double interaction = 0;  // |ε_i·R₍j,N₎·ε_j| over ε_i·R₍i,N₎·ε_i
 };
 
-std::vector<Pair> pairs_at(const std::vector<std::pair<Guidewire, Terms>>& states, int separation) {
+std::vector<Pair> pairs_at(const std::vector<std::pair<Guidewire, SegmentTerms>>& states, int separation) {
     std::vector<Pair> pairs;
     for (const auto& [wire, terms] : states)
         for (int i = 1; i + separation <= terms.last_touching(); ++i) {
@@ -246,7 +207,7 @@ io::Plot picture(const PaperScene& scene, int farthest) {
 }
 
 /// Tr R₍i,N₎ against Tr A_i along the wire, where it rests.
-io::Table traces_table(const Guidewire& wire, const Terms& terms) {
+io::Table traces_table(const Guidewire& wire, const SegmentTerms& terms) {
     io::Table table{"pair_relaxation_traces", {"segment", "trace_R_N_mm", "trace_A_N_mm"}, {}};
     for (int i = 1; i <= wire.segments(); ++i)
         table.add({static_cast<double>(i), terms.wall[i].trace(), terms.bending[i].trace()});
@@ -275,7 +236,7 @@ StudyResult run_pair_relaxation(const StudyOptions& options) {
     const Size size = options.quick ? Size{80, 30, {1, 3}} : Size{200, 60, {1, 2, 3, 5, 8}};
     const PaperScene scene = paper_scene("sharp", {.segments = size.segments});
     Work work(options, 2 + size.farthest - 1);
-    std::vector<std::pair<Guidewire, Terms>> states;
+    std::vector<std::pair<Guidewire, SegmentTerms>> states;
     Rest rest;
     work.run(2, [&](int k) {
         if (k == 1) {
@@ -288,7 +249,7 @@ StudyResult run_pair_relaxation(const StudyOptions& options) {
         for (const int cycles : size.cycles) {
             relaxer->relax(wire, physics::whole_cycles(wire.segments(), cycles - made));
             made = cycles;
-            states.emplace_back(wire, terms_of(scene, wire));
+            states.emplace_back(wire, segment_terms(scene, wire));
         }
         return std::string("on its way");
     });
@@ -337,7 +298,7 @@ StudyResult run_pair_relaxation(const StudyOptions& options) {
             scene.text(), size.cycles.back(), fmt::join(size.cycles, ", ")),
         result, options);
     result.tables = {std::move(table), std::move(contacts),
-                     traces_table(rest.wire, terms_of(scene, rest.wire))};
+                     traces_table(rest.wire, segment_terms(scene, rest.wire))};
     return result;
 }
 

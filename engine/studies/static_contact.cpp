@@ -6,9 +6,9 @@
 #include "engine/studies/claims.h"
 #include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
+#include "engine/studies/segment_terms.h"
 #include "engine/studies/work.h"
 #include "physics/relax/segment_relaxer.h"
-#include "physics/wire/bending.h"
 #include "physics/wire/energy.h"
 
 namespace studies {
@@ -92,30 +92,22 @@ struct Traces {
 };
 
 Traces traces_of(const PaperScene& scene, const Guidewire& wire) {
+    const SegmentTerms terms = segment_terms(scene, wire);
     const int n = wire.segments();
-    const auto contacts = physics::all_contacts(wire, *scene.wall);
-    const auto directors = physics::directors(wire);
-    std::vector<double> torque;
-    physics::tip_torque(wire, directors, torque);
     Traces traces;
+    traces.one = wire.lengths[n] * wire.lengths[n] * scene.stiffness;
     traces.wall.assign(static_cast<std::size_t>(n) + 1, 0.0);
-    double sum = 0, least = 1e300, largest = 0;
-    for (int i = n; i >= 1; --i) {
-        const double lambda = wire.lengths[i];
-        traces.wall[i] = i < n ? traces.wall[i + 1] : 0.0;
-        if (contacts[i].touches()) {
-            traces.one = lambda * lambda * contacts[i].stiffness;
-            traces.wall[i] += traces.one;
-        }
-        const double trace = physics::bending_terms(wire, directors, torque, i).curvature.trace();
+    double least = 1e300, largest = 0;
+    for (int i = 1; i <= n; ++i) {
+        const double trace = terms.bending[i].trace();
+        traces.wall[i] = terms.wall[i].trace();
         traces.bending += trace / n;
         traces.mean_wall += traces.wall[i] / n;
-        sum += trace;
         if (i == n) continue;
         least = std::min(least, trace);
         largest = std::max(largest, trace);
     }
-    traces.bending_spread = (largest - least) / (sum / n);
+    traces.bending_spread = (largest - least) / traces.bending;
     return traces;
 }
 
