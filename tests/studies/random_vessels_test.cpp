@@ -145,7 +145,7 @@ TEST(RandomVessels, ACutLeavesOneMoreOpeningOrTheMeshAsItWas) {
 }
 
 TEST(RandomVessels, DiseasesAreRefusedWithAReasonOrGiveSoundVessels) {
-    const int seeds = seeds_or(16);
+    const int seeds = seeds_or(8);
     const auto presets = anatomy::vessel_presets();
     int sound = 0, refused = 0;
     for (int seed = 1; seed <= seeds; ++seed) {
@@ -229,7 +229,7 @@ TEST(RandomVessels, EveryEndOfEveryPresetGoesOn) {
 }
 
 TEST(RandomVessels, SegmentedTreesAreRefusedWithAReasonOrImported) {
-    const int seeds = std::min(400, seeds_or(4));
+    const int seeds = std::min(400, seeds_or(2));
     int sound = 0, refused = 0;
     for (int seed = 1; seed <= seeds; ++seed) {
         Random random(static_cast<std::uint64_t>(seed));
