@@ -369,9 +369,9 @@ StudyResult run_varied_segments(const StudyOptions& options) {
     const Sizes size = sizes(options.quick);
     const PaperScene sharp = paper_scene("sharp", {.segments = size.segments}),
                      hairpin = paper_scene("hairpin", {.segments = size.hard_segments});
-    const std::vector<PaperScene> whole = {sharp, paper_scene("sinuous", {.segments = size.segments}),
-                                           paper_scene("spatial", {.segments = options.quick ? 60 : 0}),
-                                           hairpin};
+    const PaperScene sinuous = paper_scene("sinuous", {.segments = size.segments});
+    const std::vector<PaperScene> whole = {
+        sinuous, paper_scene("spatial", {.segments = options.quick ? 60 : 0}), hairpin};
     const std::vector<NamedMethod> in_sharp = first_methods(), in_hairpin = hard_methods();
     const int sharp_count = static_cast<int>(in_sharp.size()),
               hard_count = static_cast<int>(in_hairpin.size()),
@@ -380,7 +380,7 @@ StudyResult run_varied_segments(const StudyOptions& options) {
 
     Rest rests[3];
     work.run(3, [&](int k) {
-        rests[k] = paper_rest(k == 0 ? sharp : k == 1 ? hairpin : whole[1], size.rest_cycles);
+        rests[k] = paper_rest(k == 0 ? sharp : k == 1 ? hairpin : sinuous, size.rest_cycles);
         return std::string("reference");
     });
     const ReferenceCurve curve(rests[0].wire.joints), hard_curve(rests[1].wire.joints),
@@ -388,7 +388,7 @@ StudyResult run_varied_segments(const StudyOptions& options) {
     std::vector<Run> runs(in_sharp.size()), on_sinuous(in_sharp.size()), hard(in_hairpin.size());
     work.run(2 * sharp_count, [&](int k) {
         const bool first = k < sharp_count;
-        const PaperScene& scene = first ? sharp : whole[1];
+        const PaperScene& scene = first ? sharp : sinuous;
         Run& run = (first ? runs : on_sinuous)[k % sharp_count];
         run.method = in_sharp[k % sharp_count];
         for (const int joint : size.joints)

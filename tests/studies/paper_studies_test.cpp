@@ -150,7 +150,7 @@ Fig. 8: M = 3 relaxes fastest of M = 1, 2 and 3: mean |d| [mm], sinuous
 Fig. 8: the noise is larger than that of joint 31: amplitude with M = 1 [mm], sinuous
 )");
     const io::Table& rests = table(result, "varied_segments_convergence");
-    ASSERT_EQ(rests.rows.size(), 8u);
+    ASSERT_EQ(rests.rows.size(), 6u);
     for (const auto& row : rests.rows) {
         if (std::get<std::string>(row[0]) == "sinuous") {
             EXPECT_LT(std::get<double>(row[2]), 20);
