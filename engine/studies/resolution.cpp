@@ -61,7 +61,8 @@ std::string range(const Quantiles& q, const char* format) {
                        fmt::format(fmt::runtime(format), q.high));
 }
 
-void claim_fig_13(StudyResult& result, const std::vector<Family>& all) {
+/// `elsewhere` is what the jumps are in the other tubes that the calibration would accept.
+void claim_fig_13(StudyResult& result, const std::vector<Family>& all, const std::string& elsewhere) {
     const std::span<const ResolutionCurve> curves(all[main_family].curves);
     const auto figure = [&](double ResolutionCurve::*what) { return quantiles(curves, what); };
     std::vector<double> c1, c2, dispersion, ratio;
@@ -115,7 +116,8 @@ void claim_fig_13(StudyResult& result, const std::vector<Family>& all) {
             "that pass the corners between pieces.",
             range(change, "{:.2g}"), half, all[smooth].curves[0].mean_change));
     fig.published("largest change of ΔU/U between consecutive N'", 387e-5, jump.median,
-                  near(jump.median, 387e-5, 1.5), "within a factor of 1.5", range(jump, "{:.2g}"));
+                  near(jump.median, 387e-5, 1.5), "within a factor of 1.5",
+                  range(jump, "{:.2g}") + elsewhere);
     const double disperse = quantiles(dispersion).median;
     fig.published(
         "the data are less disperse as η increases: rms about the fit in the upper half of N' over that in "
@@ -304,7 +306,8 @@ StudyResult run_resolution(const StudyOptions& options) {
         std::vector<ResolutionCurve> curves;
     };
     std::vector<Candidate> candidates;
-    for (const double bends : options.quick ? std::vector<double>{1} : std::vector<double>{0.97, 1, 1.03})
+    for (const double bends :
+         options.quick ? std::vector<double>{1} : std::vector<double>{0.97, 1, 1.03, 1.045})
         for (const double stiffness : {0.9, 1.0, 1.1}) candidates.push_back({bends, stiffness, {}});
     struct Piece {
         ResolutionCurve* into;
@@ -405,7 +408,21 @@ StudyResult run_resolution(const StudyOptions& options) {
         calibration.add(
             row(fmt::format("{:.3f}, {:.1f}", candidate.bends, candidate.stiffness), candidate.curves));
 
-    claim_fig_13(result, all);
+    std::string elsewhere;
+    for (const Candidate& candidate : candidates) {
+        if (candidate.bends == 1 && candidate.stiffness == calibrated_stiffness) continue;
+        std::vector<double> c1;
+        for (const ResolutionCurve& curve : candidate.curves) c1.push_back(curve.fit.c1);
+        const double at_three = quantiles(candidate.curves, &ResolutionCurve::at_three).median;
+        if (std::abs(quantiles(c1).median / published_fit.c1 - 1) >= 0.15 ||
+            std::abs(at_three / published_fit.at(3) - 1) >= 0.15)
+            continue;
+        elsewhere += fmt::format("; bends × {:g} and k × {:g}, also within 15 %: mean {:.3g}, largest {:.3g}",
+                                 candidate.bends, candidate.stiffness,
+                                 quantiles(candidate.curves, &ResolutionCurve::mean_change).median,
+                                 quantiles(candidate.curves, &ResolutionCurve::largest_change).median);
+    }
+    claim_fig_13(result, all, elsewhere);
     claim_parts(result, parts, smooth_parts);
     const PaperScene scene =
         paper_scene("coronary", all[smooth].tube.change(size.resolution, size.resolution.coarse));

@@ -235,8 +235,8 @@ double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<cons
     turns_[first - 1].setZero();
     Vec2 prev = Vec2::Zero();
     double farthest = 0, slid = 0;
-    double sizes =
-        0;  // sum of what must be finite: std::max drops a NaN, and an overflow makes a tangent zero
+    // Sum of what must be finite: std::max drops a NaN, and an overflow makes a tangent zero.
+    double sizes = 0;
     slope_ = 0;
     if (terms_.windup_stiffness > 0) {
         twist = turn_;
