@@ -216,6 +216,28 @@ void Bones::add_mirrored(const shape::Surfaces& surfaces, const Eigen::Isometry3
     add(mirrored, place);
 }
 
+void add_voids(Bones& bones, const shape::Compound& shape, int count, double largest, std::uint64_t field,
+               const Eigen::Isometry3d& place, bool mirror) {
+    geometry::Random random(field);
+    const Vec3 low = shape.box().min(), size = shape.box().sizes();
+    for (int k = 0; k < count; ++k) {
+        const double x = random(), y = random(), z = random(), half = 1.0 + (largest - 1.0) * std::pow(random(), 3.0),
+                     across = random.between(0.6, 1.0), deep = random.between(0.6, 1.0), up = random.between(1.0, 1.8);
+        const Vec3 centre = low + Vec3(x, y, z).cwiseProduct(size);
+        const shape::Compound::Value value = shape.at(centre);
+        if (value.distance > -(value.shell + 0.6 + half * up)) continue;
+        TriangleMesh blob = ellipsoid(Vec3::Zero(), half * Vec3(across, deep, up), half > 2.0 ? 8 : 6);
+        for (Vec3& v : blob.vertices) {
+            v += centre;
+            if (mirror) v.x() = -v.x();
+            v = place * v;
+        }
+        if (mirror)
+            for (auto& triangle : blob.triangles) std::swap(triangle[1], triangle[2]);
+        append(bones.voids, blob);
+    }
+}
+
 void add_strut(TriangleMesh& mesh, const Vec3& from, const Vec3& to, double radius) {
     const Vec3 along = (to - from).normalized(), u = along.unitOrthogonal(), v = along.cross(u);
     const int first = static_cast<int>(mesh.vertices.size());
@@ -310,10 +332,12 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
 
     Bones bones;
     const Chance chance(spec.seed);
-    add_spine(bones, chance, low + 20.0, high - 20.0);
-    if (with_abdomen) add_pelvis(bones, chance, low + 12.0);
-    if (with_chest) add_cage(bones, thorax, chance);
-    if (with_head) add_head_bones(bones, chance);
+    // Bones that no view reaches are left out.
+    constexpr double beyond = 60.0;
+    add_spine(bones, chance, std::max(low + 20.0, from - beyond), std::min(high - 20.0, to + beyond));
+    if (with_abdomen && from < 40.0) add_pelvis(bones, chance, low + 12.0);
+    if (with_chest) add_cage(bones, thorax, chance, to > 340.0);
+    if (with_head && to > 520.0) add_head_bones(bones, chance);
 
     std::vector<TissueLayer> layers;
     layers.push_back({"skin and fat", Material::Adipose, Material::Air,
@@ -325,6 +349,7 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
         {"marrow", Material::TrabecularBone, Material::CorticalBone, std::move(bones.core), false});
     layers.push_back(
         {"trabeculae", Material::CorticalBone, Material::TrabecularBone, std::move(bones.struts), false});
+    layers.push_back({"marrow voids", Material::SoftTissue, Material::TrabecularBone, std::move(bones.voids), false});
     if (with_abdomen) {
         // Behind the wall of the belly, in front of the muscles of the back, above the floor of the pelvis
         // and below the diaphragm.
@@ -339,7 +364,7 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
         add_abdomen_layers(layers, chance, cavity, skin_behind - spec.depth, spec.bowel_gas);
     }
     if (with_chest) add_chest_layers(layers, thorax);
-    if (with_head) add_head_layers(layers, chance);
+    if (with_head && to > 520.0) add_head_layers(layers, chance);
     for (TissueLayer& layer : layers) {
         for (Vec3& v : layer.mesh.vertices) v += spec.origin;
     }

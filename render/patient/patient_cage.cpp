@@ -49,7 +49,7 @@ shape::Compound shoulder_blade(const Chest& chest) {
     std::vector<shape::Cut> cuts;
     for (const Row& row : rows) {
         shape::Cut cut{row.z, {}};
-        const double thick[] = {1.9, 1.1, 1.0, 1.3, 3.4};
+        const double thick[] = {2.4, 1.7, 1.6, 1.9, 3.6};
         for (int k = 0; k <= 4; ++k) {
             const double t = k / 4.0, x = row.medial + t * (row.lateral - row.medial);
             Vec3 p = behind(chest, x, row.z, 20.0);
@@ -60,7 +60,7 @@ shape::Compound shoulder_blade(const Chest& chest) {
         }
         cuts.push_back(std::move(cut));
     }
-    bone.add(shape::sheet(std::move(cuts)), 0.8, 0.0);
+    bone.add(shape::sheet(std::move(cuts)), 0.4, 0.0);
     bone.add(shape::ellipsoid(glenoid + Vec3(-4, 2, 0), Vec3(7, 12, 18)), 1.0, 9.0);
     const Vec3 root = behind(chest, 68, 398, 25.0), bend = behind(chest, 105, 410, 36.0);
     bone.add(shape::sweep({{root, 3, 2.5},
@@ -210,8 +210,12 @@ void add_rib(Bones& bones, const Chest& chest, const Chance& chance, int number,
         const double z = top - rib.drop * (0.25 * t + 0.75 * (t * t * (3.0 - 2.0 * t)));
         Vec3 p = chest.section(z).point(angle, z, rib_gap(z));
         p.x() *= side.sign;
-        add(p, t == 1.0 ? 0.85 : 1.0);
+        add(p, t == 1.0 ? 0.95 : 1.0);
     }
+    // Rounded in front.
+    const Vec3 on = (path.back() - path[path.size() - 2]).normalized(), end = path.back();
+    add(end + 2.2 * on, 0.8);
+    add(end + 3.6 * on, 0.45);
     add_tube(bones, path, Vec3::UnitZ(), half_height, half_thickness, 0.8, 12);
     add_cartilage_specks(bones, chest, chance, number, path.back(), side);
 }
@@ -252,12 +256,12 @@ Vec3 arm_way(const Chest& chest) {
     return (chest.arms_down ? Vec3(0.16, 0.0, -0.987) : Vec3(0.50, 0.12, 0.86)).normalized();
 }
 
-void add_cage(Bones& bones, const Chest& chest, const Chance& chance) {
+void add_cage(Bones& bones, const Chest& chest, const Chance& chance, bool shoulders) {
     for (int number = 1; number <= 12; ++number) {
         for (const Side side : {left, right}) add_rib(bones, chest, chance, number, side);
     }
     add_sternum(bones, chest);
-    add_shoulders(bones, chest);
+    if (shoulders) add_shoulders(bones, chest);
 }
 
 }  // namespace render

@@ -1,5 +1,4 @@
 #include <Eigen/Geometry>
-#include <array>
 #include <functional>
 #include <numbers>
 
@@ -57,6 +56,15 @@ struct Dome {
     }
 };
 
+/// Half the width of the vertebral bodies at a height [mm].
+double half_width_of_spine(double z) {
+    const auto column = vertebrae();
+    std::size_t i = 1;
+    while (i + 1 < column.size() && z > column[i].z) ++i;
+    const double t = std::clamp((z - column[i - 1].z) / (column[i].z - column[i - 1].z), 0.0, 1.0);
+    return column[i - 1].half_width + t * (column[i].half_width - column[i - 1].half_width);
+}
+
 /// How far from the midline the mediastinum reaches: vertebrae, oesophagus and trachea, great vessels; thin
 /// behind the sternum.
 double mediastinum(Side side, double y, double z, double cage_front) {
@@ -67,10 +75,17 @@ double mediastinum(Side side, double y, double z, double cage_front) {
     // Pulmonary trunk and hilum on the left; superior vena cava down to the atrium on the right.
     const double trunk = side.sign > 0.0 ? 19.0 * hump(322.0, 26.0) + 6.0 * hump(420.0, 30.0)
                                          : 12.0 * hump(330.0, 55.0) + 9.0 * hump(405.0, 45.0);
-    if (y > front + 16.0) return 31.0;  // necks of the ribs, transverse processes
-    if (y > front - 4.0) return 22.0;
+    const auto rise = [](double from, double to, double at) {
+        const double t = std::clamp((at - from) / (to - from), 0.0, 1.0);
+        return t * t * (3.0 - 2.0 * t);
+    };
     const double thin = std::clamp((behind_sternum - 8.0) / 25.0, 0.0, 1.0);
-    return 7.0 + thin * (15.0 + trunk);
+    // Lungs lie close to the vertebral bodies; further back are the necks of ribs and transverse processes.
+    const double uneven = 2.2 * shape::noise(Vec3(40.0 * side.sign, 0.6 * y, z), 38.0, 5) +
+                          0.9 * shape::noise(Vec3(40.0 * side.sign, y, z), 14.0, 6);
+    const double before = 7.0 + thin * (15.0 + trunk + uneven), beside = half_width_of_spine(z) + 8.5 + uneven;
+    const double ahead = before + rise(front - 8.0, front + 8.0, y) * (beside - before);
+    return ahead + rise(front + 18.0, front + 33.0, y) * (37.0 - ahead);
 }
 
 /// The last point, up to `reach`, before a ray leaves the region where `inside` holds.
@@ -121,50 +136,35 @@ public:
         return true;
     }
 
-    /// Rings from the base, which is the dome, to the apex, each at a constant share of the height above the
-    /// dome.
     TriangleMesh mesh() const {
-        constexpr int around = 96, levels = 52, base_rings = 10;
-        const auto at = [&](int level, int ray, double r) {
-            const double t = double(level) / levels, share = 0.004 + 0.99 * (1.0 - std::pow(1.0 - t, 1.5));
-            const double angle = 2.0 * pi * ray / around;
-            const Vec3 middle = centre(share);
-            return raised(middle.x() + r * std::cos(angle), middle.y() + r * std::sin(angle), share);
+        constexpr double cell = 4.0, blend = 5.0;
+        shape::Solid space;
+        space.distance = [this](const Vec3& p) {
+            const CageSection cage = chest_.section(p.z());
+            const double n = CageSection::exponent;
+            const double qx = std::max(std::abs(p.x()) / cage.half_width, 1e-6),
+                         qy = std::max(std::abs(p.y() - cage.middle) / cage.half_depth, 1e-6);
+            const double px = std::pow(qx, n - 1.0), py = std::pow(qy, n - 1.0), sum = px * qx + py * qy;
+            const double k0 = std::pow(sum, 1.0 / n);
+            const double slope = std::hypot(px / cage.half_width, py / cage.half_depth) * k0 / sum;
+            const double around = 0.85 * (k0 - 1.0) / slope;
+            const double above = 0.7 * (dome_.height(p.x(), p.y()) + lung_gap - p.z());
+            const double beside = 0.85 * (mediastinum(side_, p.y(), p.z(), cage.middle - cage.half_depth) -
+                                          side_.sign * p.x());
+            return std::max({around, above, beside, p.z() - apex});
         };
-        std::vector<std::array<double, around>> reach(levels + 1);
-        for (int i = 0; i <= levels; ++i) {
-            for (int k = 0; k < around; ++k) {
-                const auto inside = [&](double r) { return holds(at(i, k, r)); };
-                reach[i][k] = std::max(0.5, first_exit(160.0, 3.0, inside));
-            }
+        space.box = side_.sign > 0.0 ? Eigen::AlignedBox3d(Vec3(0, -160, 150), Vec3(140, 90, apex))
+                                     : Eigen::AlignedBox3d(Vec3(-140, -160, 150), Vec3(0, 90, apex));
+        shape::Compound lung;
+        lung.add(space);
+        lung.cut({[heart = heart_](const Vec3& p) { return 46.0 * (heart.share(p) - 1.0) - lung_gap; },
+                  {Vec3(-110, -160, 150), Vec3(120, 60, 380)}},
+                 blend);
+        for (const VesselSample& vessel : vessels_) {
+            if (side_.sign * vessel.place.x() > -vessel.radius - lung_gap)
+                lung.cut(shape::ball(vessel.place, vessel.radius + lung_gap), blend);
         }
-        // Next to a ray that ends early, no ray may run far past it: the wall between them would cut through.
-        constexpr double leap = 12.0;
-        std::vector<Polyline> rings(levels + 1);
-        for (int i = 0; i <= levels; ++i) {
-            for (int k = 0; k < around; ++k) {
-                double r = reach[i][k];
-                for (int level : {std::max(i - 1, 0), i, std::min(i + 1, levels)}) {
-                    for (int ray : {k + around - 1, k, k + 1}) {
-                        const double beside = reach[level][ray % around];
-                        if (beside < reach[i][k] - leap) r = std::min(r, beside);
-                    }
-                }
-                rings[i].push_back(at(i, k, r));
-            }
-        }
-        std::vector<Polyline> closed;
-        const Vec3 middle = centre(0.004);
-        for (int i = 1; i <= base_rings; ++i) {  // the base, from its middle outward
-            Polyline ring;
-            for (const Vec3& edge : rings.front()) {
-                const Vec3 p = middle + (double(i) / (base_rings + 1)) * (edge - middle);
-                ring.push_back(raised(p.x(), p.y(), 0.004));
-            }
-            closed.push_back(std::move(ring));
-        }
-        closed.insert(closed.end(), rings.begin(), rings.end());
-        return loft(closed);
+        return shape::polygonised(lung, cell).outer;
     }
 
 private:

@@ -120,7 +120,7 @@ shape::Compound sinuses(const Chance& chance) {
                     0.0, 0.0);
         }
         // Outer ear canal.
-        air.add(shape::cone(side.at(45, 24, -21), side.at(66, 23, -23), 3.2, 3.6), 0.0, 0.0);
+        air.add(shape::cone(side.at(45, 24, -21), side.at(66, 23, -23), 2.4, 3.0), 0.0, 0.0);
     }
     return air;
 }
@@ -204,10 +204,10 @@ void add_facial_bones(shape::Compound& bone) {
                               Vec3::UnitY()),
                  1.5, 4.0);
         // Outer wall of the orbit: the great wing of the sphenoid.
-        const shape::Solid wing = shape::sheet({{-24, {{32, -14, 1.6}, {42, -26, 1.3}, {52, -44, 2.2}}},
-                                                {-4, {{34, -15, 1.6}, {45, -29, 1.3}, {53, -46, 2.4}}},
-                                                {14, {{38, -18, 2.0}, {48, -34, 1.8}, {54, -49, 2.8}}}});
-        bone.add(side.sign > 0.0 ? wing : mirrored(wing), 0.9, 2.0);
+        const shape::Solid wing = shape::sheet({{-24, {{28, -12, 1.3}, {40, -26, 1.1}, {52, -43, 2.0}}},
+                                                {-4, {{35, -15, 1.3}, {46, -30, 1.1}, {54, -46, 2.2}}},
+                                                {14, {{42, -20, 1.5}, {51, -35, 1.5}, {56, -49, 2.4}}}});
+        bone.add(side.sign > 0.0 ? wing : mirrored(wing), 0.5, 4.0);
     }
 }
 
@@ -336,13 +336,70 @@ TriangleMesh mastoid_cells(const Chance& chance) {
     return cells;
 }
 
+/// Sutures and the grooves of the meningeal arteries, as soft tissue in the bone of the vault.
+TriangleMesh skull_grooves(const Chance& chance) {
+    const shape::Solid cavity = cranial_cavity(chance);
+    // On a ray from the middle of the vault, at a share of the thickness from the inner side.
+    const auto on_vault = [&](const Vec3& toward, double share) -> Vec3 {
+        const Vec3 way = (toward - vault).normalized();
+        double low = 30.0, high = 120.0;
+        for (int k = 0; k < 18; ++k) {
+            const double middle = 0.5 * (low + high);
+            const Vec3 p = vault + middle * way;
+            (cavity.distance(p) < share * skull_thickness(p) ? low : high) = middle;
+        }
+        return vault + low * way;
+    };
+    TriangleMesh grooves;
+    geometry::Random random(chance.field("sutures"));
+    const auto suture = [&](const std::vector<Vec3>& course) {
+        Polyline path;
+        std::vector<double> wide;
+        for (std::size_t i = 0; i + 1 < course.size(); ++i) {
+            const int steps = std::max(2, static_cast<int>((course[i + 1] - course[i]).norm() / 2.2));
+            for (int k = 0; k < steps; ++k) {
+                const Vec3 p = course[i] + (course[i + 1] - course[i]) * (static_cast<double>(k) / steps);
+                const Vec3 out = (p - vault).normalized(), aside = (course[i + 1] - course[i]).cross(out).normalized();
+                const double jag = (k % 2 == 0 ? 1.0 : -1.0) * random.between(0.2, 2.0);
+                path.push_back(on_vault(p + jag * aside, 0.5));
+                wide.push_back(random.between(0.3, 0.6));
+            }
+        }
+        append(grooves, tube(path, Vec3(0.31, 0.52, 0.79), wide, wide, 5));
+    };
+    const auto artery = [&](const std::vector<Vec3>& course, double radius) {
+        Polyline path;
+        std::vector<double> radii;
+        for (std::size_t i = 0; i + 1 < course.size(); ++i) {
+            for (int k = 0; k < 6; ++k) {
+                const double t = k / 6.0;
+                const double x = random.between(-1, 1), y = random.between(-1, 1), z = random.between(-1, 1);
+                path.push_back(on_vault(course[i] + t * (course[i + 1] - course[i]) + Vec3(x, y, z), 0.12));
+                radii.push_back(radius * (1.0 - 0.7 * (static_cast<double>(i) + t) / static_cast<double>(course.size())));
+            }
+        }
+        append(grooves, tube(path, Vec3(0.31, 0.52, 0.79), radii, radii, 6));
+    };
+    for (const Side side : {left, right}) {
+        suture({Vec3(0, -8, 100), side.at(30, -10, 88), side.at(55, -14, 66), side.at(68, -20, 36), side.at(68, -24, 12)});
+        suture({Vec3(0, 98, 66), side.at(22, 97, 48), side.at(42, 90, 24), side.at(56, 76, 0)});
+        suture({side.at(70, -20, 14), side.at(74, 4, 24), side.at(74, 26, 18), side.at(70, 48, 2)});
+        artery({side.at(62, -10, -8), side.at(70, -14, 12), side.at(70, -10, 36), side.at(60, -2, 62), side.at(40, 8, 86)}, 1.1);
+        artery({side.at(70, -12, 24), side.at(72, 10, 40), side.at(66, 26, 60), side.at(48, 40, 80)}, 0.8);
+        artery({side.at(66, -6, -4), side.at(74, 20, 6), side.at(73, 46, 22), side.at(62, 74, 36)}, 0.9);
+        artery({side.at(74, 24, 10), side.at(74, 40, 36), side.at(64, 56, 60)}, 0.7);
+    }
+    suture({Vec3(0, -8, 100), Vec3(0, 30, 104), Vec3(0, 68, 92), Vec3(0, 98, 66)});
+    return grooves;
+}
+
 /// Air on both sides of the nose's septum, around the conchae.
 shape::Compound nasal_cavity() {
     // Narrow above, wide below; most of it filled by the conchae.
     shape::Compound air;
     for (const Side side : {left, right}) {
         air.add(shape::sweep(
-            {{side.at(5, -70, -38), 3, 9}, {side.at(6, -52, -36), 5, 14}, {side.at(6, -28, -38), 5, 12}},
+            {{side.at(4.5, -68, -39), 2, 7}, {side.at(5.5, -54, -37), 3.6, 13}, {side.at(5.5, -30, -38), 4, 12}},
             Vec3::UnitX()));
         air.add(
             shape::sweep({{side.at(3.5, -66, -20), 1.5, 8}, {side.at(3.5, -34, -18), 1.6, 9}}, Vec3::UnitX()),
@@ -402,6 +459,7 @@ void add_head_bones(Bones& bones, const Chance& chance) {
     const std::uint64_t field = chance.field("diploe");
     skull.roughen([field](const Vec3& p) { return 0.55 * shape::fractal(p, 16.0, 4.0, 0.4, field); }, 1.2);
     bones.add(shape::polygonised(skull, skull_cell), at_sella());
+    add_voids(bones, skull, 9000, 2.4, chance.field("diploic voids"), at_sella());
     bones.add(shape::polygonised(mandible(), skull_cell), at_sella());
     bones.add(shape::polygonised(atlas_and_dens(), skull_cell), at_sella());
 }
@@ -418,8 +476,9 @@ void add_head_layers(std::vector<TissueLayer>& layers, const Chance& chance) {
                       placed(shape::polygonised(walls, sinus_cell).outer), false});
     layers.push_back({"sinuses", Material::Air, Material::CorticalBone,
                       placed(shape::polygonised(air, sinus_cell).outer), false});
-    layers.push_back(
-        {"mastoid cells", Material::Air, Material::TrabecularBone, placed(mastoid_cells(chance)), false});
+    layers.push_back({"skull grooves", Material::SoftTissue, Material::CorticalBone,
+                      placed(skull_grooves(chance)), false});
+    layers.push_back({"mastoid cells", Material::Air, Material::TrabecularBone, placed(mastoid_cells(chance)), false});
     layers.push_back({"nasal cavity", Material::Air, Material::SoftTissue,
                       placed(shape::polygonised(nasal_cavity(), sinus_cell).outer), false});
     layers.push_back({"throat", Material::Air, Material::SoftTissue,

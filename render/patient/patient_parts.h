@@ -30,17 +30,23 @@ private:
     std::uint64_t seed_;
 };
 
-/// Bone in three meshes: the outer surface of the cortical shell, the marrow within, and trabeculae that
-/// stand out in the marrow.
+/// Bone in meshes: the outer surface of the cortical shell, the marrow within, and in the marrow trabeculae
+/// that stand out and places without any.
 struct Bones {
     geometry::TriangleMesh outer;
     geometry::TriangleMesh core;
     geometry::TriangleMesh struts;
+    geometry::TriangleMesh voids;
 
     void add(const shape::Surfaces&, const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity());
     /// The same surfaces mirrored in the plane x = 0, then placed.
     void add_mirrored(const shape::Surfaces&, const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity());
 };
+
+/// Places without trabeculae in a solid, `count` of them at most in its box, with half-axes of 1 to `largest`
+/// mm, longer along z than across: large ones are rare, so that texture has all scales. `place` moves them.
+void add_voids(Bones&, const shape::Compound&, int count, double largest, std::uint64_t field,
+               const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity(), bool mirror = false);
 
 /// A prism of three sides from one point to another.
 void add_strut(geometry::TriangleMesh&, const geometry::Vec3& from, const geometry::Vec3& to, double radius);
@@ -94,7 +100,8 @@ struct Chest {
 
     CageSection section(double z) const;
 };
-void add_cage(Bones&, const Chest&, const Chance&);
+/// Ribs and sternum, with the shoulders if asked for.
+void add_cage(Bones&, const Chest&, const Chance&, bool shoulders = true);
 /// Middle of the left humerus' head, and the direction of that bone.
 geometry::Vec3 shoulder_joint(const Chest&);
 geometry::Vec3 arm_way(const Chest&);

@@ -67,15 +67,15 @@ shape::Compound hip_bone(const Chance& chance) {
     shape.add(shape::sweep({{Vec3(10, -25, -182), 5.5, 7},
                             {Vec3(22, -14, -198), 4.5, 6.5},
                             {Vec3(38, 6, -214), 5, 8},
-                            {Vec3(50, 22, -220), 8, 11},
+                            {Vec3(50, 22, -218), 10, 12},
                             {Vec3(57, 34, -214), 12, 13}},
                            Vec3(0.6, -0.5, 0.2)),
               1.1, 5.0);
     // Ischium with its spine.
-    shape.add(shape::sweep({{Vec3(74, 34, -150), 13, 11},
+    shape.add(shape::sweep({{Vec3(74, 35, -150), 11, 9},
                             {Vec3(72, 37, -172), 12, 11},
                             {Vec3(66, 37, -192), 12, 12},
-                            {Vec3(58, 34, -210), 12, 13}},
+                            {Vec3(57, 32, -210), 14, 14}},
                            Vec3::UnitX()),
               1.3, 6.0);
     shape.add(shape::cone(Vec3(66, 46, -158), Vec3(51, 56, -167), 7.0, 2.6), 0.9, 5.0);
@@ -189,10 +189,10 @@ void add_femoral_struts(Bones& bones, const shape::Compound& shape, const Chance
     const Vec3& c = hip_joint;
     add({c + Vec3(27, 5, -38), c + Vec3(17, 4, -22), c + Vec3(7, 2, -6), c + Vec3(-1, 0, 10),
          c + Vec3(-4, 0, 21)},
-        7.0, 80, 0.55);
+        7.0, 150, 0.7);
     add({c + Vec3(56, 14, -48), c + Vec3(48, 12, -24), c + Vec3(34, 8, -10), c + Vec3(18, 4, -2),
          c + Vec3(2, 1, -5), c + Vec3(-13, 0, -12)},
-        5.0, 60, 0.45);
+        5.0, 110, 0.6);
     add({c + Vec3(30, 9, -52), c + Vec3(38, 12, -34), c + Vec3(48, 16, -16), c + Vec3(52, 18, -2)}, 8.0, 40,
         0.4);
 }
@@ -200,7 +200,8 @@ void add_femoral_struts(Bones& bones, const shape::Compound& shape, const Chance
 }  // namespace
 
 void add_pelvis(Bones& bones, const Chance& chance, double low) {
-    const shape::Surfaces hip = shape::polygonised(hip_bone(chance), hip_cell);
+    const shape::Compound hip_shape = hip_bone(chance);
+    const shape::Surfaces hip = shape::polygonised(hip_shape, hip_cell);
     const shape::Compound thigh = femur(chance, low);
     const shape::Surfaces thigh_bone = shape::polygonised(thigh, femoral_cell);
     // Nobody lies quite straight: the legs turn by a few degrees about their joints.
@@ -222,6 +223,8 @@ void add_pelvis(Bones& bones, const Chance& chance, double low) {
             bones.add_mirrored(hip);
             bones.add_mirrored(thigh_bone, turned);
         }
+        add_voids(bones, hip_shape, 2600, 5.5, chance.field("hip voids", index), Isometry3d::Identity(), index == 1);
+        add_voids(bones, thigh, 1500, 5.0, chance.field("femoral voids", index), turned, index == 1);
         add_femoral_struts(bones, thigh, chance, side.sign, turned);
     }
 }

@@ -46,7 +46,7 @@ struct VertebraPlan {
     double canal() const { return own.half_depth + arch.canal_half_depth - 1.5; }  // y of its middle
 };
 
-/// Body with concave end plates, waist and rims. Concavity 2.2 mm below and 1.2 mm above in the loins, less
+/// Body with concave end plates, waist and rims. Concavity 2.8 mm below and 1.8 mm above in the loins, less
 /// higher up; waist 11 % (estimates). End plates 0.6 mm thick, other walls 0.4 (Silva et al., J Orthop Res
 /// 1994: 0.35 ± 0.03 mm measured).
 void add_body(shape::Compound& shape, const VertebraPlan& plan, const Chance& chance) {
@@ -84,7 +84,7 @@ void add_body(shape::Compound& shape, const VertebraPlan& plan, const Chance& ch
         const double k0 = std::pow(std::pow(qx, n) + std::pow(qy, n) + 1e-12, 1.0 / n);
         const double radial = (k0 - 1.0) * std::min(w, d) * 1.1;
         const double inside = std::max(0.0, 1.0 - k0 * k0 * 1.15);
-        double hollow_by = hollow * (up ? 1.2 : 2.2) * std::pow(inside, 0.8);
+        double hollow_by = hollow * (up ? 1.8 : 2.8) * std::pow(inside, 0.8);
         if (cervical && up) hollow_by -= 3.5 * std::pow(std::min(1.2, std::abs(p.x()) / w), 6.0);
         const double uneven = 0.35 * shape::noise(p, 9.0, field);
         return {radial, std::abs(p.z()) - h + hollow_by + uneven};
@@ -130,11 +130,11 @@ shape::Compound vertebra_shape(const VertebraPlan& plan, const Chance& chance) {
     add_body(shape, plan, chance);
     for (const Side side : {left, right}) {
         const double x = cw + pw;
-        shape.add(shape::sweep({{side.at(0.95 * x, d - 5.0, high), pw + 0.8, ph + 0.8},
-                                {side.at(x, d + 3.0, high), pw, ph},
-                                {side.at(x + 0.5, c + 5.0, high - 1.0), pw + 0.6, ph + 0.4}},
-                               Vec3::UnitX()),
-                  0.9, 2.5);
+        shape.add(shape::sweep({{side.at(0.84 * x, d - 6.0, high - 0.5), pw + 0.8, ph + 0.8},
+                                {side.at(0.97 * x, d + 3.0, high), pw, ph},
+                                {side.at(x + 1.5, c + 5.0, high - 1.5), pw + 0.6, ph + 0.4}},
+                               side.at(1.0, 0.0, 0.15)),
+                  0.65, 4.0);
         // Articular process that reaches up.
         shape.add(
             shape::cone(side.at(x, c + 4.0 * size, high),
@@ -172,9 +172,9 @@ shape::Compound vertebra_shape(const VertebraPlan& plan, const Chance& chance) {
     const double aside = 2.0 * chance.normal("spinous process", plan.level);
     const double from = c + cd + 4.0;
     const double tall = plan.lumbar() ? 9.5 : plan.cervical() ? 4.5 : 7.5;
-    shape.add(shape::sweep({{Vec3(0.0, from, -6.5), tall, 2.8},
-                            {Vec3(0.4 * aside, from + 0.55 * spine, -6.5 - 0.55 * drop), tall, 2.3},
-                            {Vec3(aside, from + spine, -6.5 - drop), 0.85 * tall, 3.6}},
+    shape.add(shape::sweep({{Vec3(0.0, from, -6.5), tall, 3.2},
+                            {Vec3(0.4 * aside, from + 0.55 * spine, -6.5 - 0.55 * drop), tall, 3.0},
+                            {Vec3(aside, from + spine, -6.5 - drop), 0.85 * tall, 4.4}},
                            Vec3::UnitZ(), 2.6),
               0.8, 2.0);
     // The canal is wider than deep, its corners behind the bodies.
@@ -196,11 +196,11 @@ void add_vertebral_struts(Bones& bones, const shape::Compound& shape, const Vert
     geometry::Random random(chance.field("vertebral trabeculae", plan.level));
     const std::uint64_t clusters = chance.field("trabecular clusters", plan.level);
     const double w = plan.own.half_width, d = plan.own.half_depth, h = plan.own.half_height;
-    const int count = static_cast<int>(0.5 * w * d);
+    const int count = static_cast<int>(2.4 * w * d);
     for (int k = 0; k < count; ++k) {
         const double x = random.between(-w, w), y = random.between(-d, d), z = random.between(-h, h);
-        const double length = random.between(0.25, 0.8) * h, lean_x = random.between(-0.12, 0.12),
-                     lean_y = random.between(-0.12, 0.12), radius = random.between(0.25, 0.6);
+        const double length = random.between(0.15, 0.7) * h, lean_x = random.between(-0.12, 0.12),
+                     lean_y = random.between(-0.12, 0.12), radius = random.between(0.3, 0.75);
         const bool lies = random() < 0.22;
         const Vec3 middle(x, y, z);
         if (shape::noise(middle, 9.0, clusters) < random.between(-0.8, 0.5)) continue;
@@ -321,6 +321,7 @@ void add_spine(Bones& bones, const Chance& chance, double low, double high) {
         }
         bones.add(shape::polygonised(shape, plan.cervical() ? 1.4 : vertebral_cell), place);
         add_vertebral_struts(bones, shape, plan, chance, place);
+        add_voids(bones, shape, 260, plan.lumbar() ? 4.5 : 3.5, chance.field("vertebral voids", plan.level), place);
     }
     if (low < column.front().z) {
         shape::Compound shape = sacrum();
@@ -330,6 +331,7 @@ void add_spine(Bones& bones, const Chance& chance, double low, double high) {
         shape.roughen([field](const Vec3& p) { return 0.45 * shape::fractal(p, 14.0, 3.5, 0.5, field); },
                       1.0);
         bones.add(shape::polygonised(shape, 2.0));
+        add_voids(bones, shape, 500, 5.0, chance.field("sacral voids"));
     }
 }
 

@@ -83,8 +83,8 @@ Solid sweep(const std::vector<Station>& stations, const Vec3& u, double exponent
     assert(stations.size() >= 2);
     constexpr int pieces = 4;
     struct Joint {
-        Vec3 at = Vec3::Zero(), u = Vec3::Zero(), v = Vec3::Zero(), along = Vec3::Zero();
-        double a = 0.0, b = 0.0, length = 0.0;
+        Vec3 at = Vec3::Zero(), u = Vec3::Zero(), v = Vec3::Zero(), along = Vec3::Zero(), way = Vec3::Zero();
+        double a = 0.0, b = 0.0, length = 0.0, inverse = 0.0;
     };
     std::vector<Joint> joints;
     const int count = static_cast<int>(stations.size());
@@ -112,15 +112,18 @@ Solid sweep(const std::vector<Station>& stations, const Vec3& u, double exponent
         joint.along = (joints[std::min(i + 1, last)].at - joints[std::max(i - 1, 0)].at).normalized();
         joint.u = (u - u.dot(joint.along) * joint.along).normalized();
         joint.v = joint.along.cross(joint.u);
+        joint.way = joints[std::min(i + 1, last)].at - joint.at;
+        joint.inverse = 1.0 / std::max(joint.way.squaredNorm(), 1e-12);
         box.extend(box_around(joint.at, Vec3::Constant(std::max(joint.a, joint.b))));
     }
     return {[joints = std::move(joints), exponent, inset = std::move(inset)](const Vec3& p) {
                 double least = 1e300, part = 0.0;
                 std::size_t nearest = 0;
                 for (std::size_t i = 0; i + 1 < joints.size(); ++i) {
-                    const Vec3 way = joints[i + 1].at - joints[i].at, x = p - joints[i].at;
-                    const double t = std::clamp(x.dot(way) / way.squaredNorm(), 0.0, 1.0);
-                    const double square = (x - t * way).squaredNorm();
+                    const Joint& joint = joints[i];
+                    const Vec3 x = p - joint.at;
+                    const double t = std::clamp(x.dot(joint.way) * joint.inverse, 0.0, 1.0);
+                    const double square = (x - t * joint.way).squaredNorm();
                     if (square < least) least = square, nearest = i, part = t;
                 }
                 const Joint &low = joints[nearest], &high = joints[nearest + 1];
