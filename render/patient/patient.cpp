@@ -221,8 +221,10 @@ void add_voids(Bones& bones, const shape::Compound& shape, int count, double lar
     geometry::Random random(field);
     const Vec3 low = shape.box().min(), size = shape.box().sizes();
     for (int k = 0; k < count; ++k) {
-        const double x = random(), y = random(), z = random(), half = 1.0 + (largest - 1.0) * std::pow(random(), 3.0),
-                     across = random.between(0.6, 1.0), deep = random.between(0.6, 1.0), up = random.between(1.0, 1.8);
+        const double x = random(), y = random(), z = random(),
+                     half = 1.0 + (largest - 1.0) * std::pow(random(), 3.0),
+                     across = random.between(0.6, 1.0), deep = random.between(0.6, 1.0),
+                     up = random.between(1.0, 1.8);
         const Vec3 centre = low + Vec3(x, y, z).cwiseProduct(size);
         const shape::Compound::Value value = shape.at(centre);
         if (value.distance > -(value.shell + 0.6 + half * up)) continue;
@@ -349,7 +351,8 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
         {"marrow", Material::TrabecularBone, Material::CorticalBone, std::move(bones.core), false});
     layers.push_back(
         {"trabeculae", Material::CorticalBone, Material::TrabecularBone, std::move(bones.struts), false});
-    layers.push_back({"marrow voids", Material::SoftTissue, Material::TrabecularBone, std::move(bones.voids), false});
+    layers.push_back(
+        {"marrow voids", Material::SoftTissue, Material::TrabecularBone, std::move(bones.voids), false});
     if (with_abdomen) {
         // Behind the wall of the belly, in front of the muscles of the back, above the floor of the pelvis
         // and below the diaphragm.
@@ -363,7 +366,7 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
             {Vec3(-0.5 * spec.width, -spec.depth, -220.0), Vec3(0.5 * spec.width, 55.0, 152.0)}};
         add_abdomen_layers(layers, chance, cavity, skin_behind - spec.depth, spec.bowel_gas);
     }
-    if (with_chest) add_chest_layers(layers, thorax);
+    if (with_chest) add_chest_layers(layers, thorax, chance);
     if (with_head && to > 520.0) add_head_layers(layers, chance);
     for (TissueLayer& layer : layers) {
         for (Vec3& v : layer.mesh.vertices) v += spec.origin;

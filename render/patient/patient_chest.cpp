@@ -1,7 +1,11 @@
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <numbers>
 
+#include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
 
 namespace render {
@@ -83,9 +87,10 @@ double mediastinum(Side side, double y, double z, double cage_front) {
     // Lungs lie close to the vertebral bodies; further back are the necks of ribs and transverse processes.
     const double uneven = 2.2 * shape::noise(Vec3(40.0 * side.sign, 0.6 * y, z), 38.0, 5) +
                           0.9 * shape::noise(Vec3(40.0 * side.sign, y, z), 14.0, 6);
-    const double before = 7.0 + thin * (15.0 + trunk + uneven), beside = half_width_of_spine(z) + 8.5 + uneven;
+    const double before = 7.0 + thin * (15.0 + trunk + uneven),
+                 beside = half_width_of_spine(z) + 8.5 + uneven;
     const double ahead = before + rise(front - 8.0, front + 8.0, y) * (beside - before);
-    return ahead + rise(front + 18.0, front + 33.0, y) * (37.0 - ahead);
+    return ahead + rise(front + 16.0, front + 52.0, y) * (52.0 + uneven - ahead);
 }
 
 /// The last point, up to `reach`, before a ray leaves the region where `inside` holds.
@@ -123,19 +128,6 @@ public:
         });
     }
 
-    /// Whether `mesh` reaches a place, clear of its surface: nothing may stand between the place and the
-    /// middle.
-    bool reaches(const Vec3& p, double gap) const {
-        const double low = dome_.height(p.x(), p.y()) + lung_gap;
-        const Vec3 middle = centre(std::clamp((p.z() - low) / (apex - low), 0.0, 1.0));
-        constexpr int steps = 16;
-        for (int i = 1; i <= steps; ++i) {
-            const Vec3 between = middle + (double(i) / steps) * (p - middle);
-            if (!holds({between.x(), between.y(), p.z()}, gap)) return false;
-        }
-        return true;
-    }
-
     TriangleMesh mesh() const {
         constexpr double cell = 4.0, blend = 5.0;
         shape::Solid space;
@@ -149,8 +141,8 @@ public:
             const double slope = std::hypot(px / cage.half_width, py / cage.half_depth) * k0 / sum;
             const double around = 0.85 * (k0 - 1.0) / slope;
             const double above = 0.7 * (dome_.height(p.x(), p.y()) + lung_gap - p.z());
-            const double beside = 0.85 * (mediastinum(side_, p.y(), p.z(), cage.middle - cage.half_depth) -
-                                          side_.sign * p.x());
+            const double beside =
+                0.85 * (mediastinum(side_, p.y(), p.z(), cage.middle - cage.half_depth) - side_.sign * p.x());
             return std::max({around, above, beside, p.z() - apex});
         };
         space.box = side_.sign > 0.0 ? Eigen::AlignedBox3d(Vec3(0, -160, 150), Vec3(140, 90, apex))
@@ -168,18 +160,6 @@ public:
     }
 
 private:
-    /// A share of the way from the dome to the apex above a place.
-    Vec3 raised(double x, double y, double share) const {
-        const double low = dome_.height(x, y) + lung_gap;
-        return {x, y, low + share * (apex - low)};
-    }
-    /// A place in the middle of the lung at a share of its height.
-    Vec3 centre(double share) const {
-        constexpr double x[][2] = {{0.0, 104.0}, {0.25, 102.0}, {0.6, 76.0}, {0.85, 52.0}, {1.0, 40.0}};
-        constexpr double y[][2] = {{0.0, 8.0}, {0.3, 14.0}, {0.6, 16.0}, {0.85, 14.0}, {1.0, 22.0}};
-        return raised(side_.sign * interpolated(x, share), interpolated(y, share), share);
-    }
-
     const Chest& chest_;
     Side side_;
     Dome dome_;
@@ -187,53 +167,72 @@ private:
     std::vector<VesselSample> vessels_;
 };
 
-/// Pulmonary vessels: from the hilum outward, forking, ever thinner; cut where they would leave the lung.
-TriangleMesh lung_vessels(const Lung& lung, Side side) {
-    TriangleMesh mesh;
-    struct Stem {
-        Vec3 from, along;
-        double radius;
-        int order;
-    };
-    std::vector<Stem> stems;
-    constexpr int stem_count = 11;
-    for (int i = 0; i < stem_count; ++i) {  // all around the hilum, evenly
-        const double angle = 2.0 * pi * (i + 0.3) / stem_count;
-        const double out = 0.55 + 0.35 * std::sin(2.4 * i);
-        stems.push_back(
-            {side.at(40.0 + 4.0 * std::sin(1.9 * i), spine_front(335.0) - 22.0 + 6.0 * std::cos(angle),
-                     334.0 + 18.0 * std::sin(angle)),
-             side.at(out, 0.75 * std::cos(angle), std::sin(angle)).normalized(),
-             3.2 + 0.9 * std::sin(3.7 * i), 0});
-    }
-    for (std::size_t i = 0; i < stems.size(); ++i) {
-        const Stem stem = stems[i];
-        const double length = 8.5 * stem.radius + 14.0;
-        Polyline path;
-        std::vector<double> radii;
-        const Vec3 bend = 0.18 * Vec3(std::sin(2.1 * i), std::cos(1.3 * i), std::sin(0.7 * i + 1.0));
-        constexpr int pieces = 7;
-        for (int k = 0; k <= pieces; ++k) {
-            const double t = double(k) / pieces;
-            const Vec3 p = stem.from + length * t * (stem.along + t * bend);
-            if (!lung.reaches(p, lung_gap + stem.radius + 2.0)) {
-                if (path.empty()) continue;
-                break;
+/// Arteries and veins of a lung: trees that divide its points among their branches, from trunks at the hilum.
+/// Radii follow Murray's law with the exponent 2.4 (estimate) from 0.6 mm at the ends.
+class LungVessels {
+public:
+    LungVessels(const Lung& lung, Side side, std::uint64_t seed) : lung_(lung), random_(seed) {
+        constexpr int ends = 100;
+        for (const double lower : {0.0, 16.0}) {
+            const Vec3 hilum = side.at(40.0, spine_front(335.0) - 20.0 - lower, 336.0 - 1.6 * lower);
+            std::vector<Vec3> points;
+            for (int tries = 0; tries < 60 * ends && static_cast<int>(points.size()) < ends; ++tries) {
+                const double x = random_.between(20.0, 135.0), y = random_.between(-125.0, 85.0),
+                             z = random_.between(172.0, 440.0);
+                const Vec3 p = side.at(x, y, z);
+                if (lung_.holds(p, lung_gap + 4.0)) points.push_back(p);
             }
-            path.push_back(p);
-            radii.push_back(stem.radius * (1.0 - 0.25 * t));
+            if (!points.empty()) grow(std::move(points), hilum);
         }
-        if (path.size() < 3) continue;
-        append(mesh, tube(path, Vec3(0.31, 0.83, 0.46), radii, radii, 8));
-        if (stem.order == 3 || path.size() < pieces) continue;
-        const Vec3 ahead = (path.back() - path[path.size() - 2]).normalized();
-        const Vec3 turn = ahead.cross(Vec3(std::sin(1.7 * i), std::cos(2.9 * i), 0.4)).normalized();
-        for (double way : {1.0, -0.8})
-            stems.push_back({path.back(), (ahead + 0.55 * way * turn).normalized(),
-                             (way > 0.0 ? 0.72 : 0.62) * stem.radius, stem.order + 1});
     }
-    return mesh;
-}
+    TriangleMesh mesh() && { return std::move(mesh_); }
+
+private:
+    void grow(std::vector<Vec3> points, const Vec3& from) {
+        Vec3 middle = Vec3::Zero();
+        for (const Vec3& p : points) middle += p / static_cast<double>(points.size());
+        const bool last = points.size() == 1;
+        const Vec3 to = last ? middle : Vec3(from + random_.between(0.32, 0.5) * (middle - from));
+        draw(from, to, 0.6 * std::pow(static_cast<double>(points.size()), 1.0 / 2.4));
+        if (last) return;
+        // Divides across the direction in which the points spread most.
+        Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+        for (const Vec3& p : points) spread += (p - middle) * (p - middle).transpose();
+        const Vec3 widest = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
+        std::sort(points.begin(), points.end(),
+                  [&](const Vec3& a, const Vec3& b) { return a.dot(widest) < b.dot(widest); });
+        const auto count = static_cast<double>(points.size());
+        const auto cut =
+            std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(random_.between(0.3, 0.7) * count), 1,
+                                       static_cast<std::ptrdiff_t>(points.size()) - 1);
+        grow({points.begin(), points.begin() + cut}, to);
+        grow({points.begin() + cut, points.end()}, to);
+    }
+
+    void draw(const Vec3& from, const Vec3& to, double radius) {
+        const double length = (to - from).norm();
+        if (length < 2.0) return;
+        const Vec3 aside =
+            (to - from).cross(Vec3(random_.between(-1, 1), random_.between(-1, 1), 0.5)) * 0.10;
+        constexpr int pieces = 4;
+        Polyline path;
+        for (int k = 0; k <= pieces; ++k) {
+            const double t = static_cast<double>(k) / pieces;
+            const Vec3 p = from + t * (to - from) + 4.0 * t * (1.0 - t) * aside;
+            if (lung_.holds(p, lung_gap + radius + 1.5))
+                path.push_back(p);
+            else if (!path.empty())
+                break;
+        }
+        if (path.size() < 2) return;
+        const std::vector<double> radii(path.size(), radius);
+        append(mesh_, tube(path, Vec3(0.31, 0.83, 0.46), radii, radii, radius > 1.5 ? 8 : 5));
+    }
+
+    const Lung& lung_;
+    geometry::Random random_;
+    TriangleMesh mesh_;
+};
 
 /// Muscle under the lung's base, 4 mm thick.
 TriangleMesh dome(const Chest& chest, Side side) {
@@ -293,13 +292,14 @@ TriangleMesh airway() {
 
 }  // namespace
 
-void add_chest_layers(std::vector<TissueLayer>& layers, const Chest& chest) {
+void add_chest_layers(std::vector<TissueLayer>& layers, const Chest& chest, const Chance& chance) {
     TriangleMesh vessels, muscle;
     for (const Side side : {left, right}) {
         const Lung lung(chest, side);
         layers.push_back({side.sign > 0.0 ? "left lung" : "right lung", Material::Lung, Material::SoftTissue,
                           lung.mesh(), false});
-        append(vessels, lung_vessels(lung, side));
+        append(vessels,
+               LungVessels(lung, side, chance.field("lung vessels", side.sign > 0.0 ? 0 : 1)).mesh());
         append(muscle, dome(chest, side));
     }
     layers.push_back({"lung vessels", Material::Blood, Material::Lung, std::move(vessels), false});

@@ -18,7 +18,7 @@ using geometry::Vec3;
 namespace {
 
 using std::numbers::pi;
-constexpr double skull_cell = 1.8, sinus_cell = 1.8, brain_cell = 4.0;  // of the grids [mm]
+constexpr double skull_cell = 2.0, sinus_cell = 1.8, brain_cell = 4.0;  // of the grids [mm]
 constexpr double sinus_wall = 0.6;                                      // thin bone around air [mm]
 
 // All places in this file are measured from the sella. Skull 180 mm long, 146 wide (men: 182 and 145, texts);
@@ -148,7 +148,7 @@ void add_cranium(shape::Compound& bone, const shape::Solid& cavity) {
         bone.add(shape::ellipsoid(side.at(52, 33, -35), Vec3(8, 12, 19)), 1.0, 12.0);           // mastoid
         bone.add(shape::cone(side.at(44, 20, -34), side.at(38, 10, -60), 2.4, 1.0), 0.9, 2.0);  // styloid
         bone.add(shape::ellipsoid(side.at(17, 28, -45), Vec3(7, 11, 7)), 1.2, 4.0);             // condyle
-        bone.add(shape::ellipsoid(side.at(44, 8, -26), Vec3(16, 13, 5)), 1.0, 8.0);  // over the jaw's joint
+        bone.add(shape::ellipsoid(side.at(44, 8, -26), Vec3(15, 12, 4)), 0.5, 8.0);  // over the jaw's joint
     }
     bone.add(shape::ellipsoid(Vec3(0, 105, -8), Vec3(14, 8, 6)), 2.0, 14.0);
     bone.cut(cavity, 1.0);
@@ -221,7 +221,8 @@ void add_lower_face(shape::Compound& bone) {
     std::vector<shape::Station> arch;
     for (int i = 0; i <= 12; ++i) {
         const double angle = -1.5 + 3.0 * i / 12.0;
-        arch.push_back({Vec3(27.0 * std::sin(angle), -28.0 - 46.0 * std::cos(angle), -59), 6.5, 5});
+        arch.push_back({Vec3(27.0 * std::sin(angle), -28.0 - 46.0 * std::cos(angle), -59),
+                        5.0 + 1.5 * std::abs(std::sin(angle)), 3.6 + 1.4 * std::abs(std::sin(angle))});
     }
     bone.add(shape::sweep(arch, Vec3::UnitZ()), 0.7, 4.0);
     bone.add(shape::block(Vec3(0, -48, -24), Vec3(1.1, 22, 26), 0.8), 0.5, 1.0);  // septum of the nose
@@ -359,7 +360,8 @@ TriangleMesh skull_grooves(const Chance& chance) {
             const int steps = std::max(2, static_cast<int>((course[i + 1] - course[i]).norm() / 2.2));
             for (int k = 0; k < steps; ++k) {
                 const Vec3 p = course[i] + (course[i + 1] - course[i]) * (static_cast<double>(k) / steps);
-                const Vec3 out = (p - vault).normalized(), aside = (course[i + 1] - course[i]).cross(out).normalized();
+                const Vec3 out = (p - vault).normalized(),
+                           aside = (course[i + 1] - course[i]).cross(out).normalized();
                 const double jag = (k % 2 == 0 ? 1.0 : -1.0) * random.between(0.2, 2.0);
                 path.push_back(on_vault(p + jag * aside, 0.5));
                 wide.push_back(random.between(0.3, 0.6));
@@ -375,16 +377,20 @@ TriangleMesh skull_grooves(const Chance& chance) {
                 const double t = k / 6.0;
                 const double x = random.between(-1, 1), y = random.between(-1, 1), z = random.between(-1, 1);
                 path.push_back(on_vault(course[i] + t * (course[i + 1] - course[i]) + Vec3(x, y, z), 0.12));
-                radii.push_back(radius * (1.0 - 0.7 * (static_cast<double>(i) + t) / static_cast<double>(course.size())));
+                radii.push_back(
+                    radius * (1.0 - 0.7 * (static_cast<double>(i) + t) / static_cast<double>(course.size())));
             }
         }
         append(grooves, tube(path, Vec3(0.31, 0.52, 0.79), radii, radii, 6));
     };
     for (const Side side : {left, right}) {
-        suture({Vec3(0, -8, 100), side.at(30, -10, 88), side.at(55, -14, 66), side.at(68, -20, 36), side.at(68, -24, 12)});
+        suture({Vec3(0, -8, 100), side.at(30, -10, 88), side.at(55, -14, 66), side.at(68, -20, 36),
+                side.at(68, -24, 12)});
         suture({Vec3(0, 98, 66), side.at(22, 97, 48), side.at(42, 90, 24), side.at(56, 76, 0)});
         suture({side.at(70, -20, 14), side.at(74, 4, 24), side.at(74, 26, 18), side.at(70, 48, 2)});
-        artery({side.at(62, -10, -8), side.at(70, -14, 12), side.at(70, -10, 36), side.at(60, -2, 62), side.at(40, 8, 86)}, 1.1);
+        artery({side.at(62, -10, -8), side.at(70, -14, 12), side.at(70, -10, 36), side.at(60, -2, 62),
+                side.at(40, 8, 86)},
+               1.1);
         artery({side.at(70, -12, 24), side.at(72, 10, 40), side.at(66, 26, 60), side.at(48, 40, 80)}, 0.8);
         artery({side.at(66, -6, -4), side.at(74, 20, 6), side.at(73, 46, 22), side.at(62, 74, 36)}, 0.9);
         artery({side.at(74, 24, 10), side.at(74, 40, 36), side.at(64, 56, 60)}, 0.7);
@@ -398,9 +404,10 @@ shape::Compound nasal_cavity() {
     // Narrow above, wide below; most of it filled by the conchae.
     shape::Compound air;
     for (const Side side : {left, right}) {
-        air.add(shape::sweep(
-            {{side.at(4.5, -68, -39), 2, 7}, {side.at(5.5, -54, -37), 3.6, 13}, {side.at(5.5, -30, -38), 4, 12}},
-            Vec3::UnitX()));
+        air.add(shape::sweep({{side.at(4.5, -68, -39), 2, 7},
+                              {side.at(5.5, -54, -37), 3.6, 13},
+                              {side.at(5.5, -30, -38), 4, 12}},
+                             Vec3::UnitX()));
         air.add(
             shape::sweep({{side.at(3.5, -66, -20), 1.5, 8}, {side.at(3.5, -34, -18), 1.6, 9}}, Vec3::UnitX()),
             0.0, 3.0);
@@ -478,7 +485,8 @@ void add_head_layers(std::vector<TissueLayer>& layers, const Chance& chance) {
                       placed(shape::polygonised(air, sinus_cell).outer), false});
     layers.push_back({"skull grooves", Material::SoftTissue, Material::CorticalBone,
                       placed(skull_grooves(chance)), false});
-    layers.push_back({"mastoid cells", Material::Air, Material::TrabecularBone, placed(mastoid_cells(chance)), false});
+    layers.push_back(
+        {"mastoid cells", Material::Air, Material::TrabecularBone, placed(mastoid_cells(chance)), false});
     layers.push_back({"nasal cavity", Material::Air, Material::SoftTissue,
                       placed(shape::polygonised(nasal_cavity(), sinus_cell).outer), false});
     layers.push_back({"throat", Material::Air, Material::SoftTissue,

@@ -105,7 +105,7 @@ void add_cage(Bones&, const Chest&, const Chance&, bool shoulders = true);
 /// Middle of the left humerus' head, and the direction of that bone.
 geometry::Vec3 shoulder_joint(const Chest&);
 geometry::Vec3 arm_way(const Chest&);
-void add_chest_layers(std::vector<TissueLayer>&, const Chest&);
+void add_chest_layers(std::vector<TissueLayer>&, const Chest&, const Chance&);
 
 /// `cavity`: what the muscles of belly, back and pelvis enclose; `front`: y of the skin in front of it.
 void add_abdomen_layers(std::vector<TissueLayer>&, const Chance&, const shape::Solid& cavity, double front,

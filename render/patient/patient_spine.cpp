@@ -17,7 +17,7 @@ using geometry::Vec3;
 namespace {
 
 constexpr double degrees = std::numbers::pi / 180.0;
-constexpr double vertebral_cell = 1.8;  // of the grid [mm]
+constexpr double lumbar_cell = 1.8, thoracic_cell = 2.0, cervical_cell = 1.5;  // of the grids [mm]
 
 /// What is behind the body, from L5 up to C2 [mm]. Pedicles and canal of T1 to L5: Panjabi et al., Spine 1991
 /// (thoracic) and 1992 (lumbar), rounded; of the neck, Panjabi et al. 1991 (cervical), rounded; spans of
@@ -319,9 +319,13 @@ void add_spine(Bones& bones, const Chance& chance, double low, double high) {
             shape.cut(shape::grown(
                 shape::moved(lower_facets(above).solid(), place.inverse() * place_of(above, chance)), 1.3));
         }
-        bones.add(shape::polygonised(shape, plan.cervical() ? 1.4 : vertebral_cell), place);
+        bones.add(shape::polygonised(shape, plan.lumbar()     ? lumbar_cell
+                                            : plan.cervical() ? cervical_cell
+                                                              : thoracic_cell),
+                  place);
         add_vertebral_struts(bones, shape, plan, chance, place);
-        add_voids(bones, shape, 260, plan.lumbar() ? 4.5 : 3.5, chance.field("vertebral voids", plan.level), place);
+        add_voids(bones, shape, 600, plan.lumbar() ? 4.5 : 3.5, chance.field("vertebral voids", plan.level),
+                  place);
     }
     if (low < column.front().z) {
         shape::Compound shape = sacrum();

@@ -484,7 +484,7 @@ private:
     /// The distance from the surface under the shell.
     double inner(const Vec3& p, const Compound::Value& value) const {
         const double rough = value.distance < cell_ ? compound_.roughness(p) : 0.0;
-        return value.distance + std::max(value.shell + rough, 0.15 * value.shell);
+        return value.distance + std::max(value.shell + rough, 0.4 * value.shell);
     }
 
     /// The mean of the places where the surface crosses the cell's edges, then a step onto the surface.
