@@ -2,10 +2,12 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "engine/exercise/distal_trees.h"
 #include "engine/io/error.h"
+#include "physics/geometry/hash.h"
 #include "physics/geometry/mesh_topology.h"
 #include "render/patient/patient.h"
 #include "render/patient/solids.h"
@@ -40,9 +42,21 @@ geometry::BodyPlace guessed_place(const anatomy::Anatomy& anatomy) {
             {0.5 * (left + right), front, widest ? widest->points.front().z() : lowest - below_chest}};
 }
 
+/// The same body around the same vessels, in all their exercises: a seed from where the branches begin and
+/// end.
+std::uint64_t body_seed(const anatomy::Anatomy& anatomy) {
+    geometry::Hash hash;
+    for (const geometry::CentrelineBranch& branch : anatomy.branches) {
+        for (const geometry::Vec3& p : {branch.points.front(), branch.points.back()})
+            for (int k = 0; k < 3; ++k) hash.add(static_cast<std::uint64_t>(std::llround(10.0 * p[k])));
+    }
+    return std::max<std::uint64_t>(hash.value(), 1);  // 0 would be the mean
+}
+
 render::PatientSpec patient(const anatomy::Anatomy& anatomy) {
     render::PatientSpec spec =
         render::patient_around(anatomy.lumen.vertices, anatomy.body ? *anatomy.body : guessed_place(anatomy));
+    spec.seed = body_seed(anatomy);
     for (const geometry::CentrelineBranch& branch : anatomy.branches) {
         // Close enough for balls to form a tube.
         double since = std::numeric_limits<double>::infinity();

@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
+#include <utility>
 
+#include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
 
 namespace render {
@@ -17,6 +20,7 @@ namespace {
 
 constexpr double skin_behind = 108.0;   // of the back, behind the front of the lumbar vertebrae [mm]
 constexpr double head_top = 733.0;      // z of the vertex [mm]
+constexpr double skin_cell = 9.0;       // of the grid [mm]
 constexpr double chest_middle = 300.0;  // z at which the depth of the chest is given [mm]
 
 /// A region of the body and the heights that its organs fill [mm].
@@ -86,33 +90,92 @@ SkinSection skin_at(double z) {
             smooth(&SkinSection::fat)};
 }
 
-/// The body's surface from one height to another, or the surface under its fat.
-TriangleMesh trunk(const PatientSpec& spec, double chest_front, double low, double high, bool under_fat) {
-    const int steps = std::max(8, static_cast<int>((high - low) / 11.0));
-    std::vector<Ring> rings;
-    for (int i = 0; i <= steps; ++i) {
-        SkinSection at = skin_at(low + (high - low) * i / steps);
-        // From the abdomen as requested to the chest as it must be.
-        const double up = std::clamp((at.z - 110.0) / (scaled_below - 110.0), 0.0, 1.0);
-        const double neck = std::clamp((at.z - 400.0) / 60.0, 0.0, 1.0);
-        const double wider = spec.width / 375.0, back = at.middle + at.half_depth;
-        at.half_width *= wider + up * (1.0 - wider);
-        const double deeper =
-            (1.0 - up) * (spec.depth - 225.0) +
-            up * (1.0 - neck) *
-                (skin_at(chest_middle).middle - skin_at(chest_middle).half_depth - chest_front);
-        at.half_depth += 0.5 * deeper;
-        const double less = under_fat ? at.fat : 0.0;
-        Ring ring;
-        ring.centre = Vec3(0.0, back - at.half_depth, at.z);
-        if (under_fat && i == 0) ring.centre.z() += less;
-        if (under_fat && i == steps) ring.centre.z() -= std::min(less, 4.0);
-        ring.a = at.half_width - less;
-        ring.b = at.half_depth - less;
-        ring.exponent = at.exponent;
-        rings.push_back(ring);
+constexpr double perineum = -196.0;  // z where the thighs part [mm]
+
+/// The body's section at a height, as large as this patient's.
+SkinSection section_of(const PatientSpec& spec, double chest_front, double z) {
+    SkinSection at = skin_at(z);
+    // From the abdomen as requested to the chest as it must be.
+    const double up = std::clamp((z - 110.0) / (scaled_below - 110.0), 0.0, 1.0);
+    const double neck = std::clamp((z - 400.0) / 60.0, 0.0, 1.0);
+    const double wider = spec.width / 375.0, back = at.middle + at.half_depth;
+    at.half_width *= wider + up * (1.0 - wider);
+    const double deeper =
+        (1.0 - up) * (spec.depth - 225.0) +
+        up * (1.0 - neck) * (skin_at(chest_middle).middle - skin_at(chest_middle).half_depth - chest_front);
+    at.half_depth += 0.5 * deeper;
+    at.middle = back - at.half_depth;
+    return at;
+}
+
+/// The body's surface from one height to another; under its fat if `share` of the fat is 1; deeper by
+/// `inset`. Thighs 175 mm thick below the perineum.
+struct Outline {
+    const PatientSpec& spec;
+    const Chest& chest;
+    double low, high;
+};
+shape::Solid trunk(const Outline& outline, double share, double inset) {
+    const PatientSpec spec = outline.spec;
+    const double low = outline.low, high = outline.high, chest_front = outline.chest.front;
+    shape::Compound body;
+    const double widest = std::max(240.0, 0.7 * spec.width), deepest = 200.0 + spec.depth;
+    body.add({[=](const Vec3& p) {
+                  const SkinSection at = section_of(spec, chest_front, std::clamp(p.z(), low, high));
+                  const double less = share * at.fat + inset;
+                  const double a = at.half_width - less, b = at.half_depth - less, n = at.exponent;
+                  const double qx = std::max(std::abs(p.x()) / a, 1e-6),
+                               qy = std::max(std::abs(p.y() - at.middle) / b, 1e-6);
+                  const double px = std::pow(qx, n - 1), py = std::pow(qy, n - 1), sum = px * qx + py * qy;
+                  const double k0 = std::pow(sum, 1.0 / n);
+                  const double slope = std::hypot(px / a, py / b) * k0 / sum;
+                  const double across = 0.9 * (k0 - 1.0) / slope;
+                  const double under = low < perineum ? perineum - p.z() : low - p.z();
+                  // Rounded below, toward the thighs.
+                  const double lower = under + less, round = 50.0, apart = std::abs(across - lower);
+                  const double edge = low < perineum && apart < round
+                                          ? 0.25 * (round - apart) * (round - apart) / round
+                                          : 0.0;
+                  return std::max(std::max(across, lower) + edge, p.z() - high + std::min(less, 4.0));
+              },
+              {Vec3(-widest, -deepest, std::max(low, perineum) - 1.0), Vec3(widest, deepest, high + 1.0)}});
+    if (low < perineum) {
+        const double wide = spec.width / 375.0, deep = 0.5 * spec.depth - share * 12.0 - inset,
+                     less = share * 12.0 + inset;
+        for (const Side side : {left, right}) {
+            body.add(shape::sweep({{side.at(92.0 * wide, -4.0, -150.0), 84.0 * wide - less, deep - 4.0},
+                                   {side.at(94.0 * wide, -2.0, -230.0), 88.0 * wide - less, 0.9 * deep},
+                                   {side.at(96.0 * wide, 0.0, -380.0), 80.0 * wide - less, 84.0 - less},
+                                   {side.at(96.0 * wide, 4.0, -700.0), 66.0 * wide - less, 68.0 - less}},
+                                  Vec3::UnitX()),
+                     0.0, 55.0);
+        }
+        body.keep(shape::half_space(Vec3(0, 0, low + less), Vec3(0, 0, -1)));
     }
-    return loft(rings, 48);
+    // Arms, from the shoulder to the elbow.
+    if (high > 350.0) {
+        const Vec3 joint = shoulder_joint(outline.chest), way = arm_way(outline.chest);
+        const double less = 0.8 * (share * 9.0 + inset);
+        for (const Side side : {left, right}) {
+            const auto at = [&](double along) {
+                const Vec3 p = joint + along * way;
+                return side.at(p.x(), p.y(), p.z());
+            };
+            body.add(shape::sweep({{at(-20), 46 - less, 50 - less},
+                                   {at(40), 52 - less, 54 - less},
+                                   {at(150), 46 - less, 47 - less},
+                                   {at(330 - less), 40 - less, 42 - less}},
+                                  Vec3::UnitY()),
+                     0.0, 25.0);
+        }
+    }
+    return body.solid();
+}
+
+TriangleMesh surface_of(const shape::Solid& solid, double cell) {
+    shape::Compound compound;
+    compound.add(solid);
+    return shape::polygonised(compound, cell).outer;
 }
 
 }  // namespace
@@ -134,6 +197,80 @@ void add_tube(Bones& bones, const Polyline& path, const Vec3& u, const std::vect
 void add_ellipsoid(Bones& bones, const Vec3& centre, const Vec3& half_axes, double wall, int around) {
     append(bones.outer, ellipsoid(centre, half_axes, around));
     append(bones.core, ellipsoid(centre, half_axes - Vec3::Constant(wall), around));
+}
+
+void Bones::add(const shape::Surfaces& surfaces, const Eigen::Isometry3d& place) {
+    for (const auto& [from, to] : {std::pair{&surfaces.outer, &outer}, {&surfaces.core, &core}}) {
+        TriangleMesh mesh = *from;
+        for (Vec3& v : mesh.vertices) v = place * v;
+        append(*to, mesh);
+    }
+}
+
+void Bones::add_mirrored(const shape::Surfaces& surfaces, const Eigen::Isometry3d& place) {
+    shape::Surfaces mirrored = surfaces;
+    for (TriangleMesh* mesh : {&mirrored.outer, &mirrored.core}) {
+        for (Vec3& v : mesh->vertices) v.x() = -v.x();
+        for (auto& triangle : mesh->triangles) std::swap(triangle[1], triangle[2]);
+    }
+    add(mirrored, place);
+}
+
+void add_voids(Bones& bones, const shape::Compound& shape, int count, double largest, std::uint64_t field,
+               const Eigen::Isometry3d& place, bool mirror) {
+    geometry::Random random(field);
+    const Vec3 low = shape.box().min(), size = shape.box().sizes();
+    for (int k = 0; k < count; ++k) {
+        const double x = random(), y = random(), z = random(),
+                     half = 1.0 + (largest - 1.0) * std::pow(random(), 3.0),
+                     across = random.between(0.6, 1.0), deep = random.between(0.6, 1.0),
+                     up = random.between(1.0, 1.8);
+        const Vec3 centre = low + Vec3(x, y, z).cwiseProduct(size);
+        const shape::Compound::Value value = shape.at(centre);
+        if (value.distance > -(value.shell + 0.6 + half * up)) continue;
+        TriangleMesh blob = ellipsoid(Vec3::Zero(), half * Vec3(across, deep, up), half > 2.0 ? 8 : 6);
+        for (Vec3& v : blob.vertices) {
+            v += centre;
+            if (mirror) v.x() = -v.x();
+            v = place * v;
+        }
+        if (mirror)
+            for (auto& triangle : blob.triangles) std::swap(triangle[1], triangle[2]);
+        append(bones.voids, blob);
+    }
+}
+
+void add_strut(TriangleMesh& mesh, const Vec3& from, const Vec3& to, double radius) {
+    const Vec3 along = (to - from).normalized(), u = along.unitOrthogonal(), v = along.cross(u);
+    const int first = static_cast<int>(mesh.vertices.size());
+    for (const Vec3& end : {from, to})
+        for (int k = 0; k < 3; ++k) {
+            const double angle = 2.0 * std::numbers::pi * k / 3.0;
+            mesh.vertices.push_back(end + radius * (std::cos(angle) * u + std::sin(angle) * v));
+        }
+    for (int k = 0; k < 3; ++k) {
+        const int a = first + k, b = first + (k + 1) % 3;
+        mesh.triangles.push_back({a, b, b + 3});
+        mesh.triangles.push_back({a, b + 3, a + 3});
+    }
+    mesh.triangles.push_back({first, first + 2, first + 1});
+    mesh.triangles.push_back({first + 3, first + 4, first + 5});
+}
+
+/// The sum of twelve uniform numbers, drawn again beyond ±2.5, is nearly normal; 0.961 is its deviation.
+double Chance::normal(std::string_view quantity, int index) const {
+    if (!varied()) return 0.0;
+    geometry::Random uniform(field(quantity, index));
+    for (;;) {
+        double sum = -6.0;
+        for (int k = 0; k < 12; ++k) sum += uniform();
+        if (std::abs(sum) <= 2.5) return sum / 0.961;
+    }
+}
+
+std::uint64_t Chance::field(std::string_view quantity, int index) const {
+    return geometry::mixed(geometry::fnv1a(quantity, geometry::mixed(seed_ + geometry::golden_step)) +
+                           static_cast<std::uint64_t>(index) * geometry::golden_step);
 }
 
 PatientSpec patient_around(std::span<const Vec3> wall, const geometry::BodyPlace& place) {
@@ -187,25 +324,50 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
         if (place.z() > chest.low && place.z() < 380.0)
             front = std::min(front, place.y() - sample.radius - 34.0);
     }
-    const Chest thorax{front, vessels};
+    // Arms lie beside the trunk when the head is looked at, else above the head, out of the beam.
+    const bool arms_down = spec.upper.z() - spec.origin.z() > 520.0 ||
+                           std::any_of(vessels.begin(), vessels.end(), [](const VesselSample& v) {
+                               return std::abs(v.place.x()) > 150.0 && v.place.z() < 340.0;
+                           });
+    const Chest thorax{front, vessels, arms_down};
+    const Outline outline{spec, thorax, low, high};
 
     Bones bones;
-    add_spine(bones, low + 20.0, high - 20.0);
-    if (with_abdomen) add_pelvis(bones);
-    if (with_chest) add_cage(bones, thorax);
-    if (with_head) add_head_bones(bones);
+    const Chance chance(spec.seed);
+    // Bones that no view reaches are left out.
+    constexpr double beyond = 60.0;
+    add_spine(bones, chance, std::max(low + 20.0, from - beyond), std::min(high - 20.0, to + beyond));
+    if (with_abdomen && from < 40.0) add_pelvis(bones, chance, low + 12.0);
+    if (with_chest) add_cage(bones, thorax, chance, to > 340.0);
+    if (with_head && to > 520.0) add_head_bones(bones, chance);
 
     std::vector<TissueLayer> layers;
-    layers.push_back(
-        {"skin and fat", Material::Adipose, Material::Air, trunk(spec, front, low, high, false), false});
-    layers.push_back(
-        {"trunk", Material::SoftTissue, Material::Adipose, trunk(spec, front, low, high, true), false});
+    layers.push_back({"skin and fat", Material::Adipose, Material::Air,
+                      surface_of(trunk(outline, 0.0, 0.0), skin_cell), false});
+    layers.push_back({"trunk", Material::SoftTissue, Material::Adipose,
+                      surface_of(trunk(outline, 1.0, 0.0), skin_cell), false});
     layers.push_back({"bones", Material::CorticalBone, Material::SoftTissue, std::move(bones.outer), false});
     layers.push_back(
         {"marrow", Material::TrabecularBone, Material::CorticalBone, std::move(bones.core), false});
-    if (with_abdomen) add_abdomen_layers(layers, skin_behind - spec.depth, spec.bowel_gas);
-    if (with_chest) add_chest_layers(layers, thorax);
-    if (with_head) add_head_layers(layers);
+    layers.push_back(
+        {"trabeculae", Material::CorticalBone, Material::TrabecularBone, std::move(bones.struts), false});
+    layers.push_back(
+        {"marrow voids", Material::SoftTissue, Material::TrabecularBone, std::move(bones.voids), false});
+    if (with_abdomen) {
+        // Behind the wall of the belly, in front of the muscles of the back, above the floor of the pelvis
+        // and below the diaphragm.
+        const shape::Solid wall = trunk({spec, thorax, -300.0, 300.0}, 1.0, 17.0);
+        const shape::Solid cavity{
+            [inner = wall.distance](const Vec3& p) {
+                const double floor = -150.0 - 0.25 * p.y() + 0.0020 * p.x() * p.x();
+                const double narrow = std::abs(p.x()) - 90.0 - 0.9 * std::max(0.0, p.z() + 90.0);
+                return std::max({inner(p), p.y() - 50.0, floor - p.z(), p.z() - 150.0, 0.7 * narrow});
+            },
+            {Vec3(-0.5 * spec.width, -spec.depth, -220.0), Vec3(0.5 * spec.width, 55.0, 152.0)}};
+        add_abdomen_layers(layers, chance, cavity, skin_behind - spec.depth, spec.bowel_gas);
+    }
+    if (with_chest) add_chest_layers(layers, thorax, chance);
+    if (with_head && to > 520.0) add_head_layers(layers, chance);
     for (TissueLayer& layer : layers) {
         for (Vec3& v : layer.mesh.vertices) v += spec.origin;
     }

@@ -5,6 +5,7 @@
 /// Layers with fixed names, by which other code may move them or dissolve iodine in them: "left kidney",
 /// "right kidney", "heart", "brain", "left lung", "right lung", "diaphragm".
 
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct PatientSpec {
     double depth = 225.0;                                   // of the abdomen, front to back [mm]
     std::vector<VesselSample> vessels;                      // the lungs leave room for these
     bool bowel_gas = true;
+    std::uint64_t seed = 0;  // of what differs from patient to patient; 0 = means
 };
 
 /// A patient whose landmark lies where the vessels place it, whose spine stands behind the aorta and whose

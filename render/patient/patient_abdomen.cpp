@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "physics/geometry/polyline.h"
+#include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
 
 namespace render {
@@ -14,106 +14,314 @@ using geometry::Vec3;
 
 namespace {
 
-/// Ilium as a curved blade, pubic rami and ischium as tubes around the foramen, femoral head and neck.
-void add_hip(Bones& bones, Side side) {
-    const auto at = [&](double x, double y, double z) { return side.at(x, 16.0 + y, sacrum_top + z); };
-    // Blade: long half-axis forward and outward, thin across.
-    const Vec3 blade = side.at(0.62, -0.78, 0.0).normalized();
-    add_tube(
-        bones,
-        {at(88, 20, 47), at(88, 20, 45), at(87, 19, 41), at(86, 18, 34), at(84, 17, 22), at(81, 15, 4),
-         at(78, 12, -18), at(78, 8, -42), at(80, 2, -66), at(84, -4, -84), at(86, -4, -98), at(87, -4, -104)},
-        blade, {10, 21, 33, 45, 56, 62, 56, 41, 28, 25, 20, 10},
-        {2.0, 3.6, 4.6, 4.6, 4.0, 3.2, 3.6, 6.0, 12.0, 17.0, 14.0, 8.0}, 1.5);
-    add_tube(bones, {at(74, -10, -92), at(50, -26, -88), at(28, -34, -96), at(8, -36, -106)}, Vec3::UnitZ(),
-             {10, 7, 8, 15}, {8, 6, 6, 7});
-    add_tube(bones, {at(9, -34, -112), at(24, -22, -132), at(42, -4, -142), at(58, 8, -136), at(74, 8, -106)},
-             Vec3::UnitZ(), {8, 6, 8, 14, 10}, {6, 5, 7, 9, 9});
-    const Vec3 head = at(96, -6, -92);
-    add_ellipsoid(bones, head, Vec3(23, 23, 23), 1.2, 28);
-    add_tube(bones, {at(112, -5, -104), at(128, -3, -116), at(140, -1, -128)}, Vec3::UnitY(), {14, 13, 16},
-             {15, 15, 22}, 2.0);
-    add_tube(bones, {at(141, 0, -112), at(144, 0, -140), at(140, 0, -180), at(136, 0, -260)}, Vec3::UnitX(),
-             {15, 18, 15, 14}, {15, 18, 15, 14}, 4.0);
-}
+using std::numbers::pi;
+constexpr double fat_cell = 5.0, gas_cell = 2.4;  // of the grids [mm]
+constexpr double bowel_wall = 2.0;                // between gas and what is around the bowel [mm]
 
-/// Gas in a piece of bowel along a path, bulging between its folds.
-TriangleMesh haustra(const Polyline& path, double width, double depth, double fold) {
-    Polyline fine;
-    std::vector<double> a, b;
-    double travelled = 0.0;
-    const double length = geometry::length_of(path);
-    for (std::size_t i = 1; i < path.size(); ++i) {
-        const double piece = (path[i] - path[i - 1]).norm();
-        const int steps = std::max(2, static_cast<int>(piece / 2.0));
-        for (int k = i == 1 ? 0 : 1; k <= steps; ++k) {
-            const double s = travelled + piece * k / steps;
-            // Round at both ends, narrow at each fold; no two bulges are alike.
-            const double end = std::min(s, length - s) / width;
-            const double cap =
-                std::sqrt(std::clamp(1.0 - (1.0 - end) * (1.0 - end) * (end < 1.0), 0.01, 1.0));
-            const double bulge = 0.72 + 0.28 * std::abs(std::sin(std::numbers::pi * s / fold)) +
-                                 0.10 * std::sin(1.7 * s / fold + 0.13 * path.front().x());
-            fine.push_back(path[i - 1] + (path[i] - path[i - 1]) * (double(k) / steps));
-            a.push_back(width * cap * bulge);
-            b.push_back(depth * cap * bulge);
-        }
-        travelled += piece;
-    }
-    return tube(fine, Vec3::UnitX() + 0.4 * Vec3::UnitZ(), a, b, 18);
-}
-
-/// Colon on both sides, some loops between. Fixed places, so that frames repeat.
-TriangleMesh bowel_gas(double front) {
-    const auto at = [&](double x, double y, double z) -> Vec3 { return {x, front + 45.0 + y, z}; };
-    TriangleMesh gas;
-    append(gas,
-           haustra({at(-112, 18, -34), at(-118, 20, -6), at(-114, 18, 24), at(-108, 16, 46)}, 17, 7, 21));
-    append(gas, haustra({at(113, 16, 18), at(118, 20, 48), at(110, 20, 84), at(104, 18, 102)}, 12, 6, 17));
-    append(gas, haustra({at(-84, 8, 96), at(-60, 5, 88), at(-34, 4, 92)}, 11, 5, 19));
-    append(gas, haustra({at(26, 4, 104), at(48, 5, 98), at(78, 8, 108)}, 10, 5, 16));
-    append(gas, haustra({at(92, 14, -46), at(74, 12, -58), at(60, 12, -80), at(36, 14, -92)}, 11, 6, 15));
-    append(gas, haustra({at(-18, 16, -104), at(4, 16, -98), at(18, 15, -112)}, 12, 7, 22));
-    append(gas, haustra({at(-58, 12, -18), at(-46, 12, -30), at(-50, 12, -46)}, 8, 4, 13));
-    append(gas, haustra({at(46, 12, 26), at(58, 12, 36), at(72, 12, 30)}, 7, 4, 12));
-    append(gas, ellipsoid({58, -30, 203}, {26, 24, 10}, 20));  // of the stomach, under its dome
-    return gas;
-}
-
-struct Kidney {
-    TriangleMesh fat;
-    TriangleMesh organ;
+/// A piece of bowel: its course, and the gas in it.
+struct Bowel {
+    std::vector<shape::Station> course;
+    double fold;        // mean distance of folds [mm]; 0: none
+    double fold_depth;  // as share of the radius
+    struct Gas {
+        double from, to;  // as shares of the course
+        double level;     // its surface is this far behind the middle, as share of the radius
+    };
+    std::vector<Gas> gas;
 };
 
-/// A kidney in its fat next to L1 to L3, the left one higher.
-Kidney kidney(Side side) {
-    const double middle = side.sign > 0.0 ? 84.0 : 70.0;
+/// The wall's inner side: haustra between folds that reach over a third of the way around and do not meet,
+/// no two alike.
+shape::Solid lumen_of(const Bowel& bowel, const std::vector<shape::Station>& course, std::uint64_t field) {
+    double radius = 0.0;
+    for (const shape::Station& station : course) radius = std::max(radius, station.a);
+    const double fold = bowel.fold, depth = bowel.fold_depth * radius;
+    const Vec3 offset = course.front().at;
+    const auto inset = [=](double s, double angle) {
+        const double uneven =
+            0.22 * radius * shape::noise(Vec3(s, 8.0 * angle, 0.0) + offset, 2.2 * radius, field);
+        if (fold <= 0.0) return uneven;
+        double deepest = 0.0;
+        for (int sector = 0; sector < 3; ++sector) {
+            const double away = std::remainder(angle - sector * 2.0 * pi / 3.0 - 0.5, 2.0 * pi);
+            const double reach = std::clamp(1.35 - std::abs(away), 0.0, 1.0);
+            const double phase =
+                s / fold + 0.41 * sector +
+                0.55 * shape::noise(Vec3(s, 40.0 * sector, 0.0) + offset, 2.5 * fold, field + 1);
+            const double cut = std::pow(std::abs(std::cos(pi * phase)), 6.0);
+            const double own =
+                0.9 + 0.6 * shape::noise(Vec3(std::round(phase) * 9.0, sector * 31.0, 3.0), 7.0, field + 2);
+            deepest = std::max(deepest, reach * cut * own);
+        }
+        return uneven + depth * deepest;
+    };
+    return shape::sweep(course, Vec3::UnitX() + 0.3 * Vec3::UnitZ(), 2.0, inset);
+}
+
+/// The part of a course between two shares of its stations.
+std::vector<shape::Station> part_of(const std::vector<shape::Station>& course, double from, double to) {
+    std::vector<shape::Station> part;
+    constexpr int steps = 10;
+    for (int k = 0; k <= steps; ++k) {
+        const double at = (from + (to - from) * k / steps) * (static_cast<double>(course.size()) - 1.0);
+        const auto i = std::min(static_cast<std::size_t>(at), course.size() - 2);
+        const double t = at - static_cast<double>(i);
+        const shape::Station &a = course[i], &b = course[i + 1];
+        part.push_back({a.at + t * (b.at - a.at), a.a + t * (b.a - a.a), a.b + t * (b.b - a.b)});
+    }
+    return part;
+}
+
+/// Colon: caecum, ascending, transverse, descending, sigmoid, rectum. Calibre 45 to 75 mm at the caecum, 35
+/// to 50 beyond (texts; collapsed parts less), haustra every 25 mm (estimate).
+std::vector<Bowel> colon(const Chance& chance, double front) {
+    const double sag = 14.0 * chance.normal("transverse colon"), f = front + 40.0;
+    const auto w = [&](const char* name, double value, double spread) {
+        return value * (1.0 + spread * chance.normal(name));
+    };
+    const double r = w("calibre of the colon", 1.0, 0.12);
+    std::vector<Bowel> all;
+    all.push_back({{{Vec3(-94, -14, -86), 20 * r, 18 * r},
+                    {Vec3(-104, -8, -62), 27 * r, 24 * r},
+                    {Vec3(-109, 4, -28), 24 * r, 21 * r},
+                    {Vec3(-111, 12, 8), 21 * r, 19 * r},
+                    {Vec3(-108, 12, 42), 22 * r, 19 * r},
+                    {Vec3(-98, 0, 66), 20 * r, 17 * r}},
+                   27,
+                   0.42,
+                   {{0.02, 0.42, 0.1}, {0.55, 0.96, -0.1}}});
+    all.push_back({{{Vec3(-92, -14, 72), 19 * r, 17 * r},
+                    {Vec3(-74, f + 8, 58 - 0.3 * sag), 20 * r, 18 * r},
+                    {Vec3(-42, f - 2, 34 - 0.8 * sag), 21 * r, 18 * r},
+                    {Vec3(0, f - 6, 22 - sag), 21 * r, 18 * r},
+                    {Vec3(40, f - 2, 40 - 0.8 * sag), 20 * r, 17 * r},
+                    {Vec3(76, f + 14, 82), 18 * r, 16 * r},
+                    {Vec3(100, 2, 118), 21 * r, 18 * r},
+                    {Vec3(112, 20, 112), 18 * r, 16 * r}},
+                   24,
+                   0.45,
+                   {{0.08, 0.36, 0.3}, {0.50, 0.64, 0.1}, {0.80, 0.97, 0.2}}});
+    all.push_back({{{Vec3(116, 24, 92), 15 * r, 14 * r},
+                    {Vec3(118, 24, 50), 13 * r, 12 * r},
+                    {Vec3(116, 20, 6), 13 * r, 12 * r},
+                    {Vec3(110, 4, -40), 13 * r, 12 * r},
+                    {Vec3(98, -22, -74), 14 * r, 13 * r}},
+                   22,
+                   0.38,
+                   {{0.12, 0.34, 0.5}, {0.62, 0.74, 0.4}}});
+    const double over = 12.0 * chance.normal("sigmoid colon");
+    all.push_back({{{Vec3(92, -26, -88), 14 * r, 13 * r},
+                    {Vec3(64, -34, -108 + 0.4 * over), 16 * r, 15 * r},
+                    {Vec3(36, -30, -92 + over), 18 * r, 17 * r},
+                    {Vec3(6, -24, -84 + over), 18 * r, 17 * r},
+                    {Vec3(-16, -6, -104 + 0.5 * over), 16 * r, 15 * r},
+                    {Vec3(-6, 18, -122), 16 * r, 15 * r},
+                    {Vec3(0, 34, -140), 20 * r, 18 * r},
+                    {Vec3(0, 38, -164), 20 * r, 17 * r},
+                    {Vec3(0, 32, -184), 13 * r, 12 * r}},
+                   26,
+                   0.36,
+                   {{0.14, 0.30, 0.2}, {0.40, 0.56, 0.1}, {0.72, 0.90, 0.0}}});
+    return all;
+}
+
+/// Loops of small bowel 22 to 27 mm wide, some 3 m of them, that wander through the middle of the abdomen and
+/// turn back at its borders.
+std::vector<Bowel> small_bowel(const Chance& chance, double front) {
+    std::vector<Bowel> loops;
+    geometry::Random random(chance.field("small bowel"));
+    constexpr int count = 15, pieces = 11;
+    for (int loop = 0; loop < count; ++loop) {
+        Bowel bowel;
+        bowel.fold = 7.0;
+        bowel.fold_depth = 0.14;
+        Vec3 at(random.between(-70, 75), front + random.between(34, 96), random.between(-128, 28));
+        Vec3 way(random.between(-1, 1), random.between(-0.5, 0.5), random.between(-0.6, 0.6));
+        way.normalize();
+        const double calibre = random.between(10.5, 13.5);
+        for (int k = 0; k < pieces; ++k) {
+            bowel.course.push_back(
+                {at, calibre * random.between(0.85, 1.1), calibre * random.between(0.8, 1.0)});
+            const Vec3 swerve(random.between(-1, 1), random.between(-0.7, 0.7), random.between(-1, 1));
+            way = (way + 0.85 * swerve).normalized();
+            for (int axis = 0; axis < 3; ++axis) {
+                const double low = axis == 0   ? -82
+                                   : axis == 1 ? front + 32
+                                               : -136,
+                             high = axis == 0   ? 86
+                                    : axis == 1 ? front + 100
+                                                : 34;
+                const double next = at[axis] + 20.0 * way[axis];
+                if (next < low || next > high) way[axis] = -way[axis];
+            }
+            at += 20.0 * way;
+        }
+        if (loop % 4 == 1) {
+            const double from = random.between(0.1, 0.5);
+            bowel.gas.push_back({from, from + random.between(0.14, 0.34), random.between(-0.4, 0.2)});
+        }
+        loops.push_back(std::move(bowel));
+    }
+    return loops;
+}
+
+/// Lumps of stool with gas between them: where mottled bubbles lie in the colon.
+void add_bubbles(TriangleMesh& gas, const std::vector<shape::Station>& course, int count,
+                 std::uint64_t field) {
+    geometry::Random random(field);
+    for (int k = 0; k < count; ++k) {
+        const double at = random() * (static_cast<double>(course.size()) - 1.001),
+                     angle = random.between(0, 2 * pi), out = 0.8 * std::sqrt(random());
+        const auto i = static_cast<std::size_t>(at);
+        const double t = at - static_cast<double>(i);
+        const shape::Station &a = course[i], &b = course[i + 1];
+        const double wide = a.a + t * (b.a - a.a);
+        const Vec3 centre = a.at + t * (b.at - a.at) +
+                            out * wide * Vec3(std::cos(angle), std::sin(angle), random.between(-0.3, 0.3));
+        const double size = 0.9 + 2.6 * std::pow(random(), 2.5);
+        const double x = random.between(0.6, 1.4), y = random.between(0.6, 1.2), z = random.between(0.6, 1.4);
+        append(gas, ellipsoid(centre, size * Vec3(x, y, z), 6));
+    }
+}
+
+/// A kidney next to T12 to L3, 110 mm long, 55 wide, 45 thick (texts), the left one higher; its fat around
+/// it.
+TriangleMesh kidney(Side side, double middle, std::vector<shape::Station>* fat) {
     const auto at = [&](double x, double y, double z) { return side.at(x, y, middle + z); };
     // The long axis leans outward and forward below.
     const Polyline path{at(48, 30, 56),  at(49, 29, 52),  at(51, 28, 42),  at(55, 25, 20), at(60, 21, -4),
                         at(65, 16, -28), at(68, 12, -44), at(70, 10, -52), at(70, 10, -55)};
-    Polyline wide;
-    for (const Vec3& p : path) wide.push_back(p + 0.30 * (p - path[4]));
-    return {
-        tube(wide, Vec3::UnitX(), {9, 17, 26, 35, 38, 36, 29, 20, 9}, {9, 16, 23, 28, 29, 27, 22, 15, 7}, 28),
-        tube(path, Vec3::UnitX(), {4, 12, 20, 26, 25, 25, 19, 11, 4}, {3, 9, 15, 19, 20, 19, 15, 9, 3}, 28)};
+    const double a[] = {4, 12, 20, 26, 25, 25, 19, 11, 4}, b[] = {3, 9, 15, 19, 20, 19, 15, 9, 3};
+    for (const std::size_t i : {1u, 2u, 3u, 4u, 5u, 6u, 7u})
+        fat->push_back({path[i] + 0.25 * (path[i] - path[4]), a[i] + 12.0, b[i] + 10.0});
+    return tube(path, Vec3::UnitX(), {std::begin(a), std::end(a)}, {std::begin(b), std::end(b)}, 28);
+}
+
+/// Psoas and iliacus from the twelfth rib to the thigh.
+shape::Solid psoas(const Side side) {
+    return shape::sweep({{side.at(27, 24, 118), 6, 8},
+                         {side.at(34, 22, 80), 11, 14},
+                         {side.at(39, 20, 40), 16, 18},
+                         {side.at(45, 15, 0), 19, 21},
+                         {side.at(54, 4, -40), 20, 22},
+                         {side.at(68, -10, -84), 20, 19},
+                         {side.at(86, -22, -124), 20, 16},
+                         {side.at(98, -18, -165), 17, 15}},
+                        Vec3::UnitX());
+}
+
+/// Streaks of fat between the bundles of the muscles behind, along them.
+void add_streaks(TriangleMesh& fat, const Chance& chance) {
+    geometry::Random random(chance.field("fat between muscle fibres"));
+    for (int k = 0; k < 420; ++k) {
+        const double sign = random() < 0.5 ? -1.0 : 1.0, x = random.between(12, 118), depth = random(),
+                     z = random.between(-150, 190), lean = random.between(-0.12, 0.12);
+        // Long muscles of the back beside the spine, gluteal ones below the crest.
+        const bool gluteal = z < -50.0;
+        const double y =
+            gluteal ? 62.0 + 26.0 * depth - 0.1 * std::abs(x - 60.0) : 52.0 + 34.0 * depth - 0.16 * x;
+        if (gluteal && x < 45.0) continue;
+        const double size = 1.3 + 3.6 * std::pow(random(), 3.0), length = random.between(8, 34);
+        const Vec3 way = gluteal ? Vec3(sign * 0.75, -0.15, -0.66) : Vec3(lean, 0.08, 1.0).normalized();
+        const Vec3 at(sign * x, y, z);
+        append(fat, tube({at - length * way, at - 0.8 * length * way, at - 0.3 * length * way,
+                          at + 0.3 * length * way, at + 0.8 * length * way, at + length * way},
+                         Vec3::UnitX() + 0.2 * Vec3::UnitY(),
+                         {0.1 * size, 0.6 * size, size, 0.9 * size, 0.6 * size, 0.1 * size},
+                         {0.1 * size, 0.8 * size, 1.5 * size, 1.3 * size, 0.7 * size, 0.1 * size}, 6));
+    }
 }
 
 }  // namespace
 
-void add_pelvis(Bones& bones) {
-    for (const Side side : {left, right}) add_hip(bones, side);
-}
+void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, const shape::Solid& cavity,
+                        double front, bool with_gas) {
+    std::vector<shape::Station> fat_left, fat_right;
+    TriangleMesh on_left = kidney(left, 84.0, &fat_left), on_right = kidney(right, 70.0, &fat_right);
+    const std::vector<Bowel> large = colon(chance, front), small = small_bowel(chance, front);
 
-void add_abdomen_layers(std::vector<TissueLayer>& layers, double front, bool gas) {
-    Kidney on_left = kidney(left), on_right = kidney(right);
-    append(on_left.fat, on_right.fat);
-    layers.push_back({"kidney fat", Material::Adipose, Material::SoftTissue, std::move(on_left.fat), false});
-    layers.push_back(
-        {"left kidney", Material::SoftTissue, Material::Adipose, std::move(on_left.organ), false});
-    layers.push_back(
-        {"right kidney", Material::SoftTissue, Material::Adipose, std::move(on_right.organ), false});
-    if (gas) layers.push_back({"bowel gas", Material::Air, Material::SoftTissue, bowel_gas(front), false});
+    // Fat fills what organs leave free.
+    shape::Compound fat;
+    fat.add(cavity);
+    fat.cut({[](const Vec3& p) {
+                 const double x = p.x() / 33.0, y = (p.y() - spine_front(p.z()) - 20.0) / 30.0;
+                 return 30.0 * (std::sqrt(x * x + y * y) - 1.0);
+             },
+             {Vec3(-33, -40, -400), Vec3(33, 90, 400)}});
+    for (const Side side : {left, right}) fat.cut(psoas(side), 2.0);
+    // Great vessels.
+    fat.cut(
+        shape::sweep({{Vec3(12, -12, 170), 12, 12}, {Vec3(10, -14, 80), 11, 11}, {Vec3(2, -16, 0), 10, 10}},
+                     Vec3::UnitX()),
+        1.0);
+    fat.cut(shape::sweep(
+                {{Vec3(-22, -14, 170), 12, 12}, {Vec3(-18, -12, 80), 12, 10}, {Vec3(-12, -8, -4), 11, 9}},
+                Vec3::UnitX()),
+            1.0);
+    for (const Side side : {left, right})
+        fat.cut(shape::sweep({{side.at(6, -14, -4), 11, 10},
+                              {side.at(34, 0, -60), 11, 11},
+                              {side.at(62, -14, -120), 9, 9},
+                              {side.at(72, -24, -170), 8, 8}},
+                             Vec3::UnitX()),
+                1.0);
+    // Liver: right lobe with its lower edge, left lobe. Spleen 110 × 70 × 45 mm, stomach, bladder.
+    fat.cut(shape::ellipsoid(Vec3(-72, -12, 150), Vec3(76, 74, 78)), 3.0);
+    fat.cut(shape::ellipsoid(Vec3(-104, 4, 104), Vec3(30, 48, 54),
+                             Eigen::AngleAxisd(0.15, Vec3::UnitY()).toRotationMatrix()),
+            8.0);
+    fat.cut(shape::ellipsoid(Vec3(6, -48, 158), Vec3(58, 34, 36),
+                             Eigen::AngleAxisd(0.25, Vec3::UnitY()).toRotationMatrix()),
+            6.0);
+    fat.cut(shape::ellipsoid(Vec3(102, 34, 150), Vec3(24, 36, 54),
+                             Eigen::AngleAxisd(-0.3, Vec3::UnitX()).toRotationMatrix()),
+            2.0);
+    fat.cut(shape::sweep({{Vec3(58, -20, 190), 32, 30},
+                          {Vec3(58, -38, 150), 30, 26},
+                          {Vec3(40, -58, 112), 24, 20},
+                          {Vec3(6, -56, 98), 17, 16},
+                          {Vec3(-24, -40, 104), 14, 13}},
+                         Vec3::UnitX()),
+            2.0);
+    fat.cut(shape::ellipsoid(Vec3(0, -12, -152), Vec3(44, 32, 28)), 3.0);
+    TriangleMesh gas;
+    int index = 0;
+    shape::Compound air;
+    for (const std::vector<Bowel>* bowels : {&large, &small}) {
+        for (const Bowel& bowel : *bowels) {
+            fat.cut(shape::sweep(bowel.course, Vec3::UnitX() + 0.3 * Vec3::UnitZ()), 1.5);
+            const std::uint64_t field = chance.field("bowel gas", index++);
+            for (const Bowel::Gas& bubble : bowel.gas) {
+                std::vector<shape::Station> course = part_of(bowel.course, bubble.from, bubble.to);
+                for (shape::Station& station : course) {
+                    station.a -= bowel_wall;
+                    station.b -= bowel_wall;
+                }
+                shape::Compound one;
+                one.add(lumen_of(bowel, course, field), 0.0, 0.0);
+                // The patient lies: gas is in front of the fluid.
+                const shape::Station& middle = course[course.size() / 2];
+                one.keep(shape::half_space(middle.at + Vec3(0, bubble.level * middle.b, 0), Vec3(0, 1, 0.02)),
+                         2.0);
+                if (with_gas) append(gas, shape::polygonised(one, gas_cell).outer);
+            }
+        }
+    }
+    for (const auto* course : {&fat_left, &fat_right})
+        fat.add(shape::sweep(*course, Vec3::UnitX()), 0.0, 4.0);
+    layers.push_back({"abdominal fat", Material::Adipose, Material::SoftTissue,
+                      shape::polygonised(fat, fat_cell).outer, false});
+    TriangleMesh streaks;
+    add_streaks(streaks, chance);
+    layers.push_back({"fat streaks", Material::Adipose, Material::SoftTissue, std::move(streaks), false});
+    layers.push_back({"left kidney", Material::SoftTissue, Material::Adipose, std::move(on_left), false});
+    layers.push_back({"right kidney", Material::SoftTissue, Material::Adipose, std::move(on_right), false});
+    if (!with_gas) return;
+    add_bubbles(gas, part_of(large[0].course, 0.0, 0.9), 170, chance.field("bubbles", 0));
+    add_bubbles(gas, part_of(large[2].course, 0.0, 1.0), 130, chance.field("bubbles", 1));
+    add_bubbles(gas, part_of(large[3].course, 0.55, 0.95), 60, chance.field("bubbles", 2));
+    append(gas, ellipsoid({58, -30, 203}, {26, 24, 10}, 20));  // of the stomach, under its dome
+    layers.push_back({"bowel gas", Material::Air, Material::SoftTissue, std::move(gas), false});
 }
 
 }  // namespace render

@@ -1,5 +1,8 @@
 #include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
 
+#include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
 
 namespace render {
@@ -25,7 +28,163 @@ double rib_gap(double z) {
     return pleura_to_rib + 8.0 * std::clamp((z - 360.0) / 55.0, 0.0, 1.0);
 }
 
-void add_rib(Bones& bones, const Chest& chest, int number, Side side) {
+constexpr double shoulder_cell = 2.2;  // of the grid [mm]
+
+/// A place on the back of the cage, `gap` mm off the lungs.
+Vec3 behind(const Chest& chest, double x, double z, double gap) {
+    const CageSection cage = chest.section(std::min(z, 440.0));
+    const double share = std::min(x / (cage.half_width + 12.0), 0.97);
+    return {x, cage.middle + (cage.half_depth + gap) * std::pow(1.0 - std::pow(share, 2.3), 1.0 / 2.3), z};
+}
+
+/// The left shoulder blade, 150 mm high and 100 wide (texts), its body 2 to 3 mm thick.
+shape::Compound shoulder_blade(const Chest& chest) {
+    shape::Compound bone;
+    const Vec3 glenoid = shoulder_joint(chest) + Vec3(-26, 2, -2);
+    struct Row {
+        double z, medial, lateral;
+    };
+    constexpr Row rows[] = {{294, 90, 96},  {306, 84, 104}, {330, 76, 116}, {355, 70, 127}, {380, 67, 138},
+                            {402, 67, 143}, {418, 70, 138}, {432, 78, 112}, {438, 84, 98}};
+    std::vector<shape::Cut> cuts;
+    for (const Row& row : rows) {
+        shape::Cut cut{row.z, {}};
+        const double thick[] = {2.4, 1.7, 1.6, 1.9, 3.6};
+        for (int k = 0; k <= 4; ++k) {
+            const double t = k / 4.0, x = row.medial + t * (row.lateral - row.medial);
+            Vec3 p = behind(chest, x, row.z, 20.0);
+            // The joint's end leaves the cage forward.
+            const double toward = std::clamp((row.z - 340.0) / 50.0, 0.0, 1.0) * t * t;
+            p.y() += toward * 0.7 * (glenoid.y() - p.y());
+            cut.points.push_back({p.x(), p.y(), thick[k]});
+        }
+        cuts.push_back(std::move(cut));
+    }
+    bone.add(shape::sheet(std::move(cuts)), 0.4, 0.0);
+    bone.add(shape::ellipsoid(glenoid + Vec3(-4, 2, 0), Vec3(7, 12, 18)), 1.0, 9.0);
+    const Vec3 root = behind(chest, 68, 398, 25.0), bend = behind(chest, 105, 410, 36.0);
+    bone.add(shape::sweep({{root, 3, 2.5},
+                           {bend, 9, 2.6},
+                           {glenoid + Vec3(2, 26, 18), 9, 3.4},
+                           {glenoid + Vec3(20, 14, 28), 5, 8},
+                           {glenoid + Vec3(16, -4, 30), 4, 9}},
+                          Vec3(0.1, 0.8, 0.5)),
+             0.9, 3.0);
+    bone.add(shape::sweep({{glenoid + Vec3(-9, -2, 15), 7, 7},
+                           {glenoid + Vec3(-10, -16, 24), 5.5, 5.5},
+                           {glenoid + Vec3(-2, -32, 18), 4.5, 5},
+                           {glenoid + Vec3(3, -38, 12), 4, 4.5}},
+                          Vec3::UnitX()),
+             1.0, 4.0);
+    bone.cut(shape::ball(shoulder_joint(chest), 26.5), 0.5);
+    return bone;
+}
+
+/// The left humerus: head 48 mm in diameter (Iannotti 1992: 46 ± 2), 310 mm long, shaft 24 mm wide with walls
+/// of 4.5 mm (texts).
+shape::Compound humerus(const Chest& chest) {
+    const Vec3 head = shoulder_joint(chest), way = arm_way(chest),
+               across = way.cross(Vec3::UnitY()).normalized();
+    const Vec3 outward = across.dot(Vec3(1, 0, 1)) > 0.0 ? across : Vec3(-across);
+    const auto at = [&](double along, double out, double back) -> Vec3 {
+        return head + along * way + out * outward + back * Vec3::UnitY();
+    };
+    shape::Compound bone;
+    bone.add(
+        shape::sweep({{at(8, 8, 0), 20, 20},
+                      {at(32, 8, 0), 16, 16},
+                      {at(60, 6, 0), 13, 13},
+                      {at(130, 4, 0), 12, 12},
+                      {at(220, 3, 0), 11.5, 11.5},
+                      {at(270, 3, 0), 11, 14},
+                      {at(294, 3, 0), 8, 26}},
+                     Vec3::UnitY()),
+        [=](const Vec3& p) {
+            const double s = (p - head).dot(way);
+            return 1.1 +
+                   3.4 * std::clamp((s - 25.0) / 50.0, 0.0, 1.0) * std::clamp((290.0 - s) / 40.0, 0.2, 1.0);
+        },
+        4.6, 0.0);
+    bone.add(shape::ball(head, 23.0), 0.8, 4.0);
+    bone.add(shape::ellipsoid(at(6, 22, 4), Vec3(9, 12, 9)), 0.8, 7.0);
+    bone.add(shape::ellipsoid(at(14, 6, -18), Vec3(7, 7, 7)), 0.8, 6.0);
+    bone.roughen([](const Vec3& p) { return 0.3 * shape::fractal(p, 14.0, 4.0, 0.5, 77); }, 0.7);
+    return bone;
+}
+
+/// The left collar bone, 145 mm long, S-shaped.
+shape::Compound collar_bone(const Chest& chest) {
+    const CageSection top = chest.section(405.0);
+    const double manubrium = top.middle - top.half_depth - 7.0;
+    shape::Compound bone;
+    bone.add(
+        shape::sweep({{Vec3(20, manubrium - 1.0, 409), 11, 10},
+                      {Vec3(34, manubrium - 5.0, 413), 7.5, 8},
+                      {Vec3(62, manubrium - 1.0, 420), 5.6, 6},
+                      {Vec3(96, manubrium + 20.0, 427), 5.2, 5.8},
+                      {Vec3(126, manubrium + 44.0, 432), 5.0, 8},
+                      {Vec3(148, manubrium + 52.0, 433), 4.4, 9}},
+                     Vec3::UnitZ()),
+        [](const Vec3& p) { return std::abs(p.x() - 80.0) < 40.0 ? 2.2 : 1.3; }, 2.2, 0.0);
+    bone.roughen([](const Vec3& p) { return 0.3 * shape::fractal(p, 12.0, 4.0, 0.5, 78); }, 0.7);
+    return bone;
+}
+
+void add_shoulders(Bones& bones, const Chest& chest) {
+    for (const shape::Compound& bone : {shoulder_blade(chest), humerus(chest), collar_bone(chest)}) {
+        const shape::Surfaces surfaces = shape::polygonised(bone, shoulder_cell);
+        bones.add(surfaces);
+        bones.add_mirrored(surfaces);
+    }
+}
+
+/// Manubrium, body and xiphoid process, with the joints between them. 17 to 18 cm long (texts).
+void add_sternum(Bones& bones, const Chest& chest) {
+    const auto at = [&](double z) -> Vec3 {
+        const CageSection cage = chest.section(z);
+        return {0.0, cage.middle - cage.half_depth - pleura_to_rib - 1.0, z};
+    };
+    shape::Compound bone;
+    bone.add(shape::sweep({{at(408), 23, 6}, {at(398), 29, 6.5}, {at(384), 23, 6}, {at(370), 16, 5}},
+                          Vec3::UnitX(), 2.4),
+             0.8, 0.0);
+    bone.cut(shape::ball(at(418) + Vec3(0, 0, 4), 14.0), 3.0);
+    for (const Side side : {left, right}) bone.cut(shape::ball(side.at(21, at(409).y(), 412), 12.5), 1.0);
+    bone.add(shape::sweep({{at(362), 15, 4.6},
+                           {at(346), 16, 5},
+                           {at(322), 18, 5},
+                           {at(296), 20, 4.8},
+                           {at(278), 16, 4.5},
+                           {at(268), 11, 4}},
+                          Vec3::UnitX(), 2.4),
+             0.8, 0.0);
+    bone.add(shape::sweep({{at(262), 6, 2.6}, {at(248), 4.5, 2}, {at(238), 3, 1.6}}, Vec3::UnitX()), 0.6,
+             0.0);
+    bones.add(shape::polygonised(bone, 2.2));
+}
+
+/// Specks of calcium in the cartilage between ribs and sternum, as after the age of forty.
+void add_cartilage_specks(Bones& bones, const Chest& chest, const Chance& chance, int number,
+                          const Vec3& rib_end, Side side) {
+    if (number > 10) return;
+    geometry::Random random(chance.field("costal cartilage", 2 * number + (side.sign > 0 ? 0 : 1)));
+    const double meets = number <= 7 ? 405.0 - 19.0 * number : 262.0 + 4.0 * (10 - number);
+    const CageSection cage = chest.section(meets);
+    const Vec3 to = side.at(number <= 7 ? 17.0 : 34.0 + 14.0 * (number - 7),
+                            cage.middle - cage.half_depth - pleura_to_rib, meets);
+    const int count = 10 + static_cast<int>(12.0 * random());
+    for (int k = 0; k < count; ++k) {
+        const double t = random(), along = random.between(1.0, 4.5), radius = random.between(0.25, 0.7),
+                     x = random.between(-4, 4), z = (random() < 0.5 ? -1 : 1) * random.between(3.0, 5.5),
+                     y = random.between(-2, 2);
+        const Vec3 way = (to - rib_end).normalized();
+        const Vec3 p =
+            rib_end + t * (to - rib_end) - Vec3(0, 0, 14.0 * std::sin(std::numbers::pi * t)) + Vec3(x, y, z);
+        add_strut(bones.outer, p - along * way, p + along * way, radius);
+    }
+}
+
+void add_rib(Bones& bones, const Chest& chest, const Chance& chance, int number, Side side) {
     const Rib& rib = ribs[number - 1];
     const Vertebra& origin = vertebrae()[17 - number];  // T1 is the 17th from below
     const double top = origin.z + 0.55 * origin.half_height;
@@ -51,40 +210,14 @@ void add_rib(Bones& bones, const Chest& chest, int number, Side side) {
         const double z = top - rib.drop * (0.25 * t + 0.75 * (t * t * (3.0 - 2.0 * t)));
         Vec3 p = chest.section(z).point(angle, z, rib_gap(z));
         p.x() *= side.sign;
-        add(p, t == 1.0 ? 0.85 : 1.0);
+        add(p, t == 1.0 ? 0.95 : 1.0);
     }
-    add_tube(bones, path, Vec3::UnitZ(), half_height, half_thickness, 1.0, 12);
-}
-
-void add_shoulder(Bones& bones, const Chest& chest, Side side) {
-    const auto behind = [&](double x, double z, double gap) {
-        const CageSection cage = chest.section(z);
-        const double share = std::min(x / (cage.half_width + 12.0), 0.97);
-        const double y =
-            cage.middle + (cage.half_depth + gap) * std::pow(1.0 - std::pow(share, 2.3), 1.0 / 2.3);
-        return side.at(x, y, z);
-    };
-    const CageSection top = chest.section(405.0);
-    const double manubrium = top.middle - top.half_depth - 7.0;
-    add_tube(bones,
-             {side.at(13, manubrium + 1.0, 407), side.at(16, manubrium, 409),
-              side.at(22, manubrium - 2.0, 411), side.at(38, manubrium - 2.0, 414),
-              side.at(75, manubrium + 8.0, 423), side.at(112, manubrium + 34.0, 430),
-              side.at(144, manubrium + 47.0, 433), side.at(150, manubrium + 48.0, 433)},
-             Vec3::UnitZ(), {4, 8, 9, 6, 5.5, 5.5, 7, 4}, {4, 8, 8, 6, 5.5, 5, 5, 3}, 1.4);
-    const Vec3 glenoid = side.at(148, manubrium + 62.0, 410);
-    // Blade from the superior to the inferior angle, its long half-axis across the back.
-    add_tube(bones,
-             {behind(88, 432, 20), behind(98, 424, 20), behind(104, 405, 20), behind(106, 380, 20),
-              behind(104, 350, 20), behind(100, 322, 20), behind(96, 300, 20), behind(95, 293, 20)},
-             side.at(0.82, -0.57, 0.0), {10, 28, 40, 37, 28, 19, 11, 4}, {2, 2.2, 2.2, 2, 2, 2.4, 3, 2}, 0.8);
-    add_tube(bones,
-             {behind(66, 402, 25), behind(100, 412, 32), glenoid + side.at(-6, 24, 14),
-              glenoid + side.at(10, 4, 24)},
-             Vec3::UnitZ(), {3, 6, 6, 5}, {3, 5, 9, 10}, 1.0);
-    add_ellipsoid(bones, glenoid + side.at(26, 2, 2), Vec3(23, 23, 23), 1.2);
-    add_tube(bones, {glenoid + side.at(32, 2, -14), glenoid + side.at(35, 2, -40)}, Vec3::UnitX(), {17, 12},
-             {17, 12}, 2.5);
+    // Rounded in front.
+    const Vec3 on = (path.back() - path[path.size() - 2]).normalized(), end = path.back();
+    add(end + 2.2 * on, 0.8);
+    add(end + 3.6 * on, 0.45);
+    add_tube(bones, path, Vec3::UnitZ(), half_height, half_thickness, 0.8, 12);
+    add_cartilage_specks(bones, chest, chance, number, path.back(), side);
 }
 
 }  // namespace
@@ -114,18 +247,21 @@ CageSection Chest::section(double z) const {
     return {interpolated(width, z), 0.5 * (back - foremost), 0.5 * (back + foremost)};
 }
 
-void add_cage(Bones& bones, const Chest& chest) {
+Vec3 shoulder_joint(const Chest& chest) {
+    const CageSection top = chest.section(405.0);
+    return {174.0, top.middle - top.half_depth + 57.0, 412.0};
+}
+
+Vec3 arm_way(const Chest& chest) {
+    return (chest.arms_down ? Vec3(0.16, 0.0, -0.987) : Vec3(0.50, 0.12, 0.86)).normalized();
+}
+
+void add_cage(Bones& bones, const Chest& chest, const Chance& chance, bool shoulders) {
     for (int number = 1; number <= 12; ++number) {
-        for (const Side side : {left, right}) add_rib(bones, chest, number, side);
+        for (const Side side : {left, right}) add_rib(bones, chest, chance, number, side);
     }
-    Polyline sternum;
-    for (double z : {410.0, 407.0, 396.0, 372.0, 364.0, 330.0, 290.0, 262.0, 248.0, 244.0}) {
-        const CageSection cage = chest.section(z);
-        sternum.push_back({0.0, cage.middle - cage.half_depth - pleura_to_rib - 1.0, z});
-    }
-    add_tube(bones, sternum, Vec3::UnitX(), {12, 22, 26, 17, 16, 19, 21, 14, 8, 4},
-             {3, 5, 5.5, 5, 4.5, 4.5, 4.5, 4, 3, 2}, 1.0, 24);
-    for (const Side side : {left, right}) add_shoulder(bones, chest, side);
+    add_sternum(bones, chest);
+    if (shoulders) add_shoulders(bones, chest);
 }
 
 }  // namespace render

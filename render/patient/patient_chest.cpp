@@ -1,8 +1,11 @@
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <array>
+#include <algorithm>
+#include <cmath>
 #include <functional>
 #include <numbers>
 
+#include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
 
 namespace render {
@@ -57,6 +60,15 @@ struct Dome {
     }
 };
 
+/// Half the width of the vertebral bodies at a height [mm].
+double half_width_of_spine(double z) {
+    const auto column = vertebrae();
+    std::size_t i = 1;
+    while (i + 1 < column.size() && z > column[i].z) ++i;
+    const double t = std::clamp((z - column[i - 1].z) / (column[i].z - column[i - 1].z), 0.0, 1.0);
+    return column[i - 1].half_width + t * (column[i].half_width - column[i - 1].half_width);
+}
+
 /// How far from the midline the mediastinum reaches: vertebrae, oesophagus and trachea, great vessels; thin
 /// behind the sternum.
 double mediastinum(Side side, double y, double z, double cage_front) {
@@ -67,10 +79,18 @@ double mediastinum(Side side, double y, double z, double cage_front) {
     // Pulmonary trunk and hilum on the left; superior vena cava down to the atrium on the right.
     const double trunk = side.sign > 0.0 ? 19.0 * hump(322.0, 26.0) + 6.0 * hump(420.0, 30.0)
                                          : 12.0 * hump(330.0, 55.0) + 9.0 * hump(405.0, 45.0);
-    if (y > front + 16.0) return 31.0;  // necks of the ribs, transverse processes
-    if (y > front - 4.0) return 22.0;
+    const auto rise = [](double from, double to, double at) {
+        const double t = std::clamp((at - from) / (to - from), 0.0, 1.0);
+        return t * t * (3.0 - 2.0 * t);
+    };
     const double thin = std::clamp((behind_sternum - 8.0) / 25.0, 0.0, 1.0);
-    return 7.0 + thin * (15.0 + trunk);
+    // Lungs lie close to the vertebral bodies; further back are the necks of ribs and transverse processes.
+    const double uneven = 2.2 * shape::noise(Vec3(40.0 * side.sign, 0.6 * y, z), 38.0, 5) +
+                          0.9 * shape::noise(Vec3(40.0 * side.sign, y, z), 14.0, 6);
+    const double before = 7.0 + thin * (15.0 + trunk + uneven),
+                 beside = half_width_of_spine(z) + 8.5 + uneven;
+    const double ahead = before + rise(front - 8.0, front + 8.0, y) * (beside - before);
+    return ahead + rise(front + 16.0, front + 52.0, y) * (52.0 + uneven - ahead);
 }
 
 /// The last point, up to `reach`, before a ray leaves the region where `inside` holds.
@@ -108,78 +128,38 @@ public:
         });
     }
 
-    /// Whether `mesh` reaches a place, clear of its surface: nothing may stand between the place and the
-    /// middle.
-    bool reaches(const Vec3& p, double gap) const {
-        const double low = dome_.height(p.x(), p.y()) + lung_gap;
-        const Vec3 middle = centre(std::clamp((p.z() - low) / (apex - low), 0.0, 1.0));
-        constexpr int steps = 16;
-        for (int i = 1; i <= steps; ++i) {
-            const Vec3 between = middle + (double(i) / steps) * (p - middle);
-            if (!holds({between.x(), between.y(), p.z()}, gap)) return false;
-        }
-        return true;
-    }
-
-    /// Rings from the base, which is the dome, to the apex, each at a constant share of the height above the
-    /// dome.
     TriangleMesh mesh() const {
-        constexpr int around = 96, levels = 52, base_rings = 10;
-        const auto at = [&](int level, int ray, double r) {
-            const double t = double(level) / levels, share = 0.004 + 0.99 * (1.0 - std::pow(1.0 - t, 1.5));
-            const double angle = 2.0 * pi * ray / around;
-            const Vec3 middle = centre(share);
-            return raised(middle.x() + r * std::cos(angle), middle.y() + r * std::sin(angle), share);
+        constexpr double cell = 4.0, blend = 5.0;
+        shape::Solid space;
+        space.distance = [this](const Vec3& p) {
+            const CageSection cage = chest_.section(p.z());
+            const double n = CageSection::exponent;
+            const double qx = std::max(std::abs(p.x()) / cage.half_width, 1e-6),
+                         qy = std::max(std::abs(p.y() - cage.middle) / cage.half_depth, 1e-6);
+            const double px = std::pow(qx, n - 1.0), py = std::pow(qy, n - 1.0), sum = px * qx + py * qy;
+            const double k0 = std::pow(sum, 1.0 / n);
+            const double slope = std::hypot(px / cage.half_width, py / cage.half_depth) * k0 / sum;
+            const double around = 0.85 * (k0 - 1.0) / slope;
+            const double above = 0.7 * (dome_.height(p.x(), p.y()) + lung_gap - p.z());
+            const double beside =
+                0.85 * (mediastinum(side_, p.y(), p.z(), cage.middle - cage.half_depth) - side_.sign * p.x());
+            return std::max({around, above, beside, p.z() - apex});
         };
-        std::vector<std::array<double, around>> reach(levels + 1);
-        for (int i = 0; i <= levels; ++i) {
-            for (int k = 0; k < around; ++k) {
-                const auto inside = [&](double r) { return holds(at(i, k, r)); };
-                reach[i][k] = std::max(0.5, first_exit(160.0, 3.0, inside));
-            }
+        space.box = side_.sign > 0.0 ? Eigen::AlignedBox3d(Vec3(0, -160, 150), Vec3(140, 90, apex))
+                                     : Eigen::AlignedBox3d(Vec3(-140, -160, 150), Vec3(0, 90, apex));
+        shape::Compound lung;
+        lung.add(space);
+        lung.cut({[heart = heart_](const Vec3& p) { return 46.0 * (heart.share(p) - 1.0) - lung_gap; },
+                  {Vec3(-110, -160, 150), Vec3(120, 60, 380)}},
+                 blend);
+        for (const VesselSample& vessel : vessels_) {
+            if (side_.sign * vessel.place.x() > -vessel.radius - lung_gap)
+                lung.cut(shape::ball(vessel.place, vessel.radius + lung_gap), blend);
         }
-        // Next to a ray that ends early, no ray may run far past it: the wall between them would cut through.
-        constexpr double leap = 12.0;
-        std::vector<Polyline> rings(levels + 1);
-        for (int i = 0; i <= levels; ++i) {
-            for (int k = 0; k < around; ++k) {
-                double r = reach[i][k];
-                for (int level : {std::max(i - 1, 0), i, std::min(i + 1, levels)}) {
-                    for (int ray : {k + around - 1, k, k + 1}) {
-                        const double beside = reach[level][ray % around];
-                        if (beside < reach[i][k] - leap) r = std::min(r, beside);
-                    }
-                }
-                rings[i].push_back(at(i, k, r));
-            }
-        }
-        std::vector<Polyline> closed;
-        const Vec3 middle = centre(0.004);
-        for (int i = 1; i <= base_rings; ++i) {  // the base, from its middle outward
-            Polyline ring;
-            for (const Vec3& edge : rings.front()) {
-                const Vec3 p = middle + (double(i) / (base_rings + 1)) * (edge - middle);
-                ring.push_back(raised(p.x(), p.y(), 0.004));
-            }
-            closed.push_back(std::move(ring));
-        }
-        closed.insert(closed.end(), rings.begin(), rings.end());
-        return loft(closed);
+        return shape::polygonised(lung, cell).outer;
     }
 
 private:
-    /// A share of the way from the dome to the apex above a place.
-    Vec3 raised(double x, double y, double share) const {
-        const double low = dome_.height(x, y) + lung_gap;
-        return {x, y, low + share * (apex - low)};
-    }
-    /// A place in the middle of the lung at a share of its height.
-    Vec3 centre(double share) const {
-        constexpr double x[][2] = {{0.0, 104.0}, {0.25, 102.0}, {0.6, 76.0}, {0.85, 52.0}, {1.0, 40.0}};
-        constexpr double y[][2] = {{0.0, 8.0}, {0.3, 14.0}, {0.6, 16.0}, {0.85, 14.0}, {1.0, 22.0}};
-        return raised(side_.sign * interpolated(x, share), interpolated(y, share), share);
-    }
-
     const Chest& chest_;
     Side side_;
     Dome dome_;
@@ -187,53 +167,72 @@ private:
     std::vector<VesselSample> vessels_;
 };
 
-/// Pulmonary vessels: from the hilum outward, forking, ever thinner; cut where they would leave the lung.
-TriangleMesh lung_vessels(const Lung& lung, Side side) {
-    TriangleMesh mesh;
-    struct Stem {
-        Vec3 from, along;
-        double radius;
-        int order;
-    };
-    std::vector<Stem> stems;
-    constexpr int stem_count = 11;
-    for (int i = 0; i < stem_count; ++i) {  // all around the hilum, evenly
-        const double angle = 2.0 * pi * (i + 0.3) / stem_count;
-        const double out = 0.55 + 0.35 * std::sin(2.4 * i);
-        stems.push_back(
-            {side.at(40.0 + 4.0 * std::sin(1.9 * i), spine_front(335.0) - 22.0 + 6.0 * std::cos(angle),
-                     334.0 + 18.0 * std::sin(angle)),
-             side.at(out, 0.75 * std::cos(angle), std::sin(angle)).normalized(),
-             3.2 + 0.9 * std::sin(3.7 * i), 0});
-    }
-    for (std::size_t i = 0; i < stems.size(); ++i) {
-        const Stem stem = stems[i];
-        const double length = 8.5 * stem.radius + 14.0;
-        Polyline path;
-        std::vector<double> radii;
-        const Vec3 bend = 0.18 * Vec3(std::sin(2.1 * i), std::cos(1.3 * i), std::sin(0.7 * i + 1.0));
-        constexpr int pieces = 7;
-        for (int k = 0; k <= pieces; ++k) {
-            const double t = double(k) / pieces;
-            const Vec3 p = stem.from + length * t * (stem.along + t * bend);
-            if (!lung.reaches(p, lung_gap + stem.radius + 2.0)) {
-                if (path.empty()) continue;
-                break;
+/// Arteries and veins of a lung: trees that divide its points among their branches, from trunks at the hilum.
+/// Radii follow Murray's law with the exponent 2.4 (estimate) from 0.6 mm at the ends.
+class LungVessels {
+public:
+    LungVessels(const Lung& lung, Side side, std::uint64_t seed) : lung_(lung), random_(seed) {
+        constexpr int ends = 100;
+        for (const double lower : {0.0, 16.0}) {
+            const Vec3 hilum = side.at(40.0, spine_front(335.0) - 20.0 - lower, 336.0 - 1.6 * lower);
+            std::vector<Vec3> points;
+            for (int tries = 0; tries < 60 * ends && static_cast<int>(points.size()) < ends; ++tries) {
+                const double x = random_.between(20.0, 135.0), y = random_.between(-125.0, 85.0),
+                             z = random_.between(172.0, 440.0);
+                const Vec3 p = side.at(x, y, z);
+                if (lung_.holds(p, lung_gap + 4.0)) points.push_back(p);
             }
-            path.push_back(p);
-            radii.push_back(stem.radius * (1.0 - 0.25 * t));
+            if (!points.empty()) grow(std::move(points), hilum);
         }
-        if (path.size() < 3) continue;
-        append(mesh, tube(path, Vec3(0.31, 0.83, 0.46), radii, radii, 8));
-        if (stem.order == 3 || path.size() < pieces) continue;
-        const Vec3 ahead = (path.back() - path[path.size() - 2]).normalized();
-        const Vec3 turn = ahead.cross(Vec3(std::sin(1.7 * i), std::cos(2.9 * i), 0.4)).normalized();
-        for (double way : {1.0, -0.8})
-            stems.push_back({path.back(), (ahead + 0.55 * way * turn).normalized(),
-                             (way > 0.0 ? 0.72 : 0.62) * stem.radius, stem.order + 1});
     }
-    return mesh;
-}
+    TriangleMesh mesh() && { return std::move(mesh_); }
+
+private:
+    void grow(std::vector<Vec3> points, const Vec3& from) {
+        Vec3 middle = Vec3::Zero();
+        for (const Vec3& p : points) middle += p / static_cast<double>(points.size());
+        const bool last = points.size() == 1;
+        const Vec3 to = last ? middle : Vec3(from + random_.between(0.32, 0.5) * (middle - from));
+        draw(from, to, 0.6 * std::pow(static_cast<double>(points.size()), 1.0 / 2.4));
+        if (last) return;
+        // Divides across the direction in which the points spread most.
+        Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+        for (const Vec3& p : points) spread += (p - middle) * (p - middle).transpose();
+        const Vec3 widest = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
+        std::sort(points.begin(), points.end(),
+                  [&](const Vec3& a, const Vec3& b) { return a.dot(widest) < b.dot(widest); });
+        const auto count = static_cast<double>(points.size());
+        const auto cut =
+            std::clamp<std::ptrdiff_t>(static_cast<std::ptrdiff_t>(random_.between(0.3, 0.7) * count), 1,
+                                       static_cast<std::ptrdiff_t>(points.size()) - 1);
+        grow({points.begin(), points.begin() + cut}, to);
+        grow({points.begin() + cut, points.end()}, to);
+    }
+
+    void draw(const Vec3& from, const Vec3& to, double radius) {
+        const double length = (to - from).norm();
+        if (length < 2.0) return;
+        const Vec3 aside =
+            (to - from).cross(Vec3(random_.between(-1, 1), random_.between(-1, 1), 0.5)) * 0.10;
+        constexpr int pieces = 4;
+        Polyline path;
+        for (int k = 0; k <= pieces; ++k) {
+            const double t = static_cast<double>(k) / pieces;
+            const Vec3 p = from + t * (to - from) + 4.0 * t * (1.0 - t) * aside;
+            if (lung_.holds(p, lung_gap + radius + 1.5))
+                path.push_back(p);
+            else if (!path.empty())
+                break;
+        }
+        if (path.size() < 2) return;
+        const std::vector<double> radii(path.size(), radius);
+        append(mesh_, tube(path, Vec3(0.31, 0.83, 0.46), radii, radii, radius > 1.5 ? 8 : 5));
+    }
+
+    const Lung& lung_;
+    geometry::Random random_;
+    TriangleMesh mesh_;
+};
 
 /// Muscle under the lung's base, 4 mm thick.
 TriangleMesh dome(const Chest& chest, Side side) {
@@ -293,13 +292,14 @@ TriangleMesh airway() {
 
 }  // namespace
 
-void add_chest_layers(std::vector<TissueLayer>& layers, const Chest& chest) {
+void add_chest_layers(std::vector<TissueLayer>& layers, const Chest& chest, const Chance& chance) {
     TriangleMesh vessels, muscle;
     for (const Side side : {left, right}) {
         const Lung lung(chest, side);
         layers.push_back({side.sign > 0.0 ? "left lung" : "right lung", Material::Lung, Material::SoftTissue,
                           lung.mesh(), false});
-        append(vessels, lung_vessels(lung, side));
+        append(vessels,
+               LungVessels(lung, side, chance.field("lung vessels", side.sign > 0.0 ? 0 : 1)).mesh());
         append(muscle, dome(chest, side));
     }
     layers.push_back({"lung vessels", Material::Blood, Material::Lung, std::move(vessels), false});

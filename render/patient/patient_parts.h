@@ -1,21 +1,55 @@
 #pragma once
 /// The pieces that make up a patient, all in the body frame (body.h). For patient*.cpp only.
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "render/patient/body.h"
 #include "render/patient/patient.h"
+#include "render/patient/signed_distance.h"
 #include "render/patient/solids.h"
 
 namespace render {
 
-/// Bone in two meshes: the outer surface of the cortical shell and the marrow within.
+/// Random numbers of a patient, each from a stream named after its quantity, so that a new one changes no
+/// other. Seed 0 gives means.
+class Chance {
+public:
+    explicit Chance(std::uint64_t seed) : seed_(seed) {}
+    bool varied() const { return seed_ != 0; }
+    /// Of mean 0 and standard deviation 1, never beyond ±2.5.
+    double normal(std::string_view quantity, int index = 0) const;
+    /// Seed of a field of noise: patients of different seeds have different texture, also seed 0 has one.
+    std::uint64_t field(std::string_view quantity, int index = 0) const;
+
+private:
+    std::uint64_t seed_;
+};
+
+/// Bone in meshes: the outer surface of the cortical shell, the marrow within, and in the marrow trabeculae
+/// that stand out and places without any.
 struct Bones {
     geometry::TriangleMesh outer;
     geometry::TriangleMesh core;
+    geometry::TriangleMesh struts;
+    geometry::TriangleMesh voids;
+
+    void add(const shape::Surfaces&, const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity());
+    /// The same surfaces mirrored in the plane x = 0, then placed.
+    void add_mirrored(const shape::Surfaces&, const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity());
 };
+
+/// Places without trabeculae in a solid, `count` of them at most in its box, with half-axes of 1 to `largest`
+/// mm, longer along z than across: large ones are rare, so that texture has all scales. `place` moves them.
+void add_voids(Bones&, const shape::Compound&, int count, double largest, std::uint64_t field,
+               const Eigen::Isometry3d& place = Eigen::Isometry3d::Identity(), bool mirror = false);
+
+/// A prism of three sides from one point to another.
+void add_strut(geometry::TriangleMesh&, const geometry::Vec3& from, const geometry::Vec3& to, double radius);
 
 /// A tube of bone whose shell is `wall` thick [mm]; other arguments as for `tube`.
 void add_tube(Bones&, const geometry::Polyline& path, const geometry::Vec3& u, const std::vector<double>& a,
@@ -42,8 +76,11 @@ double interpolated(const double (&rows)[N][2], double at) {
 constexpr double sacrum_top = -60.0;  // top plate of S1 [mm]
 
 /// Adds the vertebrae whose middle lies between two heights, with the sacrum if these reach below L5.
-void add_spine(Bones&, double low, double high);
-void add_pelvis(Bones&);
+void add_spine(Bones&, const Chance&, double low, double high);
+/// The sacrum as one solid, from which hip bones stay clear.
+shape::Compound sacrum();
+/// Hip bones and femora; these end at height `low`.
+void add_pelvis(Bones&, const Chance&, double low);
 
 /// The inside of the rib cage at a height: a superellipse.
 struct CageSection {
@@ -59,15 +96,22 @@ struct CageSection {
 struct Chest {
     double front;  // y of the skin in front of the sternum [mm]
     const std::vector<VesselSample>& vessels;
+    bool arms_down = false;  // beside the trunk; else held out to the sides
 
     CageSection section(double z) const;
 };
-void add_cage(Bones&, const Chest&);
-void add_chest_layers(std::vector<TissueLayer>&, const Chest&);
+/// Ribs and sternum, with the shoulders if asked for.
+void add_cage(Bones&, const Chest&, const Chance&, bool shoulders = true);
+/// Middle of the left humerus' head, and the direction of that bone.
+geometry::Vec3 shoulder_joint(const Chest&);
+geometry::Vec3 arm_way(const Chest&);
+void add_chest_layers(std::vector<TissueLayer>&, const Chest&, const Chance&);
 
-void add_abdomen_layers(std::vector<TissueLayer>&, double front, bool bowel_gas);
+/// `cavity`: what the muscles of belly, back and pelvis enclose; `front`: y of the skin in front of it.
+void add_abdomen_layers(std::vector<TissueLayer>&, const Chance&, const shape::Solid& cavity, double front,
+                        bool bowel_gas);
 
-void add_head_bones(Bones&);
-void add_head_layers(std::vector<TissueLayer>&);
+void add_head_bones(Bones&, const Chance&);
+void add_head_layers(std::vector<TissueLayer>&, const Chance&);
 
 }  // namespace render

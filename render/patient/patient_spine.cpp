@@ -1,70 +1,215 @@
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
+#include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
 
 namespace render {
 
-using geometry::Polyline;
-using geometry::TriangleMesh;
+using Eigen::AngleAxisd;
+using Eigen::Isometry3d;
+using Eigen::Translation3d;
 using geometry::Vec3;
 
 namespace {
 
-constexpr double shell = 1.4;  // of the lumbar plates, exaggerated [mm]
+constexpr double degrees = std::numbers::pi / 180.0;
+constexpr double lumbar_cell = 1.8, thoracic_cell = 2.0, cervical_cell = 1.5;  // of the grids [mm]
 
-/// A vertebral body, waisted, with rims; `thinner` mm smaller all around.
-TriangleMesh vertebral_body(double half_width, double half_depth, double half_height, double thinner) {
-    // Height as share of the half-height, and width there as share of the widest.
-    constexpr double profile[][2] = {{-1.0, 0.93},   {-0.93, 0.99}, {-0.8, 0.985}, {-0.55, 0.92},
-                                     {-0.25, 0.875}, {0.0, 0.86},   {0.25, 0.875}, {0.55, 0.92},
-                                     {0.8, 0.985},   {0.93, 0.99},  {1.0, 0.93}};
-    std::vector<Ring> rings;
-    for (const auto& [height, share] : profile) {
-        Ring ring;
-        ring.centre = Vec3(0.0, half_depth, height * (half_height - 1.3 * thinner));
-        ring.a = half_width * share - thinner;
-        ring.b = half_depth * share - thinner;
-        ring.exponent = 2.5;
-        rings.push_back(ring);
-    }
-    return loft(rings, 32);
+/// What is behind the body, from L5 up to C2 [mm]. Pedicles and canal of T1 to L5: Panjabi et al., Spine 1991
+/// (thoracic) and 1992 (lumbar), rounded; of the neck, Panjabi et al. 1991 (cervical), rounded; spans of
+/// transverse processes, lengths and drops of spinous processes: estimates.
+struct Arch {
+    double pedicle_half_width, pedicle_half_height, canal_half_width, canal_half_depth, span, spine, drop;
+};
+constexpr Arch arches[] = {
+    {7.8, 8.0, 13.5, 9.5, 46, 24, 7},  {6.6, 7.7, 12.7, 9.2, 43, 29, 9},  {5.1, 7.3, 12.2, 8.8, 46, 31, 10},
+    {4.3, 7.5, 11.9, 9.0, 42, 31, 10}, {4.3, 8.0, 11.8, 9.3, 37, 29, 10}, {4.0, 8.0, 11.1, 9.0, 24, 27, 12},
+    {3.9, 8.2, 10.0, 8.2, 26, 28, 16}, {3.4, 7.4, 9.2, 7.8, 29, 32, 24},  {3.2, 6.9, 8.9, 7.8, 31, 36, 30},
+    {2.9, 6.3, 8.8, 7.9, 32, 38, 34},  {2.8, 6.0, 8.7, 8.0, 32, 38, 36},  {2.6, 5.8, 8.6, 8.1, 32, 38, 34},
+    {2.5, 5.7, 8.6, 8.1, 33, 37, 32},  {2.4, 5.6, 8.6, 8.1, 34, 36, 28},  {2.6, 5.7, 8.8, 8.2, 35, 35, 24},
+    {3.2, 5.6, 9.4, 8.2, 37, 35, 20},  {4.2, 5.0, 10.5, 8.2, 38, 36, 14}, {3.2, 3.8, 12.2, 7.6, 34, 36, 12},
+    {2.9, 3.6, 12.9, 7.5, 28, 28, 8},  {2.8, 3.5, 12.7, 7.4, 27, 20, 6},  {2.7, 3.6, 12.5, 7.4, 26, 18, 5},
+    {2.7, 3.7, 11.9, 7.6, 26, 18, 4},  {3.5, 4.5, 12.2, 8.8, 26, 22, 4}};
+
+/// One vertebra about the middle of its body.
+struct VertebraPlan {
+    Vertebra own;
+    Arch arch;
+    int level;
+    double spacing;  // to its neighbours on average [mm]
+    bool lumbar() const { return level < 5; }
+    bool cervical() const { return level > 16; }
+    double canal() const { return own.half_depth + arch.canal_half_depth - 1.5; }  // y of its middle
+};
+
+/// Body with concave end plates, waist and rims. Concavity 2.8 mm below and 1.8 mm above in the loins, less
+/// higher up; waist 11 % (estimates). End plates 0.6 mm thick, other walls 0.4 (Silva et al., J Orthop Res
+/// 1994: 0.35 ± 0.03 mm measured).
+void add_body(shape::Compound& shape, const VertebraPlan& plan, const Chance& chance) {
+    const double w = plan.own.half_width, d = plan.own.half_depth,
+                 h = plan.own.half_height * (1.0 + 0.03 * chance.normal("vertebral height", plan.level));
+    const double hollow = plan.lumbar() ? 1.0 : plan.cervical() ? 0.3 : 0.65;
+    struct Spur {
+        double angle, size;
+    };
+    std::array<Spur, 4> spurs{};
+    for (int k = 0; k < 4; ++k)
+        spurs[k] = {(k % 2 == 0 ? 0.35 : std::numbers::pi - 0.35) +
+                        0.5 * chance.normal("spur angle", 4 * plan.level + k),
+                    std::max(0.0, (plan.lumbar() ? 1.4 : 0.8) * chance.normal("spur", 4 * plan.level + k))};
+    const std::uint64_t field = chance.field("vertebral body", plan.level);
+    const bool cervical = plan.cervical();
+    struct Walls {
+        double radial, axial;
+    };
+    const auto walls = [=](const Vec3& p) -> Walls {
+        const bool up = p.z() > 0.0;
+        const double z = std::min(1.0, std::abs(p.z()) / h);
+        const double angle = std::atan2(-p.y(), p.x());
+        double wider = 1.0 - 0.11 * (1.0 - z * z) - 0.05 * std::pow(z, 12.0);
+        const Spur& spur = spurs[(up ? 2 : 0) + (p.x() > 0.0 ? 0 : 1)];
+        const double beside = std::remainder(angle - spur.angle, 2.0 * std::numbers::pi);
+        const double rim = std::exp(-std::pow((std::abs(p.z()) - h) / 2.4, 2.0));
+        const double out = rim * (0.5 + spur.size * std::exp(-beside * beside / 0.18));
+        // Flat, slightly hollow, behind.
+        const double back =
+            p.y() > 0.0 ? 0.90 + 0.06 * std::pow(std::min(1.0, std::abs(p.x()) / w), 2.0) : 1.0;
+        const double n = p.y() > 0.0 ? 3.0 : 2.2;
+        const double qx = std::abs(p.x()) / (w * wider + out),
+                     qy = std::abs(p.y()) / (d * wider * back + out);
+        const double k0 = std::pow(std::pow(qx, n) + std::pow(qy, n) + 1e-12, 1.0 / n);
+        const double radial = (k0 - 1.0) * std::min(w, d) * 1.1;
+        const double inside = std::max(0.0, 1.0 - k0 * k0 * 1.15);
+        double hollow_by = hollow * (up ? 1.8 : 2.8) * std::pow(inside, 0.8);
+        if (cervical && up) hollow_by -= 3.5 * std::pow(std::min(1.2, std::abs(p.x()) / w), 6.0);
+        const double uneven = 0.35 * shape::noise(p, 9.0, field);
+        return {radial, std::abs(p.z()) - h + hollow_by + uneven};
+    };
+    shape::Solid body;
+    body.distance = [walls](const Vec3& p) {
+        const auto [radial, axial] = walls(p);
+        constexpr double blend = 1.6;
+        const double apart = std::abs(radial - axial);
+        return std::max(radial, axial) +
+               (apart < blend ? 0.25 * (blend - apart) * (blend - apart) / blend : 0.0);
+    };
+    const Vec3 half(w + 6.0, d + 6.0, h + 6.0);
+    body.box = {-half, half};
+    shape.add(
+        body,
+        [walls](const Vec3& p) {
+            const auto [radial, axial] = walls(p);
+            return axial > radial - 0.8 ? 0.6 : 0.42;
+        },
+        0.6, 0.0);
 }
 
-/// One vertebra as large as L3, its anterior face at y = 0 and its middle at z = 0.
-Bones large_vertebra(double half_height, bool lumbar) {
-    const int around = lumbar ? 16 : 10;
-    constexpr double half_width = 23.0, half_depth = 16.5, back = 2.0 * half_depth;
-    Bones bones;
-    append(bones.outer, vertebral_body(half_width, half_depth, half_height, 0.0));
-    append(bones.core, vertebral_body(half_width, half_depth, half_height, shell));
+/// Articular processes that reach down to the next vertebra.
+shape::Compound lower_facets(const VertebraPlan& plan) {
+    const double c = plan.canal(), s = 0.5 * plan.spacing, x = plan.arch.canal_half_width;
+    const double size = plan.lumbar() ? 1.0 : plan.cervical() ? 0.75 : 0.72;
+    shape::Compound shape;
+    for (const Side side : {left, right})
+        shape.add(shape::cone(side.at(0.95 * x, c + 10.0 * size, -5.0),
+                              side.at((plan.lumbar() ? 1.08 : 1.2) * x, c + 9.0 * size, -s - 7.0 * size),
+                              5.0 * size, 4.4 * size),
+                  1.0, 2.0);
+    return shape;
+}
+
+shape::Compound vertebra_shape(const VertebraPlan& plan, const Chance& chance) {
+    const auto& [pw, ph, cw, cd, span, spine, drop] = plan.arch;
+    const double c = plan.canal(), d = plan.own.half_depth, h = plan.own.half_height, s = 0.5 * plan.spacing;
+    const double size = plan.lumbar() ? 1.0 : plan.cervical() ? 0.75 : 0.72;
+    const double high = plan.cervical() ? 0.0 : 0.38 * h;  // of the pedicles
+    shape::Compound shape;
+    add_body(shape, plan, chance);
     for (const Side side : {left, right}) {
-        add_tube(
-            bones,
-            {side.at(15.5, back - 4.0, 4.5), side.at(16.5, back + 5.0, 4.5), side.at(17.5, back + 13.0, 3.5)},
-            Vec3::UnitX(), {4.6, 4.2, 4.6}, {7.4, 6.8, 7.0}, 1.7, around);
-        // Facets: the articular pillar from the level above to the level below.
-        add_tube(bones,
-                 {side.at(17.0, back + 16.0, 21.0), side.at(18.0, back + 15.5, 6.0),
-                  side.at(14.5, back + 17.0, -9.0), side.at(13.0, back + 18.0, -21.0)},
-                 Vec3::UnitX(), {3.2, 5.8, 5.0, 4.2}, {3.0, 4.0, 4.0, 3.4}, 1.2, around);
-        const double across = lumbar ? 1.0 : 0.8, backward = lumbar ? 0.0 : 9.0;
-        add_tube(
-            bones,
-            {side.at(21.5 * across, back + 13.0, 4.0), side.at(33.5 * across, back + 14.0 + backward, 5.5),
-             side.at(44.5 * across, back + 16.0 + 1.6 * backward, 7.5)},
-            Vec3::UnitZ(), {5.2, 4.0, lumbar ? 2.4 : 4.4}, {2.8, 2.4, lumbar ? 1.6 : 3.0}, 0.9, around);
-        add_tube(bones, {side.at(12.5, back + 18.5, -2.0), side.at(1.5, back + 25.0, -6.0)}, Vec3::UnitZ(),
-                 {8.0, 8.5}, {2.4, 2.4}, 0.9, around);
+        const double x = cw + pw;
+        shape.add(shape::sweep({{side.at(0.84 * x, d - 6.0, high - 0.5), pw + 0.8, ph + 0.8},
+                                {side.at(0.97 * x, d + 3.0, high), pw, ph},
+                                {side.at(x + 1.5, c + 5.0, high - 1.5), pw + 0.6, ph + 0.4}},
+                               side.at(1.0, 0.0, 0.15)),
+                  0.65, 4.0);
+        // Articular process that reaches up.
+        shape.add(
+            shape::cone(side.at(x, c + 4.0 * size, high),
+                        side.at(plan.lumbar() ? 1.5 * cw + 1.0 : 1.25 * cw, c + 6.0 * size, s + 5.0 * size),
+                        5.2 * size, 4.0 * size),
+            1.0, 2.5);
+        // Between the two: the isthmus.
+        shape.add(shape::cone(side.at(0.5 * (x + cw) + 2.0, c + 5.0 * size, high - 2.0),
+                              side.at(0.95 * cw, c + 10.0 * size, -6.0), 4.8 * size, 4.8 * size),
+                  1.1, 2.5);
+        // Transverse process: flat and forward in the loins, stout and backward in the chest.
+        const double back = plan.lumbar() ? 2.0 : plan.cervical() ? -8.0 : 13.0;
+        const double bent =
+            3.0 * chance.normal("transverse process", 2 * plan.level + (side.sign > 0 ? 0 : 1));
+        const double rise = plan.lumbar() ? 3.0 + bent : plan.cervical() ? -3.0 : 2.0 + 0.4 * bent;
+        const double y = plan.cervical() ? c - 3.0 : c + 4.0;
+        shape.add(shape::sweep({{side.at(x - 1.0, y, high - 1.0), 5.5 * size, 4.2 * size},
+                                {side.at(0.5 * (x + span), y + 0.5 * back, high - 1.0 + 0.4 * rise),
+                                 (plan.lumbar() ? 4.6 : 5.2) * size, (plan.lumbar() ? 2.4 : 3.6) * size},
+                                {side.at(span, y + back, high - 1.0 + rise),
+                                 (plan.lumbar() ? 2.6 : 5.4) * size, (plan.lumbar() ? 1.5 : 4.6) * size}},
+                               Vec3::UnitZ()),
+                  0.8, 2.5);
+        // Lamina, sloping back and down.
+        shape.add(
+            shape::sweep(
+                {{side.at(0.95 * cw, c + 8.0 * size, -2.0), (plan.lumbar() ? 8.5 : 9.0) * size, 3.0 * size},
+                 {side.at(0.5 * cw, c + cd + 3.0, -4.5), (plan.lumbar() ? 9.0 : 10.5) * size, 3.0 * size},
+                 {side.at(0.0, c + cd + 5.5, -6.5), (plan.lumbar() ? 9.0 : 10.5) * size, 3.2 * size}},
+                Vec3::UnitZ()),
+            1.0, 2.0);
     }
-    const double drop = lumbar ? 0.0 : 18.0;  // thoracic spinous processes overlap like tiles
-    add_tube(
-        bones,
-        {{0.0, back + 24.5, -6.0}, {0.0, back + 36.0, -9.0 - 0.5 * drop}, {0.0, back + 50.0, -13.0 - drop}},
-        Vec3::UnitZ(), {7.5, 8.5, 7.0}, {2.6, 2.2, 3.2}, 0.9, around);
-    return bones;
+    const shape::Compound lower = lower_facets(plan);
+    shape.add(lower.solid(), 1.0, 2.0);
+    const double aside = 2.0 * chance.normal("spinous process", plan.level);
+    const double from = c + cd + 4.0;
+    const double tall = plan.lumbar() ? 9.5 : plan.cervical() ? 4.5 : 7.5;
+    shape.add(shape::sweep({{Vec3(0.0, from, -6.5), tall, 3.2},
+                            {Vec3(0.4 * aside, from + 0.55 * spine, -6.5 - 0.55 * drop), tall, 3.0},
+                            {Vec3(aside, from + spine, -6.5 - drop), 0.85 * tall, 4.4}},
+                           Vec3::UnitZ(), 2.6),
+              0.8, 2.0);
+    // The canal is wider than deep, its corners behind the bodies.
+    shape::Solid canal;
+    canal.distance = [=](const Vec3& p) {
+        const double x = p.x() / cw, y = (p.y() - c) / cd;
+        return (std::sqrt(x * x + y * y) - 1.0) * std::min(cw, cd);
+    };
+    canal.box = {Vec3(-cw, c - cd, -60.0), Vec3(cw, c + cd, 60.0)};
+    shape.cut(canal, 1.0);
+    const std::uint64_t field = chance.field("vertebral cortex", plan.level);
+    shape.roughen([field](const Vec3& p) { return 0.38 * shape::fractal(p, 10.0, 3.4, 0.4, field); }, 0.8);
+    return shape;
+}
+
+/// Trabeculae of a vertebral body that stand out: mostly upright, in clusters.
+void add_vertebral_struts(Bones& bones, const shape::Compound& shape, const VertebraPlan& plan,
+                          const Chance& chance, const Isometry3d& place) {
+    geometry::Random random(chance.field("vertebral trabeculae", plan.level));
+    const std::uint64_t clusters = chance.field("trabecular clusters", plan.level);
+    const double w = plan.own.half_width, d = plan.own.half_depth, h = plan.own.half_height;
+    const int count = static_cast<int>(2.4 * w * d);
+    for (int k = 0; k < count; ++k) {
+        const double x = random.between(-w, w), y = random.between(-d, d), z = random.between(-h, h);
+        const double length = random.between(0.15, 0.7) * h, lean_x = random.between(-0.12, 0.12),
+                     lean_y = random.between(-0.12, 0.12), radius = random.between(0.3, 0.75);
+        const bool lies = random() < 0.22;
+        const Vec3 middle(x, y, z);
+        if (shape::noise(middle, 9.0, clusters) < random.between(-0.8, 0.5)) continue;
+        const Vec3 way = lies ? Vec3(0.6 * length * Vec3(1.0, 2.0 * lean_y + 0.5, lean_x).normalized())
+                              : Vec3(length * Vec3(lean_x, lean_y, 1.0));
+        const Vec3 from = middle - way, to = middle + way;
+        const auto deep = [&](const Vec3& p) { return shape.at(p).distance < -1.6; };
+        if (deep(from) && deep(to) && deep(middle)) add_strut(bones.struts, place * from, place * to, radius);
+    }
 }
 
 /// Distance to the neighbours above and below, on average [mm].
@@ -74,38 +219,124 @@ double spacing(std::size_t level) {
     return (column[above].z - column[below].z) / static_cast<double>(above - below);
 }
 
-/// Sacrum: a wedge that tapers downward and bends back, with its foramina left out.
-void add_sacrum(Bones& bones) {
-    Polyline path;
-    std::vector<double> half_width, half_depth;
-    for (int i = 0; i <= 8; ++i) {
-        const double t = i / 8.0;
-        path.push_back({0.0, 16.0 + 48.0 * std::sin(1.9 * t), sacrum_top - 100.0 * t});
-        half_width.push_back(50.0 - 12.0 * t - 24.0 * t * t);
-        half_depth.push_back(17.0 - 11.0 * t);
-    }
-    add_tube(bones, path, Vec3::UnitX(), half_width, half_depth, 1.5);
+VertebraPlan plan_of(std::size_t level, const Chance& chance) {
+    VertebraPlan plan{vertebrae()[level], arches[level], static_cast<int>(level), spacing(level)};
+    const double wider = 1.0 + 0.02 * chance.normal("vertebral width", plan.level);
+    plan.own.half_width *= wider;
+    return plan;
+}
+
+/// A slight curve to the side and a turn about the long axis with it; L5 and L4 lean forward.
+Isometry3d place_of(const VertebraPlan& plan, const Chance& chance) {
+    const double z = plan.own.z, bow = 2.2 * chance.normal("scoliosis"),
+                 wave = 1.2 * chance.normal("counter curve");
+    const double aside = bow * std::sin(z / 130.0 + 0.4) + wave * std::sin(z / 70.0);
+    const double tilt = bow / 130.0 * std::cos(z / 130.0 + 0.4) + wave / 70.0 * std::cos(z / 70.0) +
+                        0.6 * degrees * chance.normal("vertebral tilt", plan.level);
+    const double turn = -0.012 * bow * std::sin(z / 130.0 + 0.4) +
+                        1.0 * degrees * chance.normal("vertebral turn", plan.level);
+    const double forward = plan.level == 0 ? 11.0 * degrees : plan.level == 1 ? 3.0 * degrees : 0.0;
+    return Translation3d(aside, plan.own.front + plan.own.half_depth, z) *
+           AngleAxisd(-std::atan(spine_slope(z)) + forward, Vec3::UnitX()) * AngleAxisd(tilt, Vec3::UnitY()) *
+           AngleAxisd(turn, Vec3::UnitZ());
 }
 
 }  // namespace
 
-void add_spine(Bones& bones, double low, double high) {
+shape::Compound sacrum() {
+    // y, z of its middle line, half widths and depths; 105 mm wide and 110 high (Plessis et al. and anatomy
+    // texts give 100 to 120; estimate). S1's plate leans forward by 40°.
+    struct Level {
+        double y, z, half_width, half_depth;
+    };
+    constexpr Level levels[] = {{30, -72, 51, 15}, {41, -88, 50, 14.5}, {54, -108, 41, 12},
+                                {62, -128, 30, 9}, {65, -147, 20, 6.5}, {61, -163, 11, 5},
+                                {52, -176, 7, 4},  {43, -184, 4, 3}};
+    shape::Compound shape;
+    std::vector<shape::Station> whole;
+    for (const Level& at : levels) whole.push_back({Vec3(0, at.y, at.z), at.half_width, at.half_depth});
+    shape.add(shape::sweep(whole, Vec3::UnitX(), 2.6), 0.7, 0.0);
+    // Body of S1, with its promontory in front of the wings.
+    shape.add(
+        shape::sweep({{Vec3(0, 21, -62), 24, 15}, {Vec3(0, 34, -80), 22, 14}, {Vec3(0, 47, -98), 18, 11}},
+                     Vec3::UnitX(), 2.5),
+        0.7, 5.0);
+    for (const Side side : {left, right}) {
+        // The wings slope outward.
+        shape.cut(shape::ellipsoid(side.at(46, 26, -52), Vec3(26, 34, 15),
+                                   AngleAxisd(side.sign * 0.45, Vec3::UnitY()).toRotationMatrix()),
+                  6.0);
+        // Articular process of S1, lateral crest.
+        shape.add(shape::cone(side.at(19, 50, -72), side.at(21, 53, -58), 5.5, 4.0), 1.0, 3.0);
+    }
+    // Median crest behind the canal.
+    shape.add(shape::sweep({{Vec3(0, 64, -80), 6, 10}, {Vec3(0, 75, -108), 4, 5}, {Vec3(0, 77, -135), 3, 4}},
+                           Vec3::UnitX()),
+              0.8, 4.0);
+    // The plate of S1, the canal and the foramina.
+    shape.cut({[plate = shape::half_space(Vec3(0, 25, -60), Vec3(0, 0.55, -0.83)).distance](const Vec3& p) {
+                   return std::max(plate(p), std::abs(p.x()) - 28.0);
+               },
+               {Vec3(-28, -20, -90), Vec3(28, 60, -20)}},
+              2.0);
+    shape.cut(shape::sweep({{Vec3(0, 50, -60), 11, 6},
+                            {Vec3(0, 57, -82), 9, 4.5},
+                            {Vec3(0, 65, -106), 6.5, 3.2},
+                            {Vec3(0, 71, -132), 5, 2.5},
+                            {Vec3(0, 70, -150), 4, 2}},
+                           Vec3::UnitX()),
+              1.5);
+    for (const Side side : {left, right}) {
+        // y, z where each begins in the canal, x there and in front; radius in front.
+        constexpr double foramina[][5] = {{47, -94, 15, 23, 5.6},
+                                          {58, -113, 13, 20, 5.0},
+                                          {64, -131, 11.5, 17, 4.2},
+                                          {66, -148, 10, 13, 3.4}};
+        for (const auto& [y, z, from, to, radius] : foramina) {
+            shape.cut(shape::cone(side.at(from, y, z), side.at(to, y - 18.0, z - 8.0), 0.6 * radius, radius),
+                      2.0);
+            shape.cut(shape::cone(side.at(from + 1.0, y, z), side.at(to - 2.0, y + 16.0, z + 2.0),
+                                  0.5 * radius, 0.6 * radius),
+                      1.5);
+        }
+    }
+    // What is left of the disc of S1 and S2.
+    shape.cut(shape::ellipsoid(Vec3(0, 45.5, -95), Vec3(14, 7, 1.2),
+                               AngleAxisd(-0.6, Vec3::UnitX()).toRotationMatrix()));
+    return shape;
+}
+
+void add_spine(Bones& bones, const Chance& chance, double low, double high) {
     const auto column = vertebrae();
     for (std::size_t level = 0; level < column.size(); ++level) {
-        const Vertebra& own = column[level];
-        if (own.z < low || own.z > high) continue;
-        const Vec3 scale(own.half_width / 23.0, own.half_depth / 16.5, spacing(level) / 38.0);
-        const Eigen::Affine3d place = Eigen::Translation3d(0.0, own.front, own.z) *
-                                      Eigen::AngleAxisd(-std::atan(spine_slope(own.z)), Vec3::UnitX()) *
-                                      Eigen::Scaling(scale);
-        Bones made = large_vertebra(own.half_height / scale.z(), own.z < 130.0);
-        for (TriangleMesh* mesh : {&made.outer, &made.core}) {
-            for (Vec3& v : mesh->vertices) v = place * v;
+        if (column[level].z < low || column[level].z > high) continue;
+        const VertebraPlan plan = plan_of(level, chance);
+        const Isometry3d place = place_of(plan, chance);
+        shape::Compound shape = vertebra_shape(plan, chance);
+        if (level + 1 < column.size()) {
+            // Joint spaces under the vertebra above.
+            const VertebraPlan above = plan_of(level + 1, chance);
+            shape.cut(shape::grown(
+                shape::moved(lower_facets(above).solid(), place.inverse() * place_of(above, chance)), 1.3));
         }
-        append(bones.outer, made.outer);
-        append(bones.core, made.core);
+        bones.add(shape::polygonised(shape, plan.lumbar()     ? lumbar_cell
+                                            : plan.cervical() ? cervical_cell
+                                                              : thoracic_cell),
+                  place);
+        add_vertebral_struts(bones, shape, plan, chance, place);
+        add_voids(bones, shape, 600, plan.lumbar() ? 4.5 : 3.5, chance.field("vertebral voids", plan.level),
+                  place);
     }
-    if (low < column.front().z) add_sacrum(bones);
+    if (low < column.front().z) {
+        shape::Compound shape = sacrum();
+        const VertebraPlan fifth = plan_of(0, chance);
+        shape.cut(shape::grown(shape::moved(lower_facets(fifth).solid(), place_of(fifth, chance)), 1.3));
+        const std::uint64_t field = chance.field("sacral cortex");
+        shape.roughen([field](const Vec3& p) { return 0.45 * shape::fractal(p, 14.0, 3.5, 0.5, field); },
+                      1.0);
+        bones.add(shape::polygonised(shape, 2.0));
+        add_voids(bones, shape, 500, 5.0, chance.field("sacral voids"));
+    }
 }
 
 }  // namespace render

@@ -1,0 +1,569 @@
+#include "render/patient/signed_distance.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <utility>
+
+#include "physics/geometry/random.h"
+
+namespace render::shape {
+
+using Eigen::AlignedBox3d;
+using Eigen::Matrix3d;
+using geometry::Vec3;
+
+namespace {
+
+AlignedBox3d box_around(const Vec3& centre, const Vec3& half) {
+    return {centre - half, centre + half};
+}
+
+AlignedBox3d inflated(AlignedBox3d box, double by) {
+    box.min().array() -= by;
+    box.max().array() += by;
+    return box;
+}
+
+/// Smooth minimum (Quilez' polynomial), and the share of the second argument in it.
+std::pair<double, double> smooth_min(double a, double b, double blend) {
+    if (blend <= 0.0 || std::abs(a - b) >= blend) return b < a ? std::pair{b, 1.0} : std::pair{a, 0.0};
+    const double h = 0.5 + 0.5 * (a - b) / blend;
+    return {a + h * (b - a) - blend * h * (1.0 - h), h};
+}
+
+/// Distance from the surface of an ellipsoid to first order; x: local coordinates.
+double ellipsoid_distance(const Vec3& x, const Vec3& half) {
+    const Vec3 q = x.cwiseQuotient(half);
+    const double k0 = q.norm(), k1 = q.cwiseQuotient(half).norm();
+    return k1 < 1e-9 ? -half.minCoeff() : std::max(k0 * (k0 - 1.0) / k1, -half.minCoeff());
+}
+
+}  // namespace
+
+Solid ellipsoid(const Vec3& centre, const Vec3& half, const Matrix3d& axes) {
+    const Vec3 reach = (axes.cwiseAbs2() * half.cwiseAbs2()).cwiseSqrt();
+    return {[=](const Vec3& p) { return ellipsoid_distance(axes.transpose() * (p - centre), half); },
+            box_around(centre, reach)};
+}
+
+Solid ball(const Vec3& centre, double radius) {
+    return {[=](const Vec3& p) { return (p - centre).norm() - radius; },
+            box_around(centre, Vec3::Constant(radius))};
+}
+
+Solid cone(const Vec3& from, const Vec3& to, double radius_from, double radius_to) {
+    AlignedBox3d box = box_around(from, Vec3::Constant(radius_from));
+    box.extend(box_around(to, Vec3::Constant(radius_to)));
+    const Vec3 way = to - from;
+    const double square = way.squaredNorm();
+    return {[=](const Vec3& p) {
+                const double t = std::clamp((p - from).dot(way) / square, 0.0, 1.0);
+                return (p - from - t * way).norm() - (radius_from + t * (radius_to - radius_from));
+            },
+            box};
+}
+
+Solid block(const Vec3& centre, const Vec3& half, double rounding, const Matrix3d& axes) {
+    const Vec3 reach = axes.cwiseAbs() * half;
+    return {[=](const Vec3& p) {
+                const Vec3 q = (axes.transpose() * (p - centre)).cwiseAbs() - half + Vec3::Constant(rounding);
+                return q.cwiseMax(0.0).norm() + std::min(q.maxCoeff(), 0.0) - rounding;
+            },
+            box_around(centre, reach)};
+}
+
+Solid half_space(const Vec3& at, const Vec3& normal) {
+    const Vec3 n = normal.normalized();
+    return {[=](const Vec3& p) { return n.dot(p - at); }, box_around(at, Vec3::Constant(1e4))};
+}
+
+Solid sweep(const std::vector<Station>& stations, const Vec3& u, double exponent,
+            std::function<double(double, double)> inset) {
+    assert(stations.size() >= 2);
+    constexpr int pieces = 4;
+    struct Joint {
+        Vec3 at = Vec3::Zero(), u = Vec3::Zero(), v = Vec3::Zero(), along = Vec3::Zero(), way = Vec3::Zero();
+        double a = 0.0, b = 0.0, length = 0.0, inverse = 0.0;
+    };
+    std::vector<Joint> joints;
+    const int count = static_cast<int>(stations.size());
+    for (int i = 0; i + 1 < count; ++i) {
+        const Station &before = stations[std::max(i - 1, 0)], &from = stations[i], &to = stations[i + 1],
+                      &after = stations[std::min(i + 2, count - 1)];
+        for (int k = i == 0 ? 0 : 1; k <= pieces; ++k) {
+            const double t = static_cast<double>(k) / pieces, t2 = t * t, t3 = t2 * t;
+            const Vec3 start = i == 0 ? Vec3(to.at - from.at) : Vec3(0.5 * (to.at - before.at)),
+                       end = i + 2 == count ? Vec3(to.at - from.at) : Vec3(0.5 * (after.at - from.at));
+            const double s = t2 * (3.0 - 2.0 * t);
+            Joint joint;
+            joint.at = (2 * t3 - 3 * t2 + 1) * from.at + (t3 - 2 * t2 + t) * start +
+                       (3 * t2 - 2 * t3) * to.at + (t3 - t2) * end;
+            joint.a = from.a + s * (to.a - from.a);
+            joint.b = from.b + s * (to.b - from.b);
+            joints.push_back(joint);
+        }
+    }
+    AlignedBox3d box;
+    const int last = static_cast<int>(joints.size()) - 1;
+    for (int i = 0; i <= last; ++i) {
+        Joint& joint = joints[i];
+        if (i > 0) joint.length = joints[i - 1].length + (joint.at - joints[i - 1].at).norm();
+        joint.along = (joints[std::min(i + 1, last)].at - joints[std::max(i - 1, 0)].at).normalized();
+        joint.u = (u - u.dot(joint.along) * joint.along).normalized();
+        joint.v = joint.along.cross(joint.u);
+        joint.way = joints[std::min(i + 1, last)].at - joint.at;
+        joint.inverse = 1.0 / std::max(joint.way.squaredNorm(), 1e-12);
+        box.extend(box_around(joint.at, Vec3::Constant(std::max(joint.a, joint.b))));
+    }
+    return {[joints = std::move(joints), exponent, inset = std::move(inset)](const Vec3& p) {
+                double least = 1e300, part = 0.0;
+                std::size_t nearest = 0;
+                for (std::size_t i = 0; i + 1 < joints.size(); ++i) {
+                    const Joint& joint = joints[i];
+                    const Vec3 x = p - joint.at;
+                    const double t = std::clamp(x.dot(joint.way) * joint.inverse, 0.0, 1.0);
+                    const double square = (x - t * joint.way).squaredNorm();
+                    if (square < least) least = square, nearest = i, part = t;
+                }
+                const Joint &low = joints[nearest], &high = joints[nearest + 1];
+                const Vec3 x = p - low.at - part * (high.at - low.at);
+                const Vec3 across = low.u + part * (high.u - low.u), up = low.v + part * (high.v - low.v),
+                           along = low.along + part * (high.along - low.along);
+                const double a = low.a + part * (high.a - low.a), b = low.b + part * (high.b - low.b),
+                             c = std::min(a, b);
+                const Vec3 local(x.dot(across), x.dot(up), x.dot(along)), half(a, b, c);
+                const double drawn_in = inset ? inset(low.length + part * (high.length - low.length),
+                                                      std::atan2(local.y(), local.x()))
+                                              : 0.0;
+                if (exponent == 2.0) return ellipsoid_distance(local, half) + drawn_in;
+                const Vec3 q = local.cwiseQuotient(half).cwiseAbs().cwiseMax(1e-9);
+                const Vec3 powers(std::pow(q.x(), exponent - 1), std::pow(q.y(), exponent - 1), q.z());
+                const double sum = powers.x() * q.x() + powers.y() * q.y() + powers.z() * q.z();
+                const double k0 = std::pow(sum, 1.0 / exponent);
+                const double slope = powers.cwiseQuotient(half).norm() * k0 / std::max(sum, 1e-12);
+                return std::max((k0 - 1.0) / std::max(slope, 1e-9), -c) + drawn_in;
+            },
+            box};
+}
+
+Solid sheet(std::vector<Cut> cuts) {
+    assert(cuts.size() >= 2);
+    AlignedBox3d box;
+    for (const Cut& cut : cuts)
+        for (const Vec3& p : cut.points) box.extend(box_around({p.x(), p.y(), cut.z}, Vec3::Constant(p.z())));
+    return {[cuts = std::move(cuts)](const Vec3& p) {
+                const double z = std::clamp(p.z(), cuts.front().z, cuts.back().z);
+                std::size_t i = 0;
+                while (i + 2 < cuts.size() && z > cuts[i + 1].z) ++i;
+                const double t = (z - cuts[i].z) / (cuts[i + 1].z - cuts[i].z);
+                const double beyond = p.z() - z;
+                const auto point = [&](std::size_t k) -> Vec3 {
+                    return cuts[i].points[k] + t * (cuts[i + 1].points[k] - cuts[i].points[k]);
+                };
+                double least = 1e300;
+                Vec3 from = point(0);
+                for (std::size_t k = 0; k + 1 < cuts[i].points.size(); ++k) {
+                    const Vec3 to = point(k + 1);
+                    const double wx = to.x() - from.x(), wy = to.y() - from.y(), x = p.x() - from.x(),
+                                 y = p.y() - from.y();
+                    const double part = std::clamp((x * wx + y * wy) / (wx * wx + wy * wy + 1e-9), 0.0, 1.0);
+                    const double away = std::hypot(x - part * wx, y - part * wy);
+                    const double thick = from.z() + part * (to.z() - from.z());
+                    // Sheets lean: the way to the surface is shorter than along the cut.
+                    constexpr double lean = 0.88;
+                    least = std::min(
+                        least, beyond == 0.0 ? lean * (away - thick) : std::hypot(away, beyond) - thick);
+                    from = to;
+                }
+                return least;
+            },
+            box};
+}
+
+Solid grown(Solid solid, double by) {
+    return {[own = std::move(solid.distance), by](const Vec3& p) { return own(p) - by; },
+            inflated(solid.box, by)};
+}
+
+Solid moved(Solid solid, const Eigen::Isometry3d& to) {
+    const Vec3 centre = to * solid.box.center();
+    const Vec3 half = to.linear().cwiseAbs() * (0.5 * solid.box.sizes());
+    return {[own = std::move(solid.distance), back = to.inverse()](const Vec3& p) { return own(back * p); },
+            box_around(centre, half)};
+}
+
+void Compound::push(Part part) {
+    widest_blend_ = std::max(widest_blend_, part.blend);
+    thickest_shell_ = std::max(thickest_shell_, part.shell);
+    if (part.way == Way::Add) box_.extend(part.solid.box);
+    if (part.way == Way::Keep) box_ = box_.intersection(part.solid.box);
+    all_.push_back(static_cast<std::uint16_t>(parts_.size()));
+    parts_.push_back(std::move(part));
+}
+
+Compound& Compound::add(Solid solid, double shell, double blend) {
+    push({std::move(solid), Way::Add, blend, shell, {}});
+    return *this;
+}
+Compound& Compound::add(Solid solid, Shell shell, double thickest, double blend) {
+    push({std::move(solid), Way::Add, blend, thickest, std::move(shell)});
+    return *this;
+}
+Compound& Compound::cut(Solid solid, double blend) {
+    push({std::move(solid), Way::Cut, blend, 0.0, {}});
+    return *this;
+}
+Compound& Compound::keep(Solid solid, double blend) {
+    push({std::move(solid), Way::Keep, blend, 0.0, {}});
+    return *this;
+}
+void Compound::roughen(Shell rough, double most) {
+    rough_ = std::move(rough);
+    thickest_shell_ += most;
+}
+Compound& Compound::clear_of(const Compound& other, double gap) {
+    for (const Part& part : other.parts_)
+        if (part.way == Way::Add) cut(grown(part.solid, gap));
+    return *this;
+}
+
+Compound Compound::grown_by(double by) const {
+    Compound result;
+    for (Part part : parts_) {
+        if (part.way == Way::Add) part.solid = grown(part.solid, by);
+        result.push(std::move(part));
+    }
+    return result;
+}
+
+Solid Compound::solid() const {
+    return {[own = *this](const Vec3& p) { return own.at(p).distance; }, box_};
+}
+
+Compound::Value Compound::at(const Vec3& p, const std::vector<std::uint16_t>& parts) const {
+    constexpr double far = 1e6;
+    Value value{far, 0.0};
+    for (const std::uint16_t index : parts) {
+        const Part& part = parts_[index];
+        const double own = part.solid.distance(p);
+        if (part.way == Way::Add) {
+            const auto [distance, share] = smooth_min(value.distance, own, part.blend);
+            value.distance = distance;
+            if (share > 0.0) {
+                const double shell = part.varying ? part.varying(p) : part.shell;
+                value.shell += share * (shell - value.shell);
+            }
+        } else {
+            value.distance =
+                -smooth_min(-value.distance, part.way == Way::Cut ? own : -own, part.blend).first;
+        }
+    }
+    return value;
+}
+
+std::vector<std::uint16_t> Compound::parts_near(const AlignedBox3d& box, double margin) const {
+    std::vector<std::uint16_t> near;
+    bool some = false;
+    for (std::size_t i = 0; i < parts_.size(); ++i) {
+        const AlignedBox3d& own = parts_[i].solid.box;
+        const double square = box.squaredExteriorDistance(own);
+        if (parts_[i].way != Way::Keep && square > margin * margin) continue;
+        some = some || parts_[i].way == Way::Add;
+        near.push_back(static_cast<std::uint16_t>(i));
+    }
+    if (!some) near.clear();
+    return near;
+}
+
+namespace {
+
+/// Values at the nodes of a grid, and what is near each block of them.
+class Grid {
+public:
+    static constexpr int n = 8;  // nodes along a block
+
+    Grid(const Compound& compound, double cell) : compound_(compound), cell_(cell) {
+        const double margin = 2.0 * cell;
+        low_ = compound.box().min() - Vec3::Constant(margin);
+        for (int k = 0; k < 3; ++k) {
+            blocks_[k] =
+                static_cast<int>(std::ceil((compound.box().sizes()[k] + 2.0 * margin) / cell)) / n + 1;
+            size_[k] = blocks_[k] * n;
+        }
+        const auto nodes = static_cast<std::size_t>(size_[0]) * size_[1] * size_[2];
+        outer.assign(nodes, far);
+        if (compound.thickest_shell() > 0.0) core.assign(nodes, far);
+        near_.resize(static_cast<std::size_t>(blocks_[0]) * blocks_[1] * blocks_[2]);
+        for (int z = 0; z < blocks_[2]; ++z)
+            for (int y = 0; y < blocks_[1]; ++y)
+                for (int x = 0; x < blocks_[0]; ++x) fill(x, y, z);
+    }
+
+    geometry::TriangleMesh net(const std::vector<float>& values, bool inner) const {
+        geometry::TriangleMesh mesh;
+        std::vector<int> vertex(values.size(), -1);
+        std::vector<Placed> placed;
+        const std::size_t step[3] = {1, static_cast<std::size_t>(size_[0]),
+                                     static_cast<std::size_t>(size_[0]) * size_[1]};
+        for (int z = 0; z + 1 < size_[2]; ++z) {
+            for (int y = 0; y + 1 < size_[1]; ++y) {
+                std::size_t node = index(0, y, z);
+                for (int x = 0; x + 1 < size_[0]; ++x, ++node) {
+                    int mask = 0;
+                    for (int c = 0; c < 8; ++c)
+                        mask |= (values[node + (c & 1) + (c >> 1 & 1) * step[1] + (c >> 2) * step[2]] < 0)
+                                << c;
+                    if (mask == 0 || mask == 255) continue;
+                    vertex[node] = static_cast<int>(placed.size());
+                    placed.push_back(place(values, node, step, {x, y, z}, inner));
+                }
+            }
+        }
+        const std::vector<int> kept = merged(placed, inner, mesh.vertices);
+        const auto add = [&](int a, int b, int c) {
+            if (a != b && b != c && c != a) mesh.triangles.push_back({a, b, c});
+        };
+        for (int z = 1; z + 1 < size_[2]; ++z) {
+            for (int y = 1; y + 1 < size_[1]; ++y) {
+                for (int x = 1; x + 1 < size_[0]; ++x) {
+                    const std::size_t node = index(x, y, z);
+                    const bool here = values[node] < 0;
+                    for (int axis = 0; axis < 3; ++axis) {
+                        if (here == (values[node + step[axis]] < 0)) continue;
+                        const std::size_t u = step[(axis + 1) % 3], v = step[(axis + 2) % 3];
+                        std::array<int, 4> quad = {kept[vertex[node - u - v]], kept[vertex[node - v]],
+                                                   kept[vertex[node]], kept[vertex[node - u]]};
+                        if (!here) std::swap(quad[1], quad[3]);
+                        const auto length = [&](int a, int b) {
+                            return (mesh.vertices[quad[a]] - mesh.vertices[quad[b]]).squaredNorm();
+                        };
+                        const int first = length(0, 2) <= length(1, 3) ? 0 : 1;
+                        const auto at = [&](int k) { return quad[(first + k) % 4]; };
+                        add(at(0), at(1), at(2));
+                        add(at(0), at(2), at(3));
+                    }
+                }
+            }
+        }
+        return mesh;
+    }
+
+    std::vector<float> outer, core;
+
+private:
+    static constexpr float far = 1e6f;
+
+    struct Placed {
+        Vec3 at, normal;
+        std::array<int, 3> cell;
+    };
+
+    /// Merges the vertices of cubes of four cells, or of two, where all normals agree; returns the number of
+    /// each vertex among the kept ones.
+    std::vector<int> merged(const std::vector<Placed>& placed, bool inner_surface,
+                            std::vector<Vec3>& vertices) const {
+        std::vector<int> kept(placed.size(), -1);
+        for (const auto& [width, agreement] : {std::pair{4, 0.993}, {2, 0.985}}) {
+            struct Cube {
+                Vec3 place = Vec3::Zero(), normal = Vec3::Zero();
+                int count = 0, vertex = -1;
+                bool flat = true;
+            };
+            const int across = size_[0] / width + 1, along = size_[1] / width + 1;
+            std::vector<int> cube_of(static_cast<std::size_t>(across) * along * (size_[2] / width + 1), -1);
+            std::vector<Cube> cubes;
+            const auto number = [&](const Placed& vertex) -> int& {
+                const auto& c = vertex.cell;
+                return cube_of[(static_cast<std::size_t>(c[2] / width) * along + c[1] / width) * across +
+                               c[0] / width];
+            };
+            for (std::size_t i = 0; i < placed.size(); ++i) {
+                if (kept[i] >= 0) continue;
+                int& own = number(placed[i]);
+                if (own < 0) {
+                    own = static_cast<int>(cubes.size());
+                    cubes.emplace_back();
+                }
+                Cube& cube = cubes[static_cast<std::size_t>(own)];
+                cube.place += placed[i].at;
+                cube.normal += placed[i].normal;
+                ++cube.count;
+            }
+            for (Cube& cube : cubes) cube.flat = cube.normal.norm() > 0.5;
+            for (std::size_t i = 0; i < placed.size(); ++i) {
+                if (kept[i] >= 0) continue;
+                Cube& cube = cubes[static_cast<std::size_t>(number(placed[i]))];
+                cube.flat = cube.flat && placed[i].normal.dot(cube.normal) > agreement * cube.normal.norm();
+            }
+            for (std::size_t i = 0; i < placed.size(); ++i) {
+                if (kept[i] >= 0) continue;
+                Cube& cube = cubes[static_cast<std::size_t>(number(placed[i]))];
+                if (!cube.flat || cube.count < 2) continue;
+                if (cube.vertex < 0) {
+                    cube.vertex = static_cast<int>(vertices.size());
+                    const Vec3 mean = cube.place / cube.count;
+                    vertices.push_back(
+                        onto_surface(mean, cube.normal.normalized(), placed[i].cell, inner_surface));
+                }
+                kept[i] = cube.vertex;
+            }
+        }
+        for (std::size_t i = 0; i < placed.size(); ++i) {
+            if (kept[i] >= 0) continue;
+            kept[i] = static_cast<int>(vertices.size());
+            vertices.push_back(placed[i].at);
+        }
+        return kept;
+    }
+
+    const std::vector<std::uint16_t>& near_cell(const std::array<int, 3>& cell) const {
+        return near_[(static_cast<std::size_t>(cell[2] / n) * blocks_[1] + cell[1] / n) * blocks_[0] +
+                     cell[0] / n];
+    }
+    Vec3 onto_surface(const Vec3& p, const Vec3& normal, const std::array<int, 3>& cell,
+                      bool inner_surface) const {
+        const std::vector<std::uint16_t>& near = near_cell(cell);
+        if (near.empty()) return p;
+        const Compound::Value value = compound_.at(p, near);
+        const double off = inner_surface ? inner(p, value) : value.distance;
+        return p - std::clamp(off, -0.5 * cell_, 0.5 * cell_) * normal;
+    }
+
+    std::size_t index(int x, int y, int z) const {
+        return (static_cast<std::size_t>(z) * size_[1] + y) * size_[0] + x;
+    }
+    Vec3 node(int x, int y, int z) const { return low_ + cell_ * Vec3(x, y, z); }
+
+    void fill(int bx, int by, int bz) {
+        const AlignedBox3d box(node(bx * n, by * n, bz * n),
+                               node(bx * n + n - 1, by * n + n - 1, bz * n + n - 1));
+        const double margin = compound_.widest_blend() + compound_.thickest_shell() + 2.0 * cell_;
+        std::vector<std::uint16_t> near = compound_.parts_near(box, margin);
+        if (near.empty()) return;
+        constexpr int part = n / 2;
+        bool used = false;
+        for (int z = bz * n; z < (bz + 1) * n; z += part)
+            for (int y = by * n; y < (by + 1) * n; y += part)
+                for (int x = bx * n; x < (bx + 1) * n; x += part)
+                    used = fill_part(x, y, z, part, near) || used;
+        if (!used) return;
+        near_[(static_cast<std::size_t>(bz) * blocks_[1] + by) * blocks_[0] + bx] = std::move(near);
+    }
+
+    /// Nodes of a cube; returns whether a surface may be near.
+    bool fill_part(int x0, int y0, int z0, int part, const std::vector<std::uint16_t>& near) {
+        const Vec3 middle = 0.5 * (node(x0, y0, z0) + node(x0 + part - 1, y0 + part - 1, z0 + part - 1));
+        // Estimates of distance may be too long by a half.
+        const double safe = 1.5 * (0.5 * std::sqrt(3.0) * (part - 1) * cell_) + 0.5 * cell_;
+        const double distance = compound_.at(middle, near).distance;
+        if (distance > safe) return false;
+        const bool within = distance < -safe - compound_.thickest_shell();
+        for (int z = z0; z < z0 + part; ++z) {
+            for (int y = y0; y < y0 + part; ++y) {
+                for (int x = x0; x < x0 + part; ++x) {
+                    if (x == 0 || y == 0 || z == 0 || x + 1 >= size_[0] || y + 1 >= size_[1] ||
+                        z + 1 >= size_[2])
+                        continue;  // closed at the border of the grid
+                    const std::size_t at = index(x, y, z);
+                    if (within) {
+                        outer[at] = -far;
+                        if (!core.empty()) core[at] = -far;
+                        continue;
+                    }
+                    const Vec3 p = node(x, y, z);
+                    const Compound::Value value = compound_.at(p, near);
+                    outer[at] = static_cast<float>(value.distance);
+                    if (!core.empty()) core[at] = static_cast<float>(inner(p, value));
+                }
+            }
+        }
+        return !within;
+    }
+
+    /// The distance from the surface under the shell.
+    double inner(const Vec3& p, const Compound::Value& value) const {
+        const double rough = value.distance < cell_ ? compound_.roughness(p) : 0.0;
+        return value.distance + std::max(value.shell + rough, 0.4 * value.shell);
+    }
+
+    /// The mean of the places where the surface crosses the cell's edges, then a step onto the surface.
+    Placed place(const std::vector<float>& values, std::size_t first, const std::size_t* step,
+                 const std::array<int, 3>& cell, bool core_surface) const {
+        Vec3 sum = Vec3::Zero(), slope = Vec3::Zero();
+        int count = 0;
+        bool known = true;
+        for (int c = 0; c < 8; ++c) {
+            const float a = values[first + (c & 1) + (c >> 1 & 1) * step[1] + (c >> 2) * step[2]];
+            known = known && std::abs(a) < far;
+            for (int axis = 0; axis < 3; ++axis) {
+                if (c >> axis & 1) continue;
+                const int other = c | 1 << axis;
+                const float b =
+                    values[first + (other & 1) + (other >> 1 & 1) * step[1] + (other >> 2) * step[2]];
+                slope[axis] += b - a;
+                if ((a < 0) == (b < 0)) continue;
+                Vec3 at(c & 1, c >> 1 & 1, c >> 2);
+                at[axis] += a / (a - b);
+                sum += at;
+                ++count;
+            }
+        }
+        const Vec3 p = node(cell[0], cell[1], cell[2]) + cell_ / count * sum;
+        const double steepness = slope.norm() / (4.0 * cell_);
+        const Vec3 normal = known && steepness > 0.3 ? Vec3(slope.normalized()) : Vec3(Vec3::Zero());
+        if (normal.isZero()) return {p, normal, cell};
+        return {onto_surface(p, normal / steepness, cell, core_surface), normal, cell};
+    }
+
+    const Compound& compound_;
+    double cell_;
+    Vec3 low_;
+    std::array<int, 3> size_{}, blocks_{};
+    std::vector<std::vector<std::uint16_t>> near_;
+};
+
+}  // namespace
+
+Surfaces polygonised(const Compound& compound, double cell) {
+    Surfaces surfaces;
+    if (compound.empty()) return surfaces;
+    const Grid grid(compound, cell);
+    surfaces.outer = grid.net(grid.outer, false);
+    if (!grid.core.empty()) surfaces.core = grid.net(grid.core, true);
+    return surfaces;
+}
+
+double noise(const Vec3& p, double wavelength, std::uint64_t seed) {
+    const Vec3 q = p / wavelength;
+    const Vec3 floor(std::floor(q.x()), std::floor(q.y()), std::floor(q.z()));
+    Vec3 f = q - floor;
+    f = f.cwiseProduct(f).cwiseProduct(Vec3::Constant(3.0) - 2.0 * f);
+    const auto x = static_cast<std::int64_t>(floor.x()), y = static_cast<std::int64_t>(floor.y()),
+               z = static_cast<std::int64_t>(floor.z());
+    const auto lattice = [seed](std::int64_t i, std::int64_t j, std::int64_t k) {
+        const std::uint64_t word = static_cast<std::uint64_t>(i) * 0x9e3779b97f4a7c15ull ^
+                                   static_cast<std::uint64_t>(j) * 0xc2b2ae3d27d4eb4full ^
+                                   static_cast<std::uint64_t>(k) * 0x165667b19e3779f9ull ^ seed;
+        return static_cast<double>(geometry::mixed(word) >> 11) * 0x1p-52 - 1.0;
+    };
+    double sum = 0.0;
+    for (int c = 0; c < 8; ++c) {
+        const double weight =
+            (c & 1 ? f.x() : 1 - f.x()) * (c & 2 ? f.y() : 1 - f.y()) * (c & 4 ? f.z() : 1 - f.z());
+        sum += weight * lattice(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
+    }
+    return 1.4 * sum;  // the interpolation narrows the spread
+}
+
+double fractal(const Vec3& p, double coarsest, double finest, double rise, std::uint64_t seed) {
+    double sum = 0.0, total = 0.0;
+    for (double wavelength = coarsest; wavelength >= 0.99 * finest; wavelength *= 0.5) {
+        const double weight = std::pow(wavelength / coarsest, rise);
+        sum += weight * noise(p, wavelength, seed = geometry::mixed(seed + 1));
+        total += weight * weight;
+    }
+    return sum / std::sqrt(total);
+}
+
+}  // namespace render::shape
