@@ -1,5 +1,6 @@
 /// `seldinger run`.
 
+#include <algorithm>
 #include <cstdio>
 #include <fmt/format.h>
 #include <iostream>
@@ -31,6 +32,7 @@ const char* const footer =
 struct RunArguments {
     std::vector<std::string> set;
     std::string scenario, commands, out, expect, cache, trace, learner, frames = "all", dicom;
+    std::vector<std::string> truth_of;
     int every = 1;
     bool panel = false, truth = false;
 };
@@ -47,13 +49,17 @@ int run_scenario(const RunArguments& arguments) {
     run::RunOptions options;
     options.every = arguments.every;
     options.images = arguments.frames != "none";
-    if (!options.images && (arguments.panel || arguments.truth || !arguments.dicom.empty()))
+    if (!options.images &&
+        (arguments.panel || arguments.truth || !arguments.truth_of.empty() || !arguments.dicom.empty()))
         throw io::InputError(fmt::format("--frames none: {} needs images; 'all' is accepted with it",
-                                         arguments.panel   ? "--panel"
-                                         : arguments.truth ? "--truth"
-                                                           : "--dicom"));
+                                         arguments.panel              ? "--panel"
+                                         : arguments.truth            ? "--truth"
+                                         : arguments.truth_of.empty() ? "--dicom"
+                                                                      : "--truth-of"));
     options.panel = arguments.panel;
-    options.truth = arguments.truth;
+    options.truth = arguments.truth || !arguments.truth_of.empty();
+    const auto asked = [&](const char* part) { return std::ranges::count(arguments.truth_of, part) > 0; };
+    options.truth_parts = {asked("signal"), asked("expected"), asked("labels"), asked("lengths")};
     if (!arguments.dicom.empty())
         options.dicom = arguments.dicom == "shown" ? dicom::Pixels::Shown : dicom::Pixels::Signal;
     options.trace = arguments.trace;
@@ -125,6 +131,13 @@ Command add_run(CLI::App& parser) {
     command->add_flag(
         "--truth", arguments->truth,
         "Ground truth of every image in truth/: wire, tip and vessels in pixels, masks, camera");
+    command
+        ->add_option(
+            "--truth-of", arguments->truth_of,
+            "More of it, in 16 bits: the detector's 'signal', what is 'expected' of it without noise, "
+            "'labels' of the vessels, 'lengths' of rays in each layer of the patient; with commas")
+        ->delimiter(',')
+        ->check(CLI::IsMember({"signal", "expected", "labels", "lengths"}));
     command
         ->add_option(
             "--dicom", arguments->dicom,

@@ -63,8 +63,8 @@ const render::GrayImage& Exercise::image() {
     return shown ? *shown : black_;
 }
 
-Truth Exercise::truth() {
-    return truth_of(*monitor_->last_pulse(), monitor_->fluoroscope(), simulation_.has_catheter());
+Truth Exercise::truth(const TruthParts& parts) {
+    return truth_of(*monitor_, simulation_, parts);
 }
 
 const Dose* Exercise::dose() const {

@@ -56,7 +56,7 @@ public:
     }
 
     /// Ground truth of the last image, which must exist.
-    Truth truth();
+    Truth truth(const TruthParts& = {});
 
     int frame() const { return time_.index; }  // the last one made, -1 before the first
     const Simulation& simulation() const { return simulation_; }

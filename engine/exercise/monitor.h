@@ -79,6 +79,8 @@ public:
     const Pulse* last_pulse() const { return recent_.empty() ? nullptr : &recent_.back().pulse; }
     /// The detector's signal of the last pulse, per nGy. There must have been a pulse.
     const render::Field& last_signal() { return signal(recent_.back()); }
+    /// What the tube gave the detector then [nGy].
+    double last_dose() const { return recent_.back().dose; }
     /// Whether a roadmap was asked for without a map; live images are then shown instead.
     bool map_is_missing() const;
     render::Fluoroscope& fluoroscope() { return fluoroscope_; }

@@ -6,15 +6,11 @@
 
 #include "engine/exercise/imaging.h"
 #include "engine/io/text.h"
+#include "engine/run/deep_picture.h"
 #include "physics/geometry/hash.h"
-#include "render/xray/detector.h"
 
 namespace run {
 namespace {
-
-/// Stored where the detector receives the dose that automatic exposure aims at: a sixteenth of the range, for
-/// lung and direct radiation lie above.
-constexpr double mean_level = 4096;
 
 dicom::Radiation radiation_of(script::ImagingMode mode) {
     return mode == script::ImagingMode::Dsa ? dicom::Radiation::Acquisition : dicom::Radiation::Fluoroscopy;
@@ -87,8 +83,7 @@ void AngiogramFolder::begin(const exercise::Frame& frame, const exercise::Pulse&
         series.derivation = "opacified vessels laid under the image";
     series.first_is_mask = dsa;
     series.frame_rate = frame.simulation.console().pulse_rate() / every_;
-    const double pixel = render::pixel_width(pulse.arm);
-    series.scale = mean_level / (render::quanta_per_dose_and_area * pixel * pixel);
+    series.scale = 1 / quanta_per_level(pulse.arm, 1);
     mode_ = pulse.mode;
     open_.emplace(std::move(series));
 }

@@ -2,9 +2,9 @@
 /// Where the frames of a run go.
 
 #include <filesystem>
-#include <memory>
-#include <variant>
+#include <string>
 
+#include "engine/run/write_queue.h"
 #include "render/picture/image.h"
 
 namespace run {
@@ -23,22 +23,18 @@ std::string frame_file_name(int frame);
 /// The frame that such a name belongs to, -1 for any other name.
 int frame_of_file_name(const std::string&);
 
-/// Writes PNG files on a thread of its own; at most a few frames wait, so that a slow disk slows the run down
-/// instead of filling the memory.
+/// Writes PNG files on a thread of its own.
 class PngFolder final : public FrameSink {
 public:
     explicit PngFolder(std::filesystem::path folder);  // the folder must exist
-    ~PngFolder() override;
 
     void accept(int frame, const render::GrayImage&) override;
     void accept(int frame, const render::ColourImage&);
     void finish() override;
 
 private:
-    using Picture = std::variant<render::GrayImage, render::ColourImage>;
-    void enqueue(int frame, Picture);
-    struct Worker;
-    std::unique_ptr<Worker> worker_;
+    std::filesystem::path folder_;
+    WriteQueue queue_;
 };
 
 }  // namespace run

@@ -73,13 +73,14 @@ class FolderOutputs {
 public:
     FolderOutputs(OutputFolder& folder, const RunOptions& options, int last, double frame_rate,
                   const exercise::Simulation& simulation, const script::CommandScript& script)
-        : folder_(folder), truth_(options.images && options.truth), sheet_(last, options.every, frame_rate) {
+        : folder_(folder), sheet_(last, options.every, frame_rate) {
         if (!options.trace.empty()) {
             trace_.emplace(simulation);
             trace_file_.emplace(options.trace);
             trace_file_->append(exercise::Trace::header());
         }
         if (options.images) frames_.emplace(folder.frames());
+        if (options.images && options.truth) truth_.emplace(folder.truth(), options.truth_parts);
         if (options.images && options.dicom) {
             script::Origin origin = options.origin;
             exercise::identify(origin, simulation);
@@ -103,10 +104,11 @@ public:
             panels_->accept(frame.time.index, panel_->draw(image, frame.monitor->reference(),
                                                            readout_.read(frame, exercise.score())));
         if (angiograms_) angiograms_->take(frame, *exercise.monitor(), image);
-        if (truth_ && frame.monitor->last_pulse()) write_truth(folder_.truth(), exercise.truth(), frame.time);
+        if (truth_ && frame.monitor->last_pulse()) truth_->take(exercise, frame.time);
     }
     void finish(const RunResult& result, const script::Origin& origin) {
         if (panels_) panels_->finish();
+        if (truth_) truth_->finish();
         if (angiograms_) angiograms_->finish();
         if (const auto page = sheet_.page()) folder_.write_sheet(*page);
         folder_.write_score(
@@ -116,9 +118,9 @@ public:
 
 private:
     OutputFolder& folder_;
-    bool truth_;
     Sheet sheet_;
     std::optional<PngFolder> frames_, panels_;
+    std::optional<TruthFolder> truth_;
     std::optional<AngiogramFolder> angiograms_;
     std::optional<render::Panel> panel_;
     exercise::RoomReadout readout_;

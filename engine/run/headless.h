@@ -27,6 +27,7 @@ struct RunOptions {
     bool dose = true;                             // in the score, of a run without images too
     bool panel = false;                           // the image with the readouts around it, in panel/
     bool truth = false;                           // ground truth of each image, in truth/
+    exercise::TruthParts truth_parts;             // what that has besides masks
     std::optional<dicom::Pixels> dicom;           // the images as DICOM objects, in dicom/
     std::filesystem::path trace;                  // file for the rows of exercise::Trace (.csv); empty = none
     int hash_every = 10;                          // frames between two state lines of the recording

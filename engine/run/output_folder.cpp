@@ -8,6 +8,7 @@
 #include "engine/run/angiogram_folder.h"
 #include "engine/run/frame_sink.h"
 #include "engine/run/picture_file.h"
+#include "engine/run/truth_files.h"
 
 namespace run {
 namespace {
@@ -34,9 +35,7 @@ bool is_of_a_frame(const fs::path& file) {
     const std::string name = file.filename().string(), stem = name.substr(0, frame_file_name(0).size() - 4);
     const std::string ending = name.substr(stem.size());
     if (is_angiogram_file_name(name)) return true;
-    return frame_of_file_name(stem + ".png") >= 0 &&
-           (ending == ".png" || ending == ".json" || ending == "_wire.png" || ending == "_catheter.png" ||
-            ending == "_vessels.png");
+    return frame_of_file_name(stem + ".png") >= 0 && (ending == ".png" || is_truth_ending(ending));
 }
 
 void take_out(const fs::path& file) {

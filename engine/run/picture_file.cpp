@@ -21,6 +21,9 @@ void write(const std::filesystem::path& path, const std::vector<std::uint8_t>& b
 void write_picture(const std::filesystem::path& path, const render::GrayImage& image) {
     write(path, render::encode_png(image));
 }
+void write_picture(const std::filesystem::path& path, const render::DeepImage& image) {
+    write(path, render::encode_png(image));
+}
 void write_picture(const std::filesystem::path& path, const render::ColourImage& image) {
     write(path, render::encode_png(image));
 }

@@ -1,10 +1,13 @@
 #include "engine/run/truth_files.h"
 
 #include <Eigen/Core>
+#include <fmt/format.h>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/run/deep_picture.h"
 #include "engine/run/frame_sink.h"
 #include "engine/run/picture_file.h"
 #include "physics/geometry/vec.h"
@@ -36,9 +39,22 @@ std::string stem(int frame) {
     return std::filesystem::path(frame_file_name(frame)).stem().string();
 }
 
+constexpr double mm_per_level = 0.01;  // of lengths: up to 655 mm
+
+std::string length_file(int frame, std::size_t layer) {
+    return fmt::format("{}_length_{:02}.png", stem(frame), layer);
+}
+
 }  // namespace
 
-std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& time) {
+bool is_truth_ending(const std::string& ending) {
+    for (const char* known : {".json", "_wire.png", "_catheter.png", "_vessels.png", "_signal.png",
+                              "_expected.png", "_labels.png"})
+        if (ending == known) return true;
+    return ending.starts_with("_length_") && ending.ends_with(".png");
+}
+
+std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& time, int lengths_of) {
     const exercise::Pulse& pulse = truth.pulse;
     const render::CArm& arm = pulse.arm;
     Json json;
@@ -77,15 +93,61 @@ std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& tim
         json["catheter_mask"] = stem(time.index) + "_catheter.png";
     }
     json["vessel_mask"] = stem(time.index) + "_vessels.png";
+    const double per_level = quanta_per_level(arm, truth.dose);
+    if (truth.signal)
+        json["signal"] = {{"file", stem(time.index) + "_signal.png"}, {"quanta_per_level", per_level}};
+    if (truth.expected)
+        json["expected"] = {{"file", stem(time.index) + "_expected.png"}, {"quanta_per_level", per_level}};
+    if (truth.labels)
+        json["vessel_labels"] = {{"file", stem(time.index) + "_labels.png"}, {"branches", truth.branches}};
+    if (lengths_of >= 0) {
+        Json layers = Json::array();
+        for (std::size_t k = 0; k < truth.lengths.size(); ++k)
+            layers.push_back({{"name", truth.lengths[k].name},
+                              {"material", render::name_of(truth.lengths[k].material)},
+                              {"inside", render::name_of(truth.lengths[k].inside)},
+                              {"file", length_file(lengths_of, k)}});
+        json["layer_lengths"] = {{"mm_per_level", mm_per_level}, {"layers", std::move(layers)}};
+    }
     return json.dump() + "\n";
 }
 
-void write_truth(const std::filesystem::path& folder, const exercise::Truth& truth,
-                 const exercise::FrameTime& time) {
-    write_picture(folder / (stem(time.index) + "_wire.png"), truth.wire);
-    write_picture(folder / (stem(time.index) + "_vessels.png"), truth.vessels);
-    if (truth.catheter) write_picture(folder / (stem(time.index) + "_catheter.png"), *truth.catheter);
-    io::write_whole(folder / (stem(time.index) + ".json"), to_json(truth, time));
+TruthFolder::TruthFolder(std::filesystem::path folder, const exercise::TruthParts& parts)
+    : folder_(std::move(folder)), parts_(parts) {}
+
+void TruthFolder::take(exercise::Exercise& exercise, const exercise::FrameTime& time) {
+    exercise::TruthParts parts = parts_;
+    const render::CArm& arm = exercise.monitor()->last_pulse()->arm;
+    const bool new_pose = parts.lengths && !(arm_ && *arm_ == arm);
+    parts.lengths = new_pose;
+    auto truth = std::make_shared<exercise::Truth>(exercise.truth(parts));
+    if (new_pose) {
+        arm_ = arm;
+        lengths_of_ = time.index;
+        layers_.clear();
+        for (const auto& layer : truth->lengths)
+            layers_.push_back({layer.name, layer.material, layer.inside, {}});
+    } else {
+        truth->lengths = layers_;
+    }
+    queue_.put([truth, time, new_pose, folder = folder_, lengths_of = lengths_of_] {
+        const auto file = [&](const char* what) { return folder / (stem(time.index) + what); };
+        write_picture(file("_wire.png"), truth->wire);
+        write_picture(file("_vessels.png"), truth->vessels);
+        if (truth->catheter) write_picture(file("_catheter.png"), *truth->catheter);
+        const double per_level = quanta_per_level(truth->pulse.arm, truth->dose);
+        if (truth->signal) write_picture(file("_signal.png"), deep_picture(*truth->signal, per_level));
+        if (truth->expected) write_picture(file("_expected.png"), deep_picture(*truth->expected, per_level));
+        if (truth->labels) write_picture(file("_labels.png"), *truth->labels);
+        for (std::size_t k = 0; new_pose && k < truth->lengths.size(); ++k)
+            write_picture(folder / length_file(lengths_of, k),
+                          deep_picture(truth->lengths[k].length, mm_per_level));
+        io::write_whole(file(".json"), to_json(*truth, time, lengths_of));
+    });
+}
+
+void TruthFolder::finish() {
+    queue_.finish();
 }
 
 }  // namespace run

@@ -2,18 +2,43 @@
 /// Ground truth of images, as files next to the images.
 
 #include <filesystem>
+#include <optional>
 #include <string>
 
-#include "engine/exercise/truth.h"
+#include "engine/exercise/exercise.h"
+#include "engine/run/write_queue.h"
 
 namespace run {
 
 /// The text of frame_000123.json: C-arm, camera matrix (rows of P, which maps patient coordinates [mm] to
 /// pixels by (u·w, v·w, w) = P·(x, y, z, 1); pixel centres lie at halves), joints in both, the tip, and the
-/// masks' file names.
-std::string to_json(const exercise::Truth&, const exercise::FrameTime&);
+/// names of the files beside it, with what their levels mean. `lengths_of`: the frame whose files have the
+/// lengths of rays in layers; -1 = none.
+std::string to_json(const exercise::Truth&, const exercise::FrameTime&, int lengths_of = -1);
 
-/// Writes frame_000123.json, frame_000123_wire.png and frame_000123_vessels.png. Throws InputError.
-void write_truth(const std::filesystem::path& folder, const exercise::Truth&, const exercise::FrameTime&);
+/// Whether a file of a frame has one of the endings after the number that are written here, "_wire.png" or
+/// ".json".
+bool is_truth_ending(const std::string&);
+
+/// Writes frame_000123.json, frame_000123_wire.png and whatever else the truth has, on a thread of its own.
+/// Lengths in layers are written once for each pose of the C-arm.
+class TruthFolder {
+public:
+    /// The folder must exist.
+    TruthFolder(std::filesystem::path folder, const exercise::TruthParts&);
+
+    /// There must have been a pulse. Throws InputError when this frame or an earlier one failed.
+    void take(exercise::Exercise&, const exercise::FrameTime&);
+    /// Returns when all is written. Throws like take.
+    void finish();
+
+private:
+    std::filesystem::path folder_;
+    exercise::TruthParts parts_;
+    std::optional<render::CArm> arm_;                       // of the last lengths
+    std::vector<render::Fluoroscope::LayerLength> layers_;  // names alone
+    int lengths_of_ = -1;
+    WriteQueue queue_;
+};
 
 }  // namespace run

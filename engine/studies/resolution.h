@@ -19,8 +19,8 @@ struct Resolution {
 /// Length of an artery's straight pieces that the paper implies: Ω = 162 of them over 175 mm of wire.
 inline constexpr double published_piece = 175.0 / 162;  // [mm]
 
-/// k of scene coronary times this: next to 1 of the factors, on radii and on k, that study resolution tries,
-/// and for which c₁ and ΔU/U at η = 3 are both within 15 % of the published.
+/// k of scene coronary times this: next to 1 of the factors that study resolution tries, and for which c₁ and
+/// ΔU/U at η = 3 are both within 15 % of the published.
 inline constexpr double calibrated_stiffness = 0.9;
 
 /// The tube of Fig. 13, as far as it can be known, with a wire of segments of 1 mm on its centreline.

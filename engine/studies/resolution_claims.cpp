@@ -10,10 +10,6 @@
 namespace studies {
 namespace {
 
-double from_one(const Candidate& candidate) {
-    return std::abs(std::log(candidate.bends)) + std::abs(std::log(candidate.stiffness));
-}
-
 bool near(double a, double b, double factor) {
     return a > b / factor && a < b * factor;
 }
@@ -23,11 +19,13 @@ std::string range(const Quantiles& q, const char* format) {
                        fmt::format(fmt::runtime(format), q.high));
 }
 
-/// The accepted one next to factors of 1; null where none is accepted.
+/// Of those with the bends of the scene, the accepted one whose k is next to the scene's; null where none is.
 const Candidate* chosen(const std::vector<Candidate>& candidates) {
     const Candidate* best = nullptr;
     for (const Candidate& candidate : candidates)
-        if (candidate.accepted() && (!best || from_one(candidate) < from_one(*best))) best = &candidate;
+        if (candidate.bends == 1 && candidate.accepted() &&
+            (!best || std::abs(std::log(candidate.stiffness)) < std::abs(std::log(best->stiffness))))
+            best = &candidate;
     return best;
 }
 
@@ -79,14 +77,13 @@ void claim_fig_13(StudyResult& result, const std::vector<Family>& all,
     const Quantiles of_c1 = quantiles(c1), of_c2 = quantiles(c2),
                     at_three = figure(&ResolutionCurve::at_three);
     const Candidate* const calibrated = chosen(candidates);
-    const auto factors = [](double bends, double k) {
-        return fmt::format("bends × {:g}, k × {:g}", bends, k);
-    };
-    fig.add(ClaimKind::Calibrated, "factors next to 1 with c1 and ΔU/U at η = 3 both within 15 %",
-            std::string("not published"),
-            calibrated ? factors(calibrated->bends, calibrated->stiffness) : std::string("none"),
-            calibrated && calibrated->bends == 1 && calibrated->stiffness == calibrated_stiffness,
-            "those of the scene that all figures here are of: " + factors(1, calibrated_stiffness));
+    fig.add(ClaimKind::Calibrated,
+            "factor on k next to 1, in the tube of the search, with c1 and ΔU/U at η = 3 both within 15 %",
+            std::string("not published"), calibrated ? calibrated->stiffness : 0,
+            calibrated && calibrated->stiffness == calibrated_stiffness,
+            fmt::format("that of the scene which all figures here are of: {:g}", calibrated_stiffness),
+            "Tubes whose bends are a little wider are accepted too, see the table and the note at the "
+            "largest change.");
     fig.add(ClaimKind::Calibrated, "c1, of the wall", published_fit.c1, of_c1.median,
             std::abs(of_c1.median / published_fit.c1 - 1) < 0.15, "within 15 %", range(of_c1, "{:.3f}"));
     fig.add(ClaimKind::Calibrated, "ΔU/U at η = 3", published_fit.at(3), at_three.median,

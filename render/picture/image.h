@@ -18,6 +18,15 @@ struct GrayImage {
     void state(geometry::StateStream& s) { s(width, height, pixels); }
 };
 
+/// 65536 grey levels, for numbers rather than for the eye.
+struct DeepImage {
+    int width = 0;
+    int height = 0;
+    std::vector<std::uint16_t> pixels;
+
+    bool operator==(const DeepImage&) const = default;
+};
+
 /// A coloured picture: red, green, blue of each pixel, 8 bits each; 3·width·height values.
 struct ColourImage {
     int width = 0;

@@ -22,10 +22,12 @@ struct Kind {
     int channels;
     int colour_type;
     png_uint_32 format;
+    int bits;  // of a channel
     const char* name;
 };
-constexpr Kind grey = {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_GRAY, "grey"};
-constexpr Kind colour_png = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, "colour"};
+constexpr Kind grey = {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_GRAY, 8, "grey"};
+constexpr Kind deep_grey = {1, PNG_COLOR_TYPE_GRAY, PNG_FORMAT_LINEAR_Y, 16, "grey"};
+constexpr Kind colour_png = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, 8, "colour"};
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -74,6 +76,21 @@ void append_chunk(Bytes& to, std::string_view type, const Append& append) {
 }
 
 template <class Image>
+const std::uint8_t* pixel_bytes(const Image& image) {
+    return image.pixels.data();
+}
+/// Highest byte first. Valid until the next call by the same thread.
+const std::uint8_t* pixel_bytes(const DeepImage& image) {
+    thread_local Bytes bytes;
+    bytes.resize(2 * image.pixels.size());
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        bytes[2 * i] = static_cast<std::uint8_t>(image.pixels[i] >> 8);
+        bytes[2 * i + 1] = static_cast<std::uint8_t>(image.pixels[i]);
+    }
+    return bytes.data();
+}
+
+template <class Image>
 Bytes encode_image(const Image& image, const Kind& kind) {
     if (image.width < 1 || image.height < 1 ||
         image.pixels.size() != static_cast<std::size_t>(image.width) * image.height * kind.channels) {
@@ -81,19 +98,19 @@ Bytes encode_image(const Image& image, const Kind& kind) {
                                     std::to_string(image.height) + " with " +
                                     std::to_string(image.pixels.size()) + " levels cannot be written");
     }
-    const std::size_t row = static_cast<std::size_t>(image.width) * kind.channels;
+    const std::size_t apart = static_cast<std::size_t>(kind.channels) * kind.bits / 8;
+    const std::size_t row = static_cast<std::size_t>(image.width) * apart;
     Bytes bytes = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
-    bytes.reserve(image.pixels.size() + image.height + 1024);
+    bytes.reserve(row * image.height + image.height + 1024);
     append_chunk(bytes, "IHDR", [&] {
         append_number(bytes, static_cast<std::size_t>(image.width));
         append_number(bytes, static_cast<std::size_t>(image.height));
         const auto type = static_cast<std::uint8_t>(kind.colour_type);
-        bytes.insert(bytes.end(),
-                     {8, type, 0, 0, 0});  // bits; the only compression, the only filtering; no interlace
+        // Bits, colour; the only compression, the only filtering; no interlace.
+        bytes.insert(bytes.end(), {static_cast<std::uint8_t>(kind.bits), type, 0, 0, 0});
     });
     append_chunk(bytes, "IDAT", [&] {
-        deflate_noise(averaged(image.pixels.data(), row, image.height, kind.channels), bytes,
-                      kind.channels == 3);
+        deflate_noise(averaged(pixel_bytes(image), row, image.height, apart), bytes, kind.channels == 3);
     });
     append_chunk(bytes, "IEND", [] {});
     return bytes;
@@ -120,11 +137,12 @@ Image read_image(const std::filesystem::path& path, const Kind& kind) {
     // The header's own bit depth and colour type; the interface above would convert silently.
     const int depth = static_cast<unsigned char>(bytes.at(24)),
               type = static_cast<unsigned char>(bytes.at(25));
-    if (depth != 8 || type != kind.colour_type || png.format != kind.format) {
+    if (depth != kind.bits || type != kind.colour_type || png.format != kind.format) {
         png_image_free(&png);
         refuse(path, "has colour type " + std::to_string(type) + " and " + std::to_string(depth) +
-                         " bits; only 8-bit " + kind.name + " without transparency (colour type " +
-                         std::to_string(kind.colour_type) + ") is read");
+                         " bits; only " + std::to_string(kind.bits) + "-bit " + kind.name +
+                         " without transparency (colour type " + std::to_string(kind.colour_type) +
+                         ") is read");
     }
     constexpr unsigned most = 16384;
     if (png.width > most || png.height > most) {
@@ -144,12 +162,18 @@ Image read_image(const std::filesystem::path& path, const Kind& kind) {
 std::vector<std::uint8_t> encode_png(const GrayImage& image) {
     return encode_image(image, grey);
 }
+std::vector<std::uint8_t> encode_png(const DeepImage& image) {
+    return encode_image(image, deep_grey);
+}
 std::vector<std::uint8_t> encode_png(const ColourImage& image) {
     return encode_image(image, colour_png);
 }
 
 GrayImage read_png(const std::filesystem::path& path) {
     return read_image<GrayImage>(path, grey);
+}
+DeepImage read_deep_png(const std::filesystem::path& path) {
+    return read_image<DeepImage>(path, deep_grey);
 }
 ColourImage read_colour_png(const std::filesystem::path& path) {
     return read_image<ColourImage>(path, colour_png);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "render/xray/surface_crossings.h"
 
@@ -334,6 +335,28 @@ void iodine_thickness(const ContrastMatrix& matrix, std::span<const float> iodin
             sum += matrix.lengths[k] * iodine[matrix.nodes[k]];
         out.values[matrix.pixels[row]] = sum;
     }
+}
+
+std::vector<std::uint16_t> longest_label(const ContrastMatrix& matrix,
+                                         std::span<const std::uint16_t> of_node) {
+    std::vector<std::uint16_t> longest(matrix.pixels.size());
+    std::vector<std::pair<std::uint16_t, float>> lengths;  // of a row, by label
+    for (std::size_t row = 0; row < longest.size(); ++row) {
+        lengths.clear();
+        for (std::uint32_t i = matrix.starts[row]; i < matrix.starts[row + 1]; ++i) {
+            const std::uint16_t label = of_node[matrix.nodes[i]];
+            const auto known = std::find_if(lengths.begin(), lengths.end(),
+                                            [&](const auto& entry) { return entry.first == label; });
+            if (known == lengths.end())
+                lengths.emplace_back(label, matrix.lengths[i]);
+            else
+                known->second += matrix.lengths[i];
+        }
+        longest[row] = std::max_element(lengths.begin(), lengths.end(), [](const auto& a, const auto& b) {
+                           return a.second < b.second || (a.second == b.second && a.first > b.first);
+                       })->first;
+    }
+    return longest;
 }
 
 std::vector<PixelShift> pixel_shifts(const CArm& arm, std::span<const Vec3> nodes,

@@ -54,6 +54,10 @@ private:
 /// Σ_j L_ij c_j, `iodine` c of each node [mg/ml]; `out` becomes the matrix's size [mg/ml·mm].
 void iodine_thickness(const ContrastMatrix&, std::span<const float> iodine, Field& out);
 
+/// For each row of the matrix the label, of those of the nodes, over which the ray runs longest; of equals
+/// the lowest. `of_node`: a label for each node.
+std::vector<std::uint16_t> longest_label(const ContrastMatrix&, std::span<const std::uint16_t> of_node);
+
 /// How far a node has moved on the image since the matrix was made, to the right and down [pixels].
 struct PixelShift {
     float x = 0.0f;

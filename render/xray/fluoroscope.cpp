@@ -76,6 +76,15 @@ struct Fluoroscope::State {
 
     State(const FluoroscopeConfig& chosen, std::span<const TissueLayer> around)
         : config(chosen), meter(chosen, around) {}
+    /// The vessels as seen from an arm that may be shifted, for ground truth.
+    struct VesselView {
+        CArm arm;
+        std::vector<std::uint32_t> pixels;
+        std::optional<ContrastMatrix> lengths;  // made when labels first need it
+    };
+    std::optional<VesselView> vessel_view;
+
+    VesselView& view_of_vessels(const CArm&);
     void move_to(const CArm&);
     const BeamImages& beam(const std::optional<double>& kvp);
     const BareImage& bare_image(const Exposure&);
@@ -294,8 +303,8 @@ namespace {
 
 std::vector<std::uint32_t> shadowed(WireImage& image, const CArm& arm, std::span<const Vec3> joints,
                                     const WireLook& look) {
-    const EnergyBins bins = fit_bins(detected_spectrum(74.0));
-    const Bins blood = bins.attenuation(Material::Blood);
+    static const EnergyBins bins = fit_bins(detected_spectrum(74.0));
+    static const Bins blood = bins.attenuation(Material::Blood);
     std::vector<std::uint32_t> pixels;
     for (const WirePixel& pixel : image.cast(arm, joints, look, wire_attenuation(look, bins, blood)))
         if (pixel.transmission[0] < 0.98f) pixels.push_back(pixel.index);
@@ -318,18 +327,52 @@ std::vector<std::uint32_t> Fluoroscope::catheter_pixels(const CArm& arm, const S
     return shadowed(state_->wire, shifted(arm, shift), devices.catheter, state_->config.catheter);
 }
 
-std::vector<std::uint32_t> Fluoroscope::vessel_pixels(const CArm& arm, const Vec3& shift) {
-    require_usable(arm, {});
+Fluoroscope::State::VesselView& Fluoroscope::State::view_of_vessels(const CArm& arm) {
+    if (vessel_view && vessel_view->arm == arm) return *vessel_view;
+    vessel_view = VesselView{arm, {}, {}};
     Field through(arm.pixels, arm.pixels);
-    for (std::size_t layer = 0; layer < state_->layers.size(); ++layer) {
-        if (!state_->layers[layer].takes_contrast) continue;
-        const Field length = state_->renderer.render(static_cast<int>(layer), shifted(arm, shift)).length;
-        for (std::size_t i = 0; i < length.values.size(); ++i) through.values[i] += length.values[i];
-    }
-    std::vector<std::uint32_t> pixels;
+    for (std::size_t layer = 0; layer < layers.size(); ++layer)
+        if (layers[layer].takes_contrast) renderer.accumulate(static_cast<int>(layer), arm, through);
     for (std::uint32_t i = 0; i < through.values.size(); ++i)
-        if (through.values[i] > 0.0f) pixels.push_back(i);
-    return pixels;
+        if (through.values[i] > 0.0f) vessel_view->pixels.push_back(i);
+    return *vessel_view;
+}
+
+const std::vector<std::uint32_t>& Fluoroscope::vessel_pixels(const CArm& arm, const Vec3& shift) {
+    require_usable(arm, {});
+    return state_->view_of_vessels(shifted(arm, shift)).pixels;
+}
+
+DeepImage Fluoroscope::vessel_labels(const CArm& arm, const Vec3& shift,
+                                     std::span<const std::uint16_t> of_node) {
+    require_usable(arm, {});
+    DeepImage image{arm.pixels, arm.pixels,
+                    std::vector<std::uint16_t>(static_cast<std::size_t>(arm.pixels) * arm.pixels, 0)};
+    if (!state_->vessels) return image;
+    if (of_node.size() != state_->vessels->nodes().size())
+        throw std::invalid_argument(std::to_string(of_node.size()) + " labels for " +
+                                    std::to_string(state_->vessels->nodes().size()) + " nodes of vessels");
+    const CArm seen = shifted(arm, shift);
+    State::VesselView& view = state_->view_of_vessels(seen);
+    if (!view.lengths) {
+        const bool still = state_->pose && state_->pose->arm == seen;
+        view.lengths = still && state_->pose->vessels ? *state_->pose->vessels : state_->vessels->at(seen);
+    }
+    const std::vector<std::uint16_t> labels = longest_label(*view.lengths, of_node);
+    for (std::size_t row = 0; row < labels.size(); ++row)
+        image.pixels[view.lengths->pixels[row]] = labels[row];
+    return image;
+}
+
+std::vector<Fluoroscope::LayerLength> Fluoroscope::layer_lengths(const CArm& arm) {
+    require_usable(arm, {});
+    std::vector<LayerLength> lengths;
+    for (std::size_t layer = 0; layer < state_->layers.size(); ++layer) {
+        const TissueLayer& tissue = state_->layers[layer];
+        lengths.push_back({tissue.name, tissue.material, tissue.inside,
+                           state_->renderer.render(static_cast<int>(layer), arm).length});
+    }
+    return lengths;
 }
 
 int Fluoroscope::unbalanced_pixels() const {

@@ -126,10 +126,23 @@ public:
     Technique technique(const CArm&, const Exposure&);
 
     /// Ground truth: pixels where the wire removes more than 2 % of the softest quanta, and pixels whose ray
-    /// runs through a layer that takes contrast; in ascending order.
+    /// runs through a layer that takes contrast; in ascending order. `shift`: Exposure::vessel_shift. The
+    /// vessels of the last arm and shift are kept.
     std::vector<std::uint32_t> wire_pixels(const CArm&, const SeenDevices&, const geometry::Vec3& shift);
     std::vector<std::uint32_t> catheter_pixels(const CArm&, const SeenDevices&, const geometry::Vec3& shift);
-    std::vector<std::uint32_t> vessel_pixels(const CArm&, const geometry::Vec3& shift);
+    const std::vector<std::uint32_t>& vessel_pixels(const CArm&, const geometry::Vec3& shift);
+    /// Ground truth: the vessel that each ray runs through longest, by labels given for the nodes of the
+    /// vessels; 0 where there is none, everywhere without nodes. arm.pixels squared. Throws
+    /// std::invalid_argument for another number of labels than nodes.
+    DeepImage vessel_labels(const CArm&, const geometry::Vec3& shift, std::span<const std::uint16_t> of_node);
+
+    /// Ground truth: the length of each ray in the mesh of a layer.
+    struct LayerLength {
+        std::string name;
+        Material material, inside;
+        Field length;  // [mm], arm.pixels squared
+    };
+    std::vector<LayerLength> layer_lengths(const CArm&);
 
     /// Pixels of the last pose at which a mesh did not balance: more than 0 when a mesh reaches behind the
     /// source.
