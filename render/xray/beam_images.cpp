@@ -110,6 +110,16 @@ PoseImages pose_images(PathLengthRenderer& renderer, std::span<const TissueLayer
     return pose;
 }
 
+void add_length(PoseImages& pose, Material material, Material inside, const Field& length) {
+    if (material == inside) return;
+    for (Mixture& m : pose.mixtures) {
+        if (m.material != material || m.inside != inside) continue;
+        for (std::size_t i = 0; i < length.values.size(); ++i) m.length.values[i] += length.values[i];
+        return;
+    }
+    pose.mixtures.push_back({material, inside, length});
+}
+
 double charge_per_dose(const FluoroscopeConfig& config, const PlaneImages& plane, const PoseImages& pose,
                        double kvp) {
     const CArm& arm = pose.arm;

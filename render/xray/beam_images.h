@@ -68,6 +68,9 @@ PlaneImages plane_images(const FluoroscopeConfig&, const CArm&);
 /// its own, and needs no lengths of lumina.
 PoseImages pose_images(PathLengthRenderer&, std::span<const TissueLayer>, bool has_nodes, const CArm&);
 
+/// Adds a length of `material` in place of `inside` along each pixel's ray [mm].
+void add_length(PoseImages&, Material material, Material inside, const Field& length);
+
 /// Tube charge of a pulse at that voltage that gives the detector 1 nGy [mAs], from a sample of the measuring
 /// field.
 double charge_per_dose(const FluoroscopeConfig&, const PlaneImages&, const PoseImages&, double kvp);

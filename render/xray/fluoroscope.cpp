@@ -33,6 +33,28 @@ bool same_plane(CArm a, const CArm& b) {
     return a == b;
 }
 
+/// Lengths through volumes, which cost most of a pose and do not depend on the collimator.
+class VolumeImages {
+public:
+    void add_to(PoseImages& pose, std::span<const VolumeCaster> volumes) {
+        CArm open = pose.arm;
+        open.opening_width = open.opening_height = widest_opening;
+        if (!arm_ || !(*arm_ == open)) {
+            lengths_.clear();
+            for (const VolumeCaster& volume : volumes) lengths_.push_back(volume.lengths(open));
+            arm_ = open;
+        }
+        for (std::size_t v = 0; v < volumes.size(); ++v)
+            for (std::size_t p = 0; p < lengths_[v].size(); ++p)
+                add_length(pose, volumes[v].parts()[p].material, volumes[v].parts()[p].inside,
+                           lengths_[v][p]);
+    }
+
+private:
+    std::optional<CArm> arm_;                  // of the lengths, with an open collimator
+    std::vector<std::vector<Field>> lengths_;  // of each volume and part [mm]
+};
+
 /// The arm as seen from shifted objects.
 CArm shifted(CArm arm, const Vec3& shift) {
     arm.isocentre -= shift;
@@ -62,6 +84,8 @@ struct Fluoroscope::State {
     PathLengthRenderer renderer;
     std::optional<LumenContrast> vessels;
     std::optional<DistalVessels> distal;
+    std::vector<VolumeCaster> volumes;
+    VolumeImages volume_images;
     WireImage wire;
     std::optional<PlaneImages> plane;
     std::optional<PoseImages> pose;
@@ -85,6 +109,7 @@ void Fluoroscope::State::move_to(const CArm& arm) {
     bare.clear();
     if (!plane || !same_plane(plane->arm, arm)) plane = plane_images(config, arm);
     pose = pose_images(renderer, layers, vessels.has_value(), arm);
+    volume_images.add_to(*pose, volumes);
 }
 
 const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
@@ -182,11 +207,13 @@ void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
 }
 
 Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> layers,
-                         std::optional<LumenContrast> vessels, std::optional<DistalVessels> distal)
+                         std::optional<LumenContrast> vessels, std::optional<DistalVessels> distal,
+                         std::vector<DensityVolume> volumes)
     : state_(std::make_unique<State>()) {
     state_->config = config;
     state_->vessels = std::move(vessels);
     state_->distal = std::move(distal);
+    for (DensityVolume& volume : volumes) state_->volumes.emplace_back(std::move(volume));
     for (TissueLayer& layer : layers) {
         require_closed(layer.name, layer.mesh);
         if (layer.takes_contrast) require_simple(layer.name, layer.mesh);
