@@ -11,7 +11,7 @@ Exercise::Exercise(const scenario::Scenario& scenario, bool with_images, const a
     : simulation_(scenario, cache), scorer_(simulation_) {
     if (!with_images) return;
     ImagingChain imaging =
-        make_imaging(simulation_.scenario(), simulation_.anatomy(), simulation_.contrast());
+        make_imaging(simulation_.scenario(), simulation_.anatomy(), simulation_.contrast(), cache);
     organs_ = std::move(imaging.organs);
     monitor_.emplace(std::move(imaging.fluoroscope));
     const int pixels = scenario.c_arm.pixels;

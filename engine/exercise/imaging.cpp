@@ -6,6 +6,7 @@
 
 #include "engine/exercise/distal_trees.h"
 #include "engine/io/error.h"
+#include "engine/patient/ct_patient.h"
 #include "physics/geometry/mesh_topology.h"
 #include "render/patient/patient.h"
 #include "render/patient/solids.h"
@@ -62,7 +63,9 @@ std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenari
                                                const anatomy::Anatomy& anatomy) {
     std::vector<render::TissueLayer> layers;
     if (scenario.imaging.patient) {
-        layers = render::make_patient(patient(anatomy));
+        if (scenario.patient_files.ct.empty()) layers = render::make_patient(patient(anatomy));
+        for (render::TissueLayer& layer : patient::mesh_layers(scenario.patient_files))
+            layers.push_back(std::move(layer));
     }
     for (const anatomy::CalciumDeposit& deposit : anatomy.calcium) {
         render::TissueLayer calcium;
@@ -181,7 +184,7 @@ void remove_contrast(render::Exposure& exposure) {
 }
 
 ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
-                          const blood::ContrastFlow& contrast) {
+                          const blood::ContrastFlow& contrast, const anatomy::ModelCache& cache) {
     render::FluoroscopeConfig config;
     config.wire = scenario.wire_look;
     config.wire.diameter = scenario.guidewire.diameter;
@@ -201,7 +204,11 @@ ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Ana
                                       {contrast.radii().begin(), contrast.radii().end()});
         render::DistalVessels distal(distal_trees(anatomy, contrast.blood(), layers),
                                      distal_nodes(contrast.blood()));
-        return {render::Fluoroscope(config, std::move(layers), std::move(vessels), std::move(distal)),
+        std::vector<render::DensityVolume> volumes;
+        if (scenario.imaging.patient && !scenario.patient_files.ct.empty())
+            volumes.push_back(patient::ct_volume(scenario.patient_files, layers.back().mesh, cache));
+        return {render::Fluoroscope(config, std::move(layers), std::move(vessels), std::move(distal),
+                                    std::move(volumes)),
                 std::move(organs)};
     } catch (const render::OpenMeshError& error) {
         throw io::InputError(anatomy.name + ": a closed mesh is needed for imaging: " + error.what());
