@@ -14,6 +14,7 @@ MeshCoverage::MeshCoverage(const geometry::TriangleMesh& mesh, const render::Vol
     const bool mirrored = grid.axes().determinant() < 0;
     int last = -1;
     first_ = size_[2];
+    Vec3 lowest = Vec3::Constant(1e9), highest = -lowest;
     const auto layers_of = [&](const std::array<Vec3, 3>& t) {
         const auto [low, high] = std::minmax({t[0].z(), t[1].z(), t[2].z()});
         const auto within = [&](double k) {
@@ -30,11 +31,21 @@ MeshCoverage::MeshCoverage(const geometry::TriangleMesh& mesh, const render::Vol
         first_ = std::min(first_, std::max(low, 0));
         last = std::max(last, std::min(high, size_[2] - 1));
         triangles_.push_back(t);
+        for (const Vec3& corner : t) {
+            lowest = lowest.cwiseMin(corner);
+            highest = highest.cwiseMax(corner);
+        }
     }
     if (last < 0) {
         first_ = 0;
         return;
     }
+    const auto clamped = [&](double place, int axis) {
+        return static_cast<int>(std::clamp(std::floor(place + 0.5), 0.0, static_cast<double>(size_[axis])));
+    };
+    // One voxel more, for what a line's rounding spreads.
+    window_ = {clamped(lowest.x() - 1, 0), std::min(clamped(highest.x() + 2, 0), size_[0]),
+               clamped(lowest.y() - 1, 1), std::min(clamped(highest.y() + 2, 1), size_[1])};
     touching_.resize(static_cast<std::size_t>(last - first_) + 1);
     for (std::size_t i = 0; i < triangles_.size(); ++i) {
         const auto [low, high] = layers_of(triangles_[i]);
@@ -98,9 +109,11 @@ void MeshCoverage::layer(int k, std::vector<float>& shares) const {
             }
         }
     }
-    for (int j = 0; j < ny; ++j) {
+    for (int j = window_.first_row; j < window_.end_row; ++j) {
         float* row = shares.data() + static_cast<std::size_t>(j) * nx;
-        for (int i = 1; i < nx; ++i) row[i] += row[i - 1];
+        for (int i = window_.first_column + 1; i < window_.end_column; ++i) row[i] += row[i - 1];
+        // Behind the mesh only rounding is left.
+        std::fill(row + window_.end_column, row + nx, 0.0f);
     }
 }
 

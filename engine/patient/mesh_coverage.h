@@ -18,12 +18,18 @@ public:
     /// Layers along the third axis in which it fills anything, the last exclusive.
     int first_layer() const { return first_; }
     int end_layer() const { return first_ + static_cast<int>(touching_.size()); }
+    /// The voxels of a layer that it may fill lie within these, the last exclusive.
+    struct Window {
+        int first_column = 0, end_column = 0, first_row = 0, end_row = 0;
+    };
+    const Window& window() const { return window_; }
     /// Shares of the layer's voxels, first axis fastest; `shares` becomes size[0]·size[1] long.
     void layer(int k, std::vector<float>& shares) const;
 
 private:
     std::array<int, 3> size_;
     int lines_, first_ = 0;
+    Window window_;
     std::vector<std::array<geometry::Vec3, 3>> triangles_;  // in the grid's indices
     std::vector<std::vector<int>> touching_;                // triangles of each layer from `first_` on
 };

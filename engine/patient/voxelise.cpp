@@ -25,34 +25,39 @@ CtImage voxelised(std::span<const render::TissueLayer> layers, const render::Vol
     const auto attenuation = [](render::Material m) { return render::attenuation(m, ct_energy); };
     const double air = attenuation(render::Material::Air);
     const std::size_t in_layer = static_cast<std::size_t>(grid.size[0]) * grid.size[1];
-    std::vector<float> sum(grid.count(), static_cast<float>(air));  // [1/mm]
-    const int threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
-    for (std::size_t l = 0; l < layers.size(); ++l) {
-        if (progress) progress(static_cast<double>(l) / static_cast<double>(layers.size()), "voxels");
-        const render::TissueLayer& layer = layers[l];
-        const auto change = static_cast<float>(attenuation(layer.material) - attenuation(layer.inside));
-        if (change == 0.0f) continue;
-        const MeshCoverage coverage(layer.mesh, grid);
-        geometry::parallel_for(
-            coverage.end_layer() - coverage.first_layer(), threads,
-            [&](int n) {
-                const int k = coverage.first_layer() + n;
-                std::vector<float> shares;
-                coverage.layer(k, shares);
-                float* to = sum.data() + in_layer * static_cast<std::size_t>(k);
-                for (std::size_t i = 0; i < in_layer; ++i) to[i] += change * shares[i];
-            },
-            {}, 4);
-    }
+    struct Part {
+        MeshCoverage coverage;
+        float change;  // of μ [1/mm]
+    };
+    std::vector<Part> parts;
+    for (const render::TissueLayer& layer : layers)
+        if (layer.material != layer.inside)
+            parts.push_back({MeshCoverage(layer.mesh, grid),
+                             static_cast<float>(attenuation(layer.material) - attenuation(layer.inside))});
     CtImage ct{grid, std::vector<std::int16_t>(grid.count())};
+    const double of_nothing = hounsfield(0.0), per_attenuation = hounsfield(1.0) - of_nothing;
     geometry::parallel_for(
-        grid.size[2], threads,
+        grid.size[2], static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u)),
         [&](int k) {
-            for (std::size_t i = in_layer * static_cast<std::size_t>(k);
-                 i < in_layer * (static_cast<std::size_t>(k) + 1); ++i)
-                ct.hu[i] = as_hu(hounsfield(static_cast<double>(sum[i]))).value_or(-1000);
+            std::vector<float> sum(in_layer, static_cast<float>(air)), shares;  // [1/mm]
+            for (const auto& [coverage, change] : parts) {
+                if (k < coverage.first_layer() || k >= coverage.end_layer()) continue;
+                coverage.layer(k, shares);
+                const MeshCoverage::Window& window = coverage.window();
+                for (int j = window.first_row; j < window.end_row; ++j) {
+                    const std::size_t row = static_cast<std::size_t>(j) * grid.size[0];
+                    for (std::size_t i = row + window.first_column; i < row + window.end_column; ++i)
+                        sum[i] += change * shares[i];
+                }
+            }
+            std::int16_t* to = ct.hu.data() + in_layer * static_cast<std::size_t>(k);
+            for (std::size_t i = 0; i < in_layer; ++i)
+                to[i] = as_hu(of_nothing + per_attenuation * static_cast<double>(sum[i])).value_or(-1000);
         },
-        {}, 4);
+        [&](double part) {
+            if (progress) progress(part, "voxels");
+        },
+        4);
     return ct;
 }
 

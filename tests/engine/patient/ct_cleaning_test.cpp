@@ -22,8 +22,9 @@ geometry::TriangleMesh upright(const Vec3& middle, double a, double b, double ha
 
 std::int16_t& at(CtImage& ct, const Vec3& place) {
     const Vec3 index = ct.grid.axes().inverse() * (place - ct.grid.origin);
-    return ct.hu[ct.grid.index(static_cast<int>(std::lround(index[0])), static_cast<int>(std::lround(index[1])),
-                               static_cast<int>(std::lround(index[2])))];
+    return ct
+        .hu[ct.grid.index(static_cast<int>(std::lround(index[0])), static_cast<int>(std::lround(index[1])),
+                          static_cast<int>(std::lround(index[2])))];
 }
 
 }  // namespace
@@ -58,7 +59,8 @@ TEST(CtCleaning, TheTableGoesAndLungsStay) {
 
     CtImage nothing = body;
     std::fill(nothing.hu.begin(), nothing.hu.end(), std::int16_t{-1000});
-    test::expect_said(test::refusal([&] { remove_surroundings(nothing, "x.nii"); }), "x.nii: no body was found");
+    test::expect_said(test::refusal([&] { remove_surroundings(nothing, "x.nii"); }),
+                      "x.nii: no body was found");
 }
 
 TEST(CtCleaning, LegsAreBothKept) {
@@ -75,7 +77,8 @@ TEST(CtCleaning, LegsAreBothKept) {
 
 TEST(CtCleaning, ContrastBecomesBloodAndTheBoneBesideItStays) {
     // A vessel of 320 HU and 8 mm, blurred by voxels, that runs along a bone of 2 mm distance.
-    const auto lumen = render::tube({{0, 0, -60}, {3, 0, 0}, {0, 0, 60}}, Vec3::UnitX(), {4, 4, 4}, {4, 4, 4}, 32);
+    const auto lumen =
+        render::tube({{0, 0, -60}, {3, 0, 0}, {0, 0, 60}}, Vec3::UnitX(), {4, 4, 4}, {4, 4, 4}, 32);
     std::vector<TissueLayer> layers = {
         {"trunk", Material::SoftTissue, Material::Air, upright({0, 0, 0}, 40, 40, 100)},
         {"bone", Material::CorticalBone, Material::SoftTissue, upright({14, 0, 0}, 6, 12, 100)}};
@@ -85,12 +88,13 @@ TEST(CtCleaning, ContrastBecomesBloodAndTheBoneBesideItStays) {
     const auto blood = static_cast<double>(std::lround(hounsfield(Material::Blood)));
     // Contrast as a scanner shows it: soft tissue and bone together that give its number.
     constexpr double contrast = 320;
-    const CtImage filled = voxelised(
-        std::vector<TissueLayer>{{"lumen", Material::SoftTissue, Material::Air, lumen}}, grid);
+    const CtImage filled =
+        voxelised(std::vector<TissueLayer>{{"lumen", Material::SoftTissue, Material::Air, lumen}}, grid);
     const double whole = std::lround(hounsfield(Material::SoftTissue)) + 1000.0;
     double before = 0, after = 0, bone_before = 0, bone_after = 0;
     for (std::size_t i = 0; i < ct.hu.size(); ++i)
-        ct.hu[i] = static_cast<std::int16_t>(plain.hu[i] + std::lround((filled.hu[i] + 1000) / whole * (contrast - blood)));
+        ct.hu[i] = static_cast<std::int16_t>(plain.hu[i] +
+                                             std::lround((filled.hu[i] + 1000) / whole * (contrast - blood)));
     const CtImage enhanced = ct;
     replace_contrast(ct, lumen);
     int touched = 0;
@@ -104,10 +108,12 @@ TEST(CtCleaning, ContrastBecomesBloodAndTheBoneBesideItStays) {
         touched += ct.hu[i] != enhanced.hu[i];
     }
     EXPECT_GT(touched, 1000);
-    EXPECT_LT(after, 0.06 * before);                  // of the iodine's amount
+    EXPECT_LT(after, 0.06 * before);  // of the iodine's amount
     EXPECT_NEAR(bone_after, bone_before, 0.01 * bone_before);
     for (std::size_t i = 0; i < ct.hu.size(); ++i)
-        if (filled.hu[i] > 40) EXPECT_EQ(ct.hu[i], blood);
+        if (filled.hu[i] > 40) {
+            EXPECT_EQ(ct.hu[i], blood);
+        }
     // A CT without contrast stays as it is, but for its noise.
     CtImage native = plain;
     replace_contrast(native, lumen);
