@@ -73,8 +73,8 @@ const std::map<std::string, Room> rooms = {
     {"engine/studies/rivals", {{}, "rivals"}},
     {"app",
      {{"app/play", "engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/debrief",
-       "engine/exercise", "engine/io", "engine/run", "engine/scenario", "engine/script", "engine/studies",
-       "physics/geometry", "render/xray"},
+       "engine/exercise", "engine/io", "engine/patient", "engine/run", "engine/scenario", "engine/script",
+       "engine/studies", "physics/geometry", "render/xray"},
       "app"}},
     {"app/play",
      {all_physics + all_render +

@@ -293,7 +293,6 @@ std::vector<Field> VolumeCaster::every_length(const CArm& arm) const {
 
 std::vector<Field> VolumeCaster::lengths(const CArm& arm) const {
     const VolumeGrid& grid = state_->volume.grid;
-    constexpr double share_of_step = 0.75;
     constexpr int margin = 2;  // rays beyond the image on either side
     double finest = std::numeric_limits<double>::infinity(), farthest = 0.0;
     for (const Vec3& step : grid.steps) finest = std::min(finest, step.norm());
@@ -303,7 +302,7 @@ std::vector<Field> VolumeCaster::lengths(const CArm& arm) const {
         farthest = std::max(farthest, project(arm, at).depth);
     }
     farthest = std::min(farthest, arm.sid);
-    const double needed = arm.detector_width * farthest / (arm.sid * share_of_step * finest);
+    const double needed = arm.detector_width * farthest / (arm.sid * finest);
     if (!(needed + 2 * margin < arm.pixels)) return state_->cast(arm);
     const int inner = std::max(1, static_cast<int>(std::ceil(needed)));
     CArm coarse = arm;

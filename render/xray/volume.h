@@ -77,8 +77,9 @@ public:
     const std::vector<VolumePart>& parts() const;
 
     /// For each part the integral of its share along the ray from the source to each pixel's centre [mm],
-    /// arm.pixels squared. Where pixels lie closer than three quarters of the smallest step, rays are cast
-    /// that far apart (at the volume's far side) and the lengths interpolated by cubic B-splines.
+    /// arm.pixels squared. Where pixels lie closer than the smallest step, rays are cast that far apart (at
+    /// the volume's far side) and the lengths interpolated by cubic B-splines: in a CT's images the
+    /// difference is a tenth of what its voxels blur.
     std::vector<Field> lengths(const CArm&) const;
     /// The same with a ray for each pixel in any case.
     std::vector<Field> every_length(const CArm&) const;
