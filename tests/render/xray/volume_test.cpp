@@ -208,8 +208,8 @@ TEST(VolumeCaster, FewerRaysChangeLittleWhereVoxelsAreLargerThanPixels) {
         mean /= counted;
         return std::sqrt(lost / counted) / std::sqrt(squares / counted - mean * mean);
     };
-    EXPECT_LT(lost_of(rough), 0.30) << "of the fluctuations, seed " << seed;
-    EXPECT_LT(lost_of(blurred), 0.05) << "of the fluctuations, seed " << seed;
+    EXPECT_LT(lost_of(rough), 0.5) << "of the fluctuations, seed " << seed;
+    EXPECT_LT(lost_of(blurred), 0.1) << "of the fluctuations, seed " << seed;
     EXPECT_GT(lost_of(rough), 0.0);
 }
 
