@@ -188,12 +188,12 @@ std::vector<render::TissueLayer> mesh_layers(const PatientFiles& files) {
     const Mat3 turn = turn_of(files);
     for (const PatientMesh& wanted : files.meshes) {
         render::TissueLayer layer;
-        layer.name = wanted.file.string();
+        layer.name = wanted.file.stem().string();
         layer.material = wanted.material;
         layer.inside = wanted.inside;
         try {
             layer.mesh = anatomy::load_mesh(wanted.file);
-            render::require_closed(layer.name, layer.mesh);
+            render::require_closed(wanted.file.string(), layer.mesh);
         } catch (const std::runtime_error& error) {
             throw io::InputError(io::located(wanted.place, error.what()));
         }

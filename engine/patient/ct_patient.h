@@ -15,8 +15,8 @@ namespace patient {
 render::DensityVolume ct_volume(const PatientFiles&, const geometry::TriangleMesh& lumen,
                                 const anatomy::ModelCache& = {});
 
-/// The meshes as layers, in the anatomy's coordinates; one that is inside out is turned. Throws InputError
-/// for one that cannot be read or is not closed.
+/// The meshes as layers named after their files, in the anatomy's coordinates; one that is inside out is
+/// turned. Throws InputError for one that cannot be read or is not closed.
 std::vector<render::TissueLayer> mesh_layers(const PatientFiles&);
 
 }  // namespace patient

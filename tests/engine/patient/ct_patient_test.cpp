@@ -148,9 +148,8 @@ TEST(CtPatient, MeshesOfThePatientAreLayersAndMustBeClosed) {
         with_patient(folder, "shift_mm = [5, 0, 0]\n" + mesh + "inside = \"adipose\"\n");
     const anatomy::Anatomy anatomy = scenario::anatomy_of(scenario);
     const std::vector<render::TissueLayer> layers = exercise::tissue_layers(scenario, anatomy);
-    const auto found = std::find_if(layers.begin(), layers.end(), [](const render::TissueLayer& layer) {
-        return layer.name.ends_with("bone.stl");
-    });
+    const auto found = std::find_if(layers.begin(), layers.end(),
+                                    [](const render::TissueLayer& layer) { return layer.name == "bone"; });
     ASSERT_NE(found, layers.end());
     EXPECT_EQ(found->material, render::Material::CorticalBone);
     EXPECT_EQ(found->inside, render::Material::Adipose);
@@ -159,6 +158,21 @@ TEST(CtPatient, MeshesOfThePatientAreLayersAndMustBeClosed) {
     for (const Vec3& v : found->mesh.vertices) sum += v.x();
     EXPECT_NEAR(sum / static_cast<double>(found->mesh.vertices.size()), 45, 0.5);
     EXPECT_GT(layers.size(), 5u);  // with the procedural body
+
+    // One that is named as an organ takes its contrast.
+    write_stl(folder / "left kidney.stl", bone);
+    std::string kidney = mesh;
+    kidney.replace(kidney.find("bone.stl"), 8, "left kidney.stl");
+    kidney.replace(kidney.find("cortical bone"), 13, "soft tissue");
+    const std::vector<render::TissueLayer> with_organ =
+        exercise::tissue_layers(with_patient(folder, kidney), anatomy);
+    blood::Outlet outlet;
+    outlet.organ = "kidney";
+    outlet.place = Vec3(40, 10, 0);
+    const auto blushing = exercise::blushing_organs(with_organ, std::vector<blood::Outlet>{outlet});
+    ASSERT_EQ(blushing.size(), 1u);
+    EXPECT_EQ(with_organ[static_cast<std::size_t>(blushing[0].layer)].mesh.triangles.size(),
+              bone.triangles.size());
 
     std::string open = mesh;
     open.replace(open.find("bone.stl"), 8, "open.stl");
