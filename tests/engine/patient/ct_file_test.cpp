@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
-#include <nifti1.h>
+#include <nifti/nifti1.h>
 #include <random>
 
 #include "engine/patient/ct_image.h"

@@ -1,6 +1,7 @@
 #pragma once
 /// Writes the slices of a CT as a scanner would, with DCMTK.
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <dcmtk/dcmdata/dctk.h>
