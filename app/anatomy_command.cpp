@@ -1,5 +1,6 @@
 /// `seldinger anatomy …`: vessels from presets, files and meshes.
 
+#include <algorithm>
 #include <fmt/format.h>
 #include <memory>
 #include <optional>
@@ -13,8 +14,10 @@
 #include "engine/anatomy/grow/vessel_file.h"
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/import/import_run.h"
+#include "engine/exercise/imaging.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
+#include "engine/patient/voxelise.h"
 
 namespace app {
 namespace {
@@ -34,12 +37,15 @@ private:
     void add_import();
     void add_check();
     void add_show();
+    void add_voxelise();
     int generate();
     int import();
     int check() const;
     int show() const;
+    int voxelise() const;
 
-    CLI::App *command_, *generate_ = nullptr, *import_ = nullptr, *check_ = nullptr, *show_ = nullptr;
+    CLI::App *command_, *generate_ = nullptr, *import_ = nullptr, *check_ = nullptr, *show_ = nullptr,
+                        *voxelise_ = nullptr;
     anatomy::GenerateRequest request_;
     std::vector<std::string> stenoses_, aneurysms_, tortuosities_;
     std::string sex_;
@@ -47,7 +53,8 @@ private:
     anatomy::ImportRequest import_request_;
     std::vector<double> inlet_, opened_, landmark_;
     std::vector<std::string> names_;
-    std::string checked_, shown_, picture_;
+    std::string checked_, shown_, picture_, scenario_, ct_, cache_;
+    double voxel_ = 1, margin_ = 100;  // [mm]
 };
 
 AnatomyCommand::AnatomyCommand(CLI::App& app)
@@ -57,11 +64,13 @@ AnatomyCommand::AnatomyCommand(CLI::App& app)
     add_import();
     add_check();
     add_show();
+    add_voxelise();
 }
 
 int AnatomyCommand::run() {
     if (generate_->parsed()) return generate();
     if (import_->parsed()) return import();
+    if (voxelise_->parsed()) return voxelise();
     return check_->parsed() ? check() : show();
 }
 
@@ -230,6 +239,50 @@ void AnatomyCommand::add_show() {
 
 int AnatomyCommand::show() const {
     anatomy::draw_anatomy(anatomy::load_anatomy(shown_), picture_);
+    return 0;
+}
+
+void AnatomyCommand::add_voxelise() {
+    voxelise_ = command_->add_subcommand(
+        "voxelise", "Write the patient of a scenario as a CT, to try programs and scenarios that take one");
+    voxelise_->add_option("scenario", scenario_, "A scenario file (.toml), or the name of one that ships")
+        ->required();
+    voxelise_->add_option("--out", ct_, "The CT: .nii, .nii.gz or .nrrd")->required();
+    voxelise_->add_option("--voxel", voxel_, "Width of a voxel [mm]")->check(CLI::Range(0.3, 10.0));
+    voxelise_->add_option("--margin", margin_, "Above and below the vessels [mm]")
+        ->check(CLI::Range(0.0, 1000.0));
+    voxelise_->add_option("--cache", cache_, "Folder that keeps grown vessels; else cache beside --out");
+}
+
+int AnatomyCommand::voxelise() const {
+    const scenario::Scenario scenario = scenario::load_scenario(
+        scenario::find_scenario(scenario_, assets() / "scenarios"), assets() / "devices");
+    ProgressBar bar;
+    anatomy::ModelCache cache;
+    cache.folder = cache_.empty() ? anatomy::cache_beside(ct_) : std::filesystem::path(cache_);
+    cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+    const anatomy::Anatomy anatomy = scenario::anatomy_of(scenario, cache);
+    if (!scenario.imaging.patient || !scenario.patient_files.ct.empty())
+        throw io::InputError(scenario_ + ": a scenario with the procedural patient is accepted");
+    const std::vector<render::TissueLayer> layers = exercise::tissue_layers(scenario, anatomy);
+    geometry::Vec3 low = layers.front().mesh.vertices.front(), high = low;  // of the skin
+    for (const geometry::Vec3& v : layers.front().mesh.vertices) {
+        low = low.cwiseMin(v);
+        high = high.cwiseMax(v);
+    }
+    const auto [bottom, top] =
+        std::minmax_element(anatomy.lumen.vertices.begin(), anatomy.lumen.vertices.end(),
+                            [](const geometry::Vec3& a, const geometry::Vec3& b) { return a.z() < b.z(); });
+    low.z() = std::max(low.z(), bottom->z() - margin_);
+    high.z() = std::min(high.z(), top->z() + margin_);
+    const render::VolumeGrid grid = patient::grid_around(low, high, voxel_);
+    if (static_cast<double>(grid.count()) > patient::most_samples)
+        throw io::InputError(
+            fmt::format("{:.0f} million voxels of {:g} mm would be needed; up to {:.0f} million "
+                        "are accepted: a wider --voxel or a smaller --margin",
+                        1e-6 * static_cast<double>(grid.count()), voxel_, 1e-6 * patient::most_samples));
+    patient::write_ct(ct_, patient::voxelised(layers, grid, cache.progress));
+    fmt::print("{}: {} × {} × {} voxels of {:g} mm\n", ct_, grid.size[0], grid.size[1], grid.size[2], voxel_);
     return 0;
 }
 

@@ -8,10 +8,10 @@
 namespace exercise {
 
 Exercise::Exercise(const scenario::Scenario& scenario, Pictures pictures, const anatomy::ModelCache& cache)
-    : simulation_(scenario, cache), scorer_(simulation_), pictures_(pictures) {
+    : simulation_(scenario, cache), scorer_(simulation_), pictures_(pictures), cache_(cache) {
     if (pictures != Pictures::All) return;
     ImagingChain imaging =
-        make_imaging(simulation_.scenario(), simulation_.anatomy(), simulation_.contrast());
+        make_imaging(simulation_.scenario(), simulation_.anatomy(), simulation_.contrast(), cache);
     organs_ = std::move(imaging.organs);
     monitor_.emplace(std::move(imaging.fluoroscope));
     const int pixels = scenario.c_arm.pixels;
@@ -43,7 +43,7 @@ Frame Exercise::next_frame(std::span<const script::Command> commands) {
     if (pictures_ == Pictures::Dose) {
         if (frame.motion.reset) dose_ = {};
         if (frame.motion.console.pulse) {
-            if (!meter_) meter_ = make_meter(simulation_.scenario(), simulation_.anatomy());
+            if (!meter_) meter_ = make_meter(simulation_.scenario(), simulation_.anatomy(), cache_);
             dose_.add(meter_->technique(simulation_.console().arm(), metered_exposure(simulation_)));
         }
     }

@@ -90,6 +90,7 @@ private:
     Simulation simulation_;
     Scorer scorer_;
     Pictures pictures_;
+    anatomy::ModelCache cache_;
     std::optional<Monitor> monitor_;
     std::optional<render::ExposureMeter> meter_;  // without images; made for the first pulse
     Dose dose_;                                   // of Pictures::Dose

@@ -7,6 +7,7 @@
 
 #include "engine/exercise/distal_trees.h"
 #include "engine/io/error.h"
+#include "engine/patient/ct_patient.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/mesh_topology.h"
 #include "render/patient/patient.h"
@@ -76,7 +77,9 @@ std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenari
                                                const anatomy::Anatomy& anatomy) {
     std::vector<render::TissueLayer> layers;
     if (scenario.imaging.patient) {
-        layers = render::make_patient(patient(anatomy));
+        if (scenario.patient_files.ct.empty()) layers = render::make_patient(patient(anatomy));
+        for (render::TissueLayer& layer : patient::mesh_layers(scenario.patient_files))
+            layers.push_back(std::move(layer));
     }
     for (const anatomy::CalciumDeposit& deposit : anatomy.calcium) {
         render::TissueLayer calcium;
@@ -229,14 +232,29 @@ render::FluoroscopeConfig fluoroscope_config(const scenario::Scenario& scenario)
     return config;
 }
 
+/// The CT of the scenario's patient; none without.
+std::vector<render::DensityVolume> volumes_of(const scenario::Scenario& scenario,
+                                              const geometry::TriangleMesh& lumen,
+                                              const anatomy::ModelCache& cache) {
+    std::vector<render::DensityVolume> volumes;
+    if (scenario.imaging.patient && !scenario.patient_files.ct.empty())
+        volumes.push_back(patient::ct_volume(scenario.patient_files, lumen, cache));
+    return volumes;
+}
+
 }  // namespace
 
-render::ExposureMeter make_meter(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy) {
-    return {fluoroscope_config(scenario), tissue_layers(scenario, anatomy)};
+render::ExposureMeter make_meter(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
+                                 const anatomy::ModelCache& cache) {
+    const std::vector<render::TissueLayer> layers = tissue_layers(scenario, anatomy);
+    std::vector<render::VolumeCaster> casters;
+    for (render::DensityVolume& volume : volumes_of(scenario, layers.back().mesh, cache))
+        casters.emplace_back(std::move(volume));
+    return {fluoroscope_config(scenario), layers, std::move(casters)};
 }
 
 ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
-                          const blood::ContrastFlow& contrast) {
+                          const blood::ContrastFlow& contrast, const anatomy::ModelCache& cache) {
     const render::FluoroscopeConfig config = fluoroscope_config(scenario);
     try {
         std::vector<render::TissueLayer> layers = tissue_layers(scenario, anatomy);
@@ -247,7 +265,9 @@ ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Ana
                                       {contrast.radii().begin(), contrast.radii().end()});
         render::DistalVessels distal(distal_trees(anatomy, contrast.blood(), layers),
                                      distal_nodes(contrast.blood()));
-        return {render::Fluoroscope(config, std::move(layers), std::move(vessels), std::move(distal)),
+        std::vector<render::DensityVolume> volumes = volumes_of(scenario, layers.back().mesh, cache);
+        return {render::Fluoroscope(config, std::move(layers), std::move(vessels), std::move(distal),
+                                    std::move(volumes)),
                 std::move(organs)};
     } catch (const render::OpenMeshError& error) {
         throw io::InputError(anatomy.name + ": a closed mesh is needed for imaging: " + error.what());

@@ -12,8 +12,9 @@
 
 namespace exercise {
 
-/// The lumen, closed at its ends, which takes the contrast, surrounded by a patient or air. Throws InputError
-/// for a lumen that capping does not close.
+/// The lumen, closed at its ends, which takes the contrast, surrounded by a patient or air; with the
+/// scenario's meshes of the patient. A body from a CT is not among the layers. Throws InputError for a lumen
+/// that capping does not close, or a mesh that cannot be used.
 std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario&, const anatomy::Anatomy&);
 
 /// An organ that is drawn and that contrast reaches.
@@ -32,8 +33,10 @@ struct ImagingChain {
     std::vector<BlushingOrgan> organs;
 };
 
-/// A fluoroscope for the scenario, with the nodes of that contrast. Throws InputError when it cannot be made.
-ImagingChain make_imaging(const scenario::Scenario&, const anatomy::Anatomy&, const blood::ContrastFlow&);
+/// A fluoroscope for the scenario, with the nodes of that contrast. A CT that has been prepared is kept in
+/// the cache. Throws InputError when it cannot be made.
+ImagingChain make_imaging(const scenario::Scenario&, const anatomy::Anatomy&, const blood::ContrastFlow&,
+                          const anatomy::ModelCache& = {});
 
 /// Dose of a pulse in that mode [nGy]. A field magnified relative to that at the start gets proportionally
 /// more, so that larger images are not noisier, up to largest_detector_dose.
@@ -43,7 +46,8 @@ bool dose_is_limited(const scenario::Scenario&, const render::CArm&, script::Ima
 
 /// What automatic exposure knows of the scenario's patient: gives the doses of the fluoroscope's pulses
 /// without images. Throws InputError as make_imaging does for a lumen that cannot be closed.
-render::ExposureMeter make_meter(const scenario::Scenario&, const anatomy::Anatomy&);
+render::ExposureMeter make_meter(const scenario::Scenario&, const anatomy::Anatomy&,
+                                 const anatomy::ModelCache& = {});
 /// Arm, dose and voltage of the pulse that the console asks for: all that exposure depends on.
 render::Exposure metered_exposure(const Simulation&);
 

@@ -31,7 +31,7 @@ render::GrayImage render_still(const scenario::Scenario& scenario, const script:
         simulation.step();
     }
     exercise::ImagingChain imaging =
-        exercise::make_imaging(simulation.scenario(), simulation.anatomy(), simulation.contrast());
+        exercise::make_imaging(simulation.scenario(), simulation.anatomy(), simulation.contrast(), cache);
     exercise::Pulse pulse = exercise::pulse_of(
         simulation, {request.frame, simulation.frames() - 1, simulation.time()}, imaging.organs);
     pulse.arm.lao = request.lao.value_or(pulse.arm.lao);

@@ -15,6 +15,7 @@
 #include "engine/anatomy/scenes.h"
 #include "engine/blood/blood_flow.h"
 #include "engine/io/error.h"
+#include "engine/patient/patient_files.h"
 #include "engine/scenario/device.h"
 #include "engine/scenario/lesson.h"
 #include "engine/scenario/vessel_motion.h"
@@ -112,6 +113,7 @@ struct Scenario {
     Target target;
     render::CArm c_arm;  // at the start
     Imaging imaging;
+    patient::PatientFiles patient_files;
     VesselMotion motion;
     blood::FlowSpec blood;  // its heart rate is that of the motion
 

@@ -274,6 +274,61 @@ void read_imaging(io::Section imaging, Scenario& s) {
     imaging.finish();
 }
 
+/// Materials that a segmented mesh may be of.
+constexpr render::Material mesh_materials[] = {
+    render::Material::CorticalBone, render::Material::TrabecularBone, render::Material::SoftTissue,
+    render::Material::Adipose,      render::Material::Blood,          render::Material::Lung,
+    render::Material::Air,          render::Material::Nitinol,        render::Material::Steel,
+    render::Material::Platinum,     render::Material::Aluminium};
+
+void read_patient(io::Section section, const std::filesystem::path& file, Scenario& s) {
+    if (!section.given()) return;
+    patient::PatientFiles& files = s.patient_files;
+    const std::filesystem::path folder = file.parent_path();
+    std::string name;
+    const toml::node* ct = section.find("ct");
+    if (section.word("ct", name)) files.ct = folder / name;
+    const toml::node* series = section.find("series");
+    if (section.word("series", files.series) && !ct)
+        section.refuse("series", *series, "it is accepted with ct = \"FOLDER of DICOM files\"");
+    section.flag("keep_table", files.keep_table);
+    section.flag("keep_contrast", files.keep_contrast);
+    section.point("shift_mm", files.shift, 1e4);
+    if (section.point("rotation_deg", files.rotation, 360)) files.rotation *= geometry::degree;
+    std::vector<std::string_view> names;
+    for (const render::Material material : mesh_materials) names.push_back(render::name_of(material));
+    const auto check = [](io::Section& in, const char* key, const toml::node* node,
+                          const std::filesystem::path& path) {
+        try {
+            return patient::content_hash(path);
+        } catch (const io::InputError& error) {
+            if (node) in.refuse(key, *node, error.what());
+            return std::uint64_t{0};
+        }
+    };
+    geometry::Hash hash;
+    if (!files.ct.empty()) hash.add(check(section, "ct", ct, files.ct));
+    for (io::Section& mesh : section.sections("mesh")) {
+        patient::PatientMesh wanted;
+        const toml::node* node = mesh.find("file");
+        if (mesh.word("file", name)) {
+            wanted.file = folder / name;
+            hash.add(check(mesh, "file", node, wanted.file));
+        } else if (!node) {
+            mesh.missing("file", "file = \"MESH\" of a patient's mesh");
+        }
+        if (const auto material = mesh.choice("material", names))
+            wanted.material = mesh_materials[*material];
+        else if (!mesh.find("material"))
+            mesh.missing("material", "material of a patient's mesh");
+        if (const auto inside = mesh.choice("inside", names)) wanted.inside = mesh_materials[*inside];
+        mesh.finish();
+        files.meshes.push_back(std::move(wanted));
+    }
+    section.finish();
+    files.content = hash.value();
+}
+
 void read_motion(io::Section motion, Scenario& s) {
     motion.number("heart_rate_per_min", s.motion.heart_rate, {20, 240});
     motion.point("heart_reach_mm", s.motion.heart_reach, 30);
@@ -364,6 +419,7 @@ std::uint64_t content_of(const toml::table& root, const Scenario& s) {
     add_to(hash, played);
     hash.add(geometry::state_hash_of(s.guidewire));
     if (s.catheter) hash.add(geometry::state_hash_of(s.catheter->device));
+    if (s.patient_files.content != 0) hash.add(s.patient_files.content);
     return hash.value();
 }
 
@@ -411,6 +467,7 @@ void read_sections(const toml::table& root, const std::filesystem::path& devices
     target.finish();
     read_c_arm(top.section("c_arm", false), s);
     read_imaging(top.section("imaging", false), s);
+    read_patient(top.section("patient", false), reading.file, s);
     read_motion(top.section("motion", false), s);
     s.blood.heart_rate = s.motion.heart_rate;
     read_contrast(top.section("contrast", false), s);
@@ -462,6 +519,9 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& fi
     }
     reading.places[""] = {reading.file, 0, 0};
     s.places = std::move(reading.places);
+    s.patient_files.place = s.place("patient.ct");
+    for (std::size_t i = 0; i < s.patient_files.meshes.size(); ++i)
+        s.patient_files.meshes[i].place = s.place("mesh " + std::to_string(i + 1) + ".file");
     std::vector<std::string> wrong = reading.complaints();
     if (wrong.empty()) wrong = problems(s);
     if (!wrong.empty()) throw io::InputError(io::joined(wrong, "\n"));

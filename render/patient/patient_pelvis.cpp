@@ -223,7 +223,8 @@ void add_pelvis(Bones& bones, const Chance& chance, double low) {
             bones.add_mirrored(hip);
             bones.add_mirrored(thigh_bone, turned);
         }
-        add_voids(bones, hip_shape, 2600, 5.5, chance.field("hip voids", index), Isometry3d::Identity(), index == 1);
+        add_voids(bones, hip_shape, 2600, 5.5, chance.field("hip voids", index), Isometry3d::Identity(),
+                  index == 1);
         add_voids(bones, thigh, 1500, 5.0, chance.field("femoral voids", index), turned, index == 1);
         add_femoral_struts(bones, thigh, chance, side.sign, turned);
     }

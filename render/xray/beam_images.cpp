@@ -108,6 +108,16 @@ PoseImages pose_images(PathLengthRenderer& renderer, std::span<const TissueLayer
     return pose;
 }
 
+void add_length(std::vector<Mixture>& mixtures, Material material, Material inside, const Field& length) {
+    if (material == inside) return;
+    for (Mixture& m : mixtures) {
+        if (m.material != material || m.inside != inside) continue;
+        for (std::size_t i = 0; i < length.values.size(); ++i) m.length.values[i] += length.values[i];
+        return;
+    }
+    mixtures.push_back({material, inside, length});
+}
+
 BeamImages beam_images(const PlaneImages& plane, const PoseImages& pose, double kvp, Field scatter) {
     BeamImages result;
     const CArm& arm = pose.arm;

@@ -69,6 +69,9 @@ PlaneImages plane_images(const FluoroscopeConfig&, const CArm&);
 /// its own, and needs no lengths of lumina.
 PoseImages pose_images(PathLengthRenderer&, std::span<const TissueLayer>, bool has_nodes, const CArm&);
 
+/// Adds a length of `material` in place of `inside` along each pixel's ray [mm].
+void add_length(std::vector<Mixture>&, Material material, Material inside, const Field& length);
+
 /// Images at a voltage [kV]; `scatter`: relative to the open beam in its middle.
 BeamImages beam_images(const PlaneImages&, const PoseImages&, double kvp, Field scatter);
 

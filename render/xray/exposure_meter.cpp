@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "render/picture/fast_exp.h"
 #include "render/xray/measuring_field.h"
@@ -41,8 +42,9 @@ CArm around_the_opening(CArm arm, int places) {
 
 }  // namespace
 
-ExposureMeter::ExposureMeter(const FluoroscopeConfig& config, std::span<const TissueLayer> layers)
-    : config_(config) {
+ExposureMeter::ExposureMeter(const FluoroscopeConfig& config, std::span<const TissueLayer> layers,
+                             std::vector<VolumeCaster> volumes)
+    : config_(config), volumes_(std::move(volumes)) {
     for (const TissueLayer& layer : layers)
         if (layer.material != layer.inside)
             layers_.push_back({layer.material, layer.inside, meshes_.add(layer.mesh)});
@@ -61,6 +63,11 @@ void ExposureMeter::move_to(const CArm& arm) {
         if (mixture == pose.mixtures.end())
             mixture = pose.mixtures.insert(mixture, {layer.material, layer.inside, nothing});
         meshes_.accumulate(layer.mesh, pose.coarse, mixture->length);
+    }
+    for (const VolumeCaster& volume : volumes_) {
+        const std::vector<Field> lengths = volume.every_length(pose.coarse);
+        for (std::size_t p = 0; p < lengths.size(); ++p)
+            add_length(pose.mixtures, volume.parts()[p].material, volume.parts()[p].inside, lengths[p]);
     }
     pose.thickness = scattering_thickness(pose.mixtures, places);
     pose.open = shutters(config_.display, pose.coarse);

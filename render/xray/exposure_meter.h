@@ -20,7 +20,8 @@ void require_usable(const CArm&, const Exposure&);
 class ExposureMeter {
 public:
     /// Copies the meshes of the layers that show before contrast.
-    ExposureMeter(const FluoroscopeConfig&, std::span<const TissueLayer>);
+    ExposureMeter(const FluoroscopeConfig&, std::span<const TissueLayer>,
+                  std::vector<VolumeCaster> volumes = {});
 
     /// The output of the tube and the dose to the patient for the pulse. Depends on pose, dose and voltage
     /// alone: wire and contrast do not change the exposure. Throws like require_usable.
@@ -57,6 +58,7 @@ private:
     };
     std::vector<Layer> layers_;
     CoarseLengths meshes_;
+    std::vector<VolumeCaster> volumes_;
     std::optional<Pose> pose_;
 };
 

@@ -35,6 +35,34 @@ bool same_plane(CArm a, const CArm& b) {
     return a == b;
 }
 
+/// Lengths through volumes, which cost most of a pose and do not depend on the collimator.
+class VolumeImages {
+public:
+    void add_to(PoseImages& pose, std::span<const VolumeCaster> volumes) {
+        CArm open = pose.arm;
+        open.opening_width = open.opening_height = widest_opening;
+        if (!arm_ || !(*arm_ == open)) {
+            lengths_.clear();
+            for (const VolumeCaster& volume : volumes) lengths_.push_back(volume.lengths(open));
+            arm_ = open;
+        }
+        for (std::size_t v = 0; v < volumes.size(); ++v)
+            for (std::size_t p = 0; p < lengths_[v].size(); ++p)
+                add_length(pose.mixtures, volumes[v].parts()[p].material, volumes[v].parts()[p].inside,
+                           lengths_[v][p]);
+    }
+
+private:
+    std::optional<CArm> arm_;                  // of the lengths, with an open collimator
+    std::vector<std::vector<Field>> lengths_;  // of each volume and part [mm]
+};
+
+std::vector<VolumeCaster> casters_of(std::vector<DensityVolume> volumes) {
+    std::vector<VolumeCaster> casters;
+    for (DensityVolume& volume : volumes) casters.emplace_back(std::move(volume));
+    return casters;
+}
+
 /// The arm as seen from shifted objects.
 CArm shifted(CArm arm, const Vec3& shift) {
     arm.isocentre -= shift;
@@ -66,6 +94,8 @@ struct Fluoroscope::State {
     PathLengthRenderer renderer;
     std::optional<LumenContrast> vessels;
     std::optional<DistalVessels> distal;
+    std::vector<VolumeCaster> volumes;
+    VolumeImages volume_images;
     WireImage wire;
     std::optional<PlaneImages> plane;
     std::optional<PoseImages> pose;
@@ -74,8 +104,9 @@ struct Fluoroscope::State {
     Field iodine;                                         // scratch: iodine in the beam [mg/ml·mm]
     std::vector<std::uint32_t> iodine_pixels;             // pixels where that is not 0
 
-    State(const FluoroscopeConfig& chosen, std::span<const TissueLayer> around)
-        : config(chosen), meter(chosen, around) {}
+    State(const FluoroscopeConfig& chosen, std::span<const TissueLayer> around,
+          std::vector<VolumeCaster> through)
+        : config(chosen), meter(chosen, around, through), volumes(std::move(through)) {}
     /// The vessels as seen from an arm that may be shifted, for ground truth.
     struct VesselView {
         CArm arm;
@@ -100,6 +131,7 @@ void Fluoroscope::State::move_to(const CArm& arm) {
     bare.clear();
     if (!plane || !same_plane(plane->arm, arm)) plane = plane_images(config, arm);
     pose = pose_images(renderer, layers, vessels.has_value(), arm);
+    volume_images.add_to(*pose, volumes);
 }
 
 const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
@@ -191,8 +223,9 @@ void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
 }
 
 Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> layers,
-                         std::optional<LumenContrast> vessels, std::optional<DistalVessels> distal)
-    : state_(std::make_unique<State>(config, layers)) {
+                         std::optional<LumenContrast> vessels, std::optional<DistalVessels> distal,
+                         std::vector<DensityVolume> volumes)
+    : state_(std::make_unique<State>(config, layers, casters_of(std::move(volumes)))) {
     state_->vessels = std::move(vessels);
     state_->distal = std::move(distal);
     for (TissueLayer& layer : layers) {

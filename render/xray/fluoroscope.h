@@ -16,6 +16,7 @@
 #include "render/xray/display.h"
 #include "render/xray/distal_vessels.h"
 #include "render/xray/materials.h"
+#include "render/xray/volume.h"
 #include "render/xray/wire_image.h"
 #include "render/xray/x_ray_tube.h"
 
@@ -88,8 +89,9 @@ public:
     /// Throws OpenMeshError for an open mesh, OverlappingMeshError for a lumen that overlaps itself, and
     /// std::runtime_error for a broken one or when GL fails. With `vessels`, the nodes of the layers that
     /// take contrast, iodine may vary from place to place; `distal` arteries show nothing but their iodine.
+    /// `volumes` are in the beam besides the layers.
     Fluoroscope(FluoroscopeConfig, std::vector<TissueLayer>, std::optional<LumenContrast> vessels = {},
-                std::optional<DistalVessels> distal = {});
+                std::optional<DistalVessels> distal = {}, std::vector<DensityVolume> volumes = {});
     ~Fluoroscope();
     Fluoroscope(Fluoroscope&&) noexcept;
     Fluoroscope& operator=(Fluoroscope&&) noexcept;

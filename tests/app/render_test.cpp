@@ -64,4 +64,31 @@ TEST(Render, PictureThatCannotBeWrittenIsNamed) {
     EXPECT_NE(result.error.find("/nowhere/x.png"), std::string::npos) << result.error;
 }
 
+TEST(Render, PatientOfAScenarioAndItsCtLookAlike) {
+    const TemporaryFolder folder;
+    const std::string body = test::small_toml_with("patient = false", "patient = true\ntube_voltage_kV = 80");
+    write(folder / "mesh.toml", body);
+    write(folder / "ct.toml", body + "[patient]\nct = \"mine.nii.gz\"\n");
+    write(folder / "no.gw", "0 beam on\n0 end\n");
+    EXPECT_EQ(run(folder, {"render", folder / "ct.toml", "--out", folder / "ct.png"}).code, 2);
+    const auto voxels = run(folder, {"anatomy", "voxelise", folder / "mesh.toml", "--voxel", "2", "--margin",
+                                     "120", "--out", folder / "mine.nii.gz"});
+    EXPECT_EQ(voxels.code, 0) << voxels.error;
+    EXPECT_NE(voxels.out.find("voxels of 2 mm"), std::string::npos) << voxels.out;
+    for (const char* name : {"mesh", "ct"}) {
+        const auto image = run(folder, {"render", folder / (std::string(name) + ".toml"), "--commands",
+                                        folder / "no.gw", "--out", folder / (std::string(name) + ".png")});
+        EXPECT_EQ(image.code, 0) << image.error;
+    }
+    // Of the same noise: what is left are edges.
+    EXPECT_LT(
+        render::difference(render::read_png(folder / "mesh.png"), render::read_png(folder / "ct.png")).mean,
+        8);
+    EXPECT_EQ(run(folder, {"anatomy", "voxelise", folder / "ct.toml", "--out", folder / "x.nii"}).code, 2);
+    EXPECT_EQ(
+        run(folder, {"anatomy", "voxelise", folder / "mesh.toml", "--voxel", "6", "--out", folder / "x.dcm"})
+            .code,
+        2);
+}
+
 }  // namespace app

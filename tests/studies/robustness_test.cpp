@@ -32,8 +32,7 @@ TEST(Robustness, EveryShippedScenarioMeetsWildHands) {
     studies::StudyOptions options;
     options.scenarios = SELDINGER_SOURCE "/assets/scenarios";
     options.devices = SELDINGER_SOURCE "/assets/devices";
-    EXPECT_EQ(studies::wild_scenarios(options).size(),
-              scenario::shipped_scenarios(options.scenarios).size());
+    EXPECT_EQ(studies::wild_scenarios(options).size(), scenario::shipped_scenarios(options.scenarios).size());
 }
 
 TEST(Robustness, QuickStudyFindsNothingAndDoesNotDependOnThreads) {

@@ -1,0 +1,208 @@
+#include "engine/patient/ct_patient.h"
+
+#include <algorithm>
+#include <cstring>
+#include <fmt/format.h>
+#include <fstream>
+#include <optional>
+
+#include "engine/anatomy/mesh_file.h"
+#include "engine/io/files.h"
+#include "engine/patient/ct_cleaning.h"
+#include "engine/patient/hounsfield.h"
+#include "physics/geometry/hash.h"
+#include "physics/geometry/mesh_topology.h"
+#include "render/xray/path_length.h"
+
+namespace patient {
+namespace {
+
+namespace fs = std::filesystem;
+using geometry::Mat3;
+using geometry::Vec3;
+
+Mat3 turn_of(const PatientFiles& files) {
+    return (Eigen::AngleAxisd(files.rotation.z(), Vec3::UnitZ()) *
+            Eigen::AngleAxisd(files.rotation.y(), Vec3::UnitY()) *
+            Eigen::AngleAxisd(files.rotation.x(), Vec3::UnitX()))
+        .toRotationMatrix();
+}
+
+/// Leaves the box of what is denser than air.
+void crop(CtImage& ct) {
+    constexpr std::int16_t air = -1000;
+    std::array<int, 3> low = ct.grid.size, high = {-1, -1, -1};
+    for (int k = 0; k < ct.grid.size[2]; ++k)
+        for (int j = 0; j < ct.grid.size[1]; ++j) {
+            const std::int16_t* row = ct.hu.data() + ct.grid.index(0, j, k);
+            const std::int16_t* end = row + ct.grid.size[0];
+            const std::int16_t* first = std::find_if(row, end, [](std::int16_t hu) { return hu > air; });
+            if (first == end) continue;
+            const std::int16_t* last = end - 1;
+            while (*last <= air) --last;
+            const std::array<int, 3> from = {static_cast<int>(first - row), j, k};
+            const std::array<int, 3> to = {static_cast<int>(last - row), j, k};
+            for (int a = 0; a < 3; ++a) {
+                low[a] = std::min(low[a], from[a]);
+                high[a] = std::max(high[a], to[a]);
+            }
+        }
+    if (high[0] < 0) return;
+    CtImage box;
+    box.grid = ct.grid;
+    box.grid.origin = ct.grid.at(low[0], low[1], low[2]);
+    for (int a = 0; a < 3; ++a) box.grid.size[a] = high[a] - low[a] + 1;
+    if (box.grid == ct.grid) return;
+    // In place: each row moves toward the front.
+    for (int k = 0; k < box.grid.size[2]; ++k)
+        for (int j = 0; j < box.grid.size[1]; ++j)
+            std::memmove(ct.hu.data() + box.grid.index(0, j, k),
+                         ct.hu.data() + ct.grid.index(low[0], low[1] + j, low[2] + k),
+                         sizeof(std::int16_t) * static_cast<std::size_t>(box.grid.size[0]));
+    ct.hu.resize(box.grid.count());
+    ct.hu.shrink_to_fit();
+    ct.grid = box.grid;
+}
+
+constexpr std::uint64_t prepared_version = 1;  // to be raised when preparing gives other samples
+
+std::uint64_t fingerprint(const PatientFiles& files, const geometry::TriangleMesh& lumen) {
+    geometry::Hash hash;
+    hash.add(prepared_version);
+    hash.add(content_hash(files.ct));
+    hash.add(std::uint64_t{files.series.size()});
+    hash.add(files.series.data(), files.series.size());
+    hash.add(std::uint64_t{files.keep_table} + 2 * std::uint64_t{files.keep_contrast});
+    for (int a = 0; a < 3; ++a) {
+        hash.add(files.shift[a]);
+        hash.add(files.rotation[a]);
+    }
+    hash.add(std::uint64_t{lumen.vertices.size()});
+    for (const Vec3& v : lumen.vertices) hash.add(v.data(), sizeof(double) * 3);
+    return hash.value();
+}
+
+/// A prepared CT on disk: this, then the samples.
+struct PreparedHeader {
+    char magic[8] = {'S', 'E', 'L', 'D', 'C', 'T', '0', '1'};
+    std::uint64_t fingerprint = 0, samples_hash = 0;
+    std::int32_t size[4] = {};
+    double origin[3] = {}, steps[9] = {};
+};
+
+std::uint64_t samples_hash(const std::vector<std::int16_t>& samples) {
+    geometry::Hash hash;
+    hash.add(samples.data(), samples.size() * sizeof(std::int16_t));
+    return hash.value();
+}
+
+/// Empty when it is missing, damaged or of something else.
+std::optional<CtImage> kept(const fs::path& path, std::uint64_t wanted) {
+    std::ifstream file(path, std::ios::binary);
+    PreparedHeader header;
+    if (!file.read(reinterpret_cast<char*>(&header), sizeof header)) return std::nullopt;
+    if (std::memcmp(header.magic, PreparedHeader().magic, sizeof header.magic) != 0) return std::nullopt;
+    if (header.fingerprint != wanted) return std::nullopt;
+    CtImage ct;
+    double samples = 1;
+    for (int a = 0; a < 3; ++a) {
+        if (header.size[a] < 1) return std::nullopt;
+        samples *= header.size[a];
+        ct.grid.size[a] = header.size[a];
+        ct.grid.origin[a] = header.origin[a];
+        for (int b = 0; b < 3; ++b) ct.grid.steps[a][b] = header.steps[3 * a + b];
+    }
+    std::error_code failed;
+    if (!(samples <= most_samples) ||
+        fs::file_size(path, failed) != sizeof header + ct.grid.count() * sizeof(std::int16_t) || failed)
+        return std::nullopt;
+    ct.hu.resize(ct.grid.count());
+    if (!file.read(reinterpret_cast<char*>(ct.hu.data()),
+                   static_cast<std::streamsize>(ct.hu.size() * sizeof(std::int16_t))))
+        return std::nullopt;
+    if (samples_hash(ct.hu) != header.samples_hash) return std::nullopt;
+    return ct;
+}
+
+void keep(const fs::path& path, std::uint64_t name, const CtImage& ct) {
+    PreparedHeader header;
+    header.fingerprint = name;
+    header.samples_hash = samples_hash(ct.hu);
+    for (int a = 0; a < 3; ++a) {
+        header.size[a] = ct.grid.size[a];
+        header.origin[a] = ct.grid.origin[a];
+        for (int b = 0; b < 3; ++b) header.steps[3 * a + b] = ct.grid.steps[a][b];
+    }
+    std::error_code failed;
+    fs::create_directories(path.parent_path(), failed);
+    try {
+        std::string text(sizeof header + ct.hu.size() * sizeof(std::int16_t), '\0');
+        std::memcpy(text.data(), &header, sizeof header);
+        std::memcpy(text.data() + sizeof header, ct.hu.data(), ct.hu.size() * sizeof(std::int16_t));
+        io::write_whole(path, text);
+    } catch (const std::exception&) {
+        // The CT itself is available; only the next start will be slow again.
+    }
+}
+
+CtImage prepared(const PatientFiles& files, const geometry::TriangleMesh& lumen, const Progress& progress) {
+    CtImage ct = read_ct(files.ct, files.series, progress);
+    const Mat3 turn = turn_of(files);
+    ct.grid.origin = turn * ct.grid.origin + files.shift;
+    for (Vec3& step : ct.grid.steps) step = turn * step;
+    if (!files.keep_table) {
+        if (progress) progress(0.0, "finding the body in the CT");
+        remove_surroundings(ct, files.ct);
+    }
+    if (!files.keep_contrast) {
+        if (progress) progress(0.7, "replacing the CT's contrast by blood");
+        replace_contrast(ct, lumen);
+    }
+    crop(ct);
+    return ct;
+}
+
+}  // namespace
+
+render::DensityVolume ct_volume(const PatientFiles& files, const geometry::TriangleMesh& lumen,
+                                const anatomy::ModelCache& cache) {
+    try {
+        const std::uint64_t name = fingerprint(files, lumen);
+        const fs::path path = cache.folder / fmt::format("ct-{:016x}.bin", name);
+        std::optional<CtImage> ct;
+        if (!cache.folder.empty()) ct = kept(path, name);
+        if (!ct) {
+            ct = prepared(files, lumen, cache.progress);
+            if (!cache.folder.empty()) keep(path, name, *ct);
+        }
+        return {"CT", ct->grid, std::move(ct->hu), materials_of_hounsfield()};
+    } catch (const io::InputError& error) {
+        throw io::InputError(files.place.file.empty() ? error.what()
+                                                      : fmt::format("{}\n  (asked for by {})", error.what(),
+                                                                    io::located(files.place, "patient.ct")));
+    }
+}
+
+std::vector<render::TissueLayer> mesh_layers(const PatientFiles& files) {
+    std::vector<render::TissueLayer> layers;
+    const Mat3 turn = turn_of(files);
+    for (const PatientMesh& wanted : files.meshes) {
+        render::TissueLayer layer;
+        layer.name = wanted.file.stem().string();
+        layer.material = wanted.material;
+        layer.inside = wanted.inside;
+        try {
+            layer.mesh = anatomy::load_mesh(wanted.file);
+            render::require_closed(wanted.file.string(), layer.mesh);
+        } catch (const std::runtime_error& error) {
+            throw io::InputError(io::located(wanted.place, error.what()));
+        }
+        for (Vec3& v : layer.mesh.vertices) v = turn * v + files.shift;
+        if (geometry::signed_volume(layer.mesh) < 0)
+            for (auto& triangle : layer.mesh.triangles) std::swap(triangle[1], triangle[2]);
+        layers.push_back(std::move(layer));
+    }
+    return layers;
+}
+
+}  // namespace patient

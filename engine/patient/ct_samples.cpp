@@ -1,0 +1,236 @@
+#include "engine/patient/ct_samples.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+#include <zlib.h>
+
+#include "engine/io/error.h"
+
+namespace patient {
+
+namespace fs = std::filesystem;
+
+void refuse_ct(const fs::path& path, const std::string& found, const std::string& accepted) {
+    throw io::InputError(fmt::format("{}: {}; {}", path.string(), found, accepted));
+}
+
+void require_usable(const fs::path& path, const render::VolumeGrid& grid) {
+    constexpr int most = 32768;
+    double samples = 1;
+    for (const int n : grid.size) {
+        if (n < 2 || n > most)
+            refuse_ct(
+                path,
+                fmt::format("{} × {} × {} samples were found", grid.size[0], grid.size[1], grid.size[2]),
+                fmt::format("2 to {} along each axis are accepted", most));
+        samples *= n;
+    }
+    if (samples > most_samples)
+        refuse_ct(path, fmt::format("{:.0f} million samples were found", 1e-6 * samples),
+                  fmt::format("up to {:.0f} million are accepted: crop it, or average neighbours",
+                              1e-6 * most_samples));
+    const geometry::Mat3 axes = grid.axes();
+    constexpr double farthest = 1e5;
+    if (!axes.allFinite() || !grid.origin.allFinite() || grid.origin.cwiseAbs().maxCoeff() > farthest)
+        refuse_ct(path, "its place in space is not finite, or farther than 100 m away",
+                  "origin and steps in mm are accepted");
+    double box = 1;
+    for (int a = 0; a < 3; ++a) {
+        const double step = axes.col(a).norm();
+        box *= step;
+        if (!(step >= 0.1 && step <= 10))
+            refuse_ct(path, fmt::format("samples {:.4g} mm apart along axis {} were found", step, a + 1),
+                      "0.1 to 10 mm is accepted");
+    }
+    if (!(std::abs(axes.determinant()) > 0.1 * box))
+        refuse_ct(path, "the directions of its axes lie nearly in one plane",
+                  "axes more or less perpendicular to each other are accepted");
+}
+
+void require_hounsfield(const fs::path& path, const std::vector<std::int16_t>& hu) {
+    const auto [low, high] = std::minmax_element(hu.begin(), hu.end());
+    constexpr int fat = -100;
+    if (*low > fat)
+        refuse_ct(path, fmt::format("values from {} to {} were found", *low, *high),
+                  "a CT in Hounsfield units is accepted, with air at -1000 (labels, MR images and raw values "
+                  "without their rescale are not)");
+}
+
+struct ByteSource::Gzip {
+    gzFile file;
+    explicit Gzip(int descriptor) : file(gzdopen(descriptor, "rb")) {
+        if (!file) ::close(descriptor);
+    }
+    ~Gzip() {
+        if (file) gzclose(file);
+    }
+    Gzip(const Gzip&) = delete;
+    Gzip& operator=(const Gzip&) = delete;
+};
+
+ByteSource::ByteSource(fs::path path, std::uint64_t offset, bool gzip) : path_(std::move(path)) {
+    std::error_code failed;
+    const std::uint64_t size = fs::is_regular_file(path_, failed) ? fs::file_size(path_, failed) : 0;
+    if (failed || size == 0) refuse_ct(path_, "no such file can be read, or it is empty", "a CT is accepted");
+    if (offset > size)
+        refuse_ct(path_, fmt::format("the data should begin at byte {}; the file has {}", offset, size),
+                  "a whole file is accepted");
+    left_ = size - offset;
+    if (gzip) {
+        const int descriptor = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+        if (descriptor < 0 || ::lseek(descriptor, static_cast<off_t>(offset), SEEK_SET) < 0) {
+            if (descriptor >= 0) ::close(descriptor);
+            refuse_ct(path_, "no such file can be read", "a CT is accepted");
+        }
+        gzip_ = std::make_unique<Gzip>(descriptor);
+        if (!gzip_->file) refuse_ct(path_, "there is no memory to decompress it", "a CT is accepted");
+        gzbuffer(gzip_->file, 1 << 18);
+    } else {
+        plain_.open(path_, std::ios::binary);
+        plain_.seekg(static_cast<std::streamoff>(offset));
+        if (!plain_) refuse_ct(path_, "no such file can be read", "a CT is accepted");
+    }
+}
+
+ByteSource::~ByteSource() = default;
+
+void ByteSource::require(double bytes) const {
+    constexpr double deflate_limit = 1032;  // no compressed byte stands for more
+    if (bytes > static_cast<double>(left_) * (gzip_ ? deflate_limit : 1.0))
+        refuse_ct(path_,
+                  fmt::format("its header asks for {:.0f} bytes of samples; {} bytes {}follow", bytes, left_,
+                              gzip_ ? "of compressed data " : ""),
+                  "a whole file is accepted");
+}
+
+void ByteSource::read(void* to, std::size_t bytes) {
+    char* at = static_cast<char*>(to);
+    const auto ended = [&] {
+        refuse_ct(path_, fmt::format("the data end after {} of {} bytes", taken_, taken_ + bytes),
+                  "a whole file is accepted");
+    };
+    while (bytes > 0) {
+        std::size_t got = 0;
+        if (gzip_) {
+            const int read =
+                gzread(gzip_->file, at, static_cast<unsigned>(std::min<std::size_t>(bytes, 1 << 28)));
+            if (read < 0)
+                refuse_ct(path_, "the compressed data are damaged", "a whole gzip file is accepted");
+            got = static_cast<std::size_t>(read);
+        } else {
+            plain_.read(at, static_cast<std::streamsize>(bytes));
+            got = static_cast<std::size_t>(plain_.gcount());
+        }
+        if (got == 0) ended();
+        at += got;
+        bytes -= got;
+        taken_ += got;
+    }
+}
+
+void ByteSource::skip(std::uint64_t bytes) {
+    std::array<char, 4096> unused;
+    for (; bytes > 0; bytes -= std::min<std::uint64_t>(bytes, unused.size()))
+        read(unused.data(), static_cast<std::size_t>(std::min<std::uint64_t>(bytes, unused.size())));
+}
+
+void ByteSource::finish() {
+    char beyond;
+    if (gzip_ && gzread(gzip_->file, &beyond, 1) < 0)
+        refuse_ct(path_, "the compressed data do not fit their checksum", "a whole gzip file is accepted");
+}
+
+bool is_gzip(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    char magic[2] = {};
+    return file.read(magic, 2) && magic[0] == '\x1f' && magic[1] == '\x8b';
+}
+
+std::size_t bytes_of(SampleType type) {
+    constexpr std::size_t bytes[] = {1, 1, 2, 2, 4, 4, 8, 8, 4, 8};
+    return bytes[static_cast<int>(type)];
+}
+
+namespace {
+
+template <class Number>
+bool convert(const std::vector<char>& bytes, bool swapped, Rescale rescale, std::int16_t* to,
+             std::size_t count) {
+    std::array<char, sizeof(Number)> one;
+    for (std::size_t i = 0; i < count; ++i) {
+        std::memcpy(one.data(), bytes.data() + i * sizeof(Number), sizeof(Number));
+        if (swapped) std::reverse(one.begin(), one.end());
+        const auto hu =
+            as_hu(rescale.slope * static_cast<double>(std::bit_cast<Number>(one)) + rescale.intercept);
+        if (!hu) return false;
+        to[i] = *hu;
+    }
+    return true;
+}
+
+}  // namespace
+
+std::vector<std::int16_t> read_samples(ByteSource& source, const fs::path& path, std::size_t count,
+                                       SampleType type, bool swapped, Rescale rescale,
+                                       const Progress& progress) {
+    source.require(static_cast<double>(count) * static_cast<double>(bytes_of(type)));
+    std::vector<std::int16_t> hu(count);
+    constexpr std::size_t together = 1 << 20;
+    std::vector<char> bytes;
+    for (std::size_t first = 0; first < count; first += together) {
+        if (progress) progress(static_cast<double>(first) / static_cast<double>(count), "reading the CT");
+        const std::size_t some = std::min(together, count - first);
+        bytes.resize(some * bytes_of(type));
+        source.read(bytes.data(), bytes.size());
+        const auto as = [&]<class Number>(Number) {
+            return convert<Number>(bytes, swapped, rescale, hu.data() + first, some);
+        };
+        bool finite = false;
+        switch (type) {
+            case SampleType::Int8:
+                finite = as(std::int8_t{});
+                break;
+            case SampleType::UInt8:
+                finite = as(std::uint8_t{});
+                break;
+            case SampleType::Int16:
+                finite = as(std::int16_t{});
+                break;
+            case SampleType::UInt16:
+                finite = as(std::uint16_t{});
+                break;
+            case SampleType::Int32:
+                finite = as(std::int32_t{});
+                break;
+            case SampleType::UInt32:
+                finite = as(std::uint32_t{});
+                break;
+            case SampleType::Int64:
+                finite = as(std::int64_t{});
+                break;
+            case SampleType::UInt64:
+                finite = as(std::uint64_t{});
+                break;
+            case SampleType::Float:
+                finite = as(float{});
+                break;
+            case SampleType::Double:
+                finite = as(double{});
+                break;
+        }
+        if (!finite)
+            refuse_ct(path,
+                      fmt::format("a value that is not finite was found among samples {} to {}", first,
+                                  first + some - 1),
+                      "finite Hounsfield units are accepted");
+    }
+    source.finish();
+    return hu;
+}
+
+}  // namespace patient

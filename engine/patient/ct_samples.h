@@ -1,0 +1,82 @@
+#pragma once
+/// What the readers of CT files share: bytes from plain and compressed files, numbers of any type, checks.
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "engine/patient/ct_image.h"
+
+namespace patient {
+
+/// The readers by kind of file. The same errors as read_ct.
+CtImage read_nifti(const std::filesystem::path&, const Progress&);
+CtImage read_nrrd(const std::filesystem::path&, const Progress&);
+CtImage read_dicom(const std::filesystem::path& folder, const std::string& series, const Progress&);
+
+/// The file that a detached NRRD header names; empty for any other file, or one that is no header.
+std::optional<std::filesystem::path> detached_data(const std::filesystem::path&);
+
+/// "PATH: FOUND; ACCEPTED" as an InputError.
+[[noreturn]] void refuse_ct(const std::filesystem::path&, const std::string& found,
+                            const std::string& accepted);
+
+/// Throws InputError unless there are 2 to 32768 samples along each axis, few enough for memory, in steps of
+/// 0.1 to 10 mm that are finite and not in one plane.
+void require_usable(const std::filesystem::path&, const render::VolumeGrid&);
+/// Throws InputError when no value is below −100: a CT shows fat and air.
+void require_hounsfield(const std::filesystem::path&, const std::vector<std::int16_t>& hu);
+
+/// A file read from front to back, decompressed on the way where it is gzip.
+class ByteSource {
+public:
+    /// From `offset` on [bytes]. Throws InputError when the file cannot be read.
+    ByteSource(std::filesystem::path, std::uint64_t offset, bool gzip);
+    ~ByteSource();
+    ByteSource(const ByteSource&) = delete;
+    ByteSource& operator=(const ByteSource&) = delete;
+
+    /// Throws InputError when so many bytes cannot follow, before memory is taken for them.
+    void require(double bytes) const;
+    /// Throws InputError when the file ends before, or is damaged.
+    void read(void* to, std::size_t bytes);
+    void skip(std::uint64_t bytes);
+    /// Throws InputError when the checksum behind the last byte of compressed data does not fit.
+    void finish();
+
+private:
+    struct Gzip;
+    std::filesystem::path path_;
+    std::uint64_t left_ = 0;  // of the file, as it is stored [bytes]
+    std::uint64_t taken_ = 0;
+    std::ifstream plain_;
+    std::unique_ptr<Gzip> gzip_;
+};
+
+/// True when the file begins as gzip does.
+bool is_gzip(const std::filesystem::path&);
+
+enum class SampleType { Int8, UInt8, Int16, UInt16, Int32, UInt32, Int64, UInt64, Float, Double };
+std::size_t bytes_of(SampleType);
+
+/// How stored numbers become Hounsfield units.
+struct Rescale {
+    double slope = 1.0, intercept = 0.0;
+};
+
+/// The next `count` numbers of the source. Throws InputError when they end before, or one is not finite.
+std::vector<std::int16_t> read_samples(ByteSource&, const std::filesystem::path&, std::size_t count,
+                                       SampleType, bool swapped, Rescale, const Progress&);
+/// Clamped and rounded; empty when it is not finite.
+inline std::optional<std::int16_t> as_hu(double value) {
+    if (!(value > -1e300 && value < 1e300)) return std::nullopt;
+    const double within = value < lowest_hu ? lowest_hu : value > highest_hu ? highest_hu : value;
+    return static_cast<std::int16_t>(within < 0 ? within - 0.5 : within + 0.5);
+}
+
+}  // namespace patient

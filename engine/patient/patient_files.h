@@ -1,0 +1,40 @@
+#pragma once
+/// Which files a patient comes from.
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "engine/io/error.h"
+#include "physics/geometry/vec.h"
+#include "render/xray/materials.h"
+
+namespace patient {
+
+/// A closed surface of one material inside another.
+struct PatientMesh {
+    std::filesystem::path file;
+    render::Material material = render::Material::CorticalBone;
+    render::Material inside = render::Material::SoftTissue;
+    io::TextPlace place = {};  // where the scenario asks for it
+};
+
+/// What a scenario's [patient] says.
+struct PatientFiles {
+    std::filesystem::path ct;          // empty: the body is procedural
+    std::string series;                // of a folder of DICOM files
+    bool keep_table = false;           // what lies outside the body stays
+    bool keep_contrast = false;        // so does contrast in the lumen
+    geometry::Vec3 shift{0, 0, 0};     // from the files' coordinates to the anatomy's, after the turn [mm]
+    geometry::Vec3 rotation{0, 0, 0};  // about x, then y, then z of the files' coordinates [rad]
+    std::vector<PatientMesh> meshes;
+    std::uint64_t content = 0;  // hash of all files
+    io::TextPlace place = {};   // where the scenario asks for the CT
+};
+
+/// Hash of the bytes of a file, of a detached header's data too, or of all files of a folder. Throws
+/// InputError when they cannot be read.
+std::uint64_t content_hash(const std::filesystem::path&);
+
+}  // namespace patient

@@ -1,0 +1,284 @@
+/// CT files of each kind, whole and damaged.
+
+#include <algorithm>
+#include <cstring>
+#include <nifti/nifti1.h>
+#include <random>
+
+#include "engine/patient/ct_image.h"
+#include "engine/patient/patient_files.h"
+#include "engine/patient/voxelise.h"
+#include "tests/engine/fixtures.h"
+#include "tests/engine/patient/dicom_writer.h"
+
+namespace patient {
+namespace {
+
+using geometry::Vec3;
+
+/// Oblique, with steps of three lengths, and no two values alike along an axis.
+CtImage small_ct() {
+    CtImage ct;
+    const geometry::Mat3 turn =
+        (Eigen::AngleAxisd(0.3, Vec3::UnitX()) * Eigen::AngleAxisd(-0.2, Vec3::UnitZ())).toRotationMatrix();
+    ct.grid.size = {7, 5, 6};
+    ct.grid.origin = Vec3(-20.5, 31.25, 1200.125);
+    ct.grid.steps = {0.75 * turn.col(0), 0.5 * turn.col(1), 1.25 * turn.col(2)};
+    for (int i = 0; i < 7 * 5 * 6; ++i) ct.hu.push_back(static_cast<std::int16_t>((i * 73) % 3000 - 1000));
+    return ct;
+}
+
+void expect_same(const CtImage& read, const CtImage& written, double within) {
+    EXPECT_EQ(read.grid.size, written.grid.size);
+    EXPECT_LT((read.grid.origin - written.grid.origin).norm(), within);
+    for (int a = 0; a < 3; ++a)
+        EXPECT_LT((read.grid.steps[a] - written.grid.steps[a]).norm(), within) << "axis " << a;
+    EXPECT_EQ(read.hu, written.hu);
+}
+
+/// In place: a disk takes milliseconds for each file that is emptied and written anew.
+void overwrite(const std::filesystem::path& path, const std::string& text) {
+    std::fstream(path, std::ios::binary | std::ios::in | std::ios::out) << text;
+    std::filesystem::resize_file(path, text.size());
+}
+
+std::string refused(const std::filesystem::path& path, const std::string& series = {}) {
+    return test::refusal([&] { read_ct(path, series); });
+}
+
+}  // namespace
+
+TEST(CtFile, EachKindGivesBackPlacesAndValues) {
+    const test::TemporaryFolder folder;
+    const CtImage ct = small_ct();
+    for (const char* name : {"a.nii", "a.nii.gz", "a.nrrd"}) {
+        write_ct(folder / name, ct);
+        expect_same(read_ct(folder / name), ct, 1e-4);  // NIfTI keeps floats
+    }
+    test::write_dicom(folder / "dicom", ct);
+    expect_same(read_ct(folder / "dicom"), ct, 1e-5);
+    test::DicomSeries with_sign;
+    with_sign.with_sign = true;
+    test::write_dicom(folder / "signed", ct, with_sign);
+    expect_same(read_ct(folder / "signed"), ct, 1e-5);
+}
+
+TEST(CtFile, NiftiPlacesVoxelsByItsQuaternionAndUnitAndRescales) {
+    const test::TemporaryFolder folder;
+    CtImage ct = small_ct();
+    write_ct(folder / "a.nii", ct);
+    std::string text = test::read(folder / "a.nii");
+    nifti_1_header header;
+    std::memcpy(&header, text.data(), sizeof header);
+    header.sform_code = 0;
+    header.qform_code = 1;
+    header.quatern_b = header.quatern_c = 0;
+    header.quatern_d = 1;  // half a turn about z: +i to the left, +j to the back
+    header.qoffset_x = 10, header.qoffset_y = 20, header.qoffset_z = 30;
+    for (int a = 1; a < 4; ++a) header.pixdim[a] = 0.002f;
+    header.qoffset_x = 0.010f, header.qoffset_y = 0.020f, header.qoffset_z = 0.030f;
+    header.xyzt_units = NIFTI_UNITS_METER;
+    header.scl_slope = 0.5f;
+    header.scl_inter = -500;
+    std::memcpy(text.data(), &header, sizeof header);
+    test::write(folder / "b.nii", text);
+    const CtImage read = read_ct(folder / "b.nii");
+    EXPECT_LT((read.grid.origin - Vec3(-10, -20, 30)).norm(), 1e-4);
+    EXPECT_LT((read.grid.steps[0] - Vec3(2, 0, 0)).norm(), 1e-4);
+    EXPECT_LT((read.grid.steps[1] - Vec3(0, 2, 0)).norm(), 1e-4);
+    EXPECT_LT((read.grid.steps[2] - Vec3(0, 0, 2)).norm(), 1e-4);
+    for (std::size_t i = 0; i < ct.hu.size(); ++i) EXPECT_NEAR(read.hu[i], 0.5 * ct.hu[i] - 500, 0.51);
+    // Nothing that says where it is.
+    header.qform_code = 0;
+    std::memcpy(text.data(), &header, sizeof header);
+    test::write(folder / "c.nii", text);
+    test::expect_said(refused(folder / "c.nii"), "neither its qform nor its sform");
+}
+
+TEST(CtFile, NrrdIsReadInEachSpaceTypeEncodingAndOrderOfBytes) {
+    const test::TemporaryFolder folder;
+    const auto header = [](const std::string& type, const std::string& space, const std::string& rest) {
+        return "NRRD0005\n# made by hand\ntype: " + type + "\ndimension: 3\nspace: " + space +
+               "\nsizes: 2 2 2\nspace directions: (1,0,0) (0,2,0) (0,0,3)\nspace origin: (10,20,30)\n"
+               "kinds: domain domain domain\nname:=value\n" +
+               rest;
+    };
+    const std::vector<int> values = {-1000, 0, 40, 1500, -100, 3071, 1, -1};
+    std::string listed;
+    for (const int v : values) listed += std::to_string(v) + " ";
+    test::write(folder / "a.nrrd",
+                header("short", "left-posterior-superior", "encoding: ascii\n\n") + listed);
+    const CtImage ascii = read_ct(folder / "a.nrrd");
+    EXPECT_EQ(std::vector<int>(ascii.hu.begin(), ascii.hu.end()), values);
+    EXPECT_EQ(ascii.grid.origin, Vec3(10, 20, 30));
+    EXPECT_EQ(ascii.grid.steps[1], Vec3(0, 2, 0));
+
+    std::string big, floats;
+    for (const int v : values) {
+        big += static_cast<char>((v >> 8) & 255);
+        big += static_cast<char>(v & 255);
+        const auto f = static_cast<float>(v);
+        floats.append(reinterpret_cast<const char*>(&f), sizeof f);
+    }
+    test::write(folder / "b.nrrd", header("int16", "RAS", "endian: big\nencoding: raw\n\n") + big);
+    const CtImage ras = read_ct(folder / "b.nrrd");
+    EXPECT_EQ(ras.hu, ascii.hu);
+    EXPECT_EQ(ras.grid.origin, Vec3(-10, -20, 30));
+    EXPECT_EQ(ras.grid.steps[0], Vec3(-1, 0, 0));
+    // Detached, behind other bytes.
+    test::write(folder / "c.raw", "12345" + floats);
+    test::write(folder / "c.nhdr",
+                header("float", "LAS", "endian: little\nencoding: raw\nbyte skip: -1\ndata file: c.raw\n"));
+    const CtImage las = read_ct(folder / "c.nhdr");
+    EXPECT_EQ(las.hu, ascii.hu);
+    EXPECT_EQ(las.grid.origin, Vec3(10, -20, 30));
+    const std::uint64_t before = content_hash(folder / "c.nhdr");
+    test::write(folder / "c.raw", "12346" + floats);
+    EXPECT_NE(content_hash(folder / "c.nhdr"), before);
+
+    // What is refused says what is accepted.
+    const std::pair<std::string, std::string> wrong[] = {
+        {header("block", "LPS", "encoding: ascii\n\n") + listed, "'type: block' was found"},
+        {header("short", "scanner-xyz", "encoding: ascii\n\n") + listed, "right-anterior-superior"},
+        {header("short", "LPS", "encoding: bzip2\n\n") + listed, "raw, gzip or ascii"},
+        {header("short", "LPS", "encoding: raw\n\n") + big, "no 'endian' was found"},
+        {header("short", "LPS", "encoding: raw\nendian: big\n\n") + big.substr(3), "asks for 16 bytes"},
+        {header("short", "LPS", "encoding: ascii\n\n") + "1 2 3 4 5 x 7 8 ", "'x' was found for sample 5"},
+        {header("float", "LPS", "encoding: ascii\n\n") + "1 2 3 4 5 nan 7 8", "a finite number"},
+        {header("short", "LPS", "encoding: ascii\nspace units: \"m\" \"m\" \"m\"\n\n") + listed,
+         "mm is accepted"},
+        {"hello", "no header of NRRD"}};
+    for (const auto& [text, said] : wrong) {
+        test::write(folder / "w.nrrd", text);
+        test::expect_said(refused(folder / "w.nrrd"), said);
+    }
+}
+
+TEST(CtFile, DicomSeriesAreChosenAndGapsNamed) {
+    const test::TemporaryFolder folder;
+    CtImage ct = small_ct();
+    test::DicomSeries arterial, venous;
+    venous.uid += "9";
+    venous.number = "4";
+    venous.description = "VENOUS 3.0";
+    test::write_dicom(folder / "two", ct, arterial);
+    for (std::int16_t& hu : ct.hu) hu = static_cast<std::int16_t>(hu / 2);
+    ct.hu[0] = -1000;
+    test::write_dicom(std::filesystem::path(folder / "two") / "deeper", ct, venous);
+    test::write(std::filesystem::path(folder / "two") / "README.txt", "not DICOM");
+    const std::string said = refused(folder / "two");
+    test::expect_said(said, "2 series of CT were found");
+    test::expect_said(said, "number 3, 'ANGIO 0.75', 6 slices of 7 × 5");
+    test::expect_said(said, "number 4, 'VENOUS 3.0'");
+    expect_same(read_ct(folder / "two", "4"), ct, 1e-5);
+    expect_same(read_ct(folder / "two", "VENOUS 3.0"), ct, 1e-5);
+    expect_same(read_ct(folder / "two", venous.uid), ct, 1e-5);
+    test::expect_said(refused(folder / "two", "5"), "0 series fit '5'");
+
+    test::DicomSeries gap;
+    gap.left_out = {2};
+    test::write_dicom(folder / "gap", ct, gap);
+    test::expect_said(refused(folder / "gap"),
+                      "a slice is missing: 2.500 mm lie between IM0010 and IM0024, 1.250 mm between most");
+    test::write_dicom(folder / "double", ct);
+    std::filesystem::copy_file(std::filesystem::path(folder / "double") / "IM0003",
+                               std::filesystem::path(folder / "double") / "copy");
+    test::expect_said(refused(folder / "double"), "0.000 mm lie between");
+    test::DicomSeries magnetic;
+    magnetic.modality = "MR";
+    test::write_dicom(folder / "mr", ct, magnetic);
+    test::expect_said(refused(folder / "mr"), "no slices of CT were found in 6 DICOM files");
+}
+
+TEST(CtFile, WhatIsNoCtOrTooLargeIsRefused) {
+    const test::TemporaryFolder folder;
+    test::expect_said(refused(folder / "nothing.nii"), "no such CT can be read");
+    test::write(folder / "a.txt", "hello");
+    test::expect_said(refused(folder / "a.txt"), "NIfTI (.nii, .nii.gz), NRRD");
+    test::write(folder / "empty.nii", "");
+    test::expect_said(refused(folder / "empty.nii"), "empty");
+    test::expect_said(refused(folder.path()), "no slices of CT");
+    CtImage labels = small_ct();
+    for (std::int16_t& hu : labels.hu) hu = static_cast<std::int16_t>(std::abs(hu));
+    write_ct(folder / "labels.nii", labels);
+    test::expect_said(refused(folder / "labels.nii"), "Hounsfield units");
+    test::expect_said(refused(folder / "labels.nii", "4"), "series is accepted with a folder");
+    CtImage coarse = small_ct();
+    coarse.grid.steps[2] *= 10;
+    write_ct(folder / "coarse.nrrd", coarse);
+    test::expect_said(refused(folder / "coarse.nrrd"), "12.5 mm apart along axis 3");
+    // A header of a gigabyte is refused before memory is taken for it.
+    write_ct(folder / "huge.nii", small_ct());
+    std::string text = test::read(folder / "huge.nii");
+    const short size[3] = {1000, 1000, 500};
+    std::memcpy(text.data() + offsetof(nifti_1_header, dim) + 2, size, sizeof size);
+    test::write(folder / "huge.nii", text);
+    test::expect_said(refused(folder / "huge.nii"), "asks for 1000000000 bytes");
+}
+
+TEST(CtFile, DamagedFilesAreReadOrRefused) {
+    const test::TemporaryFolder folder;
+    const CtImage ct = small_ct();
+    write_ct(folder / "a.nii", ct);
+    write_ct(folder / "a.nii.gz", ct);
+    write_ct(folder / "a.nrrd", ct);
+    test::write(
+        folder / "b.nrrd",
+        "NRRD0004\ntype: float\ndimension: 3\nspace: RAS\nsizes: 2 2 2\nspace directions: (1,0,0) (0,1,0) "
+        "(0,0,1)\nspace origin: (0,0,0)\nencoding: ascii\n\n-1000 0 1 2 3 4 5 6\n");
+    std::string numbers =
+        "NRRD0004\ntype: float\ndimension: 3\nspace: RAS\nsizes: 7 5 6\nspace directions: "
+        "(1,0,0) (0,1,0) (0,0,1)\nspace origin: (0,0,0)\nendian: little\nencoding: raw\n\n";
+    for (const std::int16_t hu : ct.hu) {
+        const auto f = static_cast<float>(hu);
+        numbers.append(reinterpret_cast<const char*>(&f), sizeof f);
+    }
+    test::write(folder / "c.nrrd", numbers);
+    test::write_dicom(folder / "d", ct);
+    const std::filesystem::path one = std::filesystem::path(folder / "d") / "IM0003";
+
+    const unsigned seed = 20260709;
+    std::mt19937 random(seed);
+    int read = 0, refusals = 0;
+    const auto damage = [&](const std::filesystem::path& file, const std::filesystem::path& asked,
+                            int times) {
+        const std::string whole = test::read(file);
+        for (int t = 0; t < times; ++t) {
+            std::string text = whole;
+            const int kind = static_cast<int>(random() % 4);
+            // Headers are where it hurts.
+            const std::size_t reach =
+                random() % 3 == 0 ? text.size() : std::min<std::size_t>(text.size(), 600);
+            for (int n = static_cast<int>(random() % 6) + 1; n > 0; --n) {
+                const std::size_t at = random() % reach;
+                if (kind == 0) text[at] = static_cast<char>(random());
+                if (kind == 1) text[at] = static_cast<char>(text[at] ^ (1 << (random() % 8)));
+                if (kind == 2)
+                    std::memset(text.data() + at, static_cast<int>(random() % 2 * 255),
+                                std::min<std::size_t>(4, text.size() - at));
+                if (kind == 3) std::swap(text[at], text[random() % reach]);
+            }
+            if (random() % 8 == 0) text.resize(random() % text.size());
+            overwrite(file, text);
+            try {
+                const CtImage image = read_ct(asked);
+                ++read;
+                ASSERT_EQ(image.hu.size(), image.grid.count());
+                ASSERT_TRUE(image.grid.axes().allFinite() && image.grid.origin.allFinite());
+                for (const std::int16_t hu : image.hu) ASSERT_TRUE(hu >= lowest_hu && hu <= highest_hu);
+            } catch (const io::InputError&) {
+                ++refusals;
+            } catch (const std::exception& error) {
+                FAIL() << file << ", seed " << seed << ", try " << t << ": " << error.what();
+            }
+        }
+        overwrite(file, whole);
+    };
+    for (const char* name : {"a.nii", "a.nii.gz", "a.nrrd", "b.nrrd", "c.nrrd"})
+        damage(folder / name, folder / name, 2000);
+    damage(one, folder / "d", 2000);
+    EXPECT_GT(read, 500);
+    EXPECT_GT(refusals, 2000);
+}
+
+}  // namespace patient

@@ -1,0 +1,208 @@
+/// The closed loop: a patient of meshes becomes a CT and is imaged again; and how CTs and meshes are asked
+/// for.
+
+#include "engine/patient/ct_patient.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "engine/exercise/imaging.h"
+#include "engine/patient/voxelise.h"
+#include "engine/scenario/scenario.h"
+#include "physics/geometry/mesh_topology.h"
+#include "render/patient/patient.h"
+#include "render/patient/solids.h"
+#include "tests/engine/fixtures.h"
+#include "tests/engine/patient/closed_loop.h"
+
+namespace patient {
+namespace {
+
+using geometry::Vec3;
+
+void write_stl(const std::filesystem::path& path, const geometry::TriangleMesh& mesh,
+               std::size_t left_out = 0) {
+    std::string text = "solid a\n";
+    for (std::size_t t = left_out; t < mesh.triangles.size(); ++t) {
+        text += "facet normal 0 0 0\nouter loop\n";
+        for (const int c : mesh.triangles[t])
+            text += fmt::format("vertex {} {} {}\n", mesh.vertices[static_cast<std::size_t>(c)].x(),
+                                mesh.vertices[static_cast<std::size_t>(c)].y(),
+                                mesh.vertices[static_cast<std::size_t>(c)].z());
+        text += "endloop\nendfacet\n";
+    }
+    test::write(path, text + "endsolid a\n");
+}
+
+/// A body of 60 mm around the small scenario's tube.
+std::vector<render::TissueLayer> small_body() {
+    return {{"body", render::Material::SoftTissue, render::Material::Air,
+             render::ellipsoid({40, 10, 0}, {60, 50, 60}, 40)}};
+}
+
+scenario::Scenario with_patient(const test::TemporaryFolder& folder, const std::string& section) {
+    return scenario::parse_scenario(test::small_toml_with("patient = false", "[patient]\n" + section),
+                                    folder / "mine.toml");
+}
+
+}  // namespace
+
+TEST(CtPatient, ImagesOfThePatientAndOfItsCoarseCtAgree) {
+    // Edges that a voxel blurs are the limit, in proportion to it: tests/studies has a scanner's own.
+    const test::TemporaryFolder folder;
+    const test::LoopErrors coarse = test::closed_loop(folder / "coarse.nii.gz", 3.0, 128),
+                           finer = test::closed_loop(folder / "finer.nrrd", 1.5, 128);
+    for (std::size_t view = 0; view < coarse.size(); ++view) {
+        EXPECT_LT(finer[view].signal, 0.06) << view;
+        EXPECT_LT(finer[view].logarithm, 0.04) << view;
+        EXPECT_LT(finer[view].signal, 0.75 * coarse[view].signal) << view;
+        EXPECT_LT(finer[view].logarithm, 0.75 * coarse[view].logarithm) << view;
+    }
+}
+
+TEST(CtPatient, ScenarioTakesItsBodyFromACtAndKeepsItPrepared) {
+    const test::TemporaryFolder folder;
+    write_ct(folder / "mine.nrrd", voxelised(small_body(), grid_around({-30, -50, -70}, {110, 70, 70}, 2)));
+    const scenario::Scenario scenario = with_patient(folder, "ct = \"mine.nrrd\"\n");
+    const anatomy::Anatomy anatomy = scenario::anatomy_of(scenario);
+    EXPECT_EQ(exercise::tissue_layers(scenario, anatomy).size(), 1u);
+    anatomy::ModelCache cache;
+    cache.folder = folder / "cache";
+    int steps = 0;
+    cache.progress = [&](double part, const char*) {
+        EXPECT_TRUE(part >= 0 && part <= 1);
+        ++steps;
+    };
+    const blood::ContrastFlow contrast(anatomy);
+    const auto image = [&](const scenario::Scenario& of) {
+        exercise::ImagingChain imaging = exercise::make_imaging(of, anatomy, contrast, cache);
+        render::Exposure exposure;
+        exposure.kvp = 70;
+        return imaging.fluoroscope.expected_quanta(of.c_arm, {}, exposure).values;
+    };
+    const std::vector<float> first = image(scenario);
+    EXPECT_GT(steps, 0);
+    steps = 0;
+    EXPECT_EQ(image(scenario), first);
+    EXPECT_EQ(steps, 0);  // from the cache
+    // A damaged file there is made anew.
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "cache")) {
+        std::string bytes = test::read(entry.path());
+        bytes[bytes.size() / 2] ^= 1;
+        test::write(entry.path(), bytes);
+    }
+    EXPECT_EQ(image(scenario), first);
+    EXPECT_GT(steps, 0);
+    // The body is that of the mesh.
+    scenario::Scenario air = test::small_scenario();
+    render::Fluoroscope meshes({}, small_body());
+    render::Exposure exposure;
+    exposure.kvp = 70;
+    const std::vector<float> expected = meshes.expected_quanta(air.c_arm, {}, exposure).values;
+    const std::size_t middle = expected.size() / 2 + 32;
+    EXPECT_NEAR(first[middle], expected[middle], 0.03 * expected[middle]);
+    // Moved: another image, which is kept beside the first.
+    const scenario::Scenario moved = with_patient(folder, "ct = \"mine.nrrd\"\nshift_mm = [0, 0, 30]\n");
+    EXPECT_NE(image(moved), first);
+    EXPECT_EQ(image(scenario), first);
+    EXPECT_NE(moved.content, scenario.content);
+}
+
+TEST(CtPatient, ScenarioIsAnotherWhereTheCtIs) {
+    const test::TemporaryFolder folder;
+    CtImage ct = voxelised(small_body(), grid_around({-30, -50, -70}, {110, 70, 70}, 4));
+    write_ct(folder / "mine.nii", ct);
+    const std::uint64_t before = with_patient(folder, "ct = \"mine.nii\"\n").content;
+    EXPECT_EQ(with_patient(folder, "ct = \"mine.nii\"\n").content, before);
+    ct.hu[7] = 40;
+    write_ct(folder / "mine.nii", ct);
+    EXPECT_NE(with_patient(folder, "ct = \"mine.nii\"\n").content, before);
+}
+
+TEST(CtPatient, PlacesTurnAboutXThenYThenZAndThenMove) {
+    const test::TemporaryFolder folder;
+    const CtImage ct = voxelised(small_body(), grid_around({-30, -50, -70}, {110, 70, 70}, 4));
+    write_ct(folder / "mine.nrrd", ct);
+    PatientFiles files;
+    files.ct = folder / "mine.nrrd";
+    files.keep_table = files.keep_contrast = true;
+    const render::VolumeGrid plain = ct_volume(files, {}).grid;
+    files.rotation = {90 * geometry::degree, 0, 90 * geometry::degree};
+    files.shift = {1, 2, 3};
+    const render::VolumeGrid turned = ct_volume(files, {}).grid;
+    // About x, +y goes to +z and +z to −y; about z then, +x goes to +y and −y to +x.
+    const auto expected = [](const Vec3& p) { return Vec3(p.z(), p.x(), p.y()); };
+    EXPECT_LT((turned.origin - expected(plain.origin) - Vec3(1, 2, 3)).norm(), 1e-9);
+    for (int a = 0; a < 3; ++a) EXPECT_LT((turned.steps[a] - expected(plain.steps[a])).norm(), 1e-9);
+}
+
+TEST(CtPatient, MeshesOfThePatientAreLayersAndMustBeClosed) {
+    const test::TemporaryFolder folder;
+    auto bone = render::ellipsoid({40, 10, 0}, {5, 6, 7}, 16);
+    for (auto& triangle : bone.triangles) std::swap(triangle[1], triangle[2]);  // inside out
+    write_stl(folder / "bone.stl", bone);
+    write_stl(folder / "open.stl", bone, 3);
+    const std::string mesh = "[[patient.mesh]]\nfile = \"bone.stl\"\nmaterial = \"cortical bone\"\n";
+    const scenario::Scenario scenario =
+        with_patient(folder, "shift_mm = [5, 0, 0]\n" + mesh + "inside = \"adipose\"\n");
+    const anatomy::Anatomy anatomy = scenario::anatomy_of(scenario);
+    const std::vector<render::TissueLayer> layers = exercise::tissue_layers(scenario, anatomy);
+    const auto found = std::find_if(layers.begin(), layers.end(),
+                                    [](const render::TissueLayer& layer) { return layer.name == "bone"; });
+    ASSERT_NE(found, layers.end());
+    EXPECT_EQ(found->material, render::Material::CorticalBone);
+    EXPECT_EQ(found->inside, render::Material::Adipose);
+    EXPECT_GT(geometry::signed_volume(found->mesh), 500);
+    double sum = 0;
+    for (const Vec3& v : found->mesh.vertices) sum += v.x();
+    EXPECT_NEAR(sum / static_cast<double>(found->mesh.vertices.size()), 45, 0.5);
+    EXPECT_GT(layers.size(), 5u);  // with the procedural body
+
+    // One that is named as an organ takes its contrast.
+    write_stl(folder / "left kidney.stl", bone);
+    std::string kidney = mesh;
+    kidney.replace(kidney.find("bone.stl"), 8, "left kidney.stl");
+    kidney.replace(kidney.find("cortical bone"), 13, "soft tissue");
+    const std::vector<render::TissueLayer> with_organ =
+        exercise::tissue_layers(with_patient(folder, kidney), anatomy);
+    blood::Outlet outlet;
+    outlet.organ = "kidney";
+    outlet.place = Vec3(40, 10, 0);
+    const auto blushing = exercise::blushing_organs(with_organ, std::vector<blood::Outlet>{outlet});
+    ASSERT_EQ(blushing.size(), 1u);
+    EXPECT_EQ(with_organ[static_cast<std::size_t>(blushing[0].layer)].mesh.triangles.size(),
+              bone.triangles.size());
+
+    std::string open = mesh;
+    open.replace(open.find("bone.stl"), 8, "open.stl");
+    const scenario::Scenario holed = with_patient(folder, open);
+    const std::string said = test::refusal([&] { exercise::tissue_layers(holed, anatomy); });
+    test::expect_said(said, "open.stl' is open: ");
+    test::expect_said(said, "mine.toml:");
+}
+
+TEST(CtPatient, WrongKeysSayWhatIsAccepted) {
+    const test::TemporaryFolder folder;
+    const auto said = [&](const std::string& section) {
+        return test::refusal([&] { with_patient(folder, section); });
+    };
+    test::expect_said(said("ct = \"none.nii\"\n"), "NIfTI (.nii, .nii.gz), NRRD");
+    test::expect_said(said("ct = \"none.nii\"\n"), "mine.toml:");
+    test::expect_said(said("series = \"3\"\n"), "it is accepted with ct");
+    test::expect_said(said("[[patient.mesh]]\nmaterial = \"wood\"\n"), "cortical bone, trabecular bone");
+    test::expect_said(said("[[patient.mesh]]\nfile = \"a.stl\"\n"),
+                      "material of a patient's mesh is missing");
+    test::expect_said(said("table = true\n"), "keep_table");
+    write_ct(folder / "mine.nii", voxelised(small_body(), grid_around({-30, -50, -70}, {110, 70, 70}, 4)));
+    std::string bytes = test::read(folder / "mine.nii");
+    test::write(folder / "mine.nii", bytes.substr(0, 5000));
+    const scenario::Scenario cut = with_patient(folder, "ct = \"mine.nii\"\n");
+    const anatomy::Anatomy anatomy = scenario::anatomy_of(cut);
+    const blood::ContrastFlow contrast(anatomy);
+    const std::string damaged = test::refusal([&] { exercise::make_imaging(cut, anatomy, contrast); });
+    test::expect_said(damaged, "its header asks for");
+    test::expect_said(damaged, "asked for by " + (folder / "mine.toml").string());
+}
+
+}  // namespace patient
