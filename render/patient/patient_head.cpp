@@ -96,7 +96,7 @@ double skull_thickness(const Vec3& p) {
 shape::Compound sinuses(const Chance& chance) {
     shape::Compound air;
     geometry::Random random(chance.field("sinuses"));
-    const auto size = [&](const char* name, int index) { return 1.0 + 0.14 * chance.normal(name, index); };
+    const auto size = [&](const char* name, int index) { return 1.0 + 0.07 * chance.normal(name, index); };
     for (const Side side : {left, right}) {
         const int index = side.sign > 0.0 ? 0 : 1;
         // Maxillary: a pyramid toward the cheek bone. 34 high, 33 deep, 27 wide (texts).
@@ -150,7 +150,7 @@ void add_cranium(shape::Compound& bone, const shape::Solid& cavity) {
         bone.add(shape::ellipsoid(side.at(17, 28, -45), Vec3(7, 11, 7)), 1.2, 4.0);             // condyle
         bone.add(shape::ellipsoid(side.at(44, 8, -26), Vec3(15, 12, 4)), 0.5, 8.0);  // over the jaw's joint
     }
-    bone.add(shape::ellipsoid(Vec3(0, 105, -8), Vec3(14, 8, 6)), 2.0, 14.0);
+    bone.add(shape::ellipsoid(Vec3(0, 100, -8), Vec3(14, 8, 6)), 2.0, 14.0);
     bone.cut(cavity, 1.0);
     bone.cut(shape::sweep({{Vec3(0, 39, -28), 14.5, 17}, {Vec3(0, 38, -64), 15, 18}}, Vec3::UnitX()), 2.0);
     // On the floor inside: sella, clinoid processes, small wings, petrous pyramids at 45° to the midline.
@@ -239,8 +239,8 @@ shape::Compound mandible() {
                                                  {-38, {{51, 7, 3.4}, {51, -6, 1.4}, {50, -22, 2.0}}}});
         bone.add(is_left ? ramus : mirrored(ramus), 1.3, 0.0);
         bone.add(shape::sweep({{side.at(51, 6, -44), 4, 3.4},
-                               {side.at(51, 9, -35), 4, 4},
-                               {side.at(51, 10, -30), 8.5, 4.2}},
+                               {side.at(51, 9, -38), 4, 4},
+                               {side.at(51, 10, -35), 8.5, 3.4}},
                               Vec3::UnitX()),
                  1.2, 3.0);
         bone.add(shape::cone(side.at(50, -21, -44), side.at(50, -22, -33), 3.2, 1.8), 1.0, 3.0);
@@ -248,8 +248,8 @@ shape::Compound mandible() {
                                {side.at(42, -32, -86), 12, 5.6},
                                {side.at(34, -50, -92), 12.5, 5.6},
                                {side.at(22, -64, -96), 13, 5.8},
-                               {side.at(8, -71, -99), 13.5, 6.2},
-                               {side.at(-2, -72, -100), 13.5, 6.6}},
+                               {side.at(8, -70, -97), 12.5, 6.2},
+                               {side.at(-2, -71, -97), 12.5, 6.2}},
                               Vec3::UnitZ(), 2.6),
                  2.2, 5.0);
     }
@@ -259,7 +259,7 @@ shape::Compound mandible() {
 shape::Compound atlas_and_dens() {
     shape::Compound bone;
     bone.add(
-        shape::sweep({{Vec3(0, 25, -74), 6, 6}, {Vec3(0, 26, -60), 5, 5.5}, {Vec3(0, 26, -46), 4.2, 4.5}},
+        shape::sweep({{Vec3(0, 25, -56), 6, 6}, {Vec3(0, 26, -52), 5, 5.5}, {Vec3(0, 26, -46), 4.2, 4.5}},
                      Vec3::UnitX()),
         1.2, 0.0);
     for (const Side side : {left, right}) {

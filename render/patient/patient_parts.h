@@ -107,9 +107,10 @@ geometry::Vec3 shoulder_joint(const Chest&);
 geometry::Vec3 arm_way(const Chest&);
 void add_chest_layers(std::vector<TissueLayer>&, const Chest&, const Chance&);
 
-/// `cavity`: what the muscles of belly, back and pelvis enclose; `front`: y of the skin in front of it.
-void add_abdomen_layers(std::vector<TissueLayer>&, const Chance&, const shape::Solid& cavity, double front,
-                        bool bowel_gas);
+/// `flesh`: what is under the fat of the skin; `cavity`: what the muscles of belly, back and pelvis enclose;
+/// `front`: y of the skin in front of it.
+void add_abdomen_layers(std::vector<TissueLayer>&, const Chance&, const shape::Solid& flesh,
+                        const shape::Solid& cavity, double front, bool bowel_gas);
 
 void add_head_bones(Bones&, const Chance&);
 void add_head_layers(std::vector<TissueLayer>&, const Chance&);

@@ -116,6 +116,7 @@ Solid sweep(const std::vector<Station>& stations, const Vec3& u, double exponent
         joint.inverse = 1.0 / std::max(joint.way.squaredNorm(), 1e-12);
         box.extend(box_around(joint.at, Vec3::Constant(std::max(joint.a, joint.b))));
     }
+    if (inset) box = inflated(box, 0.1 * box.sizes().minCoeff());  // it may bulge
     return {[joints = std::move(joints), exponent, inset = std::move(inset)](const Vec3& p) {
                 double least = 1e300, part = 0.0;
                 std::size_t nearest = 0;
@@ -462,7 +463,7 @@ private:
         for (int z = z0; z < z0 + part; ++z) {
             for (int y = y0; y < y0 + part; ++y) {
                 for (int x = x0; x < x0 + part; ++x) {
-                    if (x == 0 || y == 0 || z == 0 || x + 1 >= size_[0] || y + 1 >= size_[1] ||
+                    if (x <= 1 || y <= 1 || z <= 1 || x + 1 >= size_[0] || y + 1 >= size_[1] ||
                         z + 1 >= size_[2])
                         continue;  // closed at the border of the grid
                     const std::size_t at = index(x, y, z);
