@@ -56,14 +56,14 @@ constexpr SkinSection skin[] = {
     {500, 61, 62, 7, 2, 4},
     {512, 63, 84, -16, 2, 4},
     {524, 68, 94, -25, 2.1, 4},
-    {552, 70, 94, -31, 2.1, 4},
+    {552, 70, 97, -28, 2.1, 4},
     {580, 78, 100, -20, 2.1, 4},
     {605, 80, 103, -11, 2.2, 4},
     {630, 83, 104, -3, 2.3, 4},
     {660, 84, 104, 3, 2.3, 4},
     {690, 80, 98, 6, 2.2, 4},
     {714, 67, 84, 8, 2.1, 6},
-    {730, 42, 57, 8, 2, 6},
+    {731, 45, 61, 9, 2, 7},
     {head_top, 14, 20, 8, 2, 6},
 };
 
@@ -115,6 +115,9 @@ struct Outline {
     const Chest& chest;
     double low, high;
 };
+
+/// The body's surface; under its fat if `share` of the fat is 1; deeper by `inset` mm. Thighs 175 mm thick
+/// below the perineum.
 shape::Solid trunk(const Outline& outline, double share, double inset) {
     const PatientSpec spec = outline.spec;
     const double low = outline.low, high = outline.high, chest_front = outline.chest.front;
