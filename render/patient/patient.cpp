@@ -136,7 +136,11 @@ shape::Solid trunk(const Outline& outline, double share, double inset) {
                   const double px = std::pow(qx, n - 1), py = std::pow(qy, n - 1), sum = px * qx + py * qy;
                   const double k0 = std::pow(sum, 1.0 / n);
                   const double slope = std::hypot(px / a, py / b) * k0 / sum;
-                  const double across = 0.9 * (k0 - 1.0) / slope;
+                  // The surface leans at the shoulders and over the head: it is nearer than along the
+                  // section.
+                  const double leans = std::clamp((z - 670.0) / 30.0, 0.0, 1.0) +
+                                       0.6 * std::clamp(1.0 - std::abs(z - 445.0) / 45.0, 0.0, 1.0);
+                  const double across = (0.9 - 0.6 * leans) * (k0 - 1.0) / slope;
                   const double under = low < perineum ? perineum - p.z() : low - p.z();
                   // Rounded below, toward the thighs.
                   const double lower = under + less, round = 50.0, apart = std::abs(across - lower);

@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
@@ -28,7 +29,7 @@ double rib_gap(double z) {
     return pleura_to_rib + 8.0 * std::clamp((z - 360.0) / 55.0, 0.0, 1.0);
 }
 
-constexpr double shoulder_cell = 2.2;  // of the grid [mm]
+constexpr double blade_cell = 1.6, shoulder_cell = 2.2;  // of the grids [mm]
 
 /// A place on the back of the cage, `gap` mm off the lungs.
 Vec3 behind(const Chest& chest, double x, double z, double gap) {
@@ -131,8 +132,10 @@ shape::Compound collar_bone(const Chest& chest) {
 }
 
 void add_shoulders(Bones& bones, const Chest& chest) {
-    for (const shape::Compound& bone : {shoulder_blade(chest), humerus(chest), collar_bone(chest)}) {
-        const shape::Surfaces surfaces = shape::polygonised(bone, shoulder_cell);
+    for (const auto& [bone, cell] : {std::pair{shoulder_blade(chest), blade_cell},
+                                     {humerus(chest), shoulder_cell},
+                                     {collar_bone(chest), shoulder_cell}}) {
+        const shape::Surfaces surfaces = shape::polygonised(bone, cell);
         bones.add(surfaces);
         bones.add_mirrored(surfaces);
     }
@@ -166,7 +169,7 @@ void add_sternum(Bones& bones, const Chest& chest) {
 /// Specks of calcium in the cartilage between ribs and sternum, as after the age of forty.
 void add_cartilage_specks(Bones& bones, const Chest& chest, const Chance& chance, int number,
                           const Vec3& rib_end, Side side) {
-    if (number > 10) return;
+    if (number > 7) return;
     geometry::Random random(chance.field("costal cartilage", 2 * number + (side.sign > 0 ? 0 : 1)));
     const double meets = number <= 7 ? 405.0 - 19.0 * number : 262.0 + 4.0 * (10 - number);
     const CageSection cage = chest.section(meets);

@@ -245,7 +245,7 @@ private:
         }
         const Vec3 p = node(cell[0], cell[1], cell[2]) + cell_ / count * sum;
         const double steepness = slope.norm() / (4.0 * cell_);
-        const Vec3 normal = known && steepness > 0.3 ? Vec3(slope.normalized()) : Vec3(Vec3::Zero());
+        const Vec3 normal = known && steepness > 0.1 ? Vec3(slope.normalized()) : Vec3(Vec3::Zero());
         if (normal.isZero()) return {p, normal, cell};
         return {onto_surface(p, normal / steepness, cell, core_surface), normal, cell};
     }
