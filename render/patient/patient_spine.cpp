@@ -273,10 +273,10 @@ shape::Compound sacrum() {
         // Articular process of S1, lateral crest.
         shape.add(shape::cone(side.at(19, 50, -72), side.at(21, 53, -58), 5.5, 4.0), 1.0, 3.0);
     }
-    // Median crest behind the canal.
-    shape.add(shape::sweep({{Vec3(0, 64, -80), 6, 10}, {Vec3(0, 75, -108), 4, 5}, {Vec3(0, 77, -135), 3, 4}},
-                           Vec3::UnitX()),
-              0.8, 4.0);
+    // Median crest behind the canal: tubercles that hardly meet.
+    for (const auto& [y, z, tall] :
+         {std::array{67.0, -82.0, 8.0}, {75.0, -102.0, 7.0}, {77.0, -121.0, 5.5}, {76.0, -137.0, 4.0}})
+        shape.add(shape::ellipsoid(Vec3(0, y, z), Vec3(2.6, 6.0, tall)), 0.6, 3.0);
     // The plate of S1, the canal and the foramina.
     shape.cut({[plate = shape::half_space(Vec3(0, 25, -60), Vec3(0, 0.55, -0.83)).distance](const Vec3& p) {
                    return std::max(plate(p), std::abs(p.x()) - 28.0);
@@ -297,10 +297,10 @@ shape::Compound sacrum() {
                                           {64, -131, 11.5, 17, 4.2},
                                           {66, -148, 10, 13, 3.4}};
         for (const auto& [y, z, from, to, radius] : foramina) {
-            shape.cut(shape::cone(side.at(from, y, z), side.at(to, y - 18.0, z - 8.0), 0.6 * radius, radius),
+            shape.cut(shape::cone(side.at(from, y, z), side.at(to, y - 18.0, z - 8.0), 0.9 * radius, radius),
                       2.0);
             shape.cut(shape::cone(side.at(from + 1.0, y, z), side.at(to - 2.0, y + 16.0, z + 2.0),
-                                  0.5 * radius, 0.6 * radius),
+                                  0.65 * radius, 0.7 * radius),
                       1.5);
         }
     }
