@@ -350,7 +350,7 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
     add_spine(bones, chance, std::max(low + 20.0, from - beyond), std::min(high - 20.0, to + beyond));
     if (with_abdomen && from < 40.0) add_pelvis(bones, chance, low + 24.0);
     if (with_chest) add_cage(bones, thorax, chance, to > 340.0);
-    if (with_head && to > 520.0) add_head_bones(bones, chance);
+    if (with_head && to > 560.0) add_head_bones(bones, chance);
 
     std::vector<TissueLayer> layers;
     layers.push_back({"skin and fat", Material::Adipose, Material::Air,
@@ -379,7 +379,7 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
                            spec.bowel_gas);
     }
     if (with_chest) add_chest_layers(layers, thorax, chance);
-    if (with_head && to > 520.0) add_head_layers(layers, chance);
+    if (with_head && to > 560.0) add_head_layers(layers, chance);
     for (TissueLayer& layer : layers) {
         for (Vec3& v : layer.mesh.vertices) v += spec.origin;
     }
