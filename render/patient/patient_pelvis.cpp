@@ -34,10 +34,10 @@ shape::Compound hip_bone(const Chance& chance) {
                       {-130, {{60, 44, 5}, {67, 39, 8}, {76, 29, 10}, {85, 14, 11}, {93, -10, 9}}},
                       {-116, {{51, 57, 5}, {62, 47, 6}, {75, 33, 6.5}, {87, 13, 7.5}, {99, -19, 6.5}}},
                       {-100, {{45, 72, 7}, {61, 55, 6}, {79, 37, 3.8}, {94, 13, 4.4}, {107, -24, 5}}},
-                      {-84, {{43, 81, 7}, {66, 61, 5}, {88, 40, 2.6}, {104, 13, 3}, {117, -32, 4.5}}},
-                      {-68, {{46, 83, 6}, {73, 63, 3.6}, {97, 42, 2.3}, {114, 13, 2.5}, {125, -36, 4.5}}},
-                      {-52, {{60, 77, 4.5}, {87, 60, 3}, {108, 42, 2.3}, {123, 16, 2.5}, {131, -24, 4}}},
-                      {-34, {{84, 65, 4}, {105, 50, 2.8}, {120, 34, 2.5}, {131, 14, 2.8}, {135, -8, 4}}},
+                      {-84, {{43, 81, 7}, {66, 61, 5}, {88, 40, 2.9}, {104, 13, 3}, {117, -32, 4.5}}},
+                      {-68, {{46, 83, 6}, {73, 63, 3.6}, {97, 42, 2.7}, {114, 13, 2.8}, {125, -36, 4.5}}},
+                      {-52, {{60, 77, 4.5}, {87, 60, 3}, {108, 42, 2.7}, {123, 16, 2.8}, {131, -24, 4}}},
+                      {-34, {{84, 65, 4}, {105, 50, 2.8}, {120, 34, 2.8}, {131, 14, 2.8}, {135, -8, 4}}},
                       {-20, {{112, 46, 4}, {121, 36, 3.5}, {127, 26, 3.5}, {132, 17, 4}, {135, 8, 5}}}}),
         0.6, 0.0);
     // Crest, from the posterior to the anterior superior spine, with its tubercle.
@@ -82,6 +82,8 @@ shape::Compound hip_bone(const Chance& chance) {
     // The cup: cartilage lies between it and the head; its floor is deeper below and has no cartilage.
     const Vec3 opening = Vec3(0.70, -0.24, -0.67).normalized();
     shape.add(shape::ball(hip_joint + Vec3(-1, 2, 2), head_radius + joint_space + 3.6), 0.8, 9.0);
+    // The roof bears on the ilium.
+    shape.add(shape::ellipsoid(hip_joint + Vec3(4, 5, 30), Vec3(24, 19, 24)), 0.8, 10.0);
     shape.cut(shape::ball(hip_joint, head_radius + joint_space), 0.8);
     shape.cut(shape::ball(hip_joint - Vec3(7, 0, 6), 23.0), 2.0);
     shape::Solid mouth = shape::half_space(hip_joint + 2.0 * opening, -opening);
@@ -100,7 +102,7 @@ shape::Compound hip_bone(const Chance& chance) {
     // The joint with the sacrum, 2.5 mm wide.
     shape.clear_of(sacrum(), 2.5);
     const std::uint64_t field = chance.field("hip cortex");
-    shape.roughen([field](const Vec3& p) { return 0.5 * shape::fractal(p, 16.0, 4.0, 0.5, field); }, 1.1);
+    shape.roughen([field](const Vec3& p) { return 0.3 * shape::fractal(p, 16.0, 4.0, 0.5, field); }, 0.7);
     return shape;
 }
 
