@@ -30,7 +30,7 @@ const char* const footer =
 
 struct RunArguments {
     std::vector<std::string> set;
-    std::string scenario, commands, out, expect, cache, trace, learner, frames = "all";
+    std::string scenario, commands, out, expect, cache, trace, learner, frames = "all", dicom;
     int every = 1;
     bool panel = false, truth = false;
 };
@@ -47,11 +47,15 @@ int run_scenario(const RunArguments& arguments) {
     run::RunOptions options;
     options.every = arguments.every;
     options.images = arguments.frames != "none";
-    if (!options.images && (arguments.panel || arguments.truth))
+    if (!options.images && (arguments.panel || arguments.truth || !arguments.dicom.empty()))
         throw io::InputError(fmt::format("--frames none: {} needs images; 'all' is accepted with it",
-                                         arguments.panel ? "--panel" : "--truth"));
+                                         arguments.panel   ? "--panel"
+                                         : arguments.truth ? "--truth"
+                                                           : "--dicom"));
     options.panel = arguments.panel;
     options.truth = arguments.truth;
+    if (!arguments.dicom.empty())
+        options.dicom = arguments.dicom == "shown" ? dicom::Pixels::Shown : dicom::Pixels::Signal;
     options.trace = arguments.trace;
     options.origin = origin(arguments.learner);
     if (!arguments.expect.empty()) options.expect = arguments.expect;
@@ -121,6 +125,12 @@ Command add_run(CLI::App& parser) {
     command->add_flag(
         "--truth", arguments->truth,
         "Ground truth of every image in truth/: wire, tip and vessels in pixels, masks, camera");
+    command
+        ->add_option(
+            "--dicom", arguments->dicom,
+            "X-ray angiograms in dicom/, one for each stretch of beam at one pose: 'shown', as on the "
+            "monitor, or 'signal', the detector's in 16 bits")
+        ->check(CLI::IsMember({"shown", "signal"}));
     command->add_option("--trace", arguments->trace,
                         "File for the state of each frame: place, forces, way left, dose (.csv)");
     command->add_option("--expect", arguments->expect,

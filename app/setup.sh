@@ -4,9 +4,9 @@ set -eu
 
 packages="
     g++ cmake ninja-build pkg-config
-    libeigen3-dev libembree-dev libosmesa6-dev libimgui-dev libglfw3-dev libglm-dev libassimp-dev libpugixml-dev libpng-dev libdeflate-dev zlib1g-dev
+    libeigen3-dev libembree-dev libosmesa6-dev libimgui-dev libglfw3-dev libglm-dev libassimp-dev libpugixml-dev libpng-dev libdeflate-dev zlib1g-dev libdcmtk-dev
     libtomlplusplus-dev nlohmann-json3-dev libfmt-dev libcli11-dev
-    libgtest-dev libvalijson-dev libbenchmark-dev xvfb libx11-dev libxtst-dev chromium clang-format clang-tidy gnuplot-nox fonts-dejavu-core dpkg-dev
+    libgtest-dev libvalijson-dev libbenchmark-dev xvfb libx11-dev libxtst-dev chromium dcmtk clang-format clang-tidy gnuplot-nox fonts-dejavu-core dpkg-dev
 "
 
 missing() {

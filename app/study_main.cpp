@@ -51,6 +51,7 @@ int study(const StudyArguments& arguments) {
     const char* meshes = std::getenv("SELDINGER_REAL_MESHES");
     if (meshes) options.real_meshes = meshes;
     options.scenarios = assets() / "scenarios";
+    options.devices = assets() / "devices";
     options.quick = arguments.quick;
     options.threads = arguments.threads;
     options.seed = arguments.seed;

@@ -51,9 +51,11 @@ const std::map<std::string, Room> rooms = {
      {all_physics + all_render +
           Names{"engine/anatomy", "engine/blood", "engine/io", "engine/scenario", "engine/script"},
       "exercise"}},
+    {"engine/dicom", {{"engine/io", "physics/geometry", "render/picture", "render/xray"}, "dicom"}},
     {"engine/run",
      {all_physics + all_render +
-          Names{"engine/anatomy", "engine/exercise", "engine/io", "engine/scenario", "engine/script"},
+          Names{"engine/anatomy", "engine/dicom", "engine/exercise", "engine/io", "engine/scenario",
+                "engine/script"},
       "run"}},
     {"engine/debrief",
      {all_physics + Names{"engine/anatomy", "engine/exercise", "engine/io", "engine/run", "engine/scenario",
@@ -96,6 +98,7 @@ const std::map<std::string, Names> third_party = {
     {"backends", {"app/play"}},  // of ImGui
     {"GLFW", {"app/play", "app/play/gl.h"}},
     {"assimp", {"engine/anatomy"}},
+    {"dcmtk", {"engine/dicom"}},
     {"toml++", {"engine/anatomy/grow", "engine/io", "engine/room", "engine/run", "engine/scenario"}},
     {"nlohmann",
      {"engine/debrief", "engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/exercise",

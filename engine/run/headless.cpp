@@ -11,6 +11,7 @@
 #include "engine/exercise/trace.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
+#include "engine/run/angiogram_folder.h"
 #include "engine/run/expectation.h"
 #include "engine/run/output_folder.h"
 #include "engine/run/truth_files.h"
@@ -71,7 +72,7 @@ private:
 class FolderOutputs {
 public:
     FolderOutputs(OutputFolder& folder, const RunOptions& options, int last, double frame_rate,
-                  const exercise::Simulation& simulation)
+                  const exercise::Simulation& simulation, const script::CommandScript& script)
         : folder_(folder), truth_(options.images && options.truth), sheet_(last, options.every, frame_rate) {
         if (!options.trace.empty()) {
             trace_.emplace(simulation);
@@ -79,6 +80,12 @@ public:
             trace_file_->append(exercise::Trace::header());
         }
         if (options.images) frames_.emplace(folder.frames());
+        if (options.images && options.dicom) {
+            script::Origin origin = options.origin;
+            exercise::identify(origin, simulation);
+            angiograms_.emplace(folder.dicom(), *options.dicom, origin, study_of(origin, script),
+                                options.every);
+        }
         if (!options.images || !options.panel) return;
         panel_.emplace();
         panels_.emplace(folder.panel());
@@ -95,10 +102,12 @@ public:
         if (panel_)
             panels_->accept(frame.time.index, panel_->draw(image, frame.monitor->reference(),
                                                            readout_.read(frame, exercise.score())));
+        if (angiograms_) angiograms_->take(frame, *exercise.monitor(), image);
         if (truth_ && frame.monitor->last_pulse()) write_truth(folder_.truth(), exercise.truth(), frame.time);
     }
     void finish(const RunResult& result, const script::Origin& origin) {
         if (panels_) panels_->finish();
+        if (angiograms_) angiograms_->finish();
         if (const auto page = sheet_.page()) folder_.write_sheet(*page);
         folder_.write_score(
             exercise::to_json({origin.program, origin.learner, result.score, result.earlier, result.par}));
@@ -110,6 +119,7 @@ private:
     bool truth_;
     Sheet sheet_;
     std::optional<PngFolder> frames_, panels_;
+    std::optional<AngiogramFolder> angiograms_;
     std::optional<render::Panel> panel_;
     exercise::RoomReadout readout_;
     std::optional<exercise::Trace> trace_;
@@ -255,10 +265,10 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
     exercise::Exercise exercise(scenario, options.images, cache);
     require_possible(exercise.simulation(), script, options);
 
-    OutputFolder folder(out,
-                        {options.images, options.images && options.panel, options.images && options.truth});
+    OutputFolder folder(out, {options.images, options.images && options.panel,
+                              options.images && options.truth, options.images && options.dicom});
     FolderOutputs outputs(folder, options, last_frame_of(scenario, script), scenario.frame_rate,
-                          exercise.simulation());
+                          exercise.simulation(), script);
     exercise.record(folder.recording(), {options.origin, options.hash_every});
     const RunResult result = run(exercise, script, expectation, outputs.frames(), &outputs, options);
     exercise.close_recording();

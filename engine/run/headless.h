@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/dicom/angiogram.h"
 #include "engine/exercise/exercise.h"
 #include "engine/run/frame_sink.h"
 #include "engine/scenario/scenario.h"
@@ -25,6 +26,7 @@ struct RunOptions {
     bool images = true;                           // off = neither frames nor a sheet
     bool panel = false;                           // the image with the readouts around it, in panel/
     bool truth = false;                           // ground truth of each image, in truth/
+    std::optional<dicom::Pixels> dicom;           // the images as DICOM objects, in dicom/
     std::filesystem::path trace;                  // file for the rows of exercise::Trace (.csv); empty = none
     int hash_every = 10;                          // frames between two state lines of the recording
     script::Origin origin;                        // program and learner, named in the recording

@@ -5,6 +5,7 @@
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/run/angiogram_folder.h"
 #include "engine/run/frame_sink.h"
 #include "engine/run/picture_file.h"
 
@@ -28,12 +29,14 @@ bool make(const fs::path& folder) {
     return made;
 }
 
-/// Whether the file is named frame_000123 with one of the endings that are written here.
+/// Whether the file is an angiogram or named frame_000123 with one of the endings that are written here.
 bool is_of_a_frame(const fs::path& file) {
     const std::string name = file.filename().string(), stem = name.substr(0, frame_file_name(0).size() - 4);
     const std::string ending = name.substr(stem.size());
+    if (is_angiogram_file_name(name)) return true;
     return frame_of_file_name(stem + ".png") >= 0 &&
-           (ending == ".png" || ending == ".json" || ending == "_wire.png" || ending == "_vessels.png");
+           (ending == ".png" || ending == ".json" || ending == "_wire.png" || ending == "_catheter.png" ||
+            ending == "_vessels.png");
 }
 
 void take_out(const fs::path& file) {
@@ -63,7 +66,7 @@ void refuse_to_overwrite(const fs::path& out, const fs::path& script,
 OutputFolder::OutputFolder(fs::path path, Parts parts) : path_(std::move(path)) {
     made_ = make(path_);
     for (const char* name : {"run.gw", "score.json", "sheet.png"}) take_out(path_ / name);
-    for (const fs::path& folder : {frames(), panel(), truth()}) {
+    for (const fs::path& folder : {frames(), panel(), truth(), dicom()}) {
         std::vector<fs::path> old;
         std::error_code error;
         for (const auto& entry : fs::directory_iterator(folder, error))
@@ -73,12 +76,13 @@ OutputFolder::OutputFolder(fs::path path, Parts parts) : path_(std::move(path)) 
     if (parts.frames) make(frames());
     if (parts.panel) make(panel());
     if (parts.truth) make(truth());
+    if (parts.dicom) make(dicom());
 }
 
 OutputFolder::~OutputFolder() {
     if (kept_) return;
     std::error_code ignored;  // fs::remove takes only empty folders
-    for (const fs::path& folder : {frames(), panel(), truth()}) fs::remove(folder, ignored);
+    for (const fs::path& folder : {frames(), panel(), truth(), dicom()}) fs::remove(folder, ignored);
     if (made_) fs::remove(path_, ignored);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 /// The folder that a run leaves behind: run.gw, score.json, sheet.png, and for its frames frames/, panel/ and
-/// truth/ with frame_000123.png and the like.
+/// truth/ with frame_000123.png and the like, and dicom/ with xa_0001.dcm.
 
 #include <filesystem>
 #include <optional>
@@ -18,7 +18,7 @@ class OutputFolder {
 public:
     /// The parts of each frame to keep.
     struct Parts {
-        bool frames = true, panel = false, truth = false;
+        bool frames = true, panel = false, truth = false, dicom = false;
     };
     /// Creates the folder and removes the files of an earlier run; other files stay. Throws InputError.
     OutputFolder(std::filesystem::path, Parts);
@@ -32,6 +32,7 @@ public:
     std::filesystem::path frames() const { return path_ / "frames"; }
     std::filesystem::path panel() const { return path_ / "panel"; }
     std::filesystem::path truth() const { return path_ / "truth"; }
+    std::filesystem::path dicom() const { return path_ / "dicom"; }
     void write_score(const std::string& json) const;
     void write_sheet(const render::GrayImage&) const;
 

@@ -86,56 +86,54 @@ ParetoMethod drawn(ParetoMethod method, const std::string& colour, const std::st
     return method;
 }
 
-ParetoMethod position_rod(const std::string& name, const rivals::PositionSettings& settings, int rounds) {
+/// A classical method; `make` takes the rod, whose EA is `axial` times as large, and the tube.
+template <class Make>
+ParetoMethod classical(const std::string& name, double axial, const Make& make) {
     ParetoMethod m;
     m.name = name;
     m.family = Family::Classical;
+    m.make = [axial, make](const ParetoVessel& v, bool) {
+        rivals::RodSpec rod = v.rod;
+        rod.axial *= axial;
+        return std::make_unique<RivalRunner>(make(rod, v.tube.get()));
+    };
+    return m;
+}
+
+/// One that takes many cheap rounds, at most so many a push.
+ParetoMethod of_many_rounds(ParetoMethod m, int rounds, const char* round, const char* solve) {
     m.first = 4;
     m.most_push = rounds;
     m.most_cold = 4 * rounds;
-    m.round = "a substep";
-    m.solve = "the projection of one constraint";
-    m.make = [settings](const ParetoVessel& v, bool) {
-        return std::make_unique<RivalRunner>(
-            std::make_unique<rivals::PositionRod>(v.rod, v.tube.get(), settings));
-    };
+    m.round = round;
+    m.solve = solve;
     return m;
+}
+
+ParetoMethod position_rod(const std::string& name, const rivals::PositionSettings& settings, int rounds) {
+    const auto make = [settings](const rivals::RodSpec& rod, const rivals::Tube* tube) {
+        return std::make_unique<rivals::PositionRod>(rod, tube, settings);
+    };
+    return of_many_rounds(classical(name, 1, make), rounds, "a substep", "the projection of one constraint");
 }
 
 ParetoMethod spring_chain(const std::string& name, const rivals::ChainSettings& settings, double axial,
                           int rounds) {
-    ParetoMethod m;
-    m.name = name;
-    m.family = Family::Classical;
-    m.first = 4;
-    m.most_push = rounds;
-    m.most_cold = 4 * rounds;
-    m.round = "a time step";
-    m.solve = "none";
-    m.make = [settings, axial](const ParetoVessel& v, bool) {
-        rivals::RodSpec rod = v.rod;
-        rod.axial *= axial;
-        return std::make_unique<RivalRunner>(
-            std::make_unique<rivals::SpringChain>(rod, v.tube.get(), settings));
+    const auto make = [settings](const rivals::RodSpec& rod, const rivals::Tube* tube) {
+        return std::make_unique<rivals::SpringChain>(rod, tube, settings);
     };
-    return m;
+    return of_many_rounds(classical(name, axial, make), rounds, "a time step", "none");
 }
 
 ParetoMethod beam_rod(const std::string& name, double axial) {
-    ParetoMethod m;
-    m.name = name;
-    m.family = Family::Classical;
+    ParetoMethod m = classical(name, axial, [](const rivals::RodSpec& rod, const rivals::Tube* tube) {
+        return std::make_unique<rivals::BeamRod>(rod, tube, rivals::BeamSettings{});
+    });
     m.newton = true;
     m.most_push = 200;
     m.most_cold = 1000;
     m.round = "a Newton step";
     m.solve = "a factorisation of the 5N × 5N tangent";
-    m.make = [axial](const ParetoVessel& v, bool) {
-        rivals::RodSpec rod = v.rod;
-        rod.axial *= axial;
-        return std::make_unique<RivalRunner>(
-            std::make_unique<rivals::BeamRod>(rod, v.tube.get(), rivals::BeamSettings{}));
-    };
     return m;
 }
 

@@ -12,6 +12,7 @@
 #include "engine/studies/energy_parts.h"
 #include "engine/studies/lateral_deviation.h"
 #include "engine/studies/paper.h"
+#include "engine/studies/resolution_claims.h"
 #include "engine/studies/work.h"
 #include "physics/geometry/polyline.h"
 
@@ -26,13 +27,6 @@ Sizes sizes(bool quick) {
     if (!quick) return {};
     return {{60, 180, 12}, 3, 1};
 }
-
-/// A tube whose curves are taken at several offsets of its pieces.
-struct Family {
-    std::string name;
-    ResolutionTube tube;
-    std::vector<ResolutionCurve> curves = {};
-};
 
 std::string family_name(const std::string& tube, double piece) {
     return piece > 0 ? fmt::format("{}, pieces of {:.3g} mm", tube, piece) : tube + ", smooth";
@@ -50,106 +44,6 @@ std::vector<Family> families(const Sizes& size) {
         }
     return list;
 }
-enum Places { main_family = 0, half_pieces = 1, smooth = 2 };
-
-bool near(double a, double b, double factor) {
-    return a > b / factor && a < b * factor;
-}
-
-std::string range(const Quantiles& q, const char* format) {
-    return fmt::format("{} to {}", fmt::format(fmt::runtime(format), q.low),
-                       fmt::format(fmt::runtime(format), q.high));
-}
-
-/// `elsewhere` is what the jumps are in the other tubes that the calibration would accept.
-void claim_fig_13(StudyResult& result, const std::vector<Family>& all, const std::string& elsewhere) {
-    const std::span<const ResolutionCurve> curves(all[main_family].curves);
-    const auto figure = [&](double ResolutionCurve::*what) { return quantiles(curves, what); };
-    std::vector<double> c1, c2, dispersion, ratio;
-    for (const ResolutionCurve& curve : curves) {
-        c1.push_back(curve.fit.c1);
-        c2.push_back(curve.fit.c2);
-        dispersion.push_back(curve.upper_scatter / curve.lower_scatter);
-        ratio.push_back(curve.spread / curve.separation);
-    }
-    FigureClaims fig(result, "Fig. 13",
-                     fmt::format("Where the artery's {} pieces begin along the tube is not published, so "
-                                 "that every figure is the median of {} "
-                                 "offsets; notes give its values at a tenth and nine tenths of them. Tube "
-                                 "and k are not published: scene coronary "
-                                 "was found by a search of 150 tubes for c1 and the separation of the wires, "
-                                 "and k by c1 and ΔU/U at η = 3 (table "
-                                 "resolution_calibration). These are *calibrated*. The length of the pieces "
-                                 "is the paper's: Ω = 162 of them along "
-                                 "the wire.",
-                                 std::lround(175 / published_piece), curves.size()));
-    const Quantiles of_c1 = quantiles(c1), of_c2 = quantiles(c2),
-                    at_three = figure(&ResolutionCurve::at_three);
-    fig.add(ClaimKind::Calibrated, "c1, of the wall", published_fit.c1, of_c1.median,
-            std::abs(of_c1.median / published_fit.c1 - 1) < 0.15, "within 15 %", range(of_c1, "{:.3f}"));
-    fig.add(ClaimKind::Calibrated, "ΔU/U at η = 3", published_fit.at(3), at_three.median,
-            std::abs(at_three.median / published_fit.at(3) - 1) < 0.15, "within 15 %",
-            range(at_three, "{:.4f}"));
-    const Quantiles largest = figure(&ResolutionCurve::largest);
-    fig.add(ClaimKind::Calibrated, "largest |ΔU/U| up to η = 3", std::string("< 0.025"), largest.median,
-            largest.median < 0.025, "below 0.025", range(largest, "{:.4f}"));
-    fig.add(ClaimKind::Calibrated, "the wall's constant is the larger: c1/c2",
-            published_fit.c1 / published_fit.c2, of_c1.median / of_c2.median,
-            std::abs(of_c1.median) > std::abs(of_c2.median), "above 1");
-    fig.published(
-        "c2, of bending", published_fit.c2, of_c2.median, near(of_c2.median, published_fit.c2, 1.5),
-        "within a factor of 1.5",
-        fmt::format(
-            "c1 and c2 belong to nearly the same curve, so that scatter moves one into the other: c2 is "
-            "{} over the offsets while ΔU/U at η = 3 is {}; in the smooth tube c1 = {:.4f}, c2 = "
-            "{:.4f}.",
-            range(of_c2, "{:.4f}"), range(at_three, "{:.4f}"), all[smooth].curves[0].fit.c1,
-            all[smooth].curves[0].fit.c2));
-    const Quantiles change = figure(&ResolutionCurve::mean_change),
-                    jump = figure(&ResolutionCurve::largest_change);
-    const double half = quantiles(all[half_pieces].curves, &ResolutionCurve::mean_change).median;
-    fig.published(
-        "mean change of ΔU/U between consecutive N'", 92e-5, change.median, near(change.median, 92e-5, 1.5),
-        "within a factor of 1.5",
-        fmt::format(
-            "{}; with pieces of 0.5 mm {:.2g}, in the smooth tube {:.2g}: the scatter is that of joints "
-            "that pass the corners between pieces.",
-            range(change, "{:.2g}"), half, all[smooth].curves[0].mean_change));
-    fig.published("largest change of ΔU/U between consecutive N'", 387e-5, jump.median,
-                  near(jump.median, 387e-5, 1.5), "within a factor of 1.5",
-                  range(jump, "{:.2g}") + elsewhere);
-    const double disperse = quantiles(dispersion).median;
-    fig.published(
-        "the data are less disperse as η increases: rms about the fit in the upper half of N' over that in "
-        "the "
-        "lower",
-        std::string("< 1"), disperse, disperse < 1, "below 1", range(quantiles(dispersion), "{:.2f}"));
-    const Quantiles separation = figure(&ResolutionCurve::separation),
-                    spread = figure(&ResolutionCurve::spread);
-    fig.add(ClaimKind::Calibrated, "mean separation of the wires at η = 1 and 3 [mm]", 0.027,
-            separation.median, near(separation.median, 0.027, 1.5), "within a factor of 1.5",
-            range(separation, "{:.3f}"));
-    fig.add(ClaimKind::Calibrated, "its standard deviation [mm]", 0.041, spread.median,
-            near(spread.median, 0.041, 1.5), "within a factor of 1.5", range(spread, "{:.3f}"));
-    const double over = quantiles(ratio).median;
-    fig.add(ClaimKind::Calibrated, "the standard deviation is larger than the mean: ratio", 0.041 / 0.027,
-            over, over > 1, "above 1", range(quantiles(ratio), "{:.2f}"));
-    const Quantiles bent = figure(&ResolutionCurve::bent_over_straight);
-    fig.published(
-        "the separation is larger where the wire is bent: more bent half over the other", std::string("> 1"),
-        bent.median, bent.median > 1, "above 1",
-        fmt::format(
-            "{}: it goes either way. Between contacts a straight run moves with the bends at its ends, "
-            "so that the separation follows the distance to contacts more than the bend at a joint.",
-            range(bent, "{:.2f}")));
-    const Quantiles found = figure(&ResolutionCurve::found_again);
-    fig.published(
-        "accuracy of ΔU/U, of equilibrium found again after a disturbance: share of the rests within 3e-5",
-        1.0, found.median, found.median > 0.9, "more than 90 % of the rests",
-        fmt::format("{}; a tangent's turn of up to 0.02 sends the others to a neighbouring rest.",
-                    range(found, "{:.2f}")));
-}
-
 io::Plot energy_plot(const std::vector<Family>& all, const Resolution& resolution) {
     io::Plot plot{"resolution", "", 1000, 560};
     const Family& main = all[main_family];
@@ -300,15 +194,10 @@ std::vector<double> at_point(const std::vector<ResolutionCurve>& curves, std::si
 StudyResult run_resolution(const StudyOptions& options) {
     const Sizes size = sizes(options.quick);
     std::vector<Family> all = families(size);
-    // Calibration: radii of the bends and k for which c1 and the value at η = 3 are near the published.
-    struct Candidate {
-        double bends, stiffness;
-        std::vector<ResolutionCurve> curves;
-    };
     std::vector<Candidate> candidates;
     for (const double bends :
          options.quick ? std::vector<double>{1} : std::vector<double>{0.97, 1, 1.03, 1.045})
-        for (const double stiffness : {0.9, 1.0, 1.1}) candidates.push_back({bends, stiffness, {}});
+        for (const double stiffness : {0.9, 1.0, 1.1}) candidates.push_back({bends, stiffness});
     struct Piece {
         ResolutionCurve* into;
         ResolutionTube tube;
@@ -386,21 +275,23 @@ StudyResult run_resolution(const StudyOptions& options) {
         calibration{"resolution_calibration", {"bends_and_stiffness_times", "offsets"}, {}};
     for (io::Table* each : {&tubes, &calibration})
         each->columns.insert(each->columns.end(), figures.begin(), figures.end());
-    const auto row = [&](io::TableCell name, const std::vector<ResolutionCurve>& curves) {
+    const auto row = [&](const std::string& name, const std::vector<ResolutionCurve>& curves) {
         std::vector<double> c1, c2;
         double gradient = 0;
         for (const ResolutionCurve& curve : curves) {
             c1.push_back(curve.fit.c1), c2.push_back(curve.fit.c2);
             for (const Resolved& point : curve.points) gradient = std::max(gradient, point.gradient);
         }
-        std::vector<io::TableCell> cells = {std::move(name), static_cast<double>(curves.size()),
-                                            quantiles(c1).median, quantiles(c2).median};
+        std::vector<double> numbers = {static_cast<double>(curves.size()), quantiles(c1).median,
+                                       quantiles(c2).median};
         for (const auto what :
              {&ResolutionCurve::at_three, &ResolutionCurve::mean_change, &ResolutionCurve::largest_change,
               &ResolutionCurve::separation, &ResolutionCurve::spread, &ResolutionCurve::bent_over_straight,
               &ResolutionCurve::wall_share})
-            cells.push_back(quantiles(curves, what).median);
-        cells.push_back(gradient);
+            numbers.push_back(quantiles(curves, what).median);
+        numbers.push_back(gradient);
+        std::vector<io::TableCell> cells(numbers.begin(), numbers.end());
+        cells.insert(cells.begin(), name);
         return cells;
     };
     for (const Family& family : all) tubes.add(row(family.name, family.curves));
@@ -408,21 +299,7 @@ StudyResult run_resolution(const StudyOptions& options) {
         calibration.add(
             row(fmt::format("{:.3f}, {:.1f}", candidate.bends, candidate.stiffness), candidate.curves));
 
-    std::string elsewhere;
-    for (const Candidate& candidate : candidates) {
-        if (candidate.bends == 1 && candidate.stiffness == calibrated_stiffness) continue;
-        std::vector<double> c1;
-        for (const ResolutionCurve& curve : candidate.curves) c1.push_back(curve.fit.c1);
-        const double at_three = quantiles(candidate.curves, &ResolutionCurve::at_three).median;
-        if (std::abs(quantiles(c1).median / published_fit.c1 - 1) >= 0.15 ||
-            std::abs(at_three / published_fit.at(3) - 1) >= 0.15)
-            continue;
-        elsewhere += fmt::format("; bends × {:g} and k × {:g}, also within 15 %: mean {:.3g}, largest {:.3g}",
-                                 candidate.bends, candidate.stiffness,
-                                 quantiles(candidate.curves, &ResolutionCurve::mean_change).median,
-                                 quantiles(candidate.curves, &ResolutionCurve::largest_change).median);
-    }
-    claim_fig_13(result, all, elsewhere);
+    claim_fig_13(result, all, candidates);
     claim_parts(result, parts, smooth_parts);
     const PaperScene scene =
         paper_scene("coronary", all[smooth].tube.change(size.resolution, size.resolution.coarse));

@@ -27,6 +27,7 @@ struct StudyOptions {
     std::string program;                // name and version; shards of another program are not merged
     std::filesystem::path real_meshes;  // folder of meshes from elsewhere; may be missing
     std::filesystem::path scenarios;    // folder of the scenarios in the distribution; may be missing
+    std::filesystem::path devices;      // folder of the devices that they name
     anatomy::ModelCache cache;          // an empty folder stands for cache beside the study's own
     std::function<void(const StudyProgress&)> progress;  // one call at a time
 };

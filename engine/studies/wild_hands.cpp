@@ -222,7 +222,7 @@ std::vector<scenario::Scenario> wild_scenarios(const StudyOptions& options) {
     if (std::filesystem::is_directory(options.scenarios))
         for (const std::filesystem::path& file : scenario::shipped_scenarios(options.scenarios))
             if (!options.quick || file.stem() == "s_bend" || file.stem() == "renal")
-                list.push_back(scenario::load_scenario(file));
+                list.push_back(scenario::load_scenario(file, options.devices));
     if (options.quick) return list;
     for (const Import& import : imports)
         if (const std::filesystem::path mesh = options.real_meshes / import.mesh;

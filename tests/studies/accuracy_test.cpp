@@ -7,18 +7,15 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "tests/studies/quick_study.h"
+
 namespace {
 
 using io::Table;
 using studies::StudyResult;
 
 const StudyResult& result() {
-    static const StudyResult once = [] {
-        studies::StudyOptions options;
-        options.quick = true;
-        options.threads = 2;
-        return studies::run_accuracy(options);
-    }();
+    static const StudyResult once = studies::run_accuracy(test::quick_study(2));
     return once;
 }
 

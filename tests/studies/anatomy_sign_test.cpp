@@ -6,14 +6,14 @@
 #include <gtest/gtest.h>
 
 #include "tests/anatomies.h"
+#include "tests/studies/quick_study.h"
 
 namespace {
 
 using io::Table;
 
 io::Table signs(const char* preset) {
-    studies::StudyOptions options;
-    options.quick = true;
+    studies::StudyOptions options = test::quick_study();
     options.cache = test::cache();
     Table table = studies::sign_table();
     studies::add_signs(table, preset, options);

@@ -4,11 +4,10 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/studies/quick_study.h"
+
 TEST(DevicesStudy, MeetsItsClosedForms) {
-    studies::StudyOptions options;
-    options.quick = true;
-    options.threads = 2;
-    const studies::StudyResult result = studies::run_devices(options);
+    const studies::StudyResult result = studies::run_devices(test::quick_study(2));
     EXPECT_EQ(result.claims.size(), 9u + 3 + 2 + 7 + 5 + 9 + 5);
     for (const studies::Claim& claim : result.claims)
         EXPECT_TRUE(claim.holds) << claim.text << ": "

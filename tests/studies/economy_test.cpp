@@ -6,13 +6,13 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "tests/studies/quick_study.h"
+
 using io::Table;
 using studies::StudyResult;
 
 TEST(EconomyStudy, QuickRunSavesSegmentsAndStaysNearTheReference) {
-    studies::StudyOptions options;
-    options.quick = true;
-    const StudyResult result = studies::run_economy(options);
+    const StudyResult result = studies::run_economy(test::quick_study());
     const Table& all = result.tables.at(0);
     ASSERT_EQ(all.rows.size(), 4u);
     EXPECT_LT(all.number(0, "largest_deviation_mm"), 1e-12);

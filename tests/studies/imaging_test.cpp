@@ -6,34 +6,28 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
+#include "tests/studies/quick_study.h"
+
 namespace {
 
 using io::Table;
 using studies::StudyResult;
 
 studies::StudyOptions quick() {
-    studies::StudyOptions options;
-    options.quick = true;
+    studies::StudyOptions options = test::quick_study();
     options.cache.folder = SELDINGER_SOURCE "/build/cache";
     return options;
-}
-
-const Table& table(const StudyResult& result, std::string_view name) {
-    const auto found = std::find_if(result.tables.begin(), result.tables.end(),
-                                    [&](const Table& table) { return table.name == name; });
-    EXPECT_NE(found, result.tables.end()) << name;
-    return *found;
 }
 
 }  // namespace
 
 TEST(ImagingStudy, PathLengthsReachTheirFigures) {
     const StudyResult result = studies::imaging_lengths(quick());
-    const Table& orders = table(result, "imaging_closed_form_orders");
+    const Table& orders = test::table_of(result, "imaging_closed_form_orders");
     ASSERT_EQ(orders.rows.size(), 3u);
     for (std::size_t row = 0; row < 3; ++row)
         EXPECT_NEAR(orders.number(row, "order"), 2, 0.15) << orders.word(row, "solid");
-    const Table& forms = table(result, "imaging_closed_forms");
+    const Table& forms = test::table_of(result, "imaging_closed_forms");
     int shipped = 0;
     ASSERT_FALSE(forms.rows.empty());
     for (std::size_t row = 0; row < forms.rows.size(); ++row) {
@@ -43,25 +37,25 @@ TEST(ImagingStudy, PathLengthsReachTheirFigures) {
     }
     EXPECT_EQ(shipped, 3);
     // Of a tree with vessels of 2 mm, whose facets are as wide as their radius.
-    const Table& vessels = table(result, "imaging_vessels");
+    const Table& vessels = test::table_of(result, "imaging_vessels");
     ASSERT_FALSE(vessels.rows.empty());
     for (std::size_t row = 0; row < vessels.rows.size(); ++row)
         EXPECT_LE(vessels.number(row, "mean_error_percent"), 1.3);
-    const Table& agreement = table(result, "imaging_ray_tracer");
+    const Table& agreement = test::table_of(result, "imaging_ray_tracer");
     const std::size_t all = agreement.rows.size() - 1;
     EXPECT_EQ(agreement.word(all, "layer"), "all drawn");
     EXPECT_GT(agreement.number(all, "rays"), 10000);
     EXPECT_LT(agreement.number(all, "undecided"), 0.001 * agreement.number(all, "rays"));
     EXPECT_LE(agreement.number(all, "rms_mm"), 0.001);
     EXPECT_LE(agreement.number(all, "beyond_0.01_mm_ppm"), 100);
-    const Table& balance = table(result, "imaging_balance");
+    const Table& balance = test::table_of(result, "imaging_balance");
     EXPECT_GT(balance.number(0, "poses"), 8);
     EXPECT_EQ(balance.number(0, "unbalanced_pixels"), 0);
 }
 
 TEST(ImagingStudy, TheWireReachesItsFigures) {
     const StudyResult result = studies::imaging_wire(quick());
-    const Table& wire = table(result, "imaging_wire");
+    const Table& wire = test::table_of(result, "imaging_wire");
     ASSERT_FALSE(wire.rows.empty());
     for (std::size_t row = 0; row < wire.rows.size(); ++row) {
         const bool platinum = wire.word(row, "wire") == "platinum";
@@ -74,7 +68,7 @@ TEST(ImagingStudy, TheWireReachesItsFigures) {
 
 TEST(ImagingStudy, TheEnergiesReachTheirFigures) {
     const StudyResult result = studies::imaging_bins(quick());
-    const Table& bins = table(result, "imaging_bins_largest");
+    const Table& bins = test::table_of(result, "imaging_bins_largest");
     EXPECT_EQ(bins.word(bins.rows.size() - 1, "object"), "all");
     EXPECT_LE(bins.number(bins.rows.size() - 1, "gauss"), 0.005);
     EXPECT_GT(bins.number(bins.rows.size() - 1, "four_equal_signal"), 0.005);
@@ -82,14 +76,14 @@ TEST(ImagingStudy, TheEnergiesReachTheirFigures) {
 
 TEST(ImagingStudy, TheNoiseReachesItsFigures) {
     const StudyResult result = studies::imaging_noise(quick());
-    const Table& variance = table(result, "imaging_noise");
+    const Table& variance = test::table_of(result, "imaging_noise");
     ASSERT_FALSE(variance.rows.empty());
     for (std::size_t row = 0; row < variance.rows.size(); ++row)
         EXPECT_NEAR(variance.number(row, "variance_over_mean"), 1, 0.01)
             << variance.number(row, "mean_quanta");
     // Four neighbouring frequencies of 4096 pieces, in rows and columns that are alike: standard errors of
     // one or two per cent.
-    const Table& spectrum = table(result, "imaging_noise_spectrum_largest");
+    const Table& spectrum = test::table_of(result, "imaging_noise_spectrum_largest");
     ASSERT_FALSE(spectrum.rows.empty());
     for (std::size_t row = 0; row < spectrum.rows.size(); ++row) {
         EXPECT_LE(spectrum.number(row, "largest_deviation_percent"), 6);
@@ -99,11 +93,11 @@ TEST(ImagingStudy, TheNoiseReachesItsFigures) {
 
 TEST(ImagingStudy, TimesEveryStage) {
     const StudyResult result = studies::imaging_times(quick());
-    const Table& frames = table(result, "imaging_frame_ms");
+    const Table& frames = test::table_of(result, "imaging_frame_ms");
     ASSERT_EQ(frames.rows.size(), 1u);
     EXPECT_GT(frames.number(0, "frame"), 0);
     EXPECT_GT(frames.number(0, "panel"), 0);
-    const Table& poses = table(result, "imaging_pose_ms");
+    const Table& poses = test::table_of(result, "imaging_pose_ms");
     ASSERT_EQ(poses.rows.size(), 1u);
     EXPECT_GT(poses.number(0, "path_lengths"), 0);
     // It contains the other; both are medians of few, on a machine that may be busy.

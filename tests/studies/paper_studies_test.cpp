@@ -11,17 +11,10 @@
 #include "engine/studies/paper.h"
 #include "engine/studies/shards.h"
 #include "tests/engine/fixtures.h"
+#include "tests/studies/quick_study.h"
 
 namespace test {
 namespace {
-
-studies::StudyOptions quick(int threads) {
-    studies::StudyOptions options;
-    options.quick = true;
-    options.threads = threads;
-    options.program = "tests";
-    return options;
-}
 
 const studies::Claim& claim(const studies::StudyResult& result, const std::string& part) {
     for (const studies::Claim& c : result.claims)
@@ -32,13 +25,6 @@ const studies::Claim& claim(const studies::StudyResult& result, const std::strin
 
 double measured(const studies::StudyResult& result, const std::string& part) {
     return std::get<double>(claim(result, part).measured);
-}
-
-const io::Table& table(const studies::StudyResult& result, const std::string& name) {
-    for (const io::Table& t : result.tables)
-        if (t.name == name) return t;
-    ADD_FAILURE() << "no table " << name;
-    return result.tables.front();
 }
 
 /// Pictures name their scene, read tables that are there and can be drawn; claims say what differs.
@@ -85,7 +71,7 @@ void expect_holding(const std::string& study, const studies::StudyResult& result
 
 /// Runs on one thread and on three, which must agree to the bit.
 StudyResult run_twice(studies::StudyResult (*run)(const studies::StudyOptions&)) {
-    const studies::StudyResult one = run(quick(1)), three = run(quick(3));
+    const studies::StudyResult one = run(quick_study(1)), three = run(quick_study(3));
     const bool has_times = std::any_of(one.claims.begin(), one.claims.end(), [](const studies::Claim& c) {
         return c.kind == studies::ClaimKind::Machine;
     });
@@ -126,7 +112,7 @@ Fig. 5: separation of the fastest M = 3, sharp [segments]
 Fig. 5: M = 2 is slow with δ of 2 to 5 and from 30 on: least mean of these over the largest of 10 to 20, sharp
 Fig. 5: M = 3 is faster than M = 2 at the same δ: separations at which it is, sharp
 )");
-    EXPECT_EQ(table(result, "separation_means").rows.size(), 28u);
+    EXPECT_EQ(table_of(result, "separation_means").rows.size(), 28u);
 }
 
 TEST(PaperStudies, NumberOfVariedSegments) {
@@ -149,7 +135,7 @@ Fig. 7: the noise with M = 2 and 3 at about 6 cycles is very small [mm], sinuous
 Fig. 8: M = 3 relaxes fastest of M = 1, 2 and 3: mean |d| [mm], sinuous
 Fig. 8: the noise is larger than that of joint 31: amplitude with M = 1 [mm], sinuous
 )");
-    const io::Table& rests = table(result, "varied_segments_convergence");
+    const io::Table& rests = table_of(result, "varied_segments_convergence");
     ASSERT_EQ(rests.rows.size(), 6u);
     for (const auto& row : rests.rows) {
         if (std::get<std::string>(row[0]) == "sinuous") {
@@ -165,7 +151,7 @@ Fig. 9: with M = 2, δ1 = 5 is chosen somewhat more often than δ1 = 25 [%]
 Fig. 9: the frequency of δ2 = 5 is large: M = 3, M = 4 [%]
 )");
     double sums[5][4] = {};
-    for (const auto& row : table(result, "separation_frequency").rows)
+    for (const auto& row : table_of(result, "separation_frequency").rows)
         sums[static_cast<int>(std::get<double>(row[0]))][static_cast<int>(std::get<double>(row[1]))] +=
             std::get<double>(row[3]);
     for (int m = 2; m <= 4; ++m)
@@ -188,7 +174,7 @@ Fig. 12: (c) from a small x0 the first order's minimum is deeper than x0: minimu
 Fig. 12: (d) from a large x0 the first order's minimum is out of the wall [mm]
 )");
     // At least five orders of magnitude between the orders, once the wire is at rest.
-    const auto& last = table(result, "static_contact_ratio").rows.back();
+    const auto& last = table_of(result, "static_contact_ratio").rows.back();
     EXPECT_EQ(std::get<double>(last[0]), 2);
     EXPECT_LE(std::get<double>(last[2]), 1e-5 * std::get<double>(last[3]));
 }
@@ -210,10 +196,10 @@ Eqs. 6 to 8 and 16: Eq. 16: ΔU_surf is linear in 1 − 1/η: rms about Υ(1 −
 Eqs. 6 to 8 and 16: c1 is the wall's share of the energy at η = 1: c1 over it, smooth tube
 )");
     for (const char* name : {"resolution_tubes", "resolution_calibration"})
-        for (const auto& row : table(result, name).rows)
+        for (const auto& row : table_of(result, name).rows)
             EXPECT_LT(std::get<double>(row.back()), 1e-7) << name;
     // The parts are those of the whole.
-    const io::Table &whole = table(result, "resolution"), &parts = table(result, "resolution_parts");
+    const io::Table &whole = table_of(result, "resolution"), &parts = table_of(result, "resolution_parts");
     ASSERT_EQ(whole.rows.size(), parts.rows.size());
     for (std::size_t k = 0; k < whole.rows.size(); ++k)
         EXPECT_NEAR(std::get<double>(whole.rows[k].back()),
@@ -230,14 +216,14 @@ Section 2.3.1 and Fig. 3: far segments hardly interact: median of |ε_i·R_(j,N)
 Section 2.3.1 and Fig. 3: the quadratic energy of the wall is much larger than that of bending: of ε at the minima of single relaxations, summed
 )");
     // Together two segments release at least what one of them releases alone, so at least half of both.
-    for (const auto& row : table(result, "pair_relaxation").rows) EXPECT_GE(std::get<double>(row[1]), 0.5);
-    for (const auto& row : table(result, "pair_relaxation_traces").rows)
+    for (const auto& row : table_of(result, "pair_relaxation").rows) EXPECT_GE(std::get<double>(row[1]), 0.5);
+    for (const auto& row : table_of(result, "pair_relaxation_traces").rows)
         EXPECT_GT(std::get<double>(row[2]), 0);
 }
 
 TEST(PaperStudies, TubesOfTwoFigures) {
     const studies::StudyResult result = run_twice(studies::run_paper_tubes);
-    for (const auto& row : table(result, "paper_tubes").rows) {
+    for (const auto& row : table_of(result, "paper_tubes").rows) {
         EXPECT_LT(std::get<double>(row.back()), 1e-7) << std::get<std::string>(row[0]);
         EXPECT_GT(std::get<double>(row[10 - 1]), 0) << std::get<std::string>(row[0]);  // some joints touch
     }
@@ -260,7 +246,7 @@ Fig. 18: an uneven wall is negligible for a simulator: largest |d| of all, sinuo
 )");
     EXPECT_NEAR(measured(result, "standard deviation of K/k"), 0.236, 0.03);
     EXPECT_GT(measured(result, "largest |d| of all, sinuous"), 0);
-    studies::StudyOptions other = quick(1);
+    studies::StudyOptions other = quick_study(1);
     other.seed = 2;
     EXPECT_NE(studies::run_wall_variation(other).page, result.page);
 }
@@ -268,13 +254,13 @@ Fig. 18: an uneven wall is negligible for a simulator: largest |d| of all, sinuo
 TEST(PaperStudies, MergedShardsGiveTheBytesOfOneRun) {
     const test::TemporaryFolder folder;
     const studies::Study& study = studies::find_study("wall-variation");
-    studies::run_study(study, folder / "whole", quick(2));
+    studies::run_study(study, folder / "whole", quick_study(2));
     std::vector<std::filesystem::path> shards;
     for (const int i : {3, 1, 2}) {
         shards.push_back(folder / std::to_string(i));
-        studies::run_shard(study, {i, 3}, shards.back(), quick(i));
+        studies::run_shard(study, {i, 3}, shards.back(), quick_study(i));
     }
-    studies::merge_shards(shards, folder / "merged", quick(1));
+    studies::merge_shards(shards, folder / "merged", quick_study(1));
     const auto whole = contents(folder / "whole"), merged = contents(folder / "merged");
     ASSERT_GT(whole.size(), 10u);
     ASSERT_EQ(merged.size(), whole.size());
@@ -285,7 +271,7 @@ TEST(PaperStudies, MergedShardsGiveTheBytesOfOneRun) {
 }
 
 TEST(PaperStudies, CostOfACycle) {
-    const studies::StudyResult result = studies::run_cost(quick(2));
+    const studies::StudyResult result = studies::run_cost(quick_study(2));
     expect_whole(result);
     expect_holding("cost", result, R"(
 Section 3.2: the best outcomes in time are those of M = 2 and M = 3: cycles needed times the published t_M/t_1
@@ -293,7 +279,7 @@ Section 3.2: performance does not improve with M > 3: cycles needed times the pu
 Section 3.2: the number of cycles necessary to relax the wire decreases with M [cycles]
 )");
     // N(N+1)/2 updates that ask for N − b + 1 joints each, and all N + 1 once as a relaxation begins.
-    for (const auto& row : table(result, "cost").rows) {
+    for (const auto& row : table_of(result, "cost").rows) {
         EXPECT_DOUBLE_EQ(std::get<double>(row[7]), 60 * 61 / 2);
         if (std::get<std::string>(row[0]) == "closed form" && std::get<double>(row[1]) == 1) {
             EXPECT_NEAR(std::get<double>(row[6]), 60 * 61 * 62 / 6, 0.01 * 60 * 61 * 62 / 6);

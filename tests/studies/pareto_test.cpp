@@ -7,25 +7,15 @@
 #include <set>
 
 #include "engine/studies/pareto_tables.h"
+#include "tests/studies/quick_study.h"
 
 using io::Table;
 using studies::StudyResult;
 
-namespace {
-
-const Table& table_of(const StudyResult& result, const std::string& name) {
-    for (const Table& table : result.tables)
-        if (table.name == name) return table;
-    throw std::out_of_range(name);
-}
-
-}  // namespace
+using test::table_of;
 
 TEST(ParetoStudy, QuickRunMeasuresEveryMethodAgainstRestsThatAreCertified) {
-    studies::StudyOptions options;
-    options.quick = true;
-    options.threads = 2;
-    const StudyResult result = studies::run_pareto(options);
+    const StudyResult result = studies::run_pareto(test::quick_study(2));
 
     const Table& front = table_of(result, "pareto_front");
     ASSERT_GE(front.rows.size(), 2u);

@@ -13,11 +13,10 @@
 #include "physics/geometry/mesh_topology.h"
 #include "physics/wire/energy.h"
 #include "tests/anatomies.h"
+#include "tests/studies/quick_study.h"
 
 TEST(PatientsStudy, AgreesWithThePublishedPopulations) {
-    studies::StudyOptions options;
-    options.quick = true;
-    const studies::StudyResult result = studies::run_patients(options);
+    const studies::StudyResult result = studies::run_patients(test::quick_study());
     int failed = 0;
     for (const studies::Claim& claim : result.claims) {
         const auto* published = std::get_if<std::string>(&claim.published);

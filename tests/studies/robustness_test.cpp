@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <gtest/gtest.h>
 
+#include "engine/scenario/scenario.h"
 #include "engine/studies/wild_hands.h"
 #include "tests/anatomies.h"
+#include "tests/studies/quick_study.h"
 
 namespace {
 
@@ -14,9 +16,7 @@ using io::Table;
 using studies::StudyResult;
 
 StudyResult quick(int threads) {
-    studies::StudyOptions options;
-    options.quick = true;
-    options.threads = threads;
+    studies::StudyOptions options = test::quick_study(threads);
     options.scenarios = SELDINGER_SOURCE "/assets/scenarios";
     options.cache = test::cache();
     return studies::run_robustness(options);
@@ -27,6 +27,14 @@ double total(const Table& table, const std::string& name) {
 }
 
 }  // namespace
+
+TEST(Robustness, EveryShippedScenarioMeetsWildHands) {
+    studies::StudyOptions options;
+    options.scenarios = SELDINGER_SOURCE "/assets/scenarios";
+    options.devices = SELDINGER_SOURCE "/assets/devices";
+    EXPECT_EQ(studies::wild_scenarios(options).size(),
+              scenario::shipped_scenarios(options.scenarios).size());
+}
 
 TEST(Robustness, QuickStudyFindsNothingAndDoesNotDependOnThreads) {
     const StudyResult one = quick(1), two = quick(2);

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "tests/anatomies.h"
+#include "tests/studies/quick_study.h"
 
 namespace {
 
@@ -14,9 +15,7 @@ using io::Table;
 using studies::StudyResult;
 
 StudyResult quick_map(int threads) {
-    studies::StudyOptions options;
-    options.quick = true;
-    options.threads = threads;
+    studies::StudyOptions options = test::quick_study(threads);
     options.cache = test::cache();
     return studies::run_stability(options);
 }

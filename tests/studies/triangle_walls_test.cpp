@@ -7,15 +7,13 @@
 #include <gtest/gtest.h>
 
 #include "engine/io/table.h"
+#include "tests/studies/quick_study.h"
 
 namespace test {
 namespace {
 
 studies::StudyResult on_threads(int threads) {
-    studies::StudyOptions options;
-    options.quick = true;
-    options.threads = threads;
-    return studies::run_triangle_walls(options);
+    return studies::run_triangle_walls(quick_study(threads));
 }
 
 }  // namespace

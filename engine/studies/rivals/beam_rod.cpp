@@ -127,7 +127,6 @@ void BeamRod::start(const std::vector<Vec3>& nodes) {
     own_.assign(nodes_.size(), Mat5::Zero());
     next_ = factor_ = own_;
     shift_ = 0;
-    diverged_ = false;
 }
 
 void BeamRod::assemble() {

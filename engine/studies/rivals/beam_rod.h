@@ -42,7 +42,6 @@ private:
     std::vector<Vec5> gradient_, step_;      // over place and direction of node i
     std::vector<Mat5> own_, next_, factor_;  // tangent: blocks (i, i) and (i, i+1)
     double shift_ = 0;                       // added to the tangent's diagonal, where it had to be [N/mm]
-    bool diverged_ = false;
 };
 
 }  // namespace rivals

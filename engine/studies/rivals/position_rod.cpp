@@ -15,8 +15,6 @@ void PositionRod::start(const std::vector<Vec3>& nodes) {
     stretches_.assign(nodes_.size(), 0.0);
     presses_.assign(nodes_.size(), 0.0);
     touches_.assign(nodes_.size(), Touch{});
-    still_ = 0;
-    diverged_ = false;
 }
 
 void PositionRod::keep_length(int i) {
@@ -121,8 +119,7 @@ Progress PositionRod::advance(int rounds) {
         }
         // Velocities are dropped when the rod turns back, so that it does not swing for ever.
         if (turned < 0) std::fill(step_.begin(), step_.end(), Vec3::Zero());
-        still_ = farthest < 1e-12 ? still_ + 1 : 0;
-        if (still_ >= 20) return Progress::AtRest;
+        if (rests(farthest, 1e-12)) return Progress::AtRest;
     }
     return Progress::Going;
 }

@@ -37,8 +37,6 @@ private:
     std::vector<Vec3> bends_;                  // multipliers
     std::vector<double> stretches_, presses_;  // multipliers
     std::vector<Touch> touches_;               // as last asked
-    int still_ = 0;                            // substeps in which nothing moved
-    bool diverged_ = false;
 };
 
 }  // namespace rivals

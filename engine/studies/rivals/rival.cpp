@@ -14,6 +14,8 @@ void Rival::take(const std::vector<Vec3>& nodes) {
     nodes_ = nodes;
     ways_.assign(nodes.size(), 0.0);
     tally_ = {};
+    diverged_ = false;
+    still_ = 0;
     if (tube_)
         for (std::size_t i = 0; i < nodes.size(); ++i) ways_[i] = tube_->nearest_way(nodes[i]);
 }

@@ -65,12 +65,21 @@ protected:
     double wall_energy() const;
     int segments() const { return static_cast<int>(nodes_.size()) - 1; }
     bool lost() const;
+    /// Counts rounds in which nothing moved farther than `little` [mm]; a rod is at rest after 20 of them.
+    bool rests(double farthest, double little) {
+        still_ = farthest < little ? still_ + 1 : 0;
+        return still_ >= 20;
+    }
 
     RodSpec spec_;
     const Tube* tube_;  // null = free space
     std::vector<Vec3> nodes_;
     std::vector<double> ways_;
     Tally tally_;
+    bool diverged_ = false;
+
+private:
+    int still_ = 0;  // rounds in which nothing moved
 };
 
 }  // namespace rivals

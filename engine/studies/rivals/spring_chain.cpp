@@ -21,8 +21,6 @@ void SpringChain::start(const std::vector<Vec3>& nodes) {
         list->assign(nodes_.size(), Vec3::Zero());
     pressed_.assign(nodes_.size(), 0);
     kinetic_ = 0;
-    still_ = 0;
-    diverged_ = false;
 }
 
 void SpringChain::find_forces() {
@@ -116,8 +114,7 @@ Progress SpringChain::advance(int rounds) {
             diverged_ = true;
             return Progress::Diverged;
         }
-        still_ = farthest < 1e-13 ? still_ + 1 : 0;
-        if (still_ >= 20) return Progress::AtRest;
+        if (rests(farthest, 1e-13)) return Progress::AtRest;
     }
     return Progress::Going;
 }

@@ -32,8 +32,6 @@ private:
     std::vector<Vec3> forces_, old_forces_, velocities_, axes_;
     std::vector<char> pressed_;
     double kinetic_ = 0;
-    int still_ = 0;
-    bool diverged_ = false;
 };
 
 }  // namespace rivals

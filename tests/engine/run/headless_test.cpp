@@ -47,6 +47,29 @@ TEST(Headless, LeavesRecordingScoreSheetAndFrames) {
     EXPECT_EQ(nlohmann::json::parse(test::read(folder / "out/score.json"))["frames"], 13);
 }
 
+TEST(Headless, AngiogramsAreOneForEachStretchOfBeamAtOnePose) {
+    const test::TemporaryFolder folder;
+    const char* const text =
+        "0 beam on\n5 arm lao 20 deg\n9 mode dsa\n12 beam off\n14 beam on\n16 mask\n18 reset\n20 end\n";
+    RunOptions options;
+    options.dicom = dicom::Pixels::Shown;
+    run_headless(test::small_scenario(), script(text), folder / "out", options);
+    // Live AP, live LAO, DSA, DSA again after the pause, with a new mask, after the reset.
+    const std::vector<std::string> names = names_in(folder / "out/dicom");
+    EXPECT_EQ(names, (std::vector<std::string>{"xa_0001.dcm", "xa_0002.dcm", "xa_0003.dcm", "xa_0004.dcm",
+                                               "xa_0005.dcm"}));
+    const RunResult again = run_headless(test::small_scenario(), script(text), folder / "again", options);
+    EXPECT_EQ(again.frames, 21);
+    for (const std::string& name : names)
+        EXPECT_EQ(test::read(folder / "out/dicom" / name), test::read(folder / "again/dicom" / name)) << name;
+    options.dicom = dicom::Pixels::Signal;
+    run_headless(test::small_scenario(), script(text), folder / "again", options);
+    EXPECT_GT(std::filesystem::file_size(folder / "again/dicom/xa_0001.dcm"),
+              1.9 * static_cast<double>(std::filesystem::file_size(folder / "out/dicom/xa_0001.dcm")));
+    run_headless(test::small_scenario(), script(text), folder / "again", {});
+    EXPECT_FALSE(std::filesystem::exists(folder / "again/dicom/xa_0001.dcm"));
+}
+
 TEST(Headless, EveryKthFrameAndTheLastAreShown) {
     Frames frames;
     RunOptions options;

@@ -1,0 +1,355 @@
+#include "engine/dicom/angiogram.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <dcmtk/config/osconfig.h>
+#include <dcmtk/dcmdata/dctk.h>
+#include <fmt/format.h>
+#include <stdexcept>
+#include <utility>
+
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "engine/io/text.h"
+#include "physics/geometry/hash.h"
+#include "physics/geometry/vec.h"
+
+namespace dicom {
+namespace {
+
+constexpr std::size_t most_bytes = std::size_t{256} << 20;  // of the pixels of an object
+constexpr std::size_t most_frames = 3600;  // their times must fit in 64 KiB of text (PS3.5, 7.1.2)
+
+/// A UUID under 2.25 (PS3.5, B.2), made of the hash of a content: version 8, of the program's own making.
+std::string uid_of(std::uint64_t first, std::uint64_t second) {
+    first = (first & ~0xF000ull) | 0x8000ull;
+    second = (second & ~(3ull << 62)) | (2ull << 62);
+    __extension__ using Wide = unsigned __int128;
+    Wide number = (static_cast<Wide>(first) << 64) | second;
+    std::string digits;
+    for (; number > 0; number /= 10) digits += static_cast<char>('0' + static_cast<int>(number % 10));
+    std::reverse(digits.begin(), digits.end());
+    return "2.25." + digits;
+}
+
+std::string uid_of(const char* what, std::initializer_list<std::uint64_t> content) {
+    geometry::Hash hash, other;
+    other.add(std::uint64_t{0x5e1d});
+    for (geometry::Hash* each : {&hash, &other}) {
+        each->add(static_cast<std::uint64_t>(std::strlen(what)));
+        each->add(what, std::strlen(what));
+        for (const std::uint64_t word : content) each->add(word);
+    }
+    return uid_of(hash.value(), other.value());
+}
+
+/// A decimal string of at most 16 bytes.
+std::string decimal(double value) {
+    for (int digits = 10; digits > 0; --digits)
+        if (std::string text = fmt::format("{:.{}g}", value, digits); text.size() <= 16) return text;
+    return "0";
+}
+
+/// A value that must not hold the separator of values or control characters; UTF-8 of at most `most` bytes.
+std::string words(std::string text, std::size_t most) {
+    for (char& c : text)
+        if (c == '\\' || c == '^' || c == '=' || static_cast<unsigned char>(c) < 0x20) c = ' ';
+    if (text.size() > most) {
+        while (most > 0 && (static_cast<unsigned char>(text[most]) & 0xC0) == 0x80) --most;
+        text.resize(most);
+    }
+    return text;
+}
+
+/// Puts values, and keeps in mind where that failed.
+class Data {
+public:
+    explicit Data(DcmItem& item) : item_(item) {}
+    void put(const DcmTagKey& tag, const std::string& value) {
+        require(item_.putAndInsertOFStringArray(tag, value.c_str()), tag);
+    }
+    void put(const DcmTagKey& tag, double value) { put(tag, decimal(value)); }
+    void put(const DcmTagKey& tag, int value) { put(tag, std::to_string(value)); }  // an integer string
+    void put_short(const DcmTagKey& tag, int value) {
+        require(item_.putAndInsertUint16(tag, static_cast<Uint16>(value)), tag);
+    }
+    static void require(const OFCondition& condition, const DcmTagKey& tag) {
+        if (condition.good()) return;
+        throw std::runtime_error(
+            fmt::format("DICOM element {}: {}", DcmTag(tag).getTagName(), condition.text()));
+    }
+
+private:
+    DcmItem& item_;
+};
+
+}  // namespace
+
+std::string patient_orientation(const render::CArm& arm) {
+    const render::ArmAxes axes = render::axes(arm);
+    const auto letters = [](const geometry::Vec3& direction) {
+        constexpr std::array<const char*, 3> positive = {"L", "P", "H"}, negative = {"R", "A", "F"};
+        std::array<int, 3> order = {0, 1, 2};
+        std::stable_sort(order.begin(), order.end(),
+                         [&](int a, int b) { return std::abs(direction[a]) > std::abs(direction[b]); });
+        constexpr double least = 0.1736;  // a direction off the plane of the others by 10 degrees
+        std::string text;
+        for (const int k : order)
+            if (text.empty() || std::abs(direction[k]) > least)
+                text += direction[k] > 0 ? positive[k] : negative[k];
+        return text;
+    };
+    return letters(axes.right) + "\\" + letters(-axes.up);
+}
+
+struct Angiogram::Content {
+    Series series;
+    std::vector<std::uint8_t> shown;
+    std::vector<std::uint16_t> signal;
+    std::vector<double> times;  // [s]
+    std::vector<render::Technique> techniques;
+    double iodine = 0;  // [mg/ml]
+
+    std::size_t area() const { return static_cast<std::size_t>(series.arm.pixels) * series.arm.pixels; }
+    int bits() const { return series.pixels == Pixels::Shown ? 8 : 16; }
+    void require(int width, int height, Pixels pixels) const {
+        if (pixels != series.pixels) throw std::invalid_argument("a frame of other pixels than the series");
+        if (width != series.arm.pixels || height != series.arm.pixels)
+            throw std::invalid_argument("a frame of another size than the series");
+    }
+    void note(const render::Technique& technique, double seconds) {
+        times.push_back(seconds);
+        techniques.push_back(technique);
+    }
+    std::uint64_t hash() const;
+    void put_identity(Data&) const;
+    void put_radiation(Data&) const;
+    void put_geometry(Data&) const;
+    void put_times(Data&) const;
+    void put_pixels(Data&, DcmItem&) const;
+};
+
+Angiogram::Angiogram(Series series) : content_(std::make_unique<Content>()) {
+    if (const auto wrong = render::problems(series.arm); !wrong.empty())
+        throw io::InputError(io::joined(wrong, "; "));
+    content_->series = std::move(series);
+}
+
+Angiogram::~Angiogram() = default;
+Angiogram::Angiogram(Angiogram&&) noexcept = default;
+
+const Series& Angiogram::series() const {
+    return content_->series;
+}
+
+int Angiogram::frames() const {
+    return static_cast<int>(content_->times.size());
+}
+
+bool Angiogram::is_full() const {
+    const std::size_t more = content_->times.size() + 1;
+    return more > most_frames || more * content_->area() * content_->bits() / 8 > most_bytes;
+}
+
+void Angiogram::inject(double iodine) {
+    content_->iodine = std::max(content_->iodine, iodine);
+}
+
+void Angiogram::add(const render::GrayImage& image, const render::Technique& technique, double seconds) {
+    content_->require(image.width, image.height, Pixels::Shown);
+    content_->shown.insert(content_->shown.end(), image.pixels.begin(), image.pixels.end());
+    content_->note(technique, seconds);
+}
+
+void Angiogram::add(const render::Field& signal, const render::Technique& technique, double seconds) {
+    content_->require(signal.width, signal.height, Pixels::Signal);
+    const auto scale = static_cast<float>(content_->series.scale);
+    content_->signal.reserve(content_->signal.size() + signal.values.size());
+    for (const float value : signal.values) {
+        // Electronic noise may be below 0; a value that is not a number fails the first comparison.
+        const float level = value > 0 ? std::min(scale * value + 0.5f, 65535.0f) : 0.0f;
+        content_->signal.push_back(static_cast<std::uint16_t>(level));
+    }
+    content_->note(technique, seconds);
+}
+
+std::uint64_t Angiogram::Content::hash() const {
+    geometry::Hash hash;
+    hash.add(series.study);
+    hash.add(static_cast<std::uint64_t>(series.number));
+    hash.add(static_cast<std::uint64_t>(shown.size()));
+    hash.add(shown.data(), shown.size());
+    hash.add(static_cast<std::uint64_t>(signal.size()));
+    hash.add(signal.data(), signal.size() * sizeof(std::uint16_t));
+    for (const double time : times) hash.add(time);
+    return hash.value();
+}
+
+void Angiogram::Content::put_identity(Data& data) const {
+    const std::string patient = words(series.patient, 64);
+    data.put(DCM_SpecificCharacterSet, "ISO_IR 192");
+    data.put(DCM_ImageType, series.derivation.empty() ? "ORIGINAL\\PRIMARY\\SINGLE PLANE"
+                                                      : "DERIVED\\PRIMARY\\SINGLE PLANE");
+    if (!series.derivation.empty()) data.put(DCM_DerivationDescription, words(series.derivation, 1024));
+    data.put(DCM_SOPClassUID, UID_XRayAngiographicImageStorage);
+    data.put(DCM_SOPInstanceUID, uid_of("instance", {hash()}));
+    data.put(DCM_StudyDate, "");
+    data.put(DCM_StudyTime, "");
+    data.put(DCM_AccessionNumber, "");
+    data.put(DCM_Modality, "XA");
+    data.put(DCM_Manufacturer, "Seldinger");
+    data.put(DCM_ReferringPhysicianName, "");
+    data.put(DCM_StudyDescription, patient);
+    data.put(DCM_SeriesDescription, words(series.description, 64));
+    data.put(DCM_ManufacturerModelName, "Seldinger");
+    data.put(DCM_PatientName, (patient.empty() ? "simulated" : patient));
+    data.put(DCM_PatientID, patient);
+    data.put(DCM_PatientBirthDate, "");
+    data.put(DCM_PatientSex, "");
+    data.put(DCM_SoftwareVersions, words(series.program, 64));
+    if (!series.subject.empty()) data.put(DCM_OperatorsName, words(series.subject, 64));
+    data.put(DCM_StudyInstanceUID, uid_of("study", {series.study}));
+    data.put(DCM_SeriesInstanceUID,
+             uid_of("series", {series.study, static_cast<std::uint64_t>(series.number)}));
+    data.put(DCM_StudyID, fmt::format("{:016x}", series.study));
+    data.put(DCM_SeriesNumber, series.number);
+    data.put(DCM_InstanceNumber, 1);
+    data.put(DCM_PatientOrientation, patient_orientation(series.arm));
+    if (iodine > 0) {
+        data.put(DCM_ContrastBolusAgent, "iodinated contrast medium");
+        data.put(DCM_ContrastBolusIngredient, "IODINE");
+        data.put(DCM_ContrastBolusIngredientConcentration, iodine);
+    }
+}
+
+void Angiogram::Content::put_radiation(Data& data) const {
+    double kvp = 0, current = 0, width = 0, charge = 0, area_product = 0, kerma = 0;
+    for (const render::Technique& t : techniques) {
+        kvp += t.kvp;
+        current += t.current;
+        width += t.pulse_width;
+        charge += t.current * t.pulse_width;  // [µAs]
+        area_product += t.area_product;
+        kerma += t.air_kerma;
+    }
+    const auto count = static_cast<double>(techniques.size());
+    data.put(DCM_KVP, kvp / count);
+    data.put(DCM_RadiationSetting, series.radiation == Radiation::Fluoroscopy ? "SC" : "GR");
+    data.put(DCM_RadiationMode, "PULSED");
+    data.put(DCM_XRayTubeCurrent, static_cast<int>(std::lround(current / count)));
+    data.put(DCM_AveragePulseWidth, width / count);
+    data.put(DCM_ExposureTime, static_cast<int>(std::lround(width)));      // of all pulses [ms]
+    data.put(DCM_Exposure, static_cast<int>(std::lround(1e-3 * charge)));  // [mAs]
+    data.put(DCM_ExposureInuAs, static_cast<int>(std::lround(charge)));    // [µAs]
+    data.put(DCM_ImageAndFluoroscopyAreaDoseProduct, 10 * area_product);   // [dGy·cm²]
+    data.put(DCM_CommentsOnRadiationDose,
+             fmt::format("air kerma at the reference point {:.6g} mGy, area product {:.6g} Gy cm2, simulated",
+                         kerma, area_product));
+}
+
+void Angiogram::Content::put_geometry(Data& data) const {
+    const render::CArm& arm = series.arm;
+    const double pixel = render::pixel_width(arm), at_isocentre = pixel * arm.sod / arm.sid;
+    data.put(DCM_PositionerMotion, "STATIC");
+    data.put(DCM_PositionerPrimaryAngle, arm.lao / geometry::degree);
+    data.put(DCM_PositionerSecondaryAngle, arm.cranial / geometry::degree);
+    data.put(DCM_DistanceSourceToDetector, arm.sid);
+    data.put(DCM_DistanceSourceToPatient, arm.sod);
+    data.put(DCM_EstimatedRadiographicMagnificationFactor, arm.sid / arm.sod);
+    const auto square = [](double width) { return decimal(width) + "\\" + decimal(width); };
+    data.put(DCM_ImagerPixelSpacing, square(pixel));
+    data.put(DCM_PixelSpacing, square(at_isocentre));
+    data.put(DCM_PixelSpacingCalibrationType, "GEOMETRY");
+    data.put(DCM_PixelSpacingCalibrationDescription, "at the isocentre");
+    data.put(DCM_FieldOfViewShape, "RECTANGLE");
+    const int field = static_cast<int>(std::lround(arm.detector_width));
+    data.put(DCM_FieldOfViewDimensions, fmt::format("{}\\{}", field, field));
+    const render::PixelBox open = render::opening_of(arm);
+    data.put(DCM_CollimatorShape, "RECTANGULAR");
+    data.put(DCM_CollimatorLeftVerticalEdge, static_cast<int>(std::lround(open.left)));
+    data.put(DCM_CollimatorRightVerticalEdge, static_cast<int>(std::lround(open.right)));
+    data.put(DCM_CollimatorUpperHorizontalEdge, static_cast<int>(std::lround(open.top)));
+    data.put(DCM_CollimatorLowerHorizontalEdge, static_cast<int>(std::lround(open.bottom)));
+}
+
+void Angiogram::Content::put_times(Data& data) const {
+    data.put(DCM_NumberOfFrames, static_cast<int>(times.size()));
+    if (series.frame_rate > 0) {
+        data.put(DCM_CineRate, static_cast<int>(std::lround(std::max(1.0, series.frame_rate))));
+        data.put(DCM_RecommendedDisplayFrameRate,
+                 static_cast<int>(std::lround(std::max(1.0, series.frame_rate))));
+    }
+    data.put_short(DCM_PreferredPlaybackSequencing, 0);
+    std::string steps = "0";  // [ms], each since the frame before
+    for (std::size_t i = 1; i < times.size(); ++i) steps += "\\" + decimal(1e3 * (times[i] - times[i - 1]));
+    data.put(DCM_FrameTimeVector, steps);
+}
+
+void Angiogram::Content::put_pixels(Data& data, DcmItem& item) const {
+    const bool is_shown = series.pixels == Pixels::Shown;
+    data.put(DCM_PixelIntensityRelationship, is_shown ? "DISP" : "LIN");
+    data.put_short(DCM_SamplesPerPixel, 1);
+    data.put(DCM_PhotometricInterpretation, "MONOCHROME2");
+    data.put_short(DCM_Rows, series.arm.pixels);
+    data.put_short(DCM_Columns, series.arm.pixels);
+    data.put_short(DCM_BitsAllocated, bits());
+    data.put_short(DCM_BitsStored, bits());
+    data.put_short(DCM_HighBit, bits() - 1);
+    data.put_short(DCM_PixelRepresentation, 0);
+    data.put(DCM_LossyImageCompression, "00");
+    data.require(item.putAndInsertTagKey(DCM_FrameIncrementPointer, DCM_FrameTimeVector),
+                 DCM_FrameIncrementPointer);
+    if (is_shown) {
+        data.put(DCM_WindowCenter, "128");
+        data.put(DCM_WindowWidth, "256");
+        data.require(item.putAndInsertUint8Array(DCM_PixelData, shown.data(), shown.size()), DCM_PixelData);
+        return;
+    }
+    // From nothing to what all but a fiftieth of the pixels of the first frame have.
+    std::vector<std::uint16_t> first(signal.begin(), signal.begin() + static_cast<std::ptrdiff_t>(area()));
+    const auto place = first.begin() + static_cast<std::ptrdiff_t>(first.size() * 98 / 100);
+    std::nth_element(first.begin(), place, first.end());
+    const double top = std::max<double>(*place, 2);
+    data.put(DCM_WindowCenter, 0.5 * top);
+    data.put(DCM_WindowWidth, top);
+    data.put(DCM_DerivationDescription,
+             fmt::format("detector signal, {:.6g} for a quantum in a pixel and nGy", series.scale));
+    if (series.first_is_mask && times.size() > 1) {
+        data.put(DCM_RecommendedViewingMode, "SUB");
+        DcmItem* mask = nullptr;
+        data.require(item.findOrCreateSequenceItem(DCM_MaskSubtractionSequence, mask),
+                     DCM_MaskSubtractionSequence);
+        Data of_mask(*mask);
+        of_mask.put(DCM_MaskOperation, "AVG_SUB");
+        const Uint16 range[] = {2, static_cast<Uint16>(times.size())}, number[] = {1};
+        of_mask.require(mask->putAndInsertUint16Array(DCM_ApplicableFrameRange, range, 2),
+                        DCM_ApplicableFrameRange);
+        of_mask.require(mask->putAndInsertUint16Array(DCM_MaskFrameNumbers, number, 1), DCM_MaskFrameNumbers);
+    }
+    data.require(item.putAndInsertUint16Array(DCM_PixelData, signal.data(), signal.size()), DCM_PixelData);
+}
+
+void Angiogram::write(const std::filesystem::path& path) const {
+    if (frames() == 0) throw std::logic_error("an angiogram without a frame");
+    DcmFileFormat file;
+    Data data(*file.getDataset());
+    content_->put_identity(data);
+    content_->put_radiation(data);
+    content_->put_geometry(data);
+    content_->put_times(data);
+    content_->put_pixels(data, *file.getDataset());
+
+    const io::ScratchFolder scratch(path);
+    const std::filesystem::path made = scratch.path() / "object.dcm";
+    const OFCondition saved = file.saveFile(made.c_str(), EXS_LittleEndianExplicit, EET_ExplicitLength,
+                                            EGL_recalcGL, EPD_withoutPadding, 0, 0, EWM_createNewMeta);
+    std::error_code failed;
+    if (saved.good()) std::filesystem::rename(made, path, failed);
+    if (saved.bad() || failed)
+        throw io::InputError(fmt::format("{}: the angiogram cannot be written: {}", path.string(),
+                                         failed ? failed.message() : std::string(saved.text())));
+}
+
+}  // namespace dicom

@@ -1,0 +1,75 @@
+#pragma once
+/// X-Ray Angiographic Image objects (DICOM PS3.3, A.14): what an angiography system archives of an
+/// acquisition.
+
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "render/picture/image.h"
+#include "render/xray/c_arm.h"
+#include "render/xray/x_ray_tube.h"
+
+namespace dicom {
+
+enum class Radiation { Fluoroscopy, Acquisition };  // Radiation Setting SC, GR
+
+enum class Pixels {
+    Shown,  // 8 bits, as on the monitor: Pixel Intensity Relationship DISP
+    Signal  // 16 bits, proportional to the detector's signal: LIN
+};
+
+/// What all frames of an object share. Equal series with equal frames give equal files: unique identifiers
+/// are made of the content, and there is no date.
+struct Series {
+    std::string program;           // name and version
+    std::string patient, subject;  // names: of the scenario, of who was trained (may be empty)
+    std::uint64_t study = 0;       // identifies the run that the object belongs to
+    int number = 1;                // of the series in the study, from 1
+    std::string description;
+    render::CArm arm;
+    Radiation radiation = Radiation::Fluoroscopy;
+    Pixels pixels = Pixels::Shown;
+    std::string derivation;      // how shown images were made of more than their own pulse; empty = not so
+    bool first_is_mask = false;  // signals of DSA: subtract the first frame from the others
+    double frame_rate = 0;       // wanted [1/s]; 0 = not known
+    double scale = 1;            // of Signal: stored value per quantum of a pixel and nGy
+};
+
+/// Collects the frames of one pose and writes the object.
+class Angiogram {
+public:
+    /// Throws InputError for an arm that has no picture.
+    explicit Angiogram(Series);
+    ~Angiogram();
+    Angiogram(Angiogram&&) noexcept;
+
+    /// A frame at `seconds` of the run, later than the last. Throws std::invalid_argument for an image of
+    /// another size or of other pixels than the series.
+    void add(const render::GrayImage&, const render::Technique&, double seconds);
+    /// Quanta of each pixel per nGy of detector dose; what exceeds 65535 after scaling is cut off, NaN is 0.
+    void add(const render::Field& signal, const render::Technique&, double seconds);
+    /// Marks the contrast medium, with its iodine [mg/ml].
+    void inject(double iodine);
+
+    const Series& series() const;
+    int frames() const;
+    /// Whether another frame would exceed the 256 MiB of pixels, or the 3600 frames, that an object may have
+    /// here.
+    bool is_full() const;
+
+    /// Writes the file, complete or not at all. Throws InputError where that fails, and std::logic_error
+    /// without a frame.
+    void write(const std::filesystem::path&) const;
+
+private:
+    struct Content;
+    std::unique_ptr<Content> content_;
+};
+
+/// The image's row and column directions in the patient, such as "L\F" or "LP\FA" (Patient Orientation).
+std::string patient_orientation(const render::CArm&);
+
+}  // namespace dicom

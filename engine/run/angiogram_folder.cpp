@@ -1,0 +1,120 @@
+#include "engine/run/angiogram_folder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+
+#include "engine/exercise/imaging.h"
+#include "engine/io/text.h"
+#include "physics/geometry/hash.h"
+#include "render/xray/detector.h"
+
+namespace run {
+namespace {
+
+/// Stored where the detector receives the dose that automatic exposure aims at: a sixteenth of the range, for
+/// lung and direct radiation lie above.
+constexpr double mean_level = 4096;
+
+dicom::Radiation radiation_of(script::ImagingMode mode) {
+    return mode == script::ImagingMode::Dsa ? dicom::Radiation::Acquisition : dicom::Radiation::Fluoroscopy;
+}
+
+/// Iodine of the blood or the medium in the beam [mg/ml]; 0 without contrast.
+double iodine_of(const render::Exposure& exposure) {
+    double most = exposure.iodine;
+    for (const float there : exposure.vessel_iodine) most = std::max(most, static_cast<double>(there));
+    return most;
+}
+
+}  // namespace
+
+std::uint64_t study_of(const script::Origin& origin, const script::CommandScript& script) {
+    geometry::Hash hash;
+    const auto add = [&](const std::string& text) {
+        hash.add(static_cast<std::uint64_t>(text.size()));
+        hash.add(text.data(), text.size());
+    };
+    for (const std::string* text : {&origin.program, &origin.scenario, &origin.learner}) add(*text);
+    hash.add(origin.scenario_hash);
+    hash.add(origin.anatomy_hash);
+    for (const script::TimedCommand& timed : script.commands) {
+        hash.add(static_cast<std::uint64_t>(timed.frame));
+        add(script::to_text(timed.command));
+    }
+    return hash.value();
+}
+
+std::string angiogram_file_name(int number) {
+    return fmt::format("xa_{:04}.dcm", number);
+}
+
+bool is_angiogram_file_name(const std::string& name) {
+    if (!name.starts_with("xa_") || !name.ends_with(".dcm") || name.size() <= 7) return false;
+    const auto number = io::parse_integer(std::string_view(name).substr(3, name.size() - 7));
+    return number && *number > 0 && angiogram_file_name(*number) == name;
+}
+
+AngiogramFolder::AngiogramFolder(std::filesystem::path folder, dicom::Pixels pixels,
+                                 const script::Origin& origin, std::uint64_t study, int every)
+    : folder_(std::move(folder)), pixels_(pixels), origin_(origin), study_(study), every_(every) {}
+
+bool AngiogramFolder::continues(const exercise::Frame& frame, const exercise::Pulse& pulse) const {
+    if (!open_ || open_->is_full() || pulse.new_mask || pulse.mode != mode_) return false;
+    if (!(pulse.arm == open_->series().arm) || pulse.time.attempt <= last_attempt_) return false;
+    // A pedal that was released ends the stretch.
+    const scenario::Scenario& scenario = frame.simulation.scenario();
+    const double between = scenario.frame_rate / frame.simulation.console().pulse_rate();  // [frames]
+    return pulse.time.index - last_pulse_ <= std::max(1.0, std::ceil(between)) + every_;
+}
+
+void AngiogramFolder::begin(const exercise::Frame& frame, const exercise::Pulse& pulse) {
+    end();
+    const bool shown = pixels_ == dicom::Pixels::Shown, dsa = pulse.mode == script::ImagingMode::Dsa;
+    dicom::Series series;
+    series.program = origin_.program;
+    series.patient = origin_.scenario;
+    series.subject = origin_.learner;
+    series.study = study_;
+    series.number = ++number_;
+    series.description = fmt::format(
+        "{}, from frame {}", script::imaging_modes[static_cast<std::size_t>(pulse.mode)], frame.time.index);
+    series.arm = pulse.arm;
+    series.radiation = radiation_of(pulse.mode);
+    series.pixels = pixels_;
+    if (shown && dsa) series.derivation = "subtracted from the first image of its mask";
+    if (shown && pulse.mode == script::ImagingMode::Roadmap)
+        series.derivation = "opacified vessels laid under the image";
+    series.first_is_mask = dsa;
+    series.frame_rate = frame.simulation.console().pulse_rate() / every_;
+    const double pixel = render::pixel_width(pulse.arm);
+    series.scale = mean_level / (render::quanta_per_dose_and_area * pixel * pixel);
+    mode_ = pulse.mode;
+    open_.emplace(std::move(series));
+}
+
+void AngiogramFolder::end() {
+    if (open_ && open_->frames() > 0) open_->write(folder_ / angiogram_file_name(number_));
+    open_.reset();
+}
+
+void AngiogramFolder::take(const exercise::Frame& frame, exercise::Monitor& monitor,
+                           const render::GrayImage& shown) {
+    const exercise::Pulse* const pulse = monitor.last_pulse();
+    if (!pulse || pulse->time.index == last_pulse_) return;
+    if (!continues(frame, *pulse)) begin(frame, *pulse);
+    last_pulse_ = pulse->time.index;
+    last_attempt_ = pulse->time.attempt;
+    const render::Technique& technique = monitor.dose().last;
+    if (exercise::has_contrast(pulse->exposure)) open_->inject(iodine_of(pulse->exposure));
+    if (pixels_ == dicom::Pixels::Shown)
+        open_->add(shown, technique, pulse->time.seconds);
+    else
+        open_->add(monitor.last_signal(), technique, pulse->time.seconds);
+}
+
+void AngiogramFolder::finish() {
+    end();
+}
+
+}  // namespace run
