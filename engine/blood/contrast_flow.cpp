@@ -57,6 +57,7 @@ void ContrastFlow::reset() {
     iodine_.assign(blood_.cells.size(), 0.0);
     distal_.reset();
     tanks_.assign(blood_.outlets.size(), {});
+    inner_.assign(blood_.outlets.size(), {});
     blush_.assign(blood_.outlets.size(), {});
     shown_.assign(blood_.cells.size(), 0.0f);
 }
@@ -262,18 +263,42 @@ void ContrastFlow::spread(double dt) {
 }
 
 void ContrastFlow::perfuse(double dt) {
+    // Backward Euler: a mixed volume, what leaves it in this step.
+    const auto through = [dt](double& mass, double arriving, double time) {
+        const double rate = dt / time;
+        mass = (mass + arriving) / (1 + rate);
+        return rate * mass;
+    };
     for (std::size_t o = 0; o < tanks_.size(); ++o) {
-        const double rate = dt * 3 / blood_.outlets[o].transit;
-        const int outlet = static_cast<int>(o);
-        double arriving = distal_.pass(outlet, reached_[o], leaving_[o], dt), held = 0;
-        for (double& mass : tanks_[o].mass) {
-            mass = (mass + arriving) / (1 + rate);
-            arriving = rate * mass;
-            held += mass;
+        const Outlet& outlet = blood_.outlets[o];
+        const Inner& in = outlet.inner;
+        double* const mass = tanks_[o].mass;
+        double arriving = distal_.pass(static_cast<int>(o), reached_[o], leaving_[o], dt);
+        if (in.share == 0 && in.filtered == 0) {
+            for (int k = 0; k < 3; ++k) arriving = through(mass[k], arriving, outlet.transit / 3);
+            drained_ += arriving;
+            const double held = mass[0] + mass[1] + mass[2];
+            blush_[o] = {held, held / outlet.tissue};
+            continue;
         }
-        drained_ += arriving;
-        blush_[o] = {held, held / blood_.outlets[o].tissue};
+        InnerTanks& inner = inner_[o];
+        arriving = through(mass[0], arriving, outlet.transit / 3);
+        const double filtered = in.filtered * arriving;
+        arriving = through(mass[1], arriving - filtered, outlet.transit / 3);
+        double deep = in.share * arriving;
+        drained_ += through(mass[2], arriving - deep, outlet.transit / 3);
+        for (double& vessels : inner.vessels) deep = through(vessels, deep, in.transit / 2);
+        drained_ += deep;
+        drained_ += through(inner.inner_tubules, through(inner.outer_tubules, filtered, in.outer_tubules),
+                            in.inner_tubules);
+        const double held = mass[0] + mass[1] + mass[2] + inner.held();
+        blush_[o] = {held, held / outlet.tissue, inner.held() - inner.outer_tubules};
     }
+}
+
+bool ContrastFlow::has_inner() const {
+    return std::any_of(inner_.begin(), inner_.end(),
+                       [](const InnerTanks& tanks) { return tanks.held() > 0; });
 }
 
 void ContrastFlow::show() {

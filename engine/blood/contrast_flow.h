@@ -31,8 +31,12 @@ struct Injection {
 struct Blush {
     double iodine = 0;         // [mg]
     double concentration = 0;  // averaged over the outlet's tissue [mg/ml]
+    double inner = 0;          // the part of `iodine` in the organ's inner part, a kidney's medulla [mg]
 
-    void state(geometry::StateStream& s) { s(iodine, concentration); }
+    void state(geometry::StateStream& s) {
+        s(iodine, concentration);
+        if (!s.part(inner != 0, inner)) inner = 0;
+    }
 };
 
 /// Where the iodine is [mg]; injected = in_vessels + in_organs + drained. The arteries beyond the ends count
@@ -46,7 +50,8 @@ struct IodineBalance {
 /// injected one, and iodine is conserved to rounding. An injection mixes with the passing blood; the excess
 /// over what the vessel takes runs back upstream. Behind an end the iodine passes
 /// the arteries to the organ, where a chain of three mixed volumes delays it by the organ's transit time
-/// before it drains. Contrast does not recirculate.
+/// before it drains. In a kidney that chain is the cortex; a part of what leaves its first volume stays in
+/// tubules, a part of what leaves its second passes the medulla. Contrast does not recirculate.
 class ContrastFlow {
 public:
     /// Throws InputError as blood_flow does.
@@ -76,6 +81,7 @@ public:
     IodineBalance balance() const;
     void state(geometry::StateStream& s) {
         s(time_, injected_, injected_iodine_, drained_, running_, iodine_, distal_, tanks_, blush_, shown_);
+        if (!s.part(has_inner(), inner_)) inner_.assign(tanks_.size(), {});
     }
 
 private:
@@ -108,8 +114,16 @@ private:
         double mass[3] = {0, 0, 0};  // [mg]
         void state(geometry::StateStream& s) { s(mass[0], mass[1], mass[2]); }
     };
+    /// Of an outlet whose organ has an inner part [mg].
+    struct InnerTanks {
+        double vessels[2] = {0, 0}, outer_tubules = 0, inner_tubules = 0;
+        double held() const { return vessels[0] + vessels[1] + outer_tubules + inner_tubules; }
+        void state(geometry::StateStream& s) { s(vessels[0], vessels[1], outer_tubules, inner_tubules); }
+    };
+    bool has_inner() const;  // any iodine there
     DistalArteries distal_;
     std::vector<Tanks> tanks_;  // behind each outlet
+    std::vector<InnerTanks> inner_;
     std::vector<Blush> blush_;
 
     // Of one step.

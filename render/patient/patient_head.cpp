@@ -18,8 +18,8 @@ using geometry::Vec3;
 namespace {
 
 using std::numbers::pi;
-constexpr double skull_cell = 2.0, sinus_cell = 1.8, brain_cell = 4.0;  // of the grids [mm]
-constexpr double sinus_wall = 0.6;                                      // thin bone around air [mm]
+constexpr double skull_cell = 2.0, sinus_cell = 1.8;  // of the grids [mm]
+constexpr double sinus_wall = 0.6;                    // thin bone around air [mm]
 
 // All places in this file are measured from the sella. Skull 180 mm long, 146 wide (men: 182 and 145, texts);
 // sella to nasion 72, sella to basion 46, nasion to chin 118 (cephalometric means of men, rounded: Riolo
@@ -472,10 +472,7 @@ void add_head_bones(Bones& bones, const Chance& chance) {
 }
 
 void add_head_layers(std::vector<TissueLayer>& layers, const Chance& chance) {
-    shape::Compound brain;
-    brain.add(shape::grown(cranial_cavity(chance), -1.5));
-    layers.push_back({"brain", Material::SoftTissue, Material::SoftTissue,
-                      placed(shape::polygonised(brain, brain_cell).outer), false});
+    add_brain_layers(layers, shape::grown(cranial_cavity(chance), -1.5), at_sella());
     const shape::Compound air = sinuses(chance);
     const shape::Compound walls = air.grown_by(sinus_wall);
     layers.push_back({"teeth", Material::CorticalBone, Material::SoftTissue, placed(teeth(chance)), false});
