@@ -19,7 +19,7 @@ using geometry::Vec3;
 namespace {
 
 constexpr double skin_behind = 108.0;   // of the back, behind the front of the lumbar vertebrae [mm]
-constexpr double head_top = 733.0;      // z of the vertex [mm]
+constexpr double head_top = 739.0;      // z of the vertex [mm]
 constexpr double skin_cell = 9.0;       // of the grid [mm]
 constexpr double chest_middle = 300.0;  // z at which the depth of the chest is given [mm]
 
@@ -50,21 +50,21 @@ constexpr SkinSection skin[] = {
     {385, 224, 110, 12, 2.5, 12},
     {412, 228, 98, 13, 2.5, 10},
     {434, 215, 88, 14, 2.4, 9},
-    {450, 140, 68, 18, 2.2, 7},
-    {462, 88, 61, 15, 2, 6},
-    {476, 68, 58, 9, 2, 5},
-    {500, 61, 58, 3, 2, 4},
-    {512, 63, 74, -14, 2, 4},
-    {524, 68, 90, -29, 2.1, 4},
-    {552, 70, 94, -31, 2.1, 4},
+    {450, 140, 72, 22, 2.2, 7},
+    {462, 88, 66, 20, 2, 6},
+    {476, 68, 63, 14, 2, 5},
+    {500, 61, 62, 7, 2, 4},
+    {512, 63, 84, -16, 2, 4},
+    {524, 68, 94, -25, 2.1, 4},
+    {552, 70, 97, -28, 2.1, 4},
     {580, 78, 100, -20, 2.1, 4},
     {605, 80, 103, -11, 2.2, 4},
     {630, 83, 104, -3, 2.3, 4},
     {660, 84, 104, 3, 2.3, 4},
-    {690, 78, 97, 6, 2.2, 4},
-    {712, 62, 80, 8, 2.1, 4},
-    {726, 40, 55, 8, 2, 4},
-    {head_top, 14, 20, 8, 2, 4},
+    {690, 80, 98, 6, 2.2, 4},
+    {714, 67, 84, 8, 2.1, 6},
+    {731, 45, 61, 9, 2, 7},
+    {head_top, 14, 20, 8, 2, 6},
 };
 
 /// Catmull-Rom between rows, so that no creases show.
@@ -115,13 +115,20 @@ struct Outline {
     const Chest& chest;
     double low, high;
 };
+
+/// The body's surface; under its fat if `share` of the fat is 1; deeper by `inset` mm. Thighs 175 mm thick
+/// below the perineum.
 shape::Solid trunk(const Outline& outline, double share, double inset) {
     const PatientSpec spec = outline.spec;
     const double low = outline.low, high = outline.high, chest_front = outline.chest.front;
     shape::Compound body;
     const double widest = std::max(240.0, 0.7 * spec.width), deepest = 200.0 + spec.depth;
     body.add({[=](const Vec3& p) {
-                  const SkinSection at = section_of(spec, chest_front, std::clamp(p.z(), low, high));
+                  const double z = std::clamp(p.z(), low, high);
+                  // Where the head closes, fat lies above more than beside.
+                  const double closing = std::clamp((z - 670.0) / 40.0, 0.0, 1.0);
+                  const SkinSection at =
+                      section_of(spec, chest_front, std::min(z + 5.0 * share * closing, high));
                   const double less = share * at.fat + inset;
                   const double a = at.half_width - less, b = at.half_depth - less, n = at.exponent;
                   const double qx = std::max(std::abs(p.x()) / a, 1e-6),
@@ -129,7 +136,11 @@ shape::Solid trunk(const Outline& outline, double share, double inset) {
                   const double px = std::pow(qx, n - 1), py = std::pow(qy, n - 1), sum = px * qx + py * qy;
                   const double k0 = std::pow(sum, 1.0 / n);
                   const double slope = std::hypot(px / a, py / b) * k0 / sum;
-                  const double across = 0.9 * (k0 - 1.0) / slope;
+                  // The surface leans at the shoulders and over the head: it is nearer than along the
+                  // section.
+                  const double leans = std::clamp((z - 670.0) / 30.0, 0.0, 1.0) +
+                                       0.6 * std::clamp(1.0 - std::abs(z - 445.0) / 45.0, 0.0, 1.0);
+                  const double across = (0.9 - 0.6 * leans) * (k0 - 1.0) / slope;
                   const double under = low < perineum ? perineum - p.z() : low - p.z();
                   // Rounded below, toward the thighs.
                   const double lower = under + less, round = 50.0, apart = std::abs(across - lower);
@@ -337,7 +348,7 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
     // Bones that no view reaches are left out.
     constexpr double beyond = 60.0;
     add_spine(bones, chance, std::max(low + 20.0, from - beyond), std::min(high - 20.0, to + beyond));
-    if (with_abdomen && from < 40.0) add_pelvis(bones, chance, low + 12.0);
+    if (with_abdomen && from < 40.0) add_pelvis(bones, chance, low + 24.0);
     if (with_chest) add_cage(bones, thorax, chance, to > 340.0);
     if (with_head && to > 520.0) add_head_bones(bones, chance);
 
@@ -364,7 +375,8 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
                 return std::max({inner(p), p.y() - 50.0, floor - p.z(), p.z() - 150.0, 0.7 * narrow});
             },
             {Vec3(-0.5 * spec.width, -spec.depth, -220.0), Vec3(0.5 * spec.width, 55.0, 152.0)}};
-        add_abdomen_layers(layers, chance, cavity, skin_behind - spec.depth, spec.bowel_gas);
+        add_abdomen_layers(layers, chance, trunk(outline, 1.0, 0.0), cavity, skin_behind - spec.depth,
+                           spec.bowel_gas);
     }
     if (with_chest) add_chest_layers(layers, thorax, chance);
     if (with_head && to > 520.0) add_head_layers(layers, chance);

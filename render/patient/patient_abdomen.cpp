@@ -213,7 +213,7 @@ shape::Solid psoas(const Side side) {
 }
 
 /// Streaks of fat between the bundles of the muscles behind, along them.
-void add_streaks(TriangleMesh& fat, const Chance& chance) {
+void add_streaks(TriangleMesh& fat, const Chance& chance, const shape::Solid& flesh) {
     geometry::Random random(chance.field("fat between muscle fibres"));
     for (int k = 0; k < 420; ++k) {
         const double sign = random() < 0.5 ? -1.0 : 1.0, x = random.between(12, 118), depth = random(),
@@ -226,6 +226,9 @@ void add_streaks(TriangleMesh& fat, const Chance& chance) {
         const double size = 1.3 + 3.6 * std::pow(random(), 3.0), length = random.between(8, 34);
         const Vec3 way = gluteal ? Vec3(sign * 0.75, -0.15, -0.66) : Vec3(lean, 0.08, 1.0).normalized();
         const Vec3 at(sign * x, y, z);
+        if (std::max(flesh.distance(at - length * way), flesh.distance(at + length * way)) >
+            -1.5 * size - 2.0)
+            continue;
         append(fat, tube({at - length * way, at - 0.8 * length * way, at - 0.3 * length * way,
                           at + 0.3 * length * way, at + 0.8 * length * way, at + length * way},
                          Vec3::UnitX() + 0.2 * Vec3::UnitY(),
@@ -234,10 +237,40 @@ void add_streaks(TriangleMesh& fat, const Chance& chance) {
     }
 }
 
+/// Fat between the muscles of the thighs, as streaks around the femora.
+void add_thigh_streaks(TriangleMesh& fat, const Chance& chance, const shape::Solid& flesh) {
+    geometry::Random random(chance.field("fat of the thighs"));
+    for (int k = 0; k < 300; ++k) {
+        const Side side = random() < 0.5 ? left : right;
+        const double z = random.between(-520, -215), angle = random.between(0, 2 * pi),
+                     away = random.between(24, 50);
+        // Septa run around the bone at a few angles; the rest lies anywhere.
+        const double at_angle =
+            random() < 0.6 ? std::round(angle / 1.25) * 1.25 + random.between(-0.1, 0.1) : angle;
+        const Vec3 femur = Vec3(126.0 + 0.115 * (z + 200.0), 4.0, z);
+        const Vec3 out(0.75 * std::cos(at_angle), std::sin(at_angle), 0.0);
+        const Vec3 at = femur + away * out - Vec3(20.0, 0, 0);
+        const Vec3 way(random.between(-0.08, 0.02), random.between(-0.06, 0.06), 1.0);
+        const double size = 1.0 + 2.6 * std::pow(random(), 2.0), length = random.between(14, 38);
+        if ((at - femur).head<2>().norm() < 22.0) continue;
+        Polyline path;
+        std::vector<double> a, b;
+        for (const double t : {-1.0, -0.8, -0.3, 0.3, 0.8, 1.0}) {
+            const Vec3 p = at + t * length * way;
+            path.push_back(side.at(p.x(), p.y(), p.z()));
+            const double share = std::abs(t) > 0.9 ? 0.1 : std::abs(t) > 0.5 ? 0.6 : 1.0;
+            a.push_back(share * size);
+            b.push_back(2.2 * share * size);
+        }
+        if (std::max(flesh.distance(path.front()), flesh.distance(path.back())) > -2.2 * size - 2.0) continue;
+        append(fat, tube(path, side.at(-out.y(), out.x(), 0.0), a, b, 6));
+    }
+}
+
 }  // namespace
 
-void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, const shape::Solid& cavity,
-                        double front, bool with_gas) {
+void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, const shape::Solid& flesh,
+                        const shape::Solid& cavity, double front, bool with_gas) {
     std::vector<shape::Station> fat_left, fat_right;
     const std::vector<shape::Station> on_left = kidney_course(left, 84.0, &fat_left),
                                       on_right = kidney_course(right, 70.0, &fat_right);
@@ -315,7 +348,8 @@ void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, 
     layers.push_back({"abdominal fat", Material::Adipose, Material::SoftTissue,
                       shape::polygonised(fat, fat_cell).outer, false});
     TriangleMesh streaks;
-    add_streaks(streaks, chance);
+    add_streaks(streaks, chance, flesh);
+    add_thigh_streaks(streaks, chance, flesh);
     layers.push_back({"fat streaks", Material::Adipose, Material::SoftTissue, std::move(streaks), false});
     add_kidney_layers(layers, chance, left, on_left);
     add_kidney_layers(layers, chance, right, on_right);

@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
@@ -28,7 +29,7 @@ double rib_gap(double z) {
     return pleura_to_rib + 8.0 * std::clamp((z - 360.0) / 55.0, 0.0, 1.0);
 }
 
-constexpr double shoulder_cell = 2.2;  // of the grid [mm]
+constexpr double blade_cell = 1.6, shoulder_cell = 2.2;  // of the grids [mm]
 
 /// A place on the back of the cage, `gap` mm off the lungs.
 Vec3 behind(const Chest& chest, double x, double z, double gap) {
@@ -52,7 +53,7 @@ shape::Compound shoulder_blade(const Chest& chest) {
         const double thick[] = {2.4, 1.7, 1.6, 1.9, 3.6};
         for (int k = 0; k <= 4; ++k) {
             const double t = k / 4.0, x = row.medial + t * (row.lateral - row.medial);
-            Vec3 p = behind(chest, x, row.z, 20.0);
+            Vec3 p = behind(chest, x, row.z, 25.0 + 9.0 * std::clamp((row.z - 370.0) / 30.0, 0.0, 1.0));
             // The joint's end leaves the cage forward.
             const double toward = std::clamp((row.z - 340.0) / 50.0, 0.0, 1.0) * t * t;
             p.y() += toward * 0.7 * (glenoid.y() - p.y());
@@ -70,10 +71,10 @@ shape::Compound shoulder_blade(const Chest& chest) {
                            {glenoid + Vec3(16, -4, 30), 4, 9}},
                           Vec3(0.1, 0.8, 0.5)),
              0.9, 3.0);
-    bone.add(shape::sweep({{glenoid + Vec3(-9, -2, 15), 7, 7},
-                           {glenoid + Vec3(-10, -16, 24), 5.5, 5.5},
-                           {glenoid + Vec3(-2, -32, 18), 4.5, 5},
-                           {glenoid + Vec3(3, -38, 12), 4, 4.5}},
+    bone.add(shape::sweep({{glenoid + Vec3(-9, -2, 11), 7, 7},
+                           {glenoid + Vec3(-10, -16, 15), 5.5, 5.5},
+                           {glenoid + Vec3(-2, -32, 9), 4.5, 5},
+                           {glenoid + Vec3(3, -38, 3), 4, 4.5}},
                           Vec3::UnitX()),
              1.0, 4.0);
     bone.cut(shape::ball(shoulder_joint(chest), 26.5), 0.5);
@@ -118,12 +119,12 @@ shape::Compound collar_bone(const Chest& chest) {
     const double manubrium = top.middle - top.half_depth - 7.0;
     shape::Compound bone;
     bone.add(
-        shape::sweep({{Vec3(20, manubrium - 1.0, 409), 11, 10},
-                      {Vec3(34, manubrium - 5.0, 413), 7.5, 8},
+        shape::sweep({{Vec3(20, manubrium + 1.0, 409), 11, 9},
+                      {Vec3(34, manubrium - 2.0, 413), 7.5, 7.5},
                       {Vec3(62, manubrium - 1.0, 420), 5.6, 6},
                       {Vec3(96, manubrium + 20.0, 427), 5.2, 5.8},
-                      {Vec3(126, manubrium + 44.0, 432), 5.0, 8},
-                      {Vec3(148, manubrium + 52.0, 433), 4.4, 9}},
+                      {Vec3(120, manubrium + 42.0, 435), 5.0, 6.5},
+                      {Vec3(137, manubrium + 50.0, 437), 4.4, 7}},
                      Vec3::UnitZ()),
         [](const Vec3& p) { return std::abs(p.x() - 80.0) < 40.0 ? 2.2 : 1.3; }, 2.2, 0.0);
     bone.roughen([](const Vec3& p) { return 0.3 * shape::fractal(p, 12.0, 4.0, 0.5, 78); }, 0.7);
@@ -131,8 +132,10 @@ shape::Compound collar_bone(const Chest& chest) {
 }
 
 void add_shoulders(Bones& bones, const Chest& chest) {
-    for (const shape::Compound& bone : {shoulder_blade(chest), humerus(chest), collar_bone(chest)}) {
-        const shape::Surfaces surfaces = shape::polygonised(bone, shoulder_cell);
+    for (const auto& [bone, cell] : {std::pair{shoulder_blade(chest), blade_cell},
+                                     {humerus(chest), shoulder_cell},
+                                     {collar_bone(chest), shoulder_cell}}) {
+        const shape::Surfaces surfaces = shape::polygonised(bone, cell);
         bones.add(surfaces);
         bones.add_mirrored(surfaces);
     }
@@ -142,10 +145,10 @@ void add_shoulders(Bones& bones, const Chest& chest) {
 void add_sternum(Bones& bones, const Chest& chest) {
     const auto at = [&](double z) -> Vec3 {
         const CageSection cage = chest.section(z);
-        return {0.0, cage.middle - cage.half_depth - pleura_to_rib - 1.0, z};
+        return {0.0, cage.middle - cage.half_depth - pleura_to_rib - 3.5, z};
     };
     shape::Compound bone;
-    bone.add(shape::sweep({{at(408), 23, 6}, {at(398), 29, 6.5}, {at(384), 23, 6}, {at(370), 16, 5}},
+    bone.add(shape::sweep({{at(408), 23, 4.6}, {at(398), 25, 4.4}, {at(384), 23, 4.8}, {at(370), 16, 5}},
                           Vec3::UnitX(), 2.4),
              0.8, 0.0);
     bone.cut(shape::ball(at(418) + Vec3(0, 0, 4), 14.0), 3.0);
@@ -166,7 +169,7 @@ void add_sternum(Bones& bones, const Chest& chest) {
 /// Specks of calcium in the cartilage between ribs and sternum, as after the age of forty.
 void add_cartilage_specks(Bones& bones, const Chest& chest, const Chance& chance, int number,
                           const Vec3& rib_end, Side side) {
-    if (number > 10) return;
+    if (number > 7) return;
     geometry::Random random(chance.field("costal cartilage", 2 * number + (side.sign > 0 ? 0 : 1)));
     const double meets = number <= 7 ? 405.0 - 19.0 * number : 262.0 + 4.0 * (10 - number);
     const CageSection cage = chest.section(meets);
@@ -176,10 +179,10 @@ void add_cartilage_specks(Bones& bones, const Chest& chest, const Chance& chance
     for (int k = 0; k < count; ++k) {
         const double t = random(), along = random.between(1.0, 4.5), radius = random.between(0.25, 0.7),
                      x = random.between(-4, 4), z = (random() < 0.5 ? -1 : 1) * random.between(3.0, 5.5),
-                     y = random.between(-2, 2);
+                     y = random.between(-1, 1);
         const Vec3 way = (to - rib_end).normalized();
-        const Vec3 p =
-            rib_end + t * (to - rib_end) - Vec3(0, 0, 14.0 * std::sin(std::numbers::pi * t)) + Vec3(x, y, z);
+        const Vec3 p = rib_end + t * (to - rib_end) - Vec3(0, 4.0, 14.0 * std::sin(std::numbers::pi * t)) +
+                       Vec3(x, y, z);
         add_strut(bones.outer, p - along * way, p + along * way, radius);
     }
 }

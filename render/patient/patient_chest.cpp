@@ -87,7 +87,7 @@ double mediastinum(Side side, double y, double z, double cage_front) {
     // Lungs lie close to the vertebral bodies; further back are the necks of ribs and transverse processes.
     const double uneven = 2.2 * shape::noise(Vec3(40.0 * side.sign, 0.6 * y, z), 38.0, 5) +
                           0.9 * shape::noise(Vec3(40.0 * side.sign, y, z), 14.0, 6);
-    const double before = 7.0 + thin * (15.0 + trunk + uneven),
+    const double before = 7.0 + std::max(18.0 * rise(380.0, 398.0, z), thin * (15.0 + trunk + uneven)),
                  beside = half_width_of_spine(z) + 8.5 + uneven;
     const double ahead = before + rise(front - 8.0, front + 8.0, y) * (beside - before);
     return ahead + rise(front + 16.0, front + 52.0, y) * (52.0 + uneven - ahead);

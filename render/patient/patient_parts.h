@@ -107,9 +107,22 @@ geometry::Vec3 shoulder_joint(const Chest&);
 geometry::Vec3 arm_way(const Chest&);
 void add_chest_layers(std::vector<TissueLayer>&, const Chest&, const Chance&);
 
-/// `cavity`: what the muscles of belly, back and pelvis enclose; `front`: y of the skin in front of it.
-void add_abdomen_layers(std::vector<TissueLayer>&, const Chance&, const shape::Solid& cavity, double front,
-                        bool bowel_gas);
+/// `flesh`: what is under the fat of the skin; `cavity`: what the muscles of belly, back and pelvis enclose;
+/// `front`: y of the skin in front of it.
+void add_abdomen_layers(std::vector<TissueLayer>&, const Chance&, const shape::Solid& flesh,
+                        const shape::Solid& cavity, double front, bool bowel_gas);
+
+/// The head. All places in it are measured from the sella. Skull 180 mm long and 146 wide (men: 182 and 145,
+/// texts); sella to nasion 72, sella to basion 46, nasion to chin 118 (cephalometric means of men, rounded:
+/// Riolo 1974).
+Eigen::Isometry3d at_sella();
+inline const geometry::Vec3 vault(0.0, 20.0, 28.0);  // middle of the skull's vault [mm]
+constexpr double sinus_wall = 0.6;                   // thin bone around air [mm]
+/// What the tables of the skull enclose.
+shape::Solid cranial_cavity(const Chance&);
+double skull_thickness(const geometry::Vec3&);
+/// Air of the nose's cells and of the ears: closed spaces with thin walls.
+shape::Compound sinuses(const Chance&);
 
 /// The kidney along `course`, from above to below, with its cortex and medulla: the first is the whole in its
 /// fat, the others are what contrast dissolves in, and make it up.

@@ -82,6 +82,8 @@ shape::Compound hip_bone(const Chance& chance) {
     // The cup: cartilage lies between it and the head; its floor is deeper below and has no cartilage.
     const Vec3 opening = Vec3(0.70, -0.24, -0.67).normalized();
     shape.add(shape::ball(hip_joint + Vec3(-1, 2, 2), head_radius + joint_space + 3.6), 0.8, 9.0);
+    // The roof bears on the ilium.
+    shape.add(shape::ellipsoid(hip_joint + Vec3(4, 5, 30), Vec3(24, 19, 24)), 0.8, 10.0);
     shape.cut(shape::ball(hip_joint, head_radius + joint_space), 0.8);
     shape.cut(shape::ball(hip_joint - Vec3(7, 0, 6), 23.0), 2.0);
     shape::Solid mouth = shape::half_space(hip_joint + 2.0 * opening, -opening);
@@ -223,7 +225,8 @@ void add_pelvis(Bones& bones, const Chance& chance, double low) {
             bones.add_mirrored(hip);
             bones.add_mirrored(thigh_bone, turned);
         }
-        add_voids(bones, hip_shape, 2600, 5.5, chance.field("hip voids", index), Isometry3d::Identity(), index == 1);
+        add_voids(bones, hip_shape, 2600, 5.5, chance.field("hip voids", index), Isometry3d::Identity(),
+                  index == 1);
         add_voids(bones, thigh, 1500, 5.0, chance.field("femoral voids", index), turned, index == 1);
         add_femoral_struts(bones, thigh, chance, side.sign, turned);
     }

@@ -27,13 +27,13 @@ struct Arch {
 };
 constexpr Arch arches[] = {
     {7.8, 8.0, 13.5, 9.5, 46, 24, 7},  {6.6, 7.7, 12.7, 9.2, 43, 29, 9},  {5.1, 7.3, 12.2, 8.8, 46, 31, 10},
-    {4.3, 7.5, 11.9, 9.0, 42, 31, 10}, {4.3, 8.0, 11.8, 9.3, 37, 29, 10}, {4.0, 8.0, 11.1, 9.0, 24, 27, 12},
-    {3.9, 8.2, 10.0, 8.2, 26, 28, 16}, {3.4, 7.4, 9.2, 7.8, 29, 32, 24},  {3.2, 6.9, 8.9, 7.8, 31, 36, 30},
-    {2.9, 6.3, 8.8, 7.9, 32, 38, 34},  {2.8, 6.0, 8.7, 8.0, 32, 38, 36},  {2.6, 5.8, 8.6, 8.1, 32, 38, 34},
-    {2.5, 5.7, 8.6, 8.1, 33, 37, 32},  {2.4, 5.6, 8.6, 8.1, 34, 36, 28},  {2.6, 5.7, 8.8, 8.2, 35, 35, 24},
-    {3.2, 5.6, 9.4, 8.2, 37, 35, 20},  {4.2, 5.0, 10.5, 8.2, 38, 36, 14}, {3.2, 3.8, 12.2, 7.6, 34, 36, 12},
-    {2.9, 3.6, 12.9, 7.5, 28, 28, 8},  {2.8, 3.5, 12.7, 7.4, 27, 20, 6},  {2.7, 3.6, 12.5, 7.4, 26, 18, 5},
-    {2.7, 3.7, 11.9, 7.6, 26, 18, 4},  {3.5, 4.5, 12.2, 8.8, 26, 22, 4}};
+    {4.3, 7.5, 11.9, 9.0, 42, 31, 10}, {4.3, 8.0, 11.8, 9.3, 37, 29, 10}, {4.0, 8.0, 11.1, 9.0, 24, 26, 12},
+    {3.9, 8.2, 10.0, 8.2, 26, 25, 16}, {3.4, 7.4, 9.2, 7.8, 29, 26, 24},  {3.2, 6.9, 8.9, 7.8, 31, 28, 26},
+    {2.9, 6.3, 8.8, 7.9, 32, 29, 28},  {2.8, 6.0, 8.7, 8.0, 32, 29, 29},  {2.6, 5.8, 8.6, 8.1, 32, 29, 28},
+    {2.5, 5.7, 8.6, 8.1, 33, 28, 26},  {2.4, 5.6, 8.6, 8.1, 34, 27, 24},  {2.6, 5.7, 8.8, 8.2, 35, 26, 24},
+    {3.2, 5.6, 9.4, 8.2, 37, 26, 20},  {4.2, 5.0, 10.5, 8.2, 38, 26, 14}, {3.2, 3.8, 12.2, 7.6, 34, 24, 12},
+    {2.9, 3.6, 12.9, 7.5, 28, 20, 8},  {2.8, 3.5, 12.7, 7.4, 27, 14, 6},  {2.7, 3.6, 12.5, 7.4, 26, 13, 5},
+    {2.7, 3.7, 11.9, 7.6, 26, 13, 4},  {3.5, 4.5, 12.2, 8.8, 26, 16, 4}};
 
 /// One vertebra about the middle of its body.
 struct VertebraPlan {
@@ -136,21 +136,25 @@ shape::Compound vertebra_shape(const VertebraPlan& plan, const Chance& chance) {
                                side.at(1.0, 0.0, 0.15)),
                   0.65, 4.0);
         // Articular process that reaches up.
-        shape.add(
-            shape::cone(side.at(x, c + 4.0 * size, high),
-                        side.at(plan.lumbar() ? 1.5 * cw + 1.0 : 1.25 * cw, c + 6.0 * size, s + 5.0 * size),
-                        5.2 * size, 4.0 * size),
-            1.0, 2.5);
+        shape.add(shape::cone(side.at(x, c + 4.0 * size, high),
+                              side.at(plan.lumbar() ? 1.5 * cw + 1.0 : 1.25 * cw, c + 6.0 * size,
+                                      s + (plan.cervical() ? -1.0 : 5.0 * size)),
+                              5.2 * size, 4.0 * size),
+                  1.0, 2.5);
         // Between the two: the isthmus.
         shape.add(shape::cone(side.at(0.5 * (x + cw) + 2.0, c + 5.0 * size, high - 2.0),
                               side.at(0.95 * cw, c + 10.0 * size, -6.0), 4.8 * size, 4.8 * size),
                   1.1, 2.5);
         // Transverse process: flat and forward in the loins, stout and backward in the chest.
-        const double back = plan.lumbar() ? 2.0 : plan.cervical() ? -8.0 : 13.0;
+        const double back = plan.lumbar()     ? 2.0
+                            : plan.cervical() ? -8.0
+                            : plan.level > 15 ? 20.0
+                            : plan.level > 13 ? 26.0
+                                              : 30.0;
         const double bent =
             3.0 * chance.normal("transverse process", 2 * plan.level + (side.sign > 0 ? 0 : 1));
         const double rise = plan.lumbar() ? 3.0 + bent : plan.cervical() ? -3.0 : 2.0 + 0.4 * bent;
-        const double y = plan.cervical() ? c - 3.0 : c + 4.0;
+        const double y = plan.cervical() ? c - 3.0 : plan.lumbar() ? c + 4.0 : c + 7.0;
         shape.add(shape::sweep({{side.at(x - 1.0, y, high - 1.0), 5.5 * size, 4.2 * size},
                                 {side.at(0.5 * (x + span), y + 0.5 * back, high - 1.0 + 0.4 * rise),
                                  (plan.lumbar() ? 4.6 : 5.2) * size, (plan.lumbar() ? 2.4 : 3.6) * size},
