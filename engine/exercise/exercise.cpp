@@ -7,9 +7,9 @@
 
 namespace exercise {
 
-Exercise::Exercise(const scenario::Scenario& scenario, bool with_images, const anatomy::ModelCache& cache)
-    : simulation_(scenario, cache), scorer_(simulation_) {
-    if (!with_images) return;
+Exercise::Exercise(const scenario::Scenario& scenario, Pictures pictures, const anatomy::ModelCache& cache)
+    : simulation_(scenario, cache), scorer_(simulation_), pictures_(pictures) {
+    if (pictures != Pictures::All) return;
     ImagingChain imaging =
         make_imaging(simulation_.scenario(), simulation_.anatomy(), simulation_.contrast());
     organs_ = std::move(imaging.organs);
@@ -36,10 +36,17 @@ void Exercise::close_recording() {
 
 Frame Exercise::next_frame(std::span<const script::Command> commands) {
     for (const script::Command& command : commands) simulation_.apply(script::canonical(command));
-    Frame frame{{}, commands, simulation_.step(), simulation_, monitor()};
+    Frame frame{{}, commands, simulation_.step(), simulation_, monitor(), dose()};
     time_ = frame.time = {time_.index + 1, simulation_.frames() - 1, simulation_.time()};
     scorer_.observe(frame);
     if (recording_) recording_->frame(frame.time.index, commands, [&] { return simulation_.state_hash(); });
+    if (pictures_ == Pictures::Dose) {
+        if (frame.motion.reset) dose_ = {};
+        if (frame.motion.console.pulse) {
+            if (!meter_) meter_ = make_meter(simulation_.scenario(), simulation_.anatomy());
+            dose_.add(meter_->technique(simulation_.console().arm(), metered_exposure(simulation_)));
+        }
+    }
     if (!monitor_) return frame;
     if (frame.motion.reset) monitor_->clear();
     if (frame.motion.console.pulse) {
@@ -60,10 +67,15 @@ Truth Exercise::truth() {
     return truth_of(*monitor_->last_pulse(), monitor_->fluoroscope(), simulation_.has_catheter());
 }
 
+const Dose* Exercise::dose() const {
+    if (monitor_) return &monitor_->dose();
+    return pictures_ == Pictures::Dose ? &dose_ : nullptr;
+}
+
 Score Exercise::with_dose(Score score) const {
-    if (monitor_) {
-        score.air_kerma = monitor_->dose().air_kerma;
-        score.area_product = monitor_->dose().area_product;
+    if (const Dose* given = dose()) {
+        score.air_kerma = given->air_kerma;
+        score.area_product = given->area_product;
     }
     return score;
 }
@@ -77,15 +89,17 @@ bool Exercise::time_is_up() const {
 void Exercise::state(geometry::StateStream& s) {
     s(simulation_, scorer_, time_);
     if (monitor_) s(*monitor_);
+    if (pictures_ == Pictures::Dose) s(dose_);
 }
 
 /// Identifies what a state belongs to: the scenario as it was chosen, its vessels, and whether there are
-/// images.
+/// images, or doses alone.
 std::uint64_t Exercise::fingerprint() const {
     geometry::StateHash hash;
     scenario::Scenario s = simulation_.scenario();
     geometry::Vec3 target = simulation_.target();
-    std::uint64_t triangles = simulation_.anatomy().lumen.triangles.size(), images = monitor_.has_value();
+    std::uint64_t triangles = simulation_.anatomy().lumen.triangles.size(),
+                  images = pictures_ == Pictures::Dose ? 2 : monitor_.has_value();
     if (s.catheter) {
         physics::DeviceSpec catheter = s.catheter->device;
         hash(catheter, s.catheter->inserted, s.catheter->roll);

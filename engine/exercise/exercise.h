@@ -20,11 +20,20 @@ namespace exercise {
 /// Sets the names and hashes of scenario and anatomy.
 void identify(script::Origin&, const Simulation&);
 
+/// What an exercise makes of pulses.
+enum class Pictures {
+    None,  // nothing
+    Dose,  // the dose for the score, which is the same to the bit as with images
+    All    // images too
+};
+
 class Exercise {
 public:
-    /// Throws InputError when scenario and anatomy do not fit, or when `with_images` is set and the vessel
+    /// Throws InputError when scenario and anatomy do not fit, or when there are to be images and the vessel
     /// can't be imaged.
-    Exercise(const scenario::Scenario&, bool with_images, const anatomy::ModelCache& = {});
+    Exercise(const scenario::Scenario&, Pictures, const anatomy::ModelCache& = {});
+    Exercise(const scenario::Scenario& scenario, bool with_images, const anatomy::ModelCache& cache = {})
+        : Exercise(scenario, with_images ? Pictures::All : Pictures::None, cache) {}
 
     /// Records every frame from the next one on, with the names and hashes of scenario and anatomy in the
     /// header. Throws InputError when the file cannot be written.
@@ -75,11 +84,15 @@ public:
 
 private:
     std::uint64_t fingerprint() const;
+    const Dose* dose() const;
     Score with_dose(Score) const;
 
     Simulation simulation_;
     Scorer scorer_;
+    Pictures pictures_;
     std::optional<Monitor> monitor_;
+    std::optional<render::ExposureMeter> meter_;  // without images; made for the first pulse
+    Dose dose_;                                   // of Pictures::Dose
     std::vector<BlushingOrgan> organs_;
     std::optional<script::Recording> recording_;
     render::GrayImage black_;

@@ -10,6 +10,7 @@
 namespace exercise {
 
 class Monitor;
+struct Dose;
 
 /// The one clock.
 struct FrameTime {
@@ -26,7 +27,8 @@ struct Frame {
     std::span<const script::Command> commands;
     StepReport motion;
     const Simulation& simulation;
-    const Monitor* monitor;  // null without images
+    const Monitor* monitor;      // null without images
+    const Dose* dose = nullptr;  // before this frame's pulse, null where it is not measured
 };
 
 }  // namespace exercise

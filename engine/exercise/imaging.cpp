@@ -204,10 +204,31 @@ std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer
     return organs;
 }
 
-double detector_dose(const scenario::Scenario& scenario, const render::CArm& arm, script::ImagingMode mode) {
+namespace {
+
+/// Before the limit [nGy].
+double wanted_dose(const scenario::Scenario& scenario, const render::CArm& arm, script::ImagingMode mode) {
     const double magnified = std::max(1.0, scenario.c_arm.detector_width / arm.detector_width);
     const scenario::Imaging& imaging = scenario.imaging;
     return magnified * (mode == script::ImagingMode::Dsa ? imaging.acquisition_dose : imaging.detector_dose);
+}
+
+}  // namespace
+
+double detector_dose(const scenario::Scenario& scenario, const render::CArm& arm, script::ImagingMode mode) {
+    return std::min(wanted_dose(scenario, arm, mode), render::largest_detector_dose);
+}
+
+bool dose_is_limited(const scenario::Scenario& scenario, const render::CArm& arm, script::ImagingMode mode) {
+    return wanted_dose(scenario, arm, mode) > render::largest_detector_dose;
+}
+
+render::Exposure metered_exposure(const Simulation& simulation) {
+    const scenario::Scenario& scenario = simulation.scenario();
+    render::Exposure exposure;
+    exposure.detector_dose = detector_dose(scenario, simulation.console().arm(), simulation.console().mode());
+    exposure.kvp = scenario.imaging.kvp;
+    return exposure;
 }
 
 Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<const BlushingOrgan> organs) {
@@ -220,11 +241,9 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     pulse.tip_is_catheters = scenario.target.by_catheter;
     if (const scenario::Device* wire = simulation.exchanged_wire()) pulse.wire_look = wire->look;
     pulse.mode = simulation.console().mode();
-    render::Exposure& exposure = pulse.exposure;
+    render::Exposure& exposure = pulse.exposure = metered_exposure(simulation);
     exposure.frame = static_cast<std::uint64_t>(time.attempt);
     exposure.seed = scenario.seed;
-    exposure.detector_dose = detector_dose(scenario, pulse.arm, pulse.mode);
-    exposure.kvp = scenario.imaging.kvp;
     exposure.iodine = simulation.iodine();
     exposure.vessel_shift = simulation.vessel_shift();
     const blood::ContrastFlow& contrast = simulation.contrast();
@@ -253,8 +272,9 @@ void remove_contrast(render::Exposure& exposure) {
     exposure.organs.clear();
 }
 
-ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
-                          const blood::ContrastFlow& contrast) {
+namespace {
+
+render::FluoroscopeConfig fluoroscope_config(const scenario::Scenario& scenario) {
     render::FluoroscopeConfig config;
     config.wire = scenario.wire_look;
     config.wire.diameter = scenario.guidewire.diameter;
@@ -265,6 +285,18 @@ ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Ana
         config.catheter.diameter = scenario.catheter->device.outer_diameter;
         config.catheter.inner_diameter = scenario.catheter->device.inner_diameter;
     }
+    return config;
+}
+
+}  // namespace
+
+render::ExposureMeter make_meter(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy) {
+    return {fluoroscope_config(scenario), tissue_layers(scenario, anatomy)};
+}
+
+ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
+                          const blood::ContrastFlow& contrast) {
+    const render::FluoroscopeConfig config = fluoroscope_config(scenario);
     try {
         std::vector<render::TissueLayer> layers = tissue_layers(scenario, anatomy);
         std::vector<BlushingOrgan> organs = blushing_organs(layers, contrast.blood().outlets);

@@ -7,6 +7,7 @@
 #include "engine/exercise/monitor.h"
 #include "engine/exercise/simulation.h"
 #include "engine/scenario/scenario.h"
+#include "render/xray/exposure_meter.h"
 #include "render/xray/fluoroscope.h"
 
 namespace exercise {
@@ -45,8 +46,16 @@ struct ImagingChain {
 ImagingChain make_imaging(const scenario::Scenario&, const anatomy::Anatomy&, const blood::ContrastFlow&);
 
 /// Dose of a pulse in that mode [nGy]. A field magnified relative to that at the start gets proportionally
-/// more, so that larger images are not noisier.
+/// more, so that larger images are not noisier, up to largest_detector_dose.
 double detector_dose(const scenario::Scenario&, const render::CArm&, script::ImagingMode);
+/// Whether magnification asks for more than that.
+bool dose_is_limited(const scenario::Scenario&, const render::CArm&, script::ImagingMode);
+
+/// What automatic exposure knows of the scenario's patient: gives the doses of the fluoroscope's pulses
+/// without images. Throws InputError as make_imaging does for a lumen that cannot be closed.
+render::ExposureMeter make_meter(const scenario::Scenario&, const anatomy::Anatomy&);
+/// Arm, dose and voltage of the pulse that the console asks for: all that exposure depends on.
+render::Exposure metered_exposure(const Simulation&);
 
 /// The pulse that the console asks for, with what is in the beam, after the step of that frame.
 Pulse pulse_of(const Simulation&, const FrameTime&, std::span<const BlushingOrgan>);

@@ -8,9 +8,9 @@ namespace exercise {
 namespace {
 
 /// Share of earlier images in a live image: detectors retain a few per cent, fluoroscopy's recursive noise
-/// filter the rest.
-constexpr float lag = 0.3f;
-constexpr std::size_t remembered = 4;  // pulses; earlier ones count less than 1 %
+/// filter the rest. A roadmap's is stronger: the logarithm behind bone raises noise.
+constexpr float usual_lag = 0.3f, roadmap_lag = 0.5f;
+constexpr std::size_t remembered = 4;  // pulses; the oldest counts for those before it, too
 
 }  // namespace
 
@@ -18,10 +18,7 @@ Monitor::Monitor(render::Fluoroscope fluoroscope) : fluoroscope_(std::move(fluor
 
 void Monitor::take(Pulse pulse) {
     const render::Technique technique = fluoroscope_.technique(pulse.arm, pulse.exposure);
-    ++dose_.pulses;
-    dose_.air_kerma += technique.air_kerma;
-    dose_.area_product += technique.area_product;
-    dose_.last = technique;
+    dose_.add(technique);
 
     const bool moved = !recent_.empty() && !(recent_.back().pulse.arm == pulse.arm);
     if (moved || pulse.new_mask) subtraction_.reset();
@@ -34,7 +31,8 @@ void Monitor::take(Pulse pulse) {
     Recent& last = recent_.back();
     if (last.pulse.mode != script::ImagingMode::Dsa) return;
     if (!subtraction_)
-        subtraction_.emplace(signal(last), fluoroscope_.opening(last.pulse.arm));
+        subtraction_.emplace(signal(last), fluoroscope_.opening(last.pulse.arm),
+                             fluoroscope_.scatter_in(signal(last), last.pulse.arm, last.pulse.exposure));
     else
         subtraction_->opacify(signal(last));
 }
@@ -50,6 +48,7 @@ const render::Field& Monitor::signal(Recent& recent) {
 }
 
 const render::Field& Monitor::with_lag(float dose) {
+    const float lag = recent_.back().pulse.mode == script::ImagingMode::Roadmap ? roadmap_lag : usual_lag;
     // Weights (1 − lag)·lag^k of the k-th pulse back; the oldest takes the remainder to 1.
     std::vector<const float*> pulses;
     for (Recent& recent : recent_) pulses.push_back(signal(recent).values.data());

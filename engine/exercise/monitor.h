@@ -47,6 +47,12 @@ struct Dose {
     double area_product = 0;  // P_KA [Gy·cm²]
     render::Technique last;   // of the last pulse
 
+    void add(const render::Technique& technique) {
+        ++pulses;
+        air_kerma += technique.air_kerma;
+        area_product += technique.area_product;
+        last = technique;
+    }
     void state(geometry::StateStream& s) { s(pulses, air_kerma, area_product, last); }
 };
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <numbers>
 
+#include "engine/exercise/imaging.h"
 #include "engine/exercise/open_field.h"
 
 namespace exercise {
@@ -61,6 +62,9 @@ void Notices::observe(const Frame& frame) {
     flat_ += moved && report.relax.at_rest && !report.relax.strict_minimum;
     restless_ += moved && !report.relax.at_rest;
     crossed_ += report.deepest_crossing > 0;
+    const Console& console = frame.simulation.console();
+    limited_doses_ +=
+        report.console.pulse && dose_is_limited(frame.simulation.scenario(), console.arm(), console.mode());
     deepest_crossing_ = std::max(deepest_crossing_, report.deepest_crossing);
 }
 
@@ -120,6 +124,12 @@ std::vector<std::string> Notices::text() const {
         result.push_back(
             fmt::format("the catheter stopped in {}: the vessel before its tip is narrower than it is",
                         frames(too_thick_)));
+    }
+    if (limited_doses_ > 0) {
+        result.push_back(fmt::format(
+            "the detector's dose was limited to {:g} nGy in {}: magnification asked for more than any "
+            "detector takes; a lower [imaging] dose would follow the field",
+            render::largest_detector_dose, frames(limited_doses_)));
     }
     for (const std::string& text : denied_) result.push_back(text);
     if (flat_ > 0) {

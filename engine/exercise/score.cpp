@@ -54,9 +54,9 @@ void Scorer::observe(const Frame& frame) {
     const Simulation& simulation = frame.simulation;
     if (frame.motion.reset) {
         earlier_.push_back(finish());
-        if (frame.monitor) {
-            earlier_.back().air_kerma = frame.monitor->dose().air_kerma;
-            earlier_.back().area_product = frame.monitor->dose().area_product;
+        if (frame.dose) {
+            earlier_.back().air_kerma = frame.dose->air_kerma;
+            earlier_.back().area_product = frame.dose->area_product;
         }
         ++score_.resets;
         begin(simulation);

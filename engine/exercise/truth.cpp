@@ -16,11 +16,11 @@ Truth truth_of(const Pulse& pulse, render::Fluoroscope& fluoroscope, bool has_ca
     const int pixels = pulse.arm.pixels;
     const geometry::Vec3& shift = pulse.exposure.vessel_shift;
     Truth truth{pulse,
-                mask(pixels, fluoroscope.wire_pixels(pulse.arm, pulse.joints, shift)),
+                mask(pixels, fluoroscope.wire_pixels(pulse.arm, pulse.seen(), shift)),
                 {},
                 mask(pixels, fluoroscope.vessel_pixels(pulse.arm, shift))};
     if (has_catheter)
-        truth.catheter = mask(pixels, fluoroscope.catheter_pixels(pulse.arm, pulse.catheter, shift));
+        truth.catheter = mask(pixels, fluoroscope.catheter_pixels(pulse.arm, pulse.seen(), shift));
     return truth;
 }
 

@@ -52,7 +52,12 @@ void Sequences::observe(const exercise::Frame& frame, exercise::Monitor& monitor
         run.mode = pulse->mode;
         run.arm = pulse->arm;
         run.pulse_rate = console.pulse_rate();
-        if (dsa) run.opening = std::make_shared<render::Field>(monitor.fluoroscope().opening(pulse->arm));
+        if (dsa) {
+            render::Fluoroscope& fluoroscope = monitor.fluoroscope();
+            run.opening = std::make_shared<render::Field>(fluoroscope.opening(pulse->arm));
+            run.scatter = std::make_shared<render::Field>(
+                fluoroscope.scatter_in(monitor.last_signal(), pulse->arm, pulse->exposure));
+        }
         runs_.push_back(nullptr);
     }
     run.images.push_back({pulse->time, shown, {}});
@@ -99,8 +104,9 @@ render::GrayImage look_at(const Sequence& run, const Look& look) {
     render::GrayImage image;
     if (run.mode == script::ImagingMode::Dsa) {
         const KeptImage& mask = run.images.at(look.mask);
-        image = render::Subtraction(shifted(*mask.signal, look.shift_x, look.shift_y), *run.opening)
-                    .subtracted(*kept.signal);
+        image =
+            render::Subtraction(shifted(*mask.signal, look.shift_x, look.shift_y), *run.opening, *run.scatter)
+                .subtracted(*kept.signal);
     } else {
         image = *kept.shown;
     }

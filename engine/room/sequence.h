@@ -27,6 +27,7 @@ struct Sequence {
     render::CArm arm;
     double pulse_rate = 15;                        // [1/s]
     std::shared_ptr<const render::Field> opening;  // transmission of the collimator; null but in DSA
+    std::shared_ptr<const render::Field> scatter;  // estimated in the first image; null but in DSA
     std::vector<KeptImage> images;
 };
 

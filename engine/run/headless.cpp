@@ -206,6 +206,11 @@ void require_possible(const exercise::Simulation& simulation, const script::Comm
         throw io::InputError(fmt::format("{}: {}; --force goes on", script.file, io::joined(wrong, "; ")));
 }
 
+exercise::Pictures pictures_of(bool images, const RunOptions& options) {
+    using exercise::Pictures;
+    return images ? Pictures::All : options.dose ? Pictures::Dose : Pictures::None;
+}
+
 Expectation expectation_of(const script::CommandScript& script, const RunOptions& options) {
     Expectation expectation;
     expectation.add_states(script);
@@ -243,7 +248,8 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
                        FrameSink* sink, const RunOptions& options) {
     check(scenario, script);
     Expectation expectation = expectation_of(script, options);
-    exercise::Exercise exercise(scenario, sink || options.images_for_observer, options.cache);
+    exercise::Exercise exercise(scenario, pictures_of(sink || options.images_for_observer, options),
+                                options.cache);
     require_possible(exercise.simulation(), script, options);
     return run(exercise, script, expectation, sink, nullptr, options);
 }
@@ -262,7 +268,7 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
     Expectation expectation = expectation_of(script, options);
     anatomy::ModelCache cache = options.cache;
     if (cache.folder.empty()) cache.folder = anatomy::cache_beside(out);
-    exercise::Exercise exercise(scenario, options.images, cache);
+    exercise::Exercise exercise(scenario, pictures_of(options.images, options), cache);
     require_possible(exercise.simulation(), script, options);
 
     OutputFolder folder(out, {options.images, options.images && options.panel,

@@ -24,6 +24,7 @@ struct Progress {
 struct RunOptions {
     int every = 1;                                // frames between two images; the last frame always has one
     bool images = true;                           // off = neither frames nor a sheet
+    bool dose = true;                             // in the score, of a run without images too
     bool panel = false;                           // the image with the readouts around it, in panel/
     bool truth = false;                           // ground truth of each image, in truth/
     std::optional<dicom::Pixels> dicom;           // the images as DICOM objects, in dicom/

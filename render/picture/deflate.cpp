@@ -250,14 +250,33 @@ BitWriter put_header(BitWriter out, std::span<const Code> literals, bool last) {
     return out;
 }
 
+/// Whether three equal bytes begin here.
+bool is_triple(const std::uint8_t* byte) {
+    return byte[0] == byte[1] && byte[0] == byte[2];
+}
+
+/// A code of up to three symbols.
+struct LongCode {
+    std::uint64_t bits = 0;
+    int length = 0;
+};
+
 /// Writes one block's bytes from `from`, cut into stretches.
-BitWriter put_block(BitWriter out, const std::uint8_t* from, std::span<const Stretch> stretches, bool last) {
+BitWriter put_block(BitWriter out, const std::uint8_t* from, std::span<const Stretch> stretches, bool last,
+                    bool triples) {
     // Four counts of each byte, so that equal consecutive bytes need not wait for each other.
     std::array<std::array<std::uint32_t, 256>, 4> of_byte{};
     std::array<std::uint32_t, literal_symbols> counts{};
     const std::uint8_t* byte = from;
     for (const Stretch& stretch : stretches) {
         const std::uint8_t* const end = byte + stretch.literals;
+        if (triples) {
+            for (int k = 0; end - byte >= 3; k = (k + 1) & 3) {
+                const bool three = is_triple(byte);
+                of_byte[k][*byte] += three ? 3 : 1;
+                byte += three ? 3 : 1;
+            }
+        }
         for (; end - byte >= 4; byte += 4)
             for (int k = 0; k < 4; ++k) ++of_byte[k][byte[k]];
         for (; byte < end; ++byte) ++of_byte[0][*byte];
@@ -272,9 +291,25 @@ BitWriter put_block(BitWriter out, const std::uint8_t* from, std::span<const Str
     assign_codes(codes);
     out = put_header(out, codes, last);
 
+    std::array<LongCode, 256> three;
+    for (int i = 0; triples && i < 256; ++i) {
+        const std::uint64_t bits = codes[i].bits;
+        const int length = codes[i].length;
+        three[i] = {bits | bits << length | bits << 2 * length, 3 * length};
+    }
     byte = from;
     for (const Stretch& stretch : stretches) {
         const std::uint8_t* const end = byte + stretch.literals;
+        while (triples && end - byte >= 3) {
+            if (is_triple(byte)) {
+                out.put(three[*byte].bits, three[*byte].length);
+                byte += 3;
+            } else {
+                out.put(codes[*byte]);
+                ++byte;
+            }
+            out.flush();
+        }
         for (; end - byte >= 4; byte += 4) {
             for (int k = 0; k < 4; ++k) out.put(codes[byte[k]]);
             out.flush();
@@ -296,20 +331,26 @@ BitWriter put_block(BitWriter out, const std::uint8_t* from, std::span<const Str
 
 }  // namespace
 
-void deflate_noise(std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& to) {
+void deflate_noise(std::span<const std::uint8_t> bytes, std::vector<std::uint8_t>& to, bool triples) {
     const std::size_t blocks = std::max<std::size_t>(1, (bytes.size() + block_size - 1) / block_size);
     const std::size_t most = bytes.size() * longest_code / 8 + blocks * (most_of_header + 4) + 16;
-    const auto packed = std::make_unique_for_overwrite<std::uint8_t[]>(most);
-    BitWriter out(packed.get());
+    // Kept from image to image: fresh memory would cost more than the compression of what is flat.
+    struct Scratch {
+        std::unique_ptr<std::uint8_t[]> bytes;
+        std::size_t size = 0;
+    };
+    thread_local Scratch packed;
+    if (packed.size < most) packed = {std::make_unique_for_overwrite<std::uint8_t[]>(most), most};
+    BitWriter out(packed.bytes.get());
     out.put(0x0178, 16);  // deflate with a window of 32 kB; the quickest level
     std::vector<Stretch> stretches;
     for (std::size_t block = 0; block < blocks; ++block) {
         const std::size_t from = block * block_size, end = std::min(from + block_size, bytes.size());
         find_runs(bytes.data(), from, end, stretches);
-        out = put_block(out, bytes.data() + from, stretches, block + 1 == blocks);
+        out = put_block(out, bytes.data() + from, stretches, block + 1 == blocks, triples);
     }
     std::uint8_t* const end = out.finish();
-    to.insert(to.end(), packed.get(), end);
+    to.insert(to.end(), packed.bytes.get(), end);
     const std::uint32_t check = libdeflate_adler32(1, bytes.data(), bytes.size());
     for (int shift = 24; shift >= 0; shift -= 8) to.push_back(static_cast<std::uint8_t>(check >> shift));
 }

@@ -103,18 +103,22 @@ Field shrink(const Field& field, int factor) {
     return result;
 }
 
-Field enlarge(const Field& field, int factor, int width, int height) {
+namespace {
+
+/// Bilinear values at column_at(i), row_at(j), positions of the field's pixel centres counted from 0.
+template <class At>
+Field interpolated(const Field& field, int width, int height, const At& column_at, const At& row_at) {
     Field result(width, height);
-    const auto place = [factor](int i, int size) {
-        const double x = std::clamp((i + 0.5) / factor - 0.5, 0.0, size - 1.0);
+    const auto place = [](double at, int size) {
+        const double x = std::clamp(at, 0.0, size - 1.0);
         const int low = std::min(static_cast<int>(x), std::max(size - 2, 0));
         return std::pair<int, float>(low, static_cast<float>(x - low));
     };
     std::vector<std::pair<int, float>> columns;
-    for (int i = 0; i < width; ++i) columns.push_back(place(i, field.width));
+    for (int i = 0; i < width; ++i) columns.push_back(place(column_at(i), field.width));
     const int beside = field.width > 1 ? 1 : 0;
     for (int j = 0; j < height; ++j) {
-        const auto [row, down] = place(j, field.height);
+        const auto [row, down] = place(row_at(j), field.height);
         const float* above = &field.values[static_cast<std::size_t>(row) * field.width];
         const float* below =
             &field.values[static_cast<std::size_t>(std::min(row + 1, field.height - 1)) * field.width];
@@ -128,6 +132,20 @@ Field enlarge(const Field& field, int factor, int width, int height) {
         }
     }
     return result;
+}
+
+}  // namespace
+
+Field enlarge(const Field& field, int factor, int width, int height) {
+    const auto at = [factor](int i) { return (i + 0.5) / factor - 0.5; };
+    return interpolated(field, width, height, at, at);
+}
+
+Field stretched(const Field& field, double step, int size) {
+    const auto at = [step, size, &field](int i) {
+        return (i + 0.5 - 0.5 * size) * step + 0.5 * field.width - 0.5;
+    };
+    return interpolated(field, size, size, at, at);
 }
 
 }  // namespace render

@@ -24,4 +24,8 @@ Field shrink(const Field&, int factor);
 /// The reverse of `shrink`, bilinear between block centres.
 Field enlarge(const Field&, int factor, int width, int height);
 
+/// A square field about the same middle, of `size` pixels that are each `step` pixels of the first wide;
+/// bilinear. Beyond the first field its edge is repeated.
+Field stretched(const Field&, double step, int size);
+
 }  // namespace render

@@ -5,8 +5,6 @@
 #include <fstream>
 #include <iterator>
 #include <libdeflate.h>
-#include <memory>
-#include <new>
 #include <png.h>
 #include <stdexcept>
 #include <string>
@@ -32,50 +30,27 @@ constexpr Kind colour_png = {3, PNG_COLOR_TYPE_RGB, PNG_FORMAT_RGB, "colour"};
 using Bytes = std::vector<std::uint8_t>;
 
 /// Each row's filter (PNG specification, chapter 9), then the filtered row. `row`: bytes of one row.
-enum class Filter : std::uint8_t { Sub = 1, Up = 2, Average = 3 };
+enum class Filter : std::uint8_t { Sub = 1, Average = 3 };
 
-/// Noise compresses best as its difference from the average of the pixels to its left and above.
-Bytes averaged(const std::uint8_t* pixels, std::size_t row, std::size_t rows) {
-    Bytes filtered((row + 1) * rows);
+/// Noise compresses best as its difference from the average of the pixels to its left and above; where a
+/// panel is flat, all that is left are zeros. `apart`: bytes from a pixel to the next. Valid until the next
+/// call by the same thread, which keeps the memory.
+const Bytes& averaged(const std::uint8_t* pixels, std::size_t row, std::size_t rows, std::size_t apart) {
+    thread_local Bytes filtered;
+    filtered.resize((row + 1) * rows);
     filtered[0] = static_cast<std::uint8_t>(Filter::Sub);
-    filtered[1] = pixels[0];
-    for (std::size_t i = 1; i < row; ++i)
-        filtered[1 + i] = static_cast<std::uint8_t>(pixels[i] - pixels[i - 1]);
+    std::copy_n(pixels, apart, filtered.data() + 1);
+    for (std::size_t i = apart; i < row; ++i)
+        filtered[1 + i] = static_cast<std::uint8_t>(pixels[i] - pixels[i - apart]);
     for (std::size_t j = 1; j < rows; ++j) {
         const std::uint8_t *own = pixels + j * row, *above = own - row;
         std::uint8_t* to = filtered.data() + j * (row + 1);
         *to++ = static_cast<std::uint8_t>(Filter::Average);
-        to[0] = static_cast<std::uint8_t>(own[0] - above[0] / 2);
-        for (std::size_t i = 1; i < row; ++i)
-            to[i] = static_cast<std::uint8_t>(own[i] - (own[i - 1] + above[i]) / 2);
+        for (std::size_t i = 0; i < apart; ++i) to[i] = static_cast<std::uint8_t>(own[i] - above[i] / 2);
+        for (std::size_t i = apart; i < row; ++i)
+            to[i] = static_cast<std::uint8_t>(own[i] - (own[i - apart] + above[i]) / 2);
     }
     return filtered;
-}
-
-/// A panel's text and lines repeat from row to row.
-Bytes less_the_row_above(const std::uint8_t* pixels, std::size_t row, std::size_t rows) {
-    Bytes filtered((row + 1) * rows);
-    filtered[0] = static_cast<std::uint8_t>(Filter::Up);
-    std::copy_n(pixels, row, filtered.data() + 1);
-    for (std::size_t j = 1; j < rows; ++j) {
-        const std::uint8_t *own = pixels + j * row, *above = own - row;
-        std::uint8_t* to = filtered.data() + j * (row + 1);
-        *to++ = static_cast<std::uint8_t>(Filter::Up);
-        for (std::size_t i = 0; i < row; ++i) to[i] = static_cast<std::uint8_t>(own[i] - above[i]);
-    }
-    return filtered;
-}
-
-/// Appends a zlib stream.
-void deflate(const Bytes& filtered, Bytes& to) {
-    const std::unique_ptr<libdeflate_compressor, decltype(&libdeflate_free_compressor)> compressor(
-        libdeflate_alloc_compressor(1), libdeflate_free_compressor);
-    if (!compressor) throw std::bad_alloc();
-    const std::size_t start = to.size();
-    to.resize(start + libdeflate_zlib_compress_bound(compressor.get(), filtered.size()));
-    const std::size_t size = libdeflate_zlib_compress(compressor.get(), filtered.data(), filtered.size(),
-                                                      to.data() + start, to.size() - start);
-    to.resize(start + size);
 }
 
 /// Highest byte first.
@@ -117,10 +92,8 @@ Bytes encode_image(const Image& image, const Kind& kind) {
                      {8, type, 0, 0, 0});  // bits; the only compression, the only filtering; no interlace
     });
     append_chunk(bytes, "IDAT", [&] {
-        if (kind.channels == 1)
-            deflate_noise(averaged(image.pixels.data(), row, image.height), bytes);
-        else
-            deflate(less_the_row_above(image.pixels.data(), row, image.height), bytes);
+        deflate_noise(averaged(image.pixels.data(), row, image.height, kind.channels), bytes,
+                      kind.channels == 3);
     });
     append_chunk(bytes, "IEND", [] {});
     return bytes;

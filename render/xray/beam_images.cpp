@@ -2,9 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "render/picture/fast_exp.h"
-#include "render/picture/filter.h"
+#include "render/xray/measuring_field.h"
 
 namespace render {
 namespace {
@@ -27,11 +28,19 @@ Field flat_field(const CArm& arm, double heel) {
     return flat;
 }
 
-/// 1 in the disc where automatic exposure measures, 0 outside: air around the patient does not count.
-Field measuring_field(const CArm& arm, double radius) {
+}  // namespace
+
+PixelBins change_of(const Mixture& mixture, const EnergyBins& bins) {
+    const Bins own = bins.attenuation(mixture.material), around = bins.attenuation(mixture.inside);
+    PixelBins change;
+    for (int k = 0; k < energy_bins; ++k) change[k] = static_cast<float>(own[k] - around[k]);
+    return change;
+}
+
+Field measuring_disc(const CArm& arm, double radius) {
     Field field(arm.pixels, arm.pixels);
     // Has at least one pixel.
-    const double reach = std::max(radius * arm.pixels, 1.0);
+    const double reach = std::max(radius / pixel_width(arm), 1.0);
     for (int j = 0; j < arm.pixels; ++j) {
         for (int i = 0; i < arm.pixels; ++i) {
             const double away = std::hypot(i + 0.5 - 0.5 * arm.pixels, j + 0.5 - 0.5 * arm.pixels);
@@ -41,26 +50,15 @@ Field measuring_field(const CArm& arm, double radius) {
     return field;
 }
 
-constexpr double usual_dose = 30.0;  // of a fluoroscopy pulse [nGy]
-
-/// Air kerma of the open beam per detected signal, in the units of kerma_per_signal.
-double open_kerma(double kvp) {
-    const Spectrum spectrum = detected_spectrum(kvp);
-    double sum = 0.0;
-    for (std::size_t i = 0; i < spectrum.energies.size(); ++i)
-        sum += spectrum.weights[i] * kerma_per_signal(spectrum.energies[i]);
-    return sum;
+Field scattering_thickness(std::span<const Mixture> mixtures, int pixels) {
+    Field thickness(pixels, pixels);
+    for (const Mixture& m : mixtures) {
+        const auto change = static_cast<float>(scattering(m.material) - scattering(m.inside));
+        for (std::size_t i = 0; i < thickness.values.size(); ++i)
+            thickness.values[i] += change * m.length.values[i];
+    }
+    return thickness;
 }
-
-/// μ of the mixture's material minus that of its surroundings [1/mm].
-PixelBins change_of(const Mixture& mixture, const EnergyBins& bins) {
-    const Bins own = bins.attenuation(mixture.material), around = bins.attenuation(mixture.inside);
-    PixelBins change;
-    for (int k = 0; k < energy_bins; ++k) change[k] = static_cast<float>(own[k] - around[k]);
-    return change;
-}
-
-}  // namespace
 
 SparseLength::SparseLength(const Field& length) {
     for (std::uint32_t i = 0; i < length.values.size(); ++i) {
@@ -72,7 +70,7 @@ SparseLength::SparseLength(const Field& length) {
 
 PlaneImages plane_images(const FluoroscopeConfig& config, const CArm& arm) {
     return {arm, flat_field(arm, config.heel), shutters(config.display, arm),
-            measuring_field(arm, config.measuring_radius)};
+            measuring_disc(arm, config.measuring_radius * arm.detector_width)};
 }
 
 PoseImages pose_images(PathLengthRenderer& renderer, std::span<const TissueLayer> layers, bool has_nodes,
@@ -110,52 +108,18 @@ PoseImages pose_images(PathLengthRenderer& renderer, std::span<const TissueLayer
     return pose;
 }
 
-double charge_per_dose(const FluoroscopeConfig& config, const PlaneImages& plane, const PoseImages& pose,
-                       double kvp) {
-    const CArm& arm = pose.arm;
-    const EnergyBins bins = fit_bins(detected_spectrum(kvp));
-    std::vector<PixelBins> change;
-    for (const Mixture& m : pose.mixtures) change.push_back(change_of(m, bins));
-    constexpr int sampled = 24;  // places along either side
-    double kerma = 0.0;
-    int places = 0;
-    const int step = std::max(1, arm.pixels / sampled);
-    for (int j = step / 2; j < arm.pixels; j += step) {
-        for (int i = step / 2; i < arm.pixels; i += step) {
-            const std::size_t pixel = static_cast<std::size_t>(j) * arm.pixels + i;
-            if (plane.measured.values[pixel] == 0.0f) continue;
-            ++places;
-            for (int k = 0; k < energy_bins; ++k) {
-                double exponent = 0.0;
-                for (std::size_t m = 0; m < change.size(); ++m)
-                    exponent -= change[m][k] * pose.mixtures[m].length.values[pixel];
-                kerma += bins.weights[k] * kerma_per_signal(bins.energies[k]) * std::exp(exponent);
-            }
-        }
-    }
-    // Never zero: through metres of bone the tube reaches its limit long before.
-    const double transmitted =
-        std::max((1.0 + config.scatter_to_primary) * kerma / std::max(places, 1), 1e-20);
-    const double metres = 1e-3 * arm.sid;
-    constexpr double nGy_per_mGy = 1e6;
-    return open_kerma(kvp) / transmitted * metres * metres / (kerma_per_charge(kvp) * nGy_per_mGy);
-}
-
-BeamImages beam_images(const FluoroscopeConfig& config, const PlaneImages& plane, const PoseImages& pose,
-                       const std::optional<double>& kvp) {
+BeamImages beam_images(const PlaneImages& plane, const PoseImages& pose, double kvp, Field scatter) {
     BeamImages result;
     const CArm& arm = pose.arm;
-    // The voltage belongs to the usual dose, so that a change of dose does not change the contrast.
-    result.kvp = kvp ? *kvp : automatic_exposure([&](double kv) {
-                                  return usual_dose * charge_per_dose(config, plane, pose, kv);
-                              }).kvp;
+    result.kvp = kvp;
     result.bins = fit_bins(detected_spectrum(result.kvp));
 
     std::vector<PixelBins> changes;
     for (const Mixture& m : pose.mixtures) changes.push_back(change_of(m, result.bins));
     const std::size_t count = plane.flat.values.size();
     result.primary.resize(count);
-    Field relative(arm.pixels, arm.pixels), lit(arm.pixels, arm.pixels);
+    result.scatter = std::move(scatter);
+    Field received(arm.pixels, arm.pixels);
     // Row by row, so that a row's exponents, bins of a pixel side by side, stay in the cache.
     const std::size_t row = static_cast<std::size_t>(arm.pixels);
     std::vector<float> exponents(row * energy_bins);
@@ -175,27 +139,25 @@ BeamImages beam_images(const FluoroscopeConfig& config, const PlaneImages& plane
                                            static_cast<float>(result.bins.weights[k]) *
                                            exponents[i * energy_bins + k];
             }
-            relative.values[pixel] = sum(result.primary[pixel]);
-            lit.values[pixel] = plane.open.values[pixel] * relative.values[pixel];
+            result.scatter.values[pixel] *= plane.flat.values[pixel];
+            received.values[pixel] = sum(result.primary[pixel]) + result.scatter.values[pixel];
         }
     }
 
-    // Scatter: the primary image spread wide. What the collimator blocks does not scatter.
-    const int block = std::max(1, arm.pixels / 64);
-    result.scatter =
-        enlarge(gaussian_blur(shrink(lit, block), config.scatter_reach / pixel_width(arm) / block), block,
-                arm.pixels, arm.pixels);
-    for (float& value : result.scatter.values) value *= static_cast<float>(config.scatter_to_primary);
-
     // Automatic exposure: one nGy on average in the measuring field; each frame scales it to its dose.
-    double field = 0.0, received = 0.0;
-    for (std::size_t i = 0; i < count; ++i) {
-        field += plane.measured.values[i];
-        received +=
-            static_cast<double>(plane.measured.values[i]) * (relative.values[i] + result.scatter.values[i]);
+    Field disc = plane.measured;
+    for (std::size_t i = 0; i < count; ++i) disc.values[i] *= plane.open.values[i];
+    const Field thickness = scattering_thickness(pose.mixtures, arm.pixels);
+    MeasuringField field(disc, thickness);
+    double mean = field.mean(received.values);
+    if (!(mean > 0.0)) {
+        // The collimator leaves less open than a pixel.
+        field = MeasuringField(plane.measured, thickness);
+        mean = field.mean(received.values);
     }
+    result.weights = field.weights();
     const double quanta = quanta_per_dose_and_area * pixel_width(arm) * pixel_width(arm);
-    result.gain = received > 0.0 ? quanta * field / received : 0.0;
+    result.gain = mean > 0.0 ? quanta / mean : 0.0;
     return result;
 }
 

@@ -59,6 +59,7 @@ struct BeamImages {
     double kvp = 0.0;                // [kV]
     std::vector<PixelBins> primary;  // per pixel and bin, relative to the open beam, flat field included
     Field scatter;                   // in the same unit
+    Field weights;                   // of each pixel in what automatic exposure measures [-]
     double gain = 0.0;               // quanta per unit and nGy
 };
 
@@ -68,12 +69,16 @@ PlaneImages plane_images(const FluoroscopeConfig&, const CArm&);
 /// its own, and needs no lengths of lumina.
 PoseImages pose_images(PathLengthRenderer&, std::span<const TissueLayer>, bool has_nodes, const CArm&);
 
-/// Tube charge of a pulse at that voltage that gives the detector 1 nGy [mAs], from a sample of the measuring
-/// field.
-double charge_per_dose(const FluoroscopeConfig&, const PlaneImages&, const PoseImages&, double kvp);
+/// Images at a voltage [kV]; `scatter`: relative to the open beam in its middle.
+BeamImages beam_images(const PlaneImages&, const PoseImages&, double kvp, Field scatter);
 
-/// Images at a voltage [kV], or at the one that automatic exposure chooses.
-BeamImages beam_images(const FluoroscopeConfig&, const PlaneImages&, const PoseImages&,
-                       const std::optional<double>& kvp);
+/// μ of the mixture's material minus that of its surroundings [1/mm].
+PixelBins change_of(const Mixture&, const EnergyBins&);
+
+/// What each ray passes, as the length of soft tissue that scatters as much [mm].
+Field scattering_thickness(std::span<const Mixture>, int pixels);
+
+/// 1 in the disc where automatic exposure measures, 0 outside; `radius` on the detector [mm].
+Field measuring_disc(const CArm&, double radius);
 
 }  // namespace render

@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
+#include "physics/geometry/parallel.h"
 #include "physics/geometry/random.h"
 #include "render/picture/filter.h"
 
@@ -12,7 +14,9 @@ namespace render {
 
 namespace {
 
-constexpr float fewest_for_normal = 25.0f;  // quanta
+constexpr float fewest_for_normal = 25.0f;    // quanta
+constexpr float fewest_for_expansion = 4.0f;  // quanta
+constexpr int fewest_rows = 64;               // that a thread of its own is worth
 
 /// Normal quantiles at the middle of 4096 equal shares, scaled so that the sum of two has variance 1: one
 /// lookup alone would end at 3.7 standard deviations and be visibly discrete.
@@ -59,6 +63,19 @@ float poisson(float mean, std::uint64_t bits) {
     return static_cast<float>(count);
 }
 
+/// A count for a mean of at least fewest_for_expansion, from a standard normal number: above
+/// fewest_for_normal that number scaled, below the expansion of the inverse Poisson distribution (M. B.
+/// Giles, ACM Trans. Math. Softw. 42 (2016) 7, Q_N2), rounded down.
+float count_from(float mean, float normal) {
+    const float root = std::sqrt(mean), square = normal * normal;
+    const float scaled = mean + root * normal;
+    const float expanded =
+        scaled + (1.0f / 3 + square * (1.0f / 6)) - normal * (1.0f / 36 + square * (1.0f / 72)) / root;
+    // The conversion rounds down, as the number is not negative; few quanta never become a hundred.
+    const auto whole = static_cast<float>(static_cast<int>(std::min(std::max(0.0f, expanded), 100.0f)));
+    return mean < fewest_for_normal ? whole : scaled;
+}
+
 }  // namespace
 
 PixelNoise::PixelNoise(std::uint64_t seed, std::uint64_t frame)
@@ -75,34 +92,38 @@ float PixelNoise::normal(std::uint64_t bits, int which) {
 
 float PixelNoise::quanta(float mean, std::uint64_t bits) {
     if (!(mean > 0.0f)) return 0.0f;
-    if (mean < fewest_for_normal) return poisson(mean, bits);
-    return mean + std::sqrt(mean) * normal(bits, 0);
+    if (mean < fewest_for_expansion) return poisson(mean, bits);
+    return count_from(mean, normal(bits, 0));
 }
 
-Field read_out(Field expected, double pixel_width, const DetectorSpec& detector, std::uint64_t seed,
-               std::uint64_t frame) {
-    const PixelNoise noise(seed, frame);
+namespace {
+
+/// Reads out rows of an image in place; `first_row`: of these in the whole image.
+void read_rows(Field& rows, int first_row, double sigma, float electronic, const PixelNoise& noise) {
     const auto& table = quantiles();
-    const double sigma = detector.scintillator_blur / pixel_width;
-    const auto electronic = static_cast<float>(detector.electronic_noise);
-    const std::size_t width = expected.width;
+    const std::size_t width = rows.width;
     // A pixel's bits are used twice: the part for the electronics waits until the row has been blurred.
     const int waiting = blur_reach(sigma) + 1;
     std::vector<float> counted(width), added(waiting * width);
     const auto added_to = [&](int row) { return added.data() + row % waiting * width; };
     const auto count = [&](int row, std::span<float> values) {
-        const std::size_t first = row * width;
+        const std::size_t first = static_cast<std::size_t>(row + first_row) * width;
         float* const later = added_to(row);
         for (std::size_t i = 0; i < width; ++i) {
             const std::uint64_t bits = noise.bits(first + i);
             counted[i] = normal_from(table, bits, 0);
             later[i] = normal_from(table, bits, 1);
         }
-        int few = 0;  // number of pixels for which a normal number will not do
-        for (const float mean : values) few += mean >= fewest_for_normal ? 0 : 1;
-        if (few > 0) {
+        int few = 0, fewest = 0;  // pixels that need more than a scaled number, or the distribution itself
+        for (const float mean : values) {
+            few += mean >= fewest_for_normal ? 0 : 1;
+            fewest += mean >= fewest_for_expansion ? 0 : 1;
+        }
+        if (fewest > 0) {
             for (std::size_t i = 0; i < width; ++i)
                 values[i] = PixelNoise::quanta(values[i], noise.bits(first + i));
+        } else if (few > 0) {
+            for (std::size_t i = 0; i < width; ++i) values[i] = count_from(values[i], counted[i]);
         } else {
             for (std::size_t i = 0; i < width; ++i) values[i] += std::sqrt(values[i]) * counted[i];
         }
@@ -111,8 +132,37 @@ Field read_out(Field expected, double pixel_width, const DetectorSpec& detector,
         const float* const own = added_to(row);
         for (std::size_t i = 0; i < width; ++i) values[i] += electronic * own[i];
     };
-    blur(expected, sigma, count, electronic > 0.0f ? ForRow(add) : ForRow());
-    return expected;
+    blur(rows, sigma, count, electronic > 0.0f ? ForRow(add) : ForRow());
+}
+
+}  // namespace
+
+Field read_out(Field expected, double pixel_width, const DetectorSpec& detector, std::uint64_t seed,
+               std::uint64_t frame, int threads) {
+    const PixelNoise noise(seed, frame);
+    const double sigma = detector.scintillator_blur / pixel_width;
+    const auto electronic = static_cast<float>(detector.electronic_noise);
+    const int height = expected.height, reach = blur_reach(sigma);
+    const int bands = std::clamp(height / fewest_rows, 1, std::max(threads, 1));
+    if (bands == 1) {
+        read_rows(expected, 0, sigma, electronic, noise);
+        return expected;
+    }
+    // Each band is read with the rows beyond that its own reach, which another thread reads as well.
+    const std::size_t width = expected.width;
+    Field result(expected.width, height);
+    geometry::for_each_index(bands, threads, [&](int band) {
+        const int top = height * band / bands, bottom = height * (band + 1) / bands;
+        const int from = std::max(0, top - reach), to = std::min(height, bottom + reach);
+        const auto row_of = [width](auto& field, int row) { return field.values.data() + row * width; };
+        Field rows;
+        rows.width = expected.width;
+        rows.height = to - from;
+        rows.values.assign(row_of(expected, from), row_of(expected, to));
+        read_rows(rows, from, sigma, electronic, noise);
+        std::copy(row_of(rows, top - from), row_of(rows, bottom - from), row_of(result, top));
+    });
+    return result;
 }
 
 }  // namespace render

@@ -9,7 +9,9 @@
 
 #include "render/picture/fast_exp.h"
 #include "render/xray/beam_images.h"
+#include "render/xray/exposure_meter.h"
 #include "render/xray/path_length.h"
+#include "render/xray/scatter.h"
 
 namespace render {
 
@@ -43,7 +45,7 @@ CArm shifted(CArm arm, const Vec3& shift) {
 
 std::vector<std::string> problems(const Exposure& exposure) {
     std::vector<std::string> found;
-    if (!(exposure.detector_dose > 0.0 && exposure.detector_dose <= 1e5)) {
+    if (!(exposure.detector_dose > 0.0 && exposure.detector_dose <= largest_detector_dose)) {
         found.emplace_back("the detector dose must be above 0 and at most 100000 nGy");
     }
     if (exposure.kvp && !(*exposure.kvp >= 40.0 && *exposure.kvp <= 125.0)) {
@@ -58,6 +60,8 @@ std::vector<std::string> problems(const Exposure& exposure) {
 
 struct Fluoroscope::State {
     FluoroscopeConfig config;
+    int threads = 1;
+    ExposureMeter meter;
     std::vector<TissueLayer> layers;  // their meshes have been moved to the renderer
     PathLengthRenderer renderer;
     std::optional<LumenContrast> vessels;
@@ -70,6 +74,8 @@ struct Fluoroscope::State {
     Field iodine;                                         // scratch: iodine in the beam [mg/ml·mm]
     std::vector<std::uint32_t> iodine_pixels;             // pixels where that is not 0
 
+    State(const FluoroscopeConfig& chosen, std::span<const TissueLayer> around)
+        : config(chosen), meter(chosen, around) {}
     void move_to(const CArm&);
     const BeamImages& beam(const std::optional<double>& kvp);
     const BareImage& bare_image(const Exposure&);
@@ -89,7 +95,10 @@ void Fluoroscope::State::move_to(const CArm& arm) {
 
 const BeamImages& Fluoroscope::State::beam(const std::optional<double>& kvp) {
     const auto [place, is_new] = beams.try_emplace(kvp.value_or(0.0));
-    if (is_new) place->second = beam_images(config, *plane, *pose, kvp);
+    if (is_new) {
+        const double voltage = meter.voltage(pose->arm, kvp);
+        place->second = beam_images(*plane, *pose, voltage, meter.scatter(pose->arm, voltage));
+    }
     return place->second;
 }
 
@@ -100,22 +109,13 @@ const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
 
     const CArm& arm = pose->arm;
     const BeamImages& at = beam(exposure.kvp);
-    const double kvp = at.kvp;
-    result.technique = exposure_at(kvp, exposure.detector_dose * charge_per_dose(config, *plane, *pose, kvp));
-    const double metres = 1e-3 * std::max(arm.sod - reference_point, 1.0);
-    const double charge = 1e-3 * result.technique.current * result.technique.pulse_width;  // [mAs]
-    const double at_one_metre = kerma_per_charge(kvp) * charge;                            // [mGy]
-    result.technique.air_kerma = at_one_metre / (metres * metres);
-    constexpr double Gy_cm2_per_mGy_mm2 = 1e-5;
-    result.technique.area_product =
-        at_one_metre * open_area(arm) / (1e-6 * arm.sid * arm.sid) * Gy_cm2_per_mGy_mm2;
-
+    result.technique = meter.technique(arm, exposure);
     result.scale = static_cast<float>(at.gain * exposure.detector_dose * result.technique.delivered);
     result.expected = Field(arm.pixels, arm.pixels);
     for (std::size_t i = 0; i < result.expected.values.size(); ++i)
         result.expected.values[i] = result.scale * (sum(at.primary[i]) + at.scatter.values[i]);
     // The display is adjusted to the image without contrast.
-    result.display.emplace(config.display, result.expected, plane->flat, plane->measured, plane->open);
+    result.display.emplace(config.display, result.expected, plane->flat, at.weights, plane->open);
     return result;
 }
 
@@ -183,8 +183,7 @@ void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
 
 Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> layers,
                          std::optional<LumenContrast> vessels, std::optional<DistalVessels> distal)
-    : state_(std::make_unique<State>()) {
-    state_->config = config;
+    : state_(std::make_unique<State>(config, layers)) {
     state_->vessels = std::move(vessels);
     state_->distal = std::move(distal);
     for (TissueLayer& layer : layers) {
@@ -200,20 +199,8 @@ Fluoroscope::~Fluoroscope() = default;
 Fluoroscope::Fluoroscope(Fluoroscope&&) noexcept = default;
 Fluoroscope& Fluoroscope::operator=(Fluoroscope&&) noexcept = default;
 
-namespace {
-
-void require(const CArm& arm, const Exposure& exposure) {
-    std::string wrong;
-    for (const auto& found : {problems(arm), problems(exposure)}) {
-        for (const std::string& sentence : found) wrong += (wrong.empty() ? "" : "; ") + sentence;
-    }
-    if (!wrong.empty()) throw std::invalid_argument(wrong);
-}
-
-}  // namespace
-
 Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, const Exposure& exposure) {
-    require(arm, exposure);
+    require_usable(arm, exposure);
     State& state = *state_;
     state.move_to(arm);
     const BareImage& bare = state.bare_image(exposure);
@@ -268,11 +255,11 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
 
 Field Fluoroscope::read(const CArm& arm, const SeenDevices& devices, const Exposure& exposure) {
     return read_out(expected_quanta(arm, devices, exposure), pixel_width(arm), state_->config.detector,
-                    exposure.seed, exposure.frame);
+                    exposure.seed, exposure.frame, state_->threads);
 }
 
 const Display& Fluoroscope::display(const CArm& arm, const Exposure& exposure) {
-    require(arm, exposure);
+    require_usable(arm, exposure);
     state_->move_to(arm);
     return *state_->bare_image(exposure).display;
 }
@@ -282,14 +269,25 @@ GrayImage Fluoroscope::expose(const CArm& arm, const SeenDevices& devices, const
     return display(arm, exposure).show(signal);
 }
 
+void Fluoroscope::use_threads(int threads) {
+    state_->threads = std::max(1, threads);
+}
+
+Field Fluoroscope::scatter_in(const Field& signal, const CArm& arm, const Exposure& exposure) {
+    require_usable(arm, exposure);
+    state_->move_to(arm);
+    const BeamImages& at = state_->beam(exposure.kvp);
+    Field open = state_->plane->flat;
+    for (float& value : open.values) value *= static_cast<float>(at.gain);
+    return estimated_scatter(signal, state_->plane->open, open, at.kvp, pixel_width(arm), arm.sid - arm.sod);
+}
+
 Field Fluoroscope::opening(const CArm& arm) const {
     return shutters(state_->config.display, arm);
 }
 
 Technique Fluoroscope::technique(const CArm& arm, const Exposure& exposure) {
-    require(arm, exposure);
-    state_->move_to(arm);
-    return state_->bare_image(exposure).technique;
+    return state_->meter.technique(arm, exposure);
 }
 
 namespace {
@@ -307,20 +305,21 @@ std::vector<std::uint32_t> shadowed(WireImage& image, const CArm& arm, std::span
 
 }  // namespace
 
-std::vector<std::uint32_t> Fluoroscope::wire_pixels(const CArm& arm, std::span<const Vec3> joints,
+std::vector<std::uint32_t> Fluoroscope::wire_pixels(const CArm& arm, const SeenDevices& devices,
                                                     const Vec3& shift) {
-    require(arm, {});
-    return shadowed(state_->wire, shifted(arm, shift), joints, state_->config.wire);
+    require_usable(arm, {});
+    const WireLook& look = devices.wire_look ? *devices.wire_look : state_->config.wire;
+    return shadowed(state_->wire, shifted(arm, shift), devices.wire, look);
 }
 
-std::vector<std::uint32_t> Fluoroscope::catheter_pixels(const CArm& arm, std::span<const Vec3> joints,
+std::vector<std::uint32_t> Fluoroscope::catheter_pixels(const CArm& arm, const SeenDevices& devices,
                                                         const Vec3& shift) {
-    require(arm, {});
-    return shadowed(state_->wire, shifted(arm, shift), joints, state_->config.catheter);
+    require_usable(arm, {});
+    return shadowed(state_->wire, shifted(arm, shift), devices.catheter, state_->config.catheter);
 }
 
 std::vector<std::uint32_t> Fluoroscope::vessel_pixels(const CArm& arm, const Vec3& shift) {
-    require(arm, {});
+    require_usable(arm, {});
     Field through(arm.pixels, arm.pixels);
     for (std::size_t layer = 0; layer < state_->layers.size(); ++layer) {
         if (!state_->layers[layer].takes_contrast) continue;

@@ -39,10 +39,9 @@ struct FluoroscopeConfig {
     WireLook catheter;  // of a SeenDevices that has one
     DetectorSpec detector;
     DisplaySpec display;
-    double scatter_to_primary = 0.6;  // mean over the field, behind the grid [-]
-    double scatter_reach = 28.0;      // standard deviation of its spread, on the detector [mm]
-    double measuring_radius = 0.30;   // of the disc where exposure is measured, in image widths [-]
-    double heel = 0.08;               // loss of intensity at the edge toward the anode (the head) [-]
+    double scatter = 1.0;            // times what scatter_field gives [-]
+    double measuring_radius = 0.30;  // of the disc where exposure is measured, in image widths [-]
+    double heel = 0.08;              // loss of intensity at the edge toward the anode (the head) [-]
 };
 
 /// Iodine in an organ's small vessels.
@@ -52,6 +51,9 @@ struct OrganIodine {
 
     void state(geometry::StateStream& s) { s(layer, iodine); }
 };
+
+/// Of a pulse [nGy].
+inline constexpr double largest_detector_dose = 1e5;
 
 /// One pulse.
 struct Exposure {
@@ -94,8 +96,9 @@ public:
 
     /// The signal of one pulse as read out, with its noise [quanta], arm.pixels squared. A device with
     /// fewer than two joints, or with one that is not finite, is left out.
-    /// The tube output follows the anatomy (automatic exposure): before wire and contrast, the mean dose in a
-    /// disc in the middle of the image is `detector_dose` at any pose for which the tube is strong enough.
+    /// The tube output follows the anatomy (automatic exposure, see MeasuringField): before wire and
+    /// contrast, the mean dose behind the patient in a disc in the middle of the image is `detector_dose` at
+    /// any pose for which the tube is strong enough.
     /// Throws std::invalid_argument with all the problems of arm or exposure.
     Field read(const CArm&, const SeenDevices&, const Exposure&);
 
@@ -109,6 +112,13 @@ public:
     /// A live frame: the signal of the pulse, displayed.
     GrayImage expose(const CArm&, const SeenDevices&, const Exposure&);
 
+    /// Estimate of the scatter in a measured signal, both per nGy, by the signal itself and by that of the
+    /// open beam at the same exposure: see estimated_scatter.
+    Field scatter_in(const Field& signal, const CArm&, const Exposure&);
+
+    /// Shares the rows of large images among threads; the images are the same for any number of them.
+    void use_threads(int);
+
     /// Transmission of the collimator [-].
     Field opening(const CArm&) const;
 
@@ -117,10 +127,8 @@ public:
 
     /// Ground truth: pixels where the wire removes more than 2 % of the softest quanta, and pixels whose ray
     /// runs through a layer that takes contrast; in ascending order.
-    std::vector<std::uint32_t> wire_pixels(const CArm&, std::span<const geometry::Vec3> joints,
-                                           const geometry::Vec3& shift);
-    std::vector<std::uint32_t> catheter_pixels(const CArm&, std::span<const geometry::Vec3> joints,
-                                               const geometry::Vec3& shift);
+    std::vector<std::uint32_t> wire_pixels(const CArm&, const SeenDevices&, const geometry::Vec3& shift);
+    std::vector<std::uint32_t> catheter_pixels(const CArm&, const SeenDevices&, const geometry::Vec3& shift);
     std::vector<std::uint32_t> vessel_pixels(const CArm&, const geometry::Vec3& shift);
 
     /// Pixels of the last pose at which a mesh did not balance: more than 0 when a mesh reaches behind the

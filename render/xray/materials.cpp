@@ -147,6 +147,11 @@ double attenuation(Material material, double energy) {
     return 0.0;
 }
 
+double scattering(Material material) {
+    constexpr double energy = 150.0;
+    return attenuation(material, energy) / attenuation(Material::SoftTissue, energy);
+}
+
 double air_energy_absorption(double energy) {
     return mass_attenuation(air_absorption, energy);
 }

@@ -37,6 +37,10 @@ inline constexpr double largest_flow = 40;
 /// Linear attenuation μ [1/mm] ([1/mm per mg/ml] for iodine) at a photon energy [keV], 15 to 150.
 double attenuation(Material, double energy);
 
+/// Scattering per length, that of soft tissue being 1 [-]: μ at 150 keV, where tissues and bone hardly do
+/// anything but scatter.
+double scattering(Material);
+
 /// Mass energy-absorption coefficient of dry air [cm²/g] at a photon energy [keV], 15 to 150. It converts
 /// energy fluence to air kerma.
 double air_energy_absorption(double energy);

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "render/picture/fast_exp.h"
 #include "render/picture/fast_log.h"
 #include "render/picture/filter.h"
 #include "render/xray/display.h"
@@ -19,26 +20,31 @@ namespace {
 
 /// Keeps empty pixels out of the logarithm; a pulse has about 1 per unit of dose.
 constexpr float least_signal = 1e-3f;
-/// At least this share of the signal is kept as primary: behind the densest bone the estimate is too high.
+/// At least this share of the signal is kept as primary, where the estimate of scatter is too high.
 constexpr float least_primary = 0.12f;
-/// At most this share of the mean close around a pixel is scatter, as at the rim of a body in the open beam.
-constexpr float most_scatter = 0.6f;
+
+/// Greys around a background, linear for the first share of the way to black and to white.
+struct Shoulder {
+    float background, linear;
+    float operator()(float grey) const {
+        const float below = background - grey, way = below > 0.0f ? background : 255.0f - background;
+        const float gone = std::abs(below) / way;  // 1 at black or white
+        const float soft = 1.0f - (1.0f - linear) * fast_exp((linear - gone) / (1.0f - linear));
+        const float shown = way * (gone > linear ? soft : gone);
+        return background - (below > 0.0f ? shown : -shown);
+    }
+};
 
 }  // namespace
 
 Subtraction::Subtraction(Field mask, Field open, const SubtractionSpec& spec)
-    : spec_(spec), open_(std::move(open)) {
-    assert(mask.values.size() == open_.values.size());
+    : Subtraction(mask, std::move(open), Field(mask.width, mask.height), spec) {}
+
+Subtraction::Subtraction(Field mask, Field open, Field scatter, const SubtractionSpec& spec)
+    : spec_(spec), scatter_(std::move(scatter)), open_(std::move(open)) {
+    assert(mask.values.size() == open_.values.size() && mask.values.size() == scatter_.values.size());
     for (float& value : mask.values) value = std::max(0.0f, value);  // also replaces NaN
-    const int block = std::max(1, mask.width / 64);
-    Field scatter = shrink(mask, block);
-    const Field close = gaussian_blur(scatter, 1.0);
-    blur(scatter, spec_.scatter_reach * mask.width / block);
-    for (std::size_t i = 0; i < scatter.values.size(); ++i) {
-        scatter.values[i] =
-            std::min(static_cast<float>(spec_.scatter) * scatter.values[i], most_scatter * close.values[i]);
-    }
-    scatter_ = enlarge(scatter, block, mask.width, mask.height);
+    for (float& value : scatter_.values) value *= static_cast<float>(spec_.scatter);
     log_mask_ = std::move(mask);
     std::vector<float>& values = log_mask_.values;
     for (std::size_t start = 0; start < values.size(); start += FastLog::together) {
@@ -72,16 +78,25 @@ void Subtraction::for_differences(const Field& signal, const Use& use) const {
     }
 }
 
+Field Subtraction::difference(const Field& signal) const {
+    Field result(signal.width, signal.height);
+    for_differences(signal, [&](std::size_t start, std::span<const float> difference) {
+        std::copy(difference.begin(), difference.end(),
+                  result.values.begin() + static_cast<std::ptrdiff_t>(start));
+    });
+    return result;
+}
+
 template <class Grey>
-GrayImage Subtraction::framed(const Field& signal, const Grey& grey) const {
+GrayImage Subtraction::framed(const Field& signal, double background, const Grey& grey) const {
+    const Shoulder shoulder{static_cast<float>(background), static_cast<float>(spec_.linear)};
     GrayImage image{signal.width, signal.height, std::vector<std::uint8_t>(signal.values.size())};
     for_differences(signal, [&](std::size_t start, std::span<float> difference) {
         const float* const open = open_.values.data() + start;
         std::uint8_t* const shown = image.pixels.data() + start;
         float* const level = difference.data();
         const std::size_t count = difference.size();
-        for (std::size_t i = 0; i < count; ++i)
-            level[i] = std::min(std::max(grey(start + i, level[i]), 0.0f), 255.0f);
+        for (std::size_t i = 0; i < count; ++i) level[i] = shoulder(grey(start + i, level[i]));
         for (std::size_t i = 0; i < count; ++i) {
             const float up = shutter_grey + open[i] * (level[i] - shutter_grey) + 0.5f;
             shown[i] = static_cast<std::uint8_t>(up);
@@ -93,21 +108,21 @@ GrayImage Subtraction::framed(const Field& signal, const Grey& grey) const {
 GrayImage Subtraction::subtracted(const Field& signal) const {
     const auto gain = static_cast<float>(spec_.dsa_gain);
     const auto background = static_cast<float>(spec_.dsa_background);
-    return framed(signal, [=](std::size_t, float difference) { return background - gain * difference; });
+    return framed(signal, spec_.dsa_background,
+                  [=](std::size_t, float difference) { return background - gain * difference; });
 }
 
 void Subtraction::opacify(const Field& signal) {
-    Field opacity(signal.width, signal.height);
-    for_differences(signal, [&](std::size_t start, std::span<const float> difference) {
-        std::copy(difference.begin(), difference.end(),
-                  opacity.values.begin() + static_cast<std::ptrdiff_t>(start));
-    });
+    Field opacity = difference(signal);
     blur(opacity, spec_.map_blur);
     if (!has_map()) {
-        map_ = std::move(opacity);
+        mean_ = map_ = std::move(opacity);
     } else {
-        for (std::size_t i = 0; i < map_.values.size(); ++i)
-            map_.values[i] = std::max(map_.values[i], opacity.values[i]);
+        const auto share = static_cast<float>(spec_.map_share);
+        for (std::size_t i = 0; i < map_.values.size(); ++i) {
+            mean_.values[i] += share * (opacity.values[i] - mean_.values[i]);
+            map_.values[i] = std::max(map_.values[i], mean_.values[i]);
+        }
     }
     vessels_ = {};
 }
@@ -127,8 +142,9 @@ GrayImage Subtraction::roadmap(const Field& signal) {
     const auto gain = static_cast<float>(spec_.roadmap_gain);
     const auto background = static_cast<float>(spec_.roadmap_background);
     const float* const bright = vessels().values.data();
-    return framed(
-        signal, [=](std::size_t i, float difference) { return background + bright[i] - gain * difference; });
+    return framed(signal, spec_.roadmap_background, [=](std::size_t i, float difference) {
+        return background + bright[i] - gain * difference;
+    });
 }
 
 }  // namespace render

@@ -9,14 +9,16 @@
 namespace render {
 
 struct SubtractionSpec {
-    /// Share of the signal's mean around each pixel that is taken to be scatter and removed before the
-    /// logarithm: left in, it makes vessels behind bone pale. It is less than the real share, as noise would
-    /// otherwise be divided by nothing.
-    double scatter = 0.31;
-    double scatter_reach = 0.08;  // standard deviation of that mean, in image widths [-]
+    /// Share of the estimated scatter that is removed before the logarithm: left in, it makes vessels behind
+    /// bone pale. Not all, as an estimate above the truth would exaggerate them instead.
+    double scatter = 0.95;
     double dsa_gain = 160.0;      // grey levels per e-fold of signal
     double dsa_background = 205;  // grey where nothing has changed
+    /// Share of the way from the background to black or white that is linear; beyond, grey approaches them
+    /// without reaching them, so that dense contrast keeps its shades.
+    double linear = 0.5;
     double map_blur = 0.8;        // standard deviation before the peak is taken, against noise [pixels]
+    double map_share = 0.5;       // of the newest pulse in the mean whose peak is taken, against noise [-]
     double roadmap_gain = 230.0;  // of changes since the mask, that is the wire, in grey levels per e-fold
     double roadmap_background = 100;
     double map_brightness = 115;  // added to it by the densest vessels
@@ -27,19 +29,26 @@ struct SubtractionSpec {
 /// shows twice: dark where it is, bright where it was.
 class Subtraction {
 public:
-    /// `mask`: detector signal per unit of dose, `open`: transmission of the collimator. Equal sizes.
+    /// `mask`: detector signal per unit of dose, `open`: transmission of the collimator, `scatter`: estimate
+    /// of the scatter in the mask, in the mask's unit. Equal sizes.
+    Subtraction(Field mask, Field open, Field scatter, const SubtractionSpec& = {});
+    /// Removes no scatter.
     Subtraction(Field mask, Field open, const SubtractionSpec& = {});
     /// An object without a mask, to be restored into.
     Subtraction() = default;
     void state(geometry::StateStream& s) {
-        s(scatter_, log_mask_, open_, map_);
+        s(scatter_, log_mask_, open_, mean_, map_);
         if (s.restores()) vessels_ = {};
     }
+
+    /// ln(mask) − ln(signal) without scatter, positive where less arrives than before [e-folds].
+    Field difference(const Field& signal) const;
 
     /// −ln of `signal` (per unit of dose, like the mask) over the mask: vessels with contrast are dark.
     GrayImage subtracted(const Field& signal) const;
 
-    /// Adds a pulse to the map, which keeps the most opaque value of each pixel (peak opacification).
+    /// Adds a pulse to the map, which keeps the most opaque value of each pixel (peak opacification) of a
+    /// running mean: the peak of single pulses would collect their noise.
     void opacify(const Field& signal);
     bool has_map() const { return !map_.values.empty(); }
 
@@ -52,15 +61,16 @@ private:
     /// Calls use(start, differences): ln(mask) − ln(signal), positive where less signal arrives than before.
     template <class Use>
     void for_differences(const Field& signal, const Use&) const;
-    /// The image of grey(pixel, difference), behind the collimator.
+    /// The image of grey(pixel, difference), linear around `background`, behind the collimator.
     template <class Grey>
-    GrayImage framed(const Field& signal, const Grey&) const;
+    GrayImage framed(const Field& signal, double background, const Grey&) const;
     const Field& vessels();
 
     SubtractionSpec spec_;
-    Field scatter_;  // of the mask, in the mask's unit
-    Field log_mask_, open_, map_;
-    Field vessels_;  // grey that the map adds; empty until requested
+    Field scatter_;  // removed, in the mask's unit
+    Field log_mask_, open_;
+    Field mean_, map_;  // of opacity [e-folds]
+    Field vessels_;     // grey that the map adds; empty until requested
 };
 
 }  // namespace render

@@ -9,6 +9,7 @@
 #include "engine/run/picture_file.h"
 #include "render/patient/patient.h"
 #include "render/patient/solids.h"
+#include "render/xray/exposure_meter.h"
 #include "render/xray/fluoroscope.h"
 
 namespace {
@@ -56,6 +57,31 @@ void exposure_at_a_cached_pose(benchmark::State& state) {
     }
 }
 BENCHMARK(exposure_at_a_cached_pose)->Arg(512)->Arg(1024)->Unit(benchmark::kMillisecond);
+
+void exposure_on_two_threads(benchmark::State& state) {
+    auto scope = make_fluoroscope();
+    scope.use_threads(2);
+    const auto arm = arm_of(static_cast<int>(state.range(0)));
+    const Polyline joints = wire();
+    render::Exposure exposure;
+    scope.expose(arm, joints, exposure);
+    for (auto _ : state) {
+        ++exposure.frame;
+        benchmark::DoNotOptimize(scope.expose(arm, joints, exposure));
+    }
+}
+BENCHMARK(exposure_on_two_threads)->Arg(512)->Arg(1024)->UseRealTime()->Unit(benchmark::kMillisecond);
+
+/// What a new pose costs where only the dose is wanted.
+void dose_at_a_new_pose(benchmark::State& state) {
+    render::ExposureMeter meter({}, render::make_patient({}));
+    auto arm = arm_of(512);
+    for (auto _ : state) {
+        arm.lao = arm.lao > 0.5 ? 0.0 : arm.lao + 0.01;
+        benchmark::DoNotOptimize(meter.technique(arm, {}));
+    }
+}
+BENCHMARK(dose_at_a_new_pose)->Unit(benchmark::kMillisecond);
 
 void exposure_while_contrast_flows(benchmark::State& state) {
     auto scope = make_fluoroscope();

@@ -121,4 +121,23 @@ TEST(Deflate, EqualBytesGiveEqualStreamsBehindWhatWasThere) {
     EXPECT_EQ(Bytes(stream.begin() + 3, stream.end()), deflated(bytes));
 }
 
+TEST(Deflate, OfTriplesIsTheSameStream) {
+    // Grey and coloured pixels, flat parts, and any remainder.
+    for (const std::size_t size : {0u, 1u, 2u, 3u, 5u, 64u, 65535u, 65538u, 200001u}) {
+        Bytes bytes;
+        std::mt19937 random(3);
+        const Bytes grey = noise(size, 9);
+        for (std::size_t i = 0; bytes.size() < size; ++i) {
+            const bool flat = i / 5000 % 3 == 2, coloured = random() % 9 == 0;
+            for (int k = 0; k < 3; ++k)
+                bytes.push_back(flat ? 7 : coloured ? static_cast<std::uint8_t>(random()) : grey[i]);
+        }
+        bytes.resize(size);
+        Bytes triples;
+        render::deflate_noise(bytes, triples, true);
+        EXPECT_EQ(triples, deflated(bytes)) << size;
+        EXPECT_EQ(inflated(triples, size), bytes) << size;
+    }
+}
+
 }  // namespace

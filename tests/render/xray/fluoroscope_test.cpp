@@ -9,6 +9,7 @@
 #include "render/patient/patient.h"
 #include "render/patient/solids.h"
 #include "render/xray/path_length.h"
+#include "render/xray/subtraction.h"
 
 namespace {
 
@@ -164,7 +165,7 @@ TEST(Fluoroscope, ContrastLeavesNothingBehind) {
 TEST(Fluoroscope, MatchesBeerAndLambertThroughASlab) {
     // Two slabs' expected quanta, without scatter, differ by the attenuation of the extra tissue.
     render::FluoroscopeConfig config;
-    config.scatter_to_primary = 0.0;
+    config.scatter = 0.0;
     config.heel = 0.0;
     std::vector<TissueLayer> layers = phantom();
     layers.resize(1);
@@ -245,6 +246,62 @@ TEST(Fluoroscope, ExposesWhatNothingGetsThrough) {
     EXPECT_LT(technique.delivered, 1e-6);
     EXPECT_TRUE(std::isfinite(technique.air_kerma) && technique.air_kerma > 0.0);
     EXPECT_EQ(scope.expose(small_arm(), across(), exposure).pixels.size(), 128u * 128u);
+}
+
+TEST(Fluoroscope, DsaShowsAVesselBeforeTheSpineAsBesideIt) {
+    // The same vessel twice before a patient's loins: in front of the spine and beside it.
+    constexpr double beside = 42.0;
+    const auto vessel = [](double x) {
+        return TissueLayer{"vessel", Material::SoftTissue, Material::SoftTissue,
+                           render::tube({{x, -10, -120}, {x, -10, 40}}, Vec3::UnitX(), {4, 4}, {4, 4}), true};
+    };
+    const auto amplitudes = [&](double scatter, double removed) {
+        render::FluoroscopeConfig config;
+        config.scatter = scatter;
+        std::vector<TissueLayer> layers = render::make_patient({});
+        layers.push_back(vessel(0));
+        layers.push_back(vessel(beside));
+        Fluoroscope scope(config, std::move(layers));
+        CArm arm;
+        arm.pixels = 256;
+        arm.isocentre = Vec3(0, 0, -40);
+        Exposure mask, filled;
+        mask.detector_dose = filled.detector_dose = 1000;
+        filled.iodine = 100;
+        const auto per_dose = [&](const Exposure& exposure) {
+            Field signal = scope.expected_quanta(arm, {}, exposure);
+            for (float& value : signal.values) value /= 1000;
+            return signal;
+        };
+        const Field before = per_dose(mask), after = per_dose(filled);
+        render::SubtractionSpec spec;
+        spec.scatter = removed;
+        const render::Subtraction subtraction(before, Field(256, 256, 1.0f),
+                                              scope.scatter_in(before, arm, mask), spec);
+        const Field difference = subtraction.difference(after);
+        const auto mean = [&](double x) {
+            double sum = 0;
+            int count = 0;
+            for (double z = -110; z <= 30; z += 1) {
+                const render::Pixel at = render::project(arm, Vec3(x, -10, z));
+                sum += difference.values[static_cast<int>(at.y) * 256 + static_cast<int>(at.x)];
+                ++count;
+            }
+            return sum / count;
+        };
+        return std::pair(mean(0), mean(beside));
+    };
+    const auto [true_spine, true_beside] = amplitudes(0, 0);
+    const auto [left_spine, left_beside] = amplitudes(1, 0);
+    const auto [spine, soft] = amplitudes(1, render::SubtractionSpec().scatter);
+    RecordProperty("left_in_spine", std::to_string(left_spine / true_spine));
+    RecordProperty("left_in_soft", std::to_string(left_beside / true_beside));
+    RecordProperty("removed_spine", std::to_string(spine / true_spine));
+    RecordProperty("removed_soft", std::to_string(soft / true_beside));
+    EXPECT_LT(left_spine / true_spine, 0.93) << "there is scatter to be removed";
+    EXPECT_NEAR(spine / true_spine, 1.0, 0.1);
+    EXPECT_NEAR(soft / true_beside, 1.0, 0.1);
+    EXPECT_NEAR(spine / true_spine / (soft / true_beside), 1.0, 0.1);
 }
 
 TEST(Fluoroscope, BalancesEveryPixelOfThePatient) {

@@ -1,0 +1,165 @@
+/// The dose of an attempt: with images, without, at the limits of arm and detector; what each device looks
+/// like in image and truth.
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <random>
+
+#include "engine/exercise/exercise.h"
+#include "engine/exercise/notices.h"
+#include "engine/io/text.h"
+#include "engine/run/headless.h"
+#include "tests/engine/fixtures.h"
+
+namespace exercise {
+namespace {
+
+using Script = std::vector<script::Command>;
+
+scenario::Scenario with_body(const std::string& more = "") {
+    return scenario::parse_scenario(test::small_toml_with("patient = false", "patient = true") + more,
+                                    "small.toml");
+}
+
+}  // namespace
+
+TEST(Dose, IsTheSameToTheBitWithoutImages) {
+    constexpr unsigned seed = 11;
+    std::mt19937 random(seed);
+    const auto pick = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
+    Exercise pictured(with_body(), Pictures::All), metered(with_body(), Pictures::Dose);
+    for (int frame = 0; frame < 40; ++frame) {
+        Script commands;
+        if (frame % 6 == 0) commands.push_back(script::Beam{pick(4) > 0});
+        if (pick(4) == 0) commands.push_back(script::SetMode{static_cast<script::ImagingMode>(pick(3))});
+        if (pick(5) == 0) commands.push_back(script::MoveArm{0.1 * (pick(40) - 20), {}, {}, {}, {}, {}});
+        if (pick(8) == 0) commands.push_back(script::MoveTable{{1.0 * pick(60), 0, 1.0 * pick(80)}});
+        if (pick(8) == 0) commands.push_back(script::Collimate{20.0 + pick(200), 20.0 + pick(200)});
+        if (pick(9) == 0) commands.push_back(script::MoveArm{{}, {}, {}, {}, 60.0 + pick(240), {}});
+        if (frame == 25) commands.push_back(script::Reset{});
+        pictured.next_frame(commands);
+        metered.next_frame(commands);
+        const Score a = pictured.score(), b = metered.score();
+        ASSERT_TRUE(b.air_kerma && b.area_product);
+        ASSERT_EQ(*a.air_kerma, *b.air_kerma) << "seed " << seed << ", frame " << frame;
+        ASSERT_EQ(*a.area_product, *b.area_product) << "seed " << seed << ", frame " << frame;
+    }
+    EXPECT_GT(*metered.score().air_kerma, 0);
+    ASSERT_EQ(metered.earlier_attempts().size(), 1u);
+    EXPECT_EQ(*metered.earlier_attempts()[0].air_kerma, *pictured.earlier_attempts()[0].air_kerma);
+    EXPECT_FALSE(Exercise(with_body(), Pictures::None).score().air_kerma);
+}
+
+TEST(Dose, OfARunWithoutImagesIsInItsScore) {
+    const script::CommandScript script =
+        script::parse_commands("0 beam on\n2 advance 3 mm\n4 arm lao 90 deg\n8 end\n", "x.gw");
+    run::RunOptions options;
+    options.images = false;
+    const test::TemporaryFolder folder;
+    const run::RunResult dark = run::run_headless(with_body(), script, folder / "dark", options);
+    const run::RunResult lit = run::run_headless(with_body(), script, folder / "lit", {});
+    ASSERT_TRUE(dark.score.air_kerma);
+    EXPECT_GT(*dark.score.air_kerma, 0);
+    EXPECT_EQ(*dark.score.air_kerma, *lit.score.air_kerma);
+    EXPECT_EQ(*dark.score.area_product, *lit.score.area_product);
+    EXPECT_EQ(*run::run_headless(with_body(), script, nullptr).score.air_kerma, *lit.score.air_kerma);
+    options.dose = false;
+    EXPECT_FALSE(run::run_headless(with_body(), script, nullptr, options).score.air_kerma);
+}
+
+TEST(Dose, OfASnapshotGoesOnWithoutImages) {
+    Exercise first(with_body(), Pictures::Dose), second(with_body(), Pictures::Dose),
+        dark(with_body(), Pictures::None);
+    first.next_frame(Script{script::Beam{true}});
+    first.next_frame({});
+    second.restore(first.snapshot());
+    EXPECT_EQ(*second.score().air_kerma, *first.score().air_kerma);
+    first.next_frame(Script{script::MoveArm{1.2, {}, {}, {}, {}, {}}});
+    second.next_frame(Script{script::MoveArm{1.2, {}, {}, {}, {}, {}}});
+    EXPECT_EQ(*second.score().air_kerma, *first.score().air_kerma);
+    EXPECT_THROW(dark.restore(first.snapshot()), io::InputError);
+}
+
+TEST(Dose, BeyondWhatADetectorTakesIsLimitedAndTold) {
+    for (const char* more : {"detector_dose_nGy = 100000\nacquisition_dose_nGy = 100000\n",
+                             "detector_dose_nGy = 0.1\nacquisition_dose_nGy = 0.1\n"}) {
+        const bool large = std::string(more).find("100000") != std::string::npos;
+        std::string text = test::small_toml_with("patient = false", "patient = true");
+        text.replace(text.find("[imaging]\n"), 10, "[imaging]\n" + std::string(more));
+        for (const Pictures pictures : {Pictures::All, Pictures::Dose}) {
+            Exercise exercise(scenario::parse_scenario(text, "small.toml"), pictures);
+            Notices notices;
+            for (const auto mode :
+                 {script::ImagingMode::Live, script::ImagingMode::Dsa, script::ImagingMode::Roadmap}) {
+                for (const double width : {600.0, 300.0, 20.0}) {
+                    notices.observe(exercise.next_frame(Script{script::Beam{true}, script::SetMode{mode},
+                                                               script::MoveArm{{}, {}, {}, {}, width, {}},
+                                                               script::Contrast{400}}));
+                    if (pictures == Pictures::All) {
+                        EXPECT_EQ(exercise.image().width, 64);
+                    }
+                }
+            }
+            EXPECT_TRUE(std::isfinite(*exercise.score().air_kerma));
+            const std::string said = io::joined(notices.text(), "\n");
+            EXPECT_EQ(said.find("was limited to 100000 nGy") != std::string::npos, large) << said;
+        }
+    }
+}
+
+TEST(Dose, ScreensDoNotDependOnWhichOfThemWereSeen) {
+    Exercise all(with_body(), true), some(with_body(), true);
+    for (int frame = 0; frame < 24; ++frame) {
+        Script commands;
+        if (frame == 0) commands = {script::Beam{true}, script::SetMode{script::ImagingMode::Dsa}};
+        if (frame == 3) commands = {script::Inject{6, 6, "tube", 320}};
+        if (frame == 14) commands = {script::SetMode{script::ImagingMode::Roadmap}, script::Advance{4}};
+        if (frame == 20) commands = {script::SetMode{script::ImagingMode::Live}};
+        all.next_frame(commands);
+        some.next_frame(commands);
+        const render::GrayImage seen = all.image();
+        if (frame % 7 == 2 || frame == 23) {
+            EXPECT_EQ(some.image(), seen) << frame;
+        }
+    }
+}
+
+TEST(Dose, ExchangedWiresHaveTheirOwnLookInImageAndTruth) {
+    const scenario::Scenario s =
+        scenario::parse_scenario(std::string(test::small_toml) + "[catheter]\ndevice = \"berenstein5f\"\n",
+                                 "small.toml", test::asset("devices"));
+    scenario::Scenario large = s;
+    large.c_arm.pixels = 512;
+    large.c_arm.detector_width = 80;
+    Exercise exercise(large, true);
+    exercise.next_frame(Script{script::Beam{true}});
+    render::Fluoroscope& scope = exercise.monitor()->fluoroscope();
+    Pulse pulse = *exercise.monitor()->last_pulse();
+    const std::size_t own = scope.wire_pixels(pulse.arm, pulse.seen(), geometry::Vec3::Zero()).size();
+    render::WireLook thick = large.wire_look, thin = large.wire_look, glass = large.wire_look;
+    thick.diameter = 2.0;
+    thin.diameter = 0.3;
+    glass.body = glass.marker = glass.core = render::Material::Blood;
+    glass.body_fill = glass.marker_fill = 1.0;
+    const auto pixels_of = [&](const render::WireLook& look) {
+        pulse.wire_look = look;
+        return scope.wire_pixels(pulse.arm, pulse.seen(), geometry::Vec3::Zero()).size();
+    };
+    EXPECT_GT(pixels_of(thick), 1.5 * own);
+    EXPECT_LT(pixels_of(thin), 0.7 * own);
+    EXPECT_EQ(pixels_of(glass), 0u) << "what blood is made of casts no shadow in blood";
+    // Each image is of the same pulse but for the wire.
+    const render::Field bare = scope.expected_quanta(pulse.arm, {}, pulse.exposure);
+    const auto removed = [&](const render::WireLook& look) {
+        pulse.wire_look = look;
+        const render::Field with = scope.expected_quanta(pulse.arm, pulse.seen(), pulse.exposure);
+        double sum = 0;
+        for (std::size_t i = 0; i < with.values.size(); ++i) sum += bare.values[i] - with.values[i];
+        return sum;
+    };
+    EXPECT_GT(removed(thick), 1.5 * removed(thin));
+    EXPECT_NEAR(removed(glass) / removed(thick), 0.0, 1e-3);
+}
+
+}  // namespace exercise
