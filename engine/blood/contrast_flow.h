@@ -62,6 +62,13 @@ public:
     std::span<const float> radii() const { return radii_; }           // [mm]
     std::span<const float> iodine() const { return shown_; }          // in each cell [mg/ml]
     std::span<const Blush> blush() const { return blush_; }           // behind each outlet of blood()
+    /// How unevenly contrast is mixed across each cell: the relative gradient of its concentration over the
+    /// cell's radius, 1 at most, perpendicular to the vessel; empty where all is well mixed. Only vessels
+    /// wider than 6 mm are uneven. Gravity draws contrast, denser than blood, to the back of a patient who
+    /// lies supine, as far as blood runs slowly: Ri / (1 + Ri) with the bulk Richardson number Ri = g Δρ/ρ d
+    /// / v² (layers persist above ¼: Miles 1961, Howard 1961) at the flow of rest and injection. Contrast
+    /// from a catheter's tip stays on the tip's side, less by a factor e every 8 diameters (estimate).
+    std::vector<Eigen::Vector3f> streams() const;
     /// In the arteries beyond the ends, which the wire cannot enter: DistalArteries::bins for each outlet of
     /// blood() [mg/ml].
     std::span<const float> distal_iodine() const { return distal_.iodine(); }
@@ -81,6 +88,7 @@ public:
     IodineBalance balance() const;
     void state(geometry::StateStream& s) {
         s(time_, injected_, injected_iodine_, drained_, running_, iodine_, distal_, tanks_, blush_, shown_);
+        if (!s.part(site_.cell >= 0, site_)) site_ = {};
         if (!s.part(has_inner(), inner_)) inner_.assign(tanks_.size(), {});
     }
 
@@ -89,6 +97,12 @@ private:
         int cell;
         double rate, left, iodine;  // [ml/s], [ml], [mg/ml]
         void state(geometry::StateStream& s) { s(cell, rate, left, iodine); }
+    };
+    /// Of the last injection from a place.
+    struct Site {
+        int cell = -1;
+        geometry::Vec3 aside = geometry::Vec3::Zero();  // from the cell's middle, in radii
+        void state(geometry::StateStream& s) { s(cell, aside); }
     };
     void advance(double dt);
     void carry(double dt);
@@ -109,7 +123,9 @@ private:
     double time_ = 0;
     double injected_ = 0, injected_iodine_ = 0, drained_ = 0;  // [ml], [mg], [mg]
     std::vector<Running> running_;
-    std::vector<double> iodine_;  // in each cell [mg/ml]
+    Site site_;
+    std::vector<double> resting_;  // flow through each cell [ml/s]
+    std::vector<double> iodine_;   // in each cell [mg/ml]
     struct Tanks {
         double mass[3] = {0, 0, 0};  // [mg]
         void state(geometry::StateStream& s) { s(mass[0], mass[1], mass[2]); }

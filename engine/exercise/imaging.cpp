@@ -249,6 +249,7 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     const blood::ContrastFlow& contrast = simulation.contrast();
     if (contrast.injected() > 0) {
         exposure.vessel_iodine.assign(contrast.iodine().begin(), contrast.iodine().end());
+        exposure.vessel_streams = contrast.streams();
         exposure.distal_iodine = distal_iodine(contrast);
         exposure.wire_iodine = along_wire(contrast, simulation.wire().joints);
         for (const BlushingOrgan& organ : organs) {
@@ -268,6 +269,7 @@ bool has_contrast(const render::Exposure& exposure) {
 void remove_contrast(render::Exposure& exposure) {
     exposure.iodine = exposure.wire_iodine = 0;
     exposure.vessel_iodine.clear();
+    exposure.vessel_streams.clear();
     exposure.distal_iodine.clear();
     exposure.organs.clear();
 }

@@ -255,6 +255,58 @@ TEST(ContrastFlow, OrgansBlushAfterTheirArteries) {
     expect_balanced(flow);
 }
 
+TEST(ContrastFlow, LiesAtTheBackOfWideVesselsInSlowBlood) {
+    const auto most_back = [](double radius, double inflow, const geometry::Vec3& at) {
+        ContrastFlow flow(straight_vessel(300, radius), steady(inflow));
+        EXPECT_TRUE(flow.streams().empty());
+        flow.inject({at, 2, 6, 300});
+        for (int f = 0; f < 45; ++f) flow.step(frame);
+        const std::vector<Eigen::Vector3f> streams = flow.streams();
+        EXPECT_TRUE(streams.empty() || streams.size() == flow.nodes().size());
+        float back = 0;
+        for (const Eigen::Vector3f& s : streams) {
+            EXPECT_TRUE(s.allFinite());
+            EXPECT_LE(s.norm(), 1.0f + 1e-5f);
+            EXPECT_NEAR(s.z(), 0, 1e-5f);  // along the vessel
+            back = std::max(back, s.y());
+        }
+        return back;
+    };
+    const Vec3 middle(0, 0, -21);
+    const float slow = most_back(9, 10, middle), fast = most_back(9, 80, middle);
+    EXPECT_GT(slow, 0.8f);
+    EXPECT_LT(fast, 0.5f * slow);
+    EXPECT_EQ(most_back(2.9, 1, middle), 0.0f);
+}
+
+TEST(ContrastFlow, StaysOnTheSideOfTheCathetersTip) {
+    ContrastFlow flow(straight_vessel(300, 5), steady(60));
+    flow.inject({Vec3(4, 0, -20), 5, 40, 300});
+    for (int f = 0; f < 30; ++f) flow.step(frame);
+    const auto streams = flow.streams();
+    ASSERT_FALSE(streams.empty());
+    const auto aside = [&](double z) {
+        return streams[static_cast<std::size_t>(flow.blood().nearest({0, 0, z}))].x();
+    };
+    EXPECT_GT(aside(-22), 0.5f);
+    // 8 diameters on, a factor e less.
+    EXPECT_NEAR(aside(-122) / aside(-42), std::exp(-1.0), 0.02);
+    // A snapshot knows the side; a reset forgets it.
+    geometry::StateWriter writer;
+    flow.state(writer);
+    const std::vector<std::byte> state = writer.take();
+    flow.reset();
+    EXPECT_TRUE(flow.streams().empty());
+    geometry::StateReader reader(state);
+    flow.state(reader);
+    EXPECT_EQ(flow.streams(), streams);
+    // An injection into a branch fills it evenly.
+    flow.reset();
+    flow.inject({std::string("vessel"), 5, 40, 300});
+    for (int f = 0; f < 30; ++f) flow.step(frame);
+    for (const Eigen::Vector3f& s : flow.streams()) EXPECT_NEAR(s.x(), 0, 1e-6f);
+}
+
 TEST(ContrastFlow, KidneysShowTheirCortexBeforeTheirMedulla) {
     ContrastFlow flow(small_abdomen(), steady(40, 0.7));
     const auto& outlets = flow.blood().outlets;
