@@ -45,7 +45,60 @@ std::optional<Organ> organ_named_by(std::string_view branch) {
     return std::nullopt;
 }
 
+/// Arteries of the brain without their side, and whether they supply each kind of territory.
+struct CerebralArtery {
+    std::string_view name;
+    bool anterior, middle, posterior, below;  // below the tentorium
+    bool both_sides;
+};
+constexpr std::array<CerebralArtery, 15> cerebral_arteries = {{
+    {"ICA", true, true, false, false, false},
+    {"A1", true, false, false, false, false},
+    {"A2", true, false, false, false, false},
+    {"M1", false, true, false, false, false},
+    {"M2sup", false, true, false, false, false},
+    {"M2inf", false, true, false, false, false},
+    {"PCOM", false, false, true, false, false},
+    {"P1", false, false, true, false, false},
+    {"P2", false, false, true, false, false},
+    {"VA", false, false, true, true, true},
+    {"BA", false, false, true, true, true},
+    {"SCA", false, false, false, true, false},
+    {"AICA", false, false, false, true, false},
+    {"PICA", false, false, false, true, false},
+    {"ACOM", true, false, false, false, true},
+}};
+
 }  // namespace
+
+std::vector<std::string> brain_territories(std::string_view branch, bool on_left) {
+    while (!branch.empty()) {
+        const std::size_t plus = branch.rfind('+');
+        std::string_view part = plus == std::string_view::npos ? branch : branch.substr(plus + 1);
+        branch = plus == std::string_view::npos ? std::string_view() : branch.substr(0, plus);
+        const auto known = [&](std::string_view name) {
+            return std::find_if(cerebral_arteries.begin(), cerebral_arteries.end(),
+                                [&](const CerebralArtery& artery) { return artery.name == name; });
+        };
+        auto artery = known(part);
+        if (artery == cerebral_arteries.end() && (part.starts_with('L') || part.starts_with('R'))) {
+            on_left = part.starts_with('L');
+            artery = known(part.substr(1));
+        }
+        if (artery == cerebral_arteries.end()) continue;
+        std::vector<std::string> territories;
+        for (const bool left : {true, false}) {
+            if (left != on_left && !artery->both_sides) continue;
+            const std::string side = left ? "left " : "right ";
+            if (artery->anterior) territories.push_back(side + "ACA");
+            if (artery->middle) territories.push_back(side + "MCA");
+            if (artery->posterior) territories.push_back(side + "PCA");
+        }
+        if (artery->below) territories.emplace_back("cerebellum and stem");
+        return territories;
+    }
+    return {};
+}
 
 std::string_view name_of(Organ organ) {
     return all_organs[static_cast<std::size_t>(organ)].organ;

@@ -43,6 +43,12 @@ constexpr std::array<Supply, 7> supplies = {{
     {anatomy::Organ::Trunk, 0.4, 10.0, 10.0},
 }};
 
+/// A kidney: the medulla gets a tenth of the blood; 0.2 of the plasma, and of contrast with it, is filtered
+/// (texts). Medullary blood: a fifth of 30 % of the tissue, at a tenth of 3.5 ml/min/g, stays for 10 s. The
+/// times of the tubules are estimates by the phases of a CT: medulla as bright as cortex after 80 to 100 s,
+/// contrast in the pelvis after 2 to 3 min (texts).
+constexpr Inner kidney{0.1, 10.0, 0.2, 30.0, 60.0};
+
 const Supply& supply_behind(const anatomy::Anatomy& anatomy, int branch) {
     const anatomy::Organ organ = anatomy::organ_behind(anatomy, branch);
     return *std::find_if(supplies.begin(), supplies.end(),
@@ -261,6 +267,7 @@ BloodFlow blood_flow(const anatomy::Anatomy& anatomy, const FlowSpec& spec, doub
         outlet.direction = opening.outward_normal;
         outlet.share = supply.demand * std::pow(opening.radius, spec.exponent);
         outlet.transit = supply.transit;
+        if (supply.organ == anatomy::Organ::Kidney) outlet.inner = kidney;
         outlet.radius = opening.radius;
         outlet.tissue = 100.0 / supply.perfusion * 60.0 / tissue_density;  // of 1 ml/s
         demand[flow.tree[cell]] += outlet.share;

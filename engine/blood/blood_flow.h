@@ -49,6 +49,16 @@ struct FlowCell {
     double distance = 0;    // to the upstream cell [mm]
 };
 
+/// What follows the small vessels of an organ's outer part: of a kidney, whose cortex blood reaches first. A
+/// share of the blood goes on through the inner part, the medulla, and a share of the iodine is filtered into
+/// tubules, which run through the cortex and then the medulla. All 0 for other organs.
+struct Inner {
+    double share = 0;                             // of the blood [-]
+    double transit = 0;                           // of blood through the inner part [s]
+    double filtered = 0;                          // of the iodine [-]
+    double outer_tubules = 0, inner_tubules = 0;  // mean times there [s]
+};
+
 /// An open end where blood leaves, and the organ behind it; or the end of a tree in another one's vessel, as
 /// that of a vertebral artery in the basilar artery.
 struct Outlet {
@@ -63,6 +73,7 @@ struct Outlet {
     double transit;            // mean, of blood through the organ's small vessels [s]
     double radius = 0;         // of the end [mm]
     double arterial = 0;       // time through the arteries between the end and those vessels [s]
+    Inner inner;               // of the organ
 };
 
 struct BloodFlow {

@@ -45,6 +45,7 @@ ContrastFlow::ContrastFlow(const anatomy::Anatomy& anatomy, const FlowSpec& spec
     }
     for (auto* array : {&into_, &added_, &added_iodine_, &outflow_, &change_, &diagonal_, &right_})
         array->resize(count);
+    resting_ = blood_.resting();
     distal_ = DistalArteries(blood_.outlets);
     leaving_.resize(blood_.outlets.size());
     reached_.resize(blood_.outlets.size());
@@ -54,9 +55,11 @@ ContrastFlow::ContrastFlow(const anatomy::Anatomy& anatomy, const FlowSpec& spec
 void ContrastFlow::reset() {
     time_ = injected_ = injected_iodine_ = drained_ = 0;
     running_.clear();
+    site_ = {};
     iodine_.assign(blood_.cells.size(), 0.0);
     distal_.reset();
     tanks_.assign(blood_.outlets.size(), {});
+    inner_.assign(blood_.outlets.size(), {});
     blush_.assign(blood_.outlets.size(), {});
     shown_.assign(blood_.cells.size(), 0.0f);
 }
@@ -100,6 +103,11 @@ void ContrastFlow::inject(const Injection& asked) {
             asked.volume, left(), spec_.limit));
     }
     running_.push_back({cell, asked.rate, asked.volume, asked.iodine});
+    site_ = {};
+    if (const auto* place = std::get_if<geometry::Vec3>(&asked.at)) {
+        const geometry::Vec3 aside = (*place - blood_.cells[cell].centre) / blood_.cells[cell].radius;
+        if (!aside.isZero()) site_ = {cell, aside / std::max(1.0, aside.norm())};
+    }
 }
 
 double ContrastFlow::left() const {
@@ -262,18 +270,81 @@ void ContrastFlow::spread(double dt) {
 }
 
 void ContrastFlow::perfuse(double dt) {
+    // Backward Euler: a mixed volume, what leaves it in this step.
+    const auto through = [dt](double& mass, double arriving, double time) {
+        const double rate = dt / time;
+        mass = (mass + arriving) / (1 + rate);
+        return rate * mass;
+    };
     for (std::size_t o = 0; o < tanks_.size(); ++o) {
-        const double rate = dt * 3 / blood_.outlets[o].transit;
-        const int outlet = static_cast<int>(o);
-        double arriving = distal_.pass(outlet, reached_[o], leaving_[o], dt), held = 0;
-        for (double& mass : tanks_[o].mass) {
-            mass = (mass + arriving) / (1 + rate);
-            arriving = rate * mass;
-            held += mass;
+        const Outlet& outlet = blood_.outlets[o];
+        const Inner& in = outlet.inner;
+        double* const mass = tanks_[o].mass;
+        double arriving = distal_.pass(static_cast<int>(o), reached_[o], leaving_[o], dt);
+        if (in.share == 0 && in.filtered == 0) {
+            for (int k = 0; k < 3; ++k) arriving = through(mass[k], arriving, outlet.transit / 3);
+            drained_ += arriving;
+            const double held = mass[0] + mass[1] + mass[2];
+            blush_[o] = {held, held / outlet.tissue};
+            continue;
         }
-        drained_ += arriving;
-        blush_[o] = {held, held / blood_.outlets[o].tissue};
+        InnerTanks& inner = inner_[o];
+        arriving = through(mass[0], arriving, outlet.transit / 3);
+        const double filtered = in.filtered * arriving;
+        arriving = through(mass[1], arriving - filtered, outlet.transit / 3);
+        double deep = in.share * arriving;
+        drained_ += through(mass[2], arriving - deep, outlet.transit / 3);
+        for (double& vessels : inner.vessels) deep = through(vessels, deep, in.transit / 2);
+        drained_ += deep;
+        drained_ += through(inner.inner_tubules, through(inner.outer_tubules, filtered, in.outer_tubules),
+                            in.inner_tubules);
+        const double held = mass[0] + mass[1] + mass[2] + inner.held();
+        blush_[o] = {held, held / outlet.tissue, inner.held() - inner.outer_tubules};
     }
+}
+
+bool ContrastFlow::has_inner() const {
+    return std::any_of(inner_.begin(), inner_.end(),
+                       [](const InnerTanks& tanks) { return tanks.held() > 0; });
+}
+
+std::vector<Eigen::Vector3f> ContrastFlow::streams() const {
+    using geometry::Vec3;
+    constexpr double narrowest = 3.0;       // radius [mm]
+    constexpr double mixing = 8.0;          // length over diameter [-]
+    constexpr double gravity = 9.81;        // [m/s²]
+    constexpr double denser = 0.255 / 300;  // Δρ/ρ of contrast by its iodine, 1.33 g/ml at 300 mg/ml [ml/mg]
+    const Vec3 down = Vec3::UnitY();        // the back
+    const std::size_t count = iodine_.size();
+    std::vector<Eigen::Vector3f> streams(count, Eigen::Vector3f::Zero());
+    bool any = false;
+    std::vector<double> way(count, -1.0);  // from the site, downstream [mm]
+    double source = 0;
+    for (const BloodFlow::Source& tree : blood_.sources) source = std::max(source, tree.inflow);
+    const double faster = source > 0 ? 1 + injection_rate() / source : 1;
+    for (std::size_t i = 0; i < count; ++i) {
+        const FlowCell& cell = blood_.cells[i];
+        if (static_cast<int>(i) == site_.cell) way[i] = 0;
+        if (cell.upstream >= 0 && way[cell.upstream] >= 0) way[i] = way[cell.upstream] + cell.distance;
+        if (cell.radius < narrowest || iodine_[i] < 1e-3) continue;
+        const int other = cell.upstream >= 0 ? cell.upstream : only_child_[i];
+        if (other < 0) continue;
+        const Vec3 axis = (cell.centre - blood_.cells[other].centre).normalized();
+        const auto across = [&](const Vec3& v) -> Vec3 { return v - v.dot(axis) * axis; };
+        const double diameter = 2e-3 * cell.radius;  // [m]
+        const double speed = std::max(1e-6, 1e-6 * faster * std::abs(resting_[i]) /
+                                                (std::numbers::pi * diameter * diameter / 4));  // [m/s]
+        const Vec3 fall = across(down);
+        const double richardson = gravity * fall.norm() * denser * iodine_[i] * diameter / (speed * speed);
+        Vec3 gradient = richardson / (1 + richardson) * fall;
+        if (way[i] >= 0) gradient += std::exp(-way[i] / (mixing * 2 * cell.radius)) * across(site_.aside);
+        gradient /= std::max(1.0, gradient.norm());
+        if (!gradient.allFinite() || gradient.isZero()) continue;
+        streams[i] = gradient.cast<float>();
+        any = true;
+    }
+    if (!any) streams.clear();
+    return streams;
 }
 
 void ContrastFlow::show() {

@@ -31,8 +31,12 @@ struct Injection {
 struct Blush {
     double iodine = 0;         // [mg]
     double concentration = 0;  // averaged over the outlet's tissue [mg/ml]
+    double inner = 0;          // the part of `iodine` in the organ's inner part, a kidney's medulla [mg]
 
-    void state(geometry::StateStream& s) { s(iodine, concentration); }
+    void state(geometry::StateStream& s) {
+        s(iodine, concentration);
+        if (!s.part(inner != 0, inner)) inner = 0;
+    }
 };
 
 /// Where the iodine is [mg]; injected = in_vessels + in_organs + drained. The arteries beyond the ends count
@@ -46,7 +50,8 @@ struct IodineBalance {
 /// injected one, and iodine is conserved to rounding. An injection mixes with the passing blood; the excess
 /// over what the vessel takes runs back upstream. Behind an end the iodine passes
 /// the arteries to the organ, where a chain of three mixed volumes delays it by the organ's transit time
-/// before it drains. Contrast does not recirculate.
+/// before it drains. In a kidney that chain is the cortex; a part of what leaves its first volume stays in
+/// tubules, a part of what leaves its second passes the medulla. Contrast does not recirculate.
 class ContrastFlow {
 public:
     /// Throws InputError as blood_flow does.
@@ -57,6 +62,13 @@ public:
     std::span<const float> radii() const { return radii_; }           // [mm]
     std::span<const float> iodine() const { return shown_; }          // in each cell [mg/ml]
     std::span<const Blush> blush() const { return blush_; }           // behind each outlet of blood()
+    /// How unevenly contrast is mixed across each cell: the relative gradient of its concentration over the
+    /// cell's radius, 1 at most, perpendicular to the vessel; empty where all is well mixed. Only vessels
+    /// wider than 6 mm are uneven. Gravity draws contrast, denser than blood, to the back of a patient who
+    /// lies supine, as far as blood runs slowly: Ri / (1 + Ri) with the bulk Richardson number Ri = g Δρ/ρ d
+    /// / v² (layers persist above ¼: Miles 1961, Howard 1961) at the flow of rest and injection. Contrast
+    /// from a catheter's tip stays on the tip's side, less by a factor e every 8 diameters (estimate).
+    std::vector<Eigen::Vector3f> streams() const;
     /// In the arteries beyond the ends, which the wire cannot enter: DistalArteries::bins for each outlet of
     /// blood() [mg/ml].
     std::span<const float> distal_iodine() const { return distal_.iodine(); }
@@ -76,6 +88,8 @@ public:
     IodineBalance balance() const;
     void state(geometry::StateStream& s) {
         s(time_, injected_, injected_iodine_, drained_, running_, iodine_, distal_, tanks_, blush_, shown_);
+        if (!s.part(site_.cell >= 0, site_)) site_ = {};
+        if (!s.part(has_inner(), inner_)) inner_.assign(tanks_.size(), {});
     }
 
 private:
@@ -83,6 +97,12 @@ private:
         int cell;
         double rate, left, iodine;  // [ml/s], [ml], [mg/ml]
         void state(geometry::StateStream& s) { s(cell, rate, left, iodine); }
+    };
+    /// Of the last injection from a place.
+    struct Site {
+        int cell = -1;
+        geometry::Vec3 aside = geometry::Vec3::Zero();  // from the cell's middle, in radii
+        void state(geometry::StateStream& s) { s(cell, aside); }
     };
     void advance(double dt);
     void carry(double dt);
@@ -103,13 +123,23 @@ private:
     double time_ = 0;
     double injected_ = 0, injected_iodine_ = 0, drained_ = 0;  // [ml], [mg], [mg]
     std::vector<Running> running_;
-    std::vector<double> iodine_;  // in each cell [mg/ml]
+    Site site_;
+    std::vector<double> resting_;  // flow through each cell [ml/s]
+    std::vector<double> iodine_;   // in each cell [mg/ml]
     struct Tanks {
         double mass[3] = {0, 0, 0};  // [mg]
         void state(geometry::StateStream& s) { s(mass[0], mass[1], mass[2]); }
     };
+    /// Of an outlet whose organ has an inner part [mg].
+    struct InnerTanks {
+        double vessels[2] = {0, 0}, outer_tubules = 0, inner_tubules = 0;
+        double held() const { return vessels[0] + vessels[1] + outer_tubules + inner_tubules; }
+        void state(geometry::StateStream& s) { s(vessels[0], vessels[1], outer_tubules, inner_tubules); }
+    };
+    bool has_inner() const;  // any iodine there
     DistalArteries distal_;
     std::vector<Tanks> tanks_;  // behind each outlet
+    std::vector<InnerTanks> inner_;
     std::vector<Blush> blush_;
 
     // Of one step.

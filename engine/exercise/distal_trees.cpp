@@ -8,8 +8,10 @@
 #include <numbers>
 
 #include "engine/blood/distal_arteries.h"
+#include "engine/exercise/imaging.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/mesh_query.h"
+#include "physics/geometry/mesh_topology.h"
 #include "physics/geometry/random.h"
 
 namespace exercise {
@@ -230,29 +232,45 @@ std::vector<render::VesselPiece> distal_trees(const anatomy::Anatomy& anatomy, c
                                               const std::vector<render::TissueLayer>& layers) {
     const std::vector<blood::Outlet>& outlets = blood.outlets;
     std::vector<std::vector<Vec3>> territories(outlets.size());
-    for (const render::TissueLayer& layer : layers) {
-        if (layer.name.ends_with("heart")) continue;  // mostly chambers; its arteries run over the wall
-        std::vector<std::size_t> suppliers;
-        double wanted = 0;
-        Eigen::AlignedBox3d box;
-        for (const Vec3& v : layer.mesh.vertices) box.extend(v);
-        for (std::size_t k = 0; k < outlets.size(); ++k) {
-            if (!layer.name.ends_with(outlets[k].organ) || outlets[k].radius >= trunk_radius) continue;
+    struct Supplier {
+        std::size_t outlet;
+        double most;  // points
+        std::size_t before;
+    };
+    std::vector<std::vector<Supplier>> suppliers(layers.size());
+    for (std::size_t k = 0; k < outlets.size(); ++k) {
+        if (outlets[k].organ == "heart") continue;  // mostly chambers; its arteries run over the wall
+        if (outlets[k].radius >= trunk_radius) continue;
+        const std::vector<int> supplied = supplied_layers(layers, outlets[k]);
+        double volume = 0;
+        for (const int layer : supplied) volume += geometry::signed_volume(layers[layer].mesh);
+        for (const int layer : supplied) {
+            Eigen::AlignedBox3d box;
+            for (const Vec3& v : layers[layer].mesh.vertices) box.extend(v);
             if (box.exteriorDistance(outlets[k].place) > organ_reach) continue;
-            suppliers.push_back(k);
-            wanted += terminals_of(outlets[k].radius);
+            const double share = geometry::signed_volume(layers[layer].mesh) / volume;
+            suppliers[layer].push_back({k, std::ceil(share * terminals_of(outlets[k].radius)), 0});
         }
-        if (suppliers.empty()) continue;
-        for (const Vec3& p : points_in(layer.mesh, static_cast<int>(2 * wanted))) {
-            std::size_t nearest = suppliers[0];
+    }
+    for (std::size_t layer = 0; layer < layers.size(); ++layer) {
+        if (suppliers[layer].empty()) continue;
+        double wanted = 0;
+        for (Supplier& supplier : suppliers[layer]) {
+            wanted += supplier.most;
+            supplier.before = territories[supplier.outlet].size();
+        }
+        for (const Vec3& p : points_in(layers[layer].mesh, static_cast<int>(2 * wanted))) {
+            const Supplier* nearest = nullptr;
             double least = std::numeric_limits<double>::infinity();
-            for (const std::size_t k : suppliers) {
+            for (const Supplier& supplier : suppliers[layer]) {
                 // A wider end reaches farther.
-                const double away = (p - outlets[k].place).norm() / outlets[k].radius;
-                if (away < least) least = away, nearest = k;
+                const blood::Outlet& outlet = outlets[supplier.outlet];
+                const double away = (p - outlet.place).norm() / outlet.radius;
+                if (away < least) least = away, nearest = &supplier;
             }
-            const auto most = static_cast<std::size_t>(terminals_of(outlets[nearest].radius));
-            if (territories[nearest].size() < most) territories[nearest].push_back(p);
+            std::vector<Vec3>& territory = territories[nearest->outlet];
+            if (static_cast<double>(territory.size() - nearest->before) < nearest->most)
+                territory.push_back(p);
         }
     }
     std::vector<render::VesselPiece> pieces;

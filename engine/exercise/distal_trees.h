@@ -10,10 +10,11 @@
 namespace exercise {
 
 /// Grows a tree from every outlet into the territory that it supplies, down to arteries of 0.15 mm radius:
-/// the part of its organ's layer that is nearer to it than to the organ's other outlets, or the tissue ahead
-/// of the end. Branches divide the territory, radii follow Murray's law (1926) with the exponent that leads
-/// from the end to the smallest arteries. A trunk goes on and fades, and so does the vessel that blood comes
-/// from. The nodes are those of distal_iodine(). The same arguments give the same pieces.
+/// the part of its layers (supplied_layers) that is nearer to it than to other outlets that supply them, or
+/// the tissue ahead of the end. Branches divide the territory, radii follow Murray's law (1926) with the
+/// exponent that leads from the end to the smallest arteries. A trunk goes on and fades, and so does the
+/// vessel that blood comes from. The nodes are those of distal_iodine(). The same arguments give the same
+/// pieces.
 std::vector<render::VesselPiece> distal_trees(const anatomy::Anatomy&, const blood::BloodFlow&,
                                               const std::vector<render::TissueLayer>&);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "engine/anatomy/organs.h"
 #include "engine/exercise/distal_trees.h"
 #include "engine/io/error.h"
 #include "engine/patient/ct_patient.h"
@@ -117,31 +118,91 @@ double along_wire(const blood::ContrastFlow& contrast, std::span<const geometry:
 
 }  // namespace
 
+double BlushingOrgan::iodine(std::span<const blood::Blush> blush) const {
+    double sum = 0;
+    for (std::size_t k = 0; k < outlets.size(); ++k) {
+        const blood::Blush& behind = blush[static_cast<std::size_t>(outlets[k])];
+        const double there = part == Part::Whole   ? behind.iodine
+                             : part == Part::Inner ? behind.inner
+                                                   : behind.iodine - behind.inner;
+        sum += shares[k] * there;
+    }
+    return sum;
+}
+
+namespace {
+
+int layer_named(const std::vector<render::TissueLayer>& layers, const std::string& name) {
+    const auto found = std::find_if(layers.begin(), layers.end(),
+                                    [&](const render::TissueLayer& layer) { return layer.name == name; });
+    return found == layers.end() ? -1 : static_cast<int>(found - layers.begin());
+}
+
+geometry::Vec3 middle_of(const render::TissueLayer& layer) {
+    geometry::Vec3 middle = geometry::Vec3::Zero();
+    for (const geometry::Vec3& v : layer.mesh.vertices) middle += v;
+    return middle / static_cast<double>(std::max<std::size_t>(layer.mesh.vertices.size(), 1));
+}
+
+}  // namespace
+
+std::vector<int> supplied_layers(const std::vector<render::TissueLayer>& layers,
+                                 const blood::Outlet& outlet) {
+    int nearest = -1;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t layer = 0; layer < layers.size(); ++layer) {
+        if (!layers[layer].name.ends_with(outlet.organ)) continue;
+        const double away = (middle_of(layers[layer]) - outlet.place).norm();
+        if (away >= least) continue;
+        least = away;
+        nearest = static_cast<int>(layer);
+    }
+    if (nearest < 0) return {};
+    const std::string& whole = layers[nearest].name;
+    std::vector<int> supplied;
+    const bool on_left = outlet.place.x() > middle_of(layers[nearest]).x();
+    for (const std::string& territory : anatomy::brain_territories(outlet.branch, on_left)) {
+        if (const int layer = layer_named(layers, whole + ", " + territory); layer >= 0)
+            supplied.push_back(layer);
+    }
+    if (supplied.empty()) supplied.push_back(nearest);
+    return supplied;
+}
+
 std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer>& layers,
                                            std::span<const blood::Outlet> outlets) {
+    using Part = BlushingOrgan::Part;
     std::vector<BlushingOrgan> organs;
-    for (std::size_t k = 0; k < outlets.size(); ++k) {
-        int nearest = -1;
-        double least = std::numeric_limits<double>::infinity();
-        for (std::size_t layer = 0; layer < layers.size(); ++layer) {
-            if (!layers[layer].name.ends_with(outlets[k].organ)) continue;
-            geometry::Vec3 middle = geometry::Vec3::Zero();
-            for (const geometry::Vec3& v : layers[layer].mesh.vertices) middle += v;
-            middle /= static_cast<double>(layers[layer].mesh.vertices.size());
-            const double away = (middle - outlets[k].place).norm();
-            if (away >= least) continue;
-            least = away;
-            nearest = static_cast<int>(layer);
+    const auto volume_of = [&](int layer) {
+        return geometry::signed_volume(layers[layer].mesh) / cubic_mm_per_ml;
+    };
+    const auto supply = [&](int layer, Part part, int outlet, double share) {
+        auto known = std::find_if(organs.begin(), organs.end(), [&](const BlushingOrgan& organ) {
+            return organ.layer == layer && organ.part == part;
+        });
+        if (known == organs.end()) {
+            organs.push_back({layer, volume_of(layer), {}, {}, part});
+            known = organs.end() - 1;
         }
-        if (nearest < 0) continue;
-        const auto known = std::find_if(organs.begin(), organs.end(),
-                                        [&](const BlushingOrgan& organ) { return organ.layer == nearest; });
-        BlushingOrgan& organ =
-            known == organs.end()
-                ? organs.emplace_back(BlushingOrgan{
-                      nearest, geometry::signed_volume(layers[nearest].mesh) / cubic_mm_per_ml, {}})
-                : *known;
-        organ.outlets.push_back(static_cast<int>(k));
+        known->outlets.push_back(outlet);
+        known->shares.push_back(share);
+    };
+    for (std::size_t k = 0; k < outlets.size(); ++k) {
+        const std::vector<int> supplied = supplied_layers(layers, outlets[k]);
+        double volume = 0;
+        for (const int layer : supplied) volume += volume_of(layer);
+        for (const int layer : supplied) {
+            const int outlet = static_cast<int>(k),
+                      outer = layer_named(layers, layers[layer].name + " cortex"),
+                      inner = layer_named(layers, layers[layer].name + " medulla");
+            const double share = supplied.size() == 1 ? 1.0 : volume_of(layer) / volume;
+            if (outer >= 0 && inner >= 0) {
+                supply(outer, Part::Outer, outlet, share);
+                supply(inner, Part::Inner, outlet, share);
+            } else {
+                supply(layer, Part::Whole, outlet, share);
+            }
+        }
     }
     return organs;
 }
@@ -191,12 +252,11 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     const blood::ContrastFlow& contrast = simulation.contrast();
     if (contrast.injected() > 0) {
         exposure.vessel_iodine.assign(contrast.iodine().begin(), contrast.iodine().end());
+        exposure.vessel_streams = contrast.streams();
         exposure.distal_iodine = distal_iodine(contrast);
         exposure.wire_iodine = along_wire(contrast, simulation.wire().joints);
         for (const BlushingOrgan& organ : organs) {
-            double iodine = 0;
-            for (const int outlet : organ.outlets) iodine += contrast.blush()[outlet].iodine;
-            exposure.organs.push_back({organ.layer, iodine / organ.volume});
+            exposure.organs.push_back({organ.layer, organ.iodine(contrast.blush()) / organ.volume});
         }
     }
     return pulse;
@@ -212,6 +272,7 @@ bool has_contrast(const render::Exposure& exposure) {
 void remove_contrast(render::Exposure& exposure) {
     exposure.iodine = exposure.wire_iodine = 0;
     exposure.vessel_iodine.clear();
+    exposure.vessel_streams.clear();
     exposure.distal_iodine.clear();
     exposure.organs.clear();
 }

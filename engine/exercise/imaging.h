@@ -17,14 +17,24 @@ namespace exercise {
 /// that capping does not close, or a mesh that cannot be used.
 std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario&, const anatomy::Anatomy&);
 
-/// An organ that is drawn and that contrast reaches.
+/// An organ, or a part of one, that is drawn and that contrast reaches.
 struct BlushingOrgan {
-    int layer = 0;             // index in the fluoroscope
-    double volume = 0;         // [ml]
-    std::vector<int> outlets;  // of the blood, those that supply it
+    enum class Part { Whole, Outer, Inner };
+    int layer = 0;               // index in the fluoroscope
+    double volume = 0;           // [ml]
+    std::vector<int> outlets;    // of the blood, those that supply it
+    std::vector<double> shares;  // of each outlet's iodine, what goes here [-]
+    Part part = Part::Whole;     // which part of that iodine: Inner is blood::Blush::inner
+
+    double iodine(std::span<const blood::Blush>) const;  // [mg]
 };
 
-/// For each outlet the nearest layer that its organ's name ends with ("kidney", "left kidney").
+/// The layers that an outlet supplies: those of its territories of the brain, or the nearest that its organ's
+/// name ends with ("kidney", "left kidney").
+std::vector<int> supplied_layers(const std::vector<render::TissueLayer>&, const blood::Outlet&);
+
+/// Where the iodine behind each outlet shows: in the layers that it supplies, in proportion to their volumes.
+/// A layer with a "cortex" and a "medulla" ("left kidney cortex") shows it in these. Iodine is conserved.
 std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer>&,
                                            std::span<const blood::Outlet>);
 

@@ -3,7 +3,9 @@
 /// far as the vessels and the C-arm reach.
 ///
 /// Layers with fixed names, by which other code may move them or dissolve iodine in them: "left kidney",
-/// "right kidney", "heart", "brain", "left lung", "right lung", "diaphragm".
+/// "right kidney", "heart", "brain", "left lung", "right lung", "diaphragm". Parts in which contrast shows on
+/// its own: "left kidney cortex", "left kidney medulla" (the same on the right); "brain, left ACA", MCA and
+/// PCA on both sides, "brain, cerebellum and stem".
 
 #include <cstdint>
 #include <span>

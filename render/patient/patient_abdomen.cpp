@@ -184,17 +184,19 @@ void add_bubbles(TriangleMesh& gas, const std::vector<shape::Station>& course, i
     }
 }
 
-/// A kidney next to T12 to L3, 110 mm long, 55 wide, 45 thick (texts), the left one higher; its fat around
-/// it.
-TriangleMesh kidney(Side side, double middle, std::vector<shape::Station>* fat) {
+/// The long axis of a kidney next to T12 to L3, 110 mm long, 55 wide, 45 thick (texts), the left one higher;
+/// and that of the fat around it.
+std::vector<shape::Station> kidney_course(Side side, double middle, std::vector<shape::Station>* fat) {
     const auto at = [&](double x, double y, double z) { return side.at(x, y, middle + z); };
     // The long axis leans outward and forward below.
-    const Polyline path{at(48, 30, 56),  at(49, 29, 52),  at(51, 28, 42),  at(55, 25, 20), at(60, 21, -4),
-                        at(65, 16, -28), at(68, 12, -44), at(70, 10, -52), at(70, 10, -55)};
-    const double a[] = {4, 12, 20, 26, 25, 25, 19, 11, 4}, b[] = {3, 9, 15, 19, 20, 19, 15, 9, 3};
-    for (const std::size_t i : {1u, 2u, 3u, 4u, 5u, 6u, 7u})
-        fat->push_back({path[i] + 0.25 * (path[i] - path[4]), a[i] + 12.0, b[i] + 10.0});
-    return tube(path, Vec3::UnitX(), {std::begin(a), std::end(a)}, {std::begin(b), std::end(b)}, 28);
+    const std::vector<shape::Station> course{
+        {at(48, 30, 56), 4, 3},    {at(49, 29, 52), 12, 9},  {at(51, 28, 42), 20, 15},
+        {at(55, 25, 20), 26, 19},  {at(60, 21, -4), 25, 20}, {at(65, 16, -28), 25, 19},
+        {at(68, 12, -44), 19, 15}, {at(70, 10, -52), 11, 9}, {at(70, 10, -55), 4, 3}};
+    for (std::size_t i = 1; i + 1 < course.size(); ++i)
+        fat->push_back(
+            {course[i].at + 0.25 * (course[i].at - course[4].at), course[i].a + 12.0, course[i].b + 10.0});
+    return course;
 }
 
 /// Psoas and iliacus from the twelfth rib to the thigh.
@@ -270,7 +272,8 @@ void add_thigh_streaks(TriangleMesh& fat, const Chance& chance, const shape::Sol
 void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, const shape::Solid& flesh,
                         const shape::Solid& cavity, double front, bool with_gas) {
     std::vector<shape::Station> fat_left, fat_right;
-    TriangleMesh on_left = kidney(left, 84.0, &fat_left), on_right = kidney(right, 70.0, &fat_right);
+    const std::vector<shape::Station> on_left = kidney_course(left, 84.0, &fat_left),
+                                      on_right = kidney_course(right, 70.0, &fat_right);
     const std::vector<Bowel> large = colon(chance, front), small = small_bowel(chance, front);
 
     // Fat fills what organs leave free.
@@ -348,8 +351,8 @@ void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, 
     add_streaks(streaks, chance, flesh);
     add_thigh_streaks(streaks, chance, flesh);
     layers.push_back({"fat streaks", Material::Adipose, Material::SoftTissue, std::move(streaks), false});
-    layers.push_back({"left kidney", Material::SoftTissue, Material::Adipose, std::move(on_left), false});
-    layers.push_back({"right kidney", Material::SoftTissue, Material::Adipose, std::move(on_right), false});
+    add_kidney_layers(layers, chance, left, on_left);
+    add_kidney_layers(layers, chance, right, on_right);
     if (!with_gas) return;
     add_bubbles(gas, part_of(large[0].course, 0.0, 0.9), 170, chance.field("bubbles", 0));
     add_bubbles(gas, part_of(large[2].course, 0.0, 1.0), 130, chance.field("bubbles", 1));

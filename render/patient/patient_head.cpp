@@ -15,7 +15,7 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double sinus_cell = 1.8, brain_cell = 4.0;  // of the grids [mm]
+constexpr double sinus_cell = 1.8;  // of the grids [mm]
 
 /// Crowns with roots: eight on each side above and below; molars are wide.
 TriangleMesh teeth(const Chance& chance) {
@@ -177,10 +177,7 @@ TriangleMesh placed(TriangleMesh mesh) {
 }  // namespace
 
 void add_head_layers(std::vector<TissueLayer>& layers, const Chance& chance) {
-    shape::Compound brain;
-    brain.add(shape::grown(cranial_cavity(chance), -1.5));
-    layers.push_back({"brain", Material::SoftTissue, Material::SoftTissue,
-                      placed(shape::polygonised(brain, brain_cell).outer), false});
+    add_brain_layers(layers, shape::grown(cranial_cavity(chance), -1.5), at_sella());
     const shape::Compound air = sinuses(chance);
     const shape::Compound walls = air.grown_by(sinus_wall);
     layers.push_back({"teeth", Material::CorticalBone, Material::SoftTissue, placed(teeth(chance)), false});

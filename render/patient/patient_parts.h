@@ -124,7 +124,15 @@ double skull_thickness(const geometry::Vec3&);
 /// Air of the nose's cells and of the ears: closed spaces with thin walls.
 shape::Compound sinuses(const Chance&);
 
+/// The kidney along `course`, from above to below, with its cortex and medulla: the first is the whole in its
+/// fat, the others are what contrast dissolves in, and make it up.
+void add_kidney_layers(std::vector<TissueLayer>&, const Chance&, Side,
+                       const std::vector<shape::Station>& course);
+
 void add_head_bones(Bones&, const Chance&);
+/// The brain and, in the same place, the territories of its arteries, which make it up. `brain` and its
+/// distances are measured from the sella; `place` moves them into the body.
+void add_brain_layers(std::vector<TissueLayer>&, const shape::Solid& brain, const Eigen::Isometry3d& place);
 void add_head_layers(std::vector<TissueLayer>&, const Chance&);
 
 }  // namespace render

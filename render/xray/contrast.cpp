@@ -27,14 +27,15 @@ constexpr float alike = 0.5f;
 /// Length of each node's part of one pixel's rays.
 class Row {
 public:
-    void add(std::uint32_t node, double length) {
+    void add(std::uint32_t node, double length, const Vec3& at) {
         // Parts of a chord, and of the chords next to it, come in sequence.
         for (std::size_t i = entries_.size(); i-- > 0;) {
             if (entries_[i].node != node) continue;
             entries_[i].length += length;
+            entries_[i].moment += length * at;
             return;
         }
-        entries_.push_back({node, length});
+        entries_.push_back({node, length, length * at});
     }
     void move_to(ContrastMatrix& matrix, std::uint32_t pixel) {
         if (entries_.empty()) return;
@@ -43,6 +44,7 @@ public:
         for (const Entry& entry : entries_) {
             matrix.nodes.push_back(entry.node);
             matrix.lengths.push_back(static_cast<float>(entry.length));
+            matrix.offsets.push_back((entry.moment / entry.length).cast<float>());
         }
         matrix.pixels.push_back(pixel);
         matrix.starts.push_back(static_cast<std::uint32_t>(matrix.nodes.size()));
@@ -53,6 +55,7 @@ private:
     struct Entry {
         std::uint32_t node;
         double length;
+        Vec3 moment;  // length · place [mm²]
     };
     std::vector<Entry> entries_;
 };
@@ -107,6 +110,34 @@ void average(const std::array<std::span<const Crossing>, rays>& met, std::vector
         }
         mean.push_back({sum / rays, met[0][i].entry});
     }
+}
+
+/// Turns places relative to the nodes [mm] into offsets from the pieces' middles in parts of their reach.
+void centre_offsets(ContrastMatrix& matrix) {
+    const std::size_t count = static_cast<std::size_t>(matrix.node_count);
+    std::vector<Vec3> middles(count, Vec3::Zero());
+    std::vector<double> lengths(count, 0.0);
+    for (std::size_t k = 0; k < matrix.nodes.size(); ++k) {
+        middles[matrix.nodes[k]] += matrix.lengths[k] * matrix.offsets[k].cast<double>();
+        lengths[matrix.nodes[k]] += matrix.lengths[k];
+    }
+    for (std::size_t n = 0; n < count; ++n)
+        if (lengths[n] > 0) middles[n] /= lengths[n];
+    std::vector<double> reach(count, 0.0);
+    for (std::size_t k = 0; k < matrix.nodes.size(); ++k) {
+        const std::uint32_t n = matrix.nodes[k];
+        reach[n] = std::max(reach[n], (matrix.offsets[k].cast<double>() - middles[n]).norm());
+    }
+    for (std::size_t k = 0; k < matrix.nodes.size(); ++k) {
+        const std::uint32_t n = matrix.nodes[k];
+        const Vec3 offset = matrix.offsets[k].cast<double>() - middles[n];
+        matrix.offsets[k] = (reach[n] > 0 ? Vec3(offset / reach[n]) : Vec3(Vec3::Zero())).cast<float>();
+    }
+}
+
+/// 1 + g·offset, never below 0 by rounding.
+float mixed_part(const Eigen::Vector3f& stream, const Eigen::Vector3f& offset) {
+    return std::max(0.0f, 1.0f + stream.dot(offset));
 }
 
 /// Sets the field to `width` squared pixels of zero.
@@ -263,7 +294,9 @@ void LumenContrast::Pieces::cut(const Vec3& from, const Vec3& to, double weight,
                 const double crossing = (line.height - deepest.height) / (deepest.slope - line.slope);
                 if (crossing < until) until = crossing, next = line;
             }
-            if (until > s) row.add(deepest.node, weight * (until - s));
+            if (until > s)
+                row.add(deepest.node, weight * (until - s),
+                        from + 0.5 * (s + until) * way - nodes[deepest.node]);
             s = std::max(s, until);
             deepest = next;
             if (until == leave) break;
@@ -323,16 +356,21 @@ ContrastMatrix LumenContrast::at(const CArm& arm) const {
         }
         row.move_to(matrix, static_cast<std::uint32_t>(pixel));
     }
+    centre_offsets(matrix);
     return matrix;
 }
 
-void iodine_thickness(const ContrastMatrix& matrix, std::span<const float> iodine, Field& out) {
+void iodine_thickness(const ContrastMatrix& matrix, std::span<const float> iodine, Field& out,
+                      std::span<const Eigen::Vector3f> streams) {
     assert(static_cast<int>(iodine.size()) == matrix.node_count);
+    assert(streams.empty() || streams.size() == iodine.size());
     clear(out, matrix.width);
     for (std::size_t row = 0; row < matrix.pixels.size(); ++row) {
         float sum = 0.0f;
         for (std::uint32_t k = matrix.starts[row]; k < matrix.starts[row + 1]; ++k)
-            sum += matrix.lengths[k] * iodine[matrix.nodes[k]];
+            sum += streams.empty() ? matrix.lengths[k] * iodine[matrix.nodes[k]]
+                                   : matrix.lengths[k] * iodine[matrix.nodes[k]] *
+                                         mixed_part(streams[matrix.nodes[k]], matrix.offsets[k]);
         out.values[matrix.pixels[row]] = sum;
     }
 }
@@ -372,7 +410,8 @@ std::vector<PixelShift> pixel_shifts(const CArm& arm, std::span<const Vec3> node
 }
 
 void iodine_thickness(const ContrastMatrix& matrix, std::span<const float> iodine,
-                      std::span<const PixelShift> shifts, Field& out) {
+                      std::span<const PixelShift> shifts, Field& out,
+                      std::span<const Eigen::Vector3f> streams) {
     assert(static_cast<int>(iodine.size()) == matrix.node_count && shifts.size() == iodine.size());
     clear(out, matrix.width);
     struct Moved {
@@ -397,7 +436,9 @@ void iodine_thickness(const ContrastMatrix& matrix, std::span<const float> iodin
         for (std::uint32_t k = matrix.starts[row]; k < matrix.starts[row + 1]; ++k) {
             const Moved& node = nodes[matrix.nodes[k]];
             const int x = i + node.x, y = j + node.y;
-            const float length = matrix.lengths[k];
+            const float length =
+                streams.empty() ? matrix.lengths[k]
+                                : matrix.lengths[k] * mixed_part(streams[matrix.nodes[k]], matrix.offsets[k]);
             if (x >= 0 && y >= 0 && x + 1 < width && y + 1 < width) {
                 float* at = out.values.data() + static_cast<std::size_t>(y) * width + x;
                 at[0] += length * node.share[0];

@@ -22,7 +22,10 @@ struct ContrastMatrix {
     std::vector<std::uint32_t> starts{0};
     std::vector<std::uint32_t> nodes;
     std::vector<float> lengths;  // mean over the pixel [mm]
-    int unbalanced_rays = 0;     // rays that entered and left unequally often
+    /// Where in its piece an entry's length lies, from the piece's middle in parts of its reach: within the
+    /// unit ball, and 0 on average over the image, so that uneven mixing moves iodine and makes none.
+    std::vector<Eigen::Vector3f> offsets;
+    int unbalanced_rays = 0;  // rays that entered and left unequally often
 };
 
 /// A closed lumen cut into pieces: each place belongs to the node whose ball (centre, radius) holds it
@@ -51,8 +54,11 @@ private:
     std::unique_ptr<const Pieces> pieces_;
 };
 
-/// Σ_j L_ij c_j, `iodine` c of each node [mg/ml]; `out` becomes the matrix's size [mg/ml·mm].
-void iodine_thickness(const ContrastMatrix&, std::span<const float> iodine, Field& out);
+/// Σ_j L_ij c_j, `iodine` c of each node [mg/ml]; `out` becomes the matrix's size [mg/ml·mm]. Where contrast
+/// is unevenly mixed, `streams` gives each node's relative gradient g over the reach of its piece, of length
+/// 1 at most: c (1 + g·offset). Empty = well mixed.
+void iodine_thickness(const ContrastMatrix&, std::span<const float> iodine, Field& out,
+                      std::span<const Eigen::Vector3f> streams = {});
 
 /// For each row of the matrix the label, of those of the nodes, over which the ray runs longest; of equals
 /// the lowest. `of_node`: a label for each node.
@@ -71,6 +77,6 @@ std::vector<PixelShift> pixel_shifts(const CArm&, std::span<const geometry::Vec3
 /// The same for vessels that beat or breathe: the length at a node moves with it, shared among the four
 /// pixels around its place in proportion to their overlap. Only what leaves the image is lost.
 void iodine_thickness(const ContrastMatrix&, std::span<const float> iodine, std::span<const PixelShift>,
-                      Field& out);
+                      Field& out, std::span<const Eigen::Vector3f> streams = {});
 
 }  // namespace render

@@ -209,15 +209,17 @@ void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
     std::vector<float> concentration(nodes.size(), static_cast<float>(exposure.iodine));
     for (std::size_t i = 0; i < std::min(nodes.size(), exposure.vessel_iodine.size()); ++i)
         concentration[i] += exposure.vessel_iodine[i];
+    std::vector<Eigen::Vector3f> streams = exposure.vessel_streams;
+    if (!streams.empty()) streams.resize(nodes.size(), Eigen::Vector3f::Zero());
     if (exposure.vessel_shift.isZero()) {
-        iodine_thickness(*pose->vessels, concentration, iodine);
+        iodine_thickness(*pose->vessels, concentration, iodine, streams);
         for (const std::uint32_t i : pose->vessels->pixels)
             if (iodine.values[i] > 0.0f) iodine_pixels.push_back(i);
         return;
     }
     std::vector<Vec3> moved(nodes.begin(), nodes.end());
     for (Vec3& node : moved) node += exposure.vessel_shift;
-    iodine_thickness(*pose->vessels, concentration, pixel_shifts(pose->arm, nodes, moved), iodine);
+    iodine_thickness(*pose->vessels, concentration, pixel_shifts(pose->arm, nodes, moved), iodine, streams);
     for (std::uint32_t i = 0; i < iodine.values.size(); ++i)
         if (iodine.values[i] > 0.0f) iodine_pixels.push_back(i);
 }

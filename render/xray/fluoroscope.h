@@ -65,6 +65,8 @@ struct Exposure {
     double iodine = 0.0;             // concentration throughout the layers that take contrast [mg/ml]
     /// In addition, at each node of the vessels [mg/ml]; empty = none.
     std::vector<float> vessel_iodine = {};
+    /// How unevenly that lies in each node's piece: see iodine_thickness; empty = well mixed.
+    std::vector<Eigen::Vector3f> vessel_streams = {};
     /// At each node of the distal arteries [mg/ml]; empty = none.
     std::vector<float> distal_iodine = {};
     std::vector<OrganIodine> organs = {};
@@ -75,6 +77,7 @@ struct Exposure {
     void state(geometry::StateStream& s) {
         s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, wire_iodine,
           vessel_shift);
+        if (!s.part(!vessel_streams.empty(), vessel_streams)) vessel_streams.clear();
     }
 };
 

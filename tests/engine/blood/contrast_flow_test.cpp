@@ -246,8 +246,114 @@ TEST(ContrastFlow, OrgansBlushAfterTheirArteries) {
     EXPECT_GT(organ, 1);
     EXPECT_GT(organ_at, artery_at + 0.1);
     EXPECT_LT(organ_at, artery_at + outlets[kidney].transit + 2);
-    EXPECT_LT(flow.blush()[kidney].concentration, 0.01 * organ);
+    // What was filtered stays for minutes: the nephrogram.
+    EXPECT_GT(flow.blush()[kidney].concentration, 0.1 * organ);
+    EXPECT_LT(flow.blush()[kidney].concentration, 0.4 * organ);
     EXPECT_EQ(flow.blush()[kidney].concentration, flow.blush()[kidney].iodine / outlets[kidney].tissue);
+    for (int f = 0; f < 15 * 600; ++f) flow.step(frame);
+    EXPECT_LT(flow.blush()[kidney].concentration, 0.01 * organ);
+    expect_balanced(flow);
+}
+
+TEST(ContrastFlow, LiesAtTheBackOfWideVesselsInSlowBlood) {
+    const auto most_back = [](double radius, double inflow, const geometry::Vec3& at) {
+        ContrastFlow flow(straight_vessel(300, radius), steady(inflow));
+        EXPECT_TRUE(flow.streams().empty());
+        flow.inject({at, 2, 6, 300});
+        for (int f = 0; f < 45; ++f) flow.step(frame);
+        const std::vector<Eigen::Vector3f> streams = flow.streams();
+        EXPECT_TRUE(streams.empty() || streams.size() == flow.nodes().size());
+        float back = 0;
+        for (const Eigen::Vector3f& s : streams) {
+            EXPECT_TRUE(s.allFinite());
+            EXPECT_LE(s.norm(), 1.0f + 1e-5f);
+            EXPECT_NEAR(s.z(), 0, 1e-5f);  // along the vessel
+            back = std::max(back, s.y());
+        }
+        return back;
+    };
+    const Vec3 middle(0, 0, -21);
+    const float slow = most_back(9, 10, middle), fast = most_back(9, 80, middle);
+    EXPECT_GT(slow, 0.8f);
+    EXPECT_LT(fast, 0.5f * slow);
+    EXPECT_EQ(most_back(2.9, 1, middle), 0.0f);
+}
+
+TEST(ContrastFlow, StaysOnTheSideOfTheCathetersTip) {
+    ContrastFlow flow(straight_vessel(300, 5), steady(60));
+    flow.inject({Vec3(4, 0, -20), 5, 40, 300});
+    for (int f = 0; f < 30; ++f) flow.step(frame);
+    const auto streams = flow.streams();
+    ASSERT_FALSE(streams.empty());
+    const auto aside = [&](double z) {
+        return streams[static_cast<std::size_t>(flow.blood().nearest({0, 0, z}))].x();
+    };
+    EXPECT_GT(aside(-22), 0.5f);
+    // 8 diameters on, a factor e less.
+    EXPECT_NEAR(aside(-122) / aside(-42), std::exp(-1.0), 0.02);
+    // A snapshot knows the side; a reset forgets it.
+    geometry::StateWriter writer;
+    flow.state(writer);
+    const std::vector<std::byte> state = writer.take();
+    flow.reset();
+    EXPECT_TRUE(flow.streams().empty());
+    geometry::StateReader reader(state);
+    flow.state(reader);
+    EXPECT_EQ(flow.streams(), streams);
+    // An injection into a branch fills it evenly.
+    flow.reset();
+    flow.inject({std::string("vessel"), 5, 40, 300});
+    for (int f = 0; f < 30; ++f) flow.step(frame);
+    for (const Eigen::Vector3f& s : flow.streams()) EXPECT_NEAR(s.x(), 0, 1e-6f);
+}
+
+TEST(ContrastFlow, KidneysShowTheirCortexBeforeTheirMedulla) {
+    ContrastFlow flow(small_abdomen(), steady(40, 0.7));
+    const auto& outlets = flow.blood().outlets;
+    const auto kidney = static_cast<std::size_t>(
+        std::find_if(outlets.begin(), outlets.end(), [](const Outlet& o) { return o.organ == "kidney"; }) -
+        outlets.begin());
+    for (const Outlet& outlet : outlets) EXPECT_EQ(outlet.inner.share > 0, outlet.organ == "kidney");
+    flow.inject({std::string("LRA"), 3, 6, 300});
+    constexpr double cortex_share = 0.7;  // of the tissue
+    double cortex_most = 0, cortex_at = 0, medulla_most = 0, medulla_at = 0;
+    for (int f = 1; f <= 15 * 120; ++f) {
+        flow.step(frame);
+        const Blush& blush = flow.blush()[kidney];
+        ASSERT_GE(blush.inner, 0);
+        ASSERT_GE(blush.iodine, blush.inner);
+        const double cortex = (blush.iodine - blush.inner) / cortex_share,
+                     medulla = blush.inner / (1 - cortex_share);
+        if (cortex > cortex_most) cortex_most = cortex, cortex_at = f * frame;
+        if (f * frame < 20 && medulla > medulla_most) medulla_most = medulla, medulla_at = f * frame;
+        // The nephrographic phase of a CT.
+        if (f == 15 * 100) {
+            EXPECT_GT(medulla, 0.7 * cortex);
+        }
+        expect_balanced(flow);
+    }
+    EXPECT_GT(cortex_at, 1.5);
+    EXPECT_LT(cortex_at, 4);
+    EXPECT_GT(medulla_at, cortex_at + 3);
+    EXPECT_LT(medulla_most, 0.4 * cortex_most);
+    // Snapshots hold what is in the kidneys, and leave none behind.
+    geometry::StateWriter writer;
+    flow.state(writer);
+    const std::vector<std::byte> full = writer.take();
+    flow.reset();
+    geometry::StateWriter empty_writer;
+    flow.state(empty_writer);
+    const std::vector<std::byte> empty = empty_writer.take();
+    geometry::StateReader fill(full);
+    flow.state(fill);
+    geometry::StateWriter again;
+    flow.state(again);
+    EXPECT_EQ(again.take(), full);
+    geometry::StateReader clear(empty);
+    flow.state(clear);
+    geometry::StateWriter cleared;
+    flow.state(cleared);
+    EXPECT_EQ(cleared.take(), empty);
 }
 
 TEST(ContrastFlow, StandsStillWhereNoBloodFlows) {

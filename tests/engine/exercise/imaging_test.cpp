@@ -97,4 +97,65 @@ TEST(Imaging, EachKidneyBlushesBehindItsOwnArtery) {
     EXPECT_NEAR(organs[1].volume, 4.0 / 3 * 3.14159 * 2.5 * 2 * 5, 3);
 }
 
+TEST(Imaging, KidneysShowContrastInCortexAndMedulla) {
+    std::vector<render::TissueLayer> layers(3);
+    const char* const names[] = {"left kidney", "left kidney cortex", "left kidney medulla"};
+    for (int i = 0; i < 3; ++i) {
+        layers[i].name = names[i];
+        layers[i].mesh = render::ellipsoid(geometry::Vec3::Zero(), geometry::Vec3::Constant(30.0 - 5 * i));
+    }
+    std::vector<blood::Outlet> outlets(2);
+    outlets[0].organ = outlets[1].organ = "kidney";
+    const std::vector<BlushingOrgan> organs = blushing_organs(layers, outlets);
+    ASSERT_EQ(organs.size(), 2u);
+    EXPECT_EQ(organs[0].layer, 1);
+    EXPECT_EQ(organs[1].layer, 2);
+    const std::vector<blood::Blush> blush{{100, 0, 30}, {7, 0, 0}};
+    EXPECT_EQ(organs[0].iodine(blush), 77);
+    EXPECT_EQ(organs[1].iodine(blush), 30);
+}
+
+TEST(Imaging, ArteriesOfTheBrainShowInTheirTerritories) {
+    std::vector<render::TissueLayer> layers;
+    const auto add = [&](const char* name, double x, double size) {
+        layers.emplace_back().name = name;
+        layers.back().mesh = render::ellipsoid({x, 0, 0}, geometry::Vec3::Constant(size));
+    };
+    add("brain", 0, 80);
+    for (const char* side : {"left", "right"})
+        for (const char* artery : {"ACA", "MCA", "PCA"})
+            add((std::string("brain, ") + side + " " + artery).c_str(), *side == 'l' ? 40 : -40,
+                *artery == 'M' ? 26 : 20);
+    add("brain, cerebellum and stem", 0, 20);
+    const auto shows = [&](const char* branch, double x) {
+        blood::Outlet outlet;
+        outlet.organ = "brain";
+        outlet.branch = branch;
+        outlet.place = {x, 0, -90};
+        std::string text;
+        double sum = 0;
+        const std::vector<blood::Blush> blush{{50, 0, 0}};
+        for (const BlushingOrgan& organ : blushing_organs(layers, std::span(&outlet, 1))) {
+            text +=
+                layers[organ.layer].name.substr(std::min<std::size_t>(7, layers[organ.layer].name.size()));
+            text += ";";
+            sum += organ.iodine(blush);
+            // The same concentration in all that one artery supplies.
+            EXPECT_NEAR(organ.iodine(blush) / organ.volume, 50 / (organ.volume / organ.shares[0]), 1e-9);
+        }
+        EXPECT_NEAR(sum, 50, 1e-9) << branch;
+        return text;
+    };
+    EXPECT_EQ(shows("LCCA+LICA", -3), "left ACA;left MCA;");
+    EXPECT_EQ(shows("RCCA+RICA", 3), "right ACA;right MCA;");
+    EXPECT_EQ(shows("ICA", 3), "left ACA;left MCA;");
+    EXPECT_EQ(shows("ICA", -3), "right ACA;right MCA;");
+    EXPECT_EQ(shows("LICA+LM1+LM2sup", 3), "left MCA;");
+    EXPECT_EQ(shows("RA1+RA2", -3), "right ACA;");
+    EXPECT_EQ(shows("LVA", 3), "left PCA;right PCA;cerebellum and stem;");
+    EXPECT_EQ(shows("LVA+BA+LP1+LP2", 3), "left PCA;");
+    EXPECT_EQ(shows("RPICA", -3), "cerebellum and stem;");
+    EXPECT_EQ(shows("unknown", -3), ";");  // all of the brain
+}
+
 }  // namespace exercise

@@ -194,6 +194,67 @@ TEST(Patient, KeepsNestedSolidsStrictlyNested) {
     EXPECT_EQ(share_inside(*mesh_of(layers, "lung vessels"), lungs), 1.0);
 }
 
+TEST(Patient, HasKidneysOfCortexAndMedulla) {
+    for (const std::uint64_t seed : {0, 3, 17}) {
+        PatientSpec spec = around(-190, 0);
+        spec.seed = seed;
+        const auto layers = render::make_patient(spec);
+        for (const std::string kidney : {"left kidney", "right kidney"}) {
+            const TriangleMesh &whole = *mesh_of(layers, kidney),
+                               &cortex = *mesh_of(layers, kidney + " cortex"),
+                               &medulla = *mesh_of(layers, kidney + " medulla");
+            const double volume = geometry::signed_volume(whole), inner = geometry::signed_volume(medulla);
+            EXPECT_NEAR(geometry::signed_volume(cortex) + inner, volume, 1e-6 * volume);
+            // 110 to 190 ml; a cortex of 70 % (texts).
+            EXPECT_GT(volume, 80e3) << kidney;
+            EXPECT_LT(volume, 190e3) << kidney;
+            EXPECT_GT(inner, 0.22 * volume) << kidney << " of seed " << seed;
+            EXPECT_LT(inner, 0.36 * volume) << kidney << " of seed " << seed;
+            EXPECT_EQ(share_inside(medulla, whole), 1.0) << kidney << " of seed " << seed;
+        }
+    }
+}
+
+TEST(Patient, HasABrainOfTerritoriesThatShareNoSpace) {
+    const auto layers = render::make_patient(around(590, 670));
+    const TriangleMesh& brain = *mesh_of(layers, "brain");
+    std::vector<Inside> parts;
+    std::vector<double> volumes;
+    double sum = 0;
+    for (const char* part :
+         {"left ACA", "right ACA", "left MCA", "right MCA", "left PCA", "right PCA", "cerebellum and stem"}) {
+        const TriangleMesh* mesh = mesh_of(layers, std::string("brain, ") + part);
+        ASSERT_TRUE(mesh) << part;
+        parts.emplace_back(*mesh);
+        volumes.push_back(geometry::signed_volume(*mesh));
+        sum += volumes.back();
+    }
+    const double volume = geometry::signed_volume(brain);
+    EXPECT_NEAR(sum, volume, 0.01 * volume);
+    // Shares of the hemispheres vary widely (van der Zwan 1993); the middle artery's is the largest.
+    const double above = sum - volumes[6];
+    for (const int side : {0, 1}) {
+        EXPECT_NEAR(volumes[0 + side] / above, 0.12, 0.05);
+        EXPECT_NEAR(volumes[2 + side] / above, 0.26, 0.06);
+        EXPECT_NEAR(volumes[4 + side] / above, 0.12, 0.05);
+    }
+    EXPECT_NEAR(volumes[6] / sum, 0.12, 0.04);
+    const Inside whole(brain);
+    int held = 0, once = 0;
+    for (int k = 0; k < 3000; ++k) {
+        const Vec3 p =
+            brain.vertices[(static_cast<std::size_t>(k) * 7919) % brain.vertices.size()] * 0.5 +
+            brain.vertices[(static_cast<std::size_t>(k) * 104729 + 11) % brain.vertices.size()] * 0.5;
+        if (!whole(p)) continue;
+        ++held;
+        int holders = 0;
+        for (const Inside& part : parts) holders += part(p);
+        once += holders == 1;
+    }
+    EXPECT_GT(held, 2000);
+    EXPECT_GT(once, 0.98 * held);
+}
+
 TEST(Patient, HasLungsThatShareNoSpaceWithBonesHeartDiaphragmOrAirway) {
     PatientSpec spec = around(100, 330);
     const auto layers = render::make_patient(spec);

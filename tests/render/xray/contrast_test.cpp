@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "physics/geometry/random.h"
 #include "render/patient/solids.h"
 #include "render/xray/path_length.h"
 #include "render/xray/surface_crossings.h"
@@ -360,6 +361,77 @@ TEST(Contrast, OfNodesThatMoveFollowsTheVesselThatMoves) {
     // Blur of the four pixels at the silhouette, and parallax within a vessel's depth.
     EXPECT_LT(off, 0.03 * sum(exact));
     EXPECT_GT(unmoved, 10 * off);
+}
+
+TEST(Contrast, ThatIsUnevenlyMixedKeepsItsSumAndIsNeverNegative) {
+    Vessel vessel({-3, 5, 40}, {4, -6, -45}, 8, 64);
+    vessel += Vessel({20, 0, 30}, {30, 10, -30}, 4, 48);
+    const LumenContrast contrast = vessel.contrast();
+    for (const unsigned seed : {1u, 2u, 3u}) {
+        SCOPED_TRACE(seed);
+        geometry::Random draw(seed);
+        const auto random = [&] { return static_cast<float>(draw()); };
+        for (const CArm& arm : {frontal(), oblique()}) {
+            const ContrastMatrix matrix = contrast.at(arm);
+            ASSERT_EQ(matrix.offsets.size(), matrix.nodes.size());
+            const std::size_t count = static_cast<std::size_t>(matrix.node_count);
+            for (std::size_t n = 0; n < count; n += 7) {
+                // One node at a time: what moves stays its own.
+                std::vector<float> iodine(count, 0.0f);
+                iodine[n] = 50.0f + 100.0f * random();
+                std::vector<Eigen::Vector3f> streams(count, Eigen::Vector3f::Zero());
+                Eigen::Vector3f way(random() - 0.5f, random() - 0.5f, random() - 0.5f);
+                streams[n] = way.normalized() * (n % 2 == 0 ? 1.0f : random());
+                Field even, uneven, moved;
+                render::iodine_thickness(matrix, iodine, even);
+                render::iodine_thickness(matrix, iodine, uneven, streams);
+                double sum = 0, kept = 0;
+                for (std::size_t i = 0; i < even.values.size(); ++i) {
+                    ASSERT_TRUE(std::isfinite(uneven.values[i]));
+                    ASSERT_GE(uneven.values[i], 0.0f);
+                    sum += even.values[i];
+                    kept += uneven.values[i];
+                }
+                EXPECT_NEAR(kept, sum, 1e-5 * sum);
+                const std::vector<render::PixelShift> shifts(count, {2.25f, -1.5f});
+                render::iodine_thickness(matrix, iodine, shifts, moved, streams);
+                double there = 0;
+                for (const float value : moved.values) there += value;
+                EXPECT_NEAR(there, sum, 1e-4 * sum);
+            }
+            // Without gradients, the same bits.
+            const std::vector<float> iodine = all(matrix, 80);
+            Field without, zero;
+            render::iodine_thickness(matrix, iodine, without);
+            render::iodine_thickness(matrix, iodine, zero,
+                                     std::vector<Eigen::Vector3f>(count, Eigen::Vector3f::Zero()));
+            EXPECT_EQ(without.values, zero.values);
+        }
+    }
+}
+
+TEST(Contrast, ThatLiesAtTheBackShowsFromTheSideAlone) {
+    const Vessel vessel({0, 0, 40}, {0, 0, -40}, 10, 128);
+    const LumenContrast contrast = vessel.contrast();
+    const auto sides = [&](double lao) {
+        CArm arm = frontal();
+        arm.lao = lao;
+        const ContrastMatrix matrix = contrast.at(arm);
+        const std::vector<float> iodine = all(matrix, 100);
+        Field out;
+        render::iodine_thickness(matrix, iodine, out,
+                                 std::vector<Eigen::Vector3f>(iodine.size(), Eigen::Vector3f(0, 0.8f, 0)));
+        const float* row = out.values.data() + static_cast<std::ptrdiff_t>(arm.pixels / 2) * arm.pixels;
+        double left = 0, right = 0;
+        for (int i = 0; i < arm.pixels; ++i) (i < arm.pixels / 2 ? left : right) += row[i];
+        return std::pair(left, right);
+    };
+    const auto [left, right] = sides(0);
+    EXPECT_NEAR(left, right, 0.02 * left);
+    const auto [one, other] = sides(std::numbers::pi / 2);
+    // c (1 + 0.8 x / R) over the halves of a disc: mean |x| is 4 R / 3π.
+    const double more = 0.8 * 4 / (3 * std::numbers::pi);
+    EXPECT_NEAR(std::max(one, other) / std::min(one, other), (1 + more) / (1 - more), 0.08);
 }
 
 TEST(Contrast, HasTheSameBitsAgainAndOnSeveralThreads) {
