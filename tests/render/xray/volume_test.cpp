@@ -7,6 +7,7 @@
 #include <random>
 
 #include "render/xray/beam_images.h"
+#include "render/xray/exposure_meter.h"
 #include "render/xray/fluoroscope.h"
 #include "render/xray/spline_enlarge.h"
 
@@ -256,12 +257,16 @@ TEST(VolumeCaster, VolumesInTheBeamAreWhatMeshesOfTheSameLengthsAre) {
 
     render::PoseImages pose;
     pose.arm = arm;
-    for (const DensityVolume& volume : {body, bone})
-        render::add_length(pose, volume.parts[0].material, volume.parts[0].inside,
-                           VolumeCaster(volume).lengths(arm)[0]);
+    std::vector<VolumeCaster> casters;
+    for (const DensityVolume& volume : {body, bone}) {
+        casters.emplace_back(volume);
+        render::add_length(pose.mixtures, volume.parts[0].material, volume.parts[0].inside,
+                           casters.back().lengths(arm)[0]);
+    }
     const render::FluoroscopeConfig config;
+    render::ExposureMeter meter(config, {}, casters);
     const render::BeamImages beam =
-        render::beam_images(config, render::plane_images(config, arm), pose, 74.0);
+        render::beam_images(render::plane_images(config, arm), pose, 74.0, meter.scatter(arm, 74.0));
     for (std::size_t i = 0; i < quanta.values.size(); i += 11) {
         const double expected = 30.0 * beam.gain * (render::sum(beam.primary[i]) + beam.scatter.values[i]);
         EXPECT_NEAR(quanta.values[i], expected, 1e-4 * expected);
