@@ -6,6 +6,7 @@
 #include <string>
 
 #include "render/picture/fast_exp.h"
+#include "render/picture/filter.h"
 #include "render/xray/measuring_field.h"
 #include "render/xray/scatter.h"
 
