@@ -47,7 +47,7 @@ constexpr std::array<Supply, 7> supplies = {{
 /// (texts). Medullary blood: a fifth of 30 % of the tissue, at a tenth of 3.5 ml/min/g, stays for 10 s. The
 /// times of the tubules are estimates by the phases of a CT: medulla as bright as cortex after 80 to 100 s,
 /// contrast in the pelvis after 2 to 3 min (texts).
-constexpr Inner kidney{0.1, 10.0, 0.2, 30.0, 60.0};
+constexpr Inner kidney{0.1, 10.0, 0.2, 70.0, 25.0};
 
 const Supply& supply_behind(const anatomy::Anatomy& anatomy, int branch) {
     const anatomy::Organ organ = anatomy::organ_behind(anatomy, branch);

@@ -9,8 +9,10 @@
 #include "engine/exercise/distal_trees.h"
 #include "engine/io/error.h"
 #include "engine/patient/ct_patient.h"
+#include "engine/scenario/vessel_motion.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/mesh_topology.h"
+#include "render/patient/organ_motion.h"
 #include "render/patient/patient.h"
 #include "render/patient/solids.h"
 #include "render/xray/path_length.h"
@@ -72,13 +74,34 @@ render::PatientSpec patient(const anatomy::Anatomy& anatomy) {
     return spec;
 }
 
+/// Organs beside the vessels move as far down as these do, others in proportion
+/// (render/patient/organ_motion.h): the diaphragm by 25 mm at most. They beat where the vessels do.
+void move_with(const scenario::VesselMotion& motion, const anatomy::Anatomy& anatomy,
+               const geometry::Vec3& origin, std::vector<render::TissueLayer>& layers) {
+    constexpr double quiet = 14, deepest = 25, border = 8;  // [mm]
+    if (!motion.moves()) return;
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const geometry::Vec3& p : anatomy.lumen.vertices) {
+        low = std::min(low, p.z());
+        high = std::max(high, p.z());
+    }
+    const double share = render::breathing_share(0.5 * (low + high) - origin.z()),
+                 reach = motion.breathing_reach.norm();
+    const double breath = reach == 0 ? 0 : share < 0.2 ? quiet : std::min(deepest, reach / share);
+    render::move_organs(layers, origin, breath, motion.heart_reach.isZero() ? 0 : border);
+}
+
 }  // namespace
 
 std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenario,
                                                const anatomy::Anatomy& anatomy) {
     std::vector<render::TissueLayer> layers;
     if (scenario.imaging.patient) {
-        if (scenario.patient_files.ct.empty()) layers = render::make_patient(patient(anatomy));
+        if (scenario.patient_files.ct.empty()) {
+            const render::PatientSpec spec = patient(anatomy);
+            layers = render::make_patient(spec);
+            move_with(scenario.motion, anatomy, spec.origin, layers);
+        }
         for (render::TissueLayer& layer : patient::mesh_layers(scenario.patient_files))
             layers.push_back(std::move(layer));
     }
@@ -148,6 +171,8 @@ geometry::Vec3 middle_of(const render::TissueLayer& layer) {
 
 std::vector<int> supplied_layers(const std::vector<render::TissueLayer>& layers,
                                  const blood::Outlet& outlet) {
+    // It leaves a carotid artery, but supplies the eye, which is not drawn.
+    if (outlet.branch.ends_with("ophthalmic")) return {};
     int nearest = -1;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t layer = 0; layer < layers.size(); ++layer) {
@@ -249,6 +274,10 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     exposure.seed = scenario.seed;
     exposure.iodine = simulation.iodine();
     exposure.vessel_shift = simulation.vessel_shift();
+    if (!scenario.motion.breathing_reach.isZero())
+        exposure.breath = scenario::inspiration(simulation.time(), scenario.motion.breathing_rate);
+    if (!scenario.motion.heart_reach.isZero())
+        exposure.beat = scenario::contraction(simulation.time(), scenario.motion.heart_rate);
     const blood::ContrastFlow& contrast = simulation.contrast();
     if (contrast.injected() > 0) {
         exposure.vessel_iodine.assign(contrast.iodine().begin(), contrast.iodine().end());

@@ -6,7 +6,7 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double brain_cell = 3.5;  // of the grid [mm]
+constexpr double brain_cell = 5.0;  // of the grid [mm]
 
 // Borders of the territories as signed distances, in mm from the sella, negative inside. They follow the
 // usual maps (Tatu 1998): cerebellum and brain stem under the tentorium; the posterior artery's occipital

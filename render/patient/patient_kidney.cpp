@@ -7,7 +7,7 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double kidney_cell = 2.0, pyramid_cell = 1.6;  // of the grids [mm]
+constexpr double kidney_cell = 2.5, pyramid_cell = 2.0;  // of the grids [mm]
 constexpr double cortex_thickness = 6.5;                 // over the pyramids; 6 to 10 (texts) [mm]
 
 /// The middle of a kidney, and the directions of its long axis (up), its hilum and across both.
@@ -47,13 +47,16 @@ shape::Compound pyramids(const KidneyFrame& f, const shape::Solid& whole, const 
         const double out = (off - off.dot(f.up) * f.up).norm();
         return 1.1 + 3.0 * std::max(0.0, 1.0 - out / 15.0);
     };
+    const std::uint64_t field = chance.field("renal columns", index);
     int count = 0;
     for (const double along : {-29.0, -10.0, 10.0, 29.0}) {
         const double at = along + 1.5 * chance.normal("renal column", 8 * index + count++);
         // Fanned out from the sinus.
         const Vec3 normal = (f.up - 0.004 * along * f.hilum).normalized();
         medulla.cut({[=](const Vec3& p) {
-                         return 0.8 * (std::abs((p - f.middle - at * f.up).dot(normal)) - column_half(p));
+                         const double bent = 4.0 * shape::noise(p, 26.0, field);
+                         return 0.7 *
+                                (std::abs((p - f.middle - at * f.up).dot(normal) + bent) - column_half(p));
                      },
                      whole.box},
                     2.0);

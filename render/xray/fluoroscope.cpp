@@ -83,6 +83,10 @@ std::vector<std::string> problems(const Exposure& exposure) {
         found.emplace_back("the iodine concentration must lie within 0 and " +
                            std::to_string(static_cast<int>(largest_iodine)) + " mg/ml");
     }
+    for (const double share : {exposure.breath, exposure.beat}) {
+        if (!(share >= 0.0 && share <= 1.0))
+            found.emplace_back("the shares of breath and heartbeat must lie within 0 and 1");
+    }
     return found;
 }
 
@@ -101,8 +105,13 @@ struct Fluoroscope::State {
     std::optional<PoseImages> pose;
     std::map<double, BeamImages> beams;                   // of the pose, by requested voltage; 0 = automatic
     std::map<std::pair<double, double>, BareImage> bare;  // of the pose, by voltage and dose
-    Field iodine;                                         // scratch: iodine in the beam [mg/ml·mm]
-    std::vector<std::uint32_t> iodine_pixels;             // pixels where that is not 0
+    std::map<int, MovedLengths> moved;                    // of the pose, by phase
+    std::map<std::pair<double, int>, std::vector<PixelBins>> moved_exponents;  // by voltage and phase
+    std::vector<std::uint32_t> moving_pixels;                                  // that any of these changes
+    std::vector<PixelBins> moved_primary;                                      // scratch of primary_at
+    double moved_primary_of = -1.0;            // the requested voltage of that
+    Field iodine;                              // scratch: iodine in the beam [mg/ml·mm]
+    std::vector<std::uint32_t> iodine_pixels;  // pixels where that is not 0
 
     State(const FluoroscopeConfig& chosen, std::span<const TissueLayer> around,
           std::vector<VolumeCaster> through)
@@ -119,6 +128,16 @@ struct Fluoroscope::State {
     void move_to(const CArm&);
     const BeamImages& beam(const std::optional<double>& kvp);
     const BareImage& bare_image(const Exposure&);
+    /// A cached phase of breath or heartbeat, and its weight in the blend.
+    struct PhasePart {
+        int phase;
+        double weight;
+    };
+    std::vector<PhasePart> phase_parts(const Exposure&);
+    const MovedLengths& moved_to(int phase);
+    const std::vector<PixelBins>& exponents_of(const Exposure&, int phase);
+    const std::vector<PixelBins>& primary_at(const Exposure&);
+    void dissolve_in_organ(const OrganIodine&, const Exposure&);
     void dissolve(const Exposure&);
     void dissolve_in_vessels(const Exposure&);
     void dissolve_in_distal(const Exposure&);
@@ -129,6 +148,10 @@ void Fluoroscope::State::move_to(const CArm& arm) {
     if (pose && pose->arm == arm) return;
     beams.clear();
     bare.clear();
+    moved.clear();
+    moved_exponents.clear();
+    moving_pixels.clear();
+    moved_primary_of = -1.0;
     if (!plane || !same_plane(plane->arm, arm)) plane = plane_images(config, arm);
     pose = pose_images(renderer, layers, vessels.has_value(), arm);
     volume_images.add_to(*pose, volumes);
@@ -160,6 +183,116 @@ const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
     return result;
 }
 
+namespace {
+
+constexpr int breath_phases = 4, beat_phases = 3;  // cached, besides rest
+
+}  // namespace
+
+/// Breath's phases are 1 to breath_phases, the heart's follow. Between two of them images are blended.
+std::vector<Fluoroscope::State::PhasePart> Fluoroscope::State::phase_parts(const Exposure& exposure) {
+    std::vector<PhasePart> parts;
+    const auto add = [&](double share, int count, int first) {
+        const double at = std::clamp(share, 0.0, 1.0) * count;
+        const int below = std::min(static_cast<int>(at), count - 1);
+        const double t = at - below;
+        if (below > 0 && t < 1.0) parts.push_back({first + below, 1.0 - t});
+        if (t > 0.0) parts.push_back({first + below + 1, t});
+    };
+    const auto any = [&](auto member) {
+        return std::any_of(layers.begin(), layers.end(),
+                           [&](const TissueLayer& layer) { return !(layer.*member).empty(); });
+    };
+    if (exposure.breath > 0.0 && any(&TissueLayer::breath)) add(exposure.breath, breath_phases, 0);
+    if (exposure.beat > 0.0 && any(&TissueLayer::beat)) add(exposure.beat, beat_phases, breath_phases);
+    return parts;
+}
+
+const MovedLengths& Fluoroscope::State::moved_to(int phase) {
+    const auto [place, is_new] = moved.try_emplace(phase);
+    if (!is_new) return place->second;
+    PathLengthRenderer::Phase at;
+    if (phase <= breath_phases)
+        at.breath = static_cast<double>(phase) / breath_phases;
+    else
+        at.beat = static_cast<double>(phase - breath_phases) / beat_phases;
+    place->second = moved_lengths(renderer, layers, *pose, at);
+    std::vector<bool> moving(static_cast<std::size_t>(pose->arm.pixels) * pose->arm.pixels, false);
+    for (const std::uint32_t pixel : moving_pixels) moving[pixel] = true;
+    for (const Field& change : place->second.changes)
+        for (std::size_t i = 0; i < change.values.size(); ++i)
+            if (change.values[i] != 0.0f) moving[i] = true;
+    moving_pixels.clear();
+    for (std::uint32_t i = 0; i < moving.size(); ++i)
+        if (moving[i]) moving_pixels.push_back(i);
+    return place->second;
+}
+
+/// Exponents that the phase adds to those of the beam at rest, for every pixel.
+const std::vector<PixelBins>& Fluoroscope::State::exponents_of(const Exposure& exposure, int phase) {
+    const auto [place, is_new] = moved_exponents.try_emplace({exposure.kvp.value_or(0.0), phase});
+    if (!is_new) return place->second;
+    const MovedLengths& there = moved_to(phase);
+    const BeamImages& at = beam(exposure.kvp);
+    std::vector<PixelBins>& exponents = place->second;
+    exponents.assign(at.primary.size(), PixelBins{});
+    for (std::size_t m = 0; m < there.changes.size(); ++m) {
+        const Field& change = there.changes[m];
+        if (change.values.empty()) continue;
+        const PixelBins per_mm = change_of(pose->mixtures[m], at.bins);
+        for (std::size_t i = 0; i < change.values.size(); ++i)
+            for (int k = 0; k < energy_bins; ++k) exponents[i][k] -= per_mm[k] * change.values[i];
+    }
+    return exponents;
+}
+
+/// The beam's primary with its organs where breath and heartbeat have them. At rest it is the beam's own.
+const std::vector<PixelBins>& Fluoroscope::State::primary_at(const Exposure& exposure) {
+    const BeamImages& at = beam(exposure.kvp);
+    const std::vector<PhasePart> parts = phase_parts(exposure);
+    if (parts.empty()) return at.primary;
+    std::vector<const PixelBins*> exponents;
+    for (const PhasePart& part : parts) exponents.push_back(exponents_of(exposure, part.phase).data());
+    // Pixels that do not move keep the beam's values from one frame to the next.
+    if (moved_primary_of != exposure.kvp.value_or(0.0)) moved_primary = at.primary;
+    moved_primary_of = exposure.kvp.value_or(0.0);
+    constexpr std::size_t together = 256;
+    std::array<float, together * energy_bins> factors;
+    for (std::size_t start = 0; start < moving_pixels.size(); start += together) {
+        const auto pixels =
+            std::span(moving_pixels).subspan(start, std::min(together, moving_pixels.size() - start));
+        std::fill_n(factors.begin(), pixels.size() * energy_bins, 0.0f);
+        for (std::size_t p = 0; p < parts.size(); ++p) {
+            const float weight = static_cast<float>(parts[p].weight);
+            for (std::size_t i = 0; i < pixels.size(); ++i)
+                for (int k = 0; k < energy_bins; ++k)
+                    factors[i * energy_bins + k] += weight * exponents[p][pixels[i]][k];
+        }
+        exponentiate(std::span(factors).first(pixels.size() * energy_bins));
+        for (std::size_t i = 0; i < pixels.size(); ++i)
+            for (int k = 0; k < energy_bins; ++k)
+                moved_primary[pixels[i]][k] = at.primary[pixels[i]][k] * factors[i * energy_bins + k];
+    }
+    return moved_primary;
+}
+
+/// Where an organ is between its cached phases its iodine is shared among them; none is made.
+void Fluoroscope::State::dissolve_in_organ(const OrganIodine& organ, const Exposure& exposure) {
+    const auto found = pose->organs.find(organ.layer);
+    if (found == pose->organs.end() || !(organ.iodine > 0.0)) return;
+    double at_rest = 1.0;
+    for (const PhasePart& part : phase_parts(exposure)) {
+        const std::map<int, SparseLength>& there = moved_to(part.phase).organs;
+        const auto moves = there.find(organ.layer);
+        if (moves == there.end()) continue;
+        // Breath comes first; what is left is the heartbeat's.
+        const double weight = std::min(part.weight, at_rest);
+        at_rest -= weight;
+        if (weight > 0.0) dissolve_in(moves->second, static_cast<float>(weight * organ.iodine));
+    }
+    if (at_rest > 0.0) dissolve_in(found->second, static_cast<float>(at_rest * organ.iodine));
+}
+
 /// Writes the iodine in the beam to `iodine`, and the pixels that have any to `iodine_pixels`.
 void Fluoroscope::State::dissolve(const Exposure& exposure) {
     const int pixels = pose->arm.pixels;
@@ -175,11 +308,7 @@ void Fluoroscope::State::dissolve(const Exposure& exposure) {
         dissolve_in(pose->contrast, static_cast<float>(exposure.iodine));
     }
     if (distal) dissolve_in_distal(exposure);
-    for (const OrganIodine& organ : exposure.organs) {
-        const auto found = pose->organs.find(organ.layer);
-        if (found != pose->organs.end() && organ.iodine > 0.0)
-            dissolve_in(found->second, static_cast<float>(organ.iodine));
-    }
+    for (const OrganIodine& organ : exposure.organs) dissolve_in_organ(organ, exposure);
 }
 
 void Fluoroscope::State::dissolve_in_distal(const Exposure& exposure) {
@@ -233,7 +362,7 @@ Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> laye
     for (TissueLayer& layer : layers) {
         require_closed(layer.name, layer.mesh);
         if (layer.takes_contrast) require_simple(layer.name, layer.mesh);
-        state_->renderer.add(layer.mesh);
+        state_->renderer.add(layer.mesh, layer.breath, layer.beat);
         layer.mesh = {};
     }
     state_->layers = std::move(layers);
@@ -250,6 +379,11 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
     const BareImage& bare = state.bare_image(exposure);
     const BeamImages& beam = state.beam(exposure.kvp);
     Field expected = bare.expected;
+    const std::vector<PixelBins>& primary = state.primary_at(exposure);
+    if (&primary != &beam.primary) {
+        for (const std::uint32_t pixel : state.moving_pixels)
+            expected.values[pixel] = bare.scale * (sum(primary[pixel]) + beam.scatter.values[pixel]);
+    }
 
     state.dissolve(exposure);
     const Bins per_concentration = beam.bins.attenuation(Material::Iodine);
@@ -262,7 +396,7 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
     for (std::size_t start = 0; start < dissolved_in.size(); start += together) {
         const auto pixels = dissolved_in.subspan(start, std::min(together, dissolved_in.size() - start));
         // They lie too far apart for the processor to prefetch by itself.
-        for (const std::uint32_t pixel : pixels) __builtin_prefetch(&beam.primary[pixel]);
+        for (const std::uint32_t pixel : pixels) __builtin_prefetch(&primary[pixel]);
         for (std::size_t i = 0; i < pixels.size(); ++i)
             for (int k = 0; k < energy_bins; ++k)
                 transmission[i * energy_bins + k] = per_iodine[k] * state.iodine.values[pixels[i]];
@@ -270,7 +404,7 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
         for (std::size_t i = 0; i < pixels.size(); ++i) {
             float passed = beam.scatter.values[pixels[i]];
             for (int k = 0; k < energy_bins; ++k)
-                passed += beam.primary[pixels[i]][k] * transmission[i * energy_bins + k];
+                passed += primary[pixels[i]][k] * transmission[i * energy_bins + k];
             expected.values[pixels[i]] = bare.scale * passed;
         }
     }
@@ -290,7 +424,7 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
          state.wire.cast(shifted(arm, exposure.vessel_shift), std::span(shadows).first(seen))) {
         const float amount = state.iodine.values[pixel.index];
         for (int k = 0; k < energy_bins; ++k) {
-            const float arriving = beam.primary[pixel.index][k] * fast_exp(per_iodine[k] * amount);
+            const float arriving = primary[pixel.index][k] * fast_exp(per_iodine[k] * amount);
             expected.values[pixel.index] -= bare.scale * arriving * (1.0f - pixel.transmission[k]);
         }
     }

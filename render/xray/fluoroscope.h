@@ -33,6 +33,8 @@ struct TissueLayer {
     geometry::TriangleMesh mesh;  // closed [mm]
     bool takes_contrast = false;  // a lumen: Exposure::iodine is dissolved in it
     bool perfused = false;        // an organ: Exposure::organs may name it
+    /// Displacement of each vertex at full inspiration and at the end of systole [mm]; empty = still.
+    std::vector<Eigen::Vector3f> breath = {}, beat = {};
 };
 
 struct FluoroscopeConfig {
@@ -73,11 +75,13 @@ struct Exposure {
     double wire_iodine = 0.0;  // besides `iodine`, in the blood that the wire displaces [mg/ml]
     /// Displacement of vessels and wire from where meshes and joints place them: a beating heart [mm].
     geometry::Vec3 vessel_shift = geometry::Vec3::Zero();
+    double breath = 0.0, beat = 0.0;  // share of their displacements that the layers have, 0 to 1
 
     void state(geometry::StateStream& s) {
         s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, wire_iodine,
           vessel_shift);
         if (!s.part(!vessel_streams.empty(), vessel_streams)) vessel_streams.clear();
+        if (!s.part(breath != 0.0 || beat != 0.0, breath, beat)) breath = beat = 0.0;
     }
 };
 

@@ -25,11 +25,14 @@ namespace {
 // a hole. The row nearest to the head is written first, so that readback is already top-down.
 constexpr const char* vertex_shader = R"(#version 330 core
 layout(location = 0) in vec3 position;
-uniform vec3 isocentre;
+layout(location = 1) in vec3 breath;  // 0 where a mesh has none
+layout(location = 2) in vec3 beat;
+uniform vec3 isocentre, phase;
 uniform mat4 view, projection;
 out float depth;
 void main() {
-    vec3 turned = mat3(view) * (position - isocentre);
+    vec3 moved = position + phase.x * breath + phase.y * beat;
+    vec3 turned = mat3(view) * (moved - isocentre);
     depth = -turned.z;
     gl_Position = projection * vec4(turned + view[3].xyz, 1.0);
 })";
@@ -97,7 +100,7 @@ OpenMeshError::OpenMeshError(const std::string& name, int edges, int pixels)
 
 struct PathLengthRenderer::Gl : GlContext {
     struct Mesh {
-        GLuint array = 0, vertices = 0, indices = 0;
+        GLuint array = 0, vertices = 0, indices = 0, moves[2] = {0, 0};
         GLsizei count = 0;
         Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // of the box around it [mm]
     };
@@ -119,6 +122,7 @@ struct PathLengthRenderer::Gl : GlContext {
             DeleteVertexArrays(1, &mesh.array);
             DeleteBuffers(1, &mesh.vertices);
             DeleteBuffers(1, &mesh.indices);
+            DeleteBuffers(2, mesh.moves);
         }
         DeleteFramebuffers(1, &framebuffer);
         DeleteTextures(1, &texture);
@@ -157,6 +161,16 @@ PathLengthRenderer::PathLengthRenderer() : gl_(std::make_unique<Gl>()) {}
 PathLengthRenderer::~PathLengthRenderer() = default;
 
 int PathLengthRenderer::add(const TriangleMesh& mesh) {
+    return add(mesh, {}, {});
+}
+
+int PathLengthRenderer::add(const TriangleMesh& mesh, std::span<const Eigen::Vector3f> breath,
+                            std::span<const Eigen::Vector3f> beat) {
+    for (const auto& moves : {breath, beat}) {
+        if (!moves.empty() && moves.size() != mesh.vertices.size())
+            throw std::invalid_argument(std::to_string(mesh.vertices.size()) + " vertices have " +
+                                        std::to_string(moves.size()) + " displacements");
+    }
     Gl& gl = *gl_;
     gl.context.make_current();
     std::vector<float> positions;
@@ -167,6 +181,15 @@ int PathLengthRenderer::add(const TriangleMesh& mesh) {
         made.low = made.low.cwiseMin(v);
         made.high = made.high.cwiseMax(v);
         for (int k = 0; k < 3; ++k) positions.push_back(static_cast<float>(v[k]));
+    }
+    // The box holds the mesh at every phase.
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
+        for (const auto& moves : {breath, beat}) {
+            if (moves.empty()) continue;
+            const Vec3 reach = moves[i].cast<double>().cwiseAbs();
+            made.low = made.low.cwiseMin(mesh.vertices[i] - 2.0 * reach);
+            made.high = made.high.cwiseMax(mesh.vertices[i] + 2.0 * reach);
+        }
     }
     std::vector<GLuint> indices;
     indices.reserve(mesh.triangles.size() * 3);
@@ -182,6 +205,15 @@ int PathLengthRenderer::add(const TriangleMesh& mesh) {
                   positions.data(), GL_STATIC_DRAW);
     gl.EnableVertexAttribArray(0);
     gl.VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+    for (const auto& [index, moves] : {std::pair{0, breath}, std::pair{1, beat}}) {
+        if (moves.empty()) continue;
+        gl.GenBuffers(1, &made.moves[index]);
+        gl.BindBuffer(GL_ARRAY_BUFFER, made.moves[index]);
+        gl.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(moves.size() * sizeof(Eigen::Vector3f)),
+                      moves.data(), GL_STATIC_DRAW);
+        gl.EnableVertexAttribArray(1 + index);
+        gl.VertexAttribPointer(1 + index, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
+    }
     gl.GenBuffers(1, &made.indices);
     gl.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, made.indices);
     gl.BufferData(GL_ELEMENT_ARRAY_BUFFER, static_cast<GLsizeiptr>(indices.size() * sizeof(GLuint)),
@@ -221,13 +253,13 @@ Window window_of(const Vec3& low, const Vec3& high, const CArm& arm) {
 
 }  // namespace
 
-PathLengthRenderer::Result PathLengthRenderer::render(int mesh, const CArm& arm) {
+PathLengthRenderer::Result PathLengthRenderer::render(int mesh, const CArm& arm, Phase phase) {
     Result result{Field(arm.pixels, arm.pixels), 0};
-    result.unbalanced_pixels = accumulate(mesh, arm, result.length);
+    result.unbalanced_pixels = accumulate(mesh, arm, result.length, phase);
     return result;
 }
 
-int PathLengthRenderer::accumulate(int mesh, const CArm& arm, Field& sum) {
+int PathLengthRenderer::accumulate(int mesh, const CArm& arm, Field& sum, Phase phase) {
     Gl& gl = *gl_;
     const int pixels = arm.pixels;
     assert(sum.width == pixels && sum.height == pixels);
@@ -251,6 +283,7 @@ int PathLengthRenderer::accumulate(int mesh, const CArm& arm, Field& sum) {
 
     gl.UseProgram(gl.program);
     gl.uniform("isocentre", arm.isocentre);
+    gl.uniform("phase", Vec3(phase.breath, phase.beat, 0.0));
     gl.uniform("view", glm::mat4(view_matrix(arm)));
     gl.uniform("projection", glm::mat4(projection_matrix(arm)));
     gl.BindVertexArray(drawn.array);

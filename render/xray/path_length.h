@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <stdexcept>
 #include <string>
 
@@ -45,14 +46,23 @@ public:
 
     /// Adds a mesh; the returned number identifies it in `render`.
     int add(const geometry::TriangleMesh&);
+    /// Its vertices may be displaced: by `breath` and `beat`, each one for every vertex or none [mm].
+    int add(const geometry::TriangleMesh&, std::span<const Eigen::Vector3f> breath,
+            std::span<const Eigen::Vector3f> beat);
+    /// Shares of these displacements, 0 to 1.
+    struct Phase {
+        double breath = 0.0, beat = 0.0;
+    };
 
     struct Result {
         Field length;               // [mm], arm.pixels squared, along the ray through each pixel's centre
         int unbalanced_pixels = 0;  // pixels whose ray enters and leaves unequally often; their length is 0
     };
-    Result render(int mesh, const CArm&);
+    Result render(int mesh, const CArm&, Phase);
+    Result render(int mesh, const CArm& arm) { return render(mesh, arm, {}); }
     /// Adds the lengths to `sum`, arm.pixels squared; returns the number of unbalanced pixels.
-    int accumulate(int mesh, const CArm&, Field& sum);
+    int accumulate(int mesh, const CArm&, Field& sum, Phase);
+    int accumulate(int mesh, const CArm& arm, Field& sum) { return accumulate(mesh, arm, sum, {}); }
 
 private:
     struct Gl;

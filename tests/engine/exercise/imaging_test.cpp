@@ -156,6 +156,10 @@ TEST(Imaging, ArteriesOfTheBrainShowInTheirTerritories) {
     EXPECT_EQ(shows("LVA+BA+LP1+LP2", 3), "left PCA;");
     EXPECT_EQ(shows("RPICA", -3), "cerebellum and stem;");
     EXPECT_EQ(shows("unknown", -3), ";");  // all of the brain
+    blood::Outlet eye;
+    eye.organ = "brain";
+    eye.branch = "LICA+Lophthalmic";
+    EXPECT_TRUE(blushing_organs(layers, std::span(&eye, 1)).empty());
 }
 
 }  // namespace exercise

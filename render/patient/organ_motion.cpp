@@ -1,0 +1,69 @@
+#include "render/patient/organ_motion.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <string_view>
+
+#include "render/patient/patient_parts.h"
+
+namespace render {
+
+using geometry::Vec3;
+
+namespace {
+
+bool is_one_of(std::string_view name, std::initializer_list<std::string_view> names) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+bool breathes(std::string_view name) {
+    return is_one_of(name, {"left lung", "right lung", "lung vessels", "heart", "diaphragm", "bowel gas",
+                            "abdominal fat", "left kidney", "left kidney cortex", "left kidney medulla",
+                            "right kidney", "right kidney cortex", "right kidney medulla"});
+}
+
+bool follows_the_heart(std::string_view name) {
+    return is_one_of(name, {"heart", "left lung", "right lung", "lung vessels"});
+}
+
+}  // namespace
+
+double breathing_share(double height) {
+    constexpr double rows[][2] = {{-160, 0},  {-60, 0.2}, {20, 0.55}, {80, 0.67},
+                                  {150, 0.8}, {210, 1.0}, {250, 0.9}, {410, 0.0}};
+    if (height <= rows[0][0] || height >= 410.0) return 0.0;
+    return interpolated(rows, height);
+}
+
+void move_organs(std::vector<TissueLayer>& layers, const Vec3& origin, double breath, double beat) {
+    Eigen::AlignedBox3d heart;
+    for (const TissueLayer& layer : layers)
+        if (layer.name == "heart")
+            for (const Vec3& v : layer.mesh.vertices) heart.extend(v);
+    for (TissueLayer& layer : layers) {
+        if (breath != 0.0 && breathes(layer.name)) {
+            layer.breath.reserve(layer.mesh.vertices.size());
+            for (const Vec3& v : layer.mesh.vertices)
+                layer.breath.emplace_back(0.0f, 0.0f,
+                                          static_cast<float>(-breath * breathing_share(v.z() - origin.z())));
+        }
+        if (beat != 0.0 && !heart.isEmpty() && follows_the_heart(layer.name)) {
+            layer.beat.reserve(layer.mesh.vertices.size());
+            const Vec3 half = 0.5 * heart.sizes(), middle = heart.center();
+            for (const Vec3& v : layer.mesh.vertices) {
+                const Vec3 off = v - middle;
+                const double out = off.cwiseQuotient(half).norm();
+                // Grows to the border, then fades within a third of the heart's width.
+                const double share = out < 1.0 ? out : std::exp(-std::pow((out - 1.0) / 0.35, 2.0));
+                const double left = 0.75 + 0.25 * std::clamp(off.x() / half.x(), -1.0, 1.0);
+                const double length = off.norm();
+                const Vec3 way = length > 1e-9 ? Vec3(-off / length) : Vec3(Vec3::Zero());
+                layer.beat.push_back((beat * left * share * way).cast<float>());
+            }
+        }
+    }
+}
+
+}  // namespace render

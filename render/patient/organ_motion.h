@@ -1,0 +1,25 @@
+#pragma once
+/// Where breath and heartbeat move a patient's organs.
+
+#include <vector>
+
+#include "render/xray/fluoroscope.h"
+
+namespace render {
+
+/// Gives the layers of soft tissue and air inside the trunk their displacements; bones, skin and head stand
+/// still. Organs move as one smooth field, so that what encloses another goes on to do so.
+///
+/// Breath, in parts of the diaphragm's way: the dome 1, lungs less and less up to their apex, which stands
+/// still, kidneys two thirds, pelvis 0. Quiet breathing moves domes by 10 to 17 mm and kidneys by about 10
+/// (texts). Heartbeat: the heart's border moves toward its middle, the left one by `beat` [mm], the right one
+/// by half of that; lungs follow near the heart. The left border moves by 5 to 10 mm (estimate).
+///
+/// `origin`: of the body frame (body.h) in that of the layers [mm]; `breath`: of the diaphragm, downward
+/// [mm].
+void move_organs(std::vector<TissueLayer>&, const geometry::Vec3& origin, double breath, double beat);
+
+/// The part of the diaphragm's way that a height in the body frame [mm] has in breathing [-].
+double breathing_share(double height);
+
+}  // namespace render

@@ -1,0 +1,179 @@
+#include "render/patient/organ_motion.h"
+
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+
+#include "physics/geometry/random.h"
+#include "render/patient/patient.h"
+#include "render/patient/solids.h"
+#include "render/picture/fast_exp.h"
+#include "render/xray/path_length.h"
+
+namespace {
+
+using geometry::Vec3;
+using render::Field;
+using render::TissueLayer;
+
+render::CArm arm_over_organs() {
+    render::CArm arm;
+    arm.pixels = 96;
+    arm.detector_width = 220.0;
+    return arm;
+}
+
+/// A body with a ball that breathes and another that beats and takes iodine.
+std::vector<TissueLayer> moving_balls(const Vec3& breath, const Vec3& beat) {
+    std::vector<TissueLayer> layers(3);
+    layers[0] = {"body", render::Material::SoftTissue, render::Material::Air,
+                 render::ellipsoid(Vec3::Zero(), Vec3(140, 80, 160))};
+    layers[1] = {"gas", render::Material::Air, render::Material::SoftTissue,
+                 render::ellipsoid(Vec3(20, 0, 10), Vec3(25, 20, 15))};
+    layers[2] = {"kidney", render::Material::SoftTissue, render::Material::Adipose,
+                 render::ellipsoid(Vec3(-30, 0, 0), Vec3(12, 14, 20))};
+    layers[2].perfused = true;
+    for (int k : {1, 2}) {
+        layers[k].breath.assign(layers[k].mesh.vertices.size(), breath.cast<float>());
+        layers[k].beat.assign(layers[k].mesh.vertices.size(), beat.cast<float>());
+    }
+    return layers;
+}
+
+render::Exposure pulse_at(double breath, double beat) {
+    render::Exposure exposure;
+    exposure.kvp = 74;
+    exposure.breath = breath;
+    exposure.beat = beat;
+    exposure.organs = {{2, 4.0}};
+    return exposure;
+}
+
+}  // namespace
+
+TEST(OrganMotion, PathLengthsAreThoseOfTheDisplacedMesh) {
+    const geometry::TriangleMesh ball = render::ellipsoid(Vec3(5, 3, -4), Vec3(30, 20, 25));
+    geometry::Random random(7);
+    std::vector<Eigen::Vector3f> breath, beat;
+    for (std::size_t i = 0; i < ball.vertices.size(); ++i) {
+        breath.emplace_back(0.5f, -1.0f, -12.0f);
+        beat.emplace_back(-3.0f, 2.0f, 1.0f);
+    }
+    render::PathLengthRenderer renderer;
+    const int moving = renderer.add(ball, breath, beat), still = renderer.add(ball);
+    EXPECT_EQ(renderer.render(moving, arm_over_organs()).length.values,
+              renderer.render(still, arm_over_organs()).length.values);
+    for (int k = 0; k < 6; ++k) {
+        const double b = k < 2 ? k : random(), s = k < 2 ? 1 - k : random();
+        geometry::TriangleMesh displaced = ball;
+        for (Vec3& v : displaced.vertices) v += b * Vec3(0.5, -1, -12) + s * Vec3(-3, 2, 1);
+        const Field there = renderer.render(moving, arm_over_organs(), {b, s}).length,
+                    expected = renderer.render(renderer.add(displaced), arm_over_organs()).length;
+        int far = 0;
+        for (std::size_t i = 0; i < there.values.size(); ++i)
+            far += std::abs(there.values[i] - expected.values[i]) > 0.01f;
+        EXPECT_LE(far, 2) << "phases " << b << ", " << s;
+    }
+    breath.pop_back();
+    EXPECT_THROW(renderer.add(ball, breath, beat), std::invalid_argument);
+}
+
+TEST(OrganMotion, ImagesFollowThePhasesAndNothingElse) {
+    ASSERT_EQ(render::fast_exp(0.0f), 1.0f);
+    const Vec3 breath(0, 0, -12), beat(4, 0, 0);
+    render::Fluoroscope moving({}, moving_balls(breath, beat)), again({}, moving_balls(breath, beat));
+    std::vector<TissueLayer> at_rest = moving_balls(breath, beat);
+    for (TissueLayer& layer : at_rest) layer.breath.clear(), layer.beat.clear();
+    render::Fluoroscope still({}, std::move(at_rest));
+    const render::CArm arm = arm_over_organs();
+    const render::SeenDevices none({}, {});
+    const Field rest = moving.expected_quanta(arm, none, pulse_at(0, 0));
+    EXPECT_EQ(rest.values, still.expected_quanta(arm, none, pulse_at(0, 0)).values);
+    EXPECT_EQ(rest.values, still.expected_quanta(arm, none, pulse_at(0.7, 0.3)).values);
+    geometry::Random random(11);
+    std::vector<std::pair<double, double>> phases{{1, 0},    {0, 1},       {1, 1},
+                                                  {0.25, 0}, {0, 2.0 / 3}, {1e-9, 1e-9}};
+    for (int k = 0; k < 10; ++k) {
+        const double b = random(), s = random();
+        phases.emplace_back(b, s);
+    }
+    std::vector<Field> seen;
+    for (const auto& [b, s] : phases) {
+        seen.push_back(moving.expected_quanta(arm, none, pulse_at(b, s)));
+        for (const float q : seen.back().values) ASSERT_TRUE(std::isfinite(q) && q >= 0.0f);
+    }
+    // In another order, from other caches, and at rest again: the same bits.
+    for (std::size_t k = phases.size(); k-- > 0;)
+        EXPECT_EQ(again.expected_quanta(arm, none, pulse_at(phases[k].first, phases[k].second)).values,
+                  seen[k].values)
+            << "phases " << phases[k].first << ", " << phases[k].second;
+    EXPECT_EQ(moving.expected_quanta(arm, none, pulse_at(0, 0)).values, rest.values);
+    // At a cached phase the image is that of the displaced organs, but for the exposure and its scatter.
+    std::vector<TissueLayer> displaced = moving_balls(breath, beat);
+    for (int k : {1, 2})
+        for (Vec3& v : displaced[k].mesh.vertices) v += breath;
+    for (TissueLayer& layer : displaced) layer.breath.clear(), layer.beat.clear();
+    render::Fluoroscope there({}, std::move(displaced));
+    const Field expected = there.expected_quanta(arm, none, pulse_at(0, 0));
+    double difference = 0, change = 0;
+    for (std::size_t i = 0; i < expected.values.size(); ++i) {
+        difference += std::abs(std::log(seen[0].values[i] / expected.values[i]));
+        change += std::abs(std::log(rest.values[i] / expected.values[i]));
+    }
+    EXPECT_LT(difference, 0.3 * change);
+    for (const double wrong : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
+        EXPECT_THROW(moving.expected_quanta(arm, none, pulse_at(wrong, 0)), std::invalid_argument);
+        EXPECT_THROW(moving.expected_quanta(arm, none, pulse_at(0, wrong)), std::invalid_argument);
+    }
+}
+
+TEST(OrganMotion, MovesOrgansByWhatIsPublished) {
+    render::PatientSpec spec;
+    spec.origin = Vec3(4, -6, 9);
+    spec.lower = Vec3(-60, -60, 0);
+    spec.upper = Vec3(60, 60, 330);
+    std::vector<TissueLayer> layers = render::make_patient(spec);
+    render::move_organs(layers, spec.origin, 14, 8);
+    const auto of = [&](const std::string& name) -> const TissueLayer& {
+        return *std::find_if(layers.begin(), layers.end(),
+                             [&](const TissueLayer& layer) { return layer.name == name; });
+    };
+    for (const char* still : {"bones", "marrow", "skin and fat", "trunk", "airway"}) {
+        EXPECT_TRUE(of(still).breath.empty()) << still;
+        EXPECT_TRUE(of(still).beat.empty()) << still;
+    }
+    const auto descent = [](const TissueLayer& layer, double part) {  // of the height from below
+        double low = 1e9, high = -1e9, sum = 0;
+        for (const Vec3& v : layer.mesh.vertices) low = std::min(low, v.z()), high = std::max(high, v.z());
+        int count = 0;
+        for (std::size_t i = 0; i < layer.mesh.vertices.size(); ++i) {
+            if (std::abs(layer.mesh.vertices[i].z() - (low + part * (high - low))) > 0.06 * (high - low))
+                continue;
+            sum -= layer.breath[i].z();
+            ++count;
+        }
+        return sum / std::max(count, 1);
+    };
+    EXPECT_GT(descent(of("diaphragm"), 0.9), 10);
+    EXPECT_LT(descent(of("diaphragm"), 0.9), 17);
+    EXPECT_LT(descent(of("left lung"), 0.98), 2);
+    EXPECT_GT(descent(of("left lung"), 0.15), 9);
+    EXPECT_NEAR(descent(of("left kidney"), 0.5), 10, 3);
+    double left = 0, inward = 0;
+    const TissueLayer& heart = of("heart");
+    ASSERT_EQ(heart.beat.size(), heart.mesh.vertices.size());
+    for (std::size_t i = 0; i < heart.beat.size(); ++i) {
+        ASSERT_TRUE(heart.beat[i].allFinite());
+        ASSERT_LE(heart.beat[i].norm(), 8.001f);
+        if (heart.mesh.vertices[i].x() > left) left = heart.mesh.vertices[i].x(), inward = heart.beat[i].x();
+    }
+    EXPECT_LT(inward, -5);
+    EXPECT_GT(inward, -10);
+    // At full inspiration the meshes are still closed, for they keep their triangles, and not inside out.
+    for (TissueLayer& layer : layers) {
+        if (layer.breath.empty()) continue;
+        for (std::size_t i = 0; i < layer.breath.size(); ++i)
+            layer.mesh.vertices[i] += layer.breath[i].cast<double>();
+        EXPECT_EQ(render::unmatched_edges(layer.mesh), 0) << layer.name;
+    }
+}
