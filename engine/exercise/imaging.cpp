@@ -155,8 +155,9 @@ double BlushingOrgan::iodine(std::span<const blood::Blush> blush) const {
 
 namespace {
 
-int layer_named(const std::vector<render::TissueLayer>& layers, const std::string& name) {
-    const auto found = std::find_if(layers.begin(), layers.end(),
+/// The first with that name, from a layer on; -1 = none.
+int layer_named(const std::vector<render::TissueLayer>& layers, const std::string& name, int from = 0) {
+    const auto found = std::find_if(layers.begin() + from, layers.end(),
                                     [&](const render::TissueLayer& layer) { return layer.name == name; });
     return found == layers.end() ? -1 : static_cast<int>(found - layers.begin());
 }
@@ -218,8 +219,9 @@ std::vector<BlushingOrgan> blushing_organs(const std::vector<render::TissueLayer
         for (const int layer : supplied) volume += volume_of(layer);
         for (const int layer : supplied) {
             const int outlet = static_cast<int>(k),
-                      outer = layer_named(layers, layers[layer].name + " cortex"),
-                      inner = layer_named(layers, layers[layer].name + " medulla");
+                      // A body lists an organ before its parts: one of a later body has none here.
+                outer = layer_named(layers, layers[layer].name + " cortex", layer),
+                      inner = layer_named(layers, layers[layer].name + " medulla", layer);
             const double share = supplied.size() == 1 ? 1.0 : volume_of(layer) / volume;
             if (outer >= 0 && inner >= 0) {
                 supply(outer, Part::Outer, outlet, share);

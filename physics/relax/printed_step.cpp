@@ -16,7 +16,9 @@ struct PrintedSystem {
 
     /// Puts the solution into b. False where the matrix is singular or a number is not finite.
     bool solve() {
-        b = a.partialPivLu().solve(b).eval();
+        const auto lu = a.partialPivLu();
+        if ((lu.matrixLU().diagonal().array() == 0).any()) return false;
+        b = lu.solve(b).eval();
         return b.allFinite();
     }
 };

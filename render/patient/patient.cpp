@@ -372,9 +372,13 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
             [inner = wall.distance](const Vec3& p) {
                 const double floor = -150.0 - 0.25 * p.y() + 0.0020 * p.x() * p.x();
                 const double narrow = std::abs(p.x()) - 90.0 - 0.9 * std::max(0.0, p.z() + 90.0);
-                return std::max({inner(p), p.y() - 50.0, floor - p.z(), p.z() - 150.0, 0.7 * narrow});
+                // Curved like the back wall and the diaphragm: a flat face seen edge-on is a bar in the
+                // image.
+                const double back = 52.0 - 0.0010 * p.x() * p.x() - 0.0004 * p.z() * p.z(),
+                             top = 158.0 - 0.0016 * p.x() * p.x() - 0.0022 * p.y() * p.y();
+                return std::max({inner(p), p.y() - back, floor - p.z(), p.z() - top, 0.7 * narrow});
             },
-            {Vec3(-0.5 * spec.width, -spec.depth, -220.0), Vec3(0.5 * spec.width, 55.0, 152.0)}};
+            {Vec3(-0.5 * spec.width, -spec.depth, -220.0), Vec3(0.5 * spec.width, 55.0, 160.0)}};
         add_abdomen_layers(layers, chance, trunk(outline, 1.0, 0.0), cavity, skin_behind - spec.depth,
                            spec.bowel_gas);
     }

