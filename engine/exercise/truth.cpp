@@ -38,7 +38,7 @@ Truth truth_of(Monitor& monitor, const Simulation& simulation, const TruthParts&
         truth.labels = fluoroscope.vessel_labels(pulse.arm, shift, of_node);
         for (const auto& branch : simulation.anatomy().branches) truth.branches.push_back(branch.name);
     }
-    if (parts.lengths) truth.lengths = fluoroscope.layer_lengths(pulse.arm);
+    if (parts.lengths) truth.lengths = fluoroscope.layer_lengths(pulse.arm, pulse.exposure);
     return truth;
 }
 

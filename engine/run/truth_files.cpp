@@ -117,12 +117,13 @@ TruthFolder::TruthFolder(std::filesystem::path folder, const exercise::TruthPart
 
 void TruthFolder::take(exercise::Exercise& exercise, const exercise::FrameTime& time) {
     exercise::TruthParts parts = parts_;
-    const render::CArm& arm = exercise.monitor()->last_pulse()->arm;
-    const bool new_pose = parts.lengths && !(arm_ && *arm_ == arm);
+    const exercise::Pulse& pulse = *exercise.monitor()->last_pulse();
+    const Pose pose{pulse.arm, pulse.exposure.vessel_shift, pulse.exposure.breath, pulse.exposure.beat};
+    const bool new_pose = parts.lengths && !(pose_ && *pose_ == pose);
     parts.lengths = new_pose;
     auto truth = std::make_shared<exercise::Truth>(exercise.truth(parts));
     if (new_pose) {
-        arm_ = arm;
+        pose_ = pose;
         lengths_of_ = time.index;
         layers_.clear();
         for (const auto& layer : truth->lengths)

@@ -21,7 +21,7 @@ std::string to_json(const exercise::Truth&, const exercise::FrameTime&, int leng
 bool is_truth_ending(const std::string&);
 
 /// Writes frame_000123.json, frame_000123_wire.png and whatever else the truth has, on a thread of its own.
-/// Lengths in layers are written once for each pose of the C-arm.
+/// Lengths in layers are written once for each pose of C-arm and patient.
 class TruthFolder {
 public:
     /// The folder must exist.
@@ -35,7 +35,14 @@ public:
 private:
     std::filesystem::path folder_;
     exercise::TruthParts parts_;
-    std::optional<render::CArm> arm_;                       // of the last lengths
+    /// Where all was, of the last lengths.
+    struct Pose {
+        render::CArm arm;
+        geometry::Vec3 shift;
+        double breath, beat;
+        bool operator==(const Pose&) const = default;
+    };
+    std::optional<Pose> pose_;
     std::vector<render::Fluoroscope::LayerLength> layers_;  // names alone
     int lengths_of_ = -1;
     WriteQueue queue_;

@@ -57,10 +57,10 @@ void move_organs(std::vector<TissueLayer>& layers, const Vec3& origin, double br
                 const double out = off.cwiseQuotient(half).norm();
                 // Grows to the border, then fades within a third of the heart's width.
                 const double share = out < 1.0 ? out : std::exp(-std::pow((out - 1.0) / 0.35, 2.0));
-                const double left = 0.75 + 0.25 * std::clamp(off.x() / half.x(), -1.0, 1.0);
+                const double toward_left = 0.75 + 0.25 * std::clamp(off.x() / half.x(), -1.0, 1.0);
                 const double length = off.norm();
                 const Vec3 way = length > 1e-9 ? Vec3(-off / length) : Vec3(Vec3::Zero());
-                layer.beat.push_back((beat * left * share * way).cast<float>());
+                layer.beat.push_back((beat * toward_left * share * way).cast<float>());
             }
         }
     }

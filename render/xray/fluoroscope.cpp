@@ -317,9 +317,9 @@ void Fluoroscope::State::dissolve_in_distal(const Exposure& exposure) {
     if (!pose->distal) pose->distal = distal->at(pose->arm);
     std::vector<PixelShift> shifts;
     if (!exposure.vessel_shift.isZero()) {
-        std::vector<Vec3> moved = pose->distal->middle;
-        for (Vec3& node : moved) node += exposure.vessel_shift;
-        shifts = pixel_shifts(pose->arm, pose->distal->middle, moved);
+        std::vector<Vec3> places = pose->distal->middle;
+        for (Vec3& node : places) node += exposure.vessel_shift;
+        shifts = pixel_shifts(pose->arm, pose->distal->middle, places);
     }
     add_iodine(*pose->distal, there, shifts, iodine, iodine_pixels);
 }
@@ -346,9 +346,9 @@ void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
             if (iodine.values[i] > 0.0f) iodine_pixels.push_back(i);
         return;
     }
-    std::vector<Vec3> moved(nodes.begin(), nodes.end());
-    for (Vec3& node : moved) node += exposure.vessel_shift;
-    iodine_thickness(*pose->vessels, concentration, pixel_shifts(pose->arm, nodes, moved), iodine, streams);
+    std::vector<Vec3> places(nodes.begin(), nodes.end());
+    for (Vec3& node : places) node += exposure.vessel_shift;
+    iodine_thickness(*pose->vessels, concentration, pixel_shifts(pose->arm, nodes, places), iodine, streams);
     for (std::uint32_t i = 0; i < iodine.values.size(); ++i)
         if (iodine.values[i] > 0.0f) iodine_pixels.push_back(i);
 }
@@ -533,13 +533,15 @@ DeepImage Fluoroscope::vessel_labels(const CArm& arm, const Vec3& shift,
     return image;
 }
 
-std::vector<Fluoroscope::LayerLength> Fluoroscope::layer_lengths(const CArm& arm) {
-    require_usable(arm, {});
+std::vector<Fluoroscope::LayerLength> Fluoroscope::layer_lengths(const CArm& arm, const Exposure& exposure) {
+    require_usable(arm, exposure);
+    const PathLengthRenderer::Phase phase{exposure.breath, exposure.beat};
     std::vector<LayerLength> lengths;
     for (std::size_t layer = 0; layer < state_->layers.size(); ++layer) {
         const TissueLayer& tissue = state_->layers[layer];
+        const CArm seen = tissue.takes_contrast ? shifted(arm, exposure.vessel_shift) : arm;
         lengths.push_back({tissue.name, tissue.material, tissue.inside,
-                           state_->renderer.render(static_cast<int>(layer), arm).length});
+                           state_->renderer.render(static_cast<int>(layer), seen, phase).length});
     }
     return lengths;
 }

@@ -145,13 +145,14 @@ public:
     /// std::invalid_argument for another number of labels than nodes.
     DeepImage vessel_labels(const CArm&, const geometry::Vec3& shift, std::span<const std::uint16_t> of_node);
 
-    /// Ground truth: the length of each ray in the mesh of a layer.
+    /// Ground truth: the length of each ray in the mesh of a layer, where vessels, breath and heartbeat are
+    /// in the exposure.
     struct LayerLength {
         std::string name;
         Material material, inside;
         Field length;  // [mm], arm.pixels squared
     };
-    std::vector<LayerLength> layer_lengths(const CArm&);
+    std::vector<LayerLength> layer_lengths(const CArm&, const Exposure&);
 
     /// Pixels of the last pose at which a mesh did not balance: more than 0 when a mesh reaches behind the
     /// source.

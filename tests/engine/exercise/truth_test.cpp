@@ -47,6 +47,45 @@ TEST(Truth, JointsLieOnTheWiresMaskAndInTheVesselsMask) {
     EXPECT_LT(set(truth.vessels), 128 * 128 / 4);
 }
 
+TEST(Truth, PartsAreThoseOfThePulse) {
+    std::string text = test::small_toml_with("pixels = 64", "pixels = 128");
+    text.replace(text.find("patient = false"), 15, "patient = true");
+    Exercise exercise(scenario::parse_scenario(text, "small.toml"), Pictures::All);
+    exercise.next_frame(std::vector<script::Command>{script::Beam{true}, script::Advance{30}});
+    EXPECT_FALSE(exercise.truth().signal);
+    TruthParts parts;
+    parts.signal = parts.expected = parts.labels = parts.lengths = true;
+    const Truth truth = exercise.truth(parts);
+    // Poisson noise, blurred and with the electronics' own: the mean over the image stays.
+    double signal = 0, expected = 0, apart = 0;
+    for (std::size_t i = 0; i < truth.signal->values.size(); ++i) {
+        signal += truth.signal->values[i];
+        expected += truth.expected->values[i];
+        apart += std::abs(truth.signal->values[i] - truth.expected->values[i]);
+    }
+    EXPECT_NEAR(signal / expected, 1, 0.01);
+    EXPECT_GT(apart, 0.005 * expected);
+    // A label wherever the mask has a vessel, but along its silhouette: labels are of four rays a pixel, the
+    // mask of one.
+    ASSERT_EQ(truth.branches.size(), exercise.simulation().anatomy().branches.size());
+    int vessels = 0, differ = 0;
+    for (std::size_t i = 0; i < truth.labels->pixels.size(); ++i) {
+        vessels += truth.vessels.pixels[i] != 0;
+        differ += (truth.vessels.pixels[i] != 0) != (truth.labels->pixels[i] != 0);
+        EXPECT_LE(truth.labels->pixels[i], truth.branches.size());
+    }
+    EXPECT_GT(vessels, 50);
+    EXPECT_LT(differ, vessels / 2);
+    // The lumen's layer is the vessels' mask; a layer is as long as the body at most.
+    ASSERT_GT(truth.lengths.size(), 5u);
+    const auto& lumen = truth.lengths.back();
+    EXPECT_EQ(lumen.name, "lumen");
+    for (std::size_t i = 0; i < lumen.length.values.size(); ++i)
+        EXPECT_EQ(lumen.length.values[i] > 0, truth.vessels.pixels[i] != 0);
+    for (const auto& layer : truth.lengths)
+        for (const float length : layer.length.values) EXPECT_TRUE(length >= 0 && length < 900) << layer.name;
+}
+
 TEST(Truth, TheCameraMatrixProjectsWhatTheFileLists) {
     const Truth truth = small_truth({script::Beam{true}, script::MoveArm{0.4, -0.2, {}, {}, {}, {}}});
     const nlohmann::json json = nlohmann::json::parse(run::to_json(truth, {7, 7, (7 + 1) / 15.0}));

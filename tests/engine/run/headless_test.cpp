@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "render/picture/png.h"
 #include "tests/engine/fixtures.h"
 
 namespace run {
@@ -68,6 +69,35 @@ TEST(Headless, AngiogramsAreOneForEachStretchOfBeamAtOnePose) {
               1.9 * static_cast<double>(std::filesystem::file_size(folder / "out/dicom/xa_0001.dcm")));
     run_headless(test::small_scenario(), script(text), folder / "again", {});
     EXPECT_FALSE(std::filesystem::exists(folder / "again/dicom/xa_0001.dcm"));
+}
+
+TEST(Headless, TruthInSixteenBitsStatesWhatItsLevelsMean) {
+    const test::TemporaryFolder folder;
+    RunOptions options;
+    options.every = 4;
+    options.truth = true;
+    options.truth_parts = {true, true, true, true};
+    run_headless(test::small_scenario(), script(), folder / "out", options);
+    const auto json = nlohmann::json::parse(test::read(folder / "out/truth/frame_000012.json"));
+    for (const char* key : {"signal", "expected", "vessel_labels"}) {
+        const render::DeepImage image =
+            render::read_deep_png(folder / ("out/truth/" + json[key]["file"].get<std::string>()));
+        EXPECT_EQ(image.width, 64) << key;
+    }
+    EXPECT_GT(json["signal"]["quanta_per_level"], 0);
+    EXPECT_EQ(json["vessel_labels"]["branches"].size(), 1u);
+    // The arm turned at frame 9: lengths of the first and of the third image, and the last has those.
+    ASSERT_EQ(json["layer_lengths"]["layers"].size(), 1u);
+    EXPECT_EQ(json["layer_lengths"]["layers"][0]["file"], "frame_000012_length_00.png");
+    const render::DeepImage lengths = render::read_deep_png(folder / "out/truth/frame_000012_length_00.png");
+    // A lumen of 4 mm under pixels as wide: chords in hundredths of a millimetre, at pixels' middles.
+    const std::uint16_t longest = *std::max_element(lengths.pixels.begin(), lengths.pixels.end());
+    EXPECT_GT(longest, 150);
+    EXPECT_LT(longest, 5000);
+    EXPECT_FALSE(std::filesystem::exists(folder / "out/truth/frame_000004_length_00.png"));
+    EXPECT_TRUE(std::filesystem::exists(folder / "out/truth/frame_000000_length_00.png"));
+    run_headless(test::small_scenario(), script(), folder / "out", {});
+    EXPECT_TRUE(names_in(folder / "out/truth").empty());
 }
 
 TEST(Headless, EveryKthFrameAndTheLastAreShown) {
