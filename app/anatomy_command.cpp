@@ -16,6 +16,7 @@
 #include "engine/anatomy/import/import_run.h"
 #include "engine/exercise/imaging.h"
 #include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/patient/voxelise.h"
 
@@ -238,6 +239,7 @@ void AnatomyCommand::add_show() {
 }
 
 int AnatomyCommand::show() const {
+    require_picture(picture_);
     anatomy::draw_anatomy(anatomy::load_anatomy(shown_), picture_);
     return 0;
 }
@@ -257,13 +259,15 @@ void AnatomyCommand::add_voxelise() {
 int AnatomyCommand::voxelise() const {
     const scenario::Scenario scenario = scenario::load_scenario(
         scenario::find_scenario(scenario_, assets() / "scenarios"), assets() / "devices");
+    if (!scenario.imaging.patient || !scenario.patient_files.ct.empty())
+        throw io::InputError(scenario_ + ": a scenario with the procedural patient is accepted");
+    patient::check_ct_name(ct_);
+    io::require_writable(ct_);
     ProgressBar bar;
     anatomy::ModelCache cache;
     cache.folder = cache_.empty() ? anatomy::cache_beside(ct_) : std::filesystem::path(cache_);
-    cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+    report_on(bar, cache);
     const anatomy::Anatomy anatomy = scenario::anatomy_of(scenario, cache);
-    if (!scenario.imaging.patient || !scenario.patient_files.ct.empty())
-        throw io::InputError(scenario_ + ": a scenario with the procedural patient is accepted");
     const std::vector<render::TissueLayer> layers = exercise::tissue_layers(scenario, anatomy);
     geometry::Vec3 low = layers.front().mesh.vertices.front(), high = low;  // of the skin
     for (const geometry::Vec3& v : layers.front().mesh.vertices) {

@@ -7,6 +7,7 @@
 #include "app/command.h"
 #include "app/progress_bar.h"
 #include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "engine/run/batch.h"
 
 namespace app {
@@ -21,12 +22,13 @@ int batch(const BatchArguments& arguments) {
     run::BatchOptions options;
     options.scenario = [](const std::string& name, const std::filesystem::path& beside) {
         const std::filesystem::path own = beside / name;
+        io::require_no_device(own);
         return std::filesystem::is_regular_file(own) ? own
                                                      : scenario::find_scenario(name, assets() / "scenarios");
     };
     options.commands = [](const std::string& name, const std::filesystem::path& beside) {
         for (const std::filesystem::path& file : {beside / name, assets() / "scripts" / (name + ".gw")})
-            if (std::filesystem::is_regular_file(file)) return file;
+            if (io::require_no_device(file); std::filesystem::is_regular_file(file)) return file;
         throw io::InputError(
             fmt::format("'{}': no such script; a file beside the list, or the name of one that "
                         "ships, is accepted",
@@ -38,7 +40,6 @@ int batch(const BatchArguments& arguments) {
     options.jobs = arguments.jobs;
     options.interrupted = stop_requested;
     const std::vector<run::BatchJob> jobs = run::load_batch(arguments.list, options);
-    catch_signals();
     run::BatchResult result;
     {
         ProgressBar bar;
@@ -53,7 +54,7 @@ int batch(const BatchArguments& arguments) {
                result.skipped > 0 ? fmt::format(", {} of them made before", result.skipped) : "",
                result.failed > 0 ? fmt::format(", {} failed", result.failed) : "", arguments.out);
     if (result.interrupted) {
-        fmt::print(stderr, "interrupted: the same command goes on\n");
+        tell("interrupted: the same command goes on\n");
         return interrupted;
     }
     return result.failed > 0 ? not_reached : done;

@@ -1,8 +1,20 @@
 #include "app/command.h"
 
+#include <atomic>
+#include <cerrno>
+#include <cmath>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <fmt/format.h>
+#include <iostream>
+#include <new>
+#include <semaphore.h>
+#include <string_view>
+#include <system_error>
+#include <thread>
+#include <unistd.h>
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
@@ -12,17 +24,99 @@ namespace app {
 
 namespace {
 
-volatile std::sig_atomic_t stopped = 0;
+std::atomic<bool> stopped = false;  // a signal has come
+std::atomic<bool> heard = false;    // the command knows
+sem_t signal_came;
+
+/// Waits for a signal, at most so long.
+bool signal_within(int milliseconds) {
+    timespec until{};
+    ::clock_gettime(CLOCK_REALTIME, &until);
+    until.tv_nsec += static_cast<long>(milliseconds % 1000) * 1'000'000;
+    until.tv_sec += milliseconds / 1000 + until.tv_nsec / 1'000'000'000;
+    until.tv_nsec %= 1'000'000'000;
+    while (::sem_timedwait(&signal_came, &until) != 0)
+        if (errno != EINTR) return false;
+    return true;
+}
+
+/// Ends the program when it was asked to and does not by itself: at once where it makes something that cannot
+/// be kept, else after it has had time to write what it has.
+void end_when_asked() {
+    constexpr int deaf = 500, busy = 10'000;  // [ms]
+    while (::sem_wait(&signal_came) != 0) {
+    }
+    if (!signal_within(deaf) && heard) signal_within(busy);
+    io::remove_unfinished();
+    constexpr std::string_view said = "\ninterrupted: nothing unfinished was kept\n";
+    [[maybe_unused]] const ssize_t written = ::write(STDERR_FILENO, said.data(), said.size());
+    std::_Exit(interrupted);
+}
 
 }  // namespace
 
 void catch_signals() {
-    std::signal(SIGXFSZ, SIG_IGN);
-    for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { stopped = 1; });
+    ::sem_init(&signal_came, 0, 0);
+    std::thread(end_when_asked).detach();
+    for (const int signal : {SIGXFSZ, SIGPIPE}) std::signal(signal, SIG_IGN);
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+        struct sigaction action {};
+        action.sa_handler = [](int) {
+            stopped = true;
+            ::sem_post(&signal_came);
+        };
+        // As nohup wants it.
+        struct sigaction before {};
+        if (::sigaction(signal, nullptr, &before) == 0 && before.sa_handler == SIG_IGN) continue;
+        ::sigaction(signal, &action, nullptr);
+    }
 }
 
 bool stop_requested() {
-    return stopped != 0;
+    if (stopped) heard = true;
+    return stopped;
+}
+
+int guarded(const std::function<int()>& action) {
+    std::string wrong;
+    try {
+        const int code = action();
+        if (std::fflush(stdout) != 0)
+            throw std::system_error(errno, std::generic_category(), "standard output");
+        return code;
+    } catch (const std::bad_alloc&) {
+        wrong = "there is not enough memory for this; a smaller mesh, image or scenario is accepted";
+    } catch (const std::filesystem::filesystem_error& error) {
+        wrong = fmt::format("{}: {}", error.path1().string(), error.code().message());
+    } catch (const std::system_error& error) {
+        if (error.code() == std::errc::broken_pipe) return bad_input;  // whoever was to read it has left
+        wrong = error.what();
+    } catch (const std::runtime_error& error) {
+        wrong = error.what();
+    } catch (const std::exception& error) {
+        wrong = fmt::format("a defect of this program ended the command ({})", error.what());
+    }
+    tell("seldinger: {}\n", io::printable(wrong));
+    return bad_input;
+}
+
+void require_finite(const CLI::App& parser) {
+    for (const CLI::Option* option : parser.get_options()) {
+        if (!option->get_type_name().starts_with("FLOAT")) continue;
+        for (const std::string& word : option->results())
+            if (!std::isfinite(std::strtod(word.c_str(), nullptr)))
+                throw io::InputError(
+                    fmt::format("{}: '{}' was found; a finite number is accepted", option->get_name(), word));
+    }
+    for (const CLI::App* command : parser.get_subcommands()) require_finite(*command);
+}
+
+int exit_code_of(const CLI::App& parser, const CLI::ParseError& error) {
+    return guarded([&] {
+        const int code = parser.exit(error) == 0 ? done : bad_input;
+        if (!std::cout.flush()) throw std::system_error(errno, std::generic_category(), "standard output");
+        return code;
+    });
 }
 
 const char* const program = "seldinger " SELDINGER_VERSION;
@@ -49,8 +143,20 @@ std::filesystem::path user_folder(const char* variable, const char* under_home) 
     return {};
 }
 
+void require_picture(const std::filesystem::path& out) {
+    if (out.extension() != ".png")
+        throw io::InputError(
+            fmt::format("--out {}: a file name that ends in .png is accepted", out.string()));
+    io::require_writable(out);
+}
+
 std::filesystem::path usual_cache(const std::string& named) {
     return named.empty() ? user_folder("XDG_CACHE_HOME", ".cache") : std::filesystem::path(named);
+}
+
+void report_on(ProgressBar& bar, anatomy::ModelCache& cache) {
+    cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+    cache.note = [](const std::string& text) { tell("note: {}\n", text); };
 }
 
 scenario::Scenario scenario_of(const script::CommandScript& recording, const std::string& named) {

@@ -2,10 +2,15 @@
 /// What all sub-commands of the command line share.
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <filesystem>
+#include <fmt/format.h>
 #include <functional>
 #include <optional>
+#include <utility>
 
+#include "app/progress_bar.h"
+#include "engine/anatomy/model_cache.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
 
@@ -35,11 +40,22 @@ Command add_debrief(CLI::App&);
 Command add_course(CLI::App&);
 Command add_batch(CLI::App&);
 Command add_show(CLI::App&);
+Command add_cache(CLI::App&);
+Command add_serve(CLI::App&);
+Command add_bake(CLI::App&);
 
-/// From here on Ctrl-C and SIGTERM ask the command to stop, and writing to a full disk or beyond a quota is
-/// an error of the write instead of a signal that ends the program.
+/// To be called first. From here on Ctrl-C, SIGTERM and SIGHUP ask the command to stop. One that asks
+/// stop_requested() has time to keep what it has; a second signal, or work that does not ask for half a
+/// second, ends the program with exit code 130, and what was being written is removed. Writing beyond a quota
+/// or to a closed pipe is an error of the write instead of a signal that ends the program.
 void catch_signals();
 bool stop_requested();
+
+/// Writes to standard error. That it cannot be written to is no reason to end.
+template <class... Values>
+void tell(fmt::format_string<Values...> text, Values&&... values) {
+    std::fputs(fmt::format(text, std::forward<Values>(values)...).c_str(), stderr);
+}
 
 /// "seldinger 0.1.0".
 extern const char* const program;
@@ -49,8 +65,19 @@ script::Origin origin(const std::string& learner = {});
 /// The program's folder below the one that the variable names, otherwise below the user's home; empty without
 /// either.
 std::filesystem::path user_folder(const char* variable, const char* under_home);
+/// Runs the action and returns its exit code. Reports what it throws, and an output that could not be
+/// written.
+int guarded(const std::function<int()>& action);
+/// Throws InputError for an option that takes numbers and was given one that is not finite.
+void require_finite(const CLI::App&);
+/// Reports what is wrong with the arguments, or prints the help that they ask for. Returns the exit code.
+int exit_code_of(const CLI::App&, const CLI::ParseError&);
+/// Throws InputError unless the option --out names a .png that can be written. To be called before any work.
+void require_picture(const std::filesystem::path& out);
 /// The folder that is named, else the user's own cache, as of `play`.
 std::filesystem::path usual_cache(const std::string& named);
+/// Shows on the bar what is made for the cache, and notes what cannot be kept. The bar must outlive its use.
+void report_on(ProgressBar&, anatomy::ModelCache&);
 /// The scenario of a recording: `named`, or the shipped one that it names. Throws InputError.
 scenario::Scenario scenario_of(const script::CommandScript&, const std::string& named);
 

@@ -22,19 +22,18 @@ struct CourseArguments {
 int course(const CourseArguments& arguments) {
     const std::filesystem::path folder = arguments.folder;
     const std::filesystem::path out = arguments.out.empty() ? folder : std::filesystem::path(arguments.out);
-    if (std::filesystem::exists(out) && !std::filesystem::is_directory(out))
-        throw io::InputError(fmt::format("--out {}: this is a file; a folder is accepted", arguments.out));
     const std::vector<std::filesystem::path> files = debrief::recordings_below(folder);
-    catch_signals();
+    const io::OwnFolder own(out);
+    for (const char* name : {"course.csv", "course.html"}) io::require_writable(out / name);
     debrief::CourseOptions options;
     options.scenario = [&](const std::string& name) {
         // A name out of a recording is no path.
         if (name.find('/') != std::string::npos || name.starts_with("."))
             throw io::InputError(fmt::format("'{}' is no scenario's name", name));
-        const std::filesystem::path own = std::filesystem::path(arguments.scenarios) / (name + ".toml");
-        const bool has_own = !arguments.scenarios.empty() && std::filesystem::exists(own);
-        return scenario::load_scenario(has_own ? own : scenario::find_scenario(name, assets() / "scenarios"),
-                                       assets() / "devices");
+        const std::filesystem::path file = std::filesystem::path(arguments.scenarios) / (name + ".toml");
+        const bool is_given = !arguments.scenarios.empty() && std::filesystem::exists(file);
+        return scenario::load_scenario(
+            is_given ? file : scenario::find_scenario(name, assets() / "scenarios"), assets() / "devices");
     };
     options.cache.folder = usual_cache(arguments.cache);
     options.program_hash = io::hash_text(origin().program_hash);
@@ -50,11 +49,9 @@ int course(const CourseArguments& arguments) {
         rows = debrief::course_of(files, options);
     }
     if (!rows) {
-        fmt::print(stderr, "interrupted: what was computed is kept, the same command goes on\n");
+        tell("interrupted: what was computed is kept, the same command goes on\n");
         return interrupted;
     }
-    std::error_code ignored;
-    std::filesystem::create_directories(out, ignored);
     const std::string csv = debrief::course_csv(*rows),
                       page = debrief::course_page(*rows, folder.filename().string());
     io::write_whole({{out / "course.csv", csv}, {out / "course.html", page}});

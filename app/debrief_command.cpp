@@ -11,6 +11,7 @@
 #include "engine/debrief/page.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/run/headless.h"
 
 namespace app {
 namespace {
@@ -22,11 +23,9 @@ struct DebriefArguments {
 };
 
 int debrief(const DebriefArguments& arguments) {
-    const std::filesystem::path folder = arguments.out;
-    if (std::filesystem::exists(folder) && !std::filesystem::is_directory(folder))
-        throw io::InputError(fmt::format("--out {}: this is a file; a folder is accepted", arguments.out));
+    const std::filesystem::path folder = arguments.out, file = folder / "debrief.html";
     std::vector<script::CommandScript> recordings;
-    for (const std::string& file : arguments.files) recordings.push_back(script::load_commands(file));
+    for (const std::string& name : arguments.files) recordings.push_back(script::load_commands(name));
     std::optional<script::CommandScript> experts;
     if (!arguments.expert.empty()) experts = script::load_commands(arguments.expert);
     const scenario::Scenario scenario = scenario_of(recordings.front(), arguments.scenario);
@@ -37,7 +36,10 @@ int debrief(const DebriefArguments& arguments) {
                 fmt::format("{}: it is a recording of '{}'; recordings of one exercise, '{}', are "
                             "accepted on one page",
                             recording.file, recording.origin->scenario, scenario.name));
-    catch_signals();
+    for (const script::CommandScript& recording : recordings) run::check(scenario, recording);
+    if (experts) run::check(scenario, *experts);
+    const io::OwnFolder own(folder);
+    io::require_writable(file);
     debrief::StoryOptions options;
     options.cache.folder = usual_cache(arguments.cache);
     options.same_origin = !arguments.force;
@@ -46,7 +48,7 @@ int debrief(const DebriefArguments& arguments) {
     std::optional<debrief::Story> expert;
     {
         ProgressBar bar;
-        options.cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+        report_on(bar, options.cache);
         std::size_t number = 0;
         const std::size_t of = recordings.size() + experts.has_value();
         options.progress = [&](double part, const char* what) {
@@ -66,13 +68,9 @@ int debrief(const DebriefArguments& arguments) {
             if (!expert) return interrupted;
         }
     }
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    const std::filesystem::path file = folder / "debrief.html";
     io::write_whole(file, debrief::page(stories, expert ? &*expert : nullptr));
     for (const debrief::Story& story : stories)
-        for (const std::string& difference : story.differences)
-            fmt::print(stderr, "{}: {}\n", story.file, difference);
+        for (const std::string& difference : story.differences) tell("{}: {}\n", story.file, difference);
     fmt::print("{}: open it in a browser\n", file.string());
     return done;
 }

@@ -4,7 +4,6 @@
 #include <memory>
 
 #include "app/command.h"
-#include "engine/io/error.h"
 #include "engine/scenario/device.h"
 
 namespace app {
@@ -15,6 +14,7 @@ struct DeviceArguments {
 };
 
 int show(const DeviceArguments& arguments) {
+    if (!arguments.out.empty()) require_picture(arguments.out);
     const scenario::Device d =
         scenario::load_device(scenario::find_device(arguments.name, assets() / "devices"));
     const bool catheter = d.kind == scenario::DeviceKind::Catheter;

@@ -55,7 +55,7 @@ void show_scenario(const scenario::Scenario& s, const std::string& cache_folder)
     cache.folder = usual_cache(cache_folder);
     const anatomy::Anatomy anatomy = [&] {
         ProgressBar bar;
-        cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+        report_on(bar, cache);
         return scenario::anatomy_of(s, cache);
     }();
     const auto line = [](const char* name, const std::string& text) {
@@ -120,6 +120,12 @@ Command add_list(CLI::App& parser) {
     command->add_option("what", arguments->what,
                         "'scenarios', 'devices', or a scenario: a file (.toml), or one that ships");
     command->add_option("--cache", arguments->cache, "Folder that keeps grown vessels; else the user's");
+    command->footer(
+        "Examples:\n"
+        "  seldinger list                   the scenarios, by level\n"
+        "  seldinger list devices           wires and catheters of the catalogue\n"
+        "  seldinger list renal             target, ends, branches, par and hints of one scenario\n"
+        "Exit codes: 0 done, 2 bad input.");
     return {command, [arguments] {
                 if (arguments->what == "devices")
                     list_devices();

@@ -1,11 +1,9 @@
 /// The command line: takes arguments, returns an exit code. Contains no rule of the simulation.
 
-#include <exception>
-#include <fmt/format.h>
-
 #include "app/command.h"
 
 int main(int count, char** values) {
+    app::catch_signals();
     CLI::App parser("Guidewire training simulator", "seldinger");
     parser.set_version_flag("--version", app::program);
     parser.require_subcommand(1);
@@ -13,19 +11,19 @@ int main(int count, char** values) {
         app::add_run(parser),     app::add_play(parser),   app::add_score(parser), app::add_replay(parser),
         app::add_debrief(parser), app::add_course(parser), app::add_batch(parser), app::add_show(parser),
         app::add_list(parser),    app::add_device(parser), app::add_relax(parser), app::add_render(parser),
-        app::add_anatomy(parser), app::add_study(parser)};
+        app::add_anatomy(parser), app::add_study(parser),  app::add_cache(parser), app::add_serve(parser),
+        app::add_bake(parser)};
     parser.footer(commands[0].parser->get_footer());
     try {
         parser.parse(count, values);
     } catch (const CLI::ParseError& error) {
-        return parser.exit(error) == 0 ? app::done : app::bad_input;
+        return app::exit_code_of(parser, error);
     }
-    try {
-        for (const app::Command& command : commands)
-            if (*command.parser) return command.action();
-        return app::bad_input;
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "seldinger: {}\n", error.what());
-        return app::bad_input;
-    }
+    for (const app::Command& command : commands)
+        if (*command.parser)
+            return app::guarded([&] {
+                app::require_finite(parser);
+                return command.action();
+            });
+    return app::bad_input;
 }

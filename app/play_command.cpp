@@ -8,10 +8,11 @@
 #include "engine/io/error.h"
 
 #ifdef SELDINGER_WINDOW
-#include <csignal>
 
 #include "app/play/play.h"
+#include "engine/io/files.h"
 #include "engine/io/text.h"
+#include "engine/run/headless.h"
 #endif
 
 namespace app {
@@ -57,6 +58,7 @@ int play(const PlayArguments& arguments) {
     options.free_practice = arguments.free_practice;
     options.record = arguments.record;
     options.measure = arguments.measure;
+    options.interrupted = stop_requested;
     if (const auto folder = user_folder("XDG_DATA_HOME", ".local/share"); !folder.empty())
         options.results = folder / "results.json";
     options.cache = usual_cache(arguments.cache);
@@ -99,10 +101,12 @@ int play(const PlayArguments& arguments) {
         }
     }
 
-    std::signal(SIGXFSZ, SIG_IGN);  // write() reports a full quota
+    if (options.replay) run::check(options.exercises[*options.start].scenario, *options.replay);
+    for (const std::string& file : {arguments.record, arguments.measure})
+        if (!file.empty()) io::require_writable(file);
     Window window(options.width, options.height, "Seldinger");
     const bool differed = Play(window, std::move(options)).run();
-    return differed ? differs : done;
+    return stop_requested() ? interrupted : differed ? differs : done;
 }
 
 #else

@@ -34,20 +34,22 @@ public:
             draw(part, doing, now);
         else if (part < 1 && now - last_ >= between_lines_) {
             last_ = now;
-            fmt::print(out_, "{}: {:.0f} %\n", doing, 100 * std::clamp(part, 0.0, 1.0));
+            put(fmt::format("{}: {:.0f} %\n", doing, 100 * std::clamp(part, 0.0, 1.0)));
             std::fflush(out_);
         }
     }
 
 private:
+    /// That it cannot be shown is no reason to end the work.
+    void put(const std::string& text) { std::fputs(text.c_str(), out_); }
     void draw(double part, const std::string& doing, Clock::time_point now) {
         if (drawn_ && part < 1 && now - last_ < std::chrono::milliseconds(100)) return;
         last_ = now;
         drawn_ = true;
         const double spent = std::chrono::duration<double>(now - start_).count();
         const auto filled = static_cast<std::size_t>(30 * std::clamp(part, 0.0, 1.0));
-        fmt::print(out_, "\r\033[K[{}{}] {}  {:.0f} s left", std::string(filled, '#'),
-                   std::string(30 - filled, '.'), doing, part > 0 ? spent / part * (1 - part) : 0.0);
+        put(fmt::format("\r\033[K[{}{}] {}  {:.0f} s left", std::string(filled, '#'),
+                        std::string(30 - filled, '.'), doing, part > 0 ? spent / part * (1 - part) : 0.0));
         std::fflush(out_);
     }
 

@@ -18,7 +18,7 @@ int relax_wire(run::RelaxRequest request, const run::RelaxFiles& files) {
     run::RelaxOutcome outcome;
     {
         ProgressBar bar;
-        request.cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+        report_on(bar, request.cache);
         if (request.cache.folder.empty()) request.cache.folder = anatomy::cache_beside(files.joints);
         outcome = run::run_relax(run::make_relax_case(request), [&bar](const run::RelaxProgress& p) {
             bar.show(p.part, fmt::format("{} segments  |g|/C {:.1e}", p.segments, p.gradient));

@@ -41,7 +41,7 @@ int render_image(const RenderArguments& arguments) {
     anatomy::ModelCache cache;
     cache.folder = arguments.cache.empty() ? anatomy::cache_beside(arguments.out).string() : arguments.cache;
     ProgressBar bar;
-    cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+    report_on(bar, cache);
     run::write_still(arguments.out, run::render_still(scenario, script, request, cache));
     return 0;
 }

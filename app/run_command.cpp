@@ -67,12 +67,11 @@ int run_scenario(const RunArguments& arguments) {
     if (!arguments.expect.empty()) options.expect = arguments.expect;
     options.cache.folder = arguments.cache;
     options.interrupted = stop_requested;
-    catch_signals();
 
     run::RunResult result;
     {
         ProgressBar bar;
-        options.cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+        report_on(bar, options.cache);
         options.progress = [&bar](const run::Progress& p) {
             bar.show(static_cast<double>(p.frame) / p.frames,
                      fmt::format("frame {}/{}  inserted {:.0f} mm  tip to target {:.1f} mm", p.frame,
@@ -80,9 +79,9 @@ int run_scenario(const RunArguments& arguments) {
         };
         result = run::run_headless(scenario, script, arguments.out, options);
     }
-    for (const std::string& notice : result.notices) fmt::print(stderr, "note: {}\n", notice);
-    for (const std::string& difference : result.differences) fmt::print(stderr, "{}\n", difference);
-    if (result.time_is_up) fmt::print(stderr, "note: the time limit of {} s is over\n", *scenario.time_limit);
+    for (const std::string& notice : result.notices) tell("note: {}\n", notice);
+    for (const std::string& difference : result.differences) tell("{}\n", difference);
+    if (result.time_is_up) tell("note: the time limit of {} s is over\n", *scenario.time_limit);
     const exercise::Score& score = result.score;
     fmt::print("{}: {} frames, {}, tip {:.2f} mm from the target; score in {}/score.json\n", scenario.name,
                result.frames,
@@ -91,11 +90,12 @@ int run_scenario(const RunArguments& arguments) {
                score.tip_to_target, arguments.out);
     if (options.expect) {
         fmt::print("{} states and {} frames compared, {}\n", result.compared_states, result.compared_frames,
-                   result.differences.empty() ? "all equal" : "with differences");
+                   !result.differences.empty()                           ? "with differences"
+                   : result.compared_states + result.compared_frames > 0 ? "all equal"
+                                                                         : "so nothing is known");
     }
     if (result.interrupted) {
-        fmt::print(stderr, "interrupted after frame {}; {}/run.gw can be replayed\n", result.frames - 1,
-                   arguments.out);
+        tell("interrupted after frame {}; {}/run.gw can be replayed\n", result.frames - 1, arguments.out);
         return interrupted;
     }
     if (!result.differences.empty()) return differs;

@@ -33,6 +33,7 @@ struct Replayed {
 /// forced.
 Replayed replayed(const ScoreArguments& arguments) {
     Replayed played;
+    if (!arguments.out.empty()) io::require_writable(arguments.out);
     played.recording = script::load_commands(arguments.file);
     played.scenario = scenario_of(played.recording, arguments.scenario);
     run::RunOptions options;
@@ -40,12 +41,11 @@ Replayed replayed(const ScoreArguments& arguments) {
     options.cache.folder = usual_cache(arguments.cache);
     options.same_origin = !arguments.force;
     options.interrupted = stop_requested;
-    catch_signals();
     using Clock = std::chrono::steady_clock;
     std::optional<Clock::time_point> first;
     {
         ProgressBar bar;
-        options.cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+        report_on(bar, options.cache);
         options.progress = [&bar, &first](const run::Progress& p) {
             if (!first) first = Clock::now();
             bar.show(static_cast<double>(p.frame) / p.frames, fmt::format("frame {}/{}", p.frame, p.frames));
@@ -53,18 +53,17 @@ Replayed replayed(const ScoreArguments& arguments) {
         played.result = run::run_headless(played.scenario, played.recording, nullptr, options);
     }
     if (first) played.seconds = std::chrono::duration<double>(Clock::now() - *first).count();
-    for (const std::string& notice : played.result.notices) fmt::print(stderr, "note: {}\n", notice);
+    for (const std::string& notice : played.result.notices) tell("note: {}\n", notice);
     const auto& origin = played.recording.origin;
     if (origin && origin->program_hash != 0 && origin->program_hash != app::origin().program_hash)
-        fmt::print(stderr,
-                   "note: it was recorded by another build ({}); the states show whether this one does "
-                   "the same\n",
-                   origin->program);
+        tell(
+            "note: it was recorded by another build ({}); the states show whether this one does "
+            "the same\n",
+            origin->program);
     if (!played.recording.end)
-        fmt::print(stderr,
-                   "note: {} has no end: the program that recorded it was stopped, or lines are missing\n",
-                   arguments.file);
-    for (const std::string& difference : played.result.differences) fmt::print(stderr, "{}\n", difference);
+        tell("note: {} has no end: the program that recorded it was stopped, or lines are missing\n",
+             arguments.file);
+    for (const std::string& difference : played.result.differences) tell("{}\n", difference);
     return played;
 }
 

@@ -7,7 +7,6 @@
 #include "app/command.h"
 #include "app/progress_bar.h"
 #include "engine/anatomy/anatomy_picture.h"
-#include "engine/io/error.h"
 #include "engine/run/headless.h"
 
 namespace app {
@@ -18,9 +17,7 @@ struct ShowArguments {
 };
 
 int show(const ShowArguments& arguments) {
-    if (std::filesystem::path(arguments.out).extension() != ".png")
-        throw io::InputError(
-            fmt::format("--out {}: a file name that ends in .png is accepted", arguments.out));
+    require_picture(arguments.out);
     const scenario::Scenario scenario = scenario::load_scenario(
         scenario::find_scenario(arguments.scenario, assets() / "scenarios"), assets() / "devices");
     script::CommandScript script = script::parse_commands("0 end\n", "no script");
@@ -29,7 +26,6 @@ int show(const ShowArguments& arguments) {
         script = script::load_commands(arguments.commands);
     else if (std::filesystem::exists(own))
         script = script::load_commands(own);
-    catch_signals();
     run::RunOptions options;
     options.images = false;
     options.cache.folder = usual_cache(arguments.cache);
@@ -39,7 +35,7 @@ int show(const ShowArguments& arguments) {
     run::RunResult result;
     {
         ProgressBar bar;
-        options.cache.progress = [&bar](double part, const char* what) { bar.show(part, what); };
+        report_on(bar, options.cache);
         options.observer = [&](const exercise::Frame& frame, exercise::Exercise& exercise) {
             const exercise::Simulation& simulation = exercise.simulation();
             if (!anatomy) {
@@ -84,6 +80,11 @@ Command add_show(CLI::App& parser) {
     command->add_option("--out", arguments->out, "File for the picture (.png)")->required();
     command->add_option("--cache", arguments->cache,
                         "Folder that keeps grown vessels and distance fields; else the user's");
+    command->footer(
+        "Examples:\n"
+        "  seldinger show renal --out renal.png                            with the way of its solution\n"
+        "  seldinger show renal --commands my/run.gw --out mine.png        with yours\n"
+        "Exit codes: 0 done, 2 bad input, 130 interrupted.");
     return {command, [arguments] { return show(*arguments); }};
 }
 

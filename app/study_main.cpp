@@ -2,7 +2,6 @@
 /// build. `seldinger study` starts it.
 
 #include <cstdlib>
-#include <exception>
 #include <filesystem>
 #include <fmt/format.h>
 #include <optional>
@@ -71,7 +70,7 @@ int study(const StudyArguments& arguments) {
         else
             notices = studies::run_study(*chosen, arguments.out, options);
     }
-    for (const std::string& notice : notices) fmt::print(stderr, "note: {}\n", notice);
+    for (const std::string& notice : notices) tell("note: {}\n", notice);
     if (arguments.shard)
         fmt::print("{}: shard {} in {}/shard.json\n", id, *arguments.shard, arguments.out);
     else
@@ -86,6 +85,7 @@ int study(const StudyArguments& arguments) {
 }  // namespace app
 
 int main(int count, char** values) {
+    app::catch_signals();
     CLI::App parser("Run a study, or without an ID list them", "seldinger study");
     parser.set_version_flag("--version", app::program);
     app::StudyArguments arguments;
@@ -100,15 +100,16 @@ int main(int count, char** values) {
     parser.add_option("--seed", arguments.seed, "Of a study that draws random numbers")
         ->check(CLI::Range(0.0, 9e15));
 
+    parser.footer(
+        "Examples:\n"
+        "  seldinger study                                     the studies and their questions\n"
+        "  seldinger study accuracy --quick --out study        one of them, as a try\n"
+        "  seldinger study all --out studies                   all, on one page\n"
+        "Exit codes: 0 done, 2 bad input, 130 interrupted.");
     try {
         parser.parse(count, values);
     } catch (const CLI::ParseError& error) {
-        return parser.exit(error) == 0 ? app::done : app::bad_input;
+        return app::exit_code_of(parser, error);
     }
-    try {
-        return app::study(arguments);
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "seldinger: {}\n", error.what());
-        return app::bad_input;
-    }
+    return app::guarded([&] { return app::study(arguments); });
 }

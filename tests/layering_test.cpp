@@ -53,6 +53,10 @@ const std::map<std::string, Room> rooms = {
           Names{"engine/anatomy", "engine/blood", "engine/io", "engine/patient", "engine/scenario",
                 "engine/script"},
       "exercise"}},
+    {"engine/episode",
+     {all_physics + all_render +
+          Names{"engine/anatomy", "engine/exercise", "engine/io", "engine/scenario", "engine/script"},
+      "episode"}},
     {"engine/dicom", {{"engine/io", "physics/geometry", "render/picture", "render/xray"}, "dicom"}},
     {"engine/run",
      {all_physics + all_render +
@@ -75,8 +79,12 @@ const std::map<std::string, Room> rooms = {
     {"engine/studies/rivals", {{}, "rivals"}},
     {"app",
      {{"app/play", "engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/debrief",
-       "engine/exercise", "engine/io", "engine/patient", "engine/run", "engine/scenario", "engine/script",
-       "engine/studies", "physics/geometry", "render/xray"},
+       "engine/episode", "engine/exercise", "engine/io", "engine/patient", "engine/run", "engine/scenario",
+       "engine/script", "engine/studies", "physics/geometry", "render/picture", "render/xray"},
+      "app"}},
+    {"app/python",
+     {Names{"engine/anatomy", "engine/episode", "engine/exercise", "engine/io", "engine/scenario",
+            "engine/script", "physics/geometry", "render/picture", "render/xray"},
       "app"}},
     {"app/play",
      {all_physics + all_render +
@@ -106,12 +114,13 @@ const std::map<std::string, Names> third_party = {
     {"assimp", {"engine/anatomy"}},
     {"toml++", {"engine/anatomy/grow", "engine/io", "engine/room", "engine/run", "engine/scenario"}},
     {"nlohmann",
-     {"engine/debrief", "engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/exercise",
-      "engine/room", "engine/run", "engine/studies"}},
+     {"engine/debrief", "engine/anatomy", "engine/anatomy/grow", "engine/anatomy/import", "engine/episode",
+      "engine/exercise", "engine/room", "engine/run", "engine/studies"}},
     {"CLI", {"app", "app/command.h"}},
+    {"pybind11", {"app/python"}},
 };
 const Names with_fmt = {"engine", "app"};  // folders
-const Names posix = {"fcntl.h", "sys/wait.h", "unistd.h"};
+const Names posix = {"fcntl.h", "semaphore.h", "sys/file.h", "sys/stat.h", "sys/wait.h", "unistd.h"};
 
 std::string folder_of(const std::string& file) {
     return file.substr(0, file.rfind('/'));

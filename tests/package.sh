@@ -46,6 +46,24 @@ installed=$(run "$bin" installed)
 [ -n "$built" ] || fail "the recording holds no state"
 [ "$built" = "$installed" ] || fail "last states differ: built '$built', installed '$installed'"
 
+# The Python module, where it was built: the same states once more.
+module=$scratch/root/usr/lib/python3/dist-packages
+if [ -d "$module/seldinger" ]; then
+    dpkg-deb -f made/*.deb Depends | grep -q python3-numpy || fail "python3-numpy is not asked for"
+    hash=$(PYTHONPATH=$module PYTHONDONTWRITEBYTECODE=1 /usr/bin/python3 -c "
+import seldinger as sd
+assert str(sd.assets()) == '$share', sd.assets()
+sim = sd.Simulation('s_bend', cache='')
+for line in open('$scratch/built/run.gw'):
+    word = line.split()
+    if word[0].isdigit():
+        while sim.state.frame + 1 < int(word[0]): sim.step()
+        if word[1] != 'end': sim.apply(line.split(None, 1)[1].strip())
+sim.step()
+print(f'state {sim.state.frame} {sim.state.hash:016x}')") || fail "the Python module fails"
+    [ "$hash" = "$built" ] || fail "last states differ: built '$built', Python's '$hash'"
+fi
+
 # `study` starts the studies' own program, from the package.
 "$bin/seldinger" study >studies.txt
 grep -q '^accuracy ' studies.txt || fail "'study' does not list the studies"

@@ -8,6 +8,7 @@
 
 #include "app/play/play.h"
 #include "app/play/theme.h"
+#include "engine/io/files.h"
 #include "render/picture/png.h"
 
 namespace app {
@@ -60,6 +61,7 @@ Texture* Play::thumbnail(std::size_t exercise) {
     if (!texture) {
         texture = std::make_unique<Texture>(window_.gl());
         try {
+            io::require_no_device(options_.exercises[exercise].picture);
             texture->show(render::read_png(options_.exercises[exercise].picture), 1);
         } catch (const std::exception&) {
             // The card stays without a picture.

@@ -73,6 +73,8 @@ Play::~Play() {
 }
 
 bool Play::load_settings() const {
+    std::error_code ignored;
+    if (!std::filesystem::is_regular_file(options_.settings, ignored)) return true;
     std::ifstream file(options_.settings);
     std::string word;
     while (file >> word)
@@ -169,7 +171,7 @@ void Play::leave() {
 }
 
 bool Play::run() {
-    while (!quits_ && !window_.wants_to_close()) {
+    while (!quits_ && !window_.wants_to_close() && !(options_.interrupted && options_.interrupted())) {
         const double since = seconds(Clock::now() - drawn_at_);
         const bool busy = redraw_ > 0 || countdown_ || (review_open_ && review_.moves());
         window_.wait(busy ? std::max(0.0, fastest - since) : idle);

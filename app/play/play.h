@@ -37,7 +37,8 @@ struct PlayOptions {
     room::KeyMap keys;
     bool free_practice = false;
     int width = 1280, height = 800;
-    script::Origin origin;  // of recordings: program and learner
+    script::Origin origin;              // of recordings: program and learner
+    std::function<bool()> interrupted;  // asked several times a second; true closes the window
 };
 
 /// How responsive the window was, for --measure.

@@ -6,9 +6,11 @@
 #include <limits>
 
 #include "engine/anatomy/behind_ends.h"
+#include "engine/anatomy/mesh_file.h"
 #include "engine/io/error.h"
 #include "engine/io/text.h"
 #include "physics/geometry/hash.h"
+#include "physics/geometry/mesh_query.h"
 #include "physics/geometry/mesh_topology.h"
 #include "physics/geometry/polyline.h"
 
@@ -149,6 +151,42 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
     }
 }
 
+/// Checks that radii are those of the mesh, by some samples of each branch. Single samples may lie off the
+/// axis or in an aneurysm; half of a branch does not.
+void check_radii(const Anatomy& anatomy, std::vector<std::string>& found) {
+    constexpr double least = 0.3, most = 2.5;  // of the distance to the wall
+    constexpr std::size_t most_samples = 40;   // of a branch
+    const geometry::MeshQuery wall(anatomy.lumen);
+    for (const CentrelineBranch& branch : anatomy.branches) {
+        struct Ratio {
+            double of_wall;
+            std::size_t sample;
+        };
+        std::vector<Ratio> ratios;
+        const std::size_t stride = std::max<std::size_t>(1, branch.points.size() / most_samples);
+        for (std::size_t i = 0; i < branch.points.size(); i += stride) {
+            const bool at_end =
+                std::any_of(anatomy.ends.begin(), anatomy.ends.end(), [&](const VesselEnd& end) {
+                    return (branch.points[i] - end.opening.centre).norm() < 2 * end.opening.radius;
+                });
+            if (at_end) continue;
+            const double distance = std::max(wall.distance(branch.points[i]), 1e-6);
+            ratios.push_back({branch.radii[i] / distance, i});
+        }
+        if (ratios.empty()) continue;
+        const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+        std::nth_element(ratios.begin(), middle, ratios.end(),
+                         [](const Ratio& a, const Ratio& b) { return a.of_wall < b.of_wall; });
+        if (middle->of_wall >= least && middle->of_wall <= most) continue;
+        const std::size_t at = middle->sample;
+        found.push_back(fmt::format(
+            "branch '{}', sample {} at {}: a radius of {:.4g} mm, where the wall of the mesh is {:.4g} mm "
+            "away, and so in half of the branch; radii of {:g} to {:g} times the distance are accepted",
+            branch.name, at, io::place_text(branch.points[at]), branch.radii[at],
+            wall.distance(branch.points[at]), least, most));
+    }
+}
+
 }  // namespace
 
 std::vector<geometry::OpenEnd> Anatomy::openings() const {
@@ -218,8 +256,16 @@ std::vector<std::string> problems(const Anatomy& anatomy) {
         if (target.centre.allFinite()) continue;
         found.push_back(fmt::format("target '{}' is not at a finite place", target.name));
     }
+    for (const Vec3& v : anatomy.lumen.vertices)
+        if (!(v.cwiseAbs().maxCoeff() <= largest_coordinate)) {
+            found.push_back(
+                fmt::format("a corner at ({:g}, {:g}, {:g}) mm; coordinates up to {:g} mm are accepted",
+                            v.x(), v.y(), v.z(), largest_coordinate));
+            break;
+        }
     if (found.empty()) check_mesh(anatomy, found);
     if (found.empty()) check_extent(anatomy, found);
+    if (found.empty()) check_radii(anatomy, found);
     return found;
 }
 

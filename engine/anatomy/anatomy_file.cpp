@@ -6,6 +6,7 @@
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/mesh_file.h"
+#include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
@@ -46,6 +47,8 @@ public:
     double number() const {
         if (!value_.is_number() || !std::isfinite(value_.get<double>()))
             refuse("a finite number is accepted");
+        if (std::abs(value_.get<double>()) > largest_coordinate)
+            refuse(fmt::format("a number up to {:g} is accepted", largest_coordinate));
         return value_.get<double>();
     }
     int index() const {
@@ -169,6 +172,7 @@ geometry::BodyPlace read_body(const Value& body) {
 
 json parse_file(const std::filesystem::path& path) {
     const std::string text = io::read_text(path, "anatomy", "a NAME.anatomy.json is accepted");
+    io::check_json_depth(text, path.string());
     try {
         return json::parse(text);
     } catch (const json::parse_error& error) {
@@ -181,6 +185,8 @@ json parse_file(const std::filesystem::path& path) {
         }
         throw io::InputError(
             io::located(place, "this is not JSON; a vessel anatomy written as JSON is accepted"));
+    } catch (const json::exception&) {
+        throw io::InputError(path.string() + ": a number is too large; finite numbers are accepted");
     }
 }
 

@@ -4,7 +4,6 @@
 #include <cstring>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
@@ -115,17 +114,11 @@ std::string description(const Anatomy& anatomy, const std::string& mesh_file, co
 }  // namespace
 
 void check_anatomy_name(const std::string& name) {
-    if (!name.empty() && name.find_first_of("/\\\n") == std::string::npos && name.size() <= 100) return;
+    const bool folder = name == "." || name == "..";
+    if (!name.empty() && !folder && name.find_first_of("/\\\n") == std::string::npos && name.size() <= 100)
+        return;
     throw io::InputError(
         fmt::format("--name: '{}' was found; a file name without a folder is accepted", name));
-}
-
-void check_anatomy_folder(const std::filesystem::path& folder) {
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (!error && std::filesystem::is_directory(folder, error) && ::access(folder.c_str(), W_OK) == 0) return;
-    throw io::InputError(fmt::format("{}: cannot be written: {}; a folder that may be written is accepted",
-                                     folder.string(), error ? error.message() : "it is not such a folder"));
 }
 
 std::filesystem::path write_anatomy(const Anatomy& anatomy, const std::filesystem::path& folder,

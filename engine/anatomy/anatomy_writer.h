@@ -15,8 +15,6 @@ using Provenance = std::vector<std::pair<std::string, std::string>>;
 
 /// Throws InputError unless files can be given this name in a folder.
 void check_anatomy_name(const std::string&);
-/// Creates the folder if it does not exist. Throws InputError unless it can be written.
-void check_anatomy_folder(const std::filesystem::path&);
 
 /// Writes FOLDER/NAME.stl, then FOLDER/NAME.anatomy.json, and returns the path of the latter. Creates the
 /// folder if it does not exist. Throws InputError; neither file is then left half-written.

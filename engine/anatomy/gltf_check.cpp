@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "engine/anatomy/mesh_file.h"
+#include "engine/io/depth.h"
 #include "engine/io/error.h"
 
 namespace anatomy {
@@ -64,13 +65,13 @@ private:
                            "a whole file");
             }
         }
+        io::check_json_depth(document, path_.string());
         try {
-            root_ = json::parse(document, [](int depth, json::parse_event_t, json&) {
-                if (depth > 64) throw std::length_error("nested too deep");
-                return true;
-            });
-        } catch (const std::exception& error) {
-            refuse("", fmt::format("its JSON is broken ({})", error.what()), "a whole file");
+            root_ = json::parse(document);
+        } catch (const json::parse_error& error) {
+            refuse("", fmt::format("its JSON is broken at byte {}", error.byte), "a whole file");
+        } catch (const json::exception&) {
+            refuse("", "a number of its JSON is too large", "a whole file");
         }
     }
     std::uint32_t word(std::size_t at) const {

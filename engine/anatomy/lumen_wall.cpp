@@ -6,30 +6,10 @@
 #include <sstream>
 #include <thread>
 
-#include "engine/io/error.h"
-#include "engine/io/files.h"
 #include "physics/wall/distance_field.h"
 #include "physics/wall/mesh_wall.h"
 
 namespace anatomy {
-namespace {
-
-namespace fs = std::filesystem;
-
-/// Writes the file completely or not at all, even when two programs make the same field at the same time.
-void keep(const physics::DistanceField& field, const fs::path& path) {
-    std::error_code failed;
-    fs::create_directories(path.parent_path(), failed);
-    std::ostringstream text;
-    field.save(text);
-    try {
-        io::write_whole(path, text.view());
-    } catch (const io::InputError&) {
-        // The field itself is available; only the next start will be slow again.
-    }
-}
-
-}  // namespace
 
 physics::WallStiffness stiffness_of(const Anatomy& anatomy, double stiffness,
                                     const std::optional<physics::WallVariation>& variation) {
@@ -54,10 +34,13 @@ std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy
     const auto ends = anatomy.openings();
     const auto fingerprint =
         physics::DistanceField::fingerprint(anatomy.lumen, anatomy.branches, ends, options);
-    const fs::path path = cache.folder / fmt::format("field-{:016x}.bin", fingerprint);
-    if (!cache.folder.empty()) {
-        if (std::ifstream in(path, std::ios::binary); in) {
+    const CachePlace place(cache, fmt::format("field-{:016x}.bin", fingerprint));
+    if (place.exists()) {
+        std::error_code ignored;
+        if (std::ifstream in; std::filesystem::is_regular_file(place.path(), ignored) &&
+                              (in.open(place.path(), std::ios::binary), in.is_open())) {
             try {
+                place.used();
                 return std::make_unique<physics::DistanceField>(physics::DistanceField::load(
                     in, fingerprint, anatomy.branches, ends, stiffness, wire_radius));
             } catch (const std::runtime_error&) {
@@ -69,7 +52,11 @@ std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy
     if (cache.progress) progress = [&](double part) { cache.progress(part, "distance field"); };
     auto field = std::make_unique<physics::DistanceField>(anatomy.lumen, anatomy.branches, ends, stiffness,
                                                           wire_radius, options, progress);
-    if (!cache.folder.empty()) keep(*field, path);
+    if (place.exists()) {
+        std::ostringstream bytes;
+        field->save(bytes);
+        place.keep_file(bytes.view());
+    }
     return field;
 }
 

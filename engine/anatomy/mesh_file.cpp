@@ -1,6 +1,7 @@
 #include "engine/anatomy/mesh_file.h"
 
 #include <algorithm>
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/Importer.hpp>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
@@ -11,6 +12,7 @@
 #include <fstream>
 
 #include "engine/anatomy/gltf_check.h"
+#include "engine/anatomy/ply_mesh.h"
 #include "engine/anatomy/polydata.h"
 #include "engine/anatomy/text_mesh.h"
 #include "engine/anatomy/text_scanner.h"
@@ -25,8 +27,8 @@ namespace fs = std::filesystem;
 
 /// A triangle needs about this much memory while it is read and welded, as measured [bytes].
 constexpr double bytes_per_triangle = 450;
-/// Least bytes per triangle in files of each kind.
-constexpr double binary_stl = 50, text_stl = 100, off = 8, gltf = 6, other = 16;
+/// Least bytes per triangle in files of each kind; for PLY, whose header has the counts, most.
+constexpr double binary_stl = 50, text_stl = 100, off = 8, gltf = 6, obj = 32, ply = 100;
 constexpr const char* kinds = "an STL, OBJ, PLY, OFF, VTP, VTK, GLB or glTF file is accepted";
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& found) {
@@ -84,13 +86,24 @@ geometry::TriangleMesh from_polydata(const fs::path& path) {
     return {std::move(data.points), std::move(data.triangles)};
 }
 
+/// Opens regular files alone: a mesh may name others, such as materials.
+class RegularFiles final : public Assimp::DefaultIOSystem {
+public:
+    Assimp::IOStream* Open(const char* file, const char* mode) override {
+        std::error_code ignored;
+        return fs::is_regular_file(file, ignored) ? DefaultIOSystem::Open(file, mode) : nullptr;
+    }
+};
+
 geometry::TriangleMesh by_assimp(const fs::path& path) {
     Assimp::Importer importer;
+    importer.SetIOHandler(new RegularFiles);  // which the importer deletes
     // Normals are not needed, and STL's would keep its corners apart: the corners are welded below. Nodes of
     // a glTF file place its meshes; what they scale is left to the unit that the user gives.
     const aiScene* scene =
         importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices);
-    if (!scene) refuse(path, fmt::format("not a readable mesh ({}); {}", importer.GetErrorString(), kinds));
+    // The library's own words speak of its insides.
+    if (!scene) refuse(path, fmt::format("not a whole {} file; {}", extension_of(path).substr(1), kinds));
 
     geometry::TriangleMesh mesh;
     for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
@@ -118,9 +131,7 @@ geometry::TriangleMesh by_assimp(const fs::path& path) {
 
 geometry::TriangleMesh read_by_kind(const fs::path& path) {
     std::error_code ignored;
-    std::ifstream stream(path, std::ios::binary);
-    if (!fs::is_regular_file(path, ignored) || !stream)
-        refuse(path, fmt::format("no such mesh can be read; {}", kinds));
+    std::ifstream stream = io::open_to_read(path, "mesh", kinds);
     const std::string extension = extension_of(path);
     const std::uintmax_t size = fs::file_size(path, ignored);
     const auto whole_text = [&](double least_per_triangle) {
@@ -128,15 +139,15 @@ geometry::TriangleMesh read_by_kind(const fs::path& path) {
         return io::read_text(path, "mesh", kinds);
     };
     if (extension == ".vtp" || extension == ".vtk") return from_polydata(path);
+    if (extension == ".ply") return parse_ply(whole_text(ply), path.string());
     if (extension == ".off") return parse_off(whole_text(off), path.string());
     if (extension == ".stl") {
         if (is_text_stl(path, stream, size)) return parse_text_stl(whole_text(text_stl), path.string());
     } else if (extension == ".glb" || extension == ".gltf") {
         check_gltf(whole_text(gltf), path);
-    } else if (extension == ".obj" || extension == ".ply") {
-        check_count(path, static_cast<double>(size) / (extension == ".obj" ? 2 * other : other));
-        const std::string head = text_at(stream, 0, 4096);
-        if (head.find('\0') != std::string::npos && extension == ".obj")
+    } else if (extension == ".obj") {
+        check_count(path, static_cast<double>(size) / obj);
+        if (text_at(stream, 0, 4096).find('\0') != std::string::npos)
             refuse(path, fmt::format("this is not text, as an OBJ file is; {}", kinds));
     } else {
         refuse(path, fmt::format("a mesh named '{}' is not read; {}", extension, kinds));

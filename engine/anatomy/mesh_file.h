@@ -10,6 +10,9 @@ namespace anatomy {
 /// A mesh of more is refused: it would need about 2 GB of memory.
 inline constexpr double most_triangles = 4e6;
 
+/// Coordinates beyond this are no patient's, and beyond what the search for triangles can take [mm].
+inline constexpr double largest_coordinate = 1e4;
+
 /// All triangles of the file in its own units; corners equal to the bit are welded. Throws InputError when
 /// the file is missing, of another kind, empty, truncated, inconsistent, or holds numbers that are not
 /// finite.

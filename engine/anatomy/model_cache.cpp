@@ -1,11 +1,210 @@
 #include "engine/anatomy/model_cache.h"
 
-namespace anatomy {
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstdlib>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <mutex>
+#include <set>
+#include <sys/stat.h>
+#include <thread>
+#include <unistd.h>
 
-std::filesystem::path cache_beside(const std::filesystem::path& output) {
-    std::filesystem::path path = std::filesystem::absolute(output).lexically_normal();
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "engine/io/text.h"
+#include "physics/geometry/hash.h"
+
+namespace anatomy {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* seal_name = "whole";
+/// Beginnings of the names of what is kept.
+constexpr std::array<std::string_view, 3> kept_names = {"anatomy-", "field-", "ct-"};
+
+/// Names and hashes of the files in the folder but the seal itself. Empty where one cannot be read.
+std::string seal_of(const fs::path& folder) {
+    std::vector<std::string> lines;
+    std::error_code failed;
+    for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
+         entry.increment(failed)) {
+        const std::string name = entry->path().filename().string();
+        if (name == seal_name) continue;
+        try {
+            const std::string bytes = io::read_text(entry->path(), "file", "a whole one");
+            geometry::Hash hash;
+            hash.add(static_cast<std::uint64_t>(bytes.size()));
+            hash.add(bytes.data(), bytes.size());
+            lines.push_back(fmt::format("{} {}\n", io::hash_text(hash.value()), name));
+        } catch (const io::InputError&) {
+            return {};
+        }
+    }
+    std::sort(lines.begin(), lines.end());
+    return failed ? std::string() : io::joined(lines, "");
+}
+
+bool is_first(const fs::path& folder) {
+    static std::mutex mutex;
+    static std::set<fs::path> seen;
+    const std::lock_guard lock(mutex);
+    return seen.insert(folder).second;
+}
+
+std::uintmax_t size_of_item(const fs::path& path) {
+    std::error_code failed;
+    if (!fs::is_directory(path, failed)) return fs::file_size(path, failed);
+    std::uintmax_t bytes = 0;
+    for (fs::recursive_directory_iterator entry(path, failed), end; !failed && entry != end;
+         entry.increment(failed)) {
+        std::error_code none;
+        if (entry->is_regular_file(none)) bytes += entry->file_size(none);
+    }
+    return bytes;
+}
+
+/// Removes locks that processes which have ended left behind.
+void remove_old_locks(const fs::path& folder) {
+    std::error_code failed;
+    std::vector<fs::path> locks;
+    for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
+         entry.increment(failed)) {
+        const std::string name = entry->path().filename().string();
+        const bool ours = std::any_of(kept_names.begin(), kept_names.end(), [&](std::string_view start) {
+            return name.starts_with("." + std::string(start));
+        });
+        if (ours && name.ends_with(".lock")) locks.push_back(entry->path());
+    }
+    for (const fs::path& lock : locks) io::LockFile::of(lock);  // gone with the value
+}
+
+}  // namespace
+
+fs::path cache_beside(const fs::path& output) {
+    fs::path path = fs::absolute(output).lexically_normal();
     if (!path.has_filename()) path = path.parent_path();  // "out/renal/"
     return path.parent_path() / "cache";
+}
+
+std::uintmax_t cache_limit() {
+    constexpr double usual = 4000;
+    const char* given = std::getenv("SELDINGER_CACHE_MB");
+    const std::optional<double> wanted = given ? io::parse_number(given) : std::nullopt;
+    return static_cast<std::uintmax_t>(1e6 * (wanted && *wanted >= 0 && *wanted < 1e9 ? *wanted : usual));
+}
+
+CachePlace::CachePlace(const ModelCache& cache, const std::string& name) : cache_(cache), name_(name) {
+    if (cache.folder.empty()) return;
+    path_ = cache.folder / name;
+    std::error_code ignored;
+    fs::create_directories(cache.folder, ignored);
+    if (is_first(cache.folder)) {
+        io::remove_leftovers(cache.folder);
+        remove_old_locks(cache.folder);
+    }
+    const fs::path lock = cache.folder / ("." + name + ".lock");
+    while (true) {
+        lock_.emplace(io::LockFile::of(lock));
+        if (lock_->held() || errno != EWOULDBLOCK) return;
+        if (cache.progress) cache.progress(0.0, "waiting for another run, which makes the same");
+        std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+}
+
+bool CachePlace::holds_whole_folder() const {
+    std::error_code ignored;
+    if (path_.empty() || !fs::is_regular_file(path_ / seal_name, ignored)) return false;
+    try {
+        const std::string seal = io::read_text(path_ / seal_name, "seal", "one");
+        return !seal.empty() && seal == seal_of(path_);
+    } catch (const io::InputError&) {
+        return false;
+    }
+}
+
+void CachePlace::used() const {
+    if (!path_.empty()) ::utimensat(AT_FDCWD, path_.c_str(), nullptr, 0);
+}
+
+void CachePlace::failed(const std::string& why) const {
+    if (cache_.note && is_first(cache_.folder / "cannot be written"))
+        cache_.note(fmt::format("{}: what was made cannot be kept, and is made again next time: {}",
+                                cache_.folder.string(), why));
+}
+
+bool CachePlace::keep_file(std::string_view bytes) const {
+    if (path_.empty()) return false;
+    try {
+        io::write_whole(path_, bytes);
+    } catch (const io::InputError& error) {
+        failed(error.what());
+        return false;
+    }
+    make_room();
+    return true;
+}
+
+bool CachePlace::keep_folder(const fs::path& made) const {
+    if (path_.empty()) return false;
+    std::error_code error;
+    try {
+        io::write_whole(made / seal_name, seal_of(made));
+    } catch (const io::InputError& wrong) {
+        failed(wrong.what());
+        return false;
+    }
+    fs::remove_all(path_, error);
+    fs::rename(made, path_, error);
+    if (error) {
+        failed(error.message());
+        return false;
+    }
+    make_room();
+    return true;
+}
+
+void CachePlace::make_room() const {
+    used();  // the newest, it stays even where it alone is beyond the limit
+    shrink_cache(cache_.folder, std::max(cache_limit(), size_of_item(path_)));
+}
+
+std::vector<CacheItem> cache_items(const fs::path& folder) {
+    std::vector<CacheItem> items;
+    std::error_code failed;
+    for (fs::directory_iterator entry(folder, failed), end; !failed && entry != end;
+         entry.increment(failed)) {
+        const std::string name = entry->path().filename().string();
+        const bool ours = std::any_of(kept_names.begin(), kept_names.end(),
+                                      [&](std::string_view start) { return name.starts_with(start); });
+        std::error_code gone;
+        const fs::file_time_type used = fs::last_write_time(entry->path(), gone);
+        if (!ours || name.ends_with(".part") || gone || entry->is_symlink(gone)) continue;
+        items.push_back({entry->path(), size_of_item(entry->path()), used});
+    }
+    std::sort(items.begin(), items.end(), [](const CacheItem& a, const CacheItem& b) {
+        return a.used != b.used ? a.used > b.used : a.path < b.path;
+    });
+    return items;
+}
+
+std::vector<CacheItem> shrink_cache(const fs::path& folder, std::uintmax_t limit) {
+    std::vector<CacheItem> removed;
+    for (const CacheItem& item : cache_items(folder)) {
+        if (item.bytes <= limit) {
+            limit -= item.bytes;
+            continue;
+        }
+        limit = 0;
+        std::error_code error;
+        fs::remove_all(item.path, error);
+        if (!error) removed.push_back(item);
+    }
+    return removed;
 }
 
 }  // namespace anatomy

@@ -1,9 +1,16 @@
 #pragma once
-/// Where results that take seconds to make are kept between runs: generated vessels and the distance fields
-/// of their walls.
+/// Where results that take seconds to make are kept between runs: generated vessels, the distance fields of
+/// their walls, prepared CTs.
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/io/files.h"
 
 namespace anatomy {
 
@@ -12,9 +19,58 @@ struct ModelCache {
     std::filesystem::path folder;
     std::function<void(double part, const char* what)>
         progress;  // called with 0 to 1 while something is made
+    /// Called with a sentence when something cannot be kept, once a process and folder.
+    std::function<void(const std::string&)> note = {};
 };
 
 /// The usual folder: cache, next to an output file or folder.
 std::filesystem::path cache_beside(const std::filesystem::path& output);
+
+/// One thing in the cache, a file or a folder. While this exists, no other process looks for the same thing
+/// or makes it: processes that need the same thing share the work.
+class CachePlace {
+public:
+    /// Waits while another process has the place. What processes that ended have left unfinished is removed.
+    CachePlace(const ModelCache&, const std::string& name);
+    ~CachePlace() = default;
+    CachePlace(const CachePlace&) = delete;
+    CachePlace& operator=(const CachePlace&) = delete;
+
+    bool exists() const { return !path_.empty(); }  // false without a cache
+    const std::filesystem::path& path() const { return path_; }
+
+    /// Whether this is a folder that keep_folder() has made, every file as it was written.
+    bool holds_whole_folder() const;
+    /// To be called when the thing was found and used: what was not used for longest is removed first.
+    void used() const;
+    /// Puts the bytes, or a folder that was made elsewhere, in the place, and removes the things that were
+    /// not used for longest until the cache is within its limit. A failure is noted, no error. Whether the
+    /// place has it now.
+    bool keep_file(std::string_view bytes) const;
+    bool keep_folder(const std::filesystem::path& made) const;
+
+private:
+    void failed(const std::string& why) const;
+    void make_room() const;
+
+    const ModelCache& cache_;
+    std::string name_;
+    std::filesystem::path path_;
+    std::optional<io::LockFile> lock_;
+};
+
+/// A thing in a cache.
+struct CacheItem {
+    std::filesystem::path path;
+    std::uintmax_t bytes = 0;
+    std::filesystem::file_time_type used;
+};
+/// The things in the folder that this program has put there, those used last first; nothing of anything else.
+std::vector<CacheItem> cache_items(const std::filesystem::path& folder);
+/// Removes the things that were not used for longest until at most so many bytes are left. Returns what was
+/// removed.
+std::vector<CacheItem> shrink_cache(const std::filesystem::path& folder, std::uintmax_t limit);
+/// Most bytes that the cache may hold: SELDINGER_CACHE_MB million, or 4000 million.
+std::uintmax_t cache_limit();
 
 }  // namespace anatomy

@@ -12,6 +12,7 @@
 #include "engine/debrief/page_text.h"
 #include "engine/exercise/grade.h"
 #include "engine/io/csv.h"
+#include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
@@ -112,11 +113,12 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
         const fs::path kept = kept_at(text, scenario, options);
         std::error_code ignored;
         if (!kept.empty() && fs::exists(kept, ignored)) {
-            const Json json =
-                Json::parse(io::read_text(kept, "score", "its own is accepted"), nullptr, false);
             try {
+                const std::string figures = io::read_text(kept, "score", "its own is accepted");
+                io::check_json_depth(figures, kept.string());
+                const Json json = Json::parse(figures, nullptr, false);
                 for (const Json& one : json) rows.push_back(from_json(one));
-            } catch (const Json::exception&) {
+            } catch (const std::exception&) {
                 rows.clear();  // computed again
             }
         }
@@ -204,6 +206,7 @@ std::vector<fs::path> recordings_below(const fs::path& folder) {
 std::optional<std::vector<CourseRow>> course_of(std::span<const fs::path> files,
                                                 const CourseOptions& options) {
     std::vector<std::vector<CourseRow>> rows(files.size());
+    if (!options.cache.folder.empty()) io::remove_leftovers(options.cache.folder / "scores");
     std::mutex mutex;
     std::size_t done = 0;
     std::atomic<bool> stopped = false;

@@ -5,8 +5,12 @@
 #include <cmath>
 #include <cstring>
 #include <dcmtk/config/osconfig.h>
+#include <dcmtk/dcmdata/dcostrma.h>
 #include <dcmtk/dcmdata/dctk.h>
+#include <dcmtk/dcmdata/dcwcache.h>
+#include <exception>
 #include <fmt/format.h>
+#include <limits>
 #include <stdexcept>
 #include <utility>
 
@@ -331,6 +335,52 @@ void Angiogram::Content::put_pixels(Data& data, DcmItem& item) const {
     data.require(item.putAndInsertUint16Array(DCM_PixelData, signal.data(), signal.size()), DCM_PixelData);
 }
 
+namespace {
+
+/// Where DCMTK writes: a file that is complete or absent. DCMTK's own does not tell when the disk is full at
+/// the end.
+class FileConsumer : public DcmConsumer {
+public:
+    explicit FileConsumer(const std::filesystem::path& path) : file_(path) {}
+
+    OFBool good() const override { return !failure_; }
+    OFCondition status() const override { return failure_ ? EC_InvalidStream : EC_Normal; }
+    OFBool isFlushed() const override { return OFTrue; }
+    offile_off_t avail() const override { return std::numeric_limits<Sint32>::max(); }
+    offile_off_t write(const void* bytes, offile_off_t count) override {
+        try {
+            file_.append({static_cast<const char*>(bytes), static_cast<std::size_t>(count)});
+            return count;
+        } catch (...) {
+            failure_ = std::current_exception();
+            return 0;
+        }
+    }
+    void flush() override {}
+
+    void rethrow() const {
+        if (failure_) std::rethrow_exception(failure_);
+    }
+    void put() { file_.put(); }
+
+private:
+    io::WholeFile file_;
+    std::exception_ptr failure_;  // DCMTK lets no exception pass
+};
+
+class FileStream : public DcmOutputStream {
+public:
+    /// The base only keeps the address.
+    explicit FileStream(const std::filesystem::path& path) : DcmOutputStream(&consumer_), consumer_(path) {}
+
+    FileConsumer& consumer() { return consumer_; }
+
+private:
+    FileConsumer consumer_;
+};
+
+}  // namespace
+
 void Angiogram::write(const std::filesystem::path& path) const {
     if (frames() == 0) throw std::logic_error("an angiogram without a frame");
     DcmFileFormat file;
@@ -341,15 +391,17 @@ void Angiogram::write(const std::filesystem::path& path) const {
     content_->put_times(data);
     content_->put_pixels(data, *file.getDataset());
 
-    const io::ScratchFolder scratch(path);
-    const std::filesystem::path made = scratch.path() / "object.dcm";
-    const OFCondition saved = file.saveFile(made.c_str(), EXS_LittleEndianExplicit, EET_ExplicitLength,
-                                            EGL_recalcGL, EPD_withoutPadding, 0, 0, EWM_createNewMeta);
-    std::error_code failed;
-    if (saved.good()) std::filesystem::rename(made, path, failed);
-    if (saved.bad() || failed)
-        throw io::InputError(fmt::format("{}: the angiogram cannot be written: {}", path.string(),
-                                         failed ? failed.message() : std::string(saved.text())));
+    FileStream stream(path);
+    file.transferInit();
+    DcmWriteCache cache;
+    const OFCondition saved = file.write(stream, EXS_LittleEndianExplicit, EET_ExplicitLength, &cache,
+                                         EGL_recalcGL, EPD_withoutPadding, 0, 0, 0, EWM_createNewMeta);
+    file.transferEnd();
+    stream.consumer().rethrow();
+    if (saved.bad())
+        throw io::InputError(
+            fmt::format("{}: the angiogram cannot be written: {}", path.string(), saved.text()));
+    stream.consumer().put();
 }
 
 }  // namespace dicom

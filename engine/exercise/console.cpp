@@ -42,9 +42,14 @@ void Console::apply(const script::StoreReference&) {
     reference_asked_ = true;
 }
 
+void Console::apply(const script::ShiftMask& shift) {
+    shifts_asked_.push_back(shift);
+}
+
 ConsoleEvents Console::end_frame() {
     ConsoleEvents events;
     events.reference = std::exchange(reference_asked_, false);
+    events.shifts = std::exchange(shifts_asked_, {});
     if (!beam_on_) return events;
     // There is a pulse in the pedal's first frame, then in each frame in which another 1/rate has elapsed.
     const double pulses_per_frame = pulse_rate_ / frame_rate_;

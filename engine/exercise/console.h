@@ -2,6 +2,7 @@
 /// The settings the operator has made at the X-ray stand: C-arm, table, collimator, pedal, mode, pulses.
 
 #include <optional>
+#include <vector>
 
 #include "engine/script/command.h"
 #include "render/xray/c_arm.h"
@@ -9,9 +10,10 @@
 namespace exercise {
 
 struct ConsoleEvents {
-    bool pulse = false;      // of the beam
-    bool mask = false;       // the pulse is a new mask of DSA
-    bool reference = false;  // the image goes to the reference screen
+    bool pulse = false;                     // of the beam
+    bool mask = false;                      // the pulse is a new mask of DSA
+    bool reference = false;                 // the image goes to the reference screen
+    std::vector<script::ShiftMask> shifts;  // of the mask, in order
 };
 
 class Console {
@@ -27,6 +29,7 @@ public:
     void apply(const script::SetPulseRate&);
     void apply(const script::NewMask&);
     void apply(const script::StoreReference&);
+    void apply(const script::ShiftMask&);
     /// Ends the frame and returns what it asks of the X-ray chain.
     ConsoleEvents end_frame();
 
@@ -38,6 +41,7 @@ public:
     double pulse_rate() const { return pulse_rate_; }  // [1/s]
     void state(geometry::StateStream& s) {
         s(arm_, table_, beam_on_, mode_, pulse_rate_, beam_frames_, mask_asked_, reference_asked_);
+        if (!s.part(!shifts_asked_.empty(), shifts_asked_)) shifts_asked_.clear();
     }
 
 private:
@@ -50,6 +54,7 @@ private:
     int beam_frames_ = 0;      // since the pedal was last pressed
     bool mask_asked_ = false;  // and not taken yet: it waits for a DSA pulse
     bool reference_asked_ = false;
+    std::vector<script::ShiftMask> shifts_asked_;
 };
 
 }  // namespace exercise

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "engine/exercise/lumen_flow.h"
 #include "engine/io/error.h"
 
 namespace exercise {
@@ -35,6 +36,46 @@ scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scen
             "the wire '{}' of {:g} mm does not fit a lumen of {:g} mm; a thinner wire is accepted", name,
             device.outer_diameter, scenario.catheter->device.inner_diameter));
     return device;
+}
+
+std::vector<std::string> device_problems(const script::CommandScript& script,
+                                         const scenario::Scenario& scenario) {
+    std::vector<std::string> found;
+    // A wire is out once it was removed, until it is pushed again.
+    bool wire_is_out = false;
+    for (const script::TimedCommand& timed : script.commands) {
+        const script::Command& command = timed.command;
+        const auto say = [&](const std::string& text) { found.push_back(io::located(timed.place, text)); };
+        if (std::holds_alternative<script::Reset>(command)) wire_is_out = false;
+        if (!scenario.catheter && needs_catheter(command)) {
+            say(no_catheter(command));
+            continue;
+        }
+        if (const auto* push = std::get_if<script::Advance>(&command);
+            push && push->held == script::Held::Wire && push->length > 0)
+            wire_is_out = false;
+        if (const auto* out = std::get_if<script::Remove>(&command); out && out->held == script::Held::Wire)
+            wire_is_out = true;
+        if (const auto* exchange = std::get_if<script::Exchange>(&command)) {
+            try {
+                static_cast<void>(wire_of_catalogue(exchange->device, scenario));
+                if (!wire_is_out) say("the wire is still in; 'exchange' is accepted after 'remove wire'");
+            } catch (const io::InputError& error) {
+                say(error.what());
+            }
+        }
+        if (const auto* inject = std::get_if<script::Inject>(&command); inject && inject->branch.empty()) {
+            const physics::DeviceSpec spec = scenario.catheter->device;
+            const double most = largest_flow(spec, 0, 0);
+            if (inject->rate > most)
+                say(
+                    fmt::format("the catheter's lumen of {:g} mm passes {:.1f} ml/s at most; {:g} ml/s "
+                                "were asked for",
+                                spec.inner_diameter, most, inject->rate));
+        }
+        if (found.size() > 20) break;
+    }
+    return found;
 }
 
 }  // namespace exercise

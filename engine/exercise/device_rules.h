@@ -2,6 +2,7 @@
 /// Which commands ask for a catheter, and which wires fit it.
 
 #include <string>
+#include <vector>
 
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
@@ -16,5 +17,8 @@ std::string no_catheter(const script::Command&);
 /// A wire of the scenario's catalogue, to be used in its catheter. Throws InputError for an unknown device, a
 /// catheter, or a wire that is too thick for the lumen.
 scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scenario&);
+
+/// The commands of a script that the scenario's devices cannot follow, whatever its vessels, a sentence each.
+std::vector<std::string> device_problems(const script::CommandScript&, const scenario::Scenario&);
 
 }  // namespace exercise

@@ -1,5 +1,6 @@
 #include "engine/exercise/exercise.h"
 
+#include <stdexcept>
 #include <utility>
 
 #include "engine/exercise/imaging.h"
@@ -7,8 +8,13 @@
 
 namespace exercise {
 
-Exercise::Exercise(const scenario::Scenario& scenario, Pictures pictures, const anatomy::ModelCache& cache)
-    : simulation_(scenario, cache), scorer_(simulation_), pictures_(pictures), cache_(cache) {
+Exercise::Exercise(const scenario::Scenario& scenario, Pictures pictures, const anatomy::ModelCache& cache,
+                   const script::CommandScript* script)
+    : simulation_(scenario, cache, script), scorer_(simulation_), pictures_(pictures), cache_(cache) {
+    // Whatever is wrong with a patient's files is told before the run begins.
+    const patient::PatientFiles& files = scenario.patient_files;
+    if (pictures == Pictures::Dose && scenario.imaging.patient && !(files.ct.empty() && files.meshes.empty()))
+        meter_ = make_meter(simulation_.scenario(), simulation_.anatomy(), cache_);
     if (pictures != Pictures::All) return;
     ImagingChain imaging =
         make_imaging(simulation_.scenario(), simulation_.anatomy(), simulation_.contrast(), cache);
@@ -16,6 +22,22 @@ Exercise::Exercise(const scenario::Scenario& scenario, Pictures pictures, const 
     monitor_.emplace(std::move(imaging.fluoroscope));
     const int pixels = scenario.c_arm.pixels;
     black_ = {pixels, pixels, std::vector<std::uint8_t>(static_cast<std::size_t>(pixels) * pixels, 0)};
+}
+
+Exercise::Exercise(const Exercise& like)
+    : simulation_(like.simulation_),
+      scorer_(like.scorer_),
+      pictures_(like.pictures_),
+      cache_(like.cache_),
+      dose_(like.dose_),
+      time_(like.time_) {
+    if (pictures_ == Pictures::All)
+        throw std::invalid_argument("an exercise with images cannot be copied; one without is accepted");
+}
+
+void Exercise::aim(const scenario::Target& target) {
+    simulation_.aim(target);
+    scorer_ = Scorer(simulation_);
 }
 
 void identify(script::Origin& origin, const Simulation& simulation) {
@@ -54,6 +76,8 @@ Frame Exercise::next_frame(std::span<const script::Command> commands) {
         pulse.new_mask = frame.motion.console.mask;
         monitor_->take(std::move(pulse));
     }
+    for (const script::ShiftMask& shift : frame.motion.console.shifts)
+        frame.mask_shifts.push_back(monitor_->shift(shift));
     if (frame.motion.console.reference) monitor_->store_reference();
     return frame;
 }

@@ -29,11 +29,17 @@ enum class Pictures {
 
 class Exercise {
 public:
-    /// Throws InputError when scenario and anatomy do not fit, or when there are to be images and the vessel
-    /// can't be imaged.
-    Exercise(const scenario::Scenario&, Pictures, const anatomy::ModelCache& = {});
+    /// Throws InputError when scenario and anatomy do not fit, when there are to be images and the vessel
+    /// can't be imaged, or when there are to be images or doses and a file of the patient can't be used; and
+    /// for what is wrong with the script, as Simulation does.
+    Exercise(const scenario::Scenario&, Pictures, const anatomy::ModelCache& = {},
+             const script::CommandScript* = nullptr);
     Exercise(const scenario::Scenario& scenario, bool with_images, const anatomy::ModelCache& cache = {})
         : Exercise(scenario, with_images ? Pictures::All : Pictures::None, cache) {}
+    /// Another exercise without images in the state of one without images, whose vessels it shares. Its
+    /// recording is not shared. Throws std::invalid_argument for an exercise with images.
+    Exercise(const Exercise&);
+    Exercise(Exercise&&) noexcept = default;
 
     /// Records every frame from the next one on, with the names and hashes of scenario and anatomy in the
     /// header. Throws InputError when the file cannot be written.
@@ -55,11 +61,17 @@ public:
         simulation_.retune(tuning, cache);
     }
 
+    /// Sets another target for the attempt, which must not have begun. Throws InputError as Simulation::aim.
+    void aim(const scenario::Target&);
+
     /// Ground truth of the last image, which must exist.
     Truth truth(const TruthParts& = {});
 
-    int frame() const { return time_.index; }  // the last one made, -1 before the first
+    int frame() const { return time_.index; }        // the last one made, -1 before the first
+    const FrameTime& time() const { return time_; }  // of the last frame made
     const Simulation& simulation() const { return simulation_; }
+    bool completed() const { return scorer_.completed(); }
+    Pictures pictures() const { return pictures_; }
     Score score() const { return with_dose(scorer_.score()); }
     /// The score with what takes longer to compute: for the end of a run.
     Score finish() const { return with_dose(scorer_.finish()); }
@@ -92,8 +104,9 @@ private:
     Pictures pictures_;
     anatomy::ModelCache cache_;
     std::optional<Monitor> monitor_;
-    std::optional<render::ExposureMeter> meter_;  // without images; made for the first pulse
-    Dose dose_;                                   // of Pictures::Dose
+    /// Without images. Of files it is made at once, of a procedural body for the first pulse.
+    std::optional<render::ExposureMeter> meter_;
+    Dose dose_;  // of Pictures::Dose
     std::vector<BlushingOrgan> organs_;
     std::optional<script::Recording> recording_;
     render::GrayImage black_;

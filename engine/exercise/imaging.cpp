@@ -277,7 +277,10 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     exposure.iodine = simulation.iodine();
     exposure.vessel_shift = simulation.vessel_shift();
     if (!scenario.motion.breathing_reach.isZero())
-        exposure.breath = scenario::inspiration(simulation.time(), scenario.motion.breathing_rate);
+        exposure.breath = scenario::inspiration(simulation.breathing().clock(simulation.time()),
+                                                scenario.motion.breathing_rate);
+    // The bowel does not wait for a breath that is held.
+    if (!scenario.motion.breathing_reach.isZero()) exposure.drift = scenario::peristalsis(simulation.time());
     if (!scenario.motion.heart_reach.isZero())
         exposure.beat = scenario::contraction(simulation.time(), scenario.motion.heart_rate);
     const blood::ContrastFlow& contrast = simulation.contrast();

@@ -1,6 +1,7 @@
 #include "engine/exercise/monitor.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -10,6 +11,9 @@ namespace {
 /// Share of earlier images in a live image: detectors retain a few per cent, fluoroscopy's recursive noise
 /// filter the rest. A roadmap's is stronger: the logarithm behind bone raises noise.
 constexpr float usual_lag = 0.3f, roadmap_lag = 0.5f;
+/// Up to this share of the image is searched for the mask: at 300 mm of field more than a deep breath moves.
+constexpr double searched_share = 0.125;
+constexpr double least_found = 0.05;   // shift that is made [pixels]
 constexpr std::size_t remembered = 4;  // pulses; the oldest counts for those before it, too
 
 }  // namespace
@@ -72,6 +76,54 @@ const render::Field& Monitor::with_lag(float dose) {
 bool Monitor::map_is_missing() const {
     return !recent_.empty() && recent_.back().pulse.mode == script::ImagingMode::Roadmap &&
            !(subtraction_ && subtraction_->has_map());
+}
+
+bool Monitor::shows_difference() const {
+    if (recent_.empty() || !subtraction_) return false;
+    const script::ImagingMode mode = recent_.back().pulse.mode;
+    return mode == script::ImagingMode::Dsa ||
+           (mode == script::ImagingMode::Roadmap && subtraction_->has_map());
+}
+
+render::Subtraction::Shift Monitor::mask_shift() const {
+    return shows_difference() ? subtraction_->shift() : render::Subtraction::Shift();
+}
+
+MaskShift Monitor::shift(const script::ShiftMask& asked) {
+    using Way = script::ShiftMask::Way;
+    MaskShift made;
+    made.automatic = asked.way == Way::Auto;
+    if (!shows_difference()) {
+        made.outcome = MaskShift::Outcome::NoMask;
+        return made;
+    }
+    const Pulse& last = recent_.back().pulse;
+    const bool roadmap = last.mode == script::ImagingMode::Roadmap;
+    render::Subtraction::Shift to{asked.x, asked.y};
+    if (asked.way == Way::By) {
+        to.x += subtraction_->shift().x;
+        to.y += subtraction_->shift().y;
+    } else if (asked.way == Way::Auto) {
+        const render::Registration found = subtraction_->registration_with(
+            roadmap ? with_lag(1.0f) : signal(recent_.back()), fluoroscope_.measuring_field(last.arm),
+            searched_share * last.arm.pixels);
+        // Hundredths of a pixel are below what noise leaves; a few of them, below what interpolation blurs.
+        to = {std::round(found.x * 100) / 100, std::round(found.y * 100) / 100};
+        if (std::hypot(to.x, to.y) < least_found) to = {};
+        if (!found.found) made.outcome = MaskShift::Outcome::NoMatch;
+    }
+    const double most = script::largest_shift_share * last.arm.pixels;
+    made.x = std::clamp(to.x, -most, most);
+    made.y = std::clamp(to.y, -most, most);
+    made.limited = made.x != to.x || made.y != to.y;
+    if (made.outcome == MaskShift::Outcome::NoMatch) {
+        made.x = subtraction_->shift().x;
+        made.y = subtraction_->shift().y;
+        return made;
+    }
+    subtraction_->shift_mask({made.x, made.y}, roadmap);
+    image_.reset();
+    return made;
 }
 
 const render::GrayImage* Monitor::image() {

@@ -67,6 +67,11 @@ public:
     void take(Pulse);
     /// Sends the image to the reference screen.
     void store_reference();
+    /// Moves the mask of the subtraction that is shown; under a roadmap the map goes with it. A new mask has
+    /// no shift.
+    MaskShift shift(const script::ShiftMask&);
+    /// Of the mask of the subtraction that is shown; 0 without [pixels].
+    render::Subtraction::Shift mask_shift() const;
     /// Returns to the state before the first pulse.
     void clear();
 
@@ -83,6 +88,12 @@ public:
     double last_dose() const { return recent_.back().dose; }
     /// Whether a roadmap was asked for without a map; live images are then shown instead.
     bool map_is_missing() const;
+    /// Draws a part of what later pulses at this pose will need; false when there is nothing to draw. For the
+    /// time between frames: the images are the same with and without.
+    bool draw_ahead() {
+        return !recent_.empty() &&
+               fluoroscope_.draw_ahead(recent_.back().pulse.arm, recent_.back().pulse.exposure);
+    }
     render::Fluoroscope& fluoroscope() { return fluoroscope_; }
     /// The state, without what the fluoroscope can make again from the pulses.
     void state(geometry::StateStream& s) {
@@ -101,6 +112,8 @@ private:
         }
     };
     const render::Field& signal(Recent&);
+    /// Whether the last pulse is shown as the difference from a mask.
+    bool shows_difference() const;
     /// The mixture of recent signals, scaled as if from one pulse of `dose` [nGy].
     const render::Field& with_lag(float dose);
 

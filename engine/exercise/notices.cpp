@@ -27,6 +27,18 @@ std::string what_shows(const geometry::Vec3& table, const geometry::Vec3& tip) {
 
 }  // namespace
 
+std::string mask_shift_sentence(const MaskShift& shift) {
+    if (shift.outcome == MaskShift::Outcome::NoMask)
+        return "The mask was not shifted: the image is no subtraction";
+    if (shift.outcome == MaskShift::Outcome::NoMatch)
+        return "The mask was not shifted: it has nothing in common with the image";
+    if (shift.x == 0 && shift.y == 0)
+        return shift.automatic ? "The mask fits best without a shift" : "The mask is where it was taken";
+    return fmt::format("The mask was shifted by {:.2f} pixels to the {} and {:.2f} {}{}", std::abs(shift.x),
+                       shift.x < 0 ? "left" : "right", std::abs(shift.y), shift.y < 0 ? "up" : "down",
+                       shift.limited ? ": no further than a quarter of the image" : "");
+}
+
 void Notices::watch_tip(const Frame& frame) {
     const Simulation& simulation = frame.simulation;
     if (!simulation.console().beam_on()) return;
@@ -56,6 +68,15 @@ void Notices::observe(const Frame& frame) {
     too_thick_ += report.too_thick;
     if (!report.denied.empty() && std::find(denied_.begin(), denied_.end(), report.denied) == denied_.end())
         denied_.push_back(report.denied);
+    for (const MaskShift& shift : frame.mask_shifts) {
+        constexpr std::size_t most = 20;
+        if (!shift.automatic && !shift.limited && shift.outcome == MaskShift::Outcome::Shifted) continue;
+        if (mask_shifts_.size() < most)
+            mask_shifts_.push_back(fmt::format("frame {}: {}", frame.time.index, mask_shift_sentence(shift)));
+        else
+            ++more_mask_shifts_;
+    }
+    gasps_ += report.breath == scenario::Breathing::Event::Gasped;
     late_ += report.waiting_insertion != 0 || report.waiting_rotation != 0;
     most_waiting_ = std::max(most_waiting_, std::abs(report.waiting_insertion));
     const bool moved = !report.settling && report.relax.newton_steps > 0;
@@ -132,6 +153,13 @@ std::vector<std::string> Notices::text() const {
             render::largest_detector_dose, frames(limited_doses_)));
     }
     for (const std::string& text : denied_) result.push_back(text);
+    for (const std::string& text : mask_shifts_) result.push_back(text);
+    if (more_mask_shifts_ > 0) result.push_back(fmt::format("... and {} more shifts", more_mask_shifts_));
+    if (gasps_ > 0)
+        result.push_back(
+            fmt::format("the patient had to breathe {} before the breath was freed; [motion] "
+                        "breath_hold_s is how long he can hold it",
+                        gasps_ == 1 ? "once" : fmt::format("{} times", gasps_)));
     if (flat_ > 0) {
         result.push_back(
             fmt::format("the wire rested at a flat minimum or a saddle in {}: another rest may be as near",

@@ -9,6 +9,9 @@
 
 namespace exercise {
 
+/// "The mask was shifted by 1.30 pixels to the right and 0.40 down", or why it was not.
+std::string mask_shift_sentence(const MaskShift&);
+
 class Notices {
 public:
     /// To be called once after each frame.
@@ -32,6 +35,9 @@ private:
     bool beam_was_on_ = false,
          wire_was_out_ = false;  // at the first frame with beam nothing was in the image
     std::vector<std::string> denied_;
+    std::vector<std::string> mask_shifts_;  // of those that were found, or not made
+    int more_mask_shifts_ = 0;
+    int gasps_ = 0;
     double deepest_crossing_ = 0, most_waiting_ = 0;  // [mm]
 };
 

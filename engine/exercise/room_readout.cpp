@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/exercise/notices.h"
 #include "engine/exercise/open_field.h"
 #include "physics/wire/energy.h"
 
@@ -45,6 +46,15 @@ void RoomReadout::notify_of_dose(const Score& score) {
         notified_ |= 1 << k;
         say(kinds[k].second, render::Notice::Alarm);
     }
+}
+
+void RoomReadout::say_of_breath(scenario::Breathing::Event event) {
+    using Event = scenario::Breathing::Event;
+    if (event == Event::Held) say("The breath is held", render::Notice::Info);
+    if (event == Event::Freed) say("The patient breathes", render::Notice::Info);
+    if (event == Event::Gasped)
+        say("The patient gasps: the breath was held too long", render::Notice::Warning);
+    if (event == Event::Refused) say("The patient is still out of breath", render::Notice::Warning);
 }
 
 void RoomReadout::observe(const Frame& seen, const Score& score) {
@@ -93,6 +103,11 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
         say(no_map, render::Notice::Warning);
     else
         std::erase_if(messages_, [&](const TimedMessage& m) { return m.message.text == no_map; });
+    for (const MaskShift& shift : seen.mask_shifts)
+        say(mask_shift_sentence(shift), shift.outcome == MaskShift::Outcome::Shifted && !shift.limited
+                                            ? render::Notice::Info
+                                            : render::Notice::Warning);
+    say_of_breath(report.breath);
     if (report.console.pulse) pulse_rate_ = simulation.console().pulse_rate();
     const bool complete = score.completed;
     if (complete && !was_complete_) say("Target reached", render::Notice::Success);
@@ -125,6 +140,9 @@ render::Readout RoomReadout::read(const Frame& frame, const Score& score) const 
         r.image = render::ImageMarks{name_of(pulse.mode), pulse.arm.lao,     pulse.arm.cranial,
                                      pulse_rate_,         pulse.arm.sid,     pulse.arm.detector_width,
                                      pulse.time.index,    pulse.time.seconds};
+        const render::Subtraction::Shift shift = monitor->mask_shift();
+        r.image->mask_x = shift.x;
+        r.image->mask_y = shift.y;
         const Dose& dose = monitor->dose();
         r.tube_voltage = dose.last.kvp;
         r.tube_current = dose.last.current;
@@ -135,6 +153,8 @@ render::Readout RoomReadout::read(const Frame& frame, const Score& score) const 
         r.air_kerma_rate = console.beam_on() ? dose.last.air_kerma * console.pulse_rate() * 60 : 0.0;
         if (monitor->reference()) r.reference_label = "Reference";
     }
+    if (simulation.breathing().state() == scenario::Breathing::State::Held)
+        r.breath_held = simulation.breathing().held_for();
     r.inserted = simulation.inserted();
     if (simulation.has_catheter())
         r.catheter =

@@ -30,6 +30,7 @@ public:
 
 private:
     void notify_of_dose(const Score&);
+    void say_of_breath(scenario::Breathing::Event);
 
     struct TimedMessage {
         int frame = 0;  // of the attempt

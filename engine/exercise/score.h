@@ -73,6 +73,7 @@ public:
     explicit Scorer(const Simulation&);
     /// To be called once after each frame.
     void observe(const Frame&);
+    bool completed() const { return score_.completed; }
     /// Of the attempt so far, without smoothness.
     Score score() const;
     /// The same with smoothness, which takes a Fourier transform over the attempt.

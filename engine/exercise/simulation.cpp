@@ -52,21 +52,40 @@ int steps_of(double amount, double step) {
 
 }  // namespace
 
-Simulation::Simulation(const scenario::Scenario& scenario, const anatomy::ModelCache& cache)
+Simulation::Simulation(const scenario::Scenario& scenario, const anatomy::ModelCache& cache,
+                       const script::CommandScript* script)
     : scenario_(scenario),
-      anatomy_(scenario::anatomy_of(scenario, cache)),
+      anatomy_(std::make_shared<anatomy::Anatomy>(scenario::anatomy_of(scenario, cache))),
       console_(start_console(scenario)) {
-    choice_ = scenario::choose(scenario_, anatomy_);
-    entry_ = scenario::entry_of(scenario_, anatomy_);
-    target_ = scenario::target_of(scenario_, anatomy_);
+    choice_ = scenario::choose(scenario_, *anatomy_);
+    entry_ = scenario::entry_of(scenario_, *anatomy_);
+    target_ = scenario::target_of(scenario_, *anatomy_);
     try {
-        contrast_ = std::make_unique<blood::ContrastFlow>(anatomy_, scenario_.blood);
+        contrast_ = std::make_unique<blood::ContrastFlow>(*anatomy_, scenario_.blood);
     } catch (const io::InputError& error) {
         throw io::InputError(io::located(scenario_.place("contrast.blood_from"), error.what()));
     }
-    wall_ = scenario::wall_of(scenario_, anatomy_, cache);
+    if (script)
+        if (const auto wrong = problems(*script); !wrong.empty())
+            throw io::InputError(io::joined(wrong, "\n"));
+    wall_ = scenario::wall_of(scenario_, *anatomy_, cache);
     reset();
     was_reset_ = false;
+}
+
+Simulation::Simulation(const Simulation& like)
+    : scenario_(like.scenario_),
+      anatomy_(like.anatomy_),
+      choice_(like.choice_),
+      entry_(like.entry_),
+      target_(like.target_),
+      wall_(like.wall_),
+      contrast_(std::make_unique<blood::ContrastFlow>(*like.contrast_)),
+      console_(like.console_),
+      was_reset_(like.was_reset_),
+      denied_(like.denied_) {
+    make_relaxers();
+    geometry::restore_state(*this, geometry::state_of(like));
 }
 
 Simulation::~Simulation() = default;
@@ -80,15 +99,23 @@ void Simulation::reset() {
     exchanged_.reset();
     console_ = start_console(scenario_);
     frames_ = 0;
+    breathing_ = {};
     iodine_ = scenario_.imaging.iodine;
     contrast_->reset();
     lay(entry_.points, scenario_.entry.inserted);
     tip_at_start_ = tip();
 }
 
-/// A new wire along the path, brought to rest by new relaxers, since old ones remember where they stopped. A
-/// wire that was there before passes on the turn of its hub.
-void Simulation::lay(const geometry::Polyline& path, double length, const physics::Guidewire* before) {
+void Simulation::aim(const scenario::Target& target) {
+    scenario::Scenario changed = scenario_;
+    changed.target = target;
+    if (const auto wrong = scenario::problems(changed); !wrong.empty())
+        throw io::InputError(io::joined(wrong, "\n"));
+    target_ = scenario::target_of(changed, *anatomy_);
+    scenario_.target = target;
+}
+
+void Simulation::make_relaxers() {
     const bool global = scenario_.relaxer.kind == physics::RelaxerKind::Global;
     hub_.reset();
     relaxer_.reset();
@@ -98,6 +125,13 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
         hub_ = std::make_unique<physics::Hub>(config, *wall_);
     else
         relaxer_ = physics::make_relaxer(config, *wall_);
+}
+
+/// A new wire along the path, brought to rest by new relaxers, since old ones remember where they stopped. A
+/// wire that was there before passes on the turn of its hub.
+void Simulation::lay(const geometry::Polyline& path, double length, const physics::Guidewire* before) {
+    const bool global = scenario_.relaxer.kind == physics::RelaxerKind::Global;
+    make_relaxers();
     deepest_crossing_ = 0;
     const auto turn_as_before = [before](physics::Guidewire& wire) {
         if (!before) return;
@@ -170,7 +204,7 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
     if (!std::isfinite(tuning.wall_stiffness) || tuning.wall_stiffness <= 0)
         throw io::InputError(
             fmt::format("a wall of {} N/mm; a stiffness above 0 is accepted", tuning.wall_stiffness));
-    static_cast<void>(scenario::entry_of(changed, anatomy_));  // for a later reset
+    static_cast<void>(scenario::entry_of(changed, *anatomy_));  // for a later reset
     const double length = inserted();
     const double least = physics::least_length(spec) + spec.segment_length;  // as at the entry
     if (!scenario_.catheter && length < least)
@@ -179,8 +213,8 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
                         length, least));
 
     const bool other_wall = changed.wall_stiffness != scenario_.wall_stiffness;
-    std::unique_ptr<const physics::LumenWall> wall;
-    if (other_wall) wall = scenario::wall_of(changed, anatomy_, cache);
+    std::shared_ptr<const physics::LumenWall> wall;
+    if (other_wall) wall = scenario::wall_of(changed, *anatomy_, cache);
     hub_.reset();  // they belong to the wall
     relaxer_.reset();
     if (wall) wall_ = std::move(wall);
@@ -226,6 +260,8 @@ struct Simulation::Apply {
     void operator()(const script::Collimate& c) const { at.console_.apply(c); }
     void operator()(const script::MoveTable& c) const { at.console_.apply(c); }
     void operator()(const script::StoreReference& c) const { at.console_.apply(c); }
+    void operator()(const script::ShiftMask& c) const { at.console_.apply(c); }
+    void operator()(const script::Breathe& c) const { at.breathing_.ask(c.hold); }
 };
 
 void Simulation::apply(const script::Command& command) {
@@ -234,50 +270,22 @@ void Simulation::apply(const script::Command& command) {
 }
 
 std::vector<std::string> Simulation::problems(const script::CommandScript& script) const {
-    std::vector<std::string> found;
-    blood::ContrastFlow trial(anatomy_, scenario_.blood);
-    // A wire is out once it was removed, until it is pushed again.
-    bool wire_is_out = false;
+    std::vector<std::string> found = device_problems(script, scenario_);
+    blood::ContrastFlow trial(*anatomy_, scenario_.blood);
     for (const script::TimedCommand& timed : script.commands) {
-        const script::Command& command = timed.command;
-        if (std::holds_alternative<script::Reset>(command)) {
-            trial.reset();
-            wire_is_out = false;
-        }
-        if (!scenario_.catheter && needs_catheter(command)) {
-            found.push_back(io::located(timed.place, no_catheter(command)));
-            continue;
-        }
-        if (const auto* push = std::get_if<script::Advance>(&command);
-            push && push->held == script::Held::Wire && push->length > 0)
-            wire_is_out = false;
-        if (const auto* out = std::get_if<script::Remove>(&command); out && out->held == script::Held::Wire)
-            wire_is_out = true;
-        const script::Inject* inject = std::get_if<script::Inject>(&command);
-        const script::Exchange* exchange = std::get_if<script::Exchange>(&command);
-        if (!inject && !exchange) continue;
+        if (found.size() > 20) break;
+        if (std::holds_alternative<script::Reset>(timed.command)) trial.reset();
+        const script::Inject* inject = std::get_if<script::Inject>(&timed.command);
+        if (!inject || (inject->branch.empty() && !scenario_.catheter)) continue;
         try {
-            if (exchange) {
-                static_cast<void>(wire_of_catalogue(exchange->device, scenario_));
-                if (!wire_is_out)
-                    throw io::InputError("the wire is still in; 'exchange' is accepted after 'remove wire'");
-            } else if (inject->branch.empty()) {
-                const physics::DeviceSpec spec = scenario_.catheter->device;
-                const double most = exercise::largest_flow(spec, 0, 0);
-                if (inject->rate > most)
-                    throw io::InputError(
-                        fmt::format("the catheter's lumen of {:g} mm passes {:.1f} ml/s at most; {:g} ml/s "
-                                    "were asked for",
-                                    spec.inner_diameter, most, inject->rate));
-                // Where its tip will be is not known yet; the limit of contrast is.
+            // Where a catheter's tip will be is not known yet; the limit of contrast is.
+            if (inject->branch.empty())
                 trial.inject({target_, inject->rate, inject->volume, inject->iodine});
-            } else {
+            else
                 trial.inject(injection(*inject));
-            }
         } catch (const io::InputError& error) {
             found.push_back(io::located(timed.place, error.what()));
         }
-        if (found.size() > 20) break;
     }
     return found;
 }
@@ -291,6 +299,7 @@ StepReport Simulation::step() {
     }
     contrast_->step(1 / scenario_.frame_rate);
     ++frames_;
+    report.breath = breathing_.step(time(), 1 / scenario_.frame_rate, scenario_.motion);
     report.console = console_.end_frame();
     report.reset = std::exchange(was_reset_, false);
     if (report.denied.empty()) report.denied = std::move(denied_);
@@ -303,7 +312,7 @@ double Simulation::time() const {
 }
 
 Vec3 Simulation::vessel_shift() const {
-    return scenario_.motion.at(time());
+    return scenario_.motion.at(time(), breathing_.clock(time()));
 }
 
 int Simulation::updates_left(const StepReport& report) const {
@@ -473,7 +482,7 @@ void Simulation::insert_segments(Motion& motion, int share, StepReport& report) 
 /// passed the end's opening outward more often than inward.
 bool Simulation::tip_has_left() const {
     const physics::Guidewire& wire = hub_ ? moving_ : wire_;
-    return std::any_of(anatomy_.ends.begin(), anatomy_.ends.end(), [&](const anatomy::VesselEnd& end) {
+    return std::any_of(anatomy_->ends.begin(), anatomy_->ends.end(), [&](const anatomy::VesselEnd& end) {
         const geometry::OpenEnd& opening = end.opening;
         const double reach = opening_reach * opening.radius;
         int out = 0;
@@ -510,9 +519,12 @@ void Simulation::relax(int updates, StepReport& report) {
 }
 
 void Simulation::state(geometry::StateStream& s) {
+    // What is restored into new relaxers has nothing of the old ones' reports.
+    if (s.restores()) make_relaxers();
     s(wire_, contacts_, waiting_, deepest_crossing_, rounds_of_mending_, *contrast_, console_, frames_,
       iodine_, tip_at_start_);
     if (!s.part(!exchanged_name_.empty(), exchanged_name_)) exchanged_name_.clear();
+    if (!s.part(breathing_.was_held(), breathing_)) breathing_ = {};
     if (s.restores()) {
         exchanged_.reset();
         if (!exchanged_name_.empty()) exchanged_ = wire_of_catalogue(exchanged_name_, scenario_);

@@ -10,6 +10,7 @@
 
 #include "engine/blood/contrast_flow.h"
 #include "engine/exercise/console.h"
+#include "engine/scenario/breathing.h"
 #include "engine/scenario/model_choice.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
@@ -40,6 +41,7 @@ struct StepReport {
     double waiting_rotation = 0;      // [rad]
     bool reset = false;               // a new attempt began with this frame
     ConsoleEvents console;
+    scenario::Breathing::Event breath = scenario::Breathing::Event::None;
 };
 
 /// What an instructor may change while the wire is inside.
@@ -55,10 +57,16 @@ class Simulation {
 public:
     /// Loads or draws the vessel, puts the wire in along the entry's centreline and relaxes it.
     /// Throws InputError when scenario and anatomy do not fit: no such end or target, a target outside, a
-    /// wire thicker than the vessel at its entry, too much or too little wire inside.
-    explicit Simulation(const scenario::Scenario&, const anatomy::ModelCache& = {});
+    /// wire thicker than the vessel at its entry, too much or too little wire inside; and for problems() of
+    /// the script, if there is one, before the wall's distance field is made.
+    explicit Simulation(const scenario::Scenario&, const anatomy::ModelCache& = {},
+                        const script::CommandScript* = nullptr);
+    /// Another simulation in the same state. Both share anatomy and wall, which never change: each may be
+    /// used by a thread of its own.
+    Simulation(const Simulation&);
     ~Simulation();
     Simulation(Simulation&&) noexcept;
+    Simulation& operator=(const Simulation&) = delete;
 
     /// Motions wait for step(); all else takes effect at once. Throws InputError for an injection into a
     /// branch that does not exist, or beyond the limit of contrast.
@@ -82,11 +90,14 @@ public:
     /// length and turn, and brought to rest. Waiting motions are dropped. Throws InputError for values that
     /// the scenario could not have, and then changes nothing.
     void retune(const Tuning&, const anatomy::ModelCache& = {});
+    /// Sets another target in the same vessels. Throws InputError for a target that does not exist or lies
+    /// outside, and then changes nothing.
+    void aim(const scenario::Target&);
 
     const scenario::Scenario& scenario() const { return scenario_; }
     /// What `auto` stood for: scenario() has every such value replaced by this choice.
     const scenario::ModelChoice& choice() const { return choice_; }
-    const anatomy::Anatomy& anatomy() const { return anatomy_; }
+    const anatomy::Anatomy& anatomy() const { return *anatomy_; }
     const physics::LumenWall& wall() const { return *wall_; }
     /// The chain of joints: the wire, or the wire and the catheter on one centreline.
     const physics::Guidewire& wire() const { return wire_; }
@@ -100,6 +111,7 @@ public:
     const blood::ContrastFlow& contrast() const { return *contrast_; }
     int frames() const { return frames_; }  // since the start or the last reset
     double time() const;                    // at the end of the last step [s]
+    const scenario::Breathing& breathing() const { return breathing_; }
     /// Displacement of vessels and wire now from where anatomy() and wire() have them [mm].
     geometry::Vec3 vessel_shift() const;
 
@@ -144,6 +156,7 @@ private:
         bool done() const { return insertion == 0 && rotation == 0 && !removes && exchange.empty(); }
     };
     struct Apply;
+    void make_relaxers();
     void lay(const geometry::Polyline&, double length, const physics::Guidewire* before = nullptr);
     physics::Guidewire chain(const geometry::Polyline&, double length,
                              const physics::Guidewire* before) const;
@@ -170,12 +183,12 @@ private:
     bool tip_has_left() const;
 
     scenario::Scenario scenario_;
-    anatomy::Anatomy anatomy_;
+    std::shared_ptr<const anatomy::Anatomy> anatomy_;
     scenario::ModelChoice choice_;
     anatomy::EntryPath entry_;
     geometry::Vec3 target_ = geometry::Vec3::Zero();
     geometry::Vec3 tip_at_start_ = geometry::Vec3::Zero();
-    std::unique_ptr<const physics::LumenWall> wall_;
+    std::shared_ptr<const physics::LumenWall> wall_;
 
     std::unique_ptr<physics::Hub> hub_;          // of the global relaxer
     std::unique_ptr<physics::Relaxer> relaxer_;  // of segments
@@ -188,6 +201,7 @@ private:
     std::unique_ptr<blood::ContrastFlow> contrast_;
     Console console_;
     int frames_ = 0;  // since the start or the last reset
+    scenario::Breathing breathing_;
     double iodine_ = 0;
     bool was_reset_ = false;      // since the last step
     std::string denied_;          // since the last step

@@ -6,11 +6,15 @@
 
 namespace io {
 
-/// what() has one problem per line, each `file:line:column: what was found; what is accepted` as far as
-/// known.
+/// The text as a terminal may show it: at most 100 lines of at most 1000 bytes, without control characters,
+/// which a file may have brought along; what is left out is counted.
+std::string printable(const std::string&);
+
+/// what() is printable and has one problem per line, each `file:line:column: what was found; what is
+/// accepted` as far as known.
 class InputError : public std::runtime_error {
 public:
-    using std::runtime_error::runtime_error;
+    explicit InputError(const std::string& what) : std::runtime_error(printable(what)) {}
 };
 
 /// A place in a text written by a person; line and column count from 1, 0 = not known.

@@ -47,6 +47,38 @@ std::string join(const Words& words, std::string_view separator) {
 
 }  // namespace
 
+std::string printable(const std::string& text) {
+    constexpr std::size_t most_lines = 100, longest_line = 1000;
+    std::string shown;
+    std::size_t lines = 0, left_out = 0;
+    for (std::size_t at = 0; at <= text.size();) {
+        const std::size_t end = std::min(text.find('\n', at), text.size());
+        if (lines == most_lines) {
+            ++left_out;
+        } else {
+            if (lines++ > 0) shown += '\n';
+            std::size_t length = std::min(end - at, longest_line);
+            // Not in the middle of a character of UTF-8.
+            while (length < end - at && length > 0 &&
+                   (static_cast<unsigned char>(text[at + length]) & 0xc0) == 0x80)
+                --length;
+            for (std::size_t i = at; i < at + length; ++i) {
+                const auto byte = static_cast<unsigned char>(text[i]);
+                // In UTF-8 the control characters from 0x80 to 0x9f follow a byte 0xc2.
+                const bool control = byte < 0x20 || byte == 0x7f ||
+                                     (byte >= 0x80 && byte < 0xa0 &&
+                                      (i == at || static_cast<unsigned char>(text[i - 1]) == 0xc2 ||
+                                       static_cast<unsigned char>(text[i - 1]) < 0x80));
+                shown += control ? '?' : text[i];
+            }
+            if (length < end - at) shown += fmt::format(" … ({} bytes more)", end - at - length);
+        }
+        at = end + 1;
+    }
+    if (left_out > 0) shown += fmt::format("\n… and {} lines more", left_out);
+    return shown;
+}
+
 std::string located(const TextPlace& place, const std::string& message) {
     std::string text = place.file;
     if (place.line > 0) text += ':' + std::to_string(place.line);

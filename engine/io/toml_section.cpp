@@ -6,6 +6,7 @@
 #include <sstream>
 #include <toml++/toml.h>
 
+#include "engine/io/depth.h"
 #include "engine/io/text.h"
 
 namespace io {
@@ -35,18 +36,35 @@ void Reading::refuse(const toml::source_region& region, const std::string& text)
     wrong.emplace_back(place(region), text);
 }
 
-std::vector<std::string> Reading::complaints() {
+toml::table Reading::parse(std::string_view text) const {
+    check_toml_depth(text, file);
+    try {
+        return toml::parse(text, file);
+    } catch (const toml::parse_error& error) {
+        throw InputError(
+            located(place(error.source()), fmt::format("this is not TOML: {}", error.description())));
+    }
+}
+
+void Reading::end() {
+    if (wrong.empty()) return;
     std::stable_sort(wrong.begin(), wrong.end(), [](const auto& a, const auto& b) {
         return std::pair(a.first.line, a.first.column) < std::pair(b.first.line, b.first.column);
     });
     std::vector<std::string> lines;
     for (const auto& [place, message] : wrong) lines.push_back(located(place, message));
-    return lines;
+    throw InputError(joined(lines, "\n"));
 }
 
 Section::Section(Reading& reading, const toml::table* table, std::string name)
     : reading_(reading), table_(table), name_(std::move(name)) {
     if (table_) reading_.places[name_] = reading_.place(table_->source());
+}
+
+void Section::schema() {
+    int schema = 0;
+    if (!find("schema")) missing("schema", "schema = 1");
+    whole("schema", schema, {1, 1});
 }
 
 const toml::node* Section::find(std::string_view key) {

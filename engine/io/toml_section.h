@@ -36,8 +36,12 @@ struct Reading {
 
     TextPlace place(const toml::source_region&) const;
     void refuse(const toml::source_region&, const std::string& text);
-    /// One problem a line, in the order of the file.
-    std::vector<std::string> complaints();
+    /// The text of the file. Throws InputError for what is not TOML, or is nested too deep: see
+    /// check_toml_depth.
+    toml::table parse(std::string_view text) const;
+    /// Throws InputError with what has been found wrong, one problem a line in the order of the file, if
+    /// anything.
+    void end();
 };
 
 /// A table being read. Each query also records its key as known, so that finish() can list the unknown keys.
@@ -68,6 +72,8 @@ public:
     std::vector<Section> sections(std::string_view key);
     void missing(std::string_view key, const std::string& what);
     void refuse_whole(const std::string& text);
+    /// Every file has schema = 1.
+    void schema();
     void finish() const;
 
 private:

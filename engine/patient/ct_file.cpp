@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "engine/patient/ct_samples.h"
 #include "engine/patient/patient_files.h"
 #include "physics/geometry/hash.h"
@@ -20,6 +21,7 @@ bool is_nrrd(const fs::path& path) {
 }
 
 void add_file(geometry::Hash& hash, const fs::path& path) {
+    io::require_no_device(path);
     std::ifstream file(path, std::ios::binary);
     std::error_code failed;
     hash.add(std::uint64_t{fs::file_size(path, failed)});
@@ -32,6 +34,7 @@ void add_file(geometry::Hash& hash, const fs::path& path) {
 }  // namespace
 
 CtImage read_ct(const fs::path& path, const std::string& series, const Progress& progress) {
+    io::require_no_device(path);
     std::error_code failed;
     CtImage ct;
     try {
@@ -61,6 +64,7 @@ CtImage read_ct(const fs::path& path, const std::string& series, const Progress&
 
 std::uint64_t content_hash(const fs::path& path) {
     geometry::Hash hash;
+    io::require_no_device(path);
     std::error_code failed;
     if (fs::is_directory(path, failed)) {
         std::vector<fs::path> files;

@@ -7,7 +7,9 @@
 #include <optional>
 
 #include "engine/anatomy/mesh_file.h"
+#include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/patient/cell_means.h"
 #include "engine/patient/ct_cleaning.h"
 #include "engine/patient/hounsfield.h"
 #include "physics/geometry/hash.h"
@@ -28,9 +30,10 @@ Mat3 turn_of(const PatientFiles& files) {
         .toRotationMatrix();
 }
 
-/// Leaves the box of what is denser than air.
+constexpr std::int16_t air = -1000;
+
+/// Leaves the box of what is denser than air, and a margin.
 void crop(CtImage& ct) {
-    constexpr std::int16_t air = -1000;
     std::array<int, 3> low = ct.grid.size, high = {-1, -1, -1};
     for (int k = 0; k < ct.grid.size[2]; ++k)
         for (int j = 0; j < ct.grid.size[1]; ++j) {
@@ -48,6 +51,11 @@ void crop(CtImage& ct) {
             }
         }
     if (high[0] < 0) return;
+    constexpr int margin = 2;  // where edges still have an effect
+    for (int a = 0; a < 3; ++a) {
+        low[a] = std::max(low[a] - margin, 0);
+        high[a] = std::min(high[a] + margin, ct.grid.size[a] - 1);
+    }
     CtImage box;
     box.grid = ct.grid;
     box.grid.origin = ct.grid.at(low[0], low[1], low[2]);
@@ -64,7 +72,7 @@ void crop(CtImage& ct) {
     ct.grid = box.grid;
 }
 
-constexpr std::uint64_t prepared_version = 1;  // to be raised when preparing gives other samples
+constexpr std::uint64_t prepared_version = 2;  // to be raised when preparing gives other samples
 
 std::uint64_t fingerprint(const PatientFiles& files, const geometry::TriangleMesh& lumen) {
     geometry::Hash hash;
@@ -158,7 +166,10 @@ CtImage prepared(const PatientFiles& files, const geometry::TriangleMesh& lumen,
         if (progress) progress(0.7, "replacing the CT's contrast by blood");
         replace_contrast(ct, lumen);
     }
+    // Noise below air, or what a scanner writes outside its field of view, is air.
+    for (std::int16_t& hu : ct.hu) hu = std::max(hu, air);
     crop(ct);
+    interpolate_means(ct);
     return ct;
 }
 
@@ -197,7 +208,15 @@ std::vector<render::TissueLayer> mesh_layers(const PatientFiles& files) {
         } catch (const std::runtime_error& error) {
             throw io::InputError(io::located(wanted.place, error.what()));
         }
-        for (Vec3& v : layer.mesh.vertices) v = turn * v + files.shift;
+        for (Vec3& v : layer.mesh.vertices) {
+            v = turn * v + files.shift;
+            if (!(v.cwiseAbs().maxCoeff() <= anatomy::largest_coordinate))
+                throw io::InputError(io::located(
+                    wanted.place,
+                    fmt::format(
+                        "{}: a corner at ({:g}, {:g}, {:g}) mm; coordinates up to {:g} mm are accepted",
+                        wanted.file.string(), v.x(), v.y(), v.z(), anatomy::largest_coordinate)));
+        }
         if (geometry::signed_volume(layer.mesh) < 0)
             for (auto& triangle : layer.mesh.triangles) std::swap(triangle[1], triangle[2]);
         layers.push_back(std::move(layer));

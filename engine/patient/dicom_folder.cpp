@@ -98,6 +98,8 @@ std::optional<Slice> slice_of(const fs::path& path) {
     DcmDataset& data = *file.getDataset();
     if (text_of(data, DCM_Modality) != "CT" || !data.tagExists(DCM_PixelData)) return std::nullopt;
     if (text_of(data, DCM_ImageType).find("LOCALIZER") != std::string::npos) return std::nullopt;
+    // Pictures of the screen, such as dose reports, bear the scanner's modality.
+    if (text_of(data, DCM_SOPClassUID).starts_with(UID_SecondaryCaptureImageStorage)) return std::nullopt;
     Slice slice;
     slice.file = path;
     slice.series = text_of(data, DCM_SeriesInstanceUID);

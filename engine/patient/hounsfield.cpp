@@ -32,17 +32,20 @@ double hounsfield(Material material) {
 std::vector<VolumePart> materials_of_hounsfield() {
     constexpr Material ladder[] = {Material::Lung, Material::Adipose, Material::SoftTissue,
                                    Material::CorticalBone};
+    constexpr double beyond = 128;  // so many times its own number: 16 bits hold no sample outside
     std::vector<VolumePart> parts;
     for (std::size_t m = 0; m < std::size(ladder); ++m) {
         VolumePart part{ladder[m], Material::Air, {}};
-        // A hat over the material's own HU. Air is at −1000 by definition.
+        const double own = hounsfield(ladder[m]);
+        // A hat over the material's own HU. Air is at −1000 by definition; below it the first line goes on.
+        if (m == 0) part.knots.push_back({-1000.0 - beyond * (own + 1000.0), -beyond});
         part.knots.push_back({m == 0 ? -1000.0 : hounsfield(ladder[m - 1]), 0.0});
-        part.knots.push_back({hounsfield(ladder[m]), 1.0});
+        part.knots.push_back({own, 1.0});
         if (m + 1 < std::size(ladder)) {
             part.knots.push_back({hounsfield(ladder[m + 1]), 0.0});
         } else {
-            // Denser bone, up to a scanner's highest number.
-            part.knots.push_back({highest_hu, (highest_hu + 1000.0) / (hounsfield(ladder[m]) + 1000.0)});
+            // Denser bone.
+            part.knots.push_back({-1000.0 + beyond * (own + 1000.0), beyond});
         }
         parts.push_back(std::move(part));
     }

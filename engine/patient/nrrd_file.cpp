@@ -279,6 +279,7 @@ CtImage read_nrrd(const fs::path& path, const Progress& progress) {
     }
     const std::optional<fs::path> apart = data_file(header);
     const fs::path data = apart.value_or(path);
+    io::require_no_device(data);
     std::uint64_t begin = apart ? 0 : header.end;
     const long long lines = skip_of(header, "line skip", false);
     const long long bytes = skip_of(header, "byte skip", raw);

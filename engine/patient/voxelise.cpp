@@ -150,16 +150,22 @@ std::string nrrd_text(const CtImage& ct, const fs::path& path) {
 
 }  // namespace
 
+void check_ct_name(const fs::path& path) {
+    const std::string name = path.filename().string();
+    for (const char* ending : {".nii.gz", ".nii", ".nrrd"})
+        if (name.ends_with(ending)) return;
+    refuse_ct(path, "another kind of file is wanted", ".nii, .nii.gz or .nrrd is accepted");
+}
+
 void write_ct(const fs::path& path, const CtImage& ct) {
+    check_ct_name(path);
     const std::string name = path.filename().string();
     if (name.ends_with(".nii.gz"))
         io::write_whole(path, compressed(nifti_text(ct), path));
     else if (name.ends_with(".nii"))
         io::write_whole(path, nifti_text(ct));
-    else if (name.ends_with(".nrrd"))
-        io::write_whole(path, nrrd_text(ct, path));
     else
-        refuse_ct(path, "another kind of file is wanted", ".nii, .nii.gz or .nrrd is accepted");
+        io::write_whole(path, nrrd_text(ct, path));
 }
 
 }  // namespace patient

@@ -121,7 +121,13 @@ void Hands::press_pedals(const Input& input, const exercise::Simulation& simulat
             messages.push_back(now[next]);
         }
         if (action == Action::Reference) commands.push_back(script::StoreReference{});
+        if (action == Action::Breath) {
+            using State = scenario::Breathing::State;
+            const State now = simulation.breathing().state();
+            commands.push_back(script::Breathe{now == State::Free || now == State::Gasping});
+        }
     }
+    shift_mask(input, commands);
     const bool acquire = input.holds(Action::Acquisition);
     const bool beam = acquire || input.holds(Action::Fluoroscopy);
     const script::ImagingMode mode = acquire          ? script::ImagingMode::Dsa
@@ -132,6 +138,26 @@ void Hands::press_pedals(const Input& input, const exercise::Simulation& simulat
     if (acquire && !acquires_) commands.push_back(script::NewMask{});
     acquires_ = acquire;
     if (beam != console.beam_on()) commands.push_back(script::Beam{beam});
+}
+
+/// All presses of a frame are one shift, in their order.
+void Hands::shift_mask(const Input& input, std::vector<script::Command>& commands) const {
+    using Way = script::ShiftMask::Way;
+    const double step = keys_.speeds.shift[speed_of(input)];
+    script::ShiftMask by{Way::By, 0, 0};
+    const auto flush = [&] {
+        if (by.x != 0 || by.y != 0) commands.push_back(by);
+        by.x = by.y = 0;
+    };
+    for (const Action action : input.pressed) {
+        if (action == Action::ShiftAuto || action == Action::ShiftOff) {
+            flush();
+            commands.push_back(script::ShiftMask{action == Action::ShiftAuto ? Way::Auto : Way::To, 0, 0});
+        }
+        by.x += step * ((action == Action::ShiftRight) - (action == Action::ShiftLeft));
+        by.y += step * ((action == Action::ShiftDown) - (action == Action::ShiftUp));
+    }
+    flush();
 }
 
 void Hands::move_stand(const Input& input, const exercise::Simulation& simulation,

@@ -40,6 +40,13 @@ constexpr std::array<ActionInfo, actions> table = {{
     {"roadmap", "roadmap on and off"},
     {"mask", "new mask of DSA"},
     {"reference", "image to the reference screen"},
+    {"shift_left", "mask to the left"},
+    {"shift_right", "mask to the right"},
+    {"shift_up", "mask up"},
+    {"shift_down", "mask down"},
+    {"shift_auto", "mask to where it fits the image best"},
+    {"shift_off", "mask to where it was taken"},
+    {"breath", "hold the breath, or breathe"},
     {"sid_less", "detector nearer"},
     {"sid_more", "detector farther"},
     {"magnify", "smaller field"},
@@ -213,6 +220,7 @@ private:
         Speeds& s = map_.speeds;
         three(section, "advance_mm_per_s", s.advance, 200);
         three(section, "rotate_deg_per_s", s.rotate, 3600, degree);
+        three(section, "shift_px", s.shift, 50);
         section.number("run_up_s", s.run_up, {0, 5});
         section.number("wheel_mm", s.wheel, positive(50));
         section.number("drag_mm_per_pixel", s.drag_advance, positive(5));
@@ -356,16 +364,8 @@ std::string KeyMap::first(Action action) const {
 
 KeyMap parse_keys(const std::string& toml, const std::string& file, const KeyMap& base) {
     io::Reading reading{file, {}, {}};
-    toml::table parsed;
-    try {
-        parsed = toml::parse(toml, file);
-    } catch (const toml::parse_error& error) {
-        throw io::InputError(io::located(reading.place(error.source()),
-                                         fmt::format("this is not TOML: {}", error.description())));
-    }
-    KeyMap map = Reader(reading, base).read(parsed);
-    if (const auto wrong = reading.complaints(); !wrong.empty())
-        throw io::InputError(io::joined(wrong, "\n"));
+    KeyMap map = Reader(reading, base).read(reading.parse(toml));
+    reading.end();
     return map;
 }
 

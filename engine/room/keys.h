@@ -3,6 +3,7 @@
 ///
 ///     [hand]
 ///     advance_mm_per_s = [2, 10, 30]      # fine, plain, fast
+///     shift_px = [0.1, 0.5, 2]            # of the mask
 ///     [keys]
 ///     advance = ["Up", "W"]               # every action has one or more keys, or none: []
 ///     [[injection]]
@@ -46,6 +47,13 @@ enum class Action : std::uint8_t {
     Roadmap,
     Mask,
     Reference,
+    ShiftLeft,
+    ShiftRight,
+    ShiftUp,
+    ShiftDown,
+    ShiftAuto,
+    ShiftOff,
+    Breath,
     SidLess,
     SidMore,
     Magnify,
@@ -100,6 +108,7 @@ struct Speeds {
     double dead_zone = 0.15;                                           // of a gamepad's axis [-]
     double arm = 0.436;                                                // [rad/s]
     double table = 60;                                                 // [mm/s]
+    std::array<double, 3> shift = {0.1, 0.5, 2};                       // of the mask by a key [pixels]
     double sid_step = 50;                                              // [mm]
     std::vector<double> fields = {480, 400, 320, 270, 230, 190, 160};  // of the detector, widest first [mm]
 };

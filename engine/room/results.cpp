@@ -1,10 +1,11 @@
 #include "engine/room/results.h"
 
 #include <algorithm>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "engine/exercise/exercise.h"
+#include "engine/io/depth.h"
+#include "engine/io/error.h"
 #include "engine/io/files.h"
 
 namespace room {
@@ -26,8 +27,17 @@ std::optional<scenario::Par> par_of(const scenario::Scenario& scenario, const sc
 }
 
 Results::Results(std::filesystem::path file) : file_(std::move(file)) {
-    std::ifstream text(file_);
-    const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
+    const nlohmann::json json = [this] {
+        std::error_code ignored;
+        if (!std::filesystem::exists(file_, ignored)) return nlohmann::json();
+        try {
+            const std::string text = io::read_text(file_, "results", "its own are accepted");
+            io::check_json_depth(text, file_.string());
+            return nlohmann::json::parse(text, nullptr, false);
+        } catch (const io::InputError&) {
+            return nlohmann::json();  // they begin anew
+        }
+    }();
     if (!json.is_object()) return;
     for (const auto& [name, entry] : json.items()) {
         if (!entry.is_object()) continue;

@@ -89,24 +89,14 @@ void Sequences::limit() {
     }
 }
 
-render::Field shifted(const render::Field& field, double x, double y) {
-    if (x == 0 && y == 0) return field;
-    render::Field moved(field.width, field.height);
-    for (int row = 0; row < field.height; ++row)
-        for (int column = 0; column < field.width; ++column)
-            moved.values[static_cast<std::size_t>(row) * field.width + column] =
-                static_cast<float>(between(field.values, field.width, field.height, column - x, row - y));
-    return moved;
-}
-
 render::GrayImage look_at(const Sequence& run, const Look& look) {
     const KeptImage& kept = run.images.at(look.image);
     render::GrayImage image;
     if (run.mode == script::ImagingMode::Dsa) {
         const KeptImage& mask = run.images.at(look.mask);
-        image =
-            render::Subtraction(shifted(*mask.signal, look.shift_x, look.shift_y), *run.opening, *run.scatter)
-                .subtracted(*kept.signal);
+        render::Subtraction subtraction(*mask.signal, *run.opening, *run.scatter);
+        subtraction.shift_mask({look.shift_x, look.shift_y}, false);
+        image = subtraction.subtracted(*kept.signal);
     } else {
         image = *kept.shown;
     }

@@ -65,9 +65,6 @@ struct Look {
 /// fluoroscopy is as it was shown. Throws std::out_of_range for an image or mask that does not exist.
 render::GrayImage look_at(const Sequence&, const Look&);
 
-/// `field` moved by so many pixels to the right and down; what moves in from outside repeats the edge.
-render::Field shifted(const render::Field&, double x, double y);
-
 /// A ruler on the image [pixels].
 struct Ruler {
     double x0 = 0, y0 = 0, x1 = 0, y1 = 0;

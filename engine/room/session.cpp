@@ -73,6 +73,8 @@ private:
         const exercise::Exercise::Snapshot start = exercise_->snapshot();
         exercise_->next_frame(std::vector<script::Command>{script::Beam{true}});
         exercise_->image();
+        while (exercise_->monitor()->draw_ahead()) {
+        }
         exercise_->restore(start);
         if (!options_.record.empty()) {
             recording_.emplace(options_.record, script::RecordingHeader{options_.origin});
@@ -91,6 +93,7 @@ private:
         const auto period =
             std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(period_));
         while (true) {
+            if (view_.phase == Phase::Running) draw_ahead(next);
             std::vector<Control> controls;
             std::optional<exercise::Tuning> tuning;
             {
@@ -123,6 +126,17 @@ private:
             next += period;
             view_.slow = now < slow_until;
             frame();
+        }
+    }
+
+    /// Uses the time before the next frame for what later ones need, while the beam is on.
+    void draw_ahead(Clock::time_point next) {
+        if (!exercise_->simulation().console().beam_on()) return;
+        for (auto now = Clock::now(); now + longest_part_ < next;) {
+            if (!exercise_->monitor()->draw_ahead()) return;
+            const auto then = Clock::now();
+            longest_part_ = std::max(longest_part_, then - now);
+            now = then;
         }
     }
 
@@ -189,7 +203,7 @@ private:
                    std::holds_alternative<script::Withdraw>(c) || std::holds_alternative<script::Rotate>(c);
         });
         if (moves && asked) waiting_ = asked;
-        if (made.motion.console.pulse || made.motion.reset) {
+        if (made.motion.console.pulse || made.motion.reset || (view_.image && !made.mask_shifts.empty())) {
             view_.image = std::make_shared<const render::GrayImage>(exercise_->image());
             ++view_.image_serial;
             if (made.motion.console.pulse && waiting_) view_.asked = std::exchange(waiting_, {});
@@ -343,6 +357,7 @@ private:
     Sequences sequences_;
     std::deque<Moment> moments_;
     std::optional<Clock::time_point> waiting_;  // of input that a pulse has yet to show
+    Clock::duration longest_part_{};            // of what is drawn ahead
     bool watches_ = false;
     View view_;
 };

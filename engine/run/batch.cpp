@@ -12,6 +12,7 @@
 #include <toml++/toml.h>
 
 #include "engine/io/csv.h"
+#include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
@@ -156,9 +157,10 @@ std::map<int, Row> kept_rows(const fs::path& file) {
     std::map<int, Row> rows;
     std::error_code ignored;
     if (!fs::exists(file, ignored)) return rows;
-    const BatchJson json =
-        BatchJson::parse(io::read_text(file, "batch", "its own is accepted"), nullptr, false);
+    const std::string text = io::read_text(file, "batch", "its own is accepted");
     try {
+        io::check_json_depth(text, file.string());
+        const BatchJson json = BatchJson::parse(text, nullptr, false);
         for (const BatchJson& one : json) {
             Row row;
             row.of = one.at("of").get<std::string>();
@@ -203,75 +205,63 @@ std::vector<BatchJob> load_batch(const fs::path& file, const BatchOptions& optio
     const std::string text = io::read_text(file, "list of runs", "a .toml file is accepted");
     io::Reading reading{file.string(), {}, {}};
     std::vector<BatchJob> jobs;
-    try {
-        const toml::table root = toml::parse(text, reading.file);
-        io::Section top(reading, &root, "");
-        int schema = 0;
-        if (!top.find("schema")) top.missing("schema", "schema = 1");
-        top.whole("schema", schema, {1, 1});
-        std::vector<io::Section> runs = top.sections("run");
-        if (runs.empty()) top.missing("run", "[[run]] with scenario and commands");
-        for (io::Section& run : runs) {
-            BatchJob job;
-            const std::vector<std::string> scenarios = texts(run, "scenario"),
-                                           scripts = texts(run, "commands");
-            run.flag("images", job.images);
-            Choices choices;
-            read_choices(run.find("set"), run, choices);
-            if (const toml::node* seeds = run.find("seeds")) {
-                const toml::array* list = seeds->as_array();
-                std::vector<std::string> values;
-                if (list && !list->empty() && list->is_homogeneous(toml::node_type::integer))
-                    for (const toml::node& seed : *list) values.push_back(toml_text(seed));
-                else
-                    run.refuse("seeds", *seeds, "a list of whole numbers is accepted");
-                choices.emplace_back("seed", std::move(values));
-            }
-            run.finish();
-            for (const std::string& named : scenarios)
-                for (const std::string& script : scripts) {
-                    try {
-                        job.scenario = options.scenario(named, file.parent_path());
-                        job.commands = options.commands(
-                            script == "solution" ? job.scenario.stem().string() : script, file.parent_path());
-                    } catch (const io::InputError& error) {
-                        reading.wrong.emplace_back(io::TextPlace{reading.file, 0, 0}, error.what());
-                        continue;
-                    }
-                    std::size_t combinations = 1;
-                    for (const auto& [key, values] : choices) combinations *= values.size();
-                    if (jobs.size() + combinations > most_runs) {
-                        run.refuse_whole(fmt::format("the list has more than {} runs", most_runs));
-                        break;
-                    }
-                    for (std::size_t k = 0; k < combinations; ++k) {
-                        job.values.clear();
-                        std::size_t rest = k;
-                        for (const auto& [key, values] : choices) {
-                            job.values.push_back({key, values[rest % values.size()]});
-                            rest /= values.size();
-                        }
-                        job.number = static_cast<int>(jobs.size()) + 1;
-                        jobs.push_back(job);
-                    }
-                }
+    const toml::table root = reading.parse(text);
+    io::Section top(reading, &root, "");
+    top.schema();
+    std::vector<io::Section> runs = top.sections("run");
+    if (runs.empty()) top.missing("run", "[[run]] with scenario and commands");
+    for (io::Section& run : runs) {
+        BatchJob job;
+        const std::vector<std::string> scenarios = texts(run, "scenario"), scripts = texts(run, "commands");
+        run.flag("images", job.images);
+        Choices choices;
+        read_choices(run.find("set"), run, choices);
+        if (const toml::node* seeds = run.find("seeds")) {
+            const toml::array* list = seeds->as_array();
+            std::vector<std::string> values;
+            if (list && !list->empty() && list->is_homogeneous(toml::node_type::integer))
+                for (const toml::node& seed : *list) values.push_back(toml_text(seed));
+            else
+                run.refuse("seeds", *seeds, "a list of whole numbers is accepted");
+            choices.emplace_back("seed", std::move(values));
         }
-        top.finish();
-    } catch (const toml::parse_error& error) {
-        throw io::InputError(io::located(reading.place(error.source()),
-                                         fmt::format("this is not TOML: {}", error.description())));
+        run.finish();
+        for (const std::string& named : scenarios)
+            for (const std::string& script : scripts) {
+                try {
+                    job.scenario = options.scenario(named, file.parent_path());
+                    job.commands = options.commands(
+                        script == "solution" ? job.scenario.stem().string() : script, file.parent_path());
+                } catch (const io::InputError& error) {
+                    reading.wrong.emplace_back(io::TextPlace{reading.file, 0, 0}, error.what());
+                    continue;
+                }
+                std::size_t combinations = 1;
+                for (const auto& [key, values] : choices) combinations *= values.size();
+                if (jobs.size() + combinations > most_runs) {
+                    run.refuse_whole(fmt::format("the list has more than {} runs", most_runs));
+                    break;
+                }
+                for (std::size_t k = 0; k < combinations; ++k) {
+                    job.values.clear();
+                    std::size_t rest = k;
+                    for (const auto& [key, values] : choices) {
+                        job.values.push_back({key, values[rest % values.size()]});
+                        rest /= values.size();
+                    }
+                    job.number = static_cast<int>(jobs.size()) + 1;
+                    jobs.push_back(job);
+                }
+            }
     }
-    if (const auto wrong = reading.complaints(); !wrong.empty())
-        throw io::InputError(io::joined(wrong, "\n"));
+    top.finish();
+    reading.end();
     return jobs;
 }
 
 BatchResult run_batch(const std::vector<BatchJob>& jobs, const fs::path& out, const BatchOptions& asked) {
-    std::error_code error;
-    fs::create_directories(out, error);
-    if (!fs::is_directory(out))
-        throw io::InputError(
-            fmt::format("{}: this folder cannot be made; one that can be written is accepted", out.string()));
+    io::OwnFolder own(out);
+    io::remove_leftovers(out);
     BatchOptions options = asked;
     if (options.cache.folder.empty()) options.cache.folder = anatomy::cache_beside(out / "run");
     const std::map<int, Row> before = kept_rows(out / "batch.json");

@@ -27,12 +27,17 @@ void Expectation::add(const std::filesystem::path& path) {
                                  "the output folder of a run");
         }
         add_states(recording);
+        origin_ = recording.origin;
+        file_ = recording.file;
         return;
     }
     add(path / "run.gw");
+    folder_ = path.string();
     for (const auto& entry : std::filesystem::directory_iterator(path / "frames", error)) {
         const int frame = frame_of_file_name(entry.path().filename().string());
-        if (frame >= 0) frames_[frame] = entry.path();
+        if (frame < 0) continue;
+        read_picture(entry.path());
+        frames_[frame] = entry.path();
     }
 }
 
@@ -49,8 +54,12 @@ void Expectation::check_state(int frame, std::uint64_t hash) {
 
 void Expectation::check_frame(int frame, const render::GrayImage& image) {
     const auto at = frames_.find(frame);
-    if (at == frames_.end()) return;
+    if (at == frames_.end()) {
+        if (!frames_.empty()) absent_.push_back(frame);
+        return;
+    }
     ++compared_frames_;
+    seen_.insert(frame);
     const render::GrayImage expected = read_picture(at->second);
     if (expected == image) return;
     if (expected.width != image.width || expected.height != image.height) {
@@ -63,8 +72,25 @@ void Expectation::check_frame(int frame, const render::GrayImage& image) {
                        frame, found.pixels_differing, found.largest));
 }
 
-void Expectation::finish(int last_frame, bool interrupted) {
+void Expectation::finish(int last_frame, bool interrupted, bool images) {
+    if (!folder_.empty() && frames_.empty())
+        notes_.push_back(fmt::format("{}: no images were found there, so none were compared", folder_));
+    else if (!frames_.empty() && !images)
+        notes_.push_back(fmt::format("{}: its {} images were not compared, as this run made none", folder_,
+                                     frames_.size()));
+    if (images && !absent_.empty())
+        differ(fmt::format("{} of the frames, frame {} first, have no image in {}", absent_.size(),
+                           absent_.front(), folder_));
     if (interrupted) return;
+    if (images) {
+        std::vector<int> missing;
+        for (const auto& [frame, file] : frames_)
+            if (frame <= last_frame && !seen_.contains(frame)) missing.push_back(frame);
+        if (!missing.empty())
+            differ(fmt::format(
+                "{} images of {}, frame {} first, were not made by this run; the same --every makes them",
+                missing.size(), folder_, missing.front()));
+    }
     if (last_state() > last_frame) {
         differ(fmt::format("a state is expected of frame {}; the run ended at frame {}", last_state(),
                            last_frame));

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <fmt/format.h>
 
+#include "engine/exercise/device_rules.h"
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/notices.h"
 #include "engine/exercise/room_readout.h"
@@ -161,7 +162,7 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
     }
     if (sink) sink->finish();
     result.state_hash = exercise.simulation().state_hash();
-    expectation.finish(result.frames - 1, result.interrupted);
+    expectation.finish(result.frames - 1, result.interrupted, sink != nullptr);
     result.score = exercise.finish();
     result.earlier.assign(exercise.earlier_attempts().begin(), exercise.earlier_attempts().end());
     result.par = exercise.simulation().scenario().lesson.par;
@@ -170,6 +171,14 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
     result.compared_frames = expectation.compared_frames();
     result.differences = expectation.differences();
     result.notices = notices.text();
+    for (const std::string& note : expectation.notes()) result.notices.push_back(note);
+    if (expectation.file() != script.file)
+        for (std::string& difference : other_origin(expectation.origin(), exercise.simulation()))
+            result.notices.push_back(fmt::format("{}: {}", expectation.file(), difference));
+    if (expectation.origin() && options.origin.program_hash != 0 && expectation.origin()->program_hash != 0 &&
+        expectation.origin()->program_hash != options.origin.program_hash)
+        result.notices.push_back(fmt::format("{}: it was recorded by another build of the program, {}",
+                                             expectation.file(), expectation.origin()->program));
     for (std::string& difference : other_origin(script.origin, exercise.simulation()))
         result.notices.push_back(fmt::format("{}: {}", script.file, difference));
     if (result.score.pulses == 0 && result.frames > 0)
@@ -200,12 +209,29 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
     return result;
 }
 
-void require_possible(const exercise::Simulation& simulation, const script::CommandScript& script,
-                      const RunOptions& options) {
-    if (const auto wrong = simulation.problems(script); !wrong.empty())
-        throw io::InputError(io::joined(wrong, "\n"));
-    if (const auto wrong = other_origin(script.origin, simulation); options.same_origin && !wrong.empty())
+/// How the origin differs from the scenario, whatever its vessels.
+std::vector<std::string> other_scenario(const std::optional<script::Origin>& origin,
+                                        const scenario::Scenario& here) {
+    if (origin && !origin->scenario.empty() && origin->scenario != here.name)
+        return {
+            fmt::format("it was recorded in the scenario '{}', not in '{}'", origin->scenario, here.name)};
+    if (origin && origin->scenario_hash != 0 && origin->scenario_hash != here.content)
+        return {fmt::format("the scenario '{}' has changed since it was recorded", here.name)};
+    return {};
+}
+
+void refuse_origin(const script::CommandScript& script, const RunOptions& options,
+                   const std::vector<std::string>& wrong) {
+    if (options.same_origin && !wrong.empty())
         throw io::InputError(fmt::format("{}: {}; --force goes on", script.file, io::joined(wrong, "; ")));
+}
+void require_origin(const scenario::Scenario& here, const script::CommandScript& script,
+                    const RunOptions& options) {
+    refuse_origin(script, options, other_scenario(script.origin, here));
+}
+void require_origin(const exercise::Simulation& simulation, const script::CommandScript& script,
+                    const RunOptions& options) {
+    refuse_origin(script, options, other_origin(script.origin, simulation));
 }
 
 exercise::Pictures pictures_of(bool images, const RunOptions& options) {
@@ -224,17 +250,8 @@ Expectation expectation_of(const script::CommandScript& script, const RunOptions
 
 std::vector<std::string> other_origin(const std::optional<script::Origin>& origin,
                                       const exercise::Simulation& simulation) {
-    std::vector<std::string> differences;
-    if (!origin) return differences;
-    script::Origin here;
-    exercise::identify(here, simulation);
-    if (!origin->scenario.empty() && origin->scenario != here.scenario)
-        differences.push_back(fmt::format("it was recorded in the scenario '{}', not in '{}'",
-                                          origin->scenario, here.scenario));
-    else if (origin->scenario_hash != 0 && origin->scenario_hash != here.scenario_hash)
-        differences.push_back(
-            fmt::format("the scenario '{}' has changed since it was recorded", here.scenario));
-    if (origin->anatomy_hash != 0 && origin->anatomy_hash != here.anatomy_hash)
+    std::vector<std::string> differences = other_scenario(origin, simulation.scenario());
+    if (origin && origin->anatomy_hash != 0 && origin->anatomy_hash != anatomy::hash_of(simulation.anatomy()))
         differences.push_back("the anatomy has changed since it was recorded");
     return differences;
 }
@@ -243,6 +260,7 @@ void check(const scenario::Scenario& scenario, const script::CommandScript& scri
     std::vector<std::string> wrong = scenario::problems(scenario);
     for (const std::string& problem : script::problems(script, scenario.c_arm, scenario.frame_rate))
         wrong.push_back(problem);
+    for (const std::string& problem : exercise::device_problems(script, scenario)) wrong.push_back(problem);
     if (!wrong.empty()) throw io::InputError(io::joined(wrong, "\n"));
 }
 
@@ -250,9 +268,10 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
                        FrameSink* sink, const RunOptions& options) {
     check(scenario, script);
     Expectation expectation = expectation_of(script, options);
+    require_origin(scenario, script, options);
     exercise::Exercise exercise(scenario, pictures_of(sink || options.images_for_observer, options),
-                                options.cache);
-    require_possible(exercise.simulation(), script, options);
+                                options.cache, &script);
+    require_origin(exercise.simulation(), script, options);
     return run(exercise, script, expectation, sink, nullptr, options);
 }
 
@@ -268,13 +287,16 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
                 fmt::format("{}: the trace would overwrite an input of the run; another file is accepted",
                             options.trace.string()));
     Expectation expectation = expectation_of(script, options);
-    anatomy::ModelCache cache = options.cache;
-    if (cache.folder.empty()) cache.folder = anatomy::cache_beside(out);
-    exercise::Exercise exercise(scenario, pictures_of(options.images, options), cache);
-    require_possible(exercise.simulation(), script, options);
-
     OutputFolder folder(out, {options.images, options.images && options.panel,
                               options.images && options.truth, options.images && options.dicom});
+    if (!options.trace.empty()) io::require_writable(options.trace);
+    anatomy::ModelCache cache = options.cache;
+    if (cache.folder.empty()) cache.folder = anatomy::cache_beside(out);
+    require_origin(scenario, script, options);
+    exercise::Exercise exercise(scenario, pictures_of(options.images, options), cache, &script);
+    require_origin(exercise.simulation(), script, options);
+
+    folder.take_out_earlier_run();
     FolderOutputs outputs(folder, options, last_frame_of(scenario, script), scenario.frame_rate,
                           exercise.simulation(), script);
     exercise.record(folder.recording(), {options.origin, options.hash_every});

@@ -1,7 +1,7 @@
 #include "engine/run/output_folder.h"
 
 #include <fmt/format.h>
-#include <vector>
+#include <utility>
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
@@ -15,19 +15,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* own_files[] = {"run.gw", "score.json", "sheet.png"};
+
 bool same(const fs::path& a, const fs::path& b) {
     std::error_code error;
     return fs::equivalent(a, b, error) && !error;
-}
-
-bool make(const fs::path& folder) {
-    std::error_code error;
-    const bool made = fs::create_directories(folder, error);
-    if (error || !fs::is_directory(folder, error)) {
-        throw io::InputError(fmt::format("{}: the output folder cannot be made: {}", folder.string(),
-                                         error ? error.message() : "a file is in its place"));
-    }
-    return made;
 }
 
 /// Whether the file is an angiogram or named frame_000123 with one of the endings that are written here.
@@ -62,35 +54,36 @@ void refuse_to_overwrite(const fs::path& out, const fs::path& script,
     }
 }
 
-OutputFolder::OutputFolder(fs::path path, Parts parts) : path_(std::move(path)) {
-    made_ = make(path_);
-    for (const char* name : {"run.gw", "score.json", "sheet.png"}) take_out(path_ / name);
+OutputFolder::OutputFolder(fs::path path, Parts parts) : own_(path) {
+    for (const char* name : own_files)
+        if (std::error_code none; fs::is_directory(path / name, none))
+            throw io::InputError(
+                fmt::format("{}: cannot be written: a folder is in its place", (path / name).string()));
+    const std::pair<bool, const char*> wanted[] = {
+        {parts.frames, "frames"}, {parts.panel, "panel"}, {parts.truth, "truth"}, {parts.dicom, "dicom"}};
+    for (const auto& [asked, name] : wanted)
+        if (asked) own_.make(name);
+}
+
+void OutputFolder::take_out_earlier_run() const {
+    for (const char* name : own_files) take_out(own_.path() / name);
+    io::remove_leftovers(own_.path());
     for (const fs::path& folder : {frames(), panel(), truth(), dicom()}) {
         std::vector<fs::path> old;
         std::error_code error;
         for (const auto& entry : fs::directory_iterator(folder, error))
             if (is_of_a_frame(entry.path())) old.push_back(entry.path());
         for (const fs::path& file : old) take_out(file);
+        io::remove_leftovers(folder);
     }
-    if (parts.frames) make(frames());
-    if (parts.panel) make(panel());
-    if (parts.truth) make(truth());
-    if (parts.dicom) make(dicom());
-}
-
-OutputFolder::~OutputFolder() {
-    if (kept_) return;
-    std::error_code ignored;  // fs::remove takes only empty folders
-    for (const fs::path& folder : {frames(), panel(), truth(), dicom()}) fs::remove(folder, ignored);
-    if (made_) fs::remove(path_, ignored);
 }
 
 void OutputFolder::write_score(const std::string& json) const {
-    io::write_whole(path_ / "score.json", json);
+    io::write_whole(own_.path() / "score.json", json);
 }
 
 void OutputFolder::write_sheet(const render::GrayImage& page) const {
-    write_picture(path_ / "sheet.png", page);
+    write_picture(own_.path() / "sheet.png", page);
 }
 
 }  // namespace run

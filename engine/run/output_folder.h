@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "engine/io/files.h"
 #include "render/picture/image.h"
 
 namespace run {
@@ -20,25 +21,25 @@ public:
     struct Parts {
         bool frames = true, panel = false, truth = false, dicom = false;
     };
-    /// Creates the folder and removes the files of an earlier run; other files stay. Throws InputError.
+    /// Makes the folder, unless it is there, and has it for this process alone; nothing in it changes. Throws
+    /// InputError, as io::OwnFolder.
     OutputFolder(std::filesystem::path, Parts);
-    /// Unless the run is kept, removes folders made here that are still empty.
-    ~OutputFolder();
-    OutputFolder(const OutputFolder&) = delete;
-    OutputFolder& operator=(const OutputFolder&) = delete;
-    void keep() { kept_ = true; }
+    /// Removes the files of an earlier run; other files stay. To be called once nothing can be refused any
+    /// more. Throws InputError.
+    void take_out_earlier_run() const;
+    /// Until it is called, the end removes folders made here that are still empty.
+    void keep() { own_.keep(); }
 
-    std::filesystem::path recording() const { return path_ / "run.gw"; }
-    std::filesystem::path frames() const { return path_ / "frames"; }
-    std::filesystem::path panel() const { return path_ / "panel"; }
-    std::filesystem::path truth() const { return path_ / "truth"; }
-    std::filesystem::path dicom() const { return path_ / "dicom"; }
+    std::filesystem::path recording() const { return own_.path() / "run.gw"; }
+    std::filesystem::path frames() const { return own_.path() / "frames"; }
+    std::filesystem::path panel() const { return own_.path() / "panel"; }
+    std::filesystem::path truth() const { return own_.path() / "truth"; }
+    std::filesystem::path dicom() const { return own_.path() / "dicom"; }
     void write_score(const std::string& json) const;
     void write_sheet(const render::GrayImage&) const;
 
 private:
-    std::filesystem::path path_;
-    bool made_ = false, kept_ = false;
+    io::OwnFolder own_;
 };
 
 }  // namespace run

@@ -29,6 +29,7 @@ void write_picture(const std::filesystem::path& path, const render::ColourImage&
 }
 
 render::GrayImage read_picture(const std::filesystem::path& path) {
+    io::require_no_device(path);
     try {
         return render::read_png(path);
     } catch (const std::runtime_error& error) {

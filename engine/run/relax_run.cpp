@@ -3,7 +3,6 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
-#include <unistd.h>
 
 #include "engine/io/cpu_clock.h"
 #include "engine/io/csv.h"
@@ -61,10 +60,8 @@ void check_writable(const fs::path& file) {
         reason = "a folder is in its place";
     else if (!fs::is_directory(folder, ignored))
         reason = fmt::format("there is no folder {}", folder.string());
-    else if (::access(folder.c_str(), W_OK) != 0)
-        reason = fmt::format("nothing may be written to {}", folder.string());
     else
-        return;
+        return io::require_writable(file);
     throw io::InputError(fmt::format("{}: cannot be written: {}; a file in an existing folder is accepted",
                                      file.string(), reason));
 }

@@ -4,6 +4,8 @@
 
 #include "engine/exercise/imaging.h"
 #include "engine/exercise/monitor.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/run/headless.h"
 #include "engine/run/picture_file.h"
@@ -23,9 +25,7 @@ render::GrayImage render_still(const scenario::Scenario& scenario, const script:
             fmt::format("frame {} was asked for; the script ends at {}: 0 to {} are accepted", request.frame,
                         *script.end, *script.end));
     }
-    exercise::Simulation simulation(scenario, cache);
-    if (const auto wrong = simulation.problems(script); !wrong.empty())
-        throw io::InputError(io::joined(wrong, "\n"));
+    exercise::Simulation simulation(scenario, cache, &script);
     for (int frame = 0; frame <= request.frame; ++frame) {
         for (const script::TimedCommand& timed : script.at(frame)) simulation.apply(timed.command);
         simulation.step();
@@ -68,6 +68,7 @@ void check_still(const std::filesystem::path& path) {
     if (!path.parent_path().empty() && !std::filesystem::is_directory(path.parent_path(), ignored))
         throw io::InputError(fmt::format("{}: cannot be written: there is no folder {}", path.string(),
                                          path.parent_path().string()));
+    io::require_writable(path);
 }
 
 void write_still(const std::filesystem::path& path, const render::GrayImage& image) {

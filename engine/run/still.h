@@ -21,7 +21,7 @@ struct StillRequest {
 render::GrayImage render_still(const scenario::Scenario&, const script::CommandScript&, const StillRequest&,
                                const anatomy::ModelCache& = {});
 
-/// To be called before any work: throws InputError unless the picture is named .png and its folder exists.
+/// To be called before any work: throws InputError unless the picture is named .png and can be written.
 void check_still(const std::filesystem::path&);
 /// Throws InputError when the PNG cannot be written.
 void write_still(const std::filesystem::path&, const render::GrayImage&);

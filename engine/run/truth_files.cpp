@@ -118,7 +118,8 @@ TruthFolder::TruthFolder(std::filesystem::path folder, const exercise::TruthPart
 void TruthFolder::take(exercise::Exercise& exercise, const exercise::FrameTime& time) {
     exercise::TruthParts parts = parts_;
     const exercise::Pulse& pulse = *exercise.monitor()->last_pulse();
-    const Pose pose{pulse.arm, pulse.exposure.vessel_shift, pulse.exposure.breath, pulse.exposure.beat};
+    const Pose pose{pulse.arm, pulse.exposure.vessel_shift, pulse.exposure.breath, pulse.exposure.beat,
+                    pulse.exposure.drift};
     const bool new_pose = parts.lengths && !(pose_ && *pose_ == pose);
     parts.lengths = new_pose;
     auto truth = std::make_shared<exercise::Truth>(exercise.truth(parts));

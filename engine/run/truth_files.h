@@ -39,7 +39,7 @@ private:
     struct Pose {
         render::CArm arm;
         geometry::Vec3 shift;
-        double breath, beat;
+        double breath, beat, drift;
         bool operator==(const Pose&) const = default;
     };
     std::optional<Pose> pose_;

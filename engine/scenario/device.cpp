@@ -117,35 +117,26 @@ Device parse_device(const std::string& text, const std::filesystem::path& file) 
     io::Reading reading{file.string(), {}, {}};
     Device d;
     d.name = file.stem().string();
-    try {
-        const toml::table root = toml::parse(text, reading.file);
-        io::Section top(reading, &root, "");
-        int schema = 0;
-        if (!top.find("schema")) top.missing("schema", "schema = 1");
-        top.whole("schema", schema, {1, 1});
-        if (!top.word("title", d.title)) top.missing("title", "title");
-        if (!top.find("kind")) top.missing("kind", "kind = \"wire\" or \"catheter\"");
-        if (const auto kind = top.choice("kind", kinds)) d.kind = static_cast<DeviceKind>(*kind);
-        std::vector<std::string> given;
-        read_values(top, d, given);
-        read_shape(top, d, given);
-        read_look(top.section("look", false), d, given);
-        read_sources(top.section("sources", true), given, d);
-        top.finish();
-        if (d.inner_diameter >= d.outer_diameter)
-            top.refuse_whole(
-                fmt::format("a lumen of {:g} mm in a device of {:g} mm; a narrower one is accepted",
-                            d.inner_diameter, d.outer_diameter));
-        if (physics::shaped_length(d) > d.length)
-            top.refuse_whole(fmt::format(
-                "a shape {:g} mm long at the end of a device of {:g} mm; a shorter one is accepted",
-                physics::shaped_length(d), d.length));
-    } catch (const toml::parse_error& error) {
-        throw io::InputError(io::located(reading.place(error.source()),
-                                         fmt::format("this is not TOML: {}", error.description())));
-    }
-    if (const auto wrong = reading.complaints(); !wrong.empty())
-        throw io::InputError(io::joined(wrong, "\n"));
+    const toml::table root = reading.parse(text);
+    io::Section top(reading, &root, "");
+    top.schema();
+    if (!top.word("title", d.title)) top.missing("title", "title");
+    if (!top.find("kind")) top.missing("kind", "kind = \"wire\" or \"catheter\"");
+    if (const auto kind = top.choice("kind", kinds)) d.kind = static_cast<DeviceKind>(*kind);
+    std::vector<std::string> given;
+    read_values(top, d, given);
+    read_shape(top, d, given);
+    read_look(top.section("look", false), d, given);
+    read_sources(top.section("sources", true), given, d);
+    top.finish();
+    if (d.inner_diameter >= d.outer_diameter)
+        top.refuse_whole(fmt::format("a lumen of {:g} mm in a device of {:g} mm; a narrower one is accepted",
+                                     d.inner_diameter, d.outer_diameter));
+    if (physics::shaped_length(d) > d.length)
+        top.refuse_whole(
+            fmt::format("a shape {:g} mm long at the end of a device of {:g} mm; a shorter one is accepted",
+                        physics::shaped_length(d), d.length));
+    reading.end();
     return d;
 }
 

@@ -6,11 +6,18 @@
 #include <string_view>
 
 #include "engine/anatomy/grow/generate_run.h"
+#include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/script/command.h"
 #include "physics/wall/distance_field.h"
 
 namespace scenario {
+namespace {
+
+constexpr double longest_tube = 5000;  // [mm]
+constexpr double most_tube_triangles = 2e6;
+
+}  // namespace
 
 io::TextPlace Scenario::place(const std::string& key) const {
     for (std::string at = key; !at.empty();) {
@@ -103,6 +110,17 @@ std::vector<std::string> problems(const Scenario& s) {
         if (s.tube->scene.empty() == s.tube->path.empty()) {
             say("tube", "[tube] takes either 'scene' or 'path', one of them");
         }
+        // A path of one long helix after the other asked for gigabytes.
+        const double length = anatomy::length(s.tube->path);
+        if (length > longest_tube)
+            say("tube.path",
+                fmt::format("{:.0f} mm in all; up to {:.0f} are accepted", length, longest_tube));
+        else if (2 * s.tube->around * length / s.tube->step > most_tube_triangles)
+            say("tube.step_mm",
+                fmt::format(
+                    "{:.1f} million triangles would follow; up to {:.0f} million are accepted: a larger "
+                    "step_mm or fewer around",
+                    2e-6 * s.tube->around * length / s.tube->step, 1e-6 * most_tube_triangles));
         if (!physics::enters(s.guidewire.diameter, s.tube->radius)) {
             say("tube.radius_mm", fmt::format("a wire of {} mm does not fit a tube of radius {} mm",
                                               s.guidewire.diameter, s.tube->radius));
@@ -162,6 +180,7 @@ std::vector<std::filesystem::path> shipped_scenarios(const std::filesystem::path
 
 std::filesystem::path find_scenario(const std::string& path_or_name, const std::filesystem::path& folder) {
     std::error_code error;
+    io::require_no_device(path_or_name);
     if (std::filesystem::is_regular_file(path_or_name, error)) return path_or_name;
     std::vector<std::string> names;
     for (const std::filesystem::path& file : shipped_scenarios(folder)) {

@@ -334,6 +334,7 @@ void read_motion(io::Section motion, Scenario& s) {
     motion.point("heart_reach_mm", s.motion.heart_reach, 30);
     motion.number("breathing_rate_per_min", s.motion.breathing_rate, {4, 60});
     motion.point("breathing_reach_mm", s.motion.breathing_reach, 60);
+    motion.number("breath_hold_s", s.motion.breath_hold, {1, 120});
     motion.finish();
 }
 
@@ -426,9 +427,7 @@ std::uint64_t content_of(const toml::table& root, const Scenario& s) {
 void read_sections(const toml::table& root, const std::filesystem::path& devices, io::Reading& reading,
                    Scenario& s) {
     io::Section top(reading, &root, "");
-    int schema = 0;
-    if (!top.find("schema")) top.missing("schema", "schema = 1");
-    top.whole("schema", schema, {1, 1});
+    top.schema();
     if (!top.word("title", s.title)) top.missing("title", "title");
     top.number("frame_rate_hz", s.frame_rate, {0.5, 120});
     double limit = 0;
@@ -509,22 +508,17 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& fi
     io::Reading reading{file.string(), {}, {}};
     Scenario s;
     s.name = file.stem().string();
-    try {
-        toml::table root = toml::parse(text, reading.file);
-        for (const Override& with : overrides) put(root, with);
-        read_sections(root, devices, reading, s);
-    } catch (const toml::parse_error& error) {
-        const io::TextPlace place = reading.place(error.source());
-        throw io::InputError(io::located(place, fmt::format("this is not TOML: {}", error.description())));
-    }
+    toml::table root = reading.parse(text);
+    for (const Override& with : overrides) put(root, with);
+    read_sections(root, devices, reading, s);
     reading.places[""] = {reading.file, 0, 0};
     s.places = std::move(reading.places);
     s.patient_files.place = s.place("patient.ct");
     for (std::size_t i = 0; i < s.patient_files.meshes.size(); ++i)
         s.patient_files.meshes[i].place = s.place("mesh " + std::to_string(i + 1) + ".file");
-    std::vector<std::string> wrong = reading.complaints();
-    if (wrong.empty()) wrong = problems(s);
-    if (!wrong.empty()) throw io::InputError(io::joined(wrong, "\n"));
+    reading.end();
+    if (const std::vector<std::string> wrong = problems(s); !wrong.empty())
+        throw io::InputError(io::joined(wrong, "\n"));
     return s;
 }
 

@@ -22,13 +22,19 @@ double contraction(double time, double rate) {
     return 0.5 * (1 - std::cos(std::numbers::pi * part));
 }
 
+double peristalsis(double time) {
+    constexpr double period = 60.0;  // [s]
+    return 0.5 * (1 - std::cos(2 * std::numbers::pi * time / period));
+}
+
 double inspiration(double time, double rate) {
     const double s = std::sin(std::numbers::pi * phase(time, rate));
     return s * s * s * s;
 }
 
-geometry::Vec3 VesselMotion::at(double time) const {
-    return contraction(time, heart_rate) * heart_reach + inspiration(time, breathing_rate) * breathing_reach;
+geometry::Vec3 VesselMotion::at(double time, double breathing_time) const {
+    return contraction(time, heart_rate) * heart_reach +
+           inspiration(breathing_time, breathing_rate) * breathing_reach;
 }
 
 }  // namespace scenario

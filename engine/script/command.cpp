@@ -61,6 +61,13 @@ struct CommandText {
         return "pulse " + io::number_text(c.rate) + " per second";
     }
     std::string operator()(const NewMask&) const { return "mask"; }
+    std::string operator()(const ShiftMask& c) const {
+        if (c.way == ShiftMask::Way::Auto) return "shift auto";
+        if (c.way == ShiftMask::Way::To && c.x == 0 && c.y == 0) return "shift off";
+        return fmt::format("shift {}{} {} px", c.way == ShiftMask::Way::By ? "by " : "", io::number_text(c.x),
+                           io::number_text(c.y));
+    }
+    std::string operator()(const Breathe& c) const { return c.hold ? "breath hold" : "breath free"; }
     std::string operator()(const Collimate& c) const {
         if (c.width >= widest_opening && c.height >= widest_opening) return "collimate open";
         return fmt::format("collimate {} {} mm", io::number_text(c.width), io::number_text(c.height));
@@ -156,6 +163,14 @@ std::vector<std::string> problems(const CommandScript& script, const render::CAr
         if (const SetPulseRate* pulses = std::get_if<SetPulseRate>(&timed.command)) {
             if (pulses->rate > frame_rate)
                 found.push_back(io::located(timed.place, too_many_pulses(pulses->rate, frame_rate)));
+        }
+        if (const ShiftMask* shift = std::get_if<ShiftMask>(&timed.command)) {
+            const double most = largest_shift_share * start.pixels;
+            if (std::max(std::abs(shift->x), std::abs(shift->y)) > most)
+                found.push_back(io::located(
+                    timed.place, fmt::format("'{}' was found; up to {} pixels, a quarter of the image, are "
+                                             "accepted in either direction",
+                                             to_text(timed.command), io::number_text(most))));
         }
         const MoveArm* move = std::get_if<MoveArm>(&timed.command);
         if (!move) continue;

@@ -15,6 +15,10 @@
 ///     61      exchange wire amplatzS035  # for another of the catalogue, when it is out
 ///     32      mode dsa                   # or live, roadmap
 ///     33      mask                       # the next pulse is the mask
+///     36      shift auto                 # moves the mask onto the image; or 'shift 1.5 -0.5 px', to the
+///     right and
+///                                        # down, 'shift by 0.5 0 px', 'shift off'
+///     38      breath hold                # the patient holds it after breathing out; breath free
 ///     40      pulse 7.5 per second       # 3.75, 7.5, 15 or 30
 ///     41      collimate 120 90 mm        # opening at the detector; collimate open
 ///     42      table 0 0 -40 mm           # to the patient's left, back, head
@@ -45,6 +49,7 @@
 #include <vector>
 
 #include "engine/io/error.h"
+#include "physics/geometry/state.h"
 #include "physics/geometry/vec.h"
 #include "render/xray/c_arm.h"
 
@@ -105,6 +110,17 @@ inline constexpr std::array<double, 4> pulse_rates = {3.75, 7.5, 15, 30};  // [1
 bool is_pulse_rate(double);
 std::string pulse_rates_text();  // "3.75, 7.5, 15 or 30"
 struct NewMask {};
+/// Moves the mask of DSA and roadmap: to a place, by a distance, or to where it fits the image best.
+struct ShiftMask {
+    enum class Way { To, By, Auto };
+    Way way = Way::To;
+    double x = 0, y = 0;  // to the right and down [pixels]
+
+    void state(geometry::StateStream& s) { s(way, x, y); }
+};
+struct Breathe {
+    bool hold = false;
+};
 struct Collimate {
     double width = 0, height = 0;  // of the opening at the detector [mm]
 };
@@ -117,7 +133,7 @@ struct Reset {};
 
 using Command =
     std::variant<Advance, Withdraw, Rotate, MoveArm, Beam, Contrast, Inject, SetMode, SetPulseRate, NewMask,
-                 Collimate, MoveTable, StoreReference, Reset, Remove, Exchange>;
+                 Collimate, MoveTable, StoreReference, Reset, Remove, Exchange, ShiftMask, Breathe>;
 
 /// Largest amounts that one command may request; anything beyond is a typing error.
 inline constexpr double largest_motion = 500;            // [mm]
@@ -125,6 +141,8 @@ inline constexpr double largest_rotation = 36000;        // [deg]
 inline constexpr double largest_volume = 300;            // of one injection [ml]
 using render::widest_opening;                            // of the collimator [mm]
 inline const geometry::Vec3 table_reach(180, 140, 600);  // in either direction [mm]
+inline constexpr double largest_shift = 1024;            // of the mask, in either direction [pixels]
+inline constexpr double largest_shift_share = 0.25;      // the same, of the image's width [-]
 inline constexpr int largest_frame = 1'000'000;
 
 /// "advance 5 mm": reads back to the same bits.
@@ -177,8 +195,8 @@ struct CommandScript {
 CommandScript parse_commands(std::string_view text, const std::string& file);
 CommandScript load_commands(const std::filesystem::path&);
 
-/// The commands of a script that no stand could follow from `start`, or that request more pulses than there
-/// are frames in a second, a sentence each.
+/// The commands of a script that no stand could follow from `start`, that shift the mask beyond a quarter of
+/// the image, or that request more pulses than there are frames in a second, a sentence each.
 std::vector<std::string> problems(const CommandScript&, const render::CArm& start, double frame_rate);
 
 }  // namespace script

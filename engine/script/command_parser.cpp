@@ -203,6 +203,30 @@ Beam beam_command(Line& line) {
     return {word.text == "on"};
 }
 
+ShiftMask shift_command(Line& line) {
+    if (line.next_is("auto")) return {ShiftMask::Way::Auto};
+    if (line.next_is("off")) return {};
+    ShiftMask shift;
+    if (line.next_is("by")) shift.way = ShiftMask::Way::By;
+    const std::string accepted = fmt::format(
+        "{}two numbers from {} to {} are accepted, in pixels to the right and down",
+        shift.way == ShiftMask::Way::To ? "'auto', 'off' or " : "", -largest_shift, largest_shift);
+    for (double* const way : {&shift.x, &shift.y}) {
+        const Word& word = line.take(accepted);
+        const std::optional<double> read = io::parse_number(word.text);
+        if (!read || !(std::abs(*read) <= largest_shift)) Line::refuse(word, accepted);  // also rejects NaN
+        *way = *read;
+    }
+    if (!line.done()) line.unit("px");
+    return shift;
+}
+
+Breathe breath_command(Line& line) {
+    const Word& word = line.take("'hold' or 'free' is accepted");
+    if (word.text != "hold" && word.text != "free") Line::refuse(word, "'hold' or 'free' is accepted");
+    return {word.text == "hold"};
+}
+
 /// A verb, and how the rest of its line is read.
 struct Verb {
     std::string_view word;
@@ -233,6 +257,8 @@ constexpr Verb verbs[] = {
     {"mode", [](Line& l) -> Command { return mode_command(l); }},
     {"pulse", [](Line& l) -> Command { return pulse_command(l); }},
     {"mask", [](Line&) -> Command { return NewMask{}; }},
+    {"shift", [](Line& l) -> Command { return shift_command(l); }},
+    {"breath", [](Line& l) -> Command { return breath_command(l); }},
     {"collimate", [](Line& l) -> Command { return collimate_command(l); }},
     {"table", [](Line& l) -> Command { return table_command(l); }},
     {"reference", [](Line&) -> Command { return StoreReference{}; }},

@@ -17,6 +17,7 @@
 #include "engine/studies/study.h"
 #include "engine/studies/study_files.h"
 #include "engine/studies/triangle_walls.h"
+#include "engine/studies/views.h"
 
 namespace studies {
 namespace {
@@ -32,6 +33,7 @@ const Study studies[] = {
     {"economy", "What do a chosen λ and an adaptive wire save?", run_economy},
     {"devices", "What do friction and torsion do, and what do they cost?", run_devices},
     {"imaging", "Are frames what physics says, and what do they cost?", run_imaging},
+    {"views", "What does the patient look like from each side?", run_views},
     {"separation", "How far apart should varied segments be?", run_separation},
     {"varied-segments", "How many segments should be varied at a time?", run_varied_segments},
     {"separation-frequency", "Which separations does the paper's rule choose?", run_separation_frequency},
@@ -62,15 +64,20 @@ const Study& find_study(std::string_view id) {
 
 std::vector<std::string> run_study(const Study& study, const std::filesystem::path& out,
                                    const StudyOptions& options) {
-    make_writable(out);
+    const io::OwnFolder own(out);
+    io::remove_leftovers(out);
     StudyOptions with_cache = options;
     if (with_cache.cache.folder.empty()) with_cache.cache.folder = anatomy::cache_beside(out);
     return write_study(study, study.run(with_cache), out);
 }
 
 std::vector<std::string> run_all_studies(const std::filesystem::path& out, const StudyOptions& options) {
-    make_writable(out);
-    for (const Study& study : studies) make_writable(out / study.id);
+    io::OwnFolder own(out);
+    for (const Study& study : studies) {
+        own.make(study.id);
+        io::require_writable(out / study.id / fmt::format("{}.md", study.id));
+        io::remove_leftovers(out / study.id);
+    }
     StudyOptions each = options;
     if (each.cache.folder.empty()) each.cache.folder = anatomy::cache_beside(out);
     std::vector<std::string> notices;

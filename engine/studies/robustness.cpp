@@ -302,7 +302,7 @@ io::Plot picture(bool hands) {
             "unset logscale\nset logscale y\nset title 'Wild hands: time of a frame'\nunset colorbox\n"
             "set xlabel ''\nset ylabel 'processor time [ms]'\nset offsets 0.6,0.6,0,0\nset autoscale x\nset "
             "bmargin 9\nset yrange [0.05:*]\n"
-            "set xtics rotate by -30 noenhanced\n"
+            "set xtics rotate by -60 noenhanced font ',9'\n"
             "plot 'robustness_hands.csv' skip 1 using 0:20:xtic(1) with points pt 9 ps 1.4 lc rgb '#D55E00' "
             "title "
             "'longest', \\\n"

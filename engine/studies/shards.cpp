@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
@@ -49,9 +50,10 @@ Json identity(const Study& study, const StudyOptions& options, int shards) {
 }
 
 Json load(const std::filesystem::path& file) {
-    const Json json =
-        Json::parse(io::read_text(file, "shard", "a folder that 'study ID --shard i/n' wrote is accepted"),
-                    nullptr, false);
+    const std::string text =
+        io::read_text(file, "shard", "a folder that 'study ID --shard i/n' wrote is accepted");
+    io::check_json_depth(text, file.string());
+    const Json json = Json::parse(text, nullptr, false);
     const auto has = [&](const char* key, auto is) { return json.contains(key) && (json[key].*is)(); };
     const bool whole = json.is_object() && has("study", &Json::is_string) &&
                        has("program", &Json::is_string) && has("quick", &Json::is_boolean) &&
@@ -113,7 +115,7 @@ void run_shard(const Study& study, const Shard& shard, const std::filesystem::pa
     if (shard.count > pieces)
         throw io::InputError(fmt::format(
             "--shard: {} shards were asked for; up to {}, one a piece, are accepted", shard.count, pieces));
-    make_writable(out);
+    const io::OwnFolder own(out);
     Json json = identity(study, options, shard.count);
     json["shard"] = shard.index;
     json["rows"] = work.rows(options, first_piece(pieces, shard.index, shard.count),
@@ -162,7 +164,7 @@ std::vector<std::string> merge_shards(std::span<const std::filesystem::path> fol
         throw io::InputError(
             fmt::format("study merge: {} missing: {}; the folders of all shards are accepted",
                         missing.size() == 1 ? "a shard is" : "shards are", io::joined(missing)));
-    make_writable(out);
+    const io::OwnFolder own(out);
     return write_study(*study, study->in_pieces->finish(of_run, rows), out);
 }
 

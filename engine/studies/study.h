@@ -12,6 +12,7 @@
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/io/plot.h"
 #include "engine/io/table.h"
+#include "render/picture/image.h"
 
 namespace studies {
 
@@ -54,6 +55,12 @@ struct Claim {
     std::string figure = {};  // of the paper, or a section or table: claims are listed by it
 };
 
+/// What is looked at rather than plotted.
+struct StudyPicture {
+    std::string name, caption;  // NAME.png, and a sentence or two on what it shows
+    render::GrayImage image;
+};
+
 struct StudyResult {
     std::vector<io::Table> tables;  // each is written as NAME.csv
     std::vector<io::Plot> plots;    // each reads some of the tables
@@ -61,6 +68,7 @@ struct StudyResult {
     std::vector<Claim> claims;      // written as claims.json where there are any
     std::vector<std::pair<std::string, std::string>> notes =
         {};  // of a figure: what holds for all its claims
+    std::vector<StudyPicture> pictures = {};
 };
 
 /// Work of a study that can be cut into independent pieces: each gives a row of numbers.

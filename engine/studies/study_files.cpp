@@ -2,10 +2,10 @@
 
 #include <array>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/run/picture_file.h"
 #include "engine/studies/claims.h"
 
 namespace studies {
@@ -106,18 +106,17 @@ std::string figure_html(const Study& study, const io::Plot& plot) {
         study.id, plot.name, plot.width, plot.height, escaped(plot.caption));
 }
 
+std::string figure_html(const Study& study, const StudyPicture& picture) {
+    return fmt::format(
+        "<figure>\n<img src=\"{0}/{1}.png\" alt=\"{1}\" width=\"{2}\" height=\"{3}\">\n"
+        "<figcaption>{4}</figcaption>\n</figure>\n",
+        study.id, picture.name, picture.image.width, picture.image.height, escaped(picture.caption));
+}
+
 /// The study whose first picture opens the page.
 constexpr std::string_view front_study = "pareto";
 
 }  // namespace
-
-void make_writable(const std::filesystem::path& folder) {
-    std::error_code error;
-    std::filesystem::create_directories(folder, error);
-    if (!error && std::filesystem::is_directory(folder) && ::access(folder.c_str(), W_OK) == 0) return;
-    throw io::InputError(fmt::format("{}: cannot be written: {}; a folder that may be written is accepted",
-                                     folder.string(), error ? error.message() : "it is not such a folder"));
-}
 
 std::vector<std::string> write_study(const Study& study, const StudyResult& result,
                                      const std::filesystem::path& out) {
@@ -128,6 +127,8 @@ std::vector<std::string> write_study(const Study& study, const StudyResult& resu
         io::write_whole(
             out / "claims.json",
             claims_json(std::array{ClaimList{std::string(study.id), result.claims, result.notes}}));
+    for (const StudyPicture& picture : result.pictures)
+        run::write_picture(out / (picture.name + ".png"), picture.image);
     std::vector<std::string> notices;
     for (const io::Plot& plot : result.plots) {
         if (const std::string notice = io::write_plot(plot, out); !notice.empty()) notices.push_back(notice);
@@ -160,6 +161,7 @@ std::string studies_html(const std::vector<std::pair<const Study*, StudyResult>>
             html += fmt::format(" <a href=\"{}/{}.csv\">{}</a>", study->id, table.name, table.name);
         html += "</p>\n";
         for (const io::Plot& plot : result.plots) html += figure_html(*study, plot);
+        for (const StudyPicture& picture : result.pictures) html += figure_html(*study, picture);
     }
     return html + "</body>\n</html>\n";
 }

@@ -9,9 +9,6 @@
 
 namespace studies {
 
-/// Creates the folder. Throws InputError when it cannot be written.
-void make_writable(const std::filesystem::path& folder);
-
 /// Writes tables, page, claims and pictures. Returns notices, such as a missing picture. Throws InputError.
 std::vector<std::string> write_study(const Study&, const StudyResult&, const std::filesystem::path& out);
 

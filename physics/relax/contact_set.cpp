@@ -145,22 +145,42 @@ void ContactSet::sum_pushes() const {
     }
 }
 
-int ContactSet::rejoin_vessels(const Guidewire& wire) {
-    int first = -1;
-    for (int i = 2; i < static_cast<int>(contacts_.size()); ++i) {
-        WallContact& own = contacts_[i];
-        if (!own.touches() || wall_.same_vessel(own.station, contacts_[i - 1].station)) continue;
-        WallContact other;
-        other.station = contacts_[i - 1].station;
-        other.thickness = thickness(i);
-        wall_.contacts({&wire.joints[i], 1}, {&other, 1});
-        ++queries_;
-        if (other.station == own.station || !(other.penetration < own.penetration - deeper)) continue;
-        other.share_stiffness(shares_[i]);
-        own = other;
-        if (first < 0) first = i;
+WallContact ContactSet::asked_from(int station, int joint, const Vec3& x) {
+    WallContact c;
+    c.station = station;
+    c.thickness = thickness(joint);
+    wall_.contacts({&x, 1}, {&c, 1});
+    ++queries_;
+    c.share_stiffness(shares_[joint]);
+    return c;
+}
+
+bool ContactSet::rejoin_vessel(const Guidewire& wire, int joint, int neighbour) {
+    WallContact& own = contacts_[joint];
+    const Vec3& x = wire.joints[joint];
+    if (wall_.same_vessel(own.station, contacts_[neighbour].station)) return false;
+    const bool touched = own.touches();
+    if (!touched) {
+        if (x == asked_at_[joint]) return false;
+        own = asked_from(own.station, joint, x);
+        asked_at_[joint] = x;
+        if (!own.touches()) return false;
     }
-    if (first >= 0) list_touching(first);
+    const WallContact other = asked_from(contacts_[neighbour].station, joint, x);
+    if (other.station == own.station || !(other.penetration < own.penetration - deeper)) return !touched;
+    own = other;
+    return touched || own.touches();
+}
+
+int ContactSet::rejoin_vessels(const Guidewire& wire) {
+    const int count = static_cast<int>(contacts_.size());
+    int first = count;
+    for (int i = 2; i < count; ++i)
+        if (rejoin_vessel(wire, i, i - 1)) first = std::min(first, i);
+    for (int i = count - 2; i >= 1; --i)
+        if (rejoin_vessel(wire, i, i + 1)) first = std::min(first, i);
+    if (first == count) return -1;
+    list_touching(first);
     return first;
 }
 

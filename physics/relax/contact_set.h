@@ -60,11 +60,11 @@ public:
     /// are trusted to touch nothing. Takes up the wire's load as well.
     void update(const Guidewire&);
 
-    /// Corrects joints in touch whose station lies in another vessel than that of their proximal neighbour:
+    /// Corrects joints whose station lies in another vessel than that of a neighbour, if they touch there:
     /// where the neighbour's station leads to one that holds the joint deeper in the lumen, the joint takes
     /// that one. So a joint that has come out of a side branch is held by the vessel it came into: where two
-    /// lumens overlap, their union counts. Returns the first joint changed, or -1; a change lowers the
-    /// energy.
+    /// lumens overlap, their union counts. A joint that was trusted to touch nothing is asked anew, because
+    /// its station may be left behind. Returns the first joint whose contact changed, or -1.
     int rejoin_vessels(const Guidewire&);
 
     /// Energy in wall and load [N·mm] of joints ≥ first, with all joints from x_{first-1} on at these
@@ -115,6 +115,8 @@ public:
     }
 
 private:
+    WallContact asked_from(int station, int joint, const Vec3& x);
+    bool rejoin_vessel(const Guidewire&, int joint, int neighbour);  // whether its contact changed
     void list_touching(int first);
     void sum_pushes() const;
     bool known(int joint, const Vec3& x) const {

@@ -11,6 +11,7 @@ std::vector<WallContact> all_contacts(const Guidewire& wire, const LumenWall& wa
     for (std::size_t i = 0; i < contacts.size(); ++i) {
         contacts[i].station = wire.stations[i];
         contacts[i].thickness = wire.thickness_at(static_cast<int>(i));
+        contacts[i].held = true;
     }
     wall.contacts(wire.joints, contacts);
     for (int i = 0; i <= wire.segments(); ++i) contacts[i].share_stiffness(wire.wall_share(i));

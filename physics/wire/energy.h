@@ -14,8 +14,8 @@ struct Energy {
     double total() const { return bending + wall + load + torsion + friction; }
 };
 
-/// Contacts of all joints from scratch (stations of the wire as hints), each with its share of the wall's
-/// stiffness.
+/// Contacts of all joints from scratch, each with its share of the wall's stiffness. The wire's stations are
+/// hints; near the border of two vessels a joint stays with the vessel of its station, where it came to rest.
 std::vector<WallContact> all_contacts(const Guidewire&, const LumenWall&);
 
 Energy total_energy(const Guidewire&, std::span<const WallContact>);

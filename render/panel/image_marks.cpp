@@ -62,7 +62,13 @@ void draw_image_marks(Canvas& canvas, const Box& area, const Readout& r) {
     if (is_known(m.pulse_rate)) mode += " " + rate_text(m.pulse_rate) + " p/s";
     marked(canvas, {area.left + inset, area.top + 28.0f}, mode, Face::Title, palette::bright, Align::Left,
            half);
+    marked(canvas, {area.left + inset, area.top + 54.0f}, mask_shift_text(m.mask_x, m.mask_y), Face::Plain,
+           palette::value, Align::Left, half);
     draw_status(canvas, area, r);
+    if (is_known(r.breath_held))
+        marked(canvas, {area.right - inset, area.top + 40.0f},
+               "breath held " + figure_text(r.breath_held, 0) + " s", Face::Plain, palette::value,
+               Align::Right);
 
     const ImageSides sides = image_sides(m.lao, m.cranial);
     const float level = area.top + 0.5f * height - 10.0f;

@@ -1,5 +1,6 @@
 #include "render/panel/readout.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -70,6 +71,12 @@ std::string primary_angle_text(double lao) {
 }
 std::string secondary_angle_text(double cranial) {
     return angle_text(cranial, "CRAN", "CAUD");
+}
+
+std::string mask_shift_text(double x, double y) {
+    if (!(std::max(std::abs(x), std::abs(y)) >= 0.05) || !std::isfinite(x + y)) return "";
+    return "mask " + figure_text(std::abs(x), 1) + (x < 0.0 ? " left " : " right ") +
+           figure_text(std::abs(y), 1) + (y < 0.0 ? " up" : " down") + " px";
 }
 
 std::string clock_text(std::optional<double> time) {

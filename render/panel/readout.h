@@ -28,6 +28,8 @@ struct ImageMarks {
     std::optional<double> pulse_rate, sid, field_of_view;  // [1/s], [mm]
     long frame = 0;
     std::optional<double> time;  // [s]
+    /// Shift of the mask, to the right and down [pixels].
+    double mask_x = 0.0, mask_y = 0.0;
 };
 
 /// One state of the panel. A value that is missing or not finite is shown as a dash.
@@ -55,6 +57,8 @@ struct Readout {
     std::optional<double> tube_current;   // [mA]
     std::optional<double> pulse_width;    // [ms]
     std::optional<double> detector_dose;  // per pulse [nGy]
+
+    std::optional<double> breath_held;  // for so long [s]; empty while the patient breathes
 
     // Dose since the start
     std::optional<double> air_kerma;       // K_a,r at the patient entrance reference point [mGy]
@@ -106,7 +110,9 @@ std::string centimetre_text(std::optional<double> length);  // [mm] to "110", "-
 std::string rate_text(std::optional<double> rate);          // pulses per second: "15", "7.5", "--"
 std::string primary_angle_text(double lao);                 // [rad] to "LAO 30°", "RAO 12°", "LAO --"
 std::string secondary_angle_text(double cranial);           // [rad] to "CRAN 10°", "CAUD 5°", "CRAN --"
-std::string clock_text(std::optional<double> time);         // [s] to "4:18" or "1:02:07", "--" when missing
+/// "mask 1.3 right 0.4 down px", "" where both would be 0.0.
+std::string mask_shift_text(double x, double y);
+std::string clock_text(std::optional<double> time);  // [s] to "4:18" or "1:02:07", "--" when missing
 
 /// Letters of the patient's directions at the edges of the image: R, L, A, P, H (head), F (feet), two where
 /// the view is oblique, the dominant one first (DICOM 0020,0020). Empty when an angle is not finite.

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <numeric>
 #include <string_view>
 
+#include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
 
 namespace render {
@@ -28,6 +31,39 @@ bool follows_the_heart(std::string_view name) {
     return is_one_of(name, {"heart", "left lung", "right lung", "lung vessels"});
 }
 
+/// Each bubble, a part of the mesh that hangs together, is carried 3 to 7 mm by the bowel, most of it across
+/// the body and up or down, as its loops run.
+std::vector<Eigen::Vector3f> carried(const geometry::TriangleMesh& gas) {
+    constexpr double least = 3.0, most = 7.0;  // [mm]
+    std::vector<std::uint32_t> part(gas.vertices.size());
+    std::iota(part.begin(), part.end(), 0u);
+    const auto root = [&](std::uint32_t v) {
+        while (part[v] != v) v = part[v] = part[part[v]];
+        return v;
+    };
+    for (const auto& triangle : gas.triangles) {
+        for (int k = 0; k < 2; ++k) {
+            const std::uint32_t a = root(static_cast<std::uint32_t>(triangle[k])),
+                                b = root(static_cast<std::uint32_t>(triangle[k + 1]));
+            part[std::max(a, b)] = std::min(a, b);
+        }
+    }
+    std::vector<Eigen::Vector3f> ways(gas.vertices.size(), Eigen::Vector3f::Zero());
+    for (std::uint32_t v = 0; v < part.size(); ++v) {
+        const std::uint32_t first = root(v);
+        if (first != v) {
+            ways[v] = ways[first];  // the first vertex of a part comes first
+            continue;
+        }
+        geometry::Random random(first);
+        Vec3 way(random.between(-1, 1), random.between(-0.4, 0.4), random.between(-1, 1));
+        const double length = random.between(least, most);
+        way = way.norm() > 0.1 ? Vec3(way.normalized()) : Vec3(Vec3::UnitZ());
+        ways[v] = (length * way).cast<float>();
+    }
+    return ways;
+}
+
 }  // namespace
 
 double breathing_share(double height) {
@@ -43,6 +79,7 @@ void move_organs(std::vector<TissueLayer>& layers, const Vec3& origin, double br
         if (layer.name == "heart")
             for (const Vec3& v : layer.mesh.vertices) heart.extend(v);
     for (TissueLayer& layer : layers) {
+        if (breath != 0.0 && layer.name == "bowel gas") layer.drift = carried(layer.mesh);
         if (breath != 0.0 && breathes(layer.name)) {
             layer.breath.reserve(layer.mesh.vertices.size());
             for (const Vec3& v : layer.mesh.vertices)

@@ -15,6 +15,8 @@ namespace render {
 /// (texts). Heartbeat: the heart's border moves toward its middle, the left one by `beat` [mm], the right one
 /// by half of that; lungs follow near the heart. The left border moves by 5 to 10 mm (estimate).
 ///
+/// Where there is breath, the bowel carries each of its bubbles a few millimetres its own way (estimate).
+///
 /// `origin`: of the body frame (body.h) in that of the layers [mm]; `breath`: of the diaphragm, downward
 /// [mm].
 void move_organs(std::vector<TissueLayer>&, const geometry::Vec3& origin, double breath, double beat);

@@ -183,6 +183,27 @@ shape::Solid trunk(const Outline& outline, double share, double inset) {
     return body.solid();
 }
 
+/// What has the texture of soft tissue: the flesh between two heights without lungs, skull and brain.
+shape::Solid textured_tissue(const Outline& outline, const Chance& chance, bool with_head, double low,
+                             double high) {
+    shape::Solid flesh = trunk(outline, 1.0, 0.0);
+    const shape::Solid lungs[] = {lung_space(outline.chest, left), lung_space(outline.chest, right)};
+    const shape::Solid brain = shape::moved(shape::grown(cranial_cavity(chance), 8.0), at_sella());
+    const double wide = high > 330.0 ? 230.0 : 0.5 * outline.spec.width,
+                 front = std::min(skin_behind - outline.spec.depth, outline.chest.front);
+    flesh.box = {Vec3(-wide, front, low), Vec3(wide, 140.0, high)};
+    return {[=, own = flesh.distance](const Vec3& p) {
+                double distance = own(p);
+                for (const shape::Solid& lung : lungs)
+                    if (p.z() > lung.box.min().z() && p.z() < lung.box.max().z())
+                        distance = std::max(distance, -lung.distance(p));
+                if (with_head && p.z() > brain.box.min().z())
+                    distance = std::max(distance, -brain.distance(p));
+                return distance;
+            },
+            flesh.box};
+}
+
 TriangleMesh surface_of(const shape::Solid& solid, double cell) {
     shape::Compound compound;
     compound.add(solid);
@@ -384,8 +405,12 @@ std::vector<TissueLayer> make_patient(const PatientSpec& spec) {
     }
     if (with_chest) add_chest_layers(layers, thorax, chance);
     if (with_head && to > 560.0) add_head_layers(layers, chance);
+    layers[1].lumps =
+        tissue_texture(chance, textured_tissue(outline, chance, with_head, std::max(low, from - beyond),
+                                               std::min(high, to + beyond)));
     for (TissueLayer& layer : layers) {
         for (Vec3& v : layer.mesh.vertices) v += spec.origin;
+        for (Lump& lump : layer.lumps) lump.middle += spec.origin.cast<float>();
     }
     return layers;
 }

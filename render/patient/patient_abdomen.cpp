@@ -165,10 +165,16 @@ std::vector<Bowel> small_bowel(const Chance& chance, double front) {
     return loops;
 }
 
-/// Lumps of stool with gas between them: where mottled bubbles lie in the colon.
-void add_bubbles(TriangleMesh& gas, const std::vector<shape::Station>& course, int count,
-                 std::uint64_t field) {
+/// Lumps of stool with gas between them: where mottled bubbles lie in the colon. They lie apart from one
+/// another and from larger gas: where two enclose a place, it would be lighter than air.
+void add_bubbles(TriangleMesh& gas, const std::vector<shape::Station>& course, int count, std::uint64_t field,
+                 const std::vector<shape::Compound>& pockets) {
     geometry::Random random(field);
+    struct Bubble {
+        Vec3 centre;
+        double reach;
+    };
+    std::vector<Bubble> bubbles;
     for (int k = 0; k < count; ++k) {
         const double at = random() * (static_cast<double>(course.size()) - 1.001),
                      angle = random.between(0, 2 * pi), out = 0.8 * std::sqrt(random());
@@ -180,8 +186,37 @@ void add_bubbles(TriangleMesh& gas, const std::vector<shape::Station>& course, i
                             out * wide * Vec3(std::cos(angle), std::sin(angle), random.between(-0.3, 0.3));
         const double size = 0.9 + 2.6 * std::pow(random(), 2.5);
         const double x = random.between(0.6, 1.4), y = random.between(0.6, 1.2), z = random.between(0.6, 1.4);
+        const double reach = size * std::max({x, y, z});
+        if (std::any_of(
+                bubbles.begin(), bubbles.end(),
+                [&](const Bubble& other) { return (centre - other.centre).norm() < reach + other.reach; }) ||
+            std::any_of(pockets.begin(), pockets.end(), [&](const shape::Compound& pocket) {
+                return pocket.at(centre).distance < reach + 0.5;
+            }))
+            continue;
+        bubbles.push_back({centre, reach});
         append(gas, ellipsoid(centre, size * Vec3(x, y, z), 6));
     }
+}
+
+/// Gas of the stomach, which in a patient on the back lies in front, in body and antrum, between long folds.
+TriangleMesh stomach_gas(const Chance& chance) {
+    const std::uint64_t field = chance.field("gas of the stomach");
+    const double full = 1.0 + 0.12 * chance.normal("gas of the stomach");
+    const std::vector<shape::Station> course{{Vec3(59, -34, 172), 20 * full, 19},
+                                             {Vec3(57, -42, 148), 24 * full, 20},
+                                             {Vec3(42, -57, 116), 19 * full, 16},
+                                             {Vec3(14, -57, 101), 12 * full, 11}};
+    const auto inset = [=](double along, double angle) {
+        const Vec3 on_wall(along, 20.0 * std::cos(angle), 20.0 * std::sin(angle));
+        const double folds = 0.5 + 0.5 * std::cos(10.0 * angle + 2.5 * shape::noise(on_wall, 22.0, field));
+        return 3.5 * (0.6 + 0.6 * shape::noise(on_wall, 26.0, field + 1)) +
+               2.4 * folds * (0.6 + 0.6 * shape::noise(on_wall, 17.0, field + 2));
+    };
+    shape::Compound lumen;
+    lumen.add(shape::sweep(course, Vec3::UnitX(), 2.0, inset));
+    lumen.keep(shape::half_space(Vec3(50, -46, 130), Vec3(0, 1, 0.03)), 2.0);
+    return shape::polygonised(lumen, gas_cell).outer;
 }
 
 /// The long axis of a kidney next to T12 to L3, 110 mm long, 55 wide, 45 thick (texts), the left one higher;
@@ -320,9 +355,15 @@ void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, 
                          Vec3::UnitX()),
             2.0);
     fat.cut(shape::ellipsoid(Vec3(0, -12, -152), Vec3(44, 32, 28)), 3.0);
+    // About the kidneys; the bowel, with its gas, is cut out of this fat too.
+    for (const auto* course : {&fat_left, &fat_right})
+        fat.add(shape::sweep(*course, Vec3::UnitX()), 0.0, 4.0);
     TriangleMesh gas;
     int index = 0;
-    shape::Compound air;
+    std::vector<shape::Compound> pockets;
+    const shape::Solid inner = shape::grown(flesh, -2.0);
+    const shape::Solid kidneys[] = {shape::sweep(on_left, Vec3::UnitX()),
+                                    shape::sweep(on_right, Vec3::UnitX())};
     for (const std::vector<Bowel>* bowels : {&large, &small}) {
         for (const Bowel& bowel : *bowels) {
             fat.cut(shape::sweep(bowel.course, Vec3::UnitX() + 0.3 * Vec3::UnitZ()), 1.5);
@@ -339,12 +380,15 @@ void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, 
                 const shape::Station& middle = course[course.size() / 2];
                 one.keep(shape::half_space(middle.at + Vec3(0, bubble.level * middle.b, 0), Vec3(0, 1, 0.02)),
                          2.0);
+                one.keep(inner, 0.0);
+                for (const shape::Solid& kidney : kidneys) one.cut(shape::grown(kidney, 5.0), 0.0);
                 if (with_gas) append(gas, shape::polygonised(one, gas_cell).outer);
+                pockets.push_back(std::move(one));
             }
         }
     }
-    for (const auto* course : {&fat_left, &fat_right})
-        fat.add(shape::sweep(*course, Vec3::UnitX()), 0.0, 4.0);
+    // The bowel touches a kidney through some fat.
+    for (const shape::Solid& kidney : kidneys) fat.add(shape::grown(kidney, 2.5), 0.0, 0.0);
     layers.push_back({"abdominal fat", Material::Adipose, Material::SoftTissue,
                       shape::polygonised(fat, fat_cell).outer, false});
     TriangleMesh streaks;
@@ -354,10 +398,10 @@ void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, 
     add_kidney_layers(layers, chance, left, on_left);
     add_kidney_layers(layers, chance, right, on_right);
     if (!with_gas) return;
-    add_bubbles(gas, part_of(large[0].course, 0.0, 0.9), 170, chance.field("bubbles", 0));
-    add_bubbles(gas, part_of(large[2].course, 0.0, 1.0), 130, chance.field("bubbles", 1));
-    add_bubbles(gas, part_of(large[3].course, 0.55, 0.95), 60, chance.field("bubbles", 2));
-    append(gas, ellipsoid({58, -30, 203}, {26, 24, 10}, 20));  // of the stomach, under its dome
+    add_bubbles(gas, part_of(large[0].course, 0.0, 0.9), 170, chance.field("bubbles", 0), pockets);
+    add_bubbles(gas, part_of(large[2].course, 0.0, 1.0), 130, chance.field("bubbles", 1), pockets);
+    add_bubbles(gas, part_of(large[3].course, 0.55, 0.95), 60, chance.field("bubbles", 2), pockets);
+    append(gas, stomach_gas(chance));
     layers.push_back({"bowel gas", Material::Air, Material::SoftTissue, std::move(gas), false});
 }
 

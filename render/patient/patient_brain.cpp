@@ -1,3 +1,14 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
 
 namespace render {
@@ -24,7 +35,7 @@ double under_tentorium(const Vec3& p) {
 
 double of_posterior_artery(const Vec3& p) {
     const double aside = std::abs(p.x());
-    const double occipital = 0.95 * (66.0 + 0.16 * (p.z() - 20.0) + 0.12 * aside - p.y());
+    const double occipital = 0.95 * (60.0 + 0.24 * (p.z() - 20.0) + 0.30 * aside - p.y());
     const double temporal = std::max(0.95 * (p.z() - tentorium(p) - 12.0 + 0.1 * aside), 4.0 - p.y());
     const Vec3 off = (Vec3(aside, p.y(), p.z()) - Vec3(11.0, 28.0, 22.0)).cwiseQuotient(Vec3(11, 17, 13));
     const double thalamus = 11.0 * (off.norm() - 1.0);
@@ -43,34 +54,131 @@ double of_middle_artery(const Vec3& p) {
     return std::max({-under_tentorium(p), -of_posterior_artery(p), -of_anterior_artery(p)});
 }
 
-}  // namespace
+/// A place's own on the map of the territories, whose borders wander by several mm: no two brains share them.
+/// One map for all keeps each place in one territory. The falx and the tentorium stay put more than the rest.
+Vec3 on_map(const Vec3& p, const std::array<std::uint64_t, 3>& fields) {
+    constexpr double wander = 8.0, coarsest = 36.0, finest = 17.0;  // [mm]
+    const double off_tentorium = (p.z() - tentorium(p)) / 14.0;
+    const double free = wander * (1.0 - 0.6 * std::exp(-off_tentorium * off_tentorium));
+    Vec3 by;
+    for (int k = 0; k < 3; ++k) by[k] = free * shape::fractal(p, coarsest, finest, 0.6, fields[k]);
+    by.x() *= 0.35 + 0.65 * std::min(1.0, std::abs(p.x()) / 24.0);
+    return p + by;
+}
 
-void add_brain_layers(std::vector<TissueLayer>& layers, const shape::Solid& brain,
-                      const Eigen::Isometry3d& place) {
-    const auto add = [&](const std::string& name, std::function<double(const Vec3&)> border) {
-        shape::Compound part;
-        part.add(brain);
-        part.keep({std::move(border), brain.box});
-        geometry::TriangleMesh mesh = shape::polygonised(part, brain_cell).outer;
-        for (Vec3& v : mesh.vertices) v = place * v;
-        layers.push_back(
-            {"brain, " + name, Material::SoftTissue, Material::SoftTissue, std::move(mesh), false});
-    };
-    shape::Compound whole;
-    whole.add(brain);
-    geometry::TriangleMesh mesh = shape::polygonised(whole, 4.0).outer;
-    for (Vec3& v : mesh.vertices) v = place * v;
-    layers.push_back({"brain", Material::SoftTissue, Material::SoftTissue, std::move(mesh), false});
+struct Territory {
+    std::string name;
+    std::function<double(const Vec3&)> border;  // on the map
+};
+
+std::vector<Territory> territories() {
+    std::vector<Territory> all;
     for (const Side side : {left, right}) {
         const auto half = [side](double (*border)(const Vec3&)) {
             return [=](const Vec3& p) { return std::max(border(p), -side.sign * p.x()); };
         };
         const std::string name = side.sign > 0.0 ? "left " : "right ";
-        add(name + "ACA", half(of_anterior_artery));
-        add(name + "MCA", half(of_middle_artery));
-        add(name + "PCA", half(of_posterior_artery));
+        all.push_back({name + "ACA", half(of_anterior_artery)});
+        all.push_back({name + "MCA", half(of_middle_artery)});
+        all.push_back({name + "PCA", half(of_posterior_artery)});
     }
-    add("cerebellum and stem", under_tentorium);
+    all.push_back({"cerebellum and stem", under_tentorium});
+    return all;
+}
+
+/// Grey matter of the nuclei.
+bool in_nuclei(const Vec3& p) {
+    const Vec3 off = (Vec3(std::abs(p.x()), p.y(), p.z()) - Vec3(19.0, 14.0, 17.0));
+    return off.cwiseQuotient(Vec3(13.0, 27.0, 14.0)).norm() < 1.0;
+}
+
+/// Convolutions as lumps: more blood in grey matter, less in white matter (2 to 3 times: texts), as much of
+/// one as of the other in each territory. Near a border some lie in the neighbour's place, as end branches of
+/// two arteries interlock.
+std::vector<std::vector<Lump>> convolutions(const std::vector<Territory>& parts, const Chance& chance,
+                                            const shape::Solid& brain,
+                                            const std::array<std::uint64_t, 3>& fields) {
+    constexpr double per_volume = 0.0080;      // tries [1/mm³]
+    constexpr double cortex = 8.0, mix = 8.0;  // thickness with its folds; reach beyond a border [mm]
+    std::vector<std::vector<Lump>> lumps(parts.size());
+    std::vector<std::array<double, 2>> contents(parts.size(), {0.0, 0.0});  // less, more [mm³]
+    geometry::Random random(chance.field("convolutions"));
+    const Vec3 low = brain.box.min(), size = brain.box.sizes();
+    const auto tries = static_cast<int>(per_volume * size.prod());
+    const auto in_cube = [&random] {
+        const double x = random.between(-1, 1), y = random.between(-1, 1), z = random.between(-1, 1);
+        return Vec3(x, y, z);
+    };
+    for (int k = 0; k < tries; ++k) {
+        const Vec3 p = low + (0.5 * (in_cube() + Vec3::Ones())).cwiseProduct(size);
+        const Vec3 way = in_cube(), aside = in_cube();
+        const double chosen = random(), wide = random(), long_share = random();
+        const double depth = -brain.distance(p);
+        if (depth < 1.0) continue;
+        const bool grey = depth < cortex || in_nuclei(p);
+        if (!grey && chosen > 0.25) continue;
+        Vec3 outward;
+        for (int axis = 0; axis < 3; ++axis)
+            outward[axis] = brain.distance(p + Vec3::Unit(axis)) - brain.distance(p - Vec3::Unit(axis));
+        // Convolutions lie along the surface.
+        Vec3 along = way;
+        if (grey && outward.norm() > 0.1) along -= way.dot(outward) / outward.squaredNorm() * outward;
+        Lump lump;
+        lump.middle = p.cast<float>();
+        lump.axis = (along + Vec3(1e-3, 0, 0)).normalized().cast<float>();
+        lump.radius = static_cast<float>(grey ? 2.0 + 2.2 * wide : 3.5 + 5.0 * wide);
+        lump.elongation = static_cast<float>(grey ? 1.5 + 2.5 * long_share : 1.0 + long_share);
+        lump.share = grey ? 0.8f : -0.6f;
+        // Not beyond the falx.
+        Vec3 at = p + mix * aside;
+        at.x() = p.x() + mix * aside.x() * std::min(1.0, std::abs(p.x()) / 30.0);
+        const Vec3 map = on_map(at, fields);
+        for (std::size_t t = 0; t < parts.size(); ++t) {
+            if (parts[t].border(map) > 0.0) continue;
+            contents[t][grey] += std::abs(content(lump));
+            lumps[t].push_back(lump);
+            break;
+        }
+    }
+    for (std::size_t t = 0; t < parts.size(); ++t) {
+        const double least = std::min(contents[t][0], contents[t][1]);
+        for (Lump& lump : lumps[t]) {
+            const double own = contents[t][lump.share > 0.0f];
+            lump.share *= static_cast<float>(least / std::max(own, 1e-9));
+        }
+    }
+    return lumps;
+}
+
+}  // namespace
+
+void add_brain_layers(std::vector<TissueLayer>& layers, const Chance& chance, const shape::Solid& brain,
+                      const Eigen::Isometry3d& place) {
+    const std::array<std::uint64_t, 3> fields = {chance.field("territories of the brain", 0),
+                                                 chance.field("territories of the brain", 1),
+                                                 chance.field("territories of the brain", 2)};
+    shape::Compound whole;
+    whole.add(brain);
+    geometry::TriangleMesh mesh = shape::polygonised(whole, 4.0).outer;
+    for (Vec3& v : mesh.vertices) v = place * v;
+    layers.push_back({"brain", Material::SoftTissue, Material::SoftTissue, std::move(mesh), false});
+    const std::vector<Territory> parts = territories();
+    std::vector<std::vector<Lump>> lumps = convolutions(parts, chance, brain, fields);
+    for (std::size_t t = 0; t < parts.size(); ++t) {
+        shape::Compound part;
+        part.add(brain);
+        // Wandering makes borders steeper than distances.
+        part.keep({[&](const Vec3& p) { return 0.5 * parts[t].border(on_map(p, fields)); }, brain.box});
+        geometry::TriangleMesh piece = shape::polygonised(part, brain_cell).outer;
+        for (Vec3& v : piece.vertices) v = place * v;
+        for (Lump& lump : lumps[t]) {
+            lump.middle = (place * Vec3(lump.middle.cast<double>())).cast<float>();
+            lump.axis = (place.linear() * Vec3(lump.axis.cast<double>())).cast<float>();
+        }
+        layers.push_back(
+            {"brain, " + parts[t].name, Material::SoftTissue, Material::SoftTissue, std::move(piece), false});
+        layers.back().lumps = std::move(lumps[t]);
+    }
 }
 
 }  // namespace render

@@ -1,7 +1,10 @@
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
@@ -119,14 +122,20 @@ shape::Compound collar_bone(const Chest& chest) {
     const double manubrium = top.middle - top.half_depth - 7.0;
     shape::Compound bone;
     bone.add(
-        shape::sweep({{Vec3(20, manubrium + 1.0, 409), 11, 9},
-                      {Vec3(34, manubrium - 2.0, 413), 7.5, 7.5},
-                      {Vec3(62, manubrium - 1.0, 420), 5.6, 6},
-                      {Vec3(96, manubrium + 20.0, 427), 5.2, 5.8},
-                      {Vec3(120, manubrium + 42.0, 435), 5.0, 6.5},
-                      {Vec3(137, manubrium + 50.0, 437), 4.4, 7}},
+        shape::sweep({{Vec3(14, manubrium + 2.0, 407), 10.5, 9.5},
+                      {Vec3(24, manubrium + 0.0, 410), 9.6, 9},
+                      {Vec3(36, manubrium - 2.5, 413.5), 7.6, 7.8},
+                      {Vec3(50, manubrium - 3.0, 417), 6.3, 6.6},
+                      {Vec3(70, manubrium + 3.0, 421), 5.6, 6},
+                      {Vec3(96, manubrium + 20.0, 427), 5.2, 6.2},
+                      {Vec3(116, manubrium + 40.0, 434), 5.0, 8},
+                      {Vec3(132, manubrium + 49.0, 437), 4.6, 9.5},
+                      {Vec3(140, manubrium + 50.0, 437), 3.8, 7.5}},
                      Vec3::UnitZ()),
-        [](const Vec3& p) { return std::abs(p.x() - 80.0) < 40.0 ? 2.2 : 1.3; }, 2.2, 0.0);
+        [](const Vec3& p) { return 1.1 + 1.2 * std::exp(-std::pow((p.x() - 80.0) / 34.0, 4.0)); }, 2.3, 0.0);
+    // The joint's face, flat, toward the manubrium; the other end is cut toward the acromion.
+    bone.cut(shape::half_space(Vec3(19, manubrium, 409), Vec3(1.0, 0.15, 0.35)), 2.5);
+    bone.cut(shape::half_space(Vec3(141, manubrium + 50.0, 437), Vec3(-1.0, -0.35, 0.0)), 2.0);
     bone.roughen([](const Vec3& p) { return 0.3 * shape::fractal(p, 12.0, 4.0, 0.5, 78); }, 0.7);
     return bone;
 }
@@ -187,40 +196,92 @@ void add_cartilage_specks(Bones& bones, const Chest& chest, const Chance& chance
     }
 }
 
+/// A section of a rib, in the frame of the path there.
+struct RibSection {
+    Vec3 at, up, inward;                        // place, and unit directions
+    double half_height, half_thickness, shell;  // [mm]
+};
+
+/// Round above, thin below, with the groove of vessels and nerve on the inner side of the lower edge; the
+/// shell is thickest at both edges. `inner`: what the shell encloses.
+Polyline ring_of(const RibSection& section, bool inner) {
+    constexpr int around = 14;
+    Polyline ring;
+    for (int k = 0; k < around; ++k) {
+        const double angle = 2.0 * std::numbers::pi * k / around, c = std::cos(angle), s = std::sin(angle);
+        const double groove = s > 0.0 ? 0.55 * std::exp(-std::pow((c + 0.62) / 0.25, 2.0)) : 0.0;
+        double height = section.half_height * c,
+               thickness = section.half_thickness * s * (0.86 + 0.24 * c) * (1.0 - groove);
+        if (inner) {
+            height -= c * std::min(1.9 * section.shell, 0.7 * section.half_height);
+            thickness -= std::copysign(std::min(section.shell, 0.6 * std::abs(thickness)), thickness);
+        }
+        ring.push_back(section.at + height * section.up + thickness * section.inward);
+    }
+    return ring;
+}
+
 void add_rib(Bones& bones, const Chest& chest, const Chance& chance, int number, Side side) {
-    const Rib& rib = ribs[number - 1];
+    Rib rib = ribs[number - 1];
+    const int index = 2 * number + (side.sign > 0 ? 0 : 1);
+    // Both of a pair differ from the mean, and a little from each other.
+    rib.drop += 4.0 * chance.normal("drop of a rib", number) + 1.8 * chance.normal("drop of one rib", index);
+    rib.reach +=
+        0.05 * chance.normal("reach of a rib", number) + 0.03 * chance.normal("reach of one rib", index);
+    rib.half_height *= 1.0 + 0.05 * chance.normal("height of a rib", number);
+    const std::uint64_t field = chance.field("course of a rib", index);
     const Vertebra& origin = vertebrae()[17 - number];  // T1 is the 17th from below
     const double top = origin.z + 0.55 * origin.half_height;
-    Polyline path;
-    std::vector<double> half_height, half_thickness;
-    const auto add = [&](const Vec3& p, double share) {
-        path.push_back(p);
-        half_height.push_back(share * rib.half_height);
-        half_thickness.push_back(share * 3.2);
+    std::vector<RibSection> sections;
+    const auto add = [&](const Vec3& p, double share, double shell) {
+        const CageSection cage = chest.section(p.z());
+        sections.push_back({p, Vec3::UnitZ(), Vec3(-p.x(), cage.middle - p.y(), 0.0), share * rib.half_height,
+                            share * 3.2, shell});
     };
     // Head at the vertebra, neck behind the lung.
     const CageSection at_neck = chest.section(top);
-    add(side.at(origin.half_width + 1.0, origin.front + 2.0 * origin.half_depth - 4.0, top), 0.8);
+    add(side.at(origin.half_width + 1.0, origin.front + 2.0 * origin.half_depth - 4.0, top), 0.8, 0.7);
     add(side.at(origin.half_width + 12.0, at_neck.middle + at_neck.half_depth + pleura_to_rib + 1.0,
                 top + 1.0),
-        0.72);
+        0.72, 0.9);
     double start = 0.40;  // where the rib meets the cage: well outside its neck [rad]
     while (at_neck.point(start, top, rib_gap(top)).x() < origin.half_width + 24.0) start += 0.02;
     const int steps = static_cast<int>(6.0 + 8.0 * rib.reach);
     for (int i = 0; i <= steps; ++i) {
         const double t = double(i) / steps, angle = start + t * (rib.reach - start);
         // Steepest at the side; the front end turns up a little.
-        const double z = top - rib.drop * (0.25 * t + 0.75 * (t * t * (3.0 - 2.0 * t)));
+        const double wave =
+            1.3 * std::sin(std::numbers::pi * t) * shape::noise(Vec3(60.0 * t, 0, 0), 17.0, field);
+        const double z = top - rib.drop * (0.25 * t + 0.75 * (t * t * (3.0 - 2.0 * t))) + wave;
         Vec3 p = chest.section(z).point(angle, z, rib_gap(z));
         p.x() *= side.sign;
-        add(p, t == 1.0 ? 0.95 : 1.0);
+        // Toward the cartilage a rib is broader, and its shell thinner.
+        const double ahead = std::clamp((t - 0.6) / 0.4, 0.0, 1.0);
+        const double uneven = 1.0 + 0.05 * shape::noise(Vec3(90.0 * t, 40.0, 0), 9.0, field);
+        add(p, uneven * (1.0 + 0.10 * ahead * ahead), 1.0 - 0.55 * ahead);
     }
-    // Rounded in front.
-    const Vec3 on = (path.back() - path[path.size() - 2]).normalized(), end = path.back();
-    add(end + 2.2 * on, 0.8);
-    add(end + 3.6 * on, 0.45);
-    add_tube(bones, path, Vec3::UnitZ(), half_height, half_thickness, 0.8, 12);
-    add_cartilage_specks(bones, chest, chance, number, path.back(), side);
+    // Cupped in front, where the cartilage begins.
+    const Vec3 end = sections.back().at, on = (end - sections[sections.size() - 2].at).normalized();
+    add(end + 1.6 * on, 1.0, 0.4);
+    add(end + 2.6 * on, 0.7, 0.4);
+    std::vector<Polyline> outer, core;
+    for (std::size_t i = 0; i < sections.size(); ++i) {
+        RibSection& section = sections[i];
+        const Vec3 along =
+            (sections[std::min(i + 1, sections.size() - 1)].at - sections[i == 0 ? 0 : i - 1].at)
+                .normalized();
+        section.up = (Vec3::UnitZ() - along.z() * along).normalized();
+        const Vec3 across = along.cross(section.up);
+        section.inward = across.dot(section.inward) > 0.0 ? across : Vec3(-across);
+    }
+    for (const RibSection& section : sections) outer.push_back(ring_of(section, false));
+    // The core ends short of the lids.
+    sections.front().at += 0.7 * (sections[1].at - sections[0].at).normalized();
+    sections.back().at -= 0.5 * on;
+    for (const RibSection& section : sections) core.push_back(ring_of(section, true));
+    append(bones.outer, loft(outer));
+    append(bones.core, loft(core));
+    add_cartilage_specks(bones, chest, chance, number, end + 2.6 * on, side);
 }
 
 }  // namespace

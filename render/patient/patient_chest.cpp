@@ -1,6 +1,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <numbers>
@@ -31,20 +32,33 @@ struct Chamber {
     }
 };
 
-/// Left and right heart, relative to the valve as the coronary arteries run on them.
+/// The heart's chambers, relative to the valve as the coronary arteries run on them. From in front their
+/// outline is, on the right, the right atrium; on the left, from above, the auricle and the left ventricle.
 struct Heart {
-    Chamber ventricles, atria;
+    Vec3 middle;
+    std::array<Chamber, 5> chambers;
 
     static Heart standard() {
         const Vec3 valve = place_in_body(geometry::Landmark::AorticValve);
-        return {{valve + Vec3(30, 8, -32), Vec3(0.70, -0.34, -0.63).normalized(), 74, 48},
-                {valve + Vec3(-3, 20, -24), Vec3(0.1, 0.1, 1.0).normalized(), 50, 40}};
+        const auto chamber = [&](const Vec3& off, const Vec3& axis, double along, double across) {
+            return Chamber{valve + off, axis.normalized(), along, across};
+        };
+        return {valve + Vec3(14, 4, -28),
+                {chamber(Vec3(37, 8, -35), Vec3(0.74, -0.36, -0.57), 68, 41),   // left ventricle
+                 chamber(Vec3(14, -3, -38), Vec3(0.90, -0.20, -0.38), 56, 38),  // right ventricle
+                 chamber(Vec3(-9, 12, -24), Vec3(0.10, 0.10, 1.00), 46, 34),    // right atrium
+                 chamber(Vec3(10, 33, -8), Vec3(1.00, 0.00, 0.10), 38, 30),     // left atrium
+                 chamber(Vec3(34, 2, 4), Vec3(0.50, -0.20, 0.85), 33, 21)}};    // auricle, outflow tract
     }
-    /// Less than 1 inside; the two parts are blended.
+    /// Less than 1 inside; the parts are blended.
     double share(const Vec3& p) const {
-        const double a = ventricles.share(p), b = atria.share(p), k = 0.15;
-        const double h = std::clamp(0.5 + 0.5 * (b - a) / k, 0.0, 1.0);
-        return b + h * (a - b) - k * h * (1.0 - h);
+        constexpr double k = 0.12;
+        double least = chambers.front().share(p);
+        for (std::size_t i = 1; i < chambers.size(); ++i) {
+            const double own = chambers[i].share(p), h = std::clamp(0.5 + 0.5 * (own - least) / k, 0.0, 1.0);
+            least = own + h * (least - own) - k * h * (1.0 - h);
+        }
+        return least;
     }
 };
 
@@ -130,26 +144,9 @@ public:
 
     TriangleMesh mesh() const {
         constexpr double cell = 4.0, blend = 5.0;
-        shape::Solid space;
-        space.distance = [this](const Vec3& p) {
-            const CageSection cage = chest_.section(p.z());
-            const double n = CageSection::exponent;
-            const double qx = std::max(std::abs(p.x()) / cage.half_width, 1e-6),
-                         qy = std::max(std::abs(p.y() - cage.middle) / cage.half_depth, 1e-6);
-            const double px = std::pow(qx, n - 1.0), py = std::pow(qy, n - 1.0), sum = px * qx + py * qy;
-            const double k0 = std::pow(sum, 1.0 / n);
-            const double slope = std::hypot(px / cage.half_width, py / cage.half_depth) * k0 / sum;
-            const double around = 0.85 * (k0 - 1.0) / slope;
-            const double above = 0.7 * (dome_.height(p.x(), p.y()) + lung_gap - p.z());
-            const double beside =
-                0.85 * (mediastinum(side_, p.y(), p.z(), cage.middle - cage.half_depth) - side_.sign * p.x());
-            return std::max({around, above, beside, p.z() - apex});
-        };
-        space.box = side_.sign > 0.0 ? Eigen::AlignedBox3d(Vec3(0, -160, 150), Vec3(140, 90, apex))
-                                     : Eigen::AlignedBox3d(Vec3(-140, -160, 150), Vec3(0, 90, apex));
         shape::Compound lung;
-        lung.add(space);
-        lung.cut({[heart = heart_](const Vec3& p) { return 46.0 * (heart.share(p) - 1.0) - lung_gap; },
+        lung.add(lung_space(chest_, side_));
+        lung.cut({[heart = heart_](const Vec3& p) { return 40.0 * (heart.share(p) - 1.0) - lung_gap; },
                   {Vec3(-110, -160, 150), Vec3(120, 60, 380)}},
                  blend);
         for (const VesselSample& vessel : vessels_) {
@@ -267,7 +264,7 @@ TriangleMesh dome(const Chest& chest, Side side) {
 
 TriangleMesh heart() {
     const Heart shape = Heart::standard();
-    const Vec3 centre = 0.6 * shape.ventricles.centre + 0.4 * shape.atria.centre;
+    const Vec3 centre = shape.middle;
     return star(
         centre,
         [&](const Vec3& direction) {
@@ -291,6 +288,27 @@ TriangleMesh airway() {
 }
 
 }  // namespace
+
+shape::Solid lung_space(const Chest& chest, Side side) {
+    shape::Solid space;
+    space.distance = [&chest, side, dome = Dome{side}](const Vec3& p) {
+        const CageSection cage = chest.section(p.z());
+        const double n = CageSection::exponent;
+        const double qx = std::max(std::abs(p.x()) / cage.half_width, 1e-6),
+                     qy = std::max(std::abs(p.y() - cage.middle) / cage.half_depth, 1e-6);
+        const double px = std::pow(qx, n - 1.0), py = std::pow(qy, n - 1.0), sum = px * qx + py * qy;
+        const double k0 = std::pow(sum, 1.0 / n);
+        const double slope = std::hypot(px / cage.half_width, py / cage.half_depth) * k0 / sum;
+        const double around = 0.85 * (k0 - 1.0) / slope;
+        const double above = 0.7 * (dome.height(p.x(), p.y()) + lung_gap - p.z());
+        const double beside =
+            0.85 * (mediastinum(side, p.y(), p.z(), cage.middle - cage.half_depth) - side.sign * p.x());
+        return std::max({around, above, beside, p.z() - apex});
+    };
+    space.box = side.sign > 0.0 ? Eigen::AlignedBox3d(Vec3(0, -160, 150), Vec3(140, 90, apex))
+                                : Eigen::AlignedBox3d(Vec3(-140, -160, 150), Vec3(0, 90, apex));
+    return space;
+}
 
 void add_chest_layers(std::vector<TissueLayer>& layers, const Chest& chest, const Chance& chance) {
     TriangleMesh vessels, muscle;

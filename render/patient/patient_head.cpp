@@ -92,7 +92,7 @@ TriangleMesh skull_grooves(const Chance& chance) {
                            aside = (course[i + 1] - course[i]).cross(out).normalized();
                 const double jag = (k % 2 == 0 ? 1.0 : -1.0) * random.between(0.2, 2.0);
                 path.push_back(on_vault(p + jag * aside, 0.5));
-                wide.push_back(random.between(0.3, 0.6));
+                wide.push_back(random.between(0.45, 0.9));
             }
         }
         append(grooves, tube(path, Vec3(0.31, 0.52, 0.79), wide, wide, 5));
@@ -128,7 +128,7 @@ TriangleMesh skull_grooves(const Chance& chance) {
 }
 
 /// Air on both sides of the nose's septum, around the conchae.
-shape::Compound nasal_cavity() {
+shape::Compound nasal_cavity(const Chance& chance) {
     // Narrow above, wide below; most of it filled by the conchae.
     shape::Compound air;
     for (const Side side : {left, right}) {
@@ -149,7 +149,12 @@ shape::Compound nasal_cavity() {
                               {side.at(8.5, -26, -27), 4, 4}},
                              Vec3::UnitX()),
                 1.5);
-        air.cut(shape::block(side.at(0, -46, -30), Vec3(1.6, 40, 40), 0.5), 0.5);
+        const shape::Solid septum = shape::block(Vec3(0, -46, -30), Vec3(1.6, 40, 40), 0.5);
+        air.cut({[=, bend = septum_bend(chance)](const Vec3& p) {
+                     return 0.9 * septum.distance(p - bend(p) * Vec3::UnitX());
+                 },
+                 {septum.box.min() - Vec3(5, 0, 0), septum.box.max() + Vec3(5, 0, 0)}},
+                0.5);
     }
     return air;
 }
@@ -177,7 +182,7 @@ TriangleMesh placed(TriangleMesh mesh) {
 }  // namespace
 
 void add_head_layers(std::vector<TissueLayer>& layers, const Chance& chance) {
-    add_brain_layers(layers, shape::grown(cranial_cavity(chance), -1.5), at_sella());
+    add_brain_layers(layers, chance, shape::grown(cranial_cavity(chance), -1.5), at_sella());
     const shape::Compound air = sinuses(chance);
     const shape::Compound walls = air.grown_by(sinus_wall);
     layers.push_back({"teeth", Material::CorticalBone, Material::SoftTissue, placed(teeth(chance)), false});
@@ -190,7 +195,7 @@ void add_head_layers(std::vector<TissueLayer>& layers, const Chance& chance) {
     layers.push_back(
         {"mastoid cells", Material::Air, Material::TrabecularBone, placed(mastoid_cells(chance)), false});
     layers.push_back({"nasal cavity", Material::Air, Material::SoftTissue,
-                      placed(shape::polygonised(nasal_cavity(), sinus_cell).outer), false});
+                      placed(shape::polygonised(nasal_cavity(chance), sinus_cell).outer), false});
     layers.push_back({"throat", Material::Air, Material::SoftTissue,
                       placed(shape::polygonised(throat(), 2.5).outer), false});
 }

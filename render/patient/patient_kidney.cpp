@@ -1,3 +1,11 @@
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "physics/geometry/random.h"
 #include "render/patient/patient_parts.h"
 
 namespace render {
@@ -7,8 +15,8 @@ using geometry::Vec3;
 
 namespace {
 
-constexpr double kidney_cell = 2.5, pyramid_cell = 2.0;  // of the grids [mm]
-constexpr double cortex_thickness = 6.5;                 // over the pyramids; 6 to 10 (texts) [mm]
+constexpr double kidney_cell = 2.5, pyramid_cell = 1.6;  // of the grids [mm]
+constexpr double cortex_thickness = 5.4;  // over the pyramids, 1 mm more or less; 6 to 10 (texts)
 
 /// The middle of a kidney, and the directions of its long axis (up), its hilum and across both.
 struct KidneyFrame {
@@ -37,35 +45,79 @@ shape::Solid renal_sinus(const KidneyFrame& f, double grown_by) {
     return {[=](const Vec3& p) { return std::min(inner.distance(p), outer.distance(p)); }, box};
 }
 
-/// Pyramids in five pairs before and behind the sinus (texts count 8 to 18): the tissue under the cortex,
-/// divided by columns of cortex that widen toward the papillae.
-shape::Compound pyramids(const KidneyFrame& f, const shape::Solid& whole, const Chance& chance, int index) {
-    shape::Compound medulla;
-    medulla.add(shape::grown(whole, -cortex_thickness));
-    const auto column_half = [f](const Vec3& p) {
-        const Vec3 off = p - f.middle;
-        const double out = (off - off.dot(f.up) * f.up).norm();
-        return 1.1 + 3.0 * std::max(0.0, 1.0 - out / 15.0);
+/// A pyramid of the medulla: its papilla at the sinus, and the direction in which it widens.
+struct Pyramid {
+    Vec3 papilla, way;
+    double width;  // relative to the others
+};
+
+/// Two rows, before and behind the sinus, of four to six each, and one or two at either pole: 10 to 16 (texts
+/// count 8 to 18). Those of the front row look forward, those behind look outward, since the calyces in front
+/// lie more toward the hilum (texts).
+std::vector<Pyramid> pyramids_of(const KidneyFrame& f, const Chance& chance, int index) {
+    geometry::Random random(chance.field("renal pyramids", index));
+    const Vec3 forward = f.across.y() < 0.0 ? f.across : Vec3(-f.across);
+    std::vector<Pyramid> all;
+    const auto add = [&](double rise, double turn, double apart, double width) {
+        // `rise` toward the upper pole, `turn` from the convex border forward.
+        const Vec3 across = -std::cos(turn) * f.hilum + std::sin(turn) * forward;
+        const Vec3 way = std::cos(rise) * across + std::sin(rise) * f.up;
+        all.push_back({f.middle + 5.0 * f.hilum + 20.0 * std::sin(rise) * f.up +
+                           apart * std::sin(turn) * forward - 2.0 * std::cos(rise) * f.hilum,
+                       way, width});
     };
-    const std::uint64_t field = chance.field("renal columns", index);
-    int count = 0;
-    for (const double along : {-29.0, -10.0, 10.0, 29.0}) {
-        const double at = along + 1.5 * chance.normal("renal column", 8 * index + count++);
-        // Fanned out from the sinus.
-        const Vec3 normal = (f.up - 0.004 * along * f.hilum).normalized();
-        medulla.cut({[=](const Vec3& p) {
-                         const double bent = 4.0 * shape::noise(p, 26.0, field);
-                         return 0.7 *
-                                (std::abs((p - f.middle - at * f.up).dot(normal) + bent) - column_half(p));
-                     },
-                     whole.box},
-                    2.0);
+    for (const double row : {-1.0, 1.0}) {
+        const int count = 4 + static_cast<int>(3.0 * random());
+        const double reach = random.between(0.80, 0.95);
+        for (int k = 0; k < count; ++k) {
+            const double even = count > 1 ? 2.0 * k / (count - 1) - 1.0 : 0.0;
+            const double rise = reach * even + random.between(-0.11, 0.11),
+                         turn = (row > 0.0 ? 1.05 : -0.60) + random.between(-0.18, 0.18);
+            add(rise, turn, 4.5, random.between(0.8, 1.2));
+        }
     }
-    medulla.cut(
-        {[=](const Vec3& p) { return 0.8 * (std::abs((p - f.middle).dot(f.across)) - column_half(p)); },
-         whole.box},
-        2.0);
-    medulla.cut(renal_sinus(f, 2.0), 1.0);
+    for (const double pole : {-1.0, 1.0}) {
+        const bool two = random() < 0.5;
+        const double turn = random.between(-0.3, 0.4);
+        for (int k = 0; k < (two ? 2 : 1); ++k)
+            add(pole * random.between(1.32, 1.45), turn + (two ? 1.6 * k - 0.8 : 0.0), 3.0,
+                random.between(0.9, 1.25));
+    }
+    return all;
+}
+
+/// The tissue under the cortex that is nearer to the axis of one pyramid than to the others', apart from the
+/// columns of cortex between them.
+shape::Compound pyramids(const KidneyFrame& f, const shape::Solid& whole, const Chance& chance, int index) {
+    const std::uint64_t field = chance.field("renal columns", index);
+    shape::Compound medulla;
+    medulla.add({[=, depth = whole.distance, all = pyramids_of(f, chance, index)](const Vec3& p) {
+                     // Warped, so that no face is flat.
+                     const Vec3 q =
+                         p + 2.2 * Vec3(shape::noise(p, 15.0, field), shape::noise(p, 15.0, field + 1),
+                                        shape::noise(p, 15.0, field + 2));
+                     double nearest = 1e6, next = 1e6, beyond = 1e6;
+                     for (const Pyramid& pyramid : all) {
+                         const Vec3 off = q - pyramid.papilla;
+                         const double along = off.dot(pyramid.way);
+                         const double away = std::sqrt(std::max(0.0, off.squaredNorm() - along * along)) +
+                                             std::max(0.0, -2.0 * along);
+                         const double scaled = away / pyramid.width;
+                         if (scaled < nearest) {
+                             next = nearest;
+                             nearest = scaled;
+                             beyond = away - pyramid.width * (6.5 + 0.90 * std::max(0.0, along));
+                         } else {
+                             next = std::min(next, scaled);
+                         }
+                     }
+                     const double column = 1.2 - 0.5 * (next - nearest);
+                     const double under =
+                         depth(p) + cortex_thickness + 1.0 * shape::noise(p, 19.0, field + 3);
+                     return 0.75 * std::max({column, beyond, under});
+                 },
+                 whole.box});
+    medulla.cut(renal_sinus(f, 1.2), 0.8);
     return medulla;
 }
 
@@ -79,7 +131,12 @@ TriangleMesh inside_out(TriangleMesh mesh) {
 void add_kidney_layers(std::vector<TissueLayer>& layers, const Chance& chance, Side side,
                        const std::vector<shape::Station>& course) {
     const std::string name = side.sign > 0.0 ? "left kidney" : "right kidney";
-    const shape::Solid whole = shape::sweep(course, Vec3::UnitX());
+    // The lobes of the foetus leave shallow furrows.
+    const std::uint64_t lobes = chance.field("renal lobes", side.sign > 0.0 ? 0 : 1);
+    const shape::Solid whole = shape::sweep(course, Vec3::UnitX(), 2.0, [lobes](double along, double angle) {
+        const Vec3 on_surface(along, 22.0 * std::cos(angle), 22.0 * std::sin(angle));
+        return 0.9 * shape::noise(on_surface, 24.0, lobes) + 0.5 * shape::noise(on_surface, 11.0, lobes + 1);
+    });
     const KidneyFrame f = frame_of(side, course);
     shape::Compound kidney;
     kidney.add(whole);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <string_view>
 #include <vector>
 
@@ -107,6 +108,14 @@ geometry::Vec3 shoulder_joint(const Chest&);
 geometry::Vec3 arm_way(const Chest&);
 void add_chest_layers(std::vector<TissueLayer>&, const Chest&, const Chance&);
 
+/// The space of a lung, before heart and vessels take room from it.
+shape::Solid lung_space(const Chest&, Side);
+
+/// Lumps of more and of less tissue, as many mm³ of each, in a solid: what fat between and in muscles,
+/// fasciae and the walls and contents of bowels do to an image. Their power in it falls as 1/f³ (of
+/// mammograms: about that, Burgess 2001).
+std::vector<Lump> tissue_texture(const Chance&, const shape::Solid& tissue);
+
 /// `flesh`: what is under the fat of the skin; `cavity`: what the muscles of belly, back and pelvis enclose;
 /// `front`: y of the skin in front of it.
 void add_abdomen_layers(std::vector<TissueLayer>&, const Chance&, const shape::Solid& flesh,
@@ -123,6 +132,8 @@ shape::Solid cranial_cavity(const Chance&);
 double skull_thickness(const geometry::Vec3&);
 /// Air of the nose's cells and of the ears: closed spaces with thin walls.
 shape::Compound sinuses(const Chance&);
+/// How far the septum of the nose stands off the midline, to the left [mm]: in most people it is bent.
+std::function<double(const geometry::Vec3&)> septum_bend(const Chance&);
 
 /// The kidney along `course`, from above to below, with its cortex and medulla: the first is the whole in its
 /// fat, the others are what contrast dissolves in, and make it up.
@@ -132,7 +143,8 @@ void add_kidney_layers(std::vector<TissueLayer>&, const Chance&, Side,
 void add_head_bones(Bones&, const Chance&);
 /// The brain and, in the same place, the territories of its arteries, which make it up. `brain` and its
 /// distances are measured from the sella; `place` moves them into the body.
-void add_brain_layers(std::vector<TissueLayer>&, const shape::Solid& brain, const Eigen::Isometry3d& place);
+void add_brain_layers(std::vector<TissueLayer>&, const Chance&, const shape::Solid& brain,
+                      const Eigen::Isometry3d& place);
 void add_head_layers(std::vector<TissueLayer>&, const Chance&);
 
 }  // namespace render

@@ -1,6 +1,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 
 #include "physics/geometry/random.h"
@@ -24,8 +25,8 @@ const Vec3 hip_joint(89.0, 10.0, -152.0);
 constexpr double head_radius = 24.0, joint_space = 3.5;
 
 /// The left hip bone. Heights: crest 140 mm above the joint, tuberosity 68 below; 280 mm between the crests
-/// (Gray: bi-iliac breadth of men 28 cm); cup open 45° down and 17° forward (Murray 1993: inclination 40 to
-/// 45°, anteversion 15 to 20°).
+/// (Gray: bi-iliac breadth of men 28 cm); cup open 45° down and 17° forward (typical: inclination 40 to 45°,
+/// anteversion 15 to 20°; as defined by Murray 1993).
 shape::Compound hip_bone(const Chance& chance) {
     shape::Compound shape;
     // The blade, from the notch behind to the front border, at heights from the cup up to the crest.
@@ -199,6 +200,23 @@ void add_femoral_struts(Bones& bones, const shape::Compound& shape, const Chance
         0.4);
 }
 
+/// Moves the vertices from `first` on by up to some 3 mm, but none at the joints: the halves of a pelvis are
+/// not mirror images.
+void make_uneven(geometry::TriangleMesh& mesh, std::size_t first, const Chance& chance, const Side side) {
+    if (!chance.varied()) return;
+    std::uint64_t fields[3];
+    for (int k = 0; k < 3; ++k) fields[k] = chance.field("uneven hips", (side.sign > 0.0 ? 0 : 3) + k);
+    const Vec3 joint = side.at(hip_joint.x(), hip_joint.y(), hip_joint.z());
+    for (std::size_t i = first; i < mesh.vertices.size(); ++i) {
+        Vec3& p = mesh.vertices[i];
+        const double off_joint = std::clamp(((p - joint).norm() - 34.0) / 30.0, 0.0, 1.0),
+                     off_sacrum = std::clamp((std::abs(p.x()) - 58.0) / 24.0, 0.0, 1.0);
+        Vec3 by;
+        for (int k = 0; k < 3; ++k) by[k] = shape::noise(p, 75.0, fields[k]);
+        p += 3.2 * off_joint * off_sacrum * by;
+    }
+}
+
 }  // namespace
 
 void add_pelvis(Bones& bones, const Chance& chance, double low) {
@@ -218,15 +236,15 @@ void add_pelvis(Bones& bones, const Chance& chance, double low) {
                 Vec3::UnitZ()) *
             AngleAxisd(1.0 * chance.normal("abduction", index) * degree, Vec3::UnitY()) *
             Translation3d(-joint);
-        if (index == 0) {
-            bones.add(hip);
-            bones.add(thigh_bone, turned);
-        } else {
-            bones.add_mirrored(hip);
-            bones.add_mirrored(thigh_bone, turned);
-        }
+        const std::size_t outer = bones.outer.vertices.size(), core = bones.core.vertices.size(),
+                          voids = bones.voids.vertices.size();
+        index == 0 ? bones.add(hip) : bones.add_mirrored(hip);
         add_voids(bones, hip_shape, 2600, 5.5, chance.field("hip voids", index), Isometry3d::Identity(),
                   index == 1);
+        make_uneven(bones.outer, outer, chance, side);
+        make_uneven(bones.core, core, chance, side);
+        make_uneven(bones.voids, voids, chance, side);
+        index == 0 ? bones.add(thigh_bone, turned) : bones.add_mirrored(thigh_bone, turned);
         add_voids(bones, thigh, 1500, 5.0, chance.field("femoral voids", index), turned, index == 1);
         add_femoral_struts(bones, thigh, chance, side.sign, turned);
     }

@@ -76,6 +76,15 @@ double skull_thickness(const Vec3& p) {
     return 6.8 - 3.8 * temple - 3.2 * base * (1.0 - step_up(40.0, 70.0, p.y())) + behind;
 }
 
+std::function<double(const Vec3&)> septum_bend(const Chance& chance) {
+    const double most = std::clamp(0.8 + 1.3 * chance.normal("septum of the nose"), -2.6, 2.6),
+                 lower = 0.7 * chance.normal("lower septum");
+    return [=](const Vec3& p) {
+        return bell((p.y() + 50.0) / 17.0) *
+               (most * bell((p.z() + 25.0) / 10.0) + lower * bell((p.z() + 42.0) / 8.0));
+    };
+}
+
 shape::Compound sinuses(const Chance& chance) {
     shape::Compound air;
     geometry::Random random(chance.field("sinuses"));
@@ -203,7 +212,16 @@ void add_facial_bones(shape::Compound& bone) {
     }
 }
 
-void add_lower_face(shape::Compound& bone) {
+/// A plate in the septum of the nose, bent as that is.
+shape::Solid septum(const Chance& chance, const Vec3& middle, const Vec3& half) {
+    const shape::Solid plate = shape::block(middle, half, 0.8);
+    return {[=, bend = septum_bend(chance)](const Vec3& p) {
+                return 0.9 * plate.distance(p - bend(p) * Vec3::UnitX());
+            },
+            {plate.box.min() - Vec3(5, 0, 0), plate.box.max() + Vec3(5, 0, 0)}};
+}
+
+void add_lower_face(shape::Compound& bone, const Chance& chance) {
     // Palate and the arch of the upper teeth.
     bone.add(shape::block(Vec3(0, -46, -52), Vec3(17, 24, 2.2), 1.6), 0.8, 3.0);
     std::vector<shape::Station> arch;
@@ -213,7 +231,7 @@ void add_lower_face(shape::Compound& bone) {
                         5.0 + 1.5 * std::abs(std::sin(angle)), 3.6 + 1.4 * std::abs(std::sin(angle))});
     }
     bone.add(shape::sweep(arch, Vec3::UnitZ()), 0.7, 4.0);
-    bone.add(shape::block(Vec3(0, -48, -24), Vec3(1.1, 22, 26), 0.8), 0.5, 1.0);  // septum of the nose
+    bone.add(septum(chance, Vec3(0, -48, -24), Vec3(1.1, 22, 26)), 0.5, 1.0);
 }
 
 /// Lower jaw, its joint, and the first two vertebrae.
@@ -284,7 +302,7 @@ void add_head_bones(Bones& bones, const Chance& chance) {
     shape::Compound skull;
     add_cranium(skull, cavity);
     add_facial_bones(skull);
-    add_lower_face(skull);
+    add_lower_face(skull, chance);
     add_pterygoids(skull);
     for (const Side side : {left, right}) skull.cut(orbit(side), 1.0);
     // Nose: the opening in front and the space behind.
@@ -292,7 +310,7 @@ void add_head_bones(Bones& bones, const Chance& chance) {
         shape::sweep({{Vec3(0, -84, -36), 11, 13}, {Vec3(0, -66, -34), 11, 16}, {Vec3(0, -24, -34), 12, 16}},
                      Vec3::UnitX(), 3.0),
         1.5);
-    skull.add(shape::block(Vec3(0, -46, -26), Vec3(1.1, 20, 24), 0.8), 0.5, 0.5);
+    skull.add(septum(chance, Vec3(0, -46, -26), Vec3(1.1, 20, 24)), 0.5, 0.5);
     skull.clear_of(sinuses(chance), sinus_wall);
     const std::uint64_t field = chance.field("diploe");
     skull.roughen([field](const Vec3& p) { return 0.55 * shape::fractal(p, 16.0, 4.0, 0.4, field); }, 1.2);

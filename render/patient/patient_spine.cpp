@@ -47,8 +47,8 @@ struct VertebraPlan {
 };
 
 /// Body with concave end plates, waist and rims. Concavity 2.8 mm below and 1.8 mm above in the loins, less
-/// higher up; waist 11 % (estimates). End plates 0.6 mm thick, other walls 0.4 (Silva et al., J Orthop Res
-/// 1994: 0.35 ± 0.03 mm measured).
+/// higher up; waist 11 % (estimates). End plates 0.6 mm thick, other walls 0.4 (Silva et al., Bone 1994,
+/// measured about 0.35).
 void add_body(shape::Compound& shape, const VertebraPlan& plan, const Chance& chance) {
     const double w = plan.own.half_width, d = plan.own.half_depth,
                  h = plan.own.half_height * (1.0 + 0.03 * chance.normal("vertebral height", plan.level));
@@ -248,8 +248,8 @@ Isometry3d place_of(const VertebraPlan& plan, const Chance& chance) {
 }  // namespace
 
 shape::Compound sacrum() {
-    // y, z of its middle line, half widths and depths; 105 mm wide and 110 high (Plessis et al. and anatomy
-    // texts give 100 to 120; estimate). S1's plate leans forward by 40°.
+    // y, z of its middle line, half widths and depths; 105 mm wide and 110 high (anatomy texts give
+    // 100 to 120). S1's plate leans forward by 40°.
     struct Level {
         double y, z, half_width, half_depth;
     };

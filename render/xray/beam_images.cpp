@@ -93,11 +93,14 @@ PoseImages pose_images(PathLengthRenderer& renderer, std::span<const TissueLayer
         if (!mixed && !tissue.perfused && has_nodes) continue;
         const int mesh = static_cast<int>(layer);
         if (mixed && !tissue.takes_contrast && !tissue.perfused) {
-            pose.unbalanced_pixels += renderer.accumulate(mesh, arm, mixture(tissue));
+            Field& length = mixture(tissue);
+            pose.unbalanced_pixels += renderer.accumulate(mesh, arm, length);
+            add_lengths(tissue.lumps, arm, length);
             continue;
         }
-        const PathLengthRenderer::Result path = renderer.render(mesh, arm);
+        PathLengthRenderer::Result path = renderer.render(mesh, arm);
         pose.unbalanced_pixels += path.unbalanced_pixels;
+        add_lengths(tissue.lumps, arm, path.length);
         if (mixed) add(path.length, mixture(tissue));
         if (tissue.perfused) pose.organs[mesh] = SparseLength(path.length);
         if (!tissue.takes_contrast) continue;
@@ -116,33 +119,6 @@ void add_length(std::vector<Mixture>& mixtures, Material material, Material insi
         return;
     }
     mixtures.push_back({material, inside, length});
-}
-
-MovedLengths moved_lengths(PathLengthRenderer& renderer, std::span<const TissueLayer> layers,
-                           const PoseImages& pose, PathLengthRenderer::Phase phase) {
-    MovedLengths moved;
-    moved.changes.resize(pose.mixtures.size());
-    for (std::size_t layer = 0; layer < layers.size(); ++layer) {
-        const TissueLayer& tissue = layers[layer];
-        const bool moves =
-            (phase.breath != 0.0 && !tissue.breath.empty()) || (phase.beat != 0.0 && !tissue.beat.empty());
-        const bool mixed = tissue.material != tissue.inside;
-        if (!moves || (!mixed && !tissue.perfused)) continue;
-        const int mesh = static_cast<int>(layer);
-        const Field there = renderer.render(mesh, pose.arm, phase).length;
-        if (tissue.perfused) moved.organs[mesh] = SparseLength(there);
-        if (!mixed) continue;
-        const Field rest = renderer.render(mesh, pose.arm).length;
-        for (std::size_t m = 0; m < pose.mixtures.size(); ++m) {
-            if (pose.mixtures[m].material != tissue.material || pose.mixtures[m].inside != tissue.inside)
-                continue;
-            Field& change = moved.changes[m];
-            if (change.values.empty()) change = Field(pose.arm.pixels, pose.arm.pixels);
-            for (std::size_t i = 0; i < rest.values.size(); ++i)
-                change.values[i] += there.values[i] - rest.values[i];
-        }
-    }
-    return moved;
 }
 
 BeamImages beam_images(const PlaneImages& plane, const PoseImages& pose, double kvp, Field scatter) {

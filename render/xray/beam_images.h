@@ -53,12 +53,6 @@ struct PoseImages {
     int unbalanced_pixels = 0;
 };
 
-/// What a phase of breath or heartbeat changes of a pose.
-struct MovedLengths {
-    std::vector<Field> changes;          // of each mixture [mm]; empty where nothing moves
-    std::map<int, SparseLength> organs;  // through each perfused layer that moves
-};
-
 /// Images that depend on the tube voltage as well.
 struct BeamImages {
     EnergyBins bins;
@@ -77,10 +71,6 @@ PoseImages pose_images(PathLengthRenderer&, std::span<const TissueLayer>, bool h
 
 /// Adds a length of `material` in place of `inside` along each pixel's ray [mm].
 void add_length(std::vector<Mixture>&, Material material, Material inside, const Field& length);
-
-/// The layers that move in the phase, drawn there; the lengths of `pose` are those at rest.
-MovedLengths moved_lengths(PathLengthRenderer&, std::span<const TissueLayer>, const PoseImages& pose,
-                           PathLengthRenderer::Phase);
 
 /// Images at a voltage [kV]; `scatter`: relative to the open beam in its middle.
 BeamImages beam_images(const PlaneImages&, const PoseImages&, double kvp, Field scatter);

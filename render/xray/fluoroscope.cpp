@@ -10,6 +10,8 @@
 #include "render/picture/fast_exp.h"
 #include "render/xray/beam_images.h"
 #include "render/xray/exposure_meter.h"
+#include "render/xray/image_truth.h"
+#include "render/xray/organ_phases.h"
 #include "render/xray/path_length.h"
 #include "render/xray/scatter.h"
 
@@ -63,12 +65,6 @@ std::vector<VolumeCaster> casters_of(std::vector<DensityVolume> volumes) {
     return casters;
 }
 
-/// The arm as seen from shifted objects.
-CArm shifted(CArm arm, const Vec3& shift) {
-    arm.isocentre -= shift;
-    return arm;
-}
-
 }  // namespace
 
 std::vector<std::string> problems(const Exposure& exposure) {
@@ -83,9 +79,9 @@ std::vector<std::string> problems(const Exposure& exposure) {
         found.emplace_back("the iodine concentration must lie within 0 and " +
                            std::to_string(static_cast<int>(largest_iodine)) + " mg/ml");
     }
-    for (const double share : {exposure.breath, exposure.beat}) {
+    for (const double share : {exposure.breath, exposure.beat, exposure.drift}) {
         if (!(share >= 0.0 && share <= 1.0))
-            found.emplace_back("the shares of breath and heartbeat must lie within 0 and 1");
+            found.emplace_back("the shares of breath, heartbeat and drift must lie within 0 and 1");
     }
     return found;
 }
@@ -105,38 +101,19 @@ struct Fluoroscope::State {
     std::optional<PoseImages> pose;
     std::map<double, BeamImages> beams;                   // of the pose, by requested voltage; 0 = automatic
     std::map<std::pair<double, double>, BareImage> bare;  // of the pose, by voltage and dose
-    std::map<int, MovedLengths> moved;                    // of the pose, by phase
-    std::map<std::pair<double, int>, std::vector<PixelBins>> moved_exponents;  // by voltage and phase
-    std::vector<std::uint32_t> moving_pixels;                                  // that any of these changes
-    std::vector<PixelBins> moved_primary;                                      // scratch of primary_at
-    double moved_primary_of = -1.0;            // the requested voltage of that
+    std::optional<OrganPhases> phases;                    // of the pose; made with the layers
+    ImageTruth truth;
     Field iodine;                              // scratch: iodine in the beam [mg/ml·mm]
     std::vector<std::uint32_t> iodine_pixels;  // pixels where that is not 0
 
     State(const FluoroscopeConfig& chosen, std::span<const TissueLayer> around,
           std::vector<VolumeCaster> through)
         : config(chosen), meter(chosen, around, through), volumes(std::move(through)) {}
-    /// The vessels as seen from an arm that may be shifted, for ground truth.
-    struct VesselView {
-        CArm arm;
-        std::vector<std::uint32_t> pixels;
-        std::optional<ContrastMatrix> lengths;  // made when labels first need it
-    };
-    std::optional<VesselView> vessel_view;
 
-    VesselView& view_of_vessels(const CArm&);
     void move_to(const CArm&);
     const BeamImages& beam(const std::optional<double>& kvp);
     const BareImage& bare_image(const Exposure&);
-    /// A cached phase of breath or heartbeat, and its weight in the blend.
-    struct PhasePart {
-        int phase;
-        double weight;
-    };
-    std::vector<PhasePart> phase_parts(const Exposure&);
-    const MovedLengths& moved_to(int phase);
-    const std::vector<PixelBins>& exponents_of(const Exposure&, int phase);
-    const std::vector<PixelBins>& primary_at(const Exposure&);
+    PosedLayers posed() { return {renderer, layers, *pose}; }
     void dissolve_in_organ(const OrganIodine&, const Exposure&);
     void dissolve(const Exposure&);
     void dissolve_in_vessels(const Exposure&);
@@ -148,10 +125,7 @@ void Fluoroscope::State::move_to(const CArm& arm) {
     if (pose && pose->arm == arm) return;
     beams.clear();
     bare.clear();
-    moved.clear();
-    moved_exponents.clear();
-    moving_pixels.clear();
-    moved_primary_of = -1.0;
+    phases->clear();
     if (!plane || !same_plane(plane->arm, arm)) plane = plane_images(config, arm);
     pose = pose_images(renderer, layers, vessels.has_value(), arm);
     volume_images.add_to(*pose, volumes);
@@ -183,106 +157,13 @@ const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
     return result;
 }
 
-namespace {
-
-constexpr int breath_phases = 4, beat_phases = 3;  // cached, besides rest
-
-}  // namespace
-
-/// Breath's phases are 1 to breath_phases, the heart's follow. Between two of them images are blended.
-std::vector<Fluoroscope::State::PhasePart> Fluoroscope::State::phase_parts(const Exposure& exposure) {
-    std::vector<PhasePart> parts;
-    const auto add = [&](double share, int count, int first) {
-        const double at = std::clamp(share, 0.0, 1.0) * count;
-        const int below = std::min(static_cast<int>(at), count - 1);
-        const double t = at - below;
-        if (below > 0 && t < 1.0) parts.push_back({first + below, 1.0 - t});
-        if (t > 0.0) parts.push_back({first + below + 1, t});
-    };
-    const auto any = [&](auto member) {
-        return std::any_of(layers.begin(), layers.end(),
-                           [&](const TissueLayer& layer) { return !(layer.*member).empty(); });
-    };
-    if (exposure.breath > 0.0 && any(&TissueLayer::breath)) add(exposure.breath, breath_phases, 0);
-    if (exposure.beat > 0.0 && any(&TissueLayer::beat)) add(exposure.beat, beat_phases, breath_phases);
-    return parts;
-}
-
-const MovedLengths& Fluoroscope::State::moved_to(int phase) {
-    const auto [place, is_new] = moved.try_emplace(phase);
-    if (!is_new) return place->second;
-    PathLengthRenderer::Phase at;
-    if (phase <= breath_phases)
-        at.breath = static_cast<double>(phase) / breath_phases;
-    else
-        at.beat = static_cast<double>(phase - breath_phases) / beat_phases;
-    place->second = moved_lengths(renderer, layers, *pose, at);
-    std::vector<bool> moving(static_cast<std::size_t>(pose->arm.pixels) * pose->arm.pixels, false);
-    for (const std::uint32_t pixel : moving_pixels) moving[pixel] = true;
-    for (const Field& change : place->second.changes)
-        for (std::size_t i = 0; i < change.values.size(); ++i)
-            if (change.values[i] != 0.0f) moving[i] = true;
-    moving_pixels.clear();
-    for (std::uint32_t i = 0; i < moving.size(); ++i)
-        if (moving[i]) moving_pixels.push_back(i);
-    return place->second;
-}
-
-/// Exponents that the phase adds to those of the beam at rest, for every pixel.
-const std::vector<PixelBins>& Fluoroscope::State::exponents_of(const Exposure& exposure, int phase) {
-    const auto [place, is_new] = moved_exponents.try_emplace({exposure.kvp.value_or(0.0), phase});
-    if (!is_new) return place->second;
-    const MovedLengths& there = moved_to(phase);
-    const BeamImages& at = beam(exposure.kvp);
-    std::vector<PixelBins>& exponents = place->second;
-    exponents.assign(at.primary.size(), PixelBins{});
-    for (std::size_t m = 0; m < there.changes.size(); ++m) {
-        const Field& change = there.changes[m];
-        if (change.values.empty()) continue;
-        const PixelBins per_mm = change_of(pose->mixtures[m], at.bins);
-        for (std::size_t i = 0; i < change.values.size(); ++i)
-            for (int k = 0; k < energy_bins; ++k) exponents[i][k] -= per_mm[k] * change.values[i];
-    }
-    return exponents;
-}
-
-/// The beam's primary with its organs where breath and heartbeat have them. At rest it is the beam's own.
-const std::vector<PixelBins>& Fluoroscope::State::primary_at(const Exposure& exposure) {
-    const BeamImages& at = beam(exposure.kvp);
-    const std::vector<PhasePart> parts = phase_parts(exposure);
-    if (parts.empty()) return at.primary;
-    std::vector<const PixelBins*> exponents;
-    for (const PhasePart& part : parts) exponents.push_back(exponents_of(exposure, part.phase).data());
-    // Pixels that do not move keep the beam's values from one frame to the next.
-    if (moved_primary_of != exposure.kvp.value_or(0.0)) moved_primary = at.primary;
-    moved_primary_of = exposure.kvp.value_or(0.0);
-    constexpr std::size_t together = 256;
-    std::array<float, together * energy_bins> factors;
-    for (std::size_t start = 0; start < moving_pixels.size(); start += together) {
-        const auto pixels =
-            std::span(moving_pixels).subspan(start, std::min(together, moving_pixels.size() - start));
-        std::fill_n(factors.begin(), pixels.size() * energy_bins, 0.0f);
-        for (std::size_t p = 0; p < parts.size(); ++p) {
-            const float weight = static_cast<float>(parts[p].weight);
-            for (std::size_t i = 0; i < pixels.size(); ++i)
-                for (int k = 0; k < energy_bins; ++k)
-                    factors[i * energy_bins + k] += weight * exponents[p][pixels[i]][k];
-        }
-        exponentiate(std::span(factors).first(pixels.size() * energy_bins));
-        for (std::size_t i = 0; i < pixels.size(); ++i)
-            for (int k = 0; k < energy_bins; ++k)
-                moved_primary[pixels[i]][k] = at.primary[pixels[i]][k] * factors[i * energy_bins + k];
-    }
-    return moved_primary;
-}
-
 /// Where an organ is between its cached phases its iodine is shared among them; none is made.
 void Fluoroscope::State::dissolve_in_organ(const OrganIodine& organ, const Exposure& exposure) {
     const auto found = pose->organs.find(organ.layer);
     if (found == pose->organs.end() || !(organ.iodine > 0.0)) return;
     double at_rest = 1.0;
-    for (const PhasePart& part : phase_parts(exposure)) {
-        const std::map<int, SparseLength>& there = moved_to(part.phase).organs;
+    for (const OrganPhases::Part& part : phases->parts(exposure)) {
+        const std::map<int, SparseLength>& there = phases->lengths(part.phase, posed()).organs;
         const auto moves = there.find(organ.layer);
         if (moves == there.end()) continue;
         // Breath comes first; what is left is the heartbeat's.
@@ -362,15 +243,40 @@ Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> laye
     for (TissueLayer& layer : layers) {
         require_closed(layer.name, layer.mesh);
         if (layer.takes_contrast) require_simple(layer.name, layer.mesh);
-        state_->renderer.add(layer.mesh, layer.breath, layer.beat);
+        state_->renderer.add(layer.mesh, layer.breath, layer.beat, layer.drift);
         layer.mesh = {};
     }
+    state_->phases.emplace(layers);
     state_->layers = std::move(layers);
 }
 
 Fluoroscope::~Fluoroscope() = default;
 Fluoroscope::Fluoroscope(Fluoroscope&&) noexcept = default;
 Fluoroscope& Fluoroscope::operator=(Fluoroscope&&) noexcept = default;
+
+namespace {
+
+/// The quanta where organs have left their places.
+void move_organs_in(Field& expected, const OrganMoment& organs, const BeamImages& beam, float scale) {
+    constexpr std::size_t block = MovedExponents::block;
+    std::array<float, block * energy_bins> factors;
+    for (std::size_t start = 0; start < expected.values.size(); start += block) {
+        const std::size_t count = std::min(block, expected.values.size() - start);
+        factors.fill(0.0f);
+        if (!organs.add_to_block(start / block, std::span(factors).first(count * energy_bins))) continue;
+        exponentiate(factors);
+        const PixelBins* const primary = beam.primary.data() + start;
+        const float* const scatter = beam.scatter.values.data() + start;
+        float* const quanta = expected.values.data() + start;
+        for (std::size_t i = 0; i < count; ++i) {
+            float passed = 0.0f;
+            for (int k = 0; k < energy_bins; ++k) passed += primary[i][k] * factors[i * energy_bins + k];
+            quanta[i] = scale * (passed + scatter[i]);
+        }
+    }
+}
+
+}  // namespace
 
 Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, const Exposure& exposure) {
     require_usable(arm, exposure);
@@ -379,11 +285,8 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
     const BareImage& bare = state.bare_image(exposure);
     const BeamImages& beam = state.beam(exposure.kvp);
     Field expected = bare.expected;
-    const std::vector<PixelBins>& primary = state.primary_at(exposure);
-    if (&primary != &beam.primary) {
-        for (const std::uint32_t pixel : state.moving_pixels)
-            expected.values[pixel] = bare.scale * (sum(primary[pixel]) + beam.scatter.values[pixel]);
-    }
+    const OrganMoment organs = state.phases->moment(exposure, beam, state.posed());
+    if (!organs.at_rest()) move_organs_in(expected, organs, beam, bare.scale);
 
     state.dissolve(exposure);
     const Bins per_concentration = beam.bins.attenuation(Material::Iodine);
@@ -396,15 +299,16 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
     for (std::size_t start = 0; start < dissolved_in.size(); start += together) {
         const auto pixels = dissolved_in.subspan(start, std::min(together, dissolved_in.size() - start));
         // They lie too far apart for the processor to prefetch by itself.
-        for (const std::uint32_t pixel : pixels) __builtin_prefetch(&primary[pixel]);
+        for (const std::uint32_t pixel : pixels) __builtin_prefetch(&beam.primary[pixel]);
         for (std::size_t i = 0; i < pixels.size(); ++i)
             for (int k = 0; k < energy_bins; ++k)
                 transmission[i * energy_bins + k] = per_iodine[k] * state.iodine.values[pixels[i]];
+        organs.add_to(pixels, transmission);
         exponentiate(std::span(transmission).first(pixels.size() * energy_bins));
         for (std::size_t i = 0; i < pixels.size(); ++i) {
             float passed = beam.scatter.values[pixels[i]];
             for (int k = 0; k < energy_bins; ++k)
-                passed += primary[pixels[i]][k] * transmission[i * energy_bins + k];
+                passed += beam.primary[pixels[i]][k] * transmission[i * energy_bins + k];
             expected.values[pixels[i]] = bare.scale * passed;
         }
     }
@@ -421,10 +325,13 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
         {devices.catheter, catheter, wire_attenuation(catheter, beam.bins, displaced)}};
     const std::size_t seen = devices.catheter.empty() ? 1 : 2;
     for (const WirePixel& pixel :
-         state.wire.cast(shifted(arm, exposure.vessel_shift), std::span(shadows).first(seen))) {
+         state.wire.cast(seen_from_shifted(arm, exposure.vessel_shift), std::span(shadows).first(seen))) {
         const float amount = state.iodine.values[pixel.index];
+        PixelBins before;
+        for (int k = 0; k < energy_bins; ++k) before[k] = per_iodine[k] * amount;
+        organs.add_to({&pixel.index, 1}, before);
         for (int k = 0; k < energy_bins; ++k) {
-            const float arriving = primary[pixel.index][k] * fast_exp(per_iodine[k] * amount);
+            const float arriving = beam.primary[pixel.index][k] * fast_exp(before[k]);
             expected.values[pixel.index] -= bare.scale * arriving * (1.0f - pixel.transmission[k]);
         }
     }
@@ -447,6 +354,12 @@ GrayImage Fluoroscope::expose(const CArm& arm, const SeenDevices& devices, const
     return display(arm, exposure).show(signal);
 }
 
+bool Fluoroscope::draw_ahead(const CArm& arm, const Exposure& exposure) {
+    require_usable(arm, exposure);
+    return state_->pose && state_->pose->arm == arm &&
+           state_->phases->draw_ahead(exposure, state_->beam(exposure.kvp), state_->posed());
+}
+
 void Fluoroscope::use_threads(int threads) {
     state_->threads = std::max(1, threads);
 }
@@ -464,84 +377,59 @@ Field Fluoroscope::opening(const CArm& arm) const {
     return shutters(state_->config.display, arm);
 }
 
+Field Fluoroscope::measuring_field(const CArm& arm) const {
+    Field field = measuring_disc(arm, state_->config.measuring_radius * arm.detector_width);
+    const Field open = opening(arm);
+    for (std::size_t i = 0; i < field.values.size(); ++i)
+        if (open.values[i] < 0.5f) field.values[i] = 0.0f;
+    return field;
+}
+
 Technique Fluoroscope::technique(const CArm& arm, const Exposure& exposure) {
     return state_->meter.technique(arm, exposure);
 }
-
-namespace {
-
-std::vector<std::uint32_t> shadowed(WireImage& image, const CArm& arm, std::span<const Vec3> joints,
-                                    const WireLook& look) {
-    static const EnergyBins bins = fit_bins(detected_spectrum(74.0));
-    static const Bins blood = bins.attenuation(Material::Blood);
-    std::vector<std::uint32_t> pixels;
-    for (const WirePixel& pixel : image.cast(arm, joints, look, wire_attenuation(look, bins, blood)))
-        if (pixel.transmission[0] < 0.98f) pixels.push_back(pixel.index);
-    std::sort(pixels.begin(), pixels.end());
-    return pixels;
-}
-
-}  // namespace
 
 std::vector<std::uint32_t> Fluoroscope::wire_pixels(const CArm& arm, const SeenDevices& devices,
                                                     const Vec3& shift) {
     require_usable(arm, {});
     const WireLook& look = devices.wire_look ? *devices.wire_look : state_->config.wire;
-    return shadowed(state_->wire, shifted(arm, shift), devices.wire, look);
+    return state_->truth.device_pixels(seen_from_shifted(arm, shift), devices.wire, look);
 }
 
 std::vector<std::uint32_t> Fluoroscope::catheter_pixels(const CArm& arm, const SeenDevices& devices,
                                                         const Vec3& shift) {
     require_usable(arm, {});
-    return shadowed(state_->wire, shifted(arm, shift), devices.catheter, state_->config.catheter);
-}
-
-Fluoroscope::State::VesselView& Fluoroscope::State::view_of_vessels(const CArm& arm) {
-    if (vessel_view && vessel_view->arm == arm) return *vessel_view;
-    vessel_view = VesselView{arm, {}, {}};
-    Field through(arm.pixels, arm.pixels);
-    for (std::size_t layer = 0; layer < layers.size(); ++layer)
-        if (layers[layer].takes_contrast) renderer.accumulate(static_cast<int>(layer), arm, through);
-    for (std::uint32_t i = 0; i < through.values.size(); ++i)
-        if (through.values[i] > 0.0f) vessel_view->pixels.push_back(i);
-    return *vessel_view;
+    return state_->truth.device_pixels(seen_from_shifted(arm, shift), devices.catheter,
+                                       state_->config.catheter);
 }
 
 const std::vector<std::uint32_t>& Fluoroscope::vessel_pixels(const CArm& arm, const Vec3& shift) {
     require_usable(arm, {});
-    return state_->view_of_vessels(shifted(arm, shift)).pixels;
+    return state_->truth.vessel_pixels(seen_from_shifted(arm, shift), state_->renderer, state_->layers);
 }
 
 DeepImage Fluoroscope::vessel_labels(const CArm& arm, const Vec3& shift,
                                      std::span<const std::uint16_t> of_node) {
     require_usable(arm, {});
-    DeepImage image{arm.pixels, arm.pixels,
-                    std::vector<std::uint16_t>(static_cast<std::size_t>(arm.pixels) * arm.pixels, 0)};
-    if (!state_->vessels) return image;
-    if (of_node.size() != state_->vessels->nodes().size())
-        throw std::invalid_argument(std::to_string(of_node.size()) + " labels for " +
-                                    std::to_string(state_->vessels->nodes().size()) + " nodes of vessels");
-    const CArm seen = shifted(arm, shift);
-    State::VesselView& view = state_->view_of_vessels(seen);
-    if (!view.lengths) {
-        const bool still = state_->pose && state_->pose->arm == seen;
-        view.lengths = still && state_->pose->vessels ? *state_->pose->vessels : state_->vessels->at(seen);
-    }
-    const std::vector<std::uint16_t> labels = longest_label(*view.lengths, of_node);
-    for (std::size_t row = 0; row < labels.size(); ++row)
-        image.pixels[view.lengths->pixels[row]] = labels[row];
-    return image;
+    if (!state_->vessels)
+        return {arm.pixels, arm.pixels,
+                std::vector<std::uint16_t>(static_cast<std::size_t>(arm.pixels) * arm.pixels, 0)};
+    const CArm seen = seen_from_shifted(arm, shift);
+    const bool posed = state_->pose && state_->pose->arm == seen && state_->pose->vessels;
+    return state_->truth.vessel_labels(seen, state_->renderer, state_->layers, *state_->vessels,
+                                       posed ? &*state_->pose->vessels : nullptr, of_node);
 }
 
 std::vector<Fluoroscope::LayerLength> Fluoroscope::layer_lengths(const CArm& arm, const Exposure& exposure) {
     require_usable(arm, exposure);
-    const PathLengthRenderer::Phase phase{exposure.breath, exposure.beat};
+    const PathLengthRenderer::Phase phase{exposure.breath, exposure.beat, exposure.drift};
     std::vector<LayerLength> lengths;
     for (std::size_t layer = 0; layer < state_->layers.size(); ++layer) {
         const TissueLayer& tissue = state_->layers[layer];
-        const CArm seen = tissue.takes_contrast ? shifted(arm, exposure.vessel_shift) : arm;
+        const CArm seen = tissue.takes_contrast ? seen_from_shifted(arm, exposure.vessel_shift) : arm;
         lengths.push_back({tissue.name, tissue.material, tissue.inside,
                            state_->renderer.render(static_cast<int>(layer), seen, phase).length});
+        if (!tissue.lumps.empty()) add_lengths(tissue.lumps, seen, lengths.back().length);
     }
     return lengths;
 }

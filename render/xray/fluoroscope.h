@@ -15,6 +15,7 @@
 #include "render/xray/detector.h"
 #include "render/xray/display.h"
 #include "render/xray/distal_vessels.h"
+#include "render/xray/lumps.h"
 #include "render/xray/materials.h"
 #include "render/xray/volume.h"
 #include "render/xray/wire_image.h"
@@ -33,8 +34,11 @@ struct TissueLayer {
     geometry::TriangleMesh mesh;  // closed [mm]
     bool takes_contrast = false;  // a lumen: Exposure::iodine is dissolved in it
     bool perfused = false;        // an organ: Exposure::organs may name it
-    /// Displacement of each vertex at full inspiration and at the end of systole [mm]; empty = still.
-    std::vector<Eigen::Vector3f> breath = {}, beat = {};
+    /// Displacement of each vertex at full inspiration, at the end of systole, and when the bowel has carried
+    /// its gas farthest [mm]; empty = still.
+    std::vector<Eigen::Vector3f> breath = {}, beat = {}, drift = {};
+    /// Where its share differs from that of the mesh: texture, which neither breath nor heartbeat moves.
+    std::vector<Lump> lumps = {};
 };
 
 struct FluoroscopeConfig {
@@ -75,13 +79,15 @@ struct Exposure {
     double wire_iodine = 0.0;  // besides `iodine`, in the blood that the wire displaces [mg/ml]
     /// Displacement of vessels and wire from where meshes and joints place them: a beating heart [mm].
     geometry::Vec3 vessel_shift = geometry::Vec3::Zero();
-    double breath = 0.0, beat = 0.0;  // share of their displacements that the layers have, 0 to 1
+    double breath = 0.0, beat = 0.0,
+           drift = 0.0;  // share of their displacements that the layers have, 0 to 1
 
     void state(geometry::StateStream& s) {
         s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, wire_iodine,
           vessel_shift);
         if (!s.part(!vessel_streams.empty(), vessel_streams)) vessel_streams.clear();
         if (!s.part(breath != 0.0 || beat != 0.0, breath, beat)) breath = beat = 0.0;
+        if (!s.part(drift != 0.0, drift)) drift = 0.0;
     }
 };
 
@@ -125,11 +131,19 @@ public:
     /// open beam at the same exposure: see estimated_scatter.
     Field scatter_in(const Field& signal, const CArm&, const Exposure&);
 
+    /// Draws a part, some milliseconds' worth, of what frames after this exposure will need as breath and
+    /// heartbeat go on; false when all of it is there, or the last pose was another. To be called while there
+    /// is time: frames are the same with and without.
+    bool draw_ahead(const CArm&, const Exposure&);
+
     /// Shares the rows of large images among threads; the images are the same for any number of them.
     void use_threads(int);
 
     /// Transmission of the collimator [-].
     Field opening(const CArm&) const;
+
+    /// 1 where the measuring field lies that the collimator leaves open, 0 outside [-].
+    Field measuring_field(const CArm&) const;
 
     /// The output of the tube and the dose to the patient for the pulse.
     Technique technique(const CArm&, const Exposure&);
@@ -145,8 +159,8 @@ public:
     /// std::invalid_argument for another number of labels than nodes.
     DeepImage vessel_labels(const CArm&, const geometry::Vec3& shift, std::span<const std::uint16_t> of_node);
 
-    /// Ground truth: the length of each ray in the mesh of a layer, where vessels, breath and heartbeat are
-    /// in the exposure.
+    /// Ground truth: the length of each ray in a layer, mesh and lumps, where vessels, breath and heartbeat
+    /// are in the exposure.
     struct LayerLength {
         std::string name;
         Material material, inside;

@@ -27,11 +27,12 @@ constexpr const char* vertex_shader = R"(#version 330 core
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 breath;  // 0 where a mesh has none
 layout(location = 2) in vec3 beat;
+layout(location = 3) in vec3 drift;
 uniform vec3 isocentre, phase;
 uniform mat4 view, projection;
 out float depth;
 void main() {
-    vec3 moved = position + phase.x * breath + phase.y * beat;
+    vec3 moved = position + phase.x * breath + phase.y * beat + phase.z * drift;
     vec3 turned = mat3(view) * (moved - isocentre);
     depth = -turned.z;
     gl_Position = projection * vec4(turned + view[3].xyz, 1.0);
@@ -100,7 +101,7 @@ OpenMeshError::OpenMeshError(const std::string& name, int edges, int pixels)
 
 struct PathLengthRenderer::Gl : GlContext {
     struct Mesh {
-        GLuint array = 0, vertices = 0, indices = 0, moves[2] = {0, 0};
+        GLuint array = 0, vertices = 0, indices = 0, moves[3] = {0, 0, 0};
         GLsizei count = 0;
         Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // of the box around it [mm]
     };
@@ -122,7 +123,7 @@ struct PathLengthRenderer::Gl : GlContext {
             DeleteVertexArrays(1, &mesh.array);
             DeleteBuffers(1, &mesh.vertices);
             DeleteBuffers(1, &mesh.indices);
-            DeleteBuffers(2, mesh.moves);
+            DeleteBuffers(3, mesh.moves);
         }
         DeleteFramebuffers(1, &framebuffer);
         DeleteTextures(1, &texture);
@@ -165,8 +166,8 @@ int PathLengthRenderer::add(const TriangleMesh& mesh) {
 }
 
 int PathLengthRenderer::add(const TriangleMesh& mesh, std::span<const Eigen::Vector3f> breath,
-                            std::span<const Eigen::Vector3f> beat) {
-    for (const auto& moves : {breath, beat}) {
+                            std::span<const Eigen::Vector3f> beat, std::span<const Eigen::Vector3f> drift) {
+    for (const auto& moves : {breath, beat, drift}) {
         if (!moves.empty() && moves.size() != mesh.vertices.size())
             throw std::invalid_argument(std::to_string(mesh.vertices.size()) + " vertices have " +
                                         std::to_string(moves.size()) + " displacements");
@@ -184,11 +185,11 @@ int PathLengthRenderer::add(const TriangleMesh& mesh, std::span<const Eigen::Vec
     }
     // The box holds the mesh at every phase.
     for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
-        for (const auto& moves : {breath, beat}) {
+        for (const auto& moves : {breath, beat, drift}) {
             if (moves.empty()) continue;
             const Vec3 reach = moves[i].cast<double>().cwiseAbs();
-            made.low = made.low.cwiseMin(mesh.vertices[i] - 2.0 * reach);
-            made.high = made.high.cwiseMax(mesh.vertices[i] + 2.0 * reach);
+            made.low = made.low.cwiseMin(mesh.vertices[i] - 3.0 * reach);
+            made.high = made.high.cwiseMax(mesh.vertices[i] + 3.0 * reach);
         }
     }
     std::vector<GLuint> indices;
@@ -205,7 +206,7 @@ int PathLengthRenderer::add(const TriangleMesh& mesh, std::span<const Eigen::Vec
                   positions.data(), GL_STATIC_DRAW);
     gl.EnableVertexAttribArray(0);
     gl.VertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, 0, nullptr);
-    for (const auto& [index, moves] : {std::pair{0, breath}, std::pair{1, beat}}) {
+    for (const auto& [index, moves] : {std::pair{0, breath}, std::pair{1, beat}, std::pair{2, drift}}) {
         if (moves.empty()) continue;
         gl.GenBuffers(1, &made.moves[index]);
         gl.BindBuffer(GL_ARRAY_BUFFER, made.moves[index]);
@@ -283,7 +284,7 @@ int PathLengthRenderer::accumulate(int mesh, const CArm& arm, Field& sum, Phase 
 
     gl.UseProgram(gl.program);
     gl.uniform("isocentre", arm.isocentre);
-    gl.uniform("phase", Vec3(phase.breath, phase.beat, 0.0));
+    gl.uniform("phase", Vec3(phase.breath, phase.beat, phase.drift));
     gl.uniform("view", glm::mat4(view_matrix(arm)));
     gl.uniform("projection", glm::mat4(projection_matrix(arm)));
     gl.BindVertexArray(drawn.array);

@@ -46,12 +46,13 @@ public:
 
     /// Adds a mesh; the returned number identifies it in `render`.
     int add(const geometry::TriangleMesh&);
-    /// Its vertices may be displaced: by `breath` and `beat`, each one for every vertex or none [mm].
+    /// Its vertices may be displaced: by `breath`, `beat` and `drift`, each one for every vertex or none
+    /// [mm].
     int add(const geometry::TriangleMesh&, std::span<const Eigen::Vector3f> breath,
-            std::span<const Eigen::Vector3f> beat);
+            std::span<const Eigen::Vector3f> beat, std::span<const Eigen::Vector3f> drift = {});
     /// Shares of these displacements, 0 to 1.
     struct Phase {
-        double breath = 0.0, beat = 0.0;
+        double breath = 0.0, beat = 0.0, drift = 0.0;
     };
 
     struct Result {

@@ -12,6 +12,7 @@
 #include "render/picture/fast_exp.h"
 #include "render/picture/fast_log.h"
 #include "render/picture/filter.h"
+#include "render/picture/shift.h"
 #include "render/xray/display.h"
 
 namespace render {
@@ -68,11 +69,12 @@ void Subtraction::log_of(std::span<const float> signal, std::size_t start, std::
 template <class Use>
 void Subtraction::for_differences(const Field& signal, const Use& use) const {
     assert(signal.values.size() == log_mask_.values.size());
+    const Field& log_of_mask = log_mask();
     std::array<float, FastLog::together> log;
     for (std::size_t start = 0; start < signal.values.size(); start += log.size()) {
         const std::size_t count = std::min(log.size(), signal.values.size() - start);
         log_of(std::span(signal.values).subspan(start, count), start, std::span(log).first(count));
-        const float* const mask = log_mask_.values.data() + start;
+        const float* const mask = log_of_mask.values.data() + start;
         for (std::size_t i = 0; i < count; ++i) log[i] = mask[i] - log[i];
         use(start, std::span<float>(log).first(count));
     }
@@ -91,8 +93,9 @@ template <class Grey>
 GrayImage Subtraction::framed(const Field& signal, double background, const Grey& grey) const {
     const Shoulder shoulder{static_cast<float>(background), static_cast<float>(spec_.linear)};
     GrayImage image{signal.width, signal.height, std::vector<std::uint8_t>(signal.values.size())};
+    const Field& seen = this->open();
     for_differences(signal, [&](std::size_t start, std::span<float> difference) {
-        const float* const open = open_.values.data() + start;
+        const float* const open = seen.values.data() + start;
         std::uint8_t* const shown = image.pixels.data() + start;
         float* const level = difference.data();
         const std::size_t count = difference.size();
@@ -105,6 +108,43 @@ GrayImage Subtraction::framed(const Field& signal, double background, const Grey
     return image;
 }
 
+void Subtraction::shift_mask(const Shift& shift, bool with_map) {
+    if (with_map && has_map()) {
+        map_shift_.x += shift.x - shift_.x;
+        map_shift_.y += shift.y - shift_.y;
+    }
+    shift_ = shift;
+    make_shifted();
+}
+
+/// Makes again what follows from the shifts.
+void Subtraction::make_shifted() {
+    vessels_ = shifted_mask_ = shifted_open_ = {};
+    if (!shift_.any()) return;
+    shifted_mask_ = shifted(log_mask_, shift_.x, shift_.y);
+    const int width = open_.width, height = open_.height;
+    shifted_open_ = shifted(open_, shift_.x, shift_.y);
+    for (int j = 0; j < height; ++j) {
+        for (int i = 0; i < width; ++i) {
+            const std::size_t pixel = static_cast<std::size_t>(j) * width + i;
+            const bool known = i - shift_.x >= 0.0 && i - shift_.x <= width - 1.0 && j - shift_.y >= 0.0 &&
+                               j - shift_.y <= height - 1.0;
+            float& seen = shifted_open_.values[pixel];
+            seen = known ? std::clamp(seen, 0.0f, open_.values[pixel]) : 0.0f;
+        }
+    }
+}
+
+Registration Subtraction::registration_with(const Field& signal, const Field& where, double reach) const {
+    Field log(signal.width, signal.height);
+    for (std::size_t start = 0; start < log.values.size(); start += FastLog::together) {
+        const std::size_t count = std::min(FastLog::together, log.values.size() - start);
+        log_of(std::span(signal.values).subspan(start, count), start,
+               std::span(log.values).subspan(start, count));
+    }
+    return registration(log_mask_, log, where, reach);
+}
+
 GrayImage Subtraction::subtracted(const Field& signal) const {
     const auto gain = static_cast<float>(spec_.dsa_gain);
     const auto background = static_cast<float>(spec_.dsa_background);
@@ -115,6 +155,12 @@ GrayImage Subtraction::subtracted(const Field& signal) const {
 void Subtraction::opacify(const Field& signal) {
     Field opacity = difference(signal);
     blur(opacity, spec_.map_blur);
+    if (map_shift_.any()) {
+        // The map goes on where it was shown.
+        mean_ = shifted(mean_, map_shift_.x, map_shift_.y);
+        map_ = shifted(map_, map_shift_.x, map_shift_.y);
+        map_shift_ = {};
+    }
     if (!has_map()) {
         mean_ = map_ = std::move(opacity);
     } else {
@@ -131,7 +177,7 @@ const Field& Subtraction::vessels() {
     if (!vessels_.values.empty()) return vessels_;
     const auto brightness = static_cast<float>(spec_.map_brightness);
     const auto density = static_cast<float>(spec_.map_density);
-    vessels_ = map_;
+    vessels_ = shifted(map_, map_shift_.x, map_shift_.y);
     for (float& value : vessels_.values)
         value = brightness * (1.0f - std::exp(-density * std::max(value, 0.0f)));
     return vessels_;

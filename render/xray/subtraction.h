@@ -4,7 +4,9 @@
 #include <cstddef>
 #include <span>
 
+#include "physics/geometry/state.h"
 #include "render/picture/image.h"
+#include "render/xray/registration.h"
 
 namespace render {
 
@@ -26,7 +28,7 @@ struct SubtractionSpec {
 };
 
 /// Keeps a mask and the vessels that contrast has shown since. Anything that moved after the mask was taken
-/// shows twice: dark where it is, bright where it was.
+/// shows twice: dark where it is, bright where it was. The mask may be shifted to make up for that.
 class Subtraction {
 public:
     /// `mask`: detector signal per unit of dose, `open`: transmission of the collimator, `scatter`: estimate
@@ -38,8 +40,25 @@ public:
     Subtraction() = default;
     void state(geometry::StateStream& s) {
         s(scatter_, log_mask_, open_, mean_, map_);
-        if (s.restores()) vessels_ = {};
+        if (!s.part(shift_.any() || map_shift_.any(), shift_, map_shift_)) shift_ = map_shift_ = {};
+        if (s.restores()) make_shifted();
     }
+
+    /// The mask's shift, to the right and down [pixels].
+    struct Shift {
+        double x = 0.0, y = 0.0;
+        bool any() const { return x != 0.0 || y != 0.0; }
+        void state(geometry::StateStream& s) { s(x, y); }
+    };
+    const Shift& shift() const { return shift_; }
+    /// Moves the mask to this shift from where it was taken, and `with_map` the map by as much as the mask:
+    /// under a roadmap both lie where the patient was, while in DSA the map already has the places of the
+    /// image. Where the collimator or the edge hid the mask nothing is known: that part stays behind the
+    /// collimator.
+    void shift_mask(const Shift&, bool with_map);
+    /// The shift that lays the mask best on a signal, where `where` is above ½, up to `reach` either way
+    /// [pixels]; see registration. Whatever the shift is now.
+    Registration registration_with(const Field& signal, const Field& where, double reach) const;
 
     /// ln(mask) − ln(signal) without scatter, positive where less arrives than before [e-folds].
     Field difference(const Field& signal) const;
@@ -65,12 +84,17 @@ private:
     template <class Grey>
     GrayImage framed(const Field& signal, double background, const Grey&) const;
     const Field& vessels();
+    void make_shifted();
+    const Field& log_mask() const { return shifted_mask_.values.empty() ? log_mask_ : shifted_mask_; }
+    const Field& open() const { return shifted_open_.values.empty() ? open_ : shifted_open_; }
 
     SubtractionSpec spec_;
     Field scatter_;  // removed, in the mask's unit
     Field log_mask_, open_;
-    Field mean_, map_;  // of opacity [e-folds]
-    Field vessels_;     // grey that the map adds; empty until requested
+    Field mean_, map_;                   // of opacity [e-folds]
+    Shift shift_, map_shift_;            // of the mask; of the map, from where its pulses were taken
+    Field shifted_mask_, shifted_open_;  // empty without a shift
+    Field vessels_;                      // grey that the map adds; empty until requested
 };
 
 }  // namespace render

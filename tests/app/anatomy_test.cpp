@@ -161,7 +161,7 @@ TEST(AnatomyImport, RefusesBadInputAndWritesNothing) {
     with({"--body", "leg"}, "pelvis, abdomen, chest or head is accepted");
     with({"--landmark", "1,2,3"}, "--landmark was given without --body");
     with({"--name", "a", "--name", "b"}, "one is accepted, and END=X,Y,Z for each end");
-    with({"--scenario", folder / "none/x.toml"}, "no such folder can be written");
+    with({"--scenario", folder / "none/x.toml"}, "none/x.toml: cannot be written: No such file");
     with({"--scenario", folder / "x.obj"}, "would be overwritten");
     with({"--name", "a=1,2"}, "NAME=X,Y,Z in mm is accepted");
     const Outcome over =

@@ -155,7 +155,7 @@ TEST(BadInput, OutputFolderThatCannotBeMade) {
     write(folder / "file", "");
     const auto result =
         run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "file/out"});
-    expect_refused(result, folder, "file/out: the output folder cannot be made");
+    expect_refused(result, folder, "file/out: cannot be written: the output folder cannot be made");
     EXPECT_EQ(read(folder / "file"), "");
 }
 
@@ -188,6 +188,59 @@ TEST(BadInput, FullDiskIsToldAndLeavesOnlyWholeFiles) {
     const Outcome again = run(folder, {"run", "s_bend", "--commands", folder / "out/run.gw", "--out",
                                        folder / "2", "--frames", "none"});
     EXPECT_LT(again.code, 2) << again.error;  // what was recorded is whole
+}
+
+TEST(BadInput, AngiogramsAndTruthThatCannotBeWrittenAreNamedWithTheCause) {
+    const TemporaryFolder folder;
+    // Folders that refuse even the superuser.
+    for (const char* part : {"dicom", "truth"}) {
+        const std::filesystem::path out = folder / part;
+        std::filesystem::create_directory(out);
+        std::filesystem::create_symlink("/proc", out / part);
+        const bool dicom = std::string(part) == "dicom";
+        const Outcome result =
+            run(folder, {"run", "s_bend", "--commands", good_script, "--out", out, "--set", "c_arm.pixels=64",
+                         dicom ? "--dicom" : "--truth-of", dicom ? "shown" : "signal,lengths"});
+        EXPECT_EQ(result.code, 2) << result.error;
+        EXPECT_NE(result.error.find((out / part / (dicom ? "xa_0001.dcm" : "frame_000000_")).string()),
+                  std::string::npos)
+            << result.error;
+        EXPECT_NE(result.error.find(": cannot be written: No such file or directory"), std::string::npos)
+            << result.error;
+        EXPECT_TRUE(std::filesystem::is_symlink(out / part));
+        EXPECT_FALSE(std::filesystem::exists(out / "score.json"));
+    }
+}
+
+TEST(BadInput, FullDiskLeavesNoPartOfAnAngiogram) {
+    const TemporaryFolder folder;
+    // Images of 64 × 64 fit into the limit, many of them in an object do not.
+    std::vector<std::string> words = {"bash", "-c", "ulimit -f 40; exec \"$0\" \"$@\""};
+    for (const std::string& word :
+         test::command({"run", "s_bend", "--commands", good_script, "--out", folder / "out", "--set",
+                        "c_arm.pixels=64", "--dicom", "signal"}))
+        words.push_back(word);
+    const Outcome result = test::Started(folder, words).wait();
+    EXPECT_EQ(result.code, 2) << result.error;
+    EXPECT_NE(result.error.find("dicom/xa_0001.dcm: cannot be written: File too large"), std::string::npos)
+        << result.error;
+    // The folder was made for this run and stayed empty.
+    EXPECT_FALSE(std::filesystem::exists(folder / "out/dicom"));
+    EXPECT_TRUE(std::filesystem::exists(folder / "out/frames/frame_000000.png"));
+}
+
+TEST(BadInput, PatientOfUnreadableFilesIsToldBeforeARunWithoutImagesBegins) {
+    const TemporaryFolder folder;
+    write(folder / "mine.nii", std::string(5000, 'x'));
+    std::string text = test::small_toml;
+    text.replace(text.find("patient = false"), 15, "[patient]\nct = \"mine.nii\"");
+    write(folder / "mine.toml", text);
+    write(folder / "late.gw", "40 beam on\n50 end\n");
+    const Outcome result = run(folder, {"run", folder / "mine.toml", "--commands", folder / "late.gw",
+                                        "--out", folder / "out", "--frames", "none"});
+    EXPECT_EQ(result.code, 2) << result.error;
+    EXPECT_NE(result.error.find("mine.nii: "), std::string::npos) << result.error;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
 TEST(BadInput, ExpectationThatIsNotThere) {

@@ -109,7 +109,7 @@ TEST(DebriefCommand, WhatIsNoRecordingOfTheExerciseIsRefused) {
     write(folder / "broken.gw", "recording 2\n0 beam\n");
     expect_refused(run(folder, {"debrief", folder / "broken.gw", "--out", folder / "page"}), "broken.gw:2:");
     write(folder / "file", "");
-    expect_refused(run(folder, {"debrief", good, "--out", folder / "file"}), "a folder is accepted");
+    expect_refused(run(folder, {"debrief", good, "--out", folder / "file"}), "file: cannot be written");
     EXPECT_FALSE(std::filesystem::exists(folder / "page"));
 }
 

@@ -36,6 +36,7 @@ public:
         }
     }
     void signal(int number) const { ::kill(process_, number); }
+    pid_t process() const { return process_; }
     Outcome wait() const {
         int status = 0;
         ::waitpid(process_, &status, 0);

@@ -46,7 +46,7 @@ TEST(Render, OfAFrameIsTheFrameOfTheRunWithoutItsLag) {
 TEST(Render, AnglesBeyondTheGantryAreRefused) {
     expect_render_refused({"--lao", "130"}, "LAO/RAO angle must lie within 120 degrees");
     expect_render_refused({"--cranial", "-50"}, "cranial/caudal angle must lie within 45 degrees");
-    expect_render_refused({"--lao", "nan"}, "LAO/RAO");
+    expect_render_refused({"--lao", "nan"}, "--lao: 'nan' was found");
 }
 
 TEST(Render, ModesFramesAndContrastThereAreNotAreRefused) {

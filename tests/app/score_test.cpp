@@ -90,7 +90,7 @@ TEST(ScoreCommand, AnotherScenarioOrAnatomyIsTold) {
     EXPECT_NE(same.out.find("Points"), std::string::npos) << same.out;
     // Another tube.
     write(folder / "s_bend.toml", replaced(toml, "run_mm = 50.0", "run_mm = 51.0"));
-    expect_refused(run(folder, {"replay", file, "--scenario", changed}), "the anatomy has changed");
+    expect_refused(run(folder, {"replay", file, "--scenario", changed}), "has changed since it was recorded");
     // A scenario of another name.
     write(folder / "other.toml", toml);
     expect_refused(run(folder, {"replay", file, "--scenario", folder / "other.toml"}),

@@ -1,12 +1,15 @@
 /// What a frame costs: exposure at a cached pose, change of pose, and the PNG file.
 
+#include <algorithm>
 #include <benchmark/benchmark.h>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <string>
 #include <unistd.h>
 
 #include "engine/run/picture_file.h"
+#include "render/patient/organ_motion.h"
 #include "render/patient/patient.h"
 #include "render/patient/solids.h"
 #include "render/xray/exposure_meter.h"
@@ -62,6 +65,89 @@ BENCHMARK(exposure_at_a_cached_pose)
     ->ArgsProduct({{512, 1024}, {1, 2}})
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
+
+/// A patient whose organs move.
+render::Fluoroscope make_breathing() {
+    render::PatientSpec spec;
+    spec.lower = Vec3(-60, -60, -100);
+    spec.upper = Vec3(60, 60, 260);
+    auto layers = render::make_patient(spec);
+    render::move_organs(layers, spec.origin, 14, 8);
+    return render::Fluoroscope({}, std::move(layers));
+}
+
+/// Over the diaphragm, or the kidneys.
+render::CArm arm_over(bool diaphragm, int pixels) {
+    render::CArm arm = arm_of(pixels);
+    arm.isocentre = Vec3(0, 0, diaphragm ? 190 : 40);
+    return arm;
+}
+
+/// Pixels along a side, over the diaphragm or not, moving or not; all phases were drawn before.
+void exposure_at_a_cached_pose_of_moving_organs(benchmark::State& state) {
+    auto scope = make_breathing();
+    const auto arm = arm_over(state.range(1) != 0, static_cast<int>(state.range(0)));
+    const Polyline joints = wire();
+    render::Exposure exposure;
+    for (int k = 0; k <= 12; ++k) {
+        exposure.breath = exposure.beat = k / 12.0;
+        scope.expose(arm, joints, exposure);
+    }
+    for (auto _ : state) {
+        ++exposure.frame;
+        // Between two phases of either.
+        const double at = state.range(2) != 0 ? static_cast<double>(exposure.frame % 97 + 1) / 98.7 : 0;
+        exposure.breath = exposure.beat = at;
+        benchmark::DoNotOptimize(scope.expose(arm, joints, exposure));
+    }
+}
+BENCHMARK(exposure_at_a_cached_pose_of_moving_organs)
+    ->ArgsProduct({{512, 1024}, {0, 1}, {0, 1}})
+    ->Unit(benchmark::kMillisecond);
+
+/// A pose and what its first frame needs of phases: none, or two of breath and two of heartbeat.
+void exposure_at_a_new_pose_of_moving_organs(benchmark::State& state) {
+    auto scope = make_breathing();
+    auto arm = arm_over(true, static_cast<int>(state.range(0)));
+    render::Exposure exposure;
+    exposure.breath = exposure.beat = state.range(1) != 0 ? 0.4 : 0.0;
+    const Polyline joints = wire();
+    scope.expose(arm, joints, exposure);
+    for (auto _ : state) {
+        arm.lao = arm.lao > 0.5 ? 0.0 : arm.lao + 0.01;
+        benchmark::DoNotOptimize(scope.expose(arm, joints, exposure));
+    }
+}
+BENCHMARK(exposure_at_a_new_pose_of_moving_organs)
+    ->ArgsProduct({{512}, {0, 1}})
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
+
+/// What is drawn ahead after a new pose, in all, and its longest and mean part.
+void parts_drawn_ahead(benchmark::State& state) {
+    auto scope = make_breathing();
+    auto arm = arm_over(true, 512);
+    const Polyline joints = wire();
+    const render::Exposure exposure;
+    double longest = 0, sum = 0, parts = 0;
+    for (auto _ : state) {
+        state.PauseTiming();
+        arm.lao = arm.lao > 0.5 ? 0.0 : arm.lao + 0.01;
+        scope.expose(arm, joints, exposure);
+        state.ResumeTiming();
+        for (bool more = true; more; ++parts) {
+            const auto start = std::chrono::steady_clock::now();
+            more = scope.draw_ahead(arm, exposure);
+            const double took =
+                std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+            longest = std::max(longest, took);
+            sum += took;
+        }
+    }
+    state.counters["longest_ms"] = longest;
+    state.counters["mean_ms"] = sum / parts;
+}
+BENCHMARK(parts_drawn_ahead)->UseRealTime()->Unit(benchmark::kMillisecond);
 
 /// What a new pose costs where only the dose is wanted.
 void dose_at_a_new_pose(benchmark::State& state) {

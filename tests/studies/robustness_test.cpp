@@ -3,6 +3,7 @@
 #include "engine/studies/robustness.h"
 
 #include <algorithm>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "engine/scenario/scenario.h"
@@ -57,6 +58,29 @@ TEST(Robustness, QuickStudyFindsNothingAndDoesNotDependOnThreads) {
                 const bool none = a != a && b != b;
                 EXPECT_TRUE(none || a == b) << name << ", row " << r;
             }
+    }
+}
+
+/// Frames in which joints left a side branch so far in one motion that their stations stayed behind, or came
+/// to rest at the border of two vessels.
+TEST(Robustness, WiresThatLeaveASideBranchRestWhenAllContactsAreAskedAnew) {
+    struct Course {
+        const char* scenario;
+        std::uint32_t hand;
+        int frames;
+    };
+    for (const Course& course :
+         {Course{"coronary_lad", 2, 37}, Course{"coronary_lad", 3, 18}, Course{"coronary", 3, 65}}) {
+        exercise::Simulation simulation(
+            scenario::load_scenario(
+                fmt::format(SELDINGER_SOURCE "/assets/scenarios/{}.toml", course.scenario),
+                SELDINGER_SOURCE "/assets/devices"),
+            test::cache());
+        const studies::WildJudge judge(simulation);
+        const studies::WildTally tally = studies::play_wildly(simulation, judge, course.hand, course.frames);
+        EXPECT_EQ(tally.restless, 0) << course.scenario << ", hand " << course.hand << ": |g|/C up to "
+                                     << tally.gradient;
+        EXPECT_GT(tally.frames - tally.settling, course.frames / 2);
     }
 }
 

@@ -245,6 +245,20 @@ TEST(Play, AFullDiskEndsTheRecordingAndNotTheExercise) {
     EXPECT_NO_THROW(script::load_commands(room.folder / "run.gw"));
 }
 
+TEST(Play, SigtermClosesTheWindowAndTheRecordingReplays) {
+    Room room(900, 700, {"s_bend", "--record", "@run.gw"});
+    ASSERT_TRUE(room.start());
+    room.display.key("Up", true);
+    sleep_for(1);
+    room.program->signal(SIGTERM);
+    const Outcome outcome = room.program->wait();
+    room.program.reset();
+    EXPECT_EQ(outcome.code, 130) << outcome.error;
+    EXPECT_TRUE(script::load_commands(room.folder / "run.gw").end);
+    const Outcome again = replay(room, "s_bend");
+    EXPECT_EQ(again.code, 1) << again.error;  // the target was not reached; not 3: all states agree
+}
+
 TEST(Play, WhereThereIsNoDisplayItSaysSo) {
     TemporaryFolder folder;
     setenv("DISPLAY", ":987", 1);
@@ -266,6 +280,8 @@ TEST(Play, BadArgumentsAreRefusedBeforeAWindowOpens) {
         {{"play", "s_bend", "--size", "wide"}, "WIDTHxHEIGHT"},
         {{"play", "nowhere"}, "nowhere"},
         {{"play", "--record", "x.gw"}, "--record"},
+        {{"play", "s_bend", "--record", "/proc/nope"}, "/proc/nope: cannot be written"},
+        {{"play", "s_bend", "--measure", (folder / "no/x.json").string()}, "no/x.json: cannot be written"},
     };
     setenv("DISPLAY", ":987", 1);
     for (const auto& [words, said] : cases) {

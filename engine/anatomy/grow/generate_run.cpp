@@ -1,13 +1,13 @@
 #include "engine/anatomy/grow/generate_run.h"
 
 #include <fmt/format.h>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/grow/generator.h"
 #include "engine/anatomy/grow/vessel_file.h"
 #include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
@@ -97,12 +97,18 @@ Provenance provenance_of(const GenerateRequest& request, const VesselTreeSpec& s
 
 /// The anatomy in the folder, when it is complete and was made from the same input.
 std::optional<Anatomy> kept(const fs::path& file, const Provenance& wanted) {
-    std::ifstream stream(file, std::ios::binary);
-    if (!stream) return std::nullopt;
-    const nlohmann::json root = nlohmann::json::parse(stream, nullptr, false);
+    std::error_code ignored;
+    if (!fs::exists(file, ignored)) return std::nullopt;
+    const std::string text = io::read_text(file, "anatomy", "a NAME.anatomy.json is accepted");
+    try {
+        io::check_json_depth(text, file.string());
+    } catch (const io::InputError&) {
+        return std::nullopt;
+    }
+    const nlohmann::json root = nlohmann::json::parse(text, nullptr, false);
     if (root.is_discarded() || !root.is_object() || !root.contains("provenance")) return std::nullopt;
     nlohmann::json made = nlohmann::json::object();
-    for (const auto& [key, text] : wanted) made[key] = text;
+    for (const auto& [key, value] : wanted) made[key] = value;
     if (root["provenance"] != made) return std::nullopt;
     try {
         return load_anatomy(file);
@@ -116,7 +122,9 @@ std::optional<Anatomy> kept(const fs::path& file, const Provenance& wanted) {
 GenerateOutcome run_generate(const GenerateRequest& request) {
     const VesselTreeSpec spec = make_spec(request);
     const Provenance provenance = provenance_of(request, spec);
-    check_anatomy_folder(request.out);
+    const io::OwnFolder own(request.out, spec.name);
+    for (const char* ending : {".stl", ".anatomy.json"})
+        io::require_writable(request.out / (spec.name + ending));
     GenerateOutcome outcome;
     outcome.file = request.out / (spec.name + ".anatomy.json");
     std::optional<Anatomy> anatomy = kept(outcome.file, provenance);
@@ -149,22 +157,20 @@ Anatomy generated_anatomy(const VesselTreeSpec& wanted, const ModelCache& cache)
                                    {"generator", std::to_string(generator_version)},
                                    {"shape", shape},
                                    {"licence", "project"}};
-    const fs::path home = cache.folder / ("anatomy-" + shape);
+    const CachePlace place(cache, "anatomy-" + shape);
     const std::string file = spec.name + ".anatomy.json";
-    if (!cache.folder.empty()) {
-        if (std::optional<Anatomy> anatomy = kept(home / file, provenance))
+    if (place.holds_whole_folder()) {
+        if (std::optional<Anatomy> anatomy = kept(place.path() / file, provenance)) {
+            place.used();
             return with_targets(*std::move(anatomy));
+        }
     }
     GeneratorOptions options;
     options.progress = cache.progress;
-    const io::ScratchFolder scratch(home);
+    const io::ScratchFolder scratch(place.path());
     // Read back, to have the bits that the next run will find.
     Anatomy anatomy = load_anatomy(write_anatomy(generate(spec, options), scratch.path(), provenance));
-    if (!cache.folder.empty()) {
-        std::error_code failed;  // another program was faster, or nothing can be stored
-        if (!kept(home / file, provenance)) fs::remove_all(home, failed);
-        fs::rename(scratch.path(), home, failed);
-    }
+    place.keep_folder(scratch.path());
     return with_targets(std::move(anatomy));
 }
 

@@ -59,8 +59,10 @@ ClosedLumen closed_surface(const VesselTree& tree, const GeneratorOptions& optio
 
 Anatomy generate(const VesselTreeSpec& spec, const GeneratorOptions& options) {
     const VesselTree tree = grow(spec);
-    const ClosedLumen closed = closed_surface(tree, options);
+    return cut_open(spec, tree, closed_surface(tree, options));
+}
 
+Anatomy cut_open(const VesselTreeSpec& spec, const VesselTree& tree, const ClosedLumen& closed) {
     if (euler_characteristic(closed.mesh) != 2 - 2 * tree.loops()) {
         throw io::InputError(spec.name +
                              ": the lumen has loops or hollows that its branches do not make, for vessels "

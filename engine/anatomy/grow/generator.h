@@ -32,6 +32,8 @@ ClosedLumen closed_surface(const VesselTree&, const GeneratorOptions& = {});
 /// its centreline; ends are named BRANCH.in and BRANCH.out. Throws InputError for a spec that cannot be grown
 /// or does not give a usable anatomy.
 Anatomy generate(const VesselTreeSpec&, const GeneratorOptions& = {});
+/// The last step of that, from the tree that the spec grows to and its surface.
+Anatomy cut_open(const VesselTreeSpec&, const VesselTree&, const ClosedLumen&);
 
 /// The spec's targets, but those beyond an occlusion, in place of those that the anatomy has; its branches
 /// are the tree's.

@@ -196,26 +196,16 @@ Parts split(const std::string& text, std::size_t least, std::size_t most, std::s
 VesselTreeSpec parse_vessel_file(const std::string& text, const std::filesystem::path& file,
                                  std::uint64_t seed, const PatientWish& wish) {
     io::Reading reading{file.string(), {}, {}};
-    VesselTreeSpec spec;
-    try {
-        const toml::table root = toml::parse(text, reading.file);
-        io::Section top(reading, &root, "");
-        int schema = 0;
-        if (!top.find("schema")) top.missing("schema", "schema = 1");
-        top.whole("schema", schema, {1, 1});
-        spec = read_spec(top, reading, seed, wish);
-        top.finish();
-    } catch (const toml::parse_error& error) {
-        throw io::InputError(io::located(reading.place(error.source()),
-                                         fmt::format("this is not TOML: {}", error.description())));
-    }
+    const toml::table root = reading.parse(text);
+    io::Section top(reading, &root, "");
+    top.schema();
+    VesselTreeSpec spec = read_spec(top, reading, seed, wish);
+    top.finish();
+    reading.end();
     spec.name = file.stem().string();
-    std::vector<std::string> wrong = reading.complaints();
-    if (wrong.empty()) {
-        for (const std::string& problem : problems(spec))
-            wrong.push_back(io::located({reading.file, 0, 0}, problem));
-    }
-    if (!wrong.empty()) throw io::InputError(io::joined(wrong, "\n"));
+    for (const std::string& problem : problems(spec))
+        reading.wrong.emplace_back(io::TextPlace{reading.file, 0, 0}, problem);
+    reading.end();
     return spec;
 }
 

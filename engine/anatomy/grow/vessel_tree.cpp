@@ -423,6 +423,13 @@ VesselTree grow(const VesselTreeSpec& spec) {
             if (t.branch.empty() || t.branch == branch.name) wave(tree.branches.back(), t, tree.spacing);
         }
     }
+    std::vector<std::string> beyond;  // what a disease cuts off is left out, and no error
+    for (const NamedTarget& target : spec.targets)
+        for (const SampledBranch& branch : tree.branches)
+            if (branch.name == target.branch && target.at > branch.length() + 1)
+                beyond.push_back(
+                    fmt::format("the target '{}' is {:.4g} mm along '{}'; 0 to {:.1f} mm is accepted",
+                                target.name, target.at, branch.name, branch.length()));
     add_diseases(tree, spec);
     for (SampledBranch& branch : tree.branches) {
         for (const double radius : branch.radii) tree.least_radius = std::min(tree.least_radius, radius);
@@ -433,6 +440,7 @@ VesselTree grow(const VesselTreeSpec& spec) {
         if (branch.joined >= 0) find_approach(tree, branch);
     }
     refuse_if_any(spec, problems(tree));
+    refuse_if_any(spec, beyond);
     return tree;
 }
 

@@ -9,8 +9,10 @@
 #include <pugixml.hpp>
 #include <sstream>
 
+#include "engine/anatomy/mesh_file.h"
 #include "engine/anatomy/polydata.h"
 #include "engine/anatomy/text_scanner.h"
+#include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
@@ -37,6 +39,7 @@ void append(GivenLine& line, const Vec3& point, std::optional<double> radius = {
 }
 
 std::vector<GivenLine> from_json(const std::string& text, const std::string& file, double unit) {
+    io::check_json_depth(text, file);
     const ordered_json root = ordered_json::parse(text, nullptr, false);
     if (!root.is_object()) refuse(file, "this is not a JSON object");
     std::vector<GivenLine> lines;
@@ -181,6 +184,17 @@ std::vector<GivenLine> load_centrelines(const std::filesystem::path& path, doubl
                                                          : from_json(text, file, unit);
     std::erase_if(lines, [](const GivenLine& line) { return line.points.size() < 2; });
     if (lines.empty()) refuse(file, "no line of two points or more was found");
+    for (const GivenLine& line : lines) {
+        for (const Vec3& p : line.points)
+            if (!(p.cwiseAbs().maxCoeff() <= largest_coordinate))
+                refuse(fmt::format("{}: '{}'", file, line.name),
+                       fmt::format("a point at ({:g}, {:g}, {:g}) mm was found, beyond {:g}", p.x(), p.y(),
+                                   p.z(), largest_coordinate));
+        for (const double radius : line.radii)
+            if (!(std::abs(radius) <= largest_coordinate))
+                refuse(fmt::format("{}: '{}'", file, line.name),
+                       fmt::format("a radius of {:g} mm was found, beyond {:g}", radius, largest_coordinate));
+    }
     return lines;
 }
 

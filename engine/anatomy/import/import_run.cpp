@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "engine/anatomy/anatomy_writer.h"
 #include "engine/anatomy/first_scenario.h"
@@ -60,13 +59,12 @@ std::string frame_text(const FileFrame& frame) {
 void check_scenario_file(const ImportRequest& request) {
     if (request.scenario.empty()) return;
     std::error_code ignored;
-    const std::filesystem::path folder =
-        request.scenario.has_parent_path() ? request.scenario.parent_path() : ".";
-    if (!std::filesystem::is_directory(folder, ignored) || ::access(folder.c_str(), W_OK) != 0 ||
-        std::filesystem::is_directory(request.scenario, ignored))
+    try {
+        io::require_writable(request.scenario);
+    } catch (const io::InputError& error) {
         throw io::InputError(
-            fmt::format("--scenario {}: no such folder can be written; a file in one is accepted",
-                        request.scenario.string()));
+            fmt::format("--scenario {}; a file in a folder that can be written is accepted", error.what()));
+    }
     std::vector<std::filesystem::path> inputs = request.options.centrelines;
     inputs.push_back(request.mesh);
     for (const std::filesystem::path& input : inputs)
@@ -106,16 +104,9 @@ ImportOutcome run_import(const ImportRequest& request) {
     if (!request.body.empty()) landmark_of_part(request.body);
     if (request.landmark && request.body.empty())
         throw io::InputError("--landmark was given without --body; both are accepted together");
-    const bool fresh = !std::filesystem::exists(request.out);
-    check_anatomy_folder(request.out);
-    ImportedLumen imported;
-    try {
-        imported = import_lumen(request.mesh, request.options);
-    } catch (...) {
-        std::error_code ignored;
-        if (fresh) std::filesystem::remove(request.out, ignored);
-        throw;
-    }
+    const io::OwnFolder own(request.out, name);
+    for (const char* ending : {".stl", ".anatomy.json"}) io::require_writable(request.out / (name + ending));
+    ImportedLumen imported = import_lumen(request.mesh, request.options);
     imported.anatomy.name = name;
     if (!request.body.empty())
         imported.findings.push_back(

@@ -371,6 +371,12 @@ ImportedLumen import_lumen(const std::filesystem::path& path, const ImportOption
     TriangleMesh mesh = load_mesh(path);
     for (Vec3& v : mesh.vertices) v *= unit;
     transform(matrix, mesh.vertices);
+    for (const Vec3& v : mesh.vertices)
+        if (!(v.cwiseAbs().maxCoeff() <= largest_coordinate))
+            throw io::InputError(
+                fmt::format("{}: a corner at ({:g}, {:g}, {:g}) mm was found; coordinates up to {:g} mm "
+                            "are accepted: is the unit right?",
+                            path.string(), v.x(), v.y(), v.z(), largest_coordinate));
     try {
         return import_lumen(mesh, path.stem().string(), options);
     } catch (const io::InputError& error) {

@@ -139,18 +139,53 @@ TEST(Anatomy, HoleInTheWallIsRefused) {
 }
 
 TEST(Anatomy, CentrelinesAndEndsFarFromTheMeshAreRefused) {
-    for (const double x : {1e30, 1e6, 500.0}) {
+    for (const double x : {1e30, 1e6})
+        test::expect_said(refusal_after([x](Json& d) { d["branches"][0]["points"][3][0] = x; }),
+                          "a number up to 10000 is accepted");
+    for (const double x : {9999.0, 500.0}) {
         const std::string text = refusal_after([x](Json& d) { d["branches"][0]["points"][3][0] = x; });
         EXPECT_NE(text.find("': sample 3 is at ("), std::string::npos) << text;
         EXPECT_NE(text.find("places within it"), std::string::npos) << text;
     }
     test::expect_said(refusal_after([](Json& d) { d["branches"][1]["points"][2][3] = 1e4; }),
                       "radius of 10000 mm");
-    test::expect_said(refusal_after([](Json& d) { d["ends"][0]["centre"] = {0, 0, 1e5}; }), "end '");
+    test::expect_said(refusal_after([](Json& d) { d["ends"][0]["centre"] = {0, 0, 9e3}; }), "end '");
     test::expect_said(refusal_after([](Json& d) {
                           for (Json& n : d["ends"][0]["normal"]) n = -n.get<double>();
                       }),
                       "its normal points into branch");
+}
+
+TEST(Anatomy, CoordinatesBeyondAPatientAreRefused) {
+    Anatomy far = test::straight_tube("tube");
+    for (Vec3& v : far.lumen.vertices) v.x() += 2e4;
+    ASSERT_FALSE(problems(far).empty());
+    test::expect_said(problems(far).front(), "coordinates up to 10000 mm are accepted");
+}
+
+TEST(Anatomy, RadiiThatAreNotThoseOfTheMeshAreRefused) {
+    for (const double factor : {3.0, 0.2}) {
+        const std::string text = refusal_after([factor](Json& d) {
+            for (Json& branch : d["branches"])
+                for (Json& sample : branch["points"]) sample[3] = factor * sample[3].get<double>();
+        });
+        test::expect_said(text, "branch 'aorta+LCIA+LEIA+LCFA', sample ");
+        test::expect_said(text, "where the wall of the mesh is ");
+    }
+    // One sample may lie in an aneurysm, or off the axis.
+    EXPECT_EQ(refusal_after([](Json& d) {
+                  Json& radius = d["branches"][0]["points"][20][3];
+                  radius = 3 * radius.get<double>();
+              }),
+              "");
+}
+
+TEST(Anatomy, WithoutAnOpenEndItIsRefused) {
+    Anatomy closed = test::straight_tube("tube");
+    closed.lumen = closed_lumen(closed);
+    closed.ends.clear();
+    ASSERT_FALSE(problems(closed).empty());
+    test::expect_said(problems(closed).front(), "the lumen is closed; a wire needs an open end to enter by");
 }
 
 TEST(Anatomy, PlaceInTheBodyIsWrittenAndRead) {

@@ -261,7 +261,10 @@ TEST(Angiograms, RefuseWhatTheyCannotKeep) {
     EXPECT_EQ(angiogram.frames(), 0);
     angiogram.add(render::GrayImage{16, 16, std::vector<std::uint8_t>(256)}, technique, 0);
     expect_said(refusal([&] { angiogram.write("/proc/nope/a.dcm"); }),
-                "/proc/nope/a.dcm: the angiogram cannot be written");
+                "/proc/nope/a.dcm: cannot be written: No such file or directory");
+    fs::create_symlink("/dev/full", folder / "full.dcm");
+    expect_said(refusal([&] { angiogram.write(folder / "full.dcm"); }),
+                "full.dcm: cannot be written: No space left on device");
 }
 
 }  // namespace test

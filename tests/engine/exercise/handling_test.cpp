@@ -3,6 +3,7 @@
 #include <random>
 
 #include "engine/exercise/exercise.h"
+#include "physics/wire/energy.h"
 #include "tests/engine/fixtures.h"
 
 namespace exercise {

@@ -19,7 +19,7 @@ Commands random_commands(std::mt19937& random) {
     const auto pick = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
     Commands commands;
     while (pick(3) != 0 && commands.size() < 4) {
-        switch (pick(12)) {
+        switch (pick(14)) {
             case 0:
             case 1:
                 commands.push_back(script::Advance{12 * unit()});
@@ -50,6 +50,13 @@ Commands random_commands(std::mt19937& random) {
                 break;
             case 10:
                 commands.push_back(script::MoveArm{unit() - 0.5, {}, {}, {}, {}, {}});
+                break;
+            case 11:
+                commands.push_back(script::ShiftMask{static_cast<script::ShiftMask::Way>(pick(3)),
+                                                     4 * unit() - 2, 4 * unit() - 2});
+                break;
+            case 12:
+                commands.push_back(script::Breathe{pick(3) != 0});
                 break;
             default:
                 if (pick(4) == 0)
@@ -162,7 +169,8 @@ TEST(Snapshot, StatesThatPartLaterDiffer) {
     // A mask that was asked for waits for a pulse; an injection runs; a motion waits.
     for (const script::Command& command :
          {script::Command(script::NewMask{}), script::Command(script::Inject{5, 1, "tube", 320}),
-          script::Command(script::StoreReference{}), script::Command(script::Advance{1e-6})}) {
+          script::Command(script::StoreReference{}), script::Command(script::Advance{1e-6}),
+          script::Command(script::ShiftMask{}), script::Command(script::Breathe{true})}) {
         Simulation asked(test::small_scenario()), not_asked(test::small_scenario());
         asked.apply(command);
         EXPECT_NE(asked.state_hash(), not_asked.state_hash()) << script::to_text(command);

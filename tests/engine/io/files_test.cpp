@@ -1,8 +1,16 @@
 #include "engine/io/files.h"
 
+#include <algorithm>
 #include <csignal>
+#include <fmt/format.h>
 #include <iterator>
 #include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <sys/wait.h>
+#include <unistd.h>
+#include <utility>
 
 #include "tests/engine/fixtures.h"
 
@@ -82,6 +90,133 @@ TEST(Files, GrowingFileShowsEachPieceAtOnce) {
 TEST(Files, GrowingFileOnAFullDiskIsTold) {
     GrowingFile file("/dev/full");
     EXPECT_NE(test::refusal([&] { file.append("x"); }).find("No space left"), std::string::npos);
+}
+
+TEST(Files, GrowingFileHasOneWriter) {
+    const test::TemporaryFolder folder;
+    GrowingFile file(folder / "log");
+    file.append("one\n");
+    EXPECT_NE(test::refusal([&] { GrowingFile(folder / "log"); }).find("another process is writing it"),
+              std::string::npos);
+    EXPECT_EQ(test::read(folder / "log"), "one\n");
+}
+
+TEST(Files, FifosDevicesAndSocketsAreRefusedBeforeTheyAreOpened) {
+    const test::TemporaryFolder folder;
+    ASSERT_EQ(::mkfifo((folder / "fifo").c_str(), 0600), 0);
+    const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
+    sockaddr_un address{};
+    address.sun_family = AF_UNIX;
+    const std::string place = (folder / "s").string();
+    ASSERT_LT(place.size(), sizeof address.sun_path);
+    std::copy(place.begin(), place.end(), address.sun_path);
+    ASSERT_EQ(::bind(socket, reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    std::filesystem::create_symlink("/dev/zero", folder / "zero");
+    // Opening a FIFO that nobody writes to would not return.
+    for (const auto& [name, kind] : {std::pair{"fifo", "FIFO"}, {"s", "socket"}, {"zero", "device"}})
+        EXPECT_EQ(test::refusal([&] { read_text(folder / name, "poem", "verses are accepted"); }),
+                  fmt::format("{}: is a {}; a regular file is accepted", (folder / name).string(), kind));
+    ::close(socket);
+}
+
+TEST(Files, HugeFileIsRefusedBeforeItIsRead) {
+    const test::TemporaryFolder folder;
+    test::write(folder / "a.txt", "");
+    std::filesystem::resize_file(folder / "a.txt", largest_text + 1);  // takes no room on the disk
+    EXPECT_NE(test::refusal([&] {
+                  read_text(folder / "a.txt", "poem", "verses are accepted");
+              }).find("up to 2000 million are accepted"),
+              std::string::npos);
+}
+
+TEST(Files, WhatCannotBeWrittenIsKnownBeforeAndNothingChanges) {
+    const test::TemporaryFolder folder;
+    test::write(folder / "a.txt", "old");
+    for (const std::filesystem::path& path : {folder / "a.txt", folder / "new.txt"})
+        EXPECT_EQ(test::refusal([&] { require_writable(path); }), "");
+    EXPECT_EQ(test::read(folder / "a.txt"), "old");
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+    for (const std::filesystem::path& path : {folder / "none/a.txt", folder / "a.txt/b.txt", folder / ".",
+                                              std::filesystem::path("/proc/nope"), std::filesystem::path()})
+        EXPECT_NE(test::refusal([&] { require_writable(path); }).find(": cannot be written: "),
+                  std::string::npos)
+            << path;
+    // Opened for a moment, it would end what its reader gets.
+    ASSERT_EQ(::mkfifo((folder / "fifo").c_str(), 0600), 0);
+    EXPECT_EQ(test::refusal([&] { require_writable(folder / "fifo"); }), "");
+}
+
+TEST(Files, LeftoversOfAProcessThatNobodyWaitedForAreRemoved) {
+    const test::TemporaryFolder folder;
+    const pid_t child = ::fork();
+    if (child == 0) ::_exit(0);
+    siginfo_t ended{};
+    ASSERT_EQ(::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOWAIT), 0);  // a zombie now
+    test::write(folder / fmt::format("a.png.{}.1.part", child), "");
+    test::write(folder / fmt::format("a.png.{}.1.part", ::getpid()), "");
+    remove_leftovers(folder.path());
+    ::waitpid(child, nullptr, 0);
+    EXPECT_FALSE(std::filesystem::exists(folder / fmt::format("a.png.{}.1.part", child)));
+    EXPECT_TRUE(std::filesystem::exists(folder / fmt::format("a.png.{}.1.part", ::getpid())));
+}
+
+TEST(OwnFolder, SecondOneIsRefusedWithTheProcessOfTheFirst) {
+    const test::TemporaryFolder folder;
+    {
+        const OwnFolder first(folder / "out");
+        EXPECT_NE(test::refusal([&] {
+                      OwnFolder(folder / "out");
+                  }).find(fmt::format("out: process {} is writing to this folder", ::getpid())),
+                  std::string::npos);
+        EXPECT_TRUE(std::filesystem::is_directory(folder / "out"));
+        EXPECT_EQ(test::refusal([&] { OwnFolder(folder / "out", "other"); }), "");
+    }
+    const OwnFolder again(folder / "out");
+}
+
+TEST(OwnFolder, LockOfAKilledProcessHoldsNobodyBack) {
+    const test::TemporaryFolder folder;
+    const pid_t child = ::fork();
+    if (child == 0) {
+        const OwnFolder own(folder / "out");
+        ::raise(SIGKILL);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    ASSERT_TRUE(WIFSIGNALED(status));
+    EXPECT_EQ(LockFile::owner(folder / "out/.seldinger.lock"), child);
+    { const OwnFolder own(folder / "out"); }
+    EXPECT_TRUE(std::filesystem::is_empty(folder / "out"));
+}
+
+TEST(OwnFolder, FoldersMadeForNothingGoAgainAndOthersStay) {
+    const test::TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "mine");
+    {
+        OwnFolder own(folder / "mine/a/b/");
+        own.make("inner");
+        EXPECT_TRUE(std::filesystem::is_directory(folder / "mine/a/b/inner"));
+    }
+    EXPECT_TRUE(std::filesystem::is_empty(folder / "mine"));
+    {
+        OwnFolder own(folder / "mine/a");
+        own.make("inner");
+        test::write(folder / "mine/a/result", "x");
+        own.keep();
+    }
+    EXPECT_TRUE(std::filesystem::is_directory(folder / "mine/a/inner"));
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder / "mine/a"), {}), 2);
+}
+
+TEST(OwnFolder, PlaceThatCannotBeWrittenIsRefused) {
+    const test::TemporaryFolder folder;
+    test::write(folder / "file", "");
+    for (const std::filesystem::path& path :
+         {folder / "file", folder / "file/out", std::filesystem::path("/proc/nope")})
+        EXPECT_NE(test::refusal([&] { OwnFolder own(path); }).find("the output folder cannot be made"),
+                  std::string::npos)
+            << path;
+    EXPECT_NE(test::refusal([&] { OwnFolder own("/proc"); }).find("cannot be written"), std::string::npos);
 }
 
 }  // namespace io

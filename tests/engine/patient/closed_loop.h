@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <gtest/gtest.h>
+#include <vector>
 
 #include "engine/patient/ct_patient.h"
 #include "engine/patient/voxelise.h"
@@ -23,10 +24,14 @@ using LoopErrors = std::array<LoopError, 3>;  // AP, lateral, LAO 35 cranial 20
 
 /// Signals before noise, over all pixels that receive less than 90 % of the open beam, of square images
 /// of that many pixels and 200 mm.
-inline LoopErrors closed_loop(const std::filesystem::path& file, double voxel, int pixels) {
+inline LoopErrors closed_loop(const std::filesystem::path& file, double voxel, int pixels,
+                              bool with_gas = true) {
     using geometry::Vec3;
     using render::Field;
     std::vector<render::TissueLayer> layers = render::make_patient({});
+    for (render::TissueLayer& layer : layers) layer.lumps.clear();  // a voxelised patient has none
+    if (!with_gas)
+        std::erase_if(layers, [](const render::TissueLayer& layer) { return layer.name == "bowel gas"; });
     const auto lumen =
         render::tube({{0, 0, -190}, {10, -5, 0}, {0, 0, 190}}, Vec3::UnitX(), {8, 8, 8}, {8, 8, 8}, 32);
     Vec3 low = layers.front().mesh.vertices.front(), high = low;

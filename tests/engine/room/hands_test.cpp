@@ -107,6 +107,27 @@ TEST_F(HandsTest, PedalsTurnTheBeamOnWhileTheyAreDown) {
     EXPECT_EQ(exercise.simulation().console().mode(), script::ImagingMode::Roadmap);
 }
 
+TEST_F(HandsTest, KeysShiftTheMaskAndHoldTheBreath) {
+    using Way = script::ShiftMask::Way;
+    const auto once = commands(pressing({Action::ShiftRight, Action::ShiftRight, Action::ShiftUp}));
+    ASSERT_EQ(once.size(), 1u);
+    EXPECT_EQ(find<script::ShiftMask>(once)->way, Way::By);
+    EXPECT_EQ(find<script::ShiftMask>(once)->x, 2 * map.speeds.shift[1]);
+    EXPECT_EQ(find<script::ShiftMask>(once)->y, -map.speeds.shift[1]);
+    Input fine = pressing({Action::ShiftDown});
+    fine.held.set(static_cast<std::size_t>(Action::Fine));
+    EXPECT_EQ(find<script::ShiftMask>(commands(fine))->y, map.speeds.shift[0]);
+    EXPECT_TRUE(commands(pressing({Action::ShiftLeft, Action::ShiftRight})).empty());
+    const auto three = commands(pressing({Action::ShiftLeft, Action::ShiftAuto, Action::ShiftOff}));
+    ASSERT_EQ(three.size(), 3u);
+    EXPECT_EQ(script::to_text(three[1]), "shift auto");
+    EXPECT_EQ(script::to_text(three[2]), "shift off");
+    frame(pressing({Action::Breath}));
+    EXPECT_EQ(exercise.simulation().breathing().state(), scenario::Breathing::State::Held);
+    frame(pressing({Action::Breath}));
+    EXPECT_EQ(exercise.simulation().breathing().state(), scenario::Breathing::State::Free);
+}
+
 TEST_F(HandsTest, TheStandGoesNoFurtherThanItCanAndSaysSo) {
     for (int k = 0; k < 400; ++k) frame(holding({Action::ArmLao, Action::ArmCranial, Action::TableHead}));
     const render::CArm arm = exercise.simulation().console().arm();

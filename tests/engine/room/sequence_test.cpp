@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/exercise/exercise.h"
+#include "render/picture/shift.h"
 #include "tests/engine/fixtures.h"
 
 namespace room {
@@ -69,7 +70,8 @@ TEST_F(SequenceTest, AMovedMaskSubtractsAnImageThatMovedAsMuch) {
     const auto run = sequences.runs().back();
     Sequence moved = *run;
     moved.images.push_back(moved.images[0]);
-    moved.images[1].signal = std::make_shared<const render::Field>(shifted(*moved.images[0].signal, 3, -2));
+    moved.images[1].signal =
+        std::make_shared<const render::Field>(render::shifted(*moved.images[0].signal, 3, -2));
     const auto spread = [](const render::GrayImage& image) {
         double sum = 0, count = 0;
         for (int row = image.height / 4; row < 3 * image.height / 4; ++row)

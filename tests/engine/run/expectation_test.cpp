@@ -19,7 +19,7 @@ TEST(Expectation, EqualStatesDoNotDiffer) {
     Expectation expectation = of_states("state 3 000000000000000a\n");
     expectation.check_state(2, 0xb);
     expectation.check_state(3, 0xa);
-    expectation.finish(5, false);
+    expectation.finish(5, false, true);
     EXPECT_TRUE(expectation.differences().empty());
     EXPECT_EQ(expectation.compared_states(), 1);
 }
@@ -34,9 +34,9 @@ TEST(Expectation, DifferingStateIsToldWithItsLine) {
 
 TEST(Expectation, StateThatNeverCameDiffersUnlessInterrupted) {
     Expectation ended = of_states("state 9 000000000000000a\n"), interrupted = ended;
-    ended.finish(5, false);
+    ended.finish(5, false, true);
     EXPECT_EQ(ended.differences().size(), 1u);
-    interrupted.finish(5, true);
+    interrupted.finish(5, true, true);
     EXPECT_TRUE(interrupted.differences().empty());
 }
 
@@ -63,6 +63,37 @@ TEST(Expectation, ScriptWithoutStatesIsNoExpectation) {
     test::write(folder / "x.gw", "0 beam on\n");
     Expectation expectation;
     EXPECT_NE(test::refusal([&] { expectation.add(folder / "x.gw"); }), "");
+}
+
+TEST(Expectation, ImagesThatAreOnOneSideOnlyAreTold) {
+    const test::TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "frames");
+    test::write(folder / "run.gw", "state 1 000000000000000a\n");
+    write_picture(folder / "frames/frame_000002.png", test::plain(8, 8, 5));
+    write_picture(folder / "frames/frame_000003.png", test::plain(8, 8, 5));
+    Expectation expectation;
+    expectation.add(folder.path());
+    Expectation without_images = expectation;
+    expectation.check_frame(0, test::plain(8, 8, 5));
+    expectation.check_frame(2, test::plain(8, 8, 5));
+    expectation.finish(5, false, true);
+    ASSERT_EQ(expectation.differences().size(), 2u);
+    test::expect_said(expectation.differences()[0], "1 of the frames, frame 0 first, have no image in");
+    test::expect_said(expectation.differences()[1], "1 images of");
+    test::expect_said(expectation.differences()[1], "frame 3 first, were not made by this run");
+    without_images.finish(5, false, false);
+    EXPECT_TRUE(without_images.differences().empty());
+    ASSERT_EQ(without_images.notes().size(), 1u);
+    test::expect_said(without_images.notes()[0], "its 2 images were not compared");
+}
+
+TEST(Expectation, ADamagedImageIsRefusedBeforeTheFirstFrame) {
+    const test::TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "frames");
+    test::write(folder / "run.gw", "state 1 000000000000000a\n");
+    test::write(folder / "frames/frame_000002.png", "no image");
+    Expectation expectation;
+    test::expect_said(test::refusal([&] { expectation.add(folder.path()); }), "frame_000002.png");
 }
 
 }  // namespace run

@@ -22,6 +22,8 @@ TEST(OutputFolder, TakesOutAnEarlierRunAndLeavesOtherFiles) {
     for (const char* name : own) test::write(folder / name, "x");
     for (const char* name : other) test::write(folder / name, "x");
     OutputFolder out(folder / "out", OutputFolder::Parts{});
+    for (const char* name : own) EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
+    out.take_out_earlier_run();
     for (const char* name : own) EXPECT_FALSE(std::filesystem::exists(folder / name)) << name;
     for (const char* name : other) EXPECT_TRUE(std::filesystem::exists(folder / name)) << name;
 }

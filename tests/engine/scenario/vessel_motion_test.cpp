@@ -1,5 +1,6 @@
 #include "engine/scenario/vessel_motion.h"
 
+#include <cmath>
 #include <gtest/gtest.h>
 
 namespace scenario {
@@ -20,6 +21,15 @@ TEST(VesselMotion, ExpirationLastsLongerThanInspiration) {
         high += place > 0.75;
     }
     EXPECT_GT(low, 1.5 * high);
+}
+
+TEST(VesselMotion, TheBowelCarriesItsGasAndBringsItBack) {
+    EXPECT_EQ(peristalsis(0), 0);
+    EXPECT_NEAR(peristalsis(30), 1, 1e-12);
+    for (int k = 0; k < 900; ++k) {
+        ASSERT_LE(std::abs(peristalsis(0.1 * k + 0.1) - peristalsis(0.1 * k)), 0.006) << "it is slow";
+        ASSERT_GE(peristalsis(0.1 * k), 0);
+    }
 }
 
 TEST(VesselMotion, AddsHeartAndBreath) {

@@ -81,6 +81,48 @@ TEST(Command, TheConsolesVerbsNameWhatIsAccepted) {
     EXPECT_NE(refusal_of("0 table 0 0 900 mm"), "");
 }
 
+TEST(Command, ShiftsOfTheMaskAreReadAndRefused) {
+    const CommandScript script = parse(
+        "0 shift 1.5 -0.25\n1 shift -3 2 px\n2 shift by 0.1 0 px\n3 shift auto\n4 shift off\n5 shift 0 0\n");
+    const auto shift = [&](std::size_t k) { return std::get<ShiftMask>(script.commands[k].command); };
+    EXPECT_EQ(shift(0).way, ShiftMask::Way::To);
+    EXPECT_EQ(shift(0).x, 1.5);
+    EXPECT_EQ(shift(0).y, -0.25);
+    EXPECT_EQ(shift(1).x, -3);
+    EXPECT_EQ(shift(2).way, ShiftMask::Way::By);
+    EXPECT_EQ(shift(2).x, 0.1);
+    EXPECT_EQ(shift(3).way, ShiftMask::Way::Auto);
+    EXPECT_EQ(to_text(shift(4)), to_text(shift(5)));
+    EXPECT_EQ(
+        refusal_of("0 shift two 0"),
+        "x.gw:1:9: 'two' was found; 'auto', 'off' or two numbers from -1024 to 1024 are accepted, in pixels "
+        "to the right and down");
+    EXPECT_EQ(
+        refusal_of("0 shift 2"),
+        "x.gw:1:10: the line ends here; 'auto', 'off' or two numbers from -1024 to 1024 are accepted, in "
+        "pixels to the right and down");
+    for (const char* wrong : {"0 shift", "0 shift nan 0", "0 shift 0 inf", "0 shift 2000 0", "0 shift 1 2 mm",
+                              "0 shift auto 3", "0 shift by auto", "0 shift 1 2 3"})
+        EXPECT_NE(refusal_of(wrong), "") << wrong;
+    // A quarter of an image of 128 pixels.
+    render::CArm arm;
+    arm.pixels = 128;
+    EXPECT_TRUE(problems(parse("0 shift 32 -32\n"), arm, 15).empty());
+    const std::vector<std::string> found = problems(parse("0 shift 0 0\n7 shift 3 -32.5\n"), arm, 15);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(
+        found[0],
+        "x.gw:2:3: 'shift 3 -32.5 px' was found; up to 32 pixels, a quarter of the image, are accepted in "
+        "either direction");
+}
+
+TEST(Command, TheBreathIsHeldOrFree) {
+    EXPECT_TRUE(std::get<Breathe>(parse("0 breath hold\n").commands[0].command).hold);
+    EXPECT_FALSE(std::get<Breathe>(parse("0 breath free\n").commands[0].command).hold);
+    EXPECT_EQ(refusal_of("0 breath deeply"), "x.gw:1:10: 'deeply' was found; 'hold' or 'free' is accepted");
+    EXPECT_NE(refusal_of("0 breath"), "");
+}
+
 TEST(Command, MorePulsesThanFramesAreAProblem) {
     const CommandScript script = parse("0 pulse 15 per second\n7 pulse 30 per second\n");
     const std::vector<std::string> found = problems(script, {}, 15);
@@ -115,6 +157,12 @@ TEST(Command, TextReadsBackToTheSameBits) {
         Collimate{widest_opening, widest_opening},
         MoveTable{geometry::Vec3(.1, -2, 3)},
         StoreReference{},
+        ShiftMask{ShiftMask::Way::To, 1.0 / 3, -0.1},
+        ShiftMask{ShiftMask::Way::By, -2, 0},
+        ShiftMask{ShiftMask::Way::Auto, 0, 0},
+        ShiftMask{},
+        Breathe{true},
+        Breathe{false},
         MoveArm{33 * degree, {}, 1000.5, {}, {}, geometry::Vec3(.1, -2, 3)}};
     for (const Command& command : commands) {
         const std::string text = to_text(command);

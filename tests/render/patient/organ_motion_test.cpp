@@ -37,6 +37,7 @@ std::vector<TissueLayer> moving_balls(const Vec3& breath, const Vec3& beat) {
         layers[k].breath.assign(layers[k].mesh.vertices.size(), breath.cast<float>());
         layers[k].beat.assign(layers[k].mesh.vertices.size(), beat.cast<float>());
     }
+    layers[1].drift.assign(layers[1].mesh.vertices.size(), Eigen::Vector3f(3, 0, 3));
     return layers;
 }
 
@@ -83,7 +84,7 @@ TEST(OrganMotion, ImagesFollowThePhasesAndNothingElse) {
     const Vec3 breath(0, 0, -12), beat(4, 0, 0);
     render::Fluoroscope moving({}, moving_balls(breath, beat)), again({}, moving_balls(breath, beat));
     std::vector<TissueLayer> at_rest = moving_balls(breath, beat);
-    for (TissueLayer& layer : at_rest) layer.breath.clear(), layer.beat.clear();
+    for (TissueLayer& layer : at_rest) layer.breath.clear(), layer.beat.clear(), layer.drift.clear();
     render::Fluoroscope still({}, std::move(at_rest));
     const render::CArm arm = arm_over_organs();
     const render::SeenDevices none({}, {});
@@ -108,11 +109,34 @@ TEST(OrganMotion, ImagesFollowThePhasesAndNothingElse) {
                   seen[k].values)
             << "phases " << phases[k].first << ", " << phases[k].second;
     EXPECT_EQ(moving.expected_quanta(arm, none, pulse_at(0, 0)).values, rest.values);
+    // What is drawn ahead changes nothing; in the end nothing is left to draw.
+    render::Fluoroscope ahead({}, moving_balls(breath, beat));
+    EXPECT_FALSE(ahead.draw_ahead(arm, pulse_at(0, 0))) << "there is no pose yet";
+    ahead.expected_quanta(arm, none, pulse_at(0, 0));
+    int parts = 0;
+    while (ahead.draw_ahead(arm, pulse_at(0.5, 0))) {
+        if (++parts == 5) {
+            EXPECT_EQ(ahead.expected_quanta(arm, none, pulse_at(1, 1)).values, seen[2].values);
+        }
+        ASSERT_LT(parts, 100);
+    }
+    EXPECT_GT(parts, 9);
+    for (std::size_t k = 0; k < phases.size(); ++k)
+        EXPECT_EQ(ahead.expected_quanta(arm, none, pulse_at(phases[k].first, phases[k].second)).values,
+                  seen[k].values);
+    render::CArm turned = arm;
+    turned.lao = 0.3;
+    EXPECT_FALSE(ahead.draw_ahead(turned, pulse_at(0, 0))) << "it is another pose";
+    render::Exposure carried = pulse_at(0, 0);
+    carried.drift = 0.75;
+    EXPECT_NE(moving.expected_quanta(arm, none, carried).values, rest.values);
+    EXPECT_EQ(moving.expected_quanta(arm, none, carried).values,
+              again.expected_quanta(arm, none, carried).values);
     // At a cached phase the image is that of the displaced organs, but for the exposure and its scatter.
     std::vector<TissueLayer> displaced = moving_balls(breath, beat);
     for (int k : {1, 2})
         for (Vec3& v : displaced[k].mesh.vertices) v += breath;
-    for (TissueLayer& layer : displaced) layer.breath.clear(), layer.beat.clear();
+    for (TissueLayer& layer : displaced) layer.breath.clear(), layer.beat.clear(), layer.drift.clear();
     render::Fluoroscope there({}, std::move(displaced));
     const Field expected = there.expected_quanta(arm, none, pulse_at(0, 0));
     double difference = 0, change = 0;
@@ -124,6 +148,9 @@ TEST(OrganMotion, ImagesFollowThePhasesAndNothingElse) {
     for (const double wrong : {-0.1, 1.1, std::numeric_limits<double>::quiet_NaN()}) {
         EXPECT_THROW(moving.expected_quanta(arm, none, pulse_at(wrong, 0)), std::invalid_argument);
         EXPECT_THROW(moving.expected_quanta(arm, none, pulse_at(0, wrong)), std::invalid_argument);
+        render::Exposure far = pulse_at(0, 0);
+        far.drift = wrong;
+        EXPECT_THROW(moving.expected_quanta(arm, none, far), std::invalid_argument);
     }
 }
 
@@ -176,4 +203,20 @@ TEST(OrganMotion, MovesOrgansByWhatIsPublished) {
             layer.mesh.vertices[i] += layer.breath[i].cast<double>();
         EXPECT_EQ(render::unmatched_edges(layer.mesh), 0) << layer.name;
     }
+    // Bubbles go their own ways, each as a whole.
+    TissueLayer& gas = const_cast<TissueLayer&>(of("bowel gas"));
+    ASSERT_EQ(gas.drift.size(), gas.mesh.vertices.size());
+    double up = 0, down = 0;
+    for (std::size_t i = 0; i < gas.drift.size(); ++i) {
+        ASSERT_GE(gas.drift[i].norm(), 2.99f);
+        ASSERT_LE(gas.drift[i].norm(), 7.01f);
+        up = std::max<double>(up, gas.drift[i].z());
+        down = std::min<double>(down, gas.drift[i].z());
+        gas.mesh.vertices[i] += gas.drift[i].cast<double>();
+    }
+    EXPECT_GT(up, 2);
+    EXPECT_LT(down, -2);
+    EXPECT_EQ(render::unmatched_edges(gas.mesh), 0);
+    for (const TissueLayer& layer : layers)
+        EXPECT_TRUE(layer.name == "bowel gas" || layer.drift.empty()) << layer.name;
 }

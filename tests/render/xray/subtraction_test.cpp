@@ -1,5 +1,6 @@
 #include "render/xray/subtraction.h"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
@@ -133,4 +134,69 @@ TEST(Subtraction, MapsOfManyNoisyPulsesGatherLittleNoise) {
     };
     EXPECT_GT(brightness(1.0), 5);
     EXPECT_LT(brightness(render::SubtractionSpec().map_share), 0.65 * brightness(1.0));
+}
+
+namespace {
+
+/// A slope with a ridge of bone and a collimator, moved as a whole; a vessel at a place of its own.
+Field moved_signal(double x, bool vessel) {
+    Field field(64, 64);
+    for (int j = 0; j < 64; ++j) {
+        for (int i = 0; i < 64; ++i) {
+            const double u = i - x;
+            const bool in_vessel = vessel && j >= 30 && j < 34;
+            field.values[j * 64 + i] = static_cast<float>(
+                (1.0 + 0.6 * std::exp(-0.02 * (u - 30) * (u - 30))) * (in_vessel ? 0.5 : 1.0));
+        }
+    }
+    return field;
+}
+
+int spread(const render::GrayImage& image, int row) {
+    int low = 255, high = 0;
+    for (int i = 10; i < 54; ++i) {
+        low = std::min<int>(low, image.pixels[row * 64 + i]);
+        high = std::max<int>(high, image.pixels[row * 64 + i]);
+    }
+    return high - low;
+}
+
+}  // namespace
+
+TEST(Subtraction, AShiftedMaskFitsASignalThatMoved) {
+    Subtraction seen(moved_signal(0, false), Field(64, 64, 1.0f));
+    const render::GrayImage before = seen.subtracted(moved_signal(2.5, true));
+    EXPECT_GT(spread(before, 10), 20);
+    seen.shift_mask({2.5, 0}, false);
+    EXPECT_LE(spread(seen.subtracted(moved_signal(2.5, true)), 10), 1);
+    // Where the mask came from outside nothing is known.
+    EXPECT_LT(seen.subtracted(moved_signal(2.5, true)).pixels[10 * 64 + 1], 6);
+    seen.shift_mask({0, 0}, false);
+    EXPECT_EQ(seen.subtracted(moved_signal(2.5, true)), before);
+}
+
+TEST(Subtraction, UnderARoadmapTheMapGoesWithTheMask) {
+    const auto vessel_row = [](const render::GrayImage& image) {
+        int brightest = 8;
+        for (int j = 8; j < 56; ++j)
+            if (image.pixels[j * 64 + 20] > image.pixels[brightest * 64 + 20]) brightest = j;
+        return brightest;
+    };
+    Subtraction seen(moved_signal(0, false), Field(64, 64, 1.0f));
+    seen.opacify(moved_signal(0, true));
+    const int row = vessel_row(seen.roadmap(moved_signal(0, false)));
+    Subtraction both = seen, alone = seen;
+    both.shift_mask({0, 5}, true);
+    alone.shift_mask({0, 5}, false);
+    EXPECT_EQ(vessel_row(both.roadmap(moved_signal(0, false))), row + 5);
+    EXPECT_EQ(vessel_row(alone.roadmap(moved_signal(0, false))), row);
+    // A state keeps both shifts.
+    Subtraction again;
+    const std::vector<std::byte> state = geometry::state_of(both);
+    geometry::restore_state(again, state);
+    EXPECT_EQ(again.roadmap(moved_signal(0, false)), both.roadmap(moved_signal(0, false)));
+    EXPECT_EQ(geometry::state_of(again), state);
+    // The next pulse of DSA adds to the map where it was shown.
+    both.opacify(moved_signal(0, false));
+    EXPECT_EQ(vessel_row(both.roadmap(moved_signal(0, false))), row + 5);
 }

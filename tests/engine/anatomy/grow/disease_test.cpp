@@ -99,10 +99,11 @@ TEST(Disease, CalciumLiesInTheWallAndDarkensTheImage) {
             if (nearest > 30) beside.push_back(share);
         }
     }
-    // The automatic exposure makes the whole image brighter by less than a percent.
+    // The automatic exposure answers the calcium by a little more voltage: the whole image is brighter, most
+    // of all where the body is thickest.
     const auto [least, most] = std::minmax_element(beside.begin(), beside.end());
     EXPECT_NEAR(*least, 1, 0.01);
-    EXPECT_NEAR(*most, 1, 0.01);
+    EXPECT_NEAR(*most, 1, 0.03);
     for (std::size_t k = 0; k < darkest.size(); ++k) EXPECT_LT(darkest[k], 0.96 * *least) << "deposit " << k;
 }
 

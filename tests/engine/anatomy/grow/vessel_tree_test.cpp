@@ -48,6 +48,16 @@ TEST(VesselTree, PassesThroughItsKnotsWithTheirRadii) {
     EXPECT_EQ(tree.branches[1].points.front(), tree.branches[0].points[tree.branches[1].parent_sample]);
 }
 
+TEST(VesselTree, TargetBeyondTheEndOfItsBranchIsRefusedWithTheLength) {
+    const std::string said = refusal_of_tree([](VesselTreeSpec& spec) { spec.targets[0].at = 500; });
+    test::expect_said(said, "the target 'far' is 500 mm along 'side'; 0 to 1");
+    test::expect_said(said, " mm is accepted");
+    // One that an occlusion cuts off is left out.
+    VesselTreeSpec occluded = small_tree();
+    occluded.occlusions = {{"side", 6}};
+    EXPECT_NO_THROW(grow(occluded));
+}
+
 TEST(VesselTree, SamplesAreEquallyFarApart) {
     for (const SampledBranch& branch : grow(vessel_preset("lca")).branches) {
         for (std::size_t i = 1; i < branch.points.size(); ++i)

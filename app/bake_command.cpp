@@ -1,0 +1,103 @@
+/// `seldinger bake`: grows many anatomies ahead, for environments that draw them.
+
+#include <charconv>
+#include <fmt/format.h>
+#include <memory>
+#include <string>
+
+#include "app/command.h"
+#include "app/progress_bar.h"
+#include "engine/anatomy/grow/generate_run.h"
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "engine/anatomy/lumen_wall.h"
+#include "engine/io/error.h"
+
+namespace app {
+namespace {
+
+struct BakeArguments {
+    std::string preset, seeds, cache;
+};
+
+struct SeedRange {
+    std::uint64_t first = 0, end = 0;
+};
+
+/// Ends the growth of vessels.
+struct Stopped {};
+
+SeedRange seeds_of(const std::string& text) {
+    constexpr std::uint64_t most = 100'000;
+    SeedRange range;
+    const char* const last = text.data() + text.size();
+    const auto first = std::from_chars(text.data(), last, range.first);
+    if (first.ec == std::errc() && first.ptr != last && *first.ptr == ':') {
+        const auto end = std::from_chars(first.ptr + 1, last, range.end);
+        if (end.ec == std::errc() && end.ptr == last && range.first < range.end &&
+            range.end - range.first <= most && range.end <= std::uint64_t{9'000'000'000'000'000})
+            return range;
+    }
+    throw io::InputError(
+        fmt::format("--seeds: '{}' was given; FIRST:END, as 0:100 for 0 to 99, is accepted, up to {} of them",
+                    text, most));
+}
+
+int bake(const BakeArguments& arguments) {
+    const SeedRange seeds = seeds_of(arguments.seeds);
+    static_cast<void>(
+        anatomy::vessel_preset(arguments.preset));  // that there is none is told before all else
+    anatomy::ModelCache cache;
+    cache.folder = usual_cache(arguments.cache);
+    if (cache.folder.empty())
+        throw io::InputError("there is no folder to keep anatomies in; --cache FOLDER is accepted");
+    std::uint64_t kept = 0, failed = 0;
+    {
+        ProgressBar bar;
+        report_on(bar, cache);
+        const auto shows = cache.progress;
+        cache.progress = [&shows](double part, const char* what) {
+            shows(part, what);
+            if (stop_requested()) throw Stopped();
+        };
+        for (std::uint64_t seed = seeds.first; seed < seeds.end && !stop_requested(); ++seed) {
+            try {
+                const anatomy::Anatomy made =
+                    anatomy::generated_anatomy(anatomy::vessel_preset(arguments.preset, seed), cache);
+                static_cast<void>(anatomy::cached_distance_field(made, 1.0, 0.0, cache));
+                ++kept;
+            } catch (const io::InputError& error) {
+                ++failed;
+                fmt::print(stderr, "seed {}: {}\n", seed, error.what());
+            } catch (const Stopped&) {
+            }
+        }
+    }
+    fmt::print("{}: {} of {} anatomies are in {}{}\n", arguments.preset, kept, seeds.end - seeds.first,
+               cache.folder.string(), failed > 0 ? fmt::format(", {} cannot be grown", failed) : "");
+    if (stop_requested()) {
+        fmt::print(stderr, "interrupted: the same command goes on\n");
+        return interrupted;
+    }
+    return failed > 0 ? not_reached : done;
+}
+
+}  // namespace
+
+Command add_bake(CLI::App& parser) {
+    const auto arguments = std::make_shared<BakeArguments>();
+    CLI::App* command =
+        parser.add_subcommand("bake", "Grows the anatomies of many seeds into the cache, with their walls");
+    command->add_option("preset", arguments->preset, "Vessels, as 'anatomy generate --help' lists them")
+        ->required();
+    command->add_option("--seeds", arguments->seeds, "FIRST:END; the last is END - 1")->required();
+    command->add_option("--cache", arguments->cache,
+                        "The folder; else the user's own, as of the Python module");
+    command->footer(
+        "What is in the cache already is not made again. The cache holds SELDINGER_CACHE_MB million bytes "
+        "(4000);\n"
+        "beyond, what was not used for longest is removed.\n"
+        "Exit codes: 0 all are there, 1 some cannot be grown, 2 bad input, 130 interrupted.");
+    return {command, [arguments] { return bake(*arguments); }};
+}
+
+}  // namespace app

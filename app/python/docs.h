@@ -1,0 +1,169 @@
+#pragma once
+/// Texts of the Python module: shapes, units, errors.
+
+namespace app::docs {
+
+inline constexpr const char* input_error =
+    "An input that the engine rejects. The text is the engine's: one problem a line, where it is, what was "
+    "found,\nwhat is accepted. A subclass of ValueError.";
+
+inline constexpr const char* state =
+    "The state after a frame. Places are in the patient's coordinates in mm (x to the patient's left, y to "
+    "the back,\nz to the head), where breath and heartbeat have moved them; pixels count from the image's "
+    "left "
+    "and top, at the\nscenario's c_arm.pixels and the C-arm as it is. Arrays belong to this state: later "
+    "steps "
+    "do not change them.";
+inline constexpr const char* frame = "int: frames of the attempt before this one; -1 before the first.";
+inline constexpr const char* time = "float: time of the attempt at the frame's end [s].";
+inline constexpr const char* tip = "(3,) float64: tip of the device that the exercise is about [mm].";
+inline constexpr const char* direction = "(3,) float64: unit vector along the device at its tip.";
+inline constexpr const char* tip_px = "(2,) float64: the tip in the image, x to the right, y down [pixels].";
+inline constexpr const char* target = "(3,) float64: middle of the target [mm].";
+inline constexpr const char* target_px = "(2,) float64: the target in the image [pixels].";
+inline constexpr const char* branch = "str: name of the branch that is nearest to the tip.";
+inline constexpr const char* along = "float: from the branch's start along its centreline to the tip [mm].";
+inline constexpr const char* path =
+    "float: way from the tip to the target along centrelines [mm]; nan where there is none.";
+inline constexpr const char* distance = "float: straight from the tip to the target [mm].";
+inline constexpr const char* wire =
+    "(n, 3) float64: joints of the wire from the introducer to its tip [mm]; n = 0 where it is out.";
+inline constexpr const char* wire_px = "(n, 2) float64: the same joints in the image [pixels].";
+inline constexpr const char* catheter =
+    "(n, 3) float64: joints of the catheter [mm]; n = 0 without one, or where it is out.";
+inline constexpr const char* catheter_px = "(n, 2) float64: the same joints in the image [pixels].";
+inline constexpr const char* force =
+    "(m,) float64: force on the wall of each joint of the chain of wire and catheter [N].";
+inline constexpr const char* tip_force = "float: force of the chain's last joint on the wall [N].";
+inline constexpr const char* wall_force = "float: the largest force of one joint on the wall [N].";
+inline constexpr const char* inserted = "float: length of the device inside [mm].";
+inline constexpr const char* turned = "float: turn of the device's hub since the start [deg].";
+inline constexpr const char* push =
+    "float: force with which the hand pushes the device, below 0 where it pulls [N].";
+inline constexpr const char* torque = "float: torque with which the hand holds the hub [N mm].";
+inline constexpr const char* settling =
+    "bool: the frame's budget ended on the way to rest; the wire shown is the last at rest.";
+inline constexpr const char* at_rest =
+    "bool: the wire shown is an equilibrium within the solver's tolerance.";
+inline constexpr const char* certified =
+    "bool: at rest, a strict minimum of the energy, and no motion was refused or waits.";
+inline constexpr const char* refused = "bool: a motion that led to no rest was not made.";
+inline constexpr const char* buckled =
+    "bool: a push was not passed on, because the shaft outside would have bowed.";
+inline constexpr const char* too_thick =
+    "bool: the catheter stands before a vessel that is narrower than it.";
+inline constexpr const char* insertion_stopped = "bool: the tip stands in an open end of the vessels.";
+inline constexpr const char* withdrawal_stopped = "bool: the curved tip was at the introducer.";
+inline constexpr const char* whole_wire_is_in = "bool: the device is in to its end, and more was asked for.";
+inline constexpr const char* completed = "bool: the tip has stayed in the target for the scenario's hold.";
+inline constexpr const char* on_target = "bool: the tip is within the target's radius.";
+inline constexpr const char* time_is_up = "bool: the scenario's limit of time or beam is reached.";
+inline constexpr const char* hash =
+    "int: hash of the whole state, 64 bits. Two simulations of one scenario with the same hash never "
+    "diverge.";
+
+inline constexpr const char* snapshot =
+    "The whole state of a simulation, made by Simulation.snapshot(). len() is its size in bytes.";
+
+inline constexpr const char* step =
+    R"(Makes one frame (1/frame_rate_hz s), or several with the same motions, and returns the State after it.
+
+advance_mm   feeds the device, below 0 draws it back [mm], -500 to 500 in each frame
+rotate_deg   turns its hub, right-handed about the device [deg], -36000 to 36000 in each frame
+device       'wire' (or 0), 'catheter' (or 1), or 'both', which the two above are made with
+catheter_advance_mm, catheter_rotate_deg   the same of the catheter, in the same frame
+frames       how many frames [1]
+
+Commands given to apply() before take effect first. Motions that a frame's budget does not allow wait for later
+frames, in order. Other threads of Python run meanwhile; Ctrl-C ends the call after the frame that is being made.
+Raises InputError for values out of range and for a catheter that is not there; then no frame was made.)";
+inline constexpr const char* apply =
+    R"(Asks for a command, as in a script but without its frame: 'arm lao 30 deg', 'beam on', 'mode dsa',
+'inject 6 ml at 3 ml/s through catheter', 'exchange wire rosen035'. It takes effect with the next step; image() and
+masks() already see the C-arm, table and collimator. Raises InputError for a line that is no command and for one that
+this scenario does not accept.)";
+inline constexpr const char* state_now =
+    "State: the state as it is, after construction, reset, restore or a step.";
+inline constexpr const char* reset =
+    R"(Restores the state after construction, bit for bit, and returns it. Takes less than a millisecond.
+
+target      another target for the attempts from now on: the name of one of anatomy()['targets'], or a place (3,) [mm]
+radius_mm   its radius, 0.1 to 100 [mm]
+
+The recording begins anew. Raises InputError for a target that does not exist or lies outside the vessels; the state
+is then that after a reset with the old target.)";
+inline constexpr const char* take_snapshot =
+    "Returns a Snapshot of the whole state, its recording included: for planning and going back.";
+inline constexpr const char* restore =
+    "Restores a Snapshot of a simulation of the same scenario and target: the next states are equal bit for "
+    "bit.\n"
+    "Raises InputError for another's, and changes nothing.";
+inline constexpr const char* image =
+    R"(An X-ray image of the state as it is: (pixels, pixels) uint8. Made only when asked for; it adds no dose to the score.
+
+pixels   32 to 2048 along a side; by default the scenario's
+mode     'live': one pulse of fluoroscopy. 'dsa': one pulse of subtraction from a mask without devices and contrast.
+         'screen': the room's screen with lag, DSA and roadmap, as beam and mode were; needs images='all'.
+seed     of the noise; by default the scenario's. The noise also depends on the number of the frame.
+
+The first image of a pose takes longer than the others. Raises InputError for sizes and modes out of range.)";
+inline constexpr const char* masks =
+    R"(Truth of image(pixels): a dict of (pixels, pixels) uint8 arrays, 255 where the ray meets the thing, else 0:
+'wire', 'vessels', and 'catheter' in scenarios with one. Raises InputError for sizes out of 32 to 2048.)";
+inline constexpr const char* project =
+    "Projects places (n, 3) [mm] into an image of `pixels` along a side, by default the scenario's: (n, 2) "
+    "float64,\n"
+    "x to the right, y down, from the image's left and top.";
+inline constexpr const char* camera_matrix =
+    "(3, 4) float64 P of (x w, y w, w) = P (place, 1), consistent with project(); w is the depth [mm].";
+inline constexpr const char* save =
+    "Writes the commands since the start or the last reset() as a recording (.gw), with hashes of states:\n"
+    "'seldinger replay' and 'run' play it. Raises InputError when the file cannot be written.";
+inline constexpr const char* close = "Frees the simulation. Later calls raise InputError.";
+inline constexpr const char* closed = "bool: close() was called.";
+inline constexpr const char* anatomy =
+    R"(The vessels as a dict: 'name', 'branches' (list of dicts: 'name', 'parent' (index, -1 for a root), 'points_mm' (n, 3),
+'radii_mm' (n,)), 'ends' (names of open ends), 'targets' (list of dicts: 'name', 'branch', 'centre_mm' (3,)) and
+'vertices_mm' (n, 3) of the lumen's mesh.)";
+inline constexpr const char* about =
+    "The scenario as a dict: name, title, frame_rate_hz, time_limit_s (or None), devices (1 or 2), target_by "
+    "('wire' or\n"
+    "'catheter'), target_radius_mm, pixels, field_mm (of view, at the isocentre), lao_deg, cranial_deg (of "
+    "the C-arm at the start), "
+    "wire_length_mm.";
+inline constexpr const char* path_from =
+    "float: way from a place (3,) [mm] to the target along centrelines [mm]; None where there is none.";
+
+inline constexpr const char* threads = "int: threads that make the frames, the caller's among them.";
+inline constexpr const char* vector_step =
+    R"(Makes a frame of each simulation, or several with the same motions, and updates the arrays.
+
+motions   (n, 1, 2) or (n, 2, 2) float64: of wire, and catheter: feed [mm] and turn [rad] in each frame
+frames    how many frames [1]
+active    (n,) bool: only these make frames; by default all
+
+Results do not depend on the number of threads. Ctrl-C ends the call after the frame that is being made. Raises
+InputError for shapes and values out of range, before any frame was made.)";
+inline constexpr const char* vector_reset =
+    "Restores the start of all simulations, or of those in which = (n,) bool, bit for bit.";
+inline constexpr const char* assign =
+    "Puts a new simulation like another one, at its start, in place of the i-th; they share vessels and "
+    "wall.";
+inline constexpr const char* aim =
+    "Resets the i-th simulation with another target: a name or a place (3,) [mm], and its radius [mm].";
+inline constexpr const char* vector_apply =
+    "Asks for a command with the next frame of the i-th simulation, as Simulation.apply.";
+inline constexpr const char* hashes = "(n,) uint64: State.hash of each simulation.";
+inline constexpr const char* branch_name = "str: the branch that the i-th tip is in.";
+inline constexpr const char* vector_save = "Writes the recording of the i-th simulation, as Simulation.save.";
+inline constexpr const char* images =
+    "(n, pixels, pixels) uint8: Simulation.image of each; seeds: a list of n, by default the scenario's.";
+inline constexpr const char* vector_masks =
+    "Dict of (n, pixels, pixels) uint8 arrays: Simulation.masks of each.";
+inline constexpr const char* vector_close = "Frees the simulations. Later calls raise InputError.";
+inline constexpr const char* write_png =
+    "Writes a PNG of bytes (H, W), grey, or (H, W, 3), red, green, blue. Raises InputError for other arrays "
+    "and\n"
+    "for a file that cannot be written.";
+
+}  // namespace app::docs

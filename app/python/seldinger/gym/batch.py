@@ -1,0 +1,332 @@
+"""What an environment does, for n of them at once: Env has one, VectorEnv several."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from typing import Any, Callable, Mapping, Optional, Sequence, Union
+
+import numpy as np
+
+from .._core import InputError
+from ..simulation import Simulation, VectorSimulation
+from .spaces import Box, Dict, Space
+
+SPEED = np.array([35.0, 3.14])  # of an action of 1 [mm/s, rad/s]
+FAR = 5000.0  # bounds of places [mm]
+FORCE = 1000.0  # bounds of forces [N]
+KEYS = ("tracking2d", "tracking3d", "target2d", "target3d", "inserted_length", "rotation", "last_action", "image",
+        "guidewire", "phantom", "joint_pos", "joint_vel", "force")
+REWARDS = ("path_delta", "distance", "sparse")
+RANDOM = ("anatomy_seed", "scenario", "target", "c_arm_deg")
+TRUNCATIONS = ("steps", "time", "vessel_end", "not_certified")
+
+Reward = Union[str, Callable[[Mapping[str, Any]], float]]
+
+
+class Batch:
+    def __init__(self, scenario: Any, n: int, *, obs: Sequence[str], image_size: int, n_points: int,
+                 resolution_mm: float, action: str, flat_action: bool, reward: Reward, max_episode_steps: int,
+                 frame_skip: int, patience: int, randomize: Optional[Mapping[str, Any]],
+                 set: Optional[Mapping[str, Any]], cache: Any, threads: Optional[int], hashes: bool,
+                 pool_size: int) -> None:
+        self.obs = tuple(obs)
+        for key in self.obs:
+            if key not in KEYS:
+                raise InputError(f"obs: '{key}' was found; accepted are: " + ", ".join(KEYS))
+        if not self.obs:
+            raise InputError("obs: nothing was given; one key or more is accepted: " + ", ".join(KEYS))
+        if action not in ("velocity", "physical"):
+            raise InputError(f"action: '{action}' was given; 'velocity' or 'physical' is accepted")
+        if not callable(reward) and reward not in REWARDS:
+            raise InputError(f"reward: {reward!r} was given; a callable or one of these is accepted: "
+                             + ", ".join(REWARDS))
+        for name, value in (("image_size", image_size), ("max_episode_steps", max_episode_steps),
+                            ("frame_skip", frame_skip), ("patience", patience), ("pool_size", pool_size)):
+            if not isinstance(value, (int, np.integer)) or value < 1:
+                raise InputError(f"{name}: {value!r} was given; a whole number of 1 or more is accepted")
+        self.n = n
+        self.image_size, self.points, self.spacing = image_size, n_points, resolution_mm
+        self.physical, self.flat, self.reward = action == "physical", flat_action, reward
+        self.most_steps, self.frames, self.patience, self.hashes = max_episode_steps, frame_skip, patience, hashes
+        self.set, self.cache = dict(set or {}), cache
+        self.random = dict(randomize or {})
+        for key in self.random:
+            if key not in RANDOM:
+                raise InputError(f"randomize: '{key}' was found; accepted are: " + ", ".join(RANDOM))
+        self._check_random()
+        self.pool_size = pool_size
+        self.pool: OrderedDict[Any, Simulation] = OrderedDict()
+        self.scenario = scenario
+        base = self._simulation(scenario, None)
+        self.about = base.about()
+        self.devices = self.about["devices"]
+        self.step_s = frame_skip / self.about["frame_rate_hz"]
+        self.base_target = self._along_of_target(base)
+        self.sim = VectorSimulation(base, n, threads=threads, points=n_points, spacing_mm=resolution_mm)
+        self.keys = [base_key(scenario, None)] * n
+        self.moved_target = np.zeros(n, bool)
+        self.names: list[list[str]] = [self._branches(base)] * n
+        self.rng = [np.random.default_rng() for _ in range(n)]
+        self.noise = [0] * n
+        self.steps = np.zeros(n, np.int64)
+        self.restless = np.zeros(n, np.int64)
+        self.last = np.zeros((n, self.devices, 2), np.float32)
+        self.path = np.zeros(n)
+        self.path_at_start = np.ones(n)
+        self.track_before = np.zeros((n, n_points, 3))
+        limits = SPEED if self.physical else np.ones(2)
+        high = np.broadcast_to(limits, (self.devices, 2)).astype(np.float32)
+        self.action_space: Space = Box(-high.reshape(-1), high.reshape(-1)) if flat_action else Box(-high, high)
+        self.observation_space = Dict({key: self._space(key, high) for key in self.obs})
+
+    # Spaces
+
+    def _space(self, key: str, high: np.ndarray) -> Space:
+        size, points, devices = self.image_size, self.points, self.devices
+        if key in ("image", "guidewire", "phantom"):
+            return Box(0, 255, (size, size, 1), np.uint8)
+        if key == "last_action":
+            return Box(-high, high)
+        if key == "rotation":
+            return Box(-1, 1, (devices, 2))
+        if key == "inserted_length":
+            return Box(0, FAR, (devices,))
+        if key == "force":
+            return Box(0, FORCE, (2,))
+        shapes = {"tracking2d": (points, 2), "tracking3d": (points, 3), "target2d": (2,), "target3d": (3,),
+                  "joint_pos": (3 * points,), "joint_vel": (3 * points,)}
+        far = 2.0 * size if key.endswith("2d") else 100 * FAR if key == "joint_vel" else FAR
+        return Box(-far, far, shapes[key])
+
+    # Scenes
+
+    def _check_random(self) -> None:
+        seeds = self.random.get("anatomy_seed")
+        if seeds is not None and not (len(tuple(seeds)) == 2 and 0 <= seeds[0] < seeds[1]):
+            raise InputError(f"randomize: anatomy_seed {seeds!r} was given; (first, end) of seeds is accepted")
+        tilt = self.random.get("c_arm_deg", 0)
+        if not 0 <= tilt <= 45:
+            raise InputError(f"randomize: c_arm_deg {tilt!r} was given; 0 to 45 is accepted")
+        target = self.random.get("target", "scenario")
+        if isinstance(target, str) and target not in ("scenario", "branches", "targets"):
+            raise InputError(f"randomize: target '{target}' was given; 'branches', 'targets' or a list of branches is "
+                             "accepted")
+
+    def _simulation(self, scenario: Any, seed: Optional[int]) -> Simulation:
+        key = base_key(scenario, seed)
+        if key in self.pool:
+            self.pool.move_to_end(key)
+            return self.pool[key]
+        values = dict(self.set)
+        if seed is not None:
+            values["anatomy.seed"] = int(seed)
+        made = Simulation(scenario, set=values, cache=self.cache)
+        self.pool[key] = made
+        if len(self.pool) > self.pool_size:
+            self.pool.popitem(last=False)
+        return made
+
+    @staticmethod
+    def _branches(sim: Simulation) -> list[str]:
+        return [branch["name"] for branch in sim.anatomy()["branches"]]
+
+    @staticmethod
+    def _along_of_target(sim: Simulation) -> tuple[str, float]:
+        """Branch of the scenario's target, and how far along it that is [mm]."""
+        target = sim.state.target_mm
+        best = (np.inf, "", 0.0)
+        for branch in sim.anatomy()["branches"]:
+            points = branch["points_mm"]
+            away = np.linalg.norm(points - target, axis=1) - branch["radii_mm"]
+            k = int(away.argmin())
+            way = float(np.linalg.norm(np.diff(points[:k + 1], axis=0), axis=1).sum())
+            best = min(best, (float(away[k]), branch["name"], way))
+        return best[1], best[2]
+
+    def _place(self, i: int, sim: Simulation, rng: np.random.Generator, other_vessels: bool) -> None:
+        """Draws the target of the i-th simulation."""
+        wanted = self.random.get("target", "scenario")
+        anatomy = sim.anatomy()
+        branches = {branch["name"]: branch for branch in anatomy["branches"]}
+        if isinstance(wanted, str) and wanted == "targets":
+            names = [target["name"] for target in anatomy["targets"]]
+            self.sim.aim(i, names[int(rng.integers(len(names)))])
+            self.moved_target[i] = True
+        elif isinstance(wanted, str) and wanted == "scenario":
+            if other_vessels and self.base_target[0] in branches:
+                branch, along = branches[self.base_target[0]], self.base_target[1]
+                self.sim.aim(i, _at(branch, along))
+                self.moved_target[i] = True
+        else:
+            names = list(branches) if isinstance(wanted, str) else list(wanted)
+            for name in names:
+                if name not in branches:
+                    raise InputError(f"randomize: target branch '{name}' was given; accepted are: "
+                                     + ", ".join(branches))
+            branch = branches[names[int(rng.integers(len(names)))]]
+            length = float(np.linalg.norm(np.diff(branch["points_mm"], axis=0), axis=1).sum())
+            self.sim.aim(i, _at(branch, float(rng.uniform(0.3, 0.9)) * length))
+            self.moved_target[i] = True
+
+    def _scene(self, i: int) -> None:
+        rng = self.rng[i]
+        scenario, seed, sim = self.scenario, None, None
+        choices = self.random.get("scenario")
+        seeds = self.random.get("anatomy_seed")
+        for _ in range(50):
+            if choices:
+                scenario = choices[int(rng.integers(len(choices)))]
+            if seeds is not None:
+                seed = int(rng.integers(seeds[0], seeds[1]))
+            try:
+                sim = self._simulation(scenario, seed)
+                break
+            except InputError:  # wire or target of the scenario do not fit these vessels: others are drawn
+                if seeds is None:
+                    raise
+        if sim is None:
+            raise InputError(f"randomize: none of 50 anatomies of the seeds {seeds} takes the scenario's wire and target")
+        if sim.about()["devices"] != self.devices:
+            raise InputError("randomize: scenarios with equally many devices are accepted")
+        key = base_key(scenario, seed)
+        if key != self.keys[i] or self.moved_target[i]:
+            self.sim.assign(i, sim)
+            self.keys[i], self.names[i] = key, self._branches(sim)
+            self.moved_target[i] = False
+        else:
+            one = np.zeros(self.n, bool)
+            one[i] = True
+            self.sim.reset(one)
+        self._place(i, sim, rng, seed is not None)
+        tilt = self.random.get("c_arm_deg", 0)
+        if tilt:
+            about = sim.about()
+            lao, cranial = rng.uniform(-tilt, tilt, 2)
+            self.sim.apply(i, f"arm lao {np.clip(about['lao_deg'] + lao, -120, 120):.6f} deg "
+                              f"cranial {np.clip(about['cranial_deg'] + cranial, -45, 45):.6f} deg")
+        self.noise[i] = int(rng.integers(2 ** 53))
+
+    def way(self) -> np.ndarray:
+        """(n,) mm: along centrelines to the target, straight where there is no way."""
+        path = self.sim.path_to_target_mm
+        return np.where(np.isnan(path), self.sim.tip_to_target_mm, path)
+
+    # The contract
+
+    def reset(self, which: np.ndarray, seeds: Sequence[Optional[int]]) -> None:
+        for i in np.flatnonzero(which):
+            if seeds[i] is not None:
+                self.rng[i] = np.random.default_rng(int(seeds[i]))
+            self._scene(int(i))
+        self.steps[which] = self.restless[which] = 0
+        self.last[which] = 0
+        way = self.way()
+        self.path[which] = way[which]
+        self.path_at_start[which] = np.maximum(way[which], 1e-9)
+        self.track_before[which] = self.sim.track_mm[which]
+
+    def act(self, actions: Any, active: np.ndarray) -> None:
+        given = np.asarray(actions, np.float32).reshape(self.n, -1)
+        if given.shape[1] != self.devices * 2:
+            raise InputError(f"action: an array of shape {self.action_space.shape} is accepted")
+        if not np.isfinite(given[active]).all():
+            raise InputError("action: a number that is not finite was given; finite ones are accepted")
+        given = given.reshape(self.n, self.devices, 2)
+        limits = (SPEED if self.physical else np.ones(2)).astype(np.float32)
+        given = np.clip(np.where(active[:, None, None], given, 0), -limits, limits)
+        speed = given.astype(np.float64) * (1.0 if self.physical else SPEED)
+        self.track_before[active] = self.sim.track_mm[active]
+        self.last[active] = given[active]
+        self.sim.step(speed * (self.step_s / self.frames), frames=self.frames, active=active)
+        self.steps[active] += 1
+        restless = ~self.sim.at_rest | self.sim.refused
+        self.restless = np.where(active, np.where(restless, self.restless + 1, 0), self.restless)
+
+    def observe(self) -> dict[str, np.ndarray]:
+        """Arrays of shape (n, …), new ones."""
+        sim, made = self.sim, {}
+        scale = self.image_size / self.about["pixels"]
+        images = masks = None
+        for key in self.obs:
+            if key == "image":
+                images = sim.images(self.image_size, seeds=self.noise)
+                made[key] = images[..., None]
+                continue
+            if key in ("guidewire", "phantom"):
+                masks = masks if masks is not None else sim.masks(self.image_size)
+                made[key] = masks["wire" if key == "guidewire" else "vessels"][..., None]
+                continue
+            if key in ("tracking2d", "target2d"):
+                value = (sim.track_px if key == "tracking2d" else sim.target_px) * scale
+            elif key == "tracking3d":
+                value = sim.track_mm
+            elif key == "target3d":
+                value = sim.target_mm
+            elif key == "inserted_length":
+                value = sim.inserted_mm[:, :self.devices]
+            elif key == "rotation":
+                turned = sim.turned_rad[:, :self.devices]
+                value = np.stack([np.sin(turned), np.cos(turned)], -1)
+            elif key == "last_action":
+                value = self.last
+            elif key == "force":
+                value = np.stack([sim.tip_force_N, sim.wall_force_N], -1)
+            elif key == "joint_pos":
+                value = sim.track_mm.reshape(self.n, -1)
+            else:
+                value = (sim.track_mm - self.track_before).reshape(self.n, -1) / self.step_s
+            space = self.observation_space[key]
+            made[key] = np.clip(value, space.low, space.high).astype(np.float32)
+        return made
+
+    def judge(self, active: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, dict[str, Any]]:
+        """Rewards, terminated, truncated and infos, arrays of n."""
+        sim = self.sim
+        way = self.way()
+        reached = sim.on_target & active
+        reasons = {"not_certified": self.restless >= self.patience, "vessel_end": sim.insertion_stopped,
+                   "time": sim.time_is_up, "steps": self.steps >= self.most_steps}
+        why = np.full(self.n, None, object)
+        for name, holds in reasons.items():
+            why[holds & active & ~reached] = name
+        truncated = np.array([reason is not None for reason in why])
+        info: dict[str, Any] = {
+            "success": reached.copy(), "truncation": why, "branch": np.array(
+                [self.names[i][b] for i, b in enumerate(sim.branch)], object),
+            "path_ratio": way / self.path_at_start, "path_to_target_mm": way,
+            "tip_to_target_mm": sim.tip_to_target_mm.copy(), "tip_force_N": sim.tip_force_N.copy(),
+            "wall_force_N": sim.wall_force_N.copy(), "push_N": sim.push_N[:, :self.devices].copy(),
+            "torque_Nmm": sim.torque_Nmm[:, :self.devices].copy(), "certified": sim.certified.copy(),
+            "time_s": sim.time_s.copy()}
+        if self.hashes:
+            info["hash"] = sim.hashes()
+        if callable(self.reward):
+            parts = {"callable": np.array([float(self.reward({key: value[i] for key, value in info.items()}))
+                                           if active[i] else 0.0 for i in range(self.n)])}
+        elif self.reward == "path_delta":
+            parts = {"path_delta": 0.01 * (self.path - way), "target": 1.0 * reached, "step": np.full(self.n, -0.001)}
+        elif self.reward == "distance":
+            parts = {"distance": -0.001 * sim.tip_to_target_mm, "target": 10.0 * reached}
+        else:
+            parts = {"target": 1.0 * reached}
+        parts = {name: np.where(active, part, 0.0) for name, part in parts.items()}
+        info["reward"] = parts
+        self.path = np.where(active, way, self.path)
+        return sum(parts.values()), reached, truncated, info
+
+
+def base_key(scenario: Any, seed: Optional[int]) -> Any:
+    return (scenario if isinstance(scenario, str) else id(scenario), seed)
+
+
+def _at(branch: Mapping[str, Any], along: float) -> np.ndarray:
+    """The place so far along a branch [mm]."""
+    points = branch["points_mm"]
+    ways = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    return points[int(np.abs(ways - min(along, 0.95 * ways[-1])).argmin())]
+
+
+def one(info: Mapping[str, Any], i: int) -> dict[str, Any]:
+    """The info of one environment."""
+    return {key: {name: float(part[i]) for name, part in value.items()} if isinstance(value, dict)
+            else value[i].item() if isinstance(value[i], np.generic) else value[i] for key, value in info.items()}

@@ -1,0 +1,203 @@
+"""Simulations: one, and many at once."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any, Mapping, Optional, Union
+
+import numpy as np
+
+from . import _core
+from ._core import InputError
+
+Scenario = Union[str, "os.PathLike[str]", Mapping[str, Any]]
+
+_IMAGES = {False: "none", None: "none", True: "all", "none": "none", "dose": "dose", "all": "all"}
+
+
+def assets() -> Path:
+    """The folder of the scenarios, scripts and devices that ship: SELDINGER_ASSETS, else `assets` in the package, else
+    `share/seldinger` of the prefix that the package is installed in. Raises InputError where there is none."""
+    named = os.environ.get("SELDINGER_ASSETS")
+    package = Path(__file__).resolve().parent
+    folders = [Path(named)] if named else [package / "assets"] + [p / "share" / "seldinger" for p in package.parents]
+    for folder in folders:
+        if (folder / "scenarios").is_dir():
+            return folder
+    raise InputError(f"{folders[0]}: no folder of assets was found; one with scenarios/ and devices/ is accepted")
+
+
+def scenarios() -> list[str]:
+    """Names of the scenarios that ship, in alphabetical order."""
+    return sorted(path.stem for path in (assets() / "scenarios").glob("*.toml"))
+
+
+def default_cache() -> Path:
+    """The user's own cache of grown vessels and distance fields, which `seldinger play` and `bake` use as well."""
+    cache = os.environ.get("XDG_CACHE_HOME")
+    return (Path(cache) if cache else Path.home() / ".cache") / "seldinger"
+
+
+def _toml(value: Any, where: str) -> str:
+    """A value as TOML writes it."""
+    if isinstance(value, (bool, np.bool_)):
+        return "true" if value else "false"
+    if isinstance(value, (int, np.integer)):
+        return str(int(value))
+    if isinstance(value, (float, np.floating)):
+        return repr(float(value))
+    if isinstance(value, (str, os.PathLike)):
+        return json.dumps(str(value), ensure_ascii=True)
+    if isinstance(value, np.ndarray):
+        value = value.tolist()
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(_toml(item, where) for item in value) + "]"
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{json.dumps(str(k))} = {_toml(v, where)}" for k, v in value.items()) + "}"
+    raise InputError(f"{where}: {type(value).__name__} was found; a truth value, number, text, list or dict is accepted")
+
+
+def _located(scenario: Scenario) -> tuple[str, Optional[str]]:
+    """File and text of a scenario; no text for one that is read from its file."""
+    if isinstance(scenario, Mapping):
+        text = "".join(f"{json.dumps(str(key))} = {_toml(value, str(key))}\n" for key, value in scenario.items()
+                       if key != "schema")
+        return str(Path.cwd() / "custom.toml"), f"schema = {scenario.get('schema', 1)}\n{text}"
+    if not isinstance(scenario, (str, os.PathLike)):
+        raise InputError(f"scenario: {type(scenario).__name__} was given; a name, a file or a dict is accepted")
+    name = os.fspath(scenario)
+    if name.endswith(".toml") or os.sep in name:
+        return name, None
+    shipped = assets() / "scenarios" / (name + ".toml")
+    if not shipped.is_file():
+        raise InputError(f"'{name}': no such scenario; a file (.toml), a dict, or one that ships is accepted: "
+                         + ", ".join(scenarios()))
+    return str(shipped), None
+
+
+class Simulation(_core.Simulation):
+    """One exercise: a wire, alone or in a catheter, in vessels.
+
+    scenario   the name of one that ships (see scenarios()), a file (.toml), or a dict with a scenario's keys
+    set        values in place of the scenario's: {"guidewire.friction": 0.1, "anatomy.seed": 7}
+    images     False: no pulses are imaged, image() makes images on demand. "dose": beam counts as dose in the score,
+               the same as with images. True: the room's screen, too (image(mode="screen")), at the cost of each pulse
+    cache      folder that keeps grown vessels and distance fields; by default the user's own, "" for none
+
+    The first simulation of an anatomy grows its vessels, which takes seconds to a minute; Ctrl-C ends that. Later ones
+    read them from the cache. A simulation may be used by several threads: calls wait for each other. It is a context
+    manager that closes itself.
+
+    Raises InputError, with file:line:column where there is a file, for a scenario that is not accepted.
+    """
+
+    def __init__(self, scenario: Scenario, *, set: Optional[Mapping[str, Any]] = None,
+                 images: Union[bool, str] = False, cache: Union[str, "os.PathLike[str]", None] = None) -> None:
+        file, text = _located(scenario)
+        if images not in _IMAGES:
+            raise InputError(f"images: {images!r} was given; False, 'dose' or True is accepted")
+        overrides = [(key, _toml(value, key)) for key, value in (set or {}).items()]
+        folder = str(default_cache()) if cache is None else os.fspath(cache)
+        super().__init__(file, text, str(assets() / "devices"), overrides, _IMAGES[images], folder)
+
+    def score(self) -> dict[str, Any]:
+        """The attempt's score as in score.json (keys carry units); `earlier_attempts` holds those that a reset command
+        ended."""
+        return json.loads(self._score())
+
+    def __enter__(self) -> "Simulation":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class VectorSimulation(_core.VectorSimulation):
+    """Many simulations at once, on a pool of threads that share vessels and walls.
+
+    scenario   as for Simulation, or a Simulation (not with images=True), or a list of n of these
+    n          how many, 1 to 100000; with a list its length
+    threads    that make frames, the caller's among them; by default one for each core. Results do not depend on it
+    points, spacing_mm   the points of `track_mm`: so many from the tip backward at this distance
+
+    What a step leaves is in arrays that are attributes, made once and written by each step (copy what is to stay):
+    float64 (n,): time_s, along_mm, path_to_target_mm (nan without a way), tip_to_target_mm, tip_force_N, wall_force_N,
+    target_radius_mm; (n, 3): tip_mm, tip_direction, target_mm, shift_mm; (n, 2) in pixels of the scenario's image:
+    tip_px, target_px; (n, 2) of wire and catheter: inserted_mm, turned_rad, push_N, torque_Nmm; (n, points, 3) track_mm,
+    (n, points, 2) track_px: points on the device that the exercise is about; int64 (n,): frame, branch (its index);
+    bool (n,): settling, at_rest, certified, refused, buckled, too_thick, insertion_stopped, withdrawal_stopped,
+    whole_wire_is_in, completed, on_target, time_is_up. They mean what the fields of State mean.
+
+    To be used by one thread of Python at a time.
+    """
+
+    time_s: np.ndarray
+    along_mm: np.ndarray
+    path_to_target_mm: np.ndarray
+    tip_to_target_mm: np.ndarray
+    tip_force_N: np.ndarray
+    wall_force_N: np.ndarray
+    target_radius_mm: np.ndarray
+    tip_mm: np.ndarray
+    tip_direction: np.ndarray
+    target_mm: np.ndarray
+    shift_mm: np.ndarray
+    tip_px: np.ndarray
+    target_px: np.ndarray
+    inserted_mm: np.ndarray
+    turned_rad: np.ndarray
+    push_N: np.ndarray
+    torque_Nmm: np.ndarray
+    track_mm: np.ndarray
+    track_px: np.ndarray
+    frame: np.ndarray
+    branch: np.ndarray
+    settling: np.ndarray
+    at_rest: np.ndarray
+    certified: np.ndarray
+    refused: np.ndarray
+    buckled: np.ndarray
+    too_thick: np.ndarray
+    insertion_stopped: np.ndarray
+    withdrawal_stopped: np.ndarray
+    whole_wire_is_in: np.ndarray
+    completed: np.ndarray
+    on_target: np.ndarray
+    time_is_up: np.ndarray
+
+    def __init__(self, scenario: Any, n: Optional[int] = None, *, threads: Optional[int] = None, points: int = 3,
+                 spacing_mm: float = 2.0, **options: Any) -> None:
+        several = list(scenario) if isinstance(scenario, (list, tuple)) else None
+        if several is not None:
+            if not several or (n is not None and n != len(several)):
+                raise InputError(f"n: {n} was given with {len(several)} scenarios; their number, 1 or more, is accepted")
+            n = len(several)
+        made: dict[Any, Simulation] = {}
+
+        def prototype(one: Any) -> Simulation:
+            if isinstance(one, Simulation):
+                return one
+            key = one if isinstance(one, (str, os.PathLike)) else id(one)
+            if key not in made:
+                made[key] = Simulation(one, **options)
+            return made[key]
+
+        first = prototype(several[0] if several is not None else scenario)
+        threads = len(os.sched_getaffinity(0)) if threads is None else threads
+        super().__init__(first, 1 if n is None else n, threads, points, spacing_mm)
+        for i, one in enumerate(several or []):
+            if i > 0 and prototype(one) is not first:
+                self.assign(i, prototype(one))
+        self.__dict__.update(self._arrays)
+
+    def score(self, i: int) -> dict[str, Any]:
+        """The score of the i-th simulation, as Simulation.score."""
+        return json.loads(self._score(i))
+
+    def __enter__(self) -> "VectorSimulation":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()

@@ -1,0 +1,16 @@
+#pragma once
+/// Meshes in PLY files, read by ourselves: assimp reads past the end of a file that is cut, takes indices of
+/// corners that do not exist, and looks for the end of a header for ever.
+
+#include <string>
+
+#include "physics/geometry/vec.h"
+
+namespace anatomy {
+
+/// `bytes` of a whole PLY file of version 1.0, in text or binary of either order. Of the element vertex x, y
+/// and z are taken, of face its list vertex_indices or vertex_index; polygons are cut into triangles. Throws
+/// InputError "FILE: found; accepted", with the line where the header or a text is at fault.
+geometry::TriangleMesh parse_ply(const std::string& bytes, const std::string& file);
+
+}  // namespace anatomy

@@ -1,0 +1,144 @@
+#pragma once
+/// An exercise for programs that act: steps, readings, snapshots, images on demand, and the recording of it.
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/episode/reading.h"
+#include "engine/exercise/exercise.h"
+#include "engine/exercise/imaging.h"
+#include "engine/script/recording.h"
+#include "render/picture/image.h"
+
+namespace episode {
+
+/// How an image on demand is made.
+enum class ImageMode {
+    Live,   // one pulse of fluoroscopy, without the lag of earlier ones
+    Dsa,    // one pulse of DSA; the mask is the same place without devices and contrast
+    Screen  // what the room's screen shows: needs an exercise with images, and beam
+};
+inline constexpr std::array<std::string_view, 3> image_modes = {"live", "dsa", "screen"};
+
+/// Makes images of any exercise in one anatomy. To be used by one thread at a time.
+class Camera {
+public:
+    /// For the patient and vessels of the scenario. Throws InputError as make_imaging does.
+    Camera(const exercise::Simulation&, const anatomy::ModelCache&);
+
+    /// An image of the simulation as it is, from that C-arm. It depends on the simulation's state and the
+    /// seed of the noise alone. Throws InputError for the mode Screen.
+    render::GrayImage image(const exercise::Simulation&, const exercise::FrameTime&, const render::CArm&,
+                            ImageMode, std::optional<std::uint64_t> seed = {});
+    /// 255 where the device casts its shadow, or a lumen lies in the beam, else 0.
+    struct Masks {
+        render::GrayImage wire, vessels;
+        std::optional<render::GrayImage> catheter;
+    };
+    const Masks& masks(const exercise::Simulation&, const exercise::FrameTime&, const render::CArm&);
+
+private:
+    exercise::Pulse pulse(const exercise::Simulation&, const exercise::FrameTime&, const render::CArm&) const;
+    exercise::ImagingChain chain_;
+    // Of the last masks.
+    std::optional<Masks> masks_;
+    exercise::Pulse masked_;
+};
+
+/// The commands of an attempt, frame by frame. Copies share what was before.
+class Log {
+public:
+    Log() = default;
+    Log(const Log&) = default;
+    Log(Log&& other) noexcept = default;
+    Log& operator=(const Log&) = default;
+    Log& operator=(Log&&) noexcept = default;
+    ~Log();
+    /// Whether the next frame needs its state's hash.
+    bool states_next() const { return frames() % hash_every == 0; }
+    void add(std::vector<script::Command> commands, std::uint64_t hash);
+    void clear();
+    /// Writes a recording of it, `hash` that of the last frame's state. Throws InputError when the file
+    /// cannot be written.
+    void save(const std::filesystem::path&, const script::Origin&, std::uint64_t hash) const;
+    int frames() const { return last_ ? last_->frame + 1 : 0; }
+
+private:
+    static constexpr int hash_every = 10;  // frames between two state lines of a recording
+    struct Entry {
+        std::shared_ptr<Entry> before;
+        std::vector<script::Command> commands;
+        std::uint64_t hash = 0;
+        int frame = 0;
+    };
+    std::shared_ptr<Entry> last_;
+};
+
+class Episode {
+public:
+    /// Throws InputError as Exercise does.
+    Episode(const scenario::Scenario&, exercise::Pictures, const anatomy::ModelCache& = {});
+    /// Another episode of the same vessels, at its start, without images. It shares anatomy, wall and start
+    /// with `like`.
+    Episode(const Episode& like);
+    Episode& operator=(const Episode&) = delete;
+
+    /// Asks for a command with the next frame. Throws InputError for one that the exercise does not accept.
+    void ask(const script::Command&);
+    /// The C-arm as it is, with what was asked for of it, for images `pixels` squared.
+    render::CArm arm(int pixels) const;
+    /// Makes a frame with what was asked for and these commands. Throws InputError for a command that the
+    /// exercise does not accept; then no frame was made and nothing has changed.
+    void step(std::span<const script::Command>);
+    Reading reading() const { return reader_.read(exercise_); }
+    const exercise::Exercise& exercise() const { return exercise_; }
+    const exercise::Simulation& simulation() const { return exercise_.simulation(); }
+    const Reader& reader() const { return reader_; }
+    std::uint64_t hash() const;
+
+    /// Restores the state after construction, bit for bit, with the target aimed at.
+    void reset();
+    /// Resets and sets another target. Throws InputError and changes nothing for one that is none.
+    void aim(const scenario::Target&);
+
+    struct Snapshot {
+        exercise::Exercise::Snapshot exercise;
+        std::vector<std::byte> reader;
+        Log log;
+        std::vector<script::Command> asked = {};
+    };
+    Snapshot snapshot() const;
+    /// Throws InputError, and changes nothing, for a snapshot of another scenario or target.
+    void restore(const Snapshot&);
+
+    render::GrayImage image(int pixels, ImageMode, std::optional<std::uint64_t> seed = {});
+    const Camera::Masks& masks(int pixels);
+    /// Writes the commands since the start or the last reset() as a recording, with state hashes. Throws
+    /// InputError when the file cannot be written.
+    void save(const std::filesystem::path&, script::Origin) const;
+
+private:
+    void check(std::span<const script::Command>) const;
+    Camera& camera();
+
+    exercise::Exercise exercise_;
+    Reader reader_;
+    anatomy::ModelCache cache_;
+    std::shared_ptr<const Snapshot> start_;
+    std::unique_ptr<Camera> camera_;
+    std::vector<script::Command> asked_;  // for the next frame
+    Log log_;
+    mutable std::optional<std::uint64_t> hash_;  // of the state as it is
+};
+
+/// A command as in a script but without its frame: "arm lao 30 deg". Throws InputError.
+script::Command parse_line(const std::string&);
+
+}  // namespace episode

@@ -1,0 +1,43 @@
+#pragma once
+/// Many episodes at once on a pool of threads. What each does depends on its own commands alone.
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "engine/episode/episode.h"
+
+namespace episode {
+
+/// Advances by a length, or withdraws where it is below 0 [mm]: scripts know no negative lengths.
+script::Command feed(double length, script::Held);
+
+/// Motions of a frame.
+struct Motion {
+    double advance = 0, rotate = 0;                    // of the wire [mm], [rad]
+    double catheter_advance = 0, catheter_rotate = 0;  // [mm], [rad]
+};
+/// The commands of a motion, of which zero asks for none.
+void append(const Motion&, std::vector<script::Command>&);
+
+class Pool {
+public:
+    /// `threads` ≥ 1, the caller's among them.
+    explicit Pool(int threads);
+    ~Pool();
+    Pool(const Pool&) = delete;
+    Pool& operator=(const Pool&) = delete;
+
+    int threads() const;
+    /// Calls work(index, thread) for every index below count, each once, by some thread; returns when all
+    /// have ended. When calls throw, throws what the one of the lowest index threw, after all have ended.
+    void run(int count, const std::function<void(int index, int thread)>& work);
+
+private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace episode

@@ -1,0 +1,51 @@
+#include "engine/scenario/breathing.h"
+
+#include <utility>
+
+namespace scenario {
+
+void Breathing::ask(bool hold) {
+    if (hold && state_ == State::Gasping) pending_ = Event::Refused;
+    if (hold && state_ == State::Free) state_ = State::Asked;
+    if (hold) return;
+    if (state_ == State::Held) pending_ = Event::Freed;
+    if (state_ == State::Asked) state_ = State::Free;
+}
+
+Breathing::Event Breathing::step(double time, double since, const VesselMotion& motion) {
+    constexpr double rounding = 1e-9;
+    Event event = std::exchange(pending_, Event::None);
+    const auto release = [&](State to) {
+        // The last frame was the last of the hold: breathing goes on from there.
+        behind_ = time - since - held_at_;
+        state_ = to;
+        since_ = 0;
+    };
+    if (state_ == State::Held && event == Event::Freed) release(State::Free);
+    switch (state_) {
+        case State::Free:
+            break;
+        case State::Asked:
+            if (inspiration(clock(time), motion.breathing_rate) > empty) break;
+            held_at_ = clock(time);
+            state_ = State::Held;
+            since_ = 0;
+            event = Event::Held;
+            break;
+        case State::Held:
+            since_ += since;
+            if (since_ < motion.breath_hold - rounding) break;
+            release(State::Gasping);
+            behind_ -= (gasp_speed - 1) * since;
+            event = Event::Gasped;
+            break;
+        case State::Gasping:
+            since_ += since;
+            behind_ -= (gasp_speed - 1) * since;
+            if (since_ >= gasp_time - rounding) state_ = State::Free;
+            break;
+    }
+    return event;
+}
+
+}  // namespace scenario

@@ -1,0 +1,336 @@
+/// Nothing is done before what cannot end well is refused, nothing waits for ever, and two programs do not
+/// mix their files.
+
+#include <algorithm>
+#include <csignal>
+#include <sys/stat.h>
+#include <thread>
+
+#include "engine/anatomy/anatomy_writer.h"
+#include "tests/anatomies.h"
+#include "tests/app/program.h"
+
+namespace app {
+namespace {
+
+using test::asset, test::good_script, test::Outcome, test::read, test::run, test::Started,
+    test::TemporaryFolder, test::write;
+using Words = std::vector<std::string>;
+
+/// Runs the program below `folder`: its cache and its home are there too, and whoever waits is ended.
+Outcome at_home(const TemporaryFolder& folder, const Words& words) {
+    Words all = {"env",
+                 "-u",
+                 "DISPLAY",
+                 "HOME=" + folder.path().string(),
+                 "XDG_CACHE_HOME=" + (folder / "home").string(),
+                 "XDG_DATA_HOME=" + (folder / "home").string(),
+                 "timeout",
+                 "-k",
+                 "1",
+                 "120"};
+    for (const std::string& word : test::command(words)) all.push_back(word);
+    return Started(folder, all).wait();
+}
+
+/// Every file below the folder, but what the test itself has redirected.
+Words files_below(const std::filesystem::path& folder) {
+    Words names;
+    std::error_code none;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder, none))
+        if (const std::string name = entry.path().filename(); name != "stdout.txt" && name != "stderr.txt")
+            names.push_back(entry.path().string());
+    std::sort(names.begin(), names.end());
+    return names;
+}
+
+/// Asserts a refusal that says `expected` and left every folder as it was: no vessels and no field were made.
+void expect_refused_at_once(const TemporaryFolder& folder, const Words& words, const std::string& expected) {
+    std::string all;
+    for (const std::string& word : words) all += " " + word;
+    SCOPED_TRACE(all);
+    const Words before = files_below(folder.path());
+    const Outcome result = at_home(folder, words);
+    EXPECT_EQ(result.code, 2) << result.error;
+    EXPECT_NE(result.error.find(expected), std::string::npos) << result.error;
+    EXPECT_EQ(files_below(folder.path()), before);
+}
+
+/// Words of a command with what it needs, and then `more`.
+Words joined(Words words, const Words& more) {
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+}
+
+/// Files and words for commands that would have to grow vessels.
+struct Inputs {
+    TemporaryFolder folder;
+    std::string script = asset("scripts/renal.gw").string(), recording, list;
+    Inputs() {
+        std::filesystem::create_directory(folder / "recordings");
+        recording = (folder / "recordings/a.gw").string();
+        // As a run records them, with nothing stated of states and anatomy.
+        write(recording,
+              "recording 2\nprogram 0000000000000000 seldinger\nscenario 0000000000000000 renal\n"
+              "anatomy 0000000000000000\n5 end\n");
+        list = (folder / "list.toml").string();
+        write(list, "schema = 1\n[[run]]\nscenario = \"renal\"\ncommands = \"solution\"\nimages = false\n");
+        write(folder / "file", "kept");
+    }
+};
+
+}  // namespace
+
+TEST(Trust, OutputsThatCannotBeWrittenAreRefusedBeforeVesselsAreMade) {
+    const Inputs in;
+    const Words run = {"run", "renal", "--commands", in.script}, render = {"render", "renal"},
+                show = {"show", "renal"};
+    for (const std::string& bad : {std::string("/proc/nope"), (in.folder / "file").string()}) {
+        const std::string below = bad + "/x";
+        expect_refused_at_once(in.folder, joined(run, {"--out", bad}), "cannot be written");
+        expect_refused_at_once(
+            in.folder, joined(run, {"--out", in.folder / "out", "--frames", "none", "--trace", below}),
+            "x: cannot be written");
+        expect_refused_at_once(in.folder, joined(render, {"--out", below + ".png"}), "cannot be written");
+        expect_refused_at_once(in.folder, joined(show, {"--out", below + ".png"}), "cannot be written");
+        expect_refused_at_once(in.folder, {"batch", in.list, "--out", bad}, "cannot be written");
+        expect_refused_at_once(in.folder, {"course", in.folder / "recordings", "--out", bad},
+                               "cannot be written");
+        expect_refused_at_once(in.folder, {"debrief", in.recording, "--out", bad}, "cannot be written");
+        expect_refused_at_once(in.folder, {"score", in.recording, "--out", below}, "cannot be written");
+        expect_refused_at_once(in.folder, {"anatomy", "generate", "iliac-renal", "--out", bad},
+                               "cannot be written");
+        expect_refused_at_once(in.folder, {"anatomy", "voxelise", "renal", "--out", below + ".nii"},
+                               "cannot be written");
+        expect_refused_at_once(in.folder, {"study", "accuracy", "--quick", "--out", bad},
+                               "cannot be written");
+        expect_refused_at_once(in.folder, {"device", "show", "rosen035", "--out", below + ".png"},
+                               "cannot be written");
+    }
+    EXPECT_EQ(read(in.folder / "file"), "kept");
+}
+
+TEST(Trust, AFileInThePlaceOfAPartOfTheOutputIsRefusedBeforeVesselsAreMade) {
+    const Inputs in;
+    std::filesystem::create_directory(in.folder / "out");
+    write(in.folder / "out/frames", "mine");
+    expect_refused_at_once(in.folder, {"run", "renal", "--commands", in.script, "--out", in.folder / "out"},
+                           "out/frames: cannot be written");
+    std::filesystem::create_directories(in.folder / "page/debrief.html");
+    expect_refused_at_once(in.folder, {"debrief", in.recording, "--out", in.folder / "page"},
+                           "debrief.html: cannot be written");
+    std::filesystem::create_directories(in.folder / "two/score.json");
+    expect_refused_at_once(
+        in.folder, {"run", "renal", "--commands", in.script, "--out", in.folder / "two", "--frames", "none"},
+        "score.json: cannot be written: a folder is in its place");
+}
+
+TEST(Trust, WrongCommandsAndOptionsAreRefusedBeforeVesselsAreMade) {
+    const Inputs in;
+    const Words run = {"run", "renal", "--out", in.folder / "out", "--commands"},
+                render = {"render", "renal", "--out", in.folder / "x.png"},
+                show = {"show", "renal", "--out", in.folder / "x.png"};
+    write(in.folder / "wrong.gw", "3 fly 5 mm\n");
+    write(in.folder / "catheter.gw", "3 advance catheter 5 mm\n");
+    for (const char* name : {"none.gw", "wrong.gw", "catheter.gw"}) {
+        const std::string file = in.folder / name;
+        expect_refused_at_once(in.folder, joined(run, {file}), file);
+        expect_refused_at_once(in.folder, joined(render, {"--commands", file}), file);
+        expect_refused_at_once(in.folder, joined(show, {"--commands", file}), file);
+        expect_refused_at_once(in.folder, {"debrief", in.recording, file, "--out", in.folder / "out"}, file);
+    }
+    const Words good = joined(run, {in.script});
+    expect_refused_at_once(in.folder, joined(good, {"--set", "guidewire.friction"}), "KEY=VALUE");
+    expect_refused_at_once(in.folder, joined(good, {"--set", "guidewire.frction=1"}), "frction");
+    expect_refused_at_once(in.folder, joined(good, {"--frames", "none", "--panel"}), "--panel needs images");
+    expect_refused_at_once(in.folder, joined(good, {"--expect", in.folder / "none"}), "none: no such");
+    expect_refused_at_once(in.folder, joined(good, {"--learner", "a\nb"}), "--learner");
+    expect_refused_at_once(in.folder, joined(render, {"--lao", "500"}), "LAO/RAO angle");
+    expect_refused_at_once(in.folder, joined(render, {"--frame", "999999"}), "0 to");
+    expect_refused_at_once(in.folder, {"render", "renal", "--out", in.folder / "x.jpg"}, ".png");
+    expect_refused_at_once(in.folder, {"show", "renal", "--out", in.folder / "x.jpg"}, ".png");
+    expect_refused_at_once(in.folder, {"anatomy", "voxelise", "renal", "--out", in.folder / "x.txt"},
+                           ".nrrd");
+    expect_refused_at_once(in.folder, {"score", in.script}, "does not say which scenario");
+    expect_refused_at_once(in.folder, {"list", "renall"}, "no such scenario");
+}
+
+TEST(Trust, InjectionIntoNoBranchIsRefusedBeforeTheFieldIsMade) {
+    const Inputs in;
+    write(in.folder / "x.gw", "3 inject 5 ml at 5 ml/s into nowhere\n");
+    const Outcome result =
+        at_home(in.folder, {"run", "s_bend", "--commands", in.folder / "x.gw", "--out", in.folder / "out",
+                            "--cache", in.folder / "cache", "--set", "wall.model=\"distance-field\""});
+    EXPECT_EQ(result.code, 2) << result.error;
+    EXPECT_NE(result.error.find("contrast cannot go into 'nowhere'"), std::string::npos) << result.error;
+    EXPECT_EQ(files_below(in.folder / "cache"), Words());
+}
+
+TEST(Trust, ARecordingOfAnotherScenarioIsRefusedBeforeVesselsAreMade) {
+    const Inputs in;
+    std::string text = read(in.recording);
+    write(in.recording, text.replace(text.find("0000000000000000 renal"), 16, "0123456789abcdef"));
+    expect_refused_at_once(in.folder, {"score", in.recording}, "has changed since it was recorded");
+    expect_refused_at_once(in.folder, {"replay", in.recording}, "has changed since it was recorded");
+}
+
+TEST(Trust, FifosAndDevicesAreRefusedByEveryReader) {
+    const Inputs in;
+    const auto fifo = [&](const std::string& name) {
+        const std::filesystem::path path = in.folder / name;
+        EXPECT_EQ(::mkfifo(path.c_str(), 0600), 0);
+        return path.string();
+    };
+    const std::string gw = fifo("x.gw"), toml = fifo("x.toml"), csv = fifo("x.csv"), json = fifo("x.json"),
+                      stl = fifo("x.stl"), vtp = fifo("x.vtp"), nii = fifo("x.nii"), obj = fifo("x.obj"),
+                      out = in.folder / "out", png = in.folder / "x.png",
+                      real = in.folder / "iliac-renal.stl";
+    anatomy::write_anatomy(test::iliac_renal(), in.folder.path(), {});
+    std::string scenario = read(asset("scenarios/renal.toml"));
+    const std::string grown = "[anatomy]\npreset = \"iliac-renal\"\n";
+    scenario.erase(scenario.find(grown), grown.size());
+    write(in.folder / "named.toml", "anatomy = \"x.json\"\n" + scenario);
+    std::string body = test::small_toml;
+    body.replace(body.find("patient = false"), 15, "[patient]\nct = \"x.nii\"");
+    write(in.folder / "ct.toml", body);
+    const std::string is_fifo = " is a FIFO; a regular file is accepted";
+    for (const Words& words :
+         std::vector<Words>{{"run", toml, "--commands", in.script, "--out", out},
+                            {"run", "s_bend", "--commands", gw, "--out", out},
+                            {"run", "s_bend", "--commands", good_script, "--out", out, "--expect", gw},
+                            {"run", in.folder / "named.toml", "--commands", in.script, "--out", out},
+                            {"run", in.folder / "ct.toml", "--commands", good_script, "--out", out},
+                            {"render", toml, "--out", png},
+                            {"render", "s_bend", "--commands", gw, "--out", png},
+                            {"show", toml, "--out", png},
+                            {"list", toml},
+                            {"score", gw},
+                            {"replay", gw},
+                            {"debrief", gw, "--out", out},
+                            {"debrief", in.recording, "--expert", gw, "--out", out},
+                            {"batch", toml, "--out", out},
+                            {"device", "show", toml},
+                            {"relax", "--tube", csv, "--radius", "3", "--segments", "9", "--segment-length",
+                             "1", "--rigidity", "5", "--wall-stiffness", "1", "--method", "global", "--out",
+                             in.folder / "joints.csv", "--report", in.folder / "report.json"},
+                            {"anatomy", "generate", toml, "--out", out},
+                            {"anatomy", "import", stl, "--unit", "mm", "--out", out},
+                            {"anatomy", "import", obj, "--unit", "mm", "--out", out},
+                            {"anatomy", "import", vtp, "--unit", "mm", "--out", out},
+                            {"anatomy", "import", real, "--unit", "mm", "--centrelines", csv, "--out", out},
+                            {"anatomy", "check", json},
+                            {"anatomy", "show", json, "--out", png}})
+        expect_refused_at_once(in.folder, words, is_fifo);
+    for (const Words& words : std::vector<Words>{{"run", "/dev/zero", "--commands", in.script, "--out", out},
+                                                 {"score", "/dev/zero"},
+                                                 {"anatomy", "check", "/dev/zero"}})
+        expect_refused_at_once(in.folder, words, "/dev/zero: is a device; a regular file is accepted");
+}
+
+TEST(Trust, NumbersThatAreNotFiniteAreRefused) {
+    const Inputs in;
+    const std::string out = in.folder / "out";
+    for (const char* number : {"nan", "inf", "-inf", "NAN"}) {
+        const std::string three = std::string("1,2,") + number;
+        expect_refused_at_once(in.folder, {"anatomy", "import", "x.stl", "--out", out, "--inlet", three},
+                               "--inlet: '" + std::string(number) + "' was found; a finite number");
+        expect_refused_at_once(
+            in.folder, {"anatomy", "import", "x.stl", "--out", out, "--body", "pelvis", "--landmark", three},
+            "--landmark: ");
+        expect_refused_at_once(in.folder, {"anatomy", "import", "x.stl", "--out", out, "--end", three},
+                               "--end: ");
+    }
+    expect_refused_at_once(in.folder, {"render", "renal", "--out", in.folder / "x.png", "--lao", "nan"},
+                           "--lao: 'nan' was found");
+}
+
+TEST(Trust, NamesThatAreFoldersAreRefused) {
+    const Inputs in;
+    for (const char* name : {".", "..", "a/b", "/tmp/x"})
+        expect_refused_at_once(
+            in.folder, {"anatomy", "generate", "iliac-renal", "--name", name, "--out", in.folder / "out"},
+            "a file name without a folder is accepted");
+}
+
+TEST(Trust, FullStandardOutputIsToldWithExitCodeTwo) {
+    const TemporaryFolder folder;
+    for (const char* words : {"list", "list devices", "list s_bend", "--help", "--version", "run --help",
+                              "study", "study --help", "device show rosen035"}) {
+        const Outcome result =
+            Started(folder,
+                    {"bash", "-c", "exec \"$0\" " + std::string(words) + " > /dev/full", SELDINGER_PROGRAM})
+                .wait();
+        EXPECT_EQ(result.code, 2) << words << result.error;
+        EXPECT_NE(result.error.find("No space left on device"), std::string::npos) << words << result.error;
+    }
+}
+
+TEST(Trust, ClosedStandardErrorDoesNotEndARun) {
+    const TemporaryFolder folder;
+    const Outcome result =
+        Started(folder,
+                {"bash", "-c", "exec \"$0\" run s_bend --commands \"$1\" --out \"$2\" --frames none 2>&-",
+                 SELDINGER_PROGRAM, good_script, folder / "out"})
+            .wait();
+    EXPECT_EQ(result.code, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder / "out/score.json"));
+}
+
+TEST(Trust, HelpSpeaksOfItsOwnCommand) {
+    const TemporaryFolder folder;
+    for (const std::string name : {"list", "show", "study"}) {
+        const Outcome help = run(folder, {name, "--help"});
+        EXPECT_EQ(help.code, 0);
+        EXPECT_NE(help.out.find("Usage: seldinger " + name), std::string::npos) << help.out;
+        EXPECT_NE(help.out.find("Examples:\n  seldinger " + name), std::string::npos) << help.out;
+        EXPECT_NE(help.out.find("Exit codes"), std::string::npos) << help.out;
+        for (const std::string other : {"run", "list", "show", "study", "render", "batch"})
+            if (other != name) {
+                EXPECT_EQ(help.out.find("seldinger " + other), std::string::npos) << help.out;
+            }
+    }
+}
+
+TEST(Trust, TheSecondRunIntoAFolderIsRefusedAtOnceAndTheFirstGoesOn) {
+    const TemporaryFolder folder, other;
+    write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
+    const Words words = test::command(
+        {"run", "s_bend", "--commands", folder / "long.gw", "--out", folder / "out", "--frames", "none"});
+    const Started first(folder, words);
+    while (read(folder / "out/run.gw").find("state 10 ") == std::string::npos) std::this_thread::yield();
+    const std::string before = read(folder / "out/run.gw");
+    const Outcome second = Started(other, words).wait();
+    EXPECT_EQ(second.code, 2) << second.error;
+    EXPECT_NE(second.error.find("process " + std::to_string(first.process()) + " is writing to this folder"),
+              std::string::npos)
+        << second.error;
+    EXPECT_TRUE(read(folder / "out/run.gw").starts_with(before));
+    // A batch, a course and a page into it are refused too.
+    write(folder / "list.toml",
+          "schema = 1\n[[run]]\nscenario = \"s_bend\"\ncommands = \"solution\"\nimages = false\n");
+    EXPECT_EQ(run(other, {"batch", folder / "list.toml", "--out", folder / "out"}).code, 2);
+    EXPECT_EQ(run(other, {"course", folder / "out"}).code, 2);
+    first.signal(SIGTERM);
+    EXPECT_EQ(first.wait().code, 130);
+    EXPECT_FALSE(std::filesystem::exists(folder / "out/.seldinger.lock"));
+}
+
+TEST(Trust, AKilledRunLocksNobodyOut) {
+    const TemporaryFolder folder;
+    write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
+    const Started first(folder, test::command({"run", "s_bend", "--commands", folder / "long.gw", "--out",
+                                               folder / "out", "--frames", "none"}));
+    while (read(folder / "out/run.gw").find("state 10 ") == std::string::npos) std::this_thread::yield();
+    first.signal(SIGKILL);
+    first.wait();
+    const Outcome second = run(
+        folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out", "--frames", "none"});
+    EXPECT_EQ(second.code, 0) << second.error;
+    Words left;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "out"))
+        left.push_back(entry.path().filename());
+    std::sort(left.begin(), left.end());
+    EXPECT_EQ(left, (Words{"run.gw", "score.json"}));
+}
+
+}  // namespace app

@@ -1,0 +1,109 @@
+#include "engine/anatomy/model_cache.h"
+
+#include <atomic>
+#include <thread>
+
+#include "engine/anatomy/grow/generate_run.h"
+#include "engine/anatomy/grow/vessel_presets.h"
+#include "tests/engine/fixtures.h"
+
+namespace anatomy {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string bytes(std::size_t count) {
+    return std::string(count, 'x');
+}
+
+}  // namespace
+
+TEST(ModelCache, OneLooksAfterAPlaceWhileTheOtherWaits) {
+    const test::TemporaryFolder folder;
+    const ModelCache cache{folder / "cache", {}};
+    std::atomic<int> made = 0;
+    const auto work = [&] {
+        const CachePlace place(cache, "field-1.bin");
+        if (fs::exists(place.path())) return;
+        ++made;
+        std::this_thread::sleep_for(std::chrono::milliseconds(30));
+        place.keep_file("content");
+    };
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 4; ++i) threads.emplace_back(work);
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(made, 1);
+    EXPECT_EQ(test::read(folder / "cache/field-1.bin"), "content");
+    // Neither locks nor parts are left.
+    EXPECT_EQ(std::distance(fs::directory_iterator(folder / "cache"), {}), 1);
+}
+
+TEST(ModelCache, WhatWasNotUsedForLongestGoesFirst) {
+    const test::TemporaryFolder folder;
+    const ModelCache cache{folder.path(), {}};
+    for (const char* name : {"field-a.bin", "field-b.bin", "ct-c.bin"}) {
+        CachePlace(cache, name).keep_file(bytes(1000));
+        std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+    test::write(folder / "mine.txt", "not of the cache");
+    CachePlace(cache, "field-a.bin").used();
+    std::vector<CacheItem> items = cache_items(folder.path());
+    ASSERT_EQ(items.size(), 3u);
+    EXPECT_EQ(items[0].path.filename(), "field-a.bin");
+    EXPECT_EQ(items[2].path.filename(), "field-b.bin");
+    EXPECT_EQ(items[1].bytes, 1000u);
+    const std::vector<CacheItem> removed = shrink_cache(folder.path(), 2500);
+    ASSERT_EQ(removed.size(), 1u);
+    EXPECT_EQ(removed[0].path.filename(), "field-b.bin");
+    shrink_cache(folder.path(), 0);
+    EXPECT_TRUE(cache_items(folder.path()).empty());
+    EXPECT_TRUE(fs::exists(folder / "mine.txt"));
+}
+
+TEST(ModelCache, AChangedFileOfAnAnatomyIsMadeAgain) {
+    const test::TemporaryFolder folder;
+    const ModelCache cache{folder.path(), {}};
+    const VesselTreeSpec spec = vessel_preset("rca");
+    const std::uint64_t hash = hash_of(generated_anatomy(spec, cache));
+    const fs::path home = cache_items(folder.path()).at(0).path, file = home / "rca.anatomy.json";
+    std::string text = test::read(file);
+    const std::size_t digit = text.find_first_of("123456789", text.find("points"));
+    ASSERT_NE(digit, std::string::npos);
+    text[digit] = text[digit] == '1' ? '2' : '1';
+    test::write(file, text);
+    EXPECT_EQ(hash_of(generated_anatomy(spec, cache)), hash);
+    EXPECT_NE(test::read(file), text);
+    fs::resize_file(home / "rca.stl", 1000);
+    EXPECT_EQ(hash_of(generated_anatomy(spec, cache)), hash);
+}
+
+TEST(ModelCache, AFolderThatCannotBeWrittenIsNotedOnce) {
+    const test::TemporaryFolder folder;
+    test::write(folder / "file", "");
+    int notes = 0;
+    const ModelCache cache{folder / "file/cache", {}, [&](const std::string& text) {
+                               ++notes;
+                               test::expect_said(text, "cannot be kept");
+                           }};
+    for (int i = 0; i < 2; ++i) {
+        const CachePlace place(cache, "field-1.bin");
+        EXPECT_FALSE(place.keep_file("content"));
+    }
+    EXPECT_EQ(notes, 1);
+}
+
+TEST(ModelCache, LeftoversOfProcessesThatEndedAreRemoved) {
+    const test::TemporaryFolder folder;
+    test::write(folder / "field-1.bin.999999999.1.part", "half");
+    fs::create_directory(folder / "anatomy-1.999999999.2.part");
+    test::write(folder / "anatomy-1.999999999.2.part/a", "half");
+    const std::string own = "field-2.bin." + std::to_string(::getpid()) + ".3.part";
+    test::write(folder / own, "being written");
+    const ModelCache cache{folder.path(), {}};
+    { const CachePlace place(cache, "field-3.bin"); }
+    EXPECT_FALSE(fs::exists(folder / "field-1.bin.999999999.1.part"));
+    EXPECT_FALSE(fs::exists(folder / "anatomy-1.999999999.2.part"));
+    EXPECT_TRUE(fs::exists(folder / own));
+}
+
+}  // namespace anatomy

@@ -1,0 +1,199 @@
+import numpy as np
+import pytest
+
+import seldinger as sd
+
+ALL = sd.gym.KEYS
+
+
+def run(env, seed, steps=15):
+    observation, info = env.reset(seed=seed)
+    rng = np.random.default_rng(1)
+    hashes = [info["hash"]]
+    for _ in range(steps):
+        observation, reward, terminated, truncated, info = env.step(
+            rng.uniform(-1, 1, env.action_space.shape).astype(np.float32))
+        hashes.append(info["hash"])
+        if terminated or truncated:
+            break
+    return hashes
+
+
+@pytest.mark.parametrize("name", ["seldinger/Renal-v1", "seldinger/DualDevice-v1"])
+def test_environments_keep_the_contract(cache, name):
+    env = sd.gym.make(name, obs=ALL, image_size=48, cache=cache)
+    sd.gym.check_env(env, steps=6)
+    env.close()
+
+
+def test_every_environment_that_is_listed_names_a_scenario_that_ships():
+    for name, arguments in sd.gym.ENVIRONMENTS.items():
+        assert arguments["scenario"] in sd.scenarios()
+    with pytest.raises(sd.InputError, match="seldinger/Renal-v1"):
+        sd.gym.make("Renal-v0")
+
+
+def test_seeds_draw_the_same_episodes_and_different_ones_others(cache):
+    env = sd.gym.make("seldinger/Renal-v1", randomize={"target": "branches", "c_arm_deg": 5}, cache=cache)
+    targets = set()
+    for seed in range(4):
+        first = run(env, seed, 3)
+        targets.add(tuple(env.simulation.target_mm[0]))
+        assert run(env, seed, 3) == first
+    assert len(targets) == 4
+    # Without a seed drawing goes on from the last one, in the same way.
+    def two(seed):
+        env.reset(seed=seed)
+        env.reset()
+        return tuple(env.simulation.target_mm[0])
+    assert two(9) == two(9) != two(10)
+
+
+def test_anatomies_are_drawn_from_a_range_of_seeds(cache):
+    env = sd.gym.make("seldinger/Renal-v1", randomize={"anatomy_seed": (1, 3)}, cache=cache)
+    seen = {}
+    for seed in range(8):
+        env.reset(seed=seed)
+        seen.setdefault(env._batch.keys[0][1], set()).add(int(env.simulation.hashes()[0]))
+    assert set(seen) == {1, 2}
+    assert all(len(hashes) == 1 for hashes in seen.values())
+    assert seen[1] != seen[2]
+
+
+def test_the_target_ends_an_episode(cache):
+    env = sd.gym.Env("s_bend", reward="sparse", cache=cache)
+    env.reset(seed=2)
+    for _ in range(300):
+        _, reward, terminated, truncated, info = env.step([[1.0, 0.0]])
+        if terminated or truncated:
+            break
+    assert terminated and not truncated and info["success"] and reward == 1 and info["truncation"] is None
+    with pytest.raises(sd.InputError, match="reset"):
+        env.step([[0.0, 0.0]])
+
+
+def test_truncation_names_its_reason(cache):
+    env = sd.gym.Env("s_bend", max_episode_steps=3, cache=cache)
+    env.reset(seed=0)
+    ends = [env.step(np.zeros((1, 2)))[3:] for _ in range(3)]
+    assert [end[0] for end in ends] == [False, False, True] and ends[-1][1]["truncation"] == "steps"
+    env = sd.gym.Env("s_bend", set={"time_limit_s": 0.4}, cache=cache)
+    env.reset(seed=0)
+    for _ in range(6):
+        *_, truncated, info = env.step(np.zeros((1, 2)))
+    assert truncated and info["truncation"] == "time"
+    env = sd.gym.Env("s_bend", set={"target.radius_mm": 0.1}, frame_skip=3, cache=cache)
+    env.reset(seed=0)
+    for _ in range(300):
+        *_, truncated, info = env.step([[1.0, 0.0]])
+        if truncated:
+            break
+    assert truncated and info["truncation"] == "vessel_end"
+
+
+def test_actions_are_speeds(cache):
+    for action, value in (("velocity", [[1.0, 0.5]]), ("physical", [[35.0, 1.57]])):
+        env = sd.gym.Env("renal", action=action, frame_skip=2, cache=cache)
+        env.reset(seed=0)
+        before = env.simulation.inserted_mm[0, 0]
+        env.step(np.array(value))
+        assert env.simulation.inserted_mm[0, 0] - before == pytest.approx(35 * 2 / 15, rel=1e-6)
+        assert env.simulation.turned_rad[0, 0] == pytest.approx(1.57 * 2 / 15, rel=1e-6)
+    flat = sd.gym.Env("renal", flat_action=True, cache=cache)
+    assert flat.action_space.shape == (2,)
+    flat.reset(seed=0)
+    flat.step(np.zeros(2))
+    with pytest.raises(sd.InputError, match="not finite"):
+        flat.step([np.nan, 0])
+    with pytest.raises(sd.InputError, match="shape"):
+        flat.step([0, 0, 0])
+
+
+def test_rewards_are_the_sum_of_their_parts(cache):
+    env = sd.gym.Env("renal", reward="path_delta", cache=cache)
+    env.reset(seed=0)
+    way = env._batch.way()[0]
+    _, reward, _, _, info = env.step([[1.0, 0.0]])
+    assert info["reward"]["path_delta"] == pytest.approx(0.01 * (way - info["path_to_target_mm"]))
+    assert reward == pytest.approx(info["reward"]["path_delta"] - 0.001) and reward > 0
+    assert 0 < info["path_ratio"] < 1
+    env = sd.gym.Env("renal", reward=lambda info: -info["wall_force_N"], cache=cache)
+    env.reset(seed=0)
+    _, reward, _, _, info = env.step([[1.0, 0.0]])
+    assert reward == pytest.approx(-info["wall_force_N"])
+
+
+@pytest.mark.parametrize("arguments, says", [
+    ({"obs": ("tracking4d",)}, "tracking4d"), ({"obs": ()}, "nothing"), ({"action": "jump"}, "velocity"),
+    ({"reward": "praise"}, "path_delta"), ({"randomize": {"weather": 1}}, "anatomy_seed"),
+    ({"randomize": {"anatomy_seed": (5, 5)}}, "anatomy_seed"), ({"max_episode_steps": 0}, "max_episode_steps"),
+    ({"render_mode": "human"}, "rgb_array"), ({"randomize": {"target": "anywhere"}}, "branches")])
+def test_arguments_that_are_not_accepted_are_named(cache, arguments, says):
+    with pytest.raises(sd.InputError, match=says):
+        sd.gym.Env("s_bend", cache=cache, **arguments)
+
+
+def test_render_gives_a_picture(cache):
+    env = sd.gym.Env("s_bend", render_mode="rgb_array", image_size=40, cache=cache)
+    env.reset(seed=0)
+    picture = env.render()
+    assert picture.shape == (40, 40, 3) and picture.dtype == np.uint8 and picture.std() > 1
+
+
+def test_many_environments_do_as_each_alone(cache):
+    arguments = dict(obs=("tracking3d", "force"), randomize={"target": "branches"}, max_episode_steps=50, cache=cache)
+    many = sd.gym.make_vec("seldinger/Renal-v1", 3, threads=2, **arguments)
+    observations, infos = many.reset(seed=20)
+    rng = np.random.default_rng(0)
+    actions = rng.uniform(-1, 1, (6, 3, 1, 2)).astype(np.float32)
+    for k in range(6):
+        observations, rewards, _, _, infos = many.step(actions[k])
+    for i in range(3):
+        alone = sd.gym.make("seldinger/Renal-v1", **arguments)
+        alone.reset(seed=20 + i)
+        for k in range(6):
+            observation, reward, _, _, info = alone.step(actions[k, i])
+        assert info["hash"] == infos["hash"][i] and reward == rewards[i]
+        for key in observation:
+            np.testing.assert_array_equal(observation[key], observations[key][i])
+    assert many.observation_space.contains(observations)
+
+
+@pytest.mark.parametrize("autoreset", sd.gym.AUTORESET)
+def test_autoreset_begins_the_next_episode_when_it_should(cache, autoreset):
+    many = sd.gym.VectorEnv("s_bend", 2, threads=1, autoreset=autoreset, max_episode_steps=2, cache=cache)
+    with pytest.raises(sd.InputError, match="reset"):
+        many.step(np.zeros((2, 1, 2)))
+    many.reset(seed=1)
+    start = many.simulation.hashes()
+    push = np.full((2, 1, 2), 0.3, np.float32)
+    many.step(push)
+    _, rewards, _, truncated, info = many.step(push)
+    assert truncated.all()
+    if autoreset == "SAME_STEP":
+        assert (many.simulation.hashes() == start).all()
+        assert info["final_info"][0]["truncation"] == "steps" and "tracking2d" in info["final_obs"][1]
+        assert not many.step(push)[3].any()
+        return
+    assert (many.simulation.hashes() != start).all()
+    if autoreset == "NEXT_STEP":
+        _, rewards, terminated, truncated, _ = many.step(push)
+        assert (many.simulation.hashes() == start).all()
+        assert (rewards == 0).all() and not truncated.any() and not terminated.any()
+        return
+    with pytest.raises(sd.InputError, match="reset"):
+        many.step(push)
+    many.reset(options={"reset_mask": np.array([True, False])})
+    assert (many.simulation.hashes() == start).tolist() == [True, False]
+    with pytest.raises(sd.InputError, match="reset"):
+        many.step(push)
+
+
+def test_episodes_are_the_same_for_one_and_two_threads(cache):
+    def hashes(threads):
+        many = sd.gym.make_vec("seldinger/Renal-v1", 8, threads=threads, max_episode_steps=5, cache=cache,
+                               randomize={"target": "branches", "c_arm_deg": 5})
+        many.reset(seed=100)
+        rng = np.random.default_rng(2)
+        return np.array([many.step(rng.uniform(-1, 1, (8, 1, 2)).astype(np.float32))[4]["hash"] for _ in range(14)])
+    np.testing.assert_array_equal(hashes(1), hashes(2))
