@@ -1,13 +1,17 @@
 /// `seldinger batch`: many runs from one list.
 
+#include <filesystem>
 #include <fmt/format.h>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "app/command.h"
 #include "app/progress_bar.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/shard.h"
 #include "engine/run/batch.h"
 
 namespace app {
@@ -15,11 +19,36 @@ namespace {
 
 struct BatchArguments {
     std::string list, out, cache;
+    std::vector<std::filesystem::path> folders;  // of shards to merge
+    std::optional<std::string> shard;
     int jobs = 2;
 };
 
-int batch(const BatchArguments& arguments) {
+int merge(const BatchArguments& arguments) {
+    if (arguments.shard) throw io::InputError("--shard: it goes with a list; 'batch merge' takes them all");
     run::BatchOptions options;
+    options.interrupted = stop_requested;
+    run::BatchResult result;
+    {
+        ProgressBar bar;
+        options.progress = [&bar](std::size_t finished, std::size_t of, std::size_t) {
+            bar.show(static_cast<double>(finished) / static_cast<double>(of),
+                     fmt::format("run {} of {}", finished, of));
+        };
+        result = run::merge_batch(arguments.folders, arguments.out, options);
+    }
+    fmt::print("{} runs of {} shards{}: {}/batch.csv\n", result.runs, arguments.folders.size(),
+               result.failed > 0 ? fmt::format(", {} failed", result.failed) : "", arguments.out);
+    return result.failed > 0 ? not_reached : done;
+}
+
+int batch(const BatchArguments& arguments) {
+    if (arguments.list == "merge") return merge(arguments);
+    if (!arguments.folders.empty())
+        throw io::InputError(
+            fmt::format("'{}' was found; folders go with 'batch merge'", arguments.folders.front().string()));
+    run::BatchOptions options;
+    if (arguments.shard) options.shard = io::parse_shard(*arguments.shard);
     options.scenario = [](const std::string& name, const std::filesystem::path& beside) {
         const std::filesystem::path own = beside / name;
         io::require_no_device(own);
@@ -50,7 +79,7 @@ int batch(const BatchArguments& arguments) {
         };
         result = run::run_batch(jobs, arguments.out, options);
     }
-    fmt::print("{} of {} runs{}{}: {}/batch.csv\n", result.runs, jobs.size(),
+    fmt::print("{} of {} runs{}{}: {}/batch.csv\n", result.runs, result.of,
                result.skipped > 0 ? fmt::format(", {} of them made before", result.skipped) : "",
                result.failed > 0 ? fmt::format(", {} failed", result.failed) : "", arguments.out);
     if (result.interrupted) {
@@ -66,11 +95,15 @@ Command add_batch(CLI::App& parser) {
     const auto arguments = std::make_shared<BatchArguments>();
     CLI::App* command = parser.add_subcommand(
         "batch", "Many runs from a list: scenarios, scripts, seeds and values of any key, in parallel");
-    command->add_option("list", arguments->list, "The list (.toml); --help shows one")->required();
+    command->add_option("list", arguments->list, "The list (.toml); --help shows one; or 'merge'")
+        ->required();
+    command->add_option("folders", arguments->folders, "Of 'merge': those of all shards of a list");
     command->add_option("--out", arguments->out, "Folder for a folder of each run, and batch.csv")
         ->required();
     command->add_option("--jobs", arguments->jobs, "Runs at the same time; results do not depend on it")
         ->check(CLI::Range(1, 256));
+    add_optional(command, "--shard", arguments->shard,
+                 "i/n: only the i-th of n shares of the list, for another machine and 'merge'");
     command->add_option("--cache", arguments->cache,
                         "Folder that keeps grown vessels and distance fields; else cache beside --out");
     command->footer(
@@ -83,6 +116,8 @@ Command add_batch(CLI::App& parser) {
         "  images = false\n"
         "  [run.set]                              # every combination\n"
         "  \"guidewire.friction\" = [0.0, 0.1]\n"
+        "Over machines: --shard 1/2 --out a here, --shard 2/2 --out b there, then\n"
+        "  seldinger batch merge a b --out all    # the files of one machine's batch, byte for byte\n"
         "Exit codes: 0 all runs were made, 1 some failed (their rows say why), 2 bad input, 130 "
         "interrupted.");
     return {command, [arguments] { return batch(*arguments); }};

@@ -8,6 +8,7 @@ packages="
     libtomlplusplus-dev nlohmann-json3-dev libfmt-dev libcli11-dev
     libgtest-dev libvalijson-dev libbenchmark-dev xvfb libx11-dev libxtst-dev chromium dcmtk clang-format clang-tidy gnuplot-nox fonts-dejavu-core dpkg-dev
     pybind11-dev python3-dev python3-numpy python3-pytest
+    slurmctld slurmd slurm-client
 "
 
 missing() {

@@ -11,6 +11,7 @@
 #include "app/command.h"
 #include "app/progress_bar.h"
 #include "engine/io/error.h"
+#include "engine/io/shard.h"
 #include "engine/studies/shards.h"
 #include "engine/studies/study.h"
 
@@ -66,7 +67,7 @@ int study(const StudyArguments& arguments) {
         else if (merge)
             notices = studies::merge_shards(arguments.folders, arguments.out, options);
         else if (arguments.shard)
-            studies::run_shard(*chosen, studies::parse_shard(*arguments.shard), arguments.out, options);
+            studies::run_shard(*chosen, io::parse_shard(*arguments.shard), arguments.out, options);
         else
             notices = studies::run_study(*chosen, arguments.out, options);
     }

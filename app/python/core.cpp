@@ -92,6 +92,11 @@ py::array_t<std::uint8_t> array_of(const render::GrayImage& image) {
     std::copy(image.pixels.begin(), image.pixels.end(), a.mutable_data());
     return a;
 }
+py::array_t<std::uint8_t> array_of(const render::ColourImage& image) {
+    py::array_t<std::uint8_t> a({image.height, image.width, 3});
+    std::copy(image.pixels.begin(), image.pixels.end(), a.mutable_data());
+    return a;
+}
 
 struct State {
     episode::Reading reading;
@@ -175,11 +180,32 @@ struct Snapshot {
     Episode::Snapshot state;
 };
 
+/// The panel in the size that was asked for last.
+class PanelOfSize {
+public:
+    render::Panel& of(int width, int height) {
+        if (width < 640 || width > 4096 || height < 512 || height > 4096)
+            throw io::InputError("panel: " + std::to_string(width) + " x " + std::to_string(height) +
+                                 " pixels were asked for; 640 x 512 to 4096 x 4096 is accepted");
+        if (!panel_ || width != width_ || height != height_) {
+            render::PanelSpec spec;
+            spec.width = width_ = width;
+            spec.height = height_ = height;
+            panel_.emplace(spec);
+        }
+        return *panel_;
+    }
+
+private:
+    std::optional<render::Panel> panel_;
+    int width_ = 0, height_ = 0;
+};
+
 class Simulation {
 public:
     Simulation(const std::string& file, const std::optional<std::string>& text, const std::string& catalogue,
                const std::vector<std::pair<std::string, std::string>>& overrides, const std::string& images,
-               const std::string& cache_folder) {
+               const std::string& cache_folder, bool panel) {
         std::vector<scenario::Override> values;
         for (const auto& [key, value] : overrides) values.push_back({key, value});
         exercise::Pictures pictures;
@@ -201,6 +227,7 @@ public:
         const scenario::Scenario scenario = text ? scenario::parse_scenario(*text, file, catalogue, values)
                                                  : scenario::load_scenario(file, catalogue, values);
         episode_ = std::make_unique<Episode>(scenario, pictures, cache);
+        if (panel) episode_->follow_room();
         cache_ = cache;
     }
     explicit Simulation(std::unique_ptr<Episode> episode, anatomy::ModelCache cache)
@@ -286,6 +313,10 @@ public:
             return episode.image(pixels.value_or(episode.simulation().scenario().c_arm.pixels), as, seed);
         });
         return array_of(made);
+    }
+    py::array_t<std::uint8_t> panel(int width, int height, const std::optional<std::uint64_t>& seed) {
+        return array_of(
+            with([&](Episode& episode) { return episode.panel(panel_.of(width, height), seed); }));
     }
     py::dict masks(const std::optional<int>& pixels) {
         const episode::Camera::Masks* made = nullptr;
@@ -415,6 +446,7 @@ public:
 private:
     std::unique_ptr<Episode> episode_;
     anatomy::ModelCache cache_;
+    PanelOfSize panel_;
     std::mutex mutex_;
 };
 
@@ -459,8 +491,9 @@ public:
             more.insert(more.begin(), n);
             return py::array_t<double>(more);
         };
-        for (const char* name : {"along_mm", "path_to_target_mm", "tip_to_target_mm", "tip_force_N",
-                                 "wall_force_N", "time_s", "target_radius_mm"})
+        for (const char* name :
+             {"along_mm", "path_to_target_mm", "tip_to_target_mm", "tip_force_N", "wall_force_N", "time_s",
+              "target_radius_mm", "air_kerma_mGy", "area_product_Gycm2"})
             arrays_[name] = of({});
         for (const char* name : {"tip_mm", "tip_direction", "target_mm", "shift_mm"}) arrays_[name] = of({3});
         for (const char* name : {"tip_px", "target_px"}) arrays_[name] = of({2});
@@ -604,6 +637,16 @@ public:
         });
         return a;
     }
+    py::array_t<std::uint8_t> panel(int i, int width, int height, const std::optional<std::uint64_t>& seed) {
+        checked_index(i);
+        render::ColourImage image;
+        {
+            const py::gil_scoped_release free;
+            const std::lock_guard lock(mutex_);
+            image = at(i).panel(panel_.of(width, height), &cameras_[0].of(at(i).simulation(), cache_), seed);
+        }
+        return array_of(image);
+    }
     py::dict masks(int pixels) {
         if (pixels < 32 || pixels > 2048) throw io::InputError("pixels: 32 to 2048 is accepted");
         py::dict all;
@@ -667,16 +710,17 @@ private:
         for (auto& [name, array] : whole_) wholes_[name] = array.mutable_data();
         for (auto& [name, array] : flags_) bools_[name] = array.mutable_data();
         const auto d = [this](const char* name) { return doubles_.at(name); };
-        to_ = {d("along_mm"),         d("path_to_target_mm"),
-               d("tip_to_target_mm"), d("tip_force_N"),
-               d("wall_force_N"),     d("time_s"),
-               d("target_radius_mm"), d("tip_mm"),
-               d("tip_direction"),    d("target_mm"),
-               d("shift_mm"),         d("tip_px"),
-               d("target_px"),        d("inserted_mm"),
-               d("turned_rad"),       d("push_N"),
-               d("torque_Nmm"),       d("track_mm"),
-               d("track_px")};
+        to_ = {d("along_mm"),          d("path_to_target_mm"),
+               d("tip_to_target_mm"),  d("tip_force_N"),
+               d("wall_force_N"),      d("time_s"),
+               d("target_radius_mm"),  d("tip_mm"),
+               d("tip_direction"),     d("target_mm"),
+               d("shift_mm"),          d("tip_px"),
+               d("target_px"),         d("inserted_mm"),
+               d("turned_rad"),        d("push_N"),
+               d("torque_Nmm"),        d("track_mm"),
+               d("track_px"),          d("air_kerma_mGy"),
+               d("area_product_Gycm2")};
     }
     void fill(int i) {
         const Episode& episode = at(i);
@@ -697,6 +741,8 @@ private:
         to_.wall_force[i] = r.wall_force;
         to_.time[i] = r.time.seconds;
         to_.radius[i] = scenario.target.radius;
+        to_.air_kerma[i] = r.air_kerma;
+        to_.area_product[i] = r.area_product;
         put(to_.tip, r.tip);
         put(to_.direction, r.direction);
         put(to_.target, r.target);
@@ -741,6 +787,7 @@ private:
     std::vector<std::unique_ptr<Episode>> episodes_;
     episode::Pool pool_;
     std::vector<Cameras> cameras_;
+    PanelOfSize panel_;
     int points_;
     double spacing_;
     anatomy::ModelCache cache_;
@@ -753,7 +800,8 @@ private:
     std::map<std::string, bool*> bools_;
     struct {
         double *along, *path, *distance, *tip_force, *wall_force, *time, *radius, *tip, *direction, *target,
-            *shift, *tip_px, *target_px, *inserted, *turned, *push, *torque, *track, *track_px;
+            *shift, *tip_px, *target_px, *inserted, *turned, *push, *torque, *track, *track_px, *air_kerma,
+            *area_product;
     } to_ = {};
 };
 
@@ -808,6 +856,8 @@ PYBIND11_MODULE(_core, m) {
         .def_readonly("joint_force_N", &State::force, docs::force)
         .def_property_readonly("tip_force_N", value(&Reading::tip_force), docs::tip_force)
         .def_property_readonly("wall_force_N", value(&Reading::wall_force), docs::wall_force)
+        .def_property_readonly("air_kerma_mGy", value(&Reading::air_kerma), docs::air_kerma)
+        .def_property_readonly("area_product_Gycm2", value(&Reading::area_product), docs::area_product)
         .def_readonly("hash", &State::hash, docs::hash);
     const auto hand = [&](const char* name, episode::Hand Reading::*which, double episode::Hand::*what,
                           double unit, const char* doc) {
@@ -847,9 +897,9 @@ PYBIND11_MODULE(_core, m) {
     py::class_<Simulation>(m, "Simulation")
         .def(py::init<const std::string&, const std::optional<std::string>&, const std::string&,
                       const std::vector<std::pair<std::string, std::string>>&, const std::string&,
-                      const std::string&>(),
+                      const std::string&, bool>(),
              py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("overrides"), py::arg("images"),
-             py::arg("cache"))
+             py::arg("cache"), py::arg("panel"))
         .def("step", &Simulation::step, py::arg("advance_mm") = 0.0, py::arg("rotate_deg") = 0.0,
              py::kw_only(), py::arg("device") = "wire", py::arg("catheter_advance_mm") = 0.0,
              py::arg("catheter_rotate_deg") = 0.0, py::arg("frames") = 1, docs::step)
@@ -861,6 +911,8 @@ PYBIND11_MODULE(_core, m) {
         .def("restore", &Simulation::restore, py::arg("snapshot"), docs::restore)
         .def("image", &Simulation::image, py::arg("pixels") = py::none(), py::arg("mode") = "live",
              py::kw_only(), py::arg("seed") = py::none(), docs::image)
+        .def("panel", &Simulation::panel, py::arg("width") = 1280, py::arg("height") = 1024, py::kw_only(),
+             py::arg("seed") = py::none(), docs::panel)
         .def("masks", &Simulation::masks, py::arg("pixels") = py::none(), docs::masks)
         .def("project", &Simulation::project, py::arg("places_mm"), py::arg("pixels") = py::none(),
              docs::project)
@@ -896,6 +948,8 @@ PYBIND11_MODULE(_core, m) {
         .def("restore", &VectorSimulation::restore, py::arg("i"), py::arg("snapshot"), docs::restore)
         .def("images", &VectorSimulation::images, py::arg("pixels"), py::arg("mode") = "live", py::kw_only(),
              py::arg("seeds") = py::none(), docs::images)
+        .def("panel", &VectorSimulation::panel, py::arg("i"), py::arg("width") = 1280,
+             py::arg("height") = 1024, py::kw_only(), py::arg("seed") = py::none(), docs::panel)
         .def("masks", &VectorSimulation::masks, py::arg("pixels"), docs::vector_masks)
         .def("close", &VectorSimulation::close, docs::vector_close);
 

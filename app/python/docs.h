@@ -36,6 +36,10 @@ inline constexpr const char* force =
     "(m,) float64: force on the wall of each joint of the chain of wire and catheter [N].";
 inline constexpr const char* tip_force = "float: force of the chain's last joint on the wall [N].";
 inline constexpr const char* wall_force = "float: the largest force of one joint on the wall [N].";
+inline constexpr const char* air_kerma =
+    "float: air kerma of the attempt at the reference point, K_a,r [mGy]; 0 where no dose is measured.";
+inline constexpr const char* area_product =
+    "float: kerma-area product of the attempt, P_KA [Gy cm2]; 0 where no dose is measured.";
 inline constexpr const char* inserted = "float: length of the device inside [mm].";
 inline constexpr const char* turned = "float: turn of the device's hub since the start [deg].";
 inline constexpr const char* push =
@@ -107,6 +111,14 @@ mode     'live': one pulse of fluoroscopy. 'dsa': one pulse of subtraction from 
 seed     of the noise; by default the scenario's. The noise also depends on the number of the frame.
 
 The first image of a pose takes longer than the others. Raises InputError for sizes and modes out of range.)";
+inline constexpr const char* panel =
+    R"(The room's panel: (height, width, 3) uint8, the image with readouts, forces and messages around it. Needs panel=True.
+With images=True its image is the room's screen, else one pulse of fluoroscopy as by image(), which adds no dose.
+
+width, height   640 to 4096 and 512 to 4096 pixels
+seed            of the pulse's noise
+
+Raises InputError for sizes out of range, and without panel=True.)";
 inline constexpr const char* masks =
     R"(Truth of image(pixels): a dict of (pixels, pixels) uint8 arrays, 255 where the ray meets the thing, else 0:
 'wire', 'vessels', and 'catheter' in scenarios with one. Raises InputError for sizes out of 32 to 2048.)";

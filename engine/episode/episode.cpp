@@ -138,7 +138,11 @@ Episode::Episode(const scenario::Scenario& scenario, exercise::Pictures pictures
 }
 
 Episode::Episode(const Episode& like)
-    : exercise_(like.exercise_), reader_(like.reader_), cache_(like.cache_), start_(like.start_) {
+    : exercise_(like.exercise_),
+      reader_(like.reader_),
+      cache_(like.cache_),
+      start_(like.start_),
+      room_(like.room_) {
     reset();
 }
 
@@ -190,7 +194,9 @@ void Episode::step(std::span<const script::Command> given) {
     const exercise::Exercise::Snapshot before =
         uncertain ? exercise_.snapshot() : exercise::Exercise::Snapshot();
     try {
-        reader_.observe(exercise_.next_frame(commands));
+        const exercise::Frame frame = exercise_.next_frame(commands);
+        reader_.observe(frame);
+        if (room_) room_->observe(frame, exercise_.score());
     } catch (const io::InputError&) {
         if (uncertain) exercise_.restore(before);
         throw;
@@ -217,7 +223,9 @@ void Episode::aim(const scenario::Target& target) {
 }
 
 Episode::Snapshot Episode::snapshot() const {
-    return {exercise_.snapshot(), geometry::state_of(reader_), log_, asked_};
+    Snapshot made = {exercise_.snapshot(), geometry::state_of(reader_), log_, asked_};
+    if (room_) made.room = geometry::state_of(*room_);
+    return made;
 }
 
 void Episode::restore(const Snapshot& snapshot) {
@@ -225,7 +233,30 @@ void Episode::restore(const Snapshot& snapshot) {
     geometry::restore_state(reader_, snapshot.reader);
     log_ = snapshot.log;
     asked_ = snapshot.asked;
+    if (room_) {
+        room_.emplace();
+        if (!snapshot.room.empty()) geometry::restore_state(*room_, snapshot.room);
+    }
     hash_.reset();
+}
+
+void Episode::follow_room() {
+    if (room_) return;
+    room_.emplace();
+    start_ = std::make_shared<Snapshot>(snapshot());
+}
+
+render::ColourImage Episode::panel(render::Panel& drawn, Camera* with, std::optional<std::uint64_t> seed) {
+    if (!room_) throw io::InputError("the panel was asked for; it is accepted with panel = True");
+    const exercise::Frame frame{exercise_.time(), {}, {}, simulation(), exercise_.monitor(),
+                                exercise_.dose()};
+    const exercise::Monitor* monitor = exercise_.monitor();
+    const render::GrayImage image =
+        monitor
+            ? exercise_.image()
+            : (with ? *with : camera())
+                  .image(simulation(), frame.time, arm(drawn.live_area(1, 1).width), ImageMode::Live, seed);
+    return drawn.draw(image, monitor ? monitor->reference() : nullptr, room_->read(frame, exercise_.score()));
 }
 
 Camera& Episode::camera() {

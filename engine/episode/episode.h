@@ -14,7 +14,9 @@
 #include "engine/episode/reading.h"
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/imaging.h"
+#include "engine/exercise/room_readout.h"
 #include "engine/script/recording.h"
+#include "render/panel/panel.h"
 #include "render/picture/image.h"
 
 namespace episode {
@@ -103,6 +105,15 @@ public:
     const Reader& reader() const { return reader_; }
     std::uint64_t hash() const;
 
+    /// From now on the panel's readouts follow every frame. To be called before the first.
+    void follow_room();
+    /// The room's panel: readouts around the screen's image, or, without images, one pulse of fluoroscopy
+    /// from the camera. Throws InputError without follow_room().
+    render::ColourImage panel(render::Panel&, Camera*, std::optional<std::uint64_t> seed = {});
+    render::ColourImage panel(render::Panel& drawn, std::optional<std::uint64_t> seed = {}) {
+        return panel(drawn, nullptr, seed);
+    }
+
     /// Restores the state after construction, bit for bit, with the target aimed at.
     void reset();
     /// Resets and sets another target. Throws InputError and changes nothing for one that is none.
@@ -113,6 +124,7 @@ public:
         std::vector<std::byte> reader;
         Log log;
         std::vector<script::Command> asked = {};
+        std::vector<std::byte> room = {};  // readouts of the panel, where they are followed
     };
     Snapshot snapshot() const;
     /// Throws InputError, and changes nothing, for a snapshot of another scenario or target.
@@ -133,6 +145,7 @@ private:
     anatomy::ModelCache cache_;
     std::shared_ptr<const Snapshot> start_;
     std::unique_ptr<Camera> camera_;
+    std::optional<exercise::RoomReadout> room_;
     std::vector<script::Command> asked_;  // for the next frame
     Log log_;
     mutable std::optional<std::uint64_t> hash_;  // of the state as it is

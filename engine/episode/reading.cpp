@@ -84,6 +84,10 @@ Reading Reader::read(const exercise::Exercise& exercise) const {
     if (simulation.has_catheter()) r.catheter.inserted = simulation.inserted(script::Held::Catheter);
     if (!simulation.contacts().empty()) r.tip_force = simulation.contacts().back().force();
     r.wall_force = physics::largest_force(simulation.contacts());
+    if (const exercise::Dose* dose = exercise.dose()) {
+        r.air_kerma = dose->air_kerma;
+        r.area_product = dose->area_product;
+    }
     r.settling = settling_;
     r.at_rest = at_rest_ && !settling_;
     r.certified = r.at_rest && minimum_ && !refused_ && !waits_;

@@ -34,11 +34,13 @@ struct Reading {
     std::optional<double> path_to_target;               // along centrelines; empty where there is no way [mm]
     double tip_to_target = 0;                           // straight [mm]
     Hand wire, catheter;
-    double tip_force = 0;   // of the last joint on the wall [N]
-    double wall_force = 0;  // the largest of one joint [N]
-    bool settling = false;  // the wire is on its way to rest: the one shown is the last at rest
-    bool at_rest = true;    // the wire shown is an equilibrium within the solver's tolerance
-    bool certified = true;  // and a strict minimum, with nothing asked for that was refused or waits
+    double tip_force = 0;     // of the last joint on the wall [N]
+    double wall_force = 0;    // the largest of one joint [N]
+    double air_kerma = 0;     // of the attempt, where dose is measured [mGy]
+    double area_product = 0;  // [Gy·cm²]
+    bool settling = false;    // the wire is on its way to rest: the one shown is the last at rest
+    bool at_rest = true;      // the wire shown is an equilibrium within the solver's tolerance
+    bool certified = true;    // and a strict minimum, with nothing asked for that was refused or waits
     bool refused = false, buckled = false, too_thick = false;
     bool insertion_stopped = false, withdrawal_stopped = false, whole_wire_is_in = false;
     bool completed = false;   // the tip has stayed in the target for its hold

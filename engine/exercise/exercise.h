@@ -73,6 +73,8 @@ public:
     bool completed() const { return scorer_.completed(); }
     Pictures pictures() const { return pictures_; }
     Score score() const { return with_dose(scorer_.score()); }
+    /// Of the attempt; null where it is not measured.
+    const Dose* dose() const;
     /// The score with what takes longer to compute: for the end of a run.
     Score finish() const { return with_dose(scorer_.finish()); }
     /// Those that a reset has ended, in order, without dose.
@@ -96,7 +98,6 @@ public:
 
 private:
     std::uint64_t fingerprint() const;
-    const Dose* dose() const;
     Score with_dose(Score) const;
 
     Simulation simulation_;

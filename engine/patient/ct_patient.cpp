@@ -8,7 +8,6 @@
 
 #include "engine/anatomy/mesh_file.h"
 #include "engine/io/error.h"
-#include "engine/io/files.h"
 #include "engine/patient/cell_means.h"
 #include "engine/patient/ct_cleaning.h"
 #include "engine/patient/hounsfield.h"
@@ -132,7 +131,7 @@ std::optional<CtImage> kept(const fs::path& path, std::uint64_t wanted) {
     return ct;
 }
 
-void keep(const fs::path& path, std::uint64_t name, const CtImage& ct) {
+std::string prepared_bytes(std::uint64_t name, const CtImage& ct) {
     PreparedHeader header;
     header.fingerprint = name;
     header.samples_hash = samples_hash(ct.hu);
@@ -141,16 +140,10 @@ void keep(const fs::path& path, std::uint64_t name, const CtImage& ct) {
         header.origin[a] = ct.grid.origin[a];
         for (int b = 0; b < 3; ++b) header.steps[3 * a + b] = ct.grid.steps[a][b];
     }
-    std::error_code failed;
-    fs::create_directories(path.parent_path(), failed);
-    try {
-        std::string text(sizeof header + ct.hu.size() * sizeof(std::int16_t), '\0');
-        std::memcpy(text.data(), &header, sizeof header);
-        std::memcpy(text.data() + sizeof header, ct.hu.data(), ct.hu.size() * sizeof(std::int16_t));
-        io::write_whole(path, text);
-    } catch (const std::exception&) {
-        // The CT itself is available; only the next start will be slow again.
-    }
+    std::string bytes(sizeof header + ct.hu.size() * sizeof(std::int16_t), '\0');
+    std::memcpy(bytes.data(), &header, sizeof header);
+    std::memcpy(bytes.data() + sizeof header, ct.hu.data(), ct.hu.size() * sizeof(std::int16_t));
+    return bytes;
 }
 
 CtImage prepared(const PatientFiles& files, const geometry::TriangleMesh& lumen, const Progress& progress) {
@@ -179,12 +172,14 @@ render::DensityVolume ct_volume(const PatientFiles& files, const geometry::Trian
                                 const anatomy::ModelCache& cache) {
     try {
         const std::uint64_t name = fingerprint(files, lumen);
-        const fs::path path = cache.folder / fmt::format("ct-{:016x}.bin", name);
+        const anatomy::CachePlace place(cache, fmt::format("ct-{:016x}.bin", name));
         std::optional<CtImage> ct;
-        if (!cache.folder.empty()) ct = kept(path, name);
-        if (!ct) {
+        if (place.exists()) ct = kept(place.path(), name);
+        if (ct) {
+            place.used();
+        } else {
             ct = prepared(files, lumen, cache.progress);
-            if (!cache.folder.empty()) keep(path, name, *ct);
+            if (place.exists()) place.keep_file(prepared_bytes(name, *ct));
         }
         return {"CT", ct->grid, std::move(ct->hu), materials_of_hounsfield()};
     } catch (const io::InputError& error) {

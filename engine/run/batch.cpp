@@ -7,16 +7,14 @@
 #include <limits>
 #include <map>
 #include <mutex>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <toml++/toml.h>
 
-#include "engine/io/csv.h"
-#include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/io/toml_section.h"
+#include "engine/run/batch_rows.h"
 #include "engine/run/headless.h"
 #include "physics/geometry/hash.h"
 #include "physics/geometry/parallel.h"
@@ -25,9 +23,6 @@ namespace run {
 namespace {
 
 namespace fs = std::filesystem;
-using BatchJson = nlohmann::json;
-
-constexpr std::size_t most_runs = 100'000;
 
 /// A text, or a list of texts.
 std::vector<std::string> texts(io::Section& section, std::string_view key) {
@@ -80,6 +75,20 @@ void read_choices(const toml::node* node, io::Section& section, Choices& choices
     }
 }
 
+/// What a list asks for, as one number.
+std::string hash_of(const std::vector<BatchJob>& list) {
+    geometry::Hash hash;
+    for (const BatchJob& job : list) {
+        for (const std::string& text :
+             {job.scenario.stem().string(), job.commands.filename().string(), job.values_text()}) {
+            hash.add(std::uint64_t{text.size()});
+            hash.add(text.data(), text.size());
+        }
+        hash.add(std::uint64_t{job.images});
+    }
+    return io::hash_text(hash.value());
+}
+
 /// What a job will do, as one number.
 std::string identity(const BatchJob& job, const scenario::Scenario& scenario, const std::string& script,
                      const BatchOptions& options) {
@@ -94,20 +103,9 @@ std::string identity(const BatchJob& job, const scenario::Scenario& scenario, co
     return io::hash_text(hash.value());
 }
 
-const char* const header =
-    "run,scenario,commands,values,reached,completion_time_s,beam_on_time_s,contrast_ml,wire_travel_mm,"
-    "tip_to_target_mm,peak_wall_force_N,wrong_entries,handling_errors,frames,state_hash,problem\n";
-
-/// What is kept of a run, to go on from.
-struct Row {
-    std::string of;  // identity
-    std::vector<io::CsvCell> cells;
-    bool failed = false;
-};
-
-Row make_run(const BatchJob& job, const fs::path& out, const BatchOptions& options,
-             const std::map<int, Row>& before, bool& skipped, bool& interrupted) {
-    Row row;
+BatchRow make_run(const BatchJob& job, const fs::path& out, const BatchOptions& options,
+                  const std::map<int, BatchRow>& before, bool& skipped, bool& interrupted) {
+    BatchRow row;
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     row.cells = {static_cast<double>(job.number), job.scenario.stem().string(),
                  job.commands.filename().string(), job.values_text()};
@@ -124,7 +122,7 @@ Row make_run(const BatchJob& job, const fs::path& out, const BatchOptions& optio
         const script::CommandScript script = script::load_commands(job.commands);
         row.of =
             identity(job, scenario, io::read_text(job.commands, "script", "a script is accepted"), options);
-        const fs::path folder = out / fmt::format("{:06}", job.number);
+        const fs::path folder = out / run_folder(job.number);
         const auto known = before.find(job.number);
         if (known != before.end() && known->second.of == row.of && !known->second.failed &&
             fs::exists(folder / "score.json")) {
@@ -150,46 +148,6 @@ Row make_run(const BatchJob& job, const fs::path& out, const BatchOptions& optio
         fail(error.what());
     }
     return row;
-}
-
-/// Rows as they were left; none where there are none that can be read.
-std::map<int, Row> kept_rows(const fs::path& file) {
-    std::map<int, Row> rows;
-    std::error_code ignored;
-    if (!fs::exists(file, ignored)) return rows;
-    const std::string text = io::read_text(file, "batch", "its own is accepted");
-    try {
-        io::check_json_depth(text, file.string());
-        const BatchJson json = BatchJson::parse(text, nullptr, false);
-        for (const BatchJson& one : json) {
-            Row row;
-            row.of = one.at("of").get<std::string>();
-            row.failed = one.at("failed").get<bool>();
-            for (const BatchJson& cell : one.at("cells"))
-                row.cells.push_back(cell.is_string() ? io::CsvCell(cell.get<std::string>())
-                                    : cell.is_null() ? io::CsvCell(std::numeric_limits<double>::quiet_NaN())
-                                                     : io::CsvCell(cell.get<double>()));
-            if (row.cells.size() != 16) return {};
-            rows[static_cast<int>(std::get<double>(row.cells[0]))] = std::move(row);
-        }
-    } catch (const std::exception&) {
-        return {};  // all is made again
-    }
-    return rows;
-}
-
-void write_rows(const std::map<int, Row>& rows, const fs::path& out) {
-    std::string csv = header;
-    BatchJson json = BatchJson::array();
-    for (const auto& [number, row] : rows) {
-        io::append_row(csv, row.cells);
-        BatchJson cells = BatchJson::array();
-        for (const io::CsvCell& cell : row.cells)
-            std::visit([&cells](const auto& value) { cells.push_back(value); }, cell);
-        json.push_back({{"of", row.of}, {"failed", row.failed}, {"cells", cells}});
-    }
-    const std::string kept = json.dump(-1, ' ', false, BatchJson::error_handler_t::replace);
-    io::write_whole({{out / "batch.csv", csv}, {out / "batch.json", kept}});
 }
 
 }  // namespace
@@ -259,22 +217,32 @@ std::vector<BatchJob> load_batch(const fs::path& file, const BatchOptions& optio
     return jobs;
 }
 
-BatchResult run_batch(const std::vector<BatchJob>& jobs, const fs::path& out, const BatchOptions& asked) {
+BatchResult run_batch(const std::vector<BatchJob>& list, const fs::path& out, const BatchOptions& asked) {
+    std::vector<BatchJob> jobs = list;
+    if (asked.shard) {
+        if (static_cast<std::size_t>(asked.shard->count) > list.size())
+            throw io::InputError(
+                fmt::format("--shard: {} shards were asked for; up to {}, one a run, are accepted",
+                            asked.shard->count, list.size()));
+        std::erase_if(jobs, [&](const BatchJob& job) { return !is_in(*asked.shard, job.number); });
+    }
     io::OwnFolder own(out);
     io::remove_leftovers(out);
     BatchOptions options = asked;
     if (options.cache.folder.empty()) options.cache.folder = anatomy::cache_beside(out / "run");
-    const std::map<int, Row> before = kept_rows(out / "batch.json");
-    std::map<int, Row> rows;
+    const std::map<int, BatchRow> before = kept_rows(out / "batch.json");
+    std::map<int, BatchRow> rows;
     write_rows(before, out);  // fails before the work where it would fail after it
+    if (asked.shard) write_share({hash_of(list), *asked.shard, list.size()}, out);
     BatchResult result;
+    result.of = jobs.size();
     std::mutex mutex;
     std::atomic<bool> stopped = false;
     auto written = std::chrono::steady_clock::now();
     geometry::for_each_index(static_cast<int>(jobs.size()), std::max(1, options.jobs), [&](int k) {
         if (stopped) return;
         bool skipped = false, interrupted = false;
-        Row row = make_run(jobs[k], out, options, before, skipped, interrupted);
+        BatchRow row = make_run(jobs[k], out, options, before, skipped, interrupted);
         const std::lock_guard lock(mutex);
         if (interrupted || (options.interrupted && options.interrupted())) stopped = true;
         if (interrupted) return;

@@ -17,8 +17,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using Rows = std::vector<std::vector<double>>;
 
-constexpr int most_shards = 100'000;
-
 /// Number of the first piece that is not in a shard before `index`.
 int first_piece(int pieces, int index, int count) {
     return static_cast<int>(static_cast<long long>(pieces) * (index - 1) / count);
@@ -96,19 +94,7 @@ void check_same_run(const Json& own, const Json& expected, const std::filesystem
 
 }  // namespace
 
-Shard parse_shard(std::string_view text) {
-    const std::size_t slash = text.find('/');
-    if (slash != std::string_view::npos) {
-        const auto index = io::parse_integer(text.substr(0, slash)),
-                   count = io::parse_integer(text.substr(slash + 1));
-        if (index && count && *index >= 1 && *index <= *count && *count <= most_shards)
-            return {*index, *count};
-    }
-    throw io::InputError(
-        fmt::format("--shard: '{}' was found; i/n with 1 <= i <= n <= {} is accepted", text, most_shards));
-}
-
-void run_shard(const Study& study, const Shard& shard, const std::filesystem::path& out,
+void run_shard(const Study& study, const io::Shard& shard, const std::filesystem::path& out,
                const StudyOptions& options) {
     const PieceWork& work = pieces_of(study);
     const int pieces = work.pieces(options);
@@ -141,7 +127,7 @@ std::vector<std::string> merge_shards(std::span<const std::filesystem::path> fol
             of_run.quick = json["quick"];
             of_run.seed = json["seed"];
             const auto count = json["shards"].get<std::uint64_t>();
-            if (count < 1 || count > most_shards) refuse(file, "the shard is damaged; run it again");
+            if (count < 1 || count > io::most_shards) refuse(file, "the shard is damaged; run it again");
             expected = identity(*study, of_run, static_cast<int>(count));
             check_same_run(json, expected, file, "this program");
             shards.resize(count);

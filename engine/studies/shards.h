@@ -4,25 +4,17 @@
 #include <filesystem>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "engine/io/shard.h"
 #include "engine/studies/study.h"
 
 namespace studies {
 
-/// The `index`-th of `count` equal shares, counted from 1.
-struct Shard {
-    int index = 1, count = 1;
-};
-
-/// "i/n", 1 ≤ i ≤ n. Throws InputError.
-Shard parse_shard(std::string_view);
-
 /// Runs one share and writes shard.csv, its rows, and shard.json, which says what they belong to. Throws
 /// InputError, before any work, when the study has no pieces, there are more shards than pieces, or the
 /// folder cannot be written.
-void run_shard(const Study&, const Shard&, const std::filesystem::path& out, const StudyOptions&);
+void run_shard(const Study&, const io::Shard&, const std::filesystem::path& out, const StudyOptions&);
 
 /// Turns the shards in these folders, given in any order, into what the whole run would have left. Returns
 /// notices. `options` give threads, program and cache; the shards give the rest. Throws InputError and writes

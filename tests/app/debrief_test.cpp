@@ -186,6 +186,91 @@ TEST(BatchCommand, MakesEveryCombinationAndGoesOnWhereItStopped) {
     EXPECT_TRUE(std::filesystem::exists(folder / "one/000003/run.gw"));
 }
 
+/// Every file below the folder, by its path there, but for what merging leaves and a plain batch does not.
+std::map<std::string, std::string> bytes_below(const std::filesystem::path& folder) {
+    std::map<std::string, std::string> files;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder))
+        if (entry.is_regular_file())
+            files[std::filesystem::relative(entry.path(), folder).string()] = read(entry.path());
+    return files;
+}
+
+TEST(BatchCommand, MergedShardsAreTheBytesOfOneBatch) {
+    const TemporaryFolder folder;
+    write(folder / "x.gw", "0 beam on\n1..10 advance 2 mm\n15 end\n");
+    write(folder / "list.toml",
+          "schema = 1\n[[run]]\nscenario = [\"s_bend\", \"straight\"]\ncommands = \"x.gw\"\nseeds = [1, 2]\n"
+          "images = true\n[[run]]\nscenario = \"s_bend\"\ncommands = \"x.gw\"\n[run.set]\n"
+          "\"guidewire.diameter_mm\" = [0.5, 30.0, 0.6]\n");
+    const auto batch = [&](const std::string& out, const std::vector<std::string>& more) {
+        std::vector<std::string> arguments = {"batch",   folder / "list.toml", "--out", folder / out,
+                                              "--cache", folder / "cache"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run(folder, arguments);
+    };
+    EXPECT_EQ(batch("whole", {}).code, 1);  // one of them fails
+    const auto expected = bytes_below(folder / "whole");
+    ASSERT_GT(expected.size(), 30u);
+    for (const int shards : {1, 3, 7}) {
+        std::vector<std::string> merge = {"batch", "merge"};
+        for (int k = shards; k >= 1; --k) {
+            const std::string name = std::to_string(k) + "of" + std::to_string(shards);
+            EXPECT_LE(batch(name, {"--shard", std::to_string(k) + "/" + std::to_string(shards)}).code, 1);
+            merge.push_back(folder / name);
+        }
+        const std::string out = folder / ("merged" + std::to_string(shards));
+        merge.insert(merge.end(), {"--out", out});
+        const auto merged = run(folder, merge);
+        EXPECT_EQ(merged.code, 1) << merged.error;  // as the whole batch
+        const auto found = bytes_below(out);
+        EXPECT_EQ(found.size(), expected.size());
+        for (const auto& [name, bytes] : expected) {
+            ASSERT_TRUE(found.contains(name)) << name;
+            EXPECT_TRUE(found.at(name) == bytes) << name;
+        }
+    }
+    // What was merged goes on as one batch.
+    const auto again = batch("merged3", {});
+    EXPECT_NE(again.out.find("7 of 7 runs, 6 of them made before, 1 failed"), std::string::npos) << again.out;
+}
+
+TEST(BatchCommand, ShardsThatDoNotBelongTogetherAreNotMerged) {
+    const TemporaryFolder folder;
+    write(folder / "x.gw", "1..3 advance 2 mm\n5 end\n");
+    const std::string list = "schema = 1\n[[run]]\nscenario = \"straight\"\ncommands = \"x.gw\"\nseeds = ";
+    write(folder / "list.toml", list + "[1, 2, 3, 4]\n");
+    write(folder / "other.toml", list + "[1, 2, 3, 5]\n");
+    const auto shard = [&](const char* file, const char* shard, const char* out) {
+        return run(folder, {"batch", folder / file, "--shard", shard, "--out", folder / out});
+    };
+    ASSERT_EQ(shard("list.toml", "1/2", "a").code, 0);
+    ASSERT_EQ(shard("list.toml", "2/2", "b").code, 0);
+    ASSERT_EQ(shard("other.toml", "2/2", "c").code, 0);
+    ASSERT_EQ(shard("list.toml", "2/3", "d").code, 0);
+    const auto refused = [&](const std::vector<std::string>& shards, const std::string& expected) {
+        std::vector<std::string> arguments = {"batch", "merge"};
+        for (const std::string& name : shards) arguments.push_back(folder / name);
+        arguments.insert(arguments.end(), {"--out", folder / "out"});
+        expect_refused(run(folder, arguments), expected);
+        EXPECT_FALSE(std::filesystem::exists(folder / "out")) << expected;
+    };
+    refused({}, "no folder was given");
+    refused({"a"}, "shard 2/2 is missing");
+    refused({"a", "a"}, "was found in");
+    refused({"a", "c"}, "a shard of another list");
+    refused({"a", "d"}, "a shard of another list");
+    refused({"a", "nowhere"}, "nowhere/shard.json");
+    std::filesystem::remove(folder / "b/000004/score.json");
+    refused({"a", "b"}, "run 4 is missing");
+    write(folder / "b/shard.json", "{\"list\": \"x\", \"shard\": -1}");
+    refused({"a", "b"}, "the shard is damaged");
+    expect_refused(shard("list.toml", "5/4", "e"), "i/n with 1 <= i <= n");
+    expect_refused(shard("list.toml", "1/5", "e"), "up to 4, one a run");
+    EXPECT_FALSE(std::filesystem::exists(folder / "e"));
+    expect_refused(run(folder, {"batch", folder / "list.toml", folder / "a", "--out", folder / "e"}),
+                   "folders go with 'batch merge'");
+}
+
 TEST(BatchCommand, VesselsThatHaveChangedAreRunAgain) {
     const TemporaryFolder folder;
     const auto grow = [&](const char* radius) {

@@ -138,10 +138,32 @@ for name in "" other_; do
 done
 "$program" batch "$work/in/list.toml" --out "$shared/batch" --cache "$shared/cache" >/dev/null 2>"$shared/batch.txt" &
 pids+=($!)
+# The room beside them, where there can be a display.
+room="" screen=""
+if command -v Xvfb >/dev/null 2>&1; then
+    Xvfb -displayfd 3 -screen 0 1600x1200x24 3>"$work/display" >/dev/null 2>&1 &
+    screen=$!
+    for ((k = 0; k < 100; ++k)); do [ ! -s "$work/display" ] || break; sleep 0.1; done
+    DISPLAY=:$(cat "$work/display") "$program" play "$work/in/kills.toml" --cache "$shared/cache" \
+        --record "$shared/room.gw" >/dev/null 2>"$shared/room.txt" &
+    room=$!
+fi
 for pid in "${pids[@]}"; do
     wait "$pid"
     [ $? -le 1 ] || fail "a command beside others: $(cat "$shared"/*.txt)"
 done
+if [ -n "$room" ]; then
+    for ((k = 0; k < 300; ++k)); do [ ! -s "$shared/room.gw" ] || break; sleep 0.1; done
+    sleep 1
+    kill -TERM "$room"
+    wait "$room"
+    status=$?
+    [ $status = 130 ] || [ $status -le 1 ] || fail "the room beside others ended with $status: $(cat "$shared/room.txt")"
+    kill "$screen"
+    "$program" replay "$shared/room.gw" --scenario "$work/in/kills.toml" --cache "$shared/cache" >"$work/said" 2>&1 ||
+        fail "the room's recording: $(cat "$work/said")"
+    echo "kills: the room beside them: $(grep -c . "$shared/room.gw") lines of recording"
+fi
 [ -z "$(left_over "$shared")" ] || fail "side by side left $(left_over "$shared" | tr '\n' ' ')"
 [ "$(ls "$shared/cache" | grep -c '^anatomy-')" = 2 ] || fail "side by side: $(ls "$shared/cache" | tr '\n' ' ')"
 for name in "" other_; do

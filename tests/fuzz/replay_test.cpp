@@ -14,6 +14,12 @@
 #include "tests/fuzz/readers.h"
 
 namespace fuzz {
+
+/// As ctest lists it.
+void PrintTo(const Reader& reader, std::ostream* out) {
+    *out << reader.name;
+}
+
 namespace {
 
 namespace fs = std::filesystem;

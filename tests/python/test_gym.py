@@ -1,3 +1,8 @@
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -131,6 +136,109 @@ def test_rewards_are_the_sum_of_their_parts(cache):
 def test_arguments_that_are_not_accepted_are_named(cache, arguments, says):
     with pytest.raises(sd.InputError, match=says):
         sd.gym.Env("s_bend", cache=cache, **arguments)
+
+
+def test_the_panel_shows_the_image_with_its_readouts(cache):
+    env = sd.gym.make("seldinger/Renal-v1", render_mode="panel", cache=cache)
+    env.reset(seed=1)
+    first = env.render()
+    assert first.shape == (1024, 1280, 3) and first.dtype == np.uint8
+    for _ in range(5):
+        env.step(np.ones(env.action_space.shape, np.float32))
+    later = env.render()
+    assert (first[:, 1024:] != later[:, 1024:]).any(), "the readouts stay as they were"
+    assert later[:, :1024].std() > 10, "there is no image"
+    # The same episode gives the same panel: its readouts are part of the state.
+    env.reset(seed=1)
+    assert np.array_equal(env.render(), first)
+    for _ in range(5):
+        env.step(np.ones(env.action_space.shape, np.float32))
+    assert np.array_equal(env.render(), later)
+
+
+def test_dose_is_measured_with_the_beam_on_and_is_that_of_a_run(cache, tmp_path):
+    env = sd.gym.make("seldinger/Renal-v1", beam=True, cache=cache)
+    _, info = env.reset(seed=1)
+    assert info["dose"] == {"air_kerma_mGy": 0.0, "area_product_Gycm2": 0.0}
+    doses = []
+    for _ in range(15):
+        info = env.step(np.ones(env.action_space.shape, np.float32))[4]
+        doses.append(info["dose"]["air_kerma_mGy"])
+    assert doses[-1] > 0 and doses == sorted(doses)
+    env.simulation.save(0, tmp_path / "x.gw")
+    with sd.Simulation("renal", images="dose", cache=cache) as sim:
+        sim.apply("beam on")
+        for _ in range(15):
+            state = sim.step(35 / 15, np.rad2deg(3.14) / 15)
+        assert state.air_kerma_mGy == pytest.approx(doses[-1], rel=1e-6)
+        assert sim.score()["air_kerma_mGy"] == pytest.approx(state.air_kerma_mGy)
+    env.reset()
+    assert env.step(np.zeros(env.action_space.shape, np.float32))[4]["dose"]["air_kerma_mGy"] < doses[-1]
+    without = sd.gym.make("seldinger/Renal-v1", cache=cache)
+    without.reset(seed=1)
+    assert without.step(np.ones(without.action_space.shape, np.float32))[4]["dose"]["air_kerma_mGy"] == 0
+
+
+# As much of gymnasium as the module touches: Debian has no package of it.
+GYMNASIUM = {
+    "__init__.py": """
+from . import spaces, vector
+registry = {}
+class Env:
+    metadata = {}
+    spec = None
+    np_random = None
+    def reset(self, *, seed=None, options=None):
+        import numpy as np
+        if seed is not None:
+            self.np_random = np.random.default_rng(seed)
+def register(id, entry_point=None, kwargs=None):
+    registry[id] = (entry_point, dict(kwargs or {}))
+def make(id, **kwargs):
+    import importlib
+    entry_point, own = registry[id]
+    module, name = entry_point.split(":")
+    return getattr(importlib.import_module(module), name)(**dict(own, **kwargs))
+""",
+    "vector.py": """
+import enum
+class AutoresetMode(enum.Enum):
+    NEXT_STEP = 1
+    SAME_STEP = 2
+    DISABLED = 3
+class VectorEnv:
+    metadata = {}
+    closed = False
+""",
+}
+
+
+def test_where_gymnasium_is_there_its_classes_and_registry_are_used(cache, tmp_path):
+    package = tmp_path / "gymnasium"
+    package.mkdir()
+    for name, text in GYMNASIUM.items():
+        (package / name).write_text(text)
+    # Its spaces are read as ours are.
+    ours = Path(sd.gym.spaces.__file__).read_text()
+    (package / "spaces.py").write_text(ours.replace("import gymnasium\n", "raise ImportError\n"))
+    check = """
+import sys, gymnasium, seldinger as sd, seldinger.gym
+env = gymnasium.make("seldinger/Renal-v1", cache=sys.argv[1], render_mode="rgb_array")
+assert isinstance(env, gymnasium.Env) and isinstance(env.action_space, gymnasium.spaces.Box)
+assert isinstance(env.observation_space, gymnasium.spaces.Dict)
+sd.gym.check_env(env, steps=3)
+assert env.np_random is not None
+many = sd.gym.make_vec("seldinger/Renal-v1", 2, cache=sys.argv[1])
+assert isinstance(many, gymnasium.vector.VectorEnv)
+assert many.metadata["autoreset_mode"] is gymnasium.vector.AutoresetMode.NEXT_STEP
+many.reset(seed=1)
+many.step(many.action_space.sample())
+many.close()
+assert set(gymnasium.registry) == set(sd.gym.ENVIRONMENTS)
+"""
+    environment = dict(os.environ, PYTHONPATH=os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")]))
+    ended = subprocess.run([sys.executable, "-c", check, str(cache)], env=environment, capture_output=True, text=True)
+    assert ended.returncode == 0, ended.stderr
 
 
 def test_render_gives_a_picture(cache):

@@ -12,8 +12,16 @@
 #include "physics/wire/guidewire_presets.h"
 #include "tests/anatomies.h"
 
-using namespace geometry;
+namespace anatomy {
 
+/// As ctest lists it.
+void PrintTo(const VesselPreset& preset, std::ostream* out) {
+    *out << preset.name;
+}
+
+}  // namespace anatomy
+
+using namespace geometry;
 using namespace physics;
 
 namespace {

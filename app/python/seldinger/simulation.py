@@ -84,6 +84,7 @@ class Simulation(_core.Simulation):
     set        values in place of the scenario's: {"guidewire.friction": 0.1, "anatomy.seed": 7}
     images     False: no pulses are imaged, image() makes images on demand. "dose": beam counts as dose in the score,
                the same as with images. True: the room's screen, too (image(mode="screen")), at the cost of each pulse
+    panel      whether panel() draws the room's panel: its readouts then follow every frame
     cache      folder that keeps grown vessels and distance fields; by default the user's own, "" for none
 
     The first simulation of an anatomy grows its vessels, which takes seconds to a minute; Ctrl-C ends that. Later ones
@@ -94,13 +95,14 @@ class Simulation(_core.Simulation):
     """
 
     def __init__(self, scenario: Scenario, *, set: Optional[Mapping[str, Any]] = None,
-                 images: Union[bool, str] = False, cache: Union[str, "os.PathLike[str]", None] = None) -> None:
+                 images: Union[bool, str] = False, panel: bool = False,
+                 cache: Union[str, "os.PathLike[str]", None] = None) -> None:
         file, text = _located(scenario)
         if images not in _IMAGES:
             raise InputError(f"images: {images!r} was given; False, 'dose' or True is accepted")
         overrides = [(key, _toml(value, key)) for key, value in (set or {}).items()]
         folder = str(default_cache()) if cache is None else os.fspath(cache)
-        super().__init__(file, text, str(assets() / "devices"), overrides, _IMAGES[images], folder)
+        super().__init__(file, text, str(assets() / "devices"), overrides, _IMAGES[images], folder, bool(panel))
 
     def score(self) -> dict[str, Any]:
         """The attempt's score as in score.json (keys carry units); `earlier_attempts` holds those that a reset command
@@ -124,7 +126,7 @@ class VectorSimulation(_core.VectorSimulation):
 
     What a step leaves is in arrays that are attributes, made once and written by each step (copy what is to stay):
     float64 (n,): time_s, along_mm, path_to_target_mm (nan without a way), tip_to_target_mm, tip_force_N, wall_force_N,
-    target_radius_mm; (n, 3): tip_mm, tip_direction, target_mm, shift_mm; (n, 2) in pixels of the scenario's image:
+    target_radius_mm, air_kerma_mGy, area_product_Gycm2; (n, 3): tip_mm, tip_direction, target_mm, shift_mm; (n, 2) in pixels of the scenario's image:
     tip_px, target_px; (n, 2) of wire and catheter: inserted_mm, turned_rad, push_N, torque_Nmm; (n, points, 3) track_mm,
     (n, points, 2) track_px: points on the device that the exercise is about; int64 (n,): frame, branch (its index);
     bool (n,): settling, at_rest, certified, refused, buckled, too_thick, insertion_stopped, withdrawal_stopped,
@@ -140,6 +142,8 @@ class VectorSimulation(_core.VectorSimulation):
     tip_force_N: np.ndarray
     wall_force_N: np.ndarray
     target_radius_mm: np.ndarray
+    air_kerma_mGy: np.ndarray
+    area_product_Gycm2: np.ndarray
     tip_mm: np.ndarray
     tip_direction: np.ndarray
     target_mm: np.ndarray

@@ -20,7 +20,7 @@ const Study& study() {
 
 void make_shard(const test::TemporaryFolder& folder, const char* name, const char* shard,
                 const StudyOptions& options = quick_options()) {
-    run_shard(study(), parse_shard(shard), folder / name, options);
+    run_shard(study(), io::parse_shard(shard), folder / name, options);
 }
 
 /// What merging refuses, without leaving anything.
@@ -45,10 +45,11 @@ void edit(const test::TemporaryFolder& folder, const char* name,
 }  // namespace
 
 TEST(Shards, NumbersOutOfRangeAreRefused) {
-    EXPECT_EQ(parse_shard("2/3").index, 2);
-    EXPECT_EQ(parse_shard("2/3").count, 3);
+    EXPECT_EQ(io::parse_shard("2/3").index, 2);
+    EXPECT_EQ(io::parse_shard("2/3").count, 3);
     for (const char* text : {"", "1", "0/3", "4/3", "-1/3", "1/0", "1/2/3", "a/b", "1/1000000000"})
-        EXPECT_NE(test::refusal([&] { parse_shard(text); }).find("i/n with 1 <= i <= n"), std::string::npos)
+        EXPECT_NE(test::refusal([&] { io::parse_shard(text); }).find("i/n with 1 <= i <= n"),
+                  std::string::npos)
             << text;
     const test::TemporaryFolder folder;
     EXPECT_NE(test::refusal([&] { make_shard(folder, "a", "1/41"); }).find("up to 40, one a piece"),

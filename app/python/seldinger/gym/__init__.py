@@ -1,6 +1,6 @@
 """Environments by the contract of gymnasium: reset(*, seed, options) -> (observation, info) and step(action) ->
 (observation, reward, terminated, truncated, info). They need NumPy alone. Where gymnasium can be imported, Env and
-VectorEnv are its subclasses, spaces are its own, and gymnasium.make("seldinger/Renal-v1") makes them, too.
+VectorEnv are its subclasses, spaces are its own, and gymnasium.make("seldinger.gym:seldinger/Renal-v1") makes them, too.
 
     env = sd.gym.make("seldinger/Renal-v1", obs=("tracking2d", "target2d", "image"), image_size=128)
     observation, info = env.reset(seed=7)
@@ -64,30 +64,33 @@ class Env(_bases[0]):
     cache              as for Simulation
     hashes             whether info has the state's hash
     pool_size          anatomies that are kept in memory
-    render_mode        'rgb_array' or None
+    beam               whether the foot is on the pedal in every frame, and dose is measured; images need no beam
+    render_mode        'rgb_array': the image; 'panel': the room's panel around it, with readouts; or None
 
     terminated: the tip is within the target's radius. truncated: info['truncation'] is 'steps', 'time' (the scenario's
     limit), 'vessel_end' (the tip stands in an open end) or 'not_certified' (see patience), else None.
     info: success, truncation, branch, path_ratio (way left over that at the start), path_to_target_mm, tip_to_target_mm,
-    tip_force_N, wall_force_N, push_N, torque_Nmm, certified, time_s, reward (its parts), hash (int).
+    tip_force_N, wall_force_N, push_N, torque_Nmm, certified, time_s, reward (its parts), hash (int), dose (a dict of
+    air_kerma_mGy and area_product_Gycm2 of the episode, 0 without beam).
     Raises InputError for arguments that are not accepted.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 15}
+    metadata = {"render_modes": ["rgb_array", "panel"], "render_fps": 15}
 
     def __init__(self, scenario: Any = "renal", *, obs: Sequence[str] = ("tracking2d", "target2d", "rotation"),
                  image_size: int = 128, n_points: int = 3, resolution_mm: float = 2.0, action: str = "velocity",
                  flat_action: bool = False, reward: Reward = "path_delta", max_episode_steps: int = 300,
                  frame_skip: int = 1, patience: int = 30, randomize: Optional[Mapping[str, Any]] = None,
                  set: Optional[Mapping[str, Any]] = None, cache: Any = None, hashes: bool = True,
-                 pool_size: int = 8, render_mode: Optional[str] = None) -> None:
-        if render_mode not in (None, "rgb_array"):
-            raise InputError(f"render_mode: {render_mode!r} was given; 'rgb_array' or None is accepted")
+                 pool_size: int = 8, beam: bool = False, render_mode: Optional[str] = None) -> None:
+        if render_mode not in (None, *self.metadata["render_modes"]):
+            raise InputError(f"render_mode: {render_mode!r} was given; 'rgb_array', 'panel' or None is accepted")
         self.render_mode = render_mode
         self._batch = Batch(scenario, 1, obs=obs, image_size=image_size, n_points=n_points,
                             resolution_mm=resolution_mm, action=action, flat_action=flat_action, reward=reward,
                             max_episode_steps=max_episode_steps, frame_skip=frame_skip, patience=patience,
-                            randomize=randomize, set=set, cache=cache, threads=1, hashes=hashes, pool_size=pool_size)
+                            randomize=randomize, set=set, cache=cache, threads=1, hashes=hashes, pool_size=pool_size,
+                            beam=beam, panel=render_mode == "panel")
         self.action_space = self._batch.action_space
         self.observation_space = self._batch.observation_space
         self._done = True
@@ -120,9 +123,11 @@ class Env(_bases[0]):
                 one(info, 0))
 
     def render(self) -> Optional[np.ndarray]:
-        """(image_size, image_size, 3) uint8 with render_mode='rgb_array', else None."""
+        """(image_size, image_size, 3) uint8 with render_mode='rgb_array', (1024, 1280, 3) with 'panel', else None."""
         if self.render_mode is None:
             return None
+        if self.render_mode == "panel":
+            return self._batch.sim.panel(0, seed=self._batch.noise[0])
         image = self._batch.sim.images(self._batch.image_size, seeds=self._batch.noise)[0]
         return np.repeat(image[..., None], 3, -1)
 
@@ -155,7 +160,7 @@ class VectorEnv(_bases[1]):
                  flat_action: bool = False, reward: Reward = "path_delta", max_episode_steps: int = 300,
                  frame_skip: int = 1, patience: int = 30, randomize: Optional[Mapping[str, Any]] = None,
                  set: Optional[Mapping[str, Any]] = None, cache: Any = None, hashes: bool = True,
-                 pool_size: int = 8) -> None:
+                 pool_size: int = 8, beam: bool = False) -> None:
         if autoreset not in AUTORESET:
             raise InputError(f"autoreset: {autoreset!r} was given; accepted are: " + ", ".join(AUTORESET))
         self.autoreset = autoreset
@@ -163,7 +168,7 @@ class VectorEnv(_bases[1]):
                             resolution_mm=resolution_mm, action=action, flat_action=flat_action, reward=reward,
                             max_episode_steps=max_episode_steps, frame_skip=frame_skip, patience=patience,
                             randomize=randomize, set=set, cache=cache, threads=threads, hashes=hashes,
-                            pool_size=pool_size)
+                            pool_size=pool_size, beam=beam)
         self.num_envs = n
         self.metadata = dict(self.metadata, autoreset_mode=spaces.gymnasium.vector.AutoresetMode[autoreset]
                              if spaces.gymnasium and hasattr(spaces.gymnasium.vector, "AutoresetMode") else autoreset)

@@ -28,7 +28,7 @@ class Batch:
                  resolution_mm: float, action: str, flat_action: bool, reward: Reward, max_episode_steps: int,
                  frame_skip: int, patience: int, randomize: Optional[Mapping[str, Any]],
                  set: Optional[Mapping[str, Any]], cache: Any, threads: Optional[int], hashes: bool,
-                 pool_size: int) -> None:
+                 pool_size: int, beam: bool = False, panel: bool = False) -> None:
         self.obs = tuple(obs)
         for key in self.obs:
             if key not in KEYS:
@@ -48,6 +48,7 @@ class Batch:
         self.image_size, self.points, self.spacing = image_size, n_points, resolution_mm
         self.physical, self.flat, self.reward = action == "physical", flat_action, reward
         self.most_steps, self.frames, self.patience, self.hashes = max_episode_steps, frame_skip, patience, hashes
+        self.beam, self.panel = bool(beam), panel
         self.set, self.cache = dict(set or {}), cache
         self.random = dict(randomize or {})
         for key in self.random:
@@ -120,7 +121,8 @@ class Batch:
         values = dict(self.set)
         if seed is not None:
             values["anatomy.seed"] = int(seed)
-        made = Simulation(scenario, set=values, cache=self.cache)
+        made = Simulation(scenario, set=values, images="dose" if self.beam else False, panel=self.panel,
+                          cache=self.cache)
         self.pool[key] = made
         if len(self.pool) > self.pool_size:
             self.pool.popitem(last=False)
@@ -204,6 +206,8 @@ class Batch:
             lao, cranial = rng.uniform(-tilt, tilt, 2)
             self.sim.apply(i, f"arm lao {np.clip(about['lao_deg'] + lao, -120, 120):.6f} deg "
                               f"cranial {np.clip(about['cranial_deg'] + cranial, -45, 45):.6f} deg")
+        if self.beam:
+            self.sim.apply(i, "beam on")
         self.noise[i] = int(rng.integers(2 ** 53))
 
     def way(self) -> np.ndarray:
@@ -297,12 +301,13 @@ class Batch:
             "tip_to_target_mm": sim.tip_to_target_mm.copy(), "tip_force_N": sim.tip_force_N.copy(),
             "wall_force_N": sim.wall_force_N.copy(), "push_N": sim.push_N[:, :self.devices].copy(),
             "torque_Nmm": sim.torque_Nmm[:, :self.devices].copy(), "certified": sim.certified.copy(),
-            "time_s": sim.time_s.copy()}
+            "time_s": sim.time_s.copy(),
+            "dose": {"air_kerma_mGy": sim.air_kerma_mGy.copy(), "area_product_Gycm2": sim.area_product_Gycm2.copy()}}
         if self.hashes:
             info["hash"] = sim.hashes()
         if callable(self.reward):
-            parts = {"callable": np.array([float(self.reward({key: value[i] for key, value in info.items()}))
-                                           if active[i] else 0.0 for i in range(self.n)])}
+            parts = {"callable": np.array([float(self.reward(one(info, i))) if active[i] else 0.0
+                                           for i in range(self.n)])}
         elif self.reward == "path_delta":
             parts = {"path_delta": 0.01 * (self.path - way), "target": 1.0 * reached, "step": np.full(self.n, -0.001)}
         elif self.reward == "distance":

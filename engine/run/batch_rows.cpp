@@ -1,0 +1,104 @@
+#include "engine/run/batch_rows.h"
+
+#include <fmt/format.h>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <variant>
+
+#include "engine/io/depth.h"
+#include "engine/io/error.h"
+#include "engine/io/files.h"
+#include "engine/run/batch.h"
+
+namespace run {
+namespace {
+
+namespace fs = std::filesystem;
+using BatchJson = nlohmann::json;
+
+const char* const header =
+    "run,scenario,commands,values,reached,completion_time_s,beam_on_time_s,contrast_ml,wire_travel_mm,"
+    "tip_to_target_mm,peak_wall_force_N,wrong_entries,handling_errors,frames,state_hash,problem\n";
+
+}  // namespace
+
+std::string run_folder(int number) {
+    return fmt::format("{:06}", number);
+}
+
+std::map<int, BatchRow> kept_rows(const fs::path& file) {
+    std::map<int, BatchRow> rows;
+    std::error_code ignored;
+    if (!fs::exists(file, ignored)) return rows;
+    const std::string text = io::read_text(file, "batch", "its own is accepted");
+    try {
+        io::check_json_depth(text, file.string());
+        const BatchJson json = BatchJson::parse(text, nullptr, false);
+        for (const BatchJson& one : json) {
+            BatchRow row;
+            row.of = one.at("of").get<std::string>();
+            row.failed = one.at("failed").get<bool>();
+            for (const BatchJson& cell : one.at("cells"))
+                row.cells.push_back(cell.is_string() ? io::CsvCell(cell.get<std::string>())
+                                    : cell.is_null() ? io::CsvCell(std::numeric_limits<double>::quiet_NaN())
+                                                     : io::CsvCell(cell.get<double>()));
+            if (row.cells.size() != 16) return {};
+            rows[static_cast<int>(std::get<double>(row.cells[0]))] = std::move(row);
+        }
+    } catch (const std::exception&) {
+        return {};  // all is made again
+    }
+    return rows;
+}
+
+void write_rows(const std::map<int, BatchRow>& rows, const fs::path& out) {
+    std::string csv = header;
+    BatchJson json = BatchJson::array();
+    for (const auto& [number, row] : rows) {
+        io::append_row(csv, row.cells);
+        BatchJson cells = BatchJson::array();
+        for (const io::CsvCell& cell : row.cells)
+            std::visit([&cells](const auto& value) { cells.push_back(value); }, cell);
+        json.push_back({{"of", row.of}, {"failed", row.failed}, {"cells", cells}});
+    }
+    const std::string kept = json.dump(-1, ' ', false, BatchJson::error_handler_t::replace);
+    io::write_whole({{out / "batch.csv", csv}, {out / "batch.json", kept}});
+}
+
+bool is_in(const io::Shard& shard, int number) {
+    return (number - 1) % shard.count == shard.index - 1;
+}
+
+void write_share(const BatchShare& share, const fs::path& folder) {
+    const BatchJson json = {{"list", share.list},
+                            {"runs", share.runs},
+                            {"shard", share.shard.index},
+                            {"shards", share.shard.count}};
+    io::write_whole(folder / "shard.json", json.dump() + "\n");
+}
+
+BatchShare read_share(const fs::path& folder) {
+    const fs::path file = folder / "shard.json";
+    const std::string text =
+        io::read_text(file, "shard", "a folder that 'batch LIST --shard i/n' wrote is accepted");
+    io::check_json_depth(text, file.string());
+    const BatchJson json = BatchJson::parse(text, nullptr, false);
+    const auto number = [&json](const char* key, std::uint64_t most) -> std::uint64_t {
+        const bool fits =
+            json.contains(key) && json[key].is_number_unsigned() && json[key].get<std::uint64_t>() <= most;
+        return fits ? json[key].get<std::uint64_t>() : 0;
+    };
+    BatchShare share;
+    if (json.is_object() && json.contains("list") && json["list"].is_string()) {
+        share.list = json["list"].get<std::string>();
+        share.shard.index = static_cast<int>(number("shard", io::most_shards));
+        share.shard.count = static_cast<int>(number("shards", io::most_shards));
+        share.runs = number("runs", most_runs);
+    }
+    if (share.shard.index < 1 || share.shard.index > share.shard.count || share.runs < 1)
+        throw io::InputError(
+            fmt::format("{}: the shard is damaged; the command that made it writes it again", file.string()));
+    return share;
+}
+
+}  // namespace run

@@ -1,0 +1,106 @@
+#!/bin/bash
+# tests/slurm/run.sh PROGRAM [RUNS]: starts a Slurm cluster of two nodes on this machine, for this test alone, and shares
+# a batch of so many runs, a study and the baking of vessels among them. What is merged must equal what one process makes,
+# byte for byte. Exit code 77: Slurm is not installed.
+set -u
+cd "$(dirname "$0")/../.."
+program=$(realpath "${1:?tests/slurm/run.sh PROGRAM [RUNS]}") runs=${2:-60}
+for tool in slurmctld slurmd sbatch; do
+    command -v "$tool" >/dev/null 2>&1 || { echo "slurm: $tool was not found: ./app/setup.sh installs it"; exit 77; }
+done
+work=$(mktemp -d "${TMPDIR:-/tmp}/seldinger-slurm-XXXXXX")
+end() {
+    for file in "$work"/*.pid; do [ ! -f "$file" ] || kill "$(cat "$file")" 2>/dev/null; done
+    rm -rf "$work"
+}
+trap end EXIT
+failed=0
+fail() {
+    failed=$((failed + 1))
+    echo "slurm: FAILED: $*"
+}
+
+# The cluster: one controller and two nodes, which are processes here.
+host=$(hostname -s) port=$((20000 + $$ % 10000 * 3 % 20000))
+cat >"$work/slurm.conf" <<END
+ClusterName=seldinger
+SlurmctldHost=$host(127.0.0.1)
+SlurmctldPort=$port
+SlurmUser=$(id -un)
+SlurmdUser=$(id -un)
+AuthType=auth/none
+CredType=cred/none
+StateSaveLocation=$work/state
+SlurmdSpoolDir=$work/spool/%n
+SlurmctldPidFile=$work/slurmctld.pid
+SlurmdPidFile=$work/slurmd-%n.pid
+SlurmctldLogFile=$work/slurmctld.log
+SlurmdLogFile=$work/slurmd-%n.log
+ProctrackType=proctrack/linuxproc
+TaskPlugin=task/none
+SwitchType=switch/none
+MpiDefault=none
+ReturnToService=2
+SelectType=select/cons_tres
+SelectTypeParameters=CR_Core
+SchedulerType=sched/builtin
+SchedulerParameters=sched_interval=1,batch_sched_delay=0,sched_min_interval=1000
+NodeName=node[1-2] NodeHostname=$host NodeAddr=127.0.0.1 Port=[$((port + 1))-$((port + 2))] CPUs=1 State=UNKNOWN
+PartitionName=all Nodes=node[1-2] Default=YES MaxTime=INFINITE State=UP
+END
+export SLURM_CONF=$work/slurm.conf SELDINGER_PROGRAM=$program MESA_SHADER_CACHE_DISABLE=true
+export SELDINGER_ASSETS="${SELDINGER_ASSETS:-$PWD/assets}"
+mkdir -p "$work/state" "$work/spool/node1" "$work/spool/node2"
+slurmctld -f "$SLURM_CONF" || exit 1
+for node in node1 node2; do slurmd -N $node -f "$SLURM_CONF" || exit 1; done
+for ((k = 0; ; ++k)); do
+    [ "$(sinfo -h -t idle -o %D 2>/dev/null)" != 2 ] || break
+    [ $k -lt 120 ] || { fail "the cluster did not start: $(tail -n 5 "$work"/*.log)"; exit 1; }
+    sleep 0.5
+done
+
+submit() {
+    app/slurm/submit.sh -w "$@" >"$work/said" 2>&1
+    local code=$?
+    [ $code -le 1 ] || { fail "submit $*: exit code $code"; cat "$work/said"; }
+    return $code
+}
+same() { diff -r -q "$1" "$2" || fail "$3 of shares differs from that of one process"; }
+
+# A batch, with images in part of it, and one run that cannot be.
+mkdir "$work/in"
+printf '0 beam on\n1..12 advance 3 mm\n13 rotate 40 deg\n14..20 advance 2 mm\n20 end\n' >"$work/in/x.gw"
+{
+    printf 'schema = 1\n[[run]]\nscenario = ["s_bend", "straight"]\ncommands = "x.gw"\n[run.set]\n"guidewire.friction" = ['
+    for ((k = 0; k < runs / 2; ++k)); do printf '%s0.%04d' "$([ $k = 0 ] || echo ', ')" $((k * 7)); done
+    printf ']\n[[run]]\nscenario = "s_bend"\ncommands = "x.gw"\nimages = true\n[run.set]\n'
+    printf '"guidewire.diameter_mm" = [0.5, 30.0]\n'
+} >"$work/in/list.toml"
+"$program" batch "$work/in/list.toml" --out "$work/one" --jobs 1 --cache "$work/cache1" >/dev/null 2>&1
+submit -n 5 batch "$work/in/list.toml" --out "$work/many"
+[ $? = 1 ] || fail "the run that fails is not in the exit code"
+same "$work/one" "$work/many" "a batch"
+made=$(grep -c '^[0-9]' "$work/many/batch.csv")
+[ "$made" = $((runs / 2 * 2 + 2)) ] || fail "$made rows were found"
+for node in node1 node2; do grep -q 'launching batch job\|Launching batch job\|task_p_slurmd_batch_request' "$work/slurmd-$node.log" || fail "$node had no work"; done
+echo "slurm: batch: $made runs, 5 shares on 2 nodes, $(find "$work/many" -type f | wc -l) files equal"
+
+"$program" study wall-variation --quick --threads 1 --out "$work/study1" >/dev/null 2>&1
+submit -n 4 study wall-variation --quick --out "$work/study2"
+same "$work/study1" "$work/study2" "a study"
+echo "slurm: study wall-variation: 4 shares, $(find "$work/study2" -type f | wc -l) files equal"
+
+"$program" bake rca --seeds 3:7 --cache "$work/baked1" >/dev/null 2>&1
+submit -n 3 bake rca --seeds 3:7 --cache "$work/baked2"
+same "$work/baked1" "$work/baked2" "baking"
+echo "slurm: bake: 4 anatomies, 3 shares, $(find "$work/baked2" -type f | wc -l) files equal"
+
+# What cannot be is told, and the merge does not wait for ever.
+printf 'schema = 1\n[[run]]\nscenario = "straight"\ncommands = "x.gw"\n' >"$work/in/one.toml"
+app/slurm/submit.sh -w -n 2 batch "$work/in/one.toml" --out "$work/none" >"$work/said" 2>&1
+[ $? = 2 ] && grep -q 'one a run, are accepted' "$work/said" || fail "more shares than runs: $(cat "$work/said")"
+app/slurm/submit.sh run renal --out x >/dev/null 2>"$work/said"
+[ $? = 2 ] && grep -q "batch, study or bake" "$work/said" || fail "another command: $(cat "$work/said")"
+
+echo "slurm: $failed failures"
+[ "$failed" = 0 ]
