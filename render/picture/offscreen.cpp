@@ -7,8 +7,9 @@
 
 #ifdef __SANITIZE_ADDRESS__
 // OSMesaDestroyContext of Mesa 22.3 does not free the context's record of its colour buffer, some 230 bytes.
-// Leaks of our own are still reported.
-extern "C" const char* __lsan_default_suppressions() {
+// Leaks of our own are still reported. The sanitizer looks the function up by its name, which this library
+// hides.
+extern "C" __attribute__((visibility("default"))) const char* __lsan_default_suppressions() {
     return "leak:libOSMesa";
 }
 #endif
