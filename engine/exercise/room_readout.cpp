@@ -143,15 +143,17 @@ render::Readout RoomReadout::read(const Frame& frame, const Score& score) const 
         const render::Subtraction::Shift shift = monitor->mask_shift();
         r.image->mask_x = shift.x;
         r.image->mask_y = shift.y;
-        const Dose& dose = monitor->dose();
+        r.detector_dose = monitor->last_pulse()->exposure.detector_dose;
+        if (monitor->reference()) r.reference_label = "Reference";
+    }
+    if (frame.dose && frame.dose->pulses > 0) {
+        const Dose& dose = *frame.dose;
         r.tube_voltage = dose.last.kvp;
         r.tube_current = dose.last.current;
         r.pulse_width = dose.last.pulse_width;
-        r.detector_dose = monitor->last_pulse()->exposure.detector_dose;
         r.air_kerma = dose.air_kerma;
         r.kerma_area = dose.area_product;
         r.air_kerma_rate = console.beam_on() ? dose.last.air_kerma * console.pulse_rate() * 60 : 0.0;
-        if (monitor->reference()) r.reference_label = "Reference";
     }
     if (simulation.breathing().state() == scenario::Breathing::State::Held)
         r.breath_held = simulation.breathing().held_for();
