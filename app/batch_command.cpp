@@ -37,6 +37,10 @@ int merge(const BatchArguments& arguments) {
         };
         result = run::merge_batch(arguments.folders, arguments.out, options);
     }
+    if (result.interrupted) {
+        tell("interrupted: the same command begins again\n");
+        return interrupted;
+    }
     fmt::print("{} runs of {} shards{}: {}/batch.csv\n", result.runs, arguments.folders.size(),
                result.failed > 0 ? fmt::format(", {} failed", result.failed) : "", arguments.out);
     return result.failed > 0 ? not_reached : done;

@@ -75,17 +75,29 @@ void read_choices(const toml::node* node, io::Section& section, Choices& choices
     }
 }
 
-/// What a list asks for, as one number.
-std::string hash_of(const std::vector<BatchJob>& list) {
+/// What a list asks for and who makes it, as one number: names, contents of scenarios and scripts, the
+/// program.
+std::string hash_of(const std::vector<BatchJob>& list, const BatchOptions& options) {
     geometry::Hash hash;
+    const auto add = [&hash](const std::string& text) {
+        hash.add(std::uint64_t{text.size()});
+        hash.add(text.data(), text.size());
+    };
+    std::map<fs::path, std::string> texts;
+    const auto content = [&texts](const fs::path& file) -> const std::string& {
+        const auto [text, is_new] = texts.try_emplace(file);
+        if (is_new) text->second = io::read_text(file, "file", "one that can be read is accepted");
+        return text->second;
+    };
     for (const BatchJob& job : list) {
-        for (const std::string& text :
-             {job.scenario.stem().string(), job.commands.filename().string(), job.values_text()}) {
-            hash.add(std::uint64_t{text.size()});
-            hash.add(text.data(), text.size());
-        }
+        add(job.scenario.stem().string());
+        add(content(job.scenario));
+        add(job.commands.filename().string());
+        add(content(job.commands));
+        add(job.values_text());
         hash.add(std::uint64_t{job.images});
     }
+    hash.add(options.origin.program_hash);
     return io::hash_text(hash.value());
 }
 
@@ -233,7 +245,7 @@ BatchResult run_batch(const std::vector<BatchJob>& list, const fs::path& out, co
     const std::map<int, BatchRow> before = kept_rows(out / "batch.json");
     std::map<int, BatchRow> rows;
     write_rows(before, out);  // fails before the work where it would fail after it
-    if (asked.shard) write_share({hash_of(list), *asked.shard, list.size()}, out);
+    if (asked.shard) write_share({hash_of(list, asked), *asked.shard, list.size()}, out);
     BatchResult result;
     result.of = jobs.size();
     std::mutex mutex;

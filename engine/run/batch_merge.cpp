@@ -49,8 +49,11 @@ BatchResult merge_batch(std::span<const fs::path> folders, const fs::path& out, 
             shards.resize(static_cast<std::size_t>(share.shard.count));
         }
         if (share.list != first.list || share.shard.count != first.shard.count || share.runs != first.runs)
-            throw io::InputError(fmt::format("{}: a shard of another list than {}; those of one are accepted",
-                                             folder.string(), folders.front().string()));
+            throw io::InputError(
+                fmt::format("{}: a shard of another list, or made by another build of the program, than {}; "
+                            "shards of one batch are "
+                            "accepted",
+                            folder.string(), folders.front().string()));
         std::optional<ShardFolder>& place = shards[static_cast<std::size_t>(share.shard.index) - 1];
         if (place)
             throw io::InputError(fmt::format("{}: shard {}/{} was found in {} already", folder.string(),
@@ -81,14 +84,18 @@ BatchResult merge_batch(std::span<const fs::path> folders, const fs::path& out, 
     for (const std::optional<ShardFolder>& shard : shards)
         owned.push_back(std::make_unique<io::OwnFolder>(shard->folder));
     owned.push_back(std::make_unique<io::OwnFolder>(out));
+    BatchResult result;
+    result.of = rows.size();
     for (std::size_t k = 0; k < made.size(); ++k) {
-        if (options.interrupted && options.interrupted()) throw io::InputError("the merge was interrupted");
+        if (options.interrupted && options.interrupted()) {
+            result.interrupted = true;
+            return result;  // the same call puts everything there again
+        }
         put_beside(made[k].first, out / made[k].second);
         if (options.progress) options.progress(k + 1, made.size(), 0);
     }
     write_rows(rows, out);
-    BatchResult result;
-    result.of = result.runs = rows.size();
+    result.runs = rows.size();
     for (const auto& [number, row] : rows) result.failed += row.failed;
     return result;
 }

@@ -29,7 +29,7 @@ void write_rows(const std::map<int, BatchRow>&, const std::filesystem::path& out
 
 /// What a shard's folder is of.
 struct BatchShare {
-    std::string list;  // hash of the whole list
+    std::string list;  // hash of the whole list and of the program
     io::Shard shard;
     std::size_t runs = 0;  // of the whole list
 };

@@ -259,6 +259,9 @@ TEST(BatchCommand, ShardsThatDoNotBelongTogetherAreNotMerged) {
     refused({"a", "a"}, "was found in");
     refused({"a", "c"}, "a shard of another list");
     refused({"a", "d"}, "a shard of another list");
+    write(folder / "x.gw", "1..3 advance 1 mm\n5 end\n");
+    ASSERT_EQ(shard("list.toml", "2/2", "f").code, 0);
+    refused({"a", "f"}, "a shard of another list");  // its script has changed
     refused({"a", "nowhere"}, "nowhere/shard.json");
     std::filesystem::remove(folder / "b/000004/score.json");
     refused({"a", "b"}, "run 4 is missing");
