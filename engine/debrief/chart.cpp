@@ -263,7 +263,7 @@ std::string way_over_vessels(const Story& story) {
         std::vector<std::pair<double, double>> taken;
         for (std::size_t k = 0; k < story.score.mishaps.size(); ++k) {
             auto [x, y] = at(story.score.mishaps[k].place);
-            const auto covered = [&] {
+            const auto covered = [&taken, &x = x, &y = y] {
                 return std::any_of(taken.begin(), taken.end(), [&](const auto& other) {
                     return std::hypot(other.first - x, other.second - y) < 17;
                 });

@@ -183,7 +183,7 @@ shape::Compound vertebra_shape(const VertebraPlan& plan, const Chance& chance) {
               0.8, 2.0);
     // The canal is wider than deep, its corners behind the bodies.
     shape::Solid canal;
-    canal.distance = [=](const Vec3& p) {
+    canal.distance = [c, cw = cw, cd = cd](const Vec3& p) {
         const double x = p.x() / cw, y = (p.y() - c) / cd;
         return (std::sqrt(x * x + y * y) - 1.0) * std::min(cw, cd);
     };

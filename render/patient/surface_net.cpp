@@ -107,7 +107,7 @@ private:
             const int across = size_[0] / width + 1, along = size_[1] / width + 1;
             std::vector<int> cube_of(static_cast<std::size_t>(across) * along * (size_[2] / width + 1), -1);
             std::vector<Cube> cubes;
-            const auto number = [&](const Placed& vertex) -> int& {
+            const auto number = [&, width = width](const Placed& vertex) -> int& {
                 const auto& c = vertex.cell;
                 return cube_of[(static_cast<std::size_t>(c[2] / width) * along + c[1] / width) * across +
                                c[0] / width];

@@ -86,7 +86,7 @@ std::vector<OrganPhases::Part> OrganPhases::parts(const Exposure& exposure) cons
 }
 
 OrganPhases::Drawing& OrganPhases::rest(Mover mover) {
-    if (!rest_[mover]) rest_[mover].emplace();
+    if (!rest_[mover]) rest_[mover] = Drawing{};
     return *rest_[mover];
 }
 
