@@ -9,6 +9,7 @@ packages="
     libgtest-dev libvalijson-dev libbenchmark-dev xvfb libx11-dev libxtst-dev chromium dcmtk clang-format clang-tidy gnuplot-nox fonts-dejavu-core dpkg-dev
     pybind11-dev python3-dev python3-numpy python3-pytest
     slurmctld slurmd slurm-client
+    clang libclang-rt-14-dev
 "
 
 missing() {

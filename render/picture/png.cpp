@@ -120,6 +120,13 @@ Bytes encode_image(const Image& image, const Kind& kind) {
     throw std::runtime_error(path.string() + ": " + reason);
 }
 
+/// What libpng found, without its own name.
+std::string finding(const png_image& png) {
+    std::string text = png.message;
+    if (const std::size_t name = text.find(" (libpng)"); name != std::string::npos) text.erase(name);
+    return text;
+}
+
 template <class Image>
 Image read_image(const std::filesystem::path& path, const Kind& kind) {
     errno = 0;
@@ -132,7 +139,7 @@ Image read_image(const std::filesystem::path& path, const Kind& kind) {
     png_image png{};
     png.version = PNG_IMAGE_VERSION;
     if (png_image_begin_read_from_memory(&png, bytes.data(), bytes.size()) == 0) {
-        refuse(path, std::string("is no PNG: ") + png.message);
+        refuse(path, "is no PNG: " + finding(png));
     }
     // The header's own bit depth and colour type; the interface above would convert silently.
     const int depth = static_cast<unsigned char>(bytes.at(24)),
@@ -152,7 +159,7 @@ Image read_image(const std::filesystem::path& path, const Kind& kind) {
     Image image{static_cast<int>(png.width), static_cast<int>(png.height), {}};
     image.pixels.resize(static_cast<std::size_t>(png.width) * png.height * kind.channels);
     if (png_image_finish_read(&png, nullptr, image.pixels.data(), 0, nullptr) == 0) {
-        refuse(path, std::string("is damaged: ") + png.message);
+        refuse(path, "is damaged: " + finding(png) + "; a whole PNG is accepted");
     }
     return image;
 }

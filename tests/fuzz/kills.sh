@@ -84,11 +84,17 @@ declare -A took code
 "$program" anatomy generate "$work/in/tree.toml" --out "$work/in" >/dev/null || exit 2
 for name in "${names[@]}"; do
     mkdir -p "$work/whole/$name"
-    start=$(date +%s%N)
     quiet $(words "$name" "$work/whole/$name")
     code[$name]=$?
-    took[$name]=$((($(date +%s%N) - start) / 1000000))
     [ "${code[$name]}" -le 1 ] || { cat "$work/said" >&2; exit 2; }
+    for ((k = 0; k < 3; ++k)); do # the quickest of three, or most kills come too late
+        mkdir "$work/timed"
+        start=$(date +%s%N)
+        quiet $(words "$name" "$work/timed")
+        ms=$((($(date +%s%N) - start) / 1000000))
+        rm -rf "$work/timed"
+        [ "${took[$name]:-$ms}" -lt "$ms" ] || took[$name]=$ms
+    done
     echo "kills: $name takes ${took[$name]} ms"
 done
 

@@ -5,7 +5,7 @@ set -eu
 cd "$(dirname "$0")/../.."
 minutes=${1:?tests/fuzz/run.sh MINUTES [READER...]}
 shift
-command -v clang++ >/dev/null 2>&1 || { echo "fuzz: clang++ and its runtime are needed: apt-get install clang libclang-rt-14-dev" >&2; exit 2; }
+./app/setup.sh
 mkdir -p build
 ./app/build.sh fuzz fuzz
 [ $# -gt 0 ] || set -- $(SELDINGER_READER=? build/fuzz/bin/fuzz 2>&1 | sed 's/.*://')

@@ -34,7 +34,7 @@ int main(int count, char** words) {
     long long played = 0, next = 0;
     int cases = 0, refused = 0, broken = 0;
     while (played < wanted) {
-        const fuzz::StateCase made = fuzz::random_case(seed, 100);
+        const fuzz::StateCase made = fuzz::random_case(seed, 400);
         fuzz::StateOutcome outcome;
         try {
             outcome = fuzz::play(made);
