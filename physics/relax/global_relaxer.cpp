@@ -213,6 +213,8 @@ bool GlobalRelaxer::leave_saddle(Guidewire& wire, ContactSet& contacts) {
             return true;
         }
     }
+    if (wire.bent_segments() > 0)  // trials have moved them
+        transport_directors(wire, model_.first(), model_.directors);
     return false;
 }
 
@@ -364,6 +366,8 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, i
     mu_ = 0;  // a prediction takes these gains
     open_window(wire, contacts_, wire.segments());
     if (!(energy_ < energy_before)) {
+        if (wire.bent_segments() > 0 && wire.roll != before.roll)
+            model_.directors[0] = rolled_director(before);
         wire = before;
         contacts_.update(wire);
         open_window(wire, contacts_, wire.segments());

@@ -205,10 +205,9 @@ public:
         for (std::size_t i = 0; i < contacts.size(); ++i) {
             const geometry::Vec3& joint = wire.joints[i];
             // What has left by an open end is outside by right.
-            if (std::any_of(anatomy_.ends.begin(), anatomy_.ends.end(), [&](const anatomy::VesselEnd& end) {
-                    return i > 0 && end.opening.beyond(joint, 3 * wire.spec.segment_length) > 0;
-                }))
-                break;
+            const anatomy::VesselEnd* end = end_near(joint, 3 * wire.spec.segment_length);
+            if (end && end->role == anatomy::EndRole::Outlet) break;
+            if (end) continue;
             const double told = std::max(contacts[i].penetration, 0.0), distance = lumen_.distance(joint);
             if (distance > told + most && !lumen_.encloses(joint)) most = distance - told;
         }
@@ -216,6 +215,13 @@ public:
     }
 
 private:
+    const anatomy::VesselEnd* end_near(const geometry::Vec3& x, double reach) const {
+        for (const anatomy::VesselEnd& end : anatomy_.ends)
+            if ((x - end.opening.centre).norm() < 2 * end.opening.radius + reach || end.opening.beyond(x) > 0)
+                return &end;
+        return nullptr;
+    }
+
     const anatomy::Anatomy& anatomy_;
     geometry::MeshQuery lumen_;
 };
@@ -277,6 +283,11 @@ private:
         judge_work(frame, before, after, report);
         // The paper's relaxers end where their updates do, however deep the wire is then.
         if (simulation_.scenario().relaxer.kind != physics::RelaxerKind::Global) return;
+        // Planes jump where a wall is asked anew.
+        if (const double gradient = physics::relative_gradient(wire, after.contacts);
+            after.known && simulation_.wall().smooth() && gradient > 2 * report.relax.gradient + 1e-7)
+            break_at(frame, fmt::format("at rest with a gradient of {:g}, and {:g} was reported", gradient,
+                                        report.relax.gradient));
         for (const physics::WallContact& contact : after.contacts)
             if (!(contact.penetration <= contact.room + 1))
                 return break_at(frame, fmt::format("a joint is {:g} mm in the wall of a vessel of {:g} mm",
@@ -297,8 +308,8 @@ private:
             return;
         double fed = 0;
         for (const double length : report.insertions) fed += length;
-        // In a longer motion the force may have been larger on the way than at either end.
-        if (std::abs(fed) > 4 || report.rotation > 0.7) return;
+        // In several parts the force may have been larger on the way than at either end.
+        if (report.insertions.size() > 1 || report.rotation > physics::Hub::largest_turn) return;
         const auto more = [](double by, double one, double other) {
             return std::max({by * one, by * other, 0.0});
         };
