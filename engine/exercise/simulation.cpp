@@ -30,6 +30,7 @@ constexpr int budgets_at_start = 20;  // of those, at most
 constexpr double opening_reach = 1.5;
 /// A crossing is mended by a joint at its deepest place, or by one in each of the parts.
 constexpr int rounds_of_mending = 4;
+constexpr double lost = 1e-3;  // gradient of a wire that came to no rest [-]
 
 /// Sums the reports of a frame, whose sharpest bend counts and not the last.
 void accumulate(physics::RelaxReport& sum, const physics::RelaxReport& part) {
@@ -324,11 +325,11 @@ void Simulation::move_hub(StepReport& report) {
     if (hub_is_idle() && !waiting_.empty()) prepare_motion(report);
     while (hub_is_idle() && !waiting_.empty() && updates_left(report) > 0) {
         if (!make_motion(waiting_.front(), report)) waiting_.erase(waiting_.begin());
-        if (hub_is_idle()) show();
+        if (hub_is_idle()) show_rest(report);
     }
     if (hub_is_idle()) {
         if (report.relax.updates == 0) account(hub_->settle(moving_, scenario_.budget.updates), report);
-        if (report.relax.updates > 0) show();
+        if (report.relax.updates > 0) show_rest(report);
     }
     if (contacts_.empty()) mend_crossings(report);
     report.deepest_crossing = deepest_crossing_;
@@ -408,6 +409,21 @@ void Simulation::show() {
     contacts_.clear();
 }
 
+/// The same, but a wire that found no rest inside the vessel, as with a joint astray between two that share a
+/// wide mouth, goes back to the last one.
+void Simulation::show_rest(StepReport& report) {
+    const physics::RelaxReport& last = hub_->last_report();
+    const bool is_lost = wall_->smooth() && !last.at_rest && last.gradient > lost;
+    const auto contacts = hub_->contacts();
+    const bool is_outside = std::any_of(contacts.begin(), contacts.end(), [](const physics::WallContact& c) {
+        return c.room > 0 && c.penetration > c.room;
+    });
+    if (!is_lost && !is_outside) return show();
+    moving_ = wire_;
+    rounds_of_mending_ = rounds_of_mending;
+    account(hub_->settle(moving_, 2 * moving_.segments()), report);
+}
+
 /// Asks for the contacts of the wire shown, finds its crossings and mends them in the wire that goes on. The
 /// hub's own contacts would not do: it does not ask again for a joint that can touch nothing.
 void Simulation::mend_crossings(StepReport& report) {
@@ -423,7 +439,7 @@ void Simulation::mend_crossings(StepReport& report) {
         ++rounds_of_mending_;
         account(hub_->settle(moving_, std::max(updates_left(report), 2 * moving_.segments())), report);
         if (hub_->working()) return;
-        show();
+        show_rest(report);
     }
 }
 

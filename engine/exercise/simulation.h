@@ -172,6 +172,7 @@ private:
     void account(const physics::HubReport&, StepReport&);
     void mend_crossings(StepReport&);
     void show();
+    void show_rest(StepReport&);
     // For a frame with a segment relaxer.
     void move_segments(StepReport&);
     void insert_segments(Motion&, int share, StepReport&);

@@ -88,7 +88,7 @@ void add_real(io::Table& table, const std::filesystem::path& mesh) {
                none});
 }
 
-io::Plot picture() {
+io::Plot anatomy_picture() {
     io::Plot plot{"generator", "", 1000, 420};
     plot.commands =
         "set multiplot layout 1,2\nset style fill solid 0.8\nset boxwidth 0.7\nunset key\nset grid y\n"
@@ -177,7 +177,7 @@ StudyResult run_anatomy(const StudyOptions& options) {
         "they are to be had.\n\n" +
         io::to_markdown(imports) + sign_text() + io::to_markdown(signs);
     result.tables = {std::move(table), std::move(imports), std::move(signs)};
-    result.plots = {picture()};
+    result.plots = {anatomy_picture()};
     return result;
 }
 

@@ -25,7 +25,7 @@ constexpr double around = 1.0;     // distance outside the lumen within which pl
 constexpr double at_carina = 0.5;  // from the walls of both limbs [mm]
 constexpr double past_end = 20;    // distance past an open end over which contacts are looked for [mm]
 constexpr double sleeve = 10;      // distance past an end over which a distance field continues straight [mm]
-constexpr double step = 0.02;      // along a segment, for its truth [mm]
+constexpr double sample_step = 0.02;  // along a segment, for its truth [mm]
 
 WallContact ask(const LumenWall& wall, const Vec3& x, int station = -1) {
     WallContact c;
@@ -133,7 +133,7 @@ private:
         for (double at = 0; at < length;) {
             const double distance = lumen_.at(from + at * way).distance;
             deepest = std::max(deepest, distance);
-            at += std::max(step, -distance);
+            at += std::max(sample_step, -distance);
         }
         segments_.push_back({from, to, deepest});
     }

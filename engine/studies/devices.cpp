@@ -29,7 +29,7 @@ using physics::TubeWall;
 constexpr int enough = 100'000'000;  // updates
 constexpr std::array<double, 3> held_frictions = {0.05, 0.1, 0.2};
 constexpr std::array<double, 2> rod_lengths = {40, 60};  // [mm]
-constexpr const char* colours[] = {"#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9"};
+constexpr const char* devices_colours[] = {"#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9"};
 
 GuidewireSpec uniform_spec(double rigidity, double segment_length) {
     GuidewireSpec spec;
@@ -180,7 +180,7 @@ double critical_stiffness(const Whip& rigid) {
     return steepest;
 }
 
-struct Cost {
+struct DeviceCost {
     const char* model;
     double friction, torsional_rigidity;
     bool catheter = false;           // over the wire
@@ -255,7 +255,7 @@ Rods rods(double apart) {
 }
 
 /// Half segments of λ = 1 pushed into the sinuous scene, from N = 100 on, by a wire with a curved tip.
-void measure(const anatomy::Scene& scene, int pushes, Cost& cost) {
+void measure(const anatomy::Scene& scene, int pushes, DeviceCost& cost) {
     const TubeWall wall(anatomy::draw(scene.path), scene.radius, scene.wall_stiffness, 0);
     Hub hub({}, wall);
     GuidewireSpec spec = uniform_spec(scene.rigidity, 1);
@@ -296,8 +296,8 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
             "title 'μ = "
             "{}, closed form', '' skip 1 using 1:($2 == {} ? $3 : 1/0) with points pt 7 lc rgb '{}' title "
             "'wire'",
-            k > 0 ? ", \\\n     " : "", capstan_frictions[k], colours[k], capstan_frictions[k],
-            capstan_frictions[k], colours[k]);
+            k > 0 ? ", \\\n     " : "", capstan_frictions[k], devices_colours[k], capstan_frictions[k],
+            capstan_frictions[k], devices_colours[k]);
     plot.commands +=
         "\nset key at graph 0.27,0.43\nset title 'Pushed in and drawn back'\nset xlabel 'inserted [mm]'\nset "
         "ylabel "
@@ -307,7 +307,7 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
         plot.commands += fmt::format(
             "{}'devices_loop.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 2 lc rgb '{}' title 'μ "
             "= {}'",
-            k > 0 ? ", \\\n     " : "", frictions[k], colours[k], frictions[k]);
+            k > 0 ? ", \\\n     " : "", frictions[k], devices_colours[k], frictions[k]);
     plot.commands +=
         "\nset key default top left\nset title 'The tip follows, lags or whips'\nset xlabel 'hub [deg]'\nset "
         "ylabel "
@@ -317,7 +317,7 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
         plot.commands += fmt::format(
             "{}'devices_whip.csv' skip 1 using ($1 == {} ? $3 : 1/0):4 with lines lw 2 lc rgb '{}' title "
             "'{}'",
-            k > 0 ? ", \\\n     " : "", k, colours[k],
+            k > 0 ? ", \\\n     " : "", k, devices_colours[k],
             whips[k].stiffness == 0 ? std::string("rigid")
                                     : fmt::format("{:.3f} N mm/rad", whips[k].stiffness));
     plot.commands +=
@@ -348,8 +348,8 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
             "= "
             "{}', '' skip 1 using ($1 == {} ? $2 : 1/0):($2 > $4 ? $2 - $4 : 1/0) with lines dt 2 lc rgb "
             "'#555555' {}",
-            k > 0 ? ", \\\n     " : "", held_frictions[k], colours[k], held_frictions[k], held_frictions[k],
-            k + 1 == held_frictions.size() ? "title 'closed form'" : "notitle");
+            k > 0 ? ", \\\n     " : "", held_frictions[k], devices_colours[k], held_frictions[k],
+            held_frictions[k], k + 1 == held_frictions.size() ? "title 'closed form'" : "notitle");
     plot.commands +=
         "\nset title 'A curved rod in a curved tube'\nset xtics 90\nset ytics 90\nset xrange [0:270]\nset "
         "yrange "
@@ -359,7 +359,7 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
             "{}'devices_snap.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with points pt 7 ps 0.5 lc rgb '{}' "
             "title "
             "'L = {} mm', '' skip 1 using ($1 == {} ? $4 : 1/0):3 with lines dt 2 lc rgb '#555555' {}",
-            k > 0 ? ", \\\n     " : "", rod_lengths[k], colours[k], rod_lengths[k], rod_lengths[k],
+            k > 0 ? ", \\\n     " : "", rod_lengths[k], devices_colours[k], rod_lengths[k], rod_lengths[k],
             k + 1 == rod_lengths.size() ? "title 'equation'" : "notitle");
     plot.commands += "\nunset multiplot\n";
     plot.caption =
@@ -385,13 +385,13 @@ StudyResult run_devices(const StudyOptions& options) {
     std::vector<Capstan> capstans(9);
     std::vector<Loop> loops(loop_frictions.size());
     std::vector<Whip> whips(4);
-    std::array<Cost, 7> costs = {Cost{"none", 0, 0},
-                                 Cost{"friction", 0.1, 0},
-                                 Cost{"torsion", 0, 400},
-                                 Cost{"both", 0.1, 400},
-                                 Cost{"segments", 0.1, 400, false, true},
-                                 Cost{"catheter", 0, 0, true},
-                                 Cost{"all", 0.1, 400, true}};
+    std::array<DeviceCost, 7> costs = {DeviceCost{"none", 0, 0},
+                                       DeviceCost{"friction", 0.1, 0},
+                                       DeviceCost{"torsion", 0, 400},
+                                       DeviceCost{"both", 0.1, 400},
+                                       DeviceCost{"segments", 0.1, 400, false, true},
+                                       DeviceCost{"catheter", 0, 0, true},
+                                       DeviceCost{"all", 0.1, 400, true}};
     std::vector<HeldShaft> shafts(held_frictions.size());
     std::vector<CurvedRod> curved(rod_lengths.size());
     std::vector<Rods> pairs;
@@ -423,7 +423,7 @@ StudyResult run_devices(const StudyOptions& options) {
         return fmt::format("hub turned, {} of the critical stiffness", shares[k]);
     });
     // One at a time: they are timed.
-    for (Cost& cost : costs) measure(scene, options.quick ? 40 : 180, cost);
+    for (DeviceCost& cost : costs) measure(scene, options.quick ? 40 : 180, cost);
 
     StudyResult result;
     io::Table bend{
@@ -513,7 +513,7 @@ StudyResult run_devices(const StudyOptions& options) {
                     {"model", "friction", "GJ_N_mm2", "segments", "median_ms", "p99_ms", "max_ms",
                      "newton_steps", "unconverged"},
                     {}};
-    for (const Cost& c : costs) {
+    for (const DeviceCost& c : costs) {
         price.add({std::string(c.model), c.friction, c.torsional_rigidity, c.segments, c.quantile(0.5),
                    c.quantile(0.99), c.times.back(), c.steps, static_cast<double>(c.unconverged)});
         result.claims.push_back({fmt::format("pushes and turns with {}: without a certified rest", c.model),

@@ -93,7 +93,7 @@ constexpr std::array<Variant, 4> variants = {{{"uniform λ/2", 0.5, false},
 constexpr int reference_course = 0, uniform_course = 2, chosen_course = 3;
 
 /// The wire after every push of one chosen λ, and what the pushes cost.
-struct Course {
+struct EconomyCourse {
     std::vector<Guidewire> wires;
     double relaxing = 0, refining = 0;  // [s]
     double slowest = 0;                 // push of one segment, including refining [s]
@@ -103,7 +103,7 @@ struct Course {
     int segments() const { return wires.back().segments(); }
 };
 
-Course push(const Case& c, const physics::LumenWall& wall, const Variant& variant, double lambda) {
+EconomyCourse push(const Case& c, const physics::LumenWall& wall, const Variant& variant, double lambda) {
     physics::GuidewireSpec spec = c.wire;
     spec.segment_length = variant.factor * lambda;
     const int every = static_cast<int>(std::lround(1 / variant.factor));
@@ -114,7 +114,7 @@ Course push(const Case& c, const physics::LumenWall& wall, const Variant& varian
     Guidewire wire =
         physics::wire_along(spec, c.path, every * static_cast<int>(std::lround(c.start / lambda)));
     relaxer->relax(wire, unlimited);
-    Course course;
+    EconomyCourse course;
     while (wire.inserted_length() + lambda <= c.end + 1e-6) {
         for (int k = 0; k < every; ++k) {
             const double begin = io::thread_cpu_seconds();
@@ -147,7 +147,7 @@ double distance_to(const Guidewire& wire, const Vec3& x) {
 }
 
 /// Distance of the reference's farthest joint from the wire's curve, after each push [mm].
-std::vector<double> deviations(const Course& reference, const Course& course) {
+std::vector<double> deviations(const EconomyCourse& reference, const EconomyCourse& course) {
     std::vector<double> farthest(course.wires.size(), 0.0);
     for (std::size_t k = 0; k < course.wires.size(); ++k)
         for (const Vec3& x : reference.wires[k].joints)
@@ -155,7 +155,7 @@ std::vector<double> deviations(const Course& reference, const Course& course) {
     return farthest;
 }
 
-double median(std::vector<double> values) {
+double upper_median(std::vector<double> values) {
     std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
     return values[values.size() / 2];
 }
@@ -266,7 +266,7 @@ StudyResult run_economy(const StudyOptions& options) {
                       "median / largest deviation [mm]", "median / largest change [mm]"},
                      {}};
     const auto spread = [](const std::vector<double>& values) {
-        return fmt::format("{:.2g} / {:.2g}", median(values),
+        return fmt::format("{:.2g} / {:.2g}", upper_median(values),
                            *std::max_element(values.begin(), values.end()));
     };
     int done = 0;
@@ -274,14 +274,14 @@ StudyResult run_economy(const StudyOptions& options) {
         const Case& c = list[r];
         const scenario::ModelChoice choice =
             scenario::choose_model(c.anatomy, c.wire, tolerance, c.radius.has_value());
-        std::vector<Course> courses;
+        std::vector<EconomyCourse> courses;
         std::vector<std::vector<double>> off;
         for (const Variant& variant : variants) {
             const double lambda = variant.factor * choice.segment_length;
             const auto wall = wall_of(c, choice.wall, c.stiffness * lambda);
             courses.push_back(push(c, *wall, variant, choice.segment_length));
             off.push_back(deviations(courses.front(), courses.back()));
-            const Course& course = courses.back();
+            const EconomyCourse& course = courses.back();
             const std::vector<double> change =
                 deviations(variant.adaptive ? courses[courses.size() - 2] : course, course);
             std::vector<io::TableCell> row = {c.name,
@@ -293,9 +293,9 @@ StudyResult run_economy(const StudyOptions& options) {
                                               1e3 * course.refining / course.pushed,
                                               1e3 * course.slowest,
                                               static_cast<double>(course.newton_steps) / course.pushes,
-                                              median(off.back()),
+                                              upper_median(off.back()),
                                               *std::max_element(off.back().begin(), off.back().end()),
-                                              median(change),
+                                              upper_median(change),
                                               *std::max_element(change.begin(), change.end()),
                                               static_cast<double>(course.unconverged)};
             numbers.add(row);
@@ -314,8 +314,8 @@ StudyResult run_economy(const StudyOptions& options) {
         };
         chosen.add({c.name, choice.segment_length, choice.segment_reason, std::string(word(choice.wall)),
                     choice.wall_reason,
-                    saved([](const Course& course) { return static_cast<double>(course.segments()); }),
-                    saved([](const Course& course) { return course.relaxing + course.refining; }),
+                    saved([](const EconomyCourse& course) { return static_cast<double>(course.segments()); }),
+                    saved([](const EconomyCourse& course) { return course.relaxing + course.refining; }),
                     spread(off[chosen_course]),
                     spread(deviations(courses[uniform_course], courses[chosen_course]))});
     }

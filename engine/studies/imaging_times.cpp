@@ -234,7 +234,7 @@ std::vector<io::TableCell> preview_row(const Room& room, const Meshes& scene, in
     return {scene.name, triangles_of(scene.layers), static_cast<double>(pixels), median_ms(calls, change)};
 }
 
-io::Plot picture() {
+io::Plot imaging_times_picture() {
     io::Plot plot{"imaging_times", "", 1200, 480};
     plot.commands =
         "set multiplot layout 1,2\nset style data histogram\nset style histogram rowstacked\n"
@@ -301,7 +301,7 @@ StudyResult imaging_times(const StudyOptions& options) {
         io::to_markdown(frames, 3) + "\nA new pose, to the first frame without contrast:\n\n" +
         io::to_markdown(poses, 3) + "\nThe same at the size of a preview:\n\n" + io::to_markdown(previews, 3);
     result.tables = {std::move(frames), std::move(poses), std::move(previews)};
-    result.plots = {picture()};
+    result.plots = {imaging_times_picture()};
     return result;
 }
 

@@ -14,11 +14,11 @@ namespace {
 
 constexpr double close_deviation = 0.005;  // of Fig. 18 [mm]
 
-struct Sizes {
+struct PaperTubeSizes {
     Resolution resolution{175, 525, 35};
     int walls = 60;
 };
-Sizes sizes(bool quick) {
+PaperTubeSizes paper_tube_sizes(bool quick) {
     if (!quick) return {};
     return {{60, 180, 60}, 6};
 }
@@ -61,7 +61,7 @@ std::vector<Tried> tubes(bool quick) {
     return list;
 }
 
-void measure(Tried& tried, const Sizes& size, std::uint64_t seed) {
+void measure(Tried& tried, const PaperTubeSizes& size, std::uint64_t seed) {
     const ResolutionCurve curve = resolution_curve(tried.tube, size.resolution);
     tried.at_three = curve.at_three;
     tried.c1 = curve.fit.c1, tried.c2 = curve.fit.c2;
@@ -91,7 +91,7 @@ void measure(Tried& tried, const Sizes& size, std::uint64_t seed) {
     tried.p95 = sizes_of[static_cast<std::size_t>(0.95 * count)];
 }
 
-io::Plot picture() {
+io::Plot paper_tubes_picture() {
     io::Plot plot{"paper_tubes", "", 1000, 620};
     const auto family = [](const char* name, const char* look, const char* title) {
         return fmt::format(
@@ -138,7 +138,7 @@ io::Plot picture() {
 }  // namespace
 
 StudyResult run_paper_tubes(const StudyOptions& options) {
-    const Sizes size = sizes(options.quick);
+    const PaperTubeSizes size = paper_tube_sizes(options.quick);
     std::vector<Tried> all = tubes(options.quick);
     Work work(options, static_cast<int>(all.size()));
     work.run(static_cast<int>(all.size()), [&](int k) {
@@ -184,7 +184,7 @@ StudyResult run_paper_tubes(const StudyOptions& options) {
             "grow together. A wall ten times as stiff or more, in bends of about 3 mm, has both, its ΔU/U "
             "then that of bending; but Tr R over Tr A, 22.7 published, grows with k.",
             100 * best_18));
-    result.plots = {picture()};
+    result.plots = {paper_tubes_picture()};
     result.page = claims_page("paper-tubes", "Which tube has the paper's Fig. 13 and its Fig. 18",
                               fmt::format("Both figures are of one wire of 175 segments, whose tube is not "
                                           "published. Here tubes and stiffnesses "

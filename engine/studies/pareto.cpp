@@ -15,7 +15,7 @@
 namespace studies {
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
+constexpr double no_figure = std::numeric_limits<double>::quiet_NaN();
 
 /// Sizes of the study. Work is a share of what each method may do at most.
 struct Scale {
@@ -91,11 +91,11 @@ void claim_order(const std::vector<ParetoMethod>& methods, const std::vector<Par
 /// The least error that half of the pushes get to, and the median time until then.
 struct Nearest {
     std::string method;
-    double accuracy = none, cpu_ms = none;
+    double accuracy = no_figure, cpu_ms = no_figure;
 };
 
 Nearest nearest(const ParetoMethod& method, const ParetoCourses& courses) {
-    Nearest found{method.name, none, none};
+    Nearest found{method.name, no_figure, no_figure};
     for (const double accuracy : curve_accuracies())
         if (const double ms = speed_at(courses, accuracy).cpu_ms; std::isfinite(ms))
             found.accuracy = accuracy, found.cpu_ms = ms;
@@ -328,7 +328,7 @@ StudyResult run_pareto(const StudyOptions& options) {
     std::vector<ParetoCourses> tried_courses(tried.size());
     for (int k = 0; k < tests; ++k)
         for (const ParetoCourse& course : swept[k]) tried_courses[k].push_back(&course);
-    io::Table sweep = speed_table(tried, tried_courses, std::vector<double>(tried.size(), none));
+    io::Table sweep = speed_table(tried, tried_courses, std::vector<double>(tried.size(), no_figure));
     sweep.name = "pareto_sweep";
 
     io::Table all{"pareto",

@@ -64,7 +64,7 @@ double arch_width(const VesselTree& tree) {
     return width;
 }
 
-const PublishedFigure figures[] = {
+const PublishedFigure figure_list[] = {
     {"arch-1",
      "ascending aorta [mm]",
      34.6,
@@ -276,7 +276,7 @@ const PublishedFigure figures[] = {
 }  // namespace
 
 std::span<const PublishedFigure> published_figures() {
-    return figures;
+    return figure_list;
 }
 
 }  // namespace studies

@@ -142,7 +142,7 @@ void add_effects(StudyResult& result) {
                              "two patients of seed 0 that differ in nothing else"});
 }
 
-io::Plot picture() {
+io::Plot patients_picture() {
     io::Plot plot{"patients", "", 1250, 900};
     plot.commands =
         "set multiplot\nset datafile separator ','\nset grid\n"
@@ -268,7 +268,7 @@ StudyResult run_patients(const StudyOptions& options) {
                                  static_cast<double>(broken.size()), broken.empty(),
                                  broken.empty() ? "" : broken.front()});
     add_effects(result);
-    result.plots = {picture()};
+    result.plots = {patients_picture()};
     const std::string introduction =
         fmt::format(
             "Patients 1 to {} of every preset: sex, age and size are drawn, and their vessels from the "

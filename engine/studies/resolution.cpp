@@ -19,11 +19,11 @@
 namespace studies {
 namespace {
 
-struct Sizes {
+struct ResolutionSizes {
     Resolution resolution;
     int offsets = 25, few_offsets = 7;
 };
-Sizes sizes(bool quick) {
+ResolutionSizes resolution_sizes(bool quick) {
     if (!quick) return {};
     return {{60, 180, 12}, 3, 1};
 }
@@ -32,8 +32,8 @@ std::string family_name(const std::string& tube, double piece) {
     return piece > 0 ? fmt::format("{}, pieces of {:.3g} mm", tube, piece) : tube + ", smooth";
 }
 
-std::vector<Family> families(const Sizes& size) {
-    std::vector<Family> list;
+std::vector<TubeFamily> families(const ResolutionSizes& size) {
+    std::vector<TubeFamily> list;
     for (const auto& [name, scene, stiffness] :
          {std::tuple{"calibrated", "coronary", calibrated_stiffness}, std::tuple{"coronary", "coronary", 1.0},
           std::tuple{"coronary-tight", "coronary-tight", 1.0}, std::tuple{"sharp", "sharp", 1.0},
@@ -44,9 +44,9 @@ std::vector<Family> families(const Sizes& size) {
         }
     return list;
 }
-io::Plot energy_plot(const std::vector<Family>& all, const Resolution& resolution) {
+io::Plot energy_plot(const std::vector<TubeFamily>& all, const Resolution& resolution) {
     io::Plot plot{"resolution", "", 1000, 560};
-    const Family& main = all[main_family];
+    const TubeFamily& main = all[main_family];
     const Fit fit{quantiles([&] {
                       std::vector<double> v;
                       for (const auto& c : main.curves) v.push_back(c.fit.c1);
@@ -192,8 +192,8 @@ std::vector<double> at_point(const std::vector<ResolutionCurve>& curves, std::si
 }  // namespace
 
 StudyResult run_resolution(const StudyOptions& options) {
-    const Sizes size = sizes(options.quick);
-    std::vector<Family> all = families(size);
+    const ResolutionSizes size = resolution_sizes(options.quick);
+    std::vector<TubeFamily> all = families(size);
     std::vector<Candidate> candidates;
     for (const double bends :
          options.quick ? std::vector<double>{1} : std::vector<double>{0.97, 1, 1.03, 1.045})
@@ -206,7 +206,7 @@ StudyResult run_resolution(const StudyOptions& options) {
         std::string what;
     };
     std::vector<std::unique_ptr<Piece>> pieces;
-    for (Family& family : all) {
+    for (TubeFamily& family : all) {
         family.curves.resize(static_cast<std::size_t>(family.tube.offsets));
         for (int k = 0; k < family.tube.offsets; ++k) {
             ResolutionTube tube = family.tube;
@@ -294,7 +294,7 @@ StudyResult run_resolution(const StudyOptions& options) {
         cells.insert(cells.begin(), name);
         return cells;
     };
-    for (const Family& family : all) tubes.add(row(family.name, family.curves));
+    for (const TubeFamily& family : all) tubes.add(row(family.name, family.curves));
     for (const Candidate& candidate : candidates)
         calibration.add(
             row(fmt::format("{:.3f}, {:.1f}", candidate.bends, candidate.stiffness), candidate.curves));

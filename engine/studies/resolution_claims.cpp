@@ -52,7 +52,7 @@ bool Candidate::accepted() const {
            std::abs(at_three / published_fit.at(3) - 1) < 0.15;
 }
 
-void claim_fig_13(StudyResult& result, const std::vector<Family>& all,
+void claim_fig_13(StudyResult& result, const std::vector<TubeFamily>& all,
                   const std::vector<Candidate>& candidates) {
     const std::span<const ResolutionCurve> curves(all[main_family].curves);
     const auto figure = [&](double ResolutionCurve::*what) { return quantiles(curves, what); };

@@ -7,7 +7,7 @@
 namespace studies {
 
 /// A tube whose curves are taken at several offsets of its pieces.
-struct Family {
+struct TubeFamily {
     std::string name;
     ResolutionTube tube;
     std::vector<ResolutionCurve> curves = {};
@@ -27,6 +27,6 @@ struct Candidate {
 };
 
 /// Adds the claims of Fig. 13. They name the jumps in the other tubes that the calibration would accept.
-void claim_fig_13(StudyResult&, const std::vector<Family>&, const std::vector<Candidate>&);
+void claim_fig_13(StudyResult&, const std::vector<TubeFamily>&, const std::vector<Candidate>&);
 
 }  // namespace studies

@@ -12,7 +12,8 @@
 namespace studies {
 namespace {
 
-constexpr const char* colours[] = {"#CC79A7", "#E69F00", "#009E73", "#0072B2", "#56B4E9", "#D55E00"};
+constexpr const char* separation_colours[] = {"#CC79A7", "#E69F00", "#009E73",
+                                              "#0072B2", "#56B4E9", "#D55E00"};
 
 /// A tube and wire in which separations are tried.
 struct Setting {
@@ -164,7 +165,7 @@ io::Plot traces_plot(const std::vector<int>& separations, const std::vector<Run>
             plot.commands +=
                 ", \\\n     " + line(run.name(), fmt::format("with lines {} lc rgb '{}' title 'δ = {}'",
                                                              is_good(separations[k]) ? "lw 2" : "dt 2",
-                                                             colours[k], separations[k]));
+                                                             separation_colours[k], separations[k]));
         }
         plot.commands += "\n";
     }

@@ -12,12 +12,12 @@ namespace studies {
 namespace {
 
 constexpr int least_separation = physics::least_separation, largest_separation = physics::largest_separation;
-constexpr int most_turns = 4;  // varied segments, at most
-constexpr const char* colours[] = {"#0072B2", "#E69F00", "#009E73"};
+constexpr int most_varied = 4;  // varied segments, at most
+constexpr const char* separation_frequency_colours[] = {"#0072B2", "#E69F00", "#009E73"};
 
 /// How often each separation was chosen; [m] is δ_{m+1}.
 struct Frequencies {
-    std::array<std::array<long long, largest_separation + 1>, most_turns - 1> counts{};
+    std::array<std::array<long long, largest_separation + 1>, most_varied - 1> counts{};
     long long updates = 0;
 
     double percent(int m, int delta) const {
@@ -119,20 +119,21 @@ void claim(StudyResult& result, const std::vector<Frequencies>& all, const std::
         fmt::format("The most frequent are {} and {}.", three.most_frequent(1), four.most_frequent(1)));
 }
 
-io::Plot picture(const PaperScene& scene, int cycles) {
+io::Plot separation_frequency_picture(const PaperScene& scene, int cycles) {
     io::Plot plot{"separation_frequency", "", 900, 860};
     plot.commands =
         "set multiplot layout 3,1\nset grid y lc rgb '#dddddd'\nset style fill solid 0.85 noborder\n"
         "set boxwidth 0.26\nset xtics 5,1,25\nset xrange [4.4:25.6]\nset yrange [0:*]\nset key top center\n"
         "set ylabel 'chosen [%]'\n";
-    for (int m = 2; m <= most_turns; ++m) {
+    for (int m = 2; m <= most_varied; ++m) {
         plot.commands += fmt::format("set title 'M = {}'\nset xlabel '{}'\nplot ", m,
-                                     m == most_turns ? "separation δ [segments]" : "");
+                                     m == most_varied ? "separation δ [segments]" : "");
         for (int k = 0; k < m - 1; ++k)
             plot.commands += fmt::format(
                 "{}'separation_frequency.csv' skip 1 using ($1 == {} && $2 == {} ? $3 + {} : "
                 "1/0):4 with boxes lc rgb '{}' title 'δ_{}'",
-                k > 0 ? ", \\\n     " : "", m, k + 1, 0.28 * (k - 0.5 * (m - 2)), colours[k], k + 1);
+                k > 0 ? ", \\\n     " : "", m, k + 1, 0.28 * (k - 0.5 * (m - 2)),
+                separation_frequency_colours[k], k + 1);
         plot.commands += "\n";
     }
     plot.commands += "unset multiplot\n";
@@ -152,7 +153,7 @@ StudyResult run_separation_frequency(const StudyOptions& options) {
     const int n = options.quick ? 100 : 200;
     const PaperScene scene = paper_scene("sharp", {.segments = n}),
                      other = paper_scene("sinuous", {.segments = n});
-    constexpr int each = most_turns - 1;
+    constexpr int each = most_varied - 1;
     std::vector<Frequencies> all(2 * each);
     Work work(options, 2 * each);
     work.run(2 * each, [&](int k) {
@@ -165,13 +166,13 @@ StudyResult run_separation_frequency(const StudyOptions& options) {
     StudyResult result;
     io::Table table{
         "separation_frequency", {"varied_segments", "index", "separation", "chosen_percent", "count"}, {}};
-    for (int m = 2; m <= most_turns; ++m)
+    for (int m = 2; m <= most_varied; ++m)
         for (int k = 0; k < m - 1; ++k)
             for (int delta = least_separation; delta <= largest_separation; ++delta)
                 table.add({static_cast<double>(m), k + 1.0, static_cast<double>(delta),
                            all[m - 2].percent(k, delta), static_cast<double>(all[m - 2].counts[k][delta])});
     claim(result, all, of_other, other.name);
-    result.plots = {picture(scene, cycles)};
+    result.plots = {separation_frequency_picture(scene, cycles)};
     result.page =
         claims_page("separation-frequency", "Which separations Algorithm 2 chooses",
                     fmt::format("From the centreline, {} cycles with the paper's method, without safeguard: "

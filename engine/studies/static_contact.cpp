@@ -17,18 +17,18 @@ namespace {
 using physics::Guidewire;
 
 /// Which terms of Eq. 17 are kept.
-struct Case {
+struct ContactCase {
     const char* name;
     const char* what;
     int varied_segments;
     bool bending, wall;
 };
-constexpr std::array<Case, 6> case_table = {{{"a", "A and R, M = 1", 1, true, true},
-                                             {"b", "neither, M = 1", 1, false, false},
-                                             {"c", "R alone, M = 1", 1, false, true},
-                                             {"d", "A alone, M = 1", 1, true, false},
-                                             {"e2", "A and R, M = 2", 2, true, true},
-                                             {"e3", "A and R, M = 3", 3, true, true}}};
+constexpr std::array<ContactCase, 6> case_table = {{{"a", "A and R, M = 1", 1, true, true},
+                                                    {"b", "neither, M = 1", 1, false, false},
+                                                    {"c", "R alone, M = 1", 1, false, true},
+                                                    {"d", "A alone, M = 1", 1, true, false},
+                                                    {"e2", "A and R, M = 2", 2, true, true},
+                                                    {"e3", "A and R, M = 3", 3, true, true}}};
 
 /// What happens to a wire at rest under further updates.
 struct Unrest {
@@ -47,7 +47,7 @@ struct Unrest {
     }
 };
 
-Unrest watch(const PaperScene& scene, Guidewire wire, const Case& c, int settle_cycles, int cycles) {
+Unrest watch(const PaperScene& scene, Guidewire wire, const ContactCase& c, int settle_cycles, int cycles) {
     physics::RelaxerConfig config = paper_method(c.varied_segments).config;
     config.bending_curvature = c.bending;
     config.wall_curvature = c.wall;

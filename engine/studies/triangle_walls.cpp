@@ -30,7 +30,7 @@ constexpr double still = 1e-6;     // mean turn of an update in the last cycle [
 constexpr double balanced = 1e-4;  // |g|/C of a wire that is where its energy is least [-]
 constexpr double same_facet = 1e-12;
 // The first bend of the sharp tube, to the left, and a ring of corners of its coarsest mesh there [mm].
-constexpr double bend_begins = 20, bend = 3, first_ring = 20.9;
+constexpr double bend_begins = 20, bend_radius = 3, first_ring = 20.9;
 
 /// The closest point of the mesh to a joint, on a face, an edge or a corner: its distance outside a convex
 /// wall has a continuous slope, and a curvature that jumps where the kind of feature changes.
@@ -128,11 +128,11 @@ struct NamedWall {
     bool planes = false;
 };
 
-struct Sizes {
+struct TriangleWallSizes {
     int segments = 60, cycles = 60;
     std::vector<Fineness> finenesses = {{8, 1.0}, {16, 0.5}, {48, 0.2}};
 };
-Sizes sizes(const StudyOptions& options) {
+TriangleWallSizes triangle_wall_sizes(const StudyOptions& options) {
     if (!options.quick) return {};
     return {40, 6, {{8, 1.0}, {24, 0.5}}};
 }
@@ -143,7 +143,7 @@ std::vector<anatomy::PenMove> sharp_path() {
             Arc{3, 1.0}, Run{10},     Arc{3, -1.4}, Run{12}};
 }
 
-std::vector<TubeOfTriangles> tubes(const Sizes& size) {
+std::vector<TubeOfTriangles> tubes(const TriangleWallSizes& size) {
     physics::GuidewireSpec spec;
     spec.end_cells = physics::EndCells::Paper;
     spec.segment_length = segment_length;
@@ -159,7 +159,7 @@ std::vector<TubeOfTriangles> tubes(const Sizes& size) {
     return all;
 }
 
-std::vector<NamedWall> walls(const std::vector<TubeOfTriangles>& tubes, const Sizes& size) {
+std::vector<NamedWall> walls(const std::vector<TubeOfTriangles>& tubes, const TriangleWallSizes& size) {
     std::vector<NamedWall> all;
     for (int t = 0; t < static_cast<int>(tubes.size()); ++t) {
         for (const Fineness& fineness : size.finenesses) {
@@ -282,10 +282,11 @@ io::Table edge_table(std::span<const NamedWall> walls) {
             Vec3(0, std::sin(angle), std::cos(angle)));
     }
     for (int k = -points; k <= points; ++k) {  // along the outside of the bend, past a ring of corners
-        const double place = span * k / points, turned = (first_ring + place - bend_begins) / bend;
-        const Vec3 out(std::sin(turned), -std::cos(turned), 0), centre(bend_begins, bend, 0);
+        const double place = span * k / points, turned = (first_ring + place - bend_begins) / bend_radius;
+        const Vec3 out(std::sin(turned), -std::cos(turned), 0), centre(bend_begins, bend_radius, 0);
         add("along", place,
-            centre + (bend + from_axis * std::cos(0.3)) * out + from_axis * std::sin(0.3) * Vec3::UnitZ(),
+            centre + (bend_radius + from_axis * std::cos(0.3)) * out +
+                from_axis * std::sin(0.3) * Vec3::UnitZ(),
             Vec3(std::cos(turned), std::sin(turned), 0));
     }
     return table;
@@ -306,7 +307,7 @@ std::vector<NamedWay> ways_of_relaxing() {
     return all;
 }
 
-std::string introduction(const std::vector<TubeOfTriangles>& tube, const Sizes& size) {
+std::string introduction(const std::vector<TubeOfTriangles>& tube, const TriangleWallSizes& size) {
     return fmt::format(
         "The paper's artery is a mesh, and the wall of a joint is the plane of the triangle that a ray from "
         "the "
@@ -349,7 +350,7 @@ std::string of_tube(const TubeOfTriangles& tube, const std::string& column) {
     return fmt::format("(strcol(1) eq '{}' ? {} : 1/0)", tube.name, column);
 }
 
-io::Plot edge_plot(const Sizes& size) {
+io::Plot edge_plot(const TriangleWallSizes& size) {
     io::Plot plot{"triangle_walls_edge", "", 1000, 760};
     plot.commands =
         "set multiplot layout 2,2\nset grid lc rgb '#dddddd'\nset xrange [-0.25:0.25]\n"
@@ -378,7 +379,7 @@ io::Plot edge_plot(const Sizes& size) {
     return plot;
 }
 
-io::Plot turns_plot(const std::vector<TubeOfTriangles>& tubes, const Sizes& size) {
+io::Plot turns_plot(const std::vector<TubeOfTriangles>& tubes, const TriangleWallSizes& size) {
     io::Plot plot{"triangle_walls_cycles", "", 1100, 480};
     plot.commands =
         "set multiplot layout 1,2\nset logscale y\nset format y '10^{%L}'\nset grid lc rgb '#dddddd'\n"
@@ -411,7 +412,7 @@ io::Plot turns_plot(const std::vector<TubeOfTriangles>& tubes, const Sizes& size
 }
 
 io::Plot states_plot(const std::vector<TubeOfTriangles>& tubes, const std::vector<NamedWay>& ways,
-                     const Sizes& size) {
+                     const TriangleWallSizes& size) {
     io::Plot plot{"triangle_walls", "", 1100, 600};
     constexpr const char* colours[] = {"#999999", "#E69F00", "#0072B2", "#009E73", "#56B4E9", "#000000"};
     constexpr int shapes[] = {2, 9, 7, 5, 6, 13};
@@ -520,7 +521,7 @@ std::vector<Claim> claims(const std::vector<NamedWall>& walls, const std::vector
 }  // namespace
 
 StudyResult run_triangle_walls(const StudyOptions& options) {
-    const Sizes size = sizes(options);
+    const TriangleWallSizes size = triangle_wall_sizes(options);
     const std::vector<TubeOfTriangles> tube = tubes(size);
     const std::vector<NamedWall> wall = walls(tube, size);
     const std::vector<NamedWay> way = ways_of_relaxing();

@@ -14,7 +14,7 @@ namespace studies {
 namespace {
 
 /// Sizes of what is followed in the first tube, and the hard joint.
-struct Sizes {
+struct VariedSegmentSizes {
     int segments = 200, cycles = 100, counted = 40;
     std::vector<int> joints = {51, 101, 166};  // the paper's 50, 100 and 165, which it counts from 0
     int short_cycles = 10;                     // for the last joint's picture and claims
@@ -22,12 +22,12 @@ struct Sizes {
     int rest_cycles = 200, long_cycles = 300;
 };
 
-Sizes sizes(bool quick) {
+VariedSegmentSizes varied_segment_sizes(bool quick) {
     if (!quick) return {};
     return {60, 12, 8, {16, 31, 51}, 10, 60, 47, 10, 40, 30};
 }
 
-struct Run {
+struct VariedRun {
     NamedMethod method;
     std::vector<DeviationTrace> traces;
 };
@@ -78,7 +78,7 @@ double largest_amplitude(const DeviationTrace& trace, int first, int cycles) {
     return largest;
 }
 
-void claim_records(const std::vector<Run>& runs, const Sizes& size, StudyResult& result) {
+void claim_records(const std::vector<VariedRun>& runs, const VariedSegmentSizes& size, StudyResult& result) {
     constexpr double published[] = {132e3, 515e3, 139e3};
     for (std::size_t k = 0; k < size.joints.size(); ++k) {
         const int i = size.joints[k], cycles = k < 2 ? size.cycles : size.short_cycles;
@@ -92,7 +92,7 @@ void claim_records(const std::vector<Run>& runs, const Sizes& size, StudyResult&
 }
 
 /// What the paper says of Figs. 6 to 8, of one tube.
-void claim_joints(const std::vector<Run>& runs, const Sizes& size, const std::string& tube,
+void claim_joints(const std::vector<VariedRun>& runs, const VariedSegmentSizes& size, const std::string& tube,
                   StudyResult& result) {
     const auto settled = [&](int run, int k) { return runs[run].traces[k].settled(0.1); };
     const auto mean = [&](int run, int k) { return runs[run].traces[k].mean(size.counted); };
@@ -219,8 +219,8 @@ std::array<double, 2> update_times(const PaperScene& scene,
     return least;
 }
 
-void claim_hard(const std::vector<Run>& runs, const Sizes& size, const std::array<double, 2>& times,
-                StudyResult& result) {
+void claim_hard(const std::vector<VariedRun>& runs, const VariedSegmentSizes& size,
+                const std::array<double, 2>& times, StudyResult& result) {
     const auto settled = [&](int run) { return runs[run].traces[0].settled(0.1); };
     const auto text = [&](std::initializer_list<int> list) {
         std::string all;
@@ -291,7 +291,7 @@ Convergence converge(const PaperScene& scene, int varied_segments, int cycles) {
 }
 
 /// Outlines of the tube and the wire at the start and at rest.
-io::Table wires_table(const PaperScene& scene, const Rest& rest, const Sizes& size) {
+io::Table wires_table(const PaperScene& scene, const Rest& rest, const VariedSegmentSizes& size) {
     io::Table table{"varied_segments_wires", {"curve", "x_mm", "y_mm"}, {}};
     const geometry::Polyline& path = scene.wall->centreline();
     for (const double side : {-1.0, 1.0}) {
@@ -310,7 +310,7 @@ io::Table wires_table(const PaperScene& scene, const Rest& rest, const Sizes& si
     return table;
 }
 
-io::Plot wires_plot(const PaperScene& scene, const Sizes& size) {
+io::Plot wires_plot(const PaperScene& scene, const VariedSegmentSizes& size) {
     io::Plot plot{"varied_segments_wires", "", 1000, 340};
     const auto line = [&](const std::string& name, const std::string& look) {
         return series(plot.name, name, 2, 3, look);
@@ -335,7 +335,7 @@ io::Plot wires_plot(const PaperScene& scene, const Sizes& size) {
     return plot;
 }
 
-io::Plot traces_plot(const std::string& name, const std::vector<Run>& runs, std::size_t count,
+io::Plot traces_plot(const std::string& name, const std::vector<VariedRun>& runs, std::size_t count,
                      std::size_t trace, const std::string& figure, const PaperScene& scene, int cycles) {
     io::Plot plot{name, "", 1000, 480};
     const int joint = runs[0].traces[trace].joint();
@@ -355,9 +355,10 @@ io::Plot traces_plot(const std::string& name, const std::vector<Run>& runs, std:
     return plot;
 }
 
-io::Table traces_table(const std::string& name, const std::vector<Run>& runs, std::size_t trace, int cycles) {
+io::Table traces_table(const std::string& name, const std::vector<VariedRun>& runs, std::size_t trace,
+                       int cycles) {
     io::Table table{name, {"method", "cycles", "lateral_deviation_mm"}, {}};
-    for (const Run& run : runs)
+    for (const VariedRun& run : runs)
         for (const auto& point : run.traces[trace].points())
             if (point.cycles <= cycles) table.add({run.method.name, point.cycles, point.deviation});
     return table;
@@ -366,7 +367,7 @@ io::Table traces_table(const std::string& name, const std::vector<Run>& runs, st
 }  // namespace
 
 StudyResult run_varied_segments(const StudyOptions& options) {
-    const Sizes size = sizes(options.quick);
+    const VariedSegmentSizes size = varied_segment_sizes(options.quick);
     const PaperScene sharp = paper_scene("sharp", {.segments = size.segments}),
                      hairpin = paper_scene("hairpin", {.segments = size.hard_segments});
     const PaperScene sinuous = paper_scene("sinuous", {.segments = size.segments});
@@ -385,11 +386,11 @@ StudyResult run_varied_segments(const StudyOptions& options) {
     });
     const ReferenceCurve curve(rests[0].wire.joints), hard_curve(rests[1].wire.joints),
         sinuous_curve(rests[2].wire.joints);
-    std::vector<Run> runs(in_sharp.size()), on_sinuous(in_sharp.size()), hard(in_hairpin.size());
+    std::vector<VariedRun> runs(in_sharp.size()), on_sinuous(in_sharp.size()), hard(in_hairpin.size());
     work.run(2 * sharp_count, [&](int k) {
         const bool first = k < sharp_count;
         const PaperScene& scene = first ? sharp : sinuous;
-        Run& run = (first ? runs : on_sinuous)[k % sharp_count];
+        VariedRun& run = (first ? runs : on_sinuous)[k % sharp_count];
         run.method = in_sharp[k % sharp_count];
         for (const int joint : size.joints)
             run.traces.emplace_back(first ? curve : sinuous_curve, joint, size.segments);
@@ -430,8 +431,8 @@ StudyResult run_varied_segments(const StudyOptions& options) {
         "varied_segments_settled",
         {"scene", "joint", "method", "cycles_to_0.1_mm", "cycles_to_0.01_mm", "cycles_to_0.001_mm"},
         {}};
-    const auto add_settled = [&](const std::string& scene, const std::vector<Run>& list) {
-        for (const Run& run : list)
+    const auto add_settled = [&](const std::string& scene, const std::vector<VariedRun>& list) {
+        for (const VariedRun& run : list)
             for (const DeviationTrace& trace : run.traces)
                 settled.add({scene, static_cast<double>(trace.joint()), run.method.name, trace.settled(0.1),
                              trace.settled(0.01), trace.settled(0.001)});

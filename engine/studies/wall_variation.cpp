@@ -17,46 +17,46 @@ using Rows = std::vector<std::vector<double>>;
 
 constexpr int examples = 5;
 constexpr double density_reach = 0.1;  // of the picture of deviations [mm]
-constexpr const char* colours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00"};
+constexpr const char* wall_variation_colours[] = {"#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00"};
 
-struct Sizes {
+struct WallVariationSizes {
     int segments = 175, realisations = 5000;
     int pieces_of_artery = 162;  // Ω, spanned by the wire
     std::array<int, 3> joints = {30, 100, 175};
 };
-Sizes sizes(const StudyOptions& options) {
+WallVariationSizes wall_variation_sizes(const StudyOptions& options) {
     if (!options.quick) return {};
     return {60, 40, 56, {10, 34, 60}};
 }
 
 /// The wire in one of two tubes: that of Fig. 13, which the paper varies the wall of, and a gently bent one.
-struct Setting {
-    Sizes size;
+struct WallSetting {
+    WallVariationSizes size;
     std::string name;
     PaperScene scene;
     Rest rest;  // under a uniform wall
 
     double length() const { return size.segments * scene.start.spec.segment_length; }  // [mm]
 };
-constexpr int tubes = 2;
+constexpr int tube_count = 2;
 enum Tubes { like_fig_13, gentle };
 
-std::vector<Setting> settings(const StudyOptions& options) {
-    const Sizes size = sizes(options);
-    std::vector<Setting> list;
+std::vector<WallSetting> settings(const StudyOptions& options) {
+    const WallVariationSizes size = wall_variation_sizes(options);
+    std::vector<WallSetting> list;
     list.push_back({size, "tube of Fig. 13", fig_13_scene(size.segments), {}});
     list.push_back({size, "sinuous", paper_scene("sinuous", {.segments = size.segments}), {}});
-    for (Setting& s : list) s.rest = global_rest(*s.scene.wall, s.scene.start);
+    for (WallSetting& s : list) s.rest = global_rest(*s.scene.wall, s.scene.start);
     return list;
 }
 
-physics::WallStiffness profile(const Setting& s, std::uint64_t seed, int realisation) {
+physics::WallStiffness profile(const WallSetting& s, std::uint64_t seed, int realisation) {
     return physics::drawn_variation(seed, physics::published_terms, realisation)
         .of(s.scene.stiffness, s.length());
 }
 
 /// K(ω)/k, ω = 1 … Ω.
-std::vector<double> profile_samples(const Setting& s, std::uint64_t seed, int realisation) {
+std::vector<double> profile_samples(const WallSetting& s, std::uint64_t seed, int realisation) {
     const physics::WallStiffness stiffness = profile(s, seed, realisation);
     std::vector<double> samples;
     for (int w = 1; w <= s.size.pieces_of_artery; ++w)
@@ -65,14 +65,14 @@ std::vector<double> profile_samples(const Setting& s, std::uint64_t seed, int re
 }
 
 int pieces(const StudyOptions& options) {
-    return sizes(options).realisations;
+    return wall_variation_sizes(options).realisations;
 }
 
 std::vector<std::string> columns(const StudyOptions& options) {
     std::vector<std::string> names = {"realisation"};
     for (const char* tube : {"fig_13", "sinuous"}) {
         names.push_back(fmt::format("{}_gradient", tube));
-        for (int i = 1; i <= sizes(options).segments; ++i)
+        for (int i = 1; i <= wall_variation_sizes(options).segments; ++i)
             names.push_back(fmt::format("{}_d_{}_mm", tube, i));
     }
     return names;
@@ -81,9 +81,9 @@ std::vector<std::string> columns(const StudyOptions& options) {
 /// One row per realisation: for each tube the gradient over C at rest, then d_i of joints 1 … N from the wire
 /// in a uniform wall.
 Rows rows(const StudyOptions& options, int first, int last) {
-    const std::vector<Setting> both = settings(options);
+    const std::vector<WallSetting> both = settings(options);
     std::vector<ReferenceCurve> curves;
-    for (const Setting& s : both) curves.emplace_back(s.rest.wire.joints);
+    for (const WallSetting& s : both) curves.emplace_back(s.rest.wire.joints);
     Rows all(static_cast<std::size_t>(last - first));
     Work work(options, last - first);
     work.run(last - first, [&](int k) {
@@ -91,7 +91,7 @@ Rows rows(const StudyOptions& options, int first, int last) {
         std::vector<double>& row = all[static_cast<std::size_t>(k)];
         row = {static_cast<double>(realisation)};
         for (std::size_t t = 0; t < both.size(); ++t) {
-            const Setting& s = both[t];
+            const WallSetting& s = both[t];
             const physics::TubeWall wall(s.scene.wall->centreline(), s.scene.wall->radius(),
                                          profile(s, options.seed, realisation));
             const Rest rest = global_rest(wall, s.rest.wire);
@@ -105,10 +105,10 @@ Rows rows(const StudyOptions& options, int first, int last) {
 }
 
 double gradient(const std::vector<double>& row, int tube) {
-    return row[1 + static_cast<std::size_t>(tube) * (row.size() - 1) / tubes];
+    return row[1 + static_cast<std::size_t>(tube) * (row.size() - 1) / tube_count];
 }
 double deviation(const std::vector<double>& row, int tube, int joint) {
-    return row[1 + static_cast<std::size_t>(tube) * (row.size() - 1) / tubes +
+    return row[1 + static_cast<std::size_t>(tube) * (row.size() - 1) / tube_count +
                static_cast<std::size_t>(joint)];
 }
 
@@ -127,10 +127,10 @@ MeanAndRms over(const Rows& rows, int tube, int joint, std::size_t count) {
     return {sum / static_cast<double>(count), std::sqrt(squares / static_cast<double>(count))};
 }
 
-io::Table running_table(const std::vector<Setting>& both, const Rows& rows) {
+io::Table running_table(const std::vector<WallSetting>& both, const Rows& rows) {
     io::Table table{"wall_variation_running", {"tube", "joint", "realisations", "mean_mm", "rms_mm"}, {}};
     const std::size_t step = std::max<std::size_t>(1, rows.size() / 500);
-    for (int tube = 0; tube < tubes; ++tube)
+    for (int tube = 0; tube < tube_count; ++tube)
         for (const int joint : both[0].size.joints) {
             double sum = 0, squares = 0;
             for (std::size_t r = 0; r < rows.size(); ++r) {
@@ -190,7 +190,8 @@ Spread spread_of(const std::vector<double>& values, std::size_t per_realisation)
     return s;
 }
 
-void claim_walls(StudyResult& result, const Sizes& size, std::size_t realisations, const Spread& k) {
+void claim_walls(StudyResult& result, const WallVariationSizes& size, std::size_t realisations,
+                 const Spread& k) {
     FigureClaims eq(result, "Eq. 41");
     eq.add(ClaimKind::Identity, "K is positive: least K/k", std::string("> 0"), k.least, k.least > 0,
            "above 0", "Amplitudes of at most 2^−g k add up to less than k.");
@@ -216,7 +217,7 @@ void claim_walls(StudyResult& result, const Sizes& size, std::size_t realisation
 }
 
 /// What the paper says of Figs. 16 to 18, of one tube.
-void claim_wire(StudyResult& result, const Setting& s, int tube, const Rows& rows,
+void claim_wire(StudyResult& result, const WallSetting& s, int tube, const Rows& rows,
                 const std::vector<MeanAndRms>& of_joint, const std::vector<double>& deviations) {
     double largest_gradient = 0;
     for (const auto& row : rows) largest_gradient = std::max(largest_gradient, gradient(row, tube));
@@ -279,14 +280,14 @@ void claim_wire(StudyResult& result, const Setting& s, int tube, const Rows& row
         std::string("negligible"), largest, largest < 0.1, "below 0.1 mm, a pixel", why);
 }
 
-std::string where(const Setting& s) {
+std::string where(const WallSetting& s) {
     return fmt::format("{}; G = {} terms over {:g} mm of artery, Ω = {}", s.scene.text(),
                        physics::published_terms, s.length(), s.size.pieces_of_artery);
 }
 
-std::vector<io::Plot> pictures(const std::vector<Setting>& both, std::size_t realisations) {
+std::vector<io::Plot> pictures(const std::vector<WallSetting>& both, std::size_t realisations) {
     const std::string grid = "set grid lc rgb '#dddddd'\n";
-    const Setting& s = both[like_fig_13];
+    const WallSetting& s = both[like_fig_13];
     constexpr const char* tube_colours[] = {"#D55E00", "#0072B2"};
     std::vector<io::Plot> plots;
     io::Plot profiles{"wall_variation_profiles", "", 900, 460};
@@ -299,7 +300,7 @@ std::vector<io::Plot> pictures(const std::vector<Setting>& both, std::size_t rea
         profiles.commands += fmt::format(
             "{}'wall_variation_profiles.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 1.5 "
             "lc rgb '{}' title 'realisation {}'",
-            r > 1 ? ", \\\n     " : "", r, colours[r - 1], r);
+            r > 1 ? ", \\\n     " : "", r, wall_variation_colours[r - 1], r);
     profiles.commands += "\n";
     profiles.caption =
         "The first of the random walls, stiffness along the artery (the paper's Fig. 14); shaded, ± 50 %: " +
@@ -389,8 +390,8 @@ std::vector<io::Plot> pictures(const std::vector<Setting>& both, std::size_t rea
 }
 
 StudyResult finish(const StudyOptions& options, const Rows& rows) {
-    const std::vector<Setting> both = settings(options);
-    const Setting& s = both[like_fig_13];
+    const std::vector<WallSetting> both = settings(options);
+    const WallSetting& s = both[like_fig_13];
     const auto realisations = static_cast<int>(rows.size());
     std::vector<double> stiffness;
     io::Table profiles{"wall_variation_profiles", {"realisation", "piece", "stiffness_over_k"}, {}};
@@ -405,8 +406,8 @@ StudyResult finish(const StudyOptions& options, const Rows& rows) {
                 spread_of(stiffness, static_cast<std::size_t>(s.size.pieces_of_artery)));
     io::Table joints{"wall_variation_joints", {"tube", "joint", "mean_mm", "rms_mm"}, {}},
         density{"wall_variation_deviation", {"tube", "middle_deviation_mm", "density_per_mm"}, {}};
-    for (int tube = 0; tube < tubes; ++tube) {
-        const Setting& here = both[static_cast<std::size_t>(tube)];
+    for (int tube = 0; tube < tube_count; ++tube) {
+        const WallSetting& here = both[static_cast<std::size_t>(tube)];
         std::vector<double> deviations;
         for (const auto& row : rows)
             for (int i = 1; i <= s.size.segments; ++i) deviations.push_back(deviation(row, tube, i));

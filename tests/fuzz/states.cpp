@@ -283,7 +283,6 @@ private:
         judge_work(frame, before, after, report);
         // The paper's relaxers end where their updates do, however deep the wire is then.
         if (simulation_.scenario().relaxer.kind != physics::RelaxerKind::Global) return;
-        // Planes jump where a wall is asked anew.
         if (const double gradient = physics::relative_gradient(wire, after.contacts);
             after.known && simulation_.wall().smooth() && gradient > 2 * report.relax.gradient + 1e-7)
             break_at(frame, fmt::format("at rest with a gradient of {:g}, and {:g} was reported", gradient,
@@ -300,11 +299,12 @@ private:
                                      hidden));
     }
 
-    /// Without friction the energy rises by no more than the hands have put in.
+    /// Without friction the energy rises by no more than the hands have put in. Planes jump where they are
+    /// asked anew.
     void judge_work(int frame, const Rest& before, const Rest& after, const exercise::StepReport& report) {
         const scenario::Scenario& s = simulation_.scenario();
         if (s.guidewire.friction != 0 || s.catheter || s.relaxer.kind != physics::RelaxerKind::Global ||
-            report.reset || report.settling || !before.known || !after.known)
+            report.reset || report.settling || !before.known || !after.known || !simulation_.wall().smooth())
             return;
         double fed = 0;
         for (const double length : report.insertions) fed += length;

@@ -21,11 +21,11 @@ struct StateOutcome {
 };
 /// Plays the case. What must hold after every frame: the wire is finite, its tangents have length 1 and its
 /// joints λ between them; energy and the hand's force are finite. Of the global relaxer at rest, without
-/// friction, too: the energy has risen by no more than the hands have put in, and not at all where no hand
-/// moved; the gradient is as small as the relaxer reports; no joint is beyond the wall by more than the
-/// vessel's radius, nor farther outside the triangles of the lumen than its wall reports. The state restored
-/// from the middle goes on to the same end. A scenario that is not accepted is a refusal; every exception
-/// after that passes through.
+/// friction and on a smooth wall, too: the energy has risen by no more than the hands have put in, and not at
+/// all where no hand moved; the gradient is as small as the relaxer reports; no joint is beyond the wall by
+/// more than the vessel's radius, nor farther outside the triangles of the lumen than its wall reports. The
+/// state restored from the middle goes on to the same end. A scenario that is not accepted is a refusal;
+/// every exception after that passes through.
 StateOutcome play(const StateCase&);
 
 }  // namespace fuzz
