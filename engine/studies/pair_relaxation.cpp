@@ -142,8 +142,8 @@ void claim(StudyResult& result, const std::vector<std::vector<Pair>>& all, int f
                     "neighbours is not alike, and only {:.0f} % of these pairs turn the same way ({:.0f} % "
                     "of those at δ = 2).",
                     100 * (1 - close.opposite), 100 * (1 - next.opposite)));
-    fig.published("the nearest segments turn alike, ε_i ≈ ε_j: median cosine between them at δ = 2",
-                  1.0, next.cosine, next.cosine > 0.9, "above 0.9");
+    fig.published("the nearest segments turn alike, ε_i ≈ ε_j: median cosine between them at δ = 2", 1.0,
+                  next.cosine, next.cosine > 0.9, "above 0.9");
     fig.published(
         "segments that are not close lower the energy more: synergy of δ = 10 to 20 over that of 2 to 4",
         std::string("> 1"), good.synergy / close.synergy, good.synergy > close.synergy,
@@ -152,10 +152,9 @@ void claim(StudyResult& result, const std::vector<std::vector<Pair>>& all, int f
                   std::string("most"), good.opposite, good.opposite > 0.5, "more than half",
                   fmt::format("Their median cosine is {:.2f}.", good.cosine));
     fig.published(
-        fmt::format(
-            "far segments hardly interact: median of |ε_i·R_(j,N)·ε_j| over ε_i·R_(i,N)·ε_i with "
-            "{} contacts or more between, over that with none between",
-            many),
+        fmt::format("far segments hardly interact: median of |ε_i·R_(j,N)·ε_j| over ε_i·R_(i,N)·ε_i with "
+                    "{} contacts or more between, over that with none between",
+                    many),
         std::string("≪ 1"), far.interaction / few.interaction, far.interaction < 0.5 * few.interaction,
         "less than half",
         fmt::format("{} pairs and {} pairs; {:.2f} and {:.2f}.", far.pairs, few.pairs, far.interaction,
