@@ -284,7 +284,8 @@ private:
         // The paper's relaxers end where their updates do, however deep the wire is then.
         if (simulation_.scenario().relaxer.kind != physics::RelaxerKind::Global) return;
         if (const double gradient = physics::relative_gradient(wire, after.contacts);
-            after.known && simulation_.wall().smooth() && gradient > 2 * report.relax.gradient + 1e-7)
+            after.known && wire.grips.empty() && simulation_.wall().smooth() &&
+            gradient > 2 * report.relax.gradient + 1e-7)
             break_at(frame, fmt::format("at rest with a gradient of {:g}, and {:g} was reported", gradient,
                                         report.relax.gradient));
         for (const physics::WallContact& contact : after.contacts)
