@@ -12,7 +12,7 @@ namespace fuzz {
 
 TEST(StateFuzz, WhatMustHoldHoldsAfterEveryFrame) {
     const char* more = std::getenv("SELDINGER_FUZZ_SEEDS");
-    const int cases = more ? std::max(1, std::atoi(more)) : 25;
+    const int cases = more ? std::max(1, std::atoi(more)) : 12;
     int refused = 0, frames = 0;
     for (int seed = 1; seed <= cases; ++seed) {
         const StateOutcome outcome = play(random_case(static_cast<std::uint32_t>(seed), 40));
@@ -32,7 +32,7 @@ TEST(StateFuzz, WhatOnceBrokeHolds) {
         std::filesystem::path script = entry.path();
         script.replace_extension(".gw");
         StateCase found{1, io::read_text(entry.path(), "scenario", "a file"),
-                        io::read_text(script, "script", "a file"), 400};
+                        io::read_text(script, "script", "a file"), 300};
         const StateOutcome outcome = play(found);
         EXPECT_EQ(outcome.broken + outcome.refused, "") << entry.path();
         ++cases;
