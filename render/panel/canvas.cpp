@@ -7,7 +7,7 @@
 #include <fstream>
 #include <imgui.h>
 #include <iterator>
-#include <optional>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -82,10 +82,12 @@ std::string one_line(std::string_view text) {
     return line;
 }
 
-/// Makes a context of ImGui current, and restores the previous one at the end.
+/// Makes a context of ImGui current, and restores the previous one at the end. The current context is one for
+/// the whole process, and even ImGui's allocator counts in it: one thread at a time has it.
 class CurrentContext {
 public:
-    explicit CurrentContext(ImGuiContext* context) : before_(ImGui::GetCurrentContext()) {
+    explicit CurrentContext(ImGuiContext* context = nullptr)
+        : lock_(process_wide()), before_(ImGui::GetCurrentContext()) {
         ImGui::SetCurrentContext(context);
     }
     ~CurrentContext() { ImGui::SetCurrentContext(before_); }
@@ -93,7 +95,12 @@ public:
     CurrentContext& operator=(const CurrentContext&) = delete;
 
 private:
-    ImGuiContext* before_;
+    static std::mutex& process_wide() {
+        static std::mutex mutex;
+        return mutex;
+    }
+    const std::lock_guard<std::mutex> lock_;
+    ImGuiContext* const before_;
 };
 
 /// A sheet of its own: a target, and an ImGui context that nothing else draws with.
@@ -103,16 +110,25 @@ struct Sheet {
         int width = 0, height = 0;
     };
 
+    /// Destroys a context when no other thread uses ImGui.
+    struct Destroy {
+        void operator()(ImGuiContext* context) const {
+            const CurrentContext none;
+            ImGui::DestroyContext(context);
+        }
+    };
+
     DrawDataRenderer renderer;
-    std::unique_ptr<ImGuiContext, void (*)(ImGuiContext*)> context{nullptr, ImGui::DestroyContext};
-    std::optional<CurrentContext> current;  // between `begin` and `finish`
+    std::unique_ptr<ImGuiContext, Destroy> context;
     CanvasFaces faces;
     std::array<Slot, 2> slots;
 
     Sheet(int width, int height, float unit, const std::filesystem::path& folder) : renderer(width, height) {
-        const CurrentContext before(ImGui::GetCurrentContext());
-        context.reset(ImGui::CreateContext());
-        ImGui::SetCurrentContext(context.get());
+        {
+            const CurrentContext none;
+            context.reset(ImGui::CreateContext());
+        }
+        const CurrentContext current(context.get());
         ImGuiIO& io = ImGui::GetIO();
         io.IniFilename = nullptr;
         io.LogFilename = nullptr;
@@ -211,19 +227,25 @@ bool Canvas::has_font() const {
     return state_->faces.from_files;
 }
 
-void Canvas::begin() {
-    state_->sheet->current.emplace(state_->sheet->context.get());
-    if (state_->list != nullptr) ImGui::EndFrame();  // an exception interrupted drawing
-    ImGui::NewFrame();
-    state_->list = ImGui::GetBackgroundDrawList();
-}
-
-ColourImage Canvas::finish() {
-    ImGui::Render();
-    state_->list = nullptr;
-    ColourImage image = state_->sheet->renderer.draw(*ImGui::GetDrawData());
-    state_->sheet->current.reset();
-    return image;
+ColourImage Canvas::draw(const std::function<void()>& strokes) {
+    Sheet& sheet = *state_->sheet;
+    const ImDrawData* drawn = nullptr;
+    {
+        const CurrentContext current(sheet.context.get());
+        ImGui::NewFrame();
+        state_->list = ImGui::GetBackgroundDrawList();
+        try {
+            strokes();
+        } catch (...) {
+            state_->list = nullptr;
+            ImGui::EndFrame();
+            throw;
+        }
+        state_->list = nullptr;
+        ImGui::Render();
+        drawn = ImGui::GetDrawData();
+    }
+    return sheet.renderer.draw(*drawn);  // of this context alone
 }
 
 void Canvas::clip(const Box& b) {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <numbers>
 #include <span>
@@ -55,7 +56,7 @@ public:
     /// Throws std::runtime_error when GL fails.
     Canvas(int width, int height, float unit, const std::filesystem::path& fonts);
     /// Adds strokes to a draw list of a window's own ImGui, `origin` [pixels] from its upper left corner.
-    /// begin(), finish() and pictures are for sheets only. The faces' atlas must be that of the list.
+    /// draw() and pictures are for sheets only. The faces' atlas must be that of the list.
     Canvas(ImDrawList&, const CanvasFaces&, float unit, Point origin);
     ~Canvas();
     Canvas(const Canvas&) = delete;
@@ -63,9 +64,11 @@ public:
 
     bool has_font() const;  // whether the faces come from `fonts`
 
-    /// Drawing is possible only between these two. A window's ImGui in the same process is left unchanged.
-    void begin();
-    ColourImage finish();
+    /// Calls `strokes`, which draws on this sheet, and returns the sheet; an exception passes through. Sheets
+    /// of several threads are drawn at once, but their strokes in turn: `strokes` must not make or draw
+    /// another sheet. A window's ImGui in the same thread is left unchanged; one in another thread must not
+    /// be drawing.
+    ColourImage draw(const std::function<void()>& strokes);
 
     void clip(const Box&);  // until the matching `unclip`, nothing appears outside; may be nested
     void unclip();

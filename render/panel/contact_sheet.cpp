@@ -19,23 +19,23 @@ constexpr int gap = 4;  // between tiles [pixels]
 GrayImage labelled(const GrayImage& sheet, std::span<const std::string> labels, int columns, int tile_width,
                    int tile_height) {
     Canvas canvas(sheet.width, sheet.height, 1.0f, PanelSpec().fonts);
-    canvas.begin();
-    canvas.picture(0, sheet, 0, 0, sheet.width, sheet.height);
-    constexpr float margin = 3.0f;
-    for (int n = 0; n < static_cast<int>(labels.size()); ++n) {
-        if (labels[n].empty()) continue;
-        const auto left = static_cast<float>(gap + n % columns * (tile_width + gap)),
-                   top = static_cast<float>(gap + n / columns * (tile_height + gap));
-        const float room = static_cast<float>(tile_width) - 2 * margin;
-        const float width = std::min(canvas.text_width(labels[n], Face::Plain), room);
-        canvas.clip(
-            {left, top, left + static_cast<float>(tile_width), top + static_cast<float>(tile_height)});
-        canvas.box({left, top, left + width + 2 * margin, top + canvas.text_height(Face::Plain) + margin},
-                   palette::black);
-        canvas.text({left + margin, top + 1}, labels[n], Face::Plain, palette::bright, Align::Left, room);
-        canvas.unclip();
-    }
-    const ColourImage drawn = canvas.finish();
+    const ColourImage drawn = canvas.draw([&] {
+        canvas.picture(0, sheet, 0, 0, sheet.width, sheet.height);
+        constexpr float margin = 3.0f;
+        for (int n = 0; n < static_cast<int>(labels.size()); ++n) {
+            if (labels[n].empty()) continue;
+            const auto left = static_cast<float>(gap + n % columns * (tile_width + gap)),
+                       top = static_cast<float>(gap + n / columns * (tile_height + gap));
+            const float room = static_cast<float>(tile_width) - 2 * margin;
+            const float width = std::min(canvas.text_width(labels[n], Face::Plain), room);
+            canvas.clip(
+                {left, top, left + static_cast<float>(tile_width), top + static_cast<float>(tile_height)});
+            canvas.box({left, top, left + width + 2 * margin, top + canvas.text_height(Face::Plain) + margin},
+                       palette::black);
+            canvas.text({left + margin, top + 1}, labels[n], Face::Plain, palette::bright, Align::Left, room);
+            canvas.unclip();
+        }
+    });
     GrayImage result = sheet;
     for (std::size_t i = 0; i < result.pixels.size(); ++i) result.pixels[i] = drawn.pixels[3 * i];
     return result;

@@ -103,18 +103,18 @@ ColourImage Panel::draw(const GrayImage& live, const GrayImage* reference, const
     require_pixels(live, "live");
     if (reference != nullptr) require_pixels(*reference, "reference");
     Canvas& canvas = state_->canvas;
-    canvas.begin();
-    const PanelArea area = live_area(live.width, live.height), room = state_->live_room();
-    canvas.picture(live_slot, live, area.left, area.top, area.width, area.height);
-    const Box screen = state_->units(room);
-    canvas.clip(screen);
-    draw_image_marks(canvas, state_->units(live_area(1, 1)),
-                     readout);  // along a square, whatever the image's shape
-    canvas.unclip();
-    const Box column{screen.right, 0.0f, float(state_->spec.width) / state_->unit, screen.bottom};
-    canvas.box(column, palette::ground);
-    draw_readouts(canvas, state_->draw_reference(reference, readout), readout);
-    return canvas.finish();
+    return canvas.draw([&] {
+        const PanelArea area = live_area(live.width, live.height), room = state_->live_room();
+        canvas.picture(live_slot, live, area.left, area.top, area.width, area.height);
+        const Box screen = state_->units(room);
+        canvas.clip(screen);
+        draw_image_marks(canvas, state_->units(live_area(1, 1)),
+                         readout);  // along a square, whatever the image's shape
+        canvas.unclip();
+        const Box column{screen.right, 0.0f, float(state_->spec.width) / state_->unit, screen.bottom};
+        canvas.box(column, palette::ground);
+        draw_readouts(canvas, state_->draw_reference(reference, readout), readout);
+    });
 }
 
 }  // namespace render

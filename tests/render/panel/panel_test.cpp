@@ -1,6 +1,7 @@
 #include "render/panel/panel.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -10,12 +11,15 @@
 #include <imgui/imgui.h>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <unistd.h>
 #include <utility>
 #include <vector>
 
+#include "render/panel/contact_sheet.h"
 #include "render/panel/palette.h"
 #include "render/patient/solids.h"
 #include "render/xray/fluoroscope.h"
@@ -29,6 +33,7 @@ using render::GrayImage;
 using render::Ink;
 using render::Panel;
 using render::PanelArea;
+using render::PanelSpec;
 using render::Readout;
 using test::noisy, test::plain;
 
@@ -396,6 +401,28 @@ TEST_F(PanelTest, LeavesAnotherImGuiAndTheFluoroscopeAsTheyWere) {
     EXPECT_EQ(frame, alone.expose(arm, {}, {}));
     const ColourImage screen = panel_->draw(frame, nullptr, sample());
     EXPECT_EQ(screen, Panel().draw(frame, nullptr, sample()));
+}
+
+TEST_F(PanelTest, ManyThreadsDrawWhatOneDraws) {
+    // Dear ImGui has one current context for the whole process.
+    const Readout readout = sample();
+    const ColourImage expected = Panel({640, 512, PanelSpec().fonts}).draw(live_, nullptr, readout);
+    const std::vector<GrayImage> tiles(3, live_);
+    const std::vector<std::string> labels = {"one", "two", "three"};
+    const GrayImage expected_sheet = render::contact_sheet(tiles, 2, 96, labels);
+    std::atomic<int> different = 0;
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t)
+        threads.emplace_back([&] {
+            std::optional<Panel> kept;
+            for (int k = 0; k < 25; ++k) {
+                if (k % 4 == 0) kept.emplace(PanelSpec{640, 512, PanelSpec().fonts});
+                different += kept->draw(live_, nullptr, readout) != expected;
+                different += render::contact_sheet(tiles, 2, 96, labels) != expected_sheet;
+            }
+        });
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(different, 0);
 }
 
 }  // namespace
