@@ -200,7 +200,7 @@ void add_bubbles(TriangleMesh& gas, const std::vector<shape::Station>& course, i
 }
 
 /// Gas of the stomach, which in a patient on the back lies in front, in body and antrum, between long folds.
-TriangleMesh stomach_gas(const Chance& chance) {
+shape::Compound stomach_gas(const Chance& chance) {
     const std::uint64_t field = chance.field("gas of the stomach");
     const double full = 1.0 + 0.12 * chance.normal("gas of the stomach");
     const std::vector<shape::Station> course{{Vec3(59, -34, 172), 20 * full, 19},
@@ -216,7 +216,7 @@ TriangleMesh stomach_gas(const Chance& chance) {
     shape::Compound lumen;
     lumen.add(shape::sweep(course, Vec3::UnitX(), 2.0, inset));
     lumen.keep(shape::half_space(Vec3(50, -46, 130), Vec3(0, 1, 0.03)), 2.0);
-    return shape::polygonised(lumen, gas_cell).outer;
+    return lumen;
 }
 
 /// The long axis of a kidney next to T12 to L3, 110 mm long, 55 wide, 45 thick (texts), the left one higher;
@@ -360,7 +360,7 @@ void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, 
         fat.add(shape::sweep(*course, Vec3::UnitX()), 0.0, 4.0);
     TriangleMesh gas;
     int index = 0;
-    std::vector<shape::Compound> pockets;
+    std::vector<shape::Compound> pockets = {stomach_gas(chance)};
     const shape::Solid inner = shape::grown(flesh, -2.0);
     const shape::Solid kidneys[] = {shape::sweep(on_left, Vec3::UnitX()),
                                     shape::sweep(on_right, Vec3::UnitX())};
@@ -382,10 +382,18 @@ void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, 
                          2.0);
                 one.keep(inner, 0.0);
                 for (const shape::Solid& kidney : kidneys) one.cut(shape::grown(kidney, 5.0), 0.0);
-                if (with_gas) append(gas, shape::polygonised(one, gas_cell).outer);
+                // Neighbours press on each other, with two walls between.
+                for (const shape::Compound& earlier : pockets)
+                    if (earlier.box().intersects(one.box()))
+                        one.cut(shape::grown(earlier.solid(), 2.0 * bowel_wall), 0.0);
                 pockets.push_back(std::move(one));
             }
         }
+    }
+    // Haustra may bulge beyond the course that was cut. Fat that reached into gas would be lighter than air.
+    for (const shape::Compound& pocket : pockets) {
+        fat.cut(shape::grown(pocket.solid(), bowel_wall), 0.0);
+        if (with_gas) append(gas, shape::polygonised(pocket, gas_cell).outer);
     }
     // The bowel touches a kidney through some fat.
     for (const shape::Solid& kidney : kidneys) fat.add(shape::grown(kidney, 2.5), 0.0, 0.0);
@@ -401,7 +409,6 @@ void add_abdomen_layers(std::vector<TissueLayer>& layers, const Chance& chance, 
     add_bubbles(gas, part_of(large[0].course, 0.0, 0.9), 170, chance.field("bubbles", 0), pockets);
     add_bubbles(gas, part_of(large[2].course, 0.0, 1.0), 130, chance.field("bubbles", 1), pockets);
     add_bubbles(gas, part_of(large[3].course, 0.55, 0.95), 60, chance.field("bubbles", 2), pockets);
-    append(gas, stomach_gas(chance));
     layers.push_back({"bowel gas", Material::Air, Material::SoftTissue, std::move(gas), false});
 }
 
