@@ -67,7 +67,7 @@ int bake(const BakeArguments& arguments) {
                 ++kept;
             } catch (const io::InputError& error) {
                 ++failed;
-                fmt::print(stderr, "seed {}: {}\n", seed, error.what());
+                tell("seed {}: {}\n", seed, error.what());
             } catch (const Stopped&) {
             }
         }
@@ -75,7 +75,7 @@ int bake(const BakeArguments& arguments) {
     fmt::print("{}: {} of {} anatomies are in {}{}\n", arguments.preset, kept, seeds.end - seeds.first,
                cache.folder.string(), failed > 0 ? fmt::format(", {} cannot be grown", failed) : "");
     if (stop_requested()) {
-        fmt::print(stderr, "interrupted: the same command goes on\n");
+        tell("interrupted: the same command goes on\n");
         return interrupted;
     }
     return failed > 0 ? not_reached : done;

@@ -7,10 +7,11 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <fcntl.h>
 #include <fmt/format.h>
-#include <iostream>
 #include <new>
 #include <semaphore.h>
+#include <sstream>
 #include <string_view>
 #include <system_error>
 #include <thread>
@@ -56,6 +57,12 @@ void end_when_asked() {
 }  // namespace
 
 void catch_signals() {
+    // The next file that is opened would take the number of a closed one, and text for people would go into
+    // it.
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+        if (::fcntl(stream, F_GETFD) == -1 && errno == EBADF)
+            // Standard output stays one that cannot be written to.
+            static_cast<void>(::open("/dev/null", stream == STDOUT_FILENO ? O_RDONLY : O_RDWR));
     ::sem_init(&signal_came, 0, 0);
     std::thread(end_when_asked).detach();
     for (const int signal : {SIGXFSZ, SIGPIPE}) std::signal(signal, SIG_IGN);
@@ -96,25 +103,37 @@ int guarded(const std::function<int()>& action) {
     } catch (const std::exception& error) {
         wrong = fmt::format("a defect of this program ended the command ({})", error.what());
     }
-    tell("seldinger: {}\n", io::printable(wrong));
+    tell("seldinger: {}\n", wrong);
     return bad_input;
 }
 
-void require_finite(const CLI::App& parser) {
+void require_plain_numbers(const CLI::App& parser) {
     for (const CLI::Option* option : parser.get_options()) {
-        if (!option->get_type_name().starts_with("FLOAT")) continue;
+        const std::string kind = option->get_type_name();
+        const bool whole = kind.starts_with("INT") || kind.starts_with("UINT");
+        if (!whole && !kind.starts_with("FLOAT")) continue;
+        const auto plain = [&](const std::string& word) {
+            if (!whole) return std::isfinite(std::strtod(word.c_str(), nullptr));
+            const std::size_t sign = word.starts_with('-') || word.starts_with('+');
+            const std::string_view digits = std::string_view(word).substr(sign);
+            return digits.find_first_not_of("0123456789") == std::string_view::npos &&
+                   (digits.size() == 1 || !digits.starts_with('0'));
+        };
         for (const std::string& word : option->results())
-            if (!std::isfinite(std::strtod(word.c_str(), nullptr)))
-                throw io::InputError(
-                    fmt::format("{}: '{}' was found; a finite number is accepted", option->get_name(), word));
+            if (!plain(word))
+                throw io::InputError(fmt::format(
+                    "{}: '{}' was found; {} is accepted", option->get_name(), word,
+                    whole ? "a whole number in decimal digits, without leading zeros" : "a finite number"));
     }
-    for (const CLI::App* command : parser.get_subcommands()) require_finite(*command);
+    for (const CLI::App* command : parser.get_subcommands()) require_plain_numbers(*command);
 }
 
 int exit_code_of(const CLI::App& parser, const CLI::ParseError& error) {
     return guarded([&] {
-        const int code = parser.exit(error) == 0 ? done : bad_input;
-        if (!std::cout.flush()) throw std::system_error(errno, std::generic_category(), "standard output");
+        std::ostringstream help, wrong;
+        const int code = parser.exit(error, help, wrong) == 0 ? done : bad_input;
+        std::fputs(help.str().c_str(), stdout);
+        tell("{}", wrong.str());
         return code;
     });
 }

@@ -11,6 +11,7 @@
 
 #include "app/progress_bar.h"
 #include "engine/anatomy/model_cache.h"
+#include "engine/io/error.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
 
@@ -47,14 +48,18 @@ Command add_bake(CLI::App&);
 /// To be called first. From here on Ctrl-C, SIGTERM and SIGHUP ask the command to stop. One that asks
 /// stop_requested() has time to keep what it has; a second signal, or work that does not ask for half a
 /// second, ends the program with exit code 130, and what was being written is removed. Writing beyond a quota
-/// or to a closed pipe is an error of the write instead of a signal that ends the program.
+/// or to a closed pipe is an error of the write instead of a signal that ends the program. A standard stream
+/// that is closed stays without effect: no file takes its number.
 void catch_signals();
 bool stop_requested();
 
-/// Writes to standard error. That it cannot be written to is no reason to end.
+/// Writes to standard error, without control characters. That it cannot be written to is no reason to end.
 template <class... Values>
 void tell(fmt::format_string<Values...> text, Values&&... values) {
-    std::fputs(fmt::format(text, std::forward<Values>(values)...).c_str(), stderr);
+    std::string line = fmt::format(text, std::forward<Values>(values)...);
+    const bool ends = line.ends_with('\n');
+    if (ends) line.pop_back();
+    std::fputs((io::printable(line) + (ends ? "\n" : "")).c_str(), stderr);
 }
 
 /// "seldinger 0.1.0".
@@ -68,8 +73,9 @@ std::filesystem::path user_folder(const char* variable, const char* under_home);
 /// Runs the action and returns its exit code. Reports what it throws, and an output that could not be
 /// written.
 int guarded(const std::function<int()>& action);
-/// Throws InputError for an option that takes numbers and was given one that is not finite.
-void require_finite(const CLI::App&);
+/// Throws InputError for an option that takes numbers and was given one that is not finite, or one that CLI11
+/// does not read as decimal: 010, 0x10.
+void require_plain_numbers(const CLI::App&);
 /// Reports what is wrong with the arguments, or prints the help that they ask for. Returns the exit code.
 int exit_code_of(const CLI::App&, const CLI::ParseError&);
 /// Throws InputError unless the option --out names a .png that can be written. To be called before any work.

@@ -22,7 +22,7 @@ int main(int count, char** values) {
     for (const app::Command& command : commands)
         if (*command.parser)
             return app::guarded([&] {
-                app::require_finite(parser);
+                app::require_plain_numbers(parser);
                 return command.action();
             });
     return app::bad_input;

@@ -41,11 +41,13 @@ int run_scenario(const RunArguments& arguments) {
     const scenario::Scenario scenario =
         scenario::load_scenario(scenario::find_scenario(arguments.scenario, assets() / "scenarios"),
                                 assets() / "devices", overrides_of(arguments.set));
+    std::optional<std::string> typed;
+    if (arguments.commands == "-") {
+        typed = std::string(std::istreambuf_iterator<char>(std::cin), {});
+        if (stop_requested()) return interrupted;  // a signal ends the reading, in mid-script
+    }
     const script::CommandScript script =
-        arguments.commands == "-"
-            ? script::parse_commands(std::string(std::istreambuf_iterator<char>(std::cin), {}),
-                                     "standard input")
-            : script::load_commands(arguments.commands);
+        typed ? script::parse_commands(*typed, "standard input") : script::load_commands(arguments.commands);
     run::RunOptions options;
     options.every = arguments.every;
     options.images = arguments.frames != "none";

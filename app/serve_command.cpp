@@ -92,6 +92,7 @@ int serve(const ServeArguments& arguments) {
     };
     say(episode::to_json(*episode));
     for (std::string line; !stop_requested() && std::getline(std::cin, line);) {
+        if (stop_requested()) break;  // the line may be cut
         if (!line.empty() && line.back() == '\r') line.pop_back();
         if (line == "quit") break;
         if (line.empty() || line.front() == '#') continue;

@@ -112,5 +112,8 @@ int main(int count, char** values) {
     } catch (const CLI::ParseError& error) {
         return app::exit_code_of(parser, error);
     }
-    return app::guarded([&] { return app::study(arguments); });
+    return app::guarded([&] {
+        app::require_plain_numbers(parser);
+        return app::study(arguments);
+    });
 }

@@ -6,6 +6,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <thread>
+#include <unistd.h>
 
 namespace episode {
 
@@ -24,6 +25,7 @@ void append(const Motion& motion, std::vector<script::Command>& commands) {
 }
 
 struct Pool::State {
+    const pid_t process = getpid();
     std::vector<std::thread> threads;
     std::mutex mutex;
     std::condition_variable begun, ended;
@@ -36,6 +38,9 @@ struct Pool::State {
     std::atomic<int> next = 0;
     int failed = -1;  // lowest index that threw
     std::exception_ptr error;
+
+    /// Whether this is a process that was forked since: it has none of the threads.
+    bool forked() const { return getpid() != process; }
 
     void take(int thread) {
         for (int index; (index = next.fetch_add(1)) < count;) {
@@ -72,6 +77,11 @@ Pool::Pool(int threads) : state_(std::make_unique<State>()) {
 }
 
 Pool::~Pool() {
+    if (state_->forked()) {
+        // Threads that are not there cannot be joined.
+        static_cast<void>(state_.release());
+        return;
+    }
     {
         const std::lock_guard lock(state_->mutex);
         state_->stops = true;
@@ -93,7 +103,7 @@ void Pool::run(int count, const std::function<void(int, int)>& work) {
         s.next = 0;
         s.failed = -1;
         s.error = nullptr;
-        s.busy = static_cast<int>(s.threads.size());
+        s.busy = s.forked() ? 0 : static_cast<int>(s.threads.size());
         ++s.round;
     }
     s.begun.notify_all();

@@ -32,7 +32,8 @@ public:
 
     int threads() const;
     /// Calls work(index, thread) for every index below count, each once, by some thread; returns when all
-    /// have ended. When calls throw, throws what the one of the lowest index threw, after all have ended.
+    /// have ended. When calls throw, throws what the one of the lowest index threw, after all have ended. In
+    /// a process that was forked since the pool was made, the calling thread does all.
     void run(int count, const std::function<void(int index, int thread)>& work);
 
 private:

@@ -48,7 +48,10 @@ std::string join(const Words& words, std::string_view separator) {
 }  // namespace
 
 std::string printable(const std::string& text) {
-    constexpr std::size_t most_lines = 100, longest_line = 1000;
+    constexpr std::size_t longest_line = 1000;
+    // One line more is shown as it is: it may be the one that says how many were left out before.
+    const auto all = static_cast<std::size_t>(std::ranges::count(text, '\n')) + 1;
+    const std::size_t most_lines = all == 101 ? 101 : 100;
     std::string shown;
     std::size_t lines = 0, left_out = 0;
     for (std::size_t at = 0; at <= text.size();) {

@@ -29,6 +29,8 @@ std::string Range::text() const {
 }
 
 TextPlace Reading::place(const toml::source_region& region) const {
+    // A value that was put in place of the file's own has no line in the file.
+    if (region.path && *region.path != file) return {*region.path, 0, 0};
     return {file, static_cast<int>(region.begin.line), static_cast<int>(region.begin.column)};
 }
 

@@ -483,7 +483,7 @@ void put(toml::table& root, const Override& with) {
     };
     toml::table parsed;
     try {
-        parsed = toml::parse("value = " + with.value);
+        parsed = toml::parse("value = " + with.value, fmt::format("{} = {}", with.key, with.value));
     } catch (const toml::parse_error& error) {
         refuse(fmt::format("this is not TOML: {}; KEY=VALUE is accepted, a text in quotes",
                            error.description()));

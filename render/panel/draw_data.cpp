@@ -52,6 +52,7 @@ struct DrawDataRenderer::Gl : GlContext {
     std::vector<std::uint8_t> readback;  // red, green, blue, alpha
 
     Gl(int columns, int rows) : width(columns), height(rows) {
+        const auto use = context.use();
         make_program();
         make_target();
         make_buffers();
@@ -61,17 +62,17 @@ struct DrawDataRenderer::Gl : GlContext {
 
     ~Gl() {
         try {
-            context.make_current();
+            const auto use = context.use();
+            for (const auto& [number, texture] : textures) DeleteTextures(1, &texture.name);
+            DeleteTextures(1, &target);
+            DeleteFramebuffers(1, &framebuffer);
+            DeleteVertexArrays(1, &array);
+            DeleteBuffers(1, &vertices);
+            DeleteBuffers(1, &indices);
+            DeleteProgram(program);
         } catch (const std::exception&) {
-            return;  // the end of the context frees its contents
+            // The end of the context frees its contents.
         }
-        for (const auto& [number, texture] : textures) DeleteTextures(1, &texture.name);
-        DeleteTextures(1, &target);
-        DeleteFramebuffers(1, &framebuffer);
-        DeleteVertexArrays(1, &array);
-        DeleteBuffers(1, &vertices);
-        DeleteBuffers(1, &indices);
-        DeleteProgram(program);
     }
 
     void make_program() {
@@ -114,7 +115,7 @@ struct DrawDataRenderer::Gl : GlContext {
 
     /// One byte per pixel; `swizzle` defines the channels that it stands for.
     void set_texture(int number, const GrayImage& image, const GLint (&swizzle)[4], GLint filter) {
-        context.make_current();
+        const auto use = context.use();
         Texture& texture = textures[number];
         if (texture.name == 0) GenTextures(1, &texture.name);
         BindTexture(GL_TEXTURE_2D, texture.name);
@@ -139,8 +140,8 @@ struct DrawDataRenderer::Gl : GlContext {
         require_no_error("loading a picture of the panel");
     }
 
+    /// In a use of the context, as draw_list() and read().
     void begin() {
-        context.make_current();
         BindFramebuffer(GL_FRAMEBUFFER, framebuffer);
         Viewport(0, 0, width, height);
         for (GLenum off : {GL_DEPTH_TEST, GL_CULL_FACE, GL_DITHER, GL_MULTISAMPLE, GL_SCISSOR_TEST}) {
@@ -210,6 +211,7 @@ void DrawDataRenderer::set_grey(int texture, const GrayImage& image) {
 }
 
 ColourImage DrawDataRenderer::draw(const ImDrawData& data) {
+    const auto use = gl_->context.use();
     gl_->begin();
     for (int n = 0; n < data.CmdListsCount; ++n) gl_->draw_list(*data.CmdLists[n]);
     return gl_->read();

@@ -31,9 +31,8 @@ struct GlContext {
     RENDER_GL_FUNCTIONS(RENDER_GL_MEMBER)
 #undef RENDER_GL_MEMBER
 
-    /// The context is current afterwards. Throws std::runtime_error when there is no context.
+    /// Throws std::runtime_error when there is no context. Every call of GL needs context.use().
     GlContext() {
-        context.make_current();
 #define RENDER_GL_LOAD(name) name = reinterpret_cast<decltype(name)>(context.function("gl" #name));
         RENDER_GL_FUNCTIONS(RENDER_GL_LOAD)
 #undef RENDER_GL_LOAD

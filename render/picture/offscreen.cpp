@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <unistd.h>
 
 #ifdef __SANITIZE_ADDRESS__
 // OSMesaDestroyContext of Mesa 22.3 does not free the context's record of its colour buffer, some 230 bytes.
@@ -22,7 +23,25 @@ struct OffscreenContext::State {
     std::uint32_t buffer[16 * 16] = {};
 };
 
+namespace {
+
+/// Whether an earlier context of this program was made by the process that this one was forked from.
+bool forked() {
+    static const pid_t first = getpid();
+    return getpid() != first;
+}
+
+void refuse_if_forked() {
+    if (forked())
+        throw std::runtime_error(
+            "images cannot be made in a process that was forked from one that had made some, because the "
+            "rasteriser's threads are not there; start the process anew ('spawn' in Python)");
+}
+
+}  // namespace
+
 OffscreenContext::OffscreenContext() : state_(nullptr) {
+    refuse_if_forked();
     // 4.5 core is the best llvmpipe offers; 3.3 is all that is needed.
     constexpr int versions[][2] = {{4, 5}, {3, 3}};
     OSMesaContext context = nullptr;
@@ -50,14 +69,25 @@ OffscreenContext::OffscreenContext() : state_(nullptr) {
 }
 
 OffscreenContext::~OffscreenContext() {
+    if (forked()) return;
     OSMesaDestroyContext(state_->context);
     delete state_;
 }
 
-void OffscreenContext::make_current() const {
-    if (OSMesaMakeCurrent(state_->context, state_->buffer, GL_UNSIGNED_BYTE, 16, 16) != GL_TRUE) {
+OffscreenContext::Use::Use(const State& state) {
+    refuse_if_forked();
+    // OSMesa takes a buffer that it may write to.
+    auto* buffer = const_cast<std::uint32_t*>(state.buffer);
+    if (OSMesaMakeCurrent(state.context, buffer, GL_UNSIGNED_BYTE, 16, 16) != GL_TRUE) {
         throw std::runtime_error("OSMesa could not make its context current");
     }
+}
+OffscreenContext::Use::~Use() {
+    OSMesaMakeCurrent(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0);
+}
+
+OffscreenContext::Use OffscreenContext::use() const {
+    return Use(*state_);
 }
 
 OffscreenContext::Function OffscreenContext::function(const char* name) const {

@@ -107,27 +107,30 @@ struct PathLengthRenderer::Gl : GlContext {
     };
 
     std::vector<Mesh> meshes;
-    GLuint program, framebuffer = 0, texture = 0;
+    GLuint program = 0, framebuffer = 0, texture = 0;
     int size = 0;                 // of the target, pixels along a side
     std::vector<float> readback;  // length and count, interleaved
 
-    Gl() : program(linked_program(vertex_shader, fragment_shader, "the path length")) {}
+    Gl() {
+        const auto use = context.use();
+        program = linked_program(vertex_shader, fragment_shader, "the path length");
+    }
 
     ~Gl() {
         try {
-            context.make_current();
+            const auto use = context.use();
+            for (const Mesh& mesh : meshes) {
+                DeleteVertexArrays(1, &mesh.array);
+                DeleteBuffers(1, &mesh.vertices);
+                DeleteBuffers(1, &mesh.indices);
+                DeleteBuffers(3, mesh.moves);
+            }
+            DeleteFramebuffers(1, &framebuffer);
+            DeleteTextures(1, &texture);
+            DeleteProgram(program);
         } catch (const std::exception&) {
-            return;  // the end of the context frees its contents
+            // The end of the context frees its contents.
         }
-        for (const Mesh& mesh : meshes) {
-            DeleteVertexArrays(1, &mesh.array);
-            DeleteBuffers(1, &mesh.vertices);
-            DeleteBuffers(1, &mesh.indices);
-            DeleteBuffers(3, mesh.moves);
-        }
-        DeleteFramebuffers(1, &framebuffer);
-        DeleteTextures(1, &texture);
-        DeleteProgram(program);
     }
 
     void resize(int pixels) {
@@ -173,7 +176,7 @@ int PathLengthRenderer::add(const TriangleMesh& mesh, std::span<const Eigen::Vec
                                         std::to_string(moves.size()) + " displacements");
     }
     Gl& gl = *gl_;
-    gl.context.make_current();
+    const auto use = gl.context.use();
     std::vector<float> positions;
     positions.reserve(mesh.vertices.size() * 3);
     Gl::Mesh made;
@@ -268,7 +271,7 @@ int PathLengthRenderer::accumulate(int mesh, const CArm& arm, Field& sum, Phase 
     const Window window = window_of(drawn.low, drawn.high, arm);
     if (window.empty()) return 0;
     const int width = window.right - window.left, height = window.bottom - window.top;
-    gl.context.make_current();
+    const auto use = gl.context.use();
     gl.resize(pixels);
     gl.BindFramebuffer(GL_FRAMEBUFFER, gl.framebuffer);
     gl.Viewport(0, 0, pixels, pixels);

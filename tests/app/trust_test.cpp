@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <thread>
 
@@ -274,6 +275,88 @@ TEST(Trust, ClosedStandardErrorDoesNotEndARun) {
             .wait();
     EXPECT_EQ(result.code, 0);
     EXPECT_TRUE(std::filesystem::exists(folder / "out/score.json"));
+}
+
+/// Writes to the pipe that a program takes for its standard input, and returns it when all has been read.
+int typed_into(const std::filesystem::path& pipe, const std::string& text) {
+    const int typed = open(pipe.c_str(), O_WRONLY);  // when the program has opened it
+    EXPECT_EQ(::write(typed, text.data(), text.size()), static_cast<ssize_t>(text.size()));
+    for (int left = 1; left > 0;) {
+        EXPECT_EQ(ioctl(typed, FIONREAD, &left), 0);
+        usleep(1000);
+    }
+    return typed;
+}
+
+TEST(Trust, NoFileTakesTheNumberOfAClosedStream) {
+    // Otherwise progress and notes would be written into a recording.
+    const TemporaryFolder folder;
+    ASSERT_EQ(mkfifo((folder / "typed").c_str(), 0600), 0);
+    const Started program(folder, {"bash", "-c",
+                                   "exec \"$0\" run s_bend --commands - --out \"$1\" --frames none <\"$2\" "
+                                   ">&- 2>&-",
+                                   SELDINGER_PROGRAM, folder / "out", folder / "typed"});
+    const int typed = typed_into(folder / "typed", "0..10 advance 1 mm\n");
+    for (const int stream : {STDOUT_FILENO, STDERR_FILENO})
+        EXPECT_EQ(std::filesystem::read_symlink("/proc/" + std::to_string(program.process()) + "/fd/" +
+                                                std::to_string(stream)),
+                  "/dev/null");
+    ASSERT_EQ(::write(typed, "12 end\n", 7), 7);
+    close(typed);
+    EXPECT_EQ(program.wait().code, 2);  // its summary cannot be written
+    EXPECT_EQ(run(folder, {"replay", folder / "out/run.gw"}).code, 0);
+}
+
+TEST(Trust, ASignalWhileAScriptIsTypedKeepsTheEarlierRun) {
+    const TemporaryFolder folder;
+    const std::vector<std::string> words = {"run",   "s_bend",       "--commands", good_script,
+                                            "--out", folder / "out", "--frames",   "none"};
+    ASSERT_LE(run(folder, words).code, 1);
+    const std::string before = read(folder / "out/run.gw");
+    ASSERT_EQ(mkfifo((folder / "typed").c_str(), 0600), 0);
+    for (const std::string line : {"0 beam on\n1..3 advance 2 mm\n", "0 beam on\n1..3 adva"}) {
+        const Started program(
+            folder, {"bash", "-c", "exec \"$0\" run s_bend --commands - --out \"$1\" --frames none <\"$2\"",
+                     SELDINGER_PROGRAM, folder / "out", folder / "typed"});
+        // The program catches signals before it reads.
+        const int typed = typed_into(folder / "typed", line);
+        program.signal(SIGINT);
+        EXPECT_EQ(program.wait().code, 130) << line;
+        close(typed);
+        EXPECT_EQ(read(folder / "out/run.gw"), before);
+    }
+}
+
+TEST(Trust, WholeNumbersAreDecimal) {
+    const TemporaryFolder folder;
+    for (const std::string number : {"010", "0x10"})
+        expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",
+                                    "--every=" + number}),
+                       "'" + number + "' was found");
+    expect_refused(run(folder, {"anatomy", "generate", "lca", "--seed", "007", "--out", folder / "out"}),
+                   "--seed: '007' was found");
+    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(Trust, OptionsAreQuotedWithoutControlCharacters) {
+    const TemporaryFolder folder;
+    const std::string wild = "all\x1b[2J\a";
+    for (const char* option :
+         {"--every", "--frames", "--dicom", "--learner", "--expect", "--trace", "--cache"}) {
+        const Outcome result =
+            run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out", option, wild});
+        for (const char byte : result.error + result.out)
+            ASSERT_FALSE((byte >= 0 && byte < 0x20 && byte != '\n') || byte == 0x7f)
+                << option << result.error;
+    }
+}
+
+TEST(Trust, AValueInPlaceOfTheFilesHasNoLineOfTheFile) {
+    const TemporaryFolder folder;
+    const Outcome result = run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",
+                                        "--set", "guidewire.diameter_mm=30.0"});
+    expect_refused(result, "guidewire.diameter_mm = 30.0");
+    EXPECT_EQ(result.error.find(".toml:1"), std::string::npos) << result.error;
 }
 
 TEST(Trust, HelpSpeaksOfItsOwnCommand) {

@@ -1,11 +1,17 @@
 #include "render/xray/path_length.h"
 
 #include <Eigen/Geometry>
+#include <array>
+#include <atomic>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <mutex>
 #include <string>
+#include <thread>
+#include <vector>
 
 #include "engine/studies/all_hits.h"
+#include "physics/geometry/random.h"
 #include "render/patient/solids.h"
 
 namespace {
@@ -53,6 +59,43 @@ TEST(PathLength, OfASphereIsItsChord) {
     ASSERT_GT(inside, 500);
     EXPECT_LT(error / inside, 0.01 * radius * 0.2);  // a fifth of the figure asked for
     EXPECT_LT(bias, 0.0);                            // inscribed
+}
+
+TEST(PathLength, RenderersThatGoFromThreadToThreadDrawTheSame) {
+    // Each is used by one thread at a time, but by another one each time.
+    constexpr int renderers = 4, poses = 6, rounds = 60;
+    struct Shared {
+        std::mutex mutex;
+        render::PathLengthRenderer renderer;
+        int mesh = 0;
+    };
+    std::array<Shared, renderers> all;
+    for (int r = 0; r < renderers; ++r)
+        all[r].mesh = all[r].renderer.add(render::ellipsoid({2.0 * r, 0, 0}, {30, 20.0 + r, 25}, 24));
+    const auto pose = [](int k) {
+        CArm arm = oblique_stand(48 + 16 * (k % 2));
+        arm.lao = 0.2 * k;
+        return arm;
+    };
+    std::vector<std::vector<float>> expected;
+    for (int k = 0; k < renderers * poses; ++k) {
+        Shared& one = all[k % renderers];
+        expected.push_back(one.renderer.render(one.mesh, pose(k / renderers)).length.values);
+    }
+    std::atomic<int> different = 0;
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t)
+        threads.emplace_back([&, t] {
+            geometry::Random random(static_cast<std::uint64_t>(100 + t));
+            for (int round = 0; round < rounds; ++round) {
+                const int k = static_cast<int>(random() * renderers * poses);
+                Shared& one = all[k % renderers];
+                const std::lock_guard lock(one.mutex);
+                different += one.renderer.render(one.mesh, pose(k / renderers)).length.values != expected[k];
+            }
+        });
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(different, 0);
 }
 
 TEST(PathLength, AgreesWithAllHitsOfAnIndependentRayTracer) {
