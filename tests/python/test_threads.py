@@ -68,7 +68,7 @@ def test_a_forked_process_steps_and_is_told_that_it_cannot_make_images(cache):
 
     def steps():
         vector.step(np.ones((4, 1, 2)))
-        return [int(h) for h in vector.hashes] + [sim.step(advance_mm=1).hash]
+        return [int(h) for h in vector.hashes()] + [sim.step(advance_mm=1).hash]
 
     def images():
         sim.apply("arm lao 20 deg")
