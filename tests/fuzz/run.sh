@@ -17,7 +17,7 @@ for reader in "$@"; do
     printf 'fuzz: %s for %s minutes\n' "$reader" "$minutes"
     more=""
     for folder in tests/fuzz/seeds/$reader tests/fuzz/found/$reader; do [ -d "$folder" ] && more="$more $folder"; done
-    SELDINGER_READER=$reader build/fuzz/bin/fuzz -max_total_time=$((minutes * 60)) -timeout=10 -rss_limit_mb=3000 \
+    SELDINGER_READER=$reader build/fuzz/bin/fuzz -max_total_time=$((minutes * 60)) -timeout=60 -rss_limit_mb=3000 \
         -max_len=65536 -print_final_stats=1 -artifact_prefix="$broken/" "$learnt" $more >"build/fuzz/$reader.log" 2>&1 || {
         failed=1
         printf 'fuzz: %s broke: see build/fuzz/%s.log and %s\n' "$reader" "$reader" "$broken"
