@@ -279,13 +279,13 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
                        const std::filesystem::path& out, const RunOptions& options) {
     check(scenario, script);
     refuse_to_overwrite(out, script.file, options.expect);
-    std::error_code ignored;
-    for (const std::filesystem::path& input :
-         {std::filesystem::path(script.file), options.expect.value_or("")})
-        if (!options.trace.empty() && std::filesystem::equivalent(options.trace, input, ignored))
-            throw io::InputError(
-                fmt::format("{}: the trace would overwrite an input of the run; another file is accepted",
-                            options.trace.string()));
+    std::vector<std::filesystem::path> inputs = scenario::inputs_of(scenario);
+    inputs.push_back(script.file);
+    if (options.expect && std::filesystem::is_directory(*options.expect))
+        inputs.insert(inputs.end(), {*options.expect / "run.gw", *options.expect / "frames"});
+    else if (options.expect)
+        inputs.push_back(*options.expect);
+    refuse_to_replace(inputs, out, options.trace);
     Expectation expectation = expectation_of(script, options);
     OutputFolder folder(out, {options.images, options.images && options.panel,
                               options.images && options.truth, options.images && options.dicom});

@@ -333,4 +333,56 @@ TEST(Trust, AKilledRunLocksNobodyOut) {
     EXPECT_EQ(left, (Words{"run.gw", "score.json"}));
 }
 
+TEST(Trust, NoOutputReplacesAnInputOrAnotherOutput) {
+    const Inputs in;
+    const TemporaryFolder& folder = in.folder;
+    write(folder / "tree.toml",
+          "schema = 1\n[[branch]]\nname = \"v\"\npoints_mm = [[0, 0, 0, 3], [0, 0, 80, 3]]\n");
+    write(folder / "own.toml",
+          "schema = 1\ntitle = \"own\"\n[anatomy]\ntree = \"tree.toml\"\n[entry]\nend = \"v.in\"\n"
+          "inserted_mm = 40.0\n[target]\ncentre_mm = [0, 0, 60]\n");
+    const std::filesystem::path box = folder / "box.stl", scene = folder / "mesh.toml";
+    write(box, "solid box\nendsolid\n");
+    write(scene, read(folder / "own.toml") +
+                     "[patient]\n[[patient.mesh]]\nfile = \"box.stl\"\nmaterial = \"cortical bone\"\n");
+    write(folder / "own.gw", "0 beam on\n1 advance 2 mm\n3 end\n");
+    std::filesystem::create_directory(folder / "out");
+    write(folder / "out/run.gw", "an earlier run's");
+    for (const char* name : {"png", "nii"})
+        std::filesystem::create_symlink("own.toml", folder / (std::string("link.") + name));
+    const std::string own = folder / "own.toml", script = folder / "own.gw";
+    const Words run = {"run",          own,        "--commands", script,   "--out",
+                       folder / "out", "--frames", "none",       "--trace"},
+                score = {"score", in.recording, "--out"}, all[] = {run, score};
+    const auto refused = [&](const Words& words, const std::string& expected) {
+        const std::string before = read(own) + read(folder / "tree.toml") + read(script) +
+                                   read(in.recording) + read(folder / "out/run.gw") + read(box);
+        expect_refused_at_once(folder, words, expected);
+        EXPECT_EQ(read(own) + read(folder / "tree.toml") + read(script) + read(in.recording) +
+                      read(folder / "out/run.gw") + read(box),
+                  before);
+    };
+    const std::string input = "would overwrite what is read";
+    refused(joined(run, {own}), input);
+    refused(joined(run, {folder / "tree.toml"}), input);
+    refused(joined(run, {script}), input);
+    refused(joined(run, {folder / "link.png"}), input);
+    refused(joined(run, {folder / "out/../own.toml"}), input);
+    for (const char* name : {"run.gw", "score.json", "sheet.png", "../out/score.json"})
+        refused(joined(run, {folder / "out" / name}), "would be written twice");
+    refused(joined(run, {folder / "out/frames/frame_000001.png"}), "a file of the run's own");
+    refused({"run", scene, "--commands", script, "--out", folder / "out", "--trace", box}, input);
+    refused(joined(score, {in.recording}), input);
+    refused({"score", in.recording, "--scenario", own, "--out", own}, input);
+    refused({"score", in.recording, "--scenario", own, "--out", folder / "tree.toml"}, input);
+    refused({"render", own, "--out", folder / "link.png"}, input);
+    refused({"show", own, "--out", folder / "link.png"}, input);
+    refused({"anatomy", "voxelise", own, "--out", folder / "link.nii"}, input);
+    std::filesystem::create_directory(folder / "page");
+    std::filesystem::create_symlink("../own.toml", folder / "page/debrief.html");
+    refused({"debrief", in.recording, "--scenario", own, "--force", "--out", folder / "page"}, input);
+    std::filesystem::create_symlink("../recordings/a.gw", folder / "page/course.csv");
+    refused({"course", folder / "recordings", "--out", folder / "page"}, input);
+}
+
 }  // namespace app

@@ -1,5 +1,6 @@
 #include "engine/anatomy/grow/generate_run.h"
 
+#include <array>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +11,7 @@
 #include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/outputs.h"
 #include "engine/io/text.h"
 #include "physics/geometry/random.h"
 
@@ -122,9 +124,13 @@ std::optional<Anatomy> kept(const fs::path& file, const Provenance& wanted) {
 GenerateOutcome run_generate(const GenerateRequest& request) {
     const VesselTreeSpec spec = make_spec(request);
     const Provenance provenance = provenance_of(request, spec);
-    const io::OwnFolder own(request.out, spec.name);
+    std::vector<io::Output> outputs;
     for (const char* ending : {".stl", ".anatomy.json"})
-        io::require_writable(request.out / (spec.name + ending));
+        outputs.push_back({"--out", request.out / (spec.name + ending)});
+    if (request.source.ends_with(".toml"))
+        io::require_distinct(outputs, std::array{std::filesystem::path(request.source)});
+    const io::OwnFolder own(request.out, spec.name);
+    for (const io::Output& output : outputs) io::require_writable(output.file);
     GenerateOutcome outcome;
     outcome.file = request.out / (spec.name + ".anatomy.json");
     std::optional<Anatomy> anatomy = kept(outcome.file, provenance);
