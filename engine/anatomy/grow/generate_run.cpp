@@ -119,6 +119,16 @@ std::optional<Anatomy> kept(const fs::path& file, const Provenance& wanted) {
     }
 }
 
+/// Kept without targets, so that another target needs no other vessels.
+VesselTreeSpec without_targets(VesselTreeSpec spec) {
+    spec.targets.clear();
+    return spec;
+}
+
+std::string place_name(const std::string& shape) {
+    return "anatomy-" + shape;
+}
+
 }  // namespace
 
 GenerateOutcome run_generate(const GenerateRequest& request) {
@@ -151,9 +161,7 @@ GenerateOutcome run_generate(const GenerateRequest& request) {
 }
 
 Anatomy generated_anatomy(const VesselTreeSpec& wanted, const ModelCache& cache) {
-    // Kept without targets, so that another target needs no other vessels.
-    VesselTreeSpec spec = wanted;
-    spec.targets.clear();
+    const VesselTreeSpec spec = without_targets(wanted);
     const auto with_targets = [&wanted](Anatomy anatomy) {
         place_targets(anatomy, wanted, grow(wanted));
         return anatomy;
@@ -163,7 +171,7 @@ Anatomy generated_anatomy(const VesselTreeSpec& wanted, const ModelCache& cache)
                                    {"generator", std::to_string(generator_version)},
                                    {"shape", shape},
                                    {"licence", "project"}};
-    const CachePlace place(cache, "anatomy-" + shape);
+    const CachePlace place(cache, place_name(shape));
     const std::string file = spec.name + ".anatomy.json";
     if (place.holds_whole_folder()) {
         if (std::optional<Anatomy> anatomy = kept(place.path() / file, provenance)) {
@@ -173,11 +181,22 @@ Anatomy generated_anatomy(const VesselTreeSpec& wanted, const ModelCache& cache)
     }
     GeneratorOptions options;
     options.progress = cache.progress;
-    const io::ScratchFolder scratch(place.path());
-    // Read back, to have the bits that the next run will find.
-    Anatomy anatomy = load_anatomy(write_anatomy(generate(spec, options), scratch.path(), provenance));
-    place.keep_folder(scratch.path());
-    return with_targets(std::move(anatomy));
+    const Anatomy grown = generate(spec, options);
+    if (place.exists()) {
+        try {
+            const io::ScratchFolder scratch(place.path());
+            write_anatomy(grown, scratch.path(), provenance);
+            place.keep_folder(scratch.path());
+        } catch (const io::InputError& error) {
+            place.failed(error.what());
+        }
+    }
+    // With the bits that the next run will find.
+    return with_targets(read_back(grown));
+}
+
+bool is_kept(const VesselTreeSpec& wanted, const ModelCache& cache) {
+    return CachePlace(cache, place_name(fingerprint(without_targets(wanted)))).holds_whole_folder();
 }
 
 }  // namespace anatomy
