@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <thread>
 
+#include "engine/io/text.h"
 #include "render/picture/png.h"
 #include "tests/app/program.h"
 
@@ -142,6 +143,24 @@ TEST(CourseCommand, CountsAttemptsByLearnerAndExercise) {
     // A second look finds the figures.
     run(folder, {"course", folder / "class", "--out", folder / "again"});
     EXPECT_EQ(read(folder / "again/course.csv"), csv);
+}
+
+TEST(CourseCommand, WritesValidUtf8WhateverItReads) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "class");
+    std::string text = read(recorded(folder, "one", "0 beam on\n2 advance 2 mm\n3 end\n", "Anna"));
+    text.replace(text.find("learner Anna"), 12, "learner \xc4nna");  // as an earlier version took it
+    write(folder / "class/\xfc.gw", text);
+    ASSERT_EQ(run(folder, {"course", folder / "class"}).code, 0);
+    for (const char* name : {"class/course.csv", "class/course.html"}) {
+        const std::string made = read(folder / name);
+        EXPECT_TRUE(io::is_utf8(made)) << name;
+        EXPECT_NE(made.find("\uFFFDnna"), std::string::npos) << name;
+    }
+    ASSERT_EQ(
+        run(folder, {"debrief", folder / "class/\xfc.gw", "--no-pictures", "--out", folder / "page"}).code,
+        0);
+    EXPECT_TRUE(io::is_utf8(read(folder / "page/debrief.html")));
 }
 
 TEST(CourseCommand, AnEmptyFolderIsRefusedAndTenThousandFilesAreNot) {
