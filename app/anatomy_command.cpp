@@ -1,6 +1,7 @@
 /// `seldinger anatomy …`: vessels from presets, files and meshes.
 
 #include <algorithm>
+#include <array>
 #include <fmt/format.h>
 #include <memory>
 #include <optional>
@@ -17,6 +18,7 @@
 #include "engine/exercise/imaging.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/outputs.h"
 #include "engine/io/text.h"
 #include "engine/patient/voxelise.h"
 
@@ -240,6 +242,9 @@ void AnatomyCommand::add_show() {
 
 int AnatomyCommand::show() const {
     require_picture(picture_);
+    io::require_distinct(std::array{io::Output{"--out", picture_}},
+                         std::array{std::filesystem::path(shown_),
+                                    anatomy::mesh_named_by(shown_).value_or(std::filesystem::path())});
     anatomy::draw_anatomy(anatomy::load_anatomy(shown_), picture_);
     return 0;
 }
@@ -262,6 +267,7 @@ int AnatomyCommand::voxelise() const {
     if (!scenario.imaging.patient || !scenario.patient_files.ct.empty())
         throw io::InputError(scenario_ + ": a scenario with the procedural patient is accepted");
     patient::check_ct_name(ct_);
+    require_no_input({{"--out", ct_}}, scenario, {});
     io::require_writable(ct_);
     ProgressBar bar;
     anatomy::ModelCache cache;

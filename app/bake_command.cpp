@@ -50,7 +50,7 @@ int bake(const BakeArguments& arguments) {
     cache.folder = usual_cache(arguments.cache);
     if (cache.folder.empty())
         throw io::InputError("there is no folder to keep anatomies in; --cache FOLDER is accepted");
-    std::uint64_t kept = 0, failed = 0;
+    std::uint64_t kept = 0, failed = 0, lost = 0;
     {
         ProgressBar bar;
         report_on(bar, cache);
@@ -61,10 +61,10 @@ int bake(const BakeArguments& arguments) {
         };
         for (std::uint64_t seed = seeds.first; seed < seeds.end && !stop_requested(); ++seed) {
             try {
-                const anatomy::Anatomy made =
-                    anatomy::generated_anatomy(anatomy::vessel_preset(arguments.preset, seed), cache);
+                const anatomy::VesselTreeSpec spec = anatomy::vessel_preset(arguments.preset, seed);
+                const anatomy::Anatomy made = anatomy::generated_anatomy(spec, cache);
                 static_cast<void>(anatomy::cached_distance_field(made, 1.0, 0.0, cache));
-                ++kept;
+                ++(anatomy::is_kept(spec, cache) ? kept : lost);
             } catch (const io::InputError& error) {
                 ++failed;
                 tell("seed {}: {}\n", seed, error.what());
@@ -72,13 +72,14 @@ int bake(const BakeArguments& arguments) {
             }
         }
     }
-    fmt::print("{}: {} of {} anatomies are in {}{}\n", arguments.preset, kept, seeds.end - seeds.first,
-               cache.folder.string(), failed > 0 ? fmt::format(", {} cannot be grown", failed) : "");
+    fmt::print("{}: {} of {} anatomies are in {}{}{}\n", arguments.preset, kept, seeds.end - seeds.first,
+               cache.folder.string(), failed > 0 ? fmt::format(", {} cannot be grown", failed) : "",
+               lost > 0 ? fmt::format(", {} cannot be kept", lost) : "");
     if (stop_requested()) {
         tell("interrupted: the same command goes on\n");
         return interrupted;
     }
-    return failed > 0 ? not_reached : done;
+    return failed + lost > 0 ? not_reached : done;
 }
 
 }  // namespace
@@ -96,7 +97,7 @@ Command add_bake(CLI::App& parser) {
         "What is in the cache already is not made again. The cache holds SELDINGER_CACHE_MB million bytes "
         "(4000);\n"
         "beyond, what was not used for longest is removed.\n"
-        "Exit codes: 0 all are there, 1 some cannot be grown, 2 bad input, 130 interrupted.");
+        "Exit codes: 0 all are there, 1 some cannot be grown or kept, 2 bad input, 130 interrupted.");
     return {command, [arguments] { return bake(*arguments); }};
 }
 

@@ -68,6 +68,7 @@ int batch(const BatchArguments& arguments) {
                         name));
     };
     options.devices = assets() / "devices";
+    options.list = arguments.list;
     options.origin = origin();
     options.cache.folder = arguments.cache;
     options.jobs = arguments.jobs;

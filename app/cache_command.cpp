@@ -39,11 +39,14 @@ int list_cache(const std::filesystem::path& folder) {
 
 int clear_cache(const std::filesystem::path& folder, double keep_MB) {
     std::uintmax_t sum = 0;
-    const std::vector<anatomy::CacheItem> removed =
+    const anatomy::ShrunkCache shrunk =
         anatomy::shrink_cache(folder, static_cast<std::uintmax_t>(1e6 * keep_MB));
-    for (const anatomy::CacheItem& item : removed) sum += item.bytes;
-    fmt::print("{}: {} things removed, {}\n", folder.string(), removed.size(), megabytes(sum));
-    return done;
+    for (const anatomy::CacheItem& item : shrunk.removed) sum += item.bytes;
+    fmt::print("{}: {} things removed, {}\n", folder.string(), shrunk.removed.size(), megabytes(sum));
+    if (shrunk.stuck.empty()) return done;
+    throw io::InputError(fmt::format("{}: {} things cannot be removed, {} first: {}", folder.string(),
+                                     shrunk.stuck.size(), shrunk.stuck.front().path.filename().string(),
+                                     shrunk.why));
 }
 
 }  // namespace
@@ -61,7 +64,8 @@ Command add_cache(CLI::App& parser) {
             "--cache", arguments->folder,
             "The folder; else the room's own. 'run' and others keep theirs in cache beside --out");
     add_optional(clear, "--keep-mb", arguments->keep_MB,
-                 "Keeps what was used last, up to so many million bytes");
+                 "Keeps what was used last, up to so many million bytes")
+        ->check(CLI::Range(0.0, 1e9));
     return {command, [arguments, list] {
                 const std::filesystem::path folder = usual_cache(arguments->folder);
                 std::error_code ignored;

@@ -9,6 +9,7 @@
 #include "engine/debrief/course.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/outputs.h"
 #include "engine/io/text.h"
 
 namespace app {
@@ -23,6 +24,13 @@ int course(const CourseArguments& arguments) {
     const std::filesystem::path folder = arguments.folder;
     const std::filesystem::path out = arguments.out.empty() ? folder : std::filesystem::path(arguments.out);
     const std::vector<std::filesystem::path> files = debrief::recordings_below(folder);
+    std::vector<std::filesystem::path> inputs = files;
+    std::error_code none;
+    for (const auto& entry : std::filesystem::directory_iterator(arguments.scenarios, none))
+        if (entry.path().extension() == ".toml") inputs.push_back(entry.path());
+    std::vector<io::Output> outputs;
+    for (const char* name : {"course.csv", "course.html"}) outputs.push_back({"--out", out / name});
+    io::require_distinct(outputs, inputs);
     const io::OwnFolder own(out);
     for (const char* name : {"course.csv", "course.html"}) io::require_writable(out / name);
     debrief::CourseOptions options;

@@ -36,6 +36,9 @@ int debrief(const DebriefArguments& arguments) {
                 fmt::format("{}: it is a recording of '{}'; recordings of one exercise, '{}', are "
                             "accepted on one page",
                             recording.file, recording.origin->scenario, scenario.name));
+    std::vector<std::filesystem::path> inputs(arguments.files.begin(), arguments.files.end());
+    inputs.emplace_back(arguments.expert);
+    require_no_input({{"--out", file}}, scenario, std::move(inputs));
     for (const script::CommandScript& recording : recordings) run::check(scenario, recording);
     if (experts) run::check(scenario, *experts);
     const io::OwnFolder own(folder);

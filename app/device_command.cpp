@@ -1,9 +1,12 @@
 /// `seldinger device`.
 
+#include <array>
+#include <filesystem>
 #include <fmt/format.h>
 #include <memory>
 
 #include "app/command.h"
+#include "engine/io/outputs.h"
 #include "engine/scenario/device.h"
 
 namespace app {
@@ -15,8 +18,9 @@ struct DeviceArguments {
 
 int show(const DeviceArguments& arguments) {
     if (!arguments.out.empty()) require_picture(arguments.out);
-    const scenario::Device d =
-        scenario::load_device(scenario::find_device(arguments.name, assets() / "devices"));
+    const std::filesystem::path file = scenario::find_device(arguments.name, assets() / "devices");
+    io::require_distinct(std::array{io::Output{"--out", arguments.out}}, std::array{file});
+    const scenario::Device d = scenario::load_device(file);
     const bool catheter = d.kind == scenario::DeviceKind::Catheter;
     const auto line = [&](const char* name, const char* key, const std::string& value) {
         const auto source = d.sources.find(key);

@@ -30,6 +30,7 @@ int render_image(const RenderArguments& arguments) {
         script = script::load_commands(arguments.commands);
     else if (std::filesystem::exists(own))
         script = script::load_commands(own);
+    require_no_input({{"--out", arguments.out}}, scenario, {script.file});
     run::StillRequest request;
     request.frame = arguments.frame;
     if (arguments.lao) request.lao = *arguments.lao * geometry::degree;

@@ -33,9 +33,10 @@ struct Replayed {
 /// forced.
 Replayed replayed(const ScoreArguments& arguments) {
     Replayed played;
-    if (!arguments.out.empty()) io::require_writable(arguments.out);
     played.recording = script::load_commands(arguments.file);
     played.scenario = scenario_of(played.recording, arguments.scenario);
+    require_no_input({{"--out", arguments.out}}, played.scenario, {arguments.file});
+    if (!arguments.out.empty()) io::require_writable(arguments.out);
     run::RunOptions options;
     options.images = false;
     options.cache.folder = usual_cache(arguments.cache);

@@ -26,6 +26,7 @@ int show(const ShowArguments& arguments) {
         script = script::load_commands(arguments.commands);
     else if (std::filesystem::exists(own))
         script = script::load_commands(own);
+    require_no_input({{"--out", arguments.out}}, scenario, {script.file});
     run::RunOptions options;
     options.images = false;
     options.cache.folder = usual_cache(arguments.cache);

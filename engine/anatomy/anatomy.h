@@ -48,6 +48,12 @@ struct Anatomy {
 /// that is welded, oriented outward and open exactly at the declared ends. Throws InputError.
 Anatomy load_anatomy(const std::filesystem::path&);
 
+/// The same from the texts of both, the mesh as a binary STL; `name` stands for the files in messages.
+Anatomy parse_anatomy(const std::string& json, const std::string& stl, const std::string& name);
+
+/// The mesh that the file names. Empty where it cannot be told, which load_anatomy then refuses.
+std::optional<std::filesystem::path> mesh_named_by(const std::filesystem::path&);
+
 /// Of lumen, centrelines, ends and targets.
 std::uint64_t hash_of(const Anatomy&);
 

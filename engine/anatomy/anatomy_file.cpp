@@ -170,8 +170,7 @@ geometry::BodyPlace read_body(const Value& body) {
     return {*landmark, body["at"].point()};
 }
 
-json parse_file(const std::filesystem::path& path) {
-    const std::string text = io::read_text(path, "anatomy", "a NAME.anatomy.json is accepted");
+json parse_json(const std::string& text, const std::filesystem::path& path) {
     io::check_json_depth(text, path.string());
     try {
         return json::parse(text);
@@ -190,10 +189,13 @@ json parse_file(const std::filesystem::path& path) {
     }
 }
 
-}  // namespace
+json parse_file(const std::filesystem::path& path) {
+    return parse_json(io::read_text(path, "anatomy", "a NAME.anatomy.json is accepted"), path);
+}
 
-Anatomy load_anatomy(const std::filesystem::path& path) {
-    const json content = parse_file(path);
+/// The anatomy of the file at the path; `mesh_at` gives the mesh of another path.
+template <class MeshAt>
+Anatomy read_anatomy(const json& content, const std::filesystem::path& path, const MeshAt& mesh_at) {
     const std::string file = path.string();
     const Value root(content, file, "");
     if (root["format"].word() != "vessel-anatomy") root["format"].refuse("'vessel-anatomy' is accepted");
@@ -211,7 +213,7 @@ Anatomy load_anatomy(const std::filesystem::path& path) {
 
     const Value mesh = root["mesh"];
     const std::filesystem::path mesh_path = path.parent_path() / mesh["file"].word();
-    anatomy.lumen = load_mesh(mesh_path);
+    anatomy.lumen = mesh_at(mesh_path);
     if (const int declared = mesh["triangles"].index();
         declared != static_cast<int>(anatomy.lumen.triangles.size())) {
         throw io::InputError(fmt::format("{}: {} triangles were found; {} declares {}", mesh_path.string(),
@@ -221,6 +223,26 @@ Anatomy load_anatomy(const std::filesystem::path& path) {
     for (std::string& problem : wrong) problem.insert(0, mesh_path.string() + ": ");
     if (!wrong.empty()) throw io::InputError(io::joined(wrong, "\n"));
     return anatomy;
+}
+
+}  // namespace
+
+Anatomy load_anatomy(const std::filesystem::path& path) {
+    return read_anatomy(parse_file(path), path, load_mesh);
+}
+
+Anatomy parse_anatomy(const std::string& text, const std::string& stl, const std::string& name) {
+    return read_anatomy(parse_json(text, name), name,
+                        [&](const std::filesystem::path&) { return parse_stl(stl, name); });
+}
+
+std::optional<std::filesystem::path> mesh_named_by(const std::filesystem::path& path) {
+    try {
+        const json content = parse_file(path);
+        return path.parent_path() / Value(content, path.string(), "")["mesh"]["file"].word();
+    } catch (const io::InputError&) {
+        return std::nullopt;
+    }
 }
 
 }  // namespace anatomy

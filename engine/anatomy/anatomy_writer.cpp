@@ -121,6 +121,10 @@ void check_anatomy_name(const std::string& name) {
         fmt::format("--name: '{}' was found; a file name without a folder is accepted", name));
 }
 
+Anatomy read_back(const Anatomy& anatomy) {
+    return parse_anatomy(description(anatomy, anatomy.name + ".stl", {}), stl(anatomy), anatomy.name);
+}
+
 std::filesystem::path write_anatomy(const Anatomy& anatomy, const std::filesystem::path& folder,
                                     const Provenance& provenance) {
     std::error_code error;

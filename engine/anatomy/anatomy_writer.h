@@ -16,6 +16,9 @@ using Provenance = std::vector<std::pair<std::string, std::string>>;
 /// Throws InputError unless files can be given this name in a folder.
 void check_anatomy_name(const std::string&);
 
+/// The anatomy as load_anatomy would find it after write_anatomy, without files.
+Anatomy read_back(const Anatomy&);
+
 /// Writes FOLDER/NAME.stl, then FOLDER/NAME.anatomy.json, and returns the path of the latter. Creates the
 /// folder if it does not exist. Throws InputError; neither file is then left half-written.
 std::filesystem::path write_anatomy(const Anatomy&, const std::filesystem::path& folder, const Provenance&);

@@ -95,13 +95,11 @@ public:
     }
 };
 
-geometry::TriangleMesh by_assimp(const fs::path& path) {
-    Assimp::Importer importer;
-    importer.SetIOHandler(new RegularFiles);  // which the importer deletes
-    // Normals are not needed, and STL's would keep its corners apart: the corners are welded below. Nodes of
-    // a glTF file place its meshes; what they scale is left to the unit that the user gives.
-    const aiScene* scene =
-        importer.ReadFile(path.string(), aiProcess_Triangulate | aiProcess_PreTransformVertices);
+// Normals are not needed, and STL's would keep its corners apart: the corners are welded below. Nodes of a
+// glTF file place its meshes; what they scale is left to the unit that the user gives.
+constexpr unsigned as_triangles = aiProcess_Triangulate | aiProcess_PreTransformVertices;
+
+geometry::TriangleMesh taken(const aiScene* scene, const fs::path& path) {
     // The library's own words speak of its insides.
     if (!scene) refuse(path, fmt::format("not a whole {} file; {}", extension_of(path).substr(1), kinds));
 
@@ -127,6 +125,17 @@ geometry::TriangleMesh by_assimp(const fs::path& path) {
         }
     }
     return mesh;
+}
+
+geometry::TriangleMesh by_assimp(const fs::path& path) {
+    Assimp::Importer importer;
+    importer.SetIOHandler(new RegularFiles);  // which the importer deletes
+    return taken(importer.ReadFile(path.string(), as_triangles), path);
+}
+
+geometry::TriangleMesh joined(const geometry::TriangleMesh& mesh, const fs::path& path) {
+    if (mesh.triangles.empty()) refuse(path, "the mesh has no triangles; a surface of triangles is accepted");
+    return geometry::welded(mesh);
 }
 
 geometry::TriangleMesh read_by_kind(const fs::path& path) {
@@ -158,9 +167,14 @@ geometry::TriangleMesh read_by_kind(const fs::path& path) {
 }  // namespace
 
 geometry::TriangleMesh load_mesh(const fs::path& path) {
-    const geometry::TriangleMesh mesh = read_by_kind(path);
-    if (mesh.triangles.empty()) refuse(path, "the mesh has no triangles; a surface of triangles is accepted");
-    return geometry::welded(mesh);
+    return joined(read_by_kind(path), path);
+}
+
+geometry::TriangleMesh parse_stl(const std::string& bytes, const std::string& name) {
+    Assimp::Importer importer;
+    return joined(
+        taken(importer.ReadFileFromMemory(bytes.data(), bytes.size(), as_triangles, "stl"), name + ".stl"),
+        name);
 }
 
 }  // namespace anatomy

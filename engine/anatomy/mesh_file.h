@@ -18,4 +18,7 @@ inline constexpr double largest_coordinate = 1e4;
 /// finite.
 geometry::TriangleMesh load_mesh(const std::filesystem::path&);
 
+/// The same from the bytes of a binary STL.
+geometry::TriangleMesh parse_stl(const std::string& bytes, const std::string& name);
+
 }  // namespace anatomy

@@ -5,6 +5,7 @@
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
+#include <cstring>
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <mutex>
@@ -58,14 +59,35 @@ bool is_first(const fs::path& folder) {
 
 std::uintmax_t size_of_item(const fs::path& path) {
     std::error_code failed;
-    if (!fs::is_directory(path, failed)) return fs::file_size(path, failed);
+    if (!fs::is_directory(path, failed)) {
+        const std::uintmax_t bytes = fs::is_regular_file(path, failed) ? fs::file_size(path, failed) : 0;
+        return failed ? 0 : bytes;
+    }
     std::uintmax_t bytes = 0;
     for (fs::recursive_directory_iterator entry(path, failed), end; !failed && entry != end;
          entry.increment(failed)) {
         std::error_code none;
-        if (entry->is_regular_file(none)) bytes += entry->file_size(none);
+        if (!entry->is_regular_file(none)) continue;
+        const std::uintmax_t one = entry->file_size(none);
+        if (!none) bytes += one;
     }
     return bytes;
+}
+
+/// Why nothing can be put into the folder, which is made where it is not there; empty where it can.
+std::string obstacle_in(const fs::path& folder) {
+    std::error_code failed;
+    fs::create_directories(folder, failed);
+    if (failed) return failed.message();
+    return ::access(folder.c_str(), W_OK | X_OK) == 0 ? std::string() : std::strerror(errno);
+}
+
+/// Removes what is no regular file from the place of one: writing to it could wait for ever, or end
+/// elsewhere.
+void clear_for_file(const fs::path& path) {
+    std::error_code failed;
+    const fs::file_status found = fs::symlink_status(path, failed);
+    if (fs::exists(found) && !fs::is_regular_file(found)) fs::remove_all(path, failed);
 }
 
 /// Removes locks that processes which have ended left behind.
@@ -132,13 +154,15 @@ void CachePlace::used() const {
 }
 
 void CachePlace::failed(const std::string& why) const {
-    if (cache_.note && is_first(cache_.folder / "cannot be written"))
-        cache_.note(fmt::format("{}: what was made cannot be kept, and is made again next time: {}",
-                                cache_.folder.string(), why));
+    if (!cache_.note || !is_first(cache_.folder / "cannot be written")) return;
+    const std::string obstacle = obstacle_in(cache_.folder);
+    cache_.note(fmt::format("{}: what was made cannot be kept, and is made again next time: {}",
+                            cache_.folder.string(), obstacle.empty() ? why : obstacle));
 }
 
 bool CachePlace::keep_file(std::string_view bytes) const {
     if (path_.empty()) return false;
+    clear_for_file(path_);
     try {
         io::write_whole(path_, bytes);
     } catch (const io::InputError& error) {
@@ -192,19 +216,24 @@ std::vector<CacheItem> cache_items(const fs::path& folder) {
     return items;
 }
 
-std::vector<CacheItem> shrink_cache(const fs::path& folder, std::uintmax_t limit) {
-    std::vector<CacheItem> removed;
+ShrunkCache shrink_cache(const fs::path& folder, std::uintmax_t limit) {
+    ShrunkCache shrunk;
     for (const CacheItem& item : cache_items(folder)) {
-        if (item.bytes <= limit) {
+        if (limit > 0 && item.bytes <= limit) {
             limit -= item.bytes;
             continue;
         }
         limit = 0;
         std::error_code error;
         fs::remove_all(item.path, error);
-        if (!error) removed.push_back(item);
+        if (!error) {
+            shrunk.removed.push_back(item);
+            continue;
+        }
+        if (shrunk.stuck.empty()) shrunk.why = error.message();
+        shrunk.stuck.push_back(item);
     }
-    return removed;
+    return shrunk;
 }
 
 }  // namespace anatomy

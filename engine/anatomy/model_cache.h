@@ -48,9 +48,10 @@ public:
     /// place has it now.
     bool keep_file(std::string_view bytes) const;
     bool keep_folder(const std::filesystem::path& made) const;
+    /// Notes that what was made cannot be kept.
+    void failed(const std::string& why) const;
 
 private:
-    void failed(const std::string& why) const;
     void make_room() const;
 
     const ModelCache& cache_;
@@ -67,9 +68,13 @@ struct CacheItem {
 };
 /// The things in the folder that this program has put there, those used last first; nothing of anything else.
 std::vector<CacheItem> cache_items(const std::filesystem::path& folder);
-/// Removes the things that were not used for longest until at most so many bytes are left. Returns what was
-/// removed.
-std::vector<CacheItem> shrink_cache(const std::filesystem::path& folder, std::uintmax_t limit);
+/// What a cache was relieved of, and what should have gone but cannot be removed.
+struct ShrunkCache {
+    std::vector<CacheItem> removed, stuck;
+    std::string why;  // the first of those is stuck
+};
+/// Removes the things that were not used for longest until at most so many bytes are left.
+ShrunkCache shrink_cache(const std::filesystem::path& folder, std::uintmax_t limit);
 /// Most bytes that the cache may hold: SELDINGER_CACHE_MB million, or 4000 million.
 std::uintmax_t cache_limit();
 

@@ -257,7 +257,7 @@ std::string course_csv(std::span<const CourseRow> rows) {
         cells.push_back(row.problem);
         io::append_row(text, cells);
     }
-    return text;
+    return io::as_utf8(text);
 }
 
 std::string course_page(std::span<const CourseRow> rows, const std::string& title) {
@@ -342,7 +342,7 @@ std::string course_page(std::span<const CourseRow> rows, const std::string& titl
                 text += fmt::format("<li>{}: {}</li>", escaped(row.file), escaped(row.problem));
         text += "</ul>";
     }
-    return text + "</body></html>\n";
+    return io::as_utf8(text) + "</body></html>\n";
 }
 
 }  // namespace debrief

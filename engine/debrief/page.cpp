@@ -9,6 +9,7 @@
 #include "engine/debrief/chart.h"
 #include "engine/debrief/page_text.h"
 #include "engine/exercise/grade.h"
+#include "engine/io/text.h"
 #include "physics/geometry/vec.h"
 
 namespace debrief {
@@ -318,7 +319,7 @@ std::string page(std::span<const Story> stories, const Story* expert) {
     text += fmt::format(
         "\n<script type=\"application/json\" id=\"data\">{}</script><script>{}</script></body></html>\n",
         data_of(story), page_script);
-    return text;
+    return io::as_utf8(text);
 }
 
 }  // namespace debrief

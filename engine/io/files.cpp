@@ -4,6 +4,7 @@
 #include <atomic>
 #include <cerrno>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -18,6 +19,7 @@
 #include <utility>
 
 #include "engine/io/error.h"
+#include "engine/io/outputs.h"
 #include "engine/io/text.h"
 
 namespace io {
@@ -107,6 +109,13 @@ void remove_leftovers_of(const fs::path& folder, std::string_view begin) {
     }
 }
 
+/// Where files for a while should be, whether the folder is there or not.
+std::string temporary_folder_named() {
+    for (const char* name : {"TMPDIR", "TMP", "TEMP", "TEMPDIR"})
+        if (const char* const folder = std::getenv(name)) return folder;
+    return "/tmp";
+}
+
 }  // namespace
 
 void require_no_device(const fs::path& path) {
@@ -145,7 +154,8 @@ std::string read_text(const fs::path& path, std::string_view what, std::string_v
 WholeFile::WholeFile(const fs::path& path) : path_(path), target_(path) {
     std::error_code ignored;
     // A link remains a link: its target is replaced.
-    if (fs::is_symlink(path, ignored)) target_ = fs::weakly_canonical(path, ignored);
+    target_ = file_behind(path);
+    if (fs::is_symlink(target_, ignored)) refuse(path_, ELOOP);
     if (fs::is_directory(target_, ignored)) refuse(path_, EISDIR);
     // Devices and pipes are written to directly.
     through_ = fs::exists(target_, ignored) && !fs::is_regular_file(target_, ignored);
@@ -200,7 +210,7 @@ void require_writable(const fs::path& path) {
     }
     if (path.empty() || !path.has_filename()) refuse(path, path.empty() ? ENOENT : EISDIR);
     const WholeFile removed_again(path);
-    const fs::path target = fs::weakly_canonical(path, ignored);
+    const fs::path target = fs::weakly_canonical(file_behind(path), ignored);
     remove_leftovers_of(target.parent_path(), target.filename().string() + ".");
 }
 
@@ -262,10 +272,20 @@ ScratchFolder::ScratchFolder(const std::filesystem::path& wanted) {
         if (std::filesystem::create_directory(path_, failed)) return;
         drop_unfinished(path_);
     }
-    remove_leftovers_of(std::filesystem::temp_directory_path(), "seldinger.");
-    path_ = std::filesystem::temp_directory_path() / own;
-    add_unfinished(path_);
-    std::filesystem::create_directory(path_);
+    const fs::path folder = std::filesystem::temp_directory_path(failed);
+    if (!failed) {
+        remove_leftovers_of(folder, "seldinger.");
+        path_ = folder / own;
+        add_unfinished(path_);
+        if (std::filesystem::create_directory(path_, failed)) return;
+        drop_unfinished(path_);
+    }
+    throw InputError(
+        fmt::format("{}: a folder for temporary files cannot be made: {}; a folder that can be written, "
+                    "named by TMPDIR, is "
+                    "accepted",
+                    folder.empty() ? temporary_folder_named() : folder.string(),
+                    failed ? failed.message() : "something is in its place"));
 }
 
 ScratchFolder::~ScratchFolder() {

@@ -86,7 +86,7 @@ private:
 class ScratchFolder {
 public:
     /// Created beside `wanted`, or in the folder for temporary files when `wanted` is empty or cannot be
-    /// written. Throws std::filesystem::filesystem_error when neither works.
+    /// written. Throws InputError when neither works.
     explicit ScratchFolder(const std::filesystem::path& wanted = {});
     ~ScratchFolder();
     ScratchFolder(const ScratchFolder&) = delete;

@@ -47,6 +47,46 @@ std::string join(const Words& words, std::string_view separator) {
 
 }  // namespace
 
+namespace {
+
+/// Bytes of the character of UTF-8 that the text, which is not empty, begins with; 0 where there is none.
+std::size_t character_length(std::string_view text) {
+    const auto byte = [&text](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+    if (byte(0) < 0x80) return 1;
+    const std::size_t length = byte(0) >= 0xf0 ? 4 : byte(0) >= 0xe0 ? 3 : 2;
+    if (byte(0) < 0xc2 || byte(0) > 0xf4 || text.size() < length) return 0;
+    for (std::size_t i = 1; i < length; ++i)
+        if ((byte(i) & 0xc0) != 0x80) return 0;
+    // What fits in fewer bytes, surrogates, and what is beyond Unicode.
+    const bool wrong = (byte(0) == 0xe0 && byte(1) < 0xa0) || (byte(0) == 0xed && byte(1) > 0x9f) ||
+                       (byte(0) == 0xf0 && byte(1) < 0x90) || (byte(0) == 0xf4 && byte(1) > 0x8f);
+    return wrong ? 0 : length;
+}
+
+}  // namespace
+
+bool is_utf8(std::string_view text) {
+    while (!text.empty()) {
+        const std::size_t length = character_length(text);
+        if (length == 0) return false;
+        text.remove_prefix(length);
+    }
+    return true;
+}
+
+std::string as_utf8(std::string_view text) {
+    std::string valid;
+    while (!text.empty()) {
+        const std::size_t length = character_length(text);
+        if (length == 0)
+            valid += "\uFFFD";
+        else
+            valid += text.substr(0, length);
+        text.remove_prefix(std::max<std::size_t>(length, 1));
+    }
+    return valid;
+}
+
 std::string printable(const std::string& text) {
     constexpr std::size_t longest_line = 1000;
     // One line more is shown as it is: it may be the one that says how many were left out before.

@@ -23,6 +23,11 @@ std::optional<int> parse_integer(std::string_view);
 std::string hash_text(std::uint64_t);
 std::optional<std::uint64_t> parse_hash(std::string_view);
 
+/// Whether all of it is whole characters of UTF-8, and the text with "\uFFFD" in place of each byte that is
+/// not.
+bool is_utf8(std::string_view);
+std::string as_utf8(std::string_view);
+
 /// "(1.00, 2.00, 3.00)", for messages [mm].
 std::string place_text(const geometry::Vec3&);
 

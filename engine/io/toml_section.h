@@ -2,6 +2,7 @@
 /// Tables of TOML files written by people: values are checked one by one, and all errors collected with their
 /// lines.
 
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <span>
@@ -33,6 +34,7 @@ struct Reading {
     std::string file;
     std::map<std::string, TextPlace> places;
     std::vector<std::pair<TextPlace, std::string>> wrong;
+    std::vector<std::filesystem::path> files = {};  // others that were read for it
 
     TextPlace place(const toml::source_region&) const;
     void refuse(const toml::source_region&, const std::string& text);

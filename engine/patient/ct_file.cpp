@@ -62,6 +62,18 @@ CtImage read_ct(const fs::path& path, const std::string& series, const Progress&
     return ct;
 }
 
+std::vector<fs::path> inputs_of(const PatientFiles& files) {
+    std::vector<fs::path> all;
+    if (!files.ct.empty()) {
+        all.push_back(files.ct);
+        std::error_code ignored;
+        if (fs::is_regular_file(files.ct, ignored) && is_nrrd(files.ct))
+            if (const auto data = detached_data(files.ct)) all.push_back(*data);
+    }
+    for (const PatientMesh& mesh : files.meshes) all.push_back(mesh.file);
+    return all;
+}
+
 std::uint64_t content_hash(const fs::path& path) {
     geometry::Hash hash;
     io::require_no_device(path);

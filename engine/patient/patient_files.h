@@ -33,6 +33,9 @@ struct PatientFiles {
     io::TextPlace place = {};   // where the scenario asks for the CT
 };
 
+/// The CT with what its header names, and the meshes.
+std::vector<std::filesystem::path> inputs_of(const PatientFiles&);
+
 /// Hash of the bytes of a file, of a detached header's data too, or of all files of a folder. Throws
 /// InputError when they cannot be read.
 std::uint64_t content_hash(const std::filesystem::path&);

@@ -7,11 +7,14 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <sstream>
 #include <toml++/toml.h>
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/outputs.h"
 #include "engine/io/text.h"
 #include "engine/io/toml_section.h"
 #include "engine/run/batch_rows.h"
@@ -71,6 +74,9 @@ void read_choices(const toml::node* node, io::Section& section, Choices& choices
             for (const toml::node& one : *list) values.push_back(toml_text(one));
         else
             values.push_back(toml_text(value));
+        if (values.empty())
+            section.refuse(fmt::format("set.{}", key.str()), value,
+                           "a value or a list of one or more is accepted");
         choices.emplace_back(std::string(key.str()), std::move(values));
     }
 }
@@ -115,12 +121,47 @@ std::string identity(const BatchJob& job, const scenario::Scenario& scenario, co
     return io::hash_text(hash.value());
 }
 
-BatchRow make_run(const BatchJob& job, const fs::path& out, const BatchOptions& options,
-                  const std::map<int, BatchRow>& before, bool& skipped, bool& interrupted) {
+/// The job as it is to be played, and its identity. Throws InputError.
+struct Asked {
+    scenario::Scenario scenario;
+    script::CommandScript script;
+    std::string identity;
+};
+Asked asked_for(const BatchJob& job, const BatchOptions& options) {
+    Asked asked{scenario::load_scenario(job.scenario, options.devices, job.values),
+                script::load_commands(job.commands),
+                {}};
+    asked.identity =
+        identity(job, asked.scenario, io::read_text(job.commands, "script", "a script is accepted"), options);
+    return asked;
+}
+
+std::vector<io::CsvCell> names_of(const BatchJob& job) {
+    return {static_cast<double>(job.number), job.scenario.stem().string(), job.commands.filename().string(),
+            job.values_text()};
+}
+
+/// The row of an earlier call where it is of this job as it is now asked for.
+std::optional<BatchRow> still_of(const BatchJob& job, const fs::path& out, const BatchOptions& options,
+                                 const std::map<int, BatchRow>& before) {
+    const auto known = before.find(job.number);
+    if (known == before.end()) return std::nullopt;
+    if (!known->second.failed && !fs::exists(out / run_folder(job.number) / "score.json"))
+        return std::nullopt;
+    try {
+        if (asked_for(job, options).identity != known->second.of) return std::nullopt;
+    } catch (const std::exception&) {
+        return std::nullopt;
+    }
+    BatchRow row = known->second;
+    std::ranges::copy(names_of(job), row.cells.begin());
+    return row;
+}
+
+BatchRow make_run(const BatchJob& job, const fs::path& out, const BatchOptions& options, bool& interrupted) {
     BatchRow row;
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    row.cells = {static_cast<double>(job.number), job.scenario.stem().string(),
-                 job.commands.filename().string(), job.values_text()};
+    row.cells = names_of(job);
     const auto fail = [&row, none](std::string why) {
         row.cells.resize(4);
         row.cells.insert(row.cells.end(), 10, none);
@@ -129,24 +170,15 @@ BatchRow make_run(const BatchJob& job, const fs::path& out, const BatchOptions& 
         row.failed = true;
     };
     try {
-        const scenario::Scenario scenario =
-            scenario::load_scenario(job.scenario, options.devices, job.values);
-        const script::CommandScript script = script::load_commands(job.commands);
-        row.of =
-            identity(job, scenario, io::read_text(job.commands, "script", "a script is accepted"), options);
-        const fs::path folder = out / run_folder(job.number);
-        const auto known = before.find(job.number);
-        if (known != before.end() && known->second.of == row.of && !known->second.failed &&
-            fs::exists(folder / "score.json")) {
-            skipped = true;
-            return known->second;
-        }
+        const Asked asked = asked_for(job, options);
+        row.of = asked.identity;
         RunOptions run;
         run.images = job.images;
         run.origin = options.origin;
         run.cache = options.cache;
         run.interrupted = options.interrupted;
-        const RunResult result = run_headless(scenario, script, folder, run);
+        const RunResult result =
+            run_headless(asked.scenario, asked.script, out / run_folder(job.number), run);
         interrupted = result.interrupted;
         const exercise::Score& s = result.score;
         for (const double value :
@@ -160,6 +192,27 @@ BatchRow make_run(const BatchJob& job, const fs::path& out, const BatchOptions& 
         fail(error.what());
     }
     return row;
+}
+
+/// Throws InputError where the batch would replace what it reads.
+void require_no_input_of(const std::vector<BatchJob>& list, const fs::path& out, const fs::path& file) {
+    std::set<fs::path> read;
+    for (const BatchJob& job : list) read.insert({job.scenario, job.commands});
+    std::vector<fs::path> inputs(read.begin(), read.end());
+    for (const fs::path& input : inputs) {
+        const fs::path folder = fs::absolute(input).lexically_normal().parent_path();
+        const std::optional<long long> number = io::parse_integer(folder.filename().string());
+        if (number && *number >= 1 && *number <= static_cast<long long>(list.size()) &&
+            io::same_file(folder, out / run_folder(static_cast<int>(*number))))
+            throw io::InputError(
+                fmt::format("--out: {} would be replaced, and is read; another output folder is accepted",
+                            input.string()));
+    }
+    if (!file.empty()) inputs.push_back(file);
+    std::vector<io::Output> outputs;
+    for (const char* name : {"batch.csv", "batch.json", "shard.json"})
+        outputs.push_back({"--out", out / name});
+    io::require_distinct(outputs, inputs);
 }
 
 }  // namespace
@@ -193,6 +246,9 @@ std::vector<BatchJob> load_batch(const fs::path& file, const BatchOptions& optio
                 for (const toml::node& seed : *list) values.push_back(toml_text(seed));
             else
                 run.refuse("seeds", *seeds, "a list of whole numbers is accepted");
+            for (const auto& [key, given] : choices)
+                if (key == "seed")
+                    run.refuse("seeds", *seeds, "seeds, or seed in [run.set], are accepted, one of them");
             choices.emplace_back("seed", std::move(values));
         }
         run.finish();
@@ -207,7 +263,8 @@ std::vector<BatchJob> load_batch(const fs::path& file, const BatchOptions& optio
                     continue;
                 }
                 std::size_t combinations = 1;
-                for (const auto& [key, values] : choices) combinations *= values.size();
+                for (const auto& [key, values] : choices)
+                    combinations = std::min(combinations * values.size(), most_runs + 1);
                 if (jobs.size() + combinations > most_runs) {
                     run.refuse_whole(fmt::format("the list has more than {} runs", most_runs));
                     break;
@@ -238,31 +295,58 @@ BatchResult run_batch(const std::vector<BatchJob>& list, const fs::path& out, co
                             asked.shard->count, list.size()));
         std::erase_if(jobs, [&](const BatchJob& job) { return !is_in(*asked.shard, job.number); });
     }
+    require_no_input_of(list, out, asked.list);
     io::OwnFolder own(out);
     io::remove_leftovers(out);
+    for (const char* name : {"batch.csv", "batch.json", "shard.json"}) io::require_writable(out / name);
     BatchOptions options = asked;
     if (options.cache.folder.empty()) options.cache.folder = anatomy::cache_beside(out / "run");
     const std::map<int, BatchRow> before = kept_rows(out / "batch.json");
-    std::map<int, BatchRow> rows;
-    write_rows(before, out);  // fails before the work where it would fail after it
-    if (asked.shard) write_share({hash_of(list, asked), *asked.shard, list.size()}, out);
+    std::map<int, BatchRow> rows;  // of this list alone, whatever the folder has had
     BatchResult result;
     result.of = jobs.size();
     std::mutex mutex;
     std::atomic<bool> stopped = false;
-    auto written = std::chrono::steady_clock::now();
-    geometry::for_each_index(static_cast<int>(jobs.size()), std::max(1, options.jobs), [&](int k) {
-        if (stopped) return;
-        bool skipped = false, interrupted = false;
-        BatchRow row = make_run(jobs[k], out, options, before, skipped, interrupted);
-        const std::lock_guard lock(mutex);
-        if (interrupted || (options.interrupted && options.interrupted())) stopped = true;
-        if (interrupted) return;
+    const auto for_each_job = [&](const auto& action) {
+        geometry::for_each_index(static_cast<int>(jobs.size()), std::max(1, options.jobs), [&](int k) {
+            if (!stopped && options.interrupted && options.interrupted()) stopped = true;
+            if (!stopped) action(jobs[static_cast<std::size_t>(k)]);
+        });
+    };
+    const auto count = [&](const BatchRow& row) {
         ++result.runs;
-        result.skipped += skipped;
         result.failed += row.failed;
-        rows[jobs[k].number] = std::move(row);
         if (options.progress) options.progress(result.runs, jobs.size(), result.failed);
+    };
+    const std::string list_hash = asked.shard ? hash_of(list, asked) : std::string();
+    if (!before.empty())
+        for_each_job([&](const BatchJob& job) {
+            std::optional<BatchRow> row = still_of(job, out, options, before);
+            if (!row) return;
+            const std::lock_guard lock(mutex);
+            // What has failed is tried again; until then its row says so.
+            if (!row->failed) ++result.skipped, count(*row);
+            rows[job.number] = *std::move(row);
+        });
+    result.interrupted = stopped;
+    if (stopped) return result;  // the folder is as it was
+    // A whole batch is no share. Rows before the share: should this end in between, those of another list are
+    // gone from the one that is there.
+    if (!asked.shard) fs::remove(out / "shard.json");
+    write_rows(rows, out);
+    if (asked.shard) write_share({list_hash, *asked.shard, list.size()}, out);
+    const std::map<int, BatchRow> kept = rows;
+    auto written = std::chrono::steady_clock::now();
+    for_each_job([&](const BatchJob& job) {
+        const auto known = kept.find(job.number);
+        if (known != kept.end() && !known->second.failed) return;
+        bool interrupted = false;
+        BatchRow row = make_run(job, out, options, interrupted);
+        const std::lock_guard lock(mutex);
+        if (interrupted) stopped = true;
+        if (interrupted) return;
+        count(row);
+        rows[job.number] = std::move(row);
         const auto now = std::chrono::steady_clock::now();
         if (now - written < std::chrono::seconds(1)) return;
         written = now;

@@ -35,7 +35,8 @@ struct BatchOptions {
     std::function<std::filesystem::path(const std::string&, const std::filesystem::path&beside)> scenario,
         commands;
     std::filesystem::path devices;
-    script::Origin origin;  // program and learner of the recordings
+    std::filesystem::path list;  // the file of the list, which no output may replace
+    script::Origin origin;       // program and learner of the recordings
     anatomy::ModelCache cache;
     int jobs = 2;
     std::optional<io::Shard> shard;  // only these runs of the list

@@ -33,6 +33,7 @@ void Expectation::add(const std::filesystem::path& path) {
     }
     add(path / "run.gw");
     folder_ = path.string();
+    had_images_ = std::filesystem::exists(path / "sheet.png", error);  // which a run without images removes
     for (const auto& entry : std::filesystem::directory_iterator(path / "frames", error)) {
         const int frame = frame_of_file_name(entry.path().filename().string());
         if (frame < 0) continue;
@@ -73,7 +74,10 @@ void Expectation::check_frame(int frame, const render::GrayImage& image) {
 }
 
 void Expectation::finish(int last_frame, bool interrupted, bool images) {
-    if (!folder_.empty() && frames_.empty())
+    if (had_images_ && frames_.empty() && images)
+        differ(fmt::format("{}: its sheet.png shows that it had images, of which none are left in frames/",
+                           folder_));
+    else if (!folder_.empty() && frames_.empty())
         notes_.push_back(fmt::format("{}: no images were found there, so none were compared", folder_));
     else if (!frames_.empty() && !images)
         notes_.push_back(fmt::format("{}: its {} images were not compared, as this run made none", folder_,

@@ -45,6 +45,7 @@ private:
     std::multimap<int, script::StateCheck> states_;
     std::map<int, std::filesystem::path> frames_;
     std::set<int> seen_;         // frames that were compared
+    bool had_images_ = false;    // the run in the folder
     std::vector<int> absent_;    // frames that were made, and of which there is no image to compare with
     std::string folder_, file_;  // what is expected: the folder of the run, and its recording
     std::optional<script::Origin> origin_;

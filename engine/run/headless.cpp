@@ -98,14 +98,22 @@ public:
         if (panel_) readout_.observe(frame, exercise.score());
         if (trace_) trace_file_->append(trace_->rows(frame, exercise.score()));
     }
-    /// Writes a frame that has an image.
-    void image(const exercise::Frame& frame, exercise::Exercise& exercise, const render::GrayImage& image) {
+    /// Writes a frame that has an image. Returns whether `stops` said that the run is to end.
+    bool image(const exercise::Frame& frame, exercise::Exercise& exercise, const render::GrayImage& image,
+               const std::function<bool()>& stops) {
         sheet_.accept(frame.time.index, image);
         if (panel_)
             panels_->accept(frame.time.index, panel_->draw(image, frame.monitor->reference(),
                                                            readout_.read(frame, exercise.score())));
         if (angiograms_) angiograms_->take(frame, *exercise.monitor(), image);
-        if (truth_ && frame.monitor->last_pulse()) truth_->take(exercise, frame.time);
+        if (!truth_ || !frame.monitor->last_pulse()) return false;
+        // The truth of large images takes longer than all else of the frame.
+        const bool ends = truth_->is_slow() && stops();
+        if (!ends) truth_->take(exercise, frame.time);
+        return ends;
+    }
+    void hurry() {
+        if (truth_) truth_->hurry();
     }
     void finish(const RunResult& result, const script::Origin& origin) {
         if (panels_) panels_->finish();
@@ -147,11 +155,16 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
             expectation.check_state(index, exercise.simulation().state_hash());
         result.interrupted = options.interrupted && index < last && options.interrupted();
         result.time_is_up = exercise.time_is_up();
-        const bool ends = result.interrupted || result.time_is_up;
+        bool ends = result.interrupted || result.time_is_up;
         if (sink && (shows(index, last, options.every) || ends)) {
             const render::GrayImage& image = exercise.image();
             sink->accept(index, image);
-            if (outputs) outputs->image(frame, exercise, image);
+            if (outputs)
+                result.interrupted |= outputs->image(frame, exercise, image, [&] {
+                    return result.interrupted ||
+                           (options.interrupted && index < last && options.interrupted());
+                });
+            ends |= result.interrupted;
             expectation.check_frame(index, image);
         }
         if (options.progress) {
@@ -160,6 +173,7 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
         }
         if (ends) break;
     }
+    if (result.interrupted && outputs) outputs->hurry();
     if (sink) sink->finish();
     result.state_hash = exercise.simulation().state_hash();
     expectation.finish(result.frames - 1, result.interrupted, sink != nullptr);
@@ -279,13 +293,13 @@ RunResult run_headless(const scenario::Scenario& scenario, const script::Command
                        const std::filesystem::path& out, const RunOptions& options) {
     check(scenario, script);
     refuse_to_overwrite(out, script.file, options.expect);
-    std::error_code ignored;
-    for (const std::filesystem::path& input :
-         {std::filesystem::path(script.file), options.expect.value_or("")})
-        if (!options.trace.empty() && std::filesystem::equivalent(options.trace, input, ignored))
-            throw io::InputError(
-                fmt::format("{}: the trace would overwrite an input of the run; another file is accepted",
-                            options.trace.string()));
+    std::vector<std::filesystem::path> inputs = scenario::inputs_of(scenario);
+    inputs.push_back(script.file);
+    if (options.expect && std::filesystem::is_directory(*options.expect))
+        inputs.insert(inputs.end(), {*options.expect / "run.gw", *options.expect / "frames"});
+    else if (options.expect)
+        inputs.push_back(*options.expect);
+    refuse_to_replace(inputs, out, options.trace);
     Expectation expectation = expectation_of(script, options);
     OutputFolder folder(out, {options.images, options.images && options.panel,
                               options.images && options.truth, options.images && options.dicom});

@@ -5,6 +5,7 @@
 
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/outputs.h"
 #include "engine/run/angiogram_folder.h"
 #include "engine/run/frame_sink.h"
 #include "engine/run/picture_file.h"
@@ -16,11 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* own_files[] = {"run.gw", "score.json", "sheet.png"};
-
-bool same(const fs::path& a, const fs::path& b) {
-    std::error_code error;
-    return fs::equivalent(a, b, error) && !error;
-}
+constexpr const char* frame_folders[] = {"frames", "panel", "truth", "dicom"};
 
 /// Whether the file is an angiogram or named frame_000123 with one of the endings that are written here.
 bool is_of_a_frame(const fs::path& file) {
@@ -41,16 +38,37 @@ void take_out(const fs::path& file) {
 
 void refuse_to_overwrite(const fs::path& out, const fs::path& script,
                          const std::optional<fs::path>& expected) {
-    if (same(out / "run.gw", script)) {
+    if (io::same_file(out / "run.gw", script)) {
         throw io::InputError(
             fmt::format("{}: the run would overwrite its own commands; another output folder is accepted",
                         script.string()));
     }
-    if (expected && (same(out, *expected) || same(out / "run.gw", *expected))) {
+    if (expected && (io::same_file(out, *expected) || io::same_file(out / "run.gw", *expected))) {
         throw io::InputError(
             fmt::format("{}: the run would overwrite what it is compared with; another output folder is "
                         "accepted",
                         expected->string()));
+    }
+}
+
+void refuse_to_replace(std::span<const fs::path> inputs, const fs::path& out, const fs::path& trace) {
+    std::vector<io::Output> outputs;
+    for (const char* name : own_files) outputs.push_back({"--out", out / name});
+    if (!trace.empty()) outputs.push_back({"--trace", trace});
+    io::require_distinct(outputs, inputs);
+    for (const char* part : frame_folders) {
+        const auto is_within = [&](const fs::path& file) {
+            return io::same_file(file.parent_path().empty() ? "." : file.parent_path(), out / part) &&
+                   is_of_a_frame(file);
+        };
+        if (!trace.empty() && is_within(trace))
+            throw io::InputError(fmt::format(
+                "--trace: {} is a file of the run's own; another file is accepted", trace.string()));
+        for (const fs::path& input : inputs)
+            if (is_within(input) || io::same_file(input, out / part))
+                throw io::InputError(
+                    fmt::format("--out: {} would be removed, and is read; another output folder is accepted",
+                                input.string()));
     }
 }
 

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "engine/io/files.h"
@@ -14,6 +15,11 @@ namespace run {
 /// Throws InputError when writing to `out` would destroy the script being run or the run to compare with.
 void refuse_to_overwrite(const std::filesystem::path& out, const std::filesystem::path& script,
                          const std::optional<std::filesystem::path>& expected);
+
+/// Throws InputError when a run into `out`, or its trace where one is asked for, would replace or remove one
+/// of the inputs, or when the trace is one of the run's own files.
+void refuse_to_replace(std::span<const std::filesystem::path> inputs, const std::filesystem::path& out,
+                       const std::filesystem::path& trace);
 
 class OutputFolder {
 public:

@@ -4,10 +4,12 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "engine/anatomy/anatomy.h"
 #include "engine/io/cpu_clock.h"
 #include "engine/io/csv.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/outputs.h"
 #include "engine/io/table.h"
 #include "engine/run/relax_method.h"
 
@@ -41,13 +43,6 @@ int relax(const RelaxCase& given, physics::Guidewire& wire, physics::Relaxer& re
         if (report.converged || (given.tolerance && gradient <= *given.tolerance)) break;
     }
     return iterations;
-}
-
-bool same_file(const fs::path& a, const fs::path& b) {
-    std::error_code error;
-    if (fs::equivalent(a, b, error) && !error) return true;
-    const fs::path whole = fs::absolute(a, error).lexically_normal();
-    return !whole.empty() && whole == fs::absolute(b, error).lexically_normal();
 }
 
 void check_writable(const fs::path& file) {
@@ -148,25 +143,16 @@ std::string push_csv(const RelaxOutcome& outcome) {
 }
 
 void check_files(const RelaxFiles& files, const RelaxRequest& request) {
-    std::vector<std::pair<const char*, fs::path>> outputs = {{"--out", files.joints},
-                                                             {"--report", files.report}};
+    std::vector<io::Output> outputs = {{"--out", files.joints}, {"--report", files.report}};
     if (request.push_from) outputs.push_back({"--push-from", files.push()});
-    for (std::size_t i = 0; i < outputs.size(); ++i) {
-        const auto& [flag, file] = outputs[i];
-        check_writable(file);
-        const std::optional<fs::path> terms = request.wall_variation;
-        for (const auto& input : {request.tube, request.wire, request.anatomy, terms}) {
-            if (!input || !same_file(file, *input)) continue;
-            throw io::InputError(fmt::format("{}: {} would overwrite what is read; another file is accepted",
-                                             flag, file.string()));
-        }
-        for (std::size_t j = 0; j < i; ++j) {
-            if (!same_file(file, outputs[j].second)) continue;
-            throw io::InputError(
-                fmt::format("{}: {} would be written twice, by {} too; another file is accepted", flag,
-                            file.string(), outputs[j].first));
-        }
-    }
+    for (const io::Output& output : outputs) check_writable(output.file);
+    std::vector<fs::path> inputs;
+    const std::optional<fs::path> terms = request.wall_variation;
+    for (const auto& input : {request.tube, request.wire, request.anatomy, terms})
+        if (input) inputs.push_back(*input);
+    if (request.anatomy)
+        if (const auto mesh = anatomy::mesh_named_by(*request.anatomy)) inputs.push_back(*mesh);
+    io::require_distinct(outputs, inputs);
 }
 
 void write_files(const RelaxFiles& files, const RelaxOutcome& outcome) {

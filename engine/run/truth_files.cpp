@@ -1,7 +1,9 @@
 #include "engine/run/truth_files.h"
 
 #include <Eigen/Core>
+#include <chrono>
 #include <fmt/format.h>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -112,10 +114,50 @@ std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& tim
     return json.dump() + "\n";
 }
 
+namespace {
+
+using Clock = std::chrono::steady_clock;
+/// What may be spent after an interruption: the whole program has a second.
+constexpr std::chrono::milliseconds a_moment(300);
+
+/// The files of one frame's truth, none of which stay unless all are there.
+class TruthFiles {
+public:
+    TruthFiles(std::filesystem::path folder, const std::atomic<std::int64_t>& deadline)
+        : folder_(std::move(folder)), deadline_(deadline) {}
+    /// Writes the file by `write`, unless it is too late.
+    template <class Write>
+    void add(const std::string& name, const Write& write) {
+        if (late_ || (late_ = Clock::now().time_since_epoch().count() > deadline_)) return;
+        write(folder_ / name);
+        made_.push_back(folder_ / name);
+    }
+    void finish() {
+        if (!late_) return;
+        std::error_code ignored;
+        for (const std::filesystem::path& file : made_) std::filesystem::remove(file, ignored);
+    }
+
+private:
+    std::filesystem::path folder_;
+    const std::atomic<std::int64_t>& deadline_;
+    bool late_ = false;
+    std::vector<std::filesystem::path> made_;
+};
+
+}  // namespace
+
 TruthFolder::TruthFolder(std::filesystem::path folder, const exercise::TruthParts& parts)
-    : folder_(std::move(folder)), parts_(parts) {}
+    : folder_(std::move(folder)),
+      parts_(parts),
+      deadline_(std::make_shared<std::atomic<std::int64_t>>(std::numeric_limits<std::int64_t>::max())) {}
+
+void TruthFolder::hurry() {
+    *deadline_ = (Clock::now() + a_moment).time_since_epoch().count();
+}
 
 void TruthFolder::take(exercise::Exercise& exercise, const exercise::FrameTime& time) {
+    const Clock::time_point start = Clock::now();
     exercise::TruthParts parts = parts_;
     const exercise::Pulse& pulse = *exercise.monitor()->last_pulse();
     const Pose pose{pulse.arm, pulse.exposure.vessel_shift, pulse.exposure.breath, pulse.exposure.beat,
@@ -132,19 +174,34 @@ void TruthFolder::take(exercise::Exercise& exercise, const exercise::FrameTime& 
     } else {
         truth->lengths = layers_;
     }
-    queue_.put([truth, time, new_pose, folder = folder_, lengths_of = lengths_of_] {
-        const auto file = [&](const char* what) { return folder / (stem(time.index) + what); };
-        write_picture(file("_wire.png"), truth->wire);
-        write_picture(file("_vessels.png"), truth->vessels);
-        if (truth->catheter) write_picture(file("_catheter.png"), *truth->catheter);
+    slow_ = Clock::now() - start > a_moment;
+    queue_.put([truth, time, new_pose, folder = folder_, lengths_of = lengths_of_, deadline = deadline_] {
+        TruthFiles files(folder, *deadline);
+        const auto add = [&](const std::string& name, const auto& picture) {
+            files.add(name, [&](const std::filesystem::path& file) { write_picture(file, picture()); });
+        };
+        const auto name = [&](const char* what) { return stem(time.index) + what; };
+        add(
+            name("_wire.png"), [&]() -> const auto& { return truth->wire; });
+        add(
+            name("_vessels.png"), [&]() -> const auto& { return truth->vessels; });
+        if (truth->catheter)
+            add(
+                name("_catheter.png"), [&]() -> const auto& { return *truth->catheter; });
         const double per_level = quanta_per_level(truth->pulse.arm, truth->dose);
-        if (truth->signal) write_picture(file("_signal.png"), deep_picture(*truth->signal, per_level));
-        if (truth->expected) write_picture(file("_expected.png"), deep_picture(*truth->expected, per_level));
-        if (truth->labels) write_picture(file("_labels.png"), *truth->labels);
+        if (truth->signal) add(name("_signal.png"), [&] { return deep_picture(*truth->signal, per_level); });
+        if (truth->expected)
+            add(name("_expected.png"), [&] { return deep_picture(*truth->expected, per_level); });
+        if (truth->labels)
+            add(
+                name("_labels.png"), [&]() -> const auto& { return *truth->labels; });
         for (std::size_t k = 0; new_pose && k < truth->lengths.size(); ++k)
-            write_picture(folder / length_file(lengths_of, k),
-                          deep_picture(truth->lengths[k].length, mm_per_level));
-        io::write_whole(file(".json"), to_json(*truth, time, lengths_of));
+            add(length_file(lengths_of, k),
+                [&] { return deep_picture(truth->lengths[k].length, mm_per_level); });
+        files.add(name(".json"), [&](const std::filesystem::path& file) {
+            io::write_whole(file, to_json(*truth, time, lengths_of));
+        });
+        files.finish();
     });
 }
 

@@ -1,7 +1,10 @@
 #pragma once
 /// Ground truth of images, as files next to the images.
 
+#include <atomic>
+#include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -29,6 +32,11 @@ public:
 
     /// There must have been a pulse. Throws InputError when this frame or an earlier one failed.
     void take(exercise::Exercise&, const exercise::FrameTime&);
+    /// Whether the last take alone was too long for somebody who waits for the end.
+    bool is_slow() const { return slow_; }
+    /// The run was interrupted: what waits to be written is only written as far as that takes a moment. A
+    /// frame of whose truth not all is written then has nothing of it.
+    void hurry();
     /// Returns when all is written. Throws like take.
     void finish();
 
@@ -45,6 +53,9 @@ private:
     std::optional<Pose> pose_;
     std::vector<render::Fluoroscope::LayerLength> layers_;  // names alone
     int lengths_of_ = -1;
+    bool slow_ = false;
+    /// When to give up, as a count of the steady clock; shared with the thread that writes.
+    std::shared_ptr<std::atomic<std::int64_t>> deadline_;
     WriteQueue queue_;
 };
 

@@ -10,7 +10,7 @@
 namespace run {
 
 struct WriteQueue::Worker {
-    static constexpr std::size_t most_waiting = 8;
+    static constexpr std::size_t most_waiting = 2;  // what waits is still written when the run is interrupted
 
     std::mutex mutex;
     std::condition_variable changed;

@@ -168,6 +168,24 @@ anatomy::Anatomy anatomy_of(const Scenario& s, const anatomy::ModelCache& cache)
                                  s.tube->step);
 }
 
+std::vector<std::filesystem::path> inputs_of(const Scenario& s) {
+    std::vector<std::filesystem::path> all = s.files;
+    for (const std::filesystem::path& file : patient::inputs_of(s.patient_files)) all.push_back(file);
+    if (!s.devices.empty())
+        for (const std::filesystem::path& file : device_files(s.devices)) all.push_back(file);
+    if (s.anatomy.empty()) return all;
+    all.push_back(s.anatomy);
+    if (const auto mesh = anatomy::mesh_named_by(s.anatomy)) all.push_back(*mesh);
+    return all;
+}
+
+void require_no_input(const std::vector<io::Output>& outputs, const Scenario& s,
+                      std::vector<std::filesystem::path> more) {
+    const std::vector<std::filesystem::path> inputs = inputs_of(s);
+    more.insert(more.end(), inputs.begin(), inputs.end());
+    io::require_distinct(outputs, more);
+}
+
 std::vector<std::filesystem::path> shipped_scenarios(const std::filesystem::path& folder) {
     std::vector<std::filesystem::path> files;
     std::error_code error;

@@ -15,6 +15,7 @@
 #include "engine/anatomy/scenes.h"
 #include "engine/blood/blood_flow.h"
 #include "engine/io/error.h"
+#include "engine/io/outputs.h"
 #include "engine/patient/patient_files.h"
 #include "engine/scenario/device.h"
 #include "engine/scenario/lesson.h"
@@ -117,7 +118,8 @@ struct Scenario {
     VesselMotion motion;
     blood::FlowSpec blood;  // its heart rate is that of the motion
 
-    std::map<std::string, io::TextPlace> places;        // "guidewire.diameter_mm" → where the file says so
+    std::vector<std::filesystem::path> files;     // its own, and those of devices and of a tree of vessels
+    std::map<std::string, io::TextPlace> places;  // "guidewire.diameter_mm" → where the file says so
     io::TextPlace place(const std::string& key) const;  // of the key, or its section, or the file
 
     double friction() const { return guidewire.friction * wall_friction; }  // μ of the wire on this wall [-]
@@ -142,6 +144,14 @@ std::vector<std::string> problems(const Scenario&);
 
 /// The vessel of the scenario, loaded, grown or drawn. Throws InputError.
 anatomy::Anatomy anatomy_of(const Scenario&, const anatomy::ModelCache& = {});
+
+/// Every file and folder that is read for the scenario: its own, of its devices, vessels and patient. No
+/// output of a command may be one of them.
+std::vector<std::filesystem::path> inputs_of(const Scenario&);
+/// To be called before any work: throws InputError where an output is one of those, one of `more` that is
+/// read, or another output.
+void require_no_input(const std::vector<io::Output>&, const Scenario&,
+                      std::vector<std::filesystem::path> more = {});
 
 /// Scenario files (*.toml) of a folder by name, in alphabetical order.
 std::vector<std::filesystem::path> shipped_scenarios(const std::filesystem::path& folder);

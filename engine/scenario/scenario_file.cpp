@@ -73,8 +73,9 @@ void read_tube(io::Section tube, io::Reading& reading, Scenario& s) {
 
 /// A device of the catalogue, or of a file beside the scenario's.
 Device named_device(const std::string& name, const std::filesystem::path& file,
-                    const std::filesystem::path& devices) {
-    return load_device(name.ends_with(".toml") ? file.parent_path() / name : find_device(name, devices));
+                    const std::filesystem::path& devices, Scenario& s) {
+    s.files.push_back(name.ends_with(".toml") ? file.parent_path() / name : find_device(name, devices));
+    return load_device(s.files.back());
 }
 
 /// The wire that all values not given are those of.
@@ -92,7 +93,7 @@ void read_usual_wire(io::Section& wire, const std::filesystem::path& devices,
     if (!node || !wire.word("device", name)) return;
     if (preset) wire.refuse("device", *node, "either 'preset' or 'device' is accepted, one of them");
     try {
-        const Device device = named_device(name, file, devices);
+        const Device device = named_device(name, file, devices, s);
         s.guidewire = guidewire_of(device);
         s.wire_length = device.length;
         s.wire_look = device.look;
@@ -142,7 +143,7 @@ void read_catheter(io::Section section, const std::filesystem::path& devices,
     if (!node) section.missing("device", "device = \"NAME\" of a catheter of the catalogue, or its file");
     if (node && section.word("device", name)) {
         try {
-            device = named_device(name, file, devices);
+            device = named_device(name, file, devices, s);
             if (device.kind != DeviceKind::Catheter)
                 section.refuse("device", *node, fmt::format("'{}' is a wire; a catheter is accepted", name));
         } catch (const io::InputError& error) {
@@ -517,6 +518,8 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& fi
     for (std::size_t i = 0; i < s.patient_files.meshes.size(); ++i)
         s.patient_files.meshes[i].place = s.place("mesh " + std::to_string(i + 1) + ".file");
     reading.end();
+    s.files.insert(s.files.end(), reading.files.begin(), reading.files.end());
+    s.files.push_back(file);
     if (const std::vector<std::string> wrong = problems(s); !wrong.empty())
         throw io::InputError(io::joined(wrong, "\n"));
     return s;

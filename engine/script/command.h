@@ -175,8 +175,10 @@ struct Origin {
 };
 inline constexpr int recording_schema = 2;
 inline constexpr std::size_t longest_learner = 64;  // bytes of UTF-8
-/// Whether this can be a learner's name: not empty, not too long, without control characters.
+/// Whether this can be a learner's name: valid UTF-8, not empty, not too long, without control characters.
 bool is_learner(std::string_view);
+/// The same for a recording, which an earlier version may have made with a name in another encoding.
+bool is_learner_in_file(std::string_view);
 
 struct CommandScript {
     std::string file;

@@ -351,7 +351,7 @@ private:
         Origin& origin = *script_.origin;
         const int column = static_cast<int>(key.size()) + 1;
         if (key == "learner ") {
-            if (!is_learner(text))
+            if (!is_learner_in_file(text))
                 throw Refusal{column, fmt::format("a name of at most {} bytes without control characters is "
                                                   "accepted",
                                                   longest_learner)};
@@ -442,6 +442,10 @@ private:
 }  // namespace
 
 bool is_learner(std::string_view name) {
+    return is_learner_in_file(name) && io::is_utf8(name);
+}
+
+bool is_learner_in_file(std::string_view name) {
     return !name.empty() && name.size() <= longest_learner &&
            std::none_of(name.begin(), name.end(), [](char c) {
                const auto code = static_cast<unsigned char>(c);

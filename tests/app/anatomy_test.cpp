@@ -162,7 +162,7 @@ TEST(AnatomyImport, RefusesBadInputAndWritesNothing) {
     with({"--landmark", "1,2,3"}, "--landmark was given without --body");
     with({"--name", "a", "--name", "b"}, "one is accepted, and END=X,Y,Z for each end");
     with({"--scenario", folder / "none/x.toml"}, "none/x.toml: cannot be written: No such file");
-    with({"--scenario", folder / "x.obj"}, "would be overwritten");
+    with({"--scenario", folder / "x.obj"}, "would overwrite what is read");
     with({"--name", "a=1,2"}, "NAME=X,Y,Z in mm is accepted");
     const Outcome over =
         run(folder, {"anatomy", "import", folder / "x.stl", "--unit", "mm", "--out", folder.path()});

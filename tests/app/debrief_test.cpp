@@ -1,8 +1,11 @@
 /// Pages as a teacher makes them, and as a browser shows them.
 
 #include <chrono>
+#include <csignal>
 #include <nlohmann/json.hpp>
+#include <thread>
 
+#include "engine/io/text.h"
 #include "render/picture/png.h"
 #include "tests/app/program.h"
 
@@ -142,6 +145,24 @@ TEST(CourseCommand, CountsAttemptsByLearnerAndExercise) {
     EXPECT_EQ(read(folder / "again/course.csv"), csv);
 }
 
+TEST(CourseCommand, WritesValidUtf8WhateverItReads) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "class");
+    std::string text = read(recorded(folder, "one", "0 beam on\n2 advance 2 mm\n3 end\n", "Anna"));
+    text.replace(text.find("learner Anna"), 12, "learner \xc4nna");  // as an earlier version took it
+    write(folder / "class/\xfc.gw", text);
+    ASSERT_EQ(run(folder, {"course", folder / "class"}).code, 0);
+    for (const char* name : {"class/course.csv", "class/course.html"}) {
+        const std::string made = read(folder / name);
+        EXPECT_TRUE(io::is_utf8(made)) << name;
+        EXPECT_NE(made.find("\uFFFDnna"), std::string::npos) << name;
+    }
+    ASSERT_EQ(
+        run(folder, {"debrief", folder / "class/\xfc.gw", "--no-pictures", "--out", folder / "page"}).code,
+        0);
+    EXPECT_TRUE(io::is_utf8(read(folder / "page/debrief.html")));
+}
+
 TEST(CourseCommand, AnEmptyFolderIsRefusedAndTenThousandFilesAreNot) {
     const TemporaryFolder folder;
     std::filesystem::create_directory(folder / "none");
@@ -274,6 +295,98 @@ TEST(BatchCommand, ShardsThatDoNotBelongTogetherAreNotMerged) {
                    "folders go with 'batch merge'");
 }
 
+/// Three runs of scripts of their own, of which the first then never ends.
+struct EndlessBatch {
+    TemporaryFolder folder;
+    std::vector<std::string> words = {"batch",   folder / "list.toml", "--jobs", "1",
+                                      "--cache", folder / "cache"};
+
+    EndlessBatch() {
+        write(folder / "list.toml",
+              "schema = 1\n[[run]]\nscenario = \"straight\"\ncommands = [\"a.gw\", \"b.gw\", \"c.gw\"]\n");
+        for (const char* name : {"a.gw", "b.gw", "c.gw"})
+            write(folder / name, "0 beam on\n1..3 advance 2 mm\n12 end\n");
+    }
+    std::vector<std::string> with(const std::vector<std::string>& more) const {
+        std::vector<std::string> all = words;
+        all.insert(all.end(), more.begin(), more.end());
+        return all;
+    }
+    /// Starts it again, ends it by the signal in the midst of the first run, and returns its exit code.
+    int ended(const std::string& out, int signal, const std::vector<std::string>& more = {}) const {
+        write(folder / "a.gw", "0 beam on\n1..4 advance 2 mm\n1000000 end\n");
+        std::vector<std::string> all = with({"--out", folder / out});
+        all.insert(all.end(), more.begin(), more.end());
+        const Started started(folder, test::command(all));
+        // Its old recording ends with frame 12.
+        const std::filesystem::path recording = folder / (out + "/000001/run.gw");
+        while (read(recording).find("state 20 ") == std::string::npos) std::this_thread::yield();
+        started.signal(signal);
+        return started.wait().code;
+    }
+};
+
+TEST(BatchCommand, AShardOfAnotherListThatWasEndedIsNotMerged) {
+    for (const int signal : {SIGINT, SIGKILL}) {
+        const EndlessBatch batch;
+        const TemporaryFolder& folder = batch.folder;
+        ASSERT_EQ(run(folder, batch.with({"--shard", "1/2", "--out", folder / "one"})).code, 0);
+        write(folder / "a.gw", "0 beam on\n1..4 advance 2 mm\n1000000 end\n");
+        ASSERT_EQ(run(folder, batch.with({"--shard", "2/2", "--out", folder / "two"})).code, 0);
+        batch.ended("one", signal, {"--shard", "1/2"});
+        expect_refused(
+            run(folder, {"batch", "merge", folder / "one", folder / "two", "--out", folder / "all"}),
+            "run 1 is missing; shard 1/2 is to be made to its end first");
+        EXPECT_FALSE(std::filesystem::exists(folder / "all"));
+        // What has not changed is still there.
+        const std::string rows = read(folder / "one/batch.csv");
+        EXPECT_NE(rows.find("\n3,straight,c.gw"), std::string::npos) << rows;
+        EXPECT_EQ(rows.find("\n1,straight,a.gw"), std::string::npos) << rows;
+    }
+    // A whole batch of another list in the folder of a share leaves none.
+    const EndlessBatch batch;
+    const TemporaryFolder& folder = batch.folder;
+    for (const char* shard : {"1/2", "2/2"})
+        ASSERT_EQ(
+            run(folder, batch.with({"--shard", shard, "--out", folder / std::string(1, shard[0])})).code, 0);
+    write(folder / "a.gw", "0 beam on\n12 end\n");
+    ASSERT_EQ(run(folder, batch.with({"--out", folder / "1"})).code, 0);
+    expect_refused(run(folder, {"batch", "merge", folder / "1", folder / "2", "--out", folder / "all"}),
+                   "shard.json");
+}
+
+TEST(BatchCommand, WhenInterruptedItKeepsTheRowsOfRunsThatAreWhole) {
+    const EndlessBatch batch;
+    const TemporaryFolder& folder = batch.folder;
+    ASSERT_EQ(run(folder, batch.with({"--out", folder / "out"})).code, 0);
+    EXPECT_EQ(batch.ended("out", SIGINT), 130);
+    const std::string rows = read(folder / "out/batch.csv");
+    EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 3) << rows;
+    write(folder / "a.gw", "0 beam on\n12 end\n");
+    EXPECT_NE(
+        run(folder, batch.with({"--out", folder / "out"})).out.find("3 of 3 runs, 2 of them made before"),
+        std::string::npos);
+}
+
+TEST(BatchCommand, ItsOutputReplacesNoInput) {
+    const EndlessBatch batch;
+    const TemporaryFolder& folder = batch.folder;
+    ASSERT_EQ(run(folder, batch.with({"--out", folder / "out"})).code, 0);
+    const std::string recording = read(folder / "out/000002/run.gw");
+    const std::string list =
+        "schema = 1\n[[run]]\nscenario = \"straight\"\ncommands = [\"a.gw\", \"out/000002/run.gw\"]\n";
+    write(folder / "list.toml", list);
+    expect_refused(run(folder, batch.with({"--out", folder / "out"})), "would be replaced, and is read");
+    EXPECT_EQ(read(folder / "out/000002/run.gw"), recording);
+    std::filesystem::copy_file(folder / "list.toml", folder / "out/batch.csv",
+                               std::filesystem::copy_options::overwrite_existing);
+    expect_refused(run(folder, {"batch", folder / "out/batch.csv", "--out", folder / "out"}), "run.gw");
+    write(folder / "out/batch.csv",
+          "schema = 1\n[[run]]\nscenario = \"straight\"\ncommands = \"solution\"\n");
+    expect_refused(run(folder, {"batch", folder / "out/batch.csv", "--out", folder / "out"}),
+                   "batch.csv would overwrite what is read");
+}
+
 TEST(BatchCommand, VesselsThatHaveChangedAreRunAgain) {
     const TemporaryFolder folder;
     const auto grow = [&](const char* radius) {
@@ -310,6 +423,12 @@ TEST(BatchCommand, AListWithErrorsIsRefusedWithItsLines) {
     refused("schema = 1\n[[run]]\nscenario = \"s_bent\"\ncommands = \"solution\"\n", "s_bend");
     refused("schema = 1\n[[run]]\nscenario = \"s_bend\"\ncommands = \"none.gw\"\n", "none.gw");
     refused("schema = 1\n[[run\n", "this is not TOML");
+    refused(good + "[run.set]\nseed = []\n", "a list of one or more");
+    refused(good + "seeds = [1]\n[run.set]\nseed = 2\n", "one of them");
+    // 2^64 combinations, which is 0 in 64 bits.
+    std::string many = good + "[run.set]\n";
+    for (int key = 0; key < 64; ++key) many += "k" + std::to_string(key) + " = [1, 2]\n";
+    refused(many, "more than 100000 runs");
 }
 
 TEST(ShowCommand, DrawsTheScenario) {

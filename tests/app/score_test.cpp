@@ -97,10 +97,13 @@ TEST(ScoreCommand, AnotherScenarioOrAnatomyIsTold) {
                    "recorded in the scenario");
 }
 
-TEST(ScoreCommand, ALearnersNameWithControlCharactersIsRefused) {
+TEST(ScoreCommand, ALearnersNameWithControlCharactersOrNotInUtf8IsRefused) {
     const TemporaryFolder folder;
     expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",
                                 "--learner", "A\x1b[31m"}),
+                   "--learner");
+    expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",
+                                "--learner", "\xc4nna"}),
                    "--learner");
     EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }

@@ -416,4 +416,177 @@ TEST(Trust, AKilledRunLocksNobodyOut) {
     EXPECT_EQ(left, (Words{"run.gw", "score.json"}));
 }
 
+TEST(Trust, NoOutputReplacesAnInputOrAnotherOutput) {
+    const Inputs in;
+    const TemporaryFolder& folder = in.folder;
+    write(folder / "tree.toml",
+          "schema = 1\n[[branch]]\nname = \"v\"\npoints_mm = [[0, 0, 0, 3], [0, 0, 80, 3]]\n");
+    write(folder / "own.toml",
+          "schema = 1\ntitle = \"own\"\n[anatomy]\ntree = \"tree.toml\"\n[entry]\nend = \"v.in\"\n"
+          "inserted_mm = 40.0\n[target]\ncentre_mm = [0, 0, 60]\n");
+    const std::filesystem::path box = folder / "box.stl", scene = folder / "mesh.toml";
+    write(box, "solid box\nendsolid\n");
+    write(scene, read(folder / "own.toml") +
+                     "[patient]\n[[patient.mesh]]\nfile = \"box.stl\"\nmaterial = \"cortical bone\"\n");
+    write(folder / "own.gw", "0 beam on\n1 advance 2 mm\n3 end\n");
+    std::filesystem::create_directory(folder / "out");
+    write(folder / "out/run.gw", "an earlier run's");
+    for (const char* name : {"png", "nii"})
+        std::filesystem::create_symlink("own.toml", folder / (std::string("link.") + name));
+    const std::string own = folder / "own.toml", script = folder / "own.gw";
+    const Words run = {"run",          own,        "--commands", script,   "--out",
+                       folder / "out", "--frames", "none",       "--trace"},
+                score = {"score", in.recording, "--out"}, all[] = {run, score};
+    const auto refused = [&](const Words& words, const std::string& expected) {
+        const std::string before = read(own) + read(folder / "tree.toml") + read(script) +
+                                   read(in.recording) + read(folder / "out/run.gw") + read(box);
+        expect_refused_at_once(folder, words, expected);
+        EXPECT_EQ(read(own) + read(folder / "tree.toml") + read(script) + read(in.recording) +
+                      read(folder / "out/run.gw") + read(box),
+                  before);
+    };
+    const std::string input = "would overwrite what is read";
+    refused(joined(run, {own}), input);
+    refused(joined(run, {folder / "tree.toml"}), input);
+    refused(joined(run, {script}), input);
+    refused(joined(run, {folder / "link.png"}), input);
+    refused(joined(run, {folder / "out/../own.toml"}), input);
+    for (const char* name : {"run.gw", "score.json", "sheet.png", "../out/score.json"})
+        refused(joined(run, {folder / "out" / name}), "would be written twice");
+    refused(joined(run, {folder / "out/frames/frame_000001.png"}), "a file of the run's own");
+    refused({"run", scene, "--commands", script, "--out", folder / "out", "--trace", box}, input);
+    refused(joined(score, {in.recording}), input);
+    refused({"score", in.recording, "--scenario", own, "--out", own}, input);
+    refused({"score", in.recording, "--scenario", own, "--out", folder / "tree.toml"}, input);
+    refused({"render", own, "--out", folder / "link.png"}, input);
+    refused({"show", own, "--out", folder / "link.png"}, input);
+    refused({"anatomy", "voxelise", own, "--out", folder / "link.nii"}, input);
+    std::filesystem::create_directory(folder / "page");
+    std::filesystem::create_symlink("../own.toml", folder / "page/debrief.html");
+    refused({"debrief", in.recording, "--scenario", own, "--force", "--out", folder / "page"}, input);
+    std::filesystem::create_symlink("../recordings/a.gw", folder / "page/course.csv");
+    refused({"course", folder / "recordings", "--out", folder / "page"}, input);
+}
+
+/// A scenario with vessels that are grown in a moment, and a script.
+struct Grown {
+    TemporaryFolder folder;
+    std::string file = folder / "own.toml", script = folder / "own.gw";
+    Grown() {
+        write(file,
+              "schema = 1\ntitle = \"own\"\n[anatomy]\n[[anatomy.branch]]\nname = \"v\"\n"
+              "points_mm = [[0, 0, 0, 3], [0, 0, 80, 3]]\n[entry]\nend = \"v.in\"\ninserted_mm = 40.0\n"
+              "[target]\ncentre_mm = [0, 0, 60]\n");
+        write(script, "0 beam on\n1..5 advance 2 mm\n8 end\n");
+    }
+    Words words(const std::string& out, const std::string& cache) const {
+        return {"run",        file,       "--commands", script,    "--out",
+                folder / out, "--frames", "none",       "--cache", cache};
+    }
+};
+
+TEST(Trust, AFullCacheIsNotedAndDoneWithout) {
+    const Grown grown;
+    const Outcome whole = at_home(grown.folder, grown.words("whole", grown.folder / "cache"));
+    ASSERT_LT(whole.code, 2) << whole.error;
+    // A file may grow to 64 blocks of 1024 bytes: all of the run's files do, vessels and fields are larger.
+    Words words = {"bash", "-c", "ulimit -f 64; exec \"$0\" \"$@\""};
+    for (const std::string& word : test::command(grown.words("full", grown.folder / "small")))
+        words.push_back(word);
+    const Outcome full = Started(grown.folder, words).wait();
+    EXPECT_EQ(full.code, whole.code) << full.error;
+    const std::string note = "what was made cannot be kept, and is made again next time";
+    EXPECT_NE(full.error.find(note), std::string::npos) << full.error;
+    EXPECT_EQ(full.error.find(note, full.error.find(note) + 1), std::string::npos) << full.error;
+    EXPECT_EQ(read(grown.folder / "full/run.gw"), read(grown.folder / "whole/run.gw"));
+    EXPECT_EQ(files_below(grown.folder / "small"), Words());
+    Words bake(words.begin(), words.begin() + 4);
+    for (const std::string& word : Words{"bake", "rca", "--seeds", "0:1", "--cache", grown.folder / "small"})
+        bake.push_back(word);
+    const Outcome baked = Started(grown.folder, bake).wait();
+    EXPECT_EQ(baked.code, 1) << baked.error;
+    EXPECT_NE(baked.out.find("0 of 1 anatomies are in"), std::string::npos) << baked.out;
+    EXPECT_NE(baked.out.find("1 cannot be kept"), std::string::npos) << baked.out;
+}
+
+TEST(Trust, WithoutCacheAndTemporaryFolderVesselsAreGrownAndOthersAreTold) {
+    const Grown grown;
+    const Outcome made = Started(grown.folder, joined({"env", "TMPDIR=/nonexistent"},
+                                                      test::command(grown.words("out", "/dev/null/x"))))
+                             .wait();
+    EXPECT_LT(made.code, 2) << made.error;
+    EXPECT_NE(made.error.find("/dev/null/x: what was made cannot be kept"), std::string::npos) << made.error;
+    EXPECT_NE(made.error.find("Not a directory"), std::string::npos) << made.error;
+    const Outcome told =
+        Started(grown.folder, joined({"env", "TMPDIR=/nonexistent"},
+                                     test::command({"show", "s_bend", "--cache", grown.folder / "cache",
+                                                    "--out", grown.folder / "x.png"})))
+            .wait();
+    EXPECT_EQ(told.code, 2);
+    EXPECT_NE(told.error.find("/nonexistent: a folder for temporary files cannot be made"), std::string::npos)
+        << told.error;
+}
+
+TEST(Trust, AFifoInTheCacheIsReplaced) {
+    const Grown grown;
+    const std::filesystem::path cache = grown.folder / "cache";
+    const Outcome first = at_home(grown.folder, grown.words("out", cache));
+    ASSERT_LT(first.code, 2) << first.error;
+    std::filesystem::path field;
+    for (const auto& entry : std::filesystem::directory_iterator(cache))
+        if (entry.path().filename().string().starts_with("field-")) field = entry.path();
+    ASSERT_FALSE(field.empty());
+    const std::string bytes = read(field);
+    const auto again = [&] {
+        EXPECT_EQ(at_home(grown.folder, grown.words("out", cache)).code, first.code);
+        EXPECT_EQ(read(field), bytes);
+        EXPECT_TRUE(std::filesystem::is_regular_file(std::filesystem::symlink_status(field)));
+    };
+    std::filesystem::remove(field);
+    ASSERT_EQ(::mkfifo(field.c_str(), 0600), 0);
+    const Outcome list = at_home(grown.folder, {"cache", "list", "--cache", cache});
+    EXPECT_EQ(list.out.find("18446744073709"), std::string::npos) << list.out;
+    again();
+    std::filesystem::remove(field);
+    std::filesystem::create_symlink("/dev/null", field);
+    again();
+}
+
+TEST(Trust, AnAmountToKeepThatIsNoneIsRefusedAndNothingIsRemoved) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "cache");
+    write(folder / "cache/field-1.bin", "kept");
+    for (const char* amount : {"1e308", "1e14", "-1e-9", "-1", "nan"}) {
+        const Outcome result =
+            run(folder, {"cache", "clear", "--cache", folder / "cache", std::string("--keep-mb=") + amount});
+        EXPECT_EQ(result.code, 2) << amount;
+        EXPECT_TRUE(std::filesystem::exists(folder / "cache/field-1.bin")) << amount;
+    }
+    EXPECT_EQ(run(folder, {"cache", "clear", "--cache", folder / "cache", "--keep-mb=1e9"}).code, 0);
+    EXPECT_TRUE(std::filesystem::exists(folder / "cache/field-1.bin"));
+    EXPECT_EQ(run(folder, {"cache", "clear", "--cache", folder / "cache"}).code, 0);
+    EXPECT_FALSE(std::filesystem::exists(folder / "cache/field-1.bin"));
+}
+
+TEST(Trust, WhatCannotBeRemovedFromACacheIsCounted) {
+    if (::geteuid() == 0 && std::system("unshare -m true 2> /dev/null") != 0)
+        GTEST_SKIP() << "nothing here can be made read-only for this user";
+    const TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "cache");
+    write(folder / "cache/field-1.bin", "kept");
+    const std::string cache = folder / "cache";
+    // The superuser may write anywhere but to a file system that is mounted read-only.
+    const std::string prepare = ::geteuid() == 0
+                                    ? "mount --bind \"$1\" \"$1\" && mount -o remount,bind,ro \"$1\" && "
+                                    : "chmod a-w \"$1\" && ";
+    Words words = {"sh", "-c", prepare + "exec \"$0\" cache clear --cache \"$1\"", SELDINGER_PROGRAM, cache};
+    if (::geteuid() == 0) words.insert(words.begin(), {"unshare", "-m"});
+    const Outcome result = Started(folder, words).wait();
+    std::filesystem::permissions(cache, std::filesystem::perms::owner_all);
+    EXPECT_EQ(result.code, 2) << result.error;
+    EXPECT_NE(result.error.find("1 things cannot be removed, field-1.bin first"), std::string::npos)
+        << result.error;
+    EXPECT_TRUE(std::filesystem::exists(folder / "cache/field-1.bin"));
+}
+
 }  // namespace app

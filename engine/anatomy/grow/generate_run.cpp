@@ -1,5 +1,6 @@
 #include "engine/anatomy/grow/generate_run.h"
 
+#include <array>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -10,6 +11,7 @@
 #include "engine/io/depth.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/outputs.h"
 #include "engine/io/text.h"
 #include "physics/geometry/random.h"
 
@@ -117,14 +119,28 @@ std::optional<Anatomy> kept(const fs::path& file, const Provenance& wanted) {
     }
 }
 
+/// Kept without targets, so that another target needs no other vessels.
+VesselTreeSpec without_targets(VesselTreeSpec spec) {
+    spec.targets.clear();
+    return spec;
+}
+
+std::string place_name(const std::string& shape) {
+    return "anatomy-" + shape;
+}
+
 }  // namespace
 
 GenerateOutcome run_generate(const GenerateRequest& request) {
     const VesselTreeSpec spec = make_spec(request);
     const Provenance provenance = provenance_of(request, spec);
-    const io::OwnFolder own(request.out, spec.name);
+    std::vector<io::Output> outputs;
     for (const char* ending : {".stl", ".anatomy.json"})
-        io::require_writable(request.out / (spec.name + ending));
+        outputs.push_back({"--out", request.out / (spec.name + ending)});
+    if (request.source.ends_with(".toml"))
+        io::require_distinct(outputs, std::array{std::filesystem::path(request.source)});
+    const io::OwnFolder own(request.out, spec.name);
+    for (const io::Output& output : outputs) io::require_writable(output.file);
     GenerateOutcome outcome;
     outcome.file = request.out / (spec.name + ".anatomy.json");
     std::optional<Anatomy> anatomy = kept(outcome.file, provenance);
@@ -145,9 +161,7 @@ GenerateOutcome run_generate(const GenerateRequest& request) {
 }
 
 Anatomy generated_anatomy(const VesselTreeSpec& wanted, const ModelCache& cache) {
-    // Kept without targets, so that another target needs no other vessels.
-    VesselTreeSpec spec = wanted;
-    spec.targets.clear();
+    const VesselTreeSpec spec = without_targets(wanted);
     const auto with_targets = [&wanted](Anatomy anatomy) {
         place_targets(anatomy, wanted, grow(wanted));
         return anatomy;
@@ -157,7 +171,7 @@ Anatomy generated_anatomy(const VesselTreeSpec& wanted, const ModelCache& cache)
                                    {"generator", std::to_string(generator_version)},
                                    {"shape", shape},
                                    {"licence", "project"}};
-    const CachePlace place(cache, "anatomy-" + shape);
+    const CachePlace place(cache, place_name(shape));
     const std::string file = spec.name + ".anatomy.json";
     if (place.holds_whole_folder()) {
         if (std::optional<Anatomy> anatomy = kept(place.path() / file, provenance)) {
@@ -167,11 +181,22 @@ Anatomy generated_anatomy(const VesselTreeSpec& wanted, const ModelCache& cache)
     }
     GeneratorOptions options;
     options.progress = cache.progress;
-    const io::ScratchFolder scratch(place.path());
-    // Read back, to have the bits that the next run will find.
-    Anatomy anatomy = load_anatomy(write_anatomy(generate(spec, options), scratch.path(), provenance));
-    place.keep_folder(scratch.path());
-    return with_targets(std::move(anatomy));
+    const Anatomy grown = generate(spec, options);
+    if (place.exists()) {
+        try {
+            const io::ScratchFolder scratch(place.path());
+            write_anatomy(grown, scratch.path(), provenance);
+            place.keep_folder(scratch.path());
+        } catch (const io::InputError& error) {
+            place.failed(error.what());
+        }
+    }
+    // With the bits that the next run will find.
+    return with_targets(read_back(grown));
+}
+
+bool is_kept(const VesselTreeSpec& wanted, const ModelCache& cache) {
+    return CachePlace(cache, place_name(fingerprint(without_targets(wanted)))).holds_whole_folder();
 }
 
 }  // namespace anatomy

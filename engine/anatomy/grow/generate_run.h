@@ -42,5 +42,7 @@ GenerateOutcome run_generate(const GenerateRequest&);
 /// seconds, and stored there in anatomy-SHAPE/. The result has the same bits either way. Throws InputError as
 /// generate does.
 Anatomy generated_anatomy(const VesselTreeSpec&, const ModelCache& = {});
+/// Whether the cache has it, whole.
+bool is_kept(const VesselTreeSpec&, const ModelCache&);
 
 }  // namespace anatomy

@@ -221,6 +221,7 @@ VesselTreeSpec read_vessels(io::Section& section, io::Reading& reading, const st
     VesselTreeSpec spec;
     if (std::string tree; section.word("tree", tree)) {
         const std::filesystem::path path = std::filesystem::path(reading.file).parent_path() / tree;
+        reading.files.push_back(path);
         try {
             spec = load_vessel_file(path, seed, read_patient(section, {}));
         } catch (const io::InputError& error) {

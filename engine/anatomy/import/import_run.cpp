@@ -9,6 +9,7 @@
 #include "engine/anatomy/organs.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/outputs.h"
 #include "engine/io/text.h"
 #include "physics/geometry/polyline.h"
 
@@ -58,20 +59,23 @@ std::string frame_text(const FileFrame& frame) {
 /// Before any work: it is written last.
 void check_scenario_file(const ImportRequest& request) {
     if (request.scenario.empty()) return;
-    std::error_code ignored;
     try {
         io::require_writable(request.scenario);
     } catch (const io::InputError& error) {
         throw io::InputError(
             fmt::format("--scenario {}; a file in a folder that can be written is accepted", error.what()));
     }
+}
+
+/// No output is one of the inputs.
+void check_outputs(const ImportRequest& request, const std::string& name) {
+    std::vector<io::Output> outputs;
+    for (const char* ending : {".stl", ".anatomy.json"})
+        outputs.push_back({"--out", request.out / (name + ending)});
+    if (!request.scenario.empty()) outputs.push_back({"--scenario", request.scenario});
     std::vector<std::filesystem::path> inputs = request.options.centrelines;
     inputs.push_back(request.mesh);
-    for (const std::filesystem::path& input : inputs)
-        if (std::filesystem::equivalent(request.scenario, input, ignored))
-            throw io::InputError(
-                fmt::format("--scenario {}: an input would be overwritten; another file is accepted",
-                            request.scenario.string()));
+    io::require_distinct(outputs, inputs);
 }
 
 Provenance provenance_of(const ImportRequest& request) {
@@ -100,6 +104,7 @@ ImportOutcome run_import(const ImportRequest& request) {
         throw io::InputError(request.mesh.string() +
                              ": would be overwritten; another folder or another name (--name) is accepted");
     }
+    check_outputs(request, name);
     check_scenario_file(request);
     if (!request.body.empty()) landmark_of_part(request.body);
     if (request.landmark && request.body.empty())

@@ -1,6 +1,7 @@
 #include "engine/anatomy/model_cache.h"
 
 #include <atomic>
+#include <sys/stat.h>
 #include <thread>
 
 #include "engine/anatomy/grow/generate_run.h"
@@ -52,7 +53,7 @@ TEST(ModelCache, WhatWasNotUsedForLongestGoesFirst) {
     EXPECT_EQ(items[0].path.filename(), "field-a.bin");
     EXPECT_EQ(items[2].path.filename(), "field-b.bin");
     EXPECT_EQ(items[1].bytes, 1000u);
-    const std::vector<CacheItem> removed = shrink_cache(folder.path(), 2500);
+    const std::vector<CacheItem> removed = shrink_cache(folder.path(), 2500).removed;
     ASSERT_EQ(removed.size(), 1u);
     EXPECT_EQ(removed[0].path.filename(), "field-b.bin");
     shrink_cache(folder.path(), 0);
@@ -104,6 +105,41 @@ TEST(ModelCache, LeftoversOfProcessesThatEndedAreRemoved) {
     EXPECT_FALSE(fs::exists(folder / "field-1.bin.999999999.1.part"));
     EXPECT_FALSE(fs::exists(folder / "anatomy-1.999999999.2.part"));
     EXPECT_TRUE(fs::exists(folder / own));
+}
+
+TEST(ModelCache, VesselsHaveTheSameBitsWhetherTheyCanBeKeptOrNot) {
+    const test::TemporaryFolder folder;
+    const VesselTreeSpec spec = vessel_preset("rca", 2);
+    const ModelCache none, cache{folder.path(), {}};
+    const std::uint64_t hash = hash_of(generated_anatomy(spec, none));
+    EXPECT_EQ(hash_of(generated_anatomy(spec, cache)), hash);  // just grown
+    EXPECT_EQ(hash_of(generated_anatomy(spec, cache)), hash);  // read
+}
+
+TEST(ModelCache, WhatIsNoFileInThePlaceOfOneIsReplaced) {
+    const test::TemporaryFolder folder;
+    test::write(folder / "mine", "mine");
+    const ModelCache cache{folder.path(), {}};
+    const CachePlace place(cache, "field-1.bin");
+    const auto keeps = [&] {
+        EXPECT_TRUE(place.keep_file("content"));
+        EXPECT_TRUE(fs::is_regular_file(fs::symlink_status(folder / "field-1.bin")));
+        EXPECT_EQ(test::read(folder / "field-1.bin"), "content");
+        fs::remove(folder / "field-1.bin");
+    };
+    ASSERT_EQ(::mkfifo((folder / "field-1.bin").c_str(), 0600), 0);
+    ASSERT_EQ(cache_items(folder.path()).size(), 1u);
+    EXPECT_EQ(cache_items(folder.path())[0].bytes, 0u);
+    keeps();
+    for (const char* target : {"/dev/null", "/dev/full", "mine", "nowhere/x"}) {
+        fs::create_symlink(target, folder / "field-1.bin");
+        keeps();
+    }
+    fs::create_directory(folder / "field-1.bin");
+    keeps();
+    EXPECT_EQ(test::read(folder / "mine"), "mine");
+    ASSERT_EQ(::mkfifo((folder / "field-2.bin").c_str(), 0600), 0);
+    EXPECT_EQ(shrink_cache(folder.path(), 0).removed.size(), 1u);
 }
 
 }  // namespace anatomy

@@ -71,6 +71,24 @@ TEST(Files, LinksAndDevicesStayWhatTheyAre) {
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 3);
 }
 
+TEST(Files, TheTargetOfALinkToNothingIsMade) {
+    const test::TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "real");
+    std::filesystem::create_symlink("real/x", folder / "first");
+    std::filesystem::create_symlink(folder / "first", folder / "link");
+    require_writable(folder / "link");
+    EXPECT_FALSE(std::filesystem::exists(folder / "real/x"));
+    write_whole(folder / "link", "new");
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / "first"));
+    EXPECT_EQ(test::read(folder / "real/x"), "new");
+    std::filesystem::create_symlink("circle", folder / "circle");
+    EXPECT_NE(test::refusal([&] { write_whole(folder / "circle", "x"); }), "");
+    std::filesystem::create_symlink("nowhere/x", folder / "lost");
+    EXPECT_NE(test::refusal([&] { require_writable(folder / "lost"); }).find("No such file"),
+              std::string::npos);
+}
+
 TEST(Files, AnInputNamedLikeAPartIsLeftAlone) {
     const test::TemporaryFolder folder;
     test::write(folder / "a.txt.part", "mine");

@@ -41,4 +41,18 @@ TEST(Text, NearestWordForgivesSlipsOnly) {
     EXPECT_EQ(nearest_word("LM", vessels), "LM+LAD");
 }
 
+TEST(Text, WhatIsNotUtf8IsReplaced) {
+    for (const char* good : {"", "a", "\u00e4", "\u20ac", "\U0001F600", "\u07ff\u0800\uffff\U0010FFFF"}) {
+        EXPECT_TRUE(is_utf8(good)) << good;
+        EXPECT_EQ(as_utf8(good), good);
+    }
+    // Latin-1, a lone byte, cut short, too long a form, a surrogate, beyond Unicode.
+    for (const char* bad : {"\xc4nna", "\x80", "\xe2\x82", "\xc0\xaf", "\xe0\x80\xaf", "\xed\xa0\x80",
+                            "\xf4\x90\x80\x80", "\xff", "a\xf0\x9f\x98"}) {
+        EXPECT_FALSE(is_utf8(bad)) << bad;
+        EXPECT_TRUE(is_utf8(as_utf8(bad))) << bad;
+    }
+    EXPECT_EQ(as_utf8("\xc4nna \u00e4"), "\uFFFDnna \u00e4");
+}
+
 }  // namespace io

@@ -87,6 +87,25 @@ TEST(Expectation, ImagesThatAreOnOneSideOnlyAreTold) {
     test::expect_said(without_images.notes()[0], "its 2 images were not compared");
 }
 
+TEST(Expectation, ImagesThatWereTakenAwayAreADifference) {
+    const test::TemporaryFolder folder;
+    std::filesystem::create_directory(folder / "frames");
+    test::write(folder / "run.gw", "state 1 000000000000000a\n");
+    const auto compared = [&](bool images) {
+        Expectation expectation;
+        expectation.add(folder.path());
+        expectation.check_state(1, 10);
+        expectation.check_frame(1, test::plain(8, 8, 5));
+        expectation.finish(1, false, images);
+        return expectation.differences();
+    };
+    EXPECT_TRUE(compared(true).empty());  // it never had any
+    write_picture(folder / "sheet.png", test::plain(8, 8, 5));
+    EXPECT_TRUE(compared(false).empty());
+    ASSERT_EQ(compared(true).size(), 1u);
+    test::expect_said(compared(true)[0], "none are left in frames/");
+}
+
 TEST(Expectation, ADamagedImageIsRefusedBeforeTheFirstFrame) {
     const test::TemporaryFolder folder;
     std::filesystem::create_directory(folder / "frames");

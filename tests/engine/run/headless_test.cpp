@@ -178,6 +178,30 @@ TEST(Headless, InterruptionLeavesAValidRecordingOfTheWholeFrames) {
     EXPECT_TRUE(again.differences.empty());
 }
 
+TEST(Headless, InterruptionLeavesTheTruthOfAFrameWholeOrNotAtAll) {
+    for (int asks = 1; asks < 9; ++asks) {
+        const test::TemporaryFolder folder;
+        RunOptions options;
+        options.truth = true;
+        options.truth_parts = {true, true, true, true};
+        int asked = 0;
+        options.interrupted = [&] { return ++asked >= asks; };
+        EXPECT_TRUE(run_headless(test::small_scenario(), script(), folder / "out", options).interrupted);
+        const std::vector<std::string> names = names_in(folder / "out/truth");
+        const auto is_there = [&](const std::string& name) { return std::ranges::count(names, name) == 1; };
+        for (const std::string& name : names) {
+            EXPECT_TRUE(is_there(name.substr(0, 12) + ".json")) << name;
+            if (!name.ends_with(".json")) continue;
+            const auto json = nlohmann::json::parse(test::read(folder / "out/truth" / name));
+            for (const char* key : {"wire_mask", "vessel_mask"}) EXPECT_TRUE(is_there(json[key])) << name;
+            for (const char* key : {"signal", "expected", "vessel_labels"})
+                EXPECT_TRUE(is_there(json[key]["file"])) << name;
+            for (const auto& layer : json["layer_lengths"]["layers"])
+                EXPECT_TRUE(is_there(layer["file"])) << name;
+        }
+    }
+}
+
 TEST(Headless, TimeLimitEndsTheRun) {
     scenario::Scenario scenario = test::small_scenario();
     scenario.time_limit = 0.4;
