@@ -165,7 +165,8 @@ std::optional<Vec3> place_of(const py::object& given) {
     const Doubles numbers = Doubles::ensure(any);
     if (!numbers) return {};
     const Vec3 place(numbers.data());
-    if (!(place.cwiseAbs().maxCoeff() <= largest_place)) return {};  // so that NaN is none
+    for (const double x : place)
+        if (!(std::abs(x) <= largest_place)) return {};  // NaN is none, which Eigen's maxCoeff may pass over
     return place;
 }
 

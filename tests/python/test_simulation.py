@@ -295,6 +295,10 @@ def test_values_may_take_the_place_of_the_scenarios(cache):
         assert sim.state.inserted_mm == pytest.approx(30) and sim.image().shape == (64, 64)
 
 
+NOWHERE = [[wrong if i == k else 1.0 for i in range(3)] for k in range(3)
+           for wrong in (np.nan, np.inf, -np.inf, 1e300, -10000.1)] + [[np.nan] * 3]
+
+
 @pytest.mark.parametrize("do, says", [
     (lambda sim: sim.step(float("nan")), "advance_mm: nan mm was given; -500"),
     (lambda sim: sim.step(rotate_deg=1e9), "rotate_deg"),
@@ -319,7 +323,8 @@ def test_values_may_take_the_place_of_the_scenarios(cache):
     (lambda sim: sim.reset(target=b"x"), "target: b'x' was given"),
     (lambda sim: sim.reset(target=[[1, 2], [3]]), "three finite coordinates"),
     (lambda sim: sim.reset(target=[1j, 0, 0]), "three finite coordinates"),
-    (lambda sim: sim.path_from([np.nan] * 3), "place_mm"),
+    *[(lambda sim, place=place: sim.reset(target=place), "target: ") for place in NOWHERE],
+    *[(lambda sim, place=place: sim.path_from(place), "place_mm: ") for place in NOWHERE],
     (lambda sim: sim.path_from([np.inf, 0, 0]), "place_mm"),
     (lambda sim: sim.path_from([0, 1e300, 0]), "place_mm"),
     (lambda sim: sim.path_from([1, 2]), "place_mm"),
