@@ -1,5 +1,6 @@
 /// The Python module seldinger._core: simulations one at a time and many at once, as NumPy arrays.
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -12,6 +13,8 @@
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 #include <string>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "app/python/docs.h"
@@ -35,6 +38,7 @@ using Flags = py::array_t<bool, py::array::c_style | py::array::forcecast>;
 
 constexpr double largest_motion = script::largest_motion;      // [mm]
 constexpr double largest_rotation = script::largest_rotation;  // [deg]
+constexpr double largest_place = 1e4;                          // [mm], that of a scenario's coordinates
 constexpr int devices = 2;
 
 std::string text_of(double value) {
@@ -133,14 +137,15 @@ State state_of(const Episode& episode) {
 }
 
 script::Held held_of(const py::object& device) {
-    if (py::isinstance<py::int_>(device)) {
-        const long index = device.cast<long>();
-        if (index == 0) return script::Held::Wire;
-        if (index == 1) return script::Held::Catheter;
-    } else if (py::isinstance<py::str>(device)) {
+    if (py::isinstance<py::str>(device)) {
         const std::string name = device.cast<std::string>();
         for (std::size_t k = 0; k < script::held_names.size(); ++k)
             if (script::held_names[k] == name) return static_cast<script::Held>(k);
+    } else if (PyIndex_Check(device.ptr()) != 0) {  // whole numbers of Python and of NumPy
+        const Py_ssize_t index = PyNumber_AsSsize_t(device.ptr(), nullptr);  // a huge one becomes the largest
+        if (index == 0) return script::Held::Wire;
+        if (index == 1) return script::Held::Catheter;
+        PyErr_Clear();
     }
     throw io::InputError("device: " + std::string(py::repr(device)) +
                          " was given; 'wire', 'catheter', 'both', 0 (wire) or 1 (catheter) is accepted");
@@ -152,29 +157,55 @@ episode::ImageMode mode_of(const std::string& mode) {
     throw io::InputError("mode: '" + mode + "' was given; 'live', 'dsa' or 'screen' is accepted");
 }
 
-/// A target of the anatomy by its name, or a place [mm].
-scenario::Target target_of(const py::object& place, const std::optional<double>& radius,
-                           const scenario::Scenario& scenario) {
-    scenario::Target target = scenario.target;
-    target.name.clear();
-    target.centre.reset();
-    if (py::isinstance<py::str>(place)) {
-        target.name = place.cast<std::string>();
-    } else {
-        const Doubles centre = Doubles::ensure(place);
-        if (!centre) throw py::error_already_set();
-        if (centre.size() != 3 || !Eigen::Map<const Vec3>(centre.data()).allFinite())
-            throw io::InputError(
-                "target: the name of a target, or three finite coordinates in mm, is accepted");
-        target.centre = Vec3(centre.data());
-    }
-    if (radius) {
-        if (!(*radius >= 0.1 && *radius <= 100))
-            throw io::InputError("radius_mm: " + text_of(*radius) + " was given; 0.1 to 100 is accepted");
-        target.radius = *radius;
-    }
-    return target;
+/// Three coordinates [mm] of what a caller gave; empty where it is not that.
+std::optional<Vec3> place_of(const py::object& given) {
+    const py::array any = py::array::ensure(given);
+    if (!any || std::string("iuf").find(any.dtype().kind()) == std::string::npos || any.size() != 3)
+        return {};
+    const Doubles numbers = Doubles::ensure(any);
+    if (!numbers) return {};
+    const Vec3 place(numbers.data());
+    for (const double x : place)
+        if (!(std::abs(x) <= largest_place)) return {};  // NaN is none, which Eigen's maxCoeff may pass over
+    return place;
 }
+
+/// A place [mm], in the words of the argument `what`.
+Vec3 checked_place(const py::object& given, const char* what) {
+    if (const std::optional<Vec3> place = place_of(given)) return *place;
+    throw io::InputError(std::string(what) + ": " + std::string(py::repr(given)) +
+                         " was given; three finite coordinates in mm, up to 10000 in size, are accepted");
+}
+
+/// What a caller asked for in place of a target: the name of one or a place, a radius, or both.
+struct Aim {
+    Aim(const py::object& target, const std::optional<double>& given) : radius(given) {
+        if (py::isinstance<py::str>(target)) {
+            name = target.cast<std::string>();
+        } else if (!target.is_none()) {
+            centre = place_of(target);
+            if (!centre)
+                throw io::InputError(
+                    "target: " + std::string(py::repr(target)) +
+                    " was given; the name of a target, or three finite coordinates in mm, up "
+                    "to 10000 in size, is accepted");
+        }
+        if (radius && !(*radius >= 0.1 && *radius <= 100))
+            throw io::InputError("radius_mm: " + text_of(*radius) + " was given; 0.1 to 100 is accepted");
+    }
+    scenario::Target of(const scenario::Scenario& scenario) const {
+        scenario::Target target = scenario.target;
+        if (name || centre) {
+            target.name = name.value_or("");
+            target.centre = centre;
+        }
+        if (radius) target.radius = *radius;
+        return target;
+    }
+    std::optional<std::string> name;
+    std::optional<Vec3> centre;
+    std::optional<double> radius;
+};
 
 struct Snapshot {
     Episode::Snapshot state;
@@ -201,13 +232,32 @@ private:
     int width_ = 0, height_ = 0;
 };
 
+using Overrides = std::vector<std::pair<std::string, std::string>>;
+
+scenario::Scenario scenario_of(const std::string& file, const std::optional<std::string>& text,
+                               const std::string& catalogue, const Overrides& overrides) {
+    std::vector<scenario::Override> values;
+    for (const auto& [key, value] : overrides) values.push_back({key, value});
+    return text ? scenario::parse_scenario(*text, file, catalogue, values)
+                : scenario::load_scenario(file, catalogue, values);
+}
+
+/// What scenarios that take turns in one environment must have in common. No vessels are grown for it.
+py::dict facts(const std::string& file, const std::optional<std::string>& text, const std::string& catalogue,
+               const Overrides& overrides) {
+    const scenario::Scenario scenario = scenario_of(file, text, catalogue, overrides);
+    py::dict made;
+    made["devices"] = scenario.catheter ? 2 : 1;
+    made["frame_rate_hz"] = scenario.frame_rate;
+    made["pixels"] = scenario.c_arm.pixels;
+    return made;
+}
+
 class Simulation {
 public:
     Simulation(const std::string& file, const std::optional<std::string>& text, const std::string& catalogue,
-               const std::vector<std::pair<std::string, std::string>>& overrides, const std::string& images,
-               const std::string& cache_folder, bool panel) {
-        std::vector<scenario::Override> values;
-        for (const auto& [key, value] : overrides) values.push_back({key, value});
+               const Overrides& overrides, const std::string& images, const std::string& cache_folder,
+               bool panel) {
         exercise::Pictures pictures;
         if (images == "none")
             pictures = exercise::Pictures::None;
@@ -216,7 +266,7 @@ public:
         else if (images == "all")
             pictures = exercise::Pictures::All;
         else
-            throw io::InputError("images: '" + images + "' was given; 'none', 'dose' or 'all' is accepted");
+            throw io::InputError("images: '" + images + "' was given; False, 'dose' or True is accepted");
         anatomy::ModelCache cache;
         cache.folder = cache_folder;
         cache.progress = [](double, const char*) {
@@ -224,9 +274,7 @@ public:
             check_signals();
         };
         const py::gil_scoped_release free;
-        const scenario::Scenario scenario = text ? scenario::parse_scenario(*text, file, catalogue, values)
-                                                 : scenario::load_scenario(file, catalogue, values);
-        episode_ = std::make_unique<Episode>(scenario, pictures, cache);
+        episode_ = std::make_unique<Episode>(scenario_of(file, text, catalogue, overrides), pictures, cache);
         if (panel) episode_->follow_room();
         cache_ = cache;
     }
@@ -245,13 +293,17 @@ public:
         return *episode_;
     }
 
-    State state() {
-        // With the interpreter locked, as it makes arrays; a step in another thread is waited for.
+    /// Locks this simulation for work with Python's objects. A call in another thread is waited for with the
+    /// interpreter free, so that neither waits for the other.
+    std::unique_lock<std::mutex> locked() {
         std::unique_lock lock(mutex_, std::defer_lock);
-        {
-            const py::gil_scoped_release free;
-            lock.lock();
-        }
+        const py::gil_scoped_release free;
+        lock.lock();
+        return lock;
+    }
+
+    State state() {
+        const auto lock = locked();
         return state_of(open());
     }
 
@@ -284,17 +336,13 @@ public:
     }
 
     State reset(const py::object& target, const std::optional<double>& radius) {
-        if (target.is_none() && !radius) {
-            with([](Episode& episode) { episode.reset(); });
-        } else {
-            scenario::Target aim = open().simulation().scenario().target;
-            if (!target.is_none())
-                aim = target_of(target, radius, open().simulation().scenario());
+        const Aim aim(target, radius);
+        with([&](Episode& episode) {
+            if (target.is_none() && !radius)
+                episode.reset();
             else
-                aim.radius =
-                    target_of(array_of(Vec3(0, 0, 0)), radius, open().simulation().scenario()).radius;
-            with([&](Episode& episode) { episode.aim(aim); });
-        }
+                episode.aim(aim.of(episode.simulation().scenario()));
+        });
         return state();
     }
 
@@ -320,10 +368,9 @@ public:
     }
     py::dict masks(const std::optional<int>& pixels) {
         const episode::Camera::Masks* made = nullptr;
-        std::unique_lock lock(mutex_, std::defer_lock);
+        const auto lock = locked();
         {
             const py::gil_scoped_release free;
-            lock.lock();
             Episode& episode = open();
             made = &episode.masks(pixels.value_or(episode.simulation().scenario().c_arm.pixels));
         }
@@ -336,6 +383,7 @@ public:
     Doubles project(const Doubles& places, const std::optional<int>& pixels) {
         if (places.ndim() != 2 || places.shape(1) != 3)
             throw io::InputError("places_mm: an array of shape (n, 3) is accepted");
+        const auto lock = locked();
         const render::CArm arm = open().arm(pixels.value_or(open().simulation().scenario().c_arm.pixels));
         Doubles a({places.shape(0), py::ssize_t{2}});
         for (py::ssize_t i = 0; i < places.shape(0); ++i) {
@@ -346,6 +394,7 @@ public:
         return a;
     }
     Doubles camera_matrix(const std::optional<int>& pixels) {
+        const auto lock = locked();
         const Eigen::Matrix<double, 3, 4> camera =
             render::camera_matrix(open().arm(pixels.value_or(open().simulation().scenario().c_arm.pixels)));
         Doubles a({3, 4});
@@ -354,29 +403,34 @@ public:
         return a;
     }
 
+    static std::string score_of(const Episode& episode) {
+        const exercise::Exercise& exercise = episode.exercise();
+        return exercise::to_json({program(),
+                                  {},
+                                  exercise.finish(),
+                                  exercise.earlier_attempts(),
+                                  exercise.simulation().scenario().lesson.par});
+    }
+    static void save_to(const std::filesystem::path& path, const Episode& episode) {
+        script::Origin origin;
+        origin.program = program();
+        episode.save(path, origin);
+    }
     std::string score() {
-        return with([](Episode& episode) {
-            const exercise::Exercise& exercise = episode.exercise();
-            return exercise::to_json({program(),
-                                      {},
-                                      exercise.finish(),
-                                      exercise.earlier_attempts(),
-                                      exercise.simulation().scenario().lesson.par});
-        });
+        return with([](Episode& episode) { return score_of(episode); });
     }
     void save(const std::filesystem::path& path) {
-        with([&](Episode& episode) {
-            script::Origin origin;
-            origin.program = program();
-            episode.save(path, origin);
-        });
+        with([&](Episode& episode) { save_to(path, episode); });
     }
     void close() {
         const py::gil_scoped_release free;
         const std::lock_guard lock(mutex_);
         episode_.reset();
     }
-    bool closed() const { return !episode_; }
+    bool closed() {
+        const auto lock = locked();
+        return !episode_;
+    }
 
     std::unique_ptr<Simulation> copy() {
         return with([&](Episode& episode) { return std::make_unique<Simulation>(beside(episode), cache_); });
@@ -384,12 +438,13 @@ public:
     static std::unique_ptr<Episode> beside(const Episode& episode) {
         if (episode.exercise().monitor())
             throw io::InputError(
-                "a simulation with images = 'all' cannot be shared; 'none' or 'dose' is accepted");
+                "a simulation with images=True cannot be shared; one with False or 'dose' is accepted");
         return std::make_unique<Episode>(episode);
     }
     const anatomy::ModelCache& cache() const { return cache_; }
 
     py::dict anatomy() {
+        const auto lock = locked();
         const anatomy::Anatomy& anatomy = open().simulation().anatomy();
         py::dict made;
         made["name"] = anatomy.name;
@@ -419,6 +474,7 @@ public:
         return made;
     }
     py::dict about() {
+        const auto lock = locked();
         const exercise::Simulation& simulation = open().simulation();
         const scenario::Scenario& s = simulation.scenario();
         py::dict made;
@@ -436,9 +492,9 @@ public:
         made["wire_length_mm"] = s.wire_length;
         return made;
     }
-    std::optional<double> way_from(const Doubles& place) {
-        if (place.size() != 3) throw io::InputError("place_mm: three coordinates are accepted");
-        return open().reader().way_from(open().simulation(), Vec3(place.data()));
+    std::optional<double> way_from(const py::object& given) {
+        const Vec3 place = checked_place(given, "place_mm");
+        return with([&](Episode& episode) { return episode.reader().way_from(episode.simulation(), place); });
     }
 
     static std::string program() { return "seldinger " SELDINGER_VERSION; }
@@ -475,18 +531,22 @@ private:
 class VectorSimulation {
 public:
     VectorSimulation(Simulation& like, int n, int threads, int points, double spacing)
-        : pool_(checked_count("threads", threads, 256)),
+        : n_(checked_count("n", n, 100'000)),
+          pool_(checked_count("threads", threads, 256)),
           cameras_(static_cast<std::size_t>(threads)),
           points_(checked_count("points", points, 1000)),
           spacing_(spacing),
           cache_(like.cache()) {
-        checked_count("n", n, 100'000);
         if (!(spacing > 0 && spacing <= 100))
             throw io::InputError("spacing_mm: " + text_of(spacing) +
                                  " was given; above 0 to 100 is accepted");
-        like.with([&](Episode& episode) {
-            for (int i = 0; i < n; ++i) episodes_.push_back(Simulation::beside(episode));
-        });
+        while (static_cast<int>(episodes_.size()) < n) {
+            like.with([&](Episode& episode) {
+                for (int k = 0; k < 100 && static_cast<int>(episodes_.size()) < n; ++k)
+                    episodes_.push_back(Simulation::beside(episode));
+            });
+            check_signals();
+        }
         const auto of = [n](std::vector<py::ssize_t> more) {
             more.insert(more.begin(), n);
             return py::array_t<double>(more);
@@ -507,10 +567,10 @@ public:
               "withdrawal_stopped", "whole_wire_is_in", "too_thick", "completed", "on_target", "time_is_up"})
             flags_[name] = py::array_t<bool>(n);
         bind();
-        for (int i = 0; i < n; ++i) fill(i);
+        in_parts(many, [&](int i, int) { fill(i); });
     }
 
-    int size() const { return static_cast<int>(episodes_.size()); }
+    int size() const { return n_; }
     int threads() const { return pool_.threads(); }
 
     py::dict arrays() const {
@@ -521,25 +581,33 @@ public:
         return all;
     }
 
-    void step(const Doubles& motions, int frames, const std::optional<Flags>& active) {
+    void step(const Doubles& motions, int frames, const py::object& active) {
+        require_open();
         if (motions.ndim() != 3 || motions.shape(0) != size() || motions.shape(1) < 1 ||
             motions.shape(1) > devices || motions.shape(2) != 2)
             throw io::InputError("motions: an array of shape (" + std::to_string(size()) +
                                  ", 1 or 2 devices, 2) is accepted: mm and rad");
         if (frames < 1 || frames > script::largest_frame)
-            throw io::InputError("frames: 1 or more is accepted");
-        const bool* const on = checked_mask(active);
+            throw io::InputError("frames: " + std::to_string(frames) + " was given; 1 to " +
+                                 std::to_string(script::largest_frame) + " is accepted");
+        const std::optional<Flags> mask = checked_mask(active, "active");
+        const bool* const on = mask ? mask->data() : nullptr;
         const auto of = static_cast<int>(motions.shape(1));
         const double* const data = motions.data();
         for (py::ssize_t k = 0; k < motions.size(); ++k)
             checked(data[k], k % 2 == 0 ? largest_motion : largest_rotation * geometry::degree, "motions",
                     k % 2 == 0 ? "mm" : "rad");
-        for (int i = 0; of > 1 && i < size(); ++i) {
-            const double* const m = data + static_cast<std::ptrdiff_t>(i) * of * 2;
-            if ((on && !on[i]) || (m[2] == 0 && m[3] == 0) || at(i).simulation().has_catheter()) continue;
-            throw io::InputError(
-                "simulation " + std::to_string(i) +
-                ": a motion of a catheter was given, and the scenario has none; 0 is accepted");
+        if (of > 1) {
+            const py::gil_scoped_release free;
+            const std::lock_guard lock(mutex_);
+            for (int i = 0; i < size(); ++i) {
+                const double* const m = data + static_cast<std::ptrdiff_t>(i) * of * 2;
+                if ((on && !on[i]) || (m[2] == 0 && m[3] == 0) || checked_at(i).simulation().has_catheter())
+                    continue;
+                throw io::InputError(
+                    "simulation " + std::to_string(i) +
+                    ": a motion of a catheter was given, and the scenario has none; 0 is accepted");
+            }
         }
         for (int frame = 0; frame < frames; ++frame) {
             in_parallel([&](int i, int) {
@@ -553,30 +621,46 @@ public:
             check_signals();
         }
     }
-    void reset(const std::optional<Flags>& which) {
-        const bool* const on = checked_mask(which);
-        in_parallel([&](int i, int) {
+    void reset(const py::object& which) {
+        require_open();
+        const std::optional<Flags> mask = checked_mask(which, "which");
+        const bool* const on = mask ? mask->data() : nullptr;
+        in_parts(many, [&](int i, int) {
             if (on && !on[i]) return;
             at(i).reset();
             fill(i);
         });
     }
     void assign(int i, Simulation& like) {
-        checked_index(i);
+        with(i, [](Episode&) {});
         std::unique_ptr<Episode> made;
         like.with([&](Episode& episode) { made = Simulation::beside(episode); });
-        episodes_[static_cast<std::size_t>(i)] = std::move(made);
-        fill(i);
+        with(i, [&](Episode&) {
+            episodes_[static_cast<std::size_t>(i)].swap(made);
+            fill(i);
+        });
     }
     void aim(int i, const py::object& target, const std::optional<double>& radius) {
-        checked_index(i);
-        at(i).aim(target_of(target, radius, at(i).simulation().scenario()));
-        fill(i);
+        with(i, [](Episode&) {});
+        if (target.is_none())
+            throw io::InputError(
+                "target: None was given; the name of a target, or three coordinates in mm, is accepted");
+        const Aim aim(target, radius);
+        with(i, [&](Episode& episode) {
+            try {
+                episode.aim(aim.of(episode.simulation().scenario()));
+            } catch (const io::InputError&) {
+                fill(i);  // it was reset before the target was judged
+                throw;
+            }
+            fill(i);
+        });
     }
     void apply(int i, const std::string& command) {
-        checked_index(i);
-        at(i).ask(episode::parse_line(command));
-        fill(i);
+        with(i, [&](Episode& episode) {
+            episode.ask(episode::parse_line(command));
+            fill(i);
+        });
     }
     py::array_t<std::uint64_t> hashes() {
         py::array_t<std::uint64_t> a(size());
@@ -585,48 +669,45 @@ public:
         return a;
     }
     std::string branch_name(int i) {
-        checked_index(i);
-        return at(i).simulation().anatomy().branches[static_cast<std::size_t>(at(i).reading().branch)].name;
+        return with(i, [](Episode& episode) {
+            return episode.simulation()
+                .anatomy()
+                .branches[static_cast<std::size_t>(episode.reading().branch)]
+                .name;
+        });
     }
     std::string score(int i) {
-        checked_index(i);
-        const exercise::Exercise& exercise = at(i).exercise();
-        return exercise::to_json({Simulation::program(),
-                                  {},
-                                  exercise.finish(),
-                                  exercise.earlier_attempts(),
-                                  exercise.simulation().scenario().lesson.par});
+        return with(i, [](Episode& episode) { return Simulation::score_of(episode); });
     }
     void save(int i, const std::filesystem::path& path) {
-        checked_index(i);
-        script::Origin origin;
-        origin.program = Simulation::program();
-        at(i).save(path, origin);
+        with(i, [&](Episode& episode) { Simulation::save_to(path, episode); });
     }
-    std::optional<double> way_from(int i, const Doubles& place) {
-        checked_index(i);
-        if (place.size() != 3) throw io::InputError("place_mm: three coordinates are accepted");
-        return at(i).reader().way_from(at(i).simulation(), Vec3(place.data()));
+    std::optional<double> way_from(int i, const py::object& given) {
+        with(i, [](Episode&) {});
+        const Vec3 place = checked_place(given, "place_mm");
+        return with(i,
+                    [&](Episode& episode) { return episode.reader().way_from(episode.simulation(), place); });
     }
     Snapshot snapshot(int i) {
-        checked_index(i);
-        return {at(i).snapshot()};
+        return with(i, [](Episode& episode) { return Snapshot{episode.snapshot()}; });
     }
     void restore(int i, const Snapshot& snapshot) {
-        checked_index(i);
-        at(i).restore(snapshot.state);
-        fill(i);
+        with(i, [&](Episode& episode) {
+            episode.restore(snapshot.state);
+            fill(i);
+        });
     }
 
     py::array_t<std::uint8_t> images(int pixels, const std::string& mode,
                                      const std::optional<std::vector<std::uint64_t>>& seeds) {
+        require_open();
         if (pixels < 32 || pixels > 2048) throw io::InputError("pixels: 32 to 2048 is accepted");
         if (seeds && static_cast<int>(seeds->size()) != size())
             throw io::InputError("seeds: one for each simulation is accepted");
         const episode::ImageMode as = mode_of(mode);
         py::array_t<std::uint8_t> a({size(), pixels, pixels});
         std::uint8_t* const to = a.mutable_data();
-        in_parallel([&](int i, int thread) {
+        in_parts(few * threads(), [&](int i, int thread) {
             episode::Camera& camera =
                 cameras_[static_cast<std::size_t>(thread)].of(at(i).simulation(), cache_);
             const std::optional<std::uint64_t> seed =
@@ -638,20 +719,21 @@ public:
         return a;
     }
     py::array_t<std::uint8_t> panel(int i, int width, int height, const std::optional<std::uint64_t>& seed) {
-        checked_index(i);
-        render::ColourImage image;
-        {
-            const py::gil_scoped_release free;
-            const std::lock_guard lock(mutex_);
-            image = at(i).panel(panel_.of(width, height), &cameras_[0].of(at(i).simulation(), cache_), seed);
-        }
-        return array_of(image);
+        return array_of(with(i, [&](Episode& episode) {
+            return episode.panel(panel_.of(width, height), &cameras_[0].of(episode.simulation(), cache_),
+                                 seed);
+        }));
     }
     py::dict masks(int pixels) {
+        require_open();
         if (pixels < 32 || pixels > 2048) throw io::InputError("pixels: 32 to 2048 is accepted");
         py::dict all;
         bool catheter = false;
-        for (const auto& episode : episodes_) catheter = catheter || episode->simulation().has_catheter();
+        {
+            const py::gil_scoped_release free;
+            const std::lock_guard lock(mutex_);
+            for (const auto& episode : episodes_) catheter = catheter || episode->simulation().has_catheter();
+        }
         std::map<std::string, std::uint8_t*> to;
         for (const char* name : {"wire", "vessels", "catheter"}) {
             if (!catheter && std::string(name) == "catheter") continue;
@@ -660,7 +742,7 @@ public:
             to[name] = a.mutable_data();
             all[name] = a;
         }
-        in_parallel([&](int i, int thread) {
+        in_parts(few * threads(), [&](int i, int thread) {
             episode::Camera& camera =
                 cameras_[static_cast<std::size_t>(thread)].of(at(i).simulation(), cache_);
             const auto& masks = camera.masks(at(i).simulation(), at(i).exercise().time(), at(i).arm(pixels));
@@ -674,35 +756,74 @@ public:
         return all;
     }
     void close() {
+        const py::gil_scoped_release free;
+        const std::lock_guard lock(mutex_);
         episodes_.clear();
         for (Cameras& cameras : cameras_) cameras.clear();
     }
+    bool closed() {
+        const py::gil_scoped_release free;
+        const std::lock_guard lock(mutex_);
+        return episodes_.empty();
+    }
 
 private:
+    /// Between two of these Ctrl-C is asked for: simulations whose state is touched, images of each thread.
+    static constexpr int many = 1000, few = 8;
+
     static int checked_count(const char* what, int value, int most) {
         if (value < 1 || value > most)
             throw io::InputError(std::string(what) + ": " + std::to_string(value) + " was given; 1 to " +
                                  std::to_string(most) + " is accepted");
         return value;
     }
-    void checked_index(int i) const {
-        if (i < 0 || i >= size())
-            throw py::index_error("simulation " + std::to_string(i) + " of " + std::to_string(size()));
+    void require_open() {
+        if (closed()) throw_closed();
     }
-    const bool* checked_mask(const std::optional<Flags>& mask) const {
-        if (!mask) return nullptr;
-        if (mask->ndim() != 1 || mask->shape(0) != size())
-            throw io::InputError("an array of " + std::to_string(size()) + " truth values is accepted");
-        return mask->data();
+    [[noreturn]] static void throw_closed() {
+        throw io::InputError("the simulations are closed; open ones are accepted");
+    }
+    std::optional<Flags> checked_mask(const py::object& given, const char* what) const {
+        if (given.is_none()) return {};
+        const py::array any = py::array::ensure(given);
+        if (any && any.dtype().kind() == 'b' && any.ndim() == 1 && any.shape(0) == size()) return Flags(any);
+        throw io::InputError(std::string(what) + ": " + std::string(py::repr(given)) +
+                             " was given; a mask, an array of " + std::to_string(size()) +
+                             " truth values, is accepted");
     }
     Episode& at(int i) { return *episodes_[static_cast<std::size_t>(i)]; }
-    /// One call at a time, with the interpreter free.
-    template <class Work>
-    void in_parallel(const Work& work) {
+    Episode& checked_at(int i) {
+        if (episodes_.empty()) throw_closed();
+        if (i < 0 || i >= size())
+            throw py::index_error("simulation " + std::to_string(i) + " of " + std::to_string(size()));
+        return at(i);
+    }
+    /// Calls use(episode) of the i-th with the interpreter free and these simulations locked.
+    template <class Use>
+    std::invoke_result_t<const Use&, Episode&> with(int i, const Use& use) {
         const py::gil_scoped_release free;
         const std::lock_guard lock(mutex_);
-        if (episodes_.empty()) throw io::InputError("the simulations are closed; open ones are accepted");
-        pool_.run(size(), work);
+        return use(checked_at(i));
+    }
+    /// Calls work(index, thread) for each in [first, end). One call at a time, with the interpreter free.
+    template <class Work>
+    void in_parallel(int first, int end, const Work& work) {
+        const py::gil_scoped_release free;
+        const std::lock_guard lock(mutex_);
+        if (episodes_.empty()) throw_closed();
+        pool_.run(end - first, [&](int i, int thread) { work(first + i, thread); });
+    }
+    template <class Work>
+    void in_parallel(const Work& work) {
+        in_parallel(0, size(), work);
+    }
+    /// The same in parts of so many, after each of which Ctrl-C ends the call.
+    template <class Work>
+    void in_parts(int part, const Work& work) {
+        for (int first = 0; first < size(); first += part) {
+            in_parallel(first, std::min(first + part, size()), work);
+            check_signals();
+        }
     }
     /// Where the arrays are, for threads that may not touch Python's objects.
     void bind() {
@@ -784,7 +905,8 @@ private:
         flag("time_is_up", r.time_is_up);
     }
 
-    std::vector<std::unique_ptr<Episode>> episodes_;
+    int n_;
+    std::vector<std::unique_ptr<Episode>> episodes_;  // none when closed
     episode::Pool pool_;
     std::vector<Cameras> cameras_;
     PanelOfSize panel_;
@@ -805,13 +927,22 @@ private:
     } to_ = {};
 };
 
-void write_png(const std::filesystem::path& path,
-               const py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>& image) {
-    const bool colour = image.ndim() == 3 && image.shape(2) == 3;
-    if (!(image.ndim() == 2 || colour) || image.size() == 0)
-        throw io::InputError("image: an array of bytes of shape (H, W) or (H, W, 3) is accepted");
+void write_png(const std::filesystem::path& path, const py::object& given) {
+    const py::array any = py::array::ensure(given);
+    const char kind = any ? any.dtype().kind() : ' ';
+    const bool colour = any && any.ndim() == 3 && any.shape(2) == 3;
+    if (!any || !(kind == 'b' || (kind == 'u' && any.itemsize() == 1)) || !(any.ndim() == 2 || colour) ||
+        any.size() == 0)
+        throw io::InputError("image: " +
+                             (any ? "an array of " + std::string(py::str(any.dtype())) + " and shape " +
+                                        std::string(py::str(any.attr("shape")))
+                                  : std::string(py::repr(py::type::of(given)))) +
+                             " was given; one of uint8 or bool of shape (H, W) or (H, W, 3) is accepted");
+    const py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast> image(any);
     const auto height = static_cast<int>(image.shape(0)), width = static_cast<int>(image.shape(1));
     std::vector<std::uint8_t> pixels(image.data(), image.data() + image.size());
+    if (kind == 'b')
+        for (std::uint8_t& pixel : pixels) pixel = pixel != 0 ? 255 : 0;
     const std::vector<std::uint8_t> bytes =
         colour ? render::encode_png(render::ColourImage{width, height, std::move(pixels)})
                : render::encode_png(render::GrayImage{width, height, std::move(pixels)});
@@ -896,8 +1027,7 @@ PYBIND11_MODULE(_core, m) {
 
     py::class_<Simulation>(m, "Simulation")
         .def(py::init<const std::string&, const std::optional<std::string>&, const std::string&,
-                      const std::vector<std::pair<std::string, std::string>>&, const std::string&,
-                      const std::string&, bool>(),
+                      const Overrides&, const std::string&, const std::string&, bool>(),
              py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("overrides"), py::arg("images"),
              py::arg("cache"), py::arg("panel"))
         .def("step", &Simulation::step, py::arg("advance_mm") = 0.0, py::arg("rotate_deg") = 0.0,
@@ -951,8 +1081,10 @@ PYBIND11_MODULE(_core, m) {
         .def("panel", &VectorSimulation::panel, py::arg("i"), py::arg("width") = 1280,
              py::arg("height") = 1024, py::kw_only(), py::arg("seed") = py::none(), docs::panel)
         .def("masks", &VectorSimulation::masks, py::arg("pixels"), docs::vector_masks)
-        .def("close", &VectorSimulation::close, docs::vector_close);
+        .def("close", &VectorSimulation::close, docs::vector_close)
+        .def_property_readonly("closed", &VectorSimulation::closed, docs::closed);
 
+    m.def("_facts", &facts, py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("overrides"));
     m.def("write_png", &write_png, py::arg("path"), py::arg("image"), docs::write_png);
 }
 

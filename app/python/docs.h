@@ -78,20 +78,22 @@ device       'wire' (or 0), 'catheter' (or 1), or 'both', which the two above ar
 catheter_advance_mm, catheter_rotate_deg   the same of the catheter, in the same frame
 frames       how many frames [1]
 
-Commands given to apply() before take effect first. Motions that a frame's budget does not allow wait for later
+Commands given to apply() before take effect first; a step that is refused keeps them. Motions that a frame's budget does not allow wait for later
 frames, in order. Other threads of Python run meanwhile; Ctrl-C ends the call after the frame that is being made.
 Raises InputError for values out of range and for a catheter that is not there; then no frame was made.)";
 inline constexpr const char* apply =
     R"(Asks for a command, as in a script but without its frame: 'arm lao 30 deg', 'beam on', 'mode dsa',
 'inject 6 ml at 3 ml/s through catheter', 'exchange wire rosen035'. It takes effect with the next step; image() and
 masks() already see the C-arm, table and collimator. Raises InputError for a line that is no command and for one that
-this scenario does not accept.)";
+this scenario does not accept. Whether an injection or an exchange can be made is found by the step, which raises
+InputError and forgets it when not.)";
 inline constexpr const char* state_now =
     "State: the state as it is, after construction, reset, restore or a step.";
 inline constexpr const char* reset =
     R"(Restores the state after construction, bit for bit, and returns it. Takes less than a millisecond.
 
-target      another target for the attempts from now on: the name of one of anatomy()['targets'], or a place (3,) [mm]
+target      another target for the attempts from now on: the name of one of anatomy()['targets'], or a place (3,) [mm],
+            finite and up to 10000 in size
 radius_mm   its radius, 0.1 to 100 [mm]
 
 The recording begins anew. Raises InputError for a target that does not exist or lies outside the vessels; the state
@@ -105,9 +107,9 @@ inline constexpr const char* restore =
 inline constexpr const char* image =
     R"(An X-ray image of the state as it is: (pixels, pixels) uint8. Made only when asked for; it adds no dose to the score.
 
-pixels   32 to 2048 along a side; by default the scenario's
+pixels   32 to 2048 along a side; by default the scenario's, and with 'screen' no others
 mode     'live': one pulse of fluoroscopy. 'dsa': one pulse of subtraction from a mask without devices and contrast.
-         'screen': the room's screen with lag, DSA and roadmap, as beam and mode were; needs images='all'.
+         'screen': the room's screen with lag, DSA and roadmap, as beam and mode were; needs images=True.
 seed     of the noise; by default the scenario's. The noise also depends on the number of the frame.
 
 The first image of a pose takes longer than the others. Raises InputError for sizes and modes out of range.)";
@@ -144,7 +146,8 @@ inline constexpr const char* about =
     "the C-arm at the start), "
     "wire_length_mm.";
 inline constexpr const char* path_from =
-    "float: way from a place (3,) [mm] to the target along centrelines [mm]; None where there is none.";
+    "float: way from a place (3,) [mm] to the target along centrelines [mm]; None where there is none. "
+    "Raises\nInputError for places that are not finite or beyond 10000 mm.";
 
 inline constexpr const char* threads = "int: threads that make the frames, the caller's among them.";
 inline constexpr const char* vector_step =
@@ -152,7 +155,7 @@ inline constexpr const char* vector_step =
 
 motions   (n, 1, 2) or (n, 2, 2) float64: of wire, and catheter: feed [mm] and turn [rad] in each frame
 frames    how many frames [1]
-active    (n,) bool: only these make frames; by default all
+active    (n,) bool: only these make frames; by default all. Indices are refused
 
 Results do not depend on the number of threads. Ctrl-C ends the call after the frame that is being made. Raises
 InputError for shapes and values out of range, before any frame was made.)";
@@ -162,7 +165,9 @@ inline constexpr const char* assign =
     "Puts a new simulation like another one, at its start, in place of the i-th; they share vessels and "
     "wall.";
 inline constexpr const char* aim =
-    "Resets the i-th simulation with another target: a name or a place (3,) [mm], and its radius [mm].";
+    "Resets the i-th simulation with another target: a name or a place (3,) [mm], and its radius [mm]. "
+    "Raises\nInputError for one that does not exist or lies outside the vessels; it is then reset with the "
+    "old target.";
 inline constexpr const char* vector_apply =
     "Asks for a command with the next frame of the i-th simulation, as Simulation.apply.";
 inline constexpr const char* hashes = "(n,) uint64: State.hash of each simulation.";
@@ -174,8 +179,8 @@ inline constexpr const char* vector_masks =
     "Dict of (n, pixels, pixels) uint8 arrays: Simulation.masks of each.";
 inline constexpr const char* vector_close = "Frees the simulations. Later calls raise InputError.";
 inline constexpr const char* write_png =
-    "Writes a PNG of bytes (H, W), grey, or (H, W, 3), red, green, blue. Raises InputError for other arrays "
-    "and\n"
-    "for a file that cannot be written.";
+    "Writes a PNG of uint8 (H, W), grey, or (H, W, 3), red, green, blue; of bool, True is written as 255. "
+    "Raises\n"
+    "InputError for other arrays and for a file that cannot be written.";
 
 }  // namespace app::docs

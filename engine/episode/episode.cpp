@@ -63,7 +63,7 @@ Pulse Camera::pulse(const Simulation& simulation, const exercise::FrameTime& tim
 render::GrayImage Camera::image(const Simulation& simulation, const exercise::FrameTime& time,
                                 const render::CArm& arm, ImageMode mode, std::optional<std::uint64_t> seed) {
     if (mode == ImageMode::Screen)
-        throw io::InputError("the mode 'screen' was asked for; it is accepted with images = True");
+        throw io::InputError("the mode 'screen' was asked for; it is accepted with images=True");
     Pulse pulse = this->pulse(simulation, time, arm);
     if (seed) pulse.exposure.seed = *seed;
     const bool live = mode == ImageMode::Live;
@@ -102,14 +102,10 @@ const Camera::Masks& Camera::masks(const Simulation& simulation, const exercise:
     return masks_.emplace(std::move(made));
 }
 
-Log::~Log() {
-    clear();
-}
-
-void Log::clear() {
-    // Entry by entry: each holds the one before, and a long chain would exhaust the stack.
-    while (last_ && last_.use_count() == 1) last_ = std::move(last_->before);
-    last_.reset();
+Log::Entry::~Entry() {
+    // Entry by entry: each holds the one before, and a long chain would exhaust the stack. It is done here,
+    // as any copy, assignment or end of a log, in any thread, may give up the last hold on a chain.
+    while (before && before.use_count() == 1) before = std::shared_ptr<Entry>(std::move(before->before));
 }
 
 void Log::add(std::vector<script::Command> commands, std::uint64_t hash) {
@@ -183,14 +179,15 @@ render::CArm Episode::arm(int pixels) const {
 }
 
 void Episode::step(std::span<const script::Command> given) {
-    std::vector<script::Command> commands = std::exchange(asked_, {});
+    std::vector<script::Command> commands = asked_;
     commands.insert(commands.end(), given.begin(), given.end());
     check(commands);
     // These are rejected as they take effect.
-    const bool uncertain = std::ranges::any_of(commands, [](const script::Command& command) {
+    const auto is_uncertain = [](const script::Command& command) {
         return std::holds_alternative<script::Inject>(command) ||
                std::holds_alternative<script::Exchange>(command);
-    });
+    };
+    const bool uncertain = std::ranges::any_of(commands, is_uncertain);
     const exercise::Exercise::Snapshot before =
         uncertain ? exercise_.snapshot() : exercise::Exercise::Snapshot();
     try {
@@ -199,8 +196,11 @@ void Episode::step(std::span<const script::Command> given) {
         if (room_) room_->observe(frame, exercise_.score());
     } catch (const io::InputError&) {
         if (uncertain) exercise_.restore(before);
+        // One that stayed would be rejected in every later frame, too.
+        std::erase_if(asked_, is_uncertain);
         throw;
     }
+    asked_.clear();
     hash_.reset();
     log_.add(std::move(commands), log_.states_next() ? hash() : 0);
 }
@@ -247,7 +247,7 @@ void Episode::follow_room() {
 }
 
 render::ColourImage Episode::panel(render::Panel& drawn, Camera* with, std::optional<std::uint64_t> seed) {
-    if (!room_) throw io::InputError("the panel was asked for; it is accepted with panel = True");
+    if (!room_) throw io::InputError("the panel was asked for; it is accepted with panel=True");
     const exercise::Frame frame{exercise_.time(), {}, {}, simulation(), exercise_.monitor(),
                                 exercise_.dose()};
     const exercise::Monitor* monitor = exercise_.monitor();
@@ -265,7 +265,13 @@ Camera& Episode::camera() {
 }
 
 render::GrayImage Episode::image(int pixels, ImageMode mode, std::optional<std::uint64_t> seed) {
-    if (mode == ImageMode::Screen && exercise_.monitor()) return exercise_.image();
+    if (mode == ImageMode::Screen && exercise_.monitor()) {
+        render::GrayImage shown = exercise_.image();
+        if (pixels != shown.width)
+            throw io::InputError(fmt::format("the screen in {} pixels was asked for; it has {} along a side",
+                                             pixels, shown.width));
+        return shown;
+    }
     return camera().image(simulation(), exercise_.time(), arm(pixels), mode, seed);
 }
 

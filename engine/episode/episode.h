@@ -57,16 +57,10 @@ private:
 /// The commands of an attempt, frame by frame. Copies share what was before.
 class Log {
 public:
-    Log() = default;
-    Log(const Log&) = default;
-    Log(Log&& other) noexcept = default;
-    Log& operator=(const Log&) = default;
-    Log& operator=(Log&&) noexcept = default;
-    ~Log();
     /// Whether the next frame needs its state's hash.
     bool states_next() const { return frames() % hash_every == 0; }
     void add(std::vector<script::Command> commands, std::uint64_t hash);
-    void clear();
+    void clear() { last_.reset(); }
     /// Writes a recording of it, `hash` that of the last frame's state. Throws InputError when the file
     /// cannot be written.
     void save(const std::filesystem::path&, const script::Origin&, std::uint64_t hash) const;
@@ -75,6 +69,7 @@ public:
 private:
     static constexpr int hash_every = 10;  // frames between two state lines of a recording
     struct Entry {
+        ~Entry();
         std::shared_ptr<Entry> before;
         std::vector<script::Command> commands;
         std::uint64_t hash = 0;
@@ -92,12 +87,14 @@ public:
     Episode(const Episode& like);
     Episode& operator=(const Episode&) = delete;
 
-    /// Asks for a command with the next frame. Throws InputError for one that the exercise does not accept.
+    /// Asks for a command with the next frame. Throws InputError for one that the exercise does not accept;
+    /// what was asked for before stays.
     void ask(const script::Command&);
     /// The C-arm as it is, with what was asked for of it, for images `pixels` squared.
     render::CArm arm(int pixels) const;
     /// Makes a frame with what was asked for and these commands. Throws InputError for a command that the
-    /// exercise does not accept; then no frame was made and nothing has changed.
+    /// exercise does not accept; then no frame was made and nothing has changed: what was asked for stays. An
+    /// injection or an exchange that was asked for is judged here, and forgotten when it is not accepted.
     void step(std::span<const script::Command>);
     Reading reading() const { return reader_.read(exercise_); }
     const exercise::Exercise& exercise() const { return exercise_; }
@@ -116,7 +113,8 @@ public:
 
     /// Restores the state after construction, bit for bit, with the target aimed at.
     void reset();
-    /// Resets and sets another target. Throws InputError and changes nothing for one that is none.
+    /// Resets and sets another target. Throws InputError for one that is none; then the state is that after a
+    /// reset with the old target.
     void aim(const scenario::Target&);
 
     struct Snapshot {
@@ -130,6 +128,7 @@ public:
     /// Throws InputError, and changes nothing, for a snapshot of another scenario or target.
     void restore(const Snapshot&);
 
+    /// Throws InputError for sizes out of range, and for the mode Screen in another size than the screen's.
     render::GrayImage image(int pixels, ImageMode, std::optional<std::uint64_t> seed = {});
     const Camera::Masks& masks(int pixels);
     /// Writes the commands since the start or the last reset() as a recording, with state hashes. Throws

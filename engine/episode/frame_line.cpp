@@ -57,12 +57,18 @@ std::string to_json(const Episode& episode) {
     json["path_to_target_mm"] = r.path_to_target ? Json(*r.path_to_target) : Json(nullptr);
     json["tip_to_target_mm"] = r.tip_to_target;
     add_hand(json, "", r.wire);
-    if (simulation.has_catheter()) add_hand(json, "catheter_", r.catheter);
+    add_hand(json, "catheter_", r.catheter);
     json["tip_force_N"] = r.tip_force;
     json["wall_force_N"] = r.wall_force;
+    Json forces = Json::array();
+    for (const auto& contact : simulation.contacts()) forces.push_back(contact.force());
+    json["joint_force_N"] = std::move(forces);
+    json["air_kerma_mGy"] = r.air_kerma;
+    json["area_product_Gycm2"] = r.area_product;
     add_device(json, "wire", simulation.path_of(script::Held::Wire), arm, r.shift);
-    if (simulation.has_catheter())
-        add_device(json, "catheter", simulation.path_of(script::Held::Catheter), arm, r.shift);
+    add_device(json, "catheter",
+               simulation.has_catheter() ? simulation.path_of(script::Held::Catheter) : geometry::Polyline(),
+               arm, r.shift);
     json["settling"] = r.settling;
     json["at_rest"] = r.at_rest;
     json["certified"] = r.certified;

@@ -64,3 +64,59 @@ def test_eve_takes_one_part_and_physical_actions(cache):
     env.step([[15.0, 0.0], [0.0, 0.0]])
     assert env._base.simulation.inserted_mm[0] - before == pytest.approx([1.0, 0.0], abs=1e-6)
     assert env.render().shape == (40, 40)
+
+
+def simple(cache, scenario="s_bend", reward=eve.Step(-1.0), **arguments):
+    return eve.Env(eve.Intervention(scenario, cache=cache, **arguments), eve.LastAction(), reward, eve.TargetReached(),
+                   eve.MaxSteps(9))
+
+
+def test_eve_refuses_actions_before_anything_is_kept(cache):
+    env = simple(cache)
+    env.reset(seed=0)
+    last = env.step([[7.0, 0.5]])[0]
+    before = int(env._base.simulation.hashes()[0])
+    for action in ([[np.nan, 0]], "x", None, [0, 0, 0], [[1j, 0]]):
+        with pytest.raises(sd.InputError, match="action: "):
+            env.step(action)
+        np.testing.assert_array_equal(env._last, last)
+    assert int(env._base.simulation.hashes()[0]) == before and env._steps == 1
+    env.close()
+    for call in (lambda: env.step([[0, 0]]), lambda: env.reset(seed=0), env.render):
+        with pytest.raises(sd.InputError, match="closed"):
+            call()
+
+
+@pytest.mark.parametrize("arguments, says", [
+    ({"velocity_limit": (1, 2, 3)}, "velocity_limit"), ({"velocity_limit": (0, 1)}, "velocity_limit"),
+    ({"velocity_limit": (np.nan, 1)}, "velocity_limit"), ({"velocity_limit": "fast"}, "velocity_limit"),
+    ({"velocity_limit": [(35, 3), (20, 2)]}, "velocity_limit: 2 rows"), ({"image_frequency": 0}, "0.001 to 1000"),
+    ({"image_frequency": 1e-9}, "0.001 to 1000"), ({"image_frequency": np.inf}, "0.001 to 1000"),
+    ({"image_frequency": "x"}, "0.001 to 1000"), ({"target_threshold": "x"}, "target_threshold"),
+    ({"target_threshold": 500}, "radius_mm"), ({"target_branches": ["nowhere"]}, "nowhere"), ({"image_size": 8}, "32 to 2048")])
+def test_eve_names_arguments_that_are_not_accepted(cache, arguments, says):
+    with pytest.raises(sd.InputError, match=says):
+        simple(cache, **arguments)
+
+
+def test_eve_takes_a_row_of_speeds_for_each_device(cache):
+    env = simple(cache, "renal_cobra", velocity_limit=[(35, 3), (20, 2)])
+    assert env.action_space.high.tolist() == [[35, 3], [20, 2]]
+
+
+def test_eve_refuses_rewards_that_are_no_numbers(cache):
+    env = simple(cache, reward=lambda before, info: float("nan"))
+    env.reset(seed=0)
+    with pytest.raises(sd.InputError, match="reward: the callable returned nan"):
+        env.step([[0, 0]])
+
+
+def test_cathsim_says_what_actions_of_two_devices_are(cache):
+    env = cathsim.make("renal_cobra", cache=cache)
+    assert env.action_space.shape == (4,)
+    env.reset(seed=0)
+    with pytest.raises(sd.InputError, match=r"shape \(4,\)"):
+        env.step([0, 0])
+    before = env.simulation.inserted_mm[0].copy()
+    env.step([1, 0, -1, 0])
+    assert (np.sign(env.simulation.inserted_mm[0] - before) == [1, -1]).all()

@@ -31,6 +31,46 @@ def test_environments_keep_the_contract(cache, name):
     env.close()
 
 
+@pytest.mark.parametrize("name", list(sd.gym.ENVIRONMENTS))
+def test_every_environment_that_is_listed_keeps_the_contract_for_many_seeds(cache, name):
+    env = sd.gym.make(name, obs=[key for key in ALL if key not in ("image", "guidewire", "phantom")], cache=cache)
+    for seed in range(8):
+        sd.gym.check_env(env, seed=seed, steps=3)
+    env.close()
+
+
+def test_arches_of_all_three_types_are_drawn(cache):
+    env = sd.gym.make("seldinger/ArchVariety-v1", cache=cache)
+    drawn = set()
+    for seed in range(100):
+        env.reset(seed=seed)
+        drawn.add(env._batch.keys[0][0])
+    assert drawn == {"carotid_vertebral", "arch_2", "arch_3"}
+    env.close()
+
+
+@pytest.mark.parametrize("other, says", [
+    ("renal_cobra", "devices .*'renal_cobra' has 2, 'renal' has 1"),
+    (["renal", "renal_right", "renal_cobra"], "'renal_cobra' has 2"),
+    ({"frame_rate_hz": 30}, "frames a second .*the dict has 30"),
+    ({"c_arm": {"pixels": 256}}, "pixels of the C-arm .*the dict has 256"),
+])
+def test_scenarios_that_take_turns_are_of_one_kind(cache, other, says):
+    if isinstance(other, dict):
+        first = {"title": "A tube", "tube": {"path": [{"run_mm": 150}], "radius_mm": 3.0},
+                 "entry": {"end": "start", "inserted_mm": 60}, "target": {"centre_mm": [100, 0, 0], "radius_mm": 3.0}}
+        other = [dict(first, **other)]
+    with pytest.raises(sd.InputError, match=says):
+        sd.gym.Env("renal", randomize={"scenario": other}, cache=cache)
+
+
+def test_a_scenario_or_key_may_stand_alone(cache):
+    env = sd.gym.Env("renal", obs="target2d", randomize={"scenario": "renal"}, cache=cache)
+    assert list(env.reset(seed=0)[0]) == ["target2d"]
+    env = sd.gym.Env("renal", randomize={"scenario": ["renal", "renal_right"]}, cache=cache)
+    assert {env.reset(seed=seed) and env._batch.keys[0][0] for seed in range(12)} == {"renal", "renal_right"}
+
+
 def test_every_environment_that_is_listed_names_a_scenario_that_ships():
     for name, arguments in sd.gym.ENVIRONMENTS.items():
         assert arguments["scenario"] in sd.scenarios()
@@ -132,10 +172,159 @@ def test_rewards_are_the_sum_of_their_parts(cache):
     ({"obs": ("tracking4d",)}, "tracking4d"), ({"obs": ()}, "nothing"), ({"action": "jump"}, "velocity"),
     ({"reward": "praise"}, "path_delta"), ({"randomize": {"weather": 1}}, "anatomy_seed"),
     ({"randomize": {"anatomy_seed": (5, 5)}}, "anatomy_seed"), ({"max_episode_steps": 0}, "max_episode_steps"),
-    ({"render_mode": "human"}, "rgb_array"), ({"randomize": {"target": "anywhere"}}, "branches")])
+    ({"render_mode": "human"}, "rgb_array"), ({"randomize": {"target": "anywhere"}}, "branches"),
+    ({"randomize": {"anatomy_seed": 5}}, "anatomy_seed 5 .*whole"),
+    ({"randomize": {"anatomy_seed": ("a", "b")}}, "two whole numbers"),
+    ({"randomize": {"anatomy_seed": (0.5, 2)}}, "two whole numbers"),
+    ({"randomize": {"anatomy_seed": (-1, 2)}}, "two whole numbers"),
+    ({"randomize": {"target": 5}}, "a list of branches"), ({"randomize": {"target": []}}, "a list of branches"),
+    ({"randomize": {"target": [3]}}, "a list of branches"), ({"randomize": {"target": ["nowhere"]}}, "nowhere.*accepted"),
+    ({"randomize": {"c_arm_deg": "x"}}, "0 to 45"), ({"randomize": {"c_arm_deg": float("nan")}}, "0 to 45"),
+    ({"randomize": {"scenario": []}}, "a scenario or a list"), ({"randomize": {"scenario": 5}}, "a scenario or a list"),
+    ({"randomize": {"scenario": ["kidney"]}}, "kidney"), ({"randomize": "x"}, "a dict is accepted"),
+    ({"obs": 5}, "obs: 5"), ({"set": [1]}, "a dict of keys"), ({"cache": 5}, "a folder"),
+    ({"frame_skip": 10 ** 6 + 1}, "frame_skip.* 1 to 1000000"), ({"frame_skip": 1.5}, "frame_skip"),
+    ({"image_size": 31}, "image_size.* 32 to 2048"), ({"image_size": 4096}, "image_size"),
+    ({"n_points": 0}, "n_points"), ({"n_points": 1001}, "n_points"), ({"resolution_mm": "x"}, "resolution_mm"),
+    ({"resolution_mm": float("nan")}, "resolution_mm"), ({"resolution_mm": 101}, "resolution_mm")])
 def test_arguments_that_are_not_accepted_are_named(cache, arguments, says):
     with pytest.raises(sd.InputError, match=says):
-        sd.gym.Env("s_bend", cache=cache, **arguments)
+        sd.gym.Env("s_bend", **{"cache": cache, **arguments})
+    if "render_mode" not in arguments:
+        with pytest.raises(sd.InputError, match=says):
+            sd.gym.VectorEnv("s_bend", 2, **{"cache": cache, **arguments})
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, "3", float("nan"), [1], object()])
+def test_seeds_that_are_none_are_refused(cache, seed):
+    env = sd.gym.Env("s_bend", cache=cache)
+    with pytest.raises(sd.InputError, match="seed: .* a whole number of 0 or more"):
+        env.reset(seed=seed)
+
+
+def test_seeds_of_many_are_one_number_or_a_list(cache):
+    many = sd.gym.make_vec("seldinger/Renal-v1", 2, randomize={"target": "branches"}, threads=1, cache=cache)
+
+    def targets(seed):
+        many.reset(seed=seed)
+        return many.simulation.target_mm.copy()
+    first = targets(3)
+    for seed in (np.array(3), np.int64(3), [3, 4], (3, np.int64(4)), np.array([3, 4])):
+        np.testing.assert_array_equal(targets(seed), first)
+    many.reset(seed=[None, 4])
+    for seed in (-1, 1.5, "3", "34", [3], [3, -4], [3, 4.5], ["3", "4"], [[3, 4]], {3: 4}, np.array([3.0, 4.0])):
+        with pytest.raises(sd.InputError, match="seed: "):
+            many.reset(seed=seed)
+    for mask in ([1, 0], [True], np.array([0, 1]), "yes"):
+        with pytest.raises(sd.InputError, match="reset_mask"):
+            many.reset(options={"reset_mask": mask})
+
+
+@pytest.mark.parametrize("returned", ["3", None, float("nan"), float("inf"), np.array([1, 2]), 1j])
+def test_rewards_that_are_no_numbers_are_refused(cache, returned):
+    env = sd.gym.Env("s_bend", reward=lambda info: returned, cache=cache)
+    env.reset(seed=0)
+    with pytest.raises(sd.InputError, match="reward: the callable returned"):
+        env.step([[0, 0]])
+
+
+@pytest.mark.parametrize("action", ["x", None, [1j, 0], [0, 0, 0], [np.nan, 0], [np.inf, 0], [1e300, 0], [["0", "0"]], {}])
+def test_actions_that_are_refused_change_nothing(cache, action):
+    env = sd.gym.Env("s_bend", max_episode_steps=2, obs="last_action", cache=cache)
+    _, info = env.reset(seed=0)
+    with pytest.raises(sd.InputError, match="action: "):
+        env.step(action)
+    assert int(env.simulation.hashes()[0]) == info["hash"]
+    assert not env.step([[0, 0]])[3]
+
+
+def test_an_action_that_is_refused_does_not_use_up_the_next_episode(cache):
+    many = sd.gym.VectorEnv("s_bend", 2, threads=1, max_episode_steps=2, cache=cache)
+    many.reset(seed=1)
+    start = many.simulation.hashes()
+    push = np.full((2, 1, 2), 0.3, np.float32)
+    many.step(push)
+    assert many.step(push)[3].all()
+    ended = many.simulation.hashes()
+    with pytest.raises(sd.InputError, match="shape"):
+        many.step(np.zeros((3, 1, 2)))
+    assert (many.simulation.hashes() == ended).all()
+    _, rewards, _, _, _ = many.step(push)
+    assert (many.simulation.hashes() == start).all() and (rewards == 0).all()
+
+
+def test_closed_environments_say_so(cache):
+    env = sd.gym.Env("s_bend", render_mode="rgb_array", randomize={"target": "branches"}, cache=cache)
+    env.reset(seed=0)
+    env.close()
+    env.close()
+    many = sd.gym.VectorEnv("s_bend", 2, threads=1, cache=cache)
+    many.reset(seed=0)
+    many.close()
+    for call in (lambda: env.step([[0, 0]]), lambda: env.reset(seed=0), env.render,
+                 lambda: many.step(np.zeros((2, 1, 2))), lambda: many.reset(seed=0)):
+        with pytest.raises(sd.InputError, match="closed"):
+            call()
+
+
+def together(infos, n):
+    """Infos of single environments, by their index, as gymnasium's VectorEnv puts them together."""
+    made = {}
+    for i, info in infos.items():
+        for key, value in info.items():
+            if isinstance(value, dict):
+                made.setdefault(key, {})[i] = value
+            else:
+                empty = None if value is None or isinstance(value, str) else np.zeros_like(value)
+                made.setdefault(key, [empty] * n)[i] = value
+    mask = [i in infos for i in range(n)]
+    return {name: value for key, column in made.items() for name, value in (
+        (key, together(column, n) if isinstance(column, dict) else column), ("_" + key, mask))}
+
+
+def assert_same(given, expected, where="info"):
+    assert given.keys() == expected.keys(), where
+    for key, value in expected.items():
+        if isinstance(value, dict):
+            assert_same(given[key], value, f"{where}.{key}")
+        elif key != "branch" and key != "truncation":
+            np.testing.assert_array_equal(given[key], np.array(value), err_msg=f"{where}.{key}")
+        else:
+            assert given[key].dtype == object and given[key].tolist() == value, f"{where}.{key}"
+
+
+def test_infos_of_many_are_put_together_as_gymnasiums(cache):
+    arguments = dict(max_episode_steps=4, cache=cache, randomize={"target": "branches"})
+    many = sd.gym.make_vec("seldinger/Renal-v1", 3, threads=2, autoreset="SAME_STEP", **arguments)
+    alone = [sd.gym.make("seldinger/Renal-v1", **arguments) for _ in range(3)]
+    _, infos = many.reset(seed=5)
+    assert_same(infos, together({i: env.reset(seed=5 + i)[1] for i, env in enumerate(alone)}, 3))
+    # One environment begins anew after two steps, so that they end at different times.
+    for k in range(9):
+        actions = np.full((3, 1, 2), 0.1 * k, np.float32)
+        observations, rewards, terminated, truncated, infos = many.step(actions)
+        last, now, parts, final_obs = {}, {}, {}, {}
+        for i, env in enumerate(alone):
+            observation, reward, ended, cut, now[i] = env.step(actions[i])
+            assert (reward, ended, cut) == (rewards[i], terminated[i], truncated[i])
+            parts[i] = now[i]["reward"]
+            if ended or cut:
+                last[i], final_obs[i] = now[i], observation
+                now[i] = dict(env.reset()[1], reward=parts[i])
+        expected = together(now, 3)
+        if last:
+            for i in range(3):
+                assert infos["_final_obs"][i] == (i in last)
+                for key in final_obs.get(i, ()):
+                    np.testing.assert_array_equal(infos["final_obs"][i][key], final_obs[i][key])
+            expected.update(final_info=together(last, 3), _final_info=[i in last for i in range(3)],
+                            final_obs=infos["final_obs"], _final_obs=infos["_final_obs"])
+            got = infos.pop("final_obs"), expected.pop("final_obs")
+            assert got[0].dtype == object
+        assert_same(infos, expected)
+        if k == 1:
+            _, infos = many.reset(options={"reset_mask": np.array([False, True, False])})
+            assert_same(infos, together({1: alone[1].reset()[1]}, 3))
 
 
 def test_the_panel_shows_the_image_with_its_readouts(cache):
@@ -280,7 +469,8 @@ def test_autoreset_begins_the_next_episode_when_it_should(cache, autoreset):
     assert truncated.all()
     if autoreset == "SAME_STEP":
         assert (many.simulation.hashes() == start).all()
-        assert info["final_info"][0]["truncation"] == "steps" and "tracking2d" in info["final_obs"][1]
+        assert info["final_info"]["truncation"].tolist() == ["steps", "steps"] and "tracking2d" in info["final_obs"][1]
+        assert info["_final_info"].all() and info["truncation"].tolist() == [None, None]
         assert not many.step(push)[3].any()
         return
     assert (many.simulation.hashes() != start).all()

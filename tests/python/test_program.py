@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 
+import numpy as np
 import pytest
 
 import seldinger as sd
@@ -44,9 +45,22 @@ def test_a_served_exercise_makes_the_same_states_as_the_module(served, bend):
         assert int(line["hash"], 16) == state.hash
         assert line["tip_mm"] == state.tip_mm.tolist() and line["wire_px"] == state.wire_px.tolist()
         assert line["push_N"] == state.push_N and line["path_to_target_mm"] == state.path_to_target_mm
-    shared = set(line) - {"hash"}
-    assert shared <= set(dir(state))
+        assert line["joint_force_N"] == state.joint_force_N.tolist()
+    assert set(line) == {name for name in dir(state) if not name.startswith("_")}
     assert served.end() == (0, "")
+
+
+def test_a_served_catheter_is_that_of_the_module(program, cache, cobra):
+    served = Served(program, cache, "renal_cobra")
+    try:
+        line = served.ask("advance catheter 2 mm", "step")
+        state = cobra.step(catheter_advance_mm=2)
+        for name, value in line.items():
+            there = getattr(state, name)
+            assert (int(value, 16) if name == "hash" else value) == (there.tolist() if isinstance(there, np.ndarray) else there)
+    finally:
+        served.process.kill()
+        served.process.wait()
 
 
 def test_a_served_exercise_goes_back_to_what_was_kept(served):

@@ -1,3 +1,8 @@
+import os
+import subprocess
+import sys
+import threading
+
 import numpy as np
 import pytest
 
@@ -103,6 +108,14 @@ def test_snapshots_of_one_of_many_go_on_bit_for_bit(bend):
     (lambda many: many.images(8), "32 to 2048"),
     (lambda many: many.images(64, seeds=[1]), "one for each"),
     (lambda many: many.aim(0, [0, 0, 9000]), "outside"),
+    (lambda many: many.aim(0, ["a", "b", "c"]), "three finite coordinates"),
+    (lambda many: many.aim(0, [np.nan] * 3), "three finite coordinates"),
+    (lambda many: many.aim(0, None), "None was given"),
+    (lambda many: many.path_from(0, [np.nan] * 3), "place_mm"),
+    (lambda many: many.step(np.zeros((2, 1, 2)), active=np.array([0, 1])), "active: .* a mask, an array of 2 truth values"),
+    (lambda many: many.reset(np.array([0, 1])), "which: .* a mask"),
+    (lambda many: many.step(np.zeros((2, 1, 2)), frames=0), "frames: 0"),
+    (lambda many: many.images(64, "screen"), "images=True"),
 ])
 def test_bad_input_is_named(bend, do, says):
     with sd.VectorSimulation(bend, 2, threads=2) as many:
@@ -124,3 +137,97 @@ def test_a_simulation_with_a_screen_cannot_be_shared(cache):
     with sd.Simulation("s_bend", images=True, cache=cache) as sim:
         with pytest.raises(sd.InputError, match="cannot be shared"):
             sd.VectorSimulation(sim, 2)
+
+
+def test_masks_may_be_lists_and_views(bend):
+    with sd.VectorSimulation(bend, 3, threads=1) as many:
+        many.step(np.zeros((3, 1, 2)), active=[True, False, True])
+        many.step(np.zeros((3, 1, 2)), active=np.array([True, False, False, True, False, True])[::2])
+        assert many.frame.tolist() == [1, -1, 0]
+
+
+def test_an_aim_that_fails_leaves_the_arrays_as_the_state_is(bend):
+    with sd.VectorSimulation(bend, 2, threads=1) as many:
+        start = {name: array.copy() for name, array in many._arrays.items()}
+        many.step(np.full((2, 1, 2), 1.0), frames=5)
+        with pytest.raises(sd.InputError, match="outside"):
+            many.aim(0, [0, 0, 9000])
+        for name, array in many._arrays.items():
+            np.testing.assert_array_equal(array[0], start[name][0], err_msg=name)
+        assert many.frame.tolist() == [-1, 4]
+        many.reset()
+        assert many.hashes()[0] == many.hashes()[1]
+
+
+def test_closed_simulations_say_so(bend):
+    many = sd.VectorSimulation(bend, 2, threads=1)
+    snapshot, tips = many.snapshot(0), many.tip_mm
+    assert not many.closed
+    many.close()
+    many.close()
+    assert many.closed and len(many) == 2 and np.isfinite(tips).all()
+    for call in (lambda: many.step(np.zeros((2, 1, 2))), lambda: many.step(np.zeros((0, 1, 2))), lambda: many.reset(),
+                 lambda: many.aim(0, [0, 0, 0]), lambda: many.apply(0, "beam on"), lambda: many.assign(0, bend),
+                 lambda: many.hashes(), lambda: many.branch_name(0), lambda: many.score(0),
+                 lambda: many.save(0, "/dev/null"), lambda: many.snapshot(0), lambda: many.restore(0, snapshot),
+                 lambda: many.images(32), lambda: many.masks(32), lambda: many.panel(0),
+                 lambda: many.path_from(0, [0, 0, 0])):
+        with pytest.raises(sd.InputError, match="closed"):
+            call()
+
+
+def test_simulations_may_be_closed_while_they_step(bend):
+    for _ in range(20):
+        many = sd.VectorSimulation(bend, 8, threads=2)
+        errors, begun = [], threading.Event()
+
+        def use():
+            try:
+                while True:
+                    many.step(np.full((8, 1, 2), 0.01))
+                    begun.set()
+                    many.branch_name(0)
+            except Exception as error:
+                errors.append(error)
+
+        thread = threading.Thread(target=use)
+        thread.start()
+        begun.wait()
+        many.close()
+        thread.join()
+        assert [type(error) for error in errors] == [sd.InputError] and "closed" in str(errors[0])
+
+
+def test_there_are_256_threads_at_most(bend, monkeypatch):
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: set(range(384)))
+    with sd.VectorSimulation(bend, 1) as many:
+        assert many.threads == 256
+
+
+@pytest.mark.parametrize("whole, long", [
+    ("sd.VectorSimulation(sim, 1000, threads=1)", "sd.VectorSimulation(sim, 100000, threads=1)"),
+    ("many.images(512)", "many.images(512)")])
+def test_ctrl_c_ends_a_long_call_between_its_parts(cache, whole, long):
+    # The signal comes, and the end is measured, after so much work of the processor, however busy the machine is.
+    text = f"""
+import signal, time, numpy as np, seldinger as sd
+def interrupt(*_):
+    raise KeyboardInterrupt
+signal.signal(signal.SIGPROF, interrupt)
+sim = sd.Simulation("s_bend", cache={str(cache)!r})
+many = sd.VectorSimulation(sim, 64, threads=1)
+many.step(np.linspace(1, 5, 128).reshape(64, 1, 2))
+many.images(512)
+begin = time.process_time()
+{whole}
+whole = time.process_time() - begin
+signal.setitimer(signal.ITIMER_PROF, whole / 5)
+begin = time.process_time()
+try:
+    {long}
+    signal.setitimer(signal.ITIMER_PROF, 0)
+except KeyboardInterrupt:
+    print((time.process_time() - begin) / whole)
+"""
+    result = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True)
+    assert result.returncode == 0 and float(result.stdout or "inf") < 0.8, result.stderr + result.stdout

@@ -15,6 +15,7 @@ from ._core import InputError
 Scenario = Union[str, "os.PathLike[str]", Mapping[str, Any]]
 
 _IMAGES = {False: "none", None: "none", True: "all", "none": "none", "dose": "dose", "all": "all"}
+_MOST_THREADS = 256
 
 
 def assets() -> Path:
@@ -40,8 +41,21 @@ def default_cache() -> Path:
     return (Path(cache) if cache else Path.home() / ".cache") / "seldinger"
 
 
+def _quoted(text: str, where: str) -> str:
+    """A text as TOML writes it. JSON escapes all that TOML asks for but U+007F; its escapes of characters beyond U+FFFF,
+    which are pairs, are none of TOML."""
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        raise InputError(f"{where}: {ascii(text)} was found, which is no Unicode; a text without surrogates is accepted") \
+            from None
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
 def _toml(value: Any, where: str) -> str:
     """A value as TOML writes it."""
+    if isinstance(value, np.ndarray):
+        value = value.tolist()  # a number, where it has no dimension
     if isinstance(value, (bool, np.bool_)):
         return "true" if value else "false"
     if isinstance(value, (int, np.integer)):
@@ -49,22 +63,20 @@ def _toml(value: Any, where: str) -> str:
     if isinstance(value, (float, np.floating)):
         return repr(float(value))
     if isinstance(value, (str, os.PathLike)):
-        return json.dumps(str(value), ensure_ascii=True)
-    if isinstance(value, np.ndarray):
-        value = value.tolist()
+        return _quoted(str(value), where)
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_toml(item, where) for item in value) + "]"
     if isinstance(value, Mapping):
-        return "{" + ", ".join(f"{json.dumps(str(k))} = {_toml(v, where)}" for k, v in value.items()) + "}"
+        return "{" + ", ".join(f"{_quoted(str(k), where)} = {_toml(v, where)}" for k, v in value.items()) + "}"
     raise InputError(f"{where}: {type(value).__name__} was found; a truth value, number, text, list or dict is accepted")
 
 
 def _located(scenario: Scenario) -> tuple[str, Optional[str]]:
     """File and text of a scenario; no text for one that is read from its file."""
     if isinstance(scenario, Mapping):
-        text = "".join(f"{json.dumps(str(key))} = {_toml(value, str(key))}\n" for key, value in scenario.items()
+        text = "".join(f"{_quoted(str(key), 'scenario')} = {_toml(value, str(key))}\n" for key, value in scenario.items()
                        if key != "schema")
-        return str(Path.cwd() / "custom.toml"), f"schema = {scenario.get('schema', 1)}\n{text}"
+        return str(Path.cwd() / "custom.toml"), f"schema = {_toml(scenario.get('schema', 1), 'schema')}\n{text}"
     if not isinstance(scenario, (str, os.PathLike)):
         raise InputError(f"scenario: {type(scenario).__name__} was given; a name, a file or a dict is accepted")
     name = os.fspath(scenario)
@@ -75,6 +87,21 @@ def _located(scenario: Scenario) -> tuple[str, Optional[str]]:
         raise InputError(f"'{name}': no such scenario; a file (.toml), a dict, or one that ships is accepted: "
                          + ", ".join(scenarios()))
     return str(shipped), None
+
+
+def _overrides(values: Optional[Mapping[str, Any]]) -> list[tuple[str, str]]:
+    if values is not None and not isinstance(values, Mapping):
+        raise InputError(f"set: {type(values).__name__} was given; a dict of keys and values is accepted")
+    for key in values or {}:
+        if not isinstance(key, str):
+            raise InputError(f"set: the key {key!r} was found; a text such as 'guidewire.friction' is accepted")
+    return [(key, _toml(value, key)) for key, value in (values or {}).items()]
+
+
+def facts(scenario: Scenario, set: Optional[Mapping[str, Any]] = None) -> dict[str, Any]:
+    """devices, frame_rate_hz and pixels of a scenario, of which no vessels are grown."""
+    file, text = _located(scenario)
+    return _core._facts(file, text, str(assets() / "devices"), _overrides(set))
 
 
 class Simulation(_core.Simulation):
@@ -98,9 +125,11 @@ class Simulation(_core.Simulation):
                  images: Union[bool, str] = False, panel: bool = False,
                  cache: Union[str, "os.PathLike[str]", None] = None) -> None:
         file, text = _located(scenario)
-        if images not in _IMAGES:
+        if not isinstance(images, (bool, np.bool_, str, int, type(None))) or images not in _IMAGES:
             raise InputError(f"images: {images!r} was given; False, 'dose' or True is accepted")
-        overrides = [(key, _toml(value, key)) for key, value in (set or {}).items()]
+        overrides = _overrides(set)
+        if not isinstance(cache, (str, bytes, os.PathLike, type(None))):
+            raise InputError(f"cache: {cache!r} was given; a folder, '' or None is accepted")
         folder = str(default_cache()) if cache is None else os.fspath(cache)
         super().__init__(file, text, str(assets() / "devices"), overrides, _IMAGES[images], folder, bool(panel))
 
@@ -121,18 +150,19 @@ class VectorSimulation(_core.VectorSimulation):
 
     scenario   as for Simulation, or a Simulation (not with images=True), or a list of n of these
     n          how many, 1 to 100000; with a list its length
-    threads    that make frames, the caller's among them; by default one for each core. Results do not depend on it
+    threads    that make frames, the caller's among them, 1 to 256; by default one for each core, 256 at most. Results do
+               not depend on it
     points, spacing_mm   the points of `track_mm`: so many from the tip backward at this distance
 
     What a step leaves is in arrays that are attributes, made once and written by each step (copy what is to stay):
     float64 (n,): time_s, along_mm, path_to_target_mm (nan without a way), tip_to_target_mm, tip_force_N, wall_force_N,
-    target_radius_mm, air_kerma_mGy, area_product_Gycm2; (n, 3): tip_mm, tip_direction, target_mm, shift_mm; (n, 2) in pixels of the scenario's image:
-    tip_px, target_px; (n, 2) of wire and catheter: inserted_mm, turned_rad, push_N, torque_Nmm; (n, points, 3) track_mm,
+    target_radius_mm, air_kerma_mGy, area_product_Gycm2; (n, 3): tip_mm, tip_direction, target_mm, shift_mm; (n, 2) in
+    pixels of the scenario's image: tip_px, target_px; (n, 2) of wire and catheter: inserted_mm, turned_rad, push_N, torque_Nmm; (n, points, 3) track_mm,
     (n, points, 2) track_px: points on the device that the exercise is about; int64 (n,): frame, branch (its index);
     bool (n,): settling, at_rest, certified, refused, buckled, too_thick, insertion_stopped, withdrawal_stopped,
     whole_wire_is_in, completed, on_target, time_is_up. They mean what the fields of State mean.
 
-    To be used by one thread of Python at a time.
+    To be used by one thread of Python at a time; calls of others wait. Ctrl-C ends a long call between its parts.
     """
 
     time_s: np.ndarray
@@ -189,7 +219,7 @@ class VectorSimulation(_core.VectorSimulation):
             return made[key]
 
         first = prototype(several[0] if several is not None else scenario)
-        threads = len(os.sched_getaffinity(0)) if threads is None else threads
+        threads = min(len(os.sched_getaffinity(0)), _MOST_THREADS) if threads is None else threads
         super().__init__(first, 1 if n is None else n, threads, points, spacing_mm)
         for i, one in enumerate(several or []):
             if i > 0 and prototype(one) is not first:

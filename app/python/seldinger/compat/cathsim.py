@@ -1,5 +1,6 @@
 """CathSim's names: make(...) gives an environment with its observations ('pixels', 'guidewire', 'phantom', 'joint_pos',
-'joint_vel'), actions (Box(-1, 1, (2,)): feed, turn) and reward (minus the distance in m, 10 at the target).
+'joint_vel'), actions (Box(-1, 1, (2,)): feed and turn of the wire; in a scenario with a catheter (4,), its feed and turn after them)
+and reward (minus the distance in m, 10 at the target).
 
 Two things differ on purpose: a seed has an effect, and the end of the steps is `truncated`, not `terminated`.
 """

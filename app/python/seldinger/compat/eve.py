@@ -23,6 +23,7 @@ import numpy as np
 from .._core import InputError
 from ..gym import Env as _Env
 from ..gym import spaces
+from ..gym.batch import checked_reward, is_number
 
 __all__ = ["Combination", "Env", "Image", "InsertionLengths", "Intervention", "LastAction", "LastRewardCombination",
            "MaxSteps", "ObsDict", "PathLengthDelta", "Rotation", "SimError", "Step", "Target2D", "Target3D",
@@ -31,16 +32,26 @@ __all__ = ["Combination", "Env", "Image", "InsertionLengths", "Intervention", "L
 
 
 class Intervention:
-    """A scenario, as for seldinger.Simulation, its devices' largest speeds [mm/s, rad/s] and steps a second."""
+    """A scenario, as for seldinger.Simulation, its devices' largest speeds [mm/s, rad/s], of all or one row for each, and
+    steps a second, 0.001 to 1000, which are rounded to whole frames of the scenario."""
 
     def __init__(self, scenario: Any = "renal", *, velocity_limit: Sequence[float] = (35.0, 3.14),
                  image_frequency: float = 7.5, normalize_action: bool = False, target_branches: Any = None,
                  target_threshold: Optional[float] = None, image_size: int = 128, set: Optional[Mapping[str, Any]] = None,
                  cache: Any = None) -> None:
-        if not image_frequency > 0:
-            raise InputError(f"image_frequency: {image_frequency} was given; above 0 is accepted")
+        if not is_number(image_frequency) or not 0.001 <= image_frequency <= 1000:
+            raise InputError(f"image_frequency: {image_frequency!r} was given; a number from 0.001 to 1000 is accepted")
+        if target_threshold is not None and not is_number(target_threshold):
+            raise InputError(f"target_threshold: {target_threshold!r} was given; a number is accepted")
         self.scenario, self.cache, self.image_size = scenario, cache, image_size
-        self.velocity_limit = np.asarray(velocity_limit, float)
+        try:
+            self.velocity_limit = np.asarray(velocity_limit, float)
+        except (TypeError, ValueError):
+            self.velocity_limit = np.empty(0)
+        if (self.velocity_limit.shape not in ((2,), (1, 2), (2, 2)) or not np.isfinite(self.velocity_limit).all()
+                or not (self.velocity_limit > 0).all()):
+            raise InputError(f"velocity_limit: {velocity_limit!r} was given; two numbers above 0, mm/s and rad/s, or a row "
+                             "of them for each device, are accepted")
         self.image_frequency, self.normalize_action = image_frequency, normalize_action
         self.target_branches = target_branches
         self.set = dict(set or {})
@@ -247,6 +258,10 @@ class Env:
                          n_points=points, resolution_mm=resolution, action="physical", reward="sparse",
                          max_episode_steps=10 ** 9, randomize=random, set=intervention.set, cache=intervention.cache)
         base = _Env(intervention.scenario, **arguments)
+        rows = intervention.velocity_limit.size // 2
+        if rows not in (1, base._batch.devices):
+            raise InputError(f"velocity_limit: {rows} rows were given; 1 or {base._batch.devices}, as the scenario has "
+                             "devices, are accepted")
         rate = base._batch.about["frame_rate_hz"]
         base._batch.frames = max(1, round(rate / intervention.image_frequency))
         base._batch.step_s = base._batch.frames / rate
@@ -281,21 +296,19 @@ class Env:
         """(observation, reward, terminal, truncation, info). Actions beyond the space are clipped."""
         if not self._before:
             raise InputError("no episode was begun; reset() is accepted")
-        given = np.asarray(action, np.float32)
-        if given.size != self._limits.size:
-            raise InputError(f"action: an array of shape {self._limits.shape} is accepted")
-        given = given.reshape(self._limits.shape)
+        self._base._batch.require_open()
+        given = self._base._batch.numbers(action)[0]
         self._last = np.clip(given, self.action_space.low, self.action_space.high)
         speed = self._last * (self._limits if self.intervention.normalize_action else 1)
         self._base._done = False  # the ends are those given here
         observation, _, _, _, info = self._base.step(speed)
         self._steps += 1
         info = dict(info, steps=self._steps)
-        reward = self.reward(self._before, info)
+        reward = checked_reward(self.reward(self._before, info))
         self._before = info
         terminal = bool(self.terminal(info)) if self.terminal else False
         truncation = bool(self.truncation(info)) if self.truncation else False
-        return self._observed(observation), float(reward), terminal, truncation, info
+        return self._observed(observation), reward, terminal, truncation, info
 
     def render(self) -> np.ndarray:
         """(image_size, image_size) uint8."""

@@ -16,7 +16,7 @@ import numpy as np
 from .. import _core
 from .._core import InputError
 from . import spaces
-from .batch import KEYS, RANDOM, REWARDS, SPEED, TRUNCATIONS, Batch, Reward, one
+from .batch import KEYS, Batch, Reward, checked_seed, one, whole, with_masks
 
 __all__ = ["AUTORESET", "ENVIRONMENTS", "Env", "KEYS", "VectorEnv", "check_env", "make", "make_vec", "spaces"]
 
@@ -25,7 +25,9 @@ ENVIRONMENTS: dict[str, dict[str, Any]] = {
     "seldinger/Carotid-v1": {"scenario": "carotid_vertebral"},
     "seldinger/Coronary-v1": {"scenario": "coronary"},
     "seldinger/Crossover-v1": {"scenario": "crossover"},
-    "seldinger/ArchVariety-v1": {"scenario": "arch", "randomize": {"scenario": ("arch", "arch_2", "arch_3")}},
+    # Arches of type I, II and III, each with a catheter over the wire.
+    "seldinger/ArchVariety-v1": {"scenario": "carotid_vertebral",
+                                 "randomize": {"scenario": ("carotid_vertebral", "arch_2", "arch_3")}},
     "seldinger/DualDevice-v1": {"scenario": "renal_cobra"},
 }
 """Environments that make() knows, and the arguments that each has of its own."""
@@ -40,7 +42,7 @@ class Env(_bases[0]):
     """One environment.
 
     scenario           as for seldinger.Simulation
-    obs                keys of the observation, a dict of float32 arrays with finite bounds (values beyond are clipped):
+    obs                key or keys of the observation, a dict of float32 arrays with finite bounds (values beyond are clipped):
         tracking2d (n_points, 2), target2d (2,)      in pixels of an image of image_size
         tracking3d (n_points, 3), target3d (3,)      mm; points from the tip backward
         inserted_length (n_devices,) mm; rotation (n_devices, 2): sine and cosine of the hub; last_action
@@ -53,13 +55,14 @@ class Env(_bases[0]):
     flat_action        (2 n_devices,) instead
     reward             'path_delta': 0.01 a mm nearer along the vessels, 1 at the target, -0.001 a step
                        'distance': -0.001 a mm of straight distance each step, 10 at the target
-                       'sparse': 1 at the target; or a callable of the info that returns a number
+                       'sparse': 1 at the target; or a callable of the info that returns a finite number
     max_episode_steps  steps to truncation
-    frame_skip         frames a step; the scenario's frame_rate_hz is usually 15
+    frame_skip         frames a step, 1 to 1000000; the scenario's frame_rate_hz is usually 15
     patience           steps in a row without a rest of the wire, or with a motion refused, to truncation
     randomize          drawn at each reset: 'anatomy_seed': (first, end) of the vessels' seeds; 'target': 'branches' (any
                        place in any branch), 'targets' (those named), or a list of branches; 'c_arm_deg': largest turn of
-                       the C-arm in either angle; 'scenario': a list of scenarios
+                       the C-arm in either angle; 'scenario': a scenario or a list of them, with as many devices, frames a
+                       second and pixels as the one above
     set                values in place of the scenario's, as for Simulation
     cache              as for Simulation
     hashes             whether info has the state's hash
@@ -72,7 +75,7 @@ class Env(_bases[0]):
     info: success, truncation, branch, path_ratio (way left over that at the start), path_to_target_mm, tip_to_target_mm,
     tip_force_N, wall_force_N, push_N, torque_Nmm, certified, time_s, reward (its parts), hash (int), dose (a dict of
     air_kerma_mGy and area_product_Gycm2 of the episode, 0 without beam).
-    Raises InputError for arguments that are not accepted.
+    Raises InputError for arguments that are not accepted, and after close().
     """
 
     metadata = {"render_modes": ["rgb_array", "panel"], "render_fps": 15}
@@ -102,7 +105,10 @@ class Env(_bases[0]):
 
     def reset(self, *, seed: Optional[int] = None, options: Optional[Mapping[str, Any]] = None) -> tuple[dict, dict]:
         """Begins an episode and returns (observation, info). All that is drawn, now and in later resets, follows from
-        the seed: the same seed gives the same states, to the bit, on every machine. Without one, drawing goes on."""
+        the seed, a whole number of 0 or more: the same seed gives the same states, to the bit, on every machine. Without
+        one, drawing goes on."""
+        seed = checked_seed(seed)
+        self._batch.require_open()
         if spaces.gymnasium:
             super().reset(seed=seed)
         self._batch.reset(np.ones(1, bool), [seed])
@@ -113,10 +119,11 @@ class Env(_bases[0]):
     def step(self, action: Any) -> tuple[dict, float, bool, bool, dict]:
         """Makes a step and returns (observation, reward, terminated, truncated, info). Actions beyond the space are
         clipped. Raises InputError for another shape, numbers that are not finite, and after the end of an episode."""
+        self._batch.require_open()
         if self._done:
             raise InputError("the episode is over, or none was begun; reset() is accepted")
         active = np.ones(1, bool)
-        self._batch.act(action, active)
+        self._batch.act(self._batch.checked(action, active), active)
         reward, terminated, truncated, info = self._batch.judge(active)
         self._done = bool(terminated[0] or truncated[0])
         return (self._first(self._batch.observe()), float(reward[0]), bool(terminated[0]), bool(truncated[0]),
@@ -126,6 +133,7 @@ class Env(_bases[0]):
         """(image_size, image_size, 3) uint8 with render_mode='rgb_array', (1024, 1280, 3) with 'panel', else None."""
         if self.render_mode is None:
             return None
+        self._batch.require_open()
         if self.render_mode == "panel":
             return self._batch.sim.panel(0, seed=self._batch.noise[0])
         image = self._batch.sim.images(self._batch.image_size, seeds=self._batch.noise)[0]
@@ -144,12 +152,15 @@ class Env(_bases[0]):
 class VectorEnv(_bases[1]):
     """n environments that step at once, on `threads` threads (by default one for each core; results do not depend on
     it). Other arguments are those of Env. Observations are dicts of (n, …) arrays; rewards, terminated and truncated are
-    arrays of n; info holds arrays of n, and under 'reward' a dict of them.
+    arrays of n. info is as gymnasium's: under each key an array of n, under 'reward' and 'dose' a dict of such, and beside
+    each key '_key', (n,) bool: whose values these are; others are 0 or None.
 
     autoreset   'NEXT_STEP': the step after an episode's end begins the next one; its action is not used, its reward 0.
-                'SAME_STEP': the step that ends an episode returns the first observation of the next; the last one is in
-                info['final_obs'][i], its info in info['final_info'][i]. 'DISABLED': reset(options={'reset_mask': (n,)
-                bool}) begins the next; a step for an environment that has ended raises InputError.
+                'SAME_STEP': the step that ends an episode returns the first observation and info of the next, but for
+                info['reward'], the parts of this step's; the last observation is in info['final_obs'][i], and the last
+                infos, put together as info is, in info['final_info'], for the i in '_final_obs' and '_final_info'.
+                'DISABLED': reset(options={'reset_mask': (n,) bool}) begins the next; a step for an environment that has
+                ended raises InputError.
     """
 
     metadata = {"render_modes": [], "autoreset_mode": "NEXT_STEP"}
@@ -188,44 +199,54 @@ class VectorEnv(_bases[1]):
         """Begins episodes and returns (observations, infos). seed: a number, of which the i-th environment takes
         seed + i, or a list of n numbers or None. options: {'reset_mask': (n,) bool} for some alone."""
         n = self.num_envs
-        seeds = [None if seed is None else int(seed) + i for i in range(n)] if np.isscalar(seed) or seed is None \
-            else list(seed)
+        if seed is None or whole(seed) is not None:
+            first = checked_seed(seed)
+            seeds = [None if first is None else first + i for i in range(n)]
+        elif isinstance(seed, (list, tuple, np.ndarray)) and np.ndim(seed) == 1:
+            seeds = [checked_seed(one) for one in seed]
+        else:
+            raise InputError(f"seed: {seed!r} was given; a whole number or a list of {n} of them is accepted")
         if len(seeds) != n:
             raise InputError(f"seed: {len(seeds)} were given; a number or {n} of them are accepted")
         mask = np.ones(n, bool) if not options or "reset_mask" not in options \
-            else np.asarray(options["reset_mask"], bool)
-        if mask.shape != (n,):
-            raise InputError(f"options: reset_mask of shape {mask.shape} was given; ({n},) is accepted")
+            else np.asarray(options["reset_mask"])
+        if mask.shape != (n,) or mask.dtype != bool:
+            raise InputError(f"options: reset_mask of {mask.dtype} and shape {mask.shape} was given; a mask, an array of "
+                             f"{n} truth values, is accepted")
+        self._batch.require_open()
         self._batch.reset(mask, seeds)
         self._done[mask] = False
         self._begun = True
-        return self._batch.observe(), self._batch.judge(np.zeros(n, bool))[3]
+        return self._batch.observe(), with_masks(self._batch.judge(np.zeros(n, bool))[3], mask)
 
     def step(self, actions: Any) -> tuple[dict, np.ndarray, np.ndarray, np.ndarray, dict]:
         """Makes a step of each and returns (observations, rewards, terminated, truncated, infos)."""
         n, batch = self.num_envs, self._batch
+        batch.require_open()
         if not self._begun or (self.autoreset == "DISABLED" and self._done.any()):
             raise InputError("an episode is over, or none was begun; reset() is accepted")
         again = self._done.copy()
+        given = batch.checked(actions, ~again)
         if again.any():
             batch.reset(again, [None] * n)
             self._done[:] = False
         active = ~again
-        batch.act(actions, active)
+        batch.act(given, active)
         reward, terminated, truncated, info = batch.judge(active)
         self._done = terminated | truncated
         if self.autoreset == "SAME_STEP" and self._done.any():
             ended, last = self._done.copy(), batch.observe()
-            finals, infos = np.full(n, None, object), np.full(n, None, object)
+            finals = np.full(n, None, object)
             for i in np.flatnonzero(ended):
                 finals[i] = {key: value[i].copy() for key, value in last.items()}
-                infos[i] = one(info, i)
             batch.reset(ended, [None] * n)
-            parts = info["reward"]
-            info = batch.judge(np.zeros(n, bool))[3]
-            info.update(reward=parts, final_obs=finals, final_info=infos, _final_obs=ended, _final_info=ended)
+            parts, final = info["reward"], with_masks(info, ended)
+            info = dict(batch.judge(np.zeros(n, bool))[3], reward=parts)
             self._done = np.zeros(n, bool)
-        return batch.observe(), reward, terminated, truncated, info
+            return batch.observe(), reward, terminated, truncated, dict(
+                with_masks(info, np.ones(n, bool)), final_obs=finals, _final_obs=ended, final_info=final,
+                _final_info=ended.copy())
+        return batch.observe(), reward, terminated, truncated, with_masks(info, np.ones(n, bool))
 
     def close(self, **_: Any) -> None:
         """Frees the simulations."""
@@ -237,7 +258,7 @@ def _arguments(name: str, given: Mapping[str, Any]) -> dict[str, Any]:
     if name not in ENVIRONMENTS:
         raise InputError(f"'{name}': no such environment; accepted are: " + ", ".join(ENVIRONMENTS))
     own = dict(ENVIRONMENTS[name])
-    if "randomize" in own and given.get("randomize"):
+    if "randomize" in own and isinstance(given.get("randomize"), Mapping):
         given = dict(given, randomize=dict(own["randomize"], **given["randomize"]))
     own.update(given)
     return own

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import operator
+import os
 from collections import OrderedDict
+from numbers import Real
 from typing import Any, Callable, Mapping, Optional, Sequence, Union
 
 import numpy as np
 
 from .._core import InputError
-from ..simulation import Simulation, VectorSimulation
+from ..simulation import Simulation, VectorSimulation, facts
 from .spaces import Box, Dict, Space
 
 SPEED = np.array([35.0, 3.14])  # of an action of 1 [mm/s, rad/s]
@@ -22,6 +25,39 @@ TRUNCATIONS = ("steps", "time", "vessel_end", "not_certified")
 
 Reward = Union[str, Callable[[Mapping[str, Any]], float]]
 
+COMMON = {"devices": "devices", "frame_rate_hz": "frames a second", "pixels": "pixels of the C-arm"}
+_MOST_FRAMES = 1_000_000  # of one call of step
+
+
+def is_number(value: Any) -> bool:
+    return isinstance(value, (Real, np.number)) and not isinstance(value, (bool, np.bool_)) and bool(np.isfinite(value))
+
+
+def whole(value: Any) -> Optional[int]:
+    """A whole number of Python or NumPy, arrays without dimension among them; None for what is none."""
+    try:
+        return operator.index(value)
+    except TypeError:
+        return None
+
+
+def checked_seed(seed: Any) -> Optional[int]:
+    number = None if seed is None else whole(seed)
+    if seed is not None and (number is None or number < 0):
+        raise InputError(f"seed: {seed!r} was given; a whole number of 0 or more, or None, is accepted")
+    return number
+
+
+def checked_reward(value: Any) -> float:
+    """What a callable returned."""
+    try:
+        number = float("nan") if isinstance(value, (str, bytes)) else float(value)
+    except (TypeError, ValueError):
+        number = float("nan")
+    if not np.isfinite(number):
+        raise InputError(f"reward: the callable returned {value!r}; a finite number is accepted")
+    return number
+
 
 class Batch:
     def __init__(self, scenario: Any, n: int, *, obs: Sequence[str], image_size: int, n_points: int,
@@ -29,7 +65,9 @@ class Batch:
                  frame_skip: int, patience: int, randomize: Optional[Mapping[str, Any]],
                  set: Optional[Mapping[str, Any]], cache: Any, threads: Optional[int], hashes: bool,
                  pool_size: int, beam: bool = False, panel: bool = False) -> None:
-        self.obs = tuple(obs)
+        if not isinstance(obs, (str, Sequence)):
+            raise InputError(f"obs: {obs!r} was given; a list of these is accepted: " + ", ".join(KEYS))
+        self.obs = (obs,) if isinstance(obs, str) else tuple(dict.fromkeys(obs))
         for key in self.obs:
             if key not in KEYS:
                 raise InputError(f"obs: '{key}' was found; accepted are: " + ", ".join(KEYS))
@@ -40,28 +78,40 @@ class Batch:
         if not callable(reward) and reward not in REWARDS:
             raise InputError(f"reward: {reward!r} was given; a callable or one of these is accepted: "
                              + ", ".join(REWARDS))
-        for name, value in (("image_size", image_size), ("max_episode_steps", max_episode_steps),
-                            ("frame_skip", frame_skip), ("patience", patience), ("pool_size", pool_size)):
-            if not isinstance(value, (int, np.integer)) or value < 1:
-                raise InputError(f"{name}: {value!r} was given; a whole number of 1 or more is accepted")
+        for name, value, least, most in (
+                ("n", n, 1, 100_000), ("image_size", image_size, 32, 2048), ("n_points", n_points, 1, 1000),
+                ("max_episode_steps", max_episode_steps, 1, None), ("frame_skip", frame_skip, 1, _MOST_FRAMES),
+                ("patience", patience, 1, None), ("pool_size", pool_size, 1, None)):
+            number = whole(value)
+            if number is None or number < least or (most is not None and number > most):
+                raise InputError(f"{name}: {value!r} was given; a whole number of {least} "
+                                 + ("or more" if most is None else f"to {most}") + " is accepted")
+        if not is_number(resolution_mm) or not 0 < resolution_mm <= 100:
+            raise InputError(f"resolution_mm: {resolution_mm!r} was given; a number above 0, up to 100, is accepted")
+        if randomize is not None and not isinstance(randomize, Mapping):
+            raise InputError(f"randomize: {randomize!r} was given; a dict is accepted, of " + ", ".join(RANDOM))
         self.n = n
         self.image_size, self.points, self.spacing = image_size, n_points, resolution_mm
         self.physical, self.flat, self.reward = action == "physical", flat_action, reward
         self.most_steps, self.frames, self.patience, self.hashes = max_episode_steps, frame_skip, patience, hashes
         self.beam, self.panel = bool(beam), panel
+        if set is not None and not isinstance(set, Mapping):
+            raise InputError(f"set: {set!r} was given; a dict of keys and values is accepted")
         self.set, self.cache = dict(set or {}), cache
         self.random = dict(randomize or {})
         for key in self.random:
             if key not in RANDOM:
                 raise InputError(f"randomize: '{key}' was found; accepted are: " + ", ".join(RANDOM))
         self._check_random()
+        self.scenario = scenario
+        self._check_scenarios()
         self.pool_size = pool_size
         self.pool: OrderedDict[Any, Simulation] = OrderedDict()
-        self.scenario = scenario
         base = self._simulation(scenario, None)
         self.about = base.about()
         self.devices = self.about["devices"]
         self.step_s = frame_skip / self.about["frame_rate_hz"]
+        self._check_branches(self._branches(base))
         self.base_target = self._along_of_target(base)
         self.sim = VectorSimulation(base, n, threads=threads, points=n_points, spacing_mm=resolution_mm)
         self.keys = [base_key(scenario, None)] * n
@@ -102,16 +152,54 @@ class Batch:
     # Scenes
 
     def _check_random(self) -> None:
+        def refuse(key: str, accepted: str) -> None:
+            raise InputError(f"randomize: {key} {self.random[key]!r} was given; {accepted} is accepted")
+
         seeds = self.random.get("anatomy_seed")
-        if seeds is not None and not (len(tuple(seeds)) == 2 and 0 <= seeds[0] < seeds[1]):
-            raise InputError(f"randomize: anatomy_seed {seeds!r} was given; (first, end) of seeds is accepted")
+        if seeds is not None:
+            ends = [whole(seed) for seed in seeds] if isinstance(seeds, (list, tuple, np.ndarray)) else []
+            if len(ends) != 2 or None in ends or not 0 <= ends[0] < ends[1]:
+                refuse("anatomy_seed", "(first, end) of seeds, two whole numbers of 0 or more,")
+            self.random["anatomy_seed"] = tuple(ends)
         tilt = self.random.get("c_arm_deg", 0)
-        if not 0 <= tilt <= 45:
-            raise InputError(f"randomize: c_arm_deg {tilt!r} was given; 0 to 45 is accepted")
+        if not is_number(tilt) or not 0 <= tilt <= 45:
+            refuse("c_arm_deg", "a number from 0 to 45")
         target = self.random.get("target", "scenario")
-        if isinstance(target, str) and target not in ("scenario", "branches", "targets"):
-            raise InputError(f"randomize: target '{target}' was given; 'branches', 'targets' or a list of branches is "
-                             "accepted")
+        if isinstance(target, str):
+            known = target in ("scenario", "branches", "targets")
+        else:
+            known = (isinstance(target, (list, tuple)) and len(target) > 0
+                     and all(isinstance(branch, str) for branch in target))
+        if not known:
+            refuse("target", "'branches', 'targets' or a list of branches")
+        choices = self.random.get("scenario")
+        if isinstance(choices, (str, os.PathLike, Mapping)):
+            self.random["scenario"] = (choices,)
+        elif choices is not None and not (isinstance(choices, (list, tuple)) and len(choices) > 0):
+            refuse("scenario", "a scenario or a list of them")
+
+    def _check_scenarios(self) -> None:
+        """Scenarios that take turns share the spaces, the length of a step and the scale of the images."""
+        choices = self.random.get("scenario", ())
+        first = facts(self.scenario, self.set) if choices else {}
+        for choice in choices:
+            other = facts(choice, self.set)
+            for key, what in COMMON.items():
+                if other[key] != first[key]:
+                    raise InputError(f"randomize: scenarios with equally many {what} are accepted; {self._name(choice)} "
+                                     f"has {other[key]}, {self._name(self.scenario)} has {first[key]}")
+
+    @staticmethod
+    def _name(scenario: Any) -> str:
+        return "the dict" if isinstance(scenario, Mapping) else f"'{os.fspath(scenario)}'"
+
+    def _check_branches(self, there: Sequence[str]) -> None:
+        target = self.random.get("target", "scenario")
+        if isinstance(target, str) or "scenario" in self.random:
+            return  # of other vessels it is found when they are drawn
+        for name in target:
+            if name not in there:
+                raise InputError(f"randomize: target branch '{name}' was given; accepted are: " + ", ".join(there))
 
     def _simulation(self, scenario: Any, seed: Optional[int]) -> Simulation:
         key = base_key(scenario, seed)
@@ -152,6 +240,9 @@ class Batch:
         branches = {branch["name"]: branch for branch in anatomy["branches"]}
         if isinstance(wanted, str) and wanted == "targets":
             names = [target["name"] for target in anatomy["targets"]]
+            if not names:
+                raise InputError("randomize: target 'targets' was given, and these vessels name none; 'branches' is "
+                                 "accepted")
             self.sim.aim(i, names[int(rng.integers(len(names)))])
             self.moved_target[i] = True
         elif isinstance(wanted, str) and wanted == "scenario":
@@ -188,8 +279,6 @@ class Batch:
                     raise
         if sim is None:
             raise InputError(f"randomize: none of 50 anatomies of the seeds {seeds} takes the scenario's wire and target")
-        if sim.about()["devices"] != self.devices:
-            raise InputError("randomize: scenarios with equally many devices are accepted")
         key = base_key(scenario, seed)
         if key != self.keys[i] or self.moved_target[i]:
             self.sim.assign(i, sim)
@@ -217,6 +306,10 @@ class Batch:
 
     # The contract
 
+    def require_open(self) -> None:
+        if self.sim.closed:
+            raise InputError("the environment is closed; one that is open is accepted")
+
     def reset(self, which: np.ndarray, seeds: Sequence[Optional[int]]) -> None:
         for i in np.flatnonzero(which):
             if seeds[i] is not None:
@@ -229,15 +322,29 @@ class Batch:
         self.path_at_start[which] = np.maximum(way[which], 1e-9)
         self.track_before[which] = self.sim.track_mm[which]
 
-    def act(self, actions: Any, active: np.ndarray) -> None:
-        given = np.asarray(actions, np.float32).reshape(self.n, -1)
-        if given.shape[1] != self.devices * 2:
-            raise InputError(f"action: an array of shape {self.action_space.shape} is accepted")
-        if not np.isfinite(given[active]).all():
-            raise InputError("action: a number that is not finite was given; finite ones are accepted")
+    def numbers(self, actions: Any, active: Optional[np.ndarray] = None) -> np.ndarray:
+        """Actions as (n, devices, 2) float32, finite where active, by default all. Raises InputError for others."""
+        shape = self.action_space.shape if self.n == 1 else (self.n, *self.action_space.shape)
+        try:
+            given = np.asarray(actions)
+            with np.errstate(over="ignore"):
+                given = given.astype(np.float32) if given.dtype.kind in "biufO" else np.empty(0)
+        except (TypeError, ValueError):
+            given = np.empty(0)
+        if given.size != self.n * self.devices * 2:
+            raise InputError(f"action: an array of shape {shape} is accepted")
         given = given.reshape(self.n, self.devices, 2)
+        if not np.isfinite(given if active is None else given[active]).all():
+            raise InputError("action: a number that is not finite was given; finite ones are accepted")
+        return given
+
+    def checked(self, actions: Any, active: np.ndarray) -> np.ndarray:
+        """The same within the space, 0 where not active."""
         limits = (SPEED if self.physical else np.ones(2)).astype(np.float32)
-        given = np.clip(np.where(active[:, None, None], given, 0), -limits, limits)
+        return np.clip(np.where(active[:, None, None], self.numbers(actions, active), 0), -limits, limits)
+
+    def act(self, given: np.ndarray, active: np.ndarray) -> None:
+        """Makes a step of what checked() returned."""
         speed = given.astype(np.float64) * (1.0 if self.physical else SPEED)
         self.track_before[active] = self.sim.track_mm[active]
         self.last[active] = given[active]
@@ -306,7 +413,7 @@ class Batch:
         if self.hashes:
             info["hash"] = sim.hashes()
         if callable(self.reward):
-            parts = {"callable": np.array([float(self.reward(one(info, i))) if active[i] else 0.0
+            parts = {"callable": np.array([checked_reward(self.reward(one(info, i))) if active[i] else 0.0
                                            for i in range(self.n)])}
         elif self.reward == "path_delta":
             parts = {"path_delta": 0.01 * (self.path - way), "target": 1.0 * reached, "step": np.full(self.n, -0.001)}
@@ -335,3 +442,17 @@ def one(info: Mapping[str, Any], i: int) -> dict[str, Any]:
     """The info of one environment."""
     return {key: {name: float(part[i]) for name, part in value.items()} if isinstance(value, dict)
             else value[i].item() if isinstance(value[i], np.generic) else value[i] for key, value in info.items()}
+
+
+def with_masks(info: Mapping[str, Any], given: np.ndarray) -> dict[str, Any]:
+    """The infos of those that are `given` (n,) bool, as gymnasium's VectorEnv puts them together: under each key an array
+    of n, 0 or None for the others, and under _key the mask. Dicts are such infos themselves."""
+    made: dict[str, Any] = {}
+    for key, value in info.items():
+        if isinstance(value, dict):
+            made[key] = with_masks(value, given)
+        else:
+            made[key] = np.full(value.shape, None if value.dtype == object else 0, value.dtype)
+            made[key][given] = value[given]
+        made["_" + key] = given.copy()
+    return made
