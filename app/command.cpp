@@ -143,7 +143,7 @@ const char* const program = "seldinger " SELDINGER_VERSION;
 script::Origin origin(const std::string& learner) {
     if (!learner.empty() && !script::is_learner(learner))
         throw io::InputError(
-            fmt::format("--learner: a name of at most {} bytes without control characters is accepted",
+            fmt::format("--learner: a name in UTF-8 of at most {} bytes without control characters is accepted",
                         script::longest_learner));
     const std::string self = io::read_text("/proc/self/exe", "program", "the program itself is read");
     geometry::Hash hash;
