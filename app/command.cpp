@@ -142,9 +142,9 @@ const char* const program = "seldinger " SELDINGER_VERSION;
 
 script::Origin origin(const std::string& learner) {
     if (!learner.empty() && !script::is_learner(learner))
-        throw io::InputError(
-            fmt::format("--learner: a name in UTF-8 of at most {} bytes without control characters is accepted",
-                        script::longest_learner));
+        throw io::InputError(fmt::format(
+            "--learner: a name in UTF-8 of at most {} bytes without control characters is accepted",
+            script::longest_learner));
     const std::string self = io::read_text("/proc/self/exe", "program", "the program itself is read");
     geometry::Hash hash;
     hash.add(self.data(), self.size());
