@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <poll.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
 #include <thread>
@@ -283,7 +284,12 @@ int typed_into(const std::filesystem::path& pipe, const std::string& text) {
     EXPECT_EQ(::write(typed, text.data(), text.size()), static_cast<ssize_t>(text.size()));
     for (int left = 1; left > 0;) {
         EXPECT_EQ(ioctl(typed, FIONREAD, &left), 0);
-        usleep(1000);
+        pollfd reader{typed, 0, 0};
+        ::poll(&reader, 1, 1);
+        if ((reader.revents & POLLERR) != 0) {
+            ADD_FAILURE() << "the program has ended and left " << left << " bytes unread";
+            break;
+        }
     }
     return typed;
 }
