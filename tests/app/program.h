@@ -29,6 +29,8 @@ public:
         arguments.push_back(nullptr);
         process_ = fork();
         if (process_ == 0) {
+            // What it writes by a relative name goes away with the folder.
+            if (chdir(folder.path().c_str()) != 0) _exit(126);
             dup2(open(out_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDOUT_FILENO);
             dup2(open(error_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0644), STDERR_FILENO);
             execvp(arguments[0], arguments.data());
