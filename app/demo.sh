@@ -2,7 +2,7 @@
 # Sets up, builds, and runs the demo: a guidewire from the left groin into the left renal artery.
 set -eu
 cd "$(dirname "$0")/.."
-./app/setup.sh
+./app/setup.sh run
 ./app/build.sh release seldinger
 out=${1:-out/renal}
 code=0

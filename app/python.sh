@@ -2,7 +2,7 @@
 # app/python.sh: sets up, builds the Python module into build/python, and prints ten steps of an exercise.
 set -eu
 cd "$(dirname "$0")/.."
-./app/setup.sh
+./app/setup.sh python
 ./app/build.sh release python
 python=/usr/bin/python3
 [ -x "$python" ] || python=python3

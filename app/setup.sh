@@ -1,26 +1,45 @@
 #!/bin/sh
-# Installs what Seldinger is built from, by apt, where it is missing. Says nothing when nothing is to do.
+# app/setup.sh [PART...]: installs by apt what is missing. Says nothing when nothing is missing.
+#   run      what playing, the demo and all commands are built from and need
+#   python   the Python module besides
+#   test     what the tests need: both of these, browsers, DICOM tools, a cluster of one machine
+#   develop  all of it, and what formats, checks, fuzzes and measures the code (the default)
 set -eu
 
-packages="
+run="
     g++ cmake ninja-build pkg-config
     libeigen3-dev libembree-dev libosmesa6-dev libimgui-dev libglfw3-dev libglm-dev libassimp-dev libpugixml-dev libpng-dev libdeflate-dev zlib1g-dev libnifti-dev libdcmtk-dev
     libtomlplusplus-dev nlohmann-json3-dev libfmt-dev libcli11-dev
-    libgtest-dev libvalijson-dev libbenchmark-dev xvfb libx11-dev libxtst-dev chromium dcmtk clang-format clang-tidy gnuplot-nox fonts-dejavu-core dpkg-dev
-    pybind11-dev python3-dev python3-numpy python3-pytest
-    slurmctld slurmd slurm-client
-    clang libclang-rt-14-dev
+    fonts-dejavu-core
 "
-
-missing() {
-    for package in $packages; do
-        dpkg-query -W -f='${Status}\n' "$package" 2>/dev/null | grep -q '^install ok installed$' || printf ' %s' "$package"
-    done
-}
+python="pybind11-dev python3-dev python3-numpy"
+tests="
+    libgtest-dev libvalijson-dev xvfb libx11-dev libxtst-dev chromium dcmtk dicom3tools gnuplot-nox dpkg-dev
+    python3-pytest slurmctld slurmd slurm-client
+"
+tools="clang-format clang-tidy clang libclang-rt-14-dev libbenchmark-dev"
 
 fail() {
     printf 'setup: %s\n' "$1" >&2
     exit 2
+}
+
+[ $# -gt 0 ] || set -- develop
+packages=""
+for part in "$@"; do
+    case $part in
+    run) packages="$packages $run" ;;
+    python) packages="$packages $run $python" ;;
+    test) packages="$packages $run $python $tests" ;;
+    develop) packages="$packages $run $python $tests $tools" ;;
+    *) fail "expected run, python, test or develop, found '$part'" ;;
+    esac
+done
+
+missing() {
+    for package in $packages; do
+        dpkg-query -W -f='${Status}\n' "$package" 2>/dev/null | grep -q '^install ok installed$' || printf '%s\n' "$package"
+    done | sort -u | tr '\n' ' '
 }
 
 if ! command -v dpkg-query >/dev/null 2>&1; then
@@ -31,23 +50,64 @@ fi
 lacking=$(missing)
 [ -n "$lacking" ] || exit 0
 
-printf 'setup: installing%s\n' "$lacking"
-command -v apt-get >/dev/null 2>&1 || fail "apt-get is not to be had; install by hand:$lacking"
+command -v apt-get >/dev/null 2>&1 || fail "apt-get is not to be had; install by hand: $lacking"
 if [ "$(id -u)" = 0 ]; then
     as_root=""
 elif command -v sudo >/dev/null 2>&1; then
     as_root="sudo"
 else
-    fail "apt-get needs root, and there is no sudo; as root run: apt-get install$lacking"
+    fail "apt-get needs root, and there is no sudo; as root run: apt-get install $lacking"
 fi
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-export DEBIAN_FRONTEND=noninteractive
+export DEBIAN_FRONTEND=noninteractive LC_ALL=C
+
+printf 'setup: %s: asking for the packages' "$*"
 if ! $as_root apt-get update >"$log" 2>&1; then
+    printf '\n'
     tail -n 5 "$log" >&2
-    fail "'apt-get update' failed (above); still missing:$lacking"
+    fail "'apt-get update' failed (above); still missing: $lacking"
 fi
-if ! $as_root apt-get install -y --no-install-recommends $lacking >"$log" 2>&1; then
+# "Need to get 1,234 kB of archives." and "After this operation, 5,678 kB of additional disk space will be used."
+plan=$(apt-get install --assume-no --no-install-recommends $lacking 2>/dev/null || true)
+count=$(printf '%s\n' "$plan" | sed -n 's/^.* \([0-9]*\) newly installed.*/\1/p')
+load=$(printf '%s\n' "$plan" | sed -n 's/^Need to get \(.*\) of archives\.$/\1/p')
+room=$(printf '%s\n' "$plan" | sed -n 's/^After this operation, \(.*\) of additional disk space will be used\.$/\1/p')
+printf '\nsetup: %s: %s packages, %s to load, %s on the disk: %s\n' "$*" "${count:-some}" "${load:-?}" "${room:-?}" "$lacking"
+
+# apt reports its progress as "pmstatus:PACKAGE:PER CENT:WORDS" and "dlstatus:NUMBER:PER CENT:WORDS". It writes to the third
+# descriptor, which sudo closes: there the packages are counted in its log by whoever wants to look.
+show() {
+    last=-1
+    while IFS=: read -r kind _ part _; do
+        case $kind in
+        dlstatus) words="loading" ;;
+        pmstatus) words="installing" ;;
+        *) continue ;;
+        esac
+        part=${part%.*}
+        if [ -t 1 ]; then
+            printf '\rsetup: %-10s %3s %%' "$words" "$part"
+        elif [ "$words $((part / 25))" != "$last" ]; then
+            printf 'setup: %s %s %%\n' "$words" "$part"
+        fi
+        last="$words $((part / 25))"
+    done
+    [ ! -t 1 ] || printf '\r%30s\r' ""
+}
+code=$(mktemp)
+{
+    result=0
+    if [ -z "$as_root" ]; then
+        apt-get install -y --no-install-recommends -o APT::Status-Fd=3 $lacking 3>&1 >"$log" 2>&1 || result=$?
+    else
+        $as_root apt-get install -y --no-install-recommends $lacking >"$log" 2>&1 || result=$?
+    fi
+    echo "$result" >"$code"
+} | show
+result=$(cat "$code")
+rm -f "$code"
+if [ "$result" != 0 ]; then
     tail -n 15 "$log" >&2
-    fail "'apt-get install' failed (above); still missing:$(missing)"
+    fail "'apt-get install' failed (above); still missing: $(missing)"
 fi

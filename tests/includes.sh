@@ -4,7 +4,7 @@
 # selects paths, and is by default everything but the tests.
 set -eu
 cd "$(dirname "$0")/.."
-./app/setup.sh
+./app/setup.sh develop
 mkdir -p build
 cmake --preset debug -B build/includes -DSELDINGER_WERROR=ON >build/includes.log
 ninja -C build/includes -t commands all benchmarks state_fuzz |

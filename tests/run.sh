@@ -3,7 +3,7 @@
 # those that take more than ten seconds each, which -L long runs.
 set -eu
 cd "$(dirname "$0")/.."
-./app/setup.sh
+./app/setup.sh test
 ./app/build.sh release
 [ $# -gt 0 ] || set -- -LE long
 MESA_SHADER_CACHE_DISABLE=true exec ctest --test-dir build/release --output-on-failure -j "$(nproc)" "$@"

@@ -4,7 +4,7 @@
 # three quarters of the time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
-./app/setup.sh
+./app/setup.sh test
 ./app/build.sh sanitize unit_tests
 filter='*'
 [ "${1:-}" = all ] || filter="-$(grep -v '^#' tests/slow_unit_tests.txt | paste -s -d :)"

@@ -3,7 +3,7 @@
 # files as they are compiled together in Release, without compiling them: headers are then read once for eight files.
 set -eu
 cd "$(dirname "$0")/.."
-./app/setup.sh
+./app/setup.sh develop
 mkdir -p build
 cmake --preset release -B build/tidy >build/tidy.log
 exec run-clang-tidy -quiet -p build/tidy "$@" 2>build/tidy.log
