@@ -29,6 +29,7 @@ namespace fs = std::filesystem;
 constexpr double bytes_per_triangle = 450;
 /// Least bytes per triangle in files of each kind; for PLY, whose header has the counts, most.
 constexpr double binary_stl = 50, text_stl = 100, off = 8, gltf = 6, obj = 32, ply = 100;
+constexpr int most_corners_of_face = 1000;
 constexpr const char* kinds = "an STL, OBJ, PLY, OFF, VTP, VTK, GLB or glTF file is accepted";
 
 [[noreturn]] void refuse(const fs::path& path, const std::string& found) {
@@ -133,6 +134,32 @@ geometry::TriangleMesh by_assimp(const fs::path& path) {
     return taken(importer.ReadFile(path.string(), as_triangles), path);
 }
 
+/// Assimp's time for a face, or a line, grows with the square of its corners. A backslash at the end of a
+/// line continues it.
+void check_obj_faces(std::string_view text, const fs::path& path) {
+    constexpr std::string_view blank = " \t\r\f\v";
+    int line = 1, first_line = 0, words = 0;
+    bool in_word = false, continues = false;
+    char kind = 0;  // first letter of the line
+    for (const char c : text) {
+        if (c == '\n') {
+            ++line;
+            in_word = false;
+            if (!std::exchange(continues, false)) words = kind = 0;
+        } else if (blank.find(c) != std::string_view::npos) {
+            in_word = false;
+        } else {
+            continues = c == '\\';
+            if (std::exchange(in_word, true)) continue;
+            if (words++ == 0) kind = c, first_line = line;
+            if (words > most_corners_of_face + 1 && (kind == 'f' || kind == 'l' || kind == 'p'))
+                refuse(path, fmt::format("line {}: found more than {} corners, expected a face of at most so "
+                                         "many; a mesh editor makes triangles of it",
+                                         first_line, most_corners_of_face));
+        }
+    }
+}
+
 geometry::TriangleMesh joined(const geometry::TriangleMesh& mesh, const fs::path& path) {
     if (mesh.triangles.empty()) refuse(path, "the mesh has no triangles; a surface of triangles is accepted");
     return geometry::welded(mesh);
@@ -158,6 +185,7 @@ geometry::TriangleMesh read_by_kind(const fs::path& path) {
         check_count(path, static_cast<double>(size) / obj);
         if (text_at(stream, 0, 4096).find('\0') != std::string::npos)
             refuse(path, fmt::format("this is not text, as an OBJ file is; {}", kinds));
+        check_obj_faces(io::read_text(path, "mesh", kinds), path);
     } else {
         refuse(path, fmt::format("a mesh named '{}' is not read; {}", extension, kinds));
     }

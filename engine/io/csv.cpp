@@ -63,7 +63,10 @@ std::vector<double> parse_row(std::string_view line, TextPlace place, std::size_
 std::string written(const CsvCell& cell) {
     if (const double* number = std::get_if<double>(&cell))
         return std::isfinite(*number) ? number_text(*number) : std::string();
-    const std::string& word = std::get<std::string>(cell);
+    std::string word = std::get<std::string>(cell);
+    // A spreadsheet takes such a word for a formula; the apostrophe makes it text there.
+    if (!word.empty() && std::string_view("=+-@\t\r").find(word.front()) != std::string_view::npos)
+        word.insert(0, 1, '\'');
     if (word.find_first_of(",\"\n\r") == std::string::npos) return word;
     std::string quoted = "\"";
     for (const char c : word) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);

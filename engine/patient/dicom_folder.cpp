@@ -11,6 +11,7 @@
 
 #include "engine/io/text.h"
 #include "engine/patient/ct_samples.h"
+#include "engine/patient/dicom_depth.h"
 
 namespace patient {
 namespace {
@@ -89,6 +90,7 @@ int whole_of(DcmDataset& data, const DcmTagKey& tag) {
 
 /// The header of a file; empty for one that is no image of a CT, such as a report or a survey view.
 std::optional<Slice> slice_of(const fs::path& path) {
+    check_dicom_depth(path);
     DcmFileFormat file;
     constexpr Uint32 short_values = 4096;  // longer ones stay in the file: the samples
     if (const OFCondition read = file.loadFile(path.c_str(), EXS_Unknown, EGL_noChange, short_values);
@@ -228,6 +230,7 @@ Vec3 sorted_step(const fs::path& folder, Series& series) {
 }
 
 void read_slice(const Slice& slice, std::int16_t* to) {
+    check_dicom_depth(slice.file);  // it may have changed since
     DcmFileFormat file;
     if (const OFCondition read = file.loadFile(slice.file.c_str()); read.bad())
         refuse_ct(slice.file, fmt::format("DCMTK cannot read it ({})", read.text()),

@@ -134,4 +134,25 @@ TEST(MeshFile, HugeFilesAreRefusedUnread) {
               std::string::npos);
 }
 
+TEST(MeshFile, AnObjFaceOfManyCornersIsRefusedUnread) {
+    const test::TemporaryFolder folder;
+    const auto with_face = [&](int corners, const std::string& between, const std::string& kind = "f") {
+        std::string text;
+        for (int k = 0; k < corners; ++k)
+            text += fmt::format("v {} {} 0\n", std::cos(6.283 * k / corners), std::sin(6.283 * k / corners));
+        text += kind;
+        for (int k = 0; k < corners; ++k) text += fmt::format("{}{}", between, k + 1);
+        test::write(folder / "face.obj", text + "\n");
+        return test::refusal([&] { load_mesh(folder / "face.obj"); });
+    };
+    EXPECT_EQ(with_face(1000, " "), "");
+    for (const char* between : {" ", "\t", " \\\n ", " \\\r\n"})
+        for (const int corners : {1001, 200000}) {
+            const std::string said = with_face(corners, between);
+            EXPECT_NE(said.find("expected a face of at most"), std::string::npos) << corners << said;
+            EXPECT_NE(said.find(fmt::format("line {}:", corners + 1)), std::string::npos) << said;
+        }
+    EXPECT_NE(with_face(200000, " ", "l").find("1000"), std::string::npos);
+}
+
 }  // namespace anatomy

@@ -48,4 +48,17 @@ TEST(Csv, RefusalsNameLineAndColumn) {
               std::string::npos);
 }
 
+TEST(Csv, NoWordBeginsAsAFormula) {
+    std::string text;
+    const std::vector<CsvCell> row = {std::string("=cmd|'/c calc'!A1"),
+                                      std::string("+1+1"),
+                                      std::string("@SUM(1)"),
+                                      std::string("-2,5"),
+                                      std::string("\tx"),
+                                      std::string("a=b"),
+                                      -2.5};
+    append_row(text, row);
+    EXPECT_EQ(text, "'=cmd|'/c calc'!A1,'+1+1,'@SUM(1),\"'-2,5\",'\tx,a=b,-2.5\n");
+}
+
 }  // namespace io
