@@ -118,9 +118,12 @@ void check_branches(const Anatomy& anatomy, std::vector<std::string>& found) {
 void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
     Eigen::AlignedBox3d box;
     for (const Vec3& v : anatomy.lumen.vertices) box.extend(v);
-    const Eigen::AlignedBox3d near(box.min() - Vec3::Constant(1), box.max() + Vec3::Constant(1));
     const double widest = 0.5 * box.diagonal().norm();
-    const auto outside = [&](const std::string& what, const Vec3& place, double radius) {
+    // A mesh is cut open up to a sample before the centreline ends, and its rim is that much off the plane.
+    constexpr double rim = 0.1;
+    const auto outside = [&](const std::string& what, const Vec3& place, double radius, double step = 1) {
+        const Vec3 margin = Vec3::Constant(std::max(1.0, step) + rim);
+        const Eigen::AlignedBox3d near(box.min() - margin, box.max() + margin);
         if (near.contains(place) && radius <= widest) return false;
         found.push_back(
             fmt::format("{} is at ({:.6g}, {:.6g}, {:.6g}) with a radius of {:.6g} mm; the mesh "
@@ -131,10 +134,16 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
         return true;
     };
     for (const CentrelineBranch& branch : anatomy.branches) {
-        for (std::size_t i = 0; i < branch.points.size(); ++i)
-            if (outside(fmt::format("branch '{}': sample {}", branch.name, i), branch.points[i],
-                        branch.radii[i]))
+        const auto& points = branch.points;
+        for (std::size_t i = 0; i < points.size(); ++i) {
+            const bool is_end = i == 0 || i + 1 == points.size();
+            const double step = !is_end || points.size() < 2 ? 0
+                                : i == 0                     ? (points[1] - points[0]).norm()
+                                                             : (points[i] - points[i - 1]).norm();
+            if (outside(fmt::format("branch '{}': sample {}", branch.name, i), points[i], branch.radii[i],
+                        step))
                 break;
+        }
     }
     for (const VesselEnd& end : anatomy.ends) {
         const geometry::OpenEnd& opening = end.opening;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <random>
 
 #include "engine/anatomy/anatomy_check.h"
 #include "engine/anatomy/anatomy_writer.h"
@@ -332,6 +333,37 @@ TEST(MeshQuality, SeesATriangleThatPiercesAnother) {
     EXPECT_EQ(self_intersections(mesh), 1);
     mesh.vertices[4].z() = -0.5, mesh.vertices[5].z() = -0.5;
     EXPECT_EQ(self_intersections(mesh), 0);
+}
+
+/// A thousand straight tubes, along axes and beside them, of any length and place, as an author draws them.
+TEST(Generator, EveryStraightTubeIsWhatItsOwnReaderAccepts) {
+    const unsigned seed = 36008;
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> unit(0, 1);
+    for (int round = 0; round < 1000; ++round) {
+        Vec3 direction = Vec3::Zero();
+        direction[static_cast<int>(random() % 3)] = random() % 2 ? 1 : -1;
+        if (random() % 3 == 0)
+            direction += 1e-3 * unit(random) * Vec3(unit(random), unit(random), unit(random));
+        if (random() % 5 == 0) direction = Vec3(unit(random) - 0.5, unit(random) - 0.5, unit(random) + 0.01);
+        direction.normalize();
+        const double radius = 0.6 + 4 * unit(random), length = 6 * radius + 30 * unit(random);
+        const double grain = random() % 2 ? 1 : 10;  // authors write whole numbers, or tenths
+        const Vec3 start =
+            (40 * (Vec3(unit(random), unit(random), unit(random)) - Vec3::Constant(0.5)) * grain)
+                .array()
+                .round() /
+            grain;
+        VesselTreeSpec spec;
+        spec.name = "v";
+        spec.branches = {{"v", "", 0, {{start, radius}, {start + length * direction, radius}}, false}};
+        GeneratorOptions coarse;  // the ends are cut alike at any fineness
+        coarse.many_cells = 20000;
+        std::vector<std::string> wrong;
+        const std::string said = test::refusal([&] { wrong = problems(generate(spec, coarse)); });
+        EXPECT_TRUE(said.empty() && wrong.empty())
+            << "seed " << seed << ", round " << round << ": " << said << (wrong.empty() ? "" : wrong.front());
+    }
 }
 
 }  // namespace anatomy
