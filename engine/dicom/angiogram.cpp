@@ -114,7 +114,8 @@ struct Angiogram::Content {
     std::vector<std::uint16_t> signal;
     std::vector<double> times;  // [s]
     std::vector<render::Technique> techniques;
-    double iodine = 0;  // [mg/ml]
+    bool contrast = false;
+    std::optional<double> iodine;  // of the agent [mg/ml]
 
     std::size_t area() const { return static_cast<std::size_t>(series.arm.pixels) * series.arm.pixels; }
     int bits() const { return series.pixels == Pixels::Shown ? 8 : 16; }
@@ -157,8 +158,9 @@ bool Angiogram::is_full() const {
     return more > most_frames || more * content_->area() * content_->bits() / 8 > most_bytes;
 }
 
-void Angiogram::inject(double iodine) {
-    content_->iodine = std::max(content_->iodine, iodine);
+void Angiogram::inject(std::optional<double> iodine) {
+    content_->contrast = true;
+    if (iodine) content_->iodine = std::max(content_->iodine.value_or(0), *iodine);
 }
 
 void Angiogram::add(const render::GrayImage& image, const render::Technique& technique, double seconds) {
@@ -199,8 +201,8 @@ void Angiogram::Content::put_identity(Data& data) const {
     if (!series.derivation.empty()) data.put(DCM_DerivationDescription, words(series.derivation, 1024));
     data.put(DCM_SOPClassUID, UID_XRayAngiographicImageStorage);
     data.put(DCM_SOPInstanceUID, uid_of("instance", {hash()}));
-    data.put(DCM_StudyDate, "");
-    data.put(DCM_StudyTime, "");
+    data.put(DCM_StudyDate, placeholder_date);
+    data.put(DCM_StudyTime, "000000");
     data.put(DCM_AccessionNumber, "");
     data.put(DCM_Modality, "XA");
     data.put(DCM_Manufacturer, "Seldinger");
@@ -208,8 +210,8 @@ void Angiogram::Content::put_identity(Data& data) const {
     data.put(DCM_StudyDescription, patient);
     data.put(DCM_SeriesDescription, words(series.description, 64));
     data.put(DCM_ManufacturerModelName, "Seldinger");
-    data.put(DCM_PatientName, (patient.empty() ? "simulated" : patient));
-    data.put(DCM_PatientID, patient);
+    data.put(DCM_PatientName, "Simulated^" + patient);
+    data.put(DCM_PatientID, (patient.empty() ? "simulated" : patient));
     data.put(DCM_PatientBirthDate, "");
     data.put(DCM_PatientSex, "");
     data.put(DCM_SoftwareVersions, words(series.program, 64));
@@ -219,12 +221,15 @@ void Angiogram::Content::put_identity(Data& data) const {
              uid_of("series", {series.study, static_cast<std::uint64_t>(series.number)}));
     data.put(DCM_StudyID, fmt::format("{:016x}", series.study));
     data.put(DCM_SeriesNumber, series.number);
+    data.put(DCM_Laterality, "");
     data.put(DCM_InstanceNumber, 1);
     data.put(DCM_PatientOrientation, patient_orientation(series.arm));
-    if (iodine > 0) {
+    data.put(DCM_QualityControlImage, "YES");  // nobody's: no patient was imaged
+    data.put(DCM_ImageComments, "Simulated by Seldinger: no patient, and the dates are placeholders");
+    if (contrast) {
         data.put(DCM_ContrastBolusAgent, "iodinated contrast medium");
         data.put(DCM_ContrastBolusIngredient, "IODINE");
-        data.put(DCM_ContrastBolusIngredientConcentration, iodine);
+        if (iodine) data.put(DCM_ContrastBolusIngredientConcentration, *iodine);
     }
 }
 

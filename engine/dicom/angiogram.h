@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,9 @@
 
 namespace dicom {
 
+/// Study Date of every object (DA). A DICOMDIR needs one (PS3.3, F.5-2), and a run has none.
+inline constexpr const char* placeholder_date = "20000101";
+
 enum class Radiation { Fluoroscopy, Acquisition };  // Radiation Setting SC, GR
 
 enum class Pixels {
@@ -22,7 +26,7 @@ enum class Pixels {
 };
 
 /// What all frames of an object share. Equal series with equal frames give equal files: unique identifiers
-/// are made of the content, and there is no date.
+/// are made of the content, and the dates, which archives need, are the same for all: placeholder_date.
 struct Series {
     std::string program;           // name and version
     std::string patient, subject;  // names: of the scenario, of who was trained (may be empty)
@@ -51,8 +55,9 @@ public:
     void add(const render::GrayImage&, const render::Technique&, double seconds);
     /// Quanta of each pixel per nGy of detector dose; what exceeds 65535 after scaling is cut off, NaN is 0.
     void add(const render::Field& signal, const render::Technique&, double seconds);
-    /// Marks the contrast medium, with its iodine [mg/ml].
-    void inject(double iodine);
+    /// Marks the contrast agent, with its own iodine, not that of the blood that it mixes with [mg/ml], where
+    /// that is known.
+    void inject(std::optional<double> iodine);
 
     const Series& series() const;
     int frames() const;

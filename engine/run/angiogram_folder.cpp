@@ -16,13 +16,6 @@ dicom::Radiation radiation_of(script::ImagingMode mode) {
     return mode == script::ImagingMode::Dsa ? dicom::Radiation::Acquisition : dicom::Radiation::Fluoroscopy;
 }
 
-/// Iodine of the blood or the medium in the beam [mg/ml]; 0 without contrast.
-double iodine_of(const render::Exposure& exposure) {
-    double most = exposure.iodine;
-    for (const float there : exposure.vessel_iodine) most = std::max(most, static_cast<double>(there));
-    return most;
-}
-
 }  // namespace
 
 std::uint64_t study_of(const script::Origin& origin, const script::CommandScript& script) {
@@ -52,8 +45,24 @@ bool is_angiogram_file_name(const std::string& name) {
 }
 
 AngiogramFolder::AngiogramFolder(std::filesystem::path folder, dicom::Pixels pixels,
-                                 const script::Origin& origin, std::uint64_t study, int every)
-    : folder_(std::move(folder)), pixels_(pixels), origin_(origin), study_(study), every_(every) {}
+                                 const script::Origin& origin, const script::CommandScript& script, int every)
+    : folder_(std::move(folder)),
+      pixels_(pixels),
+      origin_(origin),
+      script_(script),
+      study_(study_of(origin, script)),
+      every_(every) {}
+
+/// Iodine of the agent that was injected last [mg/ml]; none where contrast was there without an injection.
+std::optional<double> AngiogramFolder::agent_at(int frame) const {
+    std::optional<double> iodine;
+    for (const script::TimedCommand& timed : script_.commands) {
+        if (timed.frame > frame) break;
+        if (const auto* inject = std::get_if<script::Inject>(&timed.command)) iodine = inject->iodine;
+        if (std::holds_alternative<script::Reset>(timed.command)) iodine.reset();
+    }
+    return iodine;
+}
 
 bool AngiogramFolder::continues(const exercise::Frame& frame, const exercise::Pulse& pulse) const {
     if (!open_ || open_->is_full() || pulse.new_mask || pulse.mode != mode_) return false;
@@ -101,7 +110,7 @@ void AngiogramFolder::take(const exercise::Frame& frame, exercise::Monitor& moni
     last_pulse_ = pulse->time.index;
     last_attempt_ = pulse->time.attempt;
     const render::Technique& technique = monitor.dose().last;
-    if (exercise::has_contrast(pulse->exposure)) open_->inject(iodine_of(pulse->exposure));
+    if (exercise::has_contrast(pulse->exposure)) open_->inject(agent_at(frame.time.index));
     if (pixels_ == dicom::Pixels::Shown)
         open_->add(shown, technique, pulse->time.seconds);
     else

@@ -22,9 +22,9 @@ bool is_angiogram_file_name(const std::string&);
 class AngiogramFolder {
 public:
     /// `origin` with the names and hashes of scenario and anatomy; `every`: frames between two images. The
-    /// folder must exist.
-    AngiogramFolder(std::filesystem::path folder, dicom::Pixels, const script::Origin&, std::uint64_t study,
-                    int every);
+    /// folder must exist, and the script, which is that of the run, must outlive this.
+    AngiogramFolder(std::filesystem::path folder, dicom::Pixels, const script::Origin&,
+                    const script::CommandScript&, int every);
 
     /// Adds the image of a frame if a pulse was taken since the last one; writes the object before when this
     /// one does not continue it. Throws InputError when that fails.
@@ -33,6 +33,7 @@ public:
     void finish();
 
 private:
+    std::optional<double> agent_at(int frame) const;
     bool continues(const exercise::Frame&, const exercise::Pulse&) const;
     void begin(const exercise::Frame&, const exercise::Pulse&);
     void end();
@@ -40,6 +41,7 @@ private:
     std::filesystem::path folder_;
     dicom::Pixels pixels_;
     script::Origin origin_;
+    const script::CommandScript& script_;
     std::uint64_t study_;
     int every_, number_ = 0;
     int last_pulse_ = -1, last_attempt_ = -1;  // frame of the run, frame of the attempt

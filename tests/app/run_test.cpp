@@ -8,7 +8,8 @@
 namespace app {
 namespace {
 
-using test::asset, test::good_script, test::read, test::run, test::TemporaryFolder, test::write;
+using test::asset, test::good_script, test::Outcome, test::read, test::run, test::Started,
+    test::TemporaryFolder, test::write;
 
 std::vector<std::string> frames_in(const std::filesystem::path& folder) {
     std::vector<std::string> names;
@@ -167,6 +168,46 @@ TEST(Program, TellsItsVersionAndUse) {
     EXPECT_EQ(help.code, 0);
     EXPECT_NE(help.out.find("--commands"), std::string::npos);
     EXPECT_NE(help.out.find("Exit codes"), std::string::npos);
+}
+
+/// The way of a run's angiograms to a disc: dcmmkdir makes its directory, dciodvfy holds them against the
+/// standard.
+TEST(Run, AngiogramsAreTakenByADicomdirAndByAValidator) {
+    if (std::system("dcmmkdir --version >/dev/null 2>&1") != 0 ||
+        std::system("command -v dciodvfy >/dev/null") != 0)
+        GTEST_SKIP() << "dcmmkdir or dciodvfy is not installed";
+    const TemporaryFolder folder;
+    write(folder / "x.gw",
+          "0 beam on\n1 mode dsa\n4 inject 4 ml at 8 ml/s into tube of 250 mg/ml\n12 beam off\n14 mode "
+          "live\n15 beam on\n"
+          "16..18 advance 2 mm\n24 end\n");
+    for (const std::string pixels : {"shown", "signal"}) {
+        const std::filesystem::path disc = folder / ("disc-" + pixels);
+        const Outcome made = run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out",
+                                          folder / pixels, "--dicom", pixels});
+        ASSERT_LE(made.code, 1) << made.error;
+        std::filesystem::create_directory(disc);
+        int number = 0;
+        for (const auto& entry : std::filesystem::directory_iterator(folder / pixels / "dicom"))
+            std::filesystem::copy_file(entry.path(),
+                                       disc / ("XA" + std::to_string(++number)));  // as a disc names them
+        ASSERT_EQ(number, 2);
+        const auto tool = [&](const std::vector<std::string>& words) {
+            return Started(folder, words).wait();
+        };
+        const Outcome listed = tool({"bash", "-c", "cd \"$0\" && dcmmkdir +r *", disc});
+        EXPECT_EQ(listed.code, 0) << listed.error << listed.out;
+        EXPECT_GT(std::filesystem::file_size(disc / "DICOMDIR"), 500u);
+        bool agent = false;
+        for (int k = 1; k <= number; ++k) {
+            const std::string file = disc / ("XA" + std::to_string(k));
+            const Outcome judged = tool({"dciodvfy", file});
+            EXPECT_EQ((judged.out + judged.error).find("Error"), std::string::npos)
+                << judged.out << judged.error;
+            agent |= tool({"dcmdump", "+P", "0018,1049", file}).out.find("[250]") != std::string::npos;
+        }
+        EXPECT_TRUE(agent) << "the agent's own concentration, not the blood's";
+    }
 }
 
 }  // namespace app

@@ -108,7 +108,7 @@ TEST(Angiograms, ShowWhatWasPutInToDicomTools) {
     EXPECT_EQ(value_of(said, "0002,0010"), "LittleEndianExplicit");
     EXPECT_EQ(value_of(said, "0008,0016"), "XRayAngiographicImageStorage");
     EXPECT_EQ(value_of(said, "0008,0060"), "XA");
-    EXPECT_EQ(value_of(said, "0010,0010"), "renal");
+    EXPECT_EQ(value_of(said, "0010,0010"), "Simulated^renal");
     EXPECT_EQ(value_of(said, "0028,0008"), "5");
     EXPECT_EQ(value_of(said, "0028,0010"), "48");
     EXPECT_EQ(value_of(said, "0028,0100"), "8");
