@@ -122,10 +122,10 @@ int AnatomyCommand::generate() {
         request_.progress = [&bar](double part, const char* what) { bar.show(part, what); };
         outcome = anatomy::run_generate(request_);
     }
-    fmt::print("{}: {} branches, {} triangles{}\n", outcome.file.string(), outcome.branches,
-               outcome.triangles, outcome.kept ? ", kept as it was" : "");
-    if (!outcome.patient.empty()) fmt::print("patient: {}\n", outcome.patient);
-    fmt::print("ends:    {}\ntargets: {}\n", io::joined(outcome.ends), io::joined(outcome.targets));
+    print("{}: {} branches, {} triangles{}\n", outcome.file.string(), outcome.branches, outcome.triangles,
+          outcome.kept ? ", kept as it was" : "");
+    if (!outcome.patient.empty()) print("patient: {}\n", outcome.patient);
+    print("ends:    {}\ntargets: {}\n", io::joined(outcome.ends), io::joined(outcome.targets));
     return 0;
 }
 
@@ -217,7 +217,7 @@ int AnatomyCommand::import() {
         request.options.progress = [&bar](double part, const char* what) { bar.show(part, what); };
         outcome = anatomy::run_import(request);
     }
-    fmt::print("{}", outcome.report);
+    print("{}", outcome.report);
     return 0;
 }
 
@@ -229,7 +229,7 @@ void AnatomyCommand::add_check() {
 
 int AnatomyCommand::check() const {
     const anatomy::CheckOutcome outcome = anatomy::run_check(checked_);
-    fmt::print("{}", outcome.report);
+    print("{}", outcome.report);
     return outcome.fine ? 0 : 2;
 }
 
@@ -292,7 +292,7 @@ int AnatomyCommand::voxelise() const {
                         "are accepted: a wider --voxel or a smaller --margin",
                         1e-6 * static_cast<double>(grid.count()), voxel_, 1e-6 * patient::most_samples));
     patient::write_ct(ct_, patient::voxelised(layers, grid, cache.progress));
-    fmt::print("{}: {} × {} × {} voxels of {:g} mm\n", ct_, grid.size[0], grid.size[1], grid.size[2], voxel_);
+    print("{}: {} × {} × {} voxels of {:g} mm\n", ct_, grid.size[0], grid.size[1], grid.size[2], voxel_);
     return 0;
 }
 

@@ -72,9 +72,9 @@ int bake(const BakeArguments& arguments) {
             }
         }
     }
-    fmt::print("{}: {} of {} anatomies are in {}{}{}\n", arguments.preset, kept, seeds.end - seeds.first,
-               cache.folder.string(), failed > 0 ? fmt::format(", {} cannot be grown", failed) : "",
-               lost > 0 ? fmt::format(", {} cannot be kept", lost) : "");
+    print("{}: {} of {} anatomies are in {}{}{}\n", arguments.preset, kept, seeds.end - seeds.first,
+          cache.folder.string(), failed > 0 ? fmt::format(", {} cannot be grown", failed) : "",
+          lost > 0 ? fmt::format(", {} cannot be kept", lost) : "");
     if (stop_requested()) {
         tell("interrupted: the same command goes on\n");
         return interrupted;

@@ -41,8 +41,8 @@ int merge(const BatchArguments& arguments) {
         tell("interrupted: the same command begins again\n");
         return interrupted;
     }
-    fmt::print("{} runs of {} shards{}: {}/batch.csv\n", result.runs, arguments.folders.size(),
-               result.failed > 0 ? fmt::format(", {} failed", result.failed) : "", arguments.out);
+    print("{} runs of {} shards{}: {}/batch.csv\n", result.runs, arguments.folders.size(),
+          result.failed > 0 ? fmt::format(", {} failed", result.failed) : "", arguments.out);
     return result.failed > 0 ? not_reached : done;
 }
 
@@ -84,9 +84,9 @@ int batch(const BatchArguments& arguments) {
         };
         result = run::run_batch(jobs, arguments.out, options);
     }
-    fmt::print("{} of {} runs{}{}: {}/batch.csv\n", result.runs, result.of,
-               result.skipped > 0 ? fmt::format(", {} of them made before", result.skipped) : "",
-               result.failed > 0 ? fmt::format(", {} failed", result.failed) : "", arguments.out);
+    print("{} of {} runs{}{}: {}/batch.csv\n", result.runs, result.of,
+          result.skipped > 0 ? fmt::format(", {} of them made before", result.skipped) : "",
+          result.failed > 0 ? fmt::format(", {} failed", result.failed) : "", arguments.out);
     if (result.interrupted) {
         tell("interrupted: the same command goes on\n");
         return interrupted;

@@ -28,12 +28,12 @@ int list_cache(const std::filesystem::path& folder) {
     for (const anatomy::CacheItem& item : items) {
         const auto used =
             std::chrono::time_point_cast<std::chrono::seconds>(std::chrono::file_clock::to_sys(item.used));
-        fmt::print("{:%Y-%m-%d %H:%M}  {:>10}  {}\n", fmt::gmtime(std::chrono::system_clock::to_time_t(used)),
-                   megabytes(item.bytes), item.path.filename().string());
+        print("{:%Y-%m-%d %H:%M}  {:>10}  {}\n", fmt::gmtime(std::chrono::system_clock::to_time_t(used)),
+              megabytes(item.bytes), item.path.filename().string());
         sum += item.bytes;
     }
-    fmt::print("{}: {} things, {} of at most {}\n", folder.string(), items.size(), megabytes(sum),
-               megabytes(anatomy::cache_limit()));
+    print("{}: {} things, {} of at most {}\n", folder.string(), items.size(), megabytes(sum),
+          megabytes(anatomy::cache_limit()));
     return done;
 }
 
@@ -42,7 +42,7 @@ int clear_cache(const std::filesystem::path& folder, double keep_MB) {
     const anatomy::ShrunkCache shrunk =
         anatomy::shrink_cache(folder, static_cast<std::uintmax_t>(1e6 * keep_MB));
     for (const anatomy::CacheItem& item : shrunk.removed) sum += item.bytes;
-    fmt::print("{}: {} things removed, {}\n", folder.string(), shrunk.removed.size(), megabytes(sum));
+    print("{}: {} things removed, {}\n", folder.string(), shrunk.removed.size(), megabytes(sum));
     if (shrunk.stuck.empty()) return done;
     throw io::InputError(fmt::format("{}: {} things cannot be removed, {} first: {}", folder.string(),
                                      shrunk.stuck.size(), shrunk.stuck.front().path.filename().string(),

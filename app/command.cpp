@@ -132,7 +132,7 @@ int exit_code_of(const CLI::App& parser, const CLI::ParseError& error) {
     return guarded([&] {
         std::ostringstream help, wrong;
         const int code = parser.exit(error, help, wrong) == 0 ? done : bad_input;
-        std::fputs(help.str().c_str(), stdout);
+        print("{}", help.str());
         tell("{}", wrong.str());
         return code;
     });

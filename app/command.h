@@ -12,6 +12,7 @@
 #include "app/progress_bar.h"
 #include "engine/anatomy/model_cache.h"
 #include "engine/io/error.h"
+#include "engine/io/text.h"
 #include "engine/scenario/scenario.h"
 #include "engine/script/command.h"
 
@@ -60,6 +61,12 @@ void tell(fmt::format_string<Values...> text, Values&&... values) {
     const bool ends = line.ends_with('\n');
     if (ends) line.pop_back();
     std::fputs((io::printable(line) + (ends ? "\n" : "")).c_str(), stderr);
+}
+
+/// Writes to standard output, without control characters. All that commands print goes through here.
+template <class... Values>
+void print(fmt::format_string<Values...> text, Values&&... values) {
+    std::fputs(io::without_control(fmt::format(text, std::forward<Values>(values)...)).c_str(), stdout);
 }
 
 /// "seldinger 0.1.0".

@@ -11,6 +11,7 @@
 #include "engine/io/files.h"
 #include "engine/io/outputs.h"
 #include "engine/io/text.h"
+#include "engine/script/recording.h"
 
 namespace app {
 namespace {
@@ -23,9 +24,12 @@ struct CourseArguments {
 int course(const CourseArguments& arguments) {
     const std::filesystem::path folder = arguments.folder;
     const std::filesystem::path out = arguments.out.empty() ? folder : std::filesystem::path(arguments.out);
-    const std::vector<std::filesystem::path> files = debrief::recordings_below(folder);
-    std::vector<std::filesystem::path> inputs = files;
     std::error_code none;
+    if (!std::filesystem::is_directory(folder, none))
+        throw io::InputError(
+            fmt::format("{}: no such folder; one with recordings (.gw) is accepted", folder.string()));
+    const std::vector<std::filesystem::path> files = script::recordings_of(folder);
+    std::vector<std::filesystem::path> inputs = files;
     for (const auto& entry : std::filesystem::directory_iterator(arguments.scenarios, none))
         if (entry.path().extension() == ".toml") inputs.push_back(entry.path());
     std::vector<io::Output> outputs;
@@ -65,9 +69,8 @@ int course(const CourseArguments& arguments) {
     io::write_whole({{out / "course.csv", csv}, {out / "course.html", page}});
     std::size_t bad = 0;
     for (const debrief::CourseRow& row : *rows) bad += !row.problem.empty();
-    fmt::print("{} recordings, {} attempts{}: {} and course.csv\n", files.size(), rows->size() - bad,
-               bad > 0 ? fmt::format(", {} files that do not count", bad) : "",
-               (out / "course.html").string());
+    print("{} recordings, {} attempts{}: {} and course.csv\n", files.size(), rows->size() - bad,
+          bad > 0 ? fmt::format(", {} files that do not count", bad) : "", (out / "course.html").string());
     return done;
 }
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <fmt/format.h>
+#include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -11,7 +13,9 @@
 #include "engine/debrief/page.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
+#include "engine/io/text.h"
 #include "engine/run/headless.h"
+#include "engine/script/recording.h"
 
 namespace app {
 namespace {
@@ -22,59 +26,133 @@ struct DebriefArguments {
     bool force = false, no_pictures = false;
 };
 
-int debrief(const DebriefArguments& arguments) {
-    const std::filesystem::path folder = arguments.out, file = folder / "debrief.html";
+/// What one page is about: a learner's attempts at one exercise.
+struct Page {
+    std::filesystem::path file;
+    scenario::Scenario scenario;
     std::vector<script::CommandScript> recordings;
-    for (const std::string& name : arguments.files) recordings.push_back(script::load_commands(name));
-    std::optional<script::CommandScript> experts;
-    if (!arguments.expert.empty()) experts = script::load_commands(arguments.expert);
-    const scenario::Scenario scenario = scenario_of(recordings.front(), arguments.scenario);
-    for (const script::CommandScript& recording : recordings)
+};
+
+/// The recordings that are named, on one page.
+Page one_page(const DebriefArguments& arguments) {
+    Page page{std::filesystem::path(arguments.out) / "debrief.html", {}, {}};
+    for (const std::string& name : arguments.files) page.recordings.push_back(script::load_commands(name));
+    page.scenario = scenario_of(page.recordings.front(), arguments.scenario);
+    for (const script::CommandScript& recording : page.recordings)
         if (recording.origin && !recording.origin->scenario.empty() &&
-            recording.origin->scenario != scenario.name && !arguments.force)
+            recording.origin->scenario != page.scenario.name && !arguments.force)
             throw io::InputError(
                 fmt::format("{}: it is a recording of '{}'; recordings of one exercise, '{}', are "
                             "accepted on one page",
-                            recording.file, recording.origin->scenario, scenario.name));
-    std::vector<std::filesystem::path> inputs(arguments.files.begin(), arguments.files.end());
-    inputs.emplace_back(arguments.expert);
-    require_no_input({{"--out", file}}, scenario, std::move(inputs));
-    for (const script::CommandScript& recording : recordings) run::check(scenario, recording);
-    if (experts) run::check(scenario, *experts);
+                            recording.file, recording.origin->scenario, page.scenario.name));
+    return page;
+}
+
+/// The recordings of a folder: a page for each learner and exercise. Scripts and free practice, which are no
+/// attempts, are told and left out.
+std::vector<Page> pages_of(const std::filesystem::path& folder, const DebriefArguments& arguments) {
+    std::map<std::pair<std::string, std::string>, std::vector<script::CommandScript>> groups;
+    std::set<std::string> learners;
+    for (const std::filesystem::path& file : script::recordings_of(folder)) {
+        script::CommandScript recording;
+        std::string why;
+        try {
+            recording = script::load_commands(file);
+            if (!recording.origin || recording.origin->scenario.empty())
+                why = "a script, and no recording";
+            else if (recording.origin->free_practice)
+                why = "free practice, and no attempt";
+        } catch (const io::InputError& error) {
+            why = error.what();
+        }
+        if (!why.empty()) {
+            tell("note: {} is left out: {}\n", file.string(), why);
+            continue;
+        }
+        learners.insert(recording.origin->learner);
+        groups[{recording.origin->learner, recording.origin->scenario}].push_back(std::move(recording));
+    }
+    if (groups.empty())
+        throw io::InputError(fmt::format("{}: expected recordings of attempts, found none", folder.string()));
+    std::vector<Page> pages;
+    for (auto& [key, recordings] : groups) {
+        const auto& [learner, exercise] = key;
+        std::string name = "debrief";
+        if (learners.size() > 1) name += "-" + io::file_name_of(learner.empty() ? "guest" : learner);
+        if (groups.size() > 1) name += "-" + exercise;
+        pages.push_back({std::filesystem::path(arguments.out) / (name + ".html"),
+                         scenario_of(recordings.front(), arguments.scenario), std::move(recordings)});
+    }
+    return pages;
+}
+
+int debrief(DebriefArguments arguments) {
+    std::error_code ignored;
+    const bool of_folder =
+        arguments.files.size() == 1 && std::filesystem::is_directory(arguments.files.front(), ignored);
+    if (arguments.out.empty()) {
+        if (!of_folder)
+            throw io::InputError(
+                "--out: expected a folder for debrief.html; it can be left out for a folder of "
+                "recordings alone, which then takes the pages");
+        arguments.out = arguments.files.front();
+    }
+    const std::filesystem::path folder = arguments.out;
+    const std::vector<Page> pages =
+        of_folder ? pages_of(arguments.files.front(), arguments) : std::vector<Page>{one_page(arguments)};
+    std::optional<script::CommandScript> experts;
+    if (!arguments.expert.empty()) experts = script::load_commands(arguments.expert);
+    std::size_t count = 0;
+    for (const Page& page : pages) {
+        std::vector<std::filesystem::path> inputs;
+        for (const script::CommandScript& recording : page.recordings) inputs.emplace_back(recording.file);
+        inputs.emplace_back(arguments.expert);
+        require_no_input({{"--out", page.file}}, page.scenario, std::move(inputs));
+        for (const script::CommandScript& recording : page.recordings) run::check(page.scenario, recording);
+        if (experts) run::check(page.scenario, *experts);
+        count += page.recordings.size() + experts.has_value();
+    }
     const io::OwnFolder own(folder);
-    io::require_writable(file);
+    for (const Page& page : pages) io::require_writable(page.file);
     debrief::StoryOptions options;
     options.cache.folder = usual_cache(arguments.cache);
     options.same_origin = !arguments.force;
     options.interrupted = stop_requested;
-    std::vector<debrief::Story> stories;
-    std::optional<debrief::Story> expert;
+    std::vector<std::pair<const Page*, std::string>> made;
+    std::vector<std::string> differences;
     {
         ProgressBar bar;
         report_on(bar, options.cache);
         std::size_t number = 0;
-        const std::size_t of = recordings.size() + experts.has_value();
         options.progress = [&](double part, const char* what) {
-            bar.show((static_cast<double>(number) + part) / static_cast<double>(of),
-                     fmt::format("{} of {}: {}", number + 1, of, what));
+            bar.show((static_cast<double>(number) + part) / static_cast<double>(count),
+                     fmt::format("{} of {}: {}", number + 1, count, what));
         };
-        for (const script::CommandScript& recording : recordings) {
-            options.images = &recording == &recordings.back() && !arguments.no_pictures;
-            std::optional<debrief::Story> story = debrief::tell(scenario, recording, options);
-            if (!story) return interrupted;
-            stories.push_back(std::move(*story));
-            ++number;
-        }
-        if (experts) {
-            options.images = options.same_origin = false;
-            expert = debrief::tell(scenario, *experts, options);
-            if (!expert) return interrupted;
+        for (const Page& page : pages) {
+            std::vector<debrief::Story> stories;
+            std::optional<debrief::Story> expert;
+            for (const script::CommandScript& recording : page.recordings) {
+                options.images = &recording == &page.recordings.back() && !arguments.no_pictures;
+                options.same_origin = !arguments.force;
+                std::optional<debrief::Story> story = debrief::tell(page.scenario, recording, options);
+                if (!story) return interrupted;
+                for (const std::string& difference : story->differences)
+                    differences.push_back(fmt::format("{}: {}", story->file, difference));
+                stories.push_back(std::move(*story));
+                ++number;
+            }
+            if (experts) {
+                options.images = options.same_origin = false;
+                expert = debrief::tell(page.scenario, *experts, options);
+                if (!expert) return interrupted;
+                ++number;
+            }
+            made.emplace_back(&page, debrief::page(stories, expert ? &*expert : nullptr));
         }
     }
-    io::write_whole(file, debrief::page(stories, expert ? &*expert : nullptr));
-    for (const debrief::Story& story : stories)
-        for (const std::string& difference : story.differences) tell("{}: {}\n", story.file, difference);
-    fmt::print("{}: open it in a browser\n", file.string());
+    for (const auto& [page, text] : made) io::write_whole(page->file, text);
+    for (const std::string& difference : differences) tell("{}\n", difference);
+    for (const Page& page : pages) print("{}: open it in a browser\n", page.file.string());
     return done;
 }
 
@@ -86,9 +164,11 @@ Command add_debrief(CLI::App& parser) {
         "debrief", "A page about attempts at an exercise: grade, time line, errors, learning curve");
     command
         ->add_option("files", arguments->files,
-                     "Recordings (.gw) of one exercise, in order; the page is about the last")
+                     "Recordings (.gw) of one exercise, in order; the page is about the last. Or a folder of "
+                     "recordings: a page for each learner and exercise")
         ->required();
-    command->add_option("--out", arguments->out, "Folder for debrief.html")->required();
+    command->add_option("--out", arguments->out,
+                        "Folder for debrief.html; for a folder of recordings else that folder");
     command->add_option("--expert", arguments->expert, "Recording, or script, to compare with");
     command->add_option("--scenario", arguments->scenario,
                         "The scenario they were recorded in, where that does not ship: a file (.toml)");

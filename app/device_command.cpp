@@ -24,9 +24,9 @@ int show(const DeviceArguments& arguments) {
     const bool catheter = d.kind == scenario::DeviceKind::Catheter;
     const auto line = [&](const char* name, const char* key, const std::string& value) {
         const auto source = d.sources.find(key);
-        fmt::print("{:<22} {:<18} {}\n", name, value, source == d.sources.end() ? "" : source->second);
+        print("{:<22} {:<18} {}\n", name, value, source == d.sources.end() ? "" : source->second);
     };
-    fmt::print("{}: {}, {}\n", d.name, catheter ? "catheter" : "wire", d.title);
+    print("{}: {}, {}\n", d.name, catheter ? "catheter" : "wire", d.title);
     line("length", "length_mm", fmt::format("{:g} mm", d.length));
     line("outer diameter", "outer_diameter_mm", fmt::format("{:g} mm", d.outer_diameter));
     if (catheter) line("lumen", "inner_diameter_mm", fmt::format("{:g} mm", d.inner_diameter));
@@ -41,10 +41,10 @@ int show(const DeviceArguments& arguments) {
         line("shape, from the tip", "shape",
              fmt::format("{:g} mm, {:.0f} deg{}", arc.length, arc.angle / geometry::degree,
                          arc.plane != 0 ? fmt::format(", plane {:.0f}", arc.plane / geometry::degree) : ""));
-    if (d.shape.empty()) fmt::print("{:<22} straight\n", "shape");
+    if (d.shape.empty()) print("{:<22} straight\n", "shape");
     if (!arguments.out.empty()) {
         scenario::draw_device(d, arguments.out);
-        fmt::print("drawn in {}\n", arguments.out);
+        print("drawn in {}\n", arguments.out);
     }
     return done;
 }

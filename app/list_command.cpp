@@ -27,8 +27,8 @@ std::string figure(const std::optional<double>& value, const char* unit) {
 void list_devices() {
     for (const std::filesystem::path& file : scenario::device_files(assets() / "devices")) {
         const scenario::Device device = scenario::load_device(file);
-        fmt::print("{:<16} {:<9} {}\n", device.name,
-                   device.kind == scenario::DeviceKind::Wire ? "wire" : "catheter", device.title);
+        print("{:<16} {:<9} {}\n", device.name,
+              device.kind == scenario::DeviceKind::Wire ? "wire" : "catheter", device.title);
     }
 }
 
@@ -43,11 +43,11 @@ void list_scenarios() {
     });
     std::size_t widest = 0;
     for (const scenario::Scenario& s : all) widest = std::max(widest, s.name.size());
-    fmt::print("{:<{}}  level     par  exercise\n", "name", widest);
+    print("{:<{}}  level     par  exercise\n", "name", widest);
     for (const scenario::Scenario& s : all)
-        fmt::print("{:<{}}  {:>5}  {:>6}  {}\n", s.name, widest,
-                   s.lesson.level > 0 ? std::to_string(s.lesson.level) : "-",
-                   figure(s.lesson.par.completion_time, "s"), s.title);
+        print("{:<{}}  {:>5}  {:>6}  {}\n", s.name, widest,
+              s.lesson.level > 0 ? std::to_string(s.lesson.level) : "-",
+              figure(s.lesson.par.completion_time, "s"), s.title);
 }
 
 void show_scenario(const scenario::Scenario& s, const std::string& cache_folder) {
@@ -58,11 +58,9 @@ void show_scenario(const scenario::Scenario& s, const std::string& cache_folder)
         report_on(bar, cache);
         return scenario::anatomy_of(s, cache);
     }();
-    const auto line = [](const char* name, const std::string& text) {
-        fmt::print("{:<11} {}\n", name, text);
-    };
-    fmt::print("{}: {}\n", s.name, s.title);
-    if (!s.lesson.briefing.empty()) fmt::print("\n{}\n\n", s.lesson.briefing);
+    const auto line = [](const char* name, const std::string& text) { print("{:<11} {}\n", name, text); };
+    print("{}: {}\n", s.name, s.title);
+    if (!s.lesson.briefing.empty()) print("\n{}\n\n", s.lesson.briefing);
     if (s.lesson.level > 0) line("level", fmt::format("{} of {}", s.lesson.level, scenario::Lesson::levels));
     line("target", fmt::format("{}, within {:g} mm for {:g} s, by the {}",
                                s.target.name.empty() ? "a place of its own" : s.target.name, s.target.radius,

@@ -1,6 +1,8 @@
 /// `seldinger play`.
 
+#include <algorithm>
 #include <fmt/format.h>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -13,6 +15,7 @@
 #include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/run/headless.h"
+#include "engine/script/recording.h"
 #endif
 
 namespace app {
@@ -38,6 +41,7 @@ std::pair<int, int> size_of(const std::string& words) {
 
 Exercise exercise_of(const std::filesystem::path& file) {
     Exercise exercise;
+    exercise.file = file;
     exercise.scenario = scenario::load_scenario(file, assets() / "devices");
     const std::filesystem::path folder = assets(),
                                 script = folder / "scripts" / (exercise.scenario.name + ".gw");
@@ -49,6 +53,40 @@ Exercise exercise_of(const std::filesystem::path& file) {
     return exercise;
 }
 
+/// In the user's folder, unless that cannot be written, which is told on the briefing's page.
+void keep_by_itself(const std::string& learner, PlayOptions& options) {
+    const std::filesystem::path folder = user_folder("XDG_DATA_HOME", ".local/share");
+    try {
+        if (folder.empty())
+            throw io::InputError(
+                "expected HOME or XDG_DATA_HOME to name a folder, found neither; --record names one");
+        const room::Attempts attempts(folder / "recordings" / room::folder_of(learner) / "");
+        attempts.require_writable();
+        options.record = attempts;
+    } catch (const io::InputError& error) {
+        options.record_problem = error.what();
+    }
+}
+
+/// The recording with the place of its exercise, which is the one named on the command line or in the file.
+Replay replay_of(const std::filesystem::path& file, const std::string& named,
+                 const std::function<std::size_t(const std::string&)>& place_of) {
+    Replay replay;
+    replay.recording = script::load_commands(file);
+    const std::string recorded = replay.recording.origin ? replay.recording.origin->scenario : "";
+    if (named.empty() && recorded.empty())
+        throw io::InputError(
+            fmt::format("--replay {}: it does not say which scenario it is of; 'seldinger play "
+                        "SCENARIO --replay FILE' is accepted",
+                        file.string()));
+    const std::string name = std::filesystem::path(named).stem().string();
+    if (!named.empty() && !recorded.empty() && recorded != name)
+        throw io::InputError(fmt::format("--replay {}: it is a recording of '{}'; one of '{}' is accepted",
+                                         file.string(), recorded, name));
+    replay.exercise = place_of(named.empty() ? recorded : named);
+    return replay;
+}
+
 int play(const PlayArguments& arguments) {
     PlayOptions options;
     options.origin = origin(arguments.learner);
@@ -56,7 +94,6 @@ int play(const PlayArguments& arguments) {
     options.keys = room::load_keys(assets() / "keys.toml");
     if (!arguments.keys.empty()) options.keys = room::load_keys(arguments.keys, options.keys);
     options.free_practice = arguments.free_practice;
-    options.record = arguments.record;
     options.measure = arguments.measure;
     options.interrupted = stop_requested;
     if (const auto folder = user_folder("XDG_DATA_HOME", ".local/share"); !folder.empty())
@@ -65,45 +102,38 @@ int play(const PlayArguments& arguments) {
     if (const auto folder = user_folder("XDG_CONFIG_HOME", ".config"); !folder.empty())
         options.settings = folder / "room";
 
-    std::string wanted = arguments.scenario;
-    if (!arguments.replay.empty()) {
-        options.replay = script::load_commands(arguments.replay);
-        const std::string recorded = options.replay->origin ? options.replay->origin->scenario : "";
-        if (wanted.empty()) wanted = recorded;
-        if (wanted.empty())
-            throw io::InputError(
-                fmt::format("--replay {}: it does not say which scenario it is of; 'seldinger play "
-                            "SCENARIO --replay FILE' is accepted",
-                            arguments.replay));
-        const std::string name = std::filesystem::path(wanted).stem().string();
-        if (!recorded.empty() && recorded != name)
-            throw io::InputError(
-                fmt::format("--replay {}: it is a recording of '{}'; one of '{}' is accepted",
-                            arguments.replay, recorded, name));
+    if (!arguments.record.empty()) {
+        options.record = room::Attempts(arguments.record);
+        options.record.require_writable();
+    } else {
+        keep_by_itself(arguments.learner, options);
     }
-    if (wanted.empty() && !arguments.record.empty())
-        throw io::InputError(
-            "--record: which exercise is recorded? 'seldinger play SCENARIO --record FILE' is accepted");
+    if (!arguments.measure.empty()) io::require_writable(arguments.measure);
 
     const std::filesystem::path folder = assets() / "scenarios";
     for (const std::filesystem::path& file : scenario::shipped_scenarios(folder))
         options.exercises.push_back(exercise_of(file));
-    if (!wanted.empty()) {
-        const std::filesystem::path file = scenario::find_scenario(wanted, folder);
+    // The easy ones first, as a trainee meets them; those of one level by name.
+    std::stable_sort(options.exercises.begin(), options.exercises.end(),
+                     [](const Exercise& a, const Exercise& b) {
+                         return a.scenario.lesson.level < b.scenario.lesson.level;
+                     });
+    const auto place_of = [&](const std::string& name) {
+        const std::filesystem::path file = scenario::find_scenario(name, folder);
         std::error_code ignored;
         for (std::size_t k = 0; k < options.exercises.size(); ++k)
-            if (std::filesystem::equivalent(file, folder / (options.exercises[k].scenario.name + ".toml"),
-                                            ignored))
-                options.start = k;
-        if (!options.start) {
-            options.start = options.exercises.size();
-            options.exercises.push_back(exercise_of(file));
-        }
+            if (std::filesystem::equivalent(file, options.exercises[k].file, ignored)) return k;
+        options.exercises.push_back(exercise_of(file));
+        return options.exercises.size() - 1;
+    };
+    if (!arguments.replay.empty()) {
+        for (const std::filesystem::path& file : script::recordings_of(arguments.replay))
+            options.replays.push_back(replay_of(file, arguments.scenario, place_of));
+        for (const Replay& replay : options.replays)
+            run::check(options.exercises[replay.exercise].scenario, replay.recording);
+    } else if (!arguments.scenario.empty()) {
+        options.start = place_of(arguments.scenario);
     }
-
-    if (options.replay) run::check(options.exercises[*options.start].scenario, *options.replay);
-    for (const std::string& file : {arguments.record, arguments.measure})
-        if (!file.empty()) io::require_writable(file);
     Window window(options.width, options.height, "Seldinger");
     const bool differed = Play(window, std::move(options)).run();
     return stop_requested() ? interrupted : differed ? differs : done;
@@ -128,13 +158,14 @@ Command add_play(CLI::App& parser) {
     command->add_option("scenario", arguments->scenario,
                         "A scenario file (.toml), or the name of one that ships; else there is a choice");
     command->add_option("--record", arguments->record,
-                        "File that the commands are recorded to, as 'run' reads them (.gw)");
+                        "Folder that keeps every attempt as a recording (.gw) of its own, or the file of the "
+                        "first; else a folder of the user's for each learner");
     command->add_option("--learner", arguments->learner, "Whose recording it is: a name, for 'course'");
     command->add_option("--size", arguments->size, "Of the window, WIDTHxHEIGHT [pixels]");
     command->add_option("--keys", arguments->keys,
                         "File that replaces keys and speeds of assets/keys.toml (.toml)");
     command->add_option("--replay", arguments->replay,
-                        "Recording that is played in place of your hands (.gw)");
+                        "Recording that is played in place of your hands (.gw), or a folder of them");
     command->add_flag("--free", arguments->free_practice,
                       "Free practice: no score, and seconds can be taken back");
     command->add_option("--cache", arguments->cache,

@@ -25,13 +25,13 @@ int relax_wire(run::RelaxRequest request, const run::RelaxFiles& files) {
         });
     }
     run::write_files(files, outcome);
-    fmt::print("{}: {} segments, energy {:.8g} N·mm, |g|/C {:.1e} ({}), {} contacts, {:.3g} s\n",
-               outcome.method, outcome.wire.segments(), outcome.energy.total(), outcome.gradient,
-               !outcome.converged && planes ? "as near to rest as the mesh's planes let it"
-               : !outcome.converged         ? "not converged"
-               : outcome.counts_newton_steps && !outcome.strict_minimum ? "converged, not at a strict minimum"
-                                                                        : "converged",
-               outcome.contacts, outcome.cpu);
+    print("{}: {} segments, energy {:.8g} N·mm, |g|/C {:.1e} ({}), {} contacts, {:.3g} s\n", outcome.method,
+          outcome.wire.segments(), outcome.energy.total(), outcome.gradient,
+          !outcome.converged && planes ? "as near to rest as the mesh's planes let it"
+          : !outcome.converged         ? "not converged"
+          : outcome.counts_newton_steps && !outcome.strict_minimum ? "converged, not at a strict minimum"
+                                                                   : "converged",
+          outcome.contacts, outcome.cpu);
     return 0;
 }
 

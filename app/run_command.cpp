@@ -85,16 +85,16 @@ int run_scenario(const RunArguments& arguments) {
     for (const std::string& difference : result.differences) tell("{}\n", difference);
     if (result.time_is_up) tell("note: the time limit of {} s is over\n", *scenario.time_limit);
     const exercise::Score& score = result.score;
-    fmt::print("{}: {} frames, {}, tip {:.2f} mm from the target; score in {}/score.json\n", scenario.name,
-               result.frames,
-               score.completion_time ? fmt::format("target reached after {:.2f} s", *score.completion_time)
-                                     : std::string("target not reached"),
-               score.tip_to_target, arguments.out);
+    print("{}: {} frames, {}, tip {:.2f} mm from the target; score in {}/score.json\n", scenario.name,
+          result.frames,
+          score.completion_time ? fmt::format("target reached after {:.2f} s", *score.completion_time)
+                                : std::string("target not reached"),
+          score.tip_to_target, arguments.out);
     if (options.expect) {
-        fmt::print("{} states and {} frames compared, {}\n", result.compared_states, result.compared_frames,
-                   !result.differences.empty()                           ? "with differences"
-                   : result.compared_states + result.compared_frames > 0 ? "all equal"
-                                                                         : "so nothing is known");
+        print("{} states and {} frames compared, {}\n", result.compared_states, result.compared_frames,
+              !result.differences.empty()                           ? "with differences"
+              : result.compared_states + result.compared_frames > 0 ? "all equal"
+                                                                    : "so nothing is known");
     }
     if (result.interrupted) {
         tell("interrupted after frame {}; {}/run.gw can be replayed\n", result.frames - 1, arguments.out);

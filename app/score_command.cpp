@@ -12,6 +12,7 @@
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/run/headless.h"
+#include "engine/script/recording.h"
 #include "physics/geometry/vec.h"
 
 namespace app {
@@ -31,11 +32,11 @@ struct Replayed {
 
 /// Plays the recording without images. Throws InputError for one of another scenario or anatomy, unless
 /// forced.
-Replayed replayed(const ScoreArguments& arguments) {
+Replayed replayed(const std::filesystem::path& file, const ScoreArguments& arguments) {
     Replayed played;
-    played.recording = script::load_commands(arguments.file);
+    played.recording = script::load_commands(file);
     played.scenario = scenario_of(played.recording, arguments.scenario);
-    require_no_input({{"--out", arguments.out}}, played.scenario, {arguments.file});
+    require_no_input({{"--out", arguments.out}}, played.scenario, {file});
     if (!arguments.out.empty()) io::require_writable(arguments.out);
     run::RunOptions options;
     options.images = false;
@@ -63,7 +64,9 @@ Replayed replayed(const ScoreArguments& arguments) {
             origin->program);
     if (!played.recording.end)
         tell("note: {} has no end: the program that recorded it was stopped, or lines are missing\n",
-             arguments.file);
+             file.string());
+    if (origin && origin->free_practice)
+        tell("note: {} is free practice: seconds may have been taken back\n", file.string());
     for (const std::string& difference : played.result.differences) tell("{}\n", difference);
     return played;
 }
@@ -74,7 +77,7 @@ int verdict(const Replayed& played) {
 }
 
 void print_line(const std::string& name, const std::string& value) {
-    fmt::print("  {:<34} {}\n", name, value);
+    print("  {:<34} {}\n", name, value);
 }
 
 void print_score(const exercise::Score& s, const scenario::Par& par) {
@@ -83,12 +86,11 @@ void print_score(const exercise::Score& s, const scenario::Par& par) {
     };
     if (par.given()) {
         const exercise::Grade grade = exercise::grade(s, par);
-        fmt::print("  {:<34} {:>12} {:>12} {:>8}\n", "", "yours", "par", "costs");
+        print("  {:<34} {:>12} {:>12} {:>8}\n", "", "yours", "par", "costs");
         for (const exercise::GradeLine& line : grade.lines)
-            fmt::print("  {:<34} {:>12} {:>12} {:>8.1f}\n", line.name,
-                       number(line.yours, line.unit.c_str(), 1), number(line.par, line.unit.c_str(), 1),
-                       line.cost);
-        fmt::print("  {:<34} {:.0f} of 100\n  ({})\n\n", "Points", grade.points, exercise::grade_formula);
+            print("  {:<34} {:>12} {:>12} {:>8.1f}\n", line.name, number(line.yours, line.unit.c_str(), 1),
+                  number(line.par, line.unit.c_str(), 1), line.cost);
+        print("  {:<34} {:.0f} of 100\n  ({})\n\n", "Points", grade.points, exercise::grade_formula);
     }
     print_line("target", s.completed ? "reached after " + number(s.completion_time, "s", 2) : "not reached");
     print_line("beam", fmt::format("{:.1f} s, {} pulses, {} DSA runs, {} views", s.beam_on_time, s.pulses,
@@ -118,18 +120,18 @@ void print_score(const exercise::Score& s, const scenario::Par& par) {
     }
 }
 
-int score(const ScoreArguments& arguments) {
-    const Replayed played = replayed(arguments);
+int score(const std::filesystem::path& file, const ScoreArguments& arguments) {
+    const Replayed played = replayed(file, arguments);
     const run::RunResult& result = played.result;
     const script::Origin origin = played.recording.origin.value_or(script::Origin());
-    fmt::print("{}: {}{}\n", arguments.file, played.scenario.title,
-               origin.learner.empty() ? "" : ", by " + origin.learner);
+    print("{}: {}{}\n", file.string(), played.scenario.title,
+          origin.learner.empty() ? "" : ", by " + origin.learner);
     const double simulated = result.frames / played.scenario.frame_rate;
-    fmt::print("{} frames, {} states compared, {}; {:.0f} times as fast as it was played\n\n", result.frames,
-               result.compared_states, result.differences.empty() ? "all equal" : "with differences",
-               played.seconds > 0 ? simulated / played.seconds : 0.0);
+    print("{} frames, {} states compared, {}; {:.0f} times as fast as it was played\n\n", result.frames,
+          result.compared_states, result.differences.empty() ? "all equal" : "with differences",
+          played.seconds > 0 ? simulated / played.seconds : 0.0);
     for (std::size_t k = 0; k < result.earlier.size(); ++k)
-        fmt::print("attempt {}: {}\n", k + 1, result.earlier[k].completed ? "reached" : "not reached");
+        print("attempt {}: {}\n", k + 1, result.earlier[k].completed ? "reached" : "not reached");
     print_score(result.score, result.par);
     if (!arguments.out.empty())
         io::write_whole(arguments.out, exercise::to_json({origin.program, origin.learner, result.score,
@@ -137,20 +139,44 @@ int score(const ScoreArguments& arguments) {
     return verdict(played);
 }
 
-int replay(const ScoreArguments& arguments) {
-    const Replayed played = replayed(arguments);
+int replay(const std::filesystem::path& file, const ScoreArguments& arguments) {
+    const Replayed played = replayed(file, arguments);
     const run::RunResult& result = played.result;
-    fmt::print("{}: {} frames of '{}', {} states compared, {}\n", arguments.file, result.frames,
-               played.scenario.name, result.compared_states,
-               result.compared_states == 0  ? "so nothing is shown"
-               : result.differences.empty() ? "all equal"
-                                            : "with differences");
+    print("{}: {} frames of '{}', {} states compared, {}\n", file.string(), result.frames,
+          played.scenario.name, result.compared_states,
+          result.compared_states == 0  ? "so nothing is shown"
+          : result.differences.empty() ? "all equal"
+                                       : "with differences");
     return verdict(played);
+}
+
+/// Does it for the recording, or for every one of a folder, where one that cannot be played does not keep the
+/// others from it. Returns the exit code that asks for most attention.
+int for_each(const ScoreArguments& arguments,
+             int (*work)(const std::filesystem::path&, const ScoreArguments&)) {
+    std::error_code ignored;
+    if (!std::filesystem::is_directory(arguments.file, ignored)) return work(arguments.file, arguments);
+    const std::vector<std::filesystem::path> files = script::recordings_of(arguments.file);
+    if (!arguments.out.empty() && files.size() > 1)
+        throw io::InputError(fmt::format("--out {}: expected one recording, found {} in {}", arguments.out,
+                                         files.size(), arguments.file));
+    int worst = done;
+    for (const std::filesystem::path& file : files) {
+        int code = bad_input;
+        try {
+            code = work(file, arguments);
+        } catch (const io::InputError& error) {
+            tell("{}\n", error.what());
+        }
+        if (code == interrupted) return code;
+        if (worst != bad_input && code != done) worst = code;
+    }
+    return worst;
 }
 
 CLI::App* add(CLI::App& parser, const char* name, const char* what, ScoreArguments& arguments) {
     CLI::App* command = parser.add_subcommand(name, what);
-    command->add_option("file", arguments.file, "A recording (.gw)")->required();
+    command->add_option("file", arguments.file, "A recording (.gw), or a folder of recordings")->required();
     command->add_option("--scenario", arguments.scenario,
                         "The scenario it was recorded in, where that does not ship: a file (.toml)");
     command->add_flag("--force", arguments.force,
@@ -166,14 +192,14 @@ Command add_score(CLI::App& parser) {
     const auto arguments = std::make_shared<ScoreArguments>();
     CLI::App* command = add(parser, "score", "The score of a recording, from its commands alone", *arguments);
     command->add_option("--out", arguments->out, "File for the score (.json)");
-    return {command, [arguments] { return score(*arguments); }};
+    return {command, [arguments] { return for_each(*arguments, score); }};
 }
 
 Command add_replay(CLI::App& parser) {
     const auto arguments = std::make_shared<ScoreArguments>();
     CLI::App* command =
         add(parser, "replay", "Play a recording and check that it leads to the states it states", *arguments);
-    return {command, [arguments] { return replay(*arguments); }};
+    return {command, [arguments] { return for_each(*arguments, replay); }};
 }
 
 }  // namespace app

@@ -61,8 +61,8 @@ int show(const ShowArguments& arguments) {
     if (!catheter.empty()) trails.push_back({"catheter", catheter, "#d55e00", 2.4});
     trails.push_back({"way of the tip", tip, "#d00000", 1.2});
     anatomy::draw_anatomy(*anatomy, arguments.out, trails);
-    fmt::print("{}: {} frames, {}\n", arguments.out, result.frames,
-               result.score.completed ? "target reached" : "target not reached");
+    print("{}: {} frames, {}\n", arguments.out, result.frames,
+          result.score.completed ? "target reached" : "target not reached");
     return done;
 }
 

@@ -28,10 +28,9 @@ struct StudyArguments {
 };
 
 int list_studies() {
-    for (const studies::Study& known : studies::all_studies())
-        fmt::print("{:<20} {}\n", known.id, known.question);
-    fmt::print("{:<20} {}\n", "all", "every one of them, and one page of all pictures and claims");
-    fmt::print("{:<20} {}\n", "merge", "makes one run of the folders that --shard left");
+    for (const studies::Study& known : studies::all_studies()) print("{:<20} {}\n", known.id, known.question);
+    print("{:<20} {}\n", "all", "every one of them, and one page of all pictures and claims");
+    print("{:<20} {}\n", "merge", "makes one run of the folders that --shard left");
     return 0;
 }
 
@@ -73,12 +72,12 @@ int study(const StudyArguments& arguments) {
     }
     for (const std::string& notice : notices) tell("note: {}\n", notice);
     if (arguments.shard)
-        fmt::print("{}: shard {} in {}/shard.json\n", id, *arguments.shard, arguments.out);
+        print("{}: shard {} in {}/shard.json\n", id, *arguments.shard, arguments.out);
     else
-        fmt::print("{}: tables and pictures in {}, to be read from {}\n", id, arguments.out,
-                   all     ? "index.html"
-                   : merge ? "the page there"
-                           : id + ".md");
+        print("{}: tables and pictures in {}, to be read from {}\n", id, arguments.out,
+              all     ? "index.html"
+              : merge ? "the page there"
+                      : id + ".md");
     return 0;
 }
 

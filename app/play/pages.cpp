@@ -81,12 +81,13 @@ void Play::draw_chooser() {
     ImGui::Dummy(ImVec2(0, u(6)));
     const float card = u(300), picture = u(200), gap = ImGui::GetStyle().ItemSpacing.x;
     const int columns = std::max(1, static_cast<int>((width - u(24)) / (card + gap)));
-    ImGui::BeginChild("cards");
+    ImGui::BeginChild("cards", ImVec2(0, 0), false, ImGuiWindowFlags_NavFlattened);
     for (std::size_t k = 0; k < options_.exercises.size(); ++k) {
         const Exercise& exercise = options_.exercises[k];
         if (k % columns != 0) ImGui::SameLine();
         ImGui::PushID(static_cast<int>(k));
-        ImGui::BeginChild("card", ImVec2(card, picture + u(158)), true, ImGuiWindowFlags_NoScrollbar);
+        ImGui::BeginChild("card", ImVec2(card, picture + u(158)), true,
+                          ImGuiWindowFlags_NoScrollbar | ImGuiWindowFlags_NavFlattened);
         const ImVec2 corner = ImGui::GetCursorScreenPos();
         const float side = ImGui::GetContentRegionAvail().x;
         const Texture* shown = thumbnail(k);
@@ -113,7 +114,9 @@ void Play::draw_chooser() {
         else
             text(palette::faint, "not tried yet");
         ImGui::SetCursorPosY(picture + u(158) - ImGui::GetFrameHeight() - ImGui::GetStyle().WindowPadding.y);
-        if (ImGui::Button("Exercise")) open(k, false);
+        const bool opens = ImGui::Button("Exercise");
+        if (k == chosen_.value_or(0)) ImGui::SetItemDefaultFocus();
+        if (opens) open(k, false);
         ImGui::SameLine();
         if (ImGui::Button("Free practice")) open(k, true);
         if (exercise.solution) {
@@ -159,11 +162,11 @@ void Play::draw_briefing() {
         draw_progress();
     } else {
         text(palette::good, "Ready");
-        if (options_.record.empty()) {
-            text(palette::faint, "Nothing is recorded; --record FILE does.");
-        } else {
-            wrapped(palette::faint, fmt::format("Recorded to {}", options_.record.string()));
-        }
+        if (options_.record.kept())
+            wrapped(palette::faint,
+                    fmt::format("Each attempt is kept: {}", options_.record.wanted().string()));
+        else
+            wrapped(palette::caution, fmt::format("Attempts are not kept: {}", options_.record_problem));
     }
     ImGui::Dummy(ImVec2(0, u(10)));
     if (view_->phase == Phase::Ready) {
@@ -219,7 +222,12 @@ void Play::draw_end() {
         ImGui::TableSetupColumn("", ImGuiTableColumnFlags_WidthFixed, u(260));
         for (const char* name : {"yours", "par", "costs"})
             ImGui::TableSetupColumn(name, ImGuiTableColumnFlags_WidthFixed, u(96));
-        ImGui::TableHeadersRow();
+        // Not as headers, which keys could reach between the buttons.
+        ImGui::TableNextRow();
+        for (const char* name : {"", "yours", "par", "costs"}) {
+            ImGui::TableNextColumn();
+            text(palette::label, name);
+        }
         for (const exercise::GradeLine& line : grade_->lines) {
             const int digits = line.unit == "N" ? 2 : line.unit == "s" ? 1 : 0;
             ImGui::TableNextRow();
@@ -253,14 +261,27 @@ void Play::draw_end() {
         text(palette::value, fmt::format("{:.0f} s, {} times taken back", view_->readout.time.value_or(0),
                                          view_->taken_back));
     }
+    if (!view_->recorded.empty())
+        wrapped(palette::faint, fmt::format("Recorded: {}", view_->recorded.string()));
     if (!results_problem_.empty()) wrapped(palette::alarm, results_problem_);
     for (const render::Message& message : view_->readout.messages)
         if (message.notice == render::Notice::Alarm) wrapped(palette::alarm, message.text);
-    ImGui::SetCursorPosY(
-        std::max(ImGui::GetCursorPosY(), ImGui::GetWindowHeight() - ImGui::GetFrameHeight() - u(10)));
+    ImGui::Dummy(ImVec2(0, u(6)));
     const std::size_t chosen = *chosen_;
     const bool has_solution = options_.exercises[chosen].solution.has_value();
-    if (ImGui::Button("Again")) {
+    if (is_replay_ && replay_ + 1 < options_.replays.size()) {
+        if (ImGui::IsWindowAppearing() || !ImGui::IsAnyItemFocused()) ImGui::SetKeyboardFocusHere();
+        if (ImGui::Button(
+                fmt::format("Next recording ({} of {})", replay_ + 2, options_.replays.size()).c_str())) {
+            show_replay(replay_ + 1);
+            ImGui::End();
+            return;
+        }
+        ImGui::SameLine();
+    }
+    const bool again = ImGui::Button(is_replay_ ? "Try it yourself" : "Again");
+    if (!is_replay_) ImGui::SetItemDefaultFocus();
+    if (again) {
         shows_solution_ = is_replay_ = false;
         open(chosen, free_practice_);
         ImGui::End();

@@ -62,10 +62,10 @@ Play::Play(Window& window, PlayOptions options)
       drawn_at_(Clock::now()) {
     hints_ = load_settings();
     thumbnails_.resize(options_.exercises.size());
-    if (options_.start) {
-        is_replay_ = options_.replay.has_value();
+    if (!options_.replays.empty())
+        show_replay(0);
+    else if (options_.start)
         open(*options_.start, options_.free_practice);
-    }
 }
 
 Play::~Play() {
@@ -93,6 +93,14 @@ void Play::save_settings() const {
     }
 }
 
+void Play::show_replay(std::size_t number) {
+    if (view_) differed_ = differed_ || !view_->differences.empty();
+    replay_ = number;
+    is_replay_ = true;
+    shows_solution_ = false;
+    open(options_.replays[number].exercise, false);
+}
+
 void Play::open(std::size_t exercise, bool free_practice) {
     session_.reset();
     chosen_ = exercise;
@@ -111,9 +119,9 @@ void Play::open(std::size_t exercise, bool free_practice) {
     session.cache.folder = options_.cache;
     session.keys = options_.keys;
     session.free_practice = free_practice;
-    if (is_replay_) session.script = options_.replay;
+    if (is_replay_) session.script = options_.replays[replay_].recording;
     if (shows_solution_) session.script = chosen.solution;
-    if (!shows_solution_) session.record = options_.record;
+    if (!session.script) session.record = options_.record;
     session.origin = options_.origin;
     session.wake = Window::wake;
     session_ = std::make_unique<room::Session>(std::move(session));

@@ -12,6 +12,7 @@
 #include "app/play/instructor.h"
 #include "app/play/review.h"
 #include "app/play/window.h"
+#include "engine/room/attempts.h"
 #include "engine/room/keys.h"
 #include "engine/room/results.h"
 #include "engine/room/session.h"
@@ -24,16 +25,25 @@ namespace app {
 struct Exercise {
     scenario::Scenario scenario;
     std::optional<script::CommandScript> solution;
+    std::filesystem::path file;     // the scenario's
     std::filesystem::path picture;  // may be missing
+};
+
+/// A recording that is shown, and the place of its exercise among those that can be chosen.
+struct Replay {
+    std::size_t exercise = 0;
+    script::CommandScript recording;
 };
 
 struct PlayOptions {
     std::vector<Exercise> exercises;
-    std::optional<std::size_t> start;                // this scenario at once, without the chooser
-    std::optional<script::CommandScript> replay;     // replaces the hands in `start`
-    std::filesystem::path record, results, measure;  // files; empty = none
-    std::filesystem::path settings;                  // file that remembers the window's state
-    std::filesystem::path cache;                     // folder of models
+    std::optional<std::size_t> start;        // this scenario at once, without the chooser
+    std::vector<Replay> replays;             // shown one after the other, from the first
+    room::Attempts record;                   // where attempts are kept
+    std::string record_problem;              // why they are not, though nobody asked for that
+    std::filesystem::path results, measure;  // files; empty = none
+    std::filesystem::path settings;          // file that remembers the window's state
+    std::filesystem::path cache;             // folder of models
     room::KeyMap keys;
     bool free_practice = false;
     int width = 1280, height = 800;
@@ -68,6 +78,7 @@ private:
     enum class Screen { Chooser, Briefing, Room, End };
 
     void open(std::size_t exercise, bool free_practice);
+    void show_replay(std::size_t number);
     void play_solution();
     void leave();  // leaves the room
     void pass_on(const Events&);
@@ -107,6 +118,7 @@ private:
     room::Results results_;
     Screen screen_ = Screen::Chooser;
     std::optional<std::size_t> chosen_;
+    std::size_t replay_ = 0;  // number of the one that is shown
     bool free_practice_ = false, shows_solution_ = false, is_replay_ = false;
     std::unique_ptr<room::Session> session_;
     std::shared_ptr<const room::View> view_;

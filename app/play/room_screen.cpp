@@ -188,9 +188,9 @@ void Play::draw_strip(const Box& area) {
         item("PAUSED", options_.keys.first(Action::Pause) + " goes on", palette::caution);
     if (view_->slow) item("SLOW", "frames are late", palette::alarm);
     const float right = (area.right - area.left) / window_.unit() - 14;
-    const std::string record = view_->recording                                        ? "REC"
-                               : options_.record.empty() || session_->options().script ? ""
-                                                                                       : "NOT RECORDED";
+    const std::string record = view_->recording                                   ? "REC"
+                               : session_->options().script || view_->frames == 0 ? ""
+                                                                                  : "NOT RECORDED";
     const float used = sheet.text({right, 9}, record, Face::Small,
                                   view_->recording ? palette::good : palette::alarm, Align::Right);
     sheet.text({right - used - 12, 9},

@@ -106,6 +106,8 @@ std::vector<CourseRow> rows_of(const fs::path& file, const CourseOptions& option
         const script::CommandScript recording = script::parse_commands(text, file.string());
         if (!recording.origin || recording.origin->scenario.empty())
             throw io::InputError("a script, and no recording: it does not say which exercise it is of");
+        if (recording.origin->free_practice)
+            throw io::InputError("free practice, and no attempt: seconds may have been taken back");
         learner = recording.origin->learner;
         row.exercise = recording.origin->scenario;
         const scenario::Scenario scenario = options.scenario(recording.origin->scenario);
@@ -181,26 +183,6 @@ int CourseRow::all_errors() const {
     int sum = 0;
     for (const int count : errors) sum += count;
     return sum;
-}
-
-std::vector<fs::path> recordings_below(const fs::path& folder) {
-    std::error_code error;
-    if (!fs::is_directory(folder, error))
-        throw io::InputError(
-            fmt::format("{}: no such folder; one with recordings (.gw) is accepted", folder.string()));
-    std::vector<std::pair<fs::file_time_type, fs::path>> found;
-    for (fs::recursive_directory_iterator it(folder, fs::directory_options::skip_permission_denied, error),
-         end;
-         !error && it != end; it.increment(error))
-        if (it->is_regular_file(error) && it->path().extension() == ".gw")
-            found.emplace_back(it->last_write_time(error), it->path());
-    if (found.empty())
-        throw io::InputError(fmt::format(
-            "{}: there are no recordings in it; files ending in .gw are accepted", folder.string()));
-    std::sort(found.begin(), found.end());
-    std::vector<fs::path> files;
-    for (auto& [time, file] : found) files.push_back(std::move(file));
-    return files;
 }
 
 std::optional<std::vector<CourseRow>> course_of(std::span<const fs::path> files,

@@ -46,10 +46,6 @@ struct CourseOptions {
     std::function<bool()> interrupted;
 };
 
-/// The recordings below the folder, by the time they were written. Throws InputError where there is none, or
-/// no such folder.
-std::vector<std::filesystem::path> recordings_below(const std::filesystem::path&);
-
 /// The attempts of the files, in their order. One that cannot be played, or that leads to other states than
 /// it states, has a problem and no figures. Figures are kept in the cache's folder, so that a second look, or
 /// one after an interruption, costs nothing. Empty: interrupted.

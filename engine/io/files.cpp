@@ -227,6 +227,14 @@ void write_whole(const std::vector<std::pair<std::filesystem::path, std::string_
     for (WholeFile& part : parts) part.put();
 }
 
+bool make_new(const std::filesystem::path& path) {
+    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (descriptor < 0 && errno == EEXIST) return false;
+    if (descriptor < 0) refuse(path, errno);
+    ::close(descriptor);
+    return true;
+}
+
 GrowingFile::GrowingFile(const std::filesystem::path& path)
     : path_(path), descriptor_(::open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0666)) {
     if (descriptor_ < 0) refuse(path_, errno);

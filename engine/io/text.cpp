@@ -87,6 +87,33 @@ std::string as_utf8(std::string_view text) {
     return valid;
 }
 
+std::string without_control(std::string_view text) {
+    std::string shown;
+    shown.reserve(text.size());
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const auto byte = static_cast<unsigned char>(text[i]);
+        // In UTF-8 the control characters from 0x80 to 0x9f follow a byte 0xc2.
+        const bool control = (byte < 0x20 && byte != '\n') || byte == 0x7f ||
+                             (byte >= 0x80 && byte < 0xa0 &&
+                              (i == 0 || static_cast<unsigned char>(text[i - 1]) == 0xc2 ||
+                               static_cast<unsigned char>(text[i - 1]) < 0x80));
+        shown += control ? '?' : text[i];
+    }
+    return shown;
+}
+
+std::string file_name_of(std::string_view text) {
+    std::string name;
+    for (const char c : text) {
+        const auto byte = static_cast<unsigned char>(c);
+        const bool plain = byte >= 0x20 && byte != 0x7f &&
+                           std::string_view("/\\:*?\"<>|%").find(c) == std::string_view::npos &&
+                           !(c == '.' && name.empty());
+        name += plain ? std::string(1, c) : fmt::format("%{:02X}", byte);
+    }
+    return name;
+}
+
 std::string printable(const std::string& text) {
     constexpr std::size_t longest_line = 1000;
     // One line more is shown as it is: it may be the one that says how many were left out before.
@@ -105,15 +132,7 @@ std::string printable(const std::string& text) {
             while (length < end - at && length > 0 &&
                    (static_cast<unsigned char>(text[at + length]) & 0xc0) == 0x80)
                 --length;
-            for (std::size_t i = at; i < at + length; ++i) {
-                const auto byte = static_cast<unsigned char>(text[i]);
-                // In UTF-8 the control characters from 0x80 to 0x9f follow a byte 0xc2.
-                const bool control = byte < 0x20 || byte == 0x7f ||
-                                     (byte >= 0x80 && byte < 0xa0 &&
-                                      (i == at || static_cast<unsigned char>(text[i - 1]) == 0xc2 ||
-                                       static_cast<unsigned char>(text[i - 1]) < 0x80));
-                shown += control ? '?' : text[i];
-            }
+            shown += without_control(std::string_view(text).substr(at, length));
             if (length < end - at) shown += fmt::format(" … ({} bytes more)", end - at - length);
         }
         at = end + 1;

@@ -28,6 +28,14 @@ std::optional<std::uint64_t> parse_hash(std::string_view);
 bool is_utf8(std::string_view);
 std::string as_utf8(std::string_view);
 
+/// The text with "?" in place of each control character but the end of a line: what a file says must not act
+/// on the terminal that shows it.
+std::string without_control(std::string_view);
+
+/// The text as a part of a file's name, unlike that of any other text: what some file systems or shells do
+/// not take in a name, and a dot at the start, is written as %XX.
+std::string file_name_of(std::string_view);
+
 /// "(1.00, 2.00, 3.00)", for messages [mm].
 std::string place_text(const geometry::Vec3&);
 

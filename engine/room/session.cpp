@@ -46,6 +46,7 @@ public:
 
 private:
     void load() {
+        if (options_.record.kept()) options_.record.require_writable();
         anatomy::ModelCache cache = options_.cache;
         cache.progress = [this](double part, const char* what) {
             view_.loading = part;
@@ -76,10 +77,6 @@ private:
         while (exercise_->monitor()->draw_ahead()) {
         }
         exercise_->restore(start);
-        if (!options_.record.empty()) {
-            recording_.emplace(options_.record, script::RecordingHeader{options_.origin});
-            view_.recording = true;
-        }
         view_.loading = 1;
         view_.phase = Phase::Ready;
         view_.readout.title = options_.scenario.title;
@@ -190,6 +187,7 @@ private:
             commands = hands_.commands(input, exercise_->simulation(), last_, messages);
         }
 
+        begin_recording();
         const auto start = Clock::now();
         const exercise::Frame made = exercise_->next_frame(commands);
         last_ = made.motion;
@@ -245,6 +243,23 @@ private:
     }
 
     int whole_second() const { return std::max(1, static_cast<int>(std::lround(1 / period_))); }
+
+    /// Before the first frame and not at the briefing: an attempt that nobody makes leaves no file.
+    void begin_recording() {
+        if (!std::exchange(is_first_frame_, false) || !options_.record.kept()) return;
+        script::RecordingHeader header{options_.origin};
+        header.origin.free_practice = options_.free_practice;
+        exercise::identify(header.origin, exercise_->simulation());
+        try {
+            const std::filesystem::path file = options_.record.make_next(options_.scenario.name);
+            recording_.emplace(file, header);
+            view_.recorded = file;
+            view_.recording = true;
+        } catch (const io::InputError& error) {
+            readout_.say(fmt::format("This attempt is not recorded: {}", error.what()),
+                         render::Notice::Alarm);
+        }
+    }
 
     /// Writes to the recording, if there is one. A failure to write ends the recording, not the exercise.
     template <class Write>
@@ -359,6 +374,7 @@ private:
     std::optional<Clock::time_point> waiting_;  // of input that a pulse has yet to show
     Clock::duration longest_part_{};            // of what is drawn ahead
     bool watches_ = false;
+    bool is_first_frame_ = true;
     View view_;
 };
 

@@ -17,6 +17,7 @@
 #include "engine/anatomy/model_cache.h"
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/score.h"
+#include "engine/room/attempts.h"
 #include "engine/room/hands.h"
 #include "engine/room/sequence.h"
 #include "engine/room/solver_view.h"
@@ -47,6 +48,7 @@ struct View {
     bool time_is_up = false;
     bool tuned = false;                      // by an instructor: the exercise no longer has a score
     bool recording = false;                  // a recording was begun and still works
+    std::filesystem::path recorded;          // its file, also after it has ended; empty = none was begun
     int last_frame = -1;                     // of the script being played
     std::vector<std::string> differences;    // of a replay from its recording
     std::optional<Clock::time_point> asked;  // when the hand last requested a motion that the image shows
@@ -62,7 +64,7 @@ struct SessionOptions {
     KeyMap keys;
     bool free_practice = false;                   // no end at the target, and actions can be taken back
     std::optional<script::CommandScript> script;  // played instead of the hands' input
-    std::filesystem::path record;                 // empty = nowhere
+    Attempts record;                              // where hands' attempts are kept
     script::Origin origin;                        // program and learner, named in the recording
     std::function<void()> wake;                   // called from the session's thread when there is a new view
 };

@@ -335,7 +335,7 @@ private:
             script_.origin.emplace();
             return true;
         }
-        for (const std::string_view key : {"program ", "scenario ", "anatomy ", "learner "}) {
+        for (const std::string_view key : {"program ", "scenario ", "anatomy ", "practice ", "learner "}) {
             if (!takes(key)) continue;
             if (!script_.origin || last_frame_ > 0 || !script_.commands.empty())
                 throw Refusal{1, fmt::format("'{}' was found; it is accepted at the start of a recording, "
@@ -356,6 +356,11 @@ private:
                                                   "accepted",
                                                   longest_learner)};
             origin.learner = text;
+            return;
+        }
+        if (key == "practice ") {
+            if (text != "free") throw Refusal{column, fmt::format("expected 'free', found '{}'", text)};
+            origin.free_practice = true;
             return;
         }
         const auto hash = io::parse_hash(text.substr(0, 16));

@@ -1,8 +1,10 @@
 #include "engine/script/recording.h"
 
+#include <algorithm>
 #include <cassert>
 #include <fmt/format.h>
 
+#include "engine/io/error.h"
 #include "engine/io/text.h"
 
 namespace script {
@@ -15,6 +17,7 @@ Recording::Recording(const std::filesystem::path& path, const RecordingHeader& h
         fmt::format("recording {}\nprogram {} {}\nscenario {} {}\nanatomy {}\n", recording_schema,
                     io::hash_text(origin.program_hash), origin.program, io::hash_text(origin.scenario_hash),
                     origin.scenario, io::hash_text(origin.anatomy_hash));
+    if (origin.free_practice) text += "practice free\n";
     if (is_learner(origin.learner)) text += fmt::format("learner {}\n", origin.learner);
     file_.append(text);
     ends_.push_back(file_.size());
@@ -42,6 +45,30 @@ void Recording::close(const StateHash& state_hash) {
     std::string lines;
     if (!states(last_frame_)) lines = fmt::format("state {} {}\n", last_frame_, io::hash_text(state_hash()));
     file_.append(lines + fmt::format("{} end\n", last_frame_));
+}
+
+std::vector<std::filesystem::path> recordings_of(const std::filesystem::path& place) {
+    namespace fs = std::filesystem;
+    std::error_code error;
+    if (!fs::is_directory(place, error)) {
+        if (fs::exists(place, error)) return {place};
+        throw io::InputError(
+            fmt::format("{}: expected a recording (.gw) or a folder of them, found nothing of that name",
+                        place.string()));
+    }
+    std::vector<std::pair<fs::file_time_type, fs::path>> found;
+    for (fs::recursive_directory_iterator it(place, fs::directory_options::skip_permission_denied, error),
+         end;
+         !error && it != end; it.increment(error))
+        if (it->is_regular_file(error) && it->path().extension() == ".gw")
+            found.emplace_back(it->last_write_time(error), it->path());
+    if (found.empty())
+        throw io::InputError(fmt::format(
+            "{}: there are no recordings in it; files ending in .gw are accepted", place.string()));
+    std::sort(found.begin(), found.end());
+    std::vector<fs::path> files;
+    for (auto& [time, file] : found) files.push_back(std::move(file));
+    return files;
 }
 
 }  // namespace script

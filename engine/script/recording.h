@@ -44,4 +44,8 @@ private:
     int last_frame_ = -1;
 };
 
+/// The recordings (.gw) in a folder and in those below it, by the time they were written; a file is its own.
+/// Throws InputError where there are none, or nothing of that name.
+std::vector<std::filesystem::path> recordings_of(const std::filesystem::path& file_or_folder);
+
 }  // namespace script

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <csignal>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <thread>
 
 #include "engine/io/text.h"
@@ -114,6 +115,50 @@ TEST(DebriefCommand, WhatIsNoRecordingOfTheExerciseIsRefused) {
     write(folder / "file", "");
     expect_refused(run(folder, {"debrief", good, "--out", folder / "file"}), "file: cannot be written");
     EXPECT_FALSE(std::filesystem::exists(folder / "page"));
+}
+
+TEST(DebriefCommand, OfAFolderMakesAPageForEachLearnerAndExercise) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directories(folder / "class/below");
+    const auto put = [&](const std::string& file, const std::string& to) {
+        std::filesystem::copy_file(file, folder / ("class/" + to));
+    };
+    const std::string few = "0 beam on\n2 advance 2 mm\n9 end\n";
+    put(recorded(folder, "a", few), "1.gw");
+    put(recorded(folder, "b", few), "below/2.gw");
+    put(recorded(folder, "c", few, "B/b"), "3.gw");
+    run(folder, {"run", "straight", "--commands", folder / "a.script.gw", "--out", folder / "d", "--frames",
+                 "none", "--learner", "Ada"});
+    put(folder / "d/run.gw", "4.gw");
+    write(folder / "class/script.gw", few);
+    write(folder / "class/broken.gw", "recording 2\n0 beam\n");
+    std::string free = read(folder / "a.gw");
+    free.insert(free.find("learner "), "practice free\n");
+    write(folder / "class/free.gw", free);
+    const Outcome made = run(folder, {"debrief", folder / "class", "--no-pictures"});
+    ASSERT_EQ(made.code, 0) << made.error;
+    std::set<std::string> pages;
+    for (const auto& entry : std::filesystem::directory_iterator(folder / "class"))
+        if (entry.path().extension() == ".html") pages.insert(entry.path().filename().string());
+    EXPECT_EQ(pages, (std::set<std::string>{"debrief-Ada-s_bend.html", "debrief-Ada-straight.html",
+                                            "debrief-B%2Fb-s_bend.html"}));
+    for (const char* told :
+         {"script.gw is left out: a script", "broken.gw is left out", "free.gw is left out: free"})
+        EXPECT_NE(made.error.find(told), std::string::npos) << told << "\n" << made.error;
+    // The other readers of a folder go through it, too, and say which file cannot be played.
+    const Outcome replayed = run(folder, {"replay", folder / "class"});
+    EXPECT_EQ(replayed.code, 2);
+    EXPECT_EQ(std::count(replayed.out.begin(), replayed.out.end(), '\n'), 5) << replayed.out;
+    EXPECT_NE(replayed.error.find("broken.gw:2:"), std::string::npos) << replayed.error;
+    EXPECT_NE(replayed.error.find("script.gw"), std::string::npos) << replayed.error;
+    std::filesystem::remove(folder / "class/broken.gw");
+    std::filesystem::remove(folder / "class/script.gw");
+    EXPECT_EQ(run(folder, {"replay", folder / "class"}).code, 0);
+    EXPECT_EQ(run(folder, {"score", folder / "class"}).code, 0);
+    expect_refused(run(folder, {"score", folder / "class", "--out", folder / "x.json"}),
+                   "expected one recording");
+    const Outcome counted = run(folder, {"course", folder / "class"});
+    EXPECT_NE(counted.out.find("4 attempts, 1 files that do not count"), std::string::npos) << counted.out;
 }
 
 TEST(CourseCommand, CountsAttemptsByLearnerAndExercise) {

@@ -357,6 +357,42 @@ TEST(Trust, OptionsAreQuotedWithoutControlCharacters) {
     }
 }
 
+/// What a stranger's file says is shown, and does nothing to the terminal.
+TEST(Trust, TextOfFilesIsPrintedWithoutControlCharacters) {
+    const TemporaryFolder folder;
+    const auto plain = [](const Outcome& result) {
+        for (const char byte : result.out + result.error)
+            if ((byte >= 0 && byte < 0x20 && byte != '\n') || byte == 0x7f) return false;
+        return true;
+    };
+    std::string toml = read(asset("scenarios/s_bend.toml"));
+    const std::size_t title = toml.find("title = \"") + 9;
+    toml.insert(title, "a\\u001b[2Jb\\u0007\\u009b1m");
+    const std::filesystem::path scenario = folder / "e\x1b[2Jsc\a.toml";
+    write(scenario, toml);
+    const Outcome listed = run(folder, {"list", scenario});
+    EXPECT_EQ(listed.code, 0) << listed.error;
+    EXPECT_NE(listed.out.find("a?[2Jb?"), std::string::npos) << listed.out;
+    EXPECT_TRUE(plain(listed));
+    const Outcome made = run(folder, {"run", scenario, "--commands", good_script, "--out",
+                                      folder / "o\x1b[2Jut", "--frames", "none"});
+    EXPECT_LE(made.code, 1) << made.error;
+    EXPECT_TRUE(plain(made)) << made.out;
+    for (const char* command : {"score", "replay"}) {
+        const Outcome read_again =
+            run(folder, {command, folder / "o\x1b[2Jut/run.gw", "--scenario", scenario});
+        EXPECT_LE(read_again.code, 1) << read_again.error;
+        EXPECT_TRUE(plain(read_again)) << read_again.out;
+    }
+    std::string device = read(asset("devices/rosen035.toml"));
+    device.insert(device.find("title = \"") + 9, "x\\u001b[2J\\u0007");
+    write(folder / "dev.toml", device);
+    const Outcome shown = run(folder, {"device", "show", folder / "dev.toml"});
+    EXPECT_EQ(shown.code, 0) << shown.error;
+    EXPECT_NE(shown.out.find("x?[2J?"), std::string::npos) << shown.out;
+    EXPECT_TRUE(plain(shown));
+}
+
 TEST(Trust, AValueInPlaceOfTheFilesHasNoLineOfTheFile) {
     const TemporaryFolder folder;
     const Outcome result = run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",

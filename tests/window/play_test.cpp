@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <set>
 #include <sys/resource.h>
 
 #include "engine/script/command.h"
@@ -259,6 +260,88 @@ TEST(Play, SigtermClosesTheWindowAndTheRecordingReplays) {
     EXPECT_EQ(again.code, 1) << again.error;  // the target was not reached; not 3: all states agree
 }
 
+/// From the trainee's first key to the teacher's page, with nothing supplied in between.
+TEST(Play, AttemptsByKeysFromTheChooserAreScoredReplayedDebriefedAndCounted) {
+    Room room(1280, 800, {"--learner", "Ada"});
+    const auto tap = [&](const char* key, int times = 1) {
+        for (int k = 0; k < times; ++k) {
+            room.display.tap(key, 0.15);
+            sleep_for(0.25);
+        }
+    };
+    const auto attempt = [&](double push) {
+        ASSERT_TRUE(room.start());
+        room.display.key("space", true);
+        room.display.key("Up", true);
+        sleep_for(push);
+        room.display.key("Up", false);
+        room.display.key("space", false);
+        tap("End");
+        ASSERT_TRUE(room.reaches("ended"));
+        sleep_for(0.5);
+    };
+    // From the card that is in focus over its buttons to the first button of the next card.
+    constexpr int to_next_card = 3;
+    for (const char* exercise : {"s_bend", "straight"}) {
+        ASSERT_TRUE(room.reaches("choose"));
+        sleep_for(1);
+        tap("Right", to_next_card);
+        room.picture(fmt::format("chooser-{}", exercise));
+        tap("space");
+        ASSERT_TRUE(room.reaches(exercise));
+        attempt(1.5);
+        tap("Down");  // marks "Again"
+        room.picture(fmt::format("end-{}", exercise));
+        tap("space");
+        attempt(0.7);
+        tap("Down");
+        tap("Right", 3);  // "Other exercises"
+        tap("space");
+    }
+    ASSERT_TRUE(room.reaches("choose"));
+    EXPECT_EQ(room.close().code, 0);
+
+    const std::filesystem::path kept = room.folder / "data/seldinger/recordings/Ada";
+    std::set<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(kept))
+        names.insert(entry.path().filename().string());
+    EXPECT_EQ(names, (std::set<std::string>{"s_bend-001.gw", "s_bend-002.gw", "straight-001.gw",
+                                            "straight-002.gw"}));
+
+    // No further argument: vessels of these two are made in no time.
+    setenv("XDG_CACHE_HOME", (room.folder / "cache").c_str(), 1);
+    const Outcome course = run(room.folder, {"course", kept});
+    EXPECT_EQ(course.code, 0) << course.error;
+    EXPECT_NE(course.out.find("4 recordings, 4 attempts:"), std::string::npos) << course.out;
+    EXPECT_NE(read(kept / "course.csv").find("Ada,straight,"), std::string::npos);
+    const Outcome debrief = run(room.folder, {"debrief", kept});
+    EXPECT_EQ(debrief.code, 0) << debrief.error;
+    for (const char* page : {"debrief-s_bend.html", "debrief-straight.html"})
+        EXPECT_NE(read(kept / page).find("Ada"), std::string::npos) << page;
+    const Outcome score = run(room.folder, {"score", kept});
+    EXPECT_EQ(score.code, 0) << score.error;
+    EXPECT_NE(score.out.find("by Ada"), std::string::npos) << score.out;
+    const Outcome replayed = run(room.folder, {"replay", kept});
+    EXPECT_EQ(replayed.code, 0) << replayed.error;
+    std::size_t equal = 0;
+    for (std::size_t at = replayed.out.find("all equal"); at != std::string::npos;
+         at = replayed.out.find("all equal", at + 1))
+        ++equal;
+    EXPECT_EQ(equal, 4u) << replayed.out;
+
+    Room shown(900, 700, {"--replay", kept.string()});
+    for (int k = 0; k < 4; ++k) {
+        ASSERT_TRUE(shown.reaches("running"));
+        ASSERT_TRUE(shown.reaches("ended"));
+        sleep_for(0.5);
+        shown.picture(fmt::format("replay-{}", k + 1));
+        if (k == 3) break;
+        shown.display.tap("space", 0.15);  // "Next recording", which is in focus
+    }
+    EXPECT_EQ(shown.close().code, 0);
+    unsetenv("XDG_CACHE_HOME");
+}
+
 TEST(Play, WhereThereIsNoDisplayItSaysSo) {
     TemporaryFolder folder;
     setenv("DISPLAY", ":987", 1);
@@ -279,7 +362,6 @@ TEST(Play, BadArgumentsAreRefusedBeforeAWindowOpens) {
         {{"play", "s_bend", "--size", "10x10"}, "--size 10x10"},
         {{"play", "s_bend", "--size", "wide"}, "WIDTHxHEIGHT"},
         {{"play", "nowhere"}, "nowhere"},
-        {{"play", "--record", "x.gw"}, "--record"},
         {{"play", "s_bend", "--record", "/proc/nope"}, "/proc/nope: cannot be written"},
         {{"play", "s_bend", "--measure", (folder / "no/x.json").string()}, "no/x.json: cannot be written"},
     };

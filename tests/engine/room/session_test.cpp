@@ -57,7 +57,8 @@ TEST(Session, WhatHandsDidReplaysToTheSameStates) {
         std::mt19937 random(seed);
         SessionOptions options = options_of();
         options.free_practice = true;
-        options.record = folder / "run.gw";
+        options.record = Attempts(folder / "run.gw");
+        std::filesystem::path recorded;
         {
             Session session(std::move(options));
             ASSERT_TRUE(wait_for(session, Phase::Ready));
@@ -80,8 +81,10 @@ TEST(Session, WhatHandsDidReplaysToTheSameStates) {
             }
             session.give(Control::Finish);
             ASSERT_TRUE(wait_for(session, Phase::Ended)) << "seed " << seed;
+            recorded = session.view()->recorded;
         }
-        const run::RunResult result = replayed(folder / "run.gw");
+        EXPECT_EQ(recorded, folder / (seed == 0 ? "run.gw" : "run-" + std::to_string(seed + 1) + ".gw"));
+        const run::RunResult result = replayed(recorded);
         EXPECT_TRUE(result.differences.empty()) << "seed " << seed << ": " << result.differences.front();
         EXPECT_GT(result.compared_states, 0) << "seed " << seed;
     }
@@ -91,7 +94,7 @@ TEST(Session, WhatWasTakenBackIsNotInTheRecording) {
     test::TemporaryFolder folder;
     SessionOptions options = options_of();
     options.free_practice = true;
-    options.record = folder / "run.gw";
+    options.record = Attempts(folder / "run.gw");
     Session session(std::move(options));
     ASSERT_TRUE(wait_for(session, Phase::Ready));
     session.give(Control::Start);
@@ -175,7 +178,7 @@ TEST(Session, ItsImagesAreThoseOfARunToTheByte) {
 TEST(Session, AnInstructorsChangeActsAtOnceAndEndsTheRecording) {
     test::TemporaryFolder folder;
     SessionOptions options = options_of();
-    options.record = folder / "run.gw";
+    options.record = Attempts(folder / "run.gw");
     Session session(std::move(options));
     ASSERT_TRUE(wait_for(session, Phase::Ready));
     session.give(Control::WatchSolver);
@@ -212,7 +215,7 @@ TEST(Session, AnInstructorsChangeActsAtOnceAndEndsTheRecording) {
 
 TEST(Session, WhatCannotBeLoadedOrRecordedIsSaid) {
     SessionOptions options = options_of();
-    options.record = "/no/such/folder/run.gw";
+    options.record = Attempts("/no/such/folder/run.gw");
     Session refused(std::move(options));
     ASSERT_TRUE(wait_for(refused, Phase::Failed));
     test::expect_said(refused.view()->error, "/no/such/folder/run.gw");
@@ -225,9 +228,45 @@ TEST(Session, WhatCannotBeLoadedOrRecordedIsSaid) {
     failed.give(Control::Start);  // has no effect
 }
 
+TEST(Session, WhatIsRecordedSaysWhatItIsOf) {
+    test::TemporaryFolder folder;
+    for (const bool free : {false, true}) {
+        SessionOptions options = options_of();
+        options.free_practice = free;
+        options.record = Attempts(folder / "run.gw");
+        const scenario::Scenario scenario = options.scenario;
+        Session session(std::move(options));
+        ASSERT_TRUE(wait_for(session, Phase::Ready));
+        EXPECT_TRUE(session.view()->recorded.empty());  // nobody has begun
+        session.give(Control::Start);
+        ASSERT_TRUE(wait_for_frames(session, 3));
+        session.give(Control::Finish);
+        ASSERT_TRUE(wait_for(session, Phase::Ended));
+        const auto origin = script::load_commands(session.view()->recorded).origin;
+        ASSERT_TRUE(origin);
+        EXPECT_EQ(origin->scenario, scenario.name);
+        EXPECT_EQ(origin->scenario_hash, scenario.content);
+        EXPECT_NE(origin->anatomy_hash, 0u);
+        EXPECT_EQ(origin->free_practice, free);
+    }
+}
+
+TEST(Session, AnAttemptThatNobodyBeginsLeavesEarlierOnesAndNoFile) {
+    test::TemporaryFolder folder;
+    test::write(folder / "run.gw", "earlier");
+    SessionOptions options = options_of();
+    options.record = Attempts(folder / "run.gw");
+    {
+        Session session(std::move(options));
+        ASSERT_TRUE(wait_for(session, Phase::Ready));
+    }
+    EXPECT_EQ(test::read(folder / "run.gw"), "earlier");
+    EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
+}
+
 TEST(Session, AFileThatTakesNothingIsRefusedBeforeTheStart) {
     SessionOptions options = options_of();
-    options.record = "/dev/full";
+    options.record = Attempts("/dev/full");
     Session session(std::move(options));
     ASSERT_TRUE(wait_for(session, Phase::Failed));
     test::expect_said(session.view()->error, "/dev/full");
