@@ -16,8 +16,9 @@ namespace io {
 using CsvCell = std::variant<std::string, double>;
 
 /// Appends a line of RFC 4180 with LF: words with commas, quotes or line ends are quoted. A
-/// word that begins with = + - @, which a spreadsheet would take for a formula, gets an apostrophe in front. Numbers take the
-/// shortest form that reads back to the same bits; one that is not finite becomes an empty cell.
+/// word that begins with = + - @, which a spreadsheet would take for a formula, gets an apostrophe in front.
+/// Numbers take the shortest form that reads back to the same bits; one that is not finite becomes an empty
+/// cell.
 void append_row(std::string& text, std::span<const CsvCell> row);
 
 /// One joint or centreline point per row [mm].

@@ -31,8 +31,8 @@ void write_whole(const std::filesystem::path&, std::string_view text);
 /// Throws InputError, as write_whole would, where the file cannot be made or replaced now; nothing changes.
 /// To be called before the work whose result it takes.
 void require_writable(const std::filesystem::path&);
-/// Makes an empty file. False where something has that name already, which stays as it is; a link counts, also
-/// one to nothing. Throws InputError where the file cannot be made.
+/// Makes an empty file. False where something has that name already, which stays as it is; a link counts,
+/// also one to nothing. Throws InputError where the file cannot be made.
 bool make_new(const std::filesystem::path&);
 /// The same as write_whole for several files: none is replaced before all are written.
 void write_whole(const std::vector<std::pair<std::filesystem::path, std::string_view>>&);

@@ -168,9 +168,9 @@ struct StateCheck {
 
 /// What a recording says of itself. A hash of 0 is not known.
 struct Origin {
-    std::string program;         // "seldinger 0.1.0"
-    std::string scenario;        // name
-    std::string learner;         // empty = nobody's
+    std::string program;   // "seldinger 0.1.0"
+    std::string scenario;  // name
+    std::string learner;   // empty = nobody's
     std::uint64_t program_hash = 0, scenario_hash = 0, anatomy_hash = 0;
     bool free_practice = false;  // in the room: without a score, and seconds may have been taken back
 };
