@@ -191,7 +191,7 @@ TEST(Run, AngiogramsAreTakenByADicomdirAndByAValidator) {
         for (const auto& entry : std::filesystem::directory_iterator(folder / pixels / "dicom"))
             std::filesystem::copy_file(entry.path(),
                                        disc / ("XA" + std::to_string(++number)));  // as a disc names them
-        ASSERT_EQ(number, 2);
+        ASSERT_GE(number, 2);
         const auto tool = [&](const std::vector<std::string>& words) {
             return Started(folder, words).wait();
         };
