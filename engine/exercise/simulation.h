@@ -181,6 +181,7 @@ private:
     double allowed_insertion(const Motion&, StepReport&) const;
     bool hub_is_idle() const { return !hub_ || !hub_->working(); }
     int updates_left(const StepReport&) const;
+    bool may_begin(const StepReport&) const;
     bool tip_has_left() const;
 
     scenario::Scenario scenario_;

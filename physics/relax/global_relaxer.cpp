@@ -14,7 +14,7 @@ namespace {
 constexpr double step_cap = 0.3;     // largest joint move of a step, in lumen radii
 constexpr double kinked_cap = 0.03;  // of a wire with a kink, which leads to many rests
 constexpr double free = 1e9;         // room of a joint that knows no lumen [mm]
-constexpr int first_passes = 8;  // of a call, whatever its budget: all corrections of two trust regions
+constexpr int first_passes = 8;      // of a call, whatever its budget: all corrections of two trust regions
 constexpr int corrections = 4;       // backward passes for one trust region, the wall corrected between them
 constexpr int trust_passes = 40;     // changes of μ for one step
 constexpr int foreseen_passes = 2;   // of them with foreseen forces
@@ -94,14 +94,18 @@ bool same_devices(const Guidewire& a, const Guidewire& b, int joint) {
     return true;
 }
 
+/// What places of joints are rounded relative to [mm].
+double farthest(const Guidewire& wire) {
+    return wire.joints.back().cwiseAbs().maxCoeff() + wire.joints.front().cwiseAbs().maxCoeff();
+}
+
 /// What the wall's energy is rounded by, because joints are: it is far more than a share of the energy where
 /// a hard wall bears much force with little energy [N·mm].
 double rounding_of_places(const Guidewire& wire, const ContactSet& contacts, int first) {
     double force = 0;
     for (const WallContact& c : contacts.contacts().subspan(first))
         if (c.touches()) force += c.force();
-    const double farthest = wire.joints.back().cwiseAbs().maxCoeff() + wire.joints.front().norm();
-    return roundings * std::numeric_limits<double>::epsilon() * farthest * force;
+    return roundings * std::numeric_limits<double>::epsilon() * farthest(wire) * force;
 }
 
 /// Whether a joint from `first` on turns by more than 60°.
@@ -154,6 +158,7 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
     for (const WallContact& c : contacts.contacts().subspan(first))
         if (c.room > 0) cap = std::min(cap, part * c.room);
     const double rounding = rounding_share * energy_scale() + rounding_of_places(wire, contacts, first);
+    const double rounded = std::numeric_limits<double>::epsilon() * farthest(wire);  // joint's place
     int rejected = 0;
     TrustSearch search(mu_, mu_unit_);
     for (int pass = 0; pass < trust_passes && mu_ <= most_trust * mu_unit_; ++pass) {
@@ -165,6 +170,7 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
             report.updates += window;
             if (!solved) model_.solve(wire, mu_);
             const double reach = model_.roll_out(wire) / cap;
+            if (pass > 0 && reach * cap < rounded) return Trial::NothingLower;
             if (!(reach <= 1)) {
                 if (!std::isfinite(reach)) ++report.rejected;
                 search.raise(reach, pass == 0, correction > 0);
@@ -411,11 +417,14 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, i
             ContactSet softened(soft);
             softened.reset(s.wire);
             outcome = descend(s.wire, softened, std::min(most_updates, most), 0, n, report, observer);
+            open_window(s.wire, softened, n);
             report.wall_queries += softened.queries();
         }
         s.spent += report.updates - before;
         cut = outcome == Outcome::OutOfBudget && s.spent < soft_passes * n;
         if (cut || hardened) break;
+        // The wall only gets harder, and the energy of the rest in it higher.
+        if (!(energy_ < s.energy)) break;
         s.stiffness *= 10;
         s.spent = 0;
     }
@@ -476,6 +485,12 @@ int GlobalRelaxer::unchanged_grips(const Guidewire& wire) const {
     std::size_t same = 1;
     while (same < both && wire.grips[same] == end_.grips[same]) ++same;
     return static_cast<int>(same) - 1;
+}
+
+bool GlobalRelaxer::knows(const Guidewire& wire) const {
+    const int n = wire.segments();
+    return end_report_.at_rest && n == end_.segments() && unchanged_segments(wire) == n &&
+           unchanged_grips(wire) == n;
 }
 
 /// The normal forces of the grips become the contacts' own. False where they already are.
@@ -618,8 +633,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::find_rest(Guidewire& wire, int most_update
                                                 int first_window, RelaxReport& report,
                                                 const UpdateObserver& observer) {
     if (softening_.stiffness == 0) {
-        const Outcome outcome =
-            descend(wire, contacts_, most_updates, valid, first_window, report, observer);
+        const Outcome outcome = descend(wire, contacts_, most_updates, valid, first_window, report, observer);
         if (outcome != Outcome::Stuck || !smooth_) return outcome;
     }
     return descend_in_softer_walls(wire, most_updates, report, observer);
@@ -632,8 +646,8 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
     RelaxReport report;
     report.updates = std::exchange(spent_, 0);
     const int same_grips = unchanged_grips(wire);
-    if (unchanged == n && n == end_.segments() && same_grips == n && end_report_.converged &&
-        wire.stations == end_.stations) {
+    const bool same = unchanged == n && n == end_.segments() && same_grips == n;
+    if (same && end_report_.converged && wire.stations == end_.stations) {
         const int spent = report.updates;
         report = end_report_;
         report.updates = spent;
@@ -658,7 +672,7 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
         contacts_.release();
         lag_rounds_ = 0;
     }
-    goes_on_ = end_report_.out_of_budget && unchanged == n && n == end_.segments() && same_grips == n;
+    goes_on_ = same && end_report_.out_of_budget;
     if (!goes_on_) softening_ = {};
     contacts_.update(wire);
     const int moved = contacts_.rejoin_vessels(wire);

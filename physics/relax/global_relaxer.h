@@ -57,6 +57,8 @@ public:
     /// Passes over the whole wire that one call may make beyond its budget.
     static constexpr int least_passes = 12;
 
+    /// Whether the wire is as the last call left it, at rest.
+    bool knows(const Guidewire&) const;
     /// Report of the last call, and the contacts of the wire's joints as that call left them.
     const RelaxReport& last_report() const { return end_report_; }
     std::span<const WallContact> contacts() const { return contacts_.contacts(); }
