@@ -111,8 +111,8 @@ HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
         report.relax = relaxer_.relax(wire, {updates, 0, 0});  // as it is
         return report;
     }
-    halvings_ = 0;
-    refuses_ = false;
+    halvings_ = spent_ = 0;
+    pending_ = refuses_ = false;
     rest_ = wire;
     working_ = true;
     settling_ = false;
@@ -125,11 +125,10 @@ HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
     return finish(wire, updates, report);
 }
 
-/// Updates that the try under way may take: the whole motion most of them, each smaller part half as many as
-/// the one before.
+/// Updates that the motion may have taken when the try under way ends: three quarters of all for the whole
+/// motion, and for each smaller part three quarters of what is then left.
 int Hub::work_of_try() const {
-    if (settling_) return most_settling;
-    return halvings_ == 0 ? most_work / 4 * 3 : most_work >> (halvings_ + 2);
+    return settling_ ? most_settling : most_work - (most_work >> (2 * halvings_ + 2));
 }
 
 /// One part of the motion, from the last rest.
@@ -137,9 +136,9 @@ void Hub::start_part(Guidewire& wire, int updates, HubReport& report) {
     const double share = std::ldexp(1.0, -halvings_);
     made_ = {share * asked_.feed, share * asked_.turn, asked_.device};
     pending_ = false;
-    const RelaxReport part =
-        relaxer_.move(wire, made_, {std::min(work_left(wire, updates, report), work_of_try()), 0, 0});
-    spent_ = part.updates;
+    const RelaxReport part = relaxer_.move(
+        wire, made_, {std::min(work_left(wire, updates, report), work_of_try() - spent_), 0, 0});
+    spent_ += part.updates;
     report.relax.add(part);
 }
 

@@ -87,7 +87,7 @@ private:
     std::vector<HubLoad> loads_;       // the same after what was tried
     HubMotion asked_, made_;
     int halvings_ = 0;
-    int spent_ = 0;         // updates of the try under way
+    int spent_ = 0;         // updates of the motion so far
     bool pending_ = false;  // the try has not begun
     bool refuses_ = false;  // `refused_`, and what is like it, of the last rest
     HubMotion refused_;

@@ -19,6 +19,7 @@
 #include "engine/room/keys.h"
 #include "physics/geometry/mesh_query.h"
 #include "physics/wire/energy.h"
+#include "tests/anatomies.h"
 
 namespace fuzz {
 namespace {
@@ -466,7 +467,7 @@ int play_hands(int courses, std::uint64_t first,
             scenario::load_scenario(files[static_cast<std::size_t>(k)], SELDINGER_SOURCE "/assets/devices");
         const int some = courses / count + (k < courses % count ? 1 : 0);
         if (some == 0) continue;
-        const exercise::Simulation start(scenario, cache());
+        const exercise::Simulation start(scenario, test::cache());
         std::string what;
         for (int c = 0; c < some; ++c) {
             const std::uint64_t seed = first + static_cast<std::uint64_t>(c * count + k);
