@@ -69,7 +69,7 @@ Command add_relax(CLI::App& parser) {
                  "Way along the vessels over which it varies [mm]; else their longest way from the root");
     command->add_option("--method", request->method, "Method of relaxation, see below")->required();
     add_optional(command, "--cycles", request->cycles,
-                 "Most relaxation cycles, 300 (with --push-from: 10 a push)");
+                 "Most relaxation cycles, 300 (with --push-from: 10 a push, but of the global method 300)");
     add_optional(command, "--tolerance", request->tolerance, "Stop once |gradient| over C is no larger");
     add_optional(command, "--push-from", request->push_from,
                  "Start with so many segments and insert the rest one by one (push.csv beside --out)");

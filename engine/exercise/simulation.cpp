@@ -123,7 +123,7 @@ void Simulation::make_relaxers() {
     physics::RelaxerConfig config = scenario_.relaxer;
     if (global && !wall_->smooth()) config.tolerance = std::max(config.tolerance, tolerance_of_planes);
     if (global)
-        hub_ = std::make_unique<physics::Hub>(config, *wall_);
+        hub_ = std::make_unique<physics::Hub>(config, *wall_, scenario::free_shaft);
     else
         relaxer_ = physics::make_relaxer(config, *wall_);
 }
@@ -320,10 +320,15 @@ int Simulation::updates_left(const StepReport& report) const {
     return std::max(scenario_.budget.updates - report.relax.updates, 0);
 }
 
+/// Whether the frame has updates left to begin something with; one that has done nothing always has.
+bool Simulation::may_begin(const StepReport& report) const {
+    return report.relax.updates == 0 || updates_left(report) >= physics::Hub::least_updates(moving_);
+}
+
 void Simulation::move_hub(StepReport& report) {
     if (hub_->working()) account(hub_->resume(moving_, scenario_.budget.updates), report);
-    if (hub_is_idle() && !waiting_.empty()) prepare_motion(report);
-    while (hub_is_idle() && !waiting_.empty() && updates_left(report) > 0) {
+    if (hub_is_idle() && !waiting_.empty() && may_begin(report)) prepare_motion(report);
+    while (hub_is_idle() && !waiting_.empty() && may_begin(report)) {
         if (!make_motion(waiting_.front(), report)) waiting_.erase(waiting_.begin());
         if (hub_is_idle()) show_rest(report);
     }
@@ -331,7 +336,9 @@ void Simulation::move_hub(StepReport& report) {
         if (report.relax.updates == 0) account(hub_->settle(moving_, scenario_.budget.updates), report);
         if (report.relax.updates > 0) show_rest(report);
     }
-    if (contacts_.empty()) mend_crossings(report);
+    // A crossing that there was no work left for is mended now.
+    const bool waits = deepest_crossing_ > 0 && rounds_of_mending_ < rounds_of_mending;
+    if (contacts_.empty() || (waits && hub_is_idle())) mend_crossings(report);
     report.deepest_crossing = deepest_crossing_;
     report.settling = hub_->working();
 }
@@ -344,7 +351,7 @@ void Simulation::prepare_motion(StepReport& report) {
         changed += made.split + made.merged;
     }
     rounds_of_mending_ = 0;
-    if (changed > 0) account(hub_->settle(moving_, scenario_.budget.updates), report);
+    if (changed > 0) account(hub_->settle(moving_, updates_left(report)), report);
 }
 
 /// Makes a part of the motion; the rest stays in it. False when the motion is finished.
@@ -433,11 +440,14 @@ void Simulation::mend_crossings(StepReport& report) {
         deepest_crossing_ = 0;
         for (const physics::Crossing& crossing : found)
             deepest_crossing_ = std::max(deepest_crossing_, crossing.depth);
-        if (found.empty() || hub_->working() || rounds_of_mending_ >= rounds_of_mending ||
-            physics::split_crossings(moving_, found) == 0)
+        if (found.empty() || hub_->working() || rounds_of_mending_ >= rounds_of_mending || !may_begin(report))
             return;
+        if (physics::split_crossings(moving_, found) == 0) {
+            rounds_of_mending_ = rounds_of_mending;
+            return;
+        }
         ++rounds_of_mending_;
-        account(hub_->settle(moving_, std::max(updates_left(report), 2 * moving_.segments())), report);
+        account(hub_->settle(moving_, updates_left(report)), report);
         if (hub_->working()) return;
         show_rest(report);
     }

@@ -129,6 +129,9 @@ public:
     double tip_to_target() const { return (tip() - target_).norm(); }  // [mm]
     /// The wire that took the scenario's place; null = none did.
     const scenario::Device* exchanged_wire() const { return exchanged_ ? &*exchanged_ : nullptr; }
+    /// Push that the shaft of the wire, or of another device of the chain, passes on: under a larger one it
+    /// bows between hand and introducer [N]. Infinity with the paper's relaxers.
+    double passes_on(int device = wire_device) const;
     /// Largest flow of contrast through the catheter with the wire where it is [ml/s].
     double largest_flow() const;
 
@@ -181,6 +184,7 @@ private:
     double allowed_insertion(const Motion&, StepReport&) const;
     bool hub_is_idle() const { return !hub_ || !hub_->working(); }
     int updates_left(const StepReport&) const;
+    bool may_begin(const StepReport&) const;
     bool tip_has_left() const;
 
     scenario::Scenario scenario_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <limits>
 #include <utility>
 
 #include "engine/exercise/device_rules.h"
@@ -66,6 +67,10 @@ Simulation::Tip Simulation::tip_of(script::Held held) const {
 
 geometry::Vec3 Simulation::tip() const {
     return tip_of(scenario_.target.by_catheter ? script::Held::Catheter : script::Held::Wire).at;
+}
+
+double Simulation::passes_on(int device) const {
+    return hub_ ? hub_->passes_on(wire_, device) : std::numeric_limits<double>::infinity();
 }
 
 double Simulation::largest_flow() const {

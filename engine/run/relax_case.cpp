@@ -323,7 +323,9 @@ RelaxCase make_relax_case(const RelaxRequest& r) {
     check_combination(r);
     const physics::EndCells ends = end_cells(r);
     const Vec3 load = load_of(r);
-    result.cycles = r.cycles.value_or(r.push_from ? usual_cycles_per_push : usual_cycles);
+    // A push that the global relaxer has come to rest after costs no more, whatever it may cost.
+    const bool few = r.push_from && result.method.kind != physics::RelaxerKind::Global;
+    result.cycles = r.cycles.value_or(few ? usual_cycles_per_push : usual_cycles);
     result.tolerance = r.tolerance;
     if (r.tolerance) result.method.tolerance = *r.tolerance;
 

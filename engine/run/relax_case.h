@@ -56,7 +56,7 @@ struct RelaxCase {
     std::optional<double> tolerance;  // [-]
 };
 
-/// Cycles when none are requested: of a relaxation, and of each push.
+/// Cycles when none are requested: of a relaxation, and of each push by another method than the global one.
 inline constexpr int usual_cycles = 300, usual_cycles_per_push = 10;
 
 /// A joint may start inside the wall by this part of the lumen's radius, as a wire at rest under load does.

@@ -24,13 +24,16 @@ Json number(double value) {
 }
 
 /// Relaxes by whole cycles until the gradient is below the tolerance, the relaxer is at rest or the work is
-/// done. Returns the iterations and adds to the outcome.
+/// done; the global relaxer, which comes to rest by itself, with the work of all cycles at once. Returns the
+/// iterations and adds to the outcome.
 int relax(const RelaxCase& given, physics::Guidewire& wire, physics::Relaxer& relaxer, RelaxOutcome& outcome,
           const std::function<void(double part, double gradient)>& progress) {
     int iterations = 0;
-    for (int cycle = 0; cycle < given.cycles; ++cycle) {
+    const int at_once = given.method.kind == physics::RelaxerKind::Global ? given.cycles : 1;
+    for (int cycle = 0; cycle < given.cycles; cycle += at_once) {
         const double start = io::thread_cpu_seconds();
-        const physics::RelaxReport report = relaxer.relax(wire, physics::whole_cycles(wire.segments(), 1));
+        const physics::RelaxReport report =
+            relaxer.relax(wire, physics::whole_cycles(wire.segments(), at_once));
         outcome.cpu += io::thread_cpu_seconds() - start;
         iterations += outcome.counts_newton_steps ? report.newton_steps : 1;
         outcome.updates += report.updates;
@@ -39,7 +42,7 @@ int relax(const RelaxCase& given, physics::Guidewire& wire, physics::Relaxer& re
         outcome.push_force = report.push_force;
         outcome.base_torque = report.base_torque;
         const double gradient = physics::relative_gradient(wire, physics::all_contacts(wire, *given.wall));
-        if (progress) progress((cycle + 1.0) / given.cycles, gradient);
+        if (progress) progress((cycle + at_once) / static_cast<double>(given.cycles), gradient);
         if (report.converged || (given.tolerance && gradient <= *given.tolerance)) break;
     }
     return iterations;

@@ -82,6 +82,10 @@ struct Catheter {
     double roll = 0;      // of its shape at the start [rad]
 };
 
+/// Shaft between hand and introducer, by whose Euler load a device without a buckling force is judged [mm]:
+/// with it the wires of the catalogue have about the forces that models of vessels saw.
+inline constexpr double free_shaft = 100;
+
 struct Scenario {
     std::string name;                  // of the file, without folder and extension
     std::string title;                 // one line, shown by `seldinger list`

@@ -48,6 +48,15 @@ std::string class_of(const Claim& claim) {
     return "extension";
 }
 
+void FigureClaims::counted(bool quick, std::string text, double published, double here, double measured,
+                           double within, const std::string& rule, std::string note) {
+    const double expected = quick ? here : published;
+    if (quick)
+        note = fmt::format("A quick run's size makes it {:.6g}, not {:.6g}. {}", here, published, note);
+    add(ClaimKind::Identity, std::move(text), expected, measured,
+        std::abs(measured - expected) <= within * expected, rule, std::move(note));
+}
+
 std::vector<std::pair<std::string, ClaimCount>> claim_counts(std::span<const ClaimList> lists) {
     std::vector<std::pair<std::string, ClaimCount>> counts;
     for (const char* name : classes) counts.push_back({name, {}});

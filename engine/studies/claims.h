@@ -28,6 +28,11 @@ public:
         add(ClaimKind::Published, std::move(text), std::move(published), std::move(measured), holds,
             std::move(rule), std::move(why));
     }
+    /// An identity: a number that follows from the size of the scenes alone. At full size it is held against
+    /// the published one, in a quick run against what that run's own size makes of it, `here`, by the same
+    /// share `within` of it.
+    void counted(bool quick, std::string text, double published, double here, double measured, double within,
+                 const std::string& rule, std::string note = {});
     void add(ClaimKind kind, std::string text, io::TableCell published, io::TableCell measured, bool holds,
              std::string rule, std::string note = {}) {
         claims_.push_back({std::move(text), std::move(published), std::move(measured), holds, std::move(note),

@@ -47,9 +47,9 @@ physics::GuidewireSpec wire_of(const RandomTube& tube) {
 /// Pushes, with the outcome of each by its own figures and by the energy module.
 class Course {
 public:
-    Course(std::uint64_t seed, int most_pushes)
+    Course(std::uint64_t seed, int most_pushes, const TubeRange& range)
         : most_(most_pushes),
-          tube_(random_tube(seed)),
+          tube_(random_tube(seed, range)),
           wall_(tube_.centreline, tube_.radius, tube_.wall_stiffness),
           hub_({}, wall_),
           wire_(physics::wire_along(wire_of(tube_), tube_.centreline, segments_at_start)) {
@@ -166,13 +166,13 @@ private:
 
 }  // namespace
 
-RandomTube random_tube(std::uint64_t seed) {
+RandomTube random_tube(std::uint64_t seed, const TubeRange& range) {
     Draw draw(seed);
     RandomTube tube;
     tube.radius = draw.between(1, 6);
     tube.segment_length = draw.between(0.5, 3);
-    tube.rigidity = draw.by_logarithm(5, 2000);
-    tube.wall_stiffness = draw.by_logarithm(1, 1000);
+    tube.rigidity = draw.by_logarithm(range.least_rigidity, 2000);
+    tube.wall_stiffness = draw.by_logarithm(1, range.most_stiffness);
     tube.segments = 50 + static_cast<int>(351 * draw.unit());
     std::vector<anatomy::PenMove> path = {
         anatomy::Run{std::max(10.0, straight_at_start * tube.segment_length)}};
@@ -189,8 +189,8 @@ RandomTube random_tube(std::uint64_t seed) {
     return tube;
 }
 
-TubeCourse push_through(std::uint64_t seed, int most_pushes) {
-    return Course(seed, most_pushes).run();
+TubeCourse push_through(std::uint64_t seed, int most_pushes, const TubeRange& range) {
+    return Course(seed, most_pushes, range).run();
 }
 
 }  // namespace studies

@@ -25,10 +25,18 @@ struct RandomTube {
     geometry::Polyline centreline;
 };
 
-/// Radius 1 to 6 mm, λ 0.5 to 3 mm, EI 5 to 2000 N·mm² and k 1 to 1000 N/mm, each uniform in its logarithm, N
-/// 50 to 400, arcs about any axis with radii of 1.2 to 20 lumen radii. The seed determines all, on any
+/// How soft wires and how hard walls are drawn.
+struct TubeRange {
+    double least_rigidity = 5;     // EI [N·mm²]
+    double most_stiffness = 1000;  // k [N/mm]
+};
+/// The range in which walls are far harder than a segment resolves.
+constexpr TubeRange harsh_tubes = {0.5, 1e4};
+
+/// Radius 1 to 6 mm, λ 0.5 to 3 mm, EI up to 2000 N·mm² and k from 1 N/mm, each uniform in its logarithm, N
+/// 50 to 400, arcs about any axis with radii of 1.2 to 20 lumen radii. Seed and range determine all, on any
 /// machine.
-RandomTube random_tube(std::uint64_t seed);
+RandomTube random_tube(std::uint64_t seed, const TubeRange& = {});
 
 constexpr int segments_at_start = 20;
 
@@ -54,6 +62,6 @@ struct TubeCourse {
 
 constexpr double rest_limit = 2e-8;
 
-TubeCourse push_through(std::uint64_t seed, int most_pushes);
+TubeCourse push_through(std::uint64_t seed, int most_pushes, const TubeRange& = {});
 
 }  // namespace studies

@@ -14,24 +14,29 @@ namespace {
 constexpr double step_cap = 0.3;     // largest joint move of a step, in lumen radii
 constexpr double kinked_cap = 0.03;  // of a wire with a kink, which leads to many rests
 constexpr double free = 1e9;         // room of a joint that knows no lumen [mm]
+constexpr int first_passes = 8;      // of a call, whatever its budget: all corrections of two trust regions
 constexpr int corrections = 4;       // backward passes for one trust region, the wall corrected between them
 constexpr int trust_passes = 40;     // changes of μ for one step
 constexpr int foreseen_passes = 2;   // of them with foreseen forces
 constexpr double armijo = 1e-4;      // share of the slope that the energy must fall by
 constexpr double good_armijo = 0.2;  // the same as long as the wall can still be corrected
 constexpr double corrected_share = 0.02;  // of the uncorrected slope that a corrected step must fall by
+constexpr double crawling = 0.03;         // cap: an idle step below it is too short
+constexpr double stiffening = 10;         // of μ after it
 constexpr double trust_growth = 0.01;     // of μ after a step well inside its cap
 constexpr double slow_growth = 0.25;      // the same where the energy rose first
 constexpr int idle_before_search =
     30;  // of idle steps, before μ is looked for between too soft and too stiff
 constexpr double forget_trust = 1e-8;     // μ below this share of its unit is none
 constexpr double rounding_share = 1e-13;  // of the energy: less than this a line search can't see
+constexpr double roundings = 4;           // of a joint's place, from joint to joint and in its distance
 constexpr double progress = 1e-4;  // of the energy: a step that falls by less is idle, if the gradient stays
 constexpr int idle = 400;          // of idle steps, before the wall is made softer
 constexpr int rejected_on_planes = 3;    // values of μ, with which the energy rose
 constexpr int idle_on_planes = 400;      // of idle steps, before a wall whose planes jump is left as it is
 constexpr double sliding = 0.05;         // cap: an idle step beyond it moves the wire, and counts once
 constexpr int hardly_moved = 10;         // times that any other idle step counts
+constexpr int soft_passes = 400;         // over the whole wire, in each softer wall
 constexpr double soft_start = 1.0;       // k λ²/C that always converges; continuation starts there
 constexpr double smallest_pivot = 1e-6;  // of a recursion, over C
 constexpr double saddle_kick = 1e-3;     // turn that leaves a saddle [rad]
@@ -48,6 +53,7 @@ constexpr double least_feed = 0.1;       // of λ, that is predicted
 constexpr double least_turn = 0.1;       // that is predicted [rad]
 constexpr double slides = 1e3;           // μ over its unit, with which a wire answers by sliding on
 constexpr int predicted_window = 64;     // segments
+constexpr int predicted_passes = 5;      // of one prediction over the whole wire, at most
 constexpr int lag_rounds = 15;           // of normal forces and rest
 constexpr double lag_tolerance = 1e-3;   // change of a normal force over the largest
 constexpr int loose_rounds = 5;          // the first of them, from rests that need not be exact
@@ -86,6 +92,20 @@ bool same_devices(const Guidewire& a, const Guidewire& b, int joint) {
             return false;
     }
     return true;
+}
+
+/// What places of joints are rounded relative to [mm].
+double farthest(const Guidewire& wire) {
+    return wire.joints.back().cwiseAbs().maxCoeff() + wire.joints.front().cwiseAbs().maxCoeff();
+}
+
+/// What the wall's energy is rounded by, because joints are: it is far more than a share of the energy where
+/// a hard wall bears much force with little energy [N·mm].
+double rounding_of_places(const Guidewire& wire, const ContactSet& contacts, int first) {
+    double force = 0;
+    for (const WallContact& c : contacts.contacts().subspan(first))
+        if (c.touches()) force += c.force();
+    return roundings * std::numeric_limits<double>::epsilon() * farthest(wire) * force;
 }
 
 /// Whether a joint from `first` on turns by more than 60°.
@@ -137,7 +157,8 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
     double cap = free;
     for (const WallContact& c : contacts.contacts().subspan(first))
         if (c.room > 0) cap = std::min(cap, part * c.room);
-    const double rounding = rounding_share * energy_scale();
+    const double rounding = rounding_share * energy_scale() + rounding_of_places(wire, contacts, first);
+    const double rounded = std::numeric_limits<double>::epsilon() * farthest(wire);  // joint's place
     int rejected = 0;
     TrustSearch search(mu_, mu_unit_);
     for (int pass = 0; pass < trust_passes && mu_ <= most_trust * mu_unit_; ++pass) {
@@ -149,6 +170,7 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
             report.updates += window;
             if (!solved) model_.solve(wire, mu_);
             const double reach = model_.roll_out(wire) / cap;
+            if (pass > 0 && reach * cap < rounded) return Trial::NothingLower;
             if (!(reach <= 1)) {
                 if (!std::isfinite(reach)) ++report.rejected;
                 search.raise(reach, pass == 0, correction > 0);
@@ -176,6 +198,12 @@ GlobalRelaxer::Trial GlobalRelaxer::step(Guidewire& wire, ContactSet& contacts, 
                 idle_ += reach > sliding ? 1 : hardly_moved;
                 model_.foresee_forces(wire);
                 accept(wire, contacts, energy);
+                if (idle_ >= idle_before_search && pivots_.shifted > 0 && reach < crawling) {
+                    // Pivots are shifted one by one: many of them make a step far too short, and a stiffer
+                    // trust region, with which fewer are negative, a longer one.
+                    mu_ = std::max(stiffening * mu_, least_trust * mu_unit_);
+                    return Trial::Accepted;
+                }
                 // So that the next step just fits.
                 mu_ *= std::clamp(reach * reach, rejected > 0 ? slow_growth : trust_growth, 1.0);
                 if (mu_ < forget_trust * mu_unit_) mu_ = 0;
@@ -236,19 +264,25 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
                                               const UpdateObserver& observer) {
     const int n = wire.segments();
     set_units(wire, contacts);
-    mu_ = 0;
-    idle_ = 0;
+    const bool goes_on = std::exchange(goes_on_, false);
+    if (goes_on)
+        foreseen_ = n;
+    else
+        mu_ = idle_ = 0;
+    const int idle_so_far = idle_;
+    const double best_so_far = best_;
     model_.start(wire, contacts, foreseen_);
     foreseen_ = 0;
     linearise(wire, contacts, std::min(valid + 1, n));
     model_.sum_proximal(wire, contacts);
     const NewtonTerms& terms = model_.terms();
     bool proximal_known = true;  // of the accepted state
-    double best = std::numeric_limits<double>::max(), looked_at = 0;
+    double looked_at = 0;
+    best_ = std::numeric_limits<double>::max();
     const int steps_before = report.newton_steps;
     const auto begin_window = [&] {
         proximal_known = true;
-        best = std::numeric_limits<double>::max();
+        best_ = std::numeric_limits<double>::max();
         idle_ = 0;
         looked_at = terms.relative_gradient;
     };
@@ -265,6 +299,7 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
             open(first_window);
         }
     }
+    if (goes_on) idle_ = idle_so_far, best_ = best_so_far;
     for (;;) {
         const int window = n - model_.first() + 1;
         const bool settled =
@@ -287,6 +322,8 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
             }
             // With twist a stage depends on the torque from all that is distal of it.
             if (terms.twist && model_.first() > 1) open(n);
+            if (report.newton_steps > steps_before && report.updates + n > most_updates)
+                return Outcome::OutOfBudget;
             report.updates += n;
             if (!model_.certifies()) pivots_ = model_.certify(wire, contacts);
             report.strict_minimum = pivots_.shifted == 0;
@@ -307,18 +344,20 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
             }
             const int idle_before = idle_;
             const double before = energy_, least_fall = progress * energy_scale();
-            // The first step is always completed, or a small budget would never get anywhere.
+            // A few passes are always made, or a small budget would never get anywhere.
             const bool first_step = report.newton_steps == steps_before;
-            const Trial trial =
-                step(wire, contacts, first_step ? std::numeric_limits<int>::max() : most_updates, report);
+            const Trial trial = step(
+                wire, contacts,
+                first_step ? std::max(most_updates, report.updates + first_passes * window) : most_updates,
+                report);
             bool stuck = trial == Trial::NothingLower;
             if (trial != Trial::Accepted) {
                 linearise(wire, contacts, model_.first());
                 model_.sum_proximal(wire, contacts);
                 proximal_known = true;
                 if (trial == Trial::OutOfBudget) return Outcome::OutOfBudget;
-            } else if (terms.relative_gradient < 0.5 * best) {
-                best = terms.relative_gradient;
+            } else if (terms.relative_gradient < 0.5 * best_) {
+                best_ = terms.relative_gradient;
                 idle_ = 0;
             } else if (energy_ > before - least_fall) {
                 stuck = idle_ > (smooth_ ? idle : idle_on_planes);
@@ -339,42 +378,81 @@ GlobalRelaxer::Outcome GlobalRelaxer::descend(Guidewire& wire, ContactSet& conta
     }
 }
 
+/// The material frames become those of this wire.
+void GlobalRelaxer::look_at(const Guidewire& wire) {
+    if (wire.bent_segments() == 0) return;
+    model_.directors[0] = rolled_director(wire);
+    transport_directors(wire, 1, model_.directors);
+}
+
 /// A stiff wall lets only tiny steps through: find the way with a softer one, then harden it. The result
-/// counts only if it is lower than before: a soft wall also lets the wire out of the vessel.
-GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, int updates,
+/// counts only if it is lower than before: a soft wall also lets the wire out of the vessel. Until then
+/// `wire` stays where it was stuck, also where the budget ends.
+GlobalRelaxer::Outcome GlobalRelaxer::descend_in_softer_walls(Guidewire& wire, int most_updates,
                                                               RelaxReport& report,
                                                               const UpdateObserver& observer) {
-    const Guidewire before = wire;
-    open_window(wire, contacts_, wire.segments());
-    const double energy_before = energy_;
+    const int n = wire.segments();
     double stiffness = 0, softest = std::numeric_limits<double>::max();
     for (const WallContact& c : contacts_.contacts()) stiffness = std::max(stiffness, c.stiffness);
-    for (int j = 0; j < wire.segments(); ++j)
+    for (int j = 0; j < n; ++j)
         softest = std::min(softest, wire.spring_constant(j) / std::pow(wire.lengths[j + 1], 2));
-    // Each wall has the budget anew: a wire left in a soft one would be outside.
-    for (double k = soft_start * softest; k < stiffness; k *= 10) {
-        const SofterWall soft(wall_, k / stiffness);
-        ContactSet softened(soft);
-        softened.reset(wire);
-        descend(wire, softened, report.updates + updates, 0, wire.segments(), report, observer);
-        report.wall_queries += softened.queries();
+    if (softening_.stiffness == 0) {
+        open_window(wire, contacts_, n);
+        softening_ = {soft_start * softest, energy_, 0, wire};
+    } else {
+        look_at(softening_.wire);
     }
-    rebuild_joints(wire);
-    contacts_.update(wire);
-    Outcome outcome =
-        descend(wire, contacts_, report.updates + updates, 0, wire.segments(), report, observer);
+    Softening& s = softening_;
+    Outcome outcome = Outcome::Stuck;
+    bool cut = false;  // by the call's budget
+    for (;;) {
+        const bool hardened = s.stiffness >= stiffness;
+        const int before = report.updates, most = before + soft_passes * n - s.spent;
+        if (hardened) {
+            rebuild_joints(s.wire);
+            contacts_.update(s.wire);
+            outcome = descend(s.wire, contacts_, std::min(most_updates, most), 0, n, report, observer);
+        } else {
+            const SofterWall soft(wall_, s.stiffness / stiffness);
+            ContactSet softened(soft);
+            softened.reset(s.wire);
+            outcome = descend(s.wire, softened, std::min(most_updates, most), 0, n, report, observer);
+            open_window(s.wire, softened, n);
+            report.wall_queries += softened.queries();
+        }
+        s.spent += report.updates - before;
+        cut = outcome == Outcome::OutOfBudget && s.spent < soft_passes * n;
+        if (cut || hardened) break;
+        // The wall only gets harder, and the energy of the rest in it higher.
+        if (!(energy_ < s.energy)) break;
+        s.stiffness *= 10;
+        s.spent = 0;
+    }
+    const double mu = mu_;
     mu_ = 0;  // a prediction takes these gains
-    open_window(wire, contacts_, wire.segments());
-    if (!(energy_ < energy_before)) {
-        if (wire.bent_segments() > 0 && wire.roll != before.roll)
-            model_.directors[0] = rolled_director(before);
-        wire = before;
-        contacts_.update(wire);
-        open_window(wire, contacts_, wire.segments());
-        report.gradient = model_.terms().relative_gradient;
-        outcome = Outcome::Stuck;
+    double reached = std::numeric_limits<double>::infinity();
+    if (s.stiffness >= stiffness) {
+        open_window(s.wire, contacts_, n);
+        reached = energy_;
     }
-    return outcome;
+    // What is lower in the wall itself counts, at rest or not.
+    if (reached < s.energy) {
+        wire = std::move(s.wire);
+        softening_ = {};
+        if (outcome == Outcome::OutOfBudget) mu_ = mu;
+        return outcome;
+    }
+    look_at(wire);
+    contacts_.update(wire);
+    open_window(wire, contacts_, n);
+    report.gradient = model_.terms().relative_gradient;
+    report.strict_minimum = false;
+    if (cut) {
+        mu_ = mu;
+        return Outcome::OutOfBudget;
+    }
+    softening_ = {};
+    return Outcome::Stuck;
 }
 
 /// Proximal segments whose stages are as the last call left them.
@@ -407,6 +485,12 @@ int GlobalRelaxer::unchanged_grips(const Guidewire& wire) const {
     std::size_t same = 1;
     while (same < both && wire.grips[same] == end_.grips[same]) ++same;
     return static_cast<int>(same) - 1;
+}
+
+bool GlobalRelaxer::knows(const Guidewire& wire) const {
+    const int n = wire.segments();
+    return end_report_.at_rest && n == end_.segments() && unchanged_segments(wire) == n &&
+           unchanged_grips(wire) == n;
 }
 
 /// The normal forces of the grips become the contacts' own. False where they already are.
@@ -468,7 +552,7 @@ double GlobalRelaxer::try_answer(Guidewire& wire, const FeedPlan& plan, double t
 
 /// The wire starts from its answer to the motion. False where the answer is not known: the wire is not at
 /// rest, or not this relaxer's.
-bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
+bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion, int most_updates) {
     const int n = wire.segments();
     if (!wire.devices.empty() || !wire.twists.empty() || !end_report_.converged || n != end_.segments() ||
         unchanged_segments(wire) < n || model_.stages() != n ||
@@ -492,7 +576,7 @@ bool GlobalRelaxer::predict(Guidewire& wire, HubMotion& motion) {
     const double least_part = std::min({1.0, least_feed * wire.spec.segment_length / std::abs(motion.feed),
                                         least_turn / std::abs(motion.turn)});
     double part = 1, mu = 0;
-    while (mu < slides * mu_unit_) {
+    while (mu < slides * mu_unit_ && (spent_ == 0 || spent_ + predicted_passes * n <= most_updates)) {
         const FeedPlan plan = plan_feed(wire, part * motion.feed);
         if ((motion.feed != 0 && !plan.whole) || plan.grows <= model_.first()) {
             if (twist) transport_directors(wire, 1, model_.directors);
@@ -538,7 +622,7 @@ RelaxReport GlobalRelaxer::move(Guidewire& wire, HubMotion& motion, const RelaxB
     if (!wire.devices.empty()) {
         if (motion.feed != 0) motion.feed = feed_device(wire, motion.device, motion.feed);
         rotate_device(wire, motion.device, motion.turn);
-    } else if (!predict(wire, motion)) {
+    } else if (!predict(wire, motion, budget.updates)) {
         if (motion.feed != 0) motion.feed = feed(wire, motion.feed);
         rotate(wire, motion.turn);
     }
@@ -548,8 +632,10 @@ RelaxReport GlobalRelaxer::move(Guidewire& wire, HubMotion& motion, const RelaxB
 GlobalRelaxer::Outcome GlobalRelaxer::find_rest(Guidewire& wire, int most_updates, int valid,
                                                 int first_window, RelaxReport& report,
                                                 const UpdateObserver& observer) {
-    const Outcome outcome = descend(wire, contacts_, most_updates, valid, first_window, report, observer);
-    if (outcome != Outcome::Stuck || !smooth_) return outcome;
+    if (softening_.stiffness == 0) {
+        const Outcome outcome = descend(wire, contacts_, most_updates, valid, first_window, report, observer);
+        if (outcome != Outcome::Stuck || !smooth_) return outcome;
+    }
     return descend_in_softer_walls(wire, most_updates, report, observer);
 }
 
@@ -560,8 +646,8 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
     RelaxReport report;
     report.updates = std::exchange(spent_, 0);
     const int same_grips = unchanged_grips(wire);
-    if (unchanged == n && n == end_.segments() && same_grips == n && end_report_.converged &&
-        wire.stations == end_.stations) {
+    const bool same = unchanged == n && n == end_.segments() && same_grips == n;
+    if (same && end_report_.converged && wire.stations == end_.stations) {
         const int spent = report.updates;
         report = end_report_;
         report.updates = spent;
@@ -586,6 +672,8 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
         contacts_.release();
         lag_rounds_ = 0;
     }
+    goes_on_ = same && end_report_.out_of_budget;
+    if (!goes_on_) softening_ = {};
     contacts_.update(wire);
     const int moved = contacts_.rejoin_vessels(wire);
     // The last segment that is unchanged ends at a joint whose share of the wall may have changed.

@@ -30,11 +30,13 @@ public:
           smooth_(wall.smooth()),
           contacts_(wall) {}
 
-    /// Every pass of the recursion, including those of rejected trials and of predictions, is charged the
-    /// segments of its window. One step is tried even where the budget does not allow it, and each of the
-    /// softer walls that lead out of a dead end gets the whole budget anew. The budget's distal share is not
-    /// used: work starts at the tip by itself. Ends with the last accepted state and remembers it, so that a
-    /// wire that comes back unchanged costs nothing, and one that was only fed costs what its change costs.
+    /// Every pass of the recursion, including those of rejected trials, of predictions and of the softer
+    /// walls that lead out of a dead end, is charged the segments of its window. A few passes are made even
+    /// where the budget does not allow them: at most least_passes over the whole wire. The budget's distal
+    /// share is not used: work starts at the tip by itself. Ends with the last accepted state in the wall
+    /// itself and remembers it, so that a wire that comes back unchanged costs nothing, one that was only fed
+    /// costs what its change costs, and a solve that its budget has cut goes on as if it had not been: the
+    /// steps of many calls are those of one with the sum of their budgets, but for a few passes.
     RelaxReport relax(Guidewire&, const RelaxBudget&, const UpdateObserver& = {}) override;
 
     /// Moves a wire at rest and lets it come to rest again. The wire starts from its whole first-order answer
@@ -47,14 +49,22 @@ public:
         s(mu_, mu_unit_, energy_, load_scale_, idle_, model_, pivots_, foreseen_, predicted_, spent_,
           contacts_, end_, end_report_);
         if (!s.part(lag_rounds_ > 0, lag_rounds_)) lag_rounds_ = 0;
+        // Only a solve that goes on needs to know how far it has come.
+        if (!s.part(end_report_.out_of_budget, best_)) best_ = 0;
+        if (!s.part(softening_.stiffness > 0, softening_)) softening_ = {};
     }
 
+    /// Passes over the whole wire that one call may make beyond its budget.
+    static constexpr int least_passes = 12;
+
+    /// Whether the wire is as the last call left it, at rest.
+    bool knows(const Guidewire&) const;
     /// Report of the last call, and the contacts of the wire's joints as that call left them.
     const RelaxReport& last_report() const { return end_report_; }
     std::span<const WallContact> contacts() const { return contacts_.contacts(); }
 
 private:
-    bool predict(Guidewire&, HubMotion&);
+    bool predict(Guidewire&, HubMotion&, int most_updates);
     double try_answer(Guidewire&, const FeedPlan&, double turn, double mu, double cap, double seen_rise);
     enum class Outcome { Converged, OutOfBudget, Stuck };
     enum class Trial { Accepted, OutOfBudget, NothingLower };
@@ -62,6 +72,7 @@ private:
                     const UpdateObserver&);
     Outcome descend_in_softer_walls(Guidewire&, int most_updates, RelaxReport&, const UpdateObserver&);
     void set_units(const Guidewire&, const ContactSet&);
+    void look_at(const Guidewire&);
     Trial step(Guidewire&, ContactSet&, int most_updates, RelaxReport&);
     bool leave_saddle(Guidewire&, ContactSet&);
     void open_window(const Guidewire&, const ContactSet&, int segments);
@@ -83,6 +94,8 @@ private:
     double energy_ = 0;            // of the window's accepted state; a load makes it negative [N·mm]
     double load_scale_ = 0;        // of the load's part of it [N·mm]
     int idle_ = 0;                 // consecutive steps that led nowhere
+    double best_ = 0;              // least gradient of the window so far, over C
+    bool goes_on_ = false;         // the next descent continues one that its budget has cut
     NewtonModel model_;
     RiccatiReport pivots_;  // of the model
     // How the last call ended.
@@ -90,6 +103,15 @@ private:
     int predicted_ = 0;   // segments that the current motion changes the most
     int spent_ = 0;       // updates that its prediction has cost
     int lag_rounds_ = 0;  // so far, over calls that ended with their budget
+    /// A wire on its way through softer walls; the one that is asked for stays where it was stuck.
+    struct Softening {
+        double stiffness = 0;  // of the wall it is in now, 0 = none is under way [N/mm]
+        double energy = 0;     // where the wire was stuck [N·mm]
+        int spent = 0;         // updates in this wall
+        Guidewire wire;
+        void state(StateStream& s) { s(stiffness, energy, spent, wire); }
+    };
+    Softening softening_;
     ContactSet contacts_;
     Guidewire end_;
     RelaxReport end_report_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 #include "physics/wire/energy.h"
@@ -15,6 +16,13 @@ constexpr double energy_share = 0.05;     // of the wire's energy: its bends mov
 constexpr double energy_floor = 1e-3;     // [N·mm]
 constexpr double sharpest = degree * 90;  // of a joint
 
+/// What a relaxation may take of a call's updates: a few passes are kept for what it may take beyond that,
+/// and to undo it.
+int work_left(const Guidewire& wire, int updates, const HubReport& so_far) {
+    const int kept = GlobalRelaxer::least_passes * wire.segments();
+    return std::max(updates / 4, updates - kept) - so_far.relax.updates;
+}
+
 const RelaxerConfig& checked(const RelaxerConfig& config) {
     if (config.kind != RelaxerKind::Global) throw std::invalid_argument("a hub needs the global relaxer");
     return config;
@@ -22,7 +30,16 @@ const RelaxerConfig& checked(const RelaxerConfig& config) {
 
 }  // namespace
 
-Hub::Hub(const RelaxerConfig& config, const LumenWall& wall) : relaxer_(checked(config), wall), wall_(wall) {}
+Hub::Hub(const RelaxerConfig& config, const LumenWall& wall, double free_shaft)
+    : relaxer_(checked(config), wall), wall_(wall), free_shaft_(free_shaft) {}
+
+double Hub::passes_on(const Guidewire& wire, int device) const {
+    const bool alone = wire.devices.empty();
+    const double stated = alone ? wire.spec.buckling_force : wire.devices[device].spec.buckling_force,
+                 rigidity = alone ? wire.spec.shaft_rigidity : wire.devices[device].spec.shaft_rigidity;
+    if (stated > 0) return stated;
+    return free_shaft_ > 0 ? euler_force(rigidity, free_shaft_) : std::numeric_limits<double>::infinity();
+}
 
 double Hub::energy_of(const Guidewire& wire) const {
     return total_energy(wire, relaxer_.contacts()).total();
@@ -47,20 +64,37 @@ bool Hub::can_be(const Guidewire& wire, const RelaxReport& report) const {
     return energy - rest_energy_ <= work_share * work + energy_share * std::abs(rest_energy_) + energy_floor;
 }
 
-/// Whether a shaft outside bows under the push of the motion that was tried.
+/// Whether a shaft outside bows under the push of the motion that was tried. A pull gives way to anything.
 bool Hub::buckles(const Guidewire& wire, const RelaxReport& report) const {
-    if (!(made_.feed > 0) || !report.at_rest) return false;
-    const auto too_much = [](double limit, double push) { return limit > 0 && push > limit; };
-    if (wire.devices.empty()) return too_much(wire.spec.buckling_force, hand_force(wire, report.push_force));
+    if (settling_ || made_.feed < 0 || !report.at_rest) return false;
+    const auto too_much = [this](double limit, double push, double before, bool fed) {
+        return push > limit && ((fed && made_.feed > 0) || push > before);
+    };
+    if (wire.devices.empty())
+        return too_much(passes_on(wire), hand_force(wire, report.push_force),
+                        hand_force(rest_, rest_report_.push_force), true);
     for (int k = 0; k < static_cast<int>(loads_.size()); ++k)
-        if ((made_.device == every_device || made_.device == k) &&
-            too_much(wire.devices[k].spec.buckling_force, loads_[k].push))
+        if (too_much(passes_on(wire, k), loads_[k].push, rest_loads_[k].push,
+                     made_.device == every_device || made_.device == k))
             return true;
     return false;
 }
 
+/// Whether the motion is one that the wire has been found not to make from where it is.
+bool Hub::refuses(const Guidewire& wire, const HubMotion& motion) const {
+    if (!refuses_ || motion.device != refused_.device || !relaxer_.knows(wire)) return false;
+    const auto like = [](double asked, double refused) {
+        return asked == refused || (asked * refused > 0 && std::abs(asked) <= std::abs(refused) &&
+                                    std::abs(asked) >= std::ldexp(std::abs(refused), -halvings));
+    };
+    return like(motion.feed, refused_.feed) && like(motion.turn, refused_.turn);
+}
+
 HubReport Hub::settle(Guidewire& wire, int updates) {
+    if (!relaxer_.knows(wire)) refuses_ = false;
     working_ = settling_ = true;
+    pending_ = false;
+    spent_ = 0;
     rest_ = wire;
     made_ = {};
     return resume(wire, updates);
@@ -70,7 +104,15 @@ HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
     const double lambda = wire.spec.segment_length;
     asked_ = {std::clamp(motion.feed, -lambda, lambda), std::clamp(motion.turn, -largest_turn, largest_turn),
               motion.device};
-    halvings_ = 0;
+    if (refuses(wire, asked_)) {
+        HubReport report;
+        report.outcome = HubReport::Outcome::Refused;
+        report.buckled = refused_for_push_;
+        report.relax = relaxer_.relax(wire, {updates, 0, 0});  // as it is
+        return report;
+    }
+    halvings_ = spent_ = 0;
+    pending_ = refuses_ = false;
     rest_ = wire;
     working_ = true;
     settling_ = false;
@@ -83,23 +125,41 @@ HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
     return finish(wire, updates, report);
 }
 
+/// Updates that the motion may have taken when the try under way ends: three quarters of all for the whole
+/// motion, and for each smaller part three quarters of what is then left.
+int Hub::work_of_try() const {
+    return settling_ ? most_settling : most_work - (most_work >> (2 * halvings_ + 2));
+}
+
 /// One part of the motion, from the last rest.
 void Hub::start_part(Guidewire& wire, int updates, HubReport& report) {
     const double share = std::ldexp(1.0, -halvings_);
     made_ = {share * asked_.feed, share * asked_.turn, asked_.device};
-    report.relax.add(relaxer_.move(wire, made_, {updates - report.relax.updates, 0, 0}));
+    pending_ = false;
+    const RelaxReport part = relaxer_.move(
+        wire, made_, {std::min(work_left(wire, updates, report), work_of_try() - spent_), 0, 0});
+    spent_ += part.updates;
+    report.relax.add(part);
 }
 
 HubReport Hub::resume(Guidewire& wire, int updates) {
     HubReport report;
-    report.relax.add(relaxer_.relax(wire, {updates, 0, 0}));
+    if (pending_) {
+        start_part(wire, updates, report);
+    } else {
+        const RelaxReport part =
+            relaxer_.relax(wire, {std::min(work_left(wire, updates, report), work_of_try() - spent_), 0, 0});
+        spent_ += part.updates;
+        report.relax.add(part);
+    }
     return finish(wire, updates, report);
 }
 
 /// After a relaxation: at rest, out of budget, or to be tried again in halves.
 HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
     for (;;) {
-        if (report.relax.out_of_budget) {
+        // What is left of a try's work is less than a pass once it has been spent.
+        if (report.relax.out_of_budget && work_of_try() - spent_ > wire.segments()) {
             report.outcome = HubReport::Outcome::Working;
             return report;
         }
@@ -116,7 +176,15 @@ HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
         report.relax.add(relaxer_.relax(wire, {2 * wire.segments(), 0, 0}));
         if (++halvings_ > halvings) {
             working_ = false;
+            refuses_ = true;
+            refused_ = asked_;
+            refused_for_push_ = report.buckled;
             report.outcome = HubReport::Outcome::Refused;
+            return report;
+        }
+        if (updates - report.relax.updates < least_updates(wire) && report.relax.updates > 0) {
+            pending_ = true;
+            report.outcome = HubReport::Outcome::Working;
             return report;
         }
         start_part(wire, updates, report);

@@ -10,7 +10,8 @@ struct HubReport {
     enum class Outcome {
         AtRest,   // at rest after the motion `made`
         Working,  // the budget ran out on the way to rest: resume() continues
-        Refused   // no part of it leads to a rest that a wire can be in: the wire is unchanged
+        Refused   // no part of it leads to a rest that a wire can be in, or none was found with the work that
+                  // a motion may take: the wire is unchanged
     };
     Outcome outcome = Outcome::AtRest;
     bool buckled = false;  // the whole motion asked for more push than the shaft outside can bear
@@ -20,12 +21,18 @@ struct HubReport {
 
 /// Moves a wire by parts that each end at rest. A part is undone and tried again in halves when the wire does
 /// not settle, is bent by more than a right angle at a joint, lies farther outside than the lumen is wide, or
-/// gains more energy than the hand's work explains, and when the shaft outside cannot bear the push.
+/// gains more energy than the hand's work explains, and when the shaft outside cannot bear the push. All that
+/// is tried for a motion takes at most most_work updates, over however many calls; the same motion of a wire
+/// that has not moved since is refused again at once.
+///
+/// No call exceeds its updates, if they are at least least_updates(): work that could is left for resume().
 class Hub {
 public:
-    /// Takes the global relaxer's configuration; the wall must outlive the hub. Throws std::invalid_argument
-    /// for another kind of relaxer.
-    Hub(const RelaxerConfig&, const LumenWall&);
+    /// Takes the global relaxer's configuration; the wall must outlive the hub. A device without a buckling
+    /// force of its own has that of a shaft of `free_shaft` [mm] between hand and introducer, clamped in both
+    /// (euler_force()); 0 = such a device bears any push. Throws std::invalid_argument for another kind of
+    /// relaxer.
+    Hub(const RelaxerConfig&, const LumenWall&, double free_shaft = 0);
 
     /// Brings a wire to rest where it is, whatever it was before.
     HubReport settle(Guidewire&, int updates);
@@ -35,6 +42,10 @@ public:
     /// Continues work that ran out of its budget; the wire must be as it was left.
     HubReport resume(Guidewire&, int updates);
     bool working() const { return working_; }
+    /// Updates with which a call need not exceed them.
+    static int least_updates(const Guidewire& wire) { return 16 * wire.segments(); }
+    /// Push that the shaft of the wire, or of one of its devices, passes on [N]; infinity = any.
+    double passes_on(const Guidewire&, int device = 0) const;
     /// The wire at rest where the current motion began.
     const Guidewire& last_rest() const { return rest_; }
 
@@ -46,13 +57,22 @@ public:
     void state(StateStream& s) {
         s(relaxer_, working_, settling_, rest_, rest_report_, rest_energy_, asked_, made_, halvings_);
         if (!s.part(!rest_loads_.empty(), rest_loads_)) rest_loads_.clear();
+        if (!s.part(working_, spent_, pending_)) spent_ = 0, pending_ = false;
+        if (!s.part(refuses_, refuses_, refused_, refused_for_push_)) refuses_ = refused_for_push_ = false;
     }
+
+    /// Updates that all tries of one motion may take together: a tenth of a second.
+    static constexpr int most_work = 1'000'000;
+    /// The same to bring a wire to rest where it lies, which may be laid anew.
+    static constexpr int most_settling = 1'000'000;
 
     static constexpr double largest_turn = 10 * degree;  // of one part [rad]
 
 private:
     void start_part(Guidewire&, int updates, HubReport&);
     HubReport finish(Guidewire&, int updates, HubReport);
+    bool refuses(const Guidewire&, const HubMotion&) const;
+    int work_of_try() const;
     bool buckles(const Guidewire&, const RelaxReport&) const;
     bool can_be(const Guidewire&, const RelaxReport&) const;
     double energy_of(const Guidewire&) const;
@@ -67,6 +87,12 @@ private:
     std::vector<HubLoad> loads_;       // the same after what was tried
     HubMotion asked_, made_;
     int halvings_ = 0;
+    int spent_ = 0;         // updates of the motion so far
+    bool pending_ = false;  // the try has not begun
+    bool refuses_ = false;  // `refused_`, and what is like it, of the last rest
+    HubMotion refused_;
+    bool refused_for_push_ = false;
+    double free_shaft_ = 0;  // [mm]
 };
 
 }  // namespace physics

@@ -37,7 +37,8 @@ void RelaxReport::add(const RelaxReport& later) {
 }
 
 RelaxBudget whole_cycles(int segments, int cycles) {
-    return {cycles * segments * (segments + 1) / 2, 0.0, 0};
+    constexpr double most = 1e9;  // of any wire: more than ever comes to an end
+    return {static_cast<int>(std::min(most, 0.5 * cycles * segments * (segments + 1.0))), 0.0, 0};
 }
 
 std::unique_ptr<Relaxer> make_relaxer(const RelaxerConfig& config, const LumenWall& wall) {

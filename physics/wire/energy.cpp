@@ -98,6 +98,10 @@ double relative_gradient(const Guidewire& wire, std::span<const WallContact> con
     return largest;
 }
 
+double euler_force(double rigidity, double length) {
+    return 4 * M_PI * M_PI * rigidity / (length * length);
+}
+
 double hand_force(const Guidewire& wire, double held) {
     const std::vector<Vec3> at_hub = {rolled_director(wire)};
     return held - joint_energy(wire, at_hub, 0) / wire.length_of(0);

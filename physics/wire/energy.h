@@ -33,6 +33,10 @@ double relative_gradient(const Guidewire&, std::span<const WallContact>);
 /// The hand's force times what is fed is the wire's gain of energy plus its loss by friction.
 double hand_force(const Guidewire&, double held);
 
+/// Euler's load of a straight shaft of this rigidity [N·mm²] and length [mm], clamped at both ends: under a
+/// larger push it bows [N].
+double euler_force(double rigidity, double length);
+
 double largest_penetration(std::span<const WallContact>);  // ≥ 0 [mm]
 double largest_force(std::span<const WallContact>);        // ≥ 0 [N]
 

@@ -13,12 +13,13 @@
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/model_cache.h"
-#include "engine/exercise/simulation.h"
 #include "engine/io/error.h"
 #include "engine/io/files.h"
 #include "engine/io/text.h"
+#include "engine/room/keys.h"
 #include "physics/geometry/mesh_query.h"
 #include "physics/wire/energy.h"
+#include "tests/anatomies.h"
 
 namespace fuzz {
 namespace {
@@ -381,6 +382,103 @@ StateOutcome play(const StateCase& played) {
         outcome.broken = fmt::format("restored at frame {}, it ended in another state: {} instead of {}",
                                      middle, io::hash_text(simulation->state_hash()), io::hash_text(end));
     return outcome;
+}
+
+HandOutcome play_hand(exercise::Simulation simulation, std::uint64_t seed) {
+    constexpr int speeds = 15, pulls = 60, longest = 15;
+    static const room::KeyMap keys = room::load_keys(SELDINGER_SOURCE "/assets/keys.toml");
+    Dice dice(static_cast<std::uint32_t>(seed));
+    const double frame = 1 / simulation.scenario().frame_rate;
+    const auto speed = [&] {  // a frame [mm]
+        const auto& keyed = keys.speeds.advance;
+        const double least = keyed.front(), most = keyed.back();
+        return frame * least * std::pow(most / least, std::floor(dice.draw(0, speeds)) / (speeds - 1));
+    };
+    const double in = speed(), out = speed(), phase = dice.draw(0, 2);
+    const double turning = dice.one_in(2) ? 0
+                                          : (dice.one_in(2) ? -1 : 1) * frame *
+                                                keys.speeds.rotate[static_cast<std::size_t>(dice.draw(0, 3))];
+    const int turned = static_cast<int>(dice.draw(0, 40));
+    const bool turns_first = dice.one_in(2);
+    const int pushes = std::min(200, static_cast<int>(dice.draw(20, 300) / (2 * in)));
+    constexpr std::array each = {script::Held::Wire, script::Held::Catheter, script::Held::Both};
+    const script::Held held =
+        simulation.has_catheter() ? each[static_cast<std::size_t>(dice.draw(0, 3))] : script::Held::Wire;
+
+    HandOutcome outcome;
+    int settling = 0;
+    bool all_out = false;
+    const auto inside = [&] {
+        return simulation.inserted(held == script::Held::Catheter ? held : script::Held::Wire);
+    };
+    const auto step = [&] {
+        const exercise::StepReport report = simulation.step();
+        settling = report.settling ? settling + 1 : 0;
+        outcome.longest_settling = std::max(outcome.longest_settling, settling);
+        outcome.most_updates = std::max(outcome.most_updates, report.relax.updates);
+        all_out = all_out || report.withdrawal_stopped || inside() <= 0;
+        if (report.settling || !report.relax.at_rest) return;
+        const physics::Guidewire& wire = simulation.wire();
+        const auto push = [&](double by, int device) {
+            outcome.most_push = std::max(outcome.most_push, by / simulation.passes_on(device));
+        };
+        if (wire.devices.empty()) return push(physics::hand_force(wire, report.relax.push_force), 0);
+        const auto loads = physics::hub_loads(wire, simulation.contacts());
+        for (std::size_t k = 0; k < loads.size(); ++k) push(loads[k].push, static_cast<int>(k));
+    };
+    simulation.apply(script::Advance{phase, held});
+    step();
+    for (int k = 0; turns_first && turning != 0 && k < turned; ++k) {
+        simulation.apply(script::Rotate{turning, held});
+        step();
+    }
+    for (int k = 0; k < pushes; ++k) {
+        simulation.apply(script::Advance{in, held});
+        if (!turns_first && turning != 0 && k < turned) simulation.apply(script::Rotate{turning, held});
+        step();
+    }
+    const double start = inside();
+    for (int k = 0; k < pulls; ++k) {
+        simulation.apply(script::Withdraw{out, held});
+        step();
+    }
+    outcome.pulled = pulls * out;
+    outcome.brought_back = start - inside();
+    const int budget = simulation.scenario().budget.updates;
+    if (!all_out && outcome.brought_back < 0.9 * outcome.pulled)
+        outcome.broken = fmt::format("{:.1f} mm were pulled and {:.1f} mm came back", outcome.pulled,
+                                     outcome.brought_back);
+    else if (outcome.longest_settling > longest)
+        outcome.broken = fmt::format("{} frames on end show an earlier rest", outcome.longest_settling);
+    else if (outcome.most_push > 1 + 1e-9)
+        outcome.broken = fmt::format("a push of {:.3f} of what the shaft passes on", outcome.most_push);
+    else if (outcome.most_updates > budget)
+        outcome.broken = fmt::format("a frame of {} updates; its budget is {}", outcome.most_updates, budget);
+    return outcome;
+}
+
+int play_hands(int courses, std::uint64_t first,
+               const std::function<void(const std::string&, int, const std::string&)>& tell) {
+    const auto files = scenario::shipped_scenarios(SELDINGER_SOURCE "/assets/scenarios");
+    const int count = static_cast<int>(files.size());
+    int broken = 0;
+    for (int k = 0; k < count; ++k) {
+        const scenario::Scenario scenario =
+            scenario::load_scenario(files[static_cast<std::size_t>(k)], SELDINGER_SOURCE "/assets/devices");
+        const int some = courses / count + (k < courses % count ? 1 : 0);
+        if (some == 0) continue;
+        const exercise::Simulation start(scenario, test::cache());
+        std::string what;
+        for (int c = 0; c < some; ++c) {
+            const std::uint64_t seed = first + static_cast<std::uint64_t>(c * count + k);
+            const HandOutcome outcome = play_hand(start, seed);
+            if (outcome.broken.empty()) continue;
+            ++broken;
+            what += fmt::format("{}, seed {}: {}\n", scenario.name, seed, outcome.broken);
+        }
+        tell(scenario.name, some, what);
+    }
+    return broken;
 }
 
 }  // namespace fuzz

@@ -2,7 +2,10 @@
 /// Random scenarios under random hands: what must hold after every frame, whatever they do.
 
 #include <cstdint>
+#include <functional>
 #include <string>
+
+#include "engine/exercise/simulation.h"
 
 namespace fuzz {
 
@@ -27,5 +30,26 @@ struct StateOutcome {
 /// state restored from the middle goes on to the same end. A scenario that is not accepted is a refusal;
 /// every exception after that passes through.
 StateOutcome play(const StateCase&);
+
+/// A hand at the speeds of the room's keys in a scenario that ships: it lets in what it likes at one of 15
+/// speeds, from a phase between two segments on, with or without a turn, by itself or along the push; then it
+/// pulls for 60 frames. The seed determines all.
+struct HandOutcome {
+    double pulled = 0, brought_back = 0;  // asked for by the 60 frames, and had by them [mm]
+    int longest_settling = 0;             // consecutive frames that show an earlier rest
+    int most_updates = 0;                 // of a frame
+    double most_push = 0;                 // over what the device's shaft passes on
+    std::string broken;                   // what did not hold of it; empty = all held
+};
+/// Plays a course from the state that the simulation is in. What must hold: the pull brings back at least 90
+/// % of what it asks for, or all there is; no more than 15 frames on end show an earlier rest; no device at
+/// rest is pushed by more than its shaft passes on; no frame takes more updates than its budget.
+HandOutcome play_hand(exercise::Simulation, std::uint64_t seed);
+
+/// Plays `courses` courses, divided among the scenarios that ship, seeds from `first` on. Returns how many
+/// broke, and tells each.
+int play_hands(
+    int courses, std::uint64_t first,
+    const std::function<void(const std::string& scenario, int played, const std::string& broken)>&);
 
 }  // namespace fuzz

@@ -335,3 +335,61 @@ TEST(GlobalRelaxer, RestsWhereTheWallJumpsBetweenTwoVessels) {
     EXPECT_EQ(restless, 0) << "seed " << seed;
     EXPECT_GT(crossed, cases / 2);
 }
+
+/// A solve whose budget is cut again and again comes to the rest that it comes to at once. A trust region
+/// that is forgotten at every call leaves 11 of these wires where they are for ever.
+TEST(GlobalRelaxer, ColdStartsComeToRestHoweverTheirBudgetIsCut) {
+    std::mt19937_64 random(1);
+    const auto draw = [&](double from, double to) {
+        return from + (to - from) * std::ldexp(static_cast<double>(random() >> 11), -53);
+    };
+    for (int trial = 0; trial < 400; ++trial) {
+        const int segments = static_cast<int>(draw(20, 80));
+        const double lambda = draw(0.3, 1.5), rigidity = 5 * std::pow(100, draw(0, 1)),
+                     stiffness = 10 * std::pow(1000, draw(0, 1)), radius = draw(2, 8),
+                     clamp = draw(-40, 40) * degree, bend = draw(-2, 2) / segments;
+        double angle = draw(-30, 30) * degree, y = 0, way = 1;
+        std::vector<Vec3> tangents;
+        for (int i = 0; i < segments; ++i) {
+            if (std::abs(y + lambda * std::sin(angle)) > radius) angle = -angle, way = -way;
+            tangents.emplace_back(std::cos(angle), std::sin(angle), 0);
+            y += lambda * tangents.back().y();
+            angle += way * bend;
+        }
+        const TubeWall wall({{0, 0, 0}, {2 * lambda * segments, 0, 0}}, radius, stiffness);
+        Guidewire wire =
+            uniform_wire(rigidity, lambda, Vec3::Zero(), {std::cos(clamp), std::sin(clamp), 0}, tangents);
+        GlobalRelaxer relaxer({}, wall);
+        RelaxReport report;
+        int calls = 0;
+        for (; calls < 300 && !report.converged; ++calls)
+            report = relaxer.relax(wire, whole_cycles(segments, 1));
+        EXPECT_TRUE(report.converged) << "trial " << trial << ": |g|/C " << report.gradient;
+    }
+}
+
+/// The case of physics that never came to rest in 3000 calls, in calls as small as its own.
+TEST(GlobalRelaxer, GoesOnWithItsTrustRegionAndSavesIt) {
+    const int segments = 41;
+    const double lambda = 0.5;
+    std::vector<Vec3> tangents(segments, Vec3(std::cos(0.2), std::sin(0.2), 0));
+    const TubeWall wall({{0, 0, 0}, {60, 0, 0}}, 5, 1e4);
+    Guidewire wire = uniform_wire(50, lambda, Vec3::Zero(), {std::cos(M_PI / 6), 0.5, 0}, tangents);
+    GlobalRelaxer relaxer({}, wall), restored({}, wall);
+    Guidewire other;
+    RelaxReport report;
+    int calls = 0;
+    for (; calls < 200 && !report.converged; ++calls) {
+        if (calls == 3) {
+            geometry::restore_state(restored, geometry::state_of(relaxer));
+            other = wire;
+        }
+        report = relaxer.relax(wire, {253, 0, 0});
+        if (calls >= 3) restored.relax(other, {253, 0, 0});
+        if (calls >= 3) {
+            ASSERT_EQ(wire.tangents, other.tangents) << "call " << calls;
+        }
+    }
+    EXPECT_TRUE(report.converged) << report.gradient;
+    EXPECT_GT(calls, 4);
+}

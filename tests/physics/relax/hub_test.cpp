@@ -191,3 +191,75 @@ TEST(Hub, EnergyRisesByTheWorkOfTheHand) {
         EXPECT_NEAR(rise, work, 0.02 * std::abs(work) + 1e-5) << k;
     }
 }
+
+/// A frictionless wire in a straight closed tube buckles into waves and then into a helix, which turns
+/// freely: a direction without curvature, in which the gradient stayed at 1e-4 to 1e-8 and every push was
+/// refused.
+TEST(Hub, PushesAWireThroughTheOnsetOfItsHelix) {
+    const TubeWall wall({{0, 0, 0}, {300, 0, 0}}, 1, 50);
+    GuidewireSpec spec;
+    spec.segment_length = 2;
+    spec.shaft_rigidity = spec.tip_rigidity = 50;
+    spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
+    Hub hub({}, wall);
+    Guidewire wire = wire_of_length(spec, {{0, 0, 0}, {300, 0, 0}}, 296);
+    hub.settle(wire, all_it_takes);
+    for (int k = 0; k < 60; ++k) {
+        const HubReport report = hub.move(wire, {1, 0}, all_it_takes);
+        ASSERT_EQ(report.outcome, Outcome::AtRest) << "push " << k;
+        ASSERT_LE(relative_gradient(wire, all_contacts(wire, wall)), 2e-8) << "push " << k;
+    }
+    EXPECT_GT(wire.inserted_length(), 320);
+}
+
+TEST(Hub, RefusesTheSameAgainWithoutWorkUntilTheWireHasMoved) {
+    const Polyline line = anatomy::draw(std::vector<anatomy::PenMove>{
+        anatomy::Run{60}, anatomy::Arc{2.5, 3.0, Vec3::UnitZ()}, anatomy::Run{60}});
+    const TubeWall wall(line, 2, 0.05);
+    GuidewireSpec spec;
+    spec.segment_length = 2;
+    spec.shaft_rigidity = spec.tip_rigidity = 2000;
+    spec.curved_length = spec.curved_angle = 0;
+    Hub hub({}, wall);
+    Guidewire wire = wire_of_length(spec, line, 40);
+    hub.settle(wire, all_it_takes);
+    HubReport report;
+    for (int k = 0; k < 40 && report.outcome == Outcome::AtRest; ++k)
+        report = hub.move(wire, {1, 0}, all_it_takes);
+    ASSERT_EQ(report.outcome, Outcome::Refused);
+    EXPECT_GT(report.relax.newton_steps, 0);
+    EXPECT_LE(report.relax.updates, Hub::most_work + 7 * Hub::least_updates(wire));
+    const std::vector<Vec3> tangents = wire.tangents;
+    for (const double feed : {1.0, 0.5, 0.04}) {
+        report = hub.move(wire, {feed, 0}, all_it_takes);
+        EXPECT_EQ(report.outcome, Outcome::Refused) << feed;
+        EXPECT_EQ(report.relax.updates, 0) << feed;
+        EXPECT_EQ(wire.tangents, tangents);
+    }
+    EXPECT_EQ(hub.move(wire, {-1, 0}, all_it_takes).outcome, Outcome::AtRest);
+    EXPECT_GT(hub.move(wire, {2, 0}, all_it_takes).relax.updates, 0);
+}
+
+/// A device without a buckling force has that of its shaft between hand and introducer.
+TEST(Hub, EveryPushIsBoundedByTheShaftOutside) {
+    const TubeWall wall({{0, 0, 0}, {100, 0, 0}}, 1, 50);
+    GuidewireSpec spec;
+    spec.segment_length = 2;
+    spec.shaft_rigidity = spec.tip_rigidity = 40;
+    spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
+    const double most = euler_force(40, 100);
+    EXPECT_NEAR(most, 0.158, 0.001);
+    Hub hub({}, wall, 100);
+    Guidewire wire = wire_of_length(spec, {{0, 0, 0}, {100, 0, 0}}, 96);
+    hub.settle(wire, all_it_takes);
+    bool buckled = false;
+    for (int k = 0; k < 40; ++k) {
+        buckled = hub.move(wire, {1, 0}, all_it_takes).buckled || buckled;
+        EXPECT_LE(hand_force(wire, hub.last_report().push_force), most);
+    }
+    EXPECT_TRUE(buckled);
+    wire.spec.buckling_force = 0.1;
+    EXPECT_EQ(hub.passes_on(wire), 0.1);
+    EXPECT_EQ(Hub({}, wall).passes_on(uniform_wire(40, 2, Vec3::Zero(), Vec3::UnitX(), {Vec3::UnitX()})),
+              std::numeric_limits<double>::infinity());
+}

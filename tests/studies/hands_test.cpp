@@ -1,0 +1,62 @@
+/// Hands at the speeds of the room's keys in all scenarios that ship, and hands that once got stuck.
+
+#include <algorithm>
+#include <cstdlib>
+#include <gtest/gtest.h>
+
+#include "engine/io/files.h"
+#include "physics/wire/energy.h"
+#include "tests/anatomies.h"
+#include "tests/fuzz/states.h"
+
+namespace fuzz {
+
+/// SELDINGER_HAND_COURSES=N plays N courses; state_fuzz hands N does so outside the tests.
+TEST(StateFuzz, AHandAtTheSpeedOfKeysIsNeverStuck) {
+    const char* more = std::getenv("SELDINGER_HAND_COURSES");
+    const int courses = more ? std::max(1, std::atoi(more)) : 21;
+    EXPECT_EQ(play_hands(courses, 1,
+                         [](const std::string&, int, const std::string& broken) { EXPECT_EQ(broken, ""); }),
+              0);
+}
+
+/// Courses of hands that once held a device fast or took frames of three times their budget.
+TEST(StateFuzz, HandsThatOnceGotStuckGoOnWithinEveryFramesBudget) {
+    struct Found {
+        const char *scenario, *script;
+        int frames, longest_settling;
+        double brought_back;
+    };
+    // In the first, hands far faster than keys queue up 38 cm: frames may settle for long.
+    for (const Found& found : {Found{"crossover", "crossover_out_seed4", 125, 125, 0},
+                               Found{"coronary_lad", "lad_frozen", 86, 15, 0.9 * 32}}) {
+        const std::string assets = SELDINGER_SOURCE "/assets/";
+        exercise::Simulation simulation(
+            scenario::load_scenario(assets + "scenarios/" + found.scenario + ".toml", assets + "devices"),
+            test::cache());
+        const std::string file =
+            std::string(SELDINGER_SOURCE "/tests/fuzz/found/hands/") + found.script + ".gw";
+        const script::CommandScript script =
+            script::parse_commands(io::read_text(file, "script", "a file"), file);
+        int settling = 0, longest = 0;
+        double deepest = 0;
+        for (int frame = 0; frame < found.frames; ++frame) {
+            for (const script::TimedCommand& timed : script.at(frame)) simulation.apply(timed.command);
+            const exercise::StepReport report = simulation.step();
+            ASSERT_LE(report.relax.updates, simulation.scenario().budget.updates)
+                << found.scenario << ", frame " << frame;
+            settling = report.settling ? settling + 1 : 0;
+            longest = std::max(longest, settling);
+            deepest = std::max(deepest, simulation.inserted());
+            if (!report.settling && report.relax.at_rest && simulation.wire().devices.empty()) {
+                EXPECT_LE(physics::hand_force(simulation.wire(), report.relax.push_force),
+                          simulation.passes_on())
+                    << found.scenario << ", frame " << frame;
+            }
+        }
+        EXPECT_LE(longest, found.longest_settling) << found.scenario;
+        EXPECT_GE(deepest - simulation.inserted(), found.brought_back) << found.scenario;
+    }
+}
+
+}  // namespace fuzz
