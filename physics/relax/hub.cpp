@@ -38,25 +38,35 @@ bool Hub::can_be(const Guidewire& wire, const RelaxReport& report) const {
     const double energy = energy_of(wire);
     double force = std::max(std::abs(report.push_force), std::abs(rest_report_.push_force));
     double torque = std::max(std::abs(report.base_torque), std::abs(rest_report_.base_torque));
-    for (const std::vector<HubLoad>* loads : {&loads_, &rest_loads_})
-        for (const HubLoad& load : *loads) {
-            force = std::max(force, std::abs(load.push));
-            torque = std::max(torque, std::abs(load.torque));
-        }
+    // Of several devices one may push and another pull by more than both together.
+    if (!wire.devices.empty())
+        for (const std::vector<HubLoad>* loads : {&loads_, &rest_loads_})
+            for (const HubLoad& load : *loads) {
+                force = std::max(force, std::abs(load.push));
+                torque = std::max(torque, std::abs(load.torque));
+            }
     const double work = force * std::abs(made_.feed) + torque * std::abs(made_.turn);
     return energy - rest_energy_ <= work_share * work + energy_share * std::abs(rest_energy_) + energy_floor;
 }
 
 /// Whether a shaft outside bows under the push of the motion that was tried.
-bool Hub::buckles(const Guidewire& wire, const RelaxReport& report) const {
-    if (!(made_.feed > 0) || !report.at_rest) return false;
-    const auto too_much = [](double limit, double push) { return limit > 0 && push > limit; };
-    if (wire.devices.empty()) return too_much(wire.spec.buckling_force, hand_force(wire, report.push_force));
-    for (int k = 0; k < static_cast<int>(loads_.size()); ++k)
-        if ((made_.device == every_device || made_.device == k) &&
-            too_much(wire.devices[k].spec.buckling_force, loads_[k].push))
-            return true;
+bool Hub::buckles(const Guidewire& wire) const {
+    if (!(made_.feed > 0) || !loads_at_rest_) return false;
+    for (int k = 0; k < static_cast<int>(loads_.size()); ++k) {
+        const bool alone = wire.devices.empty();
+        if (!alone && made_.device != every_device && made_.device != k) continue;
+        const double limit = alone ? wire.spec.buckling_force : wire.devices[k].spec.buckling_force;
+        if (limit > 0 && loads_[k].push > limit) return true;
+    }
     return false;
+}
+
+void Hub::find_loads(const Guidewire& wire, const RelaxReport& report) {
+    loads_at_rest_ = report.at_rest;
+    if (wire.devices.empty())
+        loads_ = {{hand_force(wire, report.push_force), report.base_torque}};
+    else
+        loads_ = hub_loads(wire, relaxer_.contacts());
 }
 
 HubReport Hub::settle(Guidewire& wire, int updates) {
@@ -100,11 +110,12 @@ HubReport Hub::resume(Guidewire& wire, int updates) {
 HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
     for (;;) {
         if (report.relax.out_of_budget) {
+            loads_at_rest_ = false;
             report.outcome = HubReport::Outcome::Working;
             return report;
         }
-        if (!wire.devices.empty()) loads_ = hub_loads(wire, relaxer_.contacts());
-        const bool buckles = this->buckles(wire, report.relax);
+        find_loads(wire, report.relax);
+        const bool buckles = this->buckles(wire);
         report.buckled = report.buckled || buckles;
         if (settling_ || (!buckles && can_be(wire, report.relax))) {
             working_ = settling_ = false;
@@ -117,6 +128,7 @@ HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
         if (++halvings_ > halvings) {
             working_ = false;
             report.outcome = HubReport::Outcome::Refused;
+            find_loads(wire, report.relax);
             return report;
         }
         start_part(wire, updates, report);
