@@ -7,7 +7,7 @@ packages="
     libeigen3-dev libembree-dev libosmesa6-dev libimgui-dev libglfw3-dev libglm-dev libassimp-dev libpugixml-dev libpng-dev libdeflate-dev zlib1g-dev libnifti-dev libdcmtk-dev
     libtomlplusplus-dev nlohmann-json3-dev libfmt-dev libcli11-dev
     libgtest-dev libvalijson-dev libbenchmark-dev xvfb libx11-dev libxtst-dev chromium dcmtk clang-format clang-tidy gnuplot-nox fonts-dejavu-core dpkg-dev
-    pybind11-dev python3-dev python3-numpy python3-pytest
+    pybind11-dev python3-dev python3-numpy python3-pytest python3-cloudpickle
     slurmctld slurmd slurm-client
     clang libclang-rt-14-dev
 "
