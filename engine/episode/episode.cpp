@@ -316,13 +316,18 @@ std::vector<double> places_of(const Episode& episode, script::Held held) {
     std::vector<double> numbers;
     if (held == script::Held::Catheter && !simulation.has_catheter()) return numbers;
     const geometry::Vec3 shift = simulation.vessel_shift();
-    for (const geometry::Vec3& joint : simulation.path_of(held))
-        for (const double x : geometry::Vec3(joint + shift)) numbers.push_back(x);
+    const geometry::Polyline joints = simulation.path_of(held);
+    numbers.reserve(3 * joints.size());
+    for (const geometry::Vec3& joint : joints) {
+        const geometry::Vec3 place = joint + shift;
+        numbers.insert(numbers.end(), place.begin(), place.end());
+    }
     return numbers;
 }
 
 std::vector<double> in_image(const render::CArm& arm, const std::vector<double>& places) {
     std::vector<double> numbers;
+    numbers.reserve(places.size());
     for (std::size_t i = 0; i < places.size(); i += 3) {
         const render::Pixel pixel = render::project(arm, {places[i], places[i + 1], places[i + 2]});
         numbers.push_back(pixel.x);
