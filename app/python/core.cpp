@@ -2,24 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <condition_variable>
 #include <filesystem>
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <pthread.h>
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 #include <string>
-#include <thread>
 #include <type_traits>
-#include <unistd.h>
 #include <utility>
 #include <vector>
 
 #include "app/python/docs.h"
+#include "app/python/free.h"
 #include "engine/episode/episode.h"
 #include "engine/episode/pool.h"
 #include "engine/exercise/score_file.h"
@@ -55,87 +52,6 @@ double checked(double value, double most, const char* what, const char* unit) {
                              text_of(most) + " to " + text_of(most) + " is accepted");
     return value;
 }
-
-/// The end of Python. A thread that asks for the interpreter after that is ended by it in the middle of C++,
-/// which ends the program. So when Python begins to end, calls that are under way come to the end of their
-/// part, and threads other than the one that ends Python stop for ever before they take the interpreter back.
-class Ending {
-public:
-    static Ending& get() {
-        static auto* const one = new Ending;  // outlives all threads
-        return *one;
-    }
-    /// To be called with the interpreter locked, by the thread that ends Python.
-    void begin() {
-        PyThreadState* const saved = PyEval_SaveThread();
-        {
-            std::unique_lock lock(mutex_);
-            begun_ = true;
-            by_ = std::this_thread::get_id();
-            done_.wait(lock, [&] { return busy_ == 0; });
-        }
-        PyEval_RestoreThread(saved);
-    }
-    bool for_this_thread() {
-        const std::lock_guard lock(mutex_);
-        return begun_ && by_ != std::this_thread::get_id();
-    }
-    void leave_python() {
-        const std::lock_guard lock(mutex_);
-        ++busy_;
-    }
-    /// Does not return once Python ends.
-    void before_return() {
-        std::unique_lock lock(mutex_);
-        if (!begun_ || by_ == std::this_thread::get_id()) return;
-        --busy_;
-        done_.notify_all();
-        lock.unlock();
-        for (;;) pause();
-    }
-    void returned() {
-        const std::lock_guard lock(mutex_);
-        --busy_;
-        done_.notify_all();
-    }
-    /// In a process that was forked, which has none of the other threads.
-    void forget() {
-        new (&mutex_) std::mutex;
-        new (&done_) std::condition_variable;
-        busy_ = 0;
-    }
-
-private:
-    std::mutex mutex_;
-    std::condition_variable done_;
-    int busy_ = 0;  // threads at work without the interpreter, or on their way back to it
-    bool begun_ = false;
-    std::thread::id by_;
-};
-
-/// Thrown out of long work when Python ends.
-struct PythonEnds {};
-
-/// Lets other threads of Python run while it exists. What this thread holds besides must be let go before it
-/// ends.
-class Free {
-public:
-    Free() {
-        Ending::get().leave_python();
-        state_ = PyEval_SaveThread();
-        if (Ending::get().for_this_thread()) Ending::get().before_return();  // begins nothing more
-    }
-    ~Free() {
-        Ending::get().before_return();
-        PyEval_RestoreThread(state_);
-        Ending::get().returned();
-    }
-    Free(const Free&) = delete;
-    Free& operator=(const Free&) = delete;
-
-private:
-    PyThreadState* state_;
-};
 
 /// Asks Python for Ctrl-C; to be called with the interpreter locked.
 void check_signals() {
@@ -835,7 +751,7 @@ public:
     py::array_t<std::uint8_t> images(int pixels, const std::string& mode,
                                      const std::optional<std::vector<std::uint64_t>>& seeds) {
         require_open();
-        if (pixels < 32 || pixels > 2048) throw io::InputError("pixels: 32 to 2048 is accepted");
+        require_pixels(pixels);
         if (seeds && static_cast<int>(seeds->size()) != size())
             throw io::InputError("seeds: one for each simulation is accepted");
         const episode::ImageMode as = mode_of(mode);
@@ -853,7 +769,7 @@ public:
     }
     py::dict masks(int pixels) {
         require_open();
-        if (pixels < 32 || pixels > 2048) throw io::InputError("pixels: 32 to 2048 is accepted");
+        require_pixels(pixels);
         bool catheter = false;
         {
             const Free free;
@@ -888,6 +804,9 @@ private:
     /// Between two of these Ctrl-C is asked for: simulations whose state is touched, images of each thread.
     static constexpr int many = 1000, few = 8;
 
+    static void require_pixels(int pixels) {
+        if (pixels < 32 || pixels > 2048) throw io::InputError("pixels: 32 to 2048 is accepted");
+    }
     static void checked_count(const char* what, int value, int most) {
         if (value < 1 || value > most)
             throw io::InputError(std::string(what) + ": " + std::to_string(value) + " was given; 1 to " +
@@ -1144,9 +1063,7 @@ PYBIND11_MODULE(_core, m) {
     closes(one);
     closes(several);
 
-    // Python ends: see Ending.
-    py::module_::import("atexit").attr("register")(py::cpp_function([] { Ending::get().begin(); }));
-    pthread_atfork(nullptr, nullptr, [] { Ending::get().forget(); });
+    follow_the_end_of_python();
 
     m.def("_facts", &facts, py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("overrides"));
     m.def("write_png", &write_png, py::arg("path"), py::arg("image"), docs::write_png);

@@ -204,6 +204,9 @@ void Episode::step(std::span<const script::Command> given) {
         std::erase_if(asked_, is_uncertain);
         throw;
     }
+    for (const script::Command& command : commands)
+        if (const auto* exchange = std::get_if<script::Exchange>(&command))
+            read_.push_back(exercise::file_of_wire(exchange->device, simulation().scenario()));
     asked_.clear();
     asked_arm_.reset();
     hash_.reset();
@@ -291,7 +294,7 @@ void Episode::save(const std::filesystem::path& path, script::Origin origin) con
 }
 
 void Episode::require_no_input(const std::string& what, const std::filesystem::path& path) const {
-    std::vector<std::filesystem::path> more;
+    std::vector<std::filesystem::path> more = read_;
     std::error_code ignored;
     if (std::filesystem::is_regular_file("/dev/stdin", ignored)) more.emplace_back("/dev/stdin");
     scenario::require_no_input({{what, path}}, simulation().scenario(), std::move(more));

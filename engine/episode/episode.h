@@ -151,8 +151,9 @@ private:
     std::shared_ptr<const Snapshot> start_;
     std::unique_ptr<Camera> camera_;
     std::optional<exercise::RoomReadout> room_;
-    std::vector<script::Command> asked_;     // for the next frame
-    std::optional<render::CArm> asked_arm_;  // the C-arm after these; empty = not known yet
+    std::vector<std::filesystem::path> read_;  // files of wires that exchanges have read
+    std::vector<script::Command> asked_;       // for the next frame
+    std::optional<render::CArm> asked_arm_;    // the C-arm after these; empty = not known yet
     Log log_;
     mutable std::optional<std::uint64_t> hash_;  // of the state as it is
 };

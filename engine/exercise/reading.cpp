@@ -141,15 +141,15 @@ Reading Reader::read(const Simulation& simulation, const FrameTime& time, script
     r.target_radius = simulation.scenario().target.radius;
     r.shift = place_of(shift);
     r.tip_to_target = simulation.tip_to_target();
-    r.settling = last.settling;
-    r.at_rest = last.at_rest && !last.settling;
-    r.certified = r.at_rest && last.strict_minimum && !last.refused && !last.waits;
-    r.refused = last.refused;
-    r.buckled = last.buckled;
-    r.too_thick = last.too_thick;
-    r.insertion_stopped = last.insertion_stopped;
-    r.withdrawal_stopped = last.withdrawal_stopped;
-    r.whole_wire_is_in = last.whole_wire_is_in;
+    r.settling = last.motion.settling;
+    r.refused = last.motion.refused;
+    r.buckled = last.motion.buckled;
+    r.too_thick = last.motion.too_thick;
+    r.insertion_stopped = last.motion.insertion_stopped;
+    r.withdrawal_stopped = last.motion.withdrawal_stopped;
+    r.whole_wire_is_in = last.motion.whole_wire_is_in;
+    r.at_rest = last.at_rest && !r.settling;
+    r.certified = r.at_rest && last.strict_minimum && !r.refused && !last.waits;
     r.on_target = r.tip_to_target <= r.target_radius;
     return r;
 }

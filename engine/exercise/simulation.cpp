@@ -315,13 +315,7 @@ void Simulation::keep_readings(const StepReport& report) {
         readings_.at_rest = report.relax.at_rest || report.relax.converged;
         readings_.strict_minimum = report.relax.strict_minimum || report.relax.converged;
     }
-    readings_.settling = report.settling;
-    readings_.refused = report.refused;
-    readings_.buckled = report.buckled;
-    readings_.too_thick = report.too_thick;
-    readings_.insertion_stopped = report.insertion_stopped;
-    readings_.withdrawal_stopped = report.withdrawal_stopped;
-    readings_.whole_wire_is_in = report.whole_wire_is_in;
+    readings_.motion = report;
     readings_.waits = report.waiting_insertion != 0 || report.waiting_rotation != 0;
 }
 

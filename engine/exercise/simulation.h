@@ -20,24 +20,32 @@
 
 namespace exercise {
 
-/// What one frame did.
-struct StepReport {
-    physics::RelaxReport relax;       // of the whole frame
-    std::vector<double> insertions;   // change of the inserted length by each motion, in order [mm]
-    double rotation = 0;              // Σ|angle| of the hubs [rad]
+/// What came of the motions of one frame.
+struct MotionFlags {
     bool withdrawal_stopped = false;  // the curved tip was at the introducer
     bool insertion_stopped = false;   // the tip stands in an open end
     bool whole_wire_is_in = false;    // and more was asked for
-    double deepest_crossing = 0;      // depth of a segment left in the wall between its joints [mm]
     bool settling = false;            // the wire is on its way to rest: the one shown is the last at rest
     bool buckled = false;             // a push was not passed on: the shaft outside bows
     bool refused = false;             // a motion that led to no rest was not made
     bool too_thick = false;           // the catheter stands before a vessel that is narrower than it is
-    std::string exchanged;            // the wire is now this one
-    std::string denied;               // what was not done, and why: one sentence
-    double waiting_insertion = 0;     // asked for but not made yet [mm]
-    double waiting_rotation = 0;      // [rad]
-    bool reset = false;               // a new attempt began with this frame
+
+    void state(geometry::StateStream& s) {
+        s(withdrawal_stopped, insertion_stopped, whole_wire_is_in, settling, buckled, refused, too_thick);
+    }
+};
+
+/// What one frame did.
+struct StepReport : MotionFlags {
+    physics::RelaxReport relax;      // of the whole frame
+    std::vector<double> insertions;  // change of the inserted length by each motion, in order [mm]
+    double rotation = 0;             // Σ|angle| of the hubs [rad]
+    double deepest_crossing = 0;     // depth of a segment left in the wall between its joints [mm]
+    std::string exchanged;           // the wire is now this one
+    std::string denied;              // what was not done, and why: one sentence
+    double waiting_insertion = 0;    // asked for but not made yet [mm]
+    double waiting_rotation = 0;     // [rad]
+    bool reset = false;              // a new attempt began with this frame
     ConsoleEvents console;
     scenario::Breathing::Event breath = scenario::Breathing::Event::None;
 };
@@ -56,14 +64,10 @@ struct Readings {
     Hand wire, catheter;
     bool at_rest = true;         // the wire shown is an equilibrium within the solver's tolerance
     bool strict_minimum = true;  // and a strict minimum of the energy
-    bool settling = false, refused = false, buckled = false, too_thick = false, insertion_stopped = false,
-         withdrawal_stopped = false, whole_wire_is_in = false;  // as in StepReport
-    bool waits = false;                                         // some motion was asked for and not made yet
+    MotionFlags motion;
+    bool waits = false;  // some motion was asked for and not made yet
 
-    void state(geometry::StateStream& s) {
-        s(wire, catheter, at_rest, strict_minimum, settling, refused, buckled, too_thick, insertion_stopped,
-          withdrawal_stopped, whole_wire_is_in, waits);
-    }
+    void state(geometry::StateStream& s) { s(wire, catheter, at_rest, strict_minimum, motion, waits); }
 };
 
 /// What an instructor may change while the wire is inside.

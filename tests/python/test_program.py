@@ -149,18 +149,29 @@ def test_so_many_states_are_kept_and_no_more(program, cache):
 
 
 def own_scenario(folder):
-    """A scenario of files of its own: what serve and the module read for it."""
-    assets = sd.assets()
-    (folder / "devices").mkdir()
-    wire = folder / "wire.toml"
-    wire.write_bytes((assets / "devices" / "glide035.toml").read_bytes())
-    text = (assets / "scenarios" / "s_bend.toml").read_text()
+    """A scenario in a folder of its own, and other names of its file."""
     scenario = folder / "own.toml"
-    scenario.write_text(text)
-    link, hard = folder / "link.png", folder / "hard.gw"
-    link.symlink_to(scenario)
-    os.link(scenario, hard)
-    return scenario, [scenario, link, hard, folder / "devices" / ".." / "own.toml"]
+    scenario.write_bytes((sd.assets() / "scenarios" / "s_bend.toml").read_bytes())
+    (folder / "sub").mkdir()
+    (folder / "link.png").symlink_to(scenario)
+    os.link(scenario, folder / "hard.gw")
+    return scenario, [scenario, folder / "link.png", folder / "hard.gw", folder / "sub" / ".." / "own.toml"]
+
+
+def test_the_file_of_a_wire_that_was_exchanged_is_not_overwritten(cache, tmp_path):
+    scenario, wire = tmp_path / "own.toml", tmp_path / "wire.toml"
+    scenario.write_bytes((sd.assets() / "scenarios" / "renal_cobra.toml").read_bytes())
+    wire.write_bytes((sd.assets() / "devices" / "glide035.toml").read_bytes())
+    with sd.Simulation(scenario, cache=cache) as sim:
+        sim.step(catheter_advance_mm=30, frames=5)
+        sim.apply("remove wire")
+        sim.step(frames=30)
+        sim.apply("exchange wire wire.toml")
+        sim.step()
+        sim.reset()
+        with pytest.raises(sd.InputError, match="would overwrite what is read"):
+            sim.save(wire)
+    assert wire.read_bytes() == (sd.assets() / "devices" / "glide035.toml").read_bytes()
 
 
 def test_what_is_read_is_never_overwritten_by_serve_or_by_the_module(program, cache, tmp_path):
