@@ -163,9 +163,8 @@ def test_the_file_of_a_wire_that_was_exchanged_is_not_overwritten(cache, tmp_pat
     scenario.write_bytes((sd.assets() / "scenarios" / "renal_cobra.toml").read_bytes())
     wire.write_bytes((sd.assets() / "devices" / "glide035.toml").read_bytes())
     with sd.Simulation(scenario, cache=cache) as sim:
-        sim.step(catheter_advance_mm=30, frames=5)
         sim.apply("remove wire")
-        sim.step(frames=30)
+        sim.step(frames=60)
         sim.apply("exchange wire wire.toml")
         sim.step()
         sim.reset()

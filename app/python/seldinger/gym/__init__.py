@@ -39,7 +39,6 @@ _bases = (spaces.gymnasium.Env if spaces.gymnasium else object,
           spaces.gymnasium.vector.VectorEnv if spaces.gymnasium else object)
 
 
-
 def _with_arguments(init: Any) -> Any:
     """Shows Batch's arguments, which a constructor passes on, as its own."""
     own = [p for p in inspect.signature(init).parameters.values() if p.kind is not p.VAR_KEYWORD]
@@ -84,9 +83,9 @@ class Env(_bases[0]):
     terminated: the tip is within the target's radius. truncated: info['truncation'] is 'steps', 'time' (the scenario's
     limit), 'vessel_end' (the tip stands in an open end) or 'not_certified' (see patience), else None.
     info: success, truncation, branch, path_ratio (way left over that at the start), path_to_target_mm, tip_to_target_mm,
-    tip_force_N, wall_force_N, push_N, torque_Nmm, certified, time_s, reward (its parts), hash (that of State, its 64 bits as a signed int, as arrays of
-    int64, tensors and JSON take it: hash % 2**64 == State.hash), dose (a dict of
-    air_kerma_mGy and area_product_Gycm2 of the episode, 0 without beam).
+    tip_force_N, wall_force_N, push_N, torque_Nmm, certified, time_s, reward (its parts), hash (that of State, its 64 bits as
+    a signed int, which arrays of int64, tensors and JSON take: hash % 2**64 == State.hash), dose (a dict of air_kerma_mGy and
+    area_product_Gycm2 of the episode, 0 without beam).
     Raises InputError for arguments that are not accepted, and after close().
     """
 
