@@ -455,7 +455,7 @@ public:
         anatomy::ModelCache cache;
         cache.folder = cache_folder;
         cache.progress = [](double, const char*) {
-            if (Ending::get().for_this_thread()) throw PythonEnds();
+            require_python();
             const py::gil_scoped_acquire held;
             check_signals();
         };
