@@ -70,10 +70,9 @@ py::array_t<double> array_of(const std::vector<double>& numbers, int columns) {
 }
 
 py::array_t<double> array_of(const geometry::Polyline& line) {
-    py::array_t<double> a({static_cast<py::ssize_t>(line.size()), py::ssize_t{3}});
-    double* to = a.mutable_data();
-    for (const Vec3& p : line) to = std::copy_n(p.data(), 3, to);
-    return a;
+    static_assert(sizeof(Vec3) == 3 * sizeof(double));
+    return py::array_t<double>({static_cast<py::ssize_t>(line.size()), py::ssize_t{3}},
+                               line.empty() ? nullptr : line.front().data());
 }
 
 py::array_t<std::uint8_t> array_of(const render::GrayImage& image) {
