@@ -23,55 +23,95 @@ namespace {
 struct ServeArguments {
     std::string scenario, cache;
     std::vector<std::string> set;
+    int keep = 10'000;
 };
 
-/// What a line asks for besides a command of scripts; empty where it is none of these.
-std::string answer(episode::Episode& episode, const std::string& line,
-                   std::vector<episode::Episode::Snapshot>& kept) {
-    const auto word = line.substr(0, line.find(' '));
-    const std::string rest = word.size() < line.size() ? line.substr(word.size() + 1) : std::string();
-    const auto file = [&] {
-        if (rest.empty())
-            throw io::InputError(fmt::format("'{}': the name of a file is accepted after it", word));
-        return std::filesystem::path(rest);
-    };
-    if (word == "step") {
-        episode.step({});
-        return episode::to_json(episode);
+constexpr std::size_t longest_line = 1'000'000;  // [bytes]
+
+/// A line of the input without its end. A longer one than is accepted is not kept: its rest is left in the
+/// stream, and `too_long` says so.
+bool take_line(std::istream& input, std::string& line, bool& too_long) {
+    line.clear();
+    too_long = false;
+    for (char c; input.get(c);) {
+        if (c == '\n') return true;
+        if (line.size() == longest_line) {
+            too_long = true;
+            return true;
+        }
+        line += c;
     }
-    if (word == "state") return episode::to_json(episode);
-    if (word == "restart") {
-        episode.reset();
-        return episode::to_json(episode);
+    return !line.empty() && input.eof();
+}
+
+void skip_line(std::istream& input) {
+    for (char c; !stop_requested() && input.get(c) && c != '\n';) continue;
+}
+
+/// Answers lines for one episode.
+class Server {
+public:
+    Server(episode::Episode& episode, int most_kept) : episode_(episode), most_kept_(most_kept) {}
+
+    /// What a line asks for besides a command of scripts; empty where it is none of these.
+    std::string answer(const std::string& line) {
+        const auto word = line.substr(0, line.find(' '));
+        const std::string rest = word.size() < line.size() ? line.substr(word.size() + 1) : std::string();
+        const bool alone = word == "step" || word == "state" || word == "restart" || word == "keep" ||
+                           word == "score" || word == "quit";
+        if (alone && !rest.empty())
+            throw io::InputError(
+                fmt::format("'{}': expected '{}' alone, found '{}' after it", line, word, rest));
+        if (word == "step") episode_.step({});
+        if (word == "restart") episode_.reset();
+        if (word == "back") episode_.restore(kept_[number_of(line, rest)]);
+        if (word == "step" || word == "state" || word == "restart" || word == "back")
+            return episode::to_json(episode_);
+        if (word == "keep") return keep();
+        if (word == "image") return image(line, rest);
+        if (word == "save") {
+            if (rest.empty())
+                throw io::InputError(fmt::format("'{}': the name of a file is accepted after it", word));
+            episode_.save(rest, origin());
+            return fmt::format("{{\"saved\":{}}}", episode::quoted(rest));
+        }
+        if (word == "score") return episode::score_line(episode_, program);
+        return {};
     }
-    if (word == "keep") {
-        kept.push_back(episode.snapshot());
-        return fmt::format("{{\"kept\":{}}}", kept.size() - 1);
-    }
-    if (word == "back") {
+
+private:
+    std::size_t number_of(const std::string& line, const std::string& rest) const {
         const std::optional<int> number = io::parse_integer(rest);
-        if (!number || *number < 0 || *number >= static_cast<int>(kept.size()))
+        if (!number || *number < 0 || *number >= static_cast<int>(kept_.size()))
             throw io::InputError(fmt::format(
-                "'{}': the number of a state that was kept, below {}, is accepted", line, kept.size()));
-        episode.restore(kept[static_cast<std::size_t>(*number)]);
-        return episode::to_json(episode);
+                "'{}': the number of a state that was kept, below {}, is accepted", line, kept_.size()));
+        return static_cast<std::size_t>(*number);
     }
-    if (word == "image") {
+    std::string keep() {
+        if (static_cast<int>(kept_.size()) >= most_kept_)
+            throw io::InputError(
+                fmt::format("'keep': expected at most {} kept states, found one more; serve "
+                            "--keep NUMBER sets another limit",
+                            most_kept_));
+        kept_.push_back(episode_.snapshot());
+        return fmt::format("{{\"kept\":{}}}", kept_.size() - 1);
+    }
+    std::string image(const std::string& line, const std::string& rest) {
         const std::size_t space = rest.find(' ');
         const std::optional<int> pixels = io::parse_integer(rest.substr(0, space));
         if (!pixels || space == std::string::npos)
             throw io::InputError(fmt::format("'{}': 'image PIXELS FILE.png' is accepted", line));
-        const auto png = render::encode_png(episode.image(*pixels, episode::ImageMode::Live));
-        io::write_whole(rest.substr(space + 1), {reinterpret_cast<const char*>(png.data()), png.size()});
-        return fmt::format("{{\"image\":{}}}", episode::quoted(rest.substr(space + 1)));
+        const std::string file = rest.substr(space + 1);
+        episode_.require_no_input("image", file);
+        const auto png = render::encode_png(episode_.image(*pixels, episode::ImageMode::Live));
+        io::write_whole(file, {reinterpret_cast<const char*>(png.data()), png.size()});
+        return fmt::format("{{\"image\":{}}}", episode::quoted(file));
     }
-    if (word == "save") {
-        episode.save(file(), origin());
-        return fmt::format("{{\"saved\":{}}}", episode::quoted(rest));
-    }
-    if (word == "score") return episode::score_line(episode, program);
-    return {};
-}
+
+    episode::Episode& episode_;
+    const int most_kept_;
+    std::vector<episode::Episode::Snapshot> kept_;
+};
 
 int serve(const ServeArguments& arguments) {
     anatomy::ModelCache cache;
@@ -85,19 +125,28 @@ int serve(const ServeArguments& arguments) {
                                     assets() / "devices", overrides_of(arguments.set)),
             exercise::Pictures::None, cache);
     }
-    std::vector<episode::Episode::Snapshot> kept;
+    Server server(*episode, arguments.keep);
     const auto say = [](const std::string& line) {
         fmt::print("{}\n", line);
         std::fflush(stdout);
     };
     say(episode::to_json(*episode));
-    for (std::string line; !stop_requested() && std::getline(std::cin, line);) {
+    const auto refuse = [&say](const std::string& why) {
+        say(fmt::format("{{\"error\":{}}}", episode::quoted(why)));
+    };
+    bool too_long = false;
+    for (std::string line; !stop_requested() && take_line(std::cin, line, too_long);) {
         if (stop_requested()) break;  // the line may be cut
+        if (too_long) {
+            refuse(fmt::format("expected a line of at most {} bytes, found a longer one", longest_line));
+            skip_line(std::cin);
+            continue;
+        }
         if (!line.empty() && line.back() == '\r') line.pop_back();
         if (line == "quit") break;
         if (line.empty() || line.front() == '#') continue;
         try {
-            std::string said = answer(*episode, line, kept);
+            const std::string said = server.answer(line);
             // A command of scripts waits for the step.
             if (said.empty()) {
                 episode->ask(episode::parse_line(line));
@@ -105,7 +154,7 @@ int serve(const ServeArguments& arguments) {
             }
             say(said);
         } catch (const io::InputError& error) {
-            say(fmt::format("{{\"error\":{}}}", episode::quoted(error.what())));
+            refuse(error.what());
         }
     }
     return stop_requested() ? interrupted : done;
@@ -125,6 +174,9 @@ Command add_serve(CLI::App& parser) {
     command->add_option("--set", arguments->set, "KEY=VALUE in place of the scenario's; again for more");
     command->add_option("--cache", arguments->cache,
                         "Folder that keeps grown vessels and distance fields; else the user's own");
+    command->add_option("--keep", arguments->keep, "The most states that 'keep' keeps, each of 30 to 100 kB")
+        ->check(CLI::Range(1, 1'000'000))
+        ->capture_default_str();
     command->footer(
         "Lines:\n"
         "  advance 2 mm, rotate 30 deg, ...   a command of scripts; it waits for the step and is not "

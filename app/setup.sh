@@ -15,7 +15,7 @@ run="
 python="pybind11-dev python3-dev python3-numpy"
 tests="
     libgtest-dev libvalijson-dev xvfb libx11-dev libxtst-dev chromium dcmtk dicom3tools gnuplot-nox dpkg-dev
-    python3-pytest slurmctld slurmd slurm-client
+    python3-pytest python3-cloudpickle slurmctld slurmd slurm-client
 "
 tools="clang-format clang-tidy clang libclang-rt-14-dev libbenchmark-dev"
 

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <limits>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -18,6 +16,7 @@
 #include <vector>
 
 #include "app/python/docs.h"
+#include "app/python/free.h"
 #include "engine/episode/episode.h"
 #include "engine/episode/pool.h"
 #include "engine/exercise/score_file.h"
@@ -32,6 +31,7 @@ namespace app {
 namespace {
 
 using episode::Episode;
+using exercise::Reading;
 using geometry::Vec3;
 using Doubles = py::array_t<double, py::array::c_style | py::array::forcecast>;
 using Flags = py::array_t<bool, py::array::c_style | py::array::forcecast>;
@@ -59,36 +59,20 @@ void check_signals() {
 }
 
 py::array_t<double> array_of(const Vec3& v) {
-    py::array_t<double> a(3);
-    std::copy_n(v.data(), 3, a.mutable_data());
-    return a;
+    return py::array_t<double>(3, v.data());
 }
 
-py::array_t<double> array_of(const geometry::Polyline& line, const Vec3& shift) {
-    py::array_t<double> a({static_cast<py::ssize_t>(line.size()), py::ssize_t{3}});
-    double* to = a.mutable_data();
-    for (const Vec3& p : line)
-        for (int k = 0; k < 3; ++k) *to++ = p[k] + shift[k];
-    return a;
+/// Rows of so many numbers; one number a row has one dimension.
+py::array_t<double> array_of(const std::vector<double>& numbers, int columns) {
+    const auto size = static_cast<py::ssize_t>(numbers.size());
+    if (columns == 1) return py::array_t<double>(size, numbers.data());
+    return py::array_t<double>({size / columns, py::ssize_t{columns}}, numbers.data());
 }
 
-py::array_t<double> pixels_of(const render::CArm& arm, const geometry::Polyline& line, const Vec3& shift) {
-    py::array_t<double> a({static_cast<py::ssize_t>(line.size()), py::ssize_t{2}});
-    double* to = a.mutable_data();
-    for (const Vec3& p : line) {
-        const render::Pixel pixel = render::project(arm, p + shift);
-        *to++ = pixel.x;
-        *to++ = pixel.y;
-    }
-    return a;
-}
-
-py::array_t<double> pixel_of(const render::CArm& arm, const Vec3& place) {
-    const render::Pixel pixel = render::project(arm, place);
-    py::array_t<double> a(2);
-    a.mutable_at(0) = pixel.x;
-    a.mutable_at(1) = pixel.y;
-    return a;
+py::array_t<double> array_of(const geometry::Polyline& line) {
+    static_assert(sizeof(Vec3) == 3 * sizeof(double));
+    return py::array_t<double>({static_cast<py::ssize_t>(line.size()), py::ssize_t{3}},
+                               line.empty() ? nullptr : line.front().data());
 }
 
 py::array_t<std::uint8_t> array_of(const render::GrayImage& image) {
@@ -103,37 +87,82 @@ py::array_t<std::uint8_t> array_of(const render::ColourImage& image) {
 }
 
 struct State {
-    episode::Reading reading;
+    Reading reading;
     std::string branch;
     std::uint64_t hash = 0;
-    py::array_t<double> tip, direction, target, tip_px, target_px, wire, wire_px, catheter, catheter_px,
-        force;
+    std::vector<py::array_t<double>> lists;  // as list_fields()
 };
 
 State state_of(const Episode& episode) {
-    State s;
     const exercise::Simulation& simulation = episode.simulation();
-    s.reading = episode.reading();
-    const episode::Reading& r = s.reading;
+    State s{episode.reading(), {}, episode.hash(), {}};
+    s.branch = name_of(s.reading.branch, simulation.anatomy());
     const render::CArm arm = episode.arm(simulation.scenario().c_arm.pixels);
-    s.branch = simulation.anatomy().branches[static_cast<std::size_t>(r.branch)].name;
-    s.hash = episode.hash();
-    s.tip = array_of(r.tip);
-    s.direction = array_of(r.direction);
-    s.target = array_of(r.target);
-    s.tip_px = pixel_of(arm, r.tip);
-    s.target_px = pixel_of(arm, r.target);
-    const geometry::Polyline wire = simulation.path_of(script::Held::Wire);
-    s.wire = array_of(wire, r.shift);
-    s.wire_px = pixels_of(arm, wire, r.shift);
-    const geometry::Polyline catheter =
-        simulation.has_catheter() ? simulation.path_of(script::Held::Catheter) : geometry::Polyline();
-    s.catheter = array_of(catheter, r.shift);
-    s.catheter_px = pixels_of(arm, catheter, r.shift);
-    const auto contacts = simulation.contacts();
-    s.force = py::array_t<double>(static_cast<py::ssize_t>(contacts.size()));
-    for (std::size_t i = 0; i < contacts.size(); ++i) s.force.mutable_data()[i] = contacts[i].force();
+    for (const episode::ListField& field : episode::list_fields())
+        s.lists.push_back(array_of(field.of(episode, arm), field.columns));
     return s;
+}
+
+/// A field's value as an attribute of State.
+struct AsAttribute {
+    const State& state;
+    py::object operator()(std::int64_t value) const { return py::int_(value); }
+    py::object operator()(double value) const { return py::float_(value); }
+    py::object operator()(bool value) const { return py::bool_(value); }
+    py::object operator()(const exercise::Place& place) const { return py::array_t<double>(3, place.data()); }
+    py::object operator()(const exercise::InImage& place) const { return py::array_t<double>(2, &place.x); }
+    py::object operator()(const exercise::OfDevices& value) const { return py::float_(value.wire); }
+    py::object operator()(exercise::Branch) const { return py::str(state.branch); }
+    py::object operator()(script::Held held) const {
+        return py::str(std::string(script::held_names[static_cast<std::size_t>(held)]));
+    }
+};
+
+/// What a field is: as an attribute of State, and in a record of NumPy.
+struct Kind {
+    const char* attribute;
+    const char* format;
+    int size;      // of the record's array; 1 = a number
+    bool devices;  // one number of each device
+
+    Kind(std::int64_t Reading::*) : Kind("int", "i8", 1) {}
+    Kind(double Reading::*) : Kind("float", "f8", 1) {}
+    Kind(bool Reading::*) : Kind("bool", "?", 1) {}
+    Kind(exercise::Place Reading::*) : Kind("(3,) float64", "f8", 3) {}
+    Kind(exercise::InImage Reading::*) : Kind("(2,) float64", "f8", 2) {}
+    Kind(exercise::OfDevices Reading::*) : Kind("float", "f8", 2, true) {}
+    Kind(exercise::Branch Reading::*) : Kind("str", "i8", 1) {}
+    Kind(script::Held Reading::*) : Kind("str", "i4", 1) {}
+
+private:
+    Kind(const char* as_attribute, const char* in_record, int in_all, bool of_devices = false)
+        : attribute(as_attribute), format(in_record), size(in_all), devices(of_devices) {}
+};
+Kind kind_of(const exercise::Field& field) {
+    return std::visit([](const auto member) { return Kind(member); }, field.member);
+}
+
+/// A Reading as a record of NumPy.
+py::dtype record() {
+    static const Reading of;
+    py::list names, formats, offsets;
+    for (const exercise::Field& field : exercise::fields()) {
+        if (field.name.empty()) continue;
+        const Kind kind = kind_of(field);
+        names.append(std::string(field.name));
+        formats.append(kind.size == 1 ? py::object(py::str(kind.format))
+                                      : py::object(py::make_tuple(kind.format, py::make_tuple(kind.size))));
+        offsets.append(std::visit(
+            [](const auto member) {
+                return reinterpret_cast<const char*>(&(of.*member)) - reinterpret_cast<const char*>(&of);
+            },
+            field.member));
+    }
+    return {names, formats, offsets, sizeof(Reading)};
+}
+
+std::string described(const std::string& type, std::string_view doc, std::string_view unit) {
+    return type + ": " + std::string(doc) + (unit.empty() ? "" : " [" + std::string(unit) + "]") + ".";
 }
 
 script::Held held_of(const py::object& device) {
@@ -253,11 +282,166 @@ py::dict facts(const std::string& file, const std::optional<std::string>& text, 
     return made;
 }
 
-class Simulation {
+/// Episodes that Python holds, one or many. Made by its default constructor it has none, and every call is
+/// refused until open() was called.
+class Episodes {
 public:
-    Simulation(const std::string& file, const std::optional<std::string>& text, const std::string& catalogue,
-               const Overrides& overrides, const std::string& images, const std::string& cache_folder,
-               bool panel) {
+    virtual ~Episodes() = default;
+
+    int size() const {
+        require_made();
+        return n_;
+    }
+    void apply(int i, const std::string& command) {
+        with(i, [&](Episode& episode) {
+            episode.ask(episode::parse_line(command));
+            changed(i);
+        });
+    }
+    void aim(int i, const py::object& target, const std::optional<double>& radius) {
+        with(i, [](Episode&) {});
+        const Aim aim(target, radius);
+        with(i, [&](Episode& episode) {
+            try {
+                episode.aim(aim.of(episode.simulation().scenario()));
+            } catch (const io::InputError&) {
+                changed(i);  // it was reset before the target was judged
+                throw;
+            }
+            changed(i);
+        });
+    }
+    Snapshot snapshot(int i) {
+        return with(i, [](Episode& episode) { return Snapshot{episode.snapshot()}; });
+    }
+    void restore(int i, const Snapshot& snapshot) {
+        with(i, [&](Episode& episode) {
+            episode.restore(snapshot.state);
+            changed(i);
+        });
+    }
+    py::array_t<std::uint8_t> panel(int i, int width, int height, const std::optional<std::uint64_t>& seed) {
+        return array_of(with(i, [&](Episode& episode) {
+            return episode.panel(panel_.of(width, height), camera_of(episode), seed);
+        }));
+    }
+    std::string score(int i) {
+        return with(i, [](Episode& episode) {
+            const exercise::Exercise& exercise = episode.exercise();
+            return exercise::to_json({program(),
+                                      {},
+                                      exercise.finish(),
+                                      exercise.earlier_attempts(),
+                                      exercise.simulation().scenario().lesson.par});
+        });
+    }
+    void save(int i, const std::filesystem::path& path) {
+        script::Origin origin;
+        origin.program = program();
+        with(i, [&](Episode& episode) { episode.save(path, origin); });
+    }
+    std::optional<double> way_from(int i, const py::object& given) {
+        with(i, [](Episode&) {});
+        const Vec3 place = checked_place(given, "place_mm");
+        return with(i,
+                    [&](Episode& episode) { return episode.reader().way_from(episode.simulation(), place); });
+    }
+    void close() {
+        const Free free;
+        const std::lock_guard lock(mutex_);
+        episodes_.clear();
+        forget();
+    }
+    bool closed() {
+        require_made();
+        const auto lock = locked();
+        return episodes_.empty();
+    }
+    const anatomy::ModelCache& cache() const { return cache_; }
+
+    /// Calls use(episode) of the i-th with the interpreter free and all of these locked.
+    template <class Use>
+    std::invoke_result_t<const Use&, Episode&> with(int i, const Use& use) {
+        const Free free;
+        const std::lock_guard lock(mutex_);
+        return use(checked_at(i));
+    }
+    static std::unique_ptr<Episode> beside(const Episode& episode) {
+        if (episode.exercise().monitor())
+            throw io::InputError(
+                "a simulation with images=True cannot be shared; one with False or 'dose' is accepted");
+        return std::make_unique<Episode>(episode);
+    }
+
+protected:
+    /// To be called once, by the constructor in Python.
+    void made(std::vector<std::unique_ptr<Episode>> episodes, anatomy::ModelCache cache) {
+        const auto lock = locked();
+        require_unmade();
+        episodes_ = std::move(episodes);
+        n_ = static_cast<int>(episodes_.size());
+        cache_ = std::move(cache);
+    }
+    void require_unmade() const {
+        if (n_ > 0) throw io::InputError("__init__: expected one call, found a second one");
+    }
+    void require_made() const {
+        if (n_ == 0)
+            throw io::InputError(
+                "expected an object that was made, found one before its __init__(): a class "
+                "derived from it calls super().__init__() first");
+    }
+    void require_open() {
+        if (closed()) throw_closed();
+    }
+    [[noreturn]] void throw_closed() const {
+        require_made();
+        throw io::InputError(n_ == 1 ? "the simulation is closed; one that is open is accepted"
+                                     : "the simulations are closed; open ones are accepted");
+    }
+    /// Locks this for work with Python's objects. A call in another thread is waited for with the interpreter
+    /// free, so that neither waits for the other; what is held is never held on the way back to it.
+    std::unique_lock<std::mutex> locked() {
+        std::unique_lock lock(mutex_, std::defer_lock);
+        while (!lock.try_lock()) {
+            const Free free;
+            const std::lock_guard wait(mutex_);
+        }
+        return lock;
+    }
+    Episode& at(int i) { return *episodes_[static_cast<std::size_t>(i)]; }
+    Episode& checked_at(int i) {
+        if (episodes_.empty()) throw_closed();
+        if (i < 0 || i >= n_)
+            throw py::index_error("simulation " + std::to_string(i) + " of " + std::to_string(n_));
+        return at(i);
+    }
+    /// What follows from the state of the i-th is to be brought up to date.
+    virtual void changed(int) {}
+    virtual episode::Camera* camera_of(Episode&) { return nullptr; }  // of its own
+    virtual void forget() {}
+    static std::string program() { return "seldinger " SELDINGER_VERSION; }
+    static void require_frames(int frames) {
+        if (frames < 1 || frames > script::largest_frame)
+            throw io::InputError("frames: " + std::to_string(frames) + " was given; 1 to " +
+                                 std::to_string(script::largest_frame) + " is accepted");
+    }
+
+    int n_ = 0;                                       // 0 = not made yet
+    std::vector<std::unique_ptr<Episode>> episodes_;  // none when closed
+    anatomy::ModelCache cache_;
+    PanelOfSize panel_;
+    std::mutex mutex_;
+};
+
+/// One episode, whose states are objects.
+class Simulation : public Episodes {
+public:
+    Simulation() = default;
+
+    void open(const std::string& file, const std::optional<std::string>& text, const std::string& catalogue,
+              const Overrides& overrides, const std::string& images, const std::string& cache_folder,
+              bool panel) {
         exercise::Pictures pictures;
         if (images == "none")
             pictures = exercise::Pictures::None;
@@ -270,48 +454,34 @@ public:
         anatomy::ModelCache cache;
         cache.folder = cache_folder;
         cache.progress = [](double, const char*) {
-            const py::gil_scoped_acquire locked;
+            require_python();
+            const py::gil_scoped_acquire held;
             check_signals();
         };
-        const py::gil_scoped_release free;
-        episode_ = std::make_unique<Episode>(scenario_of(file, text, catalogue, overrides), pictures, cache);
-        if (panel) episode_->follow_room();
-        cache_ = cache;
+        std::vector<std::unique_ptr<Episode>> episodes;
+        {
+            const Free free;
+            episodes.push_back(
+                std::make_unique<Episode>(scenario_of(file, text, catalogue, overrides), pictures, cache));
+            if (panel) episodes.back()->follow_room();
+        }
+        made(std::move(episodes), std::move(cache));
     }
-    explicit Simulation(std::unique_ptr<Episode> episode, anatomy::ModelCache cache)
-        : episode_(std::move(episode)), cache_(std::move(cache)) {}
-
-    /// Calls use(episode) with the interpreter free and this simulation locked.
-    template <class Use>
-    auto with(const Use& use) {
-        const py::gil_scoped_release free;
-        const std::lock_guard lock(mutex_);
-        return use(open());
-    }
-    Episode& open() {
-        if (!episode_) throw io::InputError("the simulation is closed; one that is open is accepted");
-        return *episode_;
-    }
-
-    /// Locks this simulation for work with Python's objects. A call in another thread is waited for with the
-    /// interpreter free, so that neither waits for the other.
-    std::unique_lock<std::mutex> locked() {
-        std::unique_lock lock(mutex_, std::defer_lock);
-        const py::gil_scoped_release free;
-        lock.lock();
-        return lock;
+    std::unique_ptr<Simulation> copy() {
+        auto copied = std::make_unique<Simulation>();
+        std::vector<std::unique_ptr<Episode>> episodes(1);
+        with(0, [&](Episode& episode) { episodes[0] = beside(episode); });
+        copied->made(std::move(episodes), cache_);
+        return copied;
     }
 
     State state() {
         const auto lock = locked();
-        return state_of(open());
+        return state_of(checked_at(0));
     }
-
     State step(double advance, double rotate, const py::object& device, double catheter_advance,
                double catheter_rotate, int frames) {
-        if (frames < 1 || frames > script::largest_frame)
-            throw io::InputError("frames: " + std::to_string(frames) + " was given; 1 to " +
-                                 std::to_string(script::largest_frame) + " is accepted");
+        require_frames(frames);
         const script::Held held = held_of(device);
         checked(advance, largest_motion, "advance_mm", "mm");
         checked(rotate, largest_rotation, "rotate_deg", "deg");
@@ -325,66 +495,38 @@ public:
         if (catheter_rotate != 0)
             commands.push_back(script::Rotate{catheter_rotate * geometry::degree, script::Held::Catheter});
         for (int frame = 0; frame < frames; ++frame) {
-            with([&](Episode& episode) { episode.step(commands); });
+            with(0, [&](Episode& episode) { episode.step(commands); });
             check_signals();
         }
         return state();
     }
-
-    void apply(const std::string& command) {
-        with([&](Episode& episode) { episode.ask(episode::parse_line(command)); });
-    }
-
     State reset(const py::object& target, const std::optional<double>& radius) {
-        const Aim aim(target, radius);
-        with([&](Episode& episode) {
-            if (target.is_none() && !radius)
-                episode.reset();
-            else
-                episode.aim(aim.of(episode.simulation().scenario()));
-        });
-        return state();
-    }
-
-    Snapshot snapshot() {
-        return with([](Episode& episode) { return Snapshot{episode.snapshot()}; });
-    }
-    State restore(const Snapshot& snapshot) {
-        with([&](Episode& episode) { episode.restore(snapshot.state); });
+        if (target.is_none() && !radius)
+            with(0, [](Episode& episode) { episode.reset(); });
+        else
+            aim(0, target, radius);
         return state();
     }
 
     py::array_t<std::uint8_t> image(const std::optional<int>& pixels, const std::string& mode,
                                     const std::optional<std::uint64_t>& seed) {
         const episode::ImageMode as = mode_of(mode);
-        const render::GrayImage made = with([&](Episode& episode) {
-            return episode.image(pixels.value_or(episode.simulation().scenario().c_arm.pixels), as, seed);
-        });
-        return array_of(made);
-    }
-    py::array_t<std::uint8_t> panel(int width, int height, const std::optional<std::uint64_t>& seed) {
         return array_of(
-            with([&](Episode& episode) { return episode.panel(panel_.of(width, height), seed); }));
+            with(0, [&](Episode& episode) { return episode.image(size_of(episode, pixels), as, seed); }));
     }
     py::dict masks(const std::optional<int>& pixels) {
-        const episode::Camera::Masks* made = nullptr;
-        const auto lock = locked();
-        {
-            const py::gil_scoped_release free;
-            Episode& episode = open();
-            made = &episode.masks(pixels.value_or(episode.simulation().scenario().c_arm.pixels));
-        }
+        const episode::Camera::Masks made =
+            with(0, [&](Episode& episode) { return episode.masks(size_of(episode, pixels)); });
         py::dict masks;
-        masks["wire"] = array_of(made->wire);
-        if (made->catheter) masks["catheter"] = array_of(*made->catheter);
-        masks["vessels"] = array_of(made->vessels);
+        masks["wire"] = array_of(made.wire);
+        if (made.catheter) masks["catheter"] = array_of(*made.catheter);
+        masks["vessels"] = array_of(made.vessels);
         return masks;
     }
     Doubles project(const Doubles& places, const std::optional<int>& pixels) {
         if (places.ndim() != 2 || places.shape(1) != 3)
             throw io::InputError("places_mm: an array of shape (n, 3) is accepted");
-        const auto lock = locked();
-        const render::CArm arm = open().arm(pixels.value_or(open().simulation().scenario().c_arm.pixels));
+        const render::CArm arm = arm_of(pixels);
         Doubles a({places.shape(0), py::ssize_t{2}});
         for (py::ssize_t i = 0; i < places.shape(0); ++i) {
             const render::Pixel pixel = render::project(arm, Vec3(places.data(i, 0)));
@@ -394,58 +536,13 @@ public:
         return a;
     }
     Doubles camera_matrix(const std::optional<int>& pixels) {
-        const auto lock = locked();
-        const Eigen::Matrix<double, 3, 4> camera =
-            render::camera_matrix(open().arm(pixels.value_or(open().simulation().scenario().c_arm.pixels)));
-        Doubles a({3, 4});
-        for (int row = 0; row < 3; ++row)
-            for (int column = 0; column < 4; ++column) a.mutable_at(row, column) = camera(row, column);
-        return a;
+        const Eigen::Matrix<double, 3, 4, Eigen::RowMajor> camera = render::camera_matrix(arm_of(pixels));
+        return Doubles({3, 4}, camera.data());
     }
-
-    static std::string score_of(const Episode& episode) {
-        const exercise::Exercise& exercise = episode.exercise();
-        return exercise::to_json({program(),
-                                  {},
-                                  exercise.finish(),
-                                  exercise.earlier_attempts(),
-                                  exercise.simulation().scenario().lesson.par});
-    }
-    static void save_to(const std::filesystem::path& path, const Episode& episode) {
-        script::Origin origin;
-        origin.program = program();
-        episode.save(path, origin);
-    }
-    std::string score() {
-        return with([](Episode& episode) { return score_of(episode); });
-    }
-    void save(const std::filesystem::path& path) {
-        with([&](Episode& episode) { save_to(path, episode); });
-    }
-    void close() {
-        const py::gil_scoped_release free;
-        const std::lock_guard lock(mutex_);
-        episode_.reset();
-    }
-    bool closed() {
-        const auto lock = locked();
-        return !episode_;
-    }
-
-    std::unique_ptr<Simulation> copy() {
-        return with([&](Episode& episode) { return std::make_unique<Simulation>(beside(episode), cache_); });
-    }
-    static std::unique_ptr<Episode> beside(const Episode& episode) {
-        if (episode.exercise().monitor())
-            throw io::InputError(
-                "a simulation with images=True cannot be shared; one with False or 'dose' is accepted");
-        return std::make_unique<Episode>(episode);
-    }
-    const anatomy::ModelCache& cache() const { return cache_; }
 
     py::dict anatomy() {
         const auto lock = locked();
-        const anatomy::Anatomy& anatomy = open().simulation().anatomy();
+        const anatomy::Anatomy& anatomy = checked_at(0).simulation().anatomy();
         py::dict made;
         made["name"] = anatomy.name;
         py::list branches, ends, targets;
@@ -453,7 +550,7 @@ public:
             py::dict one;
             one["name"] = branch.name;
             one["parent"] = branch.parent;
-            one["points_mm"] = array_of(branch.points, Vec3::Zero());
+            one["points_mm"] = array_of(branch.points);
             one["radii_mm"] =
                 py::array_t<double>(static_cast<py::ssize_t>(branch.radii.size()), branch.radii.data());
             branches.append(one);
@@ -469,13 +566,12 @@ public:
         made["branches"] = branches;
         made["ends"] = ends;
         made["targets"] = targets;
-        py::array_t<double> vertices = array_of(anatomy.lumen.vertices, Vec3::Zero());
-        made["vertices_mm"] = vertices;
+        made["vertices_mm"] = array_of(anatomy.lumen.vertices);
         return made;
     }
     py::dict about() {
         const auto lock = locked();
-        const exercise::Simulation& simulation = open().simulation();
+        const exercise::Simulation& simulation = checked_at(0).simulation();
         const scenario::Scenario& s = simulation.scenario();
         py::dict made;
         made["name"] = s.name;
@@ -492,18 +588,15 @@ public:
         made["wire_length_mm"] = s.wire_length;
         return made;
     }
-    std::optional<double> way_from(const py::object& given) {
-        const Vec3 place = checked_place(given, "place_mm");
-        return with([&](Episode& episode) { return episode.reader().way_from(episode.simulation(), place); });
-    }
-
-    static std::string program() { return "seldinger " SELDINGER_VERSION; }
 
 private:
-    std::unique_ptr<Episode> episode_;
-    anatomy::ModelCache cache_;
-    PanelOfSize panel_;
-    std::mutex mutex_;
+    static int size_of(const Episode& episode, const std::optional<int>& pixels) {
+        return pixels.value_or(episode.simulation().scenario().c_arm.pixels);
+    }
+    render::CArm arm_of(const std::optional<int>& pixels) {
+        const auto lock = locked();
+        return checked_at(0).arm(size_of(checked_at(0), pixels));
+    }
 };
 
 /// Cameras of one thread, one for each anatomy that was imaged last.
@@ -528,56 +621,54 @@ private:
     std::vector<Kept> kept_;
 };
 
-class VectorSimulation {
+/// Many episodes on a pool of threads, whose states are records of one array.
+class VectorSimulation : public Episodes {
 public:
-    VectorSimulation(Simulation& like, int n, int threads, int points, double spacing)
-        : n_(checked_count("n", n, 100'000)),
-          pool_(checked_count("threads", threads, 256)),
-          cameras_(static_cast<std::size_t>(threads)),
-          points_(checked_count("points", points, 1000)),
-          spacing_(spacing),
-          cache_(like.cache()) {
+    VectorSimulation() = default;
+
+    void open(Simulation& like, int n, int threads, int points, double spacing) {
+        checked_count("n", n, 100'000);
+        checked_count("threads", threads, 256);
+        checked_count("points", points, 1000);
         if (!(spacing > 0 && spacing <= 100))
             throw io::InputError("spacing_mm: " + text_of(spacing) +
                                  " was given; above 0 to 100 is accepted");
-        while (static_cast<int>(episodes_.size()) < n) {
-            like.with([&](Episode& episode) {
-                for (int k = 0; k < 100 && static_cast<int>(episodes_.size()) < n; ++k)
-                    episodes_.push_back(Simulation::beside(episode));
+        std::vector<std::unique_ptr<Episode>> episodes;
+        while (static_cast<int>(episodes.size()) < n) {
+            like.with(0, [&](Episode& episode) {
+                for (int k = 0; k < 100 && static_cast<int>(episodes.size()) < n; ++k)
+                    episodes.push_back(beside(episode));
             });
             check_signals();
         }
-        const auto of = [n](std::vector<py::ssize_t> more) {
-            more.insert(more.begin(), n);
-            return py::array_t<double>(more);
-        };
-        for (const char* name :
-             {"along_mm", "path_to_target_mm", "tip_to_target_mm", "tip_force_N", "wall_force_N", "time_s",
-              "target_radius_mm", "air_kerma_mGy", "area_product_Gycm2"})
-            arrays_[name] = of({});
-        for (const char* name : {"tip_mm", "tip_direction", "target_mm", "shift_mm"}) arrays_[name] = of({3});
-        for (const char* name : {"tip_px", "target_px"}) arrays_[name] = of({2});
-        for (const char* name : {"inserted_mm", "turned_rad", "push_N", "torque_Nmm"})
-            arrays_[name] = of({devices});
-        arrays_["track_mm"] = of({points, 3});
-        arrays_["track_px"] = of({points, 2});
-        for (const char* name : {"frame", "branch"}) whole_[name] = py::array_t<std::int64_t>(n);
-        for (const char* name :
-             {"settling", "at_rest", "certified", "refused", "buckled", "insertion_stopped",
-              "withdrawal_stopped", "whole_wire_is_in", "too_thick", "completed", "on_target", "time_is_up"})
-            flags_[name] = py::array_t<bool>(n);
-        bind();
-        in_parts(many, [&](int i, int) { fill(i); });
+        require_unmade();
+        pool_.emplace(threads);
+        cameras_ = std::vector<Cameras>(static_cast<std::size_t>(threads));
+        points_ = points;
+        spacing_ = spacing;
+        records_ = py::array(record(), n);
+        track_ = py::array_t<double>({n, points, 3});
+        track_px_ = py::array_t<double>({n, points, 2});
+        // Where they are, for threads that may not touch Python's objects.
+        readings_ = static_cast<Reading*>(records_.mutable_data());
+        places_ = track_.mutable_data();
+        pixels_ = track_px_.mutable_data();
+        made(std::move(episodes), like.cache());
+        in_parts(many, [&](int i, int) { changed(i); });
     }
 
-    int size() const { return n_; }
-    int threads() const { return pool_.threads(); }
-
+    int threads() const {
+        require_made();
+        return pool_->threads();
+    }
     py::dict arrays() const {
+        require_made();
         py::dict all;
-        for (const auto& [name, array] : arrays_) all[name.c_str()] = array;
-        for (const auto& [name, array] : whole_) all[name.c_str()] = array;
-        for (const auto& [name, array] : flags_) all[name.c_str()] = array;
+        for (const exercise::Field& field : exercise::fields())
+            if (const std::string name(field.name); !name.empty()) all[name.c_str()] = records_[name.c_str()];
+        all["readings"] = records_;
+        all["track_mm"] = track_;
+        all["track_px"] = track_px_;
         return all;
     }
 
@@ -587,9 +678,7 @@ public:
             motions.shape(1) > devices || motions.shape(2) != 2)
             throw io::InputError("motions: an array of shape (" + std::to_string(size()) +
                                  ", 1 or 2 devices, 2) is accepted: mm and rad");
-        if (frames < 1 || frames > script::largest_frame)
-            throw io::InputError("frames: " + std::to_string(frames) + " was given; 1 to " +
-                                 std::to_string(script::largest_frame) + " is accepted");
+        require_frames(frames);
         const std::optional<Flags> mask = checked_mask(active, "active");
         const bool* const on = mask ? mask->data() : nullptr;
         const auto of = static_cast<int>(motions.shape(1));
@@ -598,7 +687,7 @@ public:
             checked(data[k], k % 2 == 0 ? largest_motion : largest_rotation * geometry::degree, "motions",
                     k % 2 == 0 ? "mm" : "rad");
         if (of > 1) {
-            const py::gil_scoped_release free;
+            const Free free;
             const std::lock_guard lock(mutex_);
             for (int i = 0; i < size(); ++i) {
                 const double* const m = data + static_cast<std::ptrdiff_t>(i) * of * 2;
@@ -616,7 +705,7 @@ public:
                 std::vector<script::Command> commands;
                 episode::append({m[0], m[1], of > 1 ? m[2] : 0, of > 1 ? m[3] : 0}, commands);
                 at(i).step(commands);
-                if (frame + 1 == frames) fill(i);
+                if (frame + 1 == frames) changed(i);
             });
             check_signals();
         }
@@ -628,39 +717,23 @@ public:
         in_parts(many, [&](int i, int) {
             if (on && !on[i]) return;
             at(i).reset();
-            fill(i);
+            changed(i);
         });
     }
     void assign(int i, Simulation& like) {
         with(i, [](Episode&) {});
         std::unique_ptr<Episode> made;
-        like.with([&](Episode& episode) { made = Simulation::beside(episode); });
+        like.with(0, [&](Episode& episode) { made = beside(episode); });
         with(i, [&](Episode&) {
             episodes_[static_cast<std::size_t>(i)].swap(made);
-            fill(i);
+            changed(i);
         });
     }
     void aim(int i, const py::object& target, const std::optional<double>& radius) {
-        with(i, [](Episode&) {});
         if (target.is_none())
             throw io::InputError(
                 "target: None was given; the name of a target, or three coordinates in mm, is accepted");
-        const Aim aim(target, radius);
-        with(i, [&](Episode& episode) {
-            try {
-                episode.aim(aim.of(episode.simulation().scenario()));
-            } catch (const io::InputError&) {
-                fill(i);  // it was reset before the target was judged
-                throw;
-            }
-            fill(i);
-        });
-    }
-    void apply(int i, const std::string& command) {
-        with(i, [&](Episode& episode) {
-            episode.ask(episode::parse_line(command));
-            fill(i);
-        });
+        Episodes::aim(i, target, radius);
     }
     py::array_t<std::uint64_t> hashes() {
         py::array_t<std::uint64_t> a(size());
@@ -669,119 +742,74 @@ public:
         return a;
     }
     std::string branch_name(int i) {
-        return with(i, [](Episode& episode) {
-            return episode.simulation()
-                .anatomy()
-                .branches[static_cast<std::size_t>(episode.reading().branch)]
-                .name;
-        });
-    }
-    std::string score(int i) {
-        return with(i, [](Episode& episode) { return Simulation::score_of(episode); });
-    }
-    void save(int i, const std::filesystem::path& path) {
-        with(i, [&](Episode& episode) { Simulation::save_to(path, episode); });
-    }
-    std::optional<double> way_from(int i, const py::object& given) {
-        with(i, [](Episode&) {});
-        const Vec3 place = checked_place(given, "place_mm");
-        return with(i,
-                    [&](Episode& episode) { return episode.reader().way_from(episode.simulation(), place); });
-    }
-    Snapshot snapshot(int i) {
-        return with(i, [](Episode& episode) { return Snapshot{episode.snapshot()}; });
-    }
-    void restore(int i, const Snapshot& snapshot) {
-        with(i, [&](Episode& episode) {
-            episode.restore(snapshot.state);
-            fill(i);
+        return with(i, [&](Episode& episode) {
+            return name_of(readings_[i].branch, episode.simulation().anatomy());
         });
     }
 
     py::array_t<std::uint8_t> images(int pixels, const std::string& mode,
                                      const std::optional<std::vector<std::uint64_t>>& seeds) {
         require_open();
-        if (pixels < 32 || pixels > 2048) throw io::InputError("pixels: 32 to 2048 is accepted");
+        require_pixels(pixels);
         if (seeds && static_cast<int>(seeds->size()) != size())
             throw io::InputError("seeds: one for each simulation is accepted");
         const episode::ImageMode as = mode_of(mode);
         py::array_t<std::uint8_t> a({size(), pixels, pixels});
         std::uint8_t* const to = a.mutable_data();
         in_parts(few * threads(), [&](int i, int thread) {
-            episode::Camera& camera =
-                cameras_[static_cast<std::size_t>(thread)].of(at(i).simulation(), cache_);
             const std::optional<std::uint64_t> seed =
                 seeds ? std::optional((*seeds)[static_cast<std::size_t>(i)]) : std::nullopt;
             const render::GrayImage image =
-                camera.image(at(i).simulation(), at(i).exercise().time(), at(i).arm(pixels), as, seed);
+                camera_of(at(i), thread)
+                    .image(at(i).simulation(), at(i).exercise().time(), at(i).arm(pixels), as, seed);
             std::copy(image.pixels.begin(), image.pixels.end(), to + image.pixels.size() * i);
         });
         return a;
     }
-    py::array_t<std::uint8_t> panel(int i, int width, int height, const std::optional<std::uint64_t>& seed) {
-        return array_of(with(i, [&](Episode& episode) {
-            return episode.panel(panel_.of(width, height), &cameras_[0].of(episode.simulation(), cache_),
-                                 seed);
-        }));
-    }
     py::dict masks(int pixels) {
         require_open();
-        if (pixels < 32 || pixels > 2048) throw io::InputError("pixels: 32 to 2048 is accepted");
-        py::dict all;
+        require_pixels(pixels);
         bool catheter = false;
         {
-            const py::gil_scoped_release free;
+            const Free free;
             const std::lock_guard lock(mutex_);
             for (const auto& episode : episodes_) catheter = catheter || episode->simulation().has_catheter();
         }
-        std::map<std::string, std::uint8_t*> to;
-        for (const char* name : {"wire", "vessels", "catheter"}) {
-            if (!catheter && std::string(name) == "catheter") continue;
+        const auto zeros = [&] {
             py::array_t<std::uint8_t> a({size(), pixels, pixels});
             std::fill_n(a.mutable_data(), a.size(), std::uint8_t{0});
-            to[name] = a.mutable_data();
-            all[name] = a;
-        }
+            return a;
+        };
+        py::array_t<std::uint8_t> wires = zeros(), vessels = zeros(), catheters;
+        py::dict all;
+        all["wire"] = wires;
+        all["vessels"] = vessels;
+        if (catheter) all["catheter"] = catheters = zeros();
+        std::uint8_t* const to[] = {wires.mutable_data(), vessels.mutable_data(), catheters.mutable_data()};
         in_parts(few * threads(), [&](int i, int thread) {
-            episode::Camera& camera =
-                cameras_[static_cast<std::size_t>(thread)].of(at(i).simulation(), cache_);
-            const auto& masks = camera.masks(at(i).simulation(), at(i).exercise().time(), at(i).arm(pixels));
-            const auto put = [&](const char* name, const render::GrayImage& mask) {
-                std::copy(mask.pixels.begin(), mask.pixels.end(), to.at(name) + mask.pixels.size() * i);
+            const auto& masks = camera_of(at(i), thread)
+                                    .masks(at(i).simulation(), at(i).exercise().time(), at(i).arm(pixels));
+            const auto put = [&](std::uint8_t* all_of, const render::GrayImage& mask) {
+                std::copy(mask.pixels.begin(), mask.pixels.end(), all_of + mask.pixels.size() * i);
             };
-            put("wire", masks.wire);
-            put("vessels", masks.vessels);
-            if (masks.catheter) put("catheter", *masks.catheter);
+            put(to[0], masks.wire);
+            put(to[1], masks.vessels);
+            if (masks.catheter) put(to[2], *masks.catheter);
         });
         return all;
-    }
-    void close() {
-        const py::gil_scoped_release free;
-        const std::lock_guard lock(mutex_);
-        episodes_.clear();
-        for (Cameras& cameras : cameras_) cameras.clear();
-    }
-    bool closed() {
-        const py::gil_scoped_release free;
-        const std::lock_guard lock(mutex_);
-        return episodes_.empty();
     }
 
 private:
     /// Between two of these Ctrl-C is asked for: simulations whose state is touched, images of each thread.
     static constexpr int many = 1000, few = 8;
 
-    static int checked_count(const char* what, int value, int most) {
+    static void require_pixels(int pixels) {
+        if (pixels < 32 || pixels > 2048) throw io::InputError("pixels: 32 to 2048 is accepted");
+    }
+    static void checked_count(const char* what, int value, int most) {
         if (value < 1 || value > most)
             throw io::InputError(std::string(what) + ": " + std::to_string(value) + " was given; 1 to " +
                                  std::to_string(most) + " is accepted");
-        return value;
-    }
-    void require_open() {
-        if (closed()) throw_closed();
-    }
-    [[noreturn]] static void throw_closed() {
-        throw io::InputError("the simulations are closed; open ones are accepted");
     }
     std::optional<Flags> checked_mask(const py::object& given, const char* what) const {
         if (given.is_none()) return {};
@@ -791,27 +819,20 @@ private:
                              " was given; a mask, an array of " + std::to_string(size()) +
                              " truth values, is accepted");
     }
-    Episode& at(int i) { return *episodes_[static_cast<std::size_t>(i)]; }
-    Episode& checked_at(int i) {
-        if (episodes_.empty()) throw_closed();
-        if (i < 0 || i >= size())
-            throw py::index_error("simulation " + std::to_string(i) + " of " + std::to_string(size()));
-        return at(i);
+    episode::Camera& camera_of(Episode& episode, int thread) {
+        return cameras_[static_cast<std::size_t>(thread)].of(episode.simulation(), cache_);
     }
-    /// Calls use(episode) of the i-th with the interpreter free and these simulations locked.
-    template <class Use>
-    std::invoke_result_t<const Use&, Episode&> with(int i, const Use& use) {
-        const py::gil_scoped_release free;
-        const std::lock_guard lock(mutex_);
-        return use(checked_at(i));
+    episode::Camera* camera_of(Episode& episode) override { return &camera_of(episode, 0); }
+    void forget() override {
+        for (Cameras& cameras : cameras_) cameras.clear();
     }
     /// Calls work(index, thread) for each in [first, end). One call at a time, with the interpreter free.
     template <class Work>
     void in_parallel(int first, int end, const Work& work) {
-        const py::gil_scoped_release free;
+        const Free free;
         const std::lock_guard lock(mutex_);
         if (episodes_.empty()) throw_closed();
-        pool_.run(end - first, [&](int i, int thread) { work(first + i, thread); });
+        pool_->run(end - first, [&](int i, int thread) { work(first + i, thread); });
     }
     template <class Work>
     void in_parallel(const Work& work) {
@@ -825,107 +846,70 @@ private:
             check_signals();
         }
     }
-    /// Where the arrays are, for threads that may not touch Python's objects.
-    void bind() {
-        for (auto& [name, array] : arrays_) doubles_[name] = array.mutable_data();
-        for (auto& [name, array] : whole_) wholes_[name] = array.mutable_data();
-        for (auto& [name, array] : flags_) bools_[name] = array.mutable_data();
-        const auto d = [this](const char* name) { return doubles_.at(name); };
-        to_ = {d("along_mm"),          d("path_to_target_mm"),
-               d("tip_to_target_mm"),  d("tip_force_N"),
-               d("wall_force_N"),      d("time_s"),
-               d("target_radius_mm"),  d("tip_mm"),
-               d("tip_direction"),     d("target_mm"),
-               d("shift_mm"),          d("tip_px"),
-               d("target_px"),         d("inserted_mm"),
-               d("turned_rad"),        d("push_N"),
-               d("torque_Nmm"),        d("track_mm"),
-               d("track_px"),          d("air_kerma_mGy"),
-               d("area_product_Gycm2")};
-    }
-    void fill(int i) {
+    void changed(int i) override {
         const Episode& episode = at(i);
         const exercise::Simulation& simulation = episode.simulation();
         const scenario::Scenario& scenario = simulation.scenario();
-        const episode::Reading r = episode.reading();
+        readings_[i] = episode.reading();
         const render::CArm arm = episode.arm(scenario.c_arm.pixels);
-        const auto put = [i](double* to, const Vec3& v) { std::copy_n(v.data(), 3, to + 3 * i); };
-        const auto put_pixel = [&](double* to, const Vec3& v) {
-            const render::Pixel pixel = render::project(arm, v);
-            to[0] = pixel.x;
-            to[1] = pixel.y;
-        };
-        to_.along[i] = r.along;
-        to_.path[i] = r.path_to_target.value_or(std::numeric_limits<double>::quiet_NaN());
-        to_.distance[i] = r.tip_to_target;
-        to_.tip_force[i] = r.tip_force;
-        to_.wall_force[i] = r.wall_force;
-        to_.time[i] = r.time.seconds;
-        to_.radius[i] = scenario.target.radius;
-        to_.air_kerma[i] = r.air_kerma;
-        to_.area_product[i] = r.area_product;
-        put(to_.tip, r.tip);
-        put(to_.direction, r.direction);
-        put(to_.target, r.target);
-        put(to_.shift, r.shift);
-        put_pixel(to_.tip_px + 2 * i, r.tip);
-        put_pixel(to_.target_px + 2 * i, r.target);
-        for (int k = 0; k < devices; ++k) {
-            const episode::Hand& hand = k == 0 ? r.wire : r.catheter;
-            to_.inserted[devices * i + k] = hand.inserted;
-            to_.turned[devices * i + k] = hand.turned;
-            to_.push[devices * i + k] = hand.push;
-            to_.torque[devices * i + k] = hand.torque;
-        }
+        const Vec3 shift = simulation.vessel_shift();
         std::vector<Vec3> track(static_cast<std::size_t>(points_));
-        episode::track(
+        exercise::track(
             simulation.path_of(scenario.target.by_catheter ? script::Held::Catheter : script::Held::Wire),
             spacing_, track);
         for (int k = 0; k < points_; ++k) {
             const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(points_) * i + k;
-            const Vec3 place = track[static_cast<std::size_t>(k)] + r.shift;
-            std::copy_n(place.data(), 3, to_.track + 3 * row);
-            put_pixel(to_.track_px + 2 * row, place);
+            const Vec3 place = track[static_cast<std::size_t>(k)] + shift;
+            const render::Pixel pixel = render::project(arm, place);
+            std::copy_n(place.data(), 3, places_ + 3 * row);
+            pixels_[2 * row] = pixel.x;
+            pixels_[2 * row + 1] = pixel.y;
         }
-        const auto whole = [&](const char* name, std::int64_t value) { wholes_.at(name)[i] = value; };
-        whole("frame", r.time.attempt);
-        whole("branch", r.branch);
-        const auto flag = [&](const char* name, bool value) { bools_.at(name)[i] = value; };
-        flag("settling", r.settling);
-        flag("at_rest", r.at_rest);
-        flag("certified", r.certified);
-        flag("refused", r.refused);
-        flag("buckled", r.buckled);
-        flag("insertion_stopped", r.insertion_stopped);
-        flag("withdrawal_stopped", r.withdrawal_stopped);
-        flag("whole_wire_is_in", r.whole_wire_is_in);
-        flag("too_thick", r.too_thick);
-        flag("completed", r.completed);
-        flag("on_target", r.on_target);
-        flag("time_is_up", r.time_is_up);
     }
 
-    int n_;
-    std::vector<std::unique_ptr<Episode>> episodes_;  // none when closed
-    episode::Pool pool_;
+    std::optional<episode::Pool> pool_;
     std::vector<Cameras> cameras_;
-    PanelOfSize panel_;
-    int points_;
-    double spacing_;
-    anatomy::ModelCache cache_;
-    std::mutex mutex_;
-    std::map<std::string, py::array_t<double>> arrays_;
-    std::map<std::string, py::array_t<std::int64_t>> whole_;
-    std::map<std::string, py::array_t<bool>> flags_;
-    std::map<std::string, double*> doubles_;
-    std::map<std::string, std::int64_t*> wholes_;
-    std::map<std::string, bool*> bools_;
-    struct {
-        double *along, *path, *distance, *tip_force, *wall_force, *time, *radius, *tip, *direction, *target,
-            *shift, *tip_px, *target_px, *inserted, *turned, *push, *torque, *track, *track_px, *air_kerma,
-            *area_product;
-    } to_ = {};
+    int points_ = 0;
+    double spacing_ = 0;
+    py::array records_;
+    py::array_t<double> track_, track_px_;
+    Reading* readings_ = nullptr;
+    double *places_ = nullptr, *pixels_ = nullptr;
 };
+
+/// The method of the i-th as one of a simulation.
+template <class Result, class... Arguments>
+auto first(Result (Episodes::*method)(int, Arguments...)) {
+    return [method](Simulation& s, Arguments... arguments) -> Result {
+        return (s.*method)(0, std::forward<Arguments>(arguments)...);
+    };
+}
+
+/// Objects of this class are made by __new__, not by __init__, so that none is used before it is made.
+template <class T>
+void whole_from_the_start(py::class_<T>& type) {
+    type.def_static("__new__", [](const py::type& of, const py::args&, const py::kwargs&) {
+        if (!PyType_IsSubtype(reinterpret_cast<PyTypeObject*>(of.ptr()),
+                              reinterpret_cast<PyTypeObject*>(py::type::of<T>().ptr())))
+            throw py::type_error("__new__: expected a class derived from " +
+                                 std::string(py::str(py::type::of<T>().attr("__name__"))));
+        auto made = py::reinterpret_steal<py::object>(
+            py::detail::make_new_instance(reinterpret_cast<PyTypeObject*>(of.ptr())));
+        auto* const instance = reinterpret_cast<py::detail::instance*>(made.ptr());
+        py::detail::value_and_holder value =
+            instance->get_value_and_holder(py::detail::get_type_info(typeid(T)));
+        value.value_ptr() = new T();
+        value.type->init_instance(instance, nullptr);
+        return made;
+    });
+}
+
+/// Objects of this class come from elsewhere.
+template <class T>
+void not_to_be_made(py::class_<T>& type, const char* why) {
+    type.def_static("__new__",
+                    [why](const py::args&, const py::kwargs&) -> py::object { throw py::type_error(why); });
+}
 
 void write_png(const std::filesystem::path& path, const py::object& given) {
     const py::array any = py::array::ensure(given);
@@ -958,107 +942,94 @@ PYBIND11_MODULE(_core, m) {
         docs::input_error;
     m.attr("InputError").attr("__module__") = "seldinger";
 
-    const auto value = [](auto member) { return [member](const State& s) { return s.reading.*member; }; };
-    using episode::Reading;
     py::class_<State> state(m, "State", docs::state);
-    state
-        .def_property_readonly(
-            "frame", [](const State& s) { return s.reading.time.attempt; }, docs::frame)
-        .def_property_readonly(
-            "time_s", [](const State& s) { return s.reading.time.seconds; }, docs::time)
-        .def_readonly("tip_mm", &State::tip, docs::tip)
-        .def_readonly("tip_direction", &State::direction, docs::direction)
-        .def_readonly("tip_px", &State::tip_px, docs::tip_px)
-        .def_readonly("target_mm", &State::target, docs::target)
-        .def_readonly("target_px", &State::target_px, docs::target_px)
-        .def_readonly("branch", &State::branch, docs::branch)
-        .def_property_readonly("along_mm", value(&Reading::along), docs::along)
-        .def_property_readonly(
-            "path_to_target_mm",
-            [](const State& s) {
-                return s.reading.path_to_target.value_or(std::numeric_limits<double>::quiet_NaN());
+    not_to_be_made(state, "State: expected a state of Simulation.step(), found one that was not made");
+    py::list all;
+    const auto list = [&all](std::string_view name, std::string_view column, const std::string& type,
+                             const std::string& in_arrays, std::string_view unit, std::string_view doc) {
+        all.append(py::make_tuple(std::string(name), std::string(column), type, in_arrays, std::string(unit),
+                                  std::string(doc)));
+    };
+    for (const exercise::Field& field : exercise::fields()) {
+        const Kind kind = kind_of(field);
+        const std::string name(field.name);
+        list(name, field.column, kind.attribute,
+             kind.size == 1 ? "(n,) " + std::string(py::str(py::dtype(kind.format)))
+                            : "(n, " + std::to_string(kind.size) + ") float64",
+             field.unit, field.doc);
+        if (name.empty()) continue;
+        const std::string doc = described(kind.attribute, field.doc, field.unit);
+        state.def_property_readonly(
+            name.c_str(),
+            [&field](const State& s) {
+                return std::visit([&](const auto member) { return AsAttribute{s}(s.reading.*member); },
+                                  field.member);
             },
-            docs::path)
-        .def_property_readonly("tip_to_target_mm", value(&Reading::tip_to_target), docs::distance)
-        .def_readonly("wire_mm", &State::wire, docs::wire)
-        .def_readonly("wire_px", &State::wire_px, docs::wire_px)
-        .def_readonly("catheter_mm", &State::catheter, docs::catheter)
-        .def_readonly("catheter_px", &State::catheter_px, docs::catheter_px)
-        .def_readonly("joint_force_N", &State::force, docs::force)
-        .def_property_readonly("tip_force_N", value(&Reading::tip_force), docs::tip_force)
-        .def_property_readonly("wall_force_N", value(&Reading::wall_force), docs::wall_force)
-        .def_property_readonly("air_kerma_mGy", value(&Reading::air_kerma), docs::air_kerma)
-        .def_property_readonly("area_product_Gycm2", value(&Reading::area_product), docs::area_product)
-        .def_readonly("hash", &State::hash, docs::hash);
-    const auto hand = [&](const char* name, episode::Hand Reading::*which, double episode::Hand::*what,
-                          double unit, const char* doc) {
+            doc.c_str());
+        if (!kind.devices) continue;
+        const auto member = std::get<exercise::OfDevices Reading::*>(field.member);
+        state.def_property_readonly(("catheter_" + name).c_str(),
+                                    [member](const State& s) { return (s.reading.*member).catheter; },
+                                    doc.c_str());
+    }
+    for (std::size_t k = 0; k < episode::list_fields().size(); ++k) {
+        const episode::ListField& field = episode::list_fields()[k];
+        const std::string columns = field.columns == 1 ? "" : " " + std::to_string(field.columns);
+        const std::string type = "(n," + columns + ") float64";
+        list(field.name, "", type, "", field.unit, field.doc);
         state.def_property_readonly(
-            name, [which, what, unit](const State& s) { return s.reading.*which.*what / unit; }, doc);
-    };
-    using episode::Hand;
-    hand("inserted_mm", &Reading::wire, &Hand::inserted, 1, docs::inserted);
-    hand("turned_deg", &Reading::wire, &Hand::turned, geometry::degree, docs::turned);
-    hand("push_N", &Reading::wire, &Hand::push, 1, docs::push);
-    hand("torque_Nmm", &Reading::wire, &Hand::torque, 1, docs::torque);
-    hand("catheter_inserted_mm", &Reading::catheter, &Hand::inserted, 1, docs::inserted);
-    hand("catheter_turned_deg", &Reading::catheter, &Hand::turned, geometry::degree, docs::turned);
-    hand("catheter_push_N", &Reading::catheter, &Hand::push, 1, docs::push);
-    hand("catheter_torque_Nmm", &Reading::catheter, &Hand::torque, 1, docs::torque);
-    const auto flag = [&](const char* name, bool Reading::*which, const char* doc) {
-        state.def_property_readonly(
-            name, [which](const State& s) { return s.reading.*which; }, doc);
-    };
-    flag("settling", &Reading::settling, docs::settling);
-    flag("at_rest", &Reading::at_rest, docs::at_rest);
-    flag("certified", &Reading::certified, docs::certified);
-    flag("refused", &Reading::refused, docs::refused);
-    flag("buckled", &Reading::buckled, docs::buckled);
-    flag("too_thick", &Reading::too_thick, docs::too_thick);
-    flag("insertion_stopped", &Reading::insertion_stopped, docs::insertion_stopped);
-    flag("withdrawal_stopped", &Reading::withdrawal_stopped, docs::withdrawal_stopped);
-    flag("whole_wire_is_in", &Reading::whole_wire_is_in, docs::whole_wire_is_in);
-    flag("completed", &Reading::completed, docs::completed);
-    flag("on_target", &Reading::on_target, docs::on_target);
-    flag("time_is_up", &Reading::time_is_up, docs::time_is_up);
+            std::string(field.name).c_str(), [k](const State& s) { return s.lists[k]; },
+            described(type, field.doc, field.unit).c_str());
+    }
+    list("hash", "", "int", "", "", docs::hash);
+    state.def_readonly("hash", &State::hash, described("int", docs::hash, "").c_str());
+    // name, trace's column, type in State, type in arrays, unit, description
+    m.attr("_FIELDS") = all;
+    m.attr("_RECORD") = record();
 
-    py::class_<Snapshot>(m, "Snapshot", docs::snapshot).def("__len__", [](const Snapshot& s) {
-        return s.state.exercise.state.size();
-    });
+    py::class_<Snapshot> snapshot(m, "Snapshot", docs::snapshot);
+    not_to_be_made(snapshot, "Snapshot: expected one of Simulation.snapshot(), found one that was not made");
+    snapshot.def("__len__", [](const Snapshot& s) { return s.state.exercise.state.size(); });
 
-    py::class_<Simulation>(m, "Simulation")
-        .def(py::init<const std::string&, const std::optional<std::string>&, const std::string&,
-                      const Overrides&, const std::string&, const std::string&, bool>(),
-             py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("overrides"), py::arg("images"),
-             py::arg("cache"), py::arg("panel"))
+    py::class_<Simulation> one(m, "Simulation");
+    whole_from_the_start(one);
+    one.def("_open", &Simulation::open, py::arg("file"), py::arg("text"), py::arg("devices"),
+            py::arg("overrides"), py::arg("images"), py::arg("cache"), py::arg("panel"))
         .def("step", &Simulation::step, py::arg("advance_mm") = 0.0, py::arg("rotate_deg") = 0.0,
              py::kw_only(), py::arg("device") = "wire", py::arg("catheter_advance_mm") = 0.0,
              py::arg("catheter_rotate_deg") = 0.0, py::arg("frames") = 1, docs::step)
-        .def("apply", &Simulation::apply, py::arg("command"), docs::apply)
+        .def("apply", first(&Episodes::apply), py::arg("command"), docs::apply)
         .def_property_readonly("state", &Simulation::state, docs::state_now)
         .def("reset", &Simulation::reset, py::kw_only(), py::arg("target") = py::none(),
              py::arg("radius_mm") = py::none(), docs::reset)
-        .def("snapshot", &Simulation::snapshot, docs::take_snapshot)
-        .def("restore", &Simulation::restore, py::arg("snapshot"), docs::restore)
+        .def("snapshot", first(&Episodes::snapshot), docs::take_snapshot)
+        .def(
+            "restore",
+            [](Simulation& s, const Snapshot& kept) {
+                s.restore(0, kept);
+                return s.state();
+            },
+            py::arg("snapshot"), docs::restore)
         .def("image", &Simulation::image, py::arg("pixels") = py::none(), py::arg("mode") = "live",
              py::kw_only(), py::arg("seed") = py::none(), docs::image)
-        .def("panel", &Simulation::panel, py::arg("width") = 1280, py::arg("height") = 1024, py::kw_only(),
-             py::arg("seed") = py::none(), docs::panel)
+        .def("panel", first(&Episodes::panel), py::arg("width") = 1280, py::arg("height") = 1024,
+             py::kw_only(), py::arg("seed") = py::none(), docs::panel)
         .def("masks", &Simulation::masks, py::arg("pixels") = py::none(), docs::masks)
         .def("project", &Simulation::project, py::arg("places_mm"), py::arg("pixels") = py::none(),
              docs::project)
         .def("camera_matrix", &Simulation::camera_matrix, py::arg("pixels") = py::none(), docs::camera_matrix)
-        .def("_score", &Simulation::score)
-        .def("save", &Simulation::save, py::arg("path"), docs::save)
-        .def("close", &Simulation::close, docs::close)
-        .def_property_readonly("closed", &Simulation::closed, docs::closed)
+        .def("_score", first(&Episodes::score))
+        .def("save", first(&Episodes::save), py::arg("path"), docs::save)
         .def("_copy", &Simulation::copy)
         .def("anatomy", &Simulation::anatomy, docs::anatomy)
         .def("about", &Simulation::about, docs::about)
-        .def("path_from", &Simulation::way_from, py::arg("place_mm"), docs::path_from);
+        .def("path_from", first(&Episodes::way_from), py::arg("place_mm"), docs::path_from);
 
-    py::class_<VectorSimulation>(m, "VectorSimulation")
-        .def(py::init<Simulation&, int, int, int, double>(), py::arg("like"), py::arg("n"),
-             py::arg("threads"), py::arg("points"), py::arg("spacing_mm"))
+    py::class_<VectorSimulation> several(m, "VectorSimulation");
+    whole_from_the_start(several);
+    several
+        .def("_open", &VectorSimulation::open, py::arg("like"), py::arg("n"), py::arg("threads"),
+             py::arg("points"), py::arg("spacing_mm"))
         .def("__len__", &VectorSimulation::size)
         .def_property_readonly("threads", &VectorSimulation::threads, docs::threads)
         .def_property_readonly("_arrays", &VectorSimulation::arrays)
@@ -1080,9 +1051,18 @@ PYBIND11_MODULE(_core, m) {
              py::arg("seeds") = py::none(), docs::images)
         .def("panel", &VectorSimulation::panel, py::arg("i"), py::arg("width") = 1280,
              py::arg("height") = 1024, py::kw_only(), py::arg("seed") = py::none(), docs::panel)
-        .def("masks", &VectorSimulation::masks, py::arg("pixels"), docs::vector_masks)
-        .def("close", &VectorSimulation::close, docs::vector_close)
-        .def_property_readonly("closed", &VectorSimulation::closed, docs::closed);
+        .def("masks", &VectorSimulation::masks, py::arg("pixels"), docs::vector_masks);
+    const auto closes = [](auto& type) {
+        using Type = typename std::decay_t<decltype(type)>::type;
+        type.def(
+            "close", [](Type& e) { e.close(); }, docs::close);
+        type.def_property_readonly(
+            "closed", [](Type& e) { return e.closed(); }, docs::closed);
+    };
+    closes(one);
+    closes(several);
+
+    follow_the_end_of_python();
 
     m.def("_facts", &facts, py::arg("file"), py::arg("text"), py::arg("devices"), py::arg("overrides"));
     m.def("write_png", &write_png, py::arg("path"), py::arg("image"), docs::write_png);

@@ -14,57 +14,8 @@ inline constexpr const char* state =
     "and top, at the\nscenario's c_arm.pixels and the C-arm as it is. Arrays belong to this state: later "
     "steps "
     "do not change them.";
-inline constexpr const char* frame = "int: frames of the attempt before this one; -1 before the first.";
-inline constexpr const char* time = "float: time of the attempt at the frame's end [s].";
-inline constexpr const char* tip = "(3,) float64: tip of the device that the exercise is about [mm].";
-inline constexpr const char* direction = "(3,) float64: unit vector along the device at its tip.";
-inline constexpr const char* tip_px = "(2,) float64: the tip in the image, x to the right, y down [pixels].";
-inline constexpr const char* target = "(3,) float64: middle of the target [mm].";
-inline constexpr const char* target_px = "(2,) float64: the target in the image [pixels].";
-inline constexpr const char* branch = "str: name of the branch that is nearest to the tip.";
-inline constexpr const char* along = "float: from the branch's start along its centreline to the tip [mm].";
-inline constexpr const char* path =
-    "float: way from the tip to the target along centrelines [mm]; nan where there is none.";
-inline constexpr const char* distance = "float: straight from the tip to the target [mm].";
-inline constexpr const char* wire =
-    "(n, 3) float64: joints of the wire from the introducer to its tip [mm]; n = 0 where it is out.";
-inline constexpr const char* wire_px = "(n, 2) float64: the same joints in the image [pixels].";
-inline constexpr const char* catheter =
-    "(n, 3) float64: joints of the catheter [mm]; n = 0 without one, or where it is out.";
-inline constexpr const char* catheter_px = "(n, 2) float64: the same joints in the image [pixels].";
-inline constexpr const char* force =
-    "(m,) float64: force on the wall of each joint of the chain of wire and catheter [N].";
-inline constexpr const char* tip_force = "float: force of the chain's last joint on the wall [N].";
-inline constexpr const char* wall_force = "float: the largest force of one joint on the wall [N].";
-inline constexpr const char* air_kerma =
-    "float: air kerma of the attempt at the reference point, K_a,r [mGy]; 0 where no dose is measured.";
-inline constexpr const char* area_product =
-    "float: kerma-area product of the attempt, P_KA [Gy cm2]; 0 where no dose is measured.";
-inline constexpr const char* inserted = "float: length of the device inside [mm].";
-inline constexpr const char* turned = "float: turn of the device's hub since the start [deg].";
-inline constexpr const char* push =
-    "float: force with which the hand pushes the device, below 0 where it pulls [N].";
-inline constexpr const char* torque = "float: torque with which the hand holds the hub [N mm].";
-inline constexpr const char* settling =
-    "bool: the frame's budget ended on the way to rest; the wire shown is the last at rest.";
-inline constexpr const char* at_rest =
-    "bool: the wire shown is an equilibrium within the solver's tolerance.";
-inline constexpr const char* certified =
-    "bool: at rest, a strict minimum of the energy, and no motion was refused or waits.";
-inline constexpr const char* refused = "bool: a motion that led to no rest was not made.";
-inline constexpr const char* buckled =
-    "bool: a push was not passed on, because the shaft outside would have bowed.";
-inline constexpr const char* too_thick =
-    "bool: the catheter stands before a vessel that is narrower than it.";
-inline constexpr const char* insertion_stopped = "bool: the tip stands in an open end of the vessels.";
-inline constexpr const char* withdrawal_stopped = "bool: the curved tip was at the introducer.";
-inline constexpr const char* whole_wire_is_in = "bool: the device is in to its end, and more was asked for.";
-inline constexpr const char* completed = "bool: the tip has stayed in the target for the scenario's hold.";
-inline constexpr const char* on_target = "bool: the tip is within the target's radius.";
-inline constexpr const char* time_is_up = "bool: the scenario's limit of time or beam is reached.";
 inline constexpr const char* hash =
-    "int: hash of the whole state, 64 bits. Two simulations of one scenario with the same hash never "
-    "diverge.";
+    "hash of the whole state, 64 bits. Two simulations of one scenario with the same hash never diverge";
 
 inline constexpr const char* snapshot =
     "The whole state of a simulation, made by Simulation.snapshot(). len() is its size in bytes.";
@@ -132,8 +83,10 @@ inline constexpr const char* camera_matrix =
     "(3, 4) float64 P of (x w, y w, w) = P (place, 1), consistent with project(); w is the depth [mm].";
 inline constexpr const char* save =
     "Writes the commands since the start or the last reset() as a recording (.gw), with hashes of states:\n"
-    "'seldinger replay' and 'run' play it. Raises InputError when the file cannot be written.";
-inline constexpr const char* close = "Frees the simulation. Later calls raise InputError.";
+    "'seldinger replay' and 'run' play it. Raises InputError when the file cannot be written, and where it "
+    "is one\n"
+    "that the scenario is read from.";
+inline constexpr const char* close = "Frees what it simulates. Later calls raise InputError.";
 inline constexpr const char* closed = "bool: close() was called.";
 inline constexpr const char* anatomy =
     R"(The vessels as a dict: 'name', 'branches' (list of dicts: 'name', 'parent' (index, -1 for a root), 'points_mm' (n, 3),
@@ -177,7 +130,6 @@ inline constexpr const char* images =
     "(n, pixels, pixels) uint8: Simulation.image of each; seeds: a list of n, by default the scenario's.";
 inline constexpr const char* vector_masks =
     "Dict of (n, pixels, pixels) uint8 arrays: Simulation.masks of each.";
-inline constexpr const char* vector_close = "Frees the simulations. Later calls raise InputError.";
 inline constexpr const char* write_png =
     "Writes a PNG of uint8 (H, W), grey, or (H, W, 3), red, green, blue; of bool, True is written as 255. "
     "Raises\n"

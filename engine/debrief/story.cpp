@@ -11,14 +11,14 @@
 namespace debrief {
 namespace {
 
-Moment moment_of(const exercise::Frame& frame, const Moment& before) {
+Moment moment_of(const exercise::Frame& frame) {
     const exercise::Simulation& simulation = frame.simulation;
     Moment m;
     m.frame = frame.time.index;
     m.seconds = frame.time.seconds;
     m.inserted = simulation.inserted();
     m.catheter = simulation.inserted(script::Held::Catheter);
-    m.turned = (frame.motion.reset ? 0 : before.turned) + frame.motion.turned + frame.motion.catheter_turned;
+    m.turned = simulation.hand(script::Held::Wire).turned + simulation.hand(script::Held::Catheter).turned;
     m.force = physics::largest_force(simulation.contacts());
     m.injection = simulation.contrast().injection_rate();
     m.to_target = simulation.tip_to_target();
@@ -69,7 +69,7 @@ std::optional<Story> tell(const scenario::Scenario& scenario, const script::Comm
             story.target = exercise.simulation().target();
         }
         if (frame.motion.reset) story.moments.clear();
-        story.moments.push_back(moment_of(frame, story.moments.empty() ? Moment() : story.moments.back()));
+        story.moments.push_back(moment_of(frame));
     };
     const run::RunResult result = run::run_headless(scenario, recording, nullptr, played);
     if (result.interrupted) return std::nullopt;

@@ -142,8 +142,8 @@ Episode::Episode(const Episode& like)
     reset();
 }
 
-/// What a frame would reject when a part of it has taken effect.
-void Episode::check(std::span<const script::Command> commands) const {
+/// What a frame would reject when a part of it has taken effect. `start`: the C-arm before these commands.
+void Episode::check(std::span<const script::Command> commands, const render::CArm& start) const {
     const scenario::Scenario& scenario = simulation().scenario();
     script::CommandScript asked;
     for (const script::Command& command : commands) {
@@ -151,19 +151,24 @@ void Episode::check(std::span<const script::Command> commands) const {
             throw io::InputError(exercise::no_catheter(command));
         asked.commands.push_back({0, command, {}});
     }
-    if (const auto wrong = script::problems(asked, simulation().console().arm(), scenario.frame_rate);
-        !wrong.empty())
+    if (const auto wrong = script::problems(asked, start, scenario.frame_rate); !wrong.empty())
         throw io::InputError(io::joined(wrong, "\n"));
 }
 
 void Episode::ask(const script::Command& command) {
-    asked_.push_back(command);
-    try {
-        check(asked_);
-    } catch (const io::InputError&) {
-        asked_.pop_back();
-        throw;
+    // Each is checked once, from where those before it leave the C-arm.
+    if (!asked_arm_) {
+        asked_arm_ = simulation().console().arm();
+        for (const script::Command& before : asked_) follow(*asked_arm_, before);
     }
+    check({&command, 1}, *asked_arm_);
+    asked_.push_back(command);
+    follow(*asked_arm_, command);
+}
+
+void Episode::follow(render::CArm& arm, const script::Command& command) const {
+    if (std::holds_alternative<script::Reset>(command)) arm = simulation().console().arm();
+    if (const auto* move = std::get_if<script::MoveArm>(&command)) arm = script::moved(arm, *move);
 }
 
 render::CArm Episode::arm(int pixels) const {
@@ -181,7 +186,7 @@ render::CArm Episode::arm(int pixels) const {
 void Episode::step(std::span<const script::Command> given) {
     std::vector<script::Command> commands = asked_;
     commands.insert(commands.end(), given.begin(), given.end());
-    check(commands);
+    check(commands, simulation().console().arm());
     // These are rejected as they take effect.
     const auto is_uncertain = [](const script::Command& command) {
         return std::holds_alternative<script::Inject>(command) ||
@@ -192,7 +197,6 @@ void Episode::step(std::span<const script::Command> given) {
         uncertain ? exercise_.snapshot() : exercise::Exercise::Snapshot();
     try {
         const exercise::Frame frame = exercise_.next_frame(commands);
-        reader_.observe(frame);
         if (room_) room_->observe(frame, exercise_.score());
     } catch (const io::InputError&) {
         if (uncertain) exercise_.restore(before);
@@ -200,7 +204,11 @@ void Episode::step(std::span<const script::Command> given) {
         std::erase_if(asked_, is_uncertain);
         throw;
     }
+    for (const script::Command& command : commands)
+        if (const auto* exchange = std::get_if<script::Exchange>(&command))
+            read_.push_back(exercise::file_of_wire(exchange->device, simulation().scenario()));
     asked_.clear();
+    asked_arm_.reset();
     hash_.reset();
     log_.add(std::move(commands), log_.states_next() ? hash() : 0);
 }
@@ -223,16 +231,16 @@ void Episode::aim(const scenario::Target& target) {
 }
 
 Episode::Snapshot Episode::snapshot() const {
-    Snapshot made = {exercise_.snapshot(), geometry::state_of(reader_), log_, asked_};
+    Snapshot made = {exercise_.snapshot(), log_, asked_};
     if (room_) made.room = geometry::state_of(*room_);
     return made;
 }
 
 void Episode::restore(const Snapshot& snapshot) {
     exercise_.restore(snapshot.exercise);
-    geometry::restore_state(reader_, snapshot.reader);
     log_ = snapshot.log;
     asked_ = snapshot.asked;
+    asked_arm_.reset();
     if (room_) {
         room_.emplace();
         if (!snapshot.room.empty()) geometry::restore_state(*room_, snapshot.room);
@@ -280,8 +288,86 @@ const Camera::Masks& Episode::masks(int pixels) {
 }
 
 void Episode::save(const std::filesystem::path& path, script::Origin origin) const {
+    require_no_input("save", path);
     exercise::identify(origin, simulation());
     log_.save(path, origin, hash());
+}
+
+void Episode::require_no_input(const std::string& what, const std::filesystem::path& path) const {
+    std::vector<std::filesystem::path> more = read_;
+    std::error_code ignored;
+    if (std::filesystem::is_regular_file("/dev/stdin", ignored)) more.emplace_back("/dev/stdin");
+    scenario::require_no_input({{what, path}}, simulation().scenario(), std::move(more));
+}
+
+Reading Episode::reading() const {
+    Reading r = reader_.read(exercise_);
+    const render::CArm arm = this->arm(simulation().scenario().c_arm.pixels);
+    const auto in_image = [&arm](const exercise::Place& place) {
+        const render::Pixel pixel = render::project(arm, {place[0], place[1], place[2]});
+        return exercise::InImage{pixel.x, pixel.y};
+    };
+    r.tip_px = in_image(r.tip);
+    r.target_px = in_image(r.target);
+    return r;
+}
+
+namespace {
+
+std::vector<double> places_of(const Episode& episode, script::Held held) {
+    const Simulation& simulation = episode.simulation();
+    std::vector<double> numbers;
+    if (held == script::Held::Catheter && !simulation.has_catheter()) return numbers;
+    const geometry::Vec3 shift = simulation.vessel_shift();
+    const geometry::Polyline joints = simulation.path_of(held);
+    numbers.reserve(3 * joints.size());
+    for (const geometry::Vec3& joint : joints) {
+        const geometry::Vec3 place = joint + shift;
+        numbers.insert(numbers.end(), place.begin(), place.end());
+    }
+    return numbers;
+}
+
+std::vector<double> in_image(const render::CArm& arm, const std::vector<double>& places) {
+    std::vector<double> numbers;
+    numbers.reserve(places.size());
+    for (std::size_t i = 0; i < places.size(); i += 3) {
+        const render::Pixel pixel = render::project(arm, {places[i], places[i + 1], places[i + 2]});
+        numbers.push_back(pixel.x);
+        numbers.push_back(pixel.y);
+    }
+    return numbers;
+}
+
+template <script::Held held>
+std::vector<double> joints(const Episode& episode, const render::CArm&) {
+    return places_of(episode, held);
+}
+template <script::Held held>
+std::vector<double> pixels(const Episode& episode, const render::CArm& arm) {
+    return in_image(arm, places_of(episode, held));
+}
+std::vector<double> forces(const Episode& episode, const render::CArm&) {
+    std::vector<double> numbers;
+    for (const physics::WallContact& contact : episode.simulation().contacts())
+        numbers.push_back(contact.force());
+    return numbers;
+}
+
+constexpr ListField lists[] = {
+    {"wire_mm", "mm", "joints of the wire from the introducer to its tip; none where it is out", 3,
+     joints<script::Held::Wire>},
+    {"wire_px", "pixels", "the same joints in the image", 2, pixels<script::Held::Wire>},
+    {"catheter_mm", "mm", "joints of the catheter; none without one, or where it is out", 3,
+     joints<script::Held::Catheter>},
+    {"catheter_px", "pixels", "the same joints in the image", 2, pixels<script::Held::Catheter>},
+    {"joint_force_N", "N", "force on the wall of each joint of the chain of wire and catheter", 1, forces},
+};
+
+}  // namespace
+
+std::span<const ListField> list_fields() {
+    return lists;
 }
 
 script::Command parse_line(const std::string& line) {

@@ -11,15 +11,18 @@
 #include <string_view>
 #include <vector>
 
-#include "engine/episode/reading.h"
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/imaging.h"
+#include "engine/exercise/reading.h"
 #include "engine/exercise/room_readout.h"
 #include "engine/script/recording.h"
 #include "render/panel/panel.h"
 #include "render/picture/image.h"
 
 namespace episode {
+
+using exercise::Reader;
+using exercise::Reading;
 
 /// How an image on demand is made.
 enum class ImageMode {
@@ -87,8 +90,8 @@ public:
     Episode(const Episode& like);
     Episode& operator=(const Episode&) = delete;
 
-    /// Asks for a command with the next frame. Throws InputError for one that the exercise does not accept;
-    /// what was asked for before stays.
+    /// Asks for a command with the next frame. Throws InputError for one that the exercise does not accept
+    /// after those asked for before, which stay.
     void ask(const script::Command&);
     /// The C-arm as it is, with what was asked for of it, for images `pixels` squared.
     render::CArm arm(int pixels) const;
@@ -96,7 +99,7 @@ public:
     /// exercise does not accept; then no frame was made and nothing has changed: what was asked for stays. An
     /// injection or an exchange that was asked for is judged here, and forgotten when it is not accepted.
     void step(std::span<const script::Command>);
-    Reading reading() const { return reader_.read(exercise_); }
+    Reading reading() const;
     const exercise::Exercise& exercise() const { return exercise_; }
     const exercise::Simulation& simulation() const { return exercise_.simulation(); }
     const Reader& reader() const { return reader_; }
@@ -119,7 +122,6 @@ public:
 
     struct Snapshot {
         exercise::Exercise::Snapshot exercise;
-        std::vector<std::byte> reader;
         Log log;
         std::vector<script::Command> asked = {};
         std::vector<std::byte> room = {};  // readouts of the panel, where they are followed
@@ -132,11 +134,15 @@ public:
     render::GrayImage image(int pixels, ImageMode, std::optional<std::uint64_t> seed = {});
     const Camera::Masks& masks(int pixels);
     /// Writes the commands since the start or the last reset() as a recording, with state hashes. Throws
-    /// InputError when the file cannot be written.
+    /// InputError when the file cannot be written, or is one that the scenario is read from.
     void save(const std::filesystem::path&, script::Origin) const;
+    /// Throws InputError where the file, an output that `what` asks for, is one that the scenario or the
+    /// standard input is read from.
+    void require_no_input(const std::string& what, const std::filesystem::path&) const;
 
 private:
-    void check(std::span<const script::Command>) const;
+    void check(std::span<const script::Command>, const render::CArm& start) const;
+    void follow(render::CArm&, const script::Command&) const;
     Camera& camera();
 
     exercise::Exercise exercise_;
@@ -145,10 +151,20 @@ private:
     std::shared_ptr<const Snapshot> start_;
     std::unique_ptr<Camera> camera_;
     std::optional<exercise::RoomReadout> room_;
-    std::vector<script::Command> asked_;  // for the next frame
+    std::vector<std::filesystem::path> read_;  // files of wires that exchanges have read
+    std::vector<script::Command> asked_;       // for the next frame
+    std::optional<render::CArm> asked_arm_;    // the C-arm after these; empty = not known yet
     Log log_;
     mutable std::optional<std::uint64_t> hash_;  // of the state as it is
 };
+
+/// A list of numbers of a state, which has no place in a Reading: its length changes.
+struct ListField {
+    std::string_view name, unit, doc;
+    int columns;  // of each row
+    std::vector<double> (*of)(const Episode&, const render::CArm&);
+};
+std::span<const ListField> list_fields();
 
 /// A command as in a script but without its frame: "arm lao 30 deg". Throws InputError.
 script::Command parse_line(const std::string&);

@@ -23,12 +23,14 @@ bool needs_catheter(const script::Command& command) {
            std::holds_alternative<script::Exchange>(command);
 }
 
-scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scenario& scenario) {
+std::filesystem::path file_of_wire(const std::string& name, const scenario::Scenario& scenario) {
     // A file stands next to the scenario's.
-    const std::filesystem::path file =
-        name.ends_with(".toml") ? std::filesystem::path(scenario.place("").file).parent_path() / name
-                                : scenario::find_device(name, scenario.devices);
-    const scenario::Device device = scenario::load_device(file);
+    return name.ends_with(".toml") ? std::filesystem::path(scenario.place("").file).parent_path() / name
+                                   : scenario::find_device(name, scenario.devices);
+}
+
+scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scenario& scenario) {
+    const scenario::Device device = scenario::load_device(file_of_wire(name, scenario));
     if (device.kind != scenario::DeviceKind::Wire)
         throw io::InputError(fmt::format("'{}' is a catheter; a wire is accepted", name));
     if (device.outer_diameter >= scenario.catheter->device.inner_diameter)

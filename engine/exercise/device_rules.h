@@ -1,6 +1,7 @@
 #pragma once
 /// Which commands ask for a catheter, and which wires fit it.
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,8 @@ bool needs_catheter(const script::Command&);
 std::string no_catheter(const script::Command&);
 
 /// A wire of the scenario's catalogue, to be used in its catheter. Throws InputError for an unknown device, a
+/// Where the wire that an exchange names is read from. Throws InputError for one that is not there.
+std::filesystem::path file_of_wire(const std::string& name, const scenario::Scenario&);
 /// catheter, or a wire that is too thick for the lumen.
 scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scenario&);
 

@@ -66,17 +66,6 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
     while (!messages_.empty() && frame_ - messages_.front().frame > message_time * rate)
         messages_.pop_front();
 
-    hub_ += report.turned;
-    catheter_hub_ += report.catheter_turned;
-    if (!simulation.has_catheter()) {
-        push_force_ = report.relax.push_force;
-        base_torque_ = report.relax.base_torque;
-    } else if (report.relax.at_rest) {
-        const auto loads = physics::hub_loads(simulation.wire(), simulation.contacts());
-        push_force_ = loads[Simulation::wire_device].push;
-        base_torque_ = loads[Simulation::wire_device].torque;
-        catheter_push_ = loads[Simulation::catheter_device].push;
-    }
     wall_forces_.push_back(physics::largest_force(simulation.contacts()));
     while (wall_forces_.size() > history * rate) wall_forces_.pop_front();
 
@@ -158,15 +147,17 @@ render::Readout RoomReadout::read(const Frame& frame, const Score& score) const 
     if (simulation.breathing().state() == scenario::Breathing::State::Held)
         r.breath_held = simulation.breathing().held_for();
     r.inserted = simulation.inserted();
+    const Hand &wire = simulation.hand(script::Held::Wire),
+               &catheter = simulation.hand(script::Held::Catheter);
     if (simulation.has_catheter())
         r.catheter =
             render::Readout::Catheter{simulation.inserted(script::Held::Catheter),
-                                      scenario.catheter->device.length, catheter_hub_, catheter_push_};
+                                      scenario.catheter->device.length, catheter.turned, catheter.load.push};
     r.wire_length = scenario.wire_length;
     r.tip_to_target = simulation.tip_to_target();
-    r.hub_twist = hub_;
-    r.base_torque = base_torque_;
-    r.push_force = push_force_;
+    r.hub_twist = wire.turned;
+    r.base_torque = wire.load.torque;
+    r.push_force = wire.load.push;
     if (!simulation.contacts().empty()) r.tip_force = simulation.contacts().back().force();
     if (!wall_forces_.empty()) r.largest_wall_force = wall_forces_.back();
     r.force_history.assign(wall_forces_.begin(), wall_forces_.end());

@@ -22,10 +22,7 @@ public:
     void say(std::string text, render::Notice);
     std::vector<render::Message> messages() const;
     void state(geometry::StateStream& s) {
-        s(frame_, messages_, wall_forces_, hub_, push_force_, base_torque_, pulse_rate_, was_complete_,
-          pressed_hard_, tip_shows_, notified_);
-        if (!s.part(catheter_hub_ != 0 || catheter_push_ != 0, catheter_hub_, catheter_push_))
-            catheter_hub_ = catheter_push_ = 0;
+        s(frame_, messages_, wall_forces_, pulse_rate_, was_complete_, pressed_hard_, tip_shows_, notified_);
     }
 
 private:
@@ -40,11 +37,7 @@ private:
     int frame_ = -1;  // of the attempt, last observed
     std::deque<TimedMessage> messages_;
     std::deque<double> wall_forces_;  // largest of each frame [N]
-    double hub_ = 0;                  // turned so far [rad]
-    double catheter_hub_ = 0, catheter_push_ = 0;
-    double push_force_ = 0;   // [N]
-    double base_torque_ = 0;  // [N·mm]
-    double pulse_rate_ = 0;   // at the last pulse [1/s]
+    double pulse_rate_ = 0;           // at the last pulse [1/s]
     bool was_complete_ = false;
     bool pressed_hard_ = false;  // the wall, at the last frame
     bool tip_shows_ = true;      // in the image, when the beam was last on

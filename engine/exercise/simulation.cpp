@@ -94,6 +94,7 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 
 void Simulation::reset() {
     was_reset_ = true;
+    readings_ = {};
     waiting_.clear();
     denied_.clear();
     exchanged_name_.clear();
@@ -305,7 +306,17 @@ StepReport Simulation::step() {
     report.reset = std::exchange(was_reset_, false);
     if (report.denied.empty()) report.denied = std::move(denied_);
     denied_.clear();
+    keep_readings(report);
     return report;
+}
+
+void Simulation::keep_readings(const StepReport& report) {
+    if (report.relax.updates > 0) {
+        readings_.at_rest = report.relax.at_rest || report.relax.converged;
+        readings_.strict_minimum = report.relax.strict_minimum || report.relax.converged;
+    }
+    readings_.motion = report;
+    readings_.waits = report.waiting_insertion != 0 || report.waiting_rotation != 0;
 }
 
 double Simulation::time() const {
@@ -406,14 +417,18 @@ void Simulation::account(const physics::HubReport& made, StepReport& report) {
     take(motion.rotation, made.made.turn);
     if (made.made.feed != 0) report.insertions.push_back(made.made.feed);
     report.rotation += std::abs(made.made.turn);
-    if (made.made.device != catheter_device) report.turned += made.made.turn;
-    if (made.made.device != wire_device && has_catheter()) report.catheter_turned += made.made.turn;
+    if (made.made.device != catheter_device) readings_.wire.turned += made.made.turn;
+    if (made.made.device != wire_device && has_catheter()) readings_.catheter.turned += made.made.turn;
 }
 
-/// The wire at rest is what is seen and scored.
+/// The wire at rest is what is seen, felt and scored.
 void Simulation::show() {
     wire_ = moving_;
     contacts_.clear();
+    const auto loads = hub_->loads();
+    if (loads.empty()) return;
+    readings_.wire.load = loads[wire_device];
+    if (has_catheter()) readings_.catheter.load = loads[catheter_device];
 }
 
 /// The same, but a wire that found no rest inside the vessel, as with a joint astray between two that share a
@@ -532,7 +547,7 @@ void Simulation::turn(Motion& motion, int share, StepReport& report) {
     for (int step = 0; step < steps; ++step) {
         physics::rotate(wire_, wanted);
         report.rotation += std::abs(wanted);
-        report.turned += wanted;
+        readings_.wire.turned += wanted;
         relax(share, report);
     }
     motion.rotation = 0;
@@ -551,6 +566,7 @@ void Simulation::state(geometry::StateStream& s) {
       iodine_, tip_at_start_);
     if (!s.part(!exchanged_name_.empty(), exchanged_name_)) exchanged_name_.clear();
     if (!s.part(breathing_.was_held(), breathing_)) breathing_ = {};
+    s.beside(readings_);
     if (s.restores()) {
         exchanged_.reset();
         if (!exchanged_name_.empty()) exchanged_ = wire_of_catalogue(exchanged_name_, scenario_);

@@ -20,28 +20,54 @@
 
 namespace exercise {
 
-/// What one frame did.
-struct StepReport {
-    physics::RelaxReport relax;       // of the whole frame
-    std::vector<double> insertions;   // change of the inserted length by each motion, in order [mm]
-    double rotation = 0;              // Σ|angle| of the hubs [rad]
-    double turned = 0;                // Σ angle of the wire's hub [rad]
-    double catheter_turned = 0;       // and of the catheter's [rad]
+/// What came of the motions of one frame.
+struct MotionFlags {
     bool withdrawal_stopped = false;  // the curved tip was at the introducer
     bool insertion_stopped = false;   // the tip stands in an open end
     bool whole_wire_is_in = false;    // and more was asked for
-    double deepest_crossing = 0;      // depth of a segment left in the wall between its joints [mm]
     bool settling = false;            // the wire is on its way to rest: the one shown is the last at rest
     bool buckled = false;             // a push was not passed on: the shaft outside bows
     bool refused = false;             // a motion that led to no rest was not made
     bool too_thick = false;           // the catheter stands before a vessel that is narrower than it is
-    std::string exchanged;            // the wire is now this one
-    std::string denied;               // what was not done, and why: one sentence
-    double waiting_insertion = 0;     // asked for but not made yet [mm]
-    double waiting_rotation = 0;      // [rad]
-    bool reset = false;               // a new attempt began with this frame
+
+    void state(geometry::StateStream& s) {
+        s(withdrawal_stopped, insertion_stopped, whole_wire_is_in, settling, buckled, refused, too_thick);
+    }
+};
+
+/// What one frame did.
+struct StepReport : MotionFlags {
+    physics::RelaxReport relax;      // of the whole frame
+    std::vector<double> insertions;  // change of the inserted length by each motion, in order [mm]
+    double rotation = 0;             // Σ|angle| of the hubs [rad]
+    double deepest_crossing = 0;     // depth of a segment left in the wall between its joints [mm]
+    std::string exchanged;           // the wire is now this one
+    std::string denied;              // what was not done, and why: one sentence
+    double waiting_insertion = 0;    // asked for but not made yet [mm]
+    double waiting_rotation = 0;     // [rad]
+    bool reset = false;              // a new attempt began with this frame
     ConsoleEvents console;
     scenario::Breathing::Event breath = scenario::Breathing::Event::None;
+};
+
+/// What a hand has done to a device and feels of it. The load is that of the wire shown, the last at rest:
+/// while the wire is on its way to rest, it stays. 0 by the paper's relaxers, which know none.
+struct Hand {
+    double turned = 0;  // Σ angle of the hub since the attempt began [rad]
+    physics::HubLoad load;
+
+    void state(geometry::StateStream& s) { s(turned, load); }
+};
+
+/// What the last frame left to be read. No later state depends on it.
+struct Readings {
+    Hand wire, catheter;
+    bool at_rest = true;         // the wire shown is an equilibrium within the solver's tolerance
+    bool strict_minimum = true;  // and a strict minimum of the energy
+    MotionFlags motion;
+    bool waits = false;  // some motion was asked for and not made yet
+
+    void state(geometry::StateStream& s) { s(wire, catheter, at_rest, strict_minimum, motion, waits); }
 };
 
 /// What an instructor may change while the wire is inside.
@@ -127,6 +153,12 @@ public:
     /// Of the device that the exercise is about.
     geometry::Vec3 tip() const;
     double tip_to_target() const { return (tip() - target_).norm(); }  // [mm]
+    /// What the hand feels, and what came of the last frame: the one source of panel, trace, State and
+    /// `serve`.
+    const Readings& readings() const { return readings_; }
+    const Hand& hand(script::Held held) const {
+        return held == script::Held::Catheter ? readings_.catheter : readings_.wire;
+    }
     /// The wire that took the scenario's place; null = none did.
     const scenario::Device* exchanged_wire() const { return exchanged_ ? &*exchanged_ : nullptr; }
     /// Push that the shaft of the wire, or of another device of the chain, passes on: under a larger one it
@@ -176,6 +208,7 @@ private:
     void mend_crossings(StepReport&);
     void show();
     void show_rest(StepReport&);
+    void keep_readings(const StepReport&);
     // For a frame with a segment relaxer.
     void move_segments(StepReport&);
     void insert_segments(Motion&, int share, StepReport&);
@@ -208,6 +241,7 @@ private:
     int frames_ = 0;  // since the start or the last reset
     scenario::Breathing breathing_;
     double iodine_ = 0;
+    Readings readings_;
     bool was_reset_ = false;      // since the last step
     std::string denied_;          // since the last step
     std::string exchanged_name_;  // of the wire that is used now; empty = the scenario's

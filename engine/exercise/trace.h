@@ -3,36 +3,29 @@
 
 #include <string>
 
-#include "engine/anatomy/vessel_ways.h"
 #include "engine/exercise/frame.h"
+#include "engine/exercise/reading.h"
 #include "engine/exercise/score.h"
 
 namespace exercise {
 
 class Trace {
 public:
-    explicit Trace(const Simulation&);
+    explicit Trace(const Simulation& simulation) : reader_(simulation) {}
 
-    /// Names and units of the columns, a line of CSV.
+    /// Names and units of the columns, a line of CSV: those of fields() that have one.
     static std::string header();
-    /// The rows of a frame, wire and catheter; call it once for each frame. A device that is out has empty
-    /// cells for its place. Contacts are those of the joints at which the device lies outermost. Lengths are
-    /// those of the wire shown: the last at rest. Forces and torque are positive where the hand must push and
-    /// hold the hub back; an empty cell stands for a missing value: no way from the tip's branch to the
-    /// target's, no dose without images.
-    std::string rows(const Frame&, const Score&);
+    /// The rows of a frame, wire and catheter. A device that is out has empty cells for its place. Contacts
+    /// are those of the joints at which the device lies outermost. Lengths, forces and torque are those of
+    /// the wire shown: the last at rest. Forces and torque are positive where the hand must push and hold the
+    /// hub back; an empty cell stands for a missing value: no way from the tip's branch to the target's, no
+    /// dose without images.
+    std::string rows(const Frame&, const Score&) const;
 
 private:
-    anatomy::VesselWays ways_;
-    anatomy::VesselPlace target_;
-    /// What is known of a device's hub.
-    struct Hand {
-        double turned = 0;  // since the attempt began [rad]
-        physics::HubLoad load;
-    };
-    std::string row(script::Held, const Hand&, const Frame&, const Score&) const;
+    std::string row(script::Held, const Frame&, const Score&) const;
 
-    Hand wire_, catheter_;
+    Reader reader_;
 };
 
 }  // namespace exercise

@@ -60,6 +60,12 @@ public:
         if (there != 0) (field(fields), ...);
         return there != 0;
     }
+    /// Fields that no later state depends on, such as readouts of the last frame: kept and read back, but no
+    /// part of the hash.
+    template <class... Fields>
+    void beside(Fields&... fields) {
+        if (!hashes()) (field(fields), ...);
+    }
     /// Whether fields are read back.
     virtual bool restores() const { return false; }
 

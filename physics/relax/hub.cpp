@@ -55,28 +55,27 @@ bool Hub::can_be(const Guidewire& wire, const RelaxReport& report) const {
     const double energy = energy_of(wire);
     double force = std::max(std::abs(report.push_force), std::abs(rest_report_.push_force));
     double torque = std::max(std::abs(report.base_torque), std::abs(rest_report_.base_torque));
-    for (const std::vector<HubLoad>* loads : {&loads_, &rest_loads_})
-        for (const HubLoad& load : *loads) {
-            force = std::max(force, std::abs(load.push));
-            torque = std::max(torque, std::abs(load.torque));
-        }
+    // Of several devices one may push and another pull by more than both together.
+    if (!wire.devices.empty())
+        for (const std::vector<HubLoad>* loads : {&loads_, &rest_loads_})
+            for (const HubLoad& load : *loads) {
+                force = std::max(force, std::abs(load.push));
+                torque = std::max(torque, std::abs(load.torque));
+            }
     const double work = force * std::abs(made_.feed) + torque * std::abs(made_.turn);
     return energy - rest_energy_ <= work_share * work + energy_share * std::abs(rest_energy_) + energy_floor;
 }
 
 /// Whether a shaft outside bows under the push of the motion that was tried. A pull gives way to anything.
-bool Hub::buckles(const Guidewire& wire, const RelaxReport& report) const {
-    if (settling_ || made_.feed < 0 || !report.at_rest) return false;
-    const auto too_much = [this](double limit, double push, double before, bool fed) {
-        return push > limit && ((fed && made_.feed > 0) || push > before);
-    };
-    if (wire.devices.empty())
-        return too_much(passes_on(wire), hand_force(wire, report.push_force),
-                        hand_force(rest_, rest_report_.push_force), true);
-    for (int k = 0; k < static_cast<int>(loads_.size()); ++k)
-        if (too_much(passes_on(wire, k), loads_[k].push, rest_loads_[k].push,
-                     made_.device == every_device || made_.device == k))
-            return true;
+bool Hub::buckles(const Guidewire& wire) const {
+    if (settling_ || made_.feed < 0 || !loads_at_rest_) return false;
+    const bool alone = wire.devices.empty();
+    for (int k = 0; k < static_cast<int>(loads_.size()); ++k) {
+        const double push = loads_[k].push,
+                     before = alone ? hand_force(rest_, rest_report_.push_force) : rest_loads_[k].push;
+        const bool fed = alone || made_.device == every_device || made_.device == k;
+        if (push > passes_on(wire, k) && ((fed && made_.feed > 0) || push > before)) return true;
+    }
     return false;
 }
 
@@ -88,6 +87,14 @@ bool Hub::refuses(const Guidewire& wire, const HubMotion& motion) const {
                                     std::abs(asked) >= std::ldexp(std::abs(refused), -halvings));
     };
     return like(motion.feed, refused_.feed) && like(motion.turn, refused_.turn);
+}
+
+void Hub::find_loads(const Guidewire& wire, const RelaxReport& report) {
+    loads_at_rest_ = report.at_rest;
+    if (wire.devices.empty())
+        loads_ = {{hand_force(wire, report.push_force), report.base_torque}};
+    else
+        loads_ = hub_loads(wire, relaxer_.contacts());
 }
 
 HubReport Hub::settle(Guidewire& wire, int updates) {
@@ -160,11 +167,12 @@ HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
     for (;;) {
         // What is left of a try's work is less than a pass once it has been spent.
         if (report.relax.out_of_budget && work_of_try() - spent_ > wire.segments()) {
+            loads_at_rest_ = false;
             report.outcome = HubReport::Outcome::Working;
             return report;
         }
-        if (!wire.devices.empty()) loads_ = hub_loads(wire, relaxer_.contacts());
-        const bool buckles = this->buckles(wire, report.relax);
+        find_loads(wire, report.relax);
+        const bool buckles = this->buckles(wire);
         report.buckled = report.buckled || buckles;
         if (settling_ || (!buckles && can_be(wire, report.relax))) {
             working_ = settling_ = false;
@@ -180,10 +188,12 @@ HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
             refused_ = asked_;
             refused_for_push_ = report.buckled;
             report.outcome = HubReport::Outcome::Refused;
+            find_loads(wire, report.relax);
             return report;
         }
         if (updates - report.relax.updates < least_updates(wire) && report.relax.updates > 0) {
             pending_ = true;
+            loads_at_rest_ = false;
             report.outcome = HubReport::Outcome::Working;
             return report;
         }

@@ -53,6 +53,11 @@ public:
     const RelaxReport& last_report() const { return relaxer_.last_report(); }
     /// Contacts of the joints of a wire at rest.
     std::span<const WallContact> contacts() const { return relaxer_.contacts(); }
+    /// What the hand feels at each device's hub of the wire as it was left, one load of a wire alone: by
+    /// these the shaft outside bows. Empty unless that wire is at rest.
+    std::span<const HubLoad> loads() const {
+        return loads_at_rest_ ? std::span<const HubLoad>(loads_) : std::span<const HubLoad>();
+    }
 
     void state(StateStream& s) {
         s(relaxer_, working_, settling_, rest_, rest_report_, rest_energy_, asked_, made_, halvings_);
@@ -73,7 +78,8 @@ private:
     HubReport finish(Guidewire&, int updates, HubReport);
     bool refuses(const Guidewire&, const HubMotion&) const;
     int work_of_try() const;
-    bool buckles(const Guidewire&, const RelaxReport&) const;
+    bool buckles(const Guidewire&) const;
+    void find_loads(const Guidewire&, const RelaxReport&);
     bool can_be(const Guidewire&, const RelaxReport&) const;
     double energy_of(const Guidewire&) const;
 
@@ -84,7 +90,8 @@ private:
     RelaxReport rest_report_;
     double rest_energy_ = 0;           // [N·mm]
     std::vector<HubLoad> rest_loads_;  // of each of several devices
-    std::vector<HubLoad> loads_;       // the same after what was tried
+    std::vector<HubLoad> loads_;       // after what was tried, or of the wire as it was left
+    bool loads_at_rest_ = false;
     HubMotion asked_, made_;
     int halvings_ = 0;
     int spent_ = 0;         // updates of the motion so far

@@ -1,4 +1,6 @@
+import inspect
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -234,7 +236,7 @@ def test_actions_that_are_refused_change_nothing(cache, action):
     _, info = env.reset(seed=0)
     with pytest.raises(sd.InputError, match="action: "):
         env.step(action)
-    assert int(env.simulation.hashes()[0]) == info["hash"]
+    assert int(env.simulation.hashes()[0]) == info["hash"] % 2 ** 64
     assert not env.step([[0, 0]])[3]
 
 
@@ -268,18 +270,25 @@ def test_closed_environments_say_so(cache):
 
 
 def together(infos, n):
-    """Infos of single environments, by their index, as gymnasium's VectorEnv puts them together."""
+    """Infos of single environments, by their index, as gymnasium's VectorEnv puts them together: numbers in arrays of the type
+    that NumPy makes of theirs, whole ones in int64, arrays in higher ones, anything else as objects."""
     made = {}
     for i, info in infos.items():
         for key, value in info.items():
+            mask = made.setdefault("_" + key, np.zeros(n, bool))
+            mask[i] = True
             if isinstance(value, dict):
-                made.setdefault(key, {})[i] = value
-            else:
-                empty = None if value is None or isinstance(value, str) else np.zeros_like(value)
-                made.setdefault(key, [empty] * n)[i] = value
-    mask = [i in infos for i in range(n)]
-    return {name: value for key, column in made.items() for name, value in (
-        (key, together(column, n) if isinstance(column, dict) else column), ("_" + key, mask))}
+                made[key] = together({k: infos[k][key] for k in infos if key in infos[k]}, n)
+                continue
+            if key not in made:
+                if type(value) in (int, float, bool) or isinstance(value, np.number):
+                    made[key] = np.zeros(n, type(value))
+                elif isinstance(value, np.ndarray):
+                    made[key] = np.zeros((n, *value.shape), value.dtype)
+                else:
+                    made[key] = np.full(n, None, object)
+            made[key][i] = value
+    return made
 
 
 def assert_same(given, expected, where="info"):
@@ -287,10 +296,57 @@ def assert_same(given, expected, where="info"):
     for key, value in expected.items():
         if isinstance(value, dict):
             assert_same(given[key], value, f"{where}.{key}")
-        elif key != "branch" and key != "truncation":
-            np.testing.assert_array_equal(given[key], np.array(value), err_msg=f"{where}.{key}")
         else:
-            assert given[key].dtype == object and given[key].tolist() == value, f"{where}.{key}"
+            value = np.asarray(value)
+            assert given[key].dtype == value.dtype, f"{where}.{key}: {given[key].dtype}, {value.dtype}"
+            np.testing.assert_array_equal(given[key], value, err_msg=f"{where}.{key}")
+
+
+def test_hashes_of_infos_are_those_of_states_as_signed_numbers(cache):
+    env = sd.gym.make("seldinger/Renal-v1", cache=cache)
+    _, info = env.reset(seed=0)
+    signs = set()
+    for k in range(20):
+        assert type(info["hash"]) is int and np.zeros(1, int).dtype == np.array([info["hash"]]).dtype
+        assert info["hash"] % 2 ** 64 == int(env.simulation.hashes()[0])
+        signs.add(info["hash"] < 0)
+        info = env.step([[0.3, 0.1 * k]])[4]
+    assert signs == {True, False}
+
+
+@pytest.mark.parametrize("shape", [(2, 1), (2,), (1, 1, 2), (1, 2, 1), (4,), (), (0,), (1, 4), (2, 2)])
+def test_actions_of_another_shape_are_refused(cache, shape):
+    env = sd.gym.Env("s_bend", cache=cache)
+    _, info = env.reset(seed=0)
+    with pytest.raises(sd.InputError, match=re.escape(f"action: expected shape (1, 2), found {shape}")):
+        env.step(np.zeros(shape, np.float32))
+    assert int(env.simulation.hashes()[0]) == info["hash"] % 2 ** 64
+    env.step(np.zeros((1, 2)))
+
+
+@pytest.mark.parametrize("shape", [(2, 3), (2, 3, 1), (3, 2), (3, 2, 1), (1, 3, 2), (2, 1, 3), (6,), (3, 1, 2, 1)])
+def test_actions_of_many_in_another_shape_are_refused(cache, shape):
+    many = sd.gym.VectorEnv("s_bend", 3, threads=1, cache=cache)
+    many.reset(seed=0)
+    before = many.simulation.hashes()
+    with pytest.raises(sd.InputError, match=re.escape(f"action: expected shape (3, 1, 2), found {shape}")):
+        many.step(np.zeros(shape, np.float32))
+    assert (many.simulation.hashes() == before).all()
+    alone = sd.gym.VectorEnv("s_bend", 1, threads=1, cache=cache)
+    alone.reset(seed=0)
+    with pytest.raises(sd.InputError, match=re.escape("expected shape (1, 1, 2), found (1, 2)")):
+        alone.step(np.zeros((1, 2)))
+
+
+def test_the_arguments_of_environments_are_shown_and_others_refused(cache):
+    for of, own in ((sd.gym.Env, {"scenario", "render_mode"}), (sd.gym.VectorEnv, {"scenario", "n", "threads", "autoreset"})):
+        shown = inspect.signature(of).parameters
+        assert own < set(shown) and {"obs", "reward", "max_episode_steps", "beam"} < set(shown) and "panel" not in shown
+        assert shown["frame_skip"].default == 1
+        with pytest.raises(TypeError):
+            of("s_bend", cache=cache, nothing=1)
+    with pytest.raises(TypeError):
+        sd.gym.Env("s_bend", cache=cache, threads=2)
 
 
 def test_infos_of_many_are_put_together_as_gymnasiums(cache):

@@ -2,6 +2,8 @@
 
 import json
 import os
+import resource
+import shutil
 import subprocess
 
 import numpy as np
@@ -79,6 +81,125 @@ def test_served_errors_are_answered_and_change_nothing(served):
                        ("advance catheter 1 mm", "the scenario has none")):
         assert says in served.ask(line)["error"], line
     assert served.ask("state")["hash"] == before
+
+
+@pytest.mark.parametrize("line", ["step 3", "step foo", "state x", "restart now", "keep 2", "score all", "quit 1"])
+def test_words_after_a_line_that_takes_none_are_refused(served, line):
+    before = served.ask("state")
+    word, rest = line.split(" ")
+    assert served.ask(line)["error"] == f"'{line}': expected '{word}' alone, found '{rest}' after it"
+    assert served.ask("state") == before
+
+
+def test_ten_thousand_commands_take_ten_times_as_long_as_a_thousand(program, cache):
+    # In processor time, start and end apart; twice that is left for what else differs.
+    def spent(commands):
+        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        lines = "".join(f"arm lao {k % 90} deg\n" for k in range(commands)) + "step\n"
+        ended = subprocess.run([program, "serve", "s_bend", "--cache", cache], input=lines, capture_output=True, text=True)
+        assert ended.stdout.count("\n") == 2 and "error" not in ended.stdout
+        after = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+
+    none, some, many = (min(spent(n) for _ in range(3)) for n in (0, 4000, 40_000))
+    assert many - none < 20 * max(some - none, 0.01)
+
+
+def test_commands_asked_for_one_by_one_are_judged_as_a_script_is(served, bend):
+    # A move of the C-arm that is fine alone, and not after another one.
+    for line in ("arm sid 900 mm", "arm sod 800 mm"):
+        served.tell(line)
+        bend.apply(line)
+    said = served.ask("arm sid 700 mm")["error"]
+    with pytest.raises(sd.InputError) as error:
+        bend.apply("arm sid 700 mm")
+    assert said == str(error.value)
+    np.testing.assert_array_equal(bend.camera_matrix(), bend.camera_matrix())
+    assert int(served.ask("step")["hash"], 16) == bend.step().hash
+
+
+def test_a_line_that_is_too_long_is_told_and_not_kept(served):
+    def peak_kB():
+        with open(f"/proc/{served.process.pid}/status") as status:
+            return next(int(line.split()[1]) for line in status if line.startswith("VmHWM"))
+
+    before = served.ask("state")
+    peak = peak_kB()
+    error = served.ask("0" * 1_000_001)["error"]
+    assert error == "expected a line of at most 1000000 bytes, found a longer one"
+    served.process.stdin.write("0" * 100_000_000)  # the answer comes before the end of the line
+    served.process.stdin.flush()
+    assert json.loads(served.process.stdout.readline())["error"] == error
+    served.tell("")
+    assert served.ask("state") == before
+    assert peak_kB() - peak < 20_000
+    assert "'000" in served.ask("0" * 1_000_000)["error"]
+
+
+def test_so_many_states_are_kept_and_no_more(program, cache):
+    served = Served(program, cache, "s_bend", "--keep", "3")
+    try:
+        assert [served.ask("keep")["kept"] for _ in range(3)] == [0, 1, 2]
+        assert "at most 3 kept states" in served.ask("keep")["error"] and "--keep" in served.ask("keep")["error"]
+        assert served.ask("back 2")["frame"] == -1
+    finally:
+        served.process.kill()
+        served.process.wait()
+    for wrong in ("0", "1.5", "many"):
+        assert subprocess.run([program, "serve", "s_bend", "--keep", wrong], capture_output=True).returncode == 2
+
+
+def own_scenario(folder):
+    """A scenario in a folder of its own, and other names of its file."""
+    scenario = folder / "own.toml"
+    scenario.write_bytes((sd.assets() / "scenarios" / "s_bend.toml").read_bytes())
+    (folder / "sub").mkdir()
+    (folder / "link.png").symlink_to(scenario)
+    os.link(scenario, folder / "hard.gw")
+    return scenario, [scenario, folder / "link.png", folder / "hard.gw", folder / "sub" / ".." / "own.toml"]
+
+
+def test_the_file_of_a_wire_that_was_exchanged_is_not_overwritten(cache, tmp_path):
+    scenario, wire = tmp_path / "own.toml", tmp_path / "wire.toml"
+    scenario.write_bytes((sd.assets() / "scenarios" / "renal_cobra.toml").read_bytes())
+    wire.write_bytes((sd.assets() / "devices" / "glide035.toml").read_bytes())
+    with sd.Simulation(scenario, cache=cache) as sim:
+        sim.apply("remove wire")
+        sim.step(frames=60)
+        sim.apply("exchange wire wire.toml")
+        sim.step()
+        sim.reset()
+        with pytest.raises(sd.InputError, match="would overwrite what is read"):
+            sim.save(wire)
+    assert wire.read_bytes() == (sd.assets() / "devices" / "glide035.toml").read_bytes()
+
+
+def test_what_is_read_is_never_overwritten_by_serve_or_by_the_module(program, cache, tmp_path, monkeypatch):
+    # A catalogue of its own: where the promise is broken, no file of the source is lost.
+    shutil.copytree(sd.assets(), tmp_path / "assets")
+    monkeypatch.setenv("SELDINGER_ASSETS", str(tmp_path / "assets"))
+    scenario, inputs = own_scenario(tmp_path)
+    script = tmp_path / "lines.txt"
+    shipped = [sd.assets() / "devices" / "glide035.toml"]
+    before = {path: path.read_bytes() for path in [*inputs, *shipped]}
+    lines = [f"image 64 {path}" for path in [*inputs, *shipped, script]] + [f"save {path}" for path in [*inputs, *shipped, script]]
+    script.write_text("\n".join(lines) + f"\nsave {tmp_path}/out.gw\nimage 64 {tmp_path}/out.png\n" * 2)
+    with open(script) as stdin:
+        ended = subprocess.run([program, "serve", scenario, "--cache", cache], stdin=stdin, capture_output=True, text=True)
+    said = [json.loads(line) for line in ended.stdout.splitlines()[1:]]
+    for line, answer in zip(lines, said):
+        assert "would overwrite what is read" in answer.get("error", ""), (line, answer)
+    assert [list(answer) for answer in said[len(lines):]] == [["saved"], ["image"]] * 2
+    assert script.read_text().startswith(lines[0])
+    with sd.Simulation(scenario, cache=cache) as sim, sd.VectorSimulation(sim, 2, threads=1) as many:
+        for path in [*inputs, *shipped]:
+            with pytest.raises(sd.InputError, match="would overwrite what is read"):
+                sim.save(path)
+            with pytest.raises(sd.InputError, match="would overwrite what is read"):
+                many.save(1, path)
+        sim.save(tmp_path / "out.gw")
+    for path, text in before.items():
+        assert path.read_bytes() == text
 
 
 def test_served_images_recordings_and_scores_are_those_of_the_module(served, bend, tmp_path):

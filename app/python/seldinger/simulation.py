@@ -104,7 +104,17 @@ def facts(scenario: Scenario, set: Optional[Mapping[str, Any]] = None) -> dict[s
     return _core._facts(file, text, str(assets() / "devices"), _overrides(set))
 
 
-class Simulation(_core.Simulation):
+class _Closes:
+    """A context manager that closes itself."""
+
+    def __enter__(self) -> Any:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class Simulation(_core.Simulation, _Closes):
     """One exercise: a wire, alone or in a catheter, in vessels.
 
     scenario   the name of one that ships (see scenarios()), a file (.toml), or a dict with a scenario's keys
@@ -131,21 +141,15 @@ class Simulation(_core.Simulation):
         if not isinstance(cache, (str, bytes, os.PathLike, type(None))):
             raise InputError(f"cache: {cache!r} was given; a folder, '' or None is accepted")
         folder = str(default_cache()) if cache is None else os.fspath(cache)
-        super().__init__(file, text, str(assets() / "devices"), overrides, _IMAGES[images], folder, bool(panel))
+        self._open(file, text, str(assets() / "devices"), overrides, _IMAGES[images], folder, bool(panel))
 
     def score(self) -> dict[str, Any]:
         """The attempt's score as in score.json (keys carry units); `earlier_attempts` holds those that a reset command
         ended."""
         return json.loads(self._score())
 
-    def __enter__(self) -> "Simulation":
-        return self
 
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
-
-class VectorSimulation(_core.VectorSimulation):
+class VectorSimulation(_core.VectorSimulation, _Closes):
     """Many simulations at once, on a pool of threads that share vessels and walls.
 
     scenario   as for Simulation, or a Simulation (not with images=True), or a list of n of these
@@ -154,52 +158,14 @@ class VectorSimulation(_core.VectorSimulation):
                not depend on it
     points, spacing_mm   the points of `track_mm`: so many from the tip backward at this distance
 
-    What a step leaves is in arrays that are attributes, made once and written by each step (copy what is to stay):
-    float64 (n,): time_s, along_mm, path_to_target_mm (nan without a way), tip_to_target_mm, tip_force_N, wall_force_N,
-    target_radius_mm, air_kerma_mGy, area_product_Gycm2; (n, 3): tip_mm, tip_direction, target_mm, shift_mm; (n, 2) in
-    pixels of the scenario's image: tip_px, target_px; (n, 2) of wire and catheter: inserted_mm, turned_rad, push_N, torque_Nmm; (n, points, 3) track_mm,
-    (n, points, 2) track_px: points on the device that the exercise is about; int64 (n,): frame, branch (its index);
-    bool (n,): settling, at_rest, certified, refused, buckled, too_thick, insertion_stopped, withdrawal_stopped,
-    whole_wire_is_in, completed, on_target, time_is_up. They mean what the fields of State mean.
+    What a step leaves is in arrays that are attributes, made once and written by each step (copy what is to stay): one of n
+    for each field of State that is no list, with its name and unit (docs/python.md has the table of them), of shape (n,),
+    (n, 3) for places, (n, 2) in pixels, and (n, 2) of wire and catheter for what a hand does and feels: inserted_mm,
+    turned_deg, push_N, torque_Nmm. branch is the index of the branch. They are the fields of one record array, `readings`.
+    (n, points, 3) track_mm and (n, points, 2) track_px: points on the device that the exercise is about.
 
     To be used by one thread of Python at a time; calls of others wait. Ctrl-C ends a long call between its parts.
     """
-
-    time_s: np.ndarray
-    along_mm: np.ndarray
-    path_to_target_mm: np.ndarray
-    tip_to_target_mm: np.ndarray
-    tip_force_N: np.ndarray
-    wall_force_N: np.ndarray
-    target_radius_mm: np.ndarray
-    air_kerma_mGy: np.ndarray
-    area_product_Gycm2: np.ndarray
-    tip_mm: np.ndarray
-    tip_direction: np.ndarray
-    target_mm: np.ndarray
-    shift_mm: np.ndarray
-    tip_px: np.ndarray
-    target_px: np.ndarray
-    inserted_mm: np.ndarray
-    turned_rad: np.ndarray
-    push_N: np.ndarray
-    torque_Nmm: np.ndarray
-    track_mm: np.ndarray
-    track_px: np.ndarray
-    frame: np.ndarray
-    branch: np.ndarray
-    settling: np.ndarray
-    at_rest: np.ndarray
-    certified: np.ndarray
-    refused: np.ndarray
-    buckled: np.ndarray
-    too_thick: np.ndarray
-    insertion_stopped: np.ndarray
-    withdrawal_stopped: np.ndarray
-    whole_wire_is_in: np.ndarray
-    completed: np.ndarray
-    on_target: np.ndarray
-    time_is_up: np.ndarray
 
     def __init__(self, scenario: Any, n: Optional[int] = None, *, threads: Optional[int] = None, points: int = 3,
                  spacing_mm: float = 2.0, **options: Any) -> None:
@@ -220,18 +186,17 @@ class VectorSimulation(_core.VectorSimulation):
 
         first = prototype(several[0] if several is not None else scenario)
         threads = min(len(os.sched_getaffinity(0)), _MOST_THREADS) if threads is None else threads
-        super().__init__(first, 1 if n is None else n, threads, points, spacing_mm)
+        self._open(first, 1 if n is None else n, threads, points, spacing_mm)
         for i, one in enumerate(several or []):
             if i > 0 and prototype(one) is not first:
                 self.assign(i, prototype(one))
         self.__dict__.update(self._arrays)
 
+    @property
+    def turned_rad(self) -> np.ndarray:
+        """turned_deg in rad, a new array."""
+        return np.radians(self.turned_deg)
+
     def score(self, i: int) -> dict[str, Any]:
         """The score of the i-th simulation, as Simulation.score."""
         return json.loads(self._score(i))
-
-    def __enter__(self) -> "VectorSimulation":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

@@ -61,7 +61,7 @@ TEST(FrictionScenario, ItAsksForMoreForceAndHoldsTheWire) {
             report = simulation.step();
             EXPECT_TRUE(report.relax.at_rest);
         }
-        forces[rough] = physics::hand_force(simulation.wire(), report.relax.push_force);
+        forces[rough] = simulation.hand(script::Held::Wire).load.push;
     }
     EXPECT_GT(forces[1], 2 * std::abs(forces[0]));
 }

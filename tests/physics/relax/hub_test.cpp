@@ -263,3 +263,54 @@ TEST(Hub, EveryPushIsBoundedByTheShaftOutside) {
     EXPECT_EQ(Hub({}, wall).passes_on(uniform_wire(40, 2, Vec3::Zero(), Vec3::UnitX(), {Vec3::UnitX()})),
               std::numeric_limits<double>::infinity());
 }
+
+TEST(Hub, AShaftBowsByTheLoadThatIsReported) {
+    const SmoothVessel vessel = smooth_vessel();
+    std::mt19937 random(7);
+    int pushed = 0;
+    for (int round = 0; round < 40; ++round) {
+        GuidewireSpec spec = tipped(2);
+        spec.friction = round % 2 == 0 ? 0.2 : 0;
+        Guidewire wire = wire_of_length(spec, vessel.line, 30 + 2 * round);
+        Hub hub({}, vessel.wall);
+        hub.settle(wire, all_it_takes);
+        start_grips(wire);
+        hub.settle(wire, all_it_takes);
+        for (int part = 0; part < 5; ++part) {
+            const auto state = state_of(hub);
+            const Guidewire before = wire;
+            const HubMotion motion = {0.2 + 0.8 * std::ldexp(static_cast<double>(random()), -32), 0};
+            const HubReport report = hub.move(wire, motion, all_it_takes);
+            if (report.outcome != Outcome::AtRest || report.made.feed != motion.feed) continue;
+            ASSERT_EQ(hub.loads().size(), 1u);
+            const double push = hub.loads()[0].push;
+            if (!(push > 0)) continue;
+            ++pushed;
+            // The same push bows a shaft that bears the least bit less, and no other.
+            for (const double limit : {push, std::nextafter(push, 0.0)}) {
+                Hub again({}, vessel.wall);
+                restore_state(again, state);
+                Guidewire other = before;
+                other.spec.buckling_force = limit;
+                EXPECT_EQ(again.move(other, motion, all_it_takes).buckled, limit < push)
+                    << "round " << round << ", part " << part;
+            }
+        }
+    }
+    EXPECT_GT(pushed, 50);
+}
+
+TEST(Hub, ReportsNoLoadOfAWireOnItsWay) {
+    const SmoothVessel vessel = smooth_vessel();
+    Guidewire wire = wire_of_length(tipped(2), vessel.line, 60);
+    Hub hub({}, vessel.wall);
+    hub.settle(wire, all_it_takes);
+    ASSERT_EQ(hub.loads().size(), 1u);
+    const HubReport report = hub.move(wire, {1, 0}, 1);
+    ASSERT_EQ(report.outcome, Outcome::Working);
+    EXPECT_TRUE(hub.loads().empty());
+    const HubReport later = hub.resume(wire, all_it_takes);
+    ASSERT_EQ(later.outcome, Outcome::AtRest);
+    EXPECT_EQ(hub.loads()[0].push, hand_force(wire, hub.last_report().push_force));
+    EXPECT_EQ(hub.loads()[0].torque, hub.last_report().base_torque);
+}

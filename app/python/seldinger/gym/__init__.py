@@ -9,14 +9,15 @@ VectorEnv are its subclasses, spaces are its own, and gymnasium.make("seldinger.
 
 from __future__ import annotations
 
-from typing import Any, Mapping, Optional, Sequence
+import inspect
+from typing import Any, Mapping, Optional
 
 import numpy as np
 
 from .. import _core
 from .._core import InputError
 from . import spaces
-from .batch import KEYS, Batch, Reward, checked_seed, one, whole, with_masks
+from .batch import KEYS, Batch, checked_seed, one, whole, with_masks
 
 __all__ = ["AUTORESET", "ENVIRONMENTS", "Env", "KEYS", "VectorEnv", "check_env", "make", "make_vec", "spaces"]
 
@@ -36,6 +37,15 @@ AUTORESET = ("NEXT_STEP", "SAME_STEP", "DISABLED")
 
 _bases = (spaces.gymnasium.Env if spaces.gymnasium else object,
           spaces.gymnasium.vector.VectorEnv if spaces.gymnasium else object)
+
+
+def _with_arguments(init: Any) -> Any:
+    """Shows Batch's arguments, which a constructor passes on, as its own."""
+    own = [p for p in inspect.signature(init).parameters.values() if p.kind is not p.VAR_KEYWORD]
+    more = [p for p in inspect.signature(Batch).parameters.values()
+            if p.kind is p.KEYWORD_ONLY and p.name not in ("threads", "panel")]
+    init.__signature__ = inspect.Signature(own + more)
+    return init
 
 
 class Env(_bases[0]):
@@ -73,27 +83,20 @@ class Env(_bases[0]):
     terminated: the tip is within the target's radius. truncated: info['truncation'] is 'steps', 'time' (the scenario's
     limit), 'vessel_end' (the tip stands in an open end) or 'not_certified' (see patience), else None.
     info: success, truncation, branch, path_ratio (way left over that at the start), path_to_target_mm, tip_to_target_mm,
-    tip_force_N, wall_force_N, push_N, torque_Nmm, certified, time_s, reward (its parts), hash (int), dose (a dict of
-    air_kerma_mGy and area_product_Gycm2 of the episode, 0 without beam).
+    tip_force_N, wall_force_N, push_N, torque_Nmm, certified, time_s, reward (its parts), hash (that of State, its 64 bits as
+    a signed int, which arrays of int64, tensors and JSON take: hash % 2**64 == State.hash), dose (a dict of air_kerma_mGy and
+    area_product_Gycm2 of the episode, 0 without beam).
     Raises InputError for arguments that are not accepted, and after close().
     """
 
     metadata = {"render_modes": ["rgb_array", "panel"], "render_fps": 15}
 
-    def __init__(self, scenario: Any = "renal", *, obs: Sequence[str] = ("tracking2d", "target2d", "rotation"),
-                 image_size: int = 128, n_points: int = 3, resolution_mm: float = 2.0, action: str = "velocity",
-                 flat_action: bool = False, reward: Reward = "path_delta", max_episode_steps: int = 300,
-                 frame_skip: int = 1, patience: int = 30, randomize: Optional[Mapping[str, Any]] = None,
-                 set: Optional[Mapping[str, Any]] = None, cache: Any = None, hashes: bool = True,
-                 pool_size: int = 8, beam: bool = False, render_mode: Optional[str] = None) -> None:
+    @_with_arguments
+    def __init__(self, scenario: Any = "renal", *, render_mode: Optional[str] = None, **arguments: Any) -> None:
         if render_mode not in (None, *self.metadata["render_modes"]):
             raise InputError(f"render_mode: {render_mode!r} was given; 'rgb_array', 'panel' or None is accepted")
         self.render_mode = render_mode
-        self._batch = Batch(scenario, 1, obs=obs, image_size=image_size, n_points=n_points,
-                            resolution_mm=resolution_mm, action=action, flat_action=flat_action, reward=reward,
-                            max_episode_steps=max_episode_steps, frame_skip=frame_skip, patience=patience,
-                            randomize=randomize, set=set, cache=cache, threads=1, hashes=hashes, pool_size=pool_size,
-                            beam=beam, panel=render_mode == "panel")
+        self._batch = Batch(scenario, None, threads=1, panel=render_mode == "panel", **arguments)
         self.action_space = self._batch.action_space
         self.observation_space = self._batch.observation_space
         self._done = True
@@ -165,21 +168,15 @@ class VectorEnv(_bases[1]):
 
     metadata = {"render_modes": [], "autoreset_mode": "NEXT_STEP"}
 
+    @_with_arguments
     def __init__(self, scenario: Any = "renal", n: int = 2, *, threads: Optional[int] = None,
-                 autoreset: str = "NEXT_STEP", obs: Sequence[str] = ("tracking2d", "target2d", "rotation"),
-                 image_size: int = 128, n_points: int = 3, resolution_mm: float = 2.0, action: str = "velocity",
-                 flat_action: bool = False, reward: Reward = "path_delta", max_episode_steps: int = 300,
-                 frame_skip: int = 1, patience: int = 30, randomize: Optional[Mapping[str, Any]] = None,
-                 set: Optional[Mapping[str, Any]] = None, cache: Any = None, hashes: bool = True,
-                 pool_size: int = 8, beam: bool = False) -> None:
+                 autoreset: str = "NEXT_STEP", **arguments: Any) -> None:
         if autoreset not in AUTORESET:
             raise InputError(f"autoreset: {autoreset!r} was given; accepted are: " + ", ".join(AUTORESET))
+        if n is None:
+            raise InputError("n: None was given; a whole number of 1 to 100000 is accepted")
         self.autoreset = autoreset
-        self._batch = Batch(scenario, n, obs=obs, image_size=image_size, n_points=n_points,
-                            resolution_mm=resolution_mm, action=action, flat_action=flat_action, reward=reward,
-                            max_episode_steps=max_episode_steps, frame_skip=frame_skip, patience=patience,
-                            randomize=randomize, set=set, cache=cache, threads=threads, hashes=hashes,
-                            pool_size=pool_size, beam=beam)
+        self._batch = Batch(scenario, n, threads=threads, panel=False, **arguments)
         self.num_envs = n
         self.metadata = dict(self.metadata, autoreset_mode=spaces.gymnasium.vector.AutoresetMode[autoreset]
                              if spaces.gymnasium and hasattr(spaces.gymnasium.vector, "AutoresetMode") else autoreset)

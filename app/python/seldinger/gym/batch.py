@@ -60,11 +60,15 @@ def checked_reward(value: Any) -> float:
 
 
 class Batch:
-    def __init__(self, scenario: Any, n: int, *, obs: Sequence[str], image_size: int, n_points: int,
-                 resolution_mm: float, action: str, flat_action: bool, reward: Reward, max_episode_steps: int,
-                 frame_skip: int, patience: int, randomize: Optional[Mapping[str, Any]],
-                 set: Optional[Mapping[str, Any]], cache: Any, threads: Optional[int], hashes: bool,
-                 pool_size: int, beam: bool = False, panel: bool = False) -> None:
+    """n environments; with n=None one, whose actions have no first dimension of 1."""
+
+    def __init__(self, scenario: Any, n: Optional[int], *, obs: Sequence[str] = ("tracking2d", "target2d", "rotation"),
+                 image_size: int = 128, n_points: int = 3, resolution_mm: float = 2.0, action: str = "velocity",
+                 flat_action: bool = False, reward: Reward = "path_delta", max_episode_steps: int = 300,
+                 frame_skip: int = 1, patience: int = 30, randomize: Optional[Mapping[str, Any]] = None,
+                 set: Optional[Mapping[str, Any]] = None, cache: Any = None, hashes: bool = True, pool_size: int = 8,
+                 beam: bool = False, threads: Optional[int] = None, panel: bool = False) -> None:
+        alone, n = n is None, 1 if n is None else n
         if not isinstance(obs, (str, Sequence)):
             raise InputError(f"obs: {obs!r} was given; a list of these is accepted: " + ", ".join(KEYS))
         self.obs = (obs,) if isinstance(obs, str) else tuple(dict.fromkeys(obs))
@@ -128,6 +132,7 @@ class Batch:
         limits = SPEED if self.physical else np.ones(2)
         high = np.broadcast_to(limits, (self.devices, 2)).astype(np.float32)
         self.action_space: Space = Box(-high.reshape(-1), high.reshape(-1)) if flat_action else Box(-high, high)
+        self.action_shape = self.action_space.shape if alone else (n, *self.action_space.shape)
         self.observation_space = Dict({key: self._space(key, high) for key in self.obs})
 
     # Spaces
@@ -323,16 +328,21 @@ class Batch:
         self.track_before[which] = self.sim.track_mm[which]
 
     def numbers(self, actions: Any, active: Optional[np.ndarray] = None) -> np.ndarray:
-        """Actions as (n, devices, 2) float32, finite where active, by default all. Raises InputError for others."""
-        shape = self.action_space.shape if self.n == 1 else (self.n, *self.action_space.shape)
+        """Actions as (n, devices, 2) float32, finite where active, by default all. Raises InputError for others, arrays of
+        another shape among them."""
+        found = type(actions).__name__
         try:
             given = np.asarray(actions)
+            found = f"shape {given.shape}"
+            if given.dtype.kind not in "biufO":
+                raise TypeError
             with np.errstate(over="ignore"):
-                given = given.astype(np.float32) if given.dtype.kind in "biufO" else np.empty(0)
+                given = given.astype(np.float32)
         except (TypeError, ValueError):
-            given = np.empty(0)
-        if given.size != self.n * self.devices * 2:
-            raise InputError(f"action: an array of shape {shape} is accepted")
+            raise InputError(f"action: expected numbers of shape {self.action_shape}, found {found} of {actions!r}"[:300]) \
+                from None
+        if given.shape != self.action_shape:
+            raise InputError(f"action: expected shape {self.action_shape}, found {given.shape}")
         given = given.reshape(self.n, self.devices, 2)
         if not np.isfinite(given if active is None else given[active]).all():
             raise InputError("action: a number that is not finite was given; finite ones are accepted")
@@ -376,7 +386,7 @@ class Batch:
             elif key == "inserted_length":
                 value = sim.inserted_mm[:, :self.devices]
             elif key == "rotation":
-                turned = sim.turned_rad[:, :self.devices]
+                turned = np.radians(sim.turned_deg[:, :self.devices])
                 value = np.stack([np.sin(turned), np.cos(turned)], -1)
             elif key == "last_action":
                 value = self.last
@@ -411,7 +421,8 @@ class Batch:
             "time_s": sim.time_s.copy(),
             "dose": {"air_kerma_mGy": sim.air_kerma_mGy.copy(), "area_product_Gycm2": sim.area_product_Gycm2.copy()}}
         if self.hashes:
-            info["hash"] = sim.hashes()
+            # Signed: gymnasium puts whole numbers together as int64, and tensors and JSON hold no more.
+            info["hash"] = sim.hashes().view(np.int64)
         if callable(self.reward):
             parts = {"callable": np.array([checked_reward(self.reward(one(info, i))) if active[i] else 0.0
                                            for i in range(self.n)])}

@@ -1,0 +1,192 @@
+#include "engine/exercise/reading.h"
+
+#include <algorithm>
+
+#include "engine/exercise/exercise.h"
+#include "physics/wire/energy.h"
+
+namespace exercise {
+namespace {
+
+using geometry::Vec3;
+using R = Reading;
+
+// name, column, unit, doc, member
+constexpr Field table[] = {
+    {"", "frame", "", "frames of the run before this one", &R::run_frame},
+    {"frame", "", "", "frames of the attempt before this one; -1 before the first", &R::frame},
+    {"time_s", "time_s", "s", "time of the attempt at the frame's end", &R::time},
+    {"", "device", "", "device that the row is of", &R::device},
+    {"inserted_mm", "inserted_mm", "mm", "length of the device inside", &R::inserted},
+    {"turned_deg", "turned_deg", "deg", "turn of the device's hub since the attempt began", &R::turned},
+    {"tip_mm", "tip_?_mm", "mm", "tip of the device that the exercise is about; in a trace of the row's",
+     &R::tip},
+    {"tip_direction", "direction_?", "", "unit vector along the device at its tip", &R::direction},
+    {"branch", "branch", "", "branch that is nearest to the tip: its name, in arrays its index", &R::branch},
+    {"along_mm", "along_branch_mm", "mm", "from the branch's start along its centreline to the tip",
+     &R::along},
+    {"path_to_target_mm", "left_to_target_mm", "mm",
+     "way from the tip to the target along centrelines; nan, null or empty where there is none",
+     &R::path_to_target},
+    {"push_N", "push_N", "N",
+     "force with which the hand pushes the device, below 0 where it pulls: of the wire shown, the last at "
+     "rest",
+     &R::push},
+    {"torque_Nmm", "torque_N_mm", "N mm", "torque with which the hand holds the hub: of the wire shown",
+     &R::torque},
+    {"tip_force_N", "", "N", "force of the last joint of the chain of wire and catheter on the wall",
+     &R::tip_force},
+    {"wall_force_N", "", "N", "the largest force of one joint on the wall", &R::wall_force},
+    {"", "tip_force_N", "N", "force on the wall of the last joint at which the device lies outermost",
+     &R::device_tip_force},
+    {"", "wall_force_N", "N", "the largest force of a joint at which the device lies outermost",
+     &R::device_wall_force},
+    {"", "contacts", "", "joints on the wall at which the device lies outermost", &R::contacts},
+    {"", "friction_loss_N_mm", "N mm", "work lost to friction with the wall since the start",
+     &R::friction_loss},
+    {"settling", "settling", "",
+     "the frame's budget ended on the way to rest; the wire shown is the last at rest", &R::settling},
+    {"air_kerma_mGy", "air_kerma_mGy", "mGy",
+     "air kerma of the attempt at the reference point, K_a,r; 0 (in a trace empty) where no dose is measured",
+     &R::air_kerma},
+    {"area_product_Gycm2", "", "Gy cm2",
+     "kerma-area product of the attempt, P_KA; 0 where no dose is measured", &R::area_product},
+    {"tip_to_target_mm", "", "mm", "straight from the tip to the target", &R::tip_to_target},
+    {"target_mm", "", "mm", "middle of the target", &R::target},
+    {"target_radius_mm", "", "mm", "radius of the target", &R::target_radius},
+    {"shift_mm", "", "mm", "how far breath and heartbeat have moved the vessels", &R::shift},
+    {"tip_px", "", "pixels", "the tip in the image, x to the right, y down", &R::tip_px},
+    {"target_px", "", "pixels", "the target in the image", &R::target_px},
+    {"at_rest", "", "", "the wire shown is an equilibrium within the solver's tolerance", &R::at_rest},
+    {"certified", "", "", "at rest, a strict minimum of the energy, and no motion was refused or waits",
+     &R::certified},
+    {"refused", "", "", "a motion that led to no rest was not made", &R::refused},
+    {"buckled", "", "", "a push was not passed on, because the shaft outside would have bowed", &R::buckled},
+    {"too_thick", "", "", "the catheter stands before a vessel that is narrower than it", &R::too_thick},
+    {"insertion_stopped", "", "", "the tip stands in an open end of the vessels", &R::insertion_stopped},
+    {"withdrawal_stopped", "", "", "the curved tip was at the introducer", &R::withdrawal_stopped},
+    {"whole_wire_is_in", "", "", "the device is in to its end, and more was asked for", &R::whole_wire_is_in},
+    {"completed", "", "", "the tip has stayed in the target for the scenario's hold", &R::completed},
+    {"on_target", "", "", "the tip is within the target's radius", &R::on_target},
+    {"time_is_up", "", "", "the scenario's limit of time or beam is reached", &R::time_is_up},
+};
+
+Place place_of(const Vec3& v) {
+    return {v.x(), v.y(), v.z()};
+}
+
+/// Contacts of the joints that the device bears: those that it is outermost at.
+void read_contacts(const Simulation& simulation, Reading& r) {
+    const auto contacts = simulation.contacts();
+    const double reach = simulation.inserted(script::Held::Catheter);
+    double s = 0;
+    for (std::size_t j = 1; j < contacts.size(); ++j) {
+        s += simulation.wire().lengths[j];
+        const bool catheters = simulation.has_catheter() && s <= reach + 1e-9;
+        if (catheters != (r.device == script::Held::Catheter)) continue;
+        r.device_wall_force = std::max(r.device_wall_force, contacts[j].force());
+        r.contacts += contacts[j].touches();
+        r.device_tip_force = contacts[j].force();
+    }
+    if (!contacts.empty()) r.tip_force = contacts.back().force();
+    r.wall_force = physics::largest_force(contacts);
+}
+
+}  // namespace
+
+std::string name_of(Branch branch, const anatomy::Anatomy& anatomy) {
+    return branch == Branch::None ? std::string() : anatomy.branches[static_cast<std::size_t>(branch)].name;
+}
+
+std::span<const Field> fields() {
+    return table;
+}
+
+Reader::Reader(const Simulation& simulation)
+    : ways_(std::make_shared<anatomy::VesselWays>(simulation.anatomy())) {
+    aim(simulation);
+}
+
+void Reader::aim(const Simulation& simulation) {
+    target_ = anatomy::nearest_place(simulation.anatomy(), simulation.target());
+}
+
+std::optional<double> Reader::way_from(const Simulation& simulation, const Vec3& place) const {
+    return ways_->between(anatomy::nearest_place(simulation.anatomy(), place), target_);
+}
+
+Reading Reader::read(const Simulation& simulation, const FrameTime& time, script::Held held) const {
+    const anatomy::Anatomy& anatomy = simulation.anatomy();
+    const Simulation::Tip tip = simulation.tip_of(held);
+    const anatomy::VesselPlace place = anatomy::nearest_place(anatomy, tip.at);
+    const Vec3 shift = simulation.vessel_shift();
+    const Readings& last = simulation.readings();
+    Reading r;
+    r.frame = time.attempt;
+    r.run_frame = time.index;
+    r.time = time.seconds;
+    r.device = held;
+    r.inserted = {simulation.inserted(), simulation.inserted(script::Held::Catheter)};
+    r.turned = {last.wire.turned / geometry::degree, last.catheter.turned / geometry::degree};
+    r.push = {last.wire.load.push, last.catheter.load.push};
+    r.torque = {last.wire.load.torque, last.catheter.load.torque};
+    r.tip = place_of(tip.at + shift);
+    r.direction = place_of(tip.along);
+    r.branch = Branch{place.branch};
+    r.along = geometry::length_of(std::span(anatomy.branches[place.branch].points).first(place.sample + 1));
+    r.path_to_target = ways_->between(place, target_).value_or(absent);
+    read_contacts(simulation, r);
+    r.friction_loss = simulation.wire().friction_loss;
+    r.target = place_of(simulation.target() + shift);
+    r.target_radius = simulation.scenario().target.radius;
+    r.shift = place_of(shift);
+    r.tip_to_target = simulation.tip_to_target();
+    r.settling = last.motion.settling;
+    r.refused = last.motion.refused;
+    r.buckled = last.motion.buckled;
+    r.too_thick = last.motion.too_thick;
+    r.insertion_stopped = last.motion.insertion_stopped;
+    r.withdrawal_stopped = last.motion.withdrawal_stopped;
+    r.whole_wire_is_in = last.motion.whole_wire_is_in;
+    r.at_rest = last.at_rest && !r.settling;
+    r.certified = r.at_rest && last.strict_minimum && !r.refused && !last.waits;
+    r.on_target = r.tip_to_target <= r.target_radius;
+    return r;
+}
+
+Reading Reader::read(const Exercise& exercise) const {
+    const Simulation& simulation = exercise.simulation();
+    const bool by_catheter = simulation.scenario().target.by_catheter;
+    Reading r = read(simulation, exercise.time(), by_catheter ? script::Held::Catheter : script::Held::Wire);
+    if (const Dose* dose = exercise.dose()) {
+        r.air_kerma = dose->air_kerma;
+        r.area_product = dose->area_product;
+    }
+    r.completed = exercise.completed();
+    r.time_is_up = exercise.frame() >= 0 && exercise.time_is_up();
+    return r;
+}
+
+void track(const geometry::Polyline& line, double spacing, std::vector<Vec3>& points) {
+    if (line.empty()) {
+        std::fill(points.begin(), points.end(), Vec3(Vec3::Zero()));
+        return;
+    }
+    std::size_t i = line.size() - 1;
+    Vec3 at = line.back();
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        double left = k == 0 ? 0 : spacing;
+        while (left > 0 && i > 0) {
+            const double there = (line[i - 1] - at).norm();
+            if (there > left) {
+                at += (left / there) * (line[i - 1] - at);
+                break;
+            }
+            left -= there;
+            at = line[--i];
+        }
+        points[k] = at;
+    }
+}
+
+}  // namespace exercise

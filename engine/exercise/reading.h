@@ -1,0 +1,104 @@
+#pragma once
+/// What can be observed of an exercise after a frame, and the one table of its fields. From the table follow
+/// State and the arrays of Python, the lines of `serve`, the columns of a trace, type stubs and the list in
+/// docs/python.md: a quantity is written there and nowhere else.
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <variant>
+#include <vector>
+
+#include "engine/anatomy/vessel_ways.h"
+#include "engine/exercise/frame.h"
+#include "physics/geometry/polyline.h"
+#include "physics/geometry/vec.h"
+
+namespace exercise {
+
+class Exercise;
+
+using Place = std::array<double, 3>;
+struct InImage {
+    double x = 0, y = 0;  // to the right, down [pixels]
+};
+/// A number of each device.
+struct OfDevices {
+    double wire = 0, catheter = 0;
+    double of(script::Held held) const { return held == script::Held::Catheter ? catheter : wire; }
+};
+/// Index of a branch of the anatomy.
+enum class Branch : std::int64_t { None = -1 };
+std::string name_of(Branch, const anatomy::Anatomy&);  // empty for none
+
+inline constexpr double absent = std::numeric_limits<double>::quiet_NaN();
+
+/// Plain numbers, which Python has as a record of NumPy. Places are those of the room at the frame's end:
+/// breath and heartbeat have moved them. What the fields are is in fields().
+struct Reading {
+    std::int64_t frame = -1, run_frame = -1;
+    double time = 0;
+    script::Held device = script::Held::Wire;
+    OfDevices inserted, turned;
+    Place tip = {}, direction = {};
+    Branch branch = Branch::None;
+    double along = 0, path_to_target = absent, tip_to_target = 0;
+    OfDevices push, torque;
+    double tip_force = 0, wall_force = 0;
+    double device_tip_force = 0, device_wall_force = 0;
+    std::int64_t contacts = 0;
+    double friction_loss = 0;
+    bool settling = false;
+    double air_kerma = 0, area_product = 0;
+    Place target = {}, shift = {};
+    double target_radius = 0;
+    InImage tip_px = {}, target_px = {};
+    bool at_rest = true, certified = true, refused = false, buckled = false, too_thick = false,
+         insertion_stopped = false, withdrawal_stopped = false, whole_wire_is_in = false, completed = false,
+         on_target = false, time_is_up = false;
+};
+static_assert(std::is_trivially_copyable_v<Reading> && std::is_standard_layout_v<Reading>);
+
+struct Field {
+    std::string_view name;    // in State and `serve`, with its unit; empty = in the trace alone
+    std::string_view column;  // of the trace, x, y and z in place of ?; empty = none
+    std::string_view unit;    // as a text; empty for plain numbers
+    std::string_view doc;
+    std::variant<std::int64_t Reading::*, double Reading::*, bool Reading::*, Place Reading::*,
+                 InImage Reading::*, OfDevices Reading::*, Branch Reading::*, script::Held Reading::*>
+        member;
+};
+/// In the order of a trace's columns. A field of both devices has the prefix `catheter_` for the catheter's.
+std::span<const Field> fields();
+
+/// Makes readings of one simulation.
+class Reader {
+public:
+    explicit Reader(const Simulation&);
+    /// Finds another target.
+    void aim(const Simulation&);
+    /// All but the tip and the target in the image. Tip, direction, branch and way are those of the device
+    /// that the exercise is about.
+    Reading read(const Exercise&) const;
+    /// Those of that device, without dose, and without what is known of the attempt alone.
+    Reading read(const Simulation&, const FrameTime&, script::Held) const;
+    /// Length of the shortest way along centrelines from a place to the target; empty without one [mm].
+    std::optional<double> way_from(const Simulation&, const geometry::Vec3& place) const;
+
+private:
+    std::shared_ptr<const anatomy::VesselWays> ways_;
+    anatomy::VesselPlace target_;
+};
+
+/// Points on a device from its tip toward the introducer, so many at such a distance; where the device ends
+/// before, its last point is repeated. `line` runs from the introducer to the tip; all zero where it is
+/// empty.
+void track(const geometry::Polyline& line, double spacing, std::vector<geometry::Vec3>& points);
+
+}  // namespace exercise
