@@ -241,7 +241,7 @@ Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> laye
     state_->vessels = std::move(vessels);
     state_->distal = std::move(distal);
     for (TissueLayer& layer : layers) {
-        require_closed(layer.name, layer.mesh);
+        if (!layer.closed) require_closed(layer.name, layer.mesh);
         if (layer.takes_contrast) require_simple(layer.name, layer.mesh);
         state_->renderer.add(layer.mesh, layer.breath, layer.beat, layer.drift);
         layer.mesh = {};

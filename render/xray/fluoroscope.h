@@ -39,6 +39,7 @@ struct TissueLayer {
     std::vector<Eigen::Vector3f> breath = {}, beat = {}, drift = {};
     /// Where its share differs from that of the mesh: texture, which neither breath nor heartbeat moves.
     std::vector<Lump> lumps = {};
+    bool closed = false;  // the mesh has been found to be so, and need not be looked at again
 };
 
 struct FluoroscopeConfig {
