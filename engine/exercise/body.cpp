@@ -179,6 +179,11 @@ std::shared_ptr<const Body> kept(const anatomy::CachePlace& place, std::uint64_t
 
 }  // namespace
 
+std::shared_ptr<const render::MeteredLayers> metered(std::shared_ptr<const Body> body) {
+    const render::MeteredLayers* const part = &*body->metered;
+    return {std::move(body), part};
+}
+
 std::string bytes_of(const Body& body, std::uint64_t key) {
     std::string bytes;
     const auto give = [&bytes](const auto* values, std::size_t count) {
@@ -228,7 +233,9 @@ std::shared_ptr<const Body> body_of(std::span<const std::byte> bytes, std::uint6
     Taking take(bytes.subspan(sizeof head));
     for (std::uint64_t layer = 0; layer < head.layers; ++layer)
         if (!take_layer(take, body->layers.emplace_back())) return nullptr;
-    return take.done() ? body : nullptr;
+    if (!take.done()) return nullptr;
+    body->metered.emplace(body->layers);
+    return body;
 }
 
 std::shared_ptr<const Body> body_around(const anatomy::Anatomy& anatomy, const anatomy::ModelCache& cache) {
@@ -252,6 +259,7 @@ std::shared_ptr<const Body> body_around(const anatomy::Anatomy& anatomy, const a
             render::require_closed(layer.name, layer.mesh);
             layer.closed = true;
         }
+        made->metered.emplace(made->layers);
         if (place.exists()) place.keep_file(bytes_of(*made, key));
         if (cache.progress) cache.progress(1.0, "body");
         return made;

@@ -2,12 +2,14 @@
 /// The synthetic patient around the vessels: made once, kept in the cache, shared within a process.
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/model_cache.h"
+#include "render/xray/exposure_meter.h"
 #include "render/xray/fluoroscope.h"
 
 namespace exercise {
@@ -16,7 +18,11 @@ struct Body {
     geometry::Vec3 origin;  // of the body frame (render/patient/body.h) in that of the vessels [mm]
     /// At rest; each has been found to be closed. The lumen is not among them.
     std::vector<render::TissueLayer> layers;
+    std::optional<render::MeteredLayers> metered;  // what exposure meters need of these
 };
+
+/// Of the body, which lives as long as a meter uses this: others may share it until then.
+std::shared_ptr<const render::MeteredLayers> metered(std::shared_ptr<const Body>);
 
 /// The body of these vessels: the one that others in this process have, else the one in the cache, else made,
 /// which takes seconds, and kept there as body-KEY.bin. It depends on the vessels alone, and has the same

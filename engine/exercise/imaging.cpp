@@ -46,21 +46,20 @@ render::TissueLayer lumen_layer(const scenario::Scenario& scenario, const anatom
     return lumen;
 }
 
-}  // namespace
+/// The body that the scenario's vessels have around them; null in air and in a CT.
+std::shared_ptr<const Body> synthetic_body(const scenario::Scenario& scenario,
+                                           const anatomy::Anatomy& anatomy,
+                                           const anatomy::ModelCache& cache) {
+    if (!scenario.imaging.patient || !scenario.patient_files.ct.empty()) return nullptr;
+    return body_around(anatomy, cache);
+}
 
-std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenario,
-                                               const anatomy::Anatomy& anatomy,
-                                               const anatomy::ModelCache& cache) {
-    std::vector<render::TissueLayer> layers;
-    if (scenario.imaging.patient) {
-        if (scenario.patient_files.ct.empty()) {
-            const std::shared_ptr<const Body> body = body_around(anatomy, cache);
-            layers = body->layers;
-            move_with(scenario.motion, anatomy, body->origin, layers);
-        }
+/// What is in the beam besides the synthetic body.
+void add_others(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
+                std::vector<render::TissueLayer>& layers) {
+    if (scenario.imaging.patient)
         for (render::TissueLayer& layer : patient::mesh_layers(scenario.patient_files))
             layers.push_back(std::move(layer));
-    }
     for (const anatomy::CalciumDeposit& deposit : anatomy.calcium) {
         render::TissueLayer calcium;
         calcium.name = "calcium";
@@ -72,7 +71,25 @@ std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenari
         layers.push_back(std::move(calcium));
     }
     layers.push_back(lumen_layer(scenario, anatomy));
+}
+
+std::vector<render::TissueLayer> layers_with(const Body* body, const scenario::Scenario& scenario,
+                                             const anatomy::Anatomy& anatomy) {
+    std::vector<render::TissueLayer> layers;
+    if (body) {
+        layers = body->layers;
+        move_with(scenario.motion, anatomy, body->origin, layers);
+    }
+    add_others(scenario, anatomy, layers);
     return layers;
+}
+
+}  // namespace
+
+std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenario,
+                                               const anatomy::Anatomy& anatomy,
+                                               const anatomy::ModelCache& cache) {
+    return layers_with(synthetic_body(scenario, anatomy, cache).get(), scenario, anatomy);
 }
 
 namespace {
@@ -291,11 +308,15 @@ std::vector<render::DensityVolume> volumes_of(const scenario::Scenario& scenario
 
 render::ExposureMeter make_meter(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
                                  const anatomy::ModelCache& cache) {
-    const std::vector<render::TissueLayer> layers = tissue_layers(scenario, anatomy, cache);
+    const std::shared_ptr<const Body> body = synthetic_body(scenario, anatomy, cache);
+    std::vector<render::TissueLayer> layers;
+    add_others(scenario, anatomy, layers);
     std::vector<render::VolumeCaster> casters;
     for (render::DensityVolume& volume : volumes_of(scenario, layers.back().mesh, cache))
         casters.emplace_back(std::move(volume));
-    return {fluoroscope_config(scenario), layers, std::move(casters)};
+    render::FluoroscopeConfig config = fluoroscope_config(scenario);
+    if (!body) return {config, layers, std::move(casters)};
+    return {config, layers, std::move(casters), metered(body)};
 }
 
 namespace {
@@ -318,7 +339,8 @@ auto with_closed_meshes(const anatomy::Anatomy& anatomy, const Make& make) {
 ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
                           const blood::ContrastFlow& contrast, const anatomy::ModelCache& cache) {
     return with_closed_meshes(anatomy, [&] {
-        std::vector<render::TissueLayer> layers = tissue_layers(scenario, anatomy, cache);
+        const std::shared_ptr<const Body> body = synthetic_body(scenario, anatomy, cache);
+        std::vector<render::TissueLayer> layers = layers_with(body.get(), scenario, anatomy);
         std::vector<BlushingOrgan> organs = blushing_organs(layers, contrast.blood().outlets);
         for (const BlushingOrgan& organ : organs) layers[organ.layer].perfused = true;
         render::require_closed("lumen", layers.back().mesh);
@@ -328,9 +350,10 @@ ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Ana
         render::DistalVessels distal(distal_trees(anatomy, contrast.blood(), layers),
                                      distal_nodes(contrast.blood()));
         std::vector<render::DensityVolume> volumes = volumes_of(scenario, layers.back().mesh, cache);
-        return ImagingChain{render::Fluoroscope(fluoroscope_config(scenario), std::move(layers),
-                                                std::move(vessels), std::move(distal), std::move(volumes)),
-                            std::move(organs)};
+        return ImagingChain{
+            render::Fluoroscope(fluoroscope_config(scenario), std::move(layers), std::move(vessels),
+                                std::move(distal), std::move(volumes), body ? metered(body) : nullptr),
+            std::move(organs)};
     });
 }
 
