@@ -249,21 +249,20 @@ Fluoroscope& Fluoroscope::operator=(Fluoroscope&&) noexcept = default;
 
 namespace {
 
-/// The quanta where organs have left their places.
+/// The quanta where organs move.
 void move_organs_in(Field& expected, const OrganMoment& organs, const BeamImages& beam, float scale) {
     const auto width = static_cast<std::size_t>(expected.width);
-    std::vector<float> factors(width * energy_bins);
+    std::vector<FourBins> passing(width);
     for (int row = 0; row < expected.height; ++row) {
-        std::fill(factors.begin(), factors.end(), 0.0f);
-        if (!organs.add_to_row(row, factors)) continue;
-        exponentiate(factors);
+        std::fill(passing.begin(), passing.end(), FourBins{} + 1.0f);
+        const auto [first, end] = organs.dim_row(row, passing);
         const std::size_t start = static_cast<std::size_t>(row) * width;
-        const PixelBins* const primary = beam.primary.data() + start;
+        const PixelBins* const still = organs.still().data() + start;
         const float* const scatter = beam.scatter.values.data() + start;
         float* const quanta = expected.values.data() + start;
-        for (std::size_t i = 0; i < width; ++i) {
+        for (int i = first; i < end; ++i) {
             float passed = 0.0f;
-            for (int k = 0; k < energy_bins; ++k) passed += primary[i][k] * factors[i * energy_bins + k];
+            for (int k = 0; k < energy_bins; ++k) passed += still[i][k] * passing[i][k];
             quanta[i] = scale * (passed + scatter[i]);
         }
     }
@@ -280,6 +279,7 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
     Field expected = bare.expected;
     const OrganMoment organs = state.phases->moment(exposure, beam, state.posed());
     if (!organs.at_rest()) move_organs_in(expected, organs, beam, bare.scale);
+    const std::vector<PixelBins>& primary = organs.at_rest() ? beam.primary : organs.still();
 
     state.dissolve(exposure, organs);
     const Bins per_concentration = beam.bins.attenuation(Material::Iodine);
@@ -292,16 +292,16 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
     for (std::size_t start = 0; start < dissolved_in.size(); start += together) {
         const auto pixels = dissolved_in.subspan(start, std::min(together, dissolved_in.size() - start));
         // They lie too far apart for the processor to prefetch by itself.
-        for (const std::uint32_t pixel : pixels) __builtin_prefetch(&beam.primary[pixel]);
+        for (const std::uint32_t pixel : pixels) __builtin_prefetch(&primary[pixel]);
         for (std::size_t i = 0; i < pixels.size(); ++i)
             for (int k = 0; k < energy_bins; ++k)
                 transmission[i * energy_bins + k] = per_iodine[k] * state.iodine.values[pixels[i]];
-        organs.add_to(pixels, arm.pixels, transmission);
         exponentiate(std::span(transmission).first(pixels.size() * energy_bins));
+        organs.dim(pixels, arm.pixels, transmission);
         for (std::size_t i = 0; i < pixels.size(); ++i) {
             float passed = beam.scatter.values[pixels[i]];
             for (int k = 0; k < energy_bins; ++k)
-                passed += beam.primary[pixels[i]][k] * transmission[i * energy_bins + k];
+                passed += primary[pixels[i]][k] * transmission[i * energy_bins + k];
             expected.values[pixels[i]] = bare.scale * passed;
         }
     }
@@ -321,10 +321,10 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
          state.wire.cast(seen_from_shifted(arm, exposure.vessel_shift), std::span(shadows).first(seen))) {
         const float amount = state.iodine.values[pixel.index];
         PixelBins before;
-        for (int k = 0; k < energy_bins; ++k) before[k] = per_iodine[k] * amount;
-        organs.add_to({&pixel.index, 1}, arm.pixels, before);
+        for (int k = 0; k < energy_bins; ++k) before[k] = fast_exp(per_iodine[k] * amount);
+        organs.dim({&pixel.index, 1}, arm.pixels, before);
         for (int k = 0; k < energy_bins; ++k) {
-            const float arriving = beam.primary[pixel.index][k] * fast_exp(before[k]);
+            const float arriving = primary[pixel.index][k] * before[k];
             expected.values[pixel.index] -= bare.scale * arriving * (1.0f - pixel.transmission[k]);
         }
     }

@@ -48,7 +48,7 @@ public:
     double farthest(const MoverShares& steps) const;
 
     /// Node (i, j) is at pixel ((i − margin) · cell, (j − margin) · cell).
-    static constexpr int side = 81, margin = 8;
+    static constexpr int side = 41, margin = 4;
     float cell() const { return cell_; }  // [pixels]
 
 private:

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/picture/fast_exp.h"
+
 namespace render {
 namespace {
-
-constexpr FourBins no_bins = {};
 
 /// The smallest window of the image that holds everything that is not 0, with two pixels more around it. The
 /// image begins `margin` pixels before the window's coordinates do.
@@ -48,118 +48,102 @@ WindowImage<float> cut(const Field& image, int margin) {
 
 }  // namespace
 
-/// Gives `add` each pixel of a part of a row and the part's value where that pixel's organs are in the phase.
-template <class Value, class Of, class Add>
-void OrganMoment::for_each(const Group& group, const Part& part, int row, int first, int end, const Of& of,
+/// Gives `add` each pixel of a part of a row within reach of the image, and the image's value where that
+/// pixel's organs are in the phase.
+template <class Value, class Add>
+void OrganMoment::for_each(const Group& group, const WindowImage<Value>& image, int row, int first, int end,
                            const Add& add) {
-    const WindowImage<Value>& image = of(part);
-    if (image.values.empty()) return;
+    if (image.values.empty() || row < image.top - group.reach ||
+        row >= image.top + image.height + group.reach)
+        return;
+    first = std::max(first, image.left - group.reach);
+    end = std::min(end, image.left + image.width + group.reach);
     constexpr int side = OrganFlow::side;
-    const float v = static_cast<float>(row) / group.cell + OrganFlow::margin;
+    const float per_cell = 1 / group.cell, v = static_cast<float>(row) * per_cell + OrganFlow::margin;
     const int j = std::clamp(static_cast<int>(v), 0, side - 2);
     const float fv = v - static_cast<float>(j);
-    const Eigen::Vector2f* const nodes = part.way.data() + static_cast<std::size_t>(j) * side;
+    const Eigen::Vector2f* const nodes = group.way.data() + static_cast<std::size_t>(j) * side;
     const auto node = [&](int i) -> Eigen::Vector2f { return (1 - fv) * nodes[i] + fv * nodes[side + i]; };
-    const float per_cell = 1 / group.cell;
-    const auto right_edge = static_cast<float>(image.width - 1),
-               low_edge = static_cast<float>(image.height - 1);
+    // A hair before the last row and column, so that there is one after each.
+    const float right = static_cast<float>(image.width - 1) - 1e-3f,
+                low = static_cast<float>(image.height - 1) - 1e-3f;
     for (int x = first; x < end;) {
         const int i =
             std::clamp(static_cast<int>(static_cast<float>(x) * per_cell) + OrganFlow::margin, 0, side - 2);
-        const int stop = std::min(
-            end, std::max(x + 1, static_cast<int>(
-                                     std::ceil(static_cast<float>(i + 1 - OrganFlow::margin) * group.cell))));
-        const Eigen::Vector2f from = node(i), change = (node(i + 1) - from) * per_cell;
         const float start = static_cast<float>(i - OrganFlow::margin) * group.cell;
-        for (; x < stop; ++x) {
-            const float along = static_cast<float>(x) - start;
-            // Beyond the window there is nothing, and its rim holds nothing.
-            const float a = std::clamp(static_cast<float>(x - image.left) + (from.x() + along * change.x()),
-                                       0.0f, right_edge),
-                        b = std::clamp(static_cast<float>(row - image.top) + (from.y() + along * change.y()),
-                                       0.0f, low_edge);
-            const int p = std::min(static_cast<int>(a), image.width - 2),
-                      q = std::min(static_cast<int>(b), image.height - 2);
-            const float fa = a - static_cast<float>(p), fb = b - static_cast<float>(q);
-            const Value* const at = image.values.data() + static_cast<std::size_t>(q) * image.width + p;
-            const float both = fa * fb;
-            add(x, (1 - fa - fb + both) * at[0] + (fa - both) * at[1] + (fb - both) * at[image.width] +
-                       both * at[image.width + 1]);
+        const int stop = std::min(end, std::max(x + 1, static_cast<int>(std::ceil(start + group.cell))));
+        const Eigen::Vector2f from = node(i), change = (node(i + 1) - from) * per_cell;
+        // Place in the image of pixel x: (a + x·da, b + x·db).
+        const float a = from.x() - start * change.x() - static_cast<float>(image.left), da = 1 + change.x(),
+                    b = from.y() - start * change.y() + static_cast<float>(row - image.top), db = change.y();
+        // In two passes: compilers make the first four pixels at a time.
+        constexpr int together = 32;
+        std::array<std::int32_t, together> columns, rows;
+        std::array<float, together> across, down;
+        for (; x < stop; x += together) {
+            const int count = std::min(together, stop - x);
+            // The rim holds nothing, but where the image's own edge is.
+            for (int k = 0; k < count; ++k) {
+                const auto pixel = static_cast<float>(x + k);
+                const float u = std::min(std::max(a + pixel * da, 0.0f), right),
+                            w = std::min(std::max(b + pixel * db, 0.0f), low);
+                columns[k] = static_cast<std::int32_t>(u);
+                rows[k] = static_cast<std::int32_t>(w);
+                across[k] = u - static_cast<float>(columns[k]);
+                down[k] = w - static_cast<float>(rows[k]);
+            }
+            for (int k = 0; k < count; ++k) {
+                const Value* const at =
+                    image.values.data() + static_cast<std::ptrdiff_t>(rows[k]) * image.width + columns[k];
+                const Value upper = at[0] + across[k] * (at[1] - at[0]),
+                            lower = at[image.width] + across[k] * (at[image.width + 1] - at[image.width]);
+                add(x + k, upper + down[k] * (lower - upper));
+            }
         }
+        x = stop;
     }
 }
 
-bool OrganMoment::add_to_row(int row, std::span<float> exponents) const {
-    bool moves = false;
+std::pair<int, int> OrganMoment::dim_row(int row, std::span<FourBins> transmission) const {
+    const auto width = static_cast<int>(transmission.size());
+    int first = width, end = 0;
+    FourBins* const left = transmission.data();
     for (const Group& group : groups_) {
-        if (row < group.top || row >= group.bottom) continue;
-        moves = true;
-        auto* const sums = reinterpret_cast<float*>(exponents.data());
-        const auto add = [&](int x, const FourBins& own) {
-            for (int k = 0; k < energy_bins; ++k) sums[x * energy_bins + k] += own[k];
-        };
-        for (const Part& part : group.parts)
-            for_each<FourBins>(
-                group, part, row, group.left, group.right,
-                [](const Part& p) -> const WindowImage<FourBins>& { return *p.exponents; },
-                [&](int x, const FourBins& own) { add(x, part.weight * own); });
-        const WindowImage<FourBins>& rest = *group.rest;
-        if (row < rest.top || row >= rest.top + rest.height) continue;
-        const FourBins* const at = rest.values.data() + static_cast<std::size_t>(row - rest.top) * rest.width;
-        const int first = std::max(rest.left, 0),
-                  end = std::min(rest.left + rest.width, static_cast<int>(exponents.size()) / energy_bins);
-        for (int x = first; x < end; ++x) add(x, -at[x - rest.left]);
+        const WindowImage<FourBins>& image = *group.transmission;
+        if (image.values.empty() || row < image.top - group.reach ||
+            row >= image.top + image.height + group.reach)
+            continue;
+        first = std::clamp(image.left - group.reach, 0, first);
+        end = std::max(end, std::min(image.left + image.width + group.reach, width));
+        for_each(group, image, row, 0, width, [left](int x, const FourBins& own) { left[x] *= own; });
     }
-    return moves;
+    return {first, std::max(first, end)};
 }
 
-void OrganMoment::add_to(std::span<const std::uint32_t> pixels, int width, std::span<float> exponents) const {
-    for (const Group& group : groups_) {
+void OrganMoment::dim(std::span<const std::uint32_t> pixels, int width, std::span<float> transmission) const {
+    for (const Group& group : groups_)
         for (std::size_t i = 0; i < pixels.size(); ++i) {
             const int x = static_cast<int>(pixels[i] % static_cast<std::uint32_t>(width)),
                       row = static_cast<int>(pixels[i] / static_cast<std::uint32_t>(width));
-            if (row < group.top || row >= group.bottom || x < group.left || x >= group.right) continue;
-            float* const sums = exponents.data() + i * energy_bins;
-            const auto add = [&](const FourBins& own) {
-                for (int k = 0; k < energy_bins; ++k) sums[k] += own[k];
-            };
-            for (const Part& part : group.parts)
-                for_each<FourBins>(
-                    group, part, row, x, x + 1,
-                    [](const Part& p) -> const WindowImage<FourBins>& { return *p.exponents; },
-                    [&](int, const FourBins& own) { add(part.weight * own); });
-            const WindowImage<FourBins>& rest = *group.rest;
-            const int u = x - rest.left, v = row - rest.top;
-            if (u >= 0 && v >= 0 && u < rest.width && v < rest.height)
-                add(-rest.values[static_cast<std::size_t>(v) * rest.width + u]);
+            for_each(group, *group.transmission, row, x, x + 1, [&](int, const FourBins& own) {
+                for (int k = 0; k < energy_bins; ++k) transmission[i * energy_bins + k] *= own[k];
+            });
         }
-    }
 }
 
 bool OrganMoment::dissolve_in(int layer, float concentration, Field& iodine,
                               std::vector<std::uint32_t>& pixels) const {
     for (const Group& group : groups_) {
-        if (group.parts.empty() || !group.parts.front().organs.contains(layer)) continue;
-        for (int row = group.top; row < group.bottom; ++row)
-            for (const Part& part : group.parts) {
-                const WindowImage<float>& organ = *part.organs.at(layer);
-                // A row that the organ is far from costs nothing.
-                const int reach = group.reach;
-                if (row < organ.top - reach || row >= organ.top + organ.height + reach) continue;
-                for_each<float>(
-                    group, part, row, std::max(group.left, organ.left - reach),
-                    std::min(group.right, organ.left + organ.width + reach),
-                    [&](const Part&) -> const WindowImage<float>& { return organ; },
-                    [&](int x, float length) {
-                        if (!(length > 0.0f)) return;
-                        const auto pixel =
-                            static_cast<std::uint32_t>(row) * static_cast<std::uint32_t>(iodine.width) +
-                            static_cast<std::uint32_t>(x);
-                        float& there = iodine.values[pixel];
-                        if (there == 0.0f) pixels.push_back(pixel);
-                        there += concentration * part.weight * length;
-                    });
-            }
+        const auto organ = group.organs.find(layer);
+        if (organ == group.organs.end()) continue;
+        for (int row = 0; row < iodine.height; ++row)
+            for_each(group, *organ->second, row, 0, iodine.width, [&](int x, float length) {
+                if (!(length > 0.0f)) return;
+                const auto pixel = static_cast<std::uint32_t>(row * iodine.width + x);
+                float& there = iodine.values[pixel];
+                if (there == 0.0f) pixels.push_back(pixel);
+                there += concentration * length;
+            });
         return true;
     }
     return false;
@@ -187,9 +171,10 @@ OrganPhases::OrganPhases(std::span<const TissueLayer> layers) {
 }
 
 void OrganPhases::clear() {
+    still_.clear();
     for (Group& group : groups_) {
         group.flow.reset();
-        group.exponents.clear();
+        group.images.clear();
         for (Kind& kind : group.kinds) kind.drawings.clear();
     }
 }
@@ -200,40 +185,22 @@ MoverShares OrganPhases::shares_of(const Place& place) {
     return shares;
 }
 
-/// The corners of the simplex of phases (Kuhn's) that the shares lie in: one more than there are movers
-/// between phases, so that a blend takes few, and is continuous.
-std::vector<OrganPhases::Weighed> OrganPhases::around(const Group& group, const MoverShares& shares) {
+OrganPhases::Place OrganPhases::nearest(const Group& group, const MoverShares& shares) {
     Place place{};
-    std::vector<std::pair<double, int>> rest;  // way from `place` in steps, mover
-    for (int m = 0; m < movers; ++m) {
-        if (!group.moved[m]) continue;
-        const double at = std::clamp(shares[m], 0.0, 1.0) * steps[m];
-        place[m] = std::min(static_cast<int>(at), steps[m] - 1);
-        rest.emplace_back(at - place[m], m);
-    }
-    std::sort(rest.begin(), rest.end(), [](const auto& a, const auto& b) {
-        return a.first != b.first ? a.first > b.first : a.second < b.second;
-    });
-    std::vector<Weighed> corners;
-    double before = 1.0;
-    for (const auto& [way, mover] : rest) {
-        if (before - way > 0.0) corners.push_back({place, before - way});
-        before = way;
-        ++place[mover];
-    }
-    if (before > 0.0) corners.push_back({place, before});
-    return corners;
+    for (int m = 0; m < movers; ++m)
+        if (group.moved[m]) place[m] = static_cast<int>(std::lround(shares[m] * steps[m]));
+    return place;
 }
 
 void OrganPhases::prepare(Group& group, const PosedLayers& from) {
     if (group.flow) return;
     const CArm& arm = from.pose.arm;
     group.flow.emplace(group.samples, arm);
-    MoverShares one{};
-    for (int m = 0; m < movers; ++m) one[m] = 1.0 / steps[m];
+    MoverShares half{};
+    for (int m = 0; m < movers; ++m) half[m] = 0.5 / steps[m];
     // What comes into the image from beyond its edges is drawn, too.
     group.margin =
-        std::min(static_cast<int>(std::ceil(group.flow->farthest(one))) + 2, std::max(arm.pixels / 8, 2));
+        std::min(static_cast<int>(std::ceil(group.flow->farthest(half))) + 2, std::max(arm.pixels / 8, 2));
     group.arm = arm;
     group.arm.pixels += 2 * group.margin;
     group.arm.detector_width *= static_cast<double>(group.arm.pixels) / arm.pixels;
@@ -275,12 +242,11 @@ bool OrganPhases::draw_layer(Group& group, Kind& kind, const Place& place, const
     return true;
 }
 
-const WindowImage<FourBins>& OrganPhases::exponents(Group& group, const Place& place,
-                                                    const Exposure& exposure, const BeamImages& beam,
-                                                    const PosedLayers& from) {
+const WindowImage<FourBins>& OrganPhases::image(Group& group, const Place& place, const Exposure& exposure,
+                                                const BeamImages& beam, const PosedLayers& from) {
     const std::pair key{exposure.kvp.value_or(0.0), place};
-    const auto known = group.exponents.find(key);
-    if (known != group.exponents.end()) return known->second;
+    const auto known = group.images.find(key);
+    if (known != group.images.end()) return known->second;
     std::vector<std::pair<const Field*, FourBins>> lengths;  // and what a length adds to the exponents [1/mm]
     for (Kind& kind : group.kinds) {
         const Place own = of_kind(kind, place);
@@ -306,57 +272,64 @@ const WindowImage<FourBins>& OrganPhases::exponents(Group& group, const Place& p
             FourBins* const to = made.values.data() + static_cast<std::size_t>(j) * made.width;
             for (int i = 0; i < made.width; ++i) to[i] += mm[i] * per_mm;
         }
-    return group.exponents.emplace(key, std::move(made)).first->second;
+    exponentiate({reinterpret_cast<float*>(made.values.data()), made.values.size() * energy_bins});
+    return group.images.emplace(key, std::move(made)).first->second;
+}
+
+/// What is left of the beam without the organs that move.
+const std::vector<PixelBins>& OrganPhases::still(const Exposure& exposure, const BeamImages& beam,
+                                                 const PosedLayers& from) {
+    const auto [place, is_new] = still_.try_emplace(exposure.kvp.value_or(0.0));
+    std::vector<PixelBins>& left = place->second;
+    if (!is_new) return left;
+    left = beam.primary;
+    const int pixels = from.pose.arm.pixels;
+    for (Group& group : groups_) {
+        const WindowImage<FourBins>& rest = image(group, {}, exposure, beam, from);
+        for (int row = std::max(rest.top, 0); row < std::min(rest.top + rest.height, pixels); ++row)
+            for (int x = std::max(rest.left, 0); x < std::min(rest.left + rest.width, pixels); ++x) {
+                const FourBins& own =
+                    rest.values[static_cast<std::size_t>(row - rest.top) * rest.width + (x - rest.left)];
+                PixelBins& bins = left[static_cast<std::size_t>(row) * pixels + x];
+                for (int k = 0; k < energy_bins; ++k) bins[k] = own[k] > 0.0f ? bins[k] / own[k] : 0.0f;
+            }
+    }
+    return left;
 }
 
 OrganMoment OrganPhases::moment(const Exposure& exposure, const BeamImages& beam, const PosedLayers& from) {
     OrganMoment moment;
     const MoverShares shares = {exposure.breath, exposure.beat, exposure.drift};
+    const auto moves = [&shares](const Group& group) {
+        for (int m = 0; m < movers; ++m)
+            if (group.moved[m] && shares[m] > 0.0) return true;
+        return false;
+    };
+    if (std::none_of(groups_.begin(), groups_.end(), moves)) return moment;
+    const int pixels = from.pose.arm.pixels;
     for (Group& group : groups_) {
-        MoverShares now{};
-        for (int m = 0; m < movers; ++m) now[m] = group.moved[m] ? std::clamp(shares[m], 0.0, 1.0) : 0.0;
-        if (now == MoverShares{}) continue;
         prepare(group, from);
+        const Place place = nearest(group, shares);
         OrganMoment::Group& made = moment.groups_.emplace_back();
-        made.rest = &exponents(group, {}, exposure, beam, from);
+        made.transmission = &image(group, place, exposure, beam, from);
+        for (Kind& kind : group.kinds)
+            for (const auto& [layer, organ] : kind.drawings[of_kind(kind, place)].organs)
+                made.organs[layer] = &organ;
         made.cell = group.flow->cell();
         made.reach = group.margin;
-        made.left = made.top = from.pose.arm.pixels;
-        const auto cover = [&](const WindowImage<FourBins>& image, int reach) {
-            if (image.values.empty()) return;
-            made.left = std::min(made.left, image.left - reach);
-            made.top = std::min(made.top, image.top - reach);
-            made.right = std::max(made.right, image.left + image.width + reach);
-            made.bottom = std::max(made.bottom, image.top + image.height + reach);
-        };
-        cover(*made.rest, 0);
-        for (const Weighed& corner : around(group, now)) {
-            OrganMoment::Part part;
-            part.weight = static_cast<float>(corner.weight);
-            part.exponents = &exponents(group, corner.place, exposure, beam, from);
-            for (Kind& kind : group.kinds)
-                for (const auto& [layer, organ] : kind.drawings[of_kind(kind, corner.place)].organs)
-                    part.organs[layer] = &organ;
-            part.to = shares_of(corner.place);
-            cover(*part.exponents, group.margin);
-            for (const auto& [layer, organ] : part.organs)
-                cover({organ->left, organ->top, organ->width, organ->height, {no_bins}}, group.margin);
-            made.parts.push_back(std::move(part));
-        }
-        made.left = std::max(made.left, 0), made.top = std::max(made.top, 0);
-        made.right = std::min(made.right, from.pose.arm.pixels);
-        made.bottom = std::min(made.bottom, from.pose.arm.pixels);
-        const std::vector<OrganFlow::Flows> flows =
-            group.flow->at_shares(now, {made.left, made.top, made.right, made.bottom});
-        for (OrganMoment::Part& part : made.parts) {
-            part.way.resize(flows.size());
-            for (std::size_t n = 0; n < flows.size(); ++n) {
-                Eigen::Vector2f way = Eigen::Vector2f::Zero();
-                for (int m = 0; m < movers; ++m) way += static_cast<float>(part.to[m] - now[m]) * flows[n][m];
-                part.way[n] = way;
-            }
+        const WindowImage<FourBins>& shown = *made.transmission;
+        const std::vector<OrganFlow::Flows> flows = group.flow->at_shares(
+            shares, {std::max(shown.left - made.reach, 0), std::max(shown.top - made.reach, 0),
+                     std::min(shown.left + shown.width + made.reach, pixels),
+                     std::min(shown.top + shown.height + made.reach, pixels)});
+        const MoverShares to = shares_of(place);
+        for (const OrganFlow::Flows& flow : flows) {
+            Eigen::Vector2f& way = made.way.emplace_back(Eigen::Vector2f::Zero());
+            for (int m = 0; m < movers; ++m)
+                if (group.moved[m]) way += static_cast<float>(to[m] - shares[m]) * flow[m];
         }
     }
+    moment.still_ = &still(exposure, beam, from);
     return moment;
 }
 
@@ -380,10 +353,10 @@ bool OrganPhases::draw_ahead(const Exposure& exposure, const BeamImages& beam, c
         std::stable_sort(order.begin(), order.end(),
                          [&](const Place& a, const Place& b) { return later(a) < later(b); });
         for (const Place& next : order) {
-            if (group.exponents.contains({kvp, next})) continue;
+            if (group.images.contains({kvp, next})) continue;
             for (Kind& kind : group.kinds)
                 if (draw_layer(group, kind, of_kind(kind, next), from)) return true;
-            exponents(group, next, exposure, beam, from);
+            image(group, next, exposure, beam, from);
             return true;
         }
     }

@@ -23,7 +23,7 @@ struct PosedLayers {
     const PoseImages& pose;
 };
 
-/// A part of an image that may reach beyond its edges; nothing is outside it.
+/// A part of an image that may reach beyond its edges; nothing is seen outside it.
 template <class Value>
 struct WindowImage {
     int left = 0, top = 0, width = 0, height = 0;  // [pixels]
@@ -37,34 +37,32 @@ using FourBins = float __attribute__((vector_size(energy_bins * sizeof(float))))
 class OrganMoment {
 public:
     bool at_rest() const { return groups_.empty(); }
-    /// Adds what has moved to the exponents of a row's pixels, bins side by side; false where nothing did.
-    bool add_to_row(int row, std::span<float> exponents) const;
-    /// The same for some pixels of an image `pixels` wide.
-    void add_to(std::span<const std::uint32_t> pixels, int width, std::span<float> exponents) const;
+    /// The beam without the organs that move, unless all are at rest: per pixel and bin, as
+    /// BeamImages::primary.
+    const std::vector<PixelBins>& still() const { return *still_; }
+    /// Multiplies the transmission of a row's pixels by that of moving organs; from which pixel on, and up to
+    /// which, there are any.
+    std::pair<int, int> dim_row(int row, std::span<FourBins> transmission) const;
+    /// The same for some pixels of an image `width` pixels wide, bins side by side.
+    void dim(std::span<const std::uint32_t> pixels, int width, std::span<float> transmission) const;
     /// Adds `concentration` times the length through a perfused layer that moves, and notes the pixels that
     /// had none; false for a layer that does not move.
     bool dissolve_in(int layer, float concentration, Field& iodine, std::vector<std::uint32_t>& pixels) const;
 
 private:
     friend class OrganPhases;
-    struct Part {
-        float weight = 0;
-        MoverShares to;  // of the phase
-        const WindowImage<FourBins>* exponents = nullptr;
-        std::map<int, const WindowImage<float>*> organs;
-        std::vector<Eigen::Vector2f> way;  // of each node of the flow; to the phase [pixels]
-    };
-    /// Layers that are drawn together.
+    /// Layers that are drawn together, at the phase nearest to the moment.
     struct Group {
-        const WindowImage<FourBins>* rest;
-        std::vector<Part> parts;  // their weights add up to 1
-        float cell;
-        int reach;                                     // [pixels]
-        int left = 0, top = 0, right = 0, bottom = 0;  // of what may have changed, the last two exclusive
+        const WindowImage<FourBins>* transmission = nullptr;
+        std::map<int, const WindowImage<float>*> organs = {};
+        std::vector<Eigen::Vector2f> way = {};  // of each node of the flow; to the phase [pixels]
+        float cell = 0;
+        int reach = 0;  // how far organs may be from their places in the phase [pixels]
     };
-    template <class Value, class Of, class Add>
-    static void for_each(const Group&, const Part&, int row, int first, int end, const Of&, const Add&);
+    template <class Value, class Add>
+    static void for_each(const Group&, const WindowImage<Value>&, int row, int first, int end, const Add&);
 
+    const std::vector<PixelBins>* still_ = nullptr;
     std::vector<Group> groups_;
 };
 
@@ -81,12 +79,12 @@ public:
     /// that counts.
     OrganMoment moment(const Exposure&, const BeamImages& beam, const PosedLayers&);
 
-    /// Draws one layer of a phase that will soon be needed, or makes its exponents; false when all is there.
+    /// Draws one layer of a phase that will soon be needed, or makes its image; false when all is there.
     bool draw_ahead(const Exposure&, const BeamImages& beam, const PosedLayers&);
 
 private:
     /// How often each mover's way is divided; phases are a grid of shares.
-    static constexpr std::array<int, movers> steps = {2, 2, 4};
+    static constexpr std::array<int, movers> steps = {3, 3, 4};
     using Place = std::array<int, movers>;  // a phase, in steps
     /// Path lengths of a group's layers.
     struct Drawing {
@@ -108,21 +106,21 @@ private:
         std::optional<OrganFlow> flow = {};
         CArm arm = {};   // wider than that of the pose by `margin` pixels on each side
         int margin = 0;  // [pixels]
-        std::map<std::pair<double, Place>, WindowImage<FourBins>> exponents = {};  // by requested voltage
+        std::map<std::pair<double, Place>, WindowImage<FourBins>> images = {};  // by requested voltage
     };
-    struct Weighed {
-        Place place;
-        double weight;
-    };
-    static std::vector<Weighed> around(const Group&, const MoverShares&);
+    static Place nearest(const Group&, const MoverShares&);
     static MoverShares shares_of(const Place&);
     static void prepare(Group&, const PosedLayers&);
     bool draw_layer(Group&, Kind&, const Place&, const PosedLayers&);
     static Place of_kind(const Kind&, Place);
-    const WindowImage<FourBins>& exponents(Group&, const Place&, const Exposure&, const BeamImages&,
-                                           const PosedLayers&);
+    /// The transmission of the group's layers in a phase.
+    const WindowImage<FourBins>& image(Group&, const Place&, const Exposure&, const BeamImages&,
+                                       const PosedLayers&);
+
+    const std::vector<PixelBins>& still(const Exposure&, const BeamImages&, const PosedLayers&);
 
     std::vector<Group> groups_;
+    std::map<double, std::vector<PixelBins>> still_;  // by requested voltage
 };
 
 }  // namespace render
