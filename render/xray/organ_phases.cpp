@@ -272,6 +272,13 @@ const WindowImage<FourBins>& OrganPhases::image(Group& group, const Place& place
             FourBins* const to = made.values.data() + static_cast<std::size_t>(j) * made.width;
             for (int i = 0; i < made.width; ++i) to[i] += mm[i] * per_mm;
         }
+    // Lengths that no other phase of the group needs. Another voltage has them drawn again.
+    for (Kind& kind : group.kinds)
+        if (kind.moved == group.moved) {
+            Drawing& drawing = kind.drawings[place];
+            drawing.sums.clear();
+            drawing.next = 0;
+        }
     exponentiate({reinterpret_cast<float*>(made.values.data()), made.values.size() * energy_bins});
     return group.images.emplace(key, std::move(made)).first->second;
 }
