@@ -274,7 +274,7 @@ int AnatomyCommand::voxelise() const {
     cache.folder = cache_.empty() ? anatomy::cache_beside(ct_) : std::filesystem::path(cache_);
     report_on(bar, cache);
     const anatomy::Anatomy anatomy = scenario::anatomy_of(scenario, cache);
-    const std::vector<render::TissueLayer> layers = exercise::tissue_layers(scenario, anatomy);
+    const std::vector<render::TissueLayer> layers = exercise::tissue_layers(scenario, anatomy, cache);
     geometry::Vec3 low = layers.front().mesh.vertices.front(), high = low;  // of the skin
     for (const geometry::Vec3& v : layers.front().mesh.vertices) {
         low = low.cwiseMin(v);

@@ -10,6 +10,7 @@
 #include "engine/anatomy/grow/generate_run.h"
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/lumen_wall.h"
+#include "engine/exercise/body.h"
 #include "engine/io/error.h"
 
 namespace app {
@@ -17,6 +18,7 @@ namespace {
 
 struct BakeArguments {
     std::string preset, seeds, cache;
+    bool without_bodies = false;
 };
 
 struct SeedRange {
@@ -61,10 +63,16 @@ int bake(const BakeArguments& arguments) {
         };
         for (std::uint64_t seed = seeds.first; seed < seeds.end && !stop_requested(); ++seed) {
             try {
-                const anatomy::VesselTreeSpec spec = anatomy::vessel_preset(arguments.preset, seed);
+                anatomy::VesselTreeSpec spec = anatomy::vessel_preset(arguments.preset, seed);
+                spec.name = anatomy::name_of_grown(spec.name, seed);
                 const anatomy::Anatomy made = anatomy::generated_anatomy(spec, cache);
                 static_cast<void>(anatomy::cached_distance_field(made, 1.0, 0.0, cache));
-                ++(anatomy::is_kept(spec, cache) ? kept : lost);
+                bool whole = anatomy::is_kept(spec, cache);
+                if (!arguments.without_bodies) {
+                    static_cast<void>(exercise::body_around(made, cache));
+                    whole = whole && exercise::body_is_kept(made, cache);
+                }
+                ++(whole ? kept : lost);
             } catch (const io::InputError& error) {
                 ++failed;
                 tell("seed {}: {}\n", seed, error.what());
@@ -86,13 +94,15 @@ int bake(const BakeArguments& arguments) {
 
 Command add_bake(CLI::App& parser) {
     const auto arguments = std::make_shared<BakeArguments>();
-    CLI::App* command =
-        parser.add_subcommand("bake", "Grows the anatomies of many seeds into the cache, with their walls");
+    CLI::App* command = parser.add_subcommand(
+        "bake", "Grows the anatomies of many seeds into the cache, with their walls and bodies");
     command->add_option("preset", arguments->preset, "Vessels, as 'anatomy generate --help' lists them")
         ->required();
     command->add_option("--seeds", arguments->seeds, "FIRST:END; the last is END - 1")->required();
     command->add_option("--cache", arguments->cache,
                         "The folder; else the user's own, as of the Python module");
+    command->add_flag("--without-bodies", arguments->without_bodies,
+                      "Leaves out the patients around the vessels, which only images and doses need");
     command->footer(
         "What is in the cache already is not made again. The cache holds SELDINGER_CACHE_MB million bytes "
         "(4000);\n"

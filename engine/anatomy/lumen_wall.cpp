@@ -50,6 +50,7 @@ std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy
     }
     std::function<void(double)> progress;
     if (cache.progress) progress = [&](double part) { cache.progress(part, "distance field"); };
+    count(Made::Field);
     auto field = std::make_unique<physics::DistanceField>(anatomy.lumen, anatomy.branches, ends, stiffness,
                                                           wire_radius, options, progress);
     if (place.exists()) {

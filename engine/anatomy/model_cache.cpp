@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <chrono>
 #include <cstdlib>
@@ -26,7 +27,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* seal_name = "whole";
 /// Beginnings of the names of what is kept.
-constexpr std::array<std::string_view, 3> kept_names = {"anatomy-", "field-", "ct-"};
+constexpr std::array<std::string_view, 4> kept_names = {"anatomy-", "field-", "body-", "ct-"};
+
+std::array<std::atomic<int>, 4> made_here = {};  // by Made
 
 /// Names and hashes of the files in the folder but the seal itself. Empty where one cannot be read.
 std::string seal_of(const fs::path& folder) {
@@ -106,6 +109,14 @@ void remove_old_locks(const fs::path& folder) {
 }
 
 }  // namespace
+
+int made(Made what) {
+    return made_here[static_cast<std::size_t>(what)];
+}
+
+void count(Made what) {
+    ++made_here[static_cast<std::size_t>(what)];
+}
 
 fs::path cache_beside(const fs::path& output) {
     fs::path path = fs::absolute(output).lexically_normal();

@@ -1,6 +1,6 @@
 #pragma once
 /// Where results that take seconds to make are kept between runs: generated vessels, the distance fields of
-/// their walls, prepared CTs.
+/// their walls, bodies around them, prepared CTs.
 
 #include <cstdint>
 #include <filesystem>
@@ -22,6 +22,13 @@ struct ModelCache {
     /// Called with a sentence when something cannot be kept, once a process and folder.
     std::function<void(const std::string&)> note = {};
 };
+
+/// What takes so long that it is kept.
+enum class Made { Vessels, Field, Body, Volume };
+/// How many of them this process has made because no cache had them.
+int made(Made);
+/// Counts one; to be called by what makes it.
+void count(Made);
 
 /// The usual folder: cache, next to an output file or folder.
 std::filesystem::path cache_beside(const std::filesystem::path& output);

@@ -46,14 +46,20 @@ render::Field signal_of(render::Fluoroscope& fluoroscope, const Pulse& pulse,
 
 }  // namespace
 
-Camera::Camera(const Simulation& simulation, const anatomy::ModelCache& cache)
-    : chain_(exercise::make_imaging(simulation.scenario(), simulation.anatomy(), simulation.contrast(),
-                                    cache)) {}
+Camera::Camera(const Simulation&, const anatomy::ModelCache& cache) : cache_(cache) {}
+
+exercise::ImagingChain& Camera::chain(const Simulation& simulation) {
+    if (!chain_)
+        chain_ = exercise::make_imaging(simulation.scenario(), simulation.anatomy(), simulation.contrast(),
+                                        cache_);
+    return *chain_;
+}
 
 Pulse Camera::pulse(const Simulation& simulation, const exercise::FrameTime& time,
                     const render::CArm& arm) const {
     require_pixels(arm.pixels);
-    Pulse pulse = exercise::pulse_of(simulation, time, chain_.organs);
+    Pulse pulse = exercise::pulse_of(simulation, time,
+                                     chain_ ? chain_->organs : std::span<const exercise::BlushingOrgan>());
     // Before the first frame the noise is that of frame 0.
     if (time.attempt < 0) pulse.exposure.frame = 0;
     pulse.arm = arm;
@@ -64,12 +70,13 @@ render::GrayImage Camera::image(const Simulation& simulation, const exercise::Fr
                                 const render::CArm& arm, ImageMode mode, std::optional<std::uint64_t> seed) {
     if (mode == ImageMode::Screen)
         throw io::InputError("the mode 'screen' was asked for; it is accepted with images=True");
+    require_pixels(arm.pixels);
+    render::Fluoroscope& fluoroscope = chain(simulation).fluoroscope;
     Pulse pulse = this->pulse(simulation, time, arm);
     if (seed) pulse.exposure.seed = *seed;
     const bool live = mode == ImageMode::Live;
     const script::ImagingMode as = live ? script::ImagingMode::Live : script::ImagingMode::Dsa;
     pulse.exposure.detector_dose = exercise::detector_dose(simulation.scenario(), pulse.arm, as);
-    render::Fluoroscope& fluoroscope = chain_.fluoroscope;
     if (live) return fluoroscope.expose(pulse.arm, pulse.seen(), pulse.exposure);
     const render::Field signal = signal_of(fluoroscope, pulse, pulse.seen());
     Pulse mask = pulse;
@@ -90,7 +97,8 @@ const Camera::Masks& Camera::masks(const Simulation& simulation, const exercise:
     const bool devices = view && masked_.joints == pulse.joints && masked_.catheter == pulse.catheter &&
                          !pulse.wire_look && !masked_.wire_look;
     if (devices) return *masks_;
-    render::Fluoroscope& fluoroscope = chain_.fluoroscope;
+    if (!chain_ && !masking_) masking_ = exercise::make_masking(simulation.scenario(), simulation.anatomy());
+    render::Fluoroscope& fluoroscope = chain_ ? chain_->fluoroscope : *masking_;
     Masks made = masks_ ? std::move(*masks_) : Masks();
     masks_.reset();
     if (!view) made.vessels = filled(arm.pixels, fluoroscope.vessel_pixels(pulse.arm, shift));

@@ -35,14 +35,15 @@ inline constexpr std::array<std::string_view, 3> image_modes = {"live", "dsa", "
 /// Makes images of any exercise in one anatomy. To be used by one thread at a time.
 class Camera {
 public:
-    /// For the patient and vessels of the scenario. Throws InputError as make_imaging does.
+    /// For the patient and vessels of the scenario, which are made when an image first needs them.
     Camera(const exercise::Simulation&, const anatomy::ModelCache&);
 
     /// An image of the simulation as it is, from that C-arm. It depends on the simulation's state and the
-    /// seed of the noise alone. Throws InputError for the mode Screen.
+    /// seed of the noise alone. Throws InputError for the mode Screen, and as make_imaging does.
     render::GrayImage image(const exercise::Simulation&, const exercise::FrameTime&, const render::CArm&,
                             ImageMode, std::optional<std::uint64_t> seed = {});
-    /// 255 where the device casts its shadow, or a lumen lies in the beam, else 0.
+    /// 255 where the device casts its shadow, or a lumen lies in the beam, else 0. No body is made for them.
+    /// Throws InputError as make_masking does.
     struct Masks {
         render::GrayImage wire, vessels;
         std::optional<render::GrayImage> catheter;
@@ -51,7 +52,10 @@ public:
 
 private:
     exercise::Pulse pulse(const exercise::Simulation&, const exercise::FrameTime&, const render::CArm&) const;
-    exercise::ImagingChain chain_;
+    exercise::ImagingChain& chain(const exercise::Simulation&);
+    anatomy::ModelCache cache_;
+    std::optional<exercise::ImagingChain> chain_;
+    std::optional<render::Fluoroscope> masking_;
     // Of the last masks.
     std::optional<Masks> masks_;
     exercise::Pulse masked_;

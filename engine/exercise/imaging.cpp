@@ -6,73 +6,18 @@
 #include <limits>
 
 #include "engine/anatomy/organs.h"
+#include "engine/exercise/body.h"
 #include "engine/exercise/distal_trees.h"
 #include "engine/io/error.h"
 #include "engine/patient/ct_patient.h"
 #include "engine/scenario/vessel_motion.h"
-#include "physics/geometry/hash.h"
 #include "physics/geometry/mesh_topology.h"
 #include "render/patient/organ_motion.h"
-#include "render/patient/patient.h"
 #include "render/patient/solids.h"
 #include "render/xray/path_length.h"
 
 namespace exercise {
 namespace {
-
-/// A guess for vessels whose place in the body is not given. The aortic bifurcation is taken to be where the
-/// widest branch that leads downward leaves a root branch, or well below the vessels when none does, as in a
-/// chest. The body's middle is that of the highest vessels.
-geometry::BodyPlace guessed_place(const anatomy::Anatomy& anatomy) {
-    const geometry::CentrelineBranch* widest = nullptr;
-    double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
-    for (const geometry::CentrelineBranch& branch : anatomy.branches) {
-        for (const geometry::Vec3& p : branch.points) lowest = std::min(lowest, p.z());
-        const bool forks_root = branch.parent >= 0 && anatomy.branches[branch.parent].parent < 0;
-        const bool downward = branch.points.back().z() < branch.points.front().z() - 100;
-        if (forks_root && downward && (!widest || branch.radii.front() > widest->radii.front()))
-            widest = &branch;
-    }
-    for (const geometry::Vec3& p : anatomy.lumen.vertices) highest = std::max(highest, p.z());
-    double left = -std::numeric_limits<double>::infinity(), right = -left, front = right;
-    for (const geometry::Vec3& p : anatomy.lumen.vertices) {
-        front = std::min(front, p.y());
-        if (p.z() < highest - 10.0) continue;
-        left = std::max(left, p.x());
-        right = std::min(right, p.x());
-    }
-    constexpr double below_chest = 150;  // from the end of a thoracic aorta to L4 [mm]
-    return {geometry::Landmark::AorticBifurcation,
-            {0.5 * (left + right), front, widest ? widest->points.front().z() : lowest - below_chest}};
-}
-
-/// The same body around the same vessels, in all their exercises: a seed from where the branches begin and
-/// end.
-std::uint64_t body_seed(const anatomy::Anatomy& anatomy) {
-    geometry::Hash hash;
-    for (const geometry::CentrelineBranch& branch : anatomy.branches) {
-        for (const geometry::Vec3& p : {branch.points.front(), branch.points.back()})
-            for (int k = 0; k < 3; ++k) hash.add(static_cast<std::uint64_t>(std::llround(10.0 * p[k])));
-    }
-    return std::max<std::uint64_t>(hash.value(), 1);  // 0 would be the mean
-}
-
-render::PatientSpec patient(const anatomy::Anatomy& anatomy) {
-    render::PatientSpec spec =
-        render::patient_around(anatomy.lumen.vertices, anatomy.body ? *anatomy.body : guessed_place(anatomy));
-    spec.seed = body_seed(anatomy);
-    for (const geometry::CentrelineBranch& branch : anatomy.branches) {
-        // Close enough for balls to form a tube.
-        double since = std::numeric_limits<double>::infinity();
-        for (std::size_t i = 0; i < branch.points.size(); ++i) {
-            if (i > 0) since += (branch.points[i] - branch.points[i - 1]).norm();
-            if (since < 0.5 * branch.radii[i]) continue;
-            spec.vessels.push_back({branch.points[i], branch.radii[i]});
-            since = 0.0;
-        }
-    }
-    return spec;
-}
 
 /// Organs beside the vessels move as far down as these do, others in proportion
 /// (render/patient/organ_motion.h): the diaphragm by 25 mm at most. They beat where the vessels do.
@@ -91,20 +36,30 @@ void move_with(const scenario::VesselMotion& motion, const anatomy::Anatomy& ana
     render::move_organs(layers, origin, breath, motion.heart_reach.isZero() ? 0 : border);
 }
 
-}  // namespace
+render::TissueLayer lumen_layer(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy) {
+    render::TissueLayer lumen;
+    lumen.name = "lumen";
+    lumen.material = render::Material::SoftTissue;
+    lumen.inside = scenario.imaging.patient ? render::Material::SoftTissue : render::Material::Air;
+    lumen.mesh = anatomy::closed_lumen(anatomy);
+    lumen.takes_contrast = true;
+    return lumen;
+}
 
-std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenario,
-                                               const anatomy::Anatomy& anatomy) {
-    std::vector<render::TissueLayer> layers;
-    if (scenario.imaging.patient) {
-        if (scenario.patient_files.ct.empty()) {
-            const render::PatientSpec spec = patient(anatomy);
-            layers = render::make_patient(spec);
-            move_with(scenario.motion, anatomy, spec.origin, layers);
-        }
+/// The body that the scenario's vessels have around them; null in air and in a CT.
+std::shared_ptr<const Body> synthetic_body(const scenario::Scenario& scenario,
+                                           const anatomy::Anatomy& anatomy,
+                                           const anatomy::ModelCache& cache) {
+    if (!scenario.imaging.patient || !scenario.patient_files.ct.empty()) return nullptr;
+    return body_around(anatomy, cache);
+}
+
+/// What is in the beam besides the synthetic body.
+void add_others(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
+                std::vector<render::TissueLayer>& layers) {
+    if (scenario.imaging.patient)
         for (render::TissueLayer& layer : patient::mesh_layers(scenario.patient_files))
             layers.push_back(std::move(layer));
-    }
     for (const anatomy::CalciumDeposit& deposit : anatomy.calcium) {
         render::TissueLayer calcium;
         calcium.name = "calcium";
@@ -115,14 +70,26 @@ std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenari
             render::tube(deposit.points, geometry::Vec3(0.3, 0.5, 0.8), deposit.radii, deposit.radii, around);
         layers.push_back(std::move(calcium));
     }
-    render::TissueLayer lumen;
-    lumen.name = "lumen";
-    lumen.material = render::Material::SoftTissue;
-    lumen.inside = scenario.imaging.patient ? render::Material::SoftTissue : render::Material::Air;
-    lumen.mesh = anatomy::closed_lumen(anatomy);
-    lumen.takes_contrast = true;
-    layers.push_back(std::move(lumen));
+    layers.push_back(lumen_layer(scenario, anatomy));
+}
+
+std::vector<render::TissueLayer> layers_with(const Body* body, const scenario::Scenario& scenario,
+                                             const anatomy::Anatomy& anatomy) {
+    std::vector<render::TissueLayer> layers;
+    if (body) {
+        layers = body->layers;
+        move_with(scenario.motion, anatomy, body->origin, layers);
+    }
+    add_others(scenario, anatomy, layers);
     return layers;
+}
+
+}  // namespace
+
+std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario& scenario,
+                                               const anatomy::Anatomy& anatomy,
+                                               const anatomy::ModelCache& cache) {
+    return layers_with(synthetic_body(scenario, anatomy, cache).get(), scenario, anatomy);
 }
 
 namespace {
@@ -341,35 +308,61 @@ std::vector<render::DensityVolume> volumes_of(const scenario::Scenario& scenario
 
 render::ExposureMeter make_meter(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
                                  const anatomy::ModelCache& cache) {
-    const std::vector<render::TissueLayer> layers = tissue_layers(scenario, anatomy);
+    const std::shared_ptr<const Body> body = synthetic_body(scenario, anatomy, cache);
+    std::vector<render::TissueLayer> layers;
+    add_others(scenario, anatomy, layers);
     std::vector<render::VolumeCaster> casters;
     for (render::DensityVolume& volume : volumes_of(scenario, layers.back().mesh, cache))
         casters.emplace_back(std::move(volume));
-    return {fluoroscope_config(scenario), layers, std::move(casters)};
+    render::FluoroscopeConfig config = fluoroscope_config(scenario);
+    if (!body) return {config, layers, std::move(casters)};
+    return {config, layers, std::move(casters), metered(body)};
 }
 
-ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
-                          const blood::ContrastFlow& contrast, const anatomy::ModelCache& cache) {
-    const render::FluoroscopeConfig config = fluoroscope_config(scenario);
+namespace {
+
+/// What a broken mesh of the anatomy is to a user.
+template <class Make>
+auto with_closed_meshes(const anatomy::Anatomy& anatomy, const Make& make) {
     try {
-        std::vector<render::TissueLayer> layers = tissue_layers(scenario, anatomy);
-        std::vector<BlushingOrgan> organs = blushing_organs(layers, contrast.blood().outlets);
-        for (const BlushingOrgan& organ : organs) layers[organ.layer].perfused = true;
-        render::require_closed("lumen", layers.back().mesh);
-        render::LumenContrast vessels(layers.back().mesh, {contrast.nodes().begin(), contrast.nodes().end()},
-                                      {contrast.radii().begin(), contrast.radii().end()});
-        render::DistalVessels distal(distal_trees(anatomy, contrast.blood(), layers),
-                                     distal_nodes(contrast.blood()));
-        std::vector<render::DensityVolume> volumes = volumes_of(scenario, layers.back().mesh, cache);
-        return {render::Fluoroscope(config, std::move(layers), std::move(vessels), std::move(distal),
-                                    std::move(volumes)),
-                std::move(organs)};
+        return make();
     } catch (const render::OpenMeshError& error) {
         throw io::InputError(anatomy.name + ": a closed mesh is needed for imaging: " + error.what());
     } catch (const render::OverlappingMeshError& error) {
         throw io::InputError(anatomy.name +
                              ": a mesh that encloses each place once is needed for imaging: " + error.what());
     }
+}
+
+}  // namespace
+
+ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy,
+                          const blood::ContrastFlow& contrast, const anatomy::ModelCache& cache) {
+    return with_closed_meshes(anatomy, [&] {
+        const std::shared_ptr<const Body> body = synthetic_body(scenario, anatomy, cache);
+        std::vector<render::TissueLayer> layers = layers_with(body.get(), scenario, anatomy);
+        std::vector<BlushingOrgan> organs = blushing_organs(layers, contrast.blood().outlets);
+        for (const BlushingOrgan& organ : organs) layers[organ.layer].perfused = true;
+        render::require_closed("lumen", layers.back().mesh);
+        layers.back().closed = true;
+        render::LumenContrast vessels(layers.back().mesh, {contrast.nodes().begin(), contrast.nodes().end()},
+                                      {contrast.radii().begin(), contrast.radii().end()});
+        render::DistalVessels distal(distal_trees(anatomy, contrast.blood(), layers),
+                                     distal_nodes(contrast.blood()));
+        std::vector<render::DensityVolume> volumes = volumes_of(scenario, layers.back().mesh, cache);
+        return ImagingChain{
+            render::Fluoroscope(fluoroscope_config(scenario), std::move(layers), std::move(vessels),
+                                std::move(distal), std::move(volumes), body ? metered(body) : nullptr),
+            std::move(organs)};
+    });
+}
+
+render::Fluoroscope make_masking(const scenario::Scenario& scenario, const anatomy::Anatomy& anatomy) {
+    return with_closed_meshes(anatomy, [&] {
+        std::vector<render::TissueLayer> layers;
+        layers.push_back(lumen_layer(scenario, anatomy));
+        return render::Fluoroscope(fluoroscope_config(scenario), std::move(layers));
+    });
 }
 
 }  // namespace exercise

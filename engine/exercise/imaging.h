@@ -13,9 +13,10 @@
 namespace exercise {
 
 /// The lumen, closed at its ends, which takes the contrast, surrounded by a patient or air; with the
-/// scenario's meshes of the patient. A body from a CT is not among the layers. Throws InputError for a lumen
-/// that capping does not close, or a mesh that cannot be used.
-std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario&, const anatomy::Anatomy&);
+/// scenario's meshes of the patient. A body from a CT is not among the layers; a synthetic one is kept in the
+/// cache. Throws InputError for a lumen that capping does not close, or a mesh that cannot be used.
+std::vector<render::TissueLayer> tissue_layers(const scenario::Scenario&, const anatomy::Anatomy&,
+                                               const anatomy::ModelCache& = {});
 
 /// An organ, or a part of one, that is drawn and that contrast reaches.
 struct BlushingOrgan {
@@ -47,6 +48,11 @@ struct ImagingChain {
 /// the cache. Throws InputError when it cannot be made.
 ImagingChain make_imaging(const scenario::Scenario&, const anatomy::Anatomy&, const blood::ContrastFlow&,
                           const anatomy::ModelCache& = {});
+
+/// A fluoroscope for the truth of images alone, without the patient: its wire_pixels, catheter_pixels and
+/// vessel_pixels are those of the scenario's fluoroscope. Throws InputError for a lumen that cannot be
+/// closed.
+render::Fluoroscope make_masking(const scenario::Scenario&, const anatomy::Anatomy&);
 
 /// Dose of a pulse in that mode [nGy]. A field magnified relative to that at the start gets proportionally
 /// more, so that larger images are not noisier, up to largest_detector_dose.

@@ -178,6 +178,7 @@ render::DensityVolume ct_volume(const PatientFiles& files, const geometry::Trian
         if (ct) {
             place.used();
         } else {
+            anatomy::count(anatomy::Made::Volume);
             ct = prepared(files, lumen, cache.progress);
             if (place.exists()) place.keep_file(prepared_bytes(name, *ct));
         }

@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include "engine/anatomy/lumen_wall.h"
+#include "engine/anatomy/shared_store.h"
 #include "engine/io/text.h"
+#include "physics/geometry/hash.h"
 #include "physics/geometry/polyline.h"
 #include "physics/wall/tube_wall.h"
 
@@ -104,17 +106,57 @@ Vec3 target_of(const Scenario& s, const anatomy::Anatomy& anatomy) {
                                                         s.target.name, anatomy.name, io::joined(names))));
 }
 
-std::unique_ptr<const physics::LumenWall> wall_of(const Scenario& s, const anatomy::Anatomy& anatomy,
+namespace {
+
+/// Of all that a wall on the surface of a lumen is made from.
+std::uint64_t key_of(const anatomy::Anatomy& anatomy, anatomy::SurfaceWall kind,
+                     const physics::WallStiffness& stiffness, double wire_radius) {
+    geometry::Hash hash;
+    const auto add_all = [&hash](const auto& list) {
+        hash.add(std::uint64_t{list.size()});
+        hash.add(list.data(), list.size() * sizeof list[0]);
+    };
+    hash.add(static_cast<std::uint64_t>(kind));
+    hash.add(stiffness.mean());
+    hash.add(stiffness.length());
+    add_all(stiffness.terms());
+    hash.add(wire_radius);
+    add_all(anatomy.lumen.vertices);
+    add_all(anatomy.lumen.triangles);
+    hash.add(std::uint64_t{anatomy.branches.size()});
+    for (const geometry::CentrelineBranch& branch : anatomy.branches) {
+        hash.add(static_cast<std::uint64_t>(branch.parent));
+        hash.add(static_cast<std::uint64_t>(branch.parent_sample));
+        add_all(branch.name);
+        add_all(branch.points);
+        add_all(branch.radii);
+    }
+    for (const geometry::OpenEnd& end : anatomy.openings()) {
+        add_all(end.name);
+        hash.add(end.centre.data(), sizeof(double) * 3);
+        hash.add(end.outward_normal.data(), sizeof(double) * 3);
+        hash.add(end.radius);
+    }
+    return hash.value();
+}
+
+}  // namespace
+
+std::shared_ptr<const physics::LumenWall> wall_of(const Scenario& s, const anatomy::Anatomy& anatomy,
                                                   const anatomy::ModelCache& cache) {
+    static anatomy::SharedStore<std::uint64_t, physics::LumenWall> walls;
     const double wire_radius = 0.5 * s.guidewire.diameter;
     const physics::WallStiffness stiffness =
         anatomy::stiffness_of(anatomy, s.wall_stiffness, s.wall_variation);
     if (s.wall_model == WallModel::Analytic)
-        return std::make_unique<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius, stiffness,
+        return std::make_shared<physics::TubeWall>(anatomy.branches[0].points, s.tube->radius, stiffness,
                                                    wire_radius);
     const auto kind =
         s.wall_model == WallModel::Mesh ? anatomy::SurfaceWall::Mesh : anatomy::SurfaceWall::DistanceField;
-    return anatomy::surface_wall(anatomy, kind, stiffness, wire_radius, cache);
+    return walls.get(key_of(anatomy, kind, stiffness, wire_radius),
+                     [&]() -> std::shared_ptr<const physics::LumenWall> {
+                         return anatomy::surface_wall(anatomy, kind, stiffness, wire_radius, cache);
+                     });
 }
 
 }  // namespace scenario

@@ -23,8 +23,9 @@ anatomy::EntryPath entry_of(const Scenario&, const anatomy::Anatomy&);
 /// The middle of the target [mm]. Throws InputError for a target that does not exist or lies outside.
 geometry::Vec3 target_of(const Scenario&, const anatomy::Anatomy&);
 
-/// The wall of a scenario with nothing left to choose.
-std::unique_ptr<const physics::LumenWall> wall_of(const Scenario&, const anatomy::Anatomy&,
+/// The wall of a scenario with nothing left to choose: the one that others in this process have, where there
+/// is one, for nobody changes it.
+std::shared_ptr<const physics::LumenWall> wall_of(const Scenario&, const anatomy::Anatomy&,
                                                   const anatomy::ModelCache& = {});
 
 }  // namespace scenario

@@ -24,7 +24,7 @@ struct GlContext {
     X(DrawElementsBaseVertex) X(Enable) X(EnableVertexAttribArray) X(FramebufferTexture2D) X(GenBuffers) \
     X(GenFramebuffers) X(GenTextures) X(GenVertexArrays) X(GetError) X(GetProgramiv) X(GetUniformLocation) \
     X(LinkProgram) X(PixelStorei) X(ReadPixels) X(Scissor) X(ShaderSource) X(TexImage2D) X(TexParameteri) \
-    X(TexParameteriv) X(TexSubImage2D) X(Uniform2f) X(Uniform3f) X(UniformMatrix4fv) \
+    X(TexParameteriv) X(TexSubImage2D) X(Uniform1f) X(Uniform2f) X(Uniform3f) X(UniformMatrix4fv) \
     X(UseProgram) X(VertexAttribPointer) X(Viewport)
 // clang-format on
 #define RENDER_GL_MEMBER(name) decltype(&::gl##name) name = nullptr;

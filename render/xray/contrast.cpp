@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -148,11 +149,14 @@ void clear(Field& field, int width) {
 
 }  // namespace
 
-/// The lumen, and a coarse grid that lists the nodes that can be deepest anywhere in a cell.
+/// The lumen, and a coarse grid that lists the nodes that can be deepest anywhere in a cell; made for the
+/// first contrast.
 struct LumenContrast::Pieces {
     TriangleMesh mesh;
     std::vector<Vec3> nodes;
+    std::vector<float> reaches;   // the radii [mm]
     std::vector<double> squares;  // of the radii [mm²]
+    std::once_flag has_grid = {};
 
     Vec3 low;          // corner of the grid [mm]
     double width = 0;  // of a cell [mm]
@@ -160,13 +164,16 @@ struct LumenContrast::Pieces {
     std::vector<std::uint32_t> starts, candidates;
 
     Pieces(const TriangleMesh& lumen, std::vector<Vec3> places, const std::vector<float>& radii);
+    void require_grid() {
+        std::call_once(has_grid, [this] { build_grid(reaches); });
+    }
     void build_grid(const std::vector<float>& radii);
     void cut(const Vec3& from, const Vec3& to, double weight, std::vector<Line>& lines, Row& row) const;
 };
 
 LumenContrast::Pieces::Pieces(const TriangleMesh& lumen, std::vector<Vec3> places,
                               const std::vector<float>& radii)
-    : mesh(lumen), nodes(std::move(places)) {
+    : mesh(lumen), nodes(std::move(places)), reaches(radii) {
     if (nodes.empty()) throw std::invalid_argument("a lumen needs one centreline node at least");
     if (nodes.size() != radii.size())
         throw std::invalid_argument(std::to_string(nodes.size()) + " nodes have " +
@@ -186,7 +193,6 @@ LumenContrast::Pieces::Pieces(const TriangleMesh& lumen, std::vector<Vec3> place
             if (v < 0 || v >= static_cast<int>(mesh.vertices.size()))
                 throw std::invalid_argument(
                     "the lumen has a triangle that names a vertex which is not there");
-    build_grid(radii);
 }
 
 void LumenContrast::Pieces::build_grid(const std::vector<float>& radii) {
@@ -306,7 +312,7 @@ void LumenContrast::Pieces::cut(const Vec3& from, const Vec3& to, double weight,
 
 LumenContrast::LumenContrast(const TriangleMesh& lumen, std::vector<Vec3> nodes,
                              const std::vector<float>& radii)
-    : pieces_(std::make_unique<const Pieces>(lumen, std::move(nodes), radii)) {}
+    : pieces_(std::make_unique<Pieces>(lumen, std::move(nodes), radii)) {}
 LumenContrast::~LumenContrast() = default;
 LumenContrast::LumenContrast(LumenContrast&&) noexcept = default;
 LumenContrast& LumenContrast::operator=(LumenContrast&&) noexcept = default;
@@ -316,6 +322,7 @@ std::span<const Vec3> LumenContrast::nodes() const {
 }
 
 ContrastMatrix LumenContrast::at(const CArm& arm) const {
+    pieces_->require_grid();
     const SurfaceCrossings crossings = surface_crossings(pieces_->mesh, arm, samples);
     const ArmAxes a = axes(arm);
     const int side = crossings.side;

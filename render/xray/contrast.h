@@ -51,7 +51,7 @@ public:
 
 private:
     struct Pieces;
-    std::unique_ptr<const Pieces> pieces_;
+    std::unique_ptr<Pieces> pieces_;
 };
 
 /// Σ_j L_ij c_j, `iodine` c of each node [mg/ml]; `out` becomes the matrix's size [mg/ml·mm]. Where contrast

@@ -43,12 +43,17 @@ CArm around_the_opening(CArm arm, int places) {
 
 }  // namespace
 
-ExposureMeter::ExposureMeter(const FluoroscopeConfig& config, std::span<const TissueLayer> layers,
-                             std::vector<VolumeCaster> volumes)
-    : config_(config), volumes_(std::move(volumes)) {
+MeteredLayers::MeteredLayers(std::span<const TissueLayer> layers) : count_(layers.size()) {
     for (const TissueLayer& layer : layers)
         if (layer.material != layer.inside)
             layers_.push_back({layer.material, layer.inside, meshes_.add(layer.mesh)});
+}
+
+ExposureMeter::ExposureMeter(const FluoroscopeConfig& config, std::span<const TissueLayer> layers,
+                             std::vector<VolumeCaster> volumes, std::shared_ptr<const MeteredLayers> known)
+    : config_(config), volumes_(std::move(volumes)) {
+    if (known) layers_.push_back(std::move(known));
+    layers_.push_back(std::make_shared<MeteredLayers>(layers));
 }
 
 void ExposureMeter::move_to(const CArm& arm) {
@@ -57,13 +62,15 @@ void ExposureMeter::move_to(const CArm& arm) {
     pose.arm = arm;
     pose.coarse = around_the_opening(arm, places);
     const Field nothing(places, places);
-    for (const Layer& layer : layers_) {
-        auto mixture = std::find_if(pose.mixtures.begin(), pose.mixtures.end(), [&](const Mixture& m) {
-            return m.material == layer.material && m.inside == layer.inside;
-        });
-        if (mixture == pose.mixtures.end())
-            mixture = pose.mixtures.insert(mixture, {layer.material, layer.inside, nothing});
-        meshes_.accumulate(layer.mesh, pose.coarse, mixture->length);
+    for (const auto& some : layers_) {
+        for (const MeteredLayers::Layer& layer : some->layers_) {
+            auto mixture = std::find_if(pose.mixtures.begin(), pose.mixtures.end(), [&](const Mixture& m) {
+                return m.material == layer.material && m.inside == layer.inside;
+            });
+            if (mixture == pose.mixtures.end())
+                mixture = pose.mixtures.insert(mixture, {layer.material, layer.inside, nothing});
+            some->meshes_.accumulate(layer.mesh, pose.coarse, mixture->length);
+        }
     }
     for (const VolumeCaster& volume : volumes_) {
         const std::vector<Field> lengths = volume.every_length(pose.coarse);

@@ -3,6 +3,7 @@
 /// rays, needs neither images nor OpenGL, and gives the same to the bit with images and without.
 
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -16,12 +17,30 @@ namespace render {
 /// Throws std::invalid_argument with all the problems of arm and exposure.
 void require_usable(const CArm&, const Exposure&);
 
+/// What a meter keeps of layers: the meshes of those that show before contrast. Nobody changes it, so that
+/// many meters may share one.
+class MeteredLayers {
+public:
+    explicit MeteredLayers(std::span<const TissueLayer>);
+    std::size_t count() const { return count_; }  // of all the layers
+
+private:
+    friend class ExposureMeter;
+    struct Layer {
+        Material material, inside;
+        int mesh;
+    };
+    std::size_t count_;
+    std::vector<Layer> layers_;
+    CoarseLengths meshes_;
+};
+
 /// To be used by one thread at a time.
 class ExposureMeter {
 public:
-    /// Copies the meshes of the layers that show before contrast.
+    /// `known`: of more layers, before these.
     ExposureMeter(const FluoroscopeConfig&, std::span<const TissueLayer>,
-                  std::vector<VolumeCaster> volumes = {});
+                  std::vector<VolumeCaster> volumes = {}, std::shared_ptr<const MeteredLayers> known = {});
 
     /// The output of the tube and the dose to the patient for the pulse. Depends on pose, dose and voltage
     /// alone: wire and contrast do not change the exposure. Throws like require_usable.
@@ -52,12 +71,7 @@ private:
     void move_to(const CArm&);
 
     FluoroscopeConfig config_;
-    struct Layer {
-        Material material, inside;
-        int mesh;
-    };
-    std::vector<Layer> layers_;
-    CoarseLengths meshes_;
+    std::vector<std::shared_ptr<const MeteredLayers>> layers_;
     std::vector<VolumeCaster> volumes_;
     std::optional<Pose> pose_;
 };

@@ -107,15 +107,17 @@ struct Fluoroscope::State {
     std::vector<std::uint32_t> iodine_pixels;  // pixels where that is not 0
 
     State(const FluoroscopeConfig& chosen, std::span<const TissueLayer> around,
-          std::vector<VolumeCaster> through)
-        : config(chosen), meter(chosen, around, through), volumes(std::move(through)) {}
+          std::vector<VolumeCaster> through, std::shared_ptr<const MeteredLayers> known)
+        : config(chosen),
+          meter(chosen, around.subspan(known ? known->count() : 0), through, known),
+          volumes(std::move(through)) {}
 
     void move_to(const CArm&);
     const BeamImages& beam(const std::optional<double>& kvp);
     const BareImage& bare_image(const Exposure&);
     PosedLayers posed() { return {renderer, layers, *pose}; }
-    void dissolve_in_organ(const OrganIodine&, const Exposure&);
-    void dissolve(const Exposure&);
+    void dissolve_in_organ(const OrganIodine&, const OrganMoment&);
+    void dissolve(const Exposure&, const OrganMoment&);
     void dissolve_in_vessels(const Exposure&);
     void dissolve_in_distal(const Exposure&);
     void dissolve_in(const SparseLength&, float concentration);
@@ -157,25 +159,16 @@ const BareImage& Fluoroscope::State::bare_image(const Exposure& exposure) {
     return result;
 }
 
-/// Where an organ is between its cached phases its iodine is shared among them; none is made.
-void Fluoroscope::State::dissolve_in_organ(const OrganIodine& organ, const Exposure& exposure) {
+void Fluoroscope::State::dissolve_in_organ(const OrganIodine& organ, const OrganMoment& organs) {
     const auto found = pose->organs.find(organ.layer);
     if (found == pose->organs.end() || !(organ.iodine > 0.0)) return;
-    double at_rest = 1.0;
-    for (const OrganPhases::Part& part : phases->parts(exposure)) {
-        const std::map<int, SparseLength>& there = phases->lengths(part.phase, posed()).organs;
-        const auto moves = there.find(organ.layer);
-        if (moves == there.end()) continue;
-        // Breath comes first; what is left is the heartbeat's.
-        const double weight = std::min(part.weight, at_rest);
-        at_rest -= weight;
-        if (weight > 0.0) dissolve_in(moves->second, static_cast<float>(weight * organ.iodine));
-    }
-    if (at_rest > 0.0) dissolve_in(found->second, static_cast<float>(at_rest * organ.iodine));
+    const auto concentration = static_cast<float>(organ.iodine);
+    if (!organs.dissolve_in(organ.layer, concentration, iodine, iodine_pixels))
+        dissolve_in(found->second, concentration);
 }
 
 /// Writes the iodine in the beam to `iodine`, and the pixels that have any to `iodine_pixels`.
-void Fluoroscope::State::dissolve(const Exposure& exposure) {
+void Fluoroscope::State::dissolve(const Exposure& exposure, const OrganMoment& organs) {
     const int pixels = pose->arm.pixels;
     if (iodine.width != pixels) {
         iodine = Field(pixels, pixels);
@@ -189,7 +182,7 @@ void Fluoroscope::State::dissolve(const Exposure& exposure) {
         dissolve_in(pose->contrast, static_cast<float>(exposure.iodine));
     }
     if (distal) dissolve_in_distal(exposure);
-    for (const OrganIodine& organ : exposure.organs) dissolve_in_organ(organ, exposure);
+    for (const OrganIodine& organ : exposure.organs) dissolve_in_organ(organ, organs);
 }
 
 void Fluoroscope::State::dissolve_in_distal(const Exposure& exposure) {
@@ -236,17 +229,17 @@ void Fluoroscope::State::dissolve_in_vessels(const Exposure& exposure) {
 
 Fluoroscope::Fluoroscope(FluoroscopeConfig config, std::vector<TissueLayer> layers,
                          std::optional<LumenContrast> vessels, std::optional<DistalVessels> distal,
-                         std::vector<DensityVolume> volumes)
-    : state_(std::make_unique<State>(config, layers, casters_of(std::move(volumes)))) {
+                         std::vector<DensityVolume> volumes, std::shared_ptr<const MeteredLayers> known)
+    : state_(std::make_unique<State>(config, layers, casters_of(std::move(volumes)), std::move(known))) {
     state_->vessels = std::move(vessels);
     state_->distal = std::move(distal);
+    state_->phases.emplace(layers);
     for (TissueLayer& layer : layers) {
-        require_closed(layer.name, layer.mesh);
+        if (!layer.closed) require_closed(layer.name, layer.mesh);
         if (layer.takes_contrast) require_simple(layer.name, layer.mesh);
         state_->renderer.add(layer.mesh, layer.breath, layer.beat, layer.drift);
         layer.mesh = {};
     }
-    state_->phases.emplace(layers);
     state_->layers = std::move(layers);
 }
 
@@ -256,21 +249,20 @@ Fluoroscope& Fluoroscope::operator=(Fluoroscope&&) noexcept = default;
 
 namespace {
 
-/// The quanta where organs have left their places.
+/// The quanta where organs move.
 void move_organs_in(Field& expected, const OrganMoment& organs, const BeamImages& beam, float scale) {
-    constexpr std::size_t block = MovedExponents::block;
-    std::array<float, block * energy_bins> factors;
-    for (std::size_t start = 0; start < expected.values.size(); start += block) {
-        const std::size_t count = std::min(block, expected.values.size() - start);
-        factors.fill(0.0f);
-        if (!organs.add_to_block(start / block, std::span(factors).first(count * energy_bins))) continue;
-        exponentiate(factors);
-        const PixelBins* const primary = beam.primary.data() + start;
+    const auto width = static_cast<std::size_t>(expected.width);
+    std::vector<FourBins> passing(width);
+    for (int row = 0; row < expected.height; ++row) {
+        std::fill(passing.begin(), passing.end(), FourBins{} + 1.0f);
+        const auto [first, end] = organs.dim_row(row, passing);
+        const std::size_t start = static_cast<std::size_t>(row) * width;
+        const PixelBins* const still = organs.still().data() + start;
         const float* const scatter = beam.scatter.values.data() + start;
         float* const quanta = expected.values.data() + start;
-        for (std::size_t i = 0; i < count; ++i) {
+        for (int i = first; i < end; ++i) {
             float passed = 0.0f;
-            for (int k = 0; k < energy_bins; ++k) passed += primary[i][k] * factors[i * energy_bins + k];
+            for (int k = 0; k < energy_bins; ++k) passed += still[i][k] * passing[i][k];
             quanta[i] = scale * (passed + scatter[i]);
         }
     }
@@ -287,8 +279,9 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
     Field expected = bare.expected;
     const OrganMoment organs = state.phases->moment(exposure, beam, state.posed());
     if (!organs.at_rest()) move_organs_in(expected, organs, beam, bare.scale);
+    const std::vector<PixelBins>& primary = organs.at_rest() ? beam.primary : organs.still();
 
-    state.dissolve(exposure);
+    state.dissolve(exposure, organs);
     const Bins per_concentration = beam.bins.attenuation(Material::Iodine);
     PixelBins per_iodine;
     for (int k = 0; k < energy_bins; ++k) per_iodine[k] = static_cast<float>(-per_concentration[k]);
@@ -299,16 +292,16 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
     for (std::size_t start = 0; start < dissolved_in.size(); start += together) {
         const auto pixels = dissolved_in.subspan(start, std::min(together, dissolved_in.size() - start));
         // They lie too far apart for the processor to prefetch by itself.
-        for (const std::uint32_t pixel : pixels) __builtin_prefetch(&beam.primary[pixel]);
+        for (const std::uint32_t pixel : pixels) __builtin_prefetch(&primary[pixel]);
         for (std::size_t i = 0; i < pixels.size(); ++i)
             for (int k = 0; k < energy_bins; ++k)
                 transmission[i * energy_bins + k] = per_iodine[k] * state.iodine.values[pixels[i]];
-        organs.add_to(pixels, transmission);
         exponentiate(std::span(transmission).first(pixels.size() * energy_bins));
+        organs.dim(pixels, arm.pixels, transmission);
         for (std::size_t i = 0; i < pixels.size(); ++i) {
             float passed = beam.scatter.values[pixels[i]];
             for (int k = 0; k < energy_bins; ++k)
-                passed += beam.primary[pixels[i]][k] * transmission[i * energy_bins + k];
+                passed += primary[pixels[i]][k] * transmission[i * energy_bins + k];
             expected.values[pixels[i]] = bare.scale * passed;
         }
     }
@@ -328,10 +321,10 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
          state.wire.cast(seen_from_shifted(arm, exposure.vessel_shift), std::span(shadows).first(seen))) {
         const float amount = state.iodine.values[pixel.index];
         PixelBins before;
-        for (int k = 0; k < energy_bins; ++k) before[k] = per_iodine[k] * amount;
-        organs.add_to({&pixel.index, 1}, before);
+        for (int k = 0; k < energy_bins; ++k) before[k] = fast_exp(per_iodine[k] * amount);
+        organs.dim({&pixel.index, 1}, arm.pixels, before);
         for (int k = 0; k < energy_bins; ++k) {
-            const float arriving = beam.primary[pixel.index][k] * fast_exp(before[k]);
+            const float arriving = primary[pixel.index][k] * before[k];
             expected.values[pixel.index] -= bare.scale * arriving * (1.0f - pixel.transmission[k]);
         }
     }

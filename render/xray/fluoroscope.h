@@ -39,6 +39,7 @@ struct TissueLayer {
     std::vector<Eigen::Vector3f> breath = {}, beat = {}, drift = {};
     /// Where its share differs from that of the mesh: texture, which neither breath nor heartbeat moves.
     std::vector<Lump> lumps = {};
+    bool closed = false;  // the mesh has been found to be so, and need not be looked at again
 };
 
 struct FluoroscopeConfig {
@@ -94,6 +95,8 @@ struct Exposure {
 /// Everything wrong with an exposure; empty when it is usable.
 std::vector<std::string> problems(const Exposure&);
 
+class MeteredLayers;
+
 /// Keeps the GL context, the meshes, and the images that depend on the pose of the C-arm alone. A frame
 /// depends on the arguments of `expose` and never on the frames before it. To be used by one thread at a
 /// time.
@@ -102,9 +105,11 @@ public:
     /// Throws OpenMeshError for an open mesh, OverlappingMeshError for a lumen that overlaps itself, and
     /// std::runtime_error for a broken one or when GL fails. With `vessels`, the nodes of the layers that
     /// take contrast, iodine may vary from place to place; `distal` arteries show nothing but their iodine.
-    /// `volumes` are in the beam besides the layers.
+    /// `volumes` are in the beam besides the layers; `known`: what exposure
+    /// meters need of the first layers, where that is made already.
     Fluoroscope(FluoroscopeConfig, std::vector<TissueLayer>, std::optional<LumenContrast> vessels = {},
-                std::optional<DistalVessels> distal = {}, std::vector<DensityVolume> volumes = {});
+                std::optional<DistalVessels> distal = {}, std::vector<DensityVolume> volumes = {},
+                std::shared_ptr<const MeteredLayers> known = {});
     ~Fluoroscope();
     Fluoroscope(Fluoroscope&&) noexcept;
     Fluoroscope& operator=(Fluoroscope&&) noexcept;

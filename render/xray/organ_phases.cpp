@@ -3,120 +3,224 @@
 #include <algorithm>
 #include <cmath>
 
+#include "render/picture/fast_exp.h"
+
 namespace render {
+namespace {
 
-MovedExponents::MovedExponents(const MovedLengths& there, const PoseImages& pose, const EnergyBins& bins) {
-    const std::size_t count = static_cast<std::size_t>(pose.arm.pixels) * pose.arm.pixels,
-                      blocks = (count + block - 1) / block;
-    starts_.assign(blocks, -1);
-    std::vector<std::pair<const Field*, PixelBins>> moving;
-    for (std::size_t m = 0; m < there.changes.size(); ++m)
-        if (!there.changes[m].values.empty())
-            moving.emplace_back(&there.changes[m], change_of(pose.mixtures[m], bins));
-    for (std::size_t number = 0; number < blocks; ++number) {
-        const std::size_t start = number * block, size = std::min(block, count - start);
-        for (const auto& [change, per_mm] : moving) {
-            const float* const length = change->values.data() + start;
-            if (std::all_of(length, length + size, [](float mm) { return mm == 0.0f; })) continue;
-            if (starts_[number] < 0) {
-                starts_[number] = static_cast<std::int64_t>(values_.size());
-                values_.resize(values_.size() + block * energy_bins, 0.0f);
+/// The smallest window of the image that holds everything that is not 0, with two pixels more around it. The
+/// image begins `margin` pixels before the window's coordinates do.
+template <class IsSome>
+WindowImage<char> window_around(int pixels, int margin, const IsSome& is_some) {
+    int left = pixels, right = 0, top = pixels, bottom = 0;
+    for (int j = 0; j < pixels; ++j) {
+        const std::size_t row = static_cast<std::size_t>(j) * pixels;
+        int first = 0, end = pixels;
+        while (first < end && !is_some(row + first)) ++first;
+        if (first == end) continue;
+        while (!is_some(row + end - 1)) --end;
+        left = std::min(left, first), right = std::max(right, end);
+        top = std::min(top, j), bottom = j + 1;
+    }
+    if (left >= right) return {};
+    left = std::max(left - 2, 0), top = std::max(top - 2, 0);
+    right = std::min(right + 2, pixels), bottom = std::min(bottom + 2, pixels);
+    return {left - margin, top - margin, right - left, bottom - top, {}};
+}
+
+template <class Value>
+WindowImage<Value> as_window(const WindowImage<char>& window) {
+    WindowImage<Value> made{window.left, window.top, window.width, window.height, {}};
+    made.values.resize(static_cast<std::size_t>(window.width) * window.height, Value{});
+    return made;
+}
+
+WindowImage<float> cut(const Field& image, int margin) {
+    const WindowImage<char> window =
+        window_around(image.width, margin, [&](std::size_t i) { return image.values[i] != 0.0f; });
+    WindowImage<float> made = as_window<float>(window);
+    for (int j = 0; j < made.height; ++j)
+        std::copy_n(image.values.data() + static_cast<std::size_t>(j + made.top + margin) * image.width +
+                        made.left + margin,
+                    made.width, made.values.data() + static_cast<std::size_t>(j) * made.width);
+    return made;
+}
+
+}  // namespace
+
+/// Gives `add` each pixel of a part of a row within reach of the image, and the image's value where that
+/// pixel's organs are in the phase.
+template <class Value, class Add>
+void OrganMoment::for_each(const Group& group, const WindowImage<Value>& image, int row, int first, int end,
+                           const Add& add) {
+    if (image.values.empty() || row < image.top - group.reach ||
+        row >= image.top + image.height + group.reach)
+        return;
+    first = std::max(first, image.left - group.reach);
+    end = std::min(end, image.left + image.width + group.reach);
+    constexpr int side = OrganFlow::side;
+    const float per_cell = 1 / group.cell, v = static_cast<float>(row) * per_cell + OrganFlow::margin;
+    const int j = std::clamp(static_cast<int>(v), 0, side - 2);
+    const float fv = v - static_cast<float>(j);
+    const Eigen::Vector2f* const nodes = group.way.data() + static_cast<std::size_t>(j) * side;
+    const auto node = [&](int i) -> Eigen::Vector2f { return (1 - fv) * nodes[i] + fv * nodes[side + i]; };
+    // A hair before the last row and column, so that there is one after each.
+    const float right = static_cast<float>(image.width - 1) - 1e-3f,
+                low = static_cast<float>(image.height - 1) - 1e-3f;
+    for (int x = first; x < end;) {
+        const int i =
+            std::clamp(static_cast<int>(static_cast<float>(x) * per_cell) + OrganFlow::margin, 0, side - 2);
+        const float start = static_cast<float>(i - OrganFlow::margin) * group.cell;
+        const int stop = std::min(end, std::max(x + 1, static_cast<int>(std::ceil(start + group.cell))));
+        const Eigen::Vector2f from = node(i), change = (node(i + 1) - from) * per_cell;
+        // Place in the image of pixel x: (a + x·da, b + x·db).
+        const float a = from.x() - start * change.x() - static_cast<float>(image.left), da = 1 + change.x(),
+                    b = from.y() - start * change.y() + static_cast<float>(row - image.top), db = change.y();
+        // In two passes: compilers make the first four pixels at a time.
+        constexpr int together = 32;
+        std::array<std::int32_t, together> columns, rows;
+        std::array<float, together> across, down;
+        for (; x < stop; x += together) {
+            const int count = std::min(together, stop - x);
+            // The rim holds nothing, but where the image's own edge is.
+            for (int k = 0; k < count; ++k) {
+                const auto pixel = static_cast<float>(x + k);
+                const float u = std::min(std::max(a + pixel * da, 0.0f), right),
+                            w = std::min(std::max(b + pixel * db, 0.0f), low);
+                columns[k] = static_cast<std::int32_t>(u);
+                rows[k] = static_cast<std::int32_t>(w);
+                across[k] = u - static_cast<float>(columns[k]);
+                down[k] = w - static_cast<float>(rows[k]);
             }
-            float* const exponents = values_.data() + starts_[number];
-            for (std::size_t i = 0; i < size; ++i)
-                for (int k = 0; k < energy_bins; ++k) exponents[i * energy_bins + k] -= per_mm[k] * length[i];
+            for (int k = 0; k < count; ++k) {
+                const Value* const at =
+                    image.values.data() + static_cast<std::ptrdiff_t>(rows[k]) * image.width + columns[k];
+                const Value upper = at[0] + across[k] * (at[1] - at[0]),
+                            lower = at[image.width] + across[k] * (at[image.width + 1] - at[image.width]);
+                add(x + k, upper + down[k] * (lower - upper));
+            }
         }
+        x = stop;
     }
 }
 
-bool OrganMoment::add_to_block(std::size_t number, std::span<float> exponents) const {
-    bool moves = false;
-    for (const Part& part : parts_) {
-        const float* const own = part.there->of_block(number);
-        if (!own) continue;
-        moves = true;
-        for (std::size_t i = 0; i < exponents.size(); ++i) exponents[i] += part.weight * own[i];
+std::pair<int, int> OrganMoment::dim_row(int row, std::span<FourBins> transmission) const {
+    const auto width = static_cast<int>(transmission.size());
+    int first = width, end = 0;
+    FourBins* const left = transmission.data();
+    for (const Group& group : groups_) {
+        const WindowImage<FourBins>& image = *group.transmission;
+        if (image.values.empty() || row < image.top - group.reach ||
+            row >= image.top + image.height + group.reach)
+            continue;
+        first = std::clamp(image.left - group.reach, 0, first);
+        end = std::max(end, std::min(image.left + image.width + group.reach, width));
+        for_each(group, image, row, 0, width, [left](int x, const FourBins& own) { left[x] *= own; });
     }
-    return moves;
+    return {first, std::max(first, end)};
 }
 
-void OrganMoment::add_to(std::span<const std::uint32_t> pixels, std::span<float> exponents) const {
-    constexpr std::size_t block = MovedExponents::block;
-    for (const Part& part : parts_) {
+void OrganMoment::dim(std::span<const std::uint32_t> pixels, int width, std::span<float> transmission) const {
+    for (const Group& group : groups_)
         for (std::size_t i = 0; i < pixels.size(); ++i) {
-            const float* const own = part.there->of_block(pixels[i] / block);
-            if (!own) continue;
-            for (int k = 0; k < energy_bins; ++k)
-                exponents[i * energy_bins + k] +=
-                    part.weight * own[pixels[i] % block * energy_bins + static_cast<std::size_t>(k)];
+            const int x = static_cast<int>(pixels[i] % static_cast<std::uint32_t>(width)),
+                      row = static_cast<int>(pixels[i] / static_cast<std::uint32_t>(width));
+            for_each(group, *group.transmission, row, x, x + 1, [&](int, const FourBins& own) {
+                for (int k = 0; k < energy_bins; ++k) transmission[i * energy_bins + k] *= own[k];
+            });
         }
+}
+
+bool OrganMoment::dissolve_in(int layer, float concentration, Field& iodine,
+                              std::vector<std::uint32_t>& pixels) const {
+    for (const Group& group : groups_) {
+        const auto organ = group.organs.find(layer);
+        if (organ == group.organs.end()) continue;
+        for (int row = 0; row < iodine.height; ++row)
+            for_each(group, *organ->second, row, 0, iodine.width, [&](int x, float length) {
+                if (!(length > 0.0f)) return;
+                const auto pixel = static_cast<std::uint32_t>(row * iodine.width + x);
+                float& there = iodine.values[pixel];
+                if (there == 0.0f) pixels.push_back(pixel);
+                there += concentration * length;
+            });
+        return true;
     }
+    return false;
 }
 
 OrganPhases::OrganPhases(std::span<const TissueLayer> layers) {
+    // What the bowel carries goes its own ways, so that it has a flow of its own.
+    std::array<Group, 2> groups;
     for (std::size_t layer = 0; layer < layers.size(); ++layer) {
         const TissueLayer& tissue = layers[layer];
         if (tissue.material == tissue.inside && !tissue.perfused) continue;
-        if (!tissue.breath.empty()) layers_[Breath].push_back(static_cast<int>(layer));
-        if (!tissue.beat.empty()) layers_[Beat].push_back(static_cast<int>(layer));
-        if (!tissue.drift.empty()) layers_[Drift].push_back(static_cast<int>(layer));
+        const std::array<bool, movers> moved = {!tissue.breath.empty(), !tissue.beat.empty(),
+                                                !tissue.drift.empty()};
+        if (moved == std::array<bool, movers>{}) continue;
+        Group& group = groups[moved[Drift]];
+        for (int m = 0; m < movers; ++m) group.moved[m] = group.moved[m] || moved[m];
+        auto kind = std::find_if(group.kinds.begin(), group.kinds.end(),
+                                 [&](const Kind& known) { return known.moved == moved; });
+        if (kind == group.kinds.end()) kind = group.kinds.insert(kind, Kind{moved, {}});
+        kind->layers.push_back(static_cast<int>(layer));
+        group.samples.add(tissue);
     }
+    for (Group& group : groups)
+        if (!group.kinds.empty()) groups_.push_back(std::move(group));
 }
 
 void OrganPhases::clear() {
-    rest_ = {};
-    begun_.clear();
-    lengths_.clear();
-    exponents_.clear();
-}
-
-std::vector<OrganPhases::Part> OrganPhases::parts(const Exposure& exposure) const {
-    std::vector<Part> parts;
-    const std::array<double, movers> shares = {exposure.breath, exposure.beat, exposure.drift};
-    for (int mover = 0; mover < movers; ++mover) {
-        if (!(shares[mover] > 0.0) || layers_[mover].empty()) continue;
-        const int count = counts[mover];
-        const double at = std::min(shares[mover], 1.0) * count;
-        const int below = std::min(static_cast<int>(at), count - 1), first = first_of(mover);
-        const double t = at - below;
-        if (below > 0 && t < 1.0) parts.push_back({first + below - 1, 1.0 - t});
-        if (t > 0.0) parts.push_back({first + below, t});
+    still_.clear();
+    for (Group& group : groups_) {
+        group.flow.reset();
+        group.images.clear();
+        for (Kind& kind : group.kinds) kind.drawings.clear();
     }
-    return parts;
 }
 
-OrganPhases::Drawing& OrganPhases::rest(Mover mover) {
-    if (!rest_[mover]) rest_[mover] = Drawing{};
-    return *rest_[mover];
+MoverShares OrganPhases::shares_of(const Place& place) {
+    MoverShares shares;
+    for (int m = 0; m < movers; ++m) shares[m] = static_cast<double>(place[m]) / steps[m];
+    return shares;
 }
 
-/// The first phase of a mover that is not rest.
-int OrganPhases::first_of(int mover) {
-    int first = 1;
-    for (int before = 0; before < mover; ++before) first += counts[before];
-    return first;
+OrganPhases::Place OrganPhases::nearest(const Group& group, const MoverShares& shares) {
+    Place place{};
+    for (int m = 0; m < movers; ++m)
+        if (group.moved[m]) place[m] = static_cast<int>(std::lround(shares[m] * steps[m]));
+    return place;
 }
 
-OrganPhases::Mover OrganPhases::mover_of(int phase) {
-    return phase >= first_of(Drift) ? Drift : phase >= first_of(Beat) ? Beat : Breath;
+void OrganPhases::prepare(Group& group, const PosedLayers& from) {
+    if (group.flow) return;
+    const CArm& arm = from.pose.arm;
+    group.flow.emplace(group.samples, arm);
+    MoverShares half{};
+    for (int m = 0; m < movers; ++m) half[m] = 0.5 / steps[m];
+    // What comes into the image from beyond its edges is drawn, too.
+    group.margin =
+        std::min(static_cast<int>(std::ceil(group.flow->farthest(half))) + 2, std::max(arm.pixels / 8, 2));
+    group.arm = arm;
+    group.arm.pixels += 2 * group.margin;
+    group.arm.detector_width *= static_cast<double>(group.arm.pixels) / arm.pixels;
 }
 
-PathLengthRenderer::Phase OrganPhases::place_of(int phase) {
-    const Mover mover = mover_of(phase);
-    PathLengthRenderer::Phase at;
-    (mover == Breath ? at.breath
-     : mover == Beat ? at.beat
-                     : at.drift) = static_cast<double>(phase - first_of(mover) + 1) / counts[mover];
-    return at;
+OrganPhases::Place OrganPhases::of_kind(const Kind& kind, Place place) {
+    for (int m = 0; m < movers; ++m)
+        if (!kind.moved[m]) place[m] = 0;
+    return place;
 }
 
 /// Draws the next layer; false when there was none left.
-bool OrganPhases::draw_layer(Drawing& drawing, Mover mover, PathLengthRenderer::Phase at,
-                             const PosedLayers& from) {
-    if (drawing.next == layers_[mover].size()) return false;
-    const int layer = layers_[mover][drawing.next++];
+bool OrganPhases::draw_layer(Group& group, Kind& kind, const Place& place, const PosedLayers& from) {
+    Drawing& drawing = kind.drawings[place];
+    if (drawing.next == kind.layers.size()) return false;
+    const int layer = kind.layers[drawing.next++];
     const TissueLayer& tissue = from.layers[static_cast<std::size_t>(layer)];
-    const CArm& arm = from.pose.arm;
+    const CArm& arm = group.arm;
+    const MoverShares shares = shares_of(place);
+    const PathLengthRenderer::Phase at{shares[Breath], shares[Beat], shares[Drift]};
     drawing.sums.resize(from.pose.mixtures.size());
     Field* sum = nullptr;
     if (tissue.material != tissue.inside) {
@@ -134,69 +238,134 @@ bool OrganPhases::draw_layer(Drawing& drawing, Mover mover, PathLengthRenderer::
     Field own = from.renderer.render(layer, arm, at).length;
     if (sum)
         for (std::size_t i = 0; i < own.values.size(); ++i) sum->values[i] += own.values[i];
-    add_lengths(tissue.lumps, arm, own);
-    drawing.organs[layer] = SparseLength(own);
+    drawing.organs[layer] = cut(own, group.margin);
     return true;
 }
 
-const MovedLengths& OrganPhases::lengths(int phase, const PosedLayers& from) {
-    const auto known = lengths_.find(phase);
-    if (known != lengths_.end()) return known->second;
-    const Mover mover = mover_of(phase);
-    while (draw_layer(rest(mover), mover, {}, from)) {
+const WindowImage<FourBins>& OrganPhases::image(Group& group, const Place& place, const Exposure& exposure,
+                                                const BeamImages& beam, const PosedLayers& from) {
+    const std::pair key{exposure.kvp.value_or(0.0), place};
+    const auto known = group.images.find(key);
+    if (known != group.images.end()) return known->second;
+    std::vector<std::pair<const Field*, FourBins>> lengths;  // and what a length adds to the exponents [1/mm]
+    for (Kind& kind : group.kinds) {
+        const Place own = of_kind(kind, place);
+        while (draw_layer(group, kind, own, from)) {
+        }
+        const Drawing& drawing = kind.drawings[own];
+        for (std::size_t m = 0; m < drawing.sums.size(); ++m) {
+            if (drawing.sums[m].values.empty()) continue;
+            const PixelBins change = change_of(from.pose.mixtures[m], beam.bins);
+            lengths.emplace_back(&drawing.sums[m], FourBins{-change[0], -change[1], -change[2], -change[3]});
+        }
     }
-    Drawing& there = begun_[phase];
-    while (draw_layer(there, mover, place_of(phase), from)) {
-    }
-    // Both sums have their layers in the same order: where nothing moved the difference is 0.
-    for (std::size_t m = 0; m < there.sums.size(); ++m) {
-        std::vector<float>& lengths = there.sums[m].values;
-        const std::vector<float>& before = rest(mover).sums[m].values;
-        for (std::size_t i = 0; i < lengths.size(); ++i) lengths[i] -= before[i];
-    }
-    MovedLengths& made = lengths_[phase];
-    made = {std::move(there.sums), std::move(there.organs)};
-    begun_.erase(phase);
-    return made;
+    const int pixels = group.arm.pixels;
+    WindowImage<FourBins> made = as_window<FourBins>(window_around(pixels, group.margin, [&](std::size_t i) {
+        return std::any_of(lengths.begin(), lengths.end(),
+                           [i](const auto& length) { return length.first->values[i] != 0.0f; });
+    }));
+    for (const auto& [length, per_mm] : lengths)
+        for (int j = 0; j < made.height; ++j) {
+            const float* const mm = length->values.data() +
+                                    static_cast<std::size_t>(j + made.top + group.margin) * pixels +
+                                    made.left + group.margin;
+            FourBins* const to = made.values.data() + static_cast<std::size_t>(j) * made.width;
+            for (int i = 0; i < made.width; ++i) to[i] += mm[i] * per_mm;
+        }
+    // Lengths that no other phase of the group needs. Another voltage has them drawn again.
+    for (Kind& kind : group.kinds)
+        if (kind.moved == group.moved) {
+            Drawing& drawing = kind.drawings[place];
+            drawing.sums.clear();
+            drawing.next = 0;
+        }
+    exponentiate({reinterpret_cast<float*>(made.values.data()), made.values.size() * energy_bins});
+    return group.images.emplace(key, std::move(made)).first->second;
 }
 
-const MovedExponents& OrganPhases::exponents(int phase, const Exposure& exposure, const BeamImages& beam,
-                                             const PosedLayers& from) {
-    const std::pair key{exposure.kvp.value_or(0.0), phase};
-    const auto known = exponents_.find(key);
-    if (known != exponents_.end()) return known->second;
-    return exponents_.emplace(key, MovedExponents(lengths(phase, from), from.pose, beam.bins)).first->second;
+/// What is left of the beam without the organs that move.
+const std::vector<PixelBins>& OrganPhases::still(const Exposure& exposure, const BeamImages& beam,
+                                                 const PosedLayers& from) {
+    const auto [place, is_new] = still_.try_emplace(exposure.kvp.value_or(0.0));
+    std::vector<PixelBins>& left = place->second;
+    if (!is_new) return left;
+    left = beam.primary;
+    const int pixels = from.pose.arm.pixels;
+    for (Group& group : groups_) {
+        const WindowImage<FourBins>& rest = image(group, {}, exposure, beam, from);
+        for (int row = std::max(rest.top, 0); row < std::min(rest.top + rest.height, pixels); ++row)
+            for (int x = std::max(rest.left, 0); x < std::min(rest.left + rest.width, pixels); ++x) {
+                const FourBins& own =
+                    rest.values[static_cast<std::size_t>(row - rest.top) * rest.width + (x - rest.left)];
+                PixelBins& bins = left[static_cast<std::size_t>(row) * pixels + x];
+                for (int k = 0; k < energy_bins; ++k) bins[k] = own[k] > 0.0f ? bins[k] / own[k] : 0.0f;
+            }
+    }
+    return left;
 }
 
 OrganMoment OrganPhases::moment(const Exposure& exposure, const BeamImages& beam, const PosedLayers& from) {
     OrganMoment moment;
-    for (const Part& part : parts(exposure))
-        moment.add(static_cast<float>(part.weight), exponents(part.phase, exposure, beam, from));
+    const MoverShares shares = {exposure.breath, exposure.beat, exposure.drift};
+    const auto moves = [&shares](const Group& group) {
+        for (int m = 0; m < movers; ++m)
+            if (group.moved[m] && shares[m] > 0.0) return true;
+        return false;
+    };
+    if (std::none_of(groups_.begin(), groups_.end(), moves)) return moment;
+    const int pixels = from.pose.arm.pixels;
+    for (Group& group : groups_) {
+        prepare(group, from);
+        const Place place = nearest(group, shares);
+        OrganMoment::Group& made = moment.groups_.emplace_back();
+        made.transmission = &image(group, place, exposure, beam, from);
+        for (Kind& kind : group.kinds)
+            for (const auto& [layer, organ] : kind.drawings[of_kind(kind, place)].organs)
+                made.organs[layer] = &organ;
+        made.cell = group.flow->cell();
+        made.reach = group.margin;
+        const WindowImage<FourBins>& shown = *made.transmission;
+        const std::vector<OrganFlow::Flows> flows = group.flow->at_shares(
+            shares, {std::max(shown.left - made.reach, 0), std::max(shown.top - made.reach, 0),
+                     std::min(shown.left + shown.width + made.reach, pixels),
+                     std::min(shown.top + shown.height + made.reach, pixels)});
+        const MoverShares to = shares_of(place);
+        for (const OrganFlow::Flows& flow : flows) {
+            Eigen::Vector2f& way = made.way.emplace_back(Eigen::Vector2f::Zero());
+            for (int m = 0; m < movers; ++m)
+                if (group.moved[m]) way += static_cast<float>(to[m] - shares[m]) * flow[m];
+        }
+    }
+    moment.still_ = &still(exposure, beam, from);
     return moment;
 }
 
 bool OrganPhases::draw_ahead(const Exposure& exposure, const BeamImages& beam, const PosedLayers& from) {
-    // A beat passes through its phases sooner than a breath, which goes on from where it is.
-    std::vector<int> order;
-    const auto add = [&](Mover mover, int phase) {
-        if (phase >= 1 && phase <= counts[mover] && !layers_[mover].empty())
-            order.push_back(first_of(mover) + phase - 1);
-    };
-    for (int k = 1; k <= counts[Beat]; ++k) add(Beat, k);
-    const int now = static_cast<int>(std::lround(exposure.breath * counts[Breath]));
-    for (int away = 0; away <= counts[Breath]; ++away) {
-        add(Breath, now + away);
-        if (away > 0) add(Breath, now - away);
-    }
-    for (int k = 1; k <= counts[Drift]; ++k) add(Drift, k);
-    for (const int phase : order) {
-        if (exponents_.contains({exposure.kvp.value_or(0.0), phase})) continue;
-        const Mover mover = mover_of(phase);
-        if (!lengths_.contains(phase) && (draw_layer(rest(mover), mover, {}, from) ||
-                                          draw_layer(begun_[phase], mover, place_of(phase), from)))
+    const double kvp = exposure.kvp.value_or(0.0);
+    for (Group& group : groups_) {
+        prepare(group, from);
+        std::vector<Place> order;
+        Place place{};
+        for (place[Drift] = 0; place[Drift] <= (group.moved[Drift] ? steps[Drift] : 0); ++place[Drift])
+            for (place[Breath] = 0; place[Breath] <= (group.moved[Breath] ? steps[Breath] : 0);
+                 ++place[Breath])
+                for (place[Beat] = 0; place[Beat] <= (group.moved[Beat] ? steps[Beat] : 0); ++place[Beat])
+                    order.push_back(place);
+        // A beat passes through its phases sooner than a breath, which goes on from where it is, and a breath
+        // sooner than the bowel.
+        const auto later = [&](const Place& p) {
+            return std::pair{std::abs(p[Drift] - exposure.drift * steps[Drift]),
+                             std::abs(p[Breath] - exposure.breath * steps[Breath])};
+        };
+        std::stable_sort(order.begin(), order.end(),
+                         [&](const Place& a, const Place& b) { return later(a) < later(b); });
+        for (const Place& next : order) {
+            if (group.images.contains({kvp, next})) continue;
+            for (Kind& kind : group.kinds)
+                if (draw_layer(group, kind, of_kind(kind, next), from)) return true;
+            image(group, next, exposure, beam, from);
             return true;
-        exponents(phase, exposure, beam, from);
-        return true;
+        }
     }
     return false;
 }

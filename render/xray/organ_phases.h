@@ -1,6 +1,6 @@
 #pragma once
-/// Organs that move with breath and heartbeat: at one pose a few phases are drawn, images between are
-/// blended.
+/// Organs that move with breath, heartbeat and bowel: at one pose a few phases are drawn. Between them each
+/// is carried to where its organs are (OrganFlow), and the nearest are blended.
 
 #include <array>
 #include <cstdint>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "render/xray/beam_images.h"
+#include "render/xray/organ_flow.h"
 #include "render/xray/path_length.h"
 
 namespace render {
@@ -22,93 +23,104 @@ struct PosedLayers {
     const PoseImages& pose;
 };
 
-/// What a phase of breath or heartbeat changes of a pose.
-struct MovedLengths {
-    std::vector<Field> changes;          // of each mixture [mm]; empty where nothing moves
-    std::map<int, SparseLength> organs;  // through each perfused layer that moves
+/// A part of an image that may reach beyond its edges; nothing is seen outside it.
+template <class Value>
+struct WindowImage {
+    int left = 0, top = 0, width = 0, height = 0;  // [pixels]
+    std::vector<Value> values;                     // row by row
 };
 
-/// What moved organs add to the exponents of a beam at rest: to every bin of every pixel.
-class MovedExponents {
-public:
-    /// Pixels are kept in blocks, row by row, so that a frame passes over those that do not move.
-    static constexpr std::size_t block = 64;
+/// A vector of the bins of a pixel.
+using FourBins = float __attribute__((vector_size(energy_bins * sizeof(float))));
 
-    MovedExponents(const MovedLengths&, const PoseImages&, const EnergyBins&);
-    /// Those of a block, bins of a pixel side by side; null where nothing moves.
-    const float* of_block(std::size_t number) const {
-        return starts_[number] < 0 ? nullptr : values_.data() + starts_[number];
-    }
-
-private:
-    std::vector<std::int64_t> starts_;  // of each block in `values_`; −1 = nothing moves there
-    std::vector<float> values_;
-};
-
-/// The organs at a moment: a blend of phases. Valid as long as the phases are.
+/// The organs at a moment. Valid as long as the phases are.
 class OrganMoment {
 public:
-    bool at_rest() const { return parts_.empty(); }
-    void add(float weight, const MovedExponents& there) { parts_.push_back({weight, &there}); }
-    /// Adds what moved in a block to the exponents of its pixels; false where nothing did. They may be fewer
-    /// than a block at the end of an image.
-    bool add_to_block(std::size_t number, std::span<float> exponents) const;
-    /// The same for some pixels.
-    void add_to(std::span<const std::uint32_t> pixels, std::span<float> exponents) const;
+    bool at_rest() const { return groups_.empty(); }
+    /// The beam without the organs that move, unless all are at rest: per pixel and bin, as
+    /// BeamImages::primary.
+    const std::vector<PixelBins>& still() const { return *still_; }
+    /// Multiplies the transmission of a row's pixels by that of moving organs; from which pixel on, and up to
+    /// which, there are any.
+    std::pair<int, int> dim_row(int row, std::span<FourBins> transmission) const;
+    /// The same for some pixels of an image `width` pixels wide, bins side by side.
+    void dim(std::span<const std::uint32_t> pixels, int width, std::span<float> transmission) const;
+    /// Adds `concentration` times the length through a perfused layer that moves, and notes the pixels that
+    /// had none; false for a layer that does not move.
+    bool dissolve_in(int layer, float concentration, Field& iodine, std::vector<std::uint32_t>& pixels) const;
 
 private:
-    struct Part {
-        float weight;
-        const MovedExponents* there;
+    friend class OrganPhases;
+    /// Layers that are drawn together, at the phase nearest to the moment.
+    struct Group {
+        const WindowImage<FourBins>* transmission = nullptr;
+        std::map<int, const WindowImage<float>*> organs = {};
+        std::vector<Eigen::Vector2f> way = {};  // of each node of the flow; to the phase [pixels]
+        float cell = 0;
+        int reach = 0;  // how far organs may be from their places in the phase [pixels]
     };
-    std::vector<Part> parts_;
+    template <class Value, class Add>
+    static void for_each(const Group&, const WindowImage<Value>&, int row, int first, int end, const Add&);
+
+    const std::vector<PixelBins>* still_ = nullptr;
+    std::vector<Group> groups_;
 };
 
 /// The phases of one pose, drawn when first needed. Their images do not depend on when that was.
 class OrganPhases {
 public:
+    /// Their meshes need not be kept.
     explicit OrganPhases(std::span<const TissueLayer>);
 
     /// Forgets everything: the pose has changed.
     void clear();
 
-    /// A phase, and its weight in the blend; none of those at rest.
-    struct Part {
-        int phase;
-        double weight;
-    };
-    std::vector<Part> parts(const Exposure&) const;
-    const MovedLengths& lengths(int phase, const PosedLayers&);
     /// `beam`: of the exposure's voltage, which is the only one of the exposure's values besides its phases
     /// that counts.
     OrganMoment moment(const Exposure&, const BeamImages& beam, const PosedLayers&);
 
-    /// Draws one layer of a phase that will soon be needed, or makes its exponents; false when all is there.
+    /// Draws one layer of a phase that will soon be needed, or makes its image; false when all is there.
     bool draw_ahead(const Exposure&, const BeamImages& beam, const PosedLayers&);
 
 private:
-    enum Mover { Breath, Beat, Drift };
-    static constexpr int movers = 3;
-    /// Phases of each besides rest, which is 0; the heart's follow the breath's, and so on.
-    static constexpr std::array<int, movers> counts = {4, 3, 2};
-    static int first_of(int mover);
-    static Mover mover_of(int phase);
-    /// Lengths of the layers that a mover moves, drawn layer by layer.
+    /// How often each mover's way is divided; phases are a grid of shares.
+    static constexpr std::array<int, movers> steps = {3, 3, 4};
+    using Place = std::array<int, movers>;  // a phase, in steps
+    /// Path lengths of a group's layers.
     struct Drawing {
-        std::vector<Field> sums;             // of each mixture [mm]; empty where no layer belongs to it
-        std::map<int, SparseLength> organs;  // through each perfused layer
-        std::size_t next = 0;                // index in layers_
+        std::vector<Field> sums;                   // of each mixture [mm]; empty where no layer belongs to it
+        std::map<int, WindowImage<float>> organs;  // through each perfused layer [mm]
+        std::size_t next = 0;                      // index in the list of layers
     };
-    bool draw_layer(Drawing&, Mover, PathLengthRenderer::Phase, const PosedLayers&);
-    Drawing& rest(Mover);
-    static PathLengthRenderer::Phase place_of(int phase);
-    const MovedExponents& exponents(int phase, const Exposure&, const BeamImages&, const PosedLayers&);
+    /// Layers that the same movers move, of a group.
+    struct Kind {
+        std::array<bool, movers> moved;
+        std::vector<int> layers;
+        std::map<Place, Drawing> drawings = {};
+    };
+    struct Group {
+        std::array<bool, movers> moved = {};  // by any of its kinds
+        std::vector<Kind> kinds = {};
+        OrganFlow::Samples samples = {};
+        // Of the pose.
+        std::optional<OrganFlow> flow = {};
+        CArm arm = {};   // wider than that of the pose by `margin` pixels on each side
+        int margin = 0;  // [pixels]
+        std::map<std::pair<double, Place>, WindowImage<FourBins>> images = {};  // by requested voltage
+    };
+    static Place nearest(const Group&, const MoverShares&);
+    static MoverShares shares_of(const Place&);
+    static void prepare(Group&, const PosedLayers&);
+    bool draw_layer(Group&, Kind&, const Place&, const PosedLayers&);
+    static Place of_kind(const Kind&, Place);
+    /// The transmission of the group's layers in a phase.
+    const WindowImage<FourBins>& image(Group&, const Place&, const Exposure&, const BeamImages&,
+                                       const PosedLayers&);
 
-    std::array<std::vector<int>, movers> layers_;  // that each moves and that can be seen
-    std::array<std::optional<Drawing>, movers> rest_;
-    std::map<int, Drawing> begun_;
-    std::map<int, MovedLengths> lengths_;                         // by phase
-    std::map<std::pair<double, int>, MovedExponents> exponents_;  // by requested voltage and phase
+    const std::vector<PixelBins>& still(const Exposure&, const BeamImages&, const PosedLayers&);
+
+    std::vector<Group> groups_;
+    std::map<double, std::vector<PixelBins>> still_;  // by requested voltage
 };
 
 }  // namespace render

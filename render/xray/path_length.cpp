@@ -31,17 +31,26 @@ layout(location = 3) in vec3 drift;
 uniform vec3 isocentre, phase;
 uniform mat4 view, projection;
 out float depth;
+flat out float corner;
 void main() {
     vec3 moved = position + phase.x * breath + phase.y * beat + phase.z * drift;
     vec3 turned = mat3(view) * (moved - isocentre);
     depth = -turned.z;
+    corner = depth;
     gl_Position = projection * vec4(turned + view[3].xyz, 1.0);
 })";
 
+// In a triangle seen edge-on rounding can carry the interpolated depth far away; none of it is farther from a
+// corner than its longest edge.
 constexpr const char* fragment_shader = R"(#version 330 core
 in float depth;
+flat in float corner;
+uniform float longest_edge;
 out vec2 length_and_count;
-void main() { length_and_count = gl_FrontFacing ? vec2(-depth, 1.0) : vec2(depth, -1.0); })";
+void main() {
+    float there = clamp(depth, corner - longest_edge, corner + longest_edge);
+    length_and_count = gl_FrontFacing ? vec2(-there, 1.0) : vec2(there, -1.0);
+})";
 
 }  // namespace
 
@@ -104,6 +113,7 @@ struct PathLengthRenderer::Gl : GlContext {
         GLuint array = 0, vertices = 0, indices = 0, moves[3] = {0, 0, 0};
         GLsizei count = 0;
         Vec3 low = Vec3::Zero(), high = Vec3::Zero();  // of the box around it [mm]
+        float longest_edge = 0.0f;                     // [mm]
     };
 
     std::vector<Mesh> meshes;
@@ -195,6 +205,17 @@ int PathLengthRenderer::add(const TriangleMesh& mesh, std::span<const Eigen::Vec
             made.high = made.high.cwiseMax(mesh.vertices[i] + 3.0 * reach);
         }
     }
+    // As long as an edge can be at any phase, and a little more for rounding.
+    double longest = 0.0;
+    for (const auto& t : mesh.triangles)
+        for (int k = 0; k < 3; ++k) {
+            const int a = t[k], b = t[(k + 1) % 3];
+            double length = (mesh.vertices[a] - mesh.vertices[b]).norm();
+            for (const auto& moves : {breath, beat, drift})
+                if (!moves.empty()) length += static_cast<double>((moves[a] - moves[b]).norm());
+            longest = std::max(longest, length);
+        }
+    made.longest_edge = static_cast<float>(1.001 * longest + 1e-3);
     std::vector<GLuint> indices;
     indices.reserve(mesh.triangles.size() * 3);
     for (const auto& triangle : mesh.triangles) {
@@ -288,6 +309,7 @@ int PathLengthRenderer::accumulate(int mesh, const CArm& arm, Field& sum, Phase 
     gl.UseProgram(gl.program);
     gl.uniform("isocentre", arm.isocentre);
     gl.uniform("phase", Vec3(phase.breath, phase.beat, phase.drift));
+    gl.Uniform1f(gl.GetUniformLocation(gl.program, "longest_edge"), drawn.longest_edge);
     gl.uniform("view", glm::mat4(view_matrix(arm)));
     gl.uniform("projection", glm::mat4(projection_matrix(arm)));
     gl.BindVertexArray(drawn.array);

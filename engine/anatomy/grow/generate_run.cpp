@@ -13,6 +13,7 @@
 #include "engine/io/files.h"
 #include "engine/io/outputs.h"
 #include "engine/io/text.h"
+#include "physics/geometry/hash.h"
 #include "physics/geometry/random.h"
 
 namespace anatomy {
@@ -34,8 +35,8 @@ VesselTreeSpec make_spec(const GenerateRequest& request) {
     complete_branch_names(spec);
     if (!request.name.empty())
         spec.name = request.name;
-    else if (request.seed != 0)
-        spec.name += fmt::format("-{}", request.seed);
+    else
+        spec.name = name_of_grown(spec.name, request.seed);
     check_anatomy_name(spec.name);
     return spec;
 }
@@ -125,8 +126,31 @@ VesselTreeSpec without_targets(VesselTreeSpec spec) {
     return spec;
 }
 
+/// Of the files in a place of the cache. What the vessels are called is not theirs: vessels of one shape are
+/// the same under every name.
+constexpr const char* name_in_cache = "vessels";
+
+/// Holds all that is looked up in it.
 std::string place_name(const std::string& shape) {
-    return "anatomy-" + shape;
+    constexpr int layout = 2;  // of the folder
+    geometry::Hash hash;
+    for (const std::uint64_t number : {std::uint64_t{generator_version}, std::uint64_t{layout}, shape.size()})
+        hash.add(number);
+    hash.add(shape.data(), shape.size());
+    return "anatomy-" + io::hash_text(hash.value());
+}
+
+/// The anatomy in a place, when it is whole.
+std::optional<Anatomy> kept_in(const CachePlace& place, const Provenance& wanted) {
+    if (!place.holds_whole_folder()) return std::nullopt;
+    return kept(place.path() / (std::string(name_in_cache) + ".anatomy.json"), wanted);
+}
+
+Provenance provenance_in_cache(const std::string& shape) {
+    return {{"source", "generated"},
+            {"generator", std::to_string(generator_version)},
+            {"shape", shape},
+            {"licence", "project"}};
 }
 
 }  // namespace
@@ -162,26 +186,23 @@ GenerateOutcome run_generate(const GenerateRequest& request) {
 
 Anatomy generated_anatomy(const VesselTreeSpec& wanted, const ModelCache& cache) {
     const VesselTreeSpec spec = without_targets(wanted);
-    const auto with_targets = [&wanted](Anatomy anatomy) {
+    const auto as_wanted = [&wanted](Anatomy anatomy) {
+        anatomy.name = wanted.name;
         place_targets(anatomy, wanted, grow(wanted));
         return anatomy;
     };
     const std::string shape = fingerprint(spec);
-    const Provenance provenance = {{"source", "generated"},
-                                   {"generator", std::to_string(generator_version)},
-                                   {"shape", shape},
-                                   {"licence", "project"}};
+    const Provenance provenance = provenance_in_cache(shape);
     const CachePlace place(cache, place_name(shape));
-    const std::string file = spec.name + ".anatomy.json";
-    if (place.holds_whole_folder()) {
-        if (std::optional<Anatomy> anatomy = kept(place.path() / file, provenance)) {
-            place.used();
-            return with_targets(*std::move(anatomy));
-        }
+    if (std::optional<Anatomy> anatomy = kept_in(place, provenance)) {
+        place.used();
+        return as_wanted(*std::move(anatomy));
     }
     GeneratorOptions options;
     options.progress = cache.progress;
-    const Anatomy grown = generate(spec, options);
+    count(Made::Vessels);
+    Anatomy grown = generate(spec, options);
+    grown.name = name_in_cache;
     if (place.exists()) {
         try {
             const io::ScratchFolder scratch(place.path());
@@ -192,11 +213,12 @@ Anatomy generated_anatomy(const VesselTreeSpec& wanted, const ModelCache& cache)
         }
     }
     // With the bits that the next run will find.
-    return with_targets(read_back(grown));
+    return as_wanted(read_back(grown));
 }
 
 bool is_kept(const VesselTreeSpec& wanted, const ModelCache& cache) {
-    return CachePlace(cache, place_name(fingerprint(without_targets(wanted)))).holds_whole_folder();
+    const std::string shape = fingerprint(without_targets(wanted));
+    return kept_in(CachePlace(cache, place_name(shape)), provenance_in_cache(shape)).has_value();
 }
 
 }  // namespace anatomy

@@ -232,7 +232,7 @@ VesselTreeSpec read_vessels(io::Section& section, io::Reading& reading, const st
         spec = read_spec(section, reading, seed, {});
         if (spec.name.empty()) spec.name = name;
     }
-    if (seed != 0) spec.name += fmt::format("-{}", seed);
+    spec.name = name_of_grown(spec.name, seed);
     section.finish();
     if (reading.wrong.empty()) {
         for (const std::string& problem : problems(spec)) section.refuse_whole(problem);

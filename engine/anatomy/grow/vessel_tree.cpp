@@ -11,6 +11,11 @@
 #include "physics/geometry/polyline.h"
 
 namespace anatomy {
+
+std::string name_of_grown(const std::string& source, std::uint64_t seed) {
+    return seed == 0 ? source : fmt::format("{}-{}", source, seed);
+}
+
 namespace {
 
 using geometry::Polyline;

@@ -121,4 +121,7 @@ std::vector<std::string> problems(const VesselTree&);
 /// Samples the branches and applies the modifiers. Throws InputError with the problems of spec or tree.
 VesselTree grow(const VesselTreeSpec&);
 
+/// The name of vessels grown from a preset or file with that seed: "arch-2-7"; that of both for seed 0.
+std::string name_of_grown(const std::string& source, std::uint64_t seed);
+
 }  // namespace anatomy

@@ -66,7 +66,7 @@ TEST(ModelCache, AChangedFileOfAnAnatomyIsMadeAgain) {
     const ModelCache cache{folder.path(), {}};
     const VesselTreeSpec spec = vessel_preset("rca");
     const std::uint64_t hash = hash_of(generated_anatomy(spec, cache));
-    const fs::path home = cache_items(folder.path()).at(0).path, file = home / "rca.anatomy.json";
+    const fs::path home = cache_items(folder.path()).at(0).path, file = home / "vessels.anatomy.json";
     std::string text = test::read(file);
     const std::size_t digit = text.find_first_of("123456789", text.find("points"));
     ASSERT_NE(digit, std::string::npos);
@@ -74,7 +74,7 @@ TEST(ModelCache, AChangedFileOfAnAnatomyIsMadeAgain) {
     test::write(file, text);
     EXPECT_EQ(hash_of(generated_anatomy(spec, cache)), hash);
     EXPECT_NE(test::read(file), text);
-    fs::resize_file(home / "rca.stl", 1000);
+    fs::resize_file(home / "vessels.stl", 1000);
     EXPECT_EQ(hash_of(generated_anatomy(spec, cache)), hash);
 }
 

@@ -1,0 +1,70 @@
+/// `seldinger bake`, then simulations on the same cache: what was grown ahead is what they take.
+
+#include <algorithm>
+#include <array>
+
+#include "engine/anatomy/model_cache.h"
+#include "engine/episode/episode.h"
+#include "engine/scenario/scenario.h"
+#include "tests/app/program.h"
+
+namespace app {
+namespace {
+
+using test::run, test::TemporaryFolder;
+
+scenario::Scenario renal(std::uint64_t seed) {
+    const std::array chosen = {scenario::Override{"anatomy.seed", std::to_string(seed)}};
+    scenario::Scenario s =
+        scenario::load_scenario(test::asset("scenarios/renal.toml"), test::asset("devices"), chosen);
+    s.c_arm.pixels = 64;
+    return s;
+}
+
+/// How many vessels, fields and bodies this process has made.
+std::array<int, 3> made() {
+    using anatomy::Made;
+    return {anatomy::made(Made::Vessels), anatomy::made(Made::Field), anatomy::made(Made::Body)};
+}
+
+}  // namespace
+
+TEST(Bake, WhatItGrowsIsWhatSimulationsTake) {
+    const TemporaryFolder folder;
+    const std::string cache = folder / "cache";
+    const test::Outcome baked = run(folder, {"bake", "iliac-renal", "--seeds", "0:3", "--cache", cache});
+    ASSERT_EQ(baked.code, 0) << baked.error;
+    EXPECT_NE(baked.out.find("3 of 3"), std::string::npos) << baked.out;
+    const auto items = [&cache] {
+        std::vector<std::pair<std::string, std::uintmax_t>> found;
+        for (const anatomy::CacheItem& item : anatomy::cache_items(cache))
+            found.emplace_back(item.path.filename(), item.bytes);
+        std::sort(found.begin(), found.end());
+        return found;
+    };
+    const auto kept = items();
+    EXPECT_EQ(kept.size(), 9u);  // vessels, field and body of each
+    const std::array<int, 3> before = made();
+    for (const std::uint64_t seed : {0, 1, 2}) {
+        episode::Episode episode(renal(seed), exercise::Pictures::None, {cache, {}});
+        EXPECT_EQ(episode.image(64, episode::ImageMode::Live).width, 64);
+        EXPECT_NE(episode.masks(64).vessels.pixels, std::vector<std::uint8_t>(64 * 64, 0));
+        EXPECT_EQ(made(), before) << "seed " << seed;
+    }
+    EXPECT_EQ(items(), kept);
+    // Nor does another kind of writer put its own in their places.
+    const test::Outcome again = run(folder, {"bake", "iliac-renal", "--seeds", "0:3", "--cache", cache});
+    EXPECT_EQ(again.code, 0) << again.error;
+    EXPECT_EQ(again.error.find("body"), std::string::npos) << again.error;
+    EXPECT_EQ(items(), kept);
+}
+
+TEST(Bake, WithoutBodiesLeavesThemOut) {
+    const TemporaryFolder folder;
+    const test::Outcome baked =
+        run(folder, {"bake", "lca", "--seeds", "3:4", "--without-bodies", "--cache", folder / "cache"});
+    ASSERT_EQ(baked.code, 0) << baked.error;
+    EXPECT_EQ(anatomy::cache_items(folder / "cache").size(), 2u);
+}
+
+}  // namespace app
