@@ -257,6 +257,7 @@ private:
     struct Rest {
         std::vector<physics::WallContact> contacts;
         double energy = 0, push = 0, torque = 0;  // [N mm], [N], [N mm]
+        double turned = 0;                        // Σ angle of the wire's hub [rad]
         bool known = false;                       // push and torque
     };
     Rest rest(const exercise::StepReport& report) const {
@@ -267,6 +268,7 @@ private:
         r.known = report.relax.at_rest && !report.settling;
         r.push = physics::hand_force(wire, report.relax.push_force);
         r.torque = report.relax.base_torque;
+        r.turned = simulation_.readings().wire.turned;
         return r;
     }
     void break_at(int frame, const std::string& what) {
@@ -315,8 +317,8 @@ private:
         const auto more = [](double by, double one, double other) {
             return std::max({by * one, by * other, 0.0});
         };
-        const double work =
-            more(fed, before.push, after.push) + more(report.turned, before.torque, after.torque);
+        const double work = more(fed, before.push, after.push) +
+                            more(after.turned - before.turned, before.torque, after.torque);
         // A joint that comes or goes changes the energy of the same curve a little.
         const bool still = report.insertions.empty() && report.rotation == 0 &&
                            before.contacts.size() == after.contacts.size();

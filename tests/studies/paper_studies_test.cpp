@@ -72,7 +72,7 @@ void expect_holding(const std::string& study, const studies::StudyResult& result
 }
 
 /// Runs on one thread and on three, which must agree to the bit.
-StudyResult run_twice(studies::StudyResult (*run)(const studies::StudyOptions&)) {
+studies::StudyResult run_twice(studies::StudyResult (*run)(const studies::StudyOptions&)) {
     const studies::StudyResult one = run(quick_study(1)), three = run(quick_study(3));
     const bool has_times = std::any_of(one.claims.begin(), one.claims.end(), [](const studies::Claim& c) {
         return c.kind == studies::ClaimKind::Machine;

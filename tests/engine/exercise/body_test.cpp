@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-scenario::Scenario with_body() {
+scenario::Scenario scene_with_body() {
     return scenario::parse_scenario(test::small_toml_with("patient = false", "patient = true"), "small.toml");
 }
 
@@ -60,7 +60,7 @@ std::shared_ptr<const Body> read(const std::string& bytes, std::uint64_t key = 7
 TEST(Body, IsMadeOnceAndHasTheSameBitsFromTheCache) {
     const test::TemporaryFolder folder;
     const anatomy::ModelCache cache{folder / "cache", {}};
-    const anatomy::Anatomy vessels = scenario::anatomy_of(with_body(), {});
+    const anatomy::Anatomy vessels = scenario::anatomy_of(scene_with_body(), {});
     const int before = bodies();
     auto first = body_around(vessels, cache);
     EXPECT_EQ(bodies(), before + 1);
@@ -83,7 +83,7 @@ TEST(Body, IsMadeOnceAndHasTheSameBitsFromTheCache) {
 }
 
 TEST(Body, ThreadsThatWantTheSameMakeItOnce) {
-    const anatomy::Anatomy vessels = scenario::anatomy_of(with_body(), {});
+    const anatomy::Anatomy vessels = scenario::anatomy_of(scene_with_body(), {});
     const int before = bodies();
     std::vector<std::shared_ptr<const Body>> found(4);
     std::vector<std::thread> threads;
@@ -97,18 +97,18 @@ TEST(Body, IsSharedByExercisesAndNeverMadeForMasksOrWithoutBeam) {
     const test::TemporaryFolder folder;
     const anatomy::ModelCache cache{folder / "cache", {}};
     const int before = bodies();
-    episode::Episode masked(with_body(), Pictures::None, cache);
+    episode::Episode masked(scene_with_body(), Pictures::None, cache);
     masked.step({});
     const auto vessels = masked.masks(64).vessels;
-    Exercise dark(with_body(), Pictures::Dose, cache);
+    Exercise dark(scene_with_body(), Pictures::Dose, cache);
     dark.next_frame({});
     EXPECT_EQ(bodies(), before);
     for (const anatomy::CacheItem& item : anatomy::cache_items(cache.folder))
         EXPECT_FALSE(item.path.filename().string().starts_with("body-"));
     // Without a cache, for that nobody may read it from there.
-    Exercise first(with_body(), Pictures::All), second(with_body(), Pictures::Dose);
+    Exercise first(scene_with_body(), Pictures::All), second(scene_with_body(), Pictures::Dose);
     second.next_frame(std::vector<script::Command>{script::Beam{true}});
-    episode::Episode third(with_body(), Pictures::None);
+    episode::Episode third(scene_with_body(), Pictures::None);
     third.step({});
     EXPECT_EQ(third.image(64, episode::ImageMode::Live).width, 64);
     EXPECT_EQ(bodies(), before + 1);
@@ -136,7 +136,7 @@ TEST(Body, DamagedFilesAreRefused) {
 TEST(Body, ADamagedFileIsMadeAgain) {
     const test::TemporaryFolder folder;
     const anatomy::ModelCache cache{folder / "cache", {}};
-    const anatomy::Anatomy vessels = scenario::anatomy_of(with_body(), {});
+    const anatomy::Anatomy vessels = scenario::anatomy_of(scene_with_body(), {});
     const Body made = *body_around(vessels, cache);
     const fs::path file = anatomy::cache_items(cache.folder).at(0).path;
     constexpr unsigned seed = 5;

@@ -15,8 +15,6 @@
 namespace exercise {
 namespace {
 
-using render::Field;
-
 /// A scenario that ships; motion of the coronaries' scenarios for one that lies still.
 scenario::Scenario moving(const std::string& name) {
     scenario::Scenario s = scenario::load_scenario(
@@ -54,7 +52,7 @@ public:
     Moment at(double breath, double beat, double drift) {
         render::Exposure exposure = exposure_;
         exposure.breath = breath, exposure.beat = beat, exposure.drift = drift;
-        const Field seen = chain_.fluoroscope.expected_quanta(arm_, {{}, {}}, exposure);
+        const render::Field seen = chain_.fluoroscope.expected_quanta(arm_, {{}, {}}, exposure);
         const std::vector<double> signal = signal_at(exposure);
         Moment moment;
         for (std::size_t i = 0; i < signal.size(); ++i) {
@@ -111,7 +109,7 @@ private:
     ImagingChain chain_;
     render::CArm arm_;
     render::Exposure exposure_;
-    Field scatter_, rest_;
+    render::Field scatter_, rest_;
     render::EnergyBins bins_;
     std::vector<render::Bins> changes_;
     std::vector<double> rest_signal_;
