@@ -134,8 +134,10 @@ HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
 
 /// Updates that the motion may have taken when the try under way ends: three quarters of all for the whole
 /// motion, and for each smaller part three quarters of what is then left.
-int Hub::work_of_try() const {
-    return settling_ ? most_settling : most_work - (most_work >> (2 * halvings_ + 2));
+int Hub::work_of_try(const Guidewire& wire) const {
+    if (settling_) return most_settling;
+    const int whole = most_work(wire);
+    return whole - (whole >> (2 * halvings_ + 2));
 }
 
 /// One part of the motion, from the last rest.
@@ -144,7 +146,7 @@ void Hub::start_part(Guidewire& wire, int updates, HubReport& report) {
     made_ = {share * asked_.feed, share * asked_.turn, asked_.device};
     pending_ = false;
     const RelaxReport part = relaxer_.move(
-        wire, made_, {std::min(work_left(wire, updates, report), work_of_try() - spent_), 0, 0});
+        wire, made_, {std::min(work_left(wire, updates, report), work_of_try(wire) - spent_), 0, 0});
     spent_ += part.updates;
     report.relax.add(part);
 }
@@ -154,8 +156,8 @@ HubReport Hub::resume(Guidewire& wire, int updates) {
     if (pending_) {
         start_part(wire, updates, report);
     } else {
-        const RelaxReport part =
-            relaxer_.relax(wire, {std::min(work_left(wire, updates, report), work_of_try() - spent_), 0, 0});
+        const RelaxReport part = relaxer_.relax(
+            wire, {std::min(work_left(wire, updates, report), work_of_try(wire) - spent_), 0, 0});
         spent_ += part.updates;
         report.relax.add(part);
     }
@@ -165,8 +167,9 @@ HubReport Hub::resume(Guidewire& wire, int updates) {
 /// After a relaxation: at rest, out of budget, or to be tried again in halves.
 HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
     for (;;) {
-        // What is left of a try's work is less than a pass once it has been spent.
-        if (report.relax.out_of_budget && work_of_try() - spent_ > wire.segments()) {
+        // Once a try's work has been spent, less is left of it than the relaxer needs to do anything.
+        const int needed = GlobalRelaxer::least_passes * wire.segments();
+        if (report.relax.out_of_budget && work_of_try(wire) - spent_ > needed) {
             loads_at_rest_ = false;
             report.outcome = HubReport::Outcome::Working;
             return report;

@@ -22,8 +22,8 @@ struct HubReport {
 /// Moves a wire by parts that each end at rest. A part is undone and tried again in halves when the wire does
 /// not settle, is bent by more than a right angle at a joint, lies farther outside than the lumen is wide, or
 /// gains more energy than the hand's work explains, and when the shaft outside cannot bear the push. All that
-/// is tried for a motion takes at most most_work updates, over however many calls; the same motion of a wire
-/// that has not moved since is refused again at once.
+/// is tried for a motion takes at most most_work() updates, over however many calls; the same motion of a
+/// wire that has not moved since is refused again at once.
 ///
 /// No call exceeds its updates, if they are at least least_updates(): work that could is left for resume().
 class Hub {
@@ -66,8 +66,11 @@ public:
         if (!s.part(refuses_, refuses_, refused_, refused_for_push_)) refuses_ = refused_for_push_ = false;
     }
 
-    /// Updates that all tries of one motion may take together: a tenth of a second.
-    static constexpr int most_work = 1'000'000;
+    /// Updates that all tries of one motion may take together: 600 passes over the wire, some 200 steps of
+    /// Newton's method, and 1e6, a tenth of a second, for the longest chains.
+    static int most_work(const Guidewire& wire) {
+        return std::clamp(600 * wire.segments(), 100'000, 1'000'000);
+    }
     /// The same to bring a wire to rest where it lies, which may be laid anew.
     static constexpr int most_settling = 1'000'000;
 
@@ -77,7 +80,7 @@ private:
     void start_part(Guidewire&, int updates, HubReport&);
     HubReport finish(Guidewire&, int updates, HubReport);
     bool refuses(const Guidewire&, const HubMotion&) const;
-    int work_of_try() const;
+    int work_of_try(const Guidewire&) const;
     bool buckles(const Guidewire&) const;
     void find_loads(const Guidewire&, const RelaxReport&);
     bool can_be(const Guidewire&, const RelaxReport&) const;

@@ -7,6 +7,7 @@
 /// but with EI from 0.5 N·mm² and k to 1e4 N/mm. Exit code 1 when any does not end at rest.
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -20,6 +21,8 @@
 #include "tests/fuzz/states.h"
 
 namespace {
+
+constexpr double longest_push = 60;  // that is not remarked upon [ms]
 
 double resident_MB() {
     std::ifstream file("/proc/self/statm");
@@ -37,6 +40,11 @@ int push_wires(int wanted, long long first) {
         sum.pushes += c.pushes, sum.unconverged += c.unconverged, sum.restless += c.restless;
         sum.refused += c.refused, sum.gave_way += c.gave_way, sum.flat += c.flat;
         sum.times.insert(sum.times.end(), c.times.begin(), c.times.end());
+        for (std::size_t k = 0; k < c.times.size(); ++k)
+            if (c.times[k] > longest_push)
+                fmt::print("seed {}, push {}: {:.1f} ms; k λ³/EI {:.0f}, {} segments\n", seed, k, c.times[k],
+                           c.tube.wall_stiffness * std::pow(c.tube.segment_length, 3) / c.tube.rigidity,
+                           studies::segments_at_start + static_cast<int>(k));
         if (c.refused + c.gave_way > 0) refused_for = std::max(refused_for, c.times.back());
         for (const studies::Incident& i : c.incidents)
             fmt::print("seed {}, push {}: {}, {:.1f} ms\n", i.seed, i.at, i.what,
