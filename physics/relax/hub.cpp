@@ -136,7 +136,7 @@ HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
 /// motion, and for each smaller part three quarters of what is then left.
 int Hub::work_of_try(const Guidewire& wire) const {
     if (settling_) return most_settling;
-    const int whole = most_work(wire);
+    const int whole = most_work(wire, asked_);
     return whole - (whole >> (2 * halvings_ + 2));
 }
 
