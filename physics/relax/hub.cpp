@@ -132,6 +132,11 @@ HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
     return finish(wire, updates, report);
 }
 
+int Hub::most_work(const Guidewire& wire, const HubMotion& motion) {
+    constexpr int passes = 600, least = 140'000, most = 1'000'000;
+    return motion.feed < 0 ? most : std::clamp(passes * wire.segments(), least, most);
+}
+
 /// Updates that the motion may have taken when the try under way ends: three quarters of all for the whole
 /// motion, and for each smaller part three quarters of what is then left.
 int Hub::work_of_try(const Guidewire& wire) const {
