@@ -1,6 +1,7 @@
 #include "physics/relax/relaxer.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <stdexcept>
 
@@ -22,6 +23,25 @@ std::vector<std::string> problems(const RelaxerConfig& c) {
     if (!std::isfinite(c.turn_limit) || c.turn_limit <= 0 || c.turn_limit > 2)
         out.emplace_back("turn_limit must lie in (0, 2].");
     return out;
+}
+
+std::string message(Termination end) {
+    switch (end) {
+        case Termination::NotStarted:
+            return "nothing has been relaxed";
+        case Termination::StrictMinimum:
+            return "at rest: a strict minimum of the energy";
+        case Termination::Stationary:
+            return "at rest, not certified as a strict minimum";
+        case Termination::Settled:
+            return "settled: no segment turned in a whole sweep";
+        case Termination::OutOfBudget:
+            return "not at rest: the budget of updates ran out";
+        case Termination::Stuck:
+            return "not at rest: no step lowers the energy";
+    }
+    assert(false);
+    return {};
 }
 
 void RelaxReport::add(const RelaxReport& later) {

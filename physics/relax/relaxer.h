@@ -55,6 +55,22 @@ struct RelaxBudget {
 /// The budget of `cycles` whole relaxation cycles, ½N(N+1) updates each, on a wire of N segments.
 RelaxBudget whole_cycles(int segments, int cycles);
 
+/// Why a relaxation ended.
+enum class Termination {
+    NotStarted,     // nothing has been relaxed
+    StrictMinimum,  // |dU/du|/C within tolerance, and every pivot of the recursion at μ = 0 positive
+    Stationary,     // the former alone: a flat minimum, or a saddle from which no kick leads down
+    Settled,        // segment methods: no turn above 1e-10 in a whole sweep
+    OutOfBudget,    // the updates ran out; another call goes on
+    Stuck           // no step lowers the energy, in softer walls neither
+};
+/// The same in a sentence.
+std::string message(Termination);
+
+constexpr bool at_rest(Termination end) {
+    return end == Termination::StrictMinimum || end == Termination::Stationary || end == Termination::Settled;
+}
+
 struct RelaxReport {
     int updates = 0;
     int contacts = 0;  // joints that touch the wall at the end

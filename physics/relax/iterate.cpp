@@ -1,0 +1,81 @@
+#include "physics/relax/iterate.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+
+#include "physics/wire/bending.h"
+
+namespace physics {
+namespace {
+
+bool winds_up(const Guidewire& wire) {
+    return wire.windup_stiffness() > 0 ||
+           std::any_of(wire.devices.begin(), wire.devices.end(),
+                       [](const CoaxialDevice& device) { return windup_stiffness(device) > 0; });
+}
+
+}  // namespace
+
+double Iterate::energy_scale() const {
+    assert(load_scale >= 0);
+    return std::abs(energy) + load_scale;
+}
+
+void Iterate::set_units(const Guidewire& wire, const ContactSet& contacts, const GlobalOptions& options) {
+    assert(contacts.contacts().size() == wire.joints.size());
+    const double unbounded = options.trust.unbounded;
+    double stiffest = 0, room = unbounded;
+    for (int j = 0; j < wire.segments(); ++j) stiffest = std::max(stiffest, wire.spring_constant(j));
+    for (const WallContact& c : contacts.contacts())
+        if (c.room > 0) room = std::min(room, c.room);
+    const double length = wire.inserted_length() / wire.segments();
+    trust.set_unit(stiffest * length / std::pow(room < unbounded ? room : length, 4));
+    model.least_pivot = options.saddle.pivot_share * stiffest;
+}
+
+void Iterate::linearise(const Guidewire& wire, const ContactSet& contacts, int first) {
+    assert(first >= 1 && first <= wire.segments());
+    if (winds_up(wire)) first = std::max(1, std::min(first, wire.segments() - wire.bent_segments()));
+    pivots = model.linearise(wire, contacts, first, trust.mu());
+}
+
+void Iterate::measure_window(const Guidewire& wire, const ContactSet& contacts) {
+    const int first = model.first();
+    assert(first >= 1 && first <= wire.segments());
+    energy = contacts.energy(wire.joints, first) + grip_energy(wire.grips, wire.joints, first);
+    for (int j = first - 1; j < wire.segments(); ++j) energy += joint_energy(wire, model.directors, j);
+    energy += 0.5 * wire.windup_torque() * wire.windup + windup_energy(wire) +
+              twist_energy(wire, wire.twists, first);
+    load_scale = contacts.load_scale(first);
+    assert(std::isfinite(energy));
+}
+
+void Iterate::open_window(const Guidewire& wire, const ContactSet& contacts, int segments) {
+    assert(segments >= 1);
+    linearise(wire, contacts, std::max(1, wire.segments() - segments + 1));
+    model.sum_proximal(wire, contacts);
+    measure_window(wire, contacts);
+}
+
+void Iterate::accept(Guidewire& wire, ContactSet& contacts, double trial_energy) {
+    assert(std::isfinite(trial_energy));
+    model.take(wire);
+    contacts.commit();
+    energy = trial_energy;
+}
+
+void Iterate::look_at(const Guidewire& wire) {
+    if (wire.bent_segments() == 0) return;
+    assert(model.directors.size() == wire.joints.size());
+    model.directors[0] = rolled_director(wire);
+    restore_frames(wire, 1);
+}
+
+void Iterate::restore_frames(const Guidewire& wire, int first) {
+    assert(first >= 1);
+    transport_directors(wire, first, model.directors);
+}
+
+}  // namespace physics
