@@ -164,12 +164,8 @@ std::optional<exercise::Tuning> Instructor::draw(const room::View& view, const a
     plot("residual |g|/C, power of ten", residual_, fmt::format("{:.1e}", solver.relax.gradient), 0);
     ImGui::Text("%d segments, %d contacts", static_cast<int>(solver.joints.size()) - 1,
                 solver.relax.contacts);
-    ImGui::PushStyleColor(
-        ImGuiCol_Text,
-        tint(solver.relax.strict_minimum && solver.relax.at_rest ? palette::good : palette::caution));
-    ImGui::TextUnformatted(solver.relax.strict_minimum && solver.relax.at_rest ? "at rest: a strict minimum"
-                           : solver.relax.at_rest                              ? "at rest, not certified"
-                                                                               : "not at rest yet");
+    ImGui::PushStyleColor(ImGuiCol_Text, tint(solver.relax.converged() ? palette::good : palette::caution));
+    ImGui::TextUnformatted(physics::message(solver.relax.termination).c_str());
     ImGui::PopStyleColor();
     ImGui::TextDisabled("wall force, %.3f to %.1f N", least_force, most_force);
     const ImVec2 corner = ImGui::GetCursorScreenPos();

@@ -80,8 +80,8 @@ void Notices::observe(const Frame& frame) {
     late_ += report.waiting_insertion != 0 || report.waiting_rotation != 0;
     most_waiting_ = std::max(most_waiting_, std::abs(report.waiting_insertion));
     const bool moved = !report.settling && report.relax.newton_steps > 0;
-    flat_ += moved && report.relax.at_rest && !report.relax.strict_minimum;
-    restless_ += moved && !report.relax.at_rest;
+    flat_ += moved && report.relax.at_rest() && !report.relax.converged();
+    restless_ += moved && !report.relax.at_rest();
     crossed_ += report.deepest_crossing > 0;
     const Console& console = frame.simulation.console();
     limited_doses_ +=

@@ -312,8 +312,8 @@ StepReport Simulation::step() {
 
 void Simulation::keep_readings(const StepReport& report) {
     if (report.relax.updates > 0) {
-        readings_.at_rest = report.relax.at_rest || report.relax.converged;
-        readings_.strict_minimum = report.relax.strict_minimum || report.relax.converged;
+        readings_.at_rest = report.relax.at_rest();
+        readings_.strict_minimum = report.relax.converged();
     }
     readings_.motion = report;
     readings_.waits = report.waiting_insertion != 0 || report.waiting_rotation != 0;
@@ -435,7 +435,7 @@ void Simulation::show() {
 /// wide mouth, goes back to the last one.
 void Simulation::show_rest(StepReport& report) {
     const physics::RelaxReport& last = hub_->last_report();
-    const bool is_lost = wall_->smooth() && !last.at_rest && last.gradient > lost;
+    const bool is_lost = wall_->smooth() && !last.at_rest() && last.gradient > lost;
     const auto contacts = hub_->contacts();
     const bool is_outside = std::any_of(contacts.begin(), contacts.end(), [](const physics::WallContact& c) {
         return c.room > 0 && c.penetration > c.room;

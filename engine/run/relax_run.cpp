@@ -38,12 +38,12 @@ int relax(const RelaxCase& given, physics::Guidewire& wire, physics::Relaxer& re
         iterations += outcome.counts_newton_steps ? report.newton_steps : 1;
         outcome.updates += report.updates;
         outcome.wall_queries += report.wall_queries;
-        outcome.strict_minimum = report.strict_minimum;
+        outcome.strict_minimum = report.strict_minimum();
         outcome.push_force = report.push_force;
         outcome.base_torque = report.base_torque;
         const double gradient = physics::relative_gradient(wire, physics::all_contacts(wire, *given.wall));
         if (progress) progress((cycle + at_once) / static_cast<double>(given.cycles), gradient);
-        if (report.converged || (given.tolerance && gradient <= *given.tolerance)) break;
+        if (report.converged() || (given.tolerance && gradient <= *given.tolerance)) break;
     }
     return iterations;
 }

@@ -276,7 +276,7 @@ void measure(const anatomy::Scene& scene, int pushes, DeviceCost& cost) {
         const HubReport report = hub.move(wire, motion, enough);
         cost.times.push_back(1e3 * static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC);
         cost.steps += static_cast<double>(report.relax.newton_steps) / pushes;
-        cost.unconverged += !report.relax.converged;
+        cost.unconverged += !report.relax.converged();
     }
     cost.segments = wire.segments();
     std::sort(cost.times.begin(), cost.times.end());

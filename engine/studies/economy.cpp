@@ -127,7 +127,7 @@ EconomyCourse push(const Case& c, const physics::LumenWall& wall, const Variant&
             course.relaxing += end - refined;
             course.slowest = std::max(course.slowest, end - begin);
             course.newton_steps += report.newton_steps;
-            course.unconverged += !report.converged;
+            course.unconverged += !report.converged();
             ++course.pushes;
         }
         course.pushed += lambda;

@@ -32,7 +32,7 @@ public:
         work_.rounds += global_ ? report.newton_steps : rounds;
         work_.wall_queries += static_cast<double>(report.wall_queries);
         work_.solves += global_ ? report.newton_steps : report.updates;
-        at_rest_ = report.converged;
+        at_rest_ = report.converged();
         return at_rest_;
     }
     const std::vector<geometry::Vec3>& joints() const override { return wire_.joints; }

@@ -84,7 +84,7 @@ private:
             refused = made.outcome != physics::HubReport::Outcome::AtRest;
             left -= made.made.feed;
             work += made.made.feed * std::max({before, hand_force(), 0.0});
-            if (!last_.converged) break;
+            if (!last_.converged()) break;
         }
         course_.times.push_back(1e3 * time);
         course_.steps += steps;
@@ -136,8 +136,8 @@ private:
         if (!refused) {
             course_.gradient = std::max(course_.gradient, gradient);
             course_.excess = std::max(course_.excess, excess / std::max(now, excess_floor));
-            course_.flat += last_.at_rest && !last_.strict_minimum;
-            count(!last_.at_rest, course_.unconverged,
+            course_.flat += last_.at_rest() && !last_.converged();
+            count(!last_.at_rest(), course_.unconverged,
                   fmt::format("not at rest: |g|/C {:.1e}", last_.gradient));
             count(!(gradient <= rest_limit), course_.restless, fmt::format("|g|/C {:.1e}", gradient));
             count(fold, course_.folds, fmt::format("a joint bent by {:.0f}°", bend));

@@ -42,7 +42,7 @@ bool work(physics::Relaxer& relaxer, Guidewire& wire, long long updates, Stabili
     const physics::RelaxReport report = relaxer.relax(wire, budget);
     cell.cpu += io::thread_cpu_seconds() - start;
     cell.updates += report.updates;
-    at_rest = report.converged;
+    at_rest = report.converged();
     return finite(wire);
 }
 

@@ -122,7 +122,7 @@ CurvedRod curved_rod(double length) {
     for (int k = 0; k * rod_step <= 270; ++k) {
         if (k > 0) {
             const HubReport report = hub.move(wire, {0, rod_step * degree}, no_limit);
-            rod.unconverged += report.outcome != HubReport::Outcome::AtRest || !report.relax.converged;
+            rod.unconverged += report.outcome != HubReport::Outcome::AtRest || !report.relax.converged();
         }
         const double turned = k * rod_step, tip = turned - wire.wound_up() / degree;
         const double exact = equation.hub_for(tip * degree) / degree;

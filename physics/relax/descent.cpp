@@ -32,6 +32,7 @@ Termination Descent::run() {
     for (;;) {
         look_proximal();
         report_.gradient = gradient();
+        assert(at_.trust.mu() >= 0 && at_.model.stages() == segments_);
         const End end = at_rest() ? certify() : settled() ? widen() : take_step();
         if (end) return *end;
     }
@@ -73,8 +74,10 @@ void Descent::begin_window() {
 }
 
 void Descent::open(int segments) {
+    assert(segments >= 1);
     at_.open_window(wire_, contacts_, segments);
     begin_window();
+    assert(at_.model.first() >= 1 && at_.model.first() <= segments_);
 }
 
 double Descent::gradient() const {
@@ -85,6 +88,7 @@ double Descent::gradient() const {
 void Descent::sum_proximal() {
     at_.model.sum_proximal(wire_, contacts_);
     proximal_known_ = true;
+    assert(at_.model.stages() == segments_ && std::isfinite(terms().proximal_gradient));
 }
 
 /// Sums the gradient proximal of the window anew where it is time to.
@@ -97,11 +101,13 @@ void Descent::look_proximal() {
 }
 
 bool Descent::at_rest() const {
+    assert(task_.tolerance > 0);
     return proximal_known_ && gradient() <= task_.tolerance;
 }
 
 /// Whether the window's gradient is small: against the tolerance, or against that proximal of it.
 bool Descent::settled() const {
+    assert(terms().first >= 1);
     return terms().relative_gradient <=
            std::max(task_.tolerance, options_.window.settled_share * terms().proximal_gradient);
 }
@@ -126,8 +132,8 @@ Descent::End Descent::certify() {
     if (!affordable(segments_)) return Termination::OutOfBudget;
     report_.updates += segments_;
     if (!at_.model.certifies()) at_.pivots = at_.model.certify(wire_, contacts_);
-    report_.strict_minimum = at_.pivots.shifted == 0;
-    if (report_.strict_minimum) return Termination::StrictMinimum;
+    if (at_.pivots.shifted == 0) return Termination::StrictMinimum;
+    assert(at_.pivots.shifted > 0 && at_.pivots.stage < segments_);
     if (!goes_on) return Termination::OutOfBudget;
     at_.trust.reset();
     open(segments_);
@@ -139,6 +145,7 @@ Descent::End Descent::certify() {
 
 Descent::End Descent::take_step() {
     const int window = at_.window(wire_);
+    assert(window >= 1 && window <= segments_ && std::isfinite(at_.energy));
     if (!affordable(window)) {
         if (!proximal_known_) sum_proximal();
         report_.gradient = gradient();
@@ -211,6 +218,7 @@ bool Descent::turn_down(double angle) {
         at_.model.turn_one(pivots.stage, angle * way);
     if (!std::isfinite(at_.model.roll_out(wire_))) return false;
     const double energy = at_.model.evaluate(wire_, contacts_);
+    assert(std::isfinite(angle) && angle != 0);
     if (!std::isfinite(energy) || energy >= at_.energy) return false;
     at_.accept(wire_, contacts_, energy);
     return true;

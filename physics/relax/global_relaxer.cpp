@@ -14,6 +14,8 @@ namespace {
 
 /// Cosine of the angle of a joint away from its rest shape.
 double straightness(const Guidewire& wire, const std::vector<Vec3>& d, int joint) {
+    assert(joint >= 0 && joint < wire.segments());
+    assert(std::abs(wire.tangents[joint].squaredNorm() - 1) < 1e-9);
     // Of several devices each has its own rest shape: the joint itself counts.
     if (wire.rest_angle[joint] == 0) return wire.tangents[joint].dot(wire.tangents[joint + 1]);
     return rest_direction(wire, joint, d[joint]).dot(wire.tangents[joint + 1]);
@@ -62,6 +64,7 @@ bool differ_throughout(const Guidewire& a, const Guidewire& b) {
 /// Proximal segments whose stages are the same in both wires.
 int same_segments(const Guidewire& a, const Guidewire& b) {
     if (differ_throughout(a, b)) return 0;
+    assert(a.tangents.size() == a.joints.size() && b.tangents.size() == b.joints.size());
     const int n = a.segments(), both = std::min(n, b.segments());
     int same = 0;
     while (same < both && a.tangents[same + 1] == b.tangents[same + 1] &&
@@ -99,11 +102,12 @@ GlobalRelaxer::GlobalRelaxer(const RelaxerConfig& config, const LumenWall& wall,
 
 GlobalRelaxer::Unchanged GlobalRelaxer::unchanged(const Guidewire& wire) const {
     const int n = wire.segments(), segments = same_segments(wire, end_), grips = same_grips(wire, end_);
+    assert(grips >= 0 && grips <= n);
     return {segments, grips, segments == n && grips == n && n == end_.segments()};
 }
 
 bool GlobalRelaxer::knows(const Guidewire& wire) const {
-    return end_report_.at_rest && unchanged(wire).all;
+    return end_report_.at_rest() && unchanged(wire).all;
 }
 
 RelaxReport GlobalRelaxer::move(Guidewire& wire, HubMotion& motion, const RelaxBudget& budget) {
@@ -122,12 +126,14 @@ RelaxReport GlobalRelaxer::move(Guidewire& wire, HubMotion& motion, const RelaxB
 /// False where the answer is not known: the wire is not at rest, or not this relaxer's.
 bool GlobalRelaxer::predict_motion(Guidewire& wire, HubMotion& motion, int most_updates) {
     const int n = wire.segments();
-    if (!predictable(wire) || !end_report_.converged || n != end_.segments() ||
+    if (!predictable(wire) || !end_report_.converged() || n != end_.segments() ||
         same_segments(wire, end_) < n || at_.model.stages() != n ||
         contacts_.contacts().size() != wire.joints.size())
         return false;
     const Prediction prediction =
         predict(at_, contacts_, wire, motion, end_report_.push_force, most_updates, options_);
+    assert(prediction.updates >= 0 && prediction.changed >= 0);
+    assert(std::isfinite(motion.feed) && std::isfinite(motion.turn));
     spent_ = prediction.updates;
     if (prediction.changed > 0) predicted_ = prediction.changed;
     return prediction.made;
@@ -136,9 +142,10 @@ bool GlobalRelaxer::predict_motion(Guidewire& wire, HubMotion& motion, int most_
 RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, const UpdateObserver& observer) {
     rebuild_joints(wire);
     const Unchanged same = unchanged(wire);
+    assert(wire.segments() >= 1 && spent_ >= 0);
     RelaxReport report;
     report.updates = std::exchange(spent_, 0);
-    if (same.all && end_report_.converged && wire.stations == end_.stations)
+    if (same.all && end_report_.converged() && wire.stations == end_.stations)
         return nothing_to_do(report.updates);
     take_up_frames(wire, same.segments);
     const long long asked_before = contacts_.queries();
@@ -151,11 +158,10 @@ RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, con
 
 /// Report on a wire that is where it was at rest.
 RelaxReport GlobalRelaxer::nothing_to_do(int updates) const {
-    assert(end_report_.converged);
+    assert(end_report_.converged());
     RelaxReport report = end_report_;
     report.updates = updates;
     report.newton_steps = report.window = report.rejected = 0;
-    report.out_of_budget = false;
     report.wall_queries = 0;
     report.largest_turn = 0;
     return report;
@@ -181,19 +187,20 @@ DescentTask GlobalRelaxer::take_up(Guidewire& wire, const Unchanged& same, int m
     assert(most_updates >= 0);
     const int n = wire.segments();
     // A call that goes on where the budget ended keeps what it has learned.
-    if (!end_report_.out_of_budget) {
+    if (!end_report_.out_of_budget()) {
         contacts_.release();
         lag_rounds_ = 0;
     }
-    at_.goes_on = same.all && end_report_.out_of_budget;
+    at_.goes_on = same.all && end_report_.out_of_budget();
     if (!at_.goes_on) softer_walls_.forget();
     contacts_.update(wire);
     const int moved = contacts_.rejoin_vessels(wire);
     // The last segment that is unchanged ends at a joint whose share of the wall may have changed.
     int valid = wire.load.isZero(0) ? std::max(0, std::min(same.segments, same.grips) - 1) : 0;
     if (moved > 0) valid = std::min(valid, moved - 1);
+    assert(valid >= 0 && valid <= n && contacts_.contacts().size() == wire.joints.size());
     const WindowOptions& o = options_.window;
-    const int unsettled = end_report_.converged ? 0 : end_report_.window;
+    const int unsettled = end_report_.converged() ? 0 : end_report_.window;
     const int changed = std::max(o.least, predicted_ > 0 ? predicted_ : o.per_changed * (n - same.segments));
     return {most_updates, valid, std::max(changed, unsettled), tolerance_, true};
 }
@@ -211,6 +218,7 @@ bool GlobalRelaxer::next_lag_round(RelaxReport& report) {
 Termination GlobalRelaxer::find_equilibrium(Search& search) {
     Guidewire& wire = search.wire;
     const bool grips = !wire.grips.empty();
+    assert(!grips || wire.grips.size() == wire.joints.size());
     const auto whole_wire = [&] { search.task.valid = 0, search.task.first_window = wire.segments(); };
     assert(search.task.most_updates >= 0);
     // Normal forces come near theirs from rests that need not be exact.
@@ -266,6 +274,7 @@ bool GlobalRelaxer::update_grips(Guidewire& wire) const {
             wire.grips[j].around = 0.5 * wire.spec.diameter * wire.tangents[j].cross(wire.grips[j].normal);
     }
     wire.friction_loss += stored - grip_energy(wire.grips, wire.joints, 1);
+    assert(std::isfinite(wire.friction_loss));
     return true;
 }
 
@@ -277,13 +286,13 @@ void GlobalRelaxer::finish(Guidewire& wire, Termination end, RelaxReport& report
         for (std::size_t j = 0; j < wire.grips.size(); ++j)
             wire.friction_loss += wire.grips[j].follow(wire.joints[j]);
     for (int i = 1; i <= wire.segments(); ++i) wire.stations[i] = contacts_.contacts()[i].station;
-    report.converged = at_rest(end) && report.strict_minimum;
-    report.out_of_budget = end == Termination::OutOfBudget;
-    report.at_rest = at_rest(end);
+    report.termination = end;
     report.contacts = contacts_.touching();
     report.push_force = at_.model.terms().push.dot(wire.tangents[0]);
     report.base_torque = at_.model.terms().torque;
     report.largest_bend = largest_bend(wire, at_.model.directors);
+    assert(std::isfinite(report.push_force) && std::isfinite(report.base_torque));
+    assert(report.termination != Termination::NotStarted && report.termination != Termination::Settled);
     end_ = wire;
     end_report_ = report;
 }

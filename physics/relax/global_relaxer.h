@@ -37,7 +37,7 @@ public:
         s(at_, predicted_, spent_, contacts_, end_, end_report_);
         if (!s.part(lag_rounds_ > 0, lag_rounds_)) lag_rounds_ = 0;
         // Only a solve that goes on needs to know how far it has come.
-        if (!s.part(end_report_.out_of_budget, at_.best_gradient)) at_.best_gradient = 0;
+        if (!s.part(end_report_.out_of_budget(), at_.best_gradient)) at_.best_gradient = 0;
         if (!s.part(softer_walls_.under_way(), softer_walls_)) softer_walls_.forget();
     }
 

@@ -1,6 +1,7 @@
 #include "physics/relax/hub.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -19,6 +20,7 @@ constexpr double sharpest = degree * 90;  // of a joint
 /// What a relaxation may take of a call's updates: a few passes are kept for what it may take beyond that,
 /// and to undo it.
 int work_left(const Guidewire& wire, int updates, const HubReport& so_far) {
+    assert(updates >= 0 && so_far.relax.updates >= 0);
     const int kept = GlobalRelaxer::least_passes * wire.segments();
     return std::max(updates / 4, updates - kept) - so_far.relax.updates;
 }
@@ -35,6 +37,7 @@ Hub::Hub(const RelaxerConfig& config, const LumenWall& wall, double free_shaft)
 
 double Hub::passes_on(const Guidewire& wire, int device) const {
     const bool alone = wire.devices.empty();
+    assert(alone || (device >= 0 && device < static_cast<int>(wire.devices.size())));
     const double stated = alone ? wire.spec.buckling_force : wire.devices[device].spec.buckling_force,
                  rigidity = alone ? wire.spec.shaft_rigidity : wire.devices[device].spec.shaft_rigidity;
     if (stated > 0) return stated;
@@ -42,17 +45,19 @@ double Hub::passes_on(const Guidewire& wire, int device) const {
 }
 
 double Hub::energy_of(const Guidewire& wire) const {
+    assert(relaxer_.contacts().size() == wire.joints.size());
     return total_energy(wire, relaxer_.contacts()).total();
 }
 
 /// Whether a wire can rest there after this motion from the last rest.
 bool Hub::can_be(const Guidewire& wire, const RelaxReport& report) const {
     // A flat minimum is a rest, and on planes, which jump, there may be none.
-    const bool rests = report.at_rest || !wall_.smooth();
+    const bool rests = report.at_rest() || !wall_.smooth();
     if (!rests || report.largest_bend > sharpest) return false;
     for (const WallContact& c : relaxer_.contacts())
         if (c.room > 0 && c.penetration > c.room) return false;
     const double energy = energy_of(wire);
+    assert(std::isfinite(energy) && std::isfinite(rest_energy_));
     double force = std::max(std::abs(report.push_force), std::abs(rest_report_.push_force));
     double torque = std::max(std::abs(report.base_torque), std::abs(rest_report_.base_torque));
     // Of several devices one may push and another pull by more than both together.
@@ -70,6 +75,7 @@ bool Hub::can_be(const Guidewire& wire, const RelaxReport& report) const {
 bool Hub::buckles(const Guidewire& wire) const {
     if (settling_ || made_.feed < 0 || !loads_at_rest_) return false;
     const bool alone = wire.devices.empty();
+    assert(loads_.size() == std::max<std::size_t>(1, wire.devices.size()));
     for (int k = 0; k < static_cast<int>(loads_.size()); ++k) {
         const double push = loads_[k].push,
                      before = alone ? hand_force(rest_, rest_report_.push_force) : rest_loads_[k].push;
@@ -90,11 +96,12 @@ bool Hub::refuses(const Guidewire& wire, const HubMotion& motion) const {
 }
 
 void Hub::find_loads(const Guidewire& wire, const RelaxReport& report) {
-    loads_at_rest_ = report.at_rest;
+    loads_at_rest_ = report.at_rest();
     if (wire.devices.empty())
         loads_ = {{hand_force(wire, report.push_force), report.base_torque}};
     else
         loads_ = hub_loads(wire, relaxer_.contacts());
+    assert(loads_.size() == std::max<std::size_t>(1, wire.devices.size()));
 }
 
 HubReport Hub::settle(Guidewire& wire, int updates) {
@@ -109,6 +116,7 @@ HubReport Hub::settle(Guidewire& wire, int updates) {
 
 HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
     const double lambda = wire.spec.segment_length;
+    assert(std::isfinite(motion.feed) && std::isfinite(motion.turn));
     asked_ = {std::clamp(motion.feed, -lambda, lambda), std::clamp(motion.turn, -largest_turn, largest_turn),
               motion.device};
     if (refuses(wire, asked_)) {
@@ -142,12 +150,14 @@ int Hub::most_work(const Guidewire& wire, const HubMotion& motion) {
 int Hub::work_of_try(const Guidewire& wire) const {
     if (settling_) return most_settling;
     const int whole = most_work(wire, asked_);
+    assert(halvings_ >= 0 && halvings_ <= halvings);
     return whole - (whole >> (2 * halvings_ + 2));
 }
 
 /// One part of the motion, from the last rest.
 void Hub::start_part(Guidewire& wire, int updates, HubReport& report) {
     const double share = std::ldexp(1.0, -halvings_);
+    assert(working_ && share > 0);
     made_ = {share * asked_.feed, share * asked_.turn, asked_.device};
     pending_ = false;
     const RelaxReport part = relaxer_.move(
@@ -158,6 +168,7 @@ void Hub::start_part(Guidewire& wire, int updates, HubReport& report) {
 
 HubReport Hub::resume(Guidewire& wire, int updates) {
     HubReport report;
+    assert(working_);
     if (pending_) {
         start_part(wire, updates, report);
     } else {
@@ -172,9 +183,10 @@ HubReport Hub::resume(Guidewire& wire, int updates) {
 /// After a relaxation: at rest, out of budget, or to be tried again in halves.
 HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
     for (;;) {
+        assert(working_ && spent_ >= 0);
         // Once a try's work has been spent, less is left of it than the relaxer needs to do anything.
         const int needed = GlobalRelaxer::least_passes * wire.segments();
-        if (report.relax.out_of_budget && work_of_try(wire) - spent_ > needed) {
+        if (report.relax.out_of_budget() && work_of_try(wire) - spent_ > needed) {
             loads_at_rest_ = false;
             report.outcome = HubReport::Outcome::Working;
             return report;

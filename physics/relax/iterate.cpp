@@ -11,6 +11,7 @@ namespace physics {
 namespace {
 
 bool winds_up(const Guidewire& wire) {
+    assert(wire.windup_stiffness() >= 0);
     return wire.windup_stiffness() > 0 ||
            std::any_of(wire.devices.begin(), wire.devices.end(),
                        [](const CoaxialDevice& device) { return windup_stiffness(device) > 0; });
@@ -33,12 +34,14 @@ void Iterate::set_units(const Guidewire& wire, const ContactSet& contacts, const
     const double length = wire.inserted_length() / wire.segments();
     trust.set_unit(stiffest * length / std::pow(room < unbounded ? room : length, 4));
     model.least_pivot = options.saddle.pivot_share * stiffest;
+    assert(model.least_pivot > 0 && std::isfinite(trust.unit()));
 }
 
 void Iterate::linearise(const Guidewire& wire, const ContactSet& contacts, int first) {
     assert(first >= 1 && first <= wire.segments());
     if (winds_up(wire)) first = std::max(1, std::min(first, wire.segments() - wire.bent_segments()));
     pivots = model.linearise(wire, contacts, first, trust.mu());
+    assert(model.stages() == wire.segments() && pivots.shifted >= 0);
 }
 
 void Iterate::measure_window(const Guidewire& wire, const ContactSet& contacts) {
@@ -60,7 +63,7 @@ void Iterate::open_window(const Guidewire& wire, const ContactSet& contacts, int
 }
 
 void Iterate::accept(Guidewire& wire, ContactSet& contacts, double trial_energy) {
-    assert(std::isfinite(trial_energy));
+    assert(std::isfinite(trial_energy) && contacts.contacts().size() == wire.joints.size());
     model.take(wire);
     contacts.commit();
     energy = trial_energy;
@@ -75,6 +78,7 @@ void Iterate::look_at(const Guidewire& wire) {
 
 void Iterate::restore_frames(const Guidewire& wire, int first) {
     assert(first >= 1);
+    assert(model.directors.size() == wire.joints.size());
     transport_directors(wire, first, model.directors);
 }
 

@@ -86,6 +86,7 @@ NewtonStep::Result NewtonStep::take() {
 
 NewtonStep::Next NewtonStep::attempt(const Trial& trial) {
     if (!trial.is_first() && report_.updates > most_updates_ - window_) return Next::OutOfBudget;
+    assert(window_ == at_.window(wire_) && trial.correction < options_.step.corrections);
     report_.updates += window_;
     if (!trial.is_first()) at_.model.solve(wire_, at_.trust.mu());  // else it is, as it was linearised
     const double reach = at_.model.roll_out(wire_) / cap_;
@@ -132,6 +133,7 @@ bool NewtonStep::lowers_energy(const Trial& trial) {
 
 void NewtonStep::accept(double reach) {
     const StepOptions& o = options_.step;
+    assert(std::isfinite(trial_energy_) && reach >= 0 && reach <= 1);
     report_.largest_turn = std::max(report_.largest_turn, at_.model.largest_turn());
     at_.idle += reach > o.sliding ? 1 : o.hardly_moved;
     at_.model.foresee_forces(wire_);

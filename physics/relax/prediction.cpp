@@ -86,6 +86,7 @@ Prediction Predictor::run(HubMotion& motion, int most_updates) {
     const int n = wire_.segments();
     at_.model.look_from(twist_ ? 1 : std::max(1, n - options_.prediction.window + 1));
     at_.measure_window(wire_, contacts_);
+    assert(least_ > 0 && least_ <= 1 && cap_ > 0);
     Part part;
     while (!sliding_is_better(part) &&
            (updates_ == 0 || updates_ + options_.prediction.most_passes * n <= most_updates)) {
@@ -107,6 +108,7 @@ Prediction Predictor::run(HubMotion& motion, int most_updates) {
 /// Whether the wire's answer is one that the model is good for; it is then the model's trial state.
 bool Predictor::answers(Part& part) {
     const std::vector<Grip> grips = wire_.grips;  // as they are at rest
+    assert(grips.empty() || grips.size() == wire_.joints.size());
     const double windup = wire_.windup;
     const bool winds = wire_.windup_stiffness() > 0;
     if (winds) wire_.windup += part.share * asked_.turn;
@@ -187,6 +189,7 @@ HubMotion Predictor::take(const Part& part) {
     at_.model.take(wire_);
     if (asked_.feed != 0) apply_feed(wire_, part.plan);
     rotate(wire_, part.share * asked_.turn);
+    assert(at_.foreseen >= 0 && at_.foreseen <= wire_.segments());
     return {part.plan.mm, part.share * asked_.turn};
 }
 

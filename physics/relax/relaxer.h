@@ -77,28 +77,30 @@ struct RelaxReport {
     long long wall_queries = 0;
     double largest_turn = 0;  // largest |u_new − u| of any update [-]
     int rejected = 0;         // updates not made: they would have raised the energy, or were not finite
-    // Segment methods: no turn above 1e-10 in a whole sweep. Global: |dU/du|/C within tolerance, a strict
-    // minimum.
-    bool converged = false;
+    Termination termination = Termination::NotStarted;
     // Of the global relaxer only:
-    bool out_of_budget = false;   // it would have gone on
-    bool at_rest = false;         // |dU/du|/C within tolerance; a strict minimum or not
-    int newton_steps = 0;         // each charged an update for every segment of its window
-    int window = 0;               // distal segments that moved; the others kept their tangents
-    double gradient = 0;          // largest |dU/du| over C at the end [-]
-    bool strict_minimum = false;  // certificate: no pivot of the recursion had to be shifted
-    double largest_bend = 0;      // of a joint from its rest shape [rad]; above π/3 is a kink
-    double push_force = 0;        // along the wire at the introducer, > 0 where the hand must push [N]
-    double base_torque = 0;       // against which the hand must hold the hub [N·mm]
-    int lag_rounds = 0;           // rests sought, each with fixed normal forces of the grips
+    int newton_steps = 0;     // each charged an update for every segment of its window
+    int window = 0;           // distal segments that moved; the others kept their tangents
+    double gradient = 0;      // largest |dU/du| over C at the end [-]
+    double largest_bend = 0;  // of a joint from its rest shape [rad]; above π/3 is a kink
+    double push_force = 0;    // along the wire at the introducer, > 0 where the hand must push [N]
+    double base_torque = 0;   // against which the hand must hold the hub [N·mm]
+    int lag_rounds = 0;       // rests sought, each with fixed normal forces of the grips
+
+    /// The wire is at an equilibrium within the method's tolerance; a strict minimum or not.
+    bool at_rest() const { return physics::at_rest(termination); }
+    /// Of the segment methods at rest; of the global one at a strict minimum.
+    bool converged() const { return termination == Termination::Settled || strict_minimum(); }
+    bool strict_minimum() const { return termination == Termination::StrictMinimum; }
+    bool out_of_budget() const { return termination == Termination::OutOfBudget; }
 
     /// Adds a later relaxation: work, largest turn and window cover both; everything else is as the later one
     /// left it.
     void add(const RelaxReport& later);
 
     void state(StateStream& s) {
-        s(updates, contacts, wall_queries, largest_turn, rejected, converged, out_of_budget, at_rest,
-          newton_steps, window, gradient, strict_minimum, largest_bend, push_force, base_torque);
+        s(updates, contacts, wall_queries, largest_turn, rejected, termination, newton_steps, window,
+          gradient, largest_bend, push_force, base_torque);
         s.part(lag_rounds > 0, lag_rounds);
     }
 };

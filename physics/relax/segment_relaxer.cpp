@@ -1,6 +1,7 @@
 #include "physics/relax/segment_relaxer.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "physics/relax/geometric_step.h"
@@ -19,6 +20,7 @@ constexpr double update_rounding = 4e-16;  // of the energies that an update tou
 /// 1e-9 C, is far below what a wire that needs it releases.
 void tilt(Guidewire& wire) {
     const int n = wire.segments();
+    assert(n >= 1);
     Vec3 side, other;
     tangent_basis(wire.tangents[0], side, other);
     side += 0.6 * other;
@@ -34,6 +36,7 @@ SegmentRelaxer::SegmentRelaxer(const RelaxerConfig& config, const LumenWall& wal
         config_.varied_segments = 1;
         config_.bending_curvature = config_.wall_curvature = config_.safeguard = false;
     }
+    assert(config_.varied_segments >= 1 && config_.varied_segments <= most_varied_segments);
     if (config_.printed) config_.safeguard = false;
     if (config_.kind == RelaxerKind::Konings) {
         config_.varied_segments = 1;
@@ -44,6 +47,7 @@ SegmentRelaxer::SegmentRelaxer(const RelaxerConfig& config, const LumenWall& wal
 
 void SegmentRelaxer::refresh_tip(const Guidewire& wire, int first) {
     if (wire.curved_segments() == 0) return;
+    assert(first >= 1 && directors_.size() == wire.joints.size());
     transport_directors(wire, first, directors_);
     tip_torque(wire, directors_, torque_);
 }
@@ -55,12 +59,14 @@ void SegmentRelaxer::begin(Guidewire& wire, Contacts& contacts) {
     directors_.resize(wire.joints.size());
     directors_[0] = rolled_director(wire);
     refresh_tip(wire, 1);
+    assert(contacts.contacts().size() == wire.joints.size());
 }
 
 /// Algorithm 2: of the segments i+5…i+25, the one whose inclusion lowers the estimate of Eq. 37 most.
 template <SweepContacts Contacts>
 bool SegmentRelaxer::select_by_estimate(const Guidewire& wire, const Contacts& contacts, int last,
                                         Vec3& turn) {
+    assert(count_ >= 1 && count_ < most_varied_segments);
     const int from = varied_[count_ - 1];
     last = std::min(last, from + largest_separation);
     if (last < from + least_separation) return false;
@@ -77,6 +83,7 @@ bool SegmentRelaxer::select_by_estimate(const Guidewire& wire, const Contacts& c
                               lambda * e.dot(sum.stiffness * (0.5 * lambda * e + turn));
         if (best < 0 || energy < least) best = j, least = energy, best_turn = lambda * e;
     }
+    assert(best > from && best <= last);
     varied_[count_++] = best;
     turn += best_turn;
     return true;
@@ -84,6 +91,7 @@ bool SegmentRelaxer::select_by_estimate(const Guidewire& wire, const Contacts& c
 
 template <SweepContacts Contacts>
 void SegmentRelaxer::choose_segments(const Guidewire& wire, const Contacts& contacts, int segment) {
+    assert(segment >= 1 && segment <= wire.segments());
     varied_[0] = segment;
     count_ = 1;
     const int last = contacts.last_touching();
@@ -110,6 +118,7 @@ void SegmentRelaxer::choose_segments(const Guidewire& wire, const Contacts& cont
 template <SweepContacts Contacts>
 SegmentProblem SegmentRelaxer::local_problem(const Guidewire& wire, const Contacts& contacts,
                                              const PushSum& beyond) const {
+    assert(count_ >= 1 && varied_[count_ - 1] <= wire.segments());
     SegmentProblem p;
     p.count = count_;
     std::array<PushSum, most_varied_segments> sum;
@@ -146,6 +155,7 @@ template <SweepContacts Contacts>
 bool SegmentRelaxer::try_turn(Guidewire& wire, Contacts& contacts, const Tangents& target, int last,
                               bool must_descend) {
     const int n = wire.segments(), first = varied_[0];
+    assert(count_ >= 1 && first >= 1 && last <= n);
     const bool curved = wire.curved_segments() > 0;
     const int tip = curved ? std::max(0, n - wire.curved_segments()) : n;
     // Joints whose bending changes: both ends of each varied segment, and all of the curved tip, which every
@@ -195,6 +205,7 @@ bool SegmentRelaxer::try_turn(Guidewire& wire, Contacts& contacts, const Tangent
 }
 
 SegmentRelaxer::Tangents SegmentRelaxer::solve(const Guidewire& wire, const SegmentProblem& problem) const {
+    assert(problem.count == count_);
     if (config_.kind == RelaxerKind::Konings) {
         const int i = varied_[0];
         const double distal = i < wire.segments() ? wire.spring_constant(i) : 0.0;
@@ -221,6 +232,7 @@ double SegmentRelaxer::turn_segments(Guidewire& wire, Contacts& contacts, int se
         }
         const double limit = config_.turn_limit / std::sqrt(n + 1.0 - varied_[m]);
         share = std::min(share, largest_share(problem.tangent[m], target[m], limit));
+        assert(share >= 0 && share <= 1);
     }
     Tangents next;
     for (int attempt = 0; attempt < tries; ++attempt, share *= try_again) {
@@ -236,6 +248,7 @@ template <SweepContacts Contacts>
 double SegmentRelaxer::turn_piece(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
     const int n = wire.segments();
     count_ = std::min(closed_segments, n - segment + 1);
+    assert(count_ >= 1);
     const bool closed = count_ == closed_segments;
     std::array<double, closed_segments> lengths{};
     for (int m = 0; m < count_; ++m) {
@@ -257,6 +270,7 @@ double SegmentRelaxer::turn_piece(Guidewire& wire, Contacts& contacts, int segme
 
 double SegmentRelaxer::largest_turn(const Guidewire& wire, const SegmentProblem& before) const {
     double turn = 0;
+    assert(before.count == count_);
     for (int m = 0; m < count_; ++m)
         turn = std::max(turn, (wire.tangents[varied_[m]] - before.tangent[m]).norm());
     return turn;
@@ -264,6 +278,7 @@ double SegmentRelaxer::largest_turn(const Guidewire& wire, const SegmentProblem&
 
 template <SweepContacts Contacts>
 double SegmentRelaxer::update(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
+    assert(segment >= 1 && segment <= wire.segments());
     double turn = 0;
     if (config_.kind != RelaxerKind::Geometric) turn = turn_segments(wire, contacts, segment, report);
     if (config_.kind == RelaxerKind::Geometric || config_.kind == RelaxerKind::Combined)
@@ -275,6 +290,7 @@ template <SweepContacts Contacts>
 RelaxReport SegmentRelaxer::sweep(Guidewire& wire, Contacts contacts, const RelaxBudget& budget,
                                   const UpdateObserver& observer) {
     RelaxReport report;
+    report.termination = Termination::OutOfBudget;
     begin(wire, contacts);
     since_sweep_ = 1;
     bool tilted = false;
@@ -288,7 +304,7 @@ RelaxReport SegmentRelaxer::sweep(Guidewire& wire, Contacts contacts, const Rela
                 begin(wire, contacts);
                 tilted = true;
             } else if (since_sweep_ < rest) {
-                report.converged = true;
+                report.termination = Termination::Settled;
                 break;
             }
             since_sweep_ = turn.segment == 1 ? 0 : 1;  // only a sweep over the whole wire decides
@@ -302,6 +318,7 @@ RelaxReport SegmentRelaxer::sweep(Guidewire& wire, Contacts contacts, const Rela
     }
     contacts.settle_all(wire);
     rebuild_joints(wire);
+    assert(contacts.contacts().size() == wire.joints.size());
     for (int i = 1; i <= wire.segments(); ++i) wire.stations[i] = contacts.contacts()[i].station;
     report.contacts = contacts.touching();
     report.wall_queries = contacts.queries();

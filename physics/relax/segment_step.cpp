@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <type_traits>
 
@@ -76,6 +77,7 @@ struct Newton {
         return h;
     }
     Tangents turned(const Vector& alpha) const {
+        assert(alpha.size() == 2 * M);
         Tangents w = v;
         for (int m = 0; m < M; ++m) w[m] = (v[m] + basis[m] * alpha.template segment<2>(2 * m)).normalized();
         return w;
@@ -86,11 +88,13 @@ template <int Fixed>
 SegmentSolution plain(const SegmentProblem& problem, int most_iterations) {
     Newton<Fixed> newton(problem);
     const int M = newton.M;
+    assert(M >= 1 && M <= most_varied_segments);
     for (int m = 0; m < M; ++m) {
         newton.sigma[m] = problem.pull[m].norm();
         newton.v[m] = newton.sigma[m] > 1e-300 ? Vec3(problem.pull[m] / newton.sigma[m]) : problem.tangent[m];
     }
     SegmentSolution solution;
+    assert(most_iterations >= 1);
     while (solution.iterations < most_iterations && !solution.converged) {
         newton.linearise();
         typename Newton<Fixed>::Matrix hessian = newton.hessian();
@@ -113,11 +117,40 @@ SegmentSolution plain(const SegmentProblem& problem, int most_iterations) {
     return solution;
 }
 
+/// Factor of the Hessian, shifted until it is positive definite; false where no shift of its scale makes it
+/// so.
+template <class Matrix>
+bool shifted_cholesky(const Matrix& hessian, double scale, Matrix& factor) {
+    assert(scale > 0);
+    for (double shift = 1e-3 * scale;; shift *= 4) {
+        factor = hessian;
+        for (int i = 0; i < hessian.rows(); ++i) factor(i, i) += shift;
+        if (cholesky(factor)) return true;
+        if (shift > 1e6 * scale) return false;
+    }
+}
+
+/// Takes the longest of the turns α, α/2, … that lowers the model's energy; false where none of twelve does.
+template <int Fixed>
+bool take_lower(Newton<Fixed>& newton, typename Newton<Fixed>::Vector alpha, double& energy) {
+    assert(alpha.allFinite());
+    for (int attempt = 0; attempt < 12; ++attempt, alpha *= 0.5) {
+        const Tangents trial = newton.turned(alpha);
+        const double trial_energy = model_energy(newton.problem, trial);
+        if (!(trial_energy < energy)) continue;
+        newton.v = trial;
+        energy = trial_energy;
+        return true;
+    }
+    return false;
+}
+
 template <int Fixed>
 SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
     Newton<Fixed> newton(problem);
     const int M = newton.M;
     newton.v = problem.tangent;
+    assert(M >= 1 && M <= most_varied_segments);
     double scale = 0;
     for (int m = 0; m < M; ++m)
         scale = std::max({scale, problem.pull[m].norm(), problem.curvature[m][m].trace()});
@@ -130,9 +163,8 @@ SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
         const auto gradient = newton.gradient();
         const auto hessian = newton.hessian();
         auto factor = hessian;
-        bool convex = cholesky(factor);
+        const bool shifted = !cholesky(factor);
         ++solution.iterations;
-        const bool shifted = !convex;
         if (shifted) {
             if (!kicked && gradient.template lpNorm<Eigen::Infinity>() <= 1e-12 * scale) {
                 // On the axis of a wall met head-on, or an exact fold: balanced, but no minimum.
@@ -143,13 +175,7 @@ SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
                 kicked = true;
                 continue;
             }
-            for (double shift = 1e-3 * scale; !convex; shift *= 4) {
-                factor = hessian;
-                for (int i = 0; i < 2 * M; ++i) factor(i, i) += shift;
-                convex = cholesky(factor);
-                if (shift > 1e6 * scale) break;
-            }
-            if (!convex) break;
+            if (!shifted_cholesky(hessian, scale, factor)) break;
         }
         typename Newton<Fixed>::Vector alpha = -gradient;
         solve_cholesky(factor, alpha);
@@ -161,16 +187,7 @@ SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
             energy = model_energy(problem, newton.v);
             continue;
         }
-        bool lower = false;
-        for (int attempt = 0; attempt < 12 && !lower; ++attempt, alpha *= 0.5) {
-            const Tangents trial = newton.turned(alpha);
-            const double trial_energy = model_energy(problem, trial);
-            if (!(trial_energy < energy)) continue;
-            lower = true;
-            newton.v = trial;
-            energy = trial_energy;
-        }
-        if (!lower) {
+        if (!take_lower(newton, alpha, energy)) {
             solution.converged = true;  // as low as rounding allows
             break;
         }
@@ -183,6 +200,7 @@ SegmentSolution descending(const SegmentProblem& problem, int most_iterations) {
 }  // namespace
 
 double model_energy(const SegmentProblem& p, const Tangents& v) {
+    assert(p.count >= 1 && p.count <= most_varied_segments);
     double energy = 0;
     Tangents e;
     for (int m = 0; m < p.count; ++m) e[m] = v[m] - p.tangent[m];
@@ -221,6 +239,7 @@ SegmentSolution descending_step(const SegmentProblem& p, int most_iterations) {
 }
 
 Vec3 small_turn_step(const SegmentProblem& p, double sigma) {
+    assert(p.count == 1 && sigma > 0);
     Newton<1> newton(p);
     newton.v = p.tangent;
     newton.sigma[0] = sigma;
@@ -233,6 +252,7 @@ Vec3 small_turn_step(const SegmentProblem& p, double sigma) {
 }
 
 double largest_share(const Vec3& u, const Vec3& v, double limit) {
+    assert(limit > 0);
     if (limit >= 2 || (v - u).norm() <= limit) return 1.0;
     // The blend (1−α)u + αv turns by φ when α = sin φ / (sin φ + sin(θ−φ)).
     const double theta = std::atan2(u.cross(v).norm(), u.dot(v));
@@ -241,6 +261,7 @@ double largest_share(const Vec3& u, const Vec3& v, double limit) {
 }
 
 Vec3 limited_turn(const Vec3& u, const Vec3& v, double alpha) {
+    assert(alpha >= 0);
     if (alpha >= 1) return v;
     const Vec3 blend = (1 - alpha) * u + alpha * v;
     const double length = blend.norm();

@@ -45,6 +45,8 @@ double softest_joint(const Guidewire& wire) {
 
 Termination SofterWalls::run(Iterate& at, Guidewire& wire, const WallDescent& own, const DescentTask& task) {
     const double wall_stiffness = stiffest(own.contacts);
+    assert(own.contacts.contacts().size() == wire.joints.size());
+    assert(!under_way() || wire_.segments() == wire.segments());
     if (under_way())
         at.look_at(wire_);
     else
@@ -56,6 +58,7 @@ Termination SofterWalls::run(Iterate& at, Guidewire& wire, const WallDescent& ow
         const bool hardened = stiffness_ >= wall_stiffness;
         end = descend(at, own, task, wall_stiffness);
         cut = end == Termination::OutOfBudget && spent_ < most;
+        assert(spent_ >= 0 && std::isfinite(at.energy));
         if (cut || hardened) break;
         // The wall only gets harder, and the energy of the rest in it higher.
         if (!(at.energy < energy_)) break;
@@ -79,6 +82,7 @@ void SofterWalls::start(Iterate& at, const Guidewire& wire, const WallDescent& o
     energy_ = at.energy;
     spent_ = 0;
     wire_ = wire;
+    assert(under_way() && std::isfinite(energy_));
 }
 
 /// Descends in the wall as it now is; the iterate's energy is then that in it.
@@ -101,6 +105,7 @@ Termination SofterWalls::descend(Iterate& at, const WallDescent& own, const Desc
         at.open_window(wire_, softened, n);
         own.report.wall_queries += softened.queries();
     }
+    assert(own.report.updates >= before);
     spent_ += own.report.updates - before;
     return end;
 }
@@ -119,12 +124,12 @@ Termination SofterWalls::give_up(Iterate& at, Guidewire& wire, const WallDescent
     own.contacts.update(wire);
     at.open_window(wire, own.contacts, wire.segments());
     own.report.gradient = at.model.terms().relative_gradient;
-    own.report.strict_minimum = false;
     if (cut) {
         at.trust.set(mu);
         return Termination::OutOfBudget;
     }
     forget();
+    assert(!under_way());
     return Termination::Stuck;
 }
 

@@ -45,7 +45,7 @@ void TrustRegion::too_far(double reach, bool first_trial, bool corrected) {
         last_mu_ = mu_, last_reach_ = reach;
     }
     mu_ = next;
-    assert(mu_ > went_too_far_);
+    assert(mu_ >= went_too_far_);
 }
 
 bool TrustRegion::too_short(double reach) {
@@ -55,6 +55,7 @@ bool TrustRegion::too_short(double reach) {
         return false;
     fell_short_ = mu_;
     mu_ = bisected();
+    assert(mu_ > went_too_far_ && mu_ <= fell_short_);
     return true;
 }
 
@@ -65,6 +66,7 @@ double TrustRegion::bisected() {
 }
 
 void TrustRegion::rejected() {
+    assert(mu_ >= 0 && unit_ > 0);
     mu_ = std::max(options_.corrected_growth * mu_, options_.rejected_share * unit_);
     assert(mu_ > 0);
 }
@@ -74,9 +76,11 @@ void TrustRegion::accepted(double reach, bool after_rejection) {
     const double least = after_rejection ? options_.cautious_shrink : options_.least_shrink;
     mu_ *= std::clamp(reach * reach, least, 1.0);
     if (mu_ < options_.forgotten_share * unit_) mu_ = 0;
+    assert(mu_ >= 0 && std::isfinite(mu_));
 }
 
 void TrustRegion::crawled() {
+    assert(mu_ >= 0 && unit_ > 0);
     mu_ = std::max(options_.first_growth * mu_, options_.least_share * unit_);
     assert(mu_ > 0);
 }

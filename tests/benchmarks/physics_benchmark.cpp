@@ -121,7 +121,7 @@ void global_cold_start(benchmark::State& state) {
     }
     state.SetLabel(tubes[state.range(0)]);
     state.counters["steps"] = report.newton_steps;
-    state.counters["converged"] = report.converged;
+    state.counters["converged"] = report.converged();
 }
 BENCHMARK(global_cold_start)->DenseRange(0, 3)->Unit(benchmark::kMillisecond);
 

@@ -265,7 +265,7 @@ private:
         Rest r;
         r.contacts = physics::all_contacts(wire, simulation_.wall());
         r.energy = physics::total_energy(wire, r.contacts).total();
-        r.known = report.relax.at_rest && !report.settling;
+        r.known = report.relax.at_rest() && !report.settling;
         r.push = physics::hand_force(wire, report.relax.push_force);
         r.torque = report.relax.base_torque;
         r.turned = simulation_.readings().wire.turned;
@@ -419,7 +419,7 @@ HandOutcome play_hand(exercise::Simulation simulation, std::uint64_t seed) {
         outcome.longest_settling = std::max(outcome.longest_settling, settling);
         outcome.most_updates = std::max(outcome.most_updates, report.relax.updates);
         all_out = all_out || report.withdrawal_stopped || inside() <= 0;
-        if (report.settling || !report.relax.at_rest) return;
+        if (report.settling || !report.relax.at_rest()) return;
         const physics::Guidewire& wire = simulation.wire();
         const auto push = [&](double by, int device) {
             outcome.most_push = std::max(outcome.most_push, by / simulation.passes_on(device));

@@ -27,7 +27,7 @@ Guidewire hanging(RelaxerKind kind, int segments, double weight, EndCells ends) 
     config.varied_segments = 1;
     config.tolerance = 1e-11;  // C times 1e-8 turns the tip of 200 segments by as much as λ does
     const RelaxReport report = make_relaxer(config, wall)->relax(wire, {2'000'000, 0, 0});
-    EXPECT_TRUE(report.converged);
+    EXPECT_TRUE(report.converged());
     EXPECT_NEAR(wire.tip().y(), 0, 1e-12);
     return wire;
 }
@@ -59,7 +59,7 @@ double force_on_wall(int segments, EndCells ends) {
     }
     Guidewire wire = uniform_wire(fixed_rigidity, 20.0 / segments, {0, 0, 0}, clamped, tangents, ends);
     const TubeWall wall({{-20, 0, 0}, {60, 0, 0}}, 6.0, 1e5);
-    EXPECT_TRUE(global_relaxer(wall)->relax(wire, {2'000'000, 0, 0}).converged);
+    EXPECT_TRUE(global_relaxer(wall)->relax(wire, {2'000'000, 0, 0}).converged());
     EXPECT_NEAR(wire.tip().y(), 6, 1e-5);
     const auto contacts = all_contacts(wire, wall);
     EXPECT_FALSE(contacts[segments - 1].touches());
@@ -137,7 +137,7 @@ TEST(LoadedWire, RestsInATubeWhereBothRelaxersSay) {
     const RelaxBudget unlimited{1'000'000'000, 0, 0};
     global_relaxer(wall)->relax(unloaded, unlimited);
     const RelaxReport report = global_relaxer(wall)->relax(wire, unlimited);
-    EXPECT_TRUE(report.converged);
+    EXPECT_TRUE(report.converged());
     make_relaxer(segment, wall)->relax(other, whole_cycles(40, 150));
     double farthest = 0, moved = 0;
     for (int i = 0; i <= 40; ++i) {

@@ -31,7 +31,7 @@ Guidewire expect_same_basin(const char* name, Guidewire wire, const LumenWall& w
     while (wire.segments() < segments) {
         insert_segment(wire);
         Guidewire slow = wire;
-        EXPECT_TRUE(relaxer->relax(wire, unlimited).converged) << name << " " << wire.segments();
+        EXPECT_TRUE(relaxer->relax(wire, unlimited).converged()) << name << " " << wire.segments();
         if (wire.segments() % every != 0) continue;
         EXPECT_TRUE(studies::flow_to_rest(slow, wall).at_rest);
         const double apart = farthest_apart(wire, slow);

@@ -50,7 +50,7 @@ protected:
             }
             const exercise::StepReport report = exercise.next_frame(commands).motion;
             EXPECT_TRUE(physics::validate(exercise.simulation().wire()).empty()) << "frame " << frame;
-            EXPECT_TRUE(report.settling || report.relax.newton_steps == 0 || report.relax.at_rest)
+            EXPECT_TRUE(report.settling || report.relax.newton_steps == 0 || report.relax.at_rest())
                 << "frame " << frame;
             EXPECT_FALSE(report.buckled || report.too_thick || report.refused) << "frame " << frame;
         }

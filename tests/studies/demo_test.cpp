@@ -43,7 +43,7 @@ TEST_P(Demo, ReachesItsTargetAtRestInEveryFrame) {
     const scenario::Scenario scenario = shipped(GetParam());
     const auto look = [&](int frame, const exercise::Simulation& simulation,
                           const exercise::StepReport& report) {
-        EXPECT_TRUE(report.relax.converged && report.relax.gradient <= 1e-8) << "frame " << frame;
+        EXPECT_TRUE(report.relax.converged() && report.relax.gradient <= 1e-8) << "frame " << frame;
         const physics::Guidewire& wire = simulation.wire();
         const auto broken = physics::validate(wire);  // finite, tangents unit, joints λ apart to 1e-9
         ASSERT_TRUE(broken.empty()) << "frame " << frame << ": " << broken.front();

@@ -122,7 +122,7 @@ private:
     void settle() {
         const int budget = std::max(left_, wire_.segments());
         relax(*passing_);
-        settled_ = last_.converged || last_.updates + wire_.segments() <= budget;
+        settled_ = last_.converged() || last_.updates + wire_.segments() <= budget;
     }
 
     void relax(Relaxer& relaxer) {
@@ -134,16 +134,16 @@ private:
     void judge(int frame, bool cut_short) {
         Guidewire wire = wire_;
         RelaxReport report = last_;
-        if (cut_short && !report.converged) report = global_relaxer(*wall_)->relax(wire, {unlimited, 0, 0});
+        if (cut_short && !report.converged()) report = global_relaxer(*wall_)->relax(wire, {unlimited, 0, 0});
         ++tally_.frames;
         tally_.short_frames += cut_short;
         tally_.loaded += !wire.load.isZero(0);
-        tally_.unconverged += !report.converged;
-        if (!report.converged)
+        tally_.unconverged += !report.converged();
+        if (!report.converged())
             testing::Test::RecordProperty(
                 fmt::format("seed_{}_frame_{}", seed_, frame),
                 fmt::format("|g|/C {:.1e}, strict {}, {} steps, N {}, bend {:.2f}, load {:.1e}",
-                            report.gradient, report.strict_minimum, report.newton_steps, wire.segments(),
+                            report.gradient, report.strict_minimum(), report.newton_steps, wire.segments(),
                             report.largest_bend, wire.load.norm()));
         tally_.kinks += std::max(last_.largest_bend, report.largest_bend) > M_PI / 3;
         const auto broken = validate(wire_);

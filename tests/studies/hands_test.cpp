@@ -48,7 +48,7 @@ TEST(StateFuzz, HandsThatOnceGotStuckGoOnWithinEveryFramesBudget) {
             settling = report.settling ? settling + 1 : 0;
             longest = std::max(longest, settling);
             deepest = std::max(deepest, simulation.inserted());
-            if (!report.settling && report.relax.at_rest && simulation.wire().devices.empty()) {
+            if (!report.settling && report.relax.at_rest() && simulation.wire().devices.empty()) {
                 EXPECT_LE(physics::hand_force(simulation.wire(), report.relax.push_force),
                           simulation.passes_on())
                     << found.scenario << ", frame " << frame;

@@ -33,11 +33,11 @@ void play(exercise::Simulation& simulation, std::uint32_t seed, int frames, Rest
         const exercise::StepReport report = simulation.step();
         ASSERT_TRUE(physics::validate(simulation.wire()).empty()) << "seed " << seed << ", frame " << frame;
         ++tally.frames;
-        tally.late += !report.relax.converged;
-        tally.late_in_a_row = report.relax.converged ? 0 : tally.late_in_a_row + 1;
+        tally.late += !report.relax.converged();
+        tally.late_in_a_row = report.relax.converged() ? 0 : tally.late_in_a_row + 1;
         tally.most_late_in_a_row = std::max(tally.most_late_in_a_row, tally.late_in_a_row);
         tally.bend = std::max(tally.bend, report.relax.largest_bend);
-        if (!report.relax.converged) continue;
+        if (!report.relax.converged()) continue;
         for (const physics::WallContact& c : simulation.contacts())
             tally.deepest_at_rest = std::max(tally.deepest_at_rest, c.penetration);
     }

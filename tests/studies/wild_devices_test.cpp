@@ -71,7 +71,7 @@ TEST_P(WildDevices, EndEveryFrameAtRestInsideTheVessel) {
         longest = std::max(longest, stretch);
         refused += report.refused && !report.buckled;
         late += report.waiting_insertion != 0 || report.waiting_rotation != 0;
-        restless += !report.settling && report.relax.newton_steps > 0 && !report.relax.at_rest;
+        restless += !report.settling && report.relax.newton_steps > 0 && !report.relax.at_rest();
         for (const physics::WallContact& contact : simulation.contacts().subspan(1))
             outside += contact.room > 0 && contact.penetration > contact.room;
     }

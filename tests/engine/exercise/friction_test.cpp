@@ -59,7 +59,7 @@ TEST(FrictionScenario, ItAsksForMoreForceAndHoldsTheWire) {
         for (int k = 0; k < 20; ++k) {
             simulation.apply(script::Advance{2});
             report = simulation.step();
-            EXPECT_TRUE(report.relax.at_rest);
+            EXPECT_TRUE(report.relax.at_rest());
         }
         forces[rough] = simulation.hand(script::Held::Wire).load.push;
     }

@@ -234,7 +234,7 @@ TEST(Rivals, OurEquilibriumIsThatOfBeamElementsToSecondOrder) {
         physics::Guidewire wire = physics::wire_along(of, vessel.path, n);
         physics::RelaxerConfig config;
         config.kind = physics::RelaxerKind::Global;
-        ASSERT_TRUE(physics::make_relaxer(config, wall)->relax(wire, {1'000'000'000, 0, 0}).converged);
+        ASSERT_TRUE(physics::make_relaxer(config, wall)->relax(wire, {1'000'000'000, 0, 0}).converged());
         RodSpec spec = vessel.rod;
         spec.segment_length /= finer;
         spec.wall_stiffness /= finer;

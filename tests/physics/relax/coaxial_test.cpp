@@ -92,8 +92,8 @@ TEST(Coaxial, DevicesWhoseStiffnessAddsUpToOnesHaveItsShape) {
     Guidewire both = coaxial_chain({on_chain(rod(60), 180), on_chain(rod(140), 180)}, 2, wall.centreline());
     Guidewire one = coaxial_chain({on_chain(rod(200), 180)}, 2, wall.centreline());
     Hub a({}, wall), b({}, wall);
-    ASSERT_TRUE(a.settle(both, plenty).relax.converged);
-    ASSERT_TRUE(b.settle(one, plenty).relax.converged);
+    ASSERT_TRUE(a.settle(both, plenty).relax.converged());
+    ASSERT_TRUE(b.settle(one, plenty).relax.converged());
     for (int j = 0; j <= both.segments(); ++j) EXPECT_LT((both.joints[j] - one.joints[j]).norm(), 1e-9) << j;
     // And a wire without shape alone is one device.
     GuidewireSpec spec;
@@ -101,7 +101,7 @@ TEST(Coaxial, DevicesWhoseStiffnessAddsUpToOnesHaveItsShape) {
     spec.curved_angle = 0;
     Guidewire wire = wire_of_length(spec, wall.centreline(), 180);
     Hub c({}, wall);
-    ASSERT_TRUE(c.settle(wire, plenty).relax.converged);
+    ASSERT_TRUE(c.settle(wire, plenty).relax.converged());
     for (int j = 0; j <= wire.segments(); ++j) EXPECT_LT((wire.joints[j] - one.joints[j]).norm(), 1e-9) << j;
 }
 
@@ -116,8 +116,8 @@ TEST(Coaxial, ACatheterWithoutStiffnessLeavesTheWireAlone) {
     Guidewire with = coaxial_chain({on_chain(inner, 190), on_chain(soft, 150)}, 2, wall.centreline());
     Guidewire without = coaxial_chain({on_chain(inner, 190)}, 2, wall.centreline());
     Hub a({}, wall), b({}, wall);
-    ASSERT_TRUE(a.settle(with, plenty).relax.converged);
-    ASSERT_TRUE(b.settle(without, plenty).relax.converged);
+    ASSERT_TRUE(a.settle(with, plenty).relax.converged());
+    ASSERT_TRUE(b.settle(without, plenty).relax.converged());
     for (int j = 0; j <= with.segments(); ++j)
         EXPECT_LT((with.joints[j] - without.joints[j]).norm(), 1e-4) << j;
 }
@@ -189,7 +189,7 @@ struct InAVessel {
                 const HubReport report =
                     hub.move(wire, {left * mm / parts, left * turn / parts, device}, plenty);
                 ASSERT_EQ(report.outcome, HubReport::Outcome::AtRest) << device << " " << mm << " " << turn;
-                ASSERT_TRUE(report.relax.converged);
+                ASSERT_TRUE(report.relax.converged());
                 left -= mm != 0 ? report.made.feed / (mm / parts) : report.made.turn / (turn / parts);
             }
         }

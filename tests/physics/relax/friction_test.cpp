@@ -46,7 +46,7 @@ struct Gripped {
             const HubReport report = hub.move(wire, {mm, 0}, enough);
             EXPECT_EQ(report.outcome, HubReport::Outcome::AtRest);
             EXPECT_NEAR(report.made.feed, mm, 1e-12);
-            EXPECT_TRUE(report.relax.converged);
+            EXPECT_TRUE(report.relax.converged());
             last = report.relax;
         }
         return last;

@@ -14,8 +14,8 @@ using namespace physics;
 namespace {
 
 void expect_equilibrium(const Guidewire& wire, const LumenWall& wall, const RelaxReport& report) {
-    EXPECT_TRUE(report.converged);
-    EXPECT_TRUE(report.strict_minimum);
+    EXPECT_TRUE(report.converged());
+    EXPECT_TRUE(report.strict_minimum());
     EXPECT_LE(report.gradient, 1e-8);
     EXPECT_LE(relative_gradient(wire, all_contacts(wire, wall)), 2e-8);  // measured by other code
     EXPECT_TRUE(validate(wire).empty());
@@ -81,7 +81,7 @@ TEST(GlobalRelaxer, IsAtEquilibriumAfterEveryPush) {
         while (wire.segments() < segments) {
             insert_segment(wire);
             const RelaxReport report = relaxer->relax(wire, unlimited);
-            unconverged += !report.converged;
+            unconverged += !report.converged();
             ASSERT_LT(report.largest_bend, 0.5) << scene.scene << " at " << wire.segments();
             const auto contacts = all_contacts(wire, wall);
             ASSERT_LT(largest_penetration(contacts), 0.05);
@@ -112,7 +112,7 @@ TEST(GlobalRelaxer, DoesNoWorkWhereNothingChanged) {
     EXPECT_EQ(report.newton_steps, 0);
     EXPECT_EQ(report.updates, 0);
     EXPECT_EQ(report.wall_queries, 0);
-    EXPECT_TRUE(report.converged);
+    EXPECT_TRUE(report.converged());
     EXPECT_EQ(wire.tangents, before.tangents);
     // A relaxer that has not seen this wire asks for every joint but moves none.
     EXPECT_EQ(global_relaxer(wall)->relax(wire, unlimited).wall_queries, wire.segments());
@@ -137,6 +137,45 @@ TEST(GlobalRelaxer, WorksAtTheTipOfALongWireFirst) {
     EXPECT_LT(windows, wholes);
 }
 
+TEST(GlobalRelaxer, GoesByItsOptionsAndEndsForOneReason) {
+    RelaxerConfig config;
+    const auto push = [&](const GlobalOptions& options, int updates) {
+        auto [wall, wire] = scene_setup("sinuous");
+        GlobalRelaxer relaxer(config, wall, options);
+        EXPECT_EQ(relaxer.last_report().termination, Termination::NotStarted);
+        EXPECT_EQ(relaxer.relax(wire, unlimited).termination, Termination::StrictMinimum);
+        remove_segment(wire);
+        relaxer.relax(wire, unlimited);
+        insert_segment(wire);
+        return std::pair(relaxer.relax(wire, {updates, 0, 0}), wire);
+    };
+    const auto [usual, usual_wire] = push({}, unlimited.updates);
+    EXPECT_EQ(usual.termination, Termination::StrictMinimum);
+
+    GlobalOptions whole;
+    whole.window.least = 10'000;
+    const auto [wide, wide_wire] = push(whole, unlimited.updates);
+    EXPECT_EQ(wide.window, wide_wire.segments());
+    EXPECT_GT(wide.updates, usual.updates);
+
+    GlobalOptions careful;
+    careful.trust.step_share = 0.01;
+    const auto [short_steps, careful_wire] = push(careful, unlimited.updates);
+    EXPECT_GT(short_steps.newton_steps, usual.newton_steps);
+    for (const Guidewire* other : {&wide_wire, &careful_wire})  // of any options the rest is the same
+        EXPECT_LT((other->tip() - usual_wire.tip()).norm(), 1e-5);
+
+    EXPECT_EQ(push(careful, 80).first.termination, Termination::OutOfBudget);
+    GlobalOptions impatient = careful;
+    impatient.step.most_idle = -1;  // any step without much progress is one too many
+    impatient.step.progress_energy = 1, impatient.step.progress_gradient = 0;
+    impatient.softening.most_passes = 1;
+    auto [wall, wire] = scene_setup("sinuous");
+    const RelaxReport stuck = GlobalRelaxer(config, wall, impatient).relax(wire, unlimited);
+    EXPECT_EQ(stuck.termination, Termination::Stuck) << message(stuck.termination);
+    EXPECT_FALSE(stuck.at_rest() || stuck.out_of_budget());
+}
+
 TEST(GlobalRelaxer, SpendsAShortBudgetAtTheTip) {
     auto [wall, wire] = scene_setup("sinuous");
     auto relaxer = global_relaxer(wall);
@@ -147,14 +186,14 @@ TEST(GlobalRelaxer, SpendsAShortBudgetAtTheTip) {
     const Guidewire before = wire;
     const double energy = energy_of(wire, wall);
     const RelaxReport report = relaxer->relax(wire, {80, 0, 0});
-    EXPECT_FALSE(report.converged);
-    EXPECT_TRUE(report.out_of_budget);
+    EXPECT_FALSE(report.converged());
+    EXPECT_TRUE(report.out_of_budget());
     EXPECT_EQ(report.newton_steps, 1);  // the first step is always completed
     EXPECT_LT(report.window, 100);
     EXPECT_LT(energy_of(wire, wall), energy);
     for (int i = 0; i <= wire.segments() - report.window; ++i)
         ASSERT_EQ(wire.tangents[i], before.tangents[i]) << i;
-    EXPECT_TRUE(relaxer->relax(wire, unlimited).converged);
+    EXPECT_TRUE(relaxer->relax(wire, unlimited).converged());
 }
 
 TEST(GlobalRelaxer, KeepsToItsBudgetAndReturnsALowerState) {
@@ -164,7 +203,7 @@ TEST(GlobalRelaxer, KeepsToItsBudgetAndReturnsALowerState) {
     for (int k = 0; k < 5; ++k) {
         const RelaxReport report = relaxer->relax(wire, {3 * wire.segments(), 0, 0});
         EXPECT_LE(report.newton_steps, 3);
-        EXPECT_FALSE(report.converged);
+        EXPECT_FALSE(report.converged());
         const double now = energy_of(wire, wall);
         EXPECT_LT(now, last);
         last = now;
@@ -329,7 +368,7 @@ TEST(GlobalRelaxer, RestsWhereTheWallJumpsBetweenTwoVessels) {
         wire.load = Vec3(std::pow(10, -6 + 3 * unit()), 0, 0.02 * unit());
         for (int& station : wire.stations) station = 0;
         const RelaxReport report = global_relaxer(wall)->relax(wire, {.updates = 40 * 400});
-        restless += !report.at_rest;
+        restless += !report.at_rest();
         crossed += wire.joints.back().x() > 0;
     }
     EXPECT_EQ(restless, 0) << "seed " << seed;
@@ -362,9 +401,9 @@ TEST(GlobalRelaxer, ColdStartsComeToRestHoweverTheirBudgetIsCut) {
         GlobalRelaxer relaxer({}, wall);
         RelaxReport report;
         int calls = 0;
-        for (; calls < 300 && !report.converged; ++calls)
+        for (; calls < 300 && !report.converged(); ++calls)
             report = relaxer.relax(wire, whole_cycles(segments, 1));
-        EXPECT_TRUE(report.converged) << "trial " << trial << ": |g|/C " << report.gradient;
+        EXPECT_TRUE(report.converged()) << "trial " << trial << ": |g|/C " << report.gradient;
     }
 }
 
@@ -379,7 +418,7 @@ TEST(GlobalRelaxer, GoesOnWithItsTrustRegionAndSavesIt) {
     Guidewire other;
     RelaxReport report;
     int calls = 0;
-    for (; calls < 200 && !report.converged; ++calls) {
+    for (; calls < 200 && !report.converged(); ++calls) {
         if (calls == 3) {
             geometry::restore_state(restored, geometry::state_of(relaxer));
             other = wire;
@@ -390,6 +429,6 @@ TEST(GlobalRelaxer, GoesOnWithItsTrustRegionAndSavesIt) {
             ASSERT_EQ(wire.tangents, other.tangents) << "call " << calls;
         }
     }
-    EXPECT_TRUE(report.converged) << report.gradient;
+    EXPECT_TRUE(report.converged()) << report.gradient;
     EXPECT_GT(calls, 4);
 }

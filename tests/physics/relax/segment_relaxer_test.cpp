@@ -299,7 +299,7 @@ TEST(SegmentRelaxer, StopsWhenNothingTurnsAnyMore) {
     Guidewire wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 30);
     const TubeWall wall({{-1, 0, 0}, {100, 0, 0}}, 2, 40);
     const RelaxReport report = make_relaxer(with(2), wall)->relax(wire, {100000, 0, 0});
-    EXPECT_TRUE(report.converged);
+    EXPECT_TRUE(report.converged());
     EXPECT_LE(report.updates, 60);
 }
 

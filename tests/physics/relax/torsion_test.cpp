@@ -35,7 +35,7 @@ struct InABend {
     HubReport turn(double angle) {
         const HubReport report = hub.move(wire, {0, angle}, sufficient);
         EXPECT_EQ(report.outcome, HubReport::Outcome::AtRest);
-        EXPECT_TRUE(report.relax.converged);
+        EXPECT_TRUE(report.relax.converged());
         return report;
     }
     double energy() const { return total_energy(wire, all_contacts(wire, wall)).total(); }
@@ -212,7 +212,7 @@ TEST(Torsion, FrictionHoldsAPressedShaftBackByItsClosedForm) {
     for (int k = 0; k < 80; ++k) {
         const HubReport report = p.hub.move(p.wire, {0, 0.05}, sufficient);
         ASSERT_EQ(report.outcome, HubReport::Outcome::AtRest) << k;
-        ASSERT_TRUE(report.relax.converged) << k;
+        ASSERT_TRUE(report.relax.converged()) << k;
         turned += 0.05;
         work += 0.5 * (torque + report.relax.base_torque) * 0.05;
         torque = report.relax.base_torque;

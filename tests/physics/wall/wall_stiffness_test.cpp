@@ -200,7 +200,7 @@ TEST(WallStiffness, BothRelaxersRestAtTheSamePlaceInAVariedWall) {
     config.kind = RelaxerKind::Segment;
     make_relaxer(config, wall)->relax(wire, whole_cycles(60, 25));
     const double by_segments = energy(wire, wall);
-    EXPECT_TRUE(global_relaxer(wall)->relax(wire, {1'000'000, 0, 0}).converged);
+    EXPECT_TRUE(global_relaxer(wall)->relax(wire, {1'000'000, 0, 0}).converged());
     EXPECT_LT(relative_gradient(wire, all_contacts(wire, wall)), 1e-8);
     EXPECT_NEAR(by_segments, energy(wire, wall), 1e-3 * by_segments);
     const double varied = energy(wire, wall);

@@ -133,7 +133,7 @@ TEST(Crossings, AJointAtEachMendsThem) {
         for (int round = 0; round < 4 && !found.empty(); ++round) {
             ASSERT_GT(split_crossings(wire, found), 0);
             ASSERT_TRUE(validate(wire).empty());
-            EXPECT_TRUE(global_relaxer(ridge)->relax(wire, {100000, 0, 0}).converged);
+            EXPECT_TRUE(global_relaxer(ridge)->relax(wire, {100000, 0, 0}).converged());
             found = crossings(wire, all_contacts(wire, ridge), ridge);
         }
         EXPECT_TRUE(found.empty());

@@ -149,7 +149,7 @@ TEST(Refinement, RestOfAPushedWireStaysWithinTheToleranceOfTheFineWires) {
             fines->relax(fine, unlimited);
             refine(wire, wall);
             insert_segment(wire);
-            ASSERT_TRUE(coarses->relax(wire, unlimited).converged) << scene << fine.segments();
+            ASSERT_TRUE(coarses->relax(wire, unlimited).converged()) << scene << fine.segments();
             if (fine.segments() % 10 == 0) {
                 EXPECT_LT(curve_error(fine, wire), 0.05) << scene;
             }

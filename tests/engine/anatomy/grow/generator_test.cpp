@@ -271,7 +271,7 @@ TEST(Generator, MakesALumenThatAWireCanBePushedThrough) {
     const auto relaxer = physics::make_relaxer(config, *wall);
     for (int push = 0; push < 15; ++push) {
         physics::insert_segment(wire);
-        EXPECT_TRUE(relaxer->relax(wire, {100'000, 0, 1}).converged) << push;
+        EXPECT_TRUE(relaxer->relax(wire, {100'000, 0, 1}).converged()) << push;
     }
     EXPECT_TRUE(inside(anatomy, wire.joints.back()));
     EXPECT_EQ(nearest_place(anatomy, wire.joints.back()).branch, 0);  // out of the side branch
