@@ -79,7 +79,7 @@ std::vector<Page> pages_of(const std::filesystem::path& folder, const DebriefArg
         const auto& [learner, exercise] = key;
         std::string name = "debrief";
         if (learners.size() > 1) name += "-" + io::file_name_of(learner.empty() ? "guest" : learner);
-        if (groups.size() > 1) name += "-" + exercise;
+        if (groups.size() > 1) name += "-" + io::file_name_of(exercise);
         pages.push_back({std::filesystem::path(arguments.out) / (name + ".html"),
                          scenario_of(recordings.front(), arguments.scenario), std::move(recordings)});
     }

@@ -137,9 +137,8 @@ void check_extent(const Anatomy& anatomy, std::vector<std::string>& found) {
         const auto& points = branch.points;
         for (std::size_t i = 0; i < points.size(); ++i) {
             const bool is_end = i == 0 || i + 1 == points.size();
-            const double step = !is_end || points.size() < 2 ? 0
-                                : i == 0                     ? (points[1] - points[0]).norm()
-                                                             : (points[i] - points[i - 1]).norm();
+            const std::size_t k = std::max<std::size_t>(i, 1);
+            const double step = is_end && points.size() > 1 ? (points[k] - points[k - 1]).norm() : 0;
             if (outside(fmt::format("branch '{}': sample {}", branch.name, i), points[i], branch.radii[i],
                         step))
                 break;

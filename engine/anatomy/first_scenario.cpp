@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <limits>
 
+#include "engine/anatomy/lumen_wall.h"
 #include "engine/io/text.h"
 #include "physics/geometry/polyline.h"
 #include "physics/wire/guidewire_presets.h"
@@ -99,6 +100,8 @@ std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& 
             : fmt::format("  # does not pass {:.2f} mm, the narrowest place on the way", 2 * narrowest),
         toml_text(target.name), decimal(std::clamp(branch[target.sample], 1.0, 5.0)), decimal(isocentre.x()),
         decimal(isocentre.y()), decimal(isocentre.z()));
+    if (const std::string obstacle = obstacle_to_field(anatomy, 0.5 * wire.spec.diameter); !obstacle.empty())
+        text += fmt::format("\n[wall]\nmodel = \"mesh\"  # no smooth wall: {}\n", obstacle);
     if (!anatomy.body)
         text +=
             "\n[imaging]\npatient = false  # where in a body this is was not said: anatomy import --body\n";

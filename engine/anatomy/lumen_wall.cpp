@@ -10,6 +10,13 @@
 #include "physics/wall/mesh_wall.h"
 
 namespace anatomy {
+namespace {
+
+/// Cells of the grid from a wall to the axis: with fewer the field does not separate its sides. In tubes with
+/// this many it is off by 0.03 mm at 1 % of the places near the wall, with two by 0.01 mm at most.
+constexpr double cells_to_axis = 1.25;
+
+}  // namespace
 
 physics::WallStiffness stiffness_of(const Anatomy& anatomy, double stiffness,
                                     const std::optional<physics::WallVariation>& variation) {
@@ -19,17 +26,34 @@ physics::WallStiffness stiffness_of(const Anatomy& anatomy, double stiffness,
 
 std::unique_ptr<physics::LumenWall> surface_wall(const Anatomy& anatomy, SurfaceWall kind,
                                                  physics::WallStiffness stiffness, double wire_radius,
-                                                 const ModelCache& cache) {
+                                                 const ModelCache& cache, double thickest) {
     if (kind == SurfaceWall::DistanceField)
-        return cached_distance_field(anatomy, stiffness, wire_radius, cache);
+        return cached_distance_field(anatomy, stiffness, wire_radius, cache, thickest);
     return std::make_unique<physics::MeshWall>(anatomy.lumen, anatomy.branches, anatomy.openings(),
                                                std::move(stiffness), wire_radius);
 }
 
+std::string obstacle_to_field(const Anatomy& anatomy, double thickest) {
+    physics::DistanceFieldOptions options;
+    options.inner = physics::DistanceField::depth_for(thickest);
+    const auto [spacing, bytes, bytes_while] = physics::DistanceField::estimate(anatomy.branches, options);
+    for (const CentrelineBranch& branch : anatomy.branches)
+        if (const double least = *std::min_element(branch.radii.begin(), branch.radii.end());
+            least < cells_to_axis * spacing)
+            return fmt::format("a grid of {:.2g} mm does not resolve '{}' of radius {:.3g} mm", spacing,
+                               branch.name, least);
+    const double most = static_cast<double>(options.largest);
+    if (bytes_while <= most) return {};
+    return fmt::format("making one of {:g} mm depth would take {:.0f} MB, more than {:.0f} MB", options.inner,
+                       bytes_while / 1e6, most / 1e6);
+}
+
 std::unique_ptr<physics::LumenWall> cached_distance_field(const Anatomy& anatomy,
                                                           const physics::WallStiffness& stiffness,
-                                                          double wire_radius, const ModelCache& cache) {
+                                                          double wire_radius, const ModelCache& cache,
+                                                          double thickest) {
     physics::DistanceFieldOptions options;
+    options.inner = physics::DistanceField::depth_for(std::max(wire_radius, thickest));
     options.threads = static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 64u));
     const auto ends = anatomy.openings();
     const auto fingerprint =

@@ -15,9 +15,9 @@ bool needs_catheter(const script::Command&);
 /// The problem with such a command in a scenario without one, for messages.
 std::string no_catheter(const script::Command&);
 
-/// A wire of the scenario's catalogue, to be used in its catheter. Throws InputError for an unknown device, a
 /// Where the wire that an exchange names is read from. Throws InputError for one that is not there.
 std::filesystem::path file_of_wire(const std::string& name, const scenario::Scenario&);
+/// A wire of the scenario's catalogue, to be used in its catheter. Throws InputError for an unknown device, a
 /// catheter, or a wire that is too thick for the lumen.
 scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scenario&);
 

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "engine/anatomy/lumen_wall.h"
 #include "physics/wall/distance_field.h"
 
 namespace scenario {
@@ -15,9 +16,6 @@ namespace {
 using geometry::Vec3;
 
 constexpr double shortest = 0.2, longest = 5;  // λ [mm]
-/// Cells of the grid from a wall to the axis: with fewer the field does not separate its sides. In tubes with
-/// this many it is off by 0.03 mm at 1 % of the places near the wall, with two by 0.01 mm at most.
-constexpr double cells_to_axis = 1.25;
 constexpr double twist_that_shows = 2 * geometry::degree;
 
 /// The point of a branch `way` before (< 0) or behind a sample along it; none past its ends.
@@ -66,33 +64,21 @@ void choose_segment_length(const physics::GuidewireSpec& wire, double tolerance,
         length = wire.curved_length / std::ceil(wire.curved_length / length * (1 - 1e-9));
 }
 
-void choose_wall(const anatomy::Anatomy& anatomy, const physics::GuidewireSpec& wire, bool closed_form,
-                 ModelChoice& choice) {
+void choose_wall(const anatomy::Anatomy& anatomy, double thickest, bool closed_form, ModelChoice& choice) {
     if (closed_form) {
         choice.wall = WallModel::Analytic;
         choice.wall_reason = "a tube of constant radius has a closed form";
         return;
     }
-    const physics::DistanceFieldOptions field;
-    const double radius = choice.demand.smallest_radius;
+    choice.wall_reason = anatomy::obstacle_to_field(anatomy, thickest);
+    if (!choice.wall_reason.empty()) return;
+    physics::DistanceFieldOptions field;
+    field.inner = physics::DistanceField::depth_for(thickest);
     const auto [spacing, bytes, bytes_while] = physics::DistanceField::estimate(anatomy.branches, field);
-    const double most = static_cast<double>(field.largest);
-    choice.wall = WallModel::Mesh;
-    if (radius < cells_to_axis * spacing)
-        choice.wall_reason = fmt::format("a grid of {:.2g} mm does not resolve '{}' of radius {:.3g} mm",
-                                         spacing, choice.demand.narrowest, radius);
-    else if (0.5 * wire.diameter >= field.inner)
-        choice.wall_reason =
-            fmt::format("a wire of {:g} mm is thicker than a distance field is deep", wire.diameter);
-    else if (bytes_while > most)
-        choice.wall_reason = fmt::format("making a distance field would take {:.0f} MB, more than {:.0f} MB",
-                                         bytes_while / 1e6, most / 1e6);
-    else {
-        choice.wall = WallModel::DistanceField;
-        choice.wall_reason = fmt::format(
-            "a grid of {:.2g} mm resolves the narrowest radius of {:.3g} mm ('{}') in about {:.0f} MB",
-            spacing, radius, choice.demand.narrowest, std::ceil(bytes / 1e6));
-    }
+    choice.wall = WallModel::DistanceField;
+    choice.wall_reason = fmt::format(
+        "a grid of {:.2g} mm resolves the narrowest radius of {:.3g} mm ('{}') in about {:.0f} MB", spacing,
+        choice.demand.smallest_radius, choice.demand.narrowest, std::ceil(bytes / 1e6));
 }
 
 void choose_torsion(const physics::GuidewireSpec& wire, double wire_length, ModelChoice& choice) {
@@ -151,11 +137,11 @@ LumenDemand demand_of(const anatomy::Anatomy& anatomy) {
 }
 
 ModelChoice choose_model(const anatomy::Anatomy& anatomy, const physics::GuidewireSpec& wire,
-                         double curve_tolerance, bool closed_form, double wire_length) {
+                         double curve_tolerance, bool closed_form, double wire_length, double thickest) {
     ModelChoice choice;
     choice.demand = demand_of(anatomy);
     choose_segment_length(wire, curve_tolerance, choice);
-    choose_wall(anatomy, wire, closed_form, choice);
+    choose_wall(anatomy, std::max(thickest, 0.5 * wire.diameter), closed_form, choice);
     choose_torsion(wire, wire_length, choice);
     return choice;
 }

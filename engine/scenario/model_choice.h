@@ -27,25 +27,25 @@ LumenDemand demand_of(const anatomy::Anatomy&);
 bool device_winds_up(const physics::DeviceSpec&, const LumenDemand&);
 
 struct ModelChoice {
-    double segment_length = 0;   // λ [mm]
-    std::string segment_reason;  // one sentence
-    WallModel wall = WallModel::Mesh;
-    std::string wall_reason;     // one sentence
-    bool winds_up = false;       // whether the wire's torsion shows
-    bool held_back = false;      // and whether friction on its shaft does
-    std::string torsion_reason;  // one sentence; empty for a wire without torsional rigidity
-    std::string held_reason;     // continues it where the shaft is held back
+    double segment_length = 0;         // λ [mm]
+    std::string segment_reason;        // one sentence
+    WallModel wall = WallModel::Auto;  // that is left where no smooth wall is possible
+    std::string wall_reason;           // one sentence
+    bool winds_up = false;             // whether the wire's torsion shows
+    bool held_back = false;            // and whether friction on its shaft does
+    std::string torsion_reason;        // one sentence; empty for a wire without torsional rigidity
+    std::string held_reason;           // continues it where the shaft is held back
     LumenDemand demand;
 };
 
 /// λ is the longest segment that sags by no more than the tolerance [mm] from the sharpest bend of the
 /// vessels and of the wire's unloaded tip, and is no longer than the smallest radius; it is within 0.2 to 5
 /// mm, and the curved tip is a whole number of segments. The wall is in closed form where `closed_form` says
-/// there is one, a distance field where its grid resolves the narrowest vessel and fits in memory, else the
-/// mesh.
+/// there is one, else a distance field where its grid resolves the narrowest vessel and fits in memory;
+/// `thickest` is the radius of the thickest device [mm], 0 = the wire.
 /// A shaft of `wire_length` [mm] winds up where the torque of the sharpest bend on the curved tip twists it
 /// by more than 2°. It is held back where friction in that bend does so.
 ModelChoice choose_model(const anatomy::Anatomy&, const physics::GuidewireSpec&, double curve_tolerance,
-                         bool closed_form, double wire_length = 1800);
+                         bool closed_form, double wire_length = 1800, double thickest = 0);
 
 }  // namespace scenario

@@ -18,8 +18,8 @@ ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy) {
     physics::GuidewireSpec& wire = s.guidewire;
     physics::GuidewireSpec on_this_wall = wire;
     on_this_wall.friction = s.friction();
-    ModelChoice choice =
-        choose_model(anatomy, on_this_wall, s.refinement.curve_tolerance, s.tube.has_value(), s.wire_length);
+    ModelChoice choice = choose_model(anatomy, on_this_wall, s.refinement.curve_tolerance, s.tube.has_value(),
+                                      s.wire_length, s.thickest_radius());
     // Two shafts on one chain wind up as a whole.
     if (s.catheter) choice.held_back = false;
     if (s.torsion == TorsionModel::Rigid || (s.torsion == TorsionModel::Auto && !choice.winds_up))
@@ -29,6 +29,12 @@ ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy) {
         const bool winds = device_winds_up(s.catheter->device, choice.demand);
         if (s.torsion == TorsionModel::Rigid || (s.torsion == TorsionModel::Auto && !winds)) rigidity = 0;
     }
+    if (s.wall_model == WallModel::Auto && choice.wall == WallModel::Auto)
+        throw io::InputError(io::located(
+            s.place("wall.model"), fmt::format("no distance field of this lumen can be made: {}; model = "
+                                               "\"mesh\" under [wall] is accepted: planes, on which frames "
+                                               "need not end at rest",
+                                               choice.wall_reason)));
     if (s.wall_model == WallModel::Auto) s.wall_model = choice.wall;
     if (s.choose_segment_length) {
         s.wall_stiffness *= choice.segment_length / wire.segment_length;  // the same per length of wire
@@ -61,11 +67,17 @@ anatomy::EntryPath entry_of(const Scenario& s, const anatomy::Anatomy& anatomy) 
                                     wire.diameter, s.entry.end, 2 * narrowest)));
     }
     const double length_of_way = ways.back();
-    if (s.catheter && s.catheter->inserted > 0) {
+    if (s.catheter) {
         double room = entry.radii.front();
         for (std::size_t i = 1; i < ways.size() && ways[i - 1] < s.catheter->inserted; ++i)
             room = std::min(room, entry.radii[i]);
         const double thickness = s.catheter->device.outer_diameter;
+        if (s.catheter->inserted == 0 && !physics::enters(thickness, room))
+            throw io::InputError(io::located(
+                s.place("catheter.outer_diameter_mm"),
+                fmt::format("a catheter of {:g} mm does not enter at '{}', which is {:.3g} mm wide; a "
+                            "thinner one is accepted",
+                            thickness, s.entry.end, 2 * room)));
         if (s.catheter->inserted > length_of_way + 1e-6 || !physics::enters(thickness, room))
             throw io::InputError(io::located(
                 s.place("catheter.inserted_mm"),
@@ -110,7 +122,7 @@ namespace {
 
 /// Of all that a wall on the surface of a lumen is made from.
 std::uint64_t key_of(const anatomy::Anatomy& anatomy, anatomy::SurfaceWall kind,
-                     const physics::WallStiffness& stiffness, double wire_radius) {
+                     const physics::WallStiffness& stiffness, double wire_radius, double thickest) {
     geometry::Hash hash;
     const auto add_all = [&hash](const auto& list) {
         hash.add(std::uint64_t{list.size()});
@@ -121,6 +133,7 @@ std::uint64_t key_of(const anatomy::Anatomy& anatomy, anatomy::SurfaceWall kind,
     hash.add(stiffness.length());
     add_all(stiffness.terms());
     hash.add(wire_radius);
+    hash.add(thickest);
     add_all(anatomy.lumen.vertices);
     add_all(anatomy.lumen.triangles);
     hash.add(std::uint64_t{anatomy.branches.size()});
@@ -153,9 +166,10 @@ std::shared_ptr<const physics::LumenWall> wall_of(const Scenario& s, const anato
                                                    wire_radius);
     const auto kind =
         s.wall_model == WallModel::Mesh ? anatomy::SurfaceWall::Mesh : anatomy::SurfaceWall::DistanceField;
-    return walls.get(key_of(anatomy, kind, stiffness, wire_radius),
+    const double thickest = s.thickest_radius();
+    return walls.get(key_of(anatomy, kind, stiffness, wire_radius, thickest),
                      [&]() -> std::shared_ptr<const physics::LumenWall> {
-                         return anatomy::surface_wall(anatomy, kind, stiffness, wire_radius, cache);
+                         return anatomy::surface_wall(anatomy, kind, stiffness, wire_radius, cache, thickest);
                      });
 }
 

@@ -9,7 +9,6 @@
 #include "engine/io/files.h"
 #include "engine/io/text.h"
 #include "engine/script/command.h"
-#include "physics/wall/distance_field.h"
 
 namespace scenario {
 namespace {
@@ -77,13 +76,6 @@ std::vector<std::string> problems(const Scenario& s) {
         if (s.adaptive)
             say("guidewire.adaptive",
                 "adaptive segments follow one device; adaptive = false is accepted with a catheter");
-        const double deepest = physics::DistanceFieldOptions().inner;
-        if (0.5 * device.outer_diameter >= deepest)
-            say("catheter.outer_diameter_mm",
-                fmt::format(
-                    "a catheter of {:g} mm is thicker than a wall's field is deep; less than {:g} mm is "
-                    "accepted",
-                    device.outer_diameter, 2 * deepest));
         for (const std::string& text : physics::problems(device)) say("catheter", text);
     } else if (s.target.by_catheter) {
         say("target.device", "there is no [catheter]; \"wire\" is accepted without one");
@@ -127,6 +119,10 @@ std::vector<std::string> problems(const Scenario& s) {
         }
     }
     return found;
+}
+
+double Scenario::thickest_radius() const {
+    return 0.5 * std::max(guidewire.diameter, catheter ? catheter->device.outer_diameter : 0.0);
 }
 
 physics::DeviceSpec Scenario::wire_device() const {

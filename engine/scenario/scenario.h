@@ -127,6 +127,8 @@ struct Scenario {
     io::TextPlace place(const std::string& key) const;  // of the key, or its section, or the file
 
     double friction() const { return guidewire.friction * wall_friction; }  // μ of the wire on this wall [-]
+    /// Of any device that the wall can meet [mm]. A wire in exchange fits the catheter.
+    double thickest_radius() const;
     /// The wire on a chain with the catheter.
     physics::DeviceSpec wire_device() const;
 };

@@ -16,7 +16,7 @@ namespace physics {
 struct DistanceFieldOptions {
     double spacing = 0;   // of the grid [mm]; 0 = a sixth of the smallest radius, within 0.2 to 0.3; twice
                           // that at smooth walls of vessels with a radius of 12 spacings, four times with 24
-    double inner = 1.25;  // the field is known to this depth inside the wall [mm]
+    double inner = 1.25;  // the field is known to this depth inside the wall [mm]; DistanceField::depth_for
     double outer = 1.5;   // and to this distance outside it [mm]
     int threads = 1;      // the field has the same bits for any number
     std::size_t largest = std::size_t{2} << 30;  // [bytes] of grids; a larger field is rejected
@@ -54,6 +54,10 @@ public:
 
     void contacts(std::span<const Vec3> joints, std::span<WallContact> contacts) const override;
     bool same_vessel(int station, int other) const override;
+
+    /// The depth that devices of up to this radius need [mm]: the usual one where they are thinner than that,
+    /// else deeper than they are by 0.15 mm or more.
+    static double depth_for(double radius);
 
     /// Its stations are those of the contacts: they locate a joint by branch and sample.
     const CentrelineTree& tree() const;

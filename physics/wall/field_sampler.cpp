@@ -248,9 +248,8 @@ double band_bricks(const CentrelineTree& tree, const FieldBand& band) {
         if (stations[s].branch != stations[s - 1].branch) continue;
         const double edge =
             SplineGrid::brick_side * band.spacing * (1 << level_of(stations[s].radius, band.wide));
-        bricks += 2 * std::numbers::pi * stations[s].radius *
-                  (stations[s].centre - stations[s - 1].centre).norm() * (band.inner + band.outer) /
-                  (edge * edge * edge);
+        bricks += band_section(stations[s].radius, band.inner, band.outer) *
+                  (stations[s].centre - stations[s - 1].centre).norm() / (edge * edge * edge);
     }
     return bricks;
 }
@@ -490,6 +489,12 @@ LumenSurface lumen_surface(const TriangleMesh& mesh, const CentrelineTree& tree)
         seed = runs.deepest(x, seed);
         return tree.stations()[seed].centre;
     });
+}
+
+double band_section(double radius, double inner, double outer) {
+    // A band that is deeper than the vessel fills it, and no more.
+    if (inner < radius) return 2 * std::numbers::pi * radius * (inner + outer);
+    return std::numbers::pi * (radius + outer) * (radius + outer);
 }
 
 void refuse_size(double spacing, double bytes, std::size_t largest) {

@@ -44,6 +44,9 @@ inline int level_of(double radius, double wide) {
     return radius < wide ? 0 : radius < 2 * wide ? 1 : 2;
 }
 
+/// Area of a vessel's cross-section that the band fills [mm²].
+double band_section(double radius, double inner, double outer);
+
 /// Throws std::invalid_argument for a field that would take so many bytes, more than `largest`.
 [[noreturn]] void refuse_size(double spacing, double bytes, std::size_t largest);
 

@@ -13,7 +13,7 @@
 namespace physics {
 namespace {
 
-constexpr double thickest = 10;  // [mm]
+constexpr double thickest = WireLimits::diameter;  // [mm]
 constexpr double least_segments = 2;
 
 /// A stretch of a device with constant rest curvature, by its distance from the introducer on the chain.

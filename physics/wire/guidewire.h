@@ -53,7 +53,7 @@ struct GuidewireSpec {
 /// The largest values that problems() accepts in a spec.
 struct WireLimits {
     static constexpr double segment_length = 50;  // [mm]
-    static constexpr double diameter = 5;         // [mm]
+    static constexpr double diameter = 10;        // [mm]
     static constexpr double rigidity = 1e5;       // [N·mm²]
     static constexpr double soft_length = 1000;   // of the tip, of the transition [mm]
     static constexpr double curved_length = 200;  // [mm]

@@ -1,6 +1,6 @@
 #pragma once
-/// Organs that move with breath, heartbeat and bowel: at one pose a few phases are drawn. Between them each
-/// is carried to where its organs are (OrganFlow), and the nearest are blended.
+/// Organs that move with breath, heartbeat and bowel: at one pose a few phases are drawn. Between them the
+/// nearest phase is carried to where its organs are (OrganFlow).
 
 #include <array>
 #include <cstdint>

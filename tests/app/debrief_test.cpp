@@ -161,6 +161,28 @@ TEST(DebriefCommand, OfAFolderMakesAPageForEachLearnerAndExercise) {
     EXPECT_NE(counted.out.find("4 attempts, 1 files that do not count"), std::string::npos) << counted.out;
 }
 
+TEST(DebriefCommand, ARecordingCannotNameAPlaceOutsideTheFolder) {
+    const TemporaryFolder folder;
+    std::filesystem::create_directories(folder / "class");
+    const std::string plain = read(recorded(folder, "a", "0 beam on\n2 advance 2 mm\n9 end\n"));
+    write(folder / "class/1.gw", plain);
+    for (const char* hostile : {"../../elsewhere", "/tmp/elsewhere", "..", "a<b>", "x\\y"}) {
+        std::string text = plain;
+        const std::size_t at = text.find(" s_bend\n");
+        ASSERT_NE(at, std::string::npos);
+        write(folder / "class/2.gw", text.replace(at + 1, 6, hostile));
+        const Outcome made = run(folder, {"debrief", folder / "class", "--no-pictures", "--force",
+                                          "--scenario", "s_bend", "--out", folder / "deep/out"});
+        ASSERT_EQ(made.code, 0) << hostile << "\n" << made.error;
+        const std::filesystem::path page =
+            folder / "deep/out" / ("debrief-" + io::file_name_of(hostile) + ".html");
+        EXPECT_TRUE(std::filesystem::is_regular_file(page)) << page;
+        EXPECT_EQ(page.parent_path(), folder / "deep/out") << page;
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "elsewhere.html"));
+    EXPECT_FALSE(std::filesystem::exists(folder / "deep/elsewhere.html"));
+}
+
 TEST(CourseCommand, CountsAttemptsByLearnerAndExercise) {
     const TemporaryFolder folder;
     std::filesystem::create_directories(folder / "class/below");

@@ -99,13 +99,13 @@ TEST(ModelChoice, TakesTheWallThatTheAnatomyAllows) {
     const Anatomy huge = tube(40, {anatomy::Run{400'000}});
     EXPECT_EQ(choose_model(wide, straight_tip(), tolerance, true).wall, WallModel::Analytic);
     EXPECT_EQ(choose_model(wide, straight_tip(), tolerance, false).wall, WallModel::DistanceField);
-    EXPECT_EQ(choose_model(narrow, straight_tip(), tolerance, false).wall, WallModel::Mesh);
+    EXPECT_EQ(choose_model(narrow, straight_tip(), tolerance, false).wall, WallModel::Auto);
     const Anatomy tight = tube(0.27, {anatomy::Run{60}});  // a stenosis that a wire of 0.014 in just passes
     EXPECT_EQ(choose_model(tight, straight_tip(), tolerance, false).wall, WallModel::DistanceField);
-    EXPECT_EQ(choose_model(huge, straight_tip(), tolerance, false).wall, WallModel::Mesh);
+    EXPECT_EQ(choose_model(huge, straight_tip(), tolerance, false).wall, WallModel::Auto);
     physics::GuidewireSpec thick = straight_tip();
     thick.diameter = 3;
-    EXPECT_EQ(choose_model(wide, thick, tolerance, false).wall, WallModel::Mesh);
+    EXPECT_EQ(choose_model(wide, thick, tolerance, false).wall, WallModel::DistanceField);
 }
 
 TEST(ModelChoice, ChoosesForTheIliacArteriesWithReasons) {
