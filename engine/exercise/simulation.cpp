@@ -25,7 +25,7 @@ constexpr int least_share = 8;
 constexpr double tolerance_of_planes = 1e-3;
 /// Updates a segment before frame 0: a wire put in along the centreline is far from rest.
 constexpr int updates_at_start = 200;
-constexpr int budgets_at_start = 20;  // of those, at most
+constexpr int budgets_at_start = 100;  // of those, at most; sheaths that nearly fill their vessel take 30
 /// A wire that goes through an open end passes within this many of its radii.
 constexpr double opening_reach = 1.5;
 /// A crossing is mended by a joint at its deepest place, or by one in each of the parts.
@@ -157,8 +157,13 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
         }
         const auto settle = [&] {
             const int updates = updates_at_start * moving_.segments();
-            hub_->settle(moving_, updates);
-            for (int k = 1; hub_->working() && k < budgets_at_start; ++k) hub_->resume(moving_, updates);
+            bool at_rest = hub_->settle(moving_, updates).relax.at_rest;
+            for (int k = 1; !at_rest && k < budgets_at_start; ++k) {
+                const bool goes_on = hub_->working();
+                if (!goes_on && !wall_->smooth()) return;  // planes jump, and there may be no rest
+                at_rest =
+                    (goes_on ? hub_->resume(moving_, updates) : hub_->settle(moving_, updates)).relax.at_rest;
+            }
         };
         settle();
         if (scenario_.adaptive) {

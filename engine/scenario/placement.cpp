@@ -67,17 +67,11 @@ anatomy::EntryPath entry_of(const Scenario& s, const anatomy::Anatomy& anatomy) 
                                     wire.diameter, s.entry.end, 2 * narrowest)));
     }
     const double length_of_way = ways.back();
-    if (s.catheter) {
+    if (s.catheter && s.catheter->inserted > 0) {
         double room = entry.radii.front();
         for (std::size_t i = 1; i < ways.size() && ways[i - 1] < s.catheter->inserted; ++i)
             room = std::min(room, entry.radii[i]);
         const double thickness = s.catheter->device.outer_diameter;
-        if (s.catheter->inserted == 0 && !physics::enters(thickness, room))
-            throw io::InputError(io::located(
-                s.place("catheter.outer_diameter_mm"),
-                fmt::format("a catheter of {:g} mm does not enter at '{}', which is {:.3g} mm wide; a "
-                            "thinner one is accepted",
-                            thickness, s.entry.end, 2 * room)));
         if (s.catheter->inserted > length_of_way + 1e-6 || !physics::enters(thickness, room))
             throw io::InputError(io::located(
                 s.place("catheter.inserted_mm"),

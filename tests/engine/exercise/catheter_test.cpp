@@ -115,8 +115,8 @@ TEST(Catheter, WhatCannotBeIsRefusedAtLoad) {
     test::expect_said(refused(small + "[catheter]\n"), "device");
     test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\ninner_diameter_mm = 0.8\n"),
                       "does not fit a catheter's lumen of 0.8 mm");
-    test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\nouter_diameter_mm = 2.8\n"),
-                      "thicker than a wall's field");
+    test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\nouter_diameter_mm = 10.1\n"),
+                      "outer_diameter_mm = 10.1");
     test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\ninserted_mm = 900\n"),
                       "cannot be in");
     test::expect_said(refused(small + "[catheter]\ndevice = \"cobra5f\"\nlength_mm = nan\n"), "length_mm");
