@@ -157,12 +157,12 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
         }
         const auto settle = [&] {
             const int updates = updates_at_start * moving_.segments();
-            bool at_rest = hub_->settle(moving_, updates).relax.at_rest;
+            bool at_rest = hub_->settle(moving_, updates).relax.at_rest();
             for (int k = 1; !at_rest && k < budgets_at_start; ++k) {
                 const bool goes_on = hub_->working();
                 if (!goes_on && !wall_->smooth()) return;  // planes jump, and there may be no rest
-                at_rest =
-                    (goes_on ? hub_->resume(moving_, updates) : hub_->settle(moving_, updates)).relax.at_rest;
+                at_rest = (goes_on ? hub_->resume(moving_, updates) : hub_->settle(moving_, updates))
+                              .relax.at_rest();
             }
         };
         settle();
