@@ -9,6 +9,8 @@
 
 namespace physics {
 
+using namespace geometry;
+
 /// Finds the μ with which a step just fits its cap, by trials. `reach` is how far a trial moved a joint, over
 /// the cap.
 class TrustRegion {
