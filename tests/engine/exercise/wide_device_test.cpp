@@ -112,7 +112,7 @@ TEST(WideDevices, GuideAndSheathArePushedUpTheAortaAtRestAndInside) {
 }
 
 TEST(WideDevices, ASheathThatNearlyFillsItsVesselBeginsAtRest) {
-    for (const char* diameter : {"4.7", "6", "7", "8"}) {  // in vessels of 8.5 mm
+    for (const char* diameter : {"4.7", "8"}) {  // in vessels of 8.5 mm
         const Simulation simulation(shipped("renal_cobra", {{"catheter.device", "\"sheath12f\""},
                                                             {"catheter.outer_diameter_mm", diameter},
                                                             {"wall.friction", "0"}}),
