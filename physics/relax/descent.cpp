@@ -32,7 +32,7 @@ Termination Descent::run() {
     for (;;) {
         look_proximal();
         report_.gradient = gradient();
-        assert(at_.trust.mu() >= 0 && at_.model.stages() == segments_);
+        assert(at_.model.stages() == segments_);
         const End end = at_rest() ? certify() : settled() ? widen() : take_step();
         if (end) return *end;
     }
@@ -66,7 +66,6 @@ void Descent::start() {
 }
 
 void Descent::begin_window() {
-    assert(std::isfinite(at_.energy));
     proximal_known_ = true;
     looked_at_ = terms().relative_gradient;
     at_.best_gradient = std::numeric_limits<double>::max();
@@ -81,14 +80,13 @@ void Descent::open(int segments) {
 }
 
 double Descent::gradient() const {
-    assert(terms().relative_gradient >= 0 && terms().proximal_gradient >= 0);
     return std::max(terms().relative_gradient, terms().proximal_gradient);
 }
 
 void Descent::sum_proximal() {
     at_.model.sum_proximal(wire_, contacts_);
     proximal_known_ = true;
-    assert(at_.model.stages() == segments_ && std::isfinite(terms().proximal_gradient));
+    assert(at_.model.stages() == segments_);
 }
 
 /// Sums the gradient proximal of the window anew where it is time to.
@@ -97,7 +95,6 @@ void Descent::look_proximal() {
     if (proximal_known_ || !(settled() || within < options_.window.settled_share * looked_at_)) return;
     sum_proximal();
     looked_at_ = within;
-    assert(looked_at_ >= 0);
 }
 
 bool Descent::at_rest() const {
@@ -145,7 +142,7 @@ Descent::End Descent::certify() {
 
 Descent::End Descent::take_step() {
     const int window = at_.window(wire_);
-    assert(window >= 1 && window <= segments_ && std::isfinite(at_.energy));
+    assert(window >= 1 && window <= segments_);
     if (!affordable(window)) {
         if (!proximal_known_) sum_proximal();
         report_.gradient = gradient();

@@ -57,7 +57,6 @@ bool Hub::can_be(const Guidewire& wire, const RelaxReport& report) const {
     for (const WallContact& c : relaxer_.contacts())
         if (c.room > 0 && c.penetration > c.room) return false;
     const double energy = energy_of(wire);
-    assert(std::isfinite(energy) && std::isfinite(rest_energy_));
     double force = std::max(std::abs(report.push_force), std::abs(rest_report_.push_force));
     double torque = std::max(std::abs(report.base_torque), std::abs(rest_report_.base_torque));
     // Of several devices one may push and another pull by more than both together.

@@ -70,7 +70,6 @@ double Predictor::narrowest() const {
     double cap = options_.trust.unbounded;
     for (const WallContact& c : contacts_.contacts())
         if (c.room > 0) cap = std::min(cap, c.room);
-    assert(cap > 0);
     return cap;
 }
 
@@ -86,7 +85,7 @@ Prediction Predictor::run(HubMotion& motion, int most_updates) {
     const int n = wire_.segments();
     at_.model.look_from(twist_ ? 1 : std::max(1, n - options_.prediction.window + 1));
     at_.measure_window(wire_, contacts_);
-    assert(least_ > 0 && least_ <= 1 && cap_ > 0);
+    assert(least_ > 0 && least_ <= 1);
     Part part;
     while (!sliding_is_better(part) &&
            (updates_ == 0 || updates_ + options_.prediction.most_passes * n <= most_updates)) {
@@ -120,7 +119,6 @@ bool Predictor::answers(Part& part) {
     if (winds || !grips.empty()) at_.measure_window(wire_, contacts_);
     const PredictionOptions& o = options_.prediction;
     const double work = o.most_work * push_ * std::abs(part.plan.mm), energy = std::abs(at_.energy);
-    assert(work >= 0);
     const double rise = this->rise(part, o.good_share * (energy + work));
     wire_.grips = grips;
     wire_.windup = windup;

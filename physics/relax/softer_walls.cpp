@@ -29,7 +29,6 @@ private:
 double stiffest(const ContactSet& contacts) {
     double stiffness = 0;
     for (const WallContact& c : contacts.contacts()) stiffness = std::max(stiffness, c.stiffness);
-    assert(std::isfinite(stiffness));
     return stiffness;
 }
 
@@ -59,7 +58,7 @@ Termination SofterWalls::run(Iterate& at, Guidewire& wire, const WallDescent& ow
         const bool hardened = stiffness_ >= wall_stiffness;
         end = descend(at, own, task, wall_stiffness);
         cut = end == Termination::OutOfBudget && spent_ < most;
-        assert(spent_ >= 0 && std::isfinite(at.energy));
+        assert(spent_ >= 0);
         if (cut || hardened) break;
         // The wall only gets harder, and the energy of the rest in it higher.
         if (!(at.energy < energy_)) break;
@@ -83,7 +82,7 @@ void SofterWalls::start(Iterate& at, const Guidewire& wire, const WallDescent& o
     energy_ = at.energy;
     spent_ = 0;
     wire_ = wire;
-    assert(under_way() && std::isfinite(energy_));
+    assert(under_way());
 }
 
 /// Descends in the wall as it now is; the iterate's energy is then that in it.

@@ -7,17 +7,14 @@
 namespace physics {
 
 void TrustRegion::set_unit(double unit) {
-    assert(unit > 0 && std::isfinite(unit));
     unit_ = unit;
 }
 
 void TrustRegion::set(double mu) {
-    assert(mu >= 0);
     mu_ = mu;
 }
 
 void TrustRegion::begin_step() {
-    assert(mu_ >= 0 && unit_ > 0);
     went_too_far_ = -1, fell_short_ = 0;
     last_mu_ = 0, last_reach_ = std::numeric_limits<double>::infinity();
     bisections_ = 0;
@@ -55,18 +52,15 @@ bool TrustRegion::too_short(double reach) {
         return false;
     fell_short_ = mu_;
     mu_ = bisected();
-    assert(mu_ > went_too_far_ && mu_ <= fell_short_);
     return true;
 }
 
 double TrustRegion::bisected() {
-    assert(fell_short_ > 0 && went_too_far_ >= 0);
     if (++bisections_ >= options_.most_bisections) return fell_short_;
     return std::sqrt(std::max(went_too_far_, options_.lowest_share * fell_short_) * fell_short_);
 }
 
 void TrustRegion::rejected() {
-    assert(mu_ >= 0 && unit_ > 0);
     mu_ = std::max(options_.corrected_growth * mu_, options_.rejected_share * unit_);
     assert(mu_ > 0);
 }
@@ -76,11 +70,9 @@ void TrustRegion::accepted(double reach, bool after_rejection) {
     const double least = after_rejection ? options_.cautious_shrink : options_.least_shrink;
     mu_ *= std::clamp(reach * reach, least, 1.0);
     if (mu_ < options_.forgotten_share * unit_) mu_ = 0;
-    assert(mu_ >= 0 && std::isfinite(mu_));
 }
 
 void TrustRegion::crawled() {
-    assert(mu_ >= 0 && unit_ > 0);
     mu_ = std::max(options_.first_growth * mu_, options_.least_share * unit_);
     assert(mu_ > 0);
 }
