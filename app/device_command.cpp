@@ -30,11 +30,22 @@ int show(const DeviceArguments& arguments) {
     line("length", "length_mm", fmt::format("{:g} mm", d.length));
     line("outer diameter", "outer_diameter_mm", fmt::format("{:g} mm", d.outer_diameter));
     if (catheter) line("lumen", "inner_diameter_mm", fmt::format("{:g} mm", d.inner_diameter));
-    line("EI of the shaft", "shaft_rigidity_N_mm2", fmt::format("{:g} N mm2", d.shaft_rigidity));
-    line("EI of the tip", "tip_rigidity_N_mm2", fmt::format("{:g} N mm2", d.tip_rigidity));
-    line("floppy tip", "tip_length_mm", fmt::format("{:g} mm", d.tip_length));
-    line("transition", "transition_length_mm", fmt::format("{:g} mm", d.transition_length));
-    line("GJ of the shaft", "torsional_rigidity_N_mm2", fmt::format("{:g} N mm2", d.torsional_rigidity));
+    const auto stiffness = d.sources.contains("section") ? std::nullopt : scenario::tip_and_shaft(d);
+    if (stiffness) {
+        line("EI of the shaft", "shaft_rigidity_N_mm2", fmt::format("{:g} N mm2", stiffness->shaft_rigidity));
+        line("EI of the tip", "tip_rigidity_N_mm2", fmt::format("{:g} N mm2", stiffness->tip_rigidity));
+        line("floppy tip", "tip_length_mm", fmt::format("{:g} mm", stiffness->tip_length));
+        line("transition", "transition_length_mm", fmt::format("{:g} mm", stiffness->transition_length));
+        line("GJ of the shaft", "torsional_rigidity_N_mm2",
+             fmt::format("{:g} N mm2", stiffness->torsional_rigidity));
+    } else {
+        for (const physics::StiffnessSection& s : d.sections)
+            line("section, from the tip", "section",
+                 fmt::format("{}, EI {:g} to {:g}, GJ {:g} to {:g} N mm2",
+                             &s == &d.sections.back() ? "to the hub" : fmt::format("{:g} mm", s.length),
+                             s.rigidity_distal, s.rigidity_proximal, s.torsional_distal,
+                             s.torsional_proximal));
+    }
     line("friction", "friction", fmt::format("{:g}", d.friction));
     line("buckling", "buckling_force_N", fmt::format("{:g} N", d.buckling_force));
     for (const physics::RestArc& arc : d.shape)

@@ -27,8 +27,7 @@ std::string figure(const std::optional<double>& value, const char* unit) {
 void list_devices() {
     for (const std::filesystem::path& file : scenario::device_files(assets() / "devices")) {
         const scenario::Device device = scenario::load_device(file);
-        print("{:<16} {:<9} {}\n", device.name,
-              device.kind == scenario::DeviceKind::Wire ? "wire" : "catheter", device.title);
+        print("{:<16} {:<9} {}\n", device.name, scenario::name_of(device.kind), device.title);
     }
 }
 
@@ -64,16 +63,16 @@ void show_scenario(const scenario::Scenario& s, const std::string& cache_folder)
     if (s.lesson.level > 0) line("level", fmt::format("{} of {}", s.lesson.level, scenario::Lesson::levels));
     line("target", fmt::format("{}, within {:g} mm for {:g} s, by the {}",
                                s.target.name.empty() ? "a place of its own" : s.target.name, s.target.radius,
-                               s.target.hold, s.target.by_catheter ? "catheter" : "wire"));
-    line("start", fmt::format("{}, {:g} mm of wire inside", s.entry.end, s.entry.inserted));
-    line("wire",
-         fmt::format("{:g} mm thick, {:g} mm long, EI {:g} to {:g} N mm2, tip bent by {:.0f} deg{}",
-                     s.guidewire.diameter, s.wire_length, s.guidewire.shaft_rigidity,
-                     s.guidewire.tip_rigidity, s.guidewire.curved_angle / geometry::degree,
-                     s.guidewire.friction > 0 ? fmt::format(", friction {:g}", s.guidewire.friction) : ""));
-    if (s.catheter)
-        line("catheter", fmt::format("{}, {:g} mm thick, {:g} mm inside", s.catheter->device.title,
-                                     s.catheter->device.outer_diameter, s.catheter->inserted));
+                               s.target.hold, script::name_of(s.target.device)));
+    line("start", s.entry.end);
+    for (const scenario::PlacedDevice& placed : s.devices) {
+        const scenario::Device& d = placed.device;
+        line(std::string(placed.name()).c_str(),
+             fmt::format(
+                 "{}: {:g} mm thick, {:g} mm long, {:g} mm inside, EI {:g} to {:g} N mm2, friction {:g}",
+                 d.title, d.outer_diameter, d.length, placed.inserted, d.shaft_rigidity(),
+                 physics::rigidity_at(d, 0), d.friction));
+    }
     line("wall", fmt::format("{:g} N/mm a joint{}", s.wall_stiffness,
                              s.wall_variation ? fmt::format(", up to {:.0f} % more or less along the vessels",
                                                             100 * s.wall_variation->sum())

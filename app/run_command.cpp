@@ -25,7 +25,7 @@ const char* const footer =
     "  4..60 advance 2 mm 25 contrast 12 mg/ml                 state 60 0123456789abcdef\n"
     "  9 rotate 30 deg    80 withdraw 10 mm, reset             # a comment\n"
     "  30 inject 12 ml at 6 ml/s into aorta of 320 mg/ml       31 mode dsa, live, roadmap; mask; reference\n"
-    "  32 advance catheter 5 mm; rotate both 20 deg            33 remove wire; exchange wire rosen035\n"
+    "  32 advance catheter 5 mm; rotate all 20 deg             33 remove wire; exchange wire rosen035\n"
     "  34 inject 6 ml at 3 ml/s through catheter\n"
     "  40 pulse 7.5 per second                                 41 collimate 120 90 mm; table 0 0 -40 mm";
 

@@ -32,7 +32,8 @@ int show(const ShowArguments& arguments) {
     options.cache.folder = usual_cache(arguments.cache);
     options.interrupted = stop_requested;
     std::optional<anatomy::Anatomy> anatomy;
-    geometry::Polyline tip, wire, catheter;
+    geometry::Polyline tip;
+    std::vector<anatomy::Trail> devices;
     run::RunResult result;
     {
         ProgressBar bar;
@@ -49,16 +50,21 @@ int show(const ShowArguments& arguments) {
             }
             if (frame.motion.reset) tip.clear();
             tip.push_back(simulation.tip());
-            wire = simulation.path_of(script::Held::Wire);
-            catheter = simulation.path_of(script::Held::Catheter);
+            constexpr const char* colours[] = {"#000000", "#d55e00", "#56b4e9", "#cc79a7", "#8a5a00"};
+            devices.clear();
+            for (const scenario::PlacedDevice& placed : simulation.devices()) {
+                const auto k = devices.size();
+                devices.push_back({std::string(placed.name()) + (k == 0 ? " at the end" : ""),
+                                   simulation.path_of(placed.role), colours[k],
+                                   1.6 + 0.8 * static_cast<double>(k)});
+            }
         };
         result = run::run_headless(scenario, script, nullptr, options);
     }
     if (result.interrupted) return interrupted;
     anatomy->name = scenario.title;
-    std::vector<anatomy::Trail> trails;
-    if (!wire.empty()) trails.push_back({"wire at the end", wire, "#000000", 1.6});
-    if (!catheter.empty()) trails.push_back({"catheter", catheter, "#d55e00", 2.4});
+    std::vector<anatomy::Trail> trails = devices;
+    std::erase_if(trails, [](const anatomy::Trail& trail) { return trail.points.empty(); });
     trails.push_back({"way of the tip", tip, "#d00000", 1.2});
     anatomy::draw_anatomy(*anatomy, arguments.out, trails);
     print("{}: {} frames, {}\n", arguments.out, result.frames,

@@ -234,7 +234,7 @@ TEST(Layering, RulesRefuseWhatTheyShould) {
     EXPECT_TRUE(allowed("physics/wall/mesh_wall.cpp", "physics/geometry/embree_mesh.h"));
     EXPECT_FALSE(allowed("physics/wall/mesh_wall.h", "physics/geometry/embree_mesh.h"));
     EXPECT_FALSE(allowed("physics/wire/energy.cpp", "fmt/format.h"));
-    EXPECT_FALSE(allowed("render/picture/image.cpp", "physics/wire/guidewire.h"));
+    EXPECT_FALSE(allowed("render/picture/image.cpp", "physics/wire/chain.h"));
     EXPECT_FALSE(allowed("render/picture/image.cpp", "render/xray/c_arm.h"));
     EXPECT_TRUE(allowed("render/xray/c_arm.cpp", "physics/geometry/vec.h"));
     EXPECT_FALSE(allowed("render/xray/path_length.h", "render/picture/gl_context.h"));
@@ -247,7 +247,7 @@ TEST(Layering, RulesRefuseWhatTheyShould) {
     EXPECT_FALSE(allowed("engine/run/headless.cpp", "engine/studies/study.h"));
     EXPECT_FALSE(allowed("engine/anatomy/anatomy.cpp", "engine/anatomy/grow/generator.h"));
     EXPECT_FALSE(allowed("engine/exercise/simulation.cpp", "embree3/rtcore.h"));
-    EXPECT_FALSE(allowed("app/main.cpp", "physics/wire/guidewire.h"));
+    EXPECT_FALSE(allowed("app/main.cpp", "physics/wire/chain.h"));
     EXPECT_FALSE(allowed("app/run_command.cpp", "engine/studies/study.h"));
     EXPECT_TRUE(allowed("app/study_main.cpp", "engine/studies/study.h"));
 }

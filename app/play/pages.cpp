@@ -36,10 +36,10 @@ std::vector<std::pair<std::string, std::string>> briefing(const scenario::Scenar
     lines.emplace_back(
         "Task", fmt::format("Bring the tip to {} (within {:g} mm) and hold it there for {:g} s.", target,
                             s.target.radius, s.target.hold));
-    lines.emplace_back("Access", fmt::format("{}, {:.0f} mm of wire inside", s.entry.end, s.entry.inserted));
-    lines.emplace_back(
-        "Wire", fmt::format("{:.3f} mm, {:.0f} mm long; tip bent by {} over {:.0f} mm", s.guidewire.diameter,
-                            s.wire_length, degrees(s.guidewire.curved_angle), s.guidewire.curved_length));
+    lines.emplace_back("Access", s.entry.end);
+    for (const scenario::PlacedDevice& placed : s.devices)
+        lines.emplace_back("Device", fmt::format("{}, {}: {:.0f} mm inside", placed.name(),
+                                                 placed.device.title, placed.inserted));
     lines.emplace_back("View", view_text(s.c_arm));
     lines.emplace_back("Contrast", fmt::format("{:.0f} ml at most", s.blood.limit));
     lines.emplace_back("Time", s.time_limit ? fmt::format("{:.0f} s", *s.time_limit) : "no limit");

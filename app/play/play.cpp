@@ -389,8 +389,8 @@ void Play::draw(float time) {
     }
     const render::Box whole{0, 0, static_cast<float>(window_.width()), static_cast<float>(window_.height())};
     if (review_open_ && view_ && (screen_ == Screen::Room || screen_ == Screen::End))
-        review_open_ =
-            review_.draw(view_->runs, whole, window_, time, session_->options().scenario.guidewire.diameter);
+        review_open_ = review_.draw(view_->runs, whole, window_, time,
+                                    session_->options().scenario.wire().device.outer_diameter);
     if (help_) draw_help();
     if (menu_) draw_menu();
 }

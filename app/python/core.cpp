@@ -39,7 +39,6 @@ using Flags = py::array_t<bool, py::array::c_style | py::array::forcecast>;
 constexpr double largest_motion = script::largest_motion;      // [mm]
 constexpr double largest_rotation = script::largest_rotation;  // [deg]
 constexpr double largest_place = 1e4;                          // [mm], that of a scenario's coordinates
-constexpr int devices = 2;
 
 std::string text_of(double value) {
     return py::str(py::float_(value));
@@ -90,12 +89,14 @@ struct State {
     Reading reading;
     std::string branch;
     std::uint64_t hash = 0;
+    std::vector<script::Held> roles;         // of its devices, innermost first
     std::vector<py::array_t<double>> lists;  // as list_fields()
 };
 
 State state_of(const Episode& episode) {
     const exercise::Simulation& simulation = episode.simulation();
-    State s{episode.reading(), {}, episode.hash(), {}};
+    State s{episode.reading(), {}, episode.hash(), {}, {}};
+    for (const scenario::PlacedDevice& placed : simulation.devices()) s.roles.push_back(placed.role);
     s.branch = name_of(s.reading.branch, simulation.anatomy());
     const render::CArm arm = episode.arm(simulation.scenario().c_arm.pixels);
     for (const episode::ListField& field : episode::list_fields())
@@ -111,11 +112,9 @@ struct AsAttribute {
     py::object operator()(bool value) const { return py::bool_(value); }
     py::object operator()(const exercise::Place& place) const { return py::array_t<double>(3, place.data()); }
     py::object operator()(const exercise::InImage& place) const { return py::array_t<double>(2, &place.x); }
-    py::object operator()(const exercise::OfDevices& value) const { return py::float_(value.wire); }
+    py::object operator()(const exercise::OfDevices& value) const { return py::float_(value.of[0]); }
     py::object operator()(exercise::Branch) const { return py::str(state.branch); }
-    py::object operator()(script::Held held) const {
-        return py::str(std::string(script::held_names[static_cast<std::size_t>(held)]));
-    }
+    py::object operator()(script::Held held) const { return py::str(std::string(script::name_of(held))); }
 };
 
 /// What a field is: as an attribute of State, and in a record of NumPy.
@@ -130,7 +129,7 @@ struct Kind {
     Kind(bool Reading::*) : Kind("bool", "?", 1) {}
     Kind(exercise::Place Reading::*) : Kind("(3,) float64", "f8", 3) {}
     Kind(exercise::InImage Reading::*) : Kind("(2,) float64", "f8", 2) {}
-    Kind(exercise::OfDevices Reading::*) : Kind("float", "f8", 2, true) {}
+    Kind(exercise::OfDevices Reading::*) : Kind("float", "f8", script::most_devices, true) {}
     Kind(exercise::Branch Reading::*) : Kind("str", "i8", 1) {}
     Kind(script::Held Reading::*) : Kind("str", "i4", 1) {}
 
@@ -165,19 +164,19 @@ std::string described(const std::string& type, std::string_view doc, std::string
     return type + ": " + std::string(doc) + (unit.empty() ? "" : " [" + std::string(unit) + "]") + ".";
 }
 
-script::Held held_of(const py::object& device) {
+/// A device by name, or by its place in the scenario's list.
+script::Held held_of(const py::object& device, const exercise::Simulation& simulation) {
     if (py::isinstance<py::str>(device)) {
-        const std::string name = device.cast<std::string>();
-        for (std::size_t k = 0; k < script::held_names.size(); ++k)
-            if (script::held_names[k] == name) return static_cast<script::Held>(k);
+        if (const auto held = script::held_named(device.cast<std::string>())) return *held;
     } else if (PyIndex_Check(device.ptr()) != 0) {  // whole numbers of Python and of NumPy
         const Py_ssize_t index = PyNumber_AsSsize_t(device.ptr(), nullptr);  // a huge one becomes the largest
-        if (index == 0) return script::Held::Wire;
-        if (index == 1) return script::Held::Catheter;
         PyErr_Clear();
+        if (index >= 0 && index < static_cast<Py_ssize_t>(simulation.devices().size()))
+            return simulation.devices()[static_cast<std::size_t>(index)].role;
     }
-    throw io::InputError("device: " + std::string(py::repr(device)) +
-                         " was given; 'wire', 'catheter', 'both', 0 (wire) or 1 (catheter) is accepted");
+    throw io::InputError(
+        "device: " + std::string(py::repr(device)) +
+        " was given; the name of a device, 'all', or 0, 1, ... from the wire outward is accepted");
 }
 
 episode::ImageMode mode_of(const std::string& mode) {
@@ -276,7 +275,7 @@ py::dict facts(const std::string& file, const std::optional<std::string>& text, 
                const Overrides& overrides) {
     const scenario::Scenario scenario = scenario_of(file, text, catalogue, overrides);
     py::dict made;
-    made["devices"] = scenario.catheter ? 2 : 1;
+    made["devices"] = scenario.devices.size();
     made["frame_rate_hz"] = scenario.frame_rate;
     made["pixels"] = scenario.c_arm.pixels;
     return made;
@@ -482,18 +481,18 @@ public:
     State step(double advance, double rotate, const py::object& device, double catheter_advance,
                double catheter_rotate, int frames) {
         require_frames(frames);
-        const script::Held held = held_of(device);
+        const script::Held held = [&] {
+            const auto lock = locked();
+            return held_of(device, checked_at(0).simulation());
+        }();
         checked(advance, largest_motion, "advance_mm", "mm");
         checked(rotate, largest_rotation, "rotate_deg", "deg");
         checked(catheter_advance, largest_motion, "catheter_advance_mm", "mm");
         checked(catheter_rotate, largest_rotation, "catheter_rotate_deg", "deg");
         std::vector<script::Command> commands;
-        if (advance != 0) commands.push_back(episode::feed(advance, held));
-        if (rotate != 0) commands.push_back(script::Rotate{rotate * geometry::degree, held});
-        if (catheter_advance != 0)
-            commands.push_back(episode::feed(catheter_advance, script::Held::Catheter));
-        if (catheter_rotate != 0)
-            commands.push_back(script::Rotate{catheter_rotate * geometry::degree, script::Held::Catheter});
+        episode::append(held, advance, rotate * geometry::degree, commands);
+        episode::append(script::Held::Catheter, catheter_advance, catheter_rotate * geometry::degree,
+                        commands);
         for (int frame = 0; frame < frames; ++frame) {
             with(0, [&](Episode& episode) { episode.step(commands); });
             check_signals();
@@ -518,8 +517,10 @@ public:
         const episode::Camera::Masks made =
             with(0, [&](Episode& episode) { return episode.masks(size_of(episode, pixels)); });
         py::dict masks;
-        masks["wire"] = array_of(made.wire);
-        if (made.catheter) masks["catheter"] = array_of(*made.catheter);
+        const auto lock = locked();
+        const auto devices = checked_at(0).simulation().devices();
+        for (std::size_t k = 0; k < made.devices.size(); ++k)
+            masks[std::string(devices[k].name()).c_str()] = array_of(made.devices[k]);
         masks["vessels"] = array_of(made.vessels);
         return masks;
     }
@@ -578,14 +579,17 @@ public:
         made["title"] = s.title;
         made["frame_rate_hz"] = s.frame_rate;
         made["time_limit_s"] = s.time_limit ? py::object(py::float_(*s.time_limit)) : py::none();
-        made["devices"] = simulation.has_catheter() ? 2 : 1;
-        made["target_by"] = s.target.by_catheter ? "catheter" : "wire";
+        made["devices"] = s.devices.size();
+        py::list names;
+        for (const scenario::PlacedDevice& placed : s.devices) names.append(std::string(placed.name()));
+        made["device_names"] = names;
+        made["target_by"] = std::string(script::name_of(s.target.device));
         made["target_radius_mm"] = s.target.radius;
         made["pixels"] = s.c_arm.pixels;
         made["field_mm"] = s.c_arm.detector_width * s.c_arm.sod / s.c_arm.sid;
         made["lao_deg"] = s.c_arm.lao / geometry::degree;
         made["cranial_deg"] = s.c_arm.cranial / geometry::degree;
-        made["wire_length_mm"] = s.wire_length;
+        made["wire_length_mm"] = s.wire().device.length;
         return made;
     }
 
@@ -665,7 +669,14 @@ public:
         require_made();
         py::dict all;
         for (const exercise::Field& field : exercise::fields())
-            if (const std::string name(field.name); !name.empty()) all[name.c_str()] = records_[name.c_str()];
+            if (const std::string name(field.name); !name.empty()) {
+                const py::object column = records_[name.c_str()];
+                // Of each device there is.
+                all[name.c_str()] =
+                    kind_of(field).devices
+                        ? py::object(column[py::make_tuple(py::ellipsis(), py::slice(0, most_devices(), 1))])
+                        : column;
+            }
         all["readings"] = records_;
         all["track_mm"] = track_;
         all["track_px"] = track_px_;
@@ -675,9 +686,9 @@ public:
     void step(const Doubles& motions, int frames, const py::object& active) {
         require_open();
         if (motions.ndim() != 3 || motions.shape(0) != size() || motions.shape(1) < 1 ||
-            motions.shape(1) > devices || motions.shape(2) != 2)
-            throw io::InputError("motions: an array of shape (" + std::to_string(size()) +
-                                 ", 1 or 2 devices, 2) is accepted: mm and rad");
+            motions.shape(1) > most_devices() || motions.shape(2) != 2)
+            throw io::InputError("motions: an array of shape (" + std::to_string(size()) + ", 1 to " +
+                                 std::to_string(most_devices()) + " devices, 2) is accepted: mm and rad");
         require_frames(frames);
         const std::optional<Flags> mask = checked_mask(active, "active");
         const bool* const on = mask ? mask->data() : nullptr;
@@ -691,11 +702,12 @@ public:
             const std::lock_guard lock(mutex_);
             for (int i = 0; i < size(); ++i) {
                 const double* const m = data + static_cast<std::ptrdiff_t>(i) * of * 2;
-                if ((on && !on[i]) || (m[2] == 0 && m[3] == 0) || checked_at(i).simulation().has_catheter())
-                    continue;
-                throw io::InputError(
-                    "simulation " + std::to_string(i) +
-                    ": a motion of a catheter was given, and the scenario has none; 0 is accepted");
+                const auto there = static_cast<int>(checked_at(i).simulation().devices().size());
+                if ((on && !on[i]) || there >= of) continue;
+                if (std::all_of(m + 2 * there, m + 2 * of, [](double x) { return x == 0; })) continue;
+                throw io::InputError("simulation " + std::to_string(i) + ": a motion of device " +
+                                     std::to_string(there) + " was given, and the scenario has " +
+                                     std::to_string(there) + " from 0 on; 0 is accepted");
             }
         }
         for (int frame = 0; frame < frames; ++frame) {
@@ -703,7 +715,9 @@ public:
                 if (on && !on[i]) return;
                 const double* const m = data + static_cast<std::ptrdiff_t>(i) * of * 2;
                 std::vector<script::Command> commands;
-                episode::append({m[0], m[1], of > 1 ? m[2] : 0, of > 1 ? m[3] : 0}, commands);
+                const auto devices = at(i).simulation().devices();
+                for (std::size_t k = 0; k < std::min<std::size_t>(devices.size(), of); ++k)
+                    episode::append(devices[k].role, m[2 * k], m[2 * k + 1], commands);
                 at(i).step(commands);
                 if (frame + 1 == frames) changed(i);
             });
@@ -769,37 +783,47 @@ public:
     py::dict masks(int pixels) {
         require_open();
         require_pixels(pixels);
-        bool catheter = false;
-        {
-            const Free free;
-            const std::lock_guard lock(mutex_);
-            for (const auto& episode : episodes_) catheter = catheter || episode->simulation().has_catheter();
-        }
         const auto zeros = [&] {
             py::array_t<std::uint8_t> a({size(), pixels, pixels});
             std::fill_n(a.mutable_data(), a.size(), std::uint8_t{0});
             return a;
         };
-        py::array_t<std::uint8_t> wires = zeros(), vessels = zeros(), catheters;
+        py::array_t<std::uint8_t> vessels = zeros();
+        std::uint8_t* const to_vessels = vessels.mutable_data();
+        std::array<std::uint8_t*, script::most_devices> to_device = {};  // by role
         py::dict all;
-        all["wire"] = wires;
+        for (int k = 0; k < script::most_devices; ++k) {
+            const auto role = static_cast<script::Held>(k);
+            if (std::none_of(episodes_.begin(), episodes_.end(), [role](const auto& episode) {
+                    return episode->simulation().scenario().index_of(role).has_value();
+                }))
+                continue;
+            py::array_t<std::uint8_t> mask = zeros();
+            to_device[static_cast<std::size_t>(k)] = mask.mutable_data();
+            all[std::string(script::name_of(role)).c_str()] = mask;
+        }
         all["vessels"] = vessels;
-        if (catheter) all["catheter"] = catheters = zeros();
-        std::uint8_t* const to[] = {wires.mutable_data(), vessels.mutable_data(), catheters.mutable_data()};
         in_parts(few * threads(), [&](int i, int thread) {
             const auto& masks = camera_of(at(i), thread)
                                     .masks(at(i).simulation(), at(i).exercise().time(), at(i).arm(pixels));
             const auto put = [&](std::uint8_t* all_of, const render::GrayImage& mask) {
                 std::copy(mask.pixels.begin(), mask.pixels.end(), all_of + mask.pixels.size() * i);
             };
-            put(to[0], masks.wire);
-            put(to[1], masks.vessels);
-            if (masks.catheter) put(to[2], *masks.catheter);
+            put(to_vessels, masks.vessels);
+            for (std::size_t k = 0; k < masks.devices.size(); ++k)
+                put(to_device[static_cast<std::size_t>(at(i).simulation().devices()[k].role)],
+                    masks.devices[k]);
         });
         return all;
     }
 
 private:
+    /// Devices of the simulation that has most.
+    int most_devices() const {
+        std::size_t most = 1;
+        for (const auto& episode : episodes_) most = std::max(most, episode->simulation().devices().size());
+        return static_cast<int>(most);
+    }
     /// Between two of these Ctrl-C is asked for: simulations whose state is touched, images of each thread.
     static constexpr int many = 1000, few = 8;
 
@@ -854,9 +878,7 @@ private:
         const render::CArm arm = episode.arm(scenario.c_arm.pixels);
         const Vec3 shift = simulation.vessel_shift();
         std::vector<Vec3> track(static_cast<std::size_t>(points_));
-        exercise::track(
-            simulation.path_of(scenario.target.by_catheter ? script::Held::Catheter : script::Held::Wire),
-            spacing_, track);
+        exercise::track(simulation.path_of(scenario.target.device), spacing_, track);
         for (int k = 0; k < points_; ++k) {
             const std::ptrdiff_t row = static_cast<std::ptrdiff_t>(points_) * i + k;
             const Vec3 place = track[static_cast<std::size_t>(k)] + shift;
@@ -955,6 +977,7 @@ PYBIND11_MODULE(_core, m) {
         const std::string name(field.name);
         list(name, field.column, kind.attribute,
              kind.size == 1 ? "(n,) " + std::string(py::str(py::dtype(kind.format)))
+             : kind.devices ? "(n, devices) float64"
                             : "(n, " + std::to_string(kind.size) + ") float64",
              field.unit, field.doc);
         if (name.empty()) continue;
@@ -968,9 +991,18 @@ PYBIND11_MODULE(_core, m) {
             doc.c_str());
         if (!kind.devices) continue;
         const auto member = std::get<exercise::OfDevices Reading::*>(field.member);
-        state.def_property_readonly(("catheter_" + name).c_str(),
-                                    [member](const State& s) { return (s.reading.*member).catheter; },
-                                    doc.c_str());
+        for (int k = 1; k < script::most_devices; ++k) {
+            const auto role = static_cast<script::Held>(k);
+            state.def_property_readonly(
+                (std::string(script::name_of(role)) + "_" + name).c_str(),
+                [member, role](const State& s) {
+                    const auto place = std::find(s.roles.begin(), s.roles.end(), role);
+                    return place == s.roles.end()
+                               ? 0.0
+                               : (s.reading.*member).of[static_cast<std::size_t>(place - s.roles.begin())];
+                },
+                doc.c_str());
+        }
     }
     for (std::size_t k = 0; k < episode::list_fields().size(); ++k) {
         const episode::ListField& field = episode::list_fields()[k];
@@ -986,6 +1018,9 @@ PYBIND11_MODULE(_core, m) {
     // name, trace's column, type in State, type in arrays, unit, description
     m.attr("_FIELDS") = all;
     m.attr("_RECORD") = record();
+    py::list devices;
+    for (const std::string_view name : script::device_names()) devices.append(std::string(name));
+    m.attr("_DEVICES") = devices;
 
     py::class_<Snapshot> snapshot(m, "Snapshot", docs::snapshot);
     not_to_be_made(snapshot, "Snapshot: expected one of Simulation.snapshot(), found one that was not made");

@@ -25,7 +25,7 @@ inline constexpr const char* step =
 
 advance_mm   feeds the device, below 0 draws it back [mm], -500 to 500 in each frame
 rotate_deg   turns its hub, right-handed about the device [deg], -36000 to 36000 in each frame
-device       'wire' (or 0), 'catheter' (or 1), or 'both', which the two above are made with
+device       its name ('wire', 'catheter', ...) or its place, 0 = the wire; or 'all': what the two above are made with
 catheter_advance_mm, catheter_rotate_deg   the same of the catheter, in the same frame
 frames       how many frames [1]
 
@@ -74,7 +74,7 @@ seed            of the pulse's noise
 Raises InputError for sizes out of range, and without panel=True.)";
 inline constexpr const char* masks =
     R"(Truth of image(pixels): a dict of (pixels, pixels) uint8 arrays, 255 where the ray meets the thing, else 0:
-'wire', 'vessels', and 'catheter' in scenarios with one. Raises InputError for sizes out of 32 to 2048.)";
+'vessels', and each device by its name: 'wire', 'catheter'. Raises InputError for sizes out of 32 to 2048.)";
 inline constexpr const char* project =
     "Projects places (n, 3) [mm] into an image of `pixels` along a side, by default the scenario's: (n, 2) "
     "float64,\n"
@@ -93,9 +93,10 @@ inline constexpr const char* anatomy =
 'radii_mm' (n,)), 'ends' (names of open ends), 'targets' (list of dicts: 'name', 'branch', 'centre_mm' (3,)) and
 'vertices_mm' (n, 3) of the lumen's mesh.)";
 inline constexpr const char* about =
-    "The scenario as a dict: name, title, frame_rate_hz, time_limit_s (or None), devices (1 or 2), target_by "
-    "('wire' or\n"
-    "'catheter'), target_radius_mm, pixels, field_mm (of view, at the isocentre), lao_deg, cranial_deg (of "
+    "The scenario as a dict: name, title, frame_rate_hz, time_limit_s (or None), devices (how many), "
+    "device_names, target_by "
+    "(one of\n"
+    "them), target_radius_mm, pixels, field_mm (of view, at the isocentre), lao_deg, cranial_deg (of "
     "the C-arm at the start), "
     "wire_length_mm.";
 inline constexpr const char* path_from =
@@ -106,7 +107,7 @@ inline constexpr const char* threads = "int: threads that make the frames, the c
 inline constexpr const char* vector_step =
     R"(Makes a frame of each simulation, or several with the same motions, and updates the arrays.
 
-motions   (n, 1, 2) or (n, 2, 2) float64: of wire, and catheter: feed [mm] and turn [rad] in each frame
+motions   (n, devices, 2) float64, innermost first, or of fewer: feed [mm] and turn [rad] in each frame
 frames    how many frames [1]
 active    (n,) bool: only these make frames; by default all. Indices are refused
 

@@ -24,8 +24,9 @@ def attributes():
     for name, _, kind, arrays, _, _ in _core._FIELDS:
         if name:
             yield name, TYPES.get(kind, "NDArray[np.float64]")
-            if kind == "float" and arrays.startswith("(n, 2)"):
-                yield "catheter_" + name, "float"
+            if arrays.startswith("(n, devices)"):
+                for device in _core._DEVICES[1:]:
+                    yield f"{device}_{name}", "float"
 
 
 def arrays():
@@ -50,7 +51,7 @@ def table():
     """The table of docs/python.md."""
     lines = ["| State, `serve`, arrays | column of a trace | unit | what it is |", "| --- | --- | --- | --- |"]
     for name, column, kind, shape, unit, doc in _core._FIELDS:
-        both = ", `catheter_…`" if kind == "float" and shape.startswith("(n, 2)") else ""
+        both = ", `catheter_…`" if shape.startswith("(n, devices)") else ""
         shown = f"`{name}`{both}: {kind}" if name else ""
         lines.append(f"| {shown} | {f'`{column}`' if column else ''} | {unit} | {doc} |")
     return "\n".join(lines) + "\n"

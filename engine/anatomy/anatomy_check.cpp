@@ -10,7 +10,6 @@
 #include "engine/io/text.h"
 #include "physics/geometry/mesh_query.h"
 #include "physics/geometry/mesh_topology.h"
-#include "physics/wire/guidewire_presets.h"
 
 namespace anatomy {
 namespace {
@@ -93,10 +92,9 @@ Check surface_crossings(const TriangleMesh& mesh) {
 }
 
 Check narrowest(const Anatomy& anatomy) {
-    const double thinnest = thinnest_wire_radius();
     double least = std::numeric_limits<double>::infinity();
     std::string where;
-    std::vector<std::string_view> fitting;
+    std::string fitting;
     for (const auto& branch : anatomy.branches) {
         for (std::size_t i = 0; i < branch.radii.size(); ++i) {
             if (branch.radii[i] >= least) continue;
@@ -104,14 +102,14 @@ Check narrowest(const Anatomy& anatomy) {
             where = fmt::format("{}, sample {} at {}", branch.name, i, io::place_text(branch.points[i]));
         }
     }
-    for (const physics::GuidewirePreset& preset : physics::guidewire_presets()) {
-        if (preset.spec.diameter / 2 <= least) fitting.push_back(preset.name);
-    }
+    constexpr double inch = 25.4;  // [mm]
+    for (const double width : {0.014, 0.018, 0.035})
+        if (0.5 * width * inch <= least + 1e-3) fitting += fmt::format(" {:g}", width);
     return {"smallest radius",
-            fmt::format("{:.3f} mm in {}; passed by: {}", least, where,
-                        fitting.empty() ? "no wire" : io::joined(fitting, " ")),
-            fmt::format("{:.3f} mm, the thinnest wire's, or more", thinnest),
-            failed_unless(least >= thinnest)};
+            fmt::format("{:.3f} mm in {}; passed by {}", least, where,
+                        fitting.empty() ? "no wire" : "wires of" + fitting + " in"),
+            fmt::format("{:.3f} mm, the thinnest wire's, or more", thinnest_wire_radius),
+            failed_unless(least >= thinnest_wire_radius)};
 }
 
 std::vector<Check> centreline_checks(const Anatomy& anatomy, const TriangleMesh& closed) {
@@ -191,13 +189,6 @@ std::string text_of(const Check& check) {
                           : check.verdict == Verdict::Fail ? "FAIL"
                                                            : "note";
     return fmt::format("{}  {}: {}; accepted: {}", verdict, check.what, check.found, check.accepted);
-}
-
-double thinnest_wire_radius() {
-    double thinnest = std::numeric_limits<double>::infinity();
-    for (const physics::GuidewirePreset& preset : physics::guidewire_presets())
-        thinnest = std::min(thinnest, preset.spec.diameter / 2);
-    return thinnest;
 }
 
 SurfaceFigures surface_figures(const TriangleMesh& closed) {

@@ -30,8 +30,8 @@ SurfaceFigures surface_figures(const geometry::TriangleMesh& closed);
 /// the file's numbers were taken to be in, "mm" for an anatomy's own.
 std::vector<Check> surface_checks(const SurfaceFigures&, const std::string& unit = "mm");
 
-/// Radius of the thinnest wire preset [mm]; a lumen too narrow for it is rejected.
-double thinnest_wire_radius();
+/// Radius of the thinnest wire, of 0.014 in [mm]; a lumen too narrow for it is rejected.
+inline constexpr double thinnest_wire_radius = 0.178;
 
 /// Every check of an anatomy that load_anatomy accepts; takes a second or two for a large one.
 std::vector<Check> anatomy_checks(const Anatomy&);

@@ -9,7 +9,6 @@
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/io/text.h"
 #include "physics/geometry/polyline.h"
-#include "physics/wire/guidewire_presets.h"
 
 namespace anatomy {
 namespace {
@@ -40,23 +39,21 @@ std::string decimal(double number) {
     return io::number_text(std::round(number * 10) / 10 + 0.0);
 }
 
-/// Length of a wire that must be inside at least: its curved tip and two segments [mm].
-double least_inserted(const physics::GuidewireSpec& spec) {
-    return (spec.curved_segments() + 2) * spec.segment_length;
-}
+constexpr FirstWire wires[] = {
+    {"glide035", 0.889, 16}, {"v18", 0.457, 8}, {"standard014", 0.356, 8}, {"floppy014", 0.356, 8}};
 
-/// The first of the presets that passes as far as the target and has room at the start; the thinnest if none.
-const physics::GuidewirePreset& wire_for(double narrowest, double room) {
-    for (const char* name : {"glide035", "v18", "standard014", "floppy014"}) {
-        const physics::GuidewirePreset& preset = *physics::find_guidewire_preset(name);
-        if (physics::enters(preset.spec.diameter, width_share * narrowest) &&
-            least_inserted(preset.spec) <= room)
-            return preset;
-    }
-    return *physics::find_guidewire_preset("floppy014");
+/// The first that passes as far as the target and has room at the start; the thinnest if none.
+const FirstWire& wire_for(double narrowest, double room) {
+    for (const FirstWire& wire : wires)
+        if (wire.diameter < width_share * narrowest && wire.least_inserted <= room) return wire;
+    return std::end(wires)[-1];
 }
 
 }  // namespace
+
+std::span<const FirstWire> first_wires() {
+    return wires;
+}
 
 std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& file) {
     int entry = 0;
@@ -77,10 +74,10 @@ std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& 
         narrowest =
             std::min(narrowest, *std::min_element(branch.begin(), branch.begin() + target.sample + 1));
     const double room = 0.95 * ways.back();
-    const physics::GuidewirePreset& wire = wire_for(narrowest, room);
-    const double inserted = std::clamp(std::floor(inserted_share * ways[last]),
-                                       std::min(std::ceil(least_inserted(wire.spec)), ways.back()),
-                                       std::max(most_inserted, std::ceil(least_inserted(wire.spec))));
+    const FirstWire& wire = wire_for(narrowest, room);
+    const double inserted =
+        std::clamp(std::floor(inserted_share * ways[last]), std::min(wire.least_inserted, ways.back()),
+                   std::max(most_inserted, wire.least_inserted));
     const auto at = std::lower_bound(ways.begin(), ways.end(), inserted) - ways.begin();
     const Vec3 tip = path.points[std::min<std::size_t>(static_cast<std::size_t>(at), path.points.size() - 1)];
     Eigen::AlignedBox3d box(tip);
@@ -91,16 +88,16 @@ std::string first_scenario(const Anatomy& anatomy, const std::filesystem::path& 
 
     std::string text = fmt::format(
         "schema = 1\ntitle = {}\nanatomy = {}\n\n[entry]\nend = {}\ninserted_mm = {}\n\n"
-        "[guidewire]\npreset = \"{}\"{}\n\n[target]\nname = {}\nradius_mm = {}\n\n"
+        "[guidewire]\ndevice = \"{}\"{}\n\n[target]\nname = {}\nradius_mm = {}\n\n"
         "[c_arm]\nisocentre_mm = [{}, {}, {}]\n",
         toml_text(anatomy.name), toml_text(std::filesystem::absolute(file).lexically_normal().string()),
         toml_text(anatomy.ends[entry].opening.name), decimal(inserted), wire.name,
-        physics::enters(wire.spec.diameter, narrowest)
+        wire.diameter < 2 * narrowest
             ? ""
             : fmt::format("  # does not pass {:.2f} mm, the narrowest place on the way", 2 * narrowest),
         toml_text(target.name), decimal(std::clamp(branch[target.sample], 1.0, 5.0)), decimal(isocentre.x()),
         decimal(isocentre.y()), decimal(isocentre.z()));
-    if (const std::string obstacle = obstacle_to_field(anatomy, 0.5 * wire.spec.diameter); !obstacle.empty())
+    if (const std::string obstacle = obstacle_to_field(anatomy, 0.5 * wire.diameter); !obstacle.empty())
         text += fmt::format("\n[wall]\nmodel = \"mesh\"  # no smooth wall: {}\n", obstacle);
     if (!anatomy.body)
         text +=

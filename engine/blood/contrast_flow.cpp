@@ -303,11 +303,6 @@ void ContrastFlow::perfuse(double dt) {
     }
 }
 
-bool ContrastFlow::has_inner() const {
-    return std::any_of(inner_.begin(), inner_.end(),
-                       [](const InnerTanks& tanks) { return tanks.held() > 0; });
-}
-
 std::vector<Eigen::Vector3f> ContrastFlow::streams() const {
     using geometry::Vec3;
     constexpr double narrowest = 3.0;       // radius [mm]

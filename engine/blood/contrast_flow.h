@@ -33,10 +33,7 @@ struct Blush {
     double concentration = 0;  // averaged over the outlet's tissue [mg/ml]
     double inner = 0;          // the part of `iodine` in the organ's inner part, a kidney's medulla [mg]
 
-    void state(geometry::StateStream& s) {
-        s(iodine, concentration);
-        if (!s.part(inner != 0, inner)) inner = 0;
-    }
+    void state(geometry::StateStream& s) { s(iodine, concentration, inner); }
 };
 
 /// Where the iodine is [mg]; injected = in_vessels + in_organs + drained. The arteries beyond the ends count
@@ -87,9 +84,8 @@ public:
     double left() const;                           // of the limit, counting running injections in full [ml]
     IodineBalance balance() const;
     void state(geometry::StateStream& s) {
-        s(time_, injected_, injected_iodine_, drained_, running_, iodine_, distal_, tanks_, blush_, shown_);
-        if (!s.part(site_.cell >= 0, site_)) site_ = {};
-        if (!s.part(has_inner(), inner_)) inner_.assign(tanks_.size(), {});
+        s(time_, injected_, injected_iodine_, drained_, running_, iodine_, distal_, tanks_, blush_, shown_,
+          site_, inner_);
     }
 
 private:
@@ -136,7 +132,6 @@ private:
         double held() const { return vessels[0] + vessels[1] + outer_tubules + inner_tubules; }
         void state(geometry::StateStream& s) { s(vessels[0], vessels[1], outer_tubules, inner_tubules); }
     };
-    bool has_inner() const;  // any iodine there
     DistalArteries distal_;
     std::vector<Tanks> tanks_;  // behind each outlet
     std::vector<InnerTanks> inner_;

@@ -93,9 +93,10 @@ std::string time_line(const Story& story) {
     in_least = std::numeric_limits<double>::infinity();
     for (const Moment& m : story.moments) {
         last = std::max(last, m.seconds);
-        in_least = std::min(in_least, m.inserted);
-        in_most = std::max({in_most, m.inserted, m.catheter});
-        if (story.scenario.catheter) in_least = std::min(in_least, m.catheter);
+        for (const double inserted : m.inserted) {
+            in_least = std::min(in_least, inserted);
+            in_most = std::max(in_most, inserted);
+        }
         turn_least = std::min(turn_least, m.turned / geometry::degree);
         turn_most = std::max(turn_most, m.turned / geometry::degree);
         force = std::max(force, m.force);
@@ -130,11 +131,9 @@ std::string time_line(const Story& story) {
             fmt::format("<text x=\"{}\" y=\"{:.1f}\" class=\"lane\">{}</text>", left + 4, top - 5, lane.name);
         top += lane.height + 26;
     }
-    text += line(
-        story, x, scales[0], [](const Moment& m) { return m.inserted; }, ink::wire);
-    if (story.scenario.catheter)
+    for (std::size_t k = 0; k < story.scenario.devices.size(); ++k)
         text += line(
-            story, x, scales[0], [](const Moment& m) { return m.catheter; }, ink::catheter);
+            story, x, scales[0], [k](const Moment& m) { return m.inserted[k]; }, ink::devices[k]);
     text += line(
         story, x, scales[1], [](const Moment& m) { return m.turned / geometry::degree; }, ink::wire);
     text += fmt::format(

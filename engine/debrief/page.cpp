@@ -188,8 +188,9 @@ std::string data_of(const Story& story) {
     std::string text = "{\"moments\":[";
     for (std::size_t i = 0; i < story.moments.size(); ++i) {
         const Moment& m = story.moments[i];
-        text += fmt::format("{}[{},{:.3f},{:.2f},{:.2f},{:.2f},{:.2f},{:.3f},{:.2f}]", i ? "," : "", m.frame,
-                            m.seconds, m.tip.x(), m.tip.y(), m.tip.z(), m.inserted, m.force, m.to_target);
+        text +=
+            fmt::format("{}[{},{:.3f},{:.2f},{:.2f},{:.2f},{:.2f},{:.3f},{:.2f}]", i ? "," : "", m.frame,
+                        m.seconds, m.tip.x(), m.tip.y(), m.tip.z(), m.inserted.front(), m.force, m.to_target);
     }
     text += "],\"marks\":[";
     for (std::size_t k = 0; k < story.score.mishaps.size(); ++k)
@@ -302,8 +303,10 @@ std::string page(std::span<const Story> stories, const Story* expert) {
         text += fmt::format("<p class=\"note\">{}</p>", escaped(notice));
 
     if (par.given()) text += "<h2>Grade</h2>" + grade_table(grade);
-    text += "\n<h2>Time line</h2><p class=\"legend\"><i style=\"background:#0072b2\"></i>wire";
-    if (story.scenario.catheter) text += "<i style=\"background:#d55e00\"></i>catheter";
+    text += "\n<h2>Time line</h2><p class=\"legend\">";
+    for (std::size_t k = 0; k < story.scenario.devices.size(); ++k)
+        text += fmt::format("<i style=\"background:{}\"></i>{}", ink::devices[k],
+                            story.scenario.devices[k].name());
     text +=
         "<i style=\"background:#e69f00\"></i>beam<i style=\"background:#8a5a00\"></i>DSA"
         "<i style=\"background:#cc79a7\"></i>injection<i style=\"background:#b4003c\"></i>error; dashed: 1 "

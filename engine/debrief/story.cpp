@@ -16,9 +16,10 @@ Moment moment_of(const exercise::Frame& frame) {
     Moment m;
     m.frame = frame.time.index;
     m.seconds = frame.time.seconds;
-    m.inserted = simulation.inserted();
-    m.catheter = simulation.inserted(script::Held::Catheter);
-    m.turned = simulation.hand(script::Held::Wire).turned + simulation.hand(script::Held::Catheter).turned;
+    for (const scenario::PlacedDevice& placed : simulation.devices()) {
+        m.inserted.push_back(simulation.inserted(placed.role));
+        m.turned += simulation.hand(placed.role).turned;
+    }
     m.force = physics::largest_force(simulation.contacts());
     m.injection = simulation.contrast().injection_rate();
     m.to_target = simulation.tip_to_target();

@@ -17,14 +17,13 @@ namespace debrief {
 
 /// One frame of the last attempt.
 struct Moment {
-    int frame = 0;         // of the run
-    double seconds = 0;    // of the attempt, at its end
-    double inserted = 0;   // wire [mm]
-    double catheter = 0;   // [mm]
-    double turned = 0;     // of the hub in hand, so far [rad]
-    double force = 0;      // largest of one joint on the wall [N]
-    double injection = 0;  // [ml/s]
-    double to_target = 0;  // [mm]
+    int frame = 0;                 // of the run
+    double seconds = 0;            // of the attempt, at its end
+    std::vector<double> inserted;  // of each device [mm]
+    double turned = 0;             // of all hubs, so far [rad]
+    double force = 0;              // largest of one joint on the wall [N]
+    double injection = 0;          // [ml/s]
+    double to_target = 0;          // [mm]
     bool beam = false;
     bool dsa = false;
     geometry::Vec3 tip = geometry::Vec3::Zero();  // [mm]

@@ -94,18 +94,21 @@ const Camera::Masks& Camera::masks(const Simulation& simulation, const exercise:
     Pulse pulse = this->pulse(simulation, time, arm);
     const geometry::Vec3& shift = pulse.exposure.vessel_shift;
     const bool view = masks_ && masked_.arm == pulse.arm && masked_.exposure.vessel_shift == shift;
-    const bool devices = view && masked_.joints == pulse.joints && masked_.catheter == pulse.catheter &&
-                         !pulse.wire_look && !masked_.wire_look;
-    if (devices) return *masks_;
+    const auto same = [](const exercise::PulsedDevice& a, const exercise::PulsedDevice& b) {
+        return a.role == b.role && a.joints == b.joints && a.look == b.look;
+    };
+    if (view && std::equal(pulse.devices.begin(), pulse.devices.end(), masked_.devices.begin(),
+                           masked_.devices.end(), same))
+        return *masks_;
     if (!chain_ && !masking_) masking_ = exercise::make_masking(simulation.scenario(), simulation.anatomy());
     render::Fluoroscope& fluoroscope = chain_ ? chain_->fluoroscope : *masking_;
     Masks made = masks_ ? std::move(*masks_) : Masks();
     masks_.reset();
     if (!view) made.vessels = filled(arm.pixels, fluoroscope.vessel_pixels(pulse.arm, shift));
-    made.wire = filled(arm.pixels, fluoroscope.wire_pixels(pulse.arm, pulse.seen(), shift));
-    made.catheter.reset();
-    if (simulation.has_catheter())
-        made.catheter = filled(arm.pixels, fluoroscope.catheter_pixels(pulse.arm, pulse.seen(), shift));
+    made.devices.clear();
+    for (const exercise::PulsedDevice& device : pulse.devices)
+        made.devices.push_back(
+            filled(arm.pixels, fluoroscope.device_pixels(pulse.arm, {device.joints, &device.look}, shift)));
     masked_ = std::move(pulse);
     return masks_.emplace(std::move(made));
 }
@@ -155,8 +158,8 @@ void Episode::check(std::span<const script::Command> commands, const render::CAr
     const scenario::Scenario& scenario = simulation().scenario();
     script::CommandScript asked;
     for (const script::Command& command : commands) {
-        if (!simulation().has_catheter() && exercise::needs_catheter(command))
-            throw io::InputError(exercise::no_catheter(command));
+        if (const std::string wrong = exercise::missing_device(command, scenario); !wrong.empty())
+            throw io::InputError(wrong);
         asked.commands.push_back({0, command, {}});
     }
     if (const auto wrong = script::problems(asked, start, scenario.frame_rate); !wrong.empty())
@@ -325,7 +328,6 @@ namespace {
 std::vector<double> places_of(const Episode& episode, script::Held held) {
     const Simulation& simulation = episode.simulation();
     std::vector<double> numbers;
-    if (held == script::Held::Catheter && !simulation.has_catheter()) return numbers;
     const geometry::Vec3 shift = simulation.vessel_shift();
     const geometry::Polyline joints = simulation.path_of(held);
     numbers.reserve(3 * joints.size());
@@ -366,10 +368,19 @@ constexpr ListField lists[] = {
     {"wire_mm", "mm", "joints of the wire from the introducer to its tip; none where it is out", 3,
      joints<script::Held::Wire>},
     {"wire_px", "pixels", "the same joints in the image", 2, pixels<script::Held::Wire>},
+    {"microcatheter_mm", "mm", "of the microcatheter; none without one, or where it is out", 3,
+     joints<script::Held::Microcatheter>},
+    {"microcatheter_px", "pixels", "the same joints in the image", 2, pixels<script::Held::Microcatheter>},
+    {"intermediate_mm", "mm", "of the intermediate catheter; none without one, or where it is out", 3,
+     joints<script::Held::Intermediate>},
+    {"intermediate_px", "pixels", "the same joints in the image", 2, pixels<script::Held::Intermediate>},
     {"catheter_mm", "mm", "joints of the catheter; none without one, or where it is out", 3,
      joints<script::Held::Catheter>},
     {"catheter_px", "pixels", "the same joints in the image", 2, pixels<script::Held::Catheter>},
-    {"joint_force_N", "N", "force on the wall of each joint of the chain of wire and catheter", 1, forces},
+    {"sheath_mm", "mm", "of the sheath; none without one, or where it is out", 3,
+     joints<script::Held::Sheath>},
+    {"sheath_px", "pixels", "the same joints in the image", 2, pixels<script::Held::Sheath>},
+    {"joint_force_N", "N", "force on the wall of each joint of the chain of devices", 1, forces},
 };
 
 }  // namespace

@@ -45,8 +45,8 @@ public:
     /// 255 where the device casts its shadow, or a lumen lies in the beam, else 0. No body is made for them.
     /// Throws InputError as make_masking does.
     struct Masks {
-        render::GrayImage wire, vessels;
-        std::optional<render::GrayImage> catheter;
+        render::GrayImage vessels;
+        std::vector<render::GrayImage> devices;  // of the simulation's, innermost first
     };
     const Masks& masks(const exercise::Simulation&, const exercise::FrameTime&, const render::CArm&);
 

@@ -1,6 +1,7 @@
 #include "engine/episode/frame_line.h"
 
 #include <cmath>
+#include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include "engine/exercise/score_file.h"
@@ -19,7 +20,7 @@ Json number(double value) {
 struct Add {
     Json& json;
     const std::string name;
-    const anatomy::Anatomy& anatomy;
+    const exercise::Simulation& simulation;
 
     void operator()(std::int64_t value) const { json[name] = value; }
     void operator()(double value) const { json[name] = number(value); }
@@ -27,13 +28,15 @@ struct Add {
     void operator()(const exercise::Place& place) const { json[name] = place; }
     void operator()(const exercise::InImage& place) const { json[name] = {place.x, place.y}; }
     void operator()(const exercise::OfDevices& value) const {
-        json[name] = value.wire;
-        json["catheter_" + name] = value.catheter;
+        json[name] = value.of[0];
+        for (int k = 1; k < script::most_devices; ++k) {
+            const auto role = static_cast<script::Held>(k);
+            const std::optional<int> place = simulation.scenario().index_of(role);
+            json[fmt::format("{}_{}", script::name_of(role), name)] = place ? value.of[*place] : 0;
+        }
     }
-    void operator()(exercise::Branch branch) const { json[name] = name_of(branch, anatomy); }
-    void operator()(script::Held held) const {
-        json[name] = script::held_names[static_cast<std::size_t>(held)];
-    }
+    void operator()(exercise::Branch branch) const { json[name] = name_of(branch, simulation.anatomy()); }
+    void operator()(script::Held held) const { json[name] = script::name_of(held); }
 };
 
 }  // namespace
@@ -45,7 +48,7 @@ std::string to_json(const Episode& episode) {
     Json json;
     for (const exercise::Field& field : exercise::fields()) {
         if (field.name.empty()) continue;
-        const Add add{json, std::string(field.name), simulation.anatomy()};
+        const Add add{json, std::string(field.name), simulation};
         std::visit([&](const auto member) { add(reading.*member); }, field.member);
     }
     for (const ListField& field : list_fields()) {

@@ -15,13 +15,9 @@ script::Command feed(double length, script::Held held) {
     return script::Advance{length, held};
 }
 
-void append(const Motion& motion, std::vector<script::Command>& commands) {
-    using script::Held;
-    if (motion.advance != 0) commands.push_back(feed(motion.advance, Held::Wire));
-    if (motion.rotate != 0) commands.push_back(script::Rotate{motion.rotate});
-    if (motion.catheter_advance != 0) commands.push_back(feed(motion.catheter_advance, Held::Catheter));
-    if (motion.catheter_rotate != 0)
-        commands.push_back(script::Rotate{motion.catheter_rotate, Held::Catheter});
+void append(script::Held held, double advance, double rotate, std::vector<script::Command>& commands) {
+    if (advance != 0) commands.push_back(feed(advance, held));
+    if (rotate != 0) commands.push_back(script::Rotate{rotate, held});
 }
 
 struct Pool::State {

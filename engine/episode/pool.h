@@ -14,13 +14,8 @@ namespace episode {
 /// Advances by a length, or withdraws where it is below 0 [mm]: scripts know no negative lengths.
 script::Command feed(double length, script::Held);
 
-/// Motions of a frame.
-struct Motion {
-    double advance = 0, rotate = 0;                    // of the wire [mm], [rad]
-    double catheter_advance = 0, catheter_rotate = 0;  // [mm], [rad]
-};
-/// The commands of a motion, of which zero asks for none.
-void append(const Motion&, std::vector<script::Command>&);
+/// Adds the commands of a device's motion [mm], [rad], of which zero asks for none.
+void append(script::Held, double advance, double rotate, std::vector<script::Command>&);
 
 class Pool {
 public:

@@ -40,8 +40,8 @@ public:
     script::ImagingMode mode() const { return mode_; }
     double pulse_rate() const { return pulse_rate_; }  // [1/s]
     void state(geometry::StateStream& s) {
-        s(arm_, table_, beam_on_, mode_, pulse_rate_, beam_frames_, mask_asked_, reference_asked_);
-        if (!s.part(!shifts_asked_.empty(), shifts_asked_)) shifts_asked_.clear();
+        s(arm_, table_, beam_on_, mode_, pulse_rate_, beam_frames_, mask_asked_, reference_asked_,
+          shifts_asked_);
     }
 
 private:

@@ -7,36 +7,40 @@
 
 namespace exercise {
 
-std::string no_catheter(const script::Command& command) {
-    return fmt::format(
-        "'{}' asks for a catheter, and the scenario has none; a section [catheter] is accepted",
-        script::to_text(command));
-}
-
-bool needs_catheter(const script::Command& command) {
-    const auto held = [](const auto& c) { return c.held != script::Held::Wire; };
-    if (const auto* c = std::get_if<script::Advance>(&command)) return held(*c);
-    if (const auto* c = std::get_if<script::Withdraw>(&command)) return held(*c);
-    if (const auto* c = std::get_if<script::Rotate>(&command)) return held(*c);
-    if (const auto* c = std::get_if<script::Inject>(&command)) return c->branch.empty();
-    return std::holds_alternative<script::Remove>(command) ||
-           std::holds_alternative<script::Exchange>(command);
+std::string missing_device(const script::Command& command, const scenario::Scenario& scenario) {
+    using script::Held;
+    // Without a device around the wire there is nothing to take it out of.
+    const bool alone = scenario.devices.size() == 1;
+    Held asked = Held::Wire;
+    const auto of = [&](Held held) { asked = held == Held::All && alone ? Held::Catheter : held; };
+    if (const auto* c = std::get_if<script::Advance>(&command)) of(c->held);
+    if (const auto* c = std::get_if<script::Withdraw>(&command)) of(c->held);
+    if (const auto* c = std::get_if<script::Rotate>(&command)) of(c->held);
+    if (const auto* c = std::get_if<script::Inject>(&command); c && c->branch.empty()) of(c->through);
+    if (const auto* c = std::get_if<script::Remove>(&command)) of(alone ? Held::Catheter : c->held);
+    if (std::holds_alternative<script::Exchange>(command) && alone) of(Held::Catheter);
+    if (asked == Held::All || scenario.index_of(asked)) return "";
+    const std::string_view name = script::name_of(asked);
+    return fmt::format("'{}' asks for a {}, and the scenario has none; a section [{}] is accepted",
+                       script::to_text(command), name, name);
 }
 
 std::filesystem::path file_of_wire(const std::string& name, const scenario::Scenario& scenario) {
     // A file stands next to the scenario's.
     return name.ends_with(".toml") ? std::filesystem::path(scenario.place("").file).parent_path() / name
-                                   : scenario::find_device(name, scenario.devices);
+                                   : scenario::find_device(name, scenario.catalogue);
 }
 
 scenario::Device wire_of_catalogue(const std::string& name, const scenario::Scenario& scenario) {
-    const scenario::Device device = scenario::load_device(file_of_wire(name, scenario));
+    scenario::Device device = scenario::load_device(file_of_wire(name, scenario));
+    if (scenario.torsion == scenario::TorsionModel::Rigid) physics::stiffen(device);
     if (device.kind != scenario::DeviceKind::Wire)
         throw io::InputError(fmt::format("'{}' is a catheter; a wire is accepted", name));
-    if (device.outer_diameter >= scenario.catheter->device.inner_diameter)
+    const double lumen = scenario.devices.at(1).device.inner_diameter;
+    if (device.outer_diameter >= lumen)
         throw io::InputError(fmt::format(
             "the wire '{}' of {:g} mm does not fit a lumen of {:g} mm; a thinner wire is accepted", name,
-            device.outer_diameter, scenario.catheter->device.inner_diameter));
+            device.outer_diameter, lumen));
     return device;
 }
 
@@ -49,8 +53,8 @@ std::vector<std::string> device_problems(const script::CommandScript& script,
         const script::Command& command = timed.command;
         const auto say = [&](const std::string& text) { found.push_back(io::located(timed.place, text)); };
         if (std::holds_alternative<script::Reset>(command)) wire_is_out = false;
-        if (!scenario.catheter && needs_catheter(command)) {
-            say(no_catheter(command));
+        if (const std::string wrong = missing_device(command, scenario); !wrong.empty()) {
+            say(wrong);
             continue;
         }
         if (const auto* push = std::get_if<script::Advance>(&command);
@@ -67,13 +71,12 @@ std::vector<std::string> device_problems(const script::CommandScript& script,
             }
         }
         if (const auto* inject = std::get_if<script::Inject>(&command); inject && inject->branch.empty()) {
-            const physics::DeviceSpec spec = scenario.catheter->device;
-            const double most = largest_flow(spec, 0, 0);
+            const scenario::PlacedDevice& through = scenario.devices[*scenario.index_of(inject->through)];
+            const double most = largest_flow(through.device, 0, 0);
             if (inject->rate > most)
-                say(
-                    fmt::format("the catheter's lumen of {:g} mm passes {:.1f} ml/s at most; {:g} ml/s "
-                                "were asked for",
-                                spec.inner_diameter, most, inject->rate));
+                say(fmt::format(
+                    "the {}'s lumen of {:g} mm passes {:.1f} ml/s at most; {:g} ml/s were asked for",
+                    through.name(), through.device.inner_diameter, most, inject->rate));
         }
         if (found.size() > 20) break;
     }

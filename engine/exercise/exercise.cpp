@@ -124,13 +124,11 @@ std::uint64_t Exercise::fingerprint() const {
     geometry::Vec3 target = simulation_.target();
     std::uint64_t triangles = simulation_.anatomy().lumen.triangles.size(),
                   images = pictures_ == Pictures::Dose ? 2 : monitor_.has_value();
-    if (s.catheter) {
-        physics::DeviceSpec catheter = s.catheter->device;
-        hash(catheter, s.catheter->inserted, s.catheter->roll);
-    }
-    hash(s.name, s.seed, s.frame_rate, s.guidewire, s.wire_length, s.wall_model, s.wall_stiffness, s.torsion,
-         s.wall_friction, s.entry.end, s.entry.inserted, s.relaxer.kind, s.relaxer.tolerance,
-         s.budget.updates, s.adaptive, s.c_arm, target, s.target.radius, s.target.hold, triangles, images);
+    for (scenario::PlacedDevice& placed : s.devices)
+        hash(placed.role, placed.device, placed.inserted, placed.roll);
+    hash(s.name, s.seed, s.frame_rate, s.segment_length, s.wall_model, s.wall_stiffness, s.torsion,
+         s.wall_friction, s.entry.end, s.relaxer.kind, s.relaxer.tolerance, s.budget.updates, s.adaptive,
+         s.c_arm, target, s.target.radius, s.target.hold, triangles, images);
     if (s.wall_variation) hash(*s.wall_variation);
     return hash.value();
 }

@@ -32,12 +32,12 @@ double asked_feed(std::span<const script::Command> commands) {
     return sum;
 }
 
-/// Force of the catheter's tip on a wall that it points at; 0 elsewhere [N].
-double force_before_tip(const Simulation& simulation) {
-    const std::size_t joint = simulation.path_of(script::Held::Catheter).size();
+/// Force of a device's tip on a wall that it points at; 0 elsewhere [N].
+double force_before_tip(const Simulation& simulation, script::Held device) {
+    const std::size_t joint = simulation.path_of(device).size();
     if (joint < 2 || joint > simulation.contacts().size()) return 0;
     const physics::WallContact& contact = simulation.contacts()[joint - 1];
-    const geometry::Vec3 along = simulation.tip_of(script::Held::Catheter).along;
+    const geometry::Vec3 along = simulation.tip_of(device).along;
     return contact.touches() && along.dot(contact.normal) > faces_wall ? contact.force() : 0;
 }
 
@@ -48,18 +48,19 @@ Handling::Handling(const Simulation& simulation, const MishapLimits& limits) : l
 }
 
 void Handling::begin(const Simulation& simulation) {
-    std::array<Feed, 2> devices;
-    for (const script::Held held : {script::Held::Wire, script::Held::Catheter}) {
-        Feed& feed = devices[static_cast<std::size_t>(held)];
-        feed.inserted = simulation.inserted(held);
-        feed.stops.push_back({0, simulation.tip_of(held).at});
+    std::vector<Feed> devices;
+    for (const scenario::PlacedDevice& placed : simulation.devices()) {
+        Feed& feed = devices.emplace_back();
+        feed.inserted = simulation.inserted(placed.role);
+        feed.stops.push_back({0, simulation.tip_of(placed.role).at});
     }
     marks_.clear();
     open_ = {};
     idle_since_.reset();
-    was_at_target_ = injects_ = false;
+    was_at_target_ = false;
+    injects_through_ = script::Held::All;
     against_stop_ = 0;
-    devices_ = devices;
+    devices_ = std::move(devices);
     mapped_.reset();
     map_ = 0;
 }
@@ -140,9 +141,9 @@ void Handling::observe(const Frame& frame) {
     const double idle = idle_since_ ? (frame.time.index - *idle_since_ + 1) / rate : 0;
     note(Mishap::IdleBeam, frame, idle > limits_.idle_beam, idle, idle_since_);
 
-    double fed = stuck(devices_[0], script::Held::Wire, simulation);
-    if (simulation.has_catheter())
-        fed = std::max(fed, stuck(devices_[1], script::Held::Catheter, simulation));
+    double fed = 0;
+    for (std::size_t k = 0; k < devices_.size(); ++k)
+        fed = std::max(fed, stuck(devices_[k], simulation.devices()[k].role, simulation));
     const bool stopped = report.insertion_stopped || report.withdrawal_stopped || report.whole_wire_is_in ||
                          report.buckled || report.too_thick;
     against_stop_ = stopped ? against_stop_ + asked_feed(frame.commands) : 0;
@@ -159,9 +160,10 @@ void Handling::observe(const Frame& frame) {
 
     for (const script::Command& command : frame.commands)
         if (const auto* inject = std::get_if<script::Inject>(&command))
-            injects_ = inject->branch.empty() && simulation.has_catheter();
-    injects_ = injects_ && simulation.contrast().injecting();
-    const double against = injects_ ? force_before_tip(simulation) : 0;
+            injects_through_ = inject->branch.empty() ? inject->through : script::Held::All;
+    if (!simulation.contrast().injecting()) injects_through_ = script::Held::All;
+    const double against =
+        injects_through_ == script::Held::All ? 0 : force_before_tip(simulation, injects_through_);
     note(Mishap::InjectionAtWall, frame, against > limits_.tip_force, against);
 }
 

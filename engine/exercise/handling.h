@@ -76,7 +76,8 @@ public:
     const std::vector<MishapMark>& marks() const { return marks_; }
     const MishapLimits& limits() const { return limits_; }
     void state(geometry::StateStream& s) {
-        s(marks_, open_, idle_since_, devices_, against_stop_, was_at_target_, injects_, mapped_, map_);
+        s(marks_, open_, idle_since_, devices_, against_stop_, was_at_target_, injects_through_, mapped_,
+          map_);
     }
 
 private:
@@ -104,12 +105,12 @@ private:
     std::vector<MishapMark> marks_;
     std::array<int, mishap_kinds> open_ = {};  // 1 + index of the last mark of a kind, 0 = none
     std::optional<int> idle_since_;            // frame
-    std::array<Feed, 2> devices_;
+    std::vector<Feed> devices_;
     double against_stop_ = 0;  // asked for since the stop was met [mm]
     bool was_at_target_ = false;
-    bool injects_ = false;                // through the catheter
-    std::optional<render::CArm> mapped_;  // the view of the last pulse
-    int map_ = 0;                         // pulses of DSA in that view since the mask
+    script::Held injects_through_ = script::Held::All;  // All = no device
+    std::optional<render::CArm> mapped_;                // the view of the last pulse
+    int map_ = 0;                                       // pulses of DSA in that view since the mask
 };
 
 }  // namespace exercise

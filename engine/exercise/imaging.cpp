@@ -233,10 +233,9 @@ Pulse pulse_of(const Simulation& simulation, const FrameTime& time, std::span<co
     Pulse pulse;
     pulse.time = time;
     pulse.arm = simulation.console().arm();
-    pulse.joints = simulation.path_of(script::Held::Wire);
-    pulse.catheter = simulation.path_of(script::Held::Catheter);
-    pulse.tip_is_catheters = scenario.target.by_catheter;
-    if (const scenario::Device* wire = simulation.exchanged_wire()) pulse.wire_look = wire->look;
+    for (const scenario::PlacedDevice& placed : simulation.devices())
+        pulse.devices.push_back({placed.role, simulation.path_of(placed.role), placed.device.look});
+    pulse.tip_of_device = *scenario.index_of(scenario.target.device);
     pulse.mode = simulation.console().mode();
     render::Exposure& exposure = pulse.exposure = metered_exposure(simulation);
     exposure.frame = static_cast<std::uint64_t>(time.attempt);
@@ -280,20 +279,6 @@ void remove_contrast(render::Exposure& exposure) {
 
 namespace {
 
-render::FluoroscopeConfig fluoroscope_config(const scenario::Scenario& scenario) {
-    render::FluoroscopeConfig config;
-    config.wire = scenario.wire_look;
-    config.wire.diameter = scenario.guidewire.diameter;
-    config.wire.core_diameter = std::min(config.wire.core_diameter, scenario.guidewire.diameter);
-    config.wire.marker_length = std::min(config.wire.marker_length, scenario.guidewire.tip_length);
-    if (scenario.catheter) {
-        config.catheter = scenario.catheter->device.look;
-        config.catheter.diameter = scenario.catheter->device.outer_diameter;
-        config.catheter.inner_diameter = scenario.catheter->device.inner_diameter;
-    }
-    return config;
-}
-
 /// The CT of the scenario's patient; none without.
 std::vector<render::DensityVolume> volumes_of(const scenario::Scenario& scenario,
                                               const geometry::TriangleMesh& lumen,
@@ -314,7 +299,7 @@ render::ExposureMeter make_meter(const scenario::Scenario& scenario, const anato
     std::vector<render::VolumeCaster> casters;
     for (render::DensityVolume& volume : volumes_of(scenario, layers.back().mesh, cache))
         casters.emplace_back(std::move(volume));
-    render::FluoroscopeConfig config = fluoroscope_config(scenario);
+    render::FluoroscopeConfig config;
     if (!body) return {config, layers, std::move(casters)};
     return {config, layers, std::move(casters), metered(body)};
 }
@@ -350,10 +335,9 @@ ImagingChain make_imaging(const scenario::Scenario& scenario, const anatomy::Ana
         render::DistalVessels distal(distal_trees(anatomy, contrast.blood(), layers),
                                      distal_nodes(contrast.blood()));
         std::vector<render::DensityVolume> volumes = volumes_of(scenario, layers.back().mesh, cache);
-        return ImagingChain{
-            render::Fluoroscope(fluoroscope_config(scenario), std::move(layers), std::move(vessels),
-                                std::move(distal), std::move(volumes), body ? metered(body) : nullptr),
-            std::move(organs)};
+        return ImagingChain{render::Fluoroscope({}, std::move(layers), std::move(vessels), std::move(distal),
+                                                std::move(volumes), body ? metered(body) : nullptr),
+                            std::move(organs)};
     });
 }
 
@@ -361,7 +345,7 @@ render::Fluoroscope make_masking(const scenario::Scenario& scenario, const anato
     return with_closed_meshes(anatomy, [&] {
         std::vector<render::TissueLayer> layers;
         layers.push_back(lumen_layer(scenario, anatomy));
-        return render::Fluoroscope(fluoroscope_config(scenario), std::move(layers));
+        return render::Fluoroscope({}, std::move(layers));
     });
 }
 

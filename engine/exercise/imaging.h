@@ -49,7 +49,7 @@ struct ImagingChain {
 ImagingChain make_imaging(const scenario::Scenario&, const anatomy::Anatomy&, const blood::ContrastFlow&,
                           const anatomy::ModelCache& = {});
 
-/// A fluoroscope for the truth of images alone, without the patient: its wire_pixels, catheter_pixels and
+/// A fluoroscope for the truth of images alone, without the patient: its device_pixels and
 /// vessel_pixels are those of the scenario's fluoroscope. Throws InputError for a lumen that cannot be
 /// closed.
 render::Fluoroscope make_masking(const scenario::Scenario&, const anatomy::Anatomy&);

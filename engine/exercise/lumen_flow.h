@@ -1,7 +1,7 @@
 #pragma once
 /// How much contrast a catheter passes.
 
-#include "physics/wire/coaxial.h"
+#include "physics/wire/device.h"
 
 namespace exercise {
 

@@ -13,31 +13,31 @@
 
 namespace exercise {
 
+/// A device in the beam.
+struct PulsedDevice {
+    script::Held role = script::Held::Wire;
+    geometry::Polyline joints;  // empty where it is out [mm]
+    render::WireLook look;
+
+    void state(geometry::StateStream& s) { s(role, joints, look); }
+};
+
 struct Pulse {
     render::CArm arm;
-    geometry::Polyline joints;                  // of the wire; empty where it is out [mm]
-    geometry::Polyline catheter;                // the same
-    std::optional<render::WireLook> wire_look;  // of a wire that was exchanged
-    bool tip_is_catheters = false;              // the exercise's tip
+    std::vector<PulsedDevice> devices;  // innermost first
+    int tip_of_device = 0;              // the exercise's tip
     render::Exposure exposure;
     script::ImagingMode mode = script::ImagingMode::Live;
     bool new_mask = false;  // of DSA
     FrameTime time;
 
-    const geometry::Polyline& tip_of() const { return tip_is_catheters ? catheter : joints; }
+    const geometry::Polyline& tip_of() const { return devices[tip_of_device].joints; }
     render::SeenDevices seen() const {
-        render::SeenDevices devices(joints, catheter);
-        if (wire_look) devices.wire_look = &*wire_look;
-        return devices;
+        render::SeenDevices seen;
+        for (const PulsedDevice& device : devices) seen.all.push_back({device.joints, &device.look});
+        return seen;
     }
-    void state(geometry::StateStream& s) {
-        s(arm, joints, exposure, mode, new_mask, time);
-        if (!s.part(!catheter.empty() || tip_is_catheters, catheter, tip_is_catheters)) {
-            catheter.clear();
-            tip_is_catheters = false;
-        }
-        if (!s.part(wire_look.has_value(), wire_look)) wire_look.reset();
-    }
+    void state(geometry::StateStream& s) { s(arm, devices, tip_of_device, exposure, mode, new_mask, time); }
 };
 
 /// Dose of the attempt.

@@ -102,7 +102,7 @@ std::vector<std::string> Notices::text() const {
     if (used_up_ > 0) {
         result.push_back(
             fmt::format("insertion stopped in {}: the whole wire was in; a longer one has "
-                        "another [guidewire] length_mm",
+                        "another length_mm",
                         frames(used_up_)));
     }
     if (unseen_.frames > 0) {
@@ -143,7 +143,7 @@ std::vector<std::string> Notices::text() const {
     }
     if (too_thick_ > 0) {
         result.push_back(
-            fmt::format("the catheter stopped in {}: the vessel before its tip is narrower than it is",
+            fmt::format("a catheter stopped in {}: the vessel before its tip is narrower than it is",
                         frames(too_thick_)));
     }
     if (limited_doses_ > 0) {

@@ -34,8 +34,7 @@ constexpr Field table[] = {
      &R::push},
     {"torque_Nmm", "torque_N_mm", "N mm", "torque with which the hand holds the hub: of the wire shown",
      &R::torque},
-    {"tip_force_N", "", "N", "force of the last joint of the chain of wire and catheter on the wall",
-     &R::tip_force},
+    {"tip_force_N", "", "N", "force of the last joint of the chain of devices on the wall", &R::tip_force},
     {"wall_force_N", "", "N", "the largest force of one joint on the wall", &R::wall_force},
     {"", "tip_force_N", "N", "force on the wall of the last joint at which the device lies outermost",
      &R::device_tip_force},
@@ -62,9 +61,10 @@ constexpr Field table[] = {
      &R::certified},
     {"refused", "", "", "a motion that led to no rest was not made", &R::refused},
     {"buckled", "", "", "a push was not passed on, because the shaft outside would have bowed", &R::buckled},
-    {"too_thick", "", "", "the catheter stands before a vessel that is narrower than it", &R::too_thick},
+    {"too_thick", "", "", "a catheter stands before a vessel that is narrower than it", &R::too_thick},
     {"insertion_stopped", "", "", "the tip stands in an open end of the vessels", &R::insertion_stopped},
-    {"withdrawal_stopped", "", "", "the curved tip was at the introducer", &R::withdrawal_stopped},
+    {"withdrawal_stopped", "", "", "more was to be drawn back than leaves two segments inside",
+     &R::withdrawal_stopped},
     {"whole_wire_is_in", "", "", "the device is in to its end, and more was asked for", &R::whole_wire_is_in},
     {"completed", "", "", "the tip has stayed in the target for the scenario's hold", &R::completed},
     {"on_target", "", "", "the tip is within the target's radius", &R::on_target},
@@ -78,12 +78,11 @@ Place place_of(const Vec3& v) {
 /// Contacts of the joints that the device bears: those that it is outermost at.
 void read_contacts(const Simulation& simulation, Reading& r) {
     const auto contacts = simulation.contacts();
-    const double reach = simulation.inserted(script::Held::Catheter);
+    const std::span<const scenario::PlacedDevice> devices = simulation.devices();
     double s = 0;
     for (std::size_t j = 1; j < contacts.size(); ++j) {
         s += simulation.wire().lengths[j];
-        const bool catheters = simulation.has_catheter() && s <= reach + 1e-9;
-        if (catheters != (r.device == script::Held::Catheter)) continue;
+        if (devices[simulation.wire().outermost(s)].role != r.device) continue;
         r.device_wall_force = std::max(r.device_wall_force, contacts[j].force());
         r.contacts += contacts[j].touches();
         r.device_tip_force = contacts[j].force();
@@ -126,10 +125,14 @@ Reading Reader::read(const Simulation& simulation, const FrameTime& time, script
     r.run_frame = time.index;
     r.time = time.seconds;
     r.device = held;
-    r.inserted = {simulation.inserted(), simulation.inserted(script::Held::Catheter)};
-    r.turned = {last.wire.turned / geometry::degree, last.catheter.turned / geometry::degree};
-    r.push = {last.wire.load.push, last.catheter.load.push};
-    r.torque = {last.wire.load.torque, last.catheter.load.torque};
+    for (std::size_t k = 0; k < simulation.devices().size(); ++k) {
+        const script::Held role = simulation.devices()[k].role;
+        const Hand hand = simulation.hand(role);
+        r.inserted.of[k] = simulation.inserted(role);
+        r.turned.of[k] = hand.turned / geometry::degree;
+        r.push.of[k] = hand.load.push;
+        r.torque.of[k] = hand.load.torque;
+    }
     r.tip = place_of(tip.at + shift);
     r.direction = place_of(tip.along);
     r.branch = Branch{place.branch};
@@ -156,8 +159,7 @@ Reading Reader::read(const Simulation& simulation, const FrameTime& time, script
 
 Reading Reader::read(const Exercise& exercise) const {
     const Simulation& simulation = exercise.simulation();
-    const bool by_catheter = simulation.scenario().target.by_catheter;
-    Reading r = read(simulation, exercise.time(), by_catheter ? script::Held::Catheter : script::Held::Wire);
+    Reading r = read(simulation, exercise.time(), simulation.scenario().target.device);
     if (const Dose* dose = exercise.dose()) {
         r.air_kerma = dose->air_kerma;
         r.area_product = dose->area_product;

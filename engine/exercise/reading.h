@@ -28,10 +28,9 @@ using Place = std::array<double, 3>;
 struct InImage {
     double x = 0, y = 0;  // to the right, down [pixels]
 };
-/// A number of each device.
+/// A number of each device of the scenario, innermost first; 0 beyond its last.
 struct OfDevices {
-    double wire = 0, catheter = 0;
-    double of(script::Held held) const { return held == script::Held::Catheter ? catheter : wire; }
+    std::array<double, script::most_devices> of = {};
 };
 /// Index of a branch of the anatomy.
 enum class Branch : std::int64_t { None = -1 };
@@ -74,7 +73,8 @@ struct Field {
                  InImage Reading::*, OfDevices Reading::*, Branch Reading::*, script::Held Reading::*>
         member;
 };
-/// In the order of a trace's columns. A field of both devices has the prefix `catheter_` for the catheter's.
+/// In the order of a trace's columns. A field of all devices is the wire's; those of others have their name
+/// as a prefix, `catheter_`.
 std::span<const Field> fields();
 
 /// Makes readings of one simulation.

@@ -82,8 +82,7 @@ void RoomReadout::observe(const Frame& seen, const Score& score) {
     if (report.insertion_stopped) say("The wire goes no further: open end", render::Notice::Warning);
     if (report.whole_wire_is_in) say("The wire is in to its end", render::Notice::Warning);
     if (report.buckled) say("The shaft bows outside: it is pushed too hard", render::Notice::Warning);
-    if (report.too_thick)
-        say("The catheter goes no further: the vessel is narrower", render::Notice::Warning);
+    if (report.too_thick) say("A catheter goes no further: the vessel is narrower", render::Notice::Warning);
     if (!report.denied.empty()) say(report.denied, render::Notice::Warning);
     if (!report.exchanged.empty()) say("The wire is now: " + report.exchanged, render::Notice::Success);
     if (report.withdrawal_stopped) say("The tip is at the introducer", render::Notice::Warning);
@@ -146,18 +145,12 @@ render::Readout RoomReadout::read(const Frame& frame, const Score& score) const 
     }
     if (simulation.breathing().state() == scenario::Breathing::State::Held)
         r.breath_held = simulation.breathing().held_for();
-    r.inserted = simulation.inserted();
-    const Hand &wire = simulation.hand(script::Held::Wire),
-               &catheter = simulation.hand(script::Held::Catheter);
-    if (simulation.has_catheter())
-        r.catheter =
-            render::Readout::Catheter{simulation.inserted(script::Held::Catheter),
-                                      scenario.catheter->device.length, catheter.turned, catheter.load.push};
-    r.wire_length = scenario.wire_length;
+    for (const scenario::PlacedDevice& placed : simulation.devices()) {
+        const Hand hand = simulation.hand(placed.role);
+        r.devices.push_back({std::string(placed.name()), simulation.inserted(placed.role),
+                             placed.device.length, hand.turned, hand.load.torque, hand.load.push});
+    }
     r.tip_to_target = simulation.tip_to_target();
-    r.hub_twist = wire.turned;
-    r.base_torque = wire.load.torque;
-    r.push_force = wire.load.push;
     if (!simulation.contacts().empty()) r.tip_force = simulation.contacts().back().force();
     if (!wall_forces_.empty()) r.largest_wall_force = wall_forces_.back();
     r.force_history.assign(wall_forces_.begin(), wall_forces_.end());

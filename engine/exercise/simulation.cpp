@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <optional>
 #include <utility>
 
+#include "engine/exercise/chain.h"
 #include "engine/exercise/device_rules.h"
 #include "engine/exercise/lumen_flow.h"
 #include "engine/io/error.h"
@@ -94,17 +96,18 @@ Simulation::Simulation(Simulation&&) noexcept = default;
 
 void Simulation::reset() {
     was_reset_ = true;
+    devices_ = scenario_.devices;
     readings_ = {};
+    readings_.hands.resize(devices_.size());
     waiting_.clear();
     denied_.clear();
     exchanged_name_.clear();
-    exchanged_.reset();
     console_ = start_console(scenario_);
     frames_ = 0;
     breathing_ = {};
     iodine_ = scenario_.imaging.iodine;
     contrast_->reset();
-    lay(entry_.points, scenario_.entry.inserted);
+    lay(entry_.points);
     tip_at_start_ = tip();
 }
 
@@ -129,32 +132,15 @@ void Simulation::make_relaxers() {
         relaxer_ = physics::make_relaxer(config, *wall_);
 }
 
-/// A new wire along the path, brought to rest by new relaxers, since old ones remember where they stopped. A
-/// wire that was there before passes on the turn of its hub.
-void Simulation::lay(const geometry::Polyline& path, double length, const physics::Guidewire* before) {
-    const bool global = scenario_.relaxer.kind == physics::RelaxerKind::Global;
+/// A new chain along the path, brought to rest by new relaxers, since old ones remember where they stopped.
+/// One that was there before passes on the turns of its hubs.
+void Simulation::lay(const geometry::Polyline& path, const physics::Chain* before) {
     make_relaxers();
     deepest_crossing_ = 0;
-    const auto turn_as_before = [before](physics::Guidewire& wire) {
-        if (!before) return;
-        wire.tangents[0] = before->tangents[0];
-        wire.base_director = before->base_director;
-        wire.roll = before->roll;
-        wire.windup = before->windup;
-        if (before->twists.empty()) return;
-        wire.windup = before->wound_up();
-        wire.roll -= wire.windup;
-    };
     StepReport ignored;
-    physics::GuidewireSpec spec = scenario_.guidewire;
-    spec.friction = scenario_.friction();
-    if (global) {
-        if (scenario_.catheter) {
-            moving_ = chain(path, length, before);
-        } else {
-            moving_ = physics::wire_of_length(spec, path, length);
-            turn_as_before(moving_);
-        }
+    physics::Chain laid = chain_of(scenario_, devices_, path, before);
+    if (hub_) {
+        moving_ = std::move(laid);
         const auto settle = [&] {
             const int updates = updates_at_start * moving_.segments();
             bool at_rest = hub_->settle(moving_, updates).relax.at_rest();
@@ -170,19 +156,17 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
             physics::refine(moving_, *wall_, scenario_.refinement);
             settle();
         }
-        const bool segments = scenario_.torsion == scenario::TorsionModel::Segments ||
-                              (scenario_.torsion == scenario::TorsionModel::Auto && choice_.held_back);
-        if (segments) physics::start_twists(moving_);
+        const bool segments = twists_by_segments();
+        for (int k = 0; segments && k < static_cast<int>(devices_.size()); ++k)
+            physics::start_twists(moving_, k);
         physics::start_grips(moving_);
         if (!moving_.grips.empty() || segments) settle();
         rounds_of_mending_ = 0;
         show();
         mend_crossings(ignored);
     } else {
-        const int segments = static_cast<int>(std::lround(length / spec.segment_length));
-        wire_ = physics::wire_along(spec, path, segments);
-        turn_as_before(wire_);
-        relax(updates_at_start * segments, ignored);
+        wire_ = std::move(laid);
+        relax(updates_at_start * wire_.segments(), ignored);
         if (scenario_.adaptive) {
             physics::refine(wire_, *wall_, scenario_.refinement);
             relax(updates_at_start * wire_.segments(), ignored);
@@ -191,19 +175,38 @@ void Simulation::lay(const geometry::Polyline& path, double length, const physic
     }
 }
 
+bool Simulation::twists_by_segments() const {
+    return scenario_.torsion == scenario::TorsionModel::Segments ||
+           (scenario_.torsion == scenario::TorsionModel::Auto && choice_.held_back);
+}
+
 Tuning Simulation::tuning() const {
-    const physics::GuidewireSpec& wire = scenario_.guidewire;
-    return {wire.shaft_rigidity,      wire.tip_rigidity, wire.segment_length,
-            scenario_.wall_stiffness, wire.friction,     scenario_.relaxer};
+    const scenario::Device& wire = scenario_.wire().device;
+    return {wire.shaft_rigidity(),
+            physics::rigidity_at(wire, 0),
+            scenario_.segment_length,
+            scenario_.wall_stiffness,
+            wire.friction,
+            scenario_.relaxer};
 }
 
 void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) {
     scenario::Scenario changed = scenario_;
-    physics::GuidewireSpec& spec = changed.guidewire;
-    spec.shaft_rigidity = tuning.shaft_rigidity;
-    spec.tip_rigidity = tuning.tip_rigidity;
-    spec.segment_length = tuning.segment_length;
-    spec.friction = tuning.friction;
+    scenario::Device& wire = changed.wire().device;
+    if (tuning.shaft_rigidity != this->tuning().shaft_rigidity ||
+        tuning.tip_rigidity != this->tuning().tip_rigidity) {
+        std::optional<scenario::TipAndShaft> stiffness = scenario::tip_and_shaft(wire);
+        if (!stiffness)
+            throw io::InputError(
+                "expected a wire of a tip, a transition and a shaft, whose rigidities can be "
+                "changed, found one of other sections");
+        // The torsional rigidity of the shaft stays.
+        stiffness->shaft_rigidity = tuning.shaft_rigidity;
+        stiffness->tip_rigidity = tuning.tip_rigidity;
+        scenario::set_stiffness(wire, *stiffness);
+    }
+    wire.friction = tuning.friction;
+    changed.segment_length = tuning.segment_length;
     changed.wall_stiffness = tuning.wall_stiffness;
     changed.relaxer = tuning.relaxer;
     if (const auto wrong = scenario::problems(changed); !wrong.empty())
@@ -212,9 +215,8 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
         throw io::InputError(
             fmt::format("a wall of {} N/mm; a stiffness above 0 is accepted", tuning.wall_stiffness));
     static_cast<void>(scenario::entry_of(changed, *anatomy_));  // for a later reset
-    const double length = inserted();
-    const double least = physics::least_length(spec) + spec.segment_length;  // as at the entry
-    if (!scenario_.catheter && length < least)
+    const double length = wire_.inserted_length(), least = physics::least_length({changed.segment_length});
+    if (length < least)
         throw io::InputError(
             fmt::format("{:.1f} mm of wire are inside; with such segments {:.1f} mm or more are accepted",
                         length, least));
@@ -226,12 +228,13 @@ void Simulation::retune(const Tuning& tuning, const anatomy::ModelCache& cache) 
     relaxer_.reset();
     if (wall) wall_ = std::move(wall);
     scenario_ = std::move(changed);
+    if (exchanged_name_.empty()) devices_ = scenario_.devices;
     waiting_.clear();
-    const physics::Guidewire before = wire_;
+    const physics::Chain before = wire_;
     geometry::Polyline path(before.joints.begin(), before.joints.end());
     path.push_back(path.back() +
-                   (3 * spec.segment_length + 1) * before.tangents.back());  // chords are shorter
-    lay(path, length, &before);
+                   (3 * scenario_.segment_length + 1) * before.tangents.back());  // chords are shorter
+    lay(path, &before);
 }
 
 /// One call for each kind of command: one that is new and not handled here does not compile.
@@ -251,11 +254,11 @@ struct Simulation::Apply {
     }
     void operator()(const script::Exchange& c) const {
         static_cast<void>(wire_of_catalogue(c.device, at.scenario_));
-        at.waiting_.push_back({0, 0, wire_device, false, c.device});
+        at.waiting_.push_back({0, 0, 0, false, c.device});
     }
     void operator()(const script::Contrast& c) const { at.iodine_ = c.iodine; }
     void operator()(const script::Inject& c) const {
-        if (c.branch.empty()) return at.inject_through_catheter(c);
+        if (c.branch.empty()) return at.inject_through(c);
         at.contrast_->inject(injection(c));
     }
     void operator()(const script::Reset&) const { at.reset(); }
@@ -272,7 +275,8 @@ struct Simulation::Apply {
 };
 
 void Simulation::apply(const script::Command& command) {
-    if (!scenario_.catheter && needs_catheter(command)) throw io::InputError(no_catheter(command));
+    if (const std::string wrong = missing_device(command, scenario_); !wrong.empty())
+        throw io::InputError(wrong);
     std::visit(Apply{*this}, command);
 }
 
@@ -283,9 +287,9 @@ std::vector<std::string> Simulation::problems(const script::CommandScript& scrip
         if (found.size() > 20) break;
         if (std::holds_alternative<script::Reset>(timed.command)) trial.reset();
         const script::Inject* inject = std::get_if<script::Inject>(&timed.command);
-        if (!inject || (inject->branch.empty() && !scenario_.catheter)) continue;
+        if (!inject || !missing_device(timed.command, scenario_).empty()) continue;
         try {
-            // Where a catheter's tip will be is not known yet; the limit of contrast is.
+            // Where a device's tip will be is not known yet; the limit of contrast is.
             if (inject->branch.empty())
                 trial.inject({target_, inject->rate, inject->volume, inject->iodine});
             else
@@ -373,30 +377,21 @@ void Simulation::prepare_motion(StepReport& report) {
 /// Makes a part of the motion; the rest stays in it. False when the motion is finished.
 bool Simulation::make_motion(Motion& motion, StepReport& report) {
     if (!motion.exchange.empty()) {
-        exchange(motion, report);
+        exchange_wire(motion, report);
         return false;
     }
     if (motion.removes) motion.insertion = -moving_.devices[motion.device].inserted;
-    motion.insertion =
-        moving_.devices.empty() ? allowed_insertion(motion, report) : allowed_feed(motion, report);
+    motion.insertion = allowed_feed(motion, report);
     if (motion.removes && motion.insertion == 0) motion.removes = false;
     if (motion.insertion == 0 && motion.rotation == 0) return false;
     const double turn = physics::Hub::largest_turn;
-    const double longest = (moving_.grips.empty() ? 1 : 0.5) * moving_.spec.segment_length;
+    const double longest = (moving_.grips.empty() ? 1 : 0.5) * moving_.grid.segment_length;
     physics::HubMotion part;
     part.device = motion.device;
-    if (motion.insertion != 0) {
+    if (motion.insertion != 0)
         part.feed = motion.insertion / steps_of(motion.insertion, longest);
-        const double least = physics::least_length(moving_.spec) - moving_.inserted_length();
-        if (moving_.devices.empty() && part.feed < 0 && part.feed < least - 1e-9) {
-            report.withdrawal_stopped = true;
-            motion.insertion = part.feed = std::min(0.0, least);
-            if (-least < 1e-9) motion.insertion = part.feed = 0;
-            if (part.feed == 0) return motion.rotation != 0;
-        }
-    } else {
+    else
         part.turn = motion.rotation / steps_of(motion.rotation, turn);
-    }
     const physics::HubReport made = hub_->move(moving_, part, updates_left(report));
     account(made, report);
     const bool moved = made.made.feed != 0 || made.made.turn != 0;
@@ -422,8 +417,12 @@ void Simulation::account(const physics::HubReport& made, StepReport& report) {
     take(motion.rotation, made.made.turn);
     if (made.made.feed != 0) report.insertions.push_back(made.made.feed);
     report.rotation += std::abs(made.made.turn);
-    if (made.made.device != catheter_device) readings_.wire.turned += made.made.turn;
-    if (made.made.device != wire_device && has_catheter()) readings_.catheter.turned += made.made.turn;
+    count_turn(made.made.device, made.made.turn);
+}
+
+void Simulation::count_turn(int device, double angle) {
+    for (int k = 0; k < static_cast<int>(devices_.size()); ++k)
+        if (device == physics::every_device || device == k) readings_.hands[k].turned += angle;
 }
 
 /// The wire at rest is what is seen, felt and scored.
@@ -431,9 +430,7 @@ void Simulation::show() {
     wire_ = moving_;
     contacts_.clear();
     const auto loads = hub_->loads();
-    if (loads.empty()) return;
-    readings_.wire.load = loads[wire_device];
-    if (has_catheter()) readings_.catheter.load = loads[catheter_device];
+    for (std::size_t k = 0; k < loads.size(); ++k) readings_.hands[k].load = loads[k];
 }
 
 /// The same, but a wire that found no rest inside the vessel, as with a joint astray between two that share a
@@ -476,14 +473,17 @@ void Simulation::mend_crossings(StepReport& report) {
 void Simulation::move_segments(StepReport& report) {
     if (!waiting_.empty() && scenario_.adaptive) physics::refine(wire_, *wall_, scenario_.refinement);
     int parts = 0;
+    for (Motion& m : waiting_)
+        if (m.removes) m.insertion = -wire_.devices[m.device].inserted;
     for (const Motion& m : waiting_)
-        parts += steps_of(m.insertion, wire_.spec.segment_length) +
+        parts += steps_of(m.insertion, wire_.grid.segment_length) +
                  steps_of(m.rotation, physics::Hub::largest_turn);
     // One part more for the frame's end, so that a frame with a motion settles as one without.
     const int budget = scenario_.budget.updates,
               share = std::max({1, budget / (parts + 1), budget / least_share});
     for (Motion& motion : waiting_) {
-        if (motion.insertion != 0) insert_segments(motion, share, report);
+        if (!motion.exchange.empty()) exchange_wire(motion, report);
+        if (motion.insertion != 0) feed_segments(motion, share, report);
         if (motion.rotation != 0) turn(motion, share, report);
     }
     waiting_.clear();
@@ -494,40 +494,22 @@ void Simulation::move_segments(StepReport& report) {
         report.deepest_crossing = std::max(report.deepest_crossing, crossing.depth);
 }
 
-/// The part of an insertion that wire and vessel allow [mm].
-double Simulation::allowed_insertion(const Motion& motion, StepReport& report) const {
-    if (!(motion.insertion > 0)) return motion.insertion;
-    const physics::Guidewire& wire = hub_ ? moving_ : wire_;
-    const double left = std::max(0.0, scenario_.wire_length - wire.inserted_length() - wire.carried);
-    report.whole_wire_is_in = report.whole_wire_is_in || motion.insertion > left + 1e-9;
-    if (left > 0 && tip_has_left()) {
-        report.insertion_stopped = true;
-        return 0;
-    }
-    return left < 1e-12 ? 0 : std::min(motion.insertion, left);
-}
-
-void Simulation::insert_segments(Motion& motion, int share, StepReport& report) {
-    const double before = inserted();
-    while (motion.insertion != 0) {
-        motion.insertion = allowed_insertion(motion, report);
-        if (motion.insertion == 0) break;
-        const int steps = steps_of(motion.insertion, wire_.spec.segment_length);
-        const double wanted = motion.insertion / steps, expected = inserted() + wanted;
+void Simulation::feed_segments(Motion& motion, int share, StepReport& report) {
+    double fed = 0;
+    while ((motion.insertion = allowed_feed(motion, report)) != 0) {
+        const int steps = steps_of(motion.insertion, wire_.grid.segment_length);
+        const double wanted = motion.insertion / steps;
+        fed += physics::feed(wire_, motion.device, wanted);
         motion.insertion = steps == 1 ? 0 : motion.insertion - wanted;
-        if (physics::move(wire_, wanted) != 0) relax(share, report);
-        if (wanted < 0 && std::abs(inserted() - expected) > 1e-6) {
-            report.withdrawal_stopped = true;
-            motion.insertion = 0;
-        }
+        relax(share, report);
     }
-    report.insertions.push_back(inserted() - before);
+    report.insertions.push_back(fed);
 }
 
 /// Beyond an open end there is no wall to lead the wire: it stops there. The wire has left by an end if it
 /// passed the end's opening outward more often than inward.
 bool Simulation::tip_has_left() const {
-    const physics::Guidewire& wire = hub_ ? moving_ : wire_;
+    const physics::Chain& wire = chain();
     return std::any_of(anatomy_->ends.begin(), anatomy_->ends.end(), [&](const anatomy::VesselEnd& end) {
         const geometry::OpenEnd& opening = end.opening;
         const double reach = opening_reach * opening.radius;
@@ -550,9 +532,9 @@ void Simulation::turn(Motion& motion, int share, StepReport& report) {
     const int steps = steps_of(motion.rotation, physics::Hub::largest_turn);
     const double wanted = motion.rotation / steps;
     for (int step = 0; step < steps; ++step) {
-        physics::rotate(wire_, wanted);
+        physics::rotate(wire_, motion.device, wanted);
         report.rotation += std::abs(wanted);
-        readings_.wire.turned += wanted;
+        count_turn(motion.device, wanted);
         relax(share, report);
     }
     motion.rotation = 0;
@@ -568,13 +550,11 @@ void Simulation::state(geometry::StateStream& s) {
     // What is restored into new relaxers has nothing of the old ones' reports.
     if (s.restores()) make_relaxers();
     s(wire_, contacts_, waiting_, deepest_crossing_, rounds_of_mending_, *contrast_, console_, frames_,
-      iodine_, tip_at_start_);
-    if (!s.part(!exchanged_name_.empty(), exchanged_name_)) exchanged_name_.clear();
-    if (!s.part(breathing_.was_held(), breathing_)) breathing_ = {};
+      iodine_, tip_at_start_, exchanged_name_, breathing_);
     s.beside(readings_);
     if (s.restores()) {
-        exchanged_.reset();
-        if (!exchanged_name_.empty()) exchanged_ = wire_of_catalogue(exchanged_name_, scenario_);
+        devices_ = scenario_.devices;
+        if (!exchanged_name_.empty()) devices_[0].device = wire_of_catalogue(exchanged_name_, scenario_);
     }
     if (hub_)
         s(*hub_, moving_);

@@ -1,6 +1,6 @@
 #pragma once
-/// One wire in one vessel, alone or in a catheter, under commands. The state after a frame depends on
-/// scenario and commands alone.
+/// Devices on one centreline in vessels, under commands. The state after a frame depends on scenario and
+/// commands alone.
 
 #include <cstdint>
 #include <memory>
@@ -22,13 +22,13 @@ namespace exercise {
 
 /// What came of the motions of one frame.
 struct MotionFlags {
-    bool withdrawal_stopped = false;  // the curved tip was at the introducer
+    bool withdrawal_stopped = false;  // no more than the last two segments are inside
     bool insertion_stopped = false;   // the tip stands in an open end
     bool whole_wire_is_in = false;    // and more was asked for
     bool settling = false;            // the wire is on its way to rest: the one shown is the last at rest
     bool buckled = false;             // a push was not passed on: the shaft outside bows
     bool refused = false;             // a motion that led to no rest was not made
-    bool too_thick = false;           // the catheter stands before a vessel that is narrower than it is
+    bool too_thick = false;           // a catheter stands before a vessel that is narrower than it is
 
     void state(geometry::StateStream& s) {
         s(withdrawal_stopped, insertion_stopped, whole_wire_is_in, settling, buckled, refused, too_thick);
@@ -61,18 +61,18 @@ struct Hand {
 
 /// What the last frame left to be read. No later state depends on it.
 struct Readings {
-    Hand wire, catheter;
+    std::vector<Hand> hands;     // on each device, innermost first
     bool at_rest = true;         // the wire shown is an equilibrium within the solver's tolerance
     bool strict_minimum = true;  // and a strict minimum of the energy
     MotionFlags motion;
     bool waits = false;  // some motion was asked for and not made yet
 
-    void state(geometry::StateStream& s) { s(wire, catheter, at_rest, strict_minimum, motion, waits); }
+    void state(geometry::StateStream& s) { s(hands, at_rest, strict_minimum, motion, waits); }
 };
 
 /// What an instructor may change while the wire is inside.
 struct Tuning {
-    double shaft_rigidity = 250, tip_rigidity = 6;  // EI [N·mm²]
+    double shaft_rigidity = 250, tip_rigidity = 6;  // EI of the wire [N·mm²]
     double segment_length = 2;                      // λ [mm]
     double wall_stiffness = 5;                      // k of each joint of that λ [N/mm]
     double friction = 0;                            // μ of the wire, before the wall scales it [-]
@@ -105,8 +105,8 @@ public:
     /// asked for. Where the budget ends on the way to rest, as in a snap, the wire shown stays at its last
     /// rest until it has arrived: what is shown and scored is always an equilibrium. A segment at rest that
     /// crosses the wall between its joints, as at a carina, gets a joint there and is relaxed again; before a
-    /// later motion it is made whole where it no longer crosses. Segment relaxers move whole segments, end
-    /// where the budget does and keep their crossings.
+    /// later motion it is made whole where it no longer crosses. Segment relaxers end where the budget
+    /// does and keep their crossings.
     StepReport step();
     /// Restores everything as after construction, bit for bit; after retune(), with what that changed.
     void reset();
@@ -125,11 +125,11 @@ public:
     const scenario::ModelChoice& choice() const { return choice_; }
     const anatomy::Anatomy& anatomy() const { return *anatomy_; }
     const physics::LumenWall& wall() const { return *wall_; }
-    /// The chain of joints: the wire, or the wire and the catheter on one centreline.
-    const physics::Guidewire& wire() const { return wire_; }
-    bool has_catheter() const { return scenario_.catheter.has_value(); }
-    static constexpr int wire_device = 0, catheter_device = 1;            // of a chain with a catheter
-    const geometry::Vec3& tip_at_start() const { return tip_at_start_; }  // before frame 0 [mm]
+    /// The chain of joints, on which all devices lie.
+    const physics::Chain& wire() const { return wire_; }
+    /// Those that are used now, innermost first: the scenario's, or a wire that took the place of its wire.
+    std::span<const scenario::PlacedDevice> devices() const { return devices_; }
+    const geometry::Vec3& tip_at_start() const { return tip_at_start_; }          // before frame 0 [mm]
     std::span<const physics::WallContact> contacts() const { return contacts_; }  // of the joints as they are
     const geometry::Vec3& target() const { return target_; }                      // [mm]
     const Console& console() const { return console_; }
@@ -141,7 +141,7 @@ public:
     /// Displacement of vessels and wire now from where anatomy() and wire() have them [mm].
     geometry::Vec3 vessel_shift() const;
 
-    /// Length of wire, or of catheter, inside, as shown [mm].
+    /// Length of a device inside, as shown; 0 for one that is not there [mm].
     double inserted(script::Held = script::Held::Wire) const;
     /// Where the device ends, and the direction there.
     struct Tip {
@@ -156,16 +156,12 @@ public:
     /// What the hand feels, and what came of the last frame: the one source of panel, trace, State and
     /// `serve`.
     const Readings& readings() const { return readings_; }
-    const Hand& hand(script::Held held) const {
-        return held == script::Held::Catheter ? readings_.catheter : readings_.wire;
-    }
-    /// The wire that took the scenario's place; null = none did.
-    const scenario::Device* exchanged_wire() const { return exchanged_ ? &*exchanged_ : nullptr; }
-    /// Push that the shaft of the wire, or of another device of the chain, passes on: under a larger one it
-    /// bows between hand and introducer [N]. Infinity with the paper's relaxers.
-    double passes_on(int device = wire_device) const;
-    /// Largest flow of contrast through the catheter with the wire where it is [ml/s].
-    double largest_flow() const;
+    Hand hand(script::Held) const;  // all 0 for a device that is not there
+    /// Push that the shaft of a device, of this place in the list, passes on: under a larger one it bows
+    /// between hand and introducer [N]. Infinity with the paper's relaxers.
+    double passes_on(int device = 0) const;
+    /// Largest flow of contrast through a device, with what is in its lumen where it is [ml/s].
+    double largest_flow(script::Held = script::Held::Catheter) const;
 
     /// Everything that later frames depend on: two simulations of one scenario with the same state never
     /// diverge.
@@ -179,26 +175,16 @@ private:
         int device = physics::every_device;
         bool removes = false;  // the device, whatever is inside
         std::string exchange;  // for this wire
-        void state(geometry::StateStream& s) {
-            s(insertion, rotation);
-            const bool special = device != physics::every_device || removes || !exchange.empty();
-            if (!s.part(special, device, removes, exchange)) {
-                device = physics::every_device;
-                removes = false;
-                exchange.clear();
-            }
-        }
+        void state(geometry::StateStream& s) { s(insertion, rotation, device, removes, exchange); }
         bool done() const { return insertion == 0 && rotation == 0 && !removes && exchange.empty(); }
     };
     struct Apply;
     void make_relaxers();
-    void lay(const geometry::Polyline&, double length, const physics::Guidewire* before = nullptr);
-    physics::Guidewire chain(const geometry::Polyline&, double length,
-                             const physics::Guidewire* before) const;
+    void lay(const geometry::Polyline&, const physics::Chain* before = nullptr);
     int device_of(script::Held) const;
-    void inject_through_catheter(const script::Inject&);
-    void exchange(Motion&, StepReport&);
-    bool stands_before_a_narrow_vessel() const;
+    void inject_through(const script::Inject&);
+    void exchange_wire(Motion&, StepReport&);
+    bool stands_before_a_narrow_vessel(int device) const;
     double allowed_feed(const Motion&, StepReport&) const;
     // For a frame with the global relaxer.
     void move_hub(StepReport&);
@@ -211,10 +197,13 @@ private:
     void keep_readings(const StepReport&);
     // For a frame with a segment relaxer.
     void move_segments(StepReport&);
-    void insert_segments(Motion&, int share, StepReport&);
+    void feed_segments(Motion&, int share, StepReport&);
     void turn(Motion&, int share, StepReport&);
     void relax(int updates, StepReport&);
-    double allowed_insertion(const Motion&, StepReport&) const;
+    physics::Chain& chain() { return hub_ ? moving_ : wire_; }
+    const physics::Chain& chain() const { return hub_ ? moving_ : wire_; }
+    bool twists_by_segments() const;
+    void count_turn(int device, double angle);
     bool hub_is_idle() const { return !hub_ || !hub_->working(); }
     int updates_left(const StepReport&) const;
     bool may_begin(const StepReport&) const;
@@ -230,8 +219,8 @@ private:
 
     std::unique_ptr<physics::Hub> hub_;          // of the global relaxer
     std::unique_ptr<physics::Relaxer> relaxer_;  // of segments
-    physics::Guidewire wire_;                    // as it is shown
-    physics::Guidewire moving_;                  // as the hub works on it
+    physics::Chain wire_;                        // as it is shown
+    physics::Chain moving_;                      // as the hub works on it
     std::vector<physics::WallContact> contacts_;
     std::vector<Motion> waiting_;
     double deepest_crossing_ = 0;  // of the wire shown [mm]
@@ -245,7 +234,7 @@ private:
     bool was_reset_ = false;      // since the last step
     std::string denied_;          // since the last step
     std::string exchanged_name_;  // of the wire that is used now; empty = the scenario's
-    std::optional<scenario::Device> exchanged_;
+    std::vector<scenario::PlacedDevice> devices_;
 };
 
 }  // namespace exercise

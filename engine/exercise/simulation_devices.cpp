@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "engine/exercise/chain.h"
 #include "engine/exercise/device_rules.h"
 #include "engine/exercise/lumen_flow.h"
 #include "engine/exercise/simulation.h"
@@ -15,40 +16,18 @@ namespace exercise {
 
 using geometry::Vec3;
 
-/// Wire and catheter along the path, as they were before or as the scenario begins.
-physics::Guidewire Simulation::chain(const geometry::Polyline& path, double length,
-                                     const physics::Guidewire* before) const {
-    std::vector<physics::CoaxialDevice> devices(2);
-    devices[wire_device].spec = scenario_.wire_device();
-    devices[wire_device].inserted = length;
-    physics::CoaxialDevice& catheter = devices[catheter_device];
-    catheter.spec = scenario_.catheter->device;
-    catheter.spec.friction *= scenario_.wall_friction;
-    catheter.inserted = scenario_.catheter->inserted;
-    catheter.roll = scenario_.catheter->roll;
-    if (before)
-        for (std::size_t k = 0; k < devices.size(); ++k) {
-            devices[k].inserted = before->devices[k].inserted;
-            devices[k].roll = before->devices[k].roll;
-            devices[k].windup = before->devices[k].windup;
-        }
-    if (before && exchanged_) devices[wire_device].spec = before->devices[wire_device].spec;
-    physics::Guidewire wire = physics::coaxial_chain(devices, scenario_.guidewire.segment_length, path);
-    if (before) {
-        wire.tangents[0] = before->tangents[0];
-        wire.base_director = before->base_director;
-    }
-    return wire;
+double Simulation::inserted(script::Held held) const {
+    const std::optional<int> device = scenario_.index_of(held);
+    return device ? wire_.devices[*device].inserted : 0;
 }
 
-double Simulation::inserted(script::Held held) const {
-    if (wire_.devices.empty())
-        return held == script::Held::Wire ? wire_.inserted_length() + wire_.carried : 0;
-    return wire_.devices[held == script::Held::Catheter ? catheter_device : wire_device].inserted;
+Hand Simulation::hand(script::Held held) const {
+    const std::optional<int> device = scenario_.index_of(held);
+    return device ? readings_.hands[*device] : Hand();
 }
 
 geometry::Polyline Simulation::path_of(script::Held held) const {
-    if (wire_.devices.empty() && held == script::Held::Wire) return wire_.joints;
+    if (held == script::Held::Wire && devices_.size() == 1) return wire_.joints;
     double left = inserted(held);
     geometry::Polyline path;
     if (left <= 0) return path;
@@ -66,46 +45,49 @@ Simulation::Tip Simulation::tip_of(script::Held held) const {
 }
 
 geometry::Vec3 Simulation::tip() const {
-    return tip_of(scenario_.target.by_catheter ? script::Held::Catheter : script::Held::Wire).at;
+    return tip_of(scenario_.target.device).at;
 }
 
 double Simulation::passes_on(int device) const {
     return hub_ ? hub_->passes_on(wire_, device) : std::numeric_limits<double>::infinity();
 }
 
-double Simulation::largest_flow() const {
-    if (!scenario_.catheter || inserted(script::Held::Catheter) <= 0) return 0;
-    const physics::DeviceSpec &catheter = wire_.devices[catheter_device].spec,
-                              &wire = wire_.devices[wire_device].spec;
-    // The wire that is not in the body is in the part of the catheter outside, if it is in it at all.
-    const double outside = catheter.length - inserted(script::Held::Catheter);
-    const double in = inserted();
-    return exercise::largest_flow(catheter, wire.outer_diameter,
-                                  in <= 0 ? 0 : outside + std::min(in, inserted(script::Held::Catheter)));
+double Simulation::largest_flow(script::Held held) const {
+    const std::optional<int> device = scenario_.index_of(held);
+    const double in = inserted(held);
+    if (!device || *device == 0 || in <= 0) return 0;
+    const scenario::Device &outer = devices_[*device].device, &inner = devices_[*device - 1].device;
+    // What is not in the body of the inner device is in the part of the outer one outside, if it is in it at
+    // all.
+    const double inside = wire_.devices[*device - 1].inserted, outside = outer.length - in;
+    return exercise::largest_flow(outer, inner.outer_diameter,
+                                  inside <= 0 ? 0 : outside + std::min(inside, in));
 }
 
 int Simulation::device_of(script::Held held) const {
-    if (!scenario_.catheter || held == script::Held::Both) return physics::every_device;
-    return held == script::Held::Wire ? wire_device : catheter_device;
+    return devices_.size() == 1 || held == script::Held::All ? physics::every_device
+                                                             : *scenario_.index_of(held);
 }
 
-void Simulation::inject_through_catheter(const script::Inject& command) {
+void Simulation::inject_through(const script::Inject& command) {
     const auto deny = [this](std::string why) { denied_ = "Nothing was injected: " + std::move(why); };
-    if (inserted(script::Held::Catheter) <= 0) return deny("the catheter is not inside");
-    const double most = largest_flow();
+    const std::string_view name = script::name_of(command.through);
+    if (inserted(command.through) <= 0) return deny(fmt::format("the {} is not inside", name));
+    const double most = largest_flow(command.through);
+    const int inner = *scenario_.index_of(command.through) - 1;
     if (command.rate > most)
-        return deny(most < 0.1 ? "the wire fills the catheter's lumen"
+        return deny(most < 0.1 ? fmt::format("the {} fills the {}'s lumen", devices_[inner].name(), name)
                                : fmt::format("the lumen passes {:.1f} ml/s at most", most));
-    const geometry::Vec3 at = tip_of(script::Held::Catheter).at;
+    const geometry::Vec3 at = tip_of(command.through).at;
     contrast_->inject({at, command.rate, command.volume, command.iodine});
 }
 
-/// The part of a motion of one of several devices that its length and the vessels allow [mm].
+/// The part of a motion that the devices' lengths and the vessels allow [mm].
 double Simulation::allowed_feed(const Motion& motion, StepReport& report) const {
     double most = motion.insertion;
     double still = 0, longest = 0;
-    for (int k = 0; k < static_cast<int>(moving_.devices.size()); ++k) {
-        const physics::CoaxialDevice& device = moving_.devices[k];
+    for (int k = 0; k < static_cast<int>(chain().devices.size()); ++k) {
+        const physics::Device& device = chain().devices[k];
         const bool moves = motion.device == physics::every_device ? device.inserted > 0 : motion.device == k;
         (moves ? longest : still) = std::max(moves ? longest : still, device.inserted);
         if (!moves) continue;
@@ -114,60 +96,55 @@ double Simulation::allowed_feed(const Motion& motion, StepReport& report) const 
         most = std::min(most, left);
         most = std::max(most, -device.inserted);
     }
-    if (most < 0 && still < physics::least_chain(moving_)) {
-        const double least = std::min(0.0, physics::least_chain(moving_) - longest);
+    if (const double inside = physics::least_length(chain().grid); most < 0 && still < inside) {
+        const double least = std::min(0.0, inside - longest);
         if (most < least - 1e-9) report.withdrawal_stopped = true;
         most = std::max(most, least);
     }
-    if (most > 0 && longest + 1e-9 >= moving_.inserted_length() && tip_has_left()) {
+    if (most > 0 && longest + 1e-9 >= chain().inserted_length() && tip_has_left()) {
         report.insertion_stopped = true;
         return 0;
     }
-    if (most > 0 && motion.device != wire_device && stands_before_a_narrow_vessel()) {
-        report.too_thick = true;
-        return 0;
-    }
+    for (int k = 1; most > 0 && k < static_cast<int>(devices_.size()); ++k)
+        if ((motion.device == physics::every_device || motion.device == k) &&
+            stands_before_a_narrow_vessel(k)) {
+            report.too_thick = true;
+            return 0;
+        }
     return std::abs(most) < 1e-12 ? 0 : most;
 }
 
-/// Whether the catheter's tip has come to a place that is narrower than it is, here or a segment ahead.
-bool Simulation::stands_before_a_narrow_vessel() const {
-    const physics::CoaxialDevice& catheter = moving_.devices[catheter_device];
-    double left = catheter.inserted;
+/// Whether the device's tip has come to a place that is narrower than it is, here or a segment ahead.
+bool Simulation::stands_before_a_narrow_vessel(int device) const {
+    const physics::Chain& chain = this->chain();
+    double left = chain.devices[device].inserted;
     if (left <= 0) return false;
     int i = 1;
-    for (; i < moving_.segments() && left > moving_.lengths[i]; ++i) left -= moving_.lengths[i];
-    const Vec3 tip = moving_.joints[i - 1] + left * moving_.tangents[i];
-    const Vec3 places[] = {tip, tip + moving_.spec.segment_length * moving_.tangents[i]};
+    for (; i < chain.segments() && left > chain.lengths[i]; ++i) left -= chain.lengths[i];
+    const Vec3 tip = chain.joints[i - 1] + left * chain.tangents[i];
+    const Vec3 places[] = {tip, tip + chain.grid.segment_length * chain.tangents[i]};
     physics::WallContact contacts[2];
-    for (physics::WallContact& contact : contacts) contact.station = moving_.stations[i];
+    for (physics::WallContact& contact : contacts) contact.station = chain.stations[i];
     wall_->contacts(places, contacts);
     // The wall takes the radius of the chain's own wire off the lumen's.
     return std::any_of(std::begin(contacts), std::end(contacts), [&](const physics::WallContact& contact) {
         return contact.room > 0 &&
-               contact.room + 0.5 * moving_.spec.diameter < 0.5 * catheter.spec.outer_diameter;
+               contact.room + chain.inner_radius() < 0.5 * devices_[device].device.outer_diameter;
     });
 }
 
 /// The wire becomes another where it is out.
-void Simulation::exchange(Motion& motion, StepReport& report) {
+void Simulation::exchange_wire(Motion& motion, StepReport& report) {
     const std::string name = std::exchange(motion.exchange, {});
-    if (moving_.devices[wire_device].inserted > 0) {
+    if (chain().devices[0].inserted > 0) {
         report.denied = "The wire was not exchanged: it is still in; remove it first";
         return;
     }
-    const scenario::Device device = wire_of_catalogue(name, scenario_);
-    physics::CoaxialDevice& wire = moving_.devices[wire_device];
-    wire.spec = device;
-    wire.spec.friction *= scenario_.wall_friction;
-    if (scenario_.torsion == scenario::TorsionModel::Rigid) wire.spec.torsional_rigidity = 0;
-    wire.roll = wire.windup = 0;
-    moving_.spec.friction = std::max(moving_.spec.friction, wire.spec.friction);
-    physics::assign_devices(moving_);
-    if (moving_.grips.empty()) physics::start_grips(moving_);
-    report.exchanged = device.title;
+    scenario::Device& wire = devices_[0].device = wire_of_catalogue(name, scenario_);
+    exercise::exchange(chain(), 0, scenario_, wire);
+    if (twists_by_segments()) physics::start_twists(chain(), 0);
+    report.exchanged = wire.title;
     exchanged_name_ = name;
-    exchanged_ = device;
 }
 
 }  // namespace exercise

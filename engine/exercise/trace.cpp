@@ -7,8 +7,8 @@ namespace {
 
 /// The cells of a field's value.
 struct Cells {
-    const Reading& reading;
     const anatomy::Anatomy& anatomy;
+    std::size_t device;  // of the row
     std::vector<io::CsvCell>& cells;
 
     void operator()(std::int64_t value) const { cells.emplace_back(static_cast<double>(value)); }
@@ -19,11 +19,9 @@ struct Cells {
         cells.emplace_back(place.x);
         cells.emplace_back(place.y);
     }
-    void operator()(const OfDevices& value) const { cells.emplace_back(value.of(reading.device)); }
+    void operator()(const OfDevices& value) const { cells.emplace_back(value.of[device]); }
     void operator()(Branch branch) const { cells.emplace_back(name_of(branch, anatomy)); }
-    void operator()(script::Held held) const {
-        cells.emplace_back(std::string(script::held_names[static_cast<std::size_t>(held)]));
-    }
+    void operator()(script::Held held) const { cells.emplace_back(std::string(script::name_of(held))); }
 };
 
 }  // namespace
@@ -45,21 +43,21 @@ std::string Trace::header() {
 }
 
 std::string Trace::rows(const Frame& frame, const Score& score) const {
-    std::string text = row(script::Held::Wire, frame, score);
-    if (frame.simulation.has_catheter()) text += row(script::Held::Catheter, frame, score);
+    std::string text;
+    for (std::size_t k = 0; k < frame.simulation.devices().size(); ++k) text += row(k, frame, score);
     return text;
 }
 
-std::string Trace::row(script::Held held, const Frame& frame, const Score& score) const {
-    Reading reading = reader_.read(frame.simulation, frame.time, held);
+std::string Trace::row(std::size_t device, const Frame& frame, const Score& score) const {
+    Reading reading = reader_.read(frame.simulation, frame.time, frame.simulation.devices()[device].role);
     reading.air_kerma = score.air_kerma.value_or(absent);
-    if (reading.inserted.of(held) <= 0) {
+    if (reading.inserted.of[device] <= 0) {
         reading.tip = reading.direction = {absent, absent, absent};
         reading.along = reading.path_to_target = absent;
         reading.branch = Branch::None;
     }
     std::vector<io::CsvCell> cells;
-    const Cells add{reading, frame.simulation.anatomy(), cells};
+    const Cells add{frame.simulation.anatomy(), device, cells};
     for (const Field& field : fields())
         if (!field.column.empty()) std::visit([&](const auto member) { add(reading.*member); }, field.member);
     std::string text;

@@ -23,7 +23,7 @@ public:
     std::string rows(const Frame&, const Score&) const;
 
 private:
-    std::string row(script::Held, const Frame&, const Score&) const;
+    std::string row(std::size_t device, const Frame&, const Score&) const;
 
     Reader reader_;
 };

@@ -17,12 +17,10 @@ Truth truth_of(Monitor& monitor, const Simulation& simulation, const TruthParts&
     render::Fluoroscope& fluoroscope = monitor.fluoroscope();
     const int pixels = pulse.arm.pixels;
     const geometry::Vec3& shift = pulse.exposure.vessel_shift;
-    Truth truth{pulse,
-                mask(pixels, fluoroscope.wire_pixels(pulse.arm, pulse.seen(), shift)),
-                {},
-                mask(pixels, fluoroscope.vessel_pixels(pulse.arm, shift))};
-    if (simulation.has_catheter())
-        truth.catheter = mask(pixels, fluoroscope.catheter_pixels(pulse.arm, pulse.seen(), shift));
+    Truth truth{pulse, {}, mask(pixels, fluoroscope.vessel_pixels(pulse.arm, shift))};
+    for (const PulsedDevice& device : pulse.devices)
+        truth.devices.push_back(
+            mask(pixels, fluoroscope.device_pixels(pulse.arm, {device.joints, &device.look}, shift)));
     truth.dose = monitor.last_dose();
     if (parts.signal) {
         truth.signal = monitor.last_signal();

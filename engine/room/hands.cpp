@@ -111,15 +111,7 @@ void Hands::press_pedals(const Input& input, const exercise::Simulation& simulat
     for (const Action action : input.pressed) {
         if (action == Action::Roadmap) wants_roadmap_ = !wants_roadmap_;
         if (action == Action::Mask) commands.push_back(script::NewMask{});
-        if (action == Action::Device && !simulation.has_catheter()) {
-            messages.push_back("This exercise has one device: the wire");
-        } else if (action == Action::Device) {
-            constexpr const char* now[] = {"The hand holds the wire", "The hand holds the catheter",
-                                           "The hand holds wire and catheter"};
-            const std::size_t next = (static_cast<std::size_t>(held_) + 1) % script::held_names.size();
-            held_ = static_cast<script::Held>(next);
-            messages.push_back(now[next]);
-        }
+        if (action == Action::Device) take_next_device(simulation, messages);
         if (action == Action::Reference) commands.push_back(script::StoreReference{});
         if (action == Action::Breath) {
             using State = scenario::Breathing::State;
@@ -138,6 +130,26 @@ void Hands::press_pedals(const Input& input, const exercise::Simulation& simulat
     if (acquire && !acquires_) commands.push_back(script::NewMask{});
     acquires_ = acquire;
     if (beam != console.beam_on()) commands.push_back(script::Beam{beam});
+}
+
+/// From the innermost device outward, then all of them.
+void Hands::take_next_device(const exercise::Simulation& simulation, std::vector<std::string>& messages) {
+    const auto devices = simulation.devices();
+    if (devices.size() == 1) {
+        messages.push_back("This exercise has one device: the wire");
+        return;
+    }
+    const int now = held_ == script::Held::All ? -1 : simulation.scenario().index_of(held_).value_or(-1);
+    const auto next = static_cast<std::size_t>(now + 1);
+    held_ = next < devices.size() ? devices[next].role : script::Held::All;
+    if (held_ != script::Held::All) {
+        messages.push_back(fmt::format("The hand holds the {}", script::name_of(held_)));
+        return;
+    }
+    std::string all;
+    for (std::size_t k = 0; k < devices.size(); ++k)
+        all += fmt::format("{}{}", k == 0 ? "" : k + 1 == devices.size() ? " and " : ", ", devices[k].name());
+    messages.push_back("The hand holds " + all);
 }
 
 /// All presses of a frame are one shift, in their order.
@@ -259,7 +271,8 @@ void Hands::inject(const Input& input, const exercise::Simulation& simulation,
         std::string branch = preset.branch;
         const bool known = std::any_of(anatomy.branches.begin(), anatomy.branches.end(),
                                        [&](const auto& b) { return b.name == branch; });
-        if (preset.through_device && simulation.has_catheter())
+        const bool through = preset.through_device && simulation.devices().size() > 1;
+        if (through)
             branch.clear();
         else if (preset.through_device || !known)
             branch = anatomy.branches[anatomy::nearest_place(anatomy, simulation.tip()).branch].name;
@@ -269,7 +282,10 @@ void Hands::inject(const Input& input, const exercise::Simulation& simulation,
             continue;
         }
         left -= preset.volume;
-        commands.push_back(script::Inject{preset.volume, preset.rate, branch, preset.iodine});
+        // Through the innermost lumen.
+        script::Inject inject{preset.volume, preset.rate, branch, preset.iodine};
+        if (through) inject.through = simulation.devices()[1].role;
+        commands.push_back(inject);
     }
 }
 

@@ -51,6 +51,7 @@ private:
     void move_wire(const Input&, const exercise::StepReport& last, std::vector<script::Command>&);
     void press_pedals(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
                       std::vector<std::string>& messages);
+    void take_next_device(const exercise::Simulation&, std::vector<std::string>& messages);
     void shift_mask(const Input&, std::vector<script::Command>&) const;
     void move_stand(const Input&, const exercise::Simulation&, std::vector<script::Command>&,
                     std::vector<std::string>& messages);

@@ -220,8 +220,7 @@ private:
         view_.runs = sequences_.runs();
         view_.score = exercise_->score();
         view_.readout = readout_.read(made, view_.score);
-        if (made.simulation.has_catheter())
-            view_.readout.held = script::held_names[static_cast<std::size_t>(hands_.held())];
+        view_.readout.held = script::name_of(hands_.held());
         view_.frames = index + 1;
         if (watches_) {
             SolverView solver = solver_view(made.simulation, made.motion.relax);

@@ -7,7 +7,7 @@ namespace {
 
 /// Largest distance of a joint from where the fast solver brings it to rest [mm].
 double distance_from_rest(const exercise::Simulation& simulation) {
-    physics::Guidewire rest = simulation.wire();
+    physics::Chain rest = simulation.wire();
     physics::RelaxerConfig config;
     if (!simulation.wall().smooth()) config.tolerance = 1e-3;
     physics::make_relaxer(config, simulation.wall())->relax(rest, {400 * rest.segments(), 0, 0});

@@ -199,12 +199,11 @@ RunResult run(exercise::Exercise& exercise, const script::CommandScript& script,
             "the beam was never on: there is no image of the patient; '0 beam on' is a start");
     const scenario::Scenario& asked = exercise.simulation().scenario();
     const scenario::LumenDemand& demand = exercise.simulation().choice().demand;
-    if (asked.guidewire.segment_length > 2 * demand.smallest_radius) {
-        result.notices.push_back(
-            fmt::format("segments of {:.3g} mm are longer than '{}' is wide, {:.3g} mm at sample {}: they "
-                        "can cross its wall between two joints",
-                        asked.guidewire.segment_length, demand.narrowest, 2 * demand.smallest_radius,
-                        demand.narrowest_sample));
+    if (asked.segment_length > 2 * demand.smallest_radius) {
+        result.notices.push_back(fmt::format(
+            "segments of {:.3g} mm are longer than '{}' is wide, {:.3g} mm at sample {}: they "
+            "can cross its wall between two joints",
+            asked.segment_length, demand.narrowest, 2 * demand.smallest_radius, demand.narrowest_sample));
     }
     const scenario::ModelChoice& choice = exercise.simulation().choice();
     if (asked.torsion == scenario::TorsionModel::Auto && !choice.torsion_reason.empty()) {

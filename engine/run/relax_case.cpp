@@ -20,7 +20,7 @@ namespace {
 
 using geometry::Polyline;
 using geometry::Vec3;
-using physics::Guidewire;
+using physics::Chain;
 
 constexpr int most_segments = 20'000;
 constexpr double spacing = 1e-4;  // largest relative difference of a segment's length from the others'
@@ -38,16 +38,16 @@ void need_above_zero(const char* flag, double value, double most, const char* un
 }
 
 void check_numbers(const RelaxRequest& r) {
-    need_above_zero("--rigidity", r.rigidity, physics::WireLimits::rigidity, "N·mm²");
+    need_above_zero("--rigidity", r.rigidity, physics::DeviceLimits::rigidity, "N·mm²");
     need_above_zero("--wall-stiffness", r.wall_stiffness, 1e6, "N/mm");
     if (r.radius) need_above_zero("--radius", *r.radius, 100, "mm");
     if (r.segment_length)
-        need_above_zero("--segment-length", *r.segment_length, physics::WireLimits::segment_length, "mm");
+        need_above_zero("--segment-length", *r.segment_length, physics::DeviceLimits::segment_length, "mm");
     if (r.tolerance) need_above_zero("--tolerance", *r.tolerance, 1, "(|gradient| over C)");
     if (!std::isfinite(r.wire_diameter) || r.wire_diameter < 0 ||
-        r.wire_diameter > physics::WireLimits::diameter)
+        r.wire_diameter > physics::DeviceLimits::diameter)
         refuse("--wire-diameter", fmt::format("'{}' was found", io::number_text(r.wire_diameter)),
-               fmt::format("0 to {:g} mm are accepted", physics::WireLimits::diameter));
+               fmt::format("0 to {:g} mm are accepted", physics::DeviceLimits::diameter));
     if (r.segments && (*r.segments < 2 || *r.segments > most_segments))
         refuse("--segments", fmt::format("'{}' was found", *r.segments),
                fmt::format("2 to {} segments are accepted", most_segments));
@@ -223,8 +223,7 @@ Vessel anatomy_vessel(const RelaxRequest& r, const std::optional<physics::WallVa
 }
 
 /// The wire through these joints, which must be equally spaced.
-Guidewire wire_through(const Polyline& joints, const std::string& file, double rigidity,
-                       physics::EndCells ends) {
+Chain wire_through(const Polyline& joints, const std::string& file, double rigidity, physics::EndCells ends) {
     if (joints.size() < 3)
         throw io::InputError(
             io::located({file, static_cast<int>(joints.size()) + 1, 1},
@@ -251,9 +250,9 @@ Guidewire wire_through(const Polyline& joints, const std::string& file, double r
                 "joints {} and {} are {:.6g} mm apart, others {:.6g} mm; equal distances are accepted", i,
                 i + 1, lengths[i], usual)));
     }
-    if (!(usual <= physics::WireLimits::segment_length))
+    if (!(usual <= physics::DeviceLimits::segment_length))
         throw io::InputError(fmt::format("{}: joints are {:.6g} mm apart; up to {:g} mm are accepted", file,
-                                         usual, physics::WireLimits::segment_length));
+                                         usual, physics::DeviceLimits::segment_length));
     return physics::uniform_wire(rigidity, usual, joints.front(), tangents.front(), tangents, ends);
 }
 
@@ -268,15 +267,12 @@ double distance_to(const Polyline& path, const Vec3& x) {
 
 /// Joints on the path; rejects wires longer than it, as wire_along continues straight and would leave the
 /// vessel.
-Guidewire wire_on(const Vessel& vessel, int segments, double segment_length, double rigidity,
-                  physics::EndCells ends) {
+Chain wire_on(const Vessel& vessel, int segments, double segment_length, double rigidity,
+              physics::EndCells ends) {
     const double limit = 1e-6 * segment_length;
-    physics::GuidewireSpec spec;
-    spec.end_cells = ends;
-    spec.segment_length = segment_length;
-    spec.shaft_rigidity = spec.tip_rigidity = rigidity;
-    spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
-    Guidewire wire = physics::wire_along(spec, vessel.path, segments);
+    physics::DeviceSpec spec;
+    spec.sections = {{0, rigidity, rigidity}};
+    Chain wire = physics::wire_along(spec, {segment_length, ends}, vessel.path, segments);
     if (distance_to(vessel.path, wire.tip()) <= limit) return wire;
     int fits = segments;
     while (fits > 0 && distance_to(vessel.path, wire.joints[fits]) > limit) --fits;
@@ -294,7 +290,7 @@ Vec3 direction(const std::string& text) {
 }
 
 /// Every joint must start inside, or no deeper in the wall than that of a wire at rest may be.
-void check_inside(const Vessel& vessel, const Guidewire& wire, const std::string& name) {
+void check_inside(const Vessel& vessel, const Chain& wire, const std::string& name) {
     std::vector<physics::WallContact> contacts(wire.joints.size());
     vessel.wall->contacts(wire.joints, contacts);
     for (std::size_t i = 0; i < contacts.size(); ++i) {
@@ -340,7 +336,7 @@ RelaxCase make_relax_case(const RelaxRequest& r) {
         result.wire = wire_on(vessel, result.segments, *r.segment_length, r.rigidity, ends);
         if (r.push_from) result.wire = wire_on(vessel, *r.push_from, *r.segment_length, r.rigidity, ends);
     }
-    result.wire.spec.diameter = r.wire_diameter;
+    result.wire.devices[0].spec.outer_diameter = r.wire_diameter;
     result.wire.load = load;
     if (r.entry_direction) {
         result.wire.tangents[0] = direction(*r.entry_direction);

@@ -12,7 +12,7 @@
 #include "physics/relax/relaxer.h"
 #include "physics/wall/wall.h"
 #include "physics/wall/wall_stiffness.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/chain.h"
 
 namespace run {
 
@@ -48,7 +48,7 @@ struct RelaxRequest {
 /// A case that is ready to relax.
 struct RelaxCase {
     std::unique_ptr<const physics::LumenWall> wall;
-    physics::Guidewire wire;               // of push_from segments when pushing
+    physics::Chain wire;                   // of push_from segments when pushing
     physics::WallStiffness stiffness = 1;  // of the wall
     int segments = 0;                      // N at the end
     physics::RelaxerConfig method;

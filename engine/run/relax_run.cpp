@@ -26,7 +26,7 @@ Json number(double value) {
 /// Relaxes by whole cycles until the gradient is below the tolerance, the relaxer is at rest or the work is
 /// done; the global relaxer, which comes to rest by itself, with the work of all cycles at once. Returns the
 /// iterations and adds to the outcome.
-int relax(const RelaxCase& given, physics::Guidewire& wire, physics::Relaxer& relaxer, RelaxOutcome& outcome,
+int relax(const RelaxCase& given, physics::Chain& wire, physics::Relaxer& relaxer, RelaxOutcome& outcome,
           const std::function<void(double part, double gradient)>& progress) {
     int iterations = 0;
     const int at_once = given.method.kind == physics::RelaxerKind::Global ? given.cycles : 1;
@@ -71,11 +71,11 @@ RelaxOutcome run_relax(RelaxCase given, const std::function<void(const RelaxProg
     outcome.method = method_text(given.method);
     outcome.stiffness = given.stiffness;
     outcome.counts_newton_steps = given.method.kind == physics::RelaxerKind::Global;
-    physics::Guidewire& wire = given.wire;
+    physics::Chain& wire = given.wire;
     const auto relaxer = physics::make_relaxer(given.method, *given.wall);
     const int first = wire.segments(), relaxations = given.segments - first + 1;
     for (int k = 0; k < relaxations; ++k) {
-        if (k > 0) physics::insert_segment(wire);
+        if (k > 0) physics::move(wire, wire.grid.segment_length);
         const double cpu = outcome.cpu;
         const int iterations = relax(given, wire, *relaxer, outcome, [&](double part, double gradient) {
             if (progress) progress({(k + part) / relaxations, gradient, wire.segments()});
@@ -103,8 +103,8 @@ std::string report_json(const RelaxOutcome& o) {
     json["schema"] = 1;
     json["method"] = o.method;
     json["segments"] = o.wire.segments();
-    json["segment_length_mm"] = o.wire.spec.segment_length;
-    json["clamp"] = o.wire.spec.end_cells == physics::EndCells::Half ? "half" : "paper";
+    json["segment_length_mm"] = o.wire.grid.segment_length;
+    json["clamp"] = o.wire.grid.end_cells == physics::EndCells::Half ? "half" : "paper";
     json["load_N_per_mm"] = {o.wire.load.x(), o.wire.load.y(), o.wire.load.z()};
     json["wall_stiffness_N_per_mm"] = o.stiffness.mean();
     Json variation;  // null where the wall is as stiff everywhere

@@ -23,7 +23,7 @@ struct PushRow {
 
 struct RelaxOutcome {
     std::string method;
-    physics::Guidewire wire;
+    physics::Chain wire;
     physics::Energy energy;
     double gradient = 0;         // largest |dU/du| over C [-]
     int contacts = 0;            // joints that touch the wall

@@ -45,7 +45,7 @@ render::GrayImage render_still(const scenario::Scenario& scenario, const script:
         mask.mode = script::ImagingMode::Dsa;
         mask.exposure.detector_dose = exercise::detector_dose(scenario, mask.arm, mask.mode);
         const bool flows = exercise::has_contrast(mask.exposure);
-        if (request.mode == script::ImagingMode::Roadmap) mask.joints.clear();
+        if (request.mode == script::ImagingMode::Roadmap) mask.devices.front().joints.clear();
         exercise::Pulse filled = mask;
         exercise::remove_contrast(mask.exposure);
         if (!flows) filled.exposure.iodine = request.iodine;

@@ -50,8 +50,9 @@ std::string length_file(int frame, std::size_t layer) {
 }  // namespace
 
 bool is_truth_ending(const std::string& ending) {
-    for (const char* known : {".json", "_wire.png", "_catheter.png", "_vessels.png", "_signal.png",
-                              "_expected.png", "_labels.png"})
+    for (const char* known :
+         {".json", "_wire.png", "_microcatheter.png", "_intermediate.png", "_catheter.png", "_sheath.png",
+          "_vessels.png", "_signal.png", "_expected.png", "_labels.png"})
         if (ending == known) return true;
     return ending.starts_with("_length_") && ending.ends_with(".png");
 }
@@ -88,11 +89,10 @@ std::string to_json(const exercise::Truth& truth, const exercise::FrameTime& tim
         json["tip_in_image"] =
             pixel.x >= open.left && pixel.y >= open.top && pixel.x < open.right && pixel.y < open.bottom;
     }
-    list_device(json, "wire", pulse.joints, pulse);
-    json["wire_mask"] = stem(time.index) + "_wire.png";
-    if (truth.catheter) {
-        list_device(json, "catheter", pulse.catheter, pulse);
-        json["catheter_mask"] = stem(time.index) + "_catheter.png";
+    for (const exercise::PulsedDevice& device : pulse.devices) {
+        const std::string name(script::name_of(device.role));
+        list_device(json, name, device.joints, pulse);
+        json[name + "_mask"] = stem(time.index) + "_" + name + ".png";
     }
     json["vessel_mask"] = stem(time.index) + "_vessels.png";
     const double per_level = quanta_per_level(arm, truth.dose);
@@ -182,12 +182,11 @@ void TruthFolder::take(exercise::Exercise& exercise, const exercise::FrameTime& 
         };
         const auto name = [&](const char* what) { return stem(time.index) + what; };
         add(
-            name("_wire.png"), [&]() -> const auto& { return truth->wire; });
-        add(
             name("_vessels.png"), [&]() -> const auto& { return truth->vessels; });
-        if (truth->catheter)
+        for (std::size_t k = 0; k < truth->devices.size(); ++k)
             add(
-                name("_catheter.png"), [&]() -> const auto& { return *truth->catheter; });
+                name(fmt::format("_{}.png", script::name_of(truth->pulse.devices[k].role)).c_str()),
+                [&]() -> const auto& { return truth->devices[k]; });
         const double per_level = quanta_per_level(truth->pulse.arm, truth->dose);
         if (truth->signal) add(name("_signal.png"), [&] { return deep_picture(*truth->signal, per_level); });
         if (truth->expected)

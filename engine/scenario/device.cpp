@@ -18,39 +18,90 @@ namespace {
 using geometry::Polyline;
 using geometry::Vec3;
 
-constexpr double longest_device = 3500;  // [mm]
+constexpr double longest_device = 3500;                // [mm]
+constexpr double longest_tip = 1000;                   // and its transition [mm]
+constexpr double longest_bend = 200, most_bend = 270;  // of a scenario's [mm], [deg]
 constexpr std::string_view kinds[] = {"wire", "catheter"};
 
 io::Range up_to(double most) {
     return {0, most};
 }
 
-/// Calls number(key, value, range) for each number of a device.
+/// Calls number(key, value, range) for each number of a device, those of its stiffness where there is one.
 template <class Number>
-void each_value(Device& d, const Number& number) {
-    using Limits = physics::WireLimits;
+void each_value(Device& d, TipAndShaft* stiffness, const Number& number) {
+    using Limits = physics::DeviceLimits;
     number("length_mm", d.length, io::Range{100, longest_device});
     number("outer_diameter_mm", d.outer_diameter, io::Range{0.05, Limits::diameter});
     if (d.kind == DeviceKind::Catheter)
         number("inner_diameter_mm", d.inner_diameter, io::Range{0.05, Limits::diameter});
-    number("shaft_rigidity_N_mm2", d.shaft_rigidity, io::Range{1e-3, Limits::rigidity});
-    number("tip_rigidity_N_mm2", d.tip_rigidity, io::Range{1e-3, Limits::rigidity});
-    number("tip_length_mm", d.tip_length, up_to(Limits::soft_length));
-    number("transition_length_mm", d.transition_length, up_to(Limits::soft_length));
-    number("torsional_rigidity_N_mm2", d.torsional_rigidity, up_to(Limits::rigidity));
+    if (stiffness) {
+        number("shaft_rigidity_N_mm2", stiffness->shaft_rigidity, io::Range{1e-3, Limits::rigidity});
+        number("tip_rigidity_N_mm2", stiffness->tip_rigidity, io::Range{1e-3, Limits::rigidity});
+        number("tip_length_mm", stiffness->tip_length, up_to(longest_tip));
+        number("transition_length_mm", stiffness->transition_length, up_to(longest_tip));
+        number("torsional_rigidity_N_mm2", stiffness->torsional_rigidity, up_to(Limits::rigidity));
+    }
     number("friction", d.friction, up_to(Limits::friction));
     number("buckling_force_N", d.buckling_force, up_to(Limits::buckling_force));
 }
 
 /// The keys that need a source.
 void read_values(io::Section& top, Device& d, std::vector<std::string>& given) {
-    each_value(d, [&](const char* key, double& value, io::Range range) {
+    TipAndShaft stiffness;
+    const bool listed = !d.sections.empty();
+    each_value(d, listed ? nullptr : &stiffness, [&](const char* key, double& value, io::Range range) {
         if (!top.find(key))
             top.missing(key, std::string(key) + " = ...");
         else
             given.emplace_back(key);
         top.number(key, value, range);
     });
+    if (!listed) set_stiffness(d, stiffness);
+}
+
+/// Keys of one value all along a section, and of one at its distal and one at its proximal end.
+using EndKeys = const char* const[3];
+constexpr EndKeys rigidity_keys = {"rigidity_N_mm2", "distal_rigidity_N_mm2", "proximal_rigidity_N_mm2"},
+                  torsional_keys = {"torsional_rigidity_N_mm2", "distal_torsional_rigidity_N_mm2",
+                                    "proximal_torsional_rigidity_N_mm2"};
+
+void read_ends(io::Section& section, const EndKeys& keys, io::Range range, double& distal, double& proximal) {
+    const bool one = section.find(keys[0]), both = section.find(keys[1]) && section.find(keys[2]);
+    if (one == both || one == (section.find(keys[1]) || section.find(keys[2])))
+        section.refuse_whole(fmt::format("expected either {} or both {} and {}", keys[0], keys[1], keys[2]));
+    section.number(keys[0], distal, range);
+    proximal = distal;
+    section.number(keys[1], distal, range);
+    section.number(keys[2], proximal, range);
+}
+
+void read_sections(io::Section& top, Device& d, std::vector<std::string>& given) {
+    using Limits = physics::DeviceLimits;
+    std::vector<io::Section> tables = top.sections("section");
+    if (tables.empty()) return;
+    double along = 0;
+    for (std::size_t k = 0; k < tables.size(); ++k) {
+        io::Section& table = tables[k];
+        physics::StiffnessSection& section = d.sections.emplace_back();
+        const bool last = k + 1 == tables.size(), has_length = table.find("length_mm") != nullptr;
+        if (has_length == last)
+            table.refuse_whole(
+                last ? "expected no length_mm in the last section, which runs to the hub, found one"
+                     : "expected length_mm of a section before the last, found none");
+        section.length = std::max(1e-3, d.length - along);
+        table.number("length_mm", section.length, {0.1, longest_device});
+        along += section.length;
+        read_ends(table, rigidity_keys, {1e-3, Limits::rigidity}, section.rigidity_distal,
+                  section.rigidity_proximal);
+        read_ends(table, torsional_keys, {0, Limits::rigidity}, section.torsional_distal,
+                  section.torsional_proximal);
+        table.finish();
+    }
+    if (along > d.length + 1e-9)
+        top.refuse_whole(
+            fmt::format("expected sections of up to the device's {:g} mm, found {:g} mm", d.length, along));
+    given.emplace_back("section");
 }
 
 void read_shape(io::Section& top, Device& d, std::vector<std::string>& given) {
@@ -65,12 +116,19 @@ void read_shape(io::Section& top, Device& d, std::vector<std::string>& given) {
     if (!d.shape.empty()) given.emplace_back("shape");
 }
 
+/// A look as wide as the device, and no part of it wider or longer.
+void fit_look(Device& d) {
+    d.look.diameter = d.outer_diameter;
+    d.look.inner_diameter = d.inner_diameter;
+    d.look.core_diameter = std::min(d.look.core_diameter, d.outer_diameter);
+    if (const auto stiffness = tip_and_shaft(d); stiffness && d.kind == DeviceKind::Wire)
+        d.look.marker_length = std::min(d.look.marker_length, stiffness->tip_length);
+}
+
 /// What the device is made of; a wire without a look is a steel one with a platinum coil at its tip.
 void read_look(io::Section look, Device& d, std::vector<std::string>& given) {
     render::WireLook& seen = d.look;
-    seen.diameter = d.outer_diameter;
-    seen.inner_diameter = d.inner_diameter;
-    seen.marker_length = std::min(seen.marker_length, d.tip_length);
+    fit_look(d);
     if (d.kind == DeviceKind::Catheter) {
         seen.body = render::Material::BariumPolymer;
         seen.marker = render::Material::TungstenPolymer;
@@ -113,6 +171,10 @@ std::string quoted(const std::string& text) {
 
 }  // namespace
 
+std::string_view name_of(DeviceKind kind) {
+    return kinds[static_cast<std::size_t>(kind)];
+}
+
 Device parse_device(const std::string& text, const std::filesystem::path& file) {
     io::Reading reading{file.string(), {}, {}};
     Device d;
@@ -124,6 +186,8 @@ Device parse_device(const std::string& text, const std::filesystem::path& file) 
     if (!top.find("kind")) top.missing("kind", "kind = \"wire\" or \"catheter\"");
     if (const auto kind = top.choice("kind", kinds)) d.kind = static_cast<DeviceKind>(*kind);
     std::vector<std::string> given;
+    top.number("length_mm", d.length, io::Range{100, longest_device});
+    read_sections(top, d, given);
     read_values(top, d, given);
     read_shape(top, d, given);
     read_look(top.section("look", false), d, given);
@@ -137,12 +201,39 @@ Device parse_device(const std::string& text, const std::filesystem::path& file) 
             fmt::format("a shape {:g} mm long at the end of a device of {:g} mm; a shorter one is accepted",
                         physics::shaped_length(d), d.length));
     reading.end();
+    if (const auto wrong = physics::problems(d); !wrong.empty())
+        throw io::InputError(fmt::format("{}: {}", file.string(), io::joined(wrong, " ")));
     return d;
 }
 
 void override_device(io::Section& section, Device& d) {
-    each_value(d,
+    std::optional<TipAndShaft> stiffness = tip_and_shaft(d);
+    each_value(d, stiffness ? &*stiffness : nullptr,
                [&](const char* key, double& value, io::Range range) { section.number(key, value, range); });
+    if (stiffness) set_stiffness(d, *stiffness);
+    // A wire has one diameter.
+    if (d.kind == DeviceKind::Wire)
+        section.number("diameter_mm", d.outer_diameter, {0.05, physics::DeviceLimits::diameter});
+    fit_look(d);
+    const toml::node *length = section.find("curved_length_mm"), *angle = section.find("curved_angle_deg");
+    if (length || angle) {
+        physics::RestArc bend = d.shape.size() == 1 ? d.shape.front() : physics::RestArc();
+        section.number("curved_length_mm", bend.length, {0, longest_bend});
+        section.number("curved_angle_deg", bend.angle, {-most_bend, most_bend}, geometry::degree);
+        if (d.shape.size() > 1)
+            section.refuse(
+                length ? "curved_length_mm" : "curved_angle_deg", *(length ? length : angle),
+                fmt::format("expected a device of one bend, found one of {} arcs", d.shape.size()));
+        d.shape.clear();
+        if (bend.length > 0 && bend.angle != 0) d.shape.push_back(bend);
+    }
+    const toml::node* smooth = section.find("frictionless");
+    bool frictionless = false;
+    section.flag("frictionless", frictionless);
+    if (!frictionless) return;
+    if (section.find("friction"))
+        section.refuse("frictionless", *smooth, "expected 'friction' or 'frictionless = true', found both");
+    d.friction = 0;
 }
 
 Device load_device(const std::filesystem::path& path) {
@@ -170,29 +261,46 @@ std::filesystem::path find_device(const std::string& path_or_name, const std::fi
                                      path_or_name, io::joined(names)));
 }
 
-physics::GuidewireSpec guidewire_of(const Device& d) {
-    if (d.kind != DeviceKind::Wire)
-        throw io::InputError(fmt::format("'{}' is a catheter; a wire is accepted", d.name));
-    if (d.shape.size() > 1)
-        throw io::InputError(
-            fmt::format("the wire '{}' has {} arcs; one is accepted", d.name, d.shape.size()));
-    physics::GuidewireSpec spec;
+std::optional<TipAndShaft> tip_and_shaft(const physics::DeviceSpec& d) {
+    const auto same = [](double a, double b) { return std::abs(a - b) <= 1e-9 * std::abs(a); };
+    const std::vector<physics::StiffnessSection>& list = d.sections;
+    if (list.empty()) return std::nullopt;
+    const physics::StiffnessSection &first = list.front(), &shaft = list.back();
+    TipAndShaft found;
+    found.shaft_rigidity = shaft.rigidity_proximal;
+    found.torsional_rigidity = shaft.torsional_proximal;
+    found.tip_rigidity = first.rigidity_distal;
+    const double share = found.torsional_rigidity / found.shaft_rigidity;
+    for (const physics::StiffnessSection& s : list) {
+        const bool even = same(s.rigidity_distal, s.rigidity_proximal);
+        if (&s == &shaft ? !even : even ? &s != &first : !same(s.rigidity_distal, found.tip_rigidity))
+            return std::nullopt;
+        if (!same(s.torsional_distal, share * s.rigidity_distal) ||
+            !same(s.torsional_proximal, share * s.rigidity_proximal))
+            return std::nullopt;
+        if (&s == &shaft) continue;
+        if (!even && (&s != &shaft - 1 || !same(s.rigidity_proximal, found.shaft_rigidity)))
+            return std::nullopt;
+        (even ? found.tip_length : found.transition_length) = s.length;
+    }
+    return found;
+}
+
+void set_stiffness(physics::DeviceSpec& d, const TipAndShaft& s) {
+    d.sections = physics::soft_tip(s.tip_rigidity, s.tip_length, s.transition_length, s.shaft_rigidity,
+                                   s.torsional_rigidity);
+}
+
+double largest_curvature(const Device& d) {
+    double most = 0;
+    for (const physics::RestArc& arc : d.shape) most = std::max(most, std::abs(arc.angle) / arc.length);
+    return most;
+}
+
+double usual_segment_length(const Device& d) {
     constexpr double thin = 0.6, most_turn = 0.6;  // [mm]; of a joint at rest [rad]
-    spec.segment_length = d.outer_diameter < thin ? 1 : 2;
-    if (!d.shape.empty() && d.shape[0].angle != 0)
-        spec.segment_length =
-            std::min(spec.segment_length, most_turn * d.shape[0].length / std::abs(d.shape[0].angle));
-    spec.diameter = d.outer_diameter;
-    spec.shaft_rigidity = d.shaft_rigidity;
-    spec.tip_rigidity = d.tip_rigidity;
-    spec.tip_length = d.tip_length;
-    spec.transition_length = d.transition_length;
-    spec.curved_length = d.shape.empty() ? 0 : d.shape[0].length;
-    spec.curved_angle = d.shape.empty() ? 0 : d.shape[0].angle;
-    spec.torsional_rigidity = d.torsional_rigidity;
-    spec.friction = d.friction;
-    spec.buckling_force = d.buckling_force;
-    return spec;
+    const double by_width = d.outer_diameter < thin ? 1 : 2, bend = largest_curvature(d);
+    return bend > 0 ? std::min(by_width, most_turn / bend) : by_width;
 }
 
 Polyline free_shape(const Device& d, double straight) {
@@ -227,15 +335,10 @@ void draw_device(const Device& d, const std::filesystem::path& png) {
     std::string shape, stiffness;
     for (const Vec3& p : free_shape(d, std::max(15.0, 0.4 * physics::shaped_length(d))))
         shape += fmt::format("{},{},{}\n", p.x(), p.y(), p.z());
-    physics::GuidewireSpec material;
-    material.shaft_rigidity = d.shaft_rigidity;
-    material.tip_rigidity = d.tip_rigidity;
-    material.tip_length = d.tip_length;
-    material.transition_length = d.transition_length;
-    const double shown = std::min(d.length, 2 * (d.tip_length + d.transition_length) + 50);
+    const double shown = std::min(d.length, 2 * physics::varying_length(d) + 50);
     for (int k = 0; k <= 400; ++k) {
         const double s = shown * k / 400;
-        stiffness += fmt::format("{},{}\n", s, physics::rigidity_at(material, s));
+        stiffness += fmt::format("{},{}\n", s, physics::rigidity_at(d, s));
     }
     io::write_whole(scratch.path() / "shape.csv", shape);
     io::write_whole(scratch.path() / "stiffness.csv", stiffness);

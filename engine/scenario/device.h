@@ -3,11 +3,12 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
-#include "physics/wire/coaxial.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/device.h"
 #include "render/xray/wire_image.h"
 
 namespace io {
@@ -17,6 +18,7 @@ class Section;
 namespace scenario {
 
 enum class DeviceKind { Wire, Catheter };
+std::string_view name_of(DeviceKind);
 
 /// What it is made of, where it comes from and how it looks.
 struct Device : physics::DeviceSpec {
@@ -26,15 +28,29 @@ struct Device : physics::DeviceSpec {
     std::map<std::string, std::string> sources;  // by key; one that begins with "estimate" is an estimate
 };
 
-/// A wire of the catalogue as the solver takes it, its segments as short as thickness and bend ask for.
-/// Throws InputError for a catheter, or for a shape of more than one arc.
-physics::GuidewireSpec guidewire_of(const Device&);
+/// λ of a chain around this wire where the scenario gives none: 1 mm for a thin one, 2 mm for others, and so
+/// short that the unloaded tip bends by 0.6 rad at a joint at most [mm].
+double usual_segment_length(const Device&);
+
+/// A stiffness as most files state it: a tip of one EI, a transition along which it rises geometrically, and
+/// a shaft; GJ is everywhere the same multiple of EI.
+struct TipAndShaft {
+    double shaft_rigidity = 0, tip_rigidity = 0;   // EI [N·mm²]
+    double tip_length = 0, transition_length = 0;  // [mm]
+    double torsional_rigidity = 0;                 // GJ of the shaft, 0 = rigid [N·mm²]
+};
+/// Empty for a device of other sections.
+std::optional<TipAndShaft> tip_and_shaft(const physics::DeviceSpec&);
+void set_stiffness(physics::DeviceSpec&, const TipAndShaft&);
+
+/// The sharpest bend of the unloaded device [1/mm].
+double largest_curvature(const Device&);
 
 /// Throws InputError that lists everything wrong, a line each, with file:line:column: unknown keys, values
 /// out of range, a lumen wider than the device, a shape longer than the device, a value without a source.
 Device parse_device(const std::string& toml, const std::filesystem::path& file);
 Device load_device(const std::filesystem::path&);
-/// Reads those of a device's numbers that the section gives, without a source.
+/// Reads those of a device's numbers that the section gives, without a source, and "frictionless = true".
 void override_device(io::Section&, Device&);
 
 /// Device files (*.toml) of a folder by name, in alphabetical order.

@@ -37,7 +37,7 @@ double curvature(const Vec3& a, const Vec3& b, const Vec3& c) {
     return sides > 0 ? 2 * (b - a).cross(c - b).norm() / sides : 0.0;
 }
 
-void choose_segment_length(const physics::GuidewireSpec& wire, double tolerance, ModelChoice& choice) {
+void choose_segment_length(const Device& wire, double tolerance, ModelChoice& choice) {
     const LumenDemand& demand = choice.demand;
     const auto limit = [&](double length, std::string reason) {
         if (length >= choice.segment_length) return;
@@ -54,14 +54,14 @@ void choose_segment_length(const physics::GuidewireSpec& wire, double tolerance,
     choice.segment_length = longest;
     choice.segment_reason = fmt::format("nothing asks for segments shorter than {:g} mm", longest);
     bend(demand.largest_curvature, fmt::format("'{}'", demand.sharpest));
-    if (wire.curved_length > 0) bend(std::abs(wire.curved_angle) / wire.curved_length, "the wire's tip");
+    bend(largest_curvature(wire), "the wire's tip");
     limit(demand.smallest_radius,
           fmt::format("'{}' narrows to a radius of {:.3g} mm, and a segment is no longer than that",
                       demand.narrowest, demand.smallest_radius));
     double& length = choice.segment_length;
     length = std::max(shortest, std::floor(length / 0.05 * (1 + 1e-9)) * 0.05);
-    if (wire.curved_length > 0 && wire.curved_angle != 0)
-        length = wire.curved_length / std::ceil(wire.curved_length / length * (1 - 1e-9));
+    if (const double shaped = physics::shaped_length(wire); shaped > 0)
+        length = shaped / std::ceil(shaped / length * (1 - 1e-9));
 }
 
 void choose_wall(const anatomy::Anatomy& anatomy, double thickest, bool closed_form, ModelChoice& choice) {
@@ -81,25 +81,36 @@ void choose_wall(const anatomy::Anatomy& anatomy, double thickest, bool closed_f
         choice.demand.smallest_radius, choice.demand.narrowest, std::ceil(bytes / 1e6));
 }
 
-void choose_torsion(const physics::GuidewireSpec& wire, double wire_length, ModelChoice& choice) {
-    if (wire.torsional_rigidity == 0) return;
-    // A tip of curvature κ0 in a bend of κ: dU/dψ = EI κ0 κ per length at most.
-    const double torque = wire.tip_rigidity * std::abs(wire.curved_angle) * choice.demand.largest_curvature;
-    double give = 0;  // of the whole shaft [1/(N·mm)]
-    constexpr double step = 1;
-    for (double s = wire.curved_length + 0.5 * step; s < wire_length; s += step)
-        give += step / physics::torsional_rigidity_at(wire, s);
-    choice.winds_up = torque * give > twist_that_shows;
+/// Twist of the whole shaft by the sharpest bend of the vessels at most, and what 1 N·mm twists it by.
+struct WindUp {
+    double angle = 0;  // [rad]
+    double give = 0;   // [1/(N·mm)]
+};
+WindUp wind_up(const Device& device, const LumenDemand& demand) {
+    WindUp found;
+    if (!device.twists()) return found;
+    found.give = physics::torsional_give(device, physics::shaped_length(device), device.length);
+    // A shape of curvature κ0 in a bend of κ: dU/dψ = EI κ0 κ per length at most.
+    double turn = 0;
+    for (const physics::RestArc& arc : device.shape) turn += std::abs(arc.angle);
+    found.angle = physics::rigidity_at(device, 0) * turn * demand.largest_curvature * found.give;
+    return found;
+}
+
+void choose_torsion(const Device& wire, ModelChoice& choice) {
+    if (!wire.twists()) return;
+    const auto [angle, give] = wind_up(wire, choice.demand);
+    choice.winds_up = angle > twist_that_shows;
     choice.torsion_reason =
         fmt::format("the sharpest bend ('{}') can wind up {:.0f} mm of shaft by {:.3g} degrees",
-                    choice.demand.sharpest, wire_length, torque * give / geometry::degree);
-    if (wire.friction == 0 || !(torque * give > twist_that_shows)) return;
+                    choice.demand.sharpest, wire.length, angle / geometry::degree);
+    if (wire.friction == 0 || !choice.winds_up) return;
     // A shaft that is straight without load leans on a bend where it begins and ends, by EIκ over the length
     // on which the clearance lets it straighten.
     const double bent = choice.demand.largest_curvature;
-    const double clearance = std::max(choice.demand.sharpest_radius - 0.5 * wire.diameter, 0.1);
-    const double press = 2 * wire.shaft_rigidity * bent / std::sqrt(8 * clearance / bent);
-    const double held = wire.friction * 0.5 * wire.diameter * press * give;
+    const double clearance = std::max(choice.demand.sharpest_radius - 0.5 * wire.outer_diameter, 0.1);
+    const double press = 2 * wire.shaft_rigidity() * bent / std::sqrt(8 * clearance / bent);
+    const double held = wire.friction * 0.5 * wire.outer_diameter * press * give;
     choice.held_back = held > twist_that_shows;
     choice.held_reason =
         fmt::format(", and friction there can hold it back by {:.3g} degrees", held / geometry::degree);
@@ -107,14 +118,8 @@ void choose_torsion(const physics::GuidewireSpec& wire, double wire_length, Mode
 
 }  // namespace
 
-bool device_winds_up(const physics::DeviceSpec& device, const LumenDemand& demand) {
-    if (device.torsional_rigidity == 0) return false;
-    double bent = 0, give = 0;  // [1/mm], [1/(N·mm)]
-    for (const physics::RestArc& arc : device.shape) bent = std::max(bent, std::abs(arc.angle) / arc.length);
-    constexpr double step = 1;
-    for (double s = physics::shaped_length(device) + 0.5 * step; s < device.length; s += step)
-        give += step / physics::torsional_rigidity_at(device, s);
-    return device.tip_rigidity * bent * demand.largest_curvature * give > twist_that_shows;
+bool device_winds_up(const Device& device, const LumenDemand& demand) {
+    return wind_up(device, demand).angle > twist_that_shows;
 }
 
 LumenDemand demand_of(const anatomy::Anatomy& anatomy) {
@@ -136,13 +141,13 @@ LumenDemand demand_of(const anatomy::Anatomy& anatomy) {
     return demand;
 }
 
-ModelChoice choose_model(const anatomy::Anatomy& anatomy, const physics::GuidewireSpec& wire,
-                         double curve_tolerance, bool closed_form, double wire_length, double thickest) {
+ModelChoice choose_model(const anatomy::Anatomy& anatomy, const Device& wire, double curve_tolerance,
+                         bool closed_form, double thickest) {
     ModelChoice choice;
     choice.demand = demand_of(anatomy);
     choose_segment_length(wire, curve_tolerance, choice);
-    choose_wall(anatomy, std::max(thickest, 0.5 * wire.diameter), closed_form, choice);
-    choose_torsion(wire, wire_length, choice);
+    choose_wall(anatomy, std::max(thickest, 0.5 * wire.outer_diameter), closed_form, choice);
+    choose_torsion(wire, choice);
     return choice;
 }
 

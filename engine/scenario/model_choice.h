@@ -5,7 +5,6 @@
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/scenario/scenario.h"
-#include "physics/wire/guidewire.h"
 
 namespace scenario {
 
@@ -24,7 +23,7 @@ struct LumenDemand {
 LumenDemand demand_of(const anatomy::Anatomy&);
 
 /// Whether the vessels can wind up the whole shaft of a device by more than 2°.
-bool device_winds_up(const physics::DeviceSpec&, const LumenDemand&);
+bool device_winds_up(const Device&, const LumenDemand&);
 
 struct ModelChoice {
     double segment_length = 0;         // λ [mm]
@@ -43,9 +42,9 @@ struct ModelChoice {
 /// mm, and the curved tip is a whole number of segments. The wall is in closed form where `closed_form` says
 /// there is one, else a distance field where its grid resolves the narrowest vessel and fits in memory;
 /// `thickest` is the radius of the thickest device [mm], 0 = the wire.
-/// A shaft of `wire_length` [mm] winds up where the torque of the sharpest bend on the curved tip twists it
-/// by more than 2°. It is held back where friction in that bend does so.
-ModelChoice choose_model(const anatomy::Anatomy&, const physics::GuidewireSpec&, double curve_tolerance,
-                         bool closed_form, double wire_length = 1800, double thickest = 0);
+/// A shaft winds up where the torque of the sharpest bend on the curved tip twists it by more than 2°. It is
+/// held back where friction in that bend does so.
+ModelChoice choose_model(const anatomy::Anatomy&, const Device& wire, double curve_tolerance,
+                         bool closed_form, double thickest = 0);
 
 }  // namespace scenario

@@ -1,6 +1,7 @@
 #include "engine/scenario/placement.h"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 
 #include "engine/anatomy/lumen_wall.h"
@@ -15,20 +16,16 @@ namespace scenario {
 using geometry::Vec3;
 
 ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy) {
-    physics::GuidewireSpec& wire = s.guidewire;
-    physics::GuidewireSpec on_this_wall = wire;
-    on_this_wall.friction = s.friction();
+    Device on_this_wall = s.wire().device;
+    on_this_wall.friction *= s.wall_friction;
     ModelChoice choice = choose_model(anatomy, on_this_wall, s.refinement.curve_tolerance, s.tube.has_value(),
-                                      s.wire_length, s.thickest_radius());
-    // Two shafts on one chain wind up as a whole.
-    if (s.catheter) choice.held_back = false;
-    if (s.torsion == TorsionModel::Rigid || (s.torsion == TorsionModel::Auto && !choice.winds_up))
-        wire.torsional_rigidity = 0;
-    if (s.catheter) {
-        double& rigidity = s.catheter->device.torsional_rigidity;
-        const bool winds = device_winds_up(s.catheter->device, choice.demand);
-        if (s.torsion == TorsionModel::Rigid || (s.torsion == TorsionModel::Auto && !winds)) rigidity = 0;
-    }
+                                      s.thickest_radius());
+    // What lies in another device does not lie on the wall, so shafts of several wind up as a whole.
+    if (s.devices.size() > 1) choice.held_back = false;
+    for (PlacedDevice& placed : s.devices)
+        if (s.torsion == TorsionModel::Rigid ||
+            (s.torsion == TorsionModel::Auto && !device_winds_up(placed.device, choice.demand)))
+            physics::stiffen(placed.device);
     if (s.wall_model == WallModel::Auto && choice.wall == WallModel::Auto)
         throw io::InputError(io::located(
             s.place("wall.model"), fmt::format("no distance field of this lumen can be made: {}; model = "
@@ -37,8 +34,8 @@ ModelChoice choose(Scenario& s, const anatomy::Anatomy& anatomy) {
                                                choice.wall_reason)));
     if (s.wall_model == WallModel::Auto) s.wall_model = choice.wall;
     if (s.choose_segment_length) {
-        s.wall_stiffness *= choice.segment_length / wire.segment_length;  // the same per length of wire
-        wire.segment_length = choice.segment_length;
+        s.wall_stiffness *= choice.segment_length / s.segment_length;  // the same per length of wire
+        s.segment_length = choice.segment_length;
     }
     return choice;
 }
@@ -54,40 +51,34 @@ anatomy::EntryPath entry_of(const Scenario& s, const anatomy::Anatomy& anatomy) 
     }
     anatomy::EntryPath entry = anatomy::path_from(anatomy, *end);
 
-    const physics::GuidewireSpec& wire = s.guidewire;
     const std::vector<double> ways = geometry::ways_along(entry.points);
-    double narrowest = entry.radii.front();
-    for (std::size_t i = 1; i < ways.size() && ways[i - 1] < s.entry.inserted; ++i)
-        narrowest = std::min(narrowest, entry.radii[i]);
-    if (!physics::enters(wire.diameter, narrowest)) {
-        throw io::InputError(
-            io::located(s.place("guidewire.diameter_mm"),
-                        fmt::format("a wire of diameter {} mm does not enter at '{}', which is {:.3g} mm "
-                                    "wide; a thinner wire is accepted",
-                                    wire.diameter, s.entry.end, 2 * narrowest)));
-    }
-    const double length_of_way = ways.back();
-    if (s.catheter && s.catheter->inserted > 0) {
-        double room = entry.radii.front();
-        for (std::size_t i = 1; i < ways.size() && ways[i - 1] < s.catheter->inserted; ++i)
-            room = std::min(room, entry.radii[i]);
-        const double thickness = s.catheter->device.outer_diameter;
-        if (s.catheter->inserted > length_of_way + 1e-6 || !physics::enters(thickness, room))
+    const double length = ways.back();
+    for (const PlacedDevice& placed : s.devices) {
+        if (!placed.starts_inside()) continue;
+        const double thickness = placed.device.outer_diameter;
+        double narrowest = entry.radii.front();
+        for (std::size_t i = 1; i < ways.size() && ways[i - 1] < placed.inserted; ++i)
+            narrowest = std::min(narrowest, entry.radii[i]);
+        if (!physics::enters(thickness, narrowest))
             throw io::InputError(io::located(
-                s.place("catheter.inserted_mm"),
+                s.place_of(placed, "diameter_mm"),
                 fmt::format(
-                    "{:g} mm of a catheter of {:g} mm cannot start inside; the way from '{}' is {:.4g} mm "
-                    "long, and {:.3g} mm wide as far as that",
-                    s.catheter->inserted, thickness, s.entry.end, length_of_way, 2 * room)));
+                    "a {0} of diameter {1} mm does not enter at '{2}', which is {3:.3g} mm wide as far as "
+                    "{4:g} mm of it start inside; a thinner {0} is accepted",
+                    placed.name(), thickness, s.entry.end, 2 * narrowest, placed.inserted)));
+        if (placed.inserted > length + 1e-6 && placed.role != script::Held::Wire)
+            throw io::InputError(io::located(
+                s.place_of(placed, "inserted_mm"),
+                fmt::format("{:g} mm of a {} cannot start inside; the way from '{}' is {:.4g} mm long",
+                            placed.inserted, placed.name(), s.entry.end, length)));
     }
-    const double length = length_of_way, least = (wire.curved_segments() + 2) * wire.segment_length;
-    if (s.entry.inserted < least * (1 - 1e-9) || s.entry.inserted > length + 1e-6) {
+    const double least = physics::least_length({s.segment_length}), inserted = s.wire().inserted;
+    if (inserted < least * (1 - 1e-9) || inserted > length + 1e-6) {
         throw io::InputError(
             io::located(s.place("entry.inserted_mm"),
-                        fmt::format("{} mm of wire cannot start inside; {} mm (its curved tip and "
-                                    "two segments) to {:.4g} mm (the "
-                                    "way from '{}') are accepted",
-                                    s.entry.inserted, least, length, s.entry.end)));
+                        fmt::format("{} mm of wire cannot start inside; {} mm (two segments) to {:.4g} mm "
+                                    "(the way from '{}') are accepted",
+                                    inserted, least, length, s.entry.end)));
     }
     return entry;
 }
@@ -152,7 +143,7 @@ std::uint64_t key_of(const anatomy::Anatomy& anatomy, anatomy::SurfaceWall kind,
 std::shared_ptr<const physics::LumenWall> wall_of(const Scenario& s, const anatomy::Anatomy& anatomy,
                                                   const anatomy::ModelCache& cache) {
     static anatomy::SharedStore<std::uint64_t, physics::LumenWall> walls;
-    const double wire_radius = 0.5 * s.guidewire.diameter;
+    const double wire_radius = 0.5 * s.wire().device.outer_diameter;
     const physics::WallStiffness stiffness =
         anatomy::stiffness_of(anatomy, s.wall_stiffness, s.wall_variation);
     if (s.wall_model == WallModel::Analytic)

@@ -1,5 +1,5 @@
 #pragma once
-/// A scenario in its anatomy: its open choices, where the wire comes in, its target, its wall.
+/// A scenario in its anatomy: its open choices, where the devices come in, its target, its wall.
 
 #include <memory>
 
@@ -16,8 +16,8 @@ namespace scenario {
 /// rigidity. Returns what was found, asked for or not.
 ModelChoice choose(Scenario&, const anatomy::Anatomy&);
 
-/// The way in from the entry's end. Throws InputError for an end that does not exist, a wire that does not
-/// enter there, and too much or too little wire inside.
+/// The way in from the entry's end. Throws InputError for an end that does not exist, a device that does not
+/// enter there, and too much of a device or too little wire inside.
 anatomy::EntryPath entry_of(const Scenario&, const anatomy::Anatomy&);
 
 /// The middle of the target [mm]. Throws InputError for a target that does not exist or lies outside.

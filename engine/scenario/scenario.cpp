@@ -16,7 +16,72 @@ namespace {
 constexpr double longest_tube = 5000;  // [mm]
 constexpr double most_tube_triangles = 2e6;
 
+/// What is wrong with the list of devices and with what the chain makes of them.
+template <class Say>
+void device_problems(const Scenario& s, const Say& say) {
+    const double least = 1e-3;  // [mm]
+    if (!(s.segment_length >= least && s.segment_length <= physics::DeviceLimits::segment_length))
+        say("chain.segment_length_mm", fmt::format("expected segments of {:g} to {:g} mm, found {:g}", least,
+                                                   physics::DeviceLimits::segment_length, s.segment_length));
+    if (s.devices.empty()) return say("", "expected a wire, [guidewire], found no device");
+    if (s.wire().role != script::Held::Wire)
+        say(s.wire().section, fmt::format("expected a wire innermost, found a {}", s.wire().name()));
+    const double bent = s.segment_length * largest_curvature(s.wire().device);
+    if (bent > 1)
+        say("chain.segment_length_mm",
+            fmt::format(
+                "expected segments at whose joints the unloaded tip turns by 57 degrees or less, found "
+                "{:.0f} degrees: shorter segments, or a wider bend",
+                bent / geometry::degree));
+    for (std::size_t k = 0; k < s.devices.size(); ++k) {
+        const PlacedDevice& placed = s.devices[k];
+        const Device& device = placed.device;
+        const std::string& section = placed.section;
+        for (const std::string& text : physics::problems(device))
+            say(section, fmt::format("[{}] {}", section, text));
+        if (device.friction * s.wall_friction > physics::DeviceLimits::friction)
+            say("wall.friction", fmt::format("expected a friction of up to {:g} on the wall, found a {} of "
+                                             "friction {:g} on a wall that scales it by {:g}",
+                                             physics::DeviceLimits::friction, placed.name(), device.friction,
+                                             s.wall_friction));
+        const bool innermost = k == 0;
+        if (placed.inserted > device.length)
+            say(innermost ? "entry.inserted_mm" : section + ".inserted_mm",
+                fmt::format("a {} of {:g} mm cannot be in by {:g} mm; up to its length is accepted",
+                            placed.name(), device.length, placed.inserted));
+        if (!innermost && s.devices[k - 1].device.outer_diameter >= device.inner_diameter)
+            say(s.devices[k - 1].section + ".diameter_mm",
+                fmt::format("a {} of {:g} mm does not fit a {}'s lumen of {:g} mm; a thinner one is accepted",
+                            s.devices[k - 1].name(), s.devices[k - 1].device.outer_diameter, placed.name(),
+                            device.inner_diameter));
+    }
+    std::vector<physics::Device> on_this_wall(s.devices.size());
+    for (std::size_t k = 0; k < s.devices.size(); ++k) {
+        physics::DeviceSpec& spec = on_this_wall[k].spec = s.devices[k].device;
+        spec.friction *= s.wall_friction;
+        if (s.torsion == TorsionModel::Rigid) physics::stiffen(spec);
+    }
+    if (const std::string why = physics::why_not(s.relaxer.kind, on_this_wall); !why.empty())
+        say("relaxer.kind", why +
+                                "; kind = \"global\", or devices that are frictionless = true and torsion = "
+                                "\"rigid\" in [chain], are accepted");
+    if (s.devices.size() > physics::most_devices)
+        say(s.devices.back().section, fmt::format("expected up to {} devices on one centreline, found {}",
+                                                  physics::most_devices, s.devices.size()));
+    if (!s.index_of(s.target.device))
+        say("target.device",
+            fmt::format("expected one of the scenario's devices, found '{}', which it has not",
+                        script::name_of(s.target.device)));
+}
+
 }  // namespace
+
+std::optional<int> Scenario::index_of(script::Held role) const {
+    const auto found = std::find_if(devices.begin(), devices.end(),
+                                    [role](const PlacedDevice& placed) { return placed.role == role; });
+    if (found == devices.end()) return std::nullopt;
+    return static_cast<int>(found - devices.begin());
+}
 
 io::TextPlace Scenario::place(const std::string& key) const {
     for (std::string at = key; !at.empty();) {
@@ -36,55 +101,9 @@ std::vector<std::string> problems(const Scenario& s) {
     if (int{!s.anatomy.empty()} + int{s.vessels.has_value()} + int{s.tube.has_value()} != 1) {
         say("", "either 'anatomy', a file, or [anatomy], to be grown, or [tube] is accepted, one of them");
     }
-    for (const std::string& text : physics::problems(s.guidewire)) say("guidewire", "[guidewire] " + text);
     for (const std::string& text : physics::problems(s.relaxer)) say("relaxer", "[relaxer] " + text);
     for (const std::string& text : render::problems(s.c_arm)) say("c_arm", "[c_arm] " + text);
-    if (s.friction() > physics::WireLimits::friction) {
-        say("wall.friction",
-            fmt::format(
-                "a wire of friction {:g} on a wall that scales it by {:g}; up to {:g} in all is accepted",
-                s.guidewire.friction, s.wall_friction, physics::WireLimits::friction));
-    }
-    if (s.relaxer.kind != physics::RelaxerKind::Global) {
-        if (s.friction() > 0)
-            say("relaxer.kind",
-                "the paper's relaxers know no friction; kind = \"global\", or a wire of friction = 0, is "
-                "accepted");
-        if (s.guidewire.torsional_rigidity > 0)
-            say("relaxer.kind",
-                "the paper's relaxers know no torsion; kind = \"global\", or a wire of "
-                "torsional_rigidity_N_mm2 = 0, "
-                "is accepted");
-    }
-    if (s.catheter) {
-        const Device& device = s.catheter->device;
-        if (s.relaxer.kind != physics::RelaxerKind::Global)
-            say("relaxer.kind",
-                "the paper's relaxers know no catheter; kind = \"global\" is accepted with one");
-        if (s.torsion == TorsionModel::Segments)
-            say("guidewire.torsion",
-                "with a catheter each shaft winds up as a whole; \"compliant\" or \"auto\" is accepted");
-        if (s.guidewire.diameter >= device.inner_diameter)
-            say("guidewire.diameter_mm",
-                fmt::format("a wire of {:g} mm does not fit a catheter's lumen of {:g} mm; a thinner wire is "
-                            "accepted",
-                            s.guidewire.diameter, device.inner_diameter));
-        if (s.catheter->inserted > device.length)
-            say("catheter.inserted_mm",
-                fmt::format("a catheter of {:g} mm cannot be in by {:g} mm; up to its length is accepted",
-                            device.length, s.catheter->inserted));
-        if (s.adaptive)
-            say("guidewire.adaptive",
-                "adaptive segments follow one device; adaptive = false is accepted with a catheter");
-        for (const std::string& text : physics::problems(device)) say("catheter", text);
-    } else if (s.target.by_catheter) {
-        say("target.device", "there is no [catheter]; \"wire\" is accepted without one");
-    }
-    if (s.entry.inserted > s.wire_length) {
-        say("entry.inserted_mm",
-            fmt::format("a wire of {} mm cannot be in by {} mm; up to its length is accepted", s.wire_length,
-                        s.entry.inserted));
-    }
+    device_problems(s, say);
     if (s.imaging.pulse_rate && *s.imaging.pulse_rate > s.frame_rate)
         say("imaging.pulse_rate_hz", script::too_many_pulses(*s.imaging.pulse_rate, s.frame_rate));
     if (s.motion.moves() && !s.imaging.patient) {
@@ -113,32 +132,19 @@ std::vector<std::string> problems(const Scenario& s) {
                     "{:.1f} million triangles would follow; up to {:.0f} million are accepted: a larger "
                     "step_mm or fewer around",
                     2e-6 * s.tube->around * length / s.tube->step, 1e-6 * most_tube_triangles));
-        if (!physics::enters(s.guidewire.diameter, s.tube->radius)) {
-            say("tube.radius_mm", fmt::format("a wire of {} mm does not fit a tube of radius {} mm",
-                                              s.guidewire.diameter, s.tube->radius));
-        }
+        for (const PlacedDevice& placed : s.devices)
+            if (placed.starts_inside() && !physics::enters(placed.device.outer_diameter, s.tube->radius))
+                say("tube.radius_mm",
+                    fmt::format("a {} of {:g} mm does not fit a tube of radius {:g} mm", placed.name(),
+                                placed.device.outer_diameter, s.tube->radius));
     }
     return found;
 }
 
 double Scenario::thickest_radius() const {
-    return 0.5 * std::max(guidewire.diameter, catheter ? catheter->device.outer_diameter : 0.0);
-}
-
-physics::DeviceSpec Scenario::wire_device() const {
-    physics::DeviceSpec spec;
-    spec.outer_diameter = guidewire.diameter;
-    spec.shaft_rigidity = guidewire.shaft_rigidity;
-    spec.tip_rigidity = guidewire.tip_rigidity;
-    spec.tip_length = guidewire.tip_length;
-    spec.transition_length = guidewire.transition_length;
-    spec.torsional_rigidity = guidewire.torsional_rigidity;
-    spec.friction = friction();
-    spec.buckling_force = guidewire.buckling_force;
-    spec.length = wire_length;
-    if (guidewire.curved_length > 0 && guidewire.curved_angle != 0)
-        spec.shape = {{guidewire.curved_length, guidewire.curved_angle, 0}};
-    return spec;
+    double most = 0;
+    for (const PlacedDevice& placed : devices) most = std::max(most, 0.5 * placed.device.outer_diameter);
+    return most;
 }
 
 anatomy::Anatomy anatomy_of(const Scenario& s, const anatomy::ModelCache& cache) {
@@ -167,8 +173,8 @@ anatomy::Anatomy anatomy_of(const Scenario& s, const anatomy::ModelCache& cache)
 std::vector<std::filesystem::path> inputs_of(const Scenario& s) {
     std::vector<std::filesystem::path> all = s.files;
     for (const std::filesystem::path& file : patient::inputs_of(s.patient_files)) all.push_back(file);
-    if (!s.devices.empty())
-        for (const std::filesystem::path& file : device_files(s.devices)) all.push_back(file);
+    if (!s.catalogue.empty())
+        for (const std::filesystem::path& file : device_files(s.catalogue)) all.push_back(file);
     if (s.anatomy.empty()) return all;
     all.push_back(s.anatomy);
     if (const auto mesh = anatomy::mesh_named_by(s.anatomy)) all.push_back(*mesh);

@@ -1,6 +1,6 @@
 #pragma once
-/// An exercise as its author writes it: which vessel, wire, target, view. Units inside as everywhere: mm, N,
-/// s, rad.
+/// An exercise as its author writes it: which vessel, devices, target, view. Units inside as everywhere: mm,
+/// N, s, rad.
 
 #include <cstdint>
 #include <filesystem>
@@ -20,9 +20,9 @@
 #include "engine/scenario/device.h"
 #include "engine/scenario/lesson.h"
 #include "engine/scenario/vessel_motion.h"
+#include "engine/script/command.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/wall_stiffness.h"
-#include "physics/wire/guidewire.h"
 #include "physics/wire/refinement.h"
 #include "render/xray/c_arm.h"
 
@@ -46,16 +46,15 @@ enum class WallModel {
 };
 
 struct Entry {
-    std::string end;       // name of the open end that the wire comes in by
-    double inserted = 60;  // wire inside at the start, along the centreline [mm]
+    std::string end;  // name of the open end that the devices come in by
 };
 
 struct Target {
-    std::string name;                      // of a target of the anatomy; empty = `centre` is given
-    std::optional<geometry::Vec3> centre;  // [mm]
-    double radius = 3;                     // the tip is on target within this [mm]
-    double hold = 0.5;                     // and must stay so long [s]
-    bool by_catheter = false;              // the tip is the catheter's
+    std::string name;                          // of a target of the anatomy; empty = `centre` is given
+    std::optional<geometry::Vec3> centre;      // [mm]
+    double radius = 3;                         // the tip is on target within this [mm]
+    double hold = 0.5;                         // and must stay so long [s]
+    script::Held device = script::Held::Wire;  // whose tip it is
 };
 
 struct Imaging {
@@ -67,7 +66,7 @@ struct Imaging {
     std::optional<double> pulse_rate;  // [1/s]; empty = a pulse every frame
 };
 
-/// How a turn of the hub reaches the tip of a wire that has a torsional rigidity.
+/// How a turn of a hub reaches the tip of a device that has a torsional rigidity.
 enum class TorsionModel {
     Auto,       // the least of the others that choose_model finds to be needed
     Rigid,      // at once
@@ -75,11 +74,17 @@ enum class TorsionModel {
     Segments    // through one that twists segment by segment, and that friction holds back all along
 };
 
-/// A catheter over the wire.
-struct Catheter {
+/// A device of the catalogue, with the scenario's values in place of its own, and where it begins.
+struct PlacedDevice {
+    script::Held role = script::Held::Wire;  // by which commands call it; not All
     Device device;
     double inserted = 0;  // inside at the start, along the centreline [mm]
     double roll = 0;      // of its shape at the start [rad]
+    std::string section;  // of the file that says so
+
+    std::string_view name() const { return script::name_of(role); }
+    /// Whether it lies in the vessel at the start. What does not fit the way in stops there, and says so.
+    bool starts_inside() const { return role == script::Held::Wire || inserted > 0; }
 };
 
 /// Shaft between hand and introducer, by whose Euler load a device without a buckling force is judged [mm]:
@@ -100,16 +105,14 @@ struct Scenario {
     std::optional<anatomy::VesselTreeSpec> vessels;
     std::optional<TubeSource> tube;
     Entry entry;
-    physics::GuidewireSpec guidewire;
-    TorsionModel torsion = TorsionModel::Auto;
-    double wire_length = 1800;   // most that can be pushed in [mm]
-    render::WireLook wire_look;  // in the beam; its diameter is the wire's
-    std::optional<Catheter> catheter;
-    std::filesystem::path devices;       // folder of the catalogue, from which a wire is exchanged
+    std::vector<PlacedDevice> devices;   // on one centreline, innermost first; the first is a wire
+    std::filesystem::path catalogue;     // folder of devices, from which a wire is exchanged
+    double segment_length = 2;           // λ of the chain of devices [mm]
     bool choose_segment_length = false;  // segment_length_mm = "auto": λ as choose_model finds
     bool adaptive = false;               // λ fine at the tip and in bends, coarse elsewhere
+    TorsionModel torsion = TorsionModel::Auto;
     physics::RefinementOptions refinement;
-    double wall_stiffness = 5;                             // k of each joint of the guidewire's own λ [N/mm]
+    double wall_stiffness = 5;                             // k of each joint of λ [N/mm]
     std::optional<physics::WallVariation> wall_variation;  // Eq. 41; empty = as stiff everywhere
     double wall_friction = 1;                              // scales the devices' friction
     WallModel wall_model = WallModel::Auto;
@@ -126,11 +129,16 @@ struct Scenario {
     std::map<std::string, io::TextPlace> places;  // "guidewire.diameter_mm" → where the file says so
     io::TextPlace place(const std::string& key) const;  // of the key, or its section, or the file
 
-    double friction() const { return guidewire.friction * wall_friction; }  // μ of the wire on this wall [-]
-    /// Of any device that the wall can meet [mm]. A wire in exchange fits the catheter.
+    const PlacedDevice& wire() const { return devices.front(); }
+    PlacedDevice& wire() { return devices.front(); }
+    /// Place in the list; empty where the scenario has no such device.
+    std::optional<int> index_of(script::Held) const;
+    /// What is found of a device and its section, for messages.
+    io::TextPlace place_of(const PlacedDevice& device, const std::string& key) const {
+        return place(device.section + "." + key);
+    }
+    /// Of any device that the wall can meet [mm]. A wire in exchange fits the others' lumens.
     double thickest_radius() const;
-    /// The wire on a chain with the catheter.
-    physics::DeviceSpec wire_device() const;
 };
 
 /// A value in place of the file's: "guidewire.friction", "0.1"; the value is TOML.
@@ -139,11 +147,11 @@ struct Override {
 };
 
 /// Throws InputError that lists everything wrong, a line each, with file:line:column.
-/// `devices` is the folder that holds the devices a scenario takes by name.
-Scenario load_scenario(const std::filesystem::path&, const std::filesystem::path& devices = {},
+/// `catalogue` is the folder that holds the devices a scenario takes by name.
+Scenario load_scenario(const std::filesystem::path&, const std::filesystem::path& catalogue,
                        std::span<const Override> = {});
 Scenario parse_scenario(const std::string& toml, const std::filesystem::path& file,
-                        const std::filesystem::path& devices = {}, std::span<const Override> = {});
+                        const std::filesystem::path& catalogue, std::span<const Override> = {});
 
 /// Everything about the scenario alone that makes it unusable; empty when it is fine.
 std::vector<std::string> problems(const Scenario&);

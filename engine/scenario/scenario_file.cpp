@@ -14,7 +14,6 @@
 #include "physics/geometry/hash.h"
 #include "physics/geometry/state.h"
 #include "physics/geometry/vec.h"
-#include "physics/wire/guidewire_presets.h"
 #include "render/xray/materials.h"
 
 namespace scenario {
@@ -71,89 +70,119 @@ void read_tube(io::Section tube, io::Reading& reading, Scenario& s) {
     tube.finish();
 }
 
-/// A device of the catalogue, or of a file beside the scenario's.
-Device named_device(const std::string& name, const std::filesystem::path& file,
-                    const std::filesystem::path& devices, Scenario& s) {
-    s.files.push_back(name.ends_with(".toml") ? file.parent_path() / name : find_device(name, devices));
-    return load_device(s.files.back());
+constexpr const char* usual_wire = "glide035";
+
+/// Says what a key of an earlier version is now.
+void refuse_old_keys(io::Section& section) {
+    std::string preset;
+    if (const toml::node* node = section.find("preset"); node && section.word("preset", preset))
+        section.refuse(
+            "preset", *node,
+            fmt::format("expected device = \"{0}\", found preset = \"{0}\": write frictionless = "
+                        "true beside it, and torsion = \"rigid\" in [chain], for what a preset was",
+                        preset));
+    for (const char* key : {"segment_length_mm", "adaptive", "curve_tolerance_mm", "torsion"})
+        if (const toml::node* node = section.find(key))
+            section.refuse(key, *node, fmt::format("expected {} in [chain], as it is of all devices", key));
 }
 
-/// The wire that all values not given are those of.
-void read_usual_wire(io::Section& wire, const std::filesystem::path& devices,
-                     const std::filesystem::path& file, Scenario& s) {
-    std::vector<std::string_view> names;
-    for (const physics::GuidewirePreset& preset : physics::guidewire_presets()) names.push_back(preset.name);
-    const auto preset = wire.choice("preset", names);
-    const physics::GuidewirePreset& usual =
-        preset ? physics::guidewire_presets()[*preset] : *physics::find_guidewire_preset("glide035");
-    s.guidewire = usual.spec;
-    s.wire_length = usual.length;
-    const toml::node* node = wire.find("device");
-    std::string name;
-    if (!node || !wire.word("device", name)) return;
-    if (preset) wire.refuse("device", *node, "either 'preset' or 'device' is accepted, one of them");
-    try {
-        const Device device = named_device(name, file, devices, s);
-        s.guidewire = guidewire_of(device);
-        s.wire_length = device.length;
-        s.wire_look = device.look;
-    } catch (const io::InputError& error) {
-        wire.refuse("device", *node, error.what());
-    }
-}
-
-void read_guidewire(io::Section wire, const std::filesystem::path& devices, const std::filesystem::path& file,
-                    Scenario& s) {
-    using Limits = physics::WireLimits;
-    read_usual_wire(wire, devices, file, s);
-    wire.number("length_mm", s.wire_length, {100, 3500});
-    if (wire.is_word("segment_length_mm")) {
-        constexpr std::string_view words[] = {"auto"};
-        s.choose_segment_length = wire.choice("segment_length_mm", words).has_value();
-    } else {
-        wire.number("segment_length_mm", s.guidewire.segment_length, {0.1, 10});
-    }
-    wire.flag("adaptive", s.adaptive);
-    wire.number("curve_tolerance_mm", s.refinement.curve_tolerance, {0.001, 5});
-    wire.number("diameter_mm", s.guidewire.diameter, {0.05, Limits::diameter});
-    wire.number("shaft_rigidity_N_mm2", s.guidewire.shaft_rigidity, positive(Limits::rigidity));
-    wire.number("tip_rigidity_N_mm2", s.guidewire.tip_rigidity, positive(Limits::rigidity));
-    wire.number("tip_length_mm", s.guidewire.tip_length, {0, Limits::soft_length});
-    wire.number("transition_length_mm", s.guidewire.transition_length, {0, Limits::soft_length});
-    wire.number("curved_length_mm", s.guidewire.curved_length, {0, Limits::curved_length});
-    wire.number("curved_angle_deg", s.guidewire.curved_angle, {-Limits::curved_angle, Limits::curved_angle},
-                geometry::degree);
-    wire.number("torsional_rigidity_N_mm2", s.guidewire.torsional_rigidity, {0, Limits::rigidity});
-    constexpr std::string_view torsions[] = {"auto", "rigid", "compliant", "segments"};
-    if (const auto torsion = wire.choice("torsion", torsions))
-        s.torsion = static_cast<TorsionModel>(*torsion);
-    wire.number("buckling_force_N", s.guidewire.buckling_force, {0, Limits::buckling_force});
-    wire.number("friction", s.guidewire.friction, {0, Limits::friction});
-    wire.finish();
-}
-
-void read_catheter(io::Section section, const std::filesystem::path& devices,
-                   const std::filesystem::path& file, Scenario& s) {
-    if (!section.given()) return;
-    s.catheter.emplace();
-    Device& device = s.catheter->device;
-    device.kind = DeviceKind::Catheter;
+/// A device of the catalogue, or of a file beside the scenario's, with the section's values.
+void read_device(io::Section& section, script::Held role, const std::string& name,
+                 const std::filesystem::path& file, Scenario& s) {
+    PlacedDevice placed;
+    placed.role = role;
+    placed.section = name;
+    Device& device = placed.device;
+    const DeviceKind kind = role == script::Held::Wire ? DeviceKind::Wire : DeviceKind::Catheter;
     const toml::node* node = section.find("device");
-    std::string name;
-    if (!node) section.missing("device", "device = \"NAME\" of a catheter of the catalogue, or its file");
-    if (node && section.word("device", name)) {
+    std::string wanted = kind == DeviceKind::Wire ? usual_wire : "";
+    if (!node && wanted.empty())
+        section.missing("device", "device = \"NAME\" of a catheter of the catalogue, or its file");
+    if (node) section.word("device", wanted);
+    if (!wanted.empty()) {
         try {
-            device = named_device(name, file, devices, s);
-            if (device.kind != DeviceKind::Catheter)
-                section.refuse("device", *node, fmt::format("'{}' is a wire; a catheter is accepted", name));
+            s.files.push_back(wanted.ends_with(".toml") ? file.parent_path() / wanted
+                                                        : find_device(wanted, s.catalogue));
+            device = load_device(s.files.back());
+            if (device.kind != kind && node)
+                section.refuse("device", *node,
+                               fmt::format("expected a {}, found '{}', a {}", name_of(kind), wanted,
+                                           name_of(device.kind)));
         } catch (const io::InputError& error) {
-            section.refuse("device", *node, error.what());
+            if (node)
+                section.refuse("device", *node, error.what());
+            else
+                section.refuse_whole(error.what());
         }
     }
-    section.number("inserted_mm", s.catheter->inserted, {0, 2000});
-    section.number("roll_deg", s.catheter->roll, {-360, 360}, geometry::degree);
+    device.kind = kind;
+    section.number("inserted_mm", placed.inserted, {0, 2000});
+    section.number("roll_deg", placed.roll, {-360, 360}, geometry::degree);
     override_device(section, device);
+    refuse_old_keys(section);
     section.finish();
+    s.devices.push_back(std::move(placed));
+}
+
+/// All devices, innermost first, which is the order of their roles.
+void read_devices(io::Section& top, const std::filesystem::path& file, Scenario& s) {
+    for (int k = 0; k < script::most_devices; ++k) {
+        const auto role = static_cast<script::Held>(k);
+        const std::string_view name = role == script::Held::Wire ? "guidewire" : script::name_of(role);
+        if (io::Section section = top.section(name, false); section.given())
+            read_device(section, role, std::string(name), file, s);
+    }
+    int number = 0;
+    for (io::Section& section : top.sections("device")) {
+        const std::string name = fmt::format("device {}", ++number);
+        if (!section.find("name"))
+            section.missing("name", "name = " + io::joined(script::device_names(), ", "));
+        const auto role = section.choice("name", script::device_names());
+        if (!role) continue;
+        if (s.index_of(static_cast<script::Held>(*role))) {
+            section.refuse(
+                "name", *section.find("name"),
+                fmt::format("expected each device once, found a second {}", script::device_names()[*role]));
+            continue;
+        }
+        read_device(section, static_cast<script::Held>(*role), name, file, s);
+    }
+    if (!s.index_of(script::Held::Wire)) {
+        io::Section none = top.section("guidewire", false);
+        read_device(none, script::Held::Wire, "guidewire", file, s);
+    }
+    std::sort(s.devices.begin(), s.devices.end(),
+              [](const PlacedDevice& a, const PlacedDevice& b) { return a.role < b.role; });
+    s.segment_length = usual_segment_length(s.wire().device);
+}
+
+void read_entry(io::Section entry, Scenario& s) {
+    if (!entry.word("end", s.entry.end) && entry.given())
+        entry.missing("end", "end = \"NAME of an open end\"");
+    double& inserted = s.wire().inserted;
+    const toml::node* node = entry.find("inserted_mm");
+    if (inserted > 0 && node)
+        entry.refuse("inserted_mm", *node,
+                     "expected inserted_mm of the wire here or in the wire's own section, found both");
+    if (inserted == 0) inserted = 60;
+    entry.number("inserted_mm", inserted, {1, 2000});
+    entry.finish();
+}
+
+/// What is of all devices together.
+void read_chain(io::Section chain, Scenario& s) {
+    if (chain.is_word("segment_length_mm")) {
+        constexpr std::string_view words[] = {"auto"};
+        s.choose_segment_length = chain.choice("segment_length_mm", words).has_value();
+    } else {
+        chain.number("segment_length_mm", s.segment_length, {0.1, 10});
+    }
+    chain.flag("adaptive", s.adaptive);
+    chain.number("curve_tolerance_mm", s.refinement.curve_tolerance, {0.001, 5});
+    constexpr std::string_view torsions[] = {"auto", "rigid", "compliant", "segments"};
+    if (const auto torsion = chain.choice("torsion", torsions))
+        s.torsion = static_cast<TorsionModel>(*torsion);
+    chain.finish();
 }
 
 /// A row of [wall.variation] terms: k_g over k, and φ_g in degrees.
@@ -419,13 +448,12 @@ std::uint64_t content_of(const toml::table& root, const Scenario& s) {
         played.erase(key);
     geometry::Hash hash;
     add_to(hash, played);
-    hash.add(geometry::state_hash_of(s.guidewire));
-    if (s.catheter) hash.add(geometry::state_hash_of(s.catheter->device));
+    for (const PlacedDevice& placed : s.devices) hash.add(geometry::state_hash_of(placed.device));
     if (s.patient_files.content != 0) hash.add(s.patient_files.content);
     return hash.value();
 }
 
-void read_sections(const toml::table& root, const std::filesystem::path& devices, io::Reading& reading,
+void read_sections(const toml::table& root, const std::filesystem::path& catalogue, io::Reading& reading,
                    Scenario& s) {
     io::Section top(reading, &root, "");
     top.schema();
@@ -441,14 +469,10 @@ void read_sections(const toml::table& root, const std::filesystem::path& devices
     read_anatomy(top, reading, s);
 
     read_tube(top.section("tube", false), reading, s);
-    io::Section entry = top.section("entry", true);
-    if (!entry.word("end", s.entry.end) && entry.given())
-        entry.missing("end", "end = \"NAME of an open end\"");
-    entry.number("inserted_mm", s.entry.inserted, {1, 2000});
-    entry.finish();
-    read_guidewire(top.section("guidewire", false), devices, reading.file, s);
-    read_catheter(top.section("catheter", false), devices, reading.file, s);
-    s.devices = devices;
+    s.catalogue = catalogue;
+    read_devices(top, reading.file, s);
+    read_entry(top.section("entry", true), s);
+    read_chain(top.section("chain", false), s);
     io::Section wall = top.section("wall", false);
     wall.number("stiffness_N_per_mm", s.wall_stiffness, {1e-3, 1e6});
     wall.number("friction", s.wall_friction, {0, 10});
@@ -462,8 +486,8 @@ void read_sections(const toml::table& root, const std::filesystem::path& devices
     if (Vec3 centre; target.point("centre_mm", centre, 1e4)) s.target.centre = centre;
     target.number("radius_mm", s.target.radius, {0.1, 100});
     target.number("hold_s", s.target.hold, {0, 60});
-    constexpr std::string_view tips[] = {"wire", "catheter"};
-    if (const auto tip = target.choice("device", tips)) s.target.by_catheter = *tip == 1;
+    if (const auto tip = target.choice("device", script::device_names()))
+        s.target.device = static_cast<script::Held>(*tip);
     target.finish();
     read_c_arm(top.section("c_arm", false), s);
     read_imaging(top.section("imaging", false), s);
@@ -505,13 +529,13 @@ void put(toml::table& root, const Override& with) {
 }  // namespace
 
 Scenario parse_scenario(const std::string& text, const std::filesystem::path& file,
-                        const std::filesystem::path& devices, std::span<const Override> overrides) {
+                        const std::filesystem::path& catalogue, std::span<const Override> overrides) {
     io::Reading reading{file.string(), {}, {}};
     Scenario s;
     s.name = file.stem().string();
     toml::table root = reading.parse(text);
     for (const Override& with : overrides) put(root, with);
-    read_sections(root, devices, reading, s);
+    read_sections(root, catalogue, reading, s);
     reading.places[""] = {reading.file, 0, 0};
     s.places = std::move(reading.places);
     s.patient_files.place = s.place("patient.ct");
@@ -525,9 +549,9 @@ Scenario parse_scenario(const std::string& text, const std::filesystem::path& fi
     return s;
 }
 
-Scenario load_scenario(const std::filesystem::path& path, const std::filesystem::path& devices,
+Scenario load_scenario(const std::filesystem::path& path, const std::filesystem::path& catalogue,
                        std::span<const Override> overrides) {
-    return parse_scenario(io::read_text(path, "scenario", "a .toml file is accepted"), path, devices,
+    return parse_scenario(io::read_text(path, "scenario", "a .toml file is accepted"), path, catalogue,
                           overrides);
 }
 

@@ -28,7 +28,7 @@ std::string degrees_text(double angle) {
 
 /// "catheter ", and nothing for the wire, which is what a motion is of without a word.
 std::string of(Held held) {
-    return held == Held::Wire ? "" : std::string(held_names[static_cast<std::size_t>(held)]) + " ";
+    return held == Held::Wire ? "" : std::string(name_of(held)) + " ";
 }
 
 struct CommandText {
@@ -41,16 +41,15 @@ struct CommandText {
     std::string operator()(const Rotate& c) const {
         return "rotate " + of(c.held) + degrees_text(c.angle) + " deg";
     }
-    std::string operator()(const Remove& c) const {
-        return fmt::format("remove {}", held_names[static_cast<std::size_t>(c.held)]);
-    }
+    std::string operator()(const Remove& c) const { return fmt::format("remove {}", name_of(c.held)); }
     std::string operator()(const Exchange& c) const { return "exchange wire " + c.device; }
     std::string operator()(const Beam& c) const { return c.on ? "beam on" : "beam off"; }
     std::string operator()(const Contrast& c) const {
         return "contrast " + io::number_text(c.iodine) + " mg/ml";
     }
     std::string operator()(const Inject& c) const {
-        const std::string where = c.branch.empty() ? "through catheter" : "into " + c.branch;
+        const std::string where =
+            c.branch.empty() ? fmt::format("through {}", name_of(c.through)) : "into " + c.branch;
         return fmt::format("inject {} ml at {} ml/s {} of {} mg/ml", io::number_text(c.volume),
                            io::number_text(c.rate), where, io::number_text(c.iodine));
     }
@@ -94,6 +93,13 @@ struct CommandText {
 };
 
 }  // namespace
+
+std::optional<Held> held_named(std::string_view name) {
+    if (name == "both") return Held::All;
+    const auto found = std::find(held_names.begin(), held_names.end(), name);
+    if (found == held_names.end()) return std::nullopt;
+    return static_cast<Held>(found - held_names.begin());
+}
 
 std::string to_text(const Command& command) {
     return std::visit(CommandText{}, command);

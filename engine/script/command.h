@@ -8,8 +8,9 @@
 ///     20      arm lao 30 deg cranial 10 deg sid 1000 mm
 ///     25      contrast 12 mg/ml          # fills all vessels evenly, from now on
 ///     30      inject 12 ml at 6 ml/s into aorta of 300 mg/ml
-///     31      inject 6 ml at 3 ml/s through catheter
-///     40      advance catheter 5 mm      # of the devices: wire (the default), catheter or both
+///     31      inject 6 ml at 3 ml/s through catheter     # or another device that has a lumen
+///     40      advance catheter 5 mm      # of a device: wire (the default), microcatheter, intermediate,
+///                                        # catheter, sheath, or all of them
 ///     50      rotate catheter 20 deg
 ///     60      remove wire                # all of it; waits its turn behind earlier motions
 ///     61      exchange wire amplatzS035  # for another of the catalogue, when it is out
@@ -30,7 +31,7 @@
 ///
 /// A recording begins with lines of its own; the rest of a line is the name:
 ///
-///     recording 2
+///     recording 3
 ///     program 0123456789abcdef seldinger 0.1.0
 ///     scenario 0123456789abcdef renal
 ///     anatomy 0123456789abcdef
@@ -55,9 +56,21 @@
 
 namespace script {
 
-/// What the hand holds.
-enum class Held { Wire, Catheter, Both };
-inline constexpr std::array<std::string_view, 3> held_names = {"wire", "catheter", "both"};
+/// What the hand holds: one of a scenario's devices, which lie in each other in this order, or all of them.
+enum class Held { Wire, Microcatheter, Intermediate, Catheter, Sheath, All };
+inline constexpr std::array<std::string_view, 6> held_names = {"wire",     "microcatheter", "intermediate",
+                                                               "catheter", "sheath",        "all"};
+inline constexpr std::string_view name_of(Held held) {
+    return held_names[static_cast<std::size_t>(held)];
+}
+/// Devices that a scenario can have.
+inline constexpr int most_devices = 5;
+/// The device, or all, by its name; empty for a name that none has. "both" is an older word for all.
+std::optional<Held> held_named(std::string_view);
+/// The names of devices, without "all".
+inline constexpr std::span<const std::string_view> device_names() {
+    return std::span(held_names).first(most_devices);
+}
 
 struct Advance {
     double length = 0;  // [mm]
@@ -73,9 +86,9 @@ struct Rotate {
 };
 /// Takes a device out.
 struct Remove {
-    Held held = Held::Wire;  // or Catheter
+    Held held = Held::Wire;  // or another, not All
 };
-/// The wire that is out becomes another.
+/// The wire, which is out, becomes another.
 struct Exchange {
     std::string device;  // of the catalogue, or a file
 };
@@ -91,12 +104,13 @@ struct Beam {
 struct Contrast {
     double iodine = 0;  // fills the lumen from now on [mg/ml]
 };
-/// Injects through the catheter's tip, or through one that is present but not drawn.
+/// Injects through a device's tip, or through one that is present but not drawn.
 struct Inject {
     double volume = 0;    // [ml]
     double rate = 0;      // [ml/s]
-    std::string branch;   // the tip lies at its start; empty = through the catheter on the wire
+    std::string branch;   // the tip lies at its start; empty = through a device
     double iodine = 320;  // [mg/ml]
+    Held through = Held::Catheter;
 };
 enum class ImagingMode { Live, Dsa, Roadmap };
 inline constexpr std::array<std::string_view, 3> imaging_modes = {"live", "dsa", "roadmap"};
@@ -174,7 +188,7 @@ struct Origin {
     std::uint64_t program_hash = 0, scenario_hash = 0, anatomy_hash = 0;
     bool free_practice = false;  // in the room: without a score, and seconds may have been taken back
 };
-inline constexpr int recording_schema = 2;
+inline constexpr int recording_schema = 3;
 inline constexpr std::size_t longest_learner = 64;  // bytes of UTF-8
 /// Whether this can be a learner's name: valid UTF-8, not empty, not too long, without control characters.
 bool is_learner(std::string_view);

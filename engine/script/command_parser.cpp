@@ -128,13 +128,30 @@ MoveArm arm_command(Line& line) {
     return move;
 }
 
+/// The device of a motion: the wire where the line names none.
+Held held(Line& line) {
+    for (const std::string_view name : held_names)
+        if (line.next_is(name)) return *held_named(name);
+    return line.next_is("both") ? Held::All : Held::Wire;
+}
+
+/// A device by its name, from the list's `first` on.
+Held device(Line& line, std::size_t first = 0) {
+    const auto names = device_names().subspan(first);
+    const std::string expected = "expected one of: " + io::joined(names);
+    const Word& word = line.take(expected);
+    const auto found = std::find(names.begin(), names.end(), word.text);
+    if (found == names.end()) Line::refuse(word, expected);
+    return *held_named(*found);
+}
+
 Inject inject_command(Line& line) {
     Inject inject;
     inject.volume = line.amount(0.1, largest_volume, "ml");
     line.word("at");
     inject.rate = line.amount(0.1, render::largest_flow, "ml/s");
     if (line.next_is("through")) {
-        line.word("catheter");
+        inject.through = device(line, 1);  // a wire has no lumen
     } else {
         const Word& word = line.take("'into' with a branch, or 'through catheter', is accepted");
         if (word.text != "into")
@@ -146,20 +163,6 @@ Inject inject_command(Line& line) {
         inject.iodine = line.amount(1, render::largest_iodine, "mg/ml");
     }
     return inject;
-}
-
-/// The device of a motion: the wire where the line names none.
-Held held(Line& line) {
-    for (std::size_t k = 0; k < held_names.size(); ++k)
-        if (line.next_is(held_names[k])) return static_cast<Held>(k);
-    return Held::Wire;
-}
-
-Remove remove_command(Line& line) {
-    const Word& word = line.take("'wire' or 'catheter' is accepted");
-    if (word.text != "wire" && word.text != "catheter")
-        Line::refuse(word, "'wire' or 'catheter' is accepted");
-    return {word.text == "wire" ? Held::Wire : Held::Catheter};
 }
 
 Exchange exchange_command(Line& line) {
@@ -248,7 +251,7 @@ constexpr Verb verbs[] = {
          const Held device = held(l);
          return Rotate{l.amount(-largest_rotation, largest_rotation, "deg") * geometry::degree, device};
      }},
-    {"remove", [](Line& l) -> Command { return remove_command(l); }},
+    {"remove", [](Line& l) -> Command { return Remove{device(l)}; }},
     {"exchange", [](Line& l) -> Command { return exchange_command(l); }},
     {"arm", [](Line& l) -> Command { return arm_command(l); }},
     {"beam", [](Line& l) -> Command { return beam_command(l); }},
@@ -328,10 +331,17 @@ private:
             return true;
         }
         if (takes("recording ")) {
-            const std::string accepted =
-                fmt::format("recording {} is accepted, in the first line", recording_schema);
-            if (number != 1 || io::parse_integer(text) != recording_schema)
-                throw Refusal{1, fmt::format("'recording {}' was found; {}", text, accepted)};
+            const auto version = io::parse_integer(text);
+            if (number == 1 && version && *version > 0 && *version < recording_schema)
+                throw Refusal{1,
+                              fmt::format("expected 'recording {}', found 'recording {}': wires have moved "
+                                          "otherwise since then; the version of the program that it names "
+                                          "plays it, or this one its commands alone, as a script",
+                                          recording_schema, text)};
+            if (number != 1 || version != recording_schema)
+                throw Refusal{1,
+                              fmt::format("expected 'recording {}' in the first line, found 'recording {}'",
+                                          recording_schema, text)};
             script_.origin.emplace();
             return true;
         }

@@ -1,5 +1,6 @@
 #include "engine/studies/accuracy_cases.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -15,8 +16,8 @@ namespace {
 
 using geometry::Vec2;
 using geometry::Vec3;
+using physics::Chain;
 using physics::EndCells;
-using physics::Guidewire;
 using physics::LumenWall;
 
 constexpr double bend = 30, bent_radius = 3, flat_wall_height = 6;        // of the tubes [mm]
@@ -27,8 +28,8 @@ AgainstExact relative(const std::string& quantity, double exact, double measured
     return {quantity, exact, measured, std::abs(measured / exact - 1)};
 }
 
-Guidewire wire_of(double length, int segments, EndCells ends, const Vec3& entry, const Vec3& clamped,
-                  const std::function<Vec3(double)>& tangent) {
+Chain wire_of(double length, int segments, EndCells ends, const Vec3& entry, const Vec3& clamped,
+              const std::function<Vec3(double)>& tangent) {
     const double lambda = length / segments;
     std::vector<Vec3> tangents;
     for (int i = 0; i < segments; ++i) tangents.push_back(tangent((i + 0.5) * lambda));
@@ -55,7 +56,7 @@ void hold_to_exact(ExactCase& c, const PlaneWire& problem) {
                                          Vec2(force[0], force[1]));
     c.exact_residual = curve.residual;
     c.exact_step_error = curve.step_error;
-    c.measure = [curve, problem](const Guidewire& wire, const LumenWall& wall) {
+    c.measure = [curve, problem](const Chain& wire, const LumenWall& wall) {
         const int n = wire.segments(), each = static_cast<int>(curve.points.size() - 1) / n;
         double farthest = 0;
         const auto off = [&](int i) {
@@ -149,7 +150,7 @@ ExactCase weight(const char* id, double load, const char* how, const char* look)
 }
 
 /// First and last joint of the middle quarter.
-std::pair<int, int> middle(const Guidewire& wire) {
+std::pair<int, int> middle(const Chain& wire) {
     return {wire.segments() * 3 / 8, wire.segments() * 5 / 8};
 }
 
@@ -187,7 +188,7 @@ ExactCase helix() {
         return ExactStart{std::make_unique<physics::TubeWall>(axis, helix_radius, per_length * 200 / n),
                           wire_of(200, n, ends, Vec3(0, helix_radius, 0), tangent(0), tangent)};
     };
-    c.measure = [](const Guidewire& wire, const LumenWall& wall) -> std::vector<AgainstExact> {
+    c.measure = [](const Chain& wire, const LumenWall& wall) -> std::vector<AgainstExact> {
         const auto [first, last] = middle(wire);
         const auto contacts = physics::all_contacts(wire, wall);
         double turn = 0, advance = 0, radius = 0, pressing = 0;
@@ -230,7 +231,7 @@ ExactCase arc() {
             std::make_unique<BentTube>(arc_bend_radius, arc_angle, arc_radius, per_length * 188 / n),
             wire_of(188, n, ends, Vec3::Zero(), heading(0), tangent)};
     };
-    c.measure = [](const Guidewire& wire, const LumenWall& wall) -> std::vector<AgainstExact> {
+    c.measure = [](const Chain& wire, const LumenWall& wall) -> std::vector<AgainstExact> {
         const int joint = wire.segments() / 2;
         const auto contacts = physics::all_contacts(wire, wall);
         const double rho = (wire.joints[joint] - Vec3(0, arc_bend_radius, 0)).norm();
@@ -244,9 +245,112 @@ ExactCase arc() {
     return c;
 }
 
+/// Devices on a chain of so many segments, in a place where nothing touches them.
+ExactStart nested_start(const std::vector<physics::Device>& devices, int segments, EndCells ends) {
+    const double length = devices[0].inserted;
+    return {std::make_unique<physics::TubeWall>(geometry::Polyline{{-500, 0, 0}, {500, 0, 0}}, 400.0, 1.0),
+            physics::chain_along(devices, {length / segments, ends}, {{0, 0, 0}, {length, 0, 0}})};
+}
+
+physics::Device uniform_device(double rigidity, double inserted) {
+    physics::Device device;
+    device.spec.sections = {{0, rigidity, rigidity}};
+    device.inserted = inserted;
+    return device;
+}
+
+/// Two curved rods, the outer one's end a third of a cell from a joint however long the cells are. Each bends
+/// as the sum of the moments has it: an arc where both are, another one beyond, whose plane starts from the
+/// first's parallel-transported directors.
+ExactCase nested_rods(const char* id, double apart, const char* look) {
+    constexpr double inner_length = 120, outer_length = 80 + 4.0 / 3;
+    constexpr double inner_rigidity = 60, outer_rigidity = 150, inner_bend = 1.0 / 50, outer_bend = 1.0 / 67;
+    ExactCase c;
+    c.id = id;
+    c.title = fmt::format("{}: farthest joint", id);
+    c.text = fmt::format(
+        "{:g} mm of rod (EI {:g} N·mm², radius at rest {:g} mm) in {:.2f} mm of another (EI {:g} N·mm², {:g} "
+        "mm), "
+        "free, their planes {:g}° apart",
+        inner_length, inner_rigidity, 1 / inner_bend, outer_length, outer_rigidity, 1 / outer_bend, apart);
+    c.headline = "farthest joint";
+    c.look = look;
+    c.length = inner_length;
+    c.segments = {30, 60, 120, 240, 480};
+    const double roll = apart * geometry::degree;
+    c.set = [roll](int n, EndCells ends) {
+        std::vector<physics::Device> devices = {uniform_device(inner_rigidity, inner_length),
+                                                uniform_device(outer_rigidity, outer_length)};
+        devices[0].spec.shape = {{inner_length, inner_length * inner_bend, 0}};
+        devices[1].spec.shape = {{outer_length, outer_length * outer_bend, 0}};
+        devices[1].roll = roll;
+        return nested_start(devices, n, ends);
+    };
+    const Vec2 inner(inner_bend, 0),
+        outer = outer_bend * Vec2(std::cos(roll), std::sin(roll)),
+        both = (inner_rigidity * inner + outer_rigidity * outer) / (inner_rigidity + outer_rigidity);
+    const double energy =
+        0.5 * outer_length *
+        (inner_rigidity * (both - inner).squaredNorm() + outer_rigidity * (both - outer).squaredNorm());
+    c.measure = [=](const Chain& wire, const LumenWall& wall) -> std::vector<AgainstExact> {
+        geometry::Mat3 start;  // directors and tangent
+        start << wire.base_director, wire.tangents[0].cross(wire.base_director), wire.tangents[0];
+        const auto along = [](const Vec2& curvature, double s, Vec3& x, geometry::Mat3& frame) {
+            const double turn = curvature.norm() * s;
+            const Vec3 way = (frame.leftCols<2>() * curvature).normalized(), u = frame.col(2);
+            x += s / turn * (std::sin(turn) * u + (1 - std::cos(turn)) * way);
+            frame = Eigen::AngleAxisd(turn, u.cross(way)) * frame;
+        };
+        double farthest = 0, off = 0;
+        for (int i = 0; i <= wire.segments(); ++i) {
+            const double s = i * wire.grid.segment_length;
+            Vec3 x = wire.joints[0];
+            geometry::Mat3 frame = start;
+            if (s > 0) along(both, std::min(s, outer_length), x, frame);
+            if (s > outer_length) along(inner, s - outer_length, x, frame);
+            off = (wire.joints[i] - x).norm();
+            farthest = std::max(farthest, off);
+        }
+        std::vector<AgainstExact> list = {{"tip", 0, off, off / inner_length},
+                                          {"farthest joint", 0, farthest, farthest / inner_length}};
+        list.push_back(relative("energy", energy,
+                                physics::total_energy(wire, physics::all_contacts(wire, wall)).total()));
+        return list;
+    };
+    return c;
+}
+
+ExactCase ahead_of_a_catheter() {
+    constexpr double length = 60, covered = 124.0 / 3, load = 1e-3, wire = 6, catheter = 200;
+    ExactCase c;
+    c.id = "wire ahead";
+    c.title = "wire ahead of a catheter: tip";
+    c.text = fmt::format(
+        "{:g} mm of wire (EI {:g} N·mm²) in {:.2f} mm of a catheter (EI {:g} N·mm²), clamped level, under "
+        "{:g} "
+        "N/mm",
+        length, wire, covered, catheter, load);
+    c.headline = "tip";
+    c.look = "lc rgb '#44AA99'";
+    c.length = length;
+    c.segments = {15, 30, 60, 120, 240};
+    c.set = [](int n, EndCells ends) {
+        ExactStart s =
+            nested_start({uniform_device(wire, length), uniform_device(catheter, covered)}, n, ends);
+        s.start.load = Vec3(0, -load, 0);
+        return s;
+    };
+    hold_to_exact(c, {.rigidity = wire,
+                      .length = length,
+                      .stiffer_length = covered,
+                      .stiffer_rigidity = wire + catheter,
+                      .load = Vec2(0, -load)});
+    return c;
+}
+
 }  // namespace
 
-void bring_to_rest(Guidewire& wire, const LumenWall& wall) {
+void bring_to_rest(Chain& wire, const LumenWall& wall) {
     physics::RelaxerConfig config;
     config.tolerance = 1e-11;
     physics::make_relaxer(config, wall)->relax(wire, {1'000'000'000, 0, 0});
@@ -258,7 +362,11 @@ std::vector<ExactCase> exact_cases() {
             weight("small load", 1e-5, "the tip sinks 0.06 mm", "lc rgb '#E69F00'"),
             weight("large load", 4e-3, "the tip sinks 21 mm", "lc rgb '#56B4E9'"),
             helix(),
-            arc()};
+            arc(),
+            nested_rods("opposed rods", 180, "lc rgb '#882255'"),
+            nested_rods("aligned rods", 0, "lc rgb '#999933'"),
+            nested_rods("crossed rods", 90, "lc rgb '#332288'"),
+            ahead_of_a_catheter()};
 }
 
 }  // namespace studies

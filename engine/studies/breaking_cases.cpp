@@ -8,6 +8,7 @@
 #include "engine/anatomy/grow/generate_run.h"
 #include "engine/anatomy/grow/vessel_presets.h"
 #include "engine/anatomy/scenes.h"
+#include "engine/studies/plain_wire.h"
 #include "engine/studies/slow_flow.h"
 #include "physics/wall/tube_wall.h"
 
@@ -16,19 +17,14 @@ namespace {
 
 using geometry::Polyline;
 using geometry::Vec3;
-using physics::Guidewire;
-using physics::GuidewireSpec;
+using physics::Chain;
 using physics::TubeWall;
 
 constexpr double fixed_rigidity = 50,
                  fixed_stiffness = 0.84 * fixed_rigidity;  // of the paper's scenes, λ = 1 mm
 
-GuidewireSpec line(double segment_length = 1) {
-    GuidewireSpec spec;
-    spec.segment_length = segment_length;
-    spec.shaft_rigidity = spec.tip_rigidity = fixed_rigidity;
-    spec.curved_length = spec.curved_angle = 0;
-    return spec;
+PlainWire line(double segment_length = 1) {
+    return PlainWire::uniform(fixed_rigidity, segment_length);
 }
 
 /// A wire along the centreline of a named scene.
@@ -40,7 +36,7 @@ BreakingCase in_scene(const char* scene_name, int segments, double segment_lengt
     const double stiffness = fixed_stiffness * segment_length * stiffness_factor;
     BreakingCase c;
     c.wall = std::make_shared<TubeWall>(path, radius_factor * scene.radius, stiffness);
-    c.start = physics::wire_along(line(segment_length), path, segments);
+    c.start = wire_along(line(segment_length), path, segments);
     return c;
 }
 
@@ -62,7 +58,7 @@ BreakingCase head_on(bool quick, bool exact) {
     const int segments = quick ? 20 : 38;
     BreakingCase c;
     c.wall = std::make_shared<TubeWall>(Polyline{{0, 0, 0}, {segments + 2.0, 0, 0}}, 2.0, fixed_stiffness);
-    c.start = physics::wire_along(line(), {{0, 0, 0}, {segments + 1.0, 0, 0}}, segments);
+    c.start = wire_along(line(), {{0, 0, 0}, {segments + 1.0, 0, 0}}, segments);
     if (!exact) c.start.tangents[0] = Vec3(1, 1e-3, 0).normalized();
     c.disturbances.assign(6, {1, 0});
     c.cycles = quick ? 600 : 900;
@@ -122,7 +118,7 @@ BreakingCase tight_hairpin(bool quick) {
 }
 
 BreakingCase turning_tip(bool quick) {
-    GuidewireSpec spec = line();
+    PlainWire spec = line();
     spec.shaft_rigidity = 250;
     spec.tip_rigidity = 6;
     spec.tip_length = 20;
@@ -133,7 +129,7 @@ BreakingCase turning_tip(bool quick) {
         anatomy::Run{20}, anatomy::Arc{40, 1.0, Vec3::UnitZ()}, anatomy::Run{60}});
     BreakingCase c;
     c.wall = std::make_shared<TubeWall>(path, 2.0, fixed_stiffness);
-    c.start = physics::wire_along(spec, path, quick ? 50 : 80);
+    c.start = wire_along(spec, path, quick ? 50 : 80);
     flow_to_rest(c.start, *c.wall);
     c.disturbances.assign(36, {0, std::numbers::pi / 18});
     c.cycles = quick ? 150 : 600;
@@ -146,7 +142,7 @@ BreakingCase long_wire(bool quick) {
     BreakingCase c = quick ? in_scene("sinuous", 300, 0.2, 1, 1) : in_scene("sinuous", 2000, 0.1, 1, 1);
     c.cycles = quick ? 4 : 1;
     return named(c, "long_wire", quick ? "N = 300" : "N = 2000",
-                 fmt::format("The winding tube with segments of {} mm.", c.start.spec.segment_length));
+                 fmt::format("The winding tube with segments of {} mm.", c.start.grid.segment_length));
 }
 
 BreakingCase long_segments(bool quick) {
@@ -164,11 +160,11 @@ BreakingCase carina(const StudyOptions& options) {
     std::size_t at = 0;  // 60 mm above the bifurcation, heading for it
     while (at + 1 < entry.points.size() && entry.points[at].z() > 65) ++at;
     const Vec3 from = entry.points[at], ridge(-0.8, -1.2, -7.2);
-    GuidewireSpec spec;
+    PlainWire spec;
     spec.curved_length = spec.curved_angle = 0;
     BreakingCase c;
     c.wall = anatomy::cached_distance_field(anatomy, 2.0, 0.5 * spec.diameter, options.cache);
-    c.start = physics::straight_wire(spec, from, ridge - from, 25);
+    c.start = straight_wire(spec, from, ridge - from, 25);
     flow_to_rest(c.start, *c.wall);
     c.disturbances.assign(options.quick ? 20 : 30, {1, 0});
     c.cycles = options.quick ? 300 : 1200;

@@ -7,7 +7,7 @@
 
 #include "engine/studies/study.h"
 #include "physics/wall/wall.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/chain.h"
 
 namespace studies {
 
@@ -28,7 +28,7 @@ struct BreakingCase {
     std::string id, what;  // a word for files; a few words for people
     std::string how;       // a sentence: vessel, wire, what is done
     std::shared_ptr<const physics::LumenWall> wall;
-    physics::Guidewire start;
+    physics::Chain start;
     std::vector<Disturbance> disturbances;  // in order; empty: the start is relaxed as it is
     int cycles = 100;  // total work, in relaxation cycles of the wire as it is at the end
     Symmetry symmetry = Symmetry::None;

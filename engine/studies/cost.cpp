@@ -85,7 +85,7 @@ CycleCost first_cycles(const PaperScene& scene, const WallChoice& choice, int va
     physics::RelaxerConfig method = paper_method(varied_segments).config;
     method.printed = choice.printed;
     const auto relaxer = physics::make_relaxer(method, wall);
-    physics::Guidewire wire = scene.start;
+    physics::Chain wire = scene.start;
     for (int k = 0; k < cycles; ++k) {
         const double start = io::thread_cpu_seconds();
         const auto report = relaxer->relax(wire, physics::whole_cycles(wire.segments(), 1));
@@ -111,7 +111,7 @@ std::vector<double> cycles_needed(const PaperScene& scene, int joint, int cycles
     const ReferenceCurve curve(rest.wire.joints);
     work.run(most_turns, [&](int k) {
         DeviationTrace trace(curve, joint, scene.segments());
-        physics::Guidewire wire = scene.start;
+        physics::Chain wire = scene.start;
         follow(paper_method(k + 1).config, wire, *scene.wall, cycles, {&trace, 1});
         needed[static_cast<std::size_t>(k)] = trace.settled(0.1);
         return fmt::format("cycles needed, M = {}", k + 1);

@@ -5,8 +5,8 @@
 
 namespace studies {
 
-/// Its pictures read the tables devices_capstan, devices_loop, devices_whip, devices_cost, devices_rods,
-/// devices_held and devices_snap.
+/// Its pictures read the tables devices_capstan, devices_loop, devices_whip, devices_cost, devices_held,
+/// devices_snap and devices_tubes.
 StudyResult run_devices(const StudyOptions&);
 
 }  // namespace studies

@@ -16,51 +16,55 @@
 #include "physics/relax/relaxer.h"
 #include "physics/wall/mesh_wall.h"
 #include "physics/wall/tube_wall.h"
-#include "physics/wire/guidewire_presets.h"
 #include "physics/wire/refinement.h"
 
 namespace studies {
 namespace {
 
 using geometry::Vec3;
-using physics::Guidewire;
+using physics::Chain;
 
 /// A wire pushed from `start` to `end` [mm] into a vessel. Wall stiffness is per length of wire.
 struct Case {
     std::string name;
     anatomy::Anatomy anatomy;
     geometry::Polyline path;
-    physics::GuidewireSpec wire;
+    scenario::Device wire;
     std::optional<double> radius;  // of a tube in closed form [mm]
     double stiffness = 0;          // k over λ [N/mm²]
     double start = 20, end = 0;    // inserted length [mm]
 };
 
 Case tube_case(const std::string& name, const geometry::Polyline& path, double radius, double stiffness,
-               const physics::GuidewireSpec& wire, double end) {
+               const scenario::Device& wire, double end) {
     return {name, anatomy::tube_anatomy(name, path, radius, 16, radius), path, wire, radius, stiffness, 20,
             end};
 }
 
 Case paper_case(const char* name, double share) {
     const anatomy::Scene& scene = *anatomy::find_scene(name);
-    physics::GuidewireSpec wire;
-    wire.segment_length = scene.segment_length;
-    wire.diameter = 0.1;
-    wire.shaft_rigidity = wire.tip_rigidity = scene.rigidity;
-    wire.tip_length = wire.transition_length = wire.curved_length = wire.curved_angle = 0;
+    scenario::Device wire;
+    wire.outer_diameter = 0.1;
+    wire.sections = {{0, scene.rigidity, scene.rigidity}};
     return tube_case(name, anatomy::draw(scene.path), scene.radius,
                      scene.wall_stiffness / scene.segment_length, wire,
                      share * scene.segments * scene.segment_length);
 }
 
-Case long_case() {
+/// A hydrophilic wire of 0.035 in without friction, its torsion rigid.
+scenario::Device frictionless_glide(const StudyOptions& options) {
+    scenario::Device wire = scenario::load_device(scenario::find_device("glide035", options.devices));
+    wire.friction = wire.buckling_force = 0;
+    physics::stiffen(wire);
+    return wire;
+}
+
+Case long_case(const StudyOptions& options) {
     const Vec3 y = Vec3::UnitY(), z = Vec3::UnitZ();
     const std::vector<anatomy::PenMove> path = {anatomy::Run{350}, anatomy::Arc{40, 0.8, z},
                                                 anatomy::Run{250}, anatomy::Arc{25, -1.4, y},
                                                 anatomy::Run{150}};
-    return tube_case("long tube", anatomy::draw(path), 4, 2.5,
-                     physics::find_guidewire_preset("glide035")->spec, 780);
+    return tube_case("long tube", anatomy::draw(path), 4, 2.5, frictionless_glide(options), 780);
 }
 
 Case iliac_case(const StudyOptions& options) {
@@ -68,7 +72,7 @@ Case iliac_case(const StudyOptions& options) {
     c.name = "iliac to aorta";
     c.anatomy = anatomy::generated_anatomy(anatomy::vessel_preset("iliac-renal"), options.cache);
     c.path = anatomy::path_from(c.anatomy, *anatomy::find_end(c.anatomy, "RCIA+REIA+RCFA.out")).points;
-    c.wire = physics::find_guidewire_preset("glide035")->spec;
+    c.wire = frictionless_glide(options);
     c.stiffness = 2.5;
     c.start = 60;
     c.end = 312;
@@ -78,7 +82,7 @@ Case iliac_case(const StudyOptions& options) {
 std::vector<Case> cases(const StudyOptions& options) {
     if (options.quick) return {paper_case("hairpin", 0.6)};
     return {paper_case("sinuous", 1), paper_case("spatial", 1), paper_case("hairpin", 1), iliac_case(options),
-            long_case()};
+            long_case(options)};
 }
 
 struct Variant {
@@ -94,7 +98,7 @@ constexpr int reference_course = 0, uniform_course = 2, chosen_course = 3;
 
 /// The wire after every push of one chosen λ, and what the pushes cost.
 struct EconomyCourse {
-    std::vector<Guidewire> wires;
+    std::vector<Chain> wires;
     double relaxing = 0, refining = 0;  // [s]
     double slowest = 0;                 // push of one segment, including refining [s]
     double pushed = 0;                  // [mm]
@@ -104,15 +108,13 @@ struct EconomyCourse {
 };
 
 EconomyCourse push(const Case& c, const physics::LumenWall& wall, const Variant& variant, double lambda) {
-    physics::GuidewireSpec spec = c.wire;
-    spec.segment_length = variant.factor * lambda;
     const int every = static_cast<int>(std::lround(1 / variant.factor));
     physics::RelaxerConfig config;
     config.kind = physics::RelaxerKind::Global;
     const auto relaxer = physics::make_relaxer(config, wall);
     const physics::RelaxBudget unlimited{1'000'000'000, 0, 0};
-    Guidewire wire =
-        physics::wire_along(spec, c.path, every * static_cast<int>(std::lround(c.start / lambda)));
+    Chain wire = physics::wire_along(c.wire, {variant.factor * lambda}, c.path,
+                                     every * static_cast<int>(std::lround(c.start / lambda)));
     relaxer->relax(wire, unlimited);
     EconomyCourse course;
     while (wire.inserted_length() + lambda <= c.end + 1e-6) {
@@ -120,7 +122,7 @@ EconomyCourse push(const Case& c, const physics::LumenWall& wall, const Variant&
             const double begin = io::thread_cpu_seconds();
             if (variant.adaptive) physics::refine(wire, wall);
             const double refined = io::thread_cpu_seconds();
-            physics::insert_segment(wire);
+            physics::move(wire, wire.grid.segment_length);
             const auto report = relaxer->relax(wire, unlimited);
             const double end = io::thread_cpu_seconds();
             course.refining += refined - begin;
@@ -136,7 +138,7 @@ EconomyCourse push(const Case& c, const physics::LumenWall& wall, const Variant&
     return course;
 }
 
-double distance_to(const Guidewire& wire, const Vec3& x) {
+double distance_to(const Chain& wire, const Vec3& x) {
     double nearest = std::numeric_limits<double>::infinity();
     for (int i = 1; i <= wire.segments(); ++i) {
         const Vec3 from = x - wire.joints[i - 1];
@@ -162,7 +164,7 @@ double upper_median(std::vector<double> values) {
 
 std::unique_ptr<const physics::LumenWall> wall_of(const Case& c, scenario::WallModel model,
                                                   double stiffness) {
-    const double wire_radius = 0.5 * c.wire.diameter;
+    const double wire_radius = 0.5 * c.wire.outer_diameter;
     if (model == scenario::WallModel::Analytic)
         return std::make_unique<physics::TubeWall>(c.path, *c.radius, stiffness, wire_radius);
     if (model == scenario::WallModel::Mesh)
@@ -217,7 +219,7 @@ io::Plot bars(const std::vector<Case>& list) {
     for (const Case& c : list)
         plot.caption +=
             fmt::format(" {}: EI = {:g} N·mm² (tip {:g}), k = {:g} N/mm a mm of wire, pushed to {:g} mm.",
-                        c.name, c.wire.shaft_rigidity, c.wire.tip_rigidity, c.stiffness, c.end);
+                        c.name, c.wire.shaft_rigidity(), physics::rigidity_at(c.wire, 0), c.stiffness, c.end);
     return plot;
 }
 

@@ -7,18 +7,15 @@
 #include <tuple>
 
 #include "engine/studies/claims.h"
+#include "engine/studies/plain_wire.h"
 
 namespace studies {
 namespace {
 
 /// U_bend, Eq. 5, of a curve divided anew into chords of `lambda`: its shape is kept, as Eq. 7 supposes.
 double bending_of_shape(const geometry::Polyline& shape, int segments, double lambda) {
-    physics::GuidewireSpec spec;
-    spec.end_cells = physics::EndCells::Paper;
-    spec.segment_length = lambda;
-    spec.shaft_rigidity = spec.tip_rigidity = 50;
-    spec.curved_length = spec.curved_angle = 0;
-    const physics::Guidewire wire = physics::wire_along(spec, shape, segments);
+    const auto spec = PlainWire::uniform(50, lambda, physics::EndCells::Paper);
+    const physics::Chain wire = wire_along(spec, shape, segments);
     double energy = 0;
     for (int i = 1; i < segments; ++i) {
         const double cosine = wire.tangents[i].dot(wire.tangents[i + 1]);
@@ -29,7 +26,7 @@ double bending_of_shape(const geometry::Polyline& shape, int segments, double la
 
 /// A smooth curve through a wire's joints, ten points a segment, and a little beyond its tip: cubic between
 /// joints, along the mean direction of the two segments at each.
-geometry::Polyline smooth_through(const physics::Guidewire& wire) {
+geometry::Polyline smooth_through(const physics::Chain& wire) {
     const int n = wire.segments();
     const auto direction = [&](int i) -> geometry::Vec3 {
         if (i == 0 || i == n) return wire.tangents[std::max(i, 1)];
@@ -50,7 +47,7 @@ geometry::Polyline smooth_through(const physics::Guidewire& wire) {
 }
 
 /// ⟨θ⁴⟩/(24⟨θ²⟩), the constant of Eq. 8.
-double constant_of_eq_8(const physics::Guidewire& wire) {
+double constant_of_eq_8(const physics::Chain& wire) {
     double squares = 0, fourths = 0;
     for (int i = 1; i < wire.segments(); ++i) {
         const double theta = turn_between(wire.tangents[i], wire.tangents[i + 1]);
@@ -61,7 +58,7 @@ double constant_of_eq_8(const physics::Guidewire& wire) {
 }
 
 /// ⟨|Δθ|²⟩/(6⟨θ²⟩), Δθ the change of the turn from joint to joint, as vectors.
-double change_of_curvature(const physics::Guidewire& wire) {
+double change_of_curvature(const physics::Chain& wire) {
     double changes = 0, squares = 0;
     for (int i = 1; i < wire.segments(); ++i) {
         const geometry::Vec3 here = wire.tangents[i + 1] - wire.tangents[i];
@@ -93,7 +90,7 @@ EnergyParts energy_parts(std::span<const ResolutionCurve> curves, const Resoluti
     p.uneven = change_of_curvature(first.coarse);
     p.fit = curves.front().fit;
     p.wall_share = quantiles(curves, &ResolutionCurve::wall_share).median;
-    for (const physics::Guidewire* wire : {&first.coarse, &first.fine}) {
+    for (const physics::Chain* wire : {&first.coarse, &first.fine}) {
         double exact = 0, series = 0;
         for (int i = 1; i < wire->segments(); ++i) {
             const double theta = turn_between(wire->tangents[i], wire->tangents[i + 1]),

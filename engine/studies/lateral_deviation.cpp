@@ -46,7 +46,7 @@ double ReferenceCurve::deviation(const geometry::Vec3& joint) const {
 DeviationTrace::DeviationTrace(const ReferenceCurve& curve, int joint, int segments)
     : curve_(curve), joint_(joint), per_cycle_(0.5 * segments * (segments + 1.0)) {}
 
-void DeviationTrace::observe(int first_moved, const physics::Guidewire& wire) {
+void DeviationTrace::observe(int first_moved, const physics::Chain& wire) {
     const double cycles = static_cast<double>(++updates_) / per_cycle_;
     if (first_moved > joint_) return;
     ++records_;
@@ -111,11 +111,11 @@ std::vector<DeviationTrace::Point> DeviationTrace::points() const {
     return points;
 }
 
-physics::RelaxReport follow(const physics::RelaxerConfig& config, physics::Guidewire& wire,
+physics::RelaxReport follow(const physics::RelaxerConfig& config, physics::Chain& wire,
                             const physics::LumenWall& wall, int cycles, std::span<DeviationTrace> traces) {
     return physics::make_relaxer(config, wall)
         ->relax(wire, physics::whole_cycles(wire.segments(), cycles),
-                [&](int first, const physics::Guidewire& now) {
+                [&](int first, const physics::Chain& now) {
                     for (DeviationTrace& trace : traces) trace.observe(first, now);
                 });
 }

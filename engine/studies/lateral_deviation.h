@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "physics/relax/relaxer.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/chain.h"
 
 namespace studies {
 
@@ -30,7 +30,7 @@ class DeviationTrace {
 public:
     DeviationTrace(const ReferenceCurve& curve, int joint, int segments);
 
-    void observe(int first_moved, const physics::Guidewire&);
+    void observe(int first_moved, const physics::Chain&);
 
     int joint() const { return joint_; }
     long long records() const { return records_; }
@@ -70,7 +70,7 @@ private:
 };
 
 /// Relaxes the wire for this many cycles and passes the updates to the traces.
-physics::RelaxReport follow(const physics::RelaxerConfig&, physics::Guidewire&, const physics::LumenWall&,
+physics::RelaxReport follow(const physics::RelaxerConfig&, physics::Chain&, const physics::LumenWall&,
                             int cycles, std::span<DeviationTrace>);
 
 }  // namespace studies

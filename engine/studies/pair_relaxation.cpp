@@ -13,7 +13,7 @@
 namespace studies {
 namespace {
 
-using physics::Guidewire, geometry::Mat3, geometry::Vec3;
+using physics::Chain, geometry::Mat3, geometry::Vec3;
 
 /// The minimum of Eq. 17, or of Eq. 35, and the turns that lead there.
 struct Relaxed {
@@ -21,7 +21,7 @@ struct Relaxed {
     std::array<Vec3, 2> turn = {Vec3::Zero(), Vec3::Zero()};
 };
 
-Relaxed relaxed(const Guidewire& wire, const SegmentTerms& terms, std::initializer_list<int> segments) {
+Relaxed relaxed(const Chain& wire, const SegmentTerms& terms, std::initializer_list<int> segments) {
     physics::SegmentProblem problem;
     std::array<int, 2> index{};
     for (const int i : segments) {
@@ -48,7 +48,7 @@ struct Pair {
     double interaction = 0;  // |ε_i·R₍j,N₎·ε_j| over ε_i·R₍i,N₎·ε_i
 };
 
-std::vector<Pair> pairs_at(const std::vector<std::pair<Guidewire, SegmentTerms>>& states, int separation) {
+std::vector<Pair> pairs_at(const std::vector<std::pair<Chain, SegmentTerms>>& states, int separation) {
     std::vector<Pair> pairs;
     for (const auto& [wire, terms] : states)
         for (int i = 1; i + separation <= terms.last_touching(); ++i) {
@@ -207,7 +207,7 @@ io::Plot picture(const PaperScene& scene, int farthest) {
 }
 
 /// Tr R₍i,N₎ against Tr A_i along the wire, where it rests.
-io::Table traces_table(const Guidewire& wire, const SegmentTerms& terms) {
+io::Table traces_table(const Chain& wire, const SegmentTerms& terms) {
     io::Table table{"pair_relaxation_traces", {"segment", "trace_R_N_mm", "trace_A_N_mm"}, {}};
     for (int i = 1; i <= wire.segments(); ++i)
         table.add({static_cast<double>(i), terms.wall[i].trace(), terms.bending[i].trace()});
@@ -236,14 +236,14 @@ StudyResult run_pair_relaxation(const StudyOptions& options) {
     const Size size = options.quick ? Size{80, 30, {1, 3}} : Size{200, 60, {1, 2, 3, 5, 8}};
     const PaperScene scene = paper_scene("sharp", {.segments = size.segments});
     Work work(options, 2 + size.farthest - 1);
-    std::vector<std::pair<Guidewire, SegmentTerms>> states;
+    std::vector<std::pair<Chain, SegmentTerms>> states;
     Rest rest;
     work.run(2, [&](int k) {
         if (k == 1) {
             rest = paper_rest(scene, options.quick ? 30 : 200);
             return std::string("rest");
         }
-        Guidewire wire = scene.start;
+        Chain wire = scene.start;
         const auto relaxer = physics::make_relaxer(paper_method(1).config, *scene.wall);
         int made = 0;
         for (const int cycles : size.cycles) {

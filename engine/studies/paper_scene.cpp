@@ -5,25 +5,24 @@
 #include <fmt/format.h>
 
 #include "engine/anatomy/scenes.h"
+#include "engine/studies/plain_wire.h"
 #include "physics/wire/energy.h"
 
 namespace studies {
 
-using physics::Guidewire;
+using physics::Chain;
 
 std::string PaperScene::text() const {
     return fmt::format(
         "scene {}, lumen radius {:g} mm, N = {}, λ = {:g} mm, EI = {:g} N·mm², k = {:g} N/mm a joint", name,
-        wall->radius(), segments(), start.spec.segment_length, start.spec.shaft_rigidity, stiffness);
+        wall->radius(), segments(), start.grid.segment_length, start.rigidity[0], stiffness);
 }
 
 PaperScene paper_scene(const char* name, const SceneChange& change) {
     const anatomy::Scene& scene = *anatomy::find_scene(name);
-    physics::GuidewireSpec spec;
-    spec.end_cells = physics::EndCells::Paper;
-    spec.segment_length = change.segment_length > 0 ? change.segment_length : scene.segment_length;
-    spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
-    spec.curved_length = spec.curved_angle = 0;
+    const auto spec = PlainWire::uniform(
+        scene.rigidity, change.segment_length > 0 ? change.segment_length : scene.segment_length,
+        physics::EndCells::Paper);
     std::vector<anatomy::PenMove> moves = scene.path;
     for (anatomy::PenMove& move : moves)
         if (anatomy::Arc* arc = std::get_if<anatomy::Arc>(&move)) arc->radius *= change.bends;
@@ -34,8 +33,7 @@ PaperScene paper_scene(const char* name, const SceneChange& change) {
     return {name,
             std::make_shared<physics::TubeWall>(
                 change.piece > 0 ? anatomy::in_pieces(path, change.piece, first) : path, radius, stiffness),
-            path, physics::wire_along(spec, path, change.segments > 0 ? change.segments : scene.segments),
-            stiffness};
+            path, wire_along(spec, path, change.segments > 0 ? change.segments : scene.segments), stiffness};
 }
 
 NamedMethod paper_method(int varied_segments, int separation) {
@@ -53,7 +51,7 @@ NamedMethod paper_method(int varied_segments, int separation) {
     return method;
 }
 
-Rest as_it_is(const physics::LumenWall& wall, Guidewire wire) {
+Rest as_it_is(const physics::LumenWall& wall, Chain wire) {
     const auto contacts = physics::all_contacts(wire, wall);
     const double gradient = physics::relative_gradient(wire, contacts);
     const physics::Energy energy = physics::total_energy(wire, contacts);
@@ -61,25 +59,26 @@ Rest as_it_is(const physics::LumenWall& wall, Guidewire wire) {
 }
 
 Rest paper_rest(const PaperScene& scene, int cycles) {
-    Guidewire wire = scene.start;
+    Chain wire = scene.start;
     physics::make_relaxer(paper_method(2).config, *scene.wall)
         ->relax(wire, physics::whole_cycles(wire.segments(), cycles));
     return as_it_is(*scene.wall, std::move(wire));
 }
 
-Rest global_rest(const physics::LumenWall& wall, Guidewire from) {
+Rest global_rest(const physics::LumenWall& wall, Chain from) {
     physics::make_relaxer({}, wall)->relax(from, {1'000'000'000, 0, 0});
     return as_it_is(wall, std::move(from));
 }
 
-Rest rest_again(const PaperScene& scene, const Guidewire& rest) {
+Rest rest_again(const PaperScene& scene, const Chain& rest) {
     // A little longer than the wire, whose chords are shorter than its arcs.
     geometry::Polyline path = rest.joints;
-    path.push_back(path.back() + scene.start.spec.segment_length * rest.tangents.back());
-    return global_rest(*scene.wall, physics::wire_along(scene.start.spec, path, scene.segments()));
+    path.push_back(path.back() + scene.start.grid.segment_length * rest.tangents.back());
+    return global_rest(*scene.wall, physics::wire_along(scene.start.devices[0].spec, scene.start.grid, path,
+                                                        scene.segments()));
 }
 
-double farthest_joint(const Guidewire& a, const Guidewire& b) {
+double farthest_joint(const Chain& a, const Chain& b) {
     double farthest = 0;
     for (std::size_t i = 0; i < a.joints.size(); ++i)
         farthest = std::max(farthest, (a.joints[i] - b.joints[i]).norm());

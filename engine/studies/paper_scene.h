@@ -8,7 +8,7 @@
 #include "engine/io/plot.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/tube_wall.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/chain.h"
 
 namespace studies {
 
@@ -17,7 +17,7 @@ struct PaperScene {
     std::string name;
     std::shared_ptr<const physics::TubeWall> wall;
     geometry::Polyline path;  // centreline of the tube before it was cut into pieces
-    physics::Guidewire start;
+    physics::Chain start;
     double stiffness = 0;  // k of a joint [N/mm]
 
     int segments() const { return start.segments(); }
@@ -49,22 +49,22 @@ NamedMethod paper_method(int varied_segments, int separation = 0);
 
 /// A wire, and how close to rest it is.
 struct Rest {
-    physics::Guidewire wire;
+    physics::Chain wire;
     double gradient = 0;  // |g|/C [-]
     double energy = 0;    // [N·mm]
     double wall = 0;      // the wall's part of it [N·mm]
 };
-Rest as_it_is(const physics::LumenWall&, physics::Guidewire);
+Rest as_it_is(const physics::LumenWall&, physics::Chain);
 /// What the paper takes as equilibrium: the wire after 200 cycles, here with M = 2.
 Rest paper_rest(const PaperScene&, int cycles = 200);
 /// Rest to a gradient over C of 1e-8, found by the global relaxer.
-Rest global_rest(const physics::LumenWall&, physics::Guidewire from);
+Rest global_rest(const physics::LumenWall&, physics::Chain from);
 
 /// The rest of a wire as long as `rest`, of other segments, from the same shape: so that the number of
 /// segments changes and not the basin.
-Rest rest_again(const PaperScene&, const physics::Guidewire& rest);
+Rest rest_again(const PaperScene&, const physics::Chain& rest);
 
-double farthest_joint(const physics::Guidewire&, const physics::Guidewire&);  // [mm]
+double farthest_joint(const physics::Chain&, const physics::Chain&);  // [mm]
 
 /// One curve for gnuplot's plot: the rows of NAME.csv whose first cell is `series`, with x and y from these
 /// columns.

@@ -11,9 +11,9 @@ namespace studies {
 namespace {
 
 using geometry::Vec3;
-using physics::Guidewire;
+using physics::Chain;
 
-void relax_globally(Guidewire& wire, const physics::LumenWall& wall) {
+void relax_globally(Chain& wire, const physics::LumenWall& wall) {
     physics::RelaxerConfig config;
     config.kind = physics::RelaxerKind::Global;
     physics::make_relaxer(config, wall)->relax(wire, {1'000'000'000, 0, 0});
@@ -26,7 +26,7 @@ double farthest(const std::vector<Vec3>& a, const std::vector<Vec3>& b) {
 }
 
 /// The wire through these joints; a rival's segments may be a little longer or shorter than λ.
-Guidewire through(Guidewire wire, const std::vector<Vec3>& joints) {
+Chain through(Chain wire, const std::vector<Vec3>& joints) {
     for (int i = 1; i <= wire.segments(); ++i) wire.tangents[i] = (joints[i] - joints[i - 1]).normalized();
     physics::rebuild_joints(wire);
     return wire;
@@ -39,7 +39,7 @@ struct End {
 
 /// Looks whenever 15 % more work is done. A Newton method is looked at after `newton` times as many steps, or
 /// after each where that is 1: in a dead end the global relaxer needs more than a step's budget to get out.
-End watch(ParetoRunner& runner, const Guidewire& start, const ParetoMethod& method, int most, int series,
+End watch(ParetoRunner& runner, const Chain& start, const ParetoMethod& method, int most, int series,
           double newton) {
     End end;
     runner.start(start);
@@ -63,9 +63,9 @@ End watch(ParetoRunner& runner, const Guidewire& start, const ParetoMethod& meth
 }
 
 /// Finds the rest that the course's end leads to, and how far from it every look was.
-ParetoCourse measured(End end, const ParetoVessel& vessel, const Guidewire& start, const Guidewire& rest) {
+ParetoCourse measured(End end, const ParetoVessel& vessel, const Chain& start, const Chain& rest) {
     ParetoCourse& course = end.course;
-    Guidewire own = through(start, end.seen.back());
+    Chain own = through(start, end.seen.back());
     const SlowFlowReport flow = flow_to_rest(own, *vessel.wall);
     course.energy = flow.energy;
     course.gradient = flow.gradient;
@@ -83,8 +83,8 @@ int part(const ParetoMethod& method, int most, double share) {
 
 ParetoCourse from_centreline(const ParetoVessel& vessel, const ParetoMethod& method, int series,
                              double share) {
-    const Guidewire start = vessel.wire(vessel.segments);
-    Guidewire rest = start;
+    const Chain start = vessel.wire(vessel.segments);
+    Chain rest = start;
     relax_globally(rest, *vessel.wall);
     const auto runner = method.make(vessel, false);
     return measured(watch(*runner, start, method, part(method, method.most_cold, share), series, 2), vessel,
@@ -96,12 +96,12 @@ std::vector<ParetoPush> pareto_pushes(const ParetoVessel& vessel, int count) {
     config.kind = physics::RelaxerKind::Global;
     const auto relaxer = physics::make_relaxer(config, *vessel.wall);
     const int first = std::max(2, static_cast<int>(0.4 * vessel.segments));
-    Guidewire wire = vessel.wire(first);
+    Chain wire = vessel.wire(first);
     relaxer->relax(wire, {1'000'000'000, 0, 0});
     std::vector<ParetoPush> list;
     while (wire.segments() < vessel.segments) {
         ParetoPush push{wire, {}, {}};
-        physics::insert_segment(wire);
+        physics::move(wire, wire.grid.segment_length);
         push.pushed = wire;
         relaxer->relax(wire, {1'000'000'000, 0, 0});
         push.rest = wire;
@@ -121,7 +121,7 @@ ParetoCourse course_of(const ParetoVessel& vessel, const ParetoMethod& method, c
 }
 
 ParetoFloor floor_of(const ParetoVessel& vessel, const ParetoMethod& method, double share) {
-    Guidewire rest = vessel.wire(vessel.segments);
+    Chain rest = vessel.wire(vessel.segments);
     relax_globally(rest, *vessel.wall);
     const auto runner = method.make(vessel, false);
     const ParetoCourse course = measured(

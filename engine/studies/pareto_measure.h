@@ -25,8 +25,8 @@ ParetoCourse from_centreline(const ParetoVessel&, const ParetoMethod&, int serie
 
 /// A wire at rest, and what the method gets: one more segment at its tip.
 struct ParetoPush {
-    physics::Guidewire before, pushed;
-    physics::Guidewire rest;  // of the global relaxer after the push
+    physics::Chain before, pushed;
+    physics::Chain rest;  // of the global relaxer after the push
 };
 /// Pushes spread over the tube from 0.4 N on; between them the wire is pushed by the global relaxer.
 std::vector<ParetoPush> pareto_pushes(const ParetoVessel&, int count);

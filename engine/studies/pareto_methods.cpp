@@ -11,7 +11,7 @@
 namespace studies {
 namespace {
 
-using physics::Guidewire;
+using physics::Chain;
 using physics::RelaxerKind;
 
 class OwnRunner final : public ParetoRunner {
@@ -20,11 +20,11 @@ public:
         : relaxer_(physics::make_relaxer(config, *vessel.wall)),
           global_(config.kind == RelaxerKind::Global),
           distal_(distal) {}
-    void remember(const Guidewire& rest) override {
-        Guidewire wire = rest;
+    void remember(const Chain& rest) override {
+        Chain wire = rest;
         if (global_) relaxer_->relax(wire, {1'000'000'000, 0, 0});
     }
-    void start(const Guidewire& wire) override { wire_ = wire; }
+    void start(const Chain& wire) override { wire_ = wire; }
     bool advance(int rounds) override {
         // A round is N updates. The global relaxer makes a step whatever the budget.
         const int updates = global_ && rounds == 1 ? 1 : rounds * wire_.segments();
@@ -42,7 +42,7 @@ public:
 private:
     std::unique_ptr<physics::Relaxer> relaxer_;
     bool global_, distal_;
-    Guidewire wire_;
+    Chain wire_;
     ParetoWork work_;
     bool at_rest_ = false;
 };
@@ -50,7 +50,7 @@ private:
 class RivalRunner final : public ParetoRunner {
 public:
     explicit RivalRunner(std::unique_ptr<rivals::Rival> rival) : rival_(std::move(rival)) {}
-    void start(const Guidewire& wire) override { rival_->start(wire.joints); }
+    void start(const Chain& wire) override { rival_->start(wire.joints); }
     bool advance(int rounds) override {
         progress_ = rival_->advance(rounds);
         return progress_ != rivals::Progress::Going;

@@ -20,8 +20,8 @@ class ParetoRunner {
 public:
     virtual ~ParetoRunner() = default;
     /// Lets the method see the wire at rest, before a push. Not timed.
-    virtual void remember(const physics::Guidewire&) {}
-    virtual void start(const physics::Guidewire&) = 0;
+    virtual void remember(const physics::Chain&) {}
+    virtual void start(const physics::Chain&) = 0;
     /// Works for so many rounds; true when it has ended of itself.
     virtual bool advance(int rounds) = 0;
     virtual const std::vector<geometry::Vec3>& joints() const = 0;

@@ -59,8 +59,8 @@ std::string ParetoVessel::text() const {
                        spec.segment_length, spec.shaft_rigidity, tip, stiffness);
 }
 
-physics::Guidewire ParetoVessel::wire(int n) const {
-    physics::Guidewire wire = physics::wire_along(spec, path, n);
+physics::Chain ParetoVessel::wire(int n) const {
+    physics::Chain wire = wire_along(spec, path, n);
     const auto contacts = physics::all_contacts(wire, *wall);
     for (std::size_t i = 0; i < contacts.size(); ++i) wire.stations[i] = contacts[i].station;
     return wire;
@@ -76,9 +76,7 @@ ParetoVessel scene_vessel(const char* name, bool quick) {
     ParetoVessel v;
     v.name = name;
     v.path = anatomy::draw(scene.path);
-    v.spec.segment_length = scene.segment_length;
-    v.spec.shaft_rigidity = v.spec.tip_rigidity = scene.rigidity;
-    v.spec.curved_length = v.spec.curved_angle = 0;
+    v.spec = PlainWire::uniform(scene.rigidity, scene.segment_length);
     v.segments = quick ? 60 : scene.segments;
     v.stiffness = scene.wall_stiffness;
     v.wall = std::make_shared<physics::TubeWall>(v.path, scene.radius, v.stiffness);

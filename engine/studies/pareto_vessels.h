@@ -5,11 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "engine/studies/plain_wire.h"
 #include "engine/studies/rivals/rival.h"
 #include "engine/studies/study.h"
 #include "physics/geometry/vec.h"
 #include "physics/wall/wall.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/chain.h"
 
 namespace studies {
 
@@ -18,7 +19,7 @@ struct ParetoVessel {
     std::string name;
     std::shared_ptr<const physics::LumenWall> wall;
     geometry::Polyline path;
-    physics::GuidewireSpec spec;
+    PlainWire spec;
     int segments = 0;
     double stiffness = 0;  // k of a joint [N/mm]
     /// The same tube by the rivals' own geometry, and the wire for them; null for a mesh.
@@ -28,7 +29,7 @@ struct ParetoVessel {
     /// "sinuous: N = 200, λ = 1 mm, EI = 50 N·mm², k = 42 N/mm".
     std::string text() const;
     /// A wire on the centreline. The first search for every joint's station is not charged to any method.
-    physics::Guidewire wire(int segments) const;
+    physics::Chain wire(int segments) const;
 };
 
 /// EA of a round solid wire of rigidity EI that is 0.014 in thick: 16 EI/d² [N].

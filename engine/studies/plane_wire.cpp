@@ -13,18 +13,26 @@ using State = Eigen::Matrix<double, 7, 1>;  // x, y, φ, M, n_x, n_y, energy
 
 constexpr int step_count = 4000;  // along the wire, or as many more as make whole intervals
 
-State slope(const PlaneWire& wire, const State& v) {
+State slope(const PlaneWire& wire, double rigidity, const State& v) {
     const double c = std::cos(v[2]), s = std::sin(v[2]);
     State d;
-    d << c, s, v[3] / wire.rigidity, v[4] * s - v[5] * c, -wire.load,
-        v[3] * v[3] / (2 * wire.rigidity) - wire.load.dot(v.head<2>());
+    d << c, s, v[3] / rigidity, v[4] * s - v[5] * c, -wire.load,
+        v[3] * v[3] / (2 * rigidity) - wire.load.dot(v.head<2>());
     return d;
 }
 
-State step(const PlaneWire& wire, const State& v, double h) {
-    const State a = slope(wire, v), b = slope(wire, v + h / 2 * a), c = slope(wire, v + h / 2 * b),
-                d = slope(wire, v + h * c);
+State step(const PlaneWire& wire, double ei, const State& v, double h) {
+    const State a = slope(wire, ei, v), b = slope(wire, ei, v + h / 2 * a),
+                c = slope(wire, ei, v + h / 2 * b), d = slope(wire, ei, v + h * c);
     return v + h / 6 * (a + 2 * b + 2 * c + d);
+}
+
+/// A step from s on, in two where EI jumps within it.
+State step_from(const PlaneWire& wire, double s, const State& v, double h) {
+    const double stiffer = std::clamp(wire.stiffer_length - s, 0.0, h);
+    State next = v;
+    if (stiffer > 0) next = step(wire, wire.stiffer_rigidity, next, stiffer);
+    return stiffer < h ? step(wire, wire.rigidity, next, h - stiffer) : next;
 }
 
 PlaneContact contact(const PlaneWire& wire, const Vec2& x) {
@@ -45,8 +53,9 @@ std::vector<State> shoot(const PlaneWire& wire, int intervals, int steps, const 
     State v;
     v << 0, 0, wire.angle, clamp, 0;
     points.push_back(v);
+    const double h = wire.length / intervals / steps;
     for (int i = 0; i < intervals; ++i) {
-        for (int k = 0; k < steps; ++k) v = step(wire, v, wire.length / intervals / steps);
+        for (int k = 0; k < steps; ++k) v = step_from(wire, (i * steps + k) * h, v, h);
         points.push_back(v);
     }
     return points;

@@ -21,6 +21,7 @@ struct PlaneContact {
 /// normal.
 struct PlaneWire {
     double rigidity = 50, length = 0;                              // EI [N·mm²], L [mm]
+    double stiffer_length = 0, stiffer_rigidity = 0;               // EI from the clamp on to here
     double angle = 0;                                              // φ at the clamp [rad]
     geometry::Vec2 load = geometry::Vec2::Zero();                  // q [N/mm]
     std::function<PlaneContact(const geometry::Vec2&)> wall = {};  // empty = none

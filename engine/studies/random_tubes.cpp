@@ -8,6 +8,7 @@
 
 #include "engine/anatomy/scenes.h"
 #include "engine/io/cpu_clock.h"
+#include "engine/studies/plain_wire.h"
 #include "physics/relax/hub.h"
 #include "physics/wall/tube_wall.h"
 #include "physics/wire/energy.h"
@@ -36,14 +37,6 @@ private:
     std::mt19937_64 random_;
 };
 
-physics::GuidewireSpec wire_of(const RandomTube& tube) {
-    physics::GuidewireSpec spec;
-    spec.segment_length = tube.segment_length;
-    spec.shaft_rigidity = spec.tip_rigidity = tube.rigidity;
-    spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
-    return spec;
-}
-
 /// Pushes, with the outcome of each by its own figures and by the energy module.
 class Course {
 public:
@@ -52,7 +45,8 @@ public:
           tube_(random_tube(seed, range)),
           wall_(tube_.centreline, tube_.radius, tube_.wall_stiffness),
           hub_({}, wall_),
-          wire_(physics::wire_along(wire_of(tube_), tube_.centreline, segments_at_start)) {
+          wire_(wire_along(PlainWire::uniform(tube_.rigidity, tube_.segment_length), tube_.centreline,
+                           segments_at_start)) {
         course_.seed = seed;
         last_ = hub_.settle(wire_, unlimited).relax;
         energy_ = energy();
@@ -101,8 +95,8 @@ private:
     /// for the length of the segments, whose joints are not quite where the curve touches the wall.
     double hand_force() const {
         const double little = 1e-5 * tube_.segment_length;
-        physics::Guidewire longer = wire_;
-        physics::feed(longer, little);
+        physics::Chain longer = wire_;
+        physics::feed(longer, physics::every_device, little);
         if (longer.segments() != wire_.segments()) return 0;  // the segment grew beyond what it may be
         const auto contacts = physics::all_contacts(longer, wall_);
         return (physics::total_energy(longer, contacts).total() - energy()) / little;
@@ -112,8 +106,8 @@ private:
     double depth_of_next_rest() const {
         double deepest = 0;
         for (const double part : {1.0 / 32, 1.0 / 4}) {
-            physics::Guidewire wire = wire_;
-            physics::feed(wire, part * tube_.segment_length);
+            physics::Chain wire = wire_;
+            physics::feed(wire, physics::every_device, part * tube_.segment_length);
             physics::make_relaxer({}, wall_)->relax(wire, {unlimited, 0, 0});
             deepest = std::max(deepest, physics::largest_penetration(physics::all_contacts(wire, wall_)));
         }
@@ -158,7 +152,7 @@ private:
     RandomTube tube_;
     physics::TubeWall wall_;
     physics::Hub hub_;
-    physics::Guidewire wire_;
+    physics::Chain wire_;
     physics::RelaxReport last_;
     double energy_ = 0;  // [N·mm]
     TubeCourse course_;

@@ -171,7 +171,7 @@ io::Table wire_table(const ResolutionCurve& curve, const PaperScene& scene) {
 io::Table separation_table(const ResolutionCurve& curve) {
     io::Table table{"resolution_separation", {"joint", "separation_mm", "bend_rad"}, {}};
     const ReferenceCurve reference(curve.fine.joints);
-    const physics::Guidewire& wire = curve.coarse;
+    const physics::Chain& wire = curve.coarse;
     for (int i = 1; i < wire.segments(); ++i)
         table.add({static_cast<double>(i),
                    std::abs(reference.deviation(wire.joints[static_cast<std::size_t>(i)])),

@@ -56,7 +56,7 @@ inline constexpr Fit published_fit{0.0263, 0.00554, 0};
 /// One tube's curve and its figures.
 struct ResolutionCurve {
     std::vector<Resolved> points;
-    physics::Guidewire coarse, fine;
+    physics::Chain coarse, fine;
     Fit fit;
     double at_three = 0;                          // ΔU/U at the finest
     double largest = 0;                           // |ΔU/U| over all

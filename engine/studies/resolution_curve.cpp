@@ -14,7 +14,7 @@ Resolved resolved(const Rest& rest, double eta) {
     return {eta, rest.energy - rest.wall, rest.wall, std::nan(""), rest.gradient};
 }
 
-double energy_again(const PaperScene& scene, physics::Guidewire wire) {
+double energy_again(const PaperScene& scene, physics::Chain wire) {
     std::mt19937 random(static_cast<unsigned>(wire.segments()));
     for (int i = 1; i <= wire.segments(); ++i) {
         const auto unit = [&] { return random() / 2147483648.0 - 1.0; };

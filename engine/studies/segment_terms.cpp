@@ -12,12 +12,12 @@ int SegmentTerms::touching_between(int i, int j) const {
                             std::lower_bound(touching.begin(), touching.end(), i));
 }
 
-SegmentTerms segment_terms(const PaperScene& scene, const physics::Guidewire& wire) {
+SegmentTerms segment_terms(const PaperScene& scene, const physics::Chain& wire) {
     const int n = wire.segments();
     const auto contacts = physics::all_contacts(wire, *scene.wall);
     const auto directors = physics::directors(wire);
     std::vector<double> torque;
-    physics::tip_torque(wire, directors, torque);
+    physics::frame_torque(wire, directors, torque);
     SegmentTerms terms;
     terms.pull.resize(static_cast<std::size_t>(n) + 1);
     terms.bending = terms.wall = std::vector<geometry::Mat3>(terms.pull.size());

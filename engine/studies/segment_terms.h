@@ -18,6 +18,6 @@ struct SegmentTerms {
     int touching_between(int i, int j) const;
 };
 
-SegmentTerms segment_terms(const PaperScene&, const physics::Guidewire&);
+SegmentTerms segment_terms(const PaperScene&, const physics::Chain&);
 
 }  // namespace studies

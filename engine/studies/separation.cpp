@@ -244,7 +244,7 @@ StudyResult run_separation(const StudyOptions& options) {
         const Setting& setting = settings[run.setting];
         const ReferenceCurve curve(rests[run.setting].wire.joints);
         DeviationTrace trace(curve, setting.joint, setting.scene.segments());
-        physics::Guidewire wire = setting.scene.start;
+        physics::Chain wire = setting.scene.start;
         follow(paper_method(run.varied, run.separation).config, wire, *setting.scene.wall,
                run.setting == usual ? cycles : counted, {&trace, 1});
         run.points = trace.points();

@@ -33,13 +33,12 @@ struct Frequencies {
 Frequencies count(const PaperScene& scene, int varied_segments, int cycles) {
     Frequencies result;
     physics::SegmentRelaxer relaxer(paper_method(varied_segments).config, *scene.wall);
-    physics::Guidewire wire = scene.start;
-    const auto report = relaxer.relax(wire, physics::whole_cycles(wire.segments(), cycles),
-                                      [&](int, const physics::Guidewire&) {
-                                          const auto varied = relaxer.last_varied();
-                                          for (std::size_t m = 1; m < varied.size(); ++m)
-                                              ++result.counts[m - 1][varied[m] - varied[m - 1]];
-                                      });
+    physics::Chain wire = scene.start;
+    const auto report =
+        relaxer.relax(wire, physics::whole_cycles(wire.segments(), cycles), [&](int, const physics::Chain&) {
+            const auto varied = relaxer.last_varied();
+            for (std::size_t m = 1; m < varied.size(); ++m) ++result.counts[m - 1][varied[m] - varied[m - 1]];
+        });
     result.updates = report.updates;
     return result;
 }

@@ -13,7 +13,7 @@ namespace {
 using geometry::Mat3;
 using geometry::Vec2;
 using geometry::Vec3;
-using physics::Guidewire;
+using physics::Chain;
 using Mat2 = Eigen::Matrix2d;
 using Mat32 = Eigen::Matrix<double, 3, 2>;
 using Mat23 = Eigen::Matrix<double, 2, 3>;
@@ -34,15 +34,11 @@ struct Gain {
     Mat2 from_prev;
 };
 
-std::vector<Stage> model(const Guidewire& wire, const std::vector<physics::WallContact>& contacts) {
+std::vector<Stage> model(const Chain& wire, const std::vector<physics::WallContact>& contacts) {
     const int n = wire.segments();
-    const bool curved = wire.curved_segments() > 0;
-    std::vector<Vec3> d;
+    const std::vector<Vec3> d = physics::directors(wire);
     std::vector<double> torque;
-    if (curved) {
-        d = physics::directors(wire);
-        physics::tip_torque(wire, d, torque);
-    }
+    physics::frame_torque(wire, d, torque);
     std::vector<Stage> stages(static_cast<std::size_t>(n) + 1);
     Vec3 a, b, sum = Vec3::Zero();
     geometry::tangent_basis(wire.tangents[0], a, b);
@@ -59,21 +55,21 @@ std::vector<Stage> model(const Guidewire& wire, const std::vector<physics::WallC
             s.stiffness = contacts[j].stiffness * (contacts[j].normal * contacts[j].normal.transpose() +
                                                    contacts[j].penetration * contacts[j].curvature);
         s.slope = -s.basis.transpose() * physics::bending_terms(wire, d, torque, j).pull;
-        // U = C/12 (13 − 14 κ + κ²), κ = m·u; the rest direction m turns rigidly with u_{j−1}.
-        const double c = wire.spring_constant(j - 1), beta = wire.rest_angle[j - 1];
-        Vec3 m = before;
-        Mat3 turn = Mat3::Identity();
-        if (beta != 0) {
-            m = physics::rest_direction(wire, j - 1, d[j - 1]);
-            turn = std::cos(beta) * Mat3::Identity() - std::sin(beta) * before * d[j - 1].transpose();
+        s.prev = s.own = s.cross = Mat2::Zero();
+        for (const physics::Device& device : wire.devices) {
+            // U = C/12 (13 − 14 κ + κ²), κ = m·u; the rest direction m turns rigidly with u_{j−1}.
+            const double c = device.rigidity[j - 1] / wire.length_of(j - 1);
+            const physics::RestBend bend = physics::rest_bend(device, j - 1, before, d[j - 1]);
+            const Vec3 m = physics::rest_direction(before, bend);
+            const Mat3 turn = bend.cosine * Mat3::Identity() - bend.sine * before * bend.way.transpose();
+            const double kappa = m.dot(u), first = -c * (7 - kappa) / 6, second = c / 6;
+            const Vec2 prev = stages[j - 1].basis.transpose() * turn.transpose() * u,
+                       own = s.basis.transpose() * m;
+            s.prev += second * prev * prev.transpose() - first * kappa * Mat2::Identity();
+            s.own += second * own * own.transpose() - first * kappa * Mat2::Identity();
+            s.cross += second * prev * own.transpose() +
+                       first * stages[j - 1].basis.transpose() * turn.transpose() * s.basis;
         }
-        const double kappa = m.dot(u), first = -c * (7 - kappa) / 6, second = c / 6;
-        const Vec2 prev = stages[j - 1].basis.transpose() * turn.transpose() * u,
-                   own = s.basis.transpose() * m;
-        s.prev = second * prev * prev.transpose() - first * kappa * Mat2::Identity();
-        s.own = second * own * own.transpose() - first * kappa * Mat2::Identity();
-        s.cross = second * prev * own.transpose() +
-                  first * stages[j - 1].basis.transpose() * turn.transpose() * s.basis;
     }
     for (int j = n; j >= 1; --j) {
         sum += stages[j].force;
@@ -113,8 +109,8 @@ bool solve(const std::vector<Stage>& stages, double drag, std::vector<Gain>& gai
 }
 
 /// Returns the wire after the step, and how far its farthest joint moved.
-double advance(const Guidewire& from, const std::vector<Stage>& stages, const std::vector<Gain>& gains,
-               Guidewire& to) {
+double advance(const Chain& from, const std::vector<Stage>& stages, const std::vector<Gain>& gains,
+               Chain& to) {
     Vec2 alpha = Vec2::Zero();
     double farthest = 0;
     for (int j = 1; j <= from.segments(); ++j) {
@@ -129,13 +125,13 @@ double advance(const Guidewire& from, const std::vector<Stage>& stages, const st
 
 }  // namespace
 
-SlowFlowReport flow_to_rest(Guidewire& wire, const physics::LumenWall& wall, const SlowFlow& flow) {
+SlowFlowReport flow_to_rest(Chain& wire, const physics::LumenWall& wall, const SlowFlow& flow) {
     SlowFlowReport report;
     physics::rebuild_joints(wire);
     auto contacts = physics::all_contacts(wire, wall);
     report.energy = physics::total_energy(wire, contacts).total();
     std::vector<Gain> gains(wire.joints.size());
-    const double stiff = wire.rigidity[0] / std::pow(wire.spec.segment_length, 4);
+    const double stiff = wire.rigidity[0] / std::pow(wire.grid.segment_length, 4);
     const double least = 1e-12 * stiff, most = 1e12 * stiff;
     double drag = stiff;
     while (true) {
@@ -149,7 +145,7 @@ SlowFlowReport flow_to_rest(Guidewire& wire, const physics::LumenWall& wall, con
                 drag = std::max(4 * drag, least);
                 continue;
             }
-            Guidewire next = wire;
+            Chain next = wire;
             const double farthest = advance(wire, stages, gains, next);
             if (!(farthest <= flow.stride)) {
                 const double over = std::isfinite(farthest) ? farthest / flow.stride : 30;

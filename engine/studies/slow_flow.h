@@ -7,7 +7,7 @@
 /// true energy falls; it is lowered while these hold, so that the last steps are Newton's.
 
 #include "physics/wall/wall.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/chain.h"
 
 namespace studies {
 
@@ -24,6 +24,6 @@ struct SlowFlowReport {
     bool at_rest = false;  // the gradient is within the tolerance, or no step lowers the energy any more
 };
 
-SlowFlowReport flow_to_rest(physics::Guidewire&, const physics::LumenWall&, const SlowFlow& = {});
+SlowFlowReport flow_to_rest(physics::Chain&, const physics::LumenWall&, const SlowFlow& = {});
 
 }  // namespace studies

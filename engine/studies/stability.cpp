@@ -98,8 +98,9 @@ io::Table map_table(const std::vector<BreakingCase>& cases, const std::vector<St
 std::string numbers_of(const BreakingCase& c) {
     const auto contacts = physics::all_contacts(c.start, *c.wall);
     return fmt::format("N = {}, λ = {:g} mm, EI = {:g} N·mm² (tip {:g}), k = {:g} N/mm a joint",
-                       c.start.segments(), c.start.spec.segment_length, c.start.spec.shaft_rigidity,
-                       c.start.spec.tip_rigidity, contacts.back().stiffness);
+                       c.start.segments(), c.start.grid.segment_length,
+                       c.start.devices[0].spec.shaft_rigidity(),
+                       physics::rigidity_at(c.start.devices[0].spec, 0), contacts.back().stiffness);
 }
 
 std::string page(const std::vector<BreakingCase>& cases, const std::vector<StabilityReference>& references,

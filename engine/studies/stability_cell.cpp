@@ -13,15 +13,15 @@ namespace studies {
 namespace {
 
 using geometry::Vec3;
-using physics::Guidewire;
+using physics::Chain;
 
-void disturb(Guidewire& wire, const Disturbance& disturbance) {
-    for (int k = 0; k < disturbance.inserted; ++k) physics::insert_segment(wire);
-    if (disturbance.turn != 0) physics::rotate(wire, disturbance.turn);
+void disturb(Chain& wire, const Disturbance& disturbance) {
+    for (int k = 0; k < disturbance.inserted; ++k) physics::move(wire, wire.grid.segment_length);
+    if (disturbance.turn != 0) physics::rotate(wire, physics::every_device, disturbance.turn);
 }
 
 /// Bends the wire slightly, far less than a wire that needs it would yield.
-void bow(Guidewire& wire) {
+void bow(Chain& wire) {
     Vec3 side, other;
     geometry::tangent_basis(wire.tangents[0], side, other);
     const int n = wire.segments();
@@ -31,12 +31,12 @@ void bow(Guidewire& wire) {
     physics::rebuild_joints(wire);
 }
 
-bool finite(const Guidewire& wire) {
+bool finite(const Chain& wire) {
     return std::all_of(wire.joints.begin(), wire.joints.end(), [](const Vec3& x) { return x.allFinite(); });
 }
 
 /// Relaxes by this many updates; returns false as soon as a number is not finite.
-bool work(physics::Relaxer& relaxer, Guidewire& wire, long long updates, StabilityCell& cell, bool& at_rest) {
+bool work(physics::Relaxer& relaxer, Chain& wire, long long updates, StabilityCell& cell, bool& at_rest) {
     const physics::RelaxBudget budget{static_cast<int>(std::max(1LL, updates)), 0.0, 0};
     const double start = io::thread_cpu_seconds();
     const physics::RelaxReport report = relaxer.relax(wire, budget);
@@ -98,7 +98,7 @@ double largest_deviation(std::span<const Vec3> a, std::span<const Vec3> b, Symme
 }
 
 StabilityReference find_reference(const BreakingCase& c) {
-    Guidewire wire = c.start;
+    Chain wire = c.start;
     SlowFlowReport report;
     const auto flow = [&] {
         if (c.bowed_reference) bow(wire);
@@ -116,7 +116,7 @@ StabilityReference find_reference(const BreakingCase& c) {
 StabilityCell run_cell(const BreakingCase& c, const StabilityReference& reference,
                        const physics::RelaxerConfig& config, const StabilityRules& rules) {
     StabilityCell cell;
-    Guidewire wire = c.start;
+    Chain wire = c.start;
     const auto relaxer = physics::make_relaxer(config, *c.wall);
     int segments = wire.segments();
     for (const Disturbance& d : c.disturbances) segments += d.inserted;

@@ -14,7 +14,7 @@
 namespace studies {
 namespace {
 
-using physics::Guidewire;
+using physics::Chain;
 
 /// Which terms of Eq. 17 are kept.
 struct ContactCase {
@@ -47,7 +47,7 @@ struct Unrest {
     }
 };
 
-Unrest watch(const PaperScene& scene, Guidewire wire, const ContactCase& c, int settle_cycles, int cycles) {
+Unrest watch(const PaperScene& scene, Chain wire, const ContactCase& c, int settle_cycles, int cycles) {
     physics::RelaxerConfig config = paper_method(c.varied_segments).config;
     config.bending_curvature = c.bending;
     config.wall_curvature = c.wall;
@@ -59,7 +59,7 @@ Unrest watch(const PaperScene& scene, Guidewire wire, const ContactCase& c, int 
     std::vector<long long> touching(contacts.size()), varied(contacts.size());
     Unrest unrest{std::vector<double>(contacts.size()), std::vector<double>(contacts.size())};
     const auto report =
-        relaxer.relax(wire, physics::whole_cycles(n, cycles), [&](int first, const Guidewire& now) {
+        relaxer.relax(wire, physics::whole_cycles(n, cycles), [&](int first, const Chain& now) {
             for (const int i : relaxer.last_varied()) {
                 unrest.turn[i] += (now.tangents[i] - before[i]).norm();
                 before[i] = now.tangents[i];
@@ -91,7 +91,7 @@ struct Traces {
     double one = 0;  // Tr R of one joint in touch [N·mm]
 };
 
-Traces traces_of(const PaperScene& scene, const Guidewire& wire) {
+Traces traces_of(const PaperScene& scene, const Chain& wire) {
     const SegmentTerms terms = segment_terms(scene, wire);
     const int n = wire.segments();
     Traces traces;
@@ -371,13 +371,13 @@ StudyResult run_static_contact(const StudyOptions& options) {
             calm.push_back({varied, made});
     Work work(options, 4 + static_cast<int>(case_table.size()) + static_cast<int>(calm.size()));
     Rest rest, sinuous_rest;
-    std::vector<Guidewire> on_the_way(calm.size(), scene.start);
+    std::vector<Chain> on_the_way(calm.size(), scene.start);
     const PaperScene sinuous = paper_scene("sinuous", {.segments = options.quick ? 60 : 0});
     work.run(4, [&](int k) {
         if (k == 0) rest = paper_rest(scene, options.quick ? 60 : 200);
         if (k == 1) sinuous_rest = paper_rest(sinuous, options.quick ? 60 : 200);
         if (k >= 2) {
-            Guidewire wire = scene.start;
+            Chain wire = scene.start;
             const auto relaxer = physics::make_relaxer(paper_method(k - 1).config, *scene.wall);
             int made = 0;
             for (std::size_t c = 0; c < calm.size(); ++c) {

@@ -10,6 +10,7 @@
 #include "engine/anatomy/scenes.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/paper_scene.h"
+#include "engine/studies/plain_wire.h"
 #include "engine/studies/work.h"
 #include "physics/geometry/centreline_tree.h"
 #include "physics/geometry/mesh_query.h"
@@ -22,7 +23,7 @@ namespace {
 
 using geometry::Mat3;
 using geometry::Vec3;
-using physics::Guidewire;
+using physics::Chain;
 using physics::WallContact;
 
 constexpr double wall_stiffness = 42, rigidity = 50, radius = 1, segment_length = 1;
@@ -117,7 +118,7 @@ struct Fineness {
 struct TubeOfTriangles {
     std::string name, what;
     geometry::Polyline line;
-    Guidewire start;
+    Chain start;
 };
 
 /// A wall of a tube, named as tables and pictures do.
@@ -144,15 +145,11 @@ std::vector<anatomy::PenMove> sharp_path() {
 }
 
 std::vector<TubeOfTriangles> tubes(const TriangleWallSizes& size) {
-    physics::GuidewireSpec spec;
-    spec.end_cells = physics::EndCells::Paper;
-    spec.segment_length = segment_length;
-    spec.shaft_rigidity = spec.tip_rigidity = rigidity;
-    spec.curved_length = spec.curved_angle = 0;
+    const auto spec = PlainWire::uniform(rigidity, segment_length, physics::EndCells::Paper);
     std::vector<TubeOfTriangles> all;
     const auto add = [&](const char* name, const char* what, const std::vector<anatomy::PenMove>& path) {
         const geometry::Polyline line = anatomy::draw(path);
-        all.push_back({name, what, line, physics::wire_along(spec, line, size.segments)});
+        all.push_back({name, what, line, wire_along(spec, line, size.segments)});
     };
     add("sinuous", "bends of 12 to 30 mm", anatomy::find_scene("sinuous")->path);
     add("sharp", "bends of 3 mm", sharp_path());
@@ -194,11 +191,11 @@ struct Ending {
 /// Energy and facets as the updates of one cycle leave them.
 class LastCycle {
 public:
-    LastCycle(const physics::LumenWall& wall, const Guidewire& wire)
+    LastCycle(const physics::LumenWall& wall, const Chain& wire)
         : wall_(wall), contacts_(physics::all_contacts(wire, wall)) {
         energy_ = physics::total_energy(wire, contacts_).total();
     }
-    void observe(const Guidewire& wire) {
+    void observe(const Chain& wire) {
         const auto now = physics::all_contacts(wire, wall_);
         const double energy = physics::total_energy(wire, now).total();
         rise = std::max(rise, energy - energy_);
@@ -221,10 +218,10 @@ private:
     double energy_;
 };
 
-Ending relaxed(const physics::RelaxerConfig& method, const NamedWall& wall, const Guidewire& start,
-               const Guidewire& reference, int cycles) {
+Ending relaxed(const physics::RelaxerConfig& method, const NamedWall& wall, const Chain& start,
+               const Chain& reference, int cycles) {
     Ending ending;
-    Guidewire wire = start;
+    Chain wire = start;
     const auto relaxer = physics::make_relaxer(method, *wall.wall);
     if (method.kind == physics::RelaxerKind::Global) {
         relaxer->relax(wire, {1'000'000'000, 0, 0});
@@ -236,7 +233,7 @@ Ending relaxed(const physics::RelaxerConfig& method, const NamedWall& wall, cons
             LastCycle last(*wall.wall, wire);
             const bool looked_at = cycle == cycles - 1;
             const auto report = relaxer->relax(wire, physics::whole_cycles(wire.segments(), 1),
-                                               [&](int first, const Guidewire& now) {
+                                               [&](int first, const Chain& now) {
                                                    for (int i = first; i <= now.segments(); ++i) {
                                                        sum += (now.tangents[i] - before[i]).norm();
                                                        before[i] = now.tangents[i];
@@ -526,7 +523,7 @@ StudyResult run_triangle_walls(const StudyOptions& options) {
     const std::vector<NamedWall> wall = walls(tube, size);
     const std::vector<NamedWay> way = ways_of_relaxing();
     const int count = static_cast<int>(wall.size() * way.size());
-    std::vector<Guidewire> reference;
+    std::vector<Chain> reference;
     for (const NamedWall& w : wall)
         if (w.kind == "closed form") reference.push_back(global_rest(*w.wall, tube[w.tube].start).wire);
     std::vector<Ending> ending(count);

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "engine/anatomy/scenes.h"
+#include "engine/studies/plain_wire.h"
 #include "physics/relax/hub.h"
 #include "physics/wall/tube_wall.h"
 #include "physics/wire/energy.h"
@@ -13,8 +15,7 @@ namespace {
 
 using geometry::degree;
 using geometry::Vec3;
-using physics::Guidewire;
-using physics::GuidewireSpec;
+using physics::Chain;
 using physics::Hub;
 using physics::HubReport;
 using physics::TubeWall;
@@ -38,6 +39,7 @@ struct RodEquation {
         }
         return angle;
     }
+    double reach() const { return length * std::sqrt(stiffness); }
     /// Where the branch that starts at 0 ends: the largest hub's angle on it, π where it never ends.
     double fold() const {
         double most = 0;
@@ -47,6 +49,32 @@ struct RodEquation {
     }
 };
 
+/// Turns a hub once, or three quarters, round; `tip` is the angle of the distal end after a turn of the hub.
+CurvedRod turned_round(Hub& hub, Chain& wire, int device, const RodEquation& equation, double step,
+                       double most, const std::function<double(double)>& tip_after) {
+    CurvedRod rod;
+    rod.reach = equation.reach();
+    rod.exact_snap = equation.fold() / degree;
+    double before = 0;
+    for (int k = 0; k * step <= most; ++k) {
+        if (k > 0) {
+            const HubReport report = hub.move(wire, {0, step * degree, device}, no_limit);
+            rod.unconverged += report.outcome != HubReport::Outcome::AtRest || !report.relax.converged();
+        }
+        const double turned = k * step, tip = tip_after(turned);
+        rod.curve.push_back({turned, tip, equation.hub_for(tip * degree) / degree});
+        if (tip - before > rod.largest_step) {
+            rod.largest_step = tip - before;
+            rod.snap = turned;
+        }
+        before = tip;
+    }
+    const bool snaps = rod.reach > M_PI / 2;
+    for (const auto& [turned, tip, exact] : rod.curve)
+        if (snaps ? turned < rod.snap : turned <= 180) rod.off = std::max(rod.off, std::abs(turned - exact));
+    return rod;
+}
+
 }  // namespace
 
 HeldShaft held_shaft(double friction) {
@@ -54,18 +82,15 @@ HeldShaft held_shaft(double friction) {
     constexpr double clearance = 0.05;
     const TubeWall wall({{0, 0, 0}, {300, 0, 0}}, clearance, 20);
     Hub hub({}, wall);
-    GuidewireSpec spec;
-    spec.segment_length = 2;
+    PlainWire spec = PlainWire::uniform(500, 2);
     spec.diameter = 2 * radius;
-    spec.shaft_rigidity = spec.tip_rigidity = 500;
-    spec.curved_angle = spec.curved_length = 0;
     spec.torsional_rigidity = rigidity;
     spec.friction = friction;
     // Along the wall: what the introducer bears would not press.
-    Guidewire wire = physics::wire_of_length(spec, {{0, 0, -clearance}, {300, 0, -clearance}}, length);
+    Chain wire = wire_of_length(spec, {{0, 0, -clearance}, {300, 0, -clearance}}, length);
     wire.load = {0, 0, -load};
     hub.settle(wire, no_limit);
-    physics::start_twists(wire);
+    physics::start_twists(wire, 0);
     physics::start_grips(wire);
     hub.settle(wire, no_limit);
 
@@ -85,9 +110,9 @@ HeldShaft held_shaft(double friction) {
         const double torque = hub.move(wire, {0, step}, no_limit).relax.base_torque;
         held.work += 0.5 * (held.torque + torque) * step;
         held.torque = torque;
-        held.curve.push_back({k * step / degree, (k * step - wire.wound_up()) / degree});
+        held.curve.push_back({k * step / degree, (k * step - wire.devices[0].wound_up()) / degree});
     }
-    held.measured = wire.wound_up() / degree;
+    held.measured = wire.devices[0].wound_up() / degree;
     held.gained = energy() - before;
     held.loss = wire.friction_loss - lost_before;
     return held;
@@ -100,43 +125,41 @@ CurvedRod curved_rod(double length) {
         anatomy::draw(std::vector<anatomy::PenMove>{anatomy::Arc{1 / curvature, 1.1 * length * curvature}}),
         0.03, 2000);
     Hub hub({}, wall);
-    GuidewireSpec spec;
-    spec.segment_length = 0.5;
-    spec.shaft_rigidity = spec.tip_rigidity = bending;
+    PlainWire spec = PlainWire::uniform(bending, 0.5);
     spec.curved_length = length;
     spec.curved_angle = length * curvature;
     spec.torsional_rigidity = torsion;
-    Guidewire wire = physics::wire_of_length(spec, wall.centreline(), length + spec.segment_length);
+    Chain wire = wire_of_length(spec, wall.centreline(), length + spec.segment_length);
     // Without torque the rod curves as the tube does.
     const Vec3 &u = wire.tangents[0], bend = wall.centreline()[2] - wall.centreline()[1];
     const Vec3 toward = (bend - bend.dot(u) * u).normalized();
-    wire.roll = std::atan2(wire.base_director.cross(toward).dot(u), wire.base_director.dot(toward));
-    physics::start_twists(wire);
+    wire.devices[0].roll =
+        std::atan2(wire.base_director.cross(toward).dot(u), wire.base_director.dot(toward));
+    physics::start_twists(wire, 0);
     hub.settle(wire, no_limit);
 
-    CurvedRod rod;
-    const RodEquation equation{length, bending * curvature * curvature / torsion};
-    rod.reach = length * std::sqrt(equation.stiffness);
-    rod.exact_snap = equation.fold() / degree;
-    double before = 0;
-    for (int k = 0; k * rod_step <= 270; ++k) {
-        if (k > 0) {
-            const HubReport report = hub.move(wire, {0, rod_step * degree}, no_limit);
-            rod.unconverged += report.outcome != HubReport::Outcome::AtRest || !report.relax.converged();
-        }
-        const double turned = k * rod_step, tip = turned - wire.wound_up() / degree;
-        const double exact = equation.hub_for(tip * degree) / degree;
-        rod.curve.push_back({turned, tip, exact});
-        if (tip - before > rod.largest_step) {
-            rod.largest_step = tip - before;
-            rod.snap = turned;
-        }
-        before = tip;
-    }
-    const bool snaps = rod.reach > M_PI / 2;
-    for (const auto& [turned, tip, exact] : rod.curve)
-        if (!snaps || turned < rod.snap) rod.off = std::max(rod.off, std::abs(turned - exact));
-    return rod;
+    return turned_round(hub, wire, 0, {length, bending * curvature * curvature / torsion}, rod_step, 270,
+                        [&](double turned) { return turned - wire.devices[0].wound_up() / degree; });
+}
+
+CurvedRod concentric_tubes(double reach) {
+    constexpr double curvature = 0.03, bending = 100, torsion = 80;
+    // EI₁EI₂/(EI₁ + EI₂) is half of each, 1/GJ₁ + 1/GJ₂ twice that of each.
+    constexpr double stiffness = curvature * curvature * bending / torsion;
+    constexpr int segments = 80;
+    const double length = reach / std::sqrt(stiffness);
+    const TubeWall free({{-500, 0, 0}, {1500, 0, 0}}, 900, 5);
+    physics::Device tube;
+    tube.spec.sections = {{0, bending, bending, torsion, torsion}};
+    tube.spec.shape = {{length, curvature * length, 0}};
+    tube.inserted = length;
+    Chain chain = physics::chain_along({tube, tube}, {length / segments}, {{0, 0, 0}, {2 * length, 0, 0}});
+    for (const int k : {0, 1}) physics::start_twists(chain, k);
+    Hub hub({}, free);
+    hub.settle(chain, no_limit);
+    return turned_round(hub, chain, 1, {length, stiffness}, tubes_step, 360, [&](double turned) {
+        return turned + (chain.devices[0].wound_up() - chain.devices[1].wound_up()) / degree;
+    });
 }
 
 }  // namespace studies

@@ -1,5 +1,5 @@
 #pragma once
-/// A shaft that twists segment by segment, against closed forms.
+/// Shafts that twist segment by segment, against closed forms.
 
 #include <array>
 #include <vector>
@@ -26,11 +26,19 @@ struct CurvedRod {
     std::vector<std::array<double, 3>> curve;  // hub, tip, hub at which the equation has that tip [deg]
     double largest_step = 0;                   // of the tip in a step of the hub [deg]
     double snap = 0, exact_snap = 0;  // hub's angle at the largest step, and where the equation folds [deg]
-    double off = 0;                   // largest |hub − equation's| before any snap [deg]
+    double off = 0;                   // largest |hub − equation's| before any snap, up to 180 without [deg]
     int unconverged = 0;
 };
 constexpr double rod_step = 5;  // of the hub [deg]
 /// Below the limit and above it at lengths of 40 and 60 mm.
 CurvedRod curved_rod(double length);
+
+/// Two free tubes of one curvature κ, one in the other, the outer's hub turned against the inner's: their
+/// angle θ obeys θ'' = c sin θ, c = κ² EI₁EI₂/(EI₁ + EI₂) (1/GJ₁ + 1/GJ₂), and they snap where L√c > π/2
+/// (P. Dupont et al., Design and control of concentric-tube robots, 2010). Their largest step is that of the
+/// angle at the distal end.
+constexpr double tubes_step = 1;  // of the hub [deg]
+/// Tubes of this L√c.
+CurvedRod concentric_tubes(double reach);
 
 }  // namespace studies

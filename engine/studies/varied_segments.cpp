@@ -207,7 +207,7 @@ void claim_joints(const std::vector<VariedRun>& runs, const VariedSegmentSizes& 
 std::array<double, 2> update_times(const PaperScene& scene,
                                    const std::array<physics::RelaxerConfig, 2>& configs, int repeats) {
     std::array<double, 2> least = {1e300, 1e300};
-    std::array<physics::Guidewire, 2> wires = {scene.start, scene.start};
+    std::array<physics::Chain, 2> wires = {scene.start, scene.start};
     std::array relaxers = {physics::make_relaxer(configs[0], *scene.wall),
                            physics::make_relaxer(configs[1], *scene.wall)};
     for (int repeat = 0; repeat < repeats; ++repeat)
@@ -269,8 +269,8 @@ Convergence converge(const PaperScene& scene, int varied_segments, int cycles) {
     physics::RelaxerConfig config = paper_method(varied_segments).config;
     config.safeguard = true;
     const auto relaxer = physics::make_relaxer(config, *scene.wall);
-    physics::Guidewire wire = scene.start;
-    std::vector<physics::Guidewire> after;
+    physics::Chain wire = scene.start;
+    std::vector<physics::Chain> after;
     for (int k = 0; k < cycles; ++k) {
         relaxer->relax(wire, physics::whole_cycles(wire.segments(), 1));
         after.push_back(wire);
@@ -395,14 +395,14 @@ StudyResult run_varied_segments(const StudyOptions& options) {
         run.method = in_sharp[k % sharp_count];
         for (const int joint : size.joints)
             run.traces.emplace_back(first ? curve : sinuous_curve, joint, size.segments);
-        physics::Guidewire wire = scene.start;
+        physics::Chain wire = scene.start;
         follow(run.method.config, wire, *scene.wall, size.cycles, run.traces);
         return fmt::format("{}, {}", run.method.name, scene.name);
     });
     work.run(hard_count, [&](int k) {
         hard[k].method = in_hairpin[k];
         hard[k].traces.emplace_back(hard_curve, size.hard_joint, size.hard_segments);
-        physics::Guidewire wire = hairpin.start;
+        physics::Chain wire = hairpin.start;
         follow(in_hairpin[k].config, wire, *hairpin.wall, size.hard_cycles, hard[k].traces);
         return "hard joint, " + in_hairpin[k].name;
     });

@@ -36,7 +36,7 @@ struct WallSetting {
     PaperScene scene;
     Rest rest;  // under a uniform wall
 
-    double length() const { return size.segments * scene.start.spec.segment_length; }  // [mm]
+    double length() const { return size.segments * scene.start.grid.segment_length; }  // [mm]
 };
 constexpr int tube_count = 2;
 enum Tubes { like_fig_13, gentle };

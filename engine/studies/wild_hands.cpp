@@ -20,7 +20,7 @@ using geometry::Vec3;
 
 constexpr double largest_push = 30;                    // a frame [mm]
 constexpr double largest_turn = 2 * std::numbers::pi;  // a frame [rad]
-constexpr int frames_of_a_trend = 40;
+constexpr int frames_of_a_trend = 40, frames_of_a_grip = 10;
 constexpr double planes_rest_limit = 2e-3;  // |g|/C on a wall of planes, whose forces jump
 constexpr double reach_limit = 1.5;         // of an open end's disc, radii
 /// The smooth wall rounds off creases of the mesh, and facets lie inside round vessels [mm].
@@ -51,29 +51,34 @@ scenario::Scenario imported(const Import& import, const std::filesystem::path& m
         anatomy::write_anatomy(anatomy, folder, {{"mesh", mesh.filename().string()}});
     const std::string text = fmt::format(
         "schema = 1\ntitle = \"{0}\"\nanatomy = \"{1}\"\n\n[entry]\nend = \"{2}\"\ninserted_mm = {3:.1f}\n\n"
-        "[guidewire]\npreset = \"{4}\"\n\n[wall]\nstiffness_N_per_mm = 20.0\n\n[target]\nname = \"{5}\"\n",
+        "[guidewire]\ndevice = \"{4}\"\n\n[wall]\nstiffness_N_per_mm = 20.0\n\n[target]\nname = \"{5}\"\n",
         import.mesh, file.filename().string(), anatomy.ends.front().opening.name, import.inserted,
         import.wire, anatomy.targets.front().name);
     const std::filesystem::path scenario = folder / (mesh.stem().string() + ".toml");
     io::write_whole(scenario, text);
-    return scenario::load_scenario(scenario);
+    return scenario::load_scenario(scenario, options.devices);
 }
 
 }  // namespace
 
 void WildHand::act(exercise::Simulation& simulation) {
-    if (frame_++ % frames_of_a_trend == 0) trend_ = 2 * unit() - 0.6;
+    if (frame_ % frames_of_a_trend == 0) trend_ = 2 * unit() - 0.6;
+    const auto devices = simulation.devices();
+    if (frame_++ % frames_of_a_grip == 0 && devices.size() > 1) {
+        const std::size_t k = random_() % (devices.size() + 1);
+        held_ = k < devices.size() ? devices[k].role : script::Held::All;
+    }
     const double what = unit();
     if (what < 0.7) {
         const double a = unit(), b = unit(), length = largest_push * a * b;
         if (unit() < 0.5 + 0.5 * trend_)
-            simulation.apply(script::Advance{length});
+            simulation.apply(script::Advance{length, held_});
         else
-            simulation.apply(script::Withdraw{length});
+            simulation.apply(script::Withdraw{length, held_});
     }
     if (what > 0.4) {
         const double a = unit(), b = unit();
-        simulation.apply(script::Rotate{largest_turn * (2 * a - 1) * b});
+        simulation.apply(script::Rotate{largest_turn * (2 * a - 1) * b, held_});
     }
 }
 
@@ -91,10 +96,10 @@ Exits::Exits(const anatomy::Anatomy& anatomy) {
     }
 }
 
-std::vector<bool> Exits::beyond(const physics::Guidewire& wire) const {
+std::vector<bool> Exits::beyond(const physics::Chain& wire) const {
     std::vector<int> out(wire.joints.size(), 0);
     for (const Disc& disc : discs_) {
-        const double inside = disc.inside + 0.5 * wire.spec.diameter;
+        const double inside = disc.inside + wire.inner_radius();
         const auto beyond_disc = [&](const Vec3& x) { return (x - disc.centre).dot(disc.outward) + inside; };
         // The introducer lies in the plane of its end: the wire begins inside.
         double before = std::min(beyond_disc(wire.joints[0]), -1e-9);
@@ -128,6 +133,7 @@ void WildTally::add(const WildTally& other) {
     segments = std::max(segments, other.segments);
     restless += other.restless;
     gradient = std::max(gradient, other.gradient);
+    folds += other.folds;
     outside += other.outside;
     outside_frames += other.outside_frames;
     reported_crossings += other.reported_crossings;
@@ -148,12 +154,11 @@ WildJudge::WildJudge(const exercise::Simulation& simulation)
     : name_(simulation.scenario().name),
       lumen_(simulation.anatomy()),
       exits_(simulation.anatomy()),
-      rest_(simulation.wall().smooth() ? rest_limit : planes_rest_limit),
-      wire_radius_(0.5 * simulation.scenario().guidewire.diameter) {}
+      rest_(simulation.wall().smooth() ? rest_limit : planes_rest_limit) {}
 
 void WildJudge::judge(const exercise::Simulation& simulation, const exercise::StepReport& report,
                       std::uint64_t seed, int frame, WildTally& tally) const {
-    const physics::Guidewire& wire = simulation.wire();
+    const physics::Chain& wire = simulation.wire();
     const auto contacts = physics::all_contacts(wire, simulation.wall());
     const auto add_incident = [&](const std::string& what) {
         tally.incidents.push_back({name_, seed, frame, what});
@@ -166,6 +171,15 @@ void WildJudge::judge(const exercise::Simulation& simulation, const exercise::St
         ++tally.restless;
         add_incident(fmt::format("not at rest: |g|/C {:.1e}", gradient));
     }
+    int sharpest = 0;
+    for (int i = 0; i < wire.segments(); ++i)
+        if (wire.tangents[i].dot(wire.tangents[i + 1]) <
+            wire.tangents[sharpest].dot(wire.tangents[sharpest + 1]))
+            sharpest = i;
+    if (wire.tangents[sharpest].dot(wire.tangents[sharpest + 1]) < 0) {
+        ++tally.folds;
+        add_incident(fmt::format("joint {} of {} is folded", sharpest, wire.segments()));
+    }
     const bool reported = report.deepest_crossing > 0;
     tally.reported_crossings += reported;
     const std::vector<bool> left = exits_.beyond(wire);
@@ -177,9 +191,10 @@ void WildJudge::judge(const exercise::Simulation& simulation, const exercise::St
         if (left[i]) continue;
         tally.deepest = std::max(tally.deepest, c.penetration);
         tally.largest_force = std::max(tally.largest_force, c.force());
-        const double outside_by = lumen_.outside_by(wire.joints[i], wire_radius_);
+        const double radius = wire.inner_radius() + wire.thickness[i];
+        const double outside_by = lumen_.outside_by(wire.joints[i], radius);
         outside += outside_by > 0;
-        const double more = outside_by + wire_radius_ - std::max(c.penetration, 0.0);
+        const double more = outside_by + radius - std::max(c.penetration, 0.0);
         if (more > smoothing) {
             ++tally.beyond_force;
             if (more > excess) excess = more, worst = i;

@@ -16,7 +16,8 @@
 namespace studies {
 
 /// Pushes or pulls of up to 30 mm and turns of up to 360° per frame; every 40 frames the hand chooses anew
-/// whether it goes in or out. The seed determines all, on any machine.
+/// whether it goes in or out, and every 10, where there are several devices, which of them it holds, or all.
+/// The seed determines all, on any machine.
 class WildHand {
 public:
     explicit WildHand(std::uint32_t seed) : random_(seed) {}
@@ -28,6 +29,7 @@ private:
     std::mt19937 random_;
     int frame_ = 0;
     double trend_ = 1;
+    script::Held held_ = script::Held::Wire;
 };
 
 /// Finds where a wire has left the vessels.
@@ -37,7 +39,7 @@ public:
     /// Per joint, whether the wire has left by an open end proximal of it: it went out through that end's
     /// disc more often than in. Rims of real meshes are uneven, so the disc lies as far inside as the rim
     /// reaches, plus a wire's radius.
-    std::vector<bool> beyond(const physics::Guidewire&) const;
+    std::vector<bool> beyond(const physics::Chain&) const;
 
 private:
     struct Disc {
@@ -66,6 +68,7 @@ struct WildTally {
     int frames = 0, segments = 0;         // segments: the most there were
     int restless = 0;                     // |g|/C above the limit for rest
     double gradient = 0;                  // the largest |g|/C
+    int folds = 0;                        // frames with a joint bent by more than 90°
     int outside = 0, outside_frames = 0;  // joints outside the raw mesh, except those beyond an open end
     int reported_crossings = 0;           // frames whose report has a crossing; not counted above
     int beyond_force = 0;                 // joints deeper in the raw mesh than their force explains
@@ -91,7 +94,7 @@ private:
     std::string name_;
     RawLumen lumen_;
     Exits exits_;
-    double rest_ = rest_limit, wire_radius_;
+    double rest_ = rest_limit;
 };
 
 /// Plays this many frames of the hand with this seed, from the scenario's start.

@@ -49,17 +49,6 @@ public:
     void operator()(Fields&... fields) {
         (field(fields), ...);
     }
-    /// Fields added later than the others, absent where `present` is false: they then keep their initial
-    /// values, and the hash is the same as before these fields existed. Returns whether they are present,
-    /// which is read back too.
-    template <class... Fields>
-    bool part(bool present, Fields&... fields) {
-        if (hashes() && !present) return false;
-        std::uint64_t there = present;
-        raw(&there, sizeof there);
-        if (there != 0) (field(fields), ...);
-        return there != 0;
-    }
     /// Fields that no later state depends on, such as readouts of the last frame: kept and read back, but no
     /// part of the hash.
     template <class... Fields>

@@ -9,25 +9,23 @@ constexpr double deeper = 1e-6;  // in another vessel's lumen, for a joint to ch
 
 }  // namespace
 
-void ContactSet::reset(const Guidewire& wire) {
+void ContactSet::reset(const Chain& wire) {
     contacts_.clear();
     touching_.clear();
     update(wire);
 }
 
-void ContactSet::update(const Guidewire& wire) {
+void ContactSet::update(const Chain& wire) {
     const std::size_t before = contacts_.size();
     contacts_.resize(wire.joints.size());
     asked_at_.resize(wire.joints.size(), Vec3::Zero());
-    shares_.resize(wire.joints.size());
-    thickness_ = wire.thickness;
+    asked_shares_.resize(wire.joints.size(), 0.0);
+    refit(wire);
     begin();
     for (int i = 1; i <= wire.segments(); ++i) {
         const Vec3& x = wire.joints[i];
-        const double share = wire.wall_share(i);
         const bool asked = static_cast<std::size_t>(i) < before && wire.stations[i] == contacts_[i].station &&
-                           share == shares_[i] && thickness(i) == contacts_[i].thickness;
-        shares_[i] = share;
+                           shares_[i] == asked_shares_[i] && thickness_[i] == contacts_[i].thickness;
         if (!asked || (x != asked_at_[i] && !known(i, x))) add(i, x, wire.stations[i]);
     }
     ask();
@@ -37,7 +35,13 @@ void ContactSet::update(const Guidewire& wire) {
     load_.weigh(wire);
 }
 
-void CarriedLoad::weigh(const Guidewire& wire) {
+void ContactSet::refit(const Chain& wire) {
+    thickness_ = wire.thickness;
+    shares_.resize(wire.joints.size());
+    for (int i = 1; i <= wire.segments(); ++i) shares_[i] = wire.wall_share(i);
+}
+
+void CarriedLoad::weigh(const Chain& wire) {
     load_ = wire.load;
     carried_.clear();
     if (load_.isZero(0)) return;
@@ -64,7 +68,7 @@ void ContactSet::add(int joint, const Vec3& x, int station) {
     at_.push_back(x);
     WallContact& answer = answer_.emplace_back();
     answer.station = station;
-    answer.thickness = thickness(joint);
+    answer.thickness = thickness_[joint];
     answer.held = !held_.empty() && std::binary_search(held_.begin(), held_.end(), joint);
 }
 
@@ -122,6 +126,7 @@ void ContactSet::commit() {
     for (std::size_t k = 0; k < index_.size(); ++k) {
         contacts_[index_[k]] = answer_[k];
         asked_at_[index_[k]] = at_[k];
+        asked_shares_[index_[k]] = shares_[index_[k]];
     }
     if (!index_.empty()) list_touching(index_.front());
 }
@@ -148,14 +153,14 @@ void ContactSet::sum_pushes() const {
 WallContact ContactSet::asked_from(int station, int joint, const Vec3& x) {
     WallContact c;
     c.station = station;
-    c.thickness = thickness(joint);
+    c.thickness = thickness_[joint];
     wall_.contacts({&x, 1}, {&c, 1});
     ++queries_;
     c.share_stiffness(shares_[joint]);
     return c;
 }
 
-bool ContactSet::rejoin_vessel(const Guidewire& wire, int joint, int neighbour) {
+bool ContactSet::rejoin_vessel(const Chain& wire, int joint, int neighbour) {
     WallContact& own = contacts_[joint];
     const Vec3& x = wire.joints[joint];
     if (wall_.same_vessel(own.station, contacts_[neighbour].station)) return false;
@@ -164,6 +169,7 @@ bool ContactSet::rejoin_vessel(const Guidewire& wire, int joint, int neighbour) 
         if (x == asked_at_[joint]) return false;
         own = asked_from(own.station, joint, x);
         asked_at_[joint] = x;
+        asked_shares_[joint] = shares_[joint];
         if (!own.touches()) return false;
     }
     const WallContact other = asked_from(contacts_[neighbour].station, joint, x);
@@ -172,7 +178,7 @@ bool ContactSet::rejoin_vessel(const Guidewire& wire, int joint, int neighbour) 
     return touched || own.touches();
 }
 
-int ContactSet::rejoin_vessels(const Guidewire& wire) {
+int ContactSet::rejoin_vessels(const Chain& wire) {
     const int count = static_cast<int>(contacts_.size());
     int first = count;
     for (int i = 2; i < count; ++i)
@@ -192,11 +198,11 @@ double ContactSet::energy(std::span<const Vec3> joints, int first, int last) con
     return energy + load_.energy(joints, first, last);
 }
 
-void ContactSet::start_sweep(Guidewire& wire, int) {
+void ContactSet::start_sweep(Chain& wire, int) {
     rebuild_joints(wire);
 }
 
-double ContactSet::move(Guidewire& wire, std::span<const TailStep> steps, int last) {
+double ContactSet::move(Chain& wire, std::span<const TailStep> steps, int last) {
     first_moved_ = steps.front().joint;
     unmoved_.assign(wire.joints.begin() + first_moved_, wire.joints.begin() + last + 1);
     Vec3 shift = Vec3::Zero();
@@ -208,7 +214,7 @@ double ContactSet::move(Guidewire& wire, std::span<const TailStep> steps, int la
     return evaluate(wire.joints, first_moved_, last);
 }
 
-void ContactSet::undo(Guidewire& wire) const {
+void ContactSet::undo(Chain& wire) const {
     std::copy(unmoved_.begin(), unmoved_.end(), wire.joints.begin() + first_moved_);
 }
 

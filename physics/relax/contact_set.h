@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "physics/wall/wall.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/chain.h"
 
 namespace physics {
 
@@ -25,7 +25,7 @@ struct TailStep {
 /// The load that a wire's joints bear, as felt by its segments.
 class CarriedLoad {
 public:
-    void weigh(const Guidewire&);
+    void weigh(const Chain&);
     bool none() const { return carried_.empty(); }
     /// Load on all joints from this one to the tip [N].
     Vec3 from(int joint) const { return none() ? Vec3(Vec3::Zero()) : Vec3(carried_[joint] * load_); }
@@ -50,22 +50,26 @@ struct Held {
 /// A joint out of touch is not asked for again while it stays within its contact's trust; a joint in touch is
 /// asked for every time. A change is evaluated first and then committed or dropped, so that a rejected update
 /// costs no second query. A contact's stiffness is the wall's times the joint's share of it,
-/// Guidewire::wall_share.
+/// Chain::wall_share.
 class ContactSet {
 public:
     explicit ContactSet(const LumenWall& wall) : wall_(wall) {}
 
-    void reset(const Guidewire&);  // ask for every joint
+    void reset(const Chain&);  // ask for every joint
     /// Ask for the joints that have moved, or changed station, since they were last asked for, unless they
     /// are trusted to touch nothing. Takes up the wire's load as well.
-    void update(const Guidewire&);
+    void update(const Chain&);
+
+    /// Takes up thickness and lengths of a chain that has been fed but not moved: the next questions are
+    /// asked with them.
+    void refit(const Chain&);
 
     /// Corrects joints whose station lies in another vessel than that of a neighbour, if they touch there:
     /// where the neighbour's station leads to one that holds the joint deeper in the lumen, the joint takes
     /// that one. So a joint that has come out of a side branch is held by the vessel it came into: where two
     /// lumens overlap, their union counts. A joint that was trusted to touch nothing is asked anew, because
     /// its station may be left behind. Returns the first joint whose contact changed, or -1.
-    int rejoin_vessels(const Guidewire&);
+    int rejoin_vessels(const Chain&);
 
     /// Energy in wall and load [N·mm] of joints ≥ first, with all joints from x_{first-1} on at these
     /// positions. The load's energy is 0 with all of them at x_{first-1}. The answers wait for commit().
@@ -92,15 +96,13 @@ public:
 
     /// For sweeps of updates, with the interface of StoredPlanes. move() moves the wire's joints, from the
     /// steps' first to `last`, and returns their energy; commit() or undo() follows.
-    void start_sweep(Guidewire&, int first);
-    void settle(Guidewire&, int) {}
-    void settle_all(Guidewire&) {}
-    const Guidewire& settled(const Guidewire& wire) const { return wire; }
-    double energy(const Guidewire& wire, int first, int last) const {
-        return energy(wire.joints, first, last);
-    }
-    double move(Guidewire&, std::span<const TailStep>, int last);
-    void undo(Guidewire&) const;
+    void start_sweep(Chain&, int first);
+    void settle(Chain&, int) {}
+    void settle_all(Chain&) {}
+    const Chain& settled(const Chain& wire) const { return wire; }
+    double energy(const Chain& wire, int first, int last) const { return energy(wire.joints, first, last); }
+    double move(Chain&, std::span<const TailStep>, int last);
+    void undo(Chain&) const;
 
     int last_touching() const { return touching_.empty() ? -1 : touching_.back(); }
     int touching() const { return static_cast<int>(touching_.size()); }
@@ -108,30 +110,29 @@ public:
     std::span<const WallContact> contacts() const { return contacts_; }
     long long queries() const { return queries_; }
     void state(StateStream& s) {
-        s(contacts_, shares_, asked_at_, touching_, load_, queries_);
-        if (!s.part(!thickness_.empty(), thickness_)) thickness_.clear();
-        if (!s.part(!held_.empty(), held_)) held_.clear();
+        s(contacts_, shares_, asked_shares_, thickness_, asked_at_, touching_, load_, queries_, held_);
         if (s.restores()) sums_.clear();
     }
 
 private:
     WallContact asked_from(int station, int joint, const Vec3& x);
-    bool rejoin_vessel(const Guidewire&, int joint, int neighbour);  // whether its contact changed
+    bool rejoin_vessel(const Chain&, int joint, int neighbour);  // whether its contact changed
     void list_touching(int first);
     void sum_pushes() const;
     bool known(int joint, const Vec3& x) const {
         const WallContact& c = contacts_[joint];
-        return !c.touches() && (x - asked_at_[joint]).squaredNorm() < c.trust * c.trust;
+        return !c.touches() && c.thickness == thickness_[joint] &&
+               (x - asked_at_[joint]).squaredNorm() < c.trust * c.trust;
     }
     void begin();  // a round of questions: add them, then ask them at once
     void add(int joint, const Vec3& x, int station);
-    double thickness(int joint) const { return thickness_.empty() ? 0.0 : thickness_[joint]; }
     void ask();
 
     const LumenWall& wall_;
     std::vector<WallContact> contacts_;  // per joint; [0], the introducer's, is never asked
-    std::vector<double> shares_;         // of the wall's stiffness, per joint
-    std::vector<double> thickness_;      // per joint, as asked with [mm]; empty = none
+    // Per joint: its share of the wall's stiffness, as it is and as it was last asked with, and its thickness
+    // [mm].
+    std::vector<double> shares_, asked_shares_, thickness_;
     std::vector<int> held_;              // joints that stay with the field they are in, ascending
     std::vector<Vec3> asked_at_;         // where each was asked
     std::vector<int> touching_;          // joints in touch, ascending

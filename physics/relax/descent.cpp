@@ -10,7 +10,7 @@
 
 namespace physics {
 
-Descent::Descent(Iterate& at, Guidewire& wire, ContactSet& contacts, const GlobalOptions& options,
+Descent::Descent(Iterate& at, Chain& wire, ContactSet& contacts, const GlobalOptions& options,
                  bool smooth_wall, const DescentTask& task, RelaxReport& report,
                  const UpdateObserver& observer)
     : at_(at),
@@ -125,7 +125,7 @@ Descent::End Descent::certify() {
     }
     const bool goes_on = affordable(at_.window(wire_));
     // With twist a stage depends on the torque from all that is distal of it.
-    if (terms().twist && at_.model.first() > 1) open(segments_);
+    if (terms().frames.count > 0 && at_.model.first() > 1) open(segments_);
     if (!affordable(segments_)) return Termination::OutOfBudget;
     report_.updates += segments_;
     if (!at_.model.certifies()) at_.pivots = at_.model.certify(wire_, contacts_);
@@ -208,9 +208,9 @@ bool Descent::turn_down(double angle) {
     Vec2 way = pivots.way;
     if (way.x() < 0 || (way.x() == 0 && way.y() < 0)) way = -way;
     if (pivots.stage < 0)
-        at_.model.unwind(wire_, angle);
+        at_.model.unwind(angle);
     else if (way.isZero(0))
-        at_.model.twist_one(pivots.stage, angle);
+        at_.model.twist_one(pivots.stage, pivots.frame, angle);
     else
         at_.model.turn_one(pivots.stage, angle * way);
     if (!std::isfinite(at_.model.roll_out(wire_))) return false;

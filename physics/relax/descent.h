@@ -23,7 +23,7 @@ struct DescentTask {
 /// segments, and a saddle left along its negative curvature.
 class Descent {
 public:
-    Descent(Iterate&, Guidewire&, ContactSet&, const GlobalOptions&, bool smooth_wall, const DescentTask&,
+    Descent(Iterate&, Chain&, ContactSet&, const GlobalOptions&, bool smooth_wall, const DescentTask&,
             RelaxReport&, const UpdateObserver&);
 
     /// StrictMinimum or Stationary at rest; OutOfBudget; Stuck where no step leads on. The wire is in its
@@ -56,7 +56,7 @@ private:
     }
 
     Iterate& at_;
-    Guidewire& wire_;
+    Chain& wire_;
     ContactSet& contacts_;
     const GlobalOptions& options_;
     const bool smooth_;

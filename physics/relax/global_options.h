@@ -123,6 +123,9 @@ struct PredictionOptions {
     /// It is made once more with the wall at the place that it leads to, where it raises the energy by more
     /// than good_share · (|U| + most_work · |push · feed|).
     double good_share = 0.01;
+    /// |U| is at least that of a chain that is turned by this at each joint, ½ Σ C turn² [rad]: the energy of
+    /// a chain that lies free is rounding.
+    double least_turned = 1e-8;
     /// Where the whole motion does not count, halves of it are tried, down to a feed of least_feed · λ and a
     /// turn of least_turn [rad] ...
     double least_feed = 0.1, least_turn = 0.1;

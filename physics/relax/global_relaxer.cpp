@@ -13,39 +13,43 @@ namespace physics {
 namespace {
 
 /// Cosine of the angle of a joint away from its rest shape.
-double straightness(const Guidewire& wire, const std::vector<Vec3>& d, int joint) {
-    assert(joint >= 0 && joint < wire.segments());
-    assert(std::abs(wire.tangents[joint].squaredNorm() - 1) < 1e-9);
-    // Of several devices each has its own rest shape: the joint itself counts.
-    if (wire.rest_angle[joint] == 0) return wire.tangents[joint].dot(wire.tangents[joint + 1]);
-    return rest_direction(wire, joint, d[joint]).dot(wire.tangents[joint + 1]);
+double straightness(const Chain& wire, const std::vector<Vec3>& d, int joint) {
+    const Vec3 &u = wire.tangents[joint], &next = wire.tangents[joint + 1];
+    assert(std::abs(u.squaredNorm() - 1) < 1e-9);
+    // Several devices that bend have no rest shape in common: the joint itself counts.
+    if (wire.devices.size() > 1 || wire.devices[0].rest[joint].angle == 0) return u.dot(next);
+    return rest_direction(u, rest_bend(wire.devices[0], joint, u, d[joint])).dot(next);
 }
 
 /// Largest turn of a joint from its rest shape [rad].
-double largest_bend(const Guidewire& wire, const std::vector<Vec3>& directors) {
+double largest_bend(const Chain& wire, const std::vector<Vec3>& directors) {
     double least = 1;
     for (int j = 0; j < wire.segments(); ++j) least = std::min(least, straightness(wire, directors, j));
     assert(least <= 1);
     return std::acos(std::max(-1.0, least));
 }
 
-/// Whether the devices of two chains are the same at a joint, but for their roll.
-bool same_devices(const Guidewire& a, const Guidewire& b, int joint) {
+/// Whether two chains are the same at a joint and on the segment distal of it, but for their frames.
+bool same_material(const Chain& a, const Chain& b, int joint) {
     assert(a.devices.size() == b.devices.size());
-    if (a.devices.empty()) return true;
-    if (a.thickness[joint + 1] != b.thickness[joint + 1]) return false;
+    if (a.rigidity[joint] != b.rigidity[joint] || a.thickness[joint + 1] != b.thickness[joint + 1])
+        return false;
     for (std::size_t k = 0; k < a.devices.size(); ++k) {
-        const CoaxialDevice &one = a.devices[k], &other = b.devices[k];
-        if (one.rigidity[joint] != other.rigidity[joint] || one.bend[joint] != other.bend[joint])
+        const Device &one = a.devices[k], &other = b.devices[k];
+        if (one.rigidity[joint] != other.rigidity[joint] ||
+            one.rest[joint].angle != other.rest[joint].angle || one.rest[joint].way != other.rest[joint].way)
+            return false;
+        if (!one.wound.empty() && (one.wound[joint + 1] != other.wound[joint + 1] ||
+                                   one.torsion[joint + 1] != other.torsion[joint + 1]))
             return false;
     }
     return true;
 }
 
 /// Whether the hubs of two wires are turned alike, or their devices'.
-bool same_turns(const Guidewire& a, const Guidewire& b) {
+bool same_turns(const Chain& a, const Chain& b) {
     assert(a.devices.size() == b.devices.size());
-    if (a.roll != b.roll || a.windup != b.windup || a.base_director != b.base_director) return false;
+    if (a.base_director != b.base_director) return false;
     for (std::size_t k = 0; k < a.devices.size(); ++k)
         if (a.devices[k].roll != b.devices[k].roll || a.devices[k].windup != b.devices[k].windup)
             return false;
@@ -53,32 +57,33 @@ bool same_turns(const Guidewire& a, const Guidewire& b) {
 }
 
 /// Whether no segment of two wires can have the same stage.
-bool differ_throughout(const Guidewire& a, const Guidewire& b) {
+bool differ_throughout(const Chain& a, const Chain& b) {
     assert(!a.joints.empty());
     return b.joints.empty() || a.joints[0] != b.joints[0] || a.tangents[0] != b.tangents[0] ||
-           a.load != b.load || a.spec.end_cells != b.spec.end_cells ||
-           a.spec.segment_length != b.spec.segment_length || a.devices.size() != b.devices.size() ||
-           a.twists.empty() != b.twists.empty();
+           a.load != b.load || a.grid.end_cells != b.grid.end_cells ||
+           a.grid.segment_length != b.grid.segment_length || a.devices.size() != b.devices.size() ||
+           !std::equal(a.devices.begin(), a.devices.end(), b.devices.begin(),
+                       [](const Device& one, const Device& other) {
+                           return one.wound.empty() == other.wound.empty();
+                       });
 }
 
 /// Proximal segments whose stages are the same in both wires.
-int same_segments(const Guidewire& a, const Guidewire& b) {
+int same_segments(const Chain& a, const Chain& b) {
     if (differ_throughout(a, b)) return 0;
     assert(a.tangents.size() == a.joints.size() && b.tangents.size() == b.joints.size());
     const int n = a.segments(), both = std::min(n, b.segments());
     int same = 0;
     while (same < both && a.tangents[same + 1] == b.tangents[same + 1] &&
-           a.lengths[same + 1] == b.lengths[same + 1] && a.rigidity[same] == b.rigidity[same] &&
-           a.rest_angle[same] == b.rest_angle[same] && same_devices(a, b, same) &&
-           (a.twists.empty() || a.twists[same + 1] == b.twists[same + 1]))
+           a.lengths[same + 1] == b.lengths[same + 1] && same_material(a, b, same))
         ++same;
-    if (!same_turns(a, b)) same = std::min(same, n - a.bent_segments());
+    if (!same_turns(a, b)) same = std::min(same, std::max(0, n - a.bent_segments()));
     assert(same >= 0 && same <= n);
     return same;
 }
 
 /// Proximal segments whose grips are the same.
-int same_grips(const Guidewire& a, const Guidewire& b) {
+int same_grips(const Chain& a, const Chain& b) {
     const std::size_t both = std::min(a.grips.size(), b.grips.size());
     if (a.grips.empty() != b.grips.empty()) return 0;
     if (a.grips.empty()) return a.segments();
@@ -100,35 +105,31 @@ GlobalRelaxer::GlobalRelaxer(const RelaxerConfig& config, const LumenWall& wall,
     assert(tolerance_ > 0);
 }
 
-GlobalRelaxer::Unchanged GlobalRelaxer::unchanged(const Guidewire& wire) const {
+GlobalRelaxer::Unchanged GlobalRelaxer::unchanged(const Chain& wire) const {
     const int n = wire.segments(), segments = same_segments(wire, end_), grips = same_grips(wire, end_);
     assert(grips >= 0 && grips <= n);
     return {segments, grips, segments == n && grips == n && n == end_.segments()};
 }
 
-bool GlobalRelaxer::knows(const Guidewire& wire) const {
+bool GlobalRelaxer::knows(const Chain& wire) const {
     return end_report_.at_rest() && unchanged(wire).all;
 }
 
-RelaxReport GlobalRelaxer::move(Guidewire& wire, HubMotion& motion, const RelaxBudget& budget) {
+RelaxReport GlobalRelaxer::move(Chain& wire, HubMotion& motion, const RelaxBudget& budget) {
     assert(std::isfinite(motion.feed) && std::isfinite(motion.turn));
-    motion.feed = std::clamp(motion.feed, -wire.spec.segment_length, wire.spec.segment_length);
-    if (!wire.devices.empty()) {
-        if (motion.feed != 0) motion.feed = feed_device(wire, motion.device, motion.feed);
-        rotate_device(wire, motion.device, motion.turn);
-    } else if (!predict_motion(wire, motion, budget.updates)) {
-        if (motion.feed != 0) motion.feed = feed(wire, motion.feed);
-        rotate(wire, motion.turn);
+    motion.feed = std::clamp(motion.feed, -wire.grid.segment_length, wire.grid.segment_length);
+    if (!predict_motion(wire, motion, budget.updates)) {
+        if (motion.feed != 0) motion.feed = feed(wire, motion.device, motion.feed);
+        rotate(wire, motion.device, motion.turn);
     }
     return relax(wire, budget);
 }
 
 /// False where the answer is not known: the wire is not at rest, or not this relaxer's.
-bool GlobalRelaxer::predict_motion(Guidewire& wire, HubMotion& motion, int most_updates) {
+bool GlobalRelaxer::predict_motion(Chain& wire, HubMotion& motion, int most_updates) {
     const int n = wire.segments();
-    if (!predictable(wire) || !end_report_.converged() || n != end_.segments() ||
-        same_segments(wire, end_) < n || at_.model.stages() != n ||
-        contacts_.contacts().size() != wire.joints.size())
+    if (!end_report_.converged() || n != end_.segments() || same_segments(wire, end_) < n ||
+        at_.model.stages() != n || contacts_.contacts().size() != wire.joints.size())
         return false;
     const Prediction prediction =
         predict(at_, contacts_, wire, motion, end_report_.push_force, most_updates, options_);
@@ -139,7 +140,7 @@ bool GlobalRelaxer::predict_motion(Guidewire& wire, HubMotion& motion, int most_
     return prediction.made;
 }
 
-RelaxReport GlobalRelaxer::relax(Guidewire& wire, const RelaxBudget& budget, const UpdateObserver& observer) {
+RelaxReport GlobalRelaxer::relax(Chain& wire, const RelaxBudget& budget, const UpdateObserver& observer) {
     rebuild_joints(wire);
     const Unchanged same = unchanged(wire);
     assert(wire.segments() >= 1 && spent_ >= 0);
@@ -168,22 +169,21 @@ RelaxReport GlobalRelaxer::nothing_to_do(int updates) const {
 }
 
 /// The material frames become the wire's, of which proximal ones are unchanged.
-void GlobalRelaxer::take_up_frames(const Guidewire& wire, int unchanged_segments) {
+void GlobalRelaxer::take_up_frames(const Chain& wire, int unchanged_segments) {
     assert(unchanged_segments >= 0 && unchanged_segments <= wire.segments());
     std::vector<Vec3>& directors = at_.model.directors;
     if (wire.bent_segments() == 0) {
         directors.clear();
         return;
     }
-    const bool turned = end_.joints.empty() || wire.roll != end_.roll ||
-                        wire.base_director != end_.base_director || directors.empty();
+    const bool turned = end_.joints.empty() || wire.base_director != end_.base_director || directors.empty();
     directors.resize(wire.joints.size(), Vec3::Zero());
-    directors[0] = rolled_director(wire);
+    directors[0] = wire.base_director;
     at_.restore_frames(wire, turned ? 1 : std::max(1, unchanged_segments));
 }
 
 /// The contacts become the wire's. Returns what the first descent is asked for.
-DescentTask GlobalRelaxer::take_up(Guidewire& wire, const Unchanged& same, int most_updates) {
+DescentTask GlobalRelaxer::take_up(Chain& wire, const Unchanged& same, int most_updates) {
     assert(most_updates >= 0);
     const int n = wire.segments();
     // A call that goes on where the budget ended keeps what it has learned.
@@ -216,7 +216,7 @@ bool GlobalRelaxer::next_lag_round(RelaxReport& report) {
 /// Rest and normal forces of the grips in turn, until they agree. Snaps back and forth may let them never
 /// agree: the rounds are counted over all calls that their budget has cut.
 Termination GlobalRelaxer::find_equilibrium(Search& search) {
-    Guidewire& wire = search.wire;
+    Chain& wire = search.wire;
     const bool grips = !wire.grips.empty();
     assert(!grips || wire.grips.size() == wire.joints.size());
     const auto whole_wire = [&] { search.task.valid = 0, search.task.first_window = wire.segments(); };
@@ -255,23 +255,25 @@ Termination GlobalRelaxer::find_rest(Search& search) {
 }
 
 /// The normal forces of the grips become the contacts' own. False where they already are.
-bool GlobalRelaxer::update_grips(Guidewire& wire) const {
+bool GlobalRelaxer::update_grips(Chain& wire) const {
     assert(wire.grips.size() == wire.joints.size() && contacts_.contacts().size() == wire.joints.size());
     double largest = 0, change = 0;
     for (std::size_t j = 1; j < wire.grips.size(); ++j) {
-        const double force = wire.friction_at(static_cast<int>(j)) * contacts_.contacts()[j].force();
+        const double force = wire.friction[j] * contacts_.contacts()[j].force();
         largest = std::max(largest, force);
         change = std::max(change, std::abs(force - wire.grips[j].force));
     }
     if (change <= options_.lag.tolerance * largest) return false;
+    const bool rolls = Frames(wire).each;
     const double stored = grip_energy(wire.grips, wire.joints, 1);
     for (std::size_t j = 1; j < wire.grips.size(); ++j) {
         const WallContact& c = contacts_.contacts()[j];
-        wire.grips[j].force = wire.friction_at(static_cast<int>(j)) * c.force();
+        wire.grips[j].force = wire.friction[j] * c.force();
         if (!wire.grips[j].holds()) continue;
         wire.grips[j].normal = c.normal.normalized();
-        if (!wire.twists.empty())
-            wire.grips[j].around = 0.5 * wire.spec.diameter * wire.tangents[j].cross(wire.grips[j].normal);
+        if (rolls)
+            wire.grips[j].around =
+                (wire.inner_radius() + wire.thickness[j]) * wire.tangents[j].cross(wire.grips[j].normal);
     }
     wire.friction_loss += stored - grip_energy(wire.grips, wire.joints, 1);
     assert(std::isfinite(wire.friction_loss));
@@ -279,7 +281,7 @@ bool GlobalRelaxer::update_grips(Guidewire& wire) const {
 }
 
 /// The wire's own joints, grips and stations, the report on it, and what the next call remembers.
-void GlobalRelaxer::finish(Guidewire& wire, Termination end, RelaxReport& report) {
+void GlobalRelaxer::finish(Chain& wire, Termination end, RelaxReport& report) {
     assert(contacts_.contacts().size() == wire.joints.size());
     rebuild_joints(wire);
     if (at_rest(end))

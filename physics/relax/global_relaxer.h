@@ -27,25 +27,21 @@ public:
     /// itself and remembers it, so that a wire that comes back unchanged costs nothing, one that was only fed
     /// costs what its change costs, and a solve that its budget has cut goes on as if it had not been: the
     /// steps of many calls are those of one with the sum of their budgets, but for a few passes.
-    RelaxReport relax(Guidewire&, const RelaxBudget&, const UpdateObserver& = {}) override;
+    RelaxReport relax(Chain&, const RelaxBudget&, const UpdateObserver& = {}) override;
 
     /// Moves a wire at rest and lets it come to rest again; where it can, it starts from predict(). `motion`
     /// becomes what was made. A feed is at most λ.
-    RelaxReport move(Guidewire&, HubMotion& motion, const RelaxBudget&);
+    RelaxReport move(Chain&, HubMotion& motion, const RelaxBudget&);
 
     void state(StateStream& s) override {
-        s(at_, predicted_, spent_, contacts_, end_, end_report_);
-        if (!s.part(lag_rounds_ > 0, lag_rounds_)) lag_rounds_ = 0;
-        // Only a solve that goes on needs to know how far it has come.
-        if (!s.part(end_report_.out_of_budget(), at_.best_gradient)) at_.best_gradient = 0;
-        if (!s.part(softer_walls_.under_way(), softer_walls_)) softer_walls_.forget();
+        s(at_, predicted_, spent_, lag_rounds_, softer_walls_, contacts_, end_, end_report_);
     }
 
     /// Passes over the whole wire that one call may make beyond its budget.
     static constexpr int least_passes = 12;
 
     /// Whether the wire is as the last call left it, at rest.
-    bool knows(const Guidewire&) const;
+    bool knows(const Chain&) const;
     /// Report of the last call, and the contacts of the wire's joints as that call left them.
     const RelaxReport& last_report() const { return end_report_; }
     std::span<const WallContact> contacts() const { return contacts_.contacts(); }
@@ -59,22 +55,22 @@ private:
     };
     /// A wire whose rest is sought, through rounds of friction's normal forces.
     struct Search {
-        Guidewire& wire;
+        Chain& wire;
         const UpdateObserver& observer;
         RelaxReport& report;
         DescentTask task;
     };
 
-    bool predict_motion(Guidewire&, HubMotion&, int most_updates);
-    Unchanged unchanged(const Guidewire&) const;
+    bool predict_motion(Chain&, HubMotion&, int most_updates);
+    Unchanged unchanged(const Chain&) const;
     RelaxReport nothing_to_do(int updates) const;
-    void take_up_frames(const Guidewire&, int unchanged_segments);
-    DescentTask take_up(Guidewire&, const Unchanged&, int most_updates);
+    void take_up_frames(const Chain&, int unchanged_segments);
+    DescentTask take_up(Chain&, const Unchanged&, int most_updates);
     Termination find_equilibrium(Search&);
     Termination find_rest(Search&);
     bool next_lag_round(RelaxReport&);
-    bool update_grips(Guidewire&) const;
-    void finish(Guidewire&, Termination, RelaxReport&);
+    bool update_grips(Chain&) const;
+    void finish(Chain&, Termination, RelaxReport&);
 
     const GlobalOptions options_;
     const double tolerance_;  // largest |g|/C at rest [-]
@@ -87,7 +83,7 @@ private:
     SofterWalls softer_walls_;
     ContactSet contacts_;
     // How the last call ended.
-    Guidewire end_;
+    Chain end_;
     RelaxReport end_report_;
 };
 

@@ -19,8 +19,7 @@ constexpr double sharpest = degree * 90;  // of a joint
 
 /// What a relaxation may take of a call's updates: a few passes are kept for what it may take beyond that,
 /// and to undo it.
-int work_left(const Guidewire& wire, int updates, const HubReport& so_far) {
-    assert(updates >= 0 && so_far.relax.updates >= 0);
+int work_left(const Chain& wire, int updates, const HubReport& so_far) {
     const int kept = GlobalRelaxer::least_passes * wire.segments();
     return std::max(updates / 4, updates - kept) - so_far.relax.updates;
 }
@@ -35,57 +34,49 @@ const RelaxerConfig& checked(const RelaxerConfig& config) {
 Hub::Hub(const RelaxerConfig& config, const LumenWall& wall, double free_shaft)
     : relaxer_(checked(config), wall), wall_(wall), free_shaft_(free_shaft) {}
 
-double Hub::passes_on(const Guidewire& wire, int device) const {
-    const bool alone = wire.devices.empty();
-    assert(alone || (device >= 0 && device < static_cast<int>(wire.devices.size())));
-    const double stated = alone ? wire.spec.buckling_force : wire.devices[device].spec.buckling_force,
-                 rigidity = alone ? wire.spec.shaft_rigidity : wire.devices[device].spec.shaft_rigidity;
+double Hub::passes_on(const Chain& wire, int device) const {
+    assert(device >= 0 && device < static_cast<int>(wire.devices.size()));
+    const DeviceSpec& spec = wire.devices[device].spec;
+    const double stated = spec.buckling_force, rigidity = spec.shaft_rigidity();
     if (stated > 0) return stated;
     return free_shaft_ > 0 ? euler_force(rigidity, free_shaft_) : std::numeric_limits<double>::infinity();
 }
 
-double Hub::energy_of(const Guidewire& wire) const {
-    assert(relaxer_.contacts().size() == wire.joints.size());
+double Hub::energy_of(const Chain& wire) const {
     return total_energy(wire, relaxer_.contacts()).total();
 }
 
 /// Whether a wire can rest there after this motion from the last rest.
-bool Hub::can_be(const Guidewire& wire, const RelaxReport& report) const {
+bool Hub::can_be(const RelaxReport& report) const {
     // A flat minimum is a rest, and on planes, which jump, there may be none.
     const bool rests = report.at_rest() || !wall_.smooth();
     if (!rests || report.largest_bend > sharpest) return false;
     for (const WallContact& c : relaxer_.contacts())
         if (c.room > 0 && c.penetration > c.room) return false;
-    const double energy = energy_of(wire);
-    double force = std::max(std::abs(report.push_force), std::abs(rest_report_.push_force));
-    double torque = std::max(std::abs(report.base_torque), std::abs(rest_report_.base_torque));
-    // Of several devices one may push and another pull by more than both together.
-    if (!wire.devices.empty())
-        for (const std::vector<HubLoad>* loads : {&loads_, &rest_loads_})
-            for (const HubLoad& load : *loads) {
-                force = std::max(force, std::abs(load.push));
-                torque = std::max(torque, std::abs(load.torque));
-            }
+    // One device may push and another pull by more than both together.
+    double force = 0, torque = 0;
+    for (const std::vector<HubLoad>* loads : {&loads_, &rest_loads_})
+        for (const HubLoad& load : *loads) {
+            force = std::max(force, std::abs(load.push));
+            torque = std::max(torque, std::abs(load.torque));
+        }
     const double work = force * std::abs(made_.feed) + torque * std::abs(made_.turn);
-    return energy - rest_energy_ <= work_share * work + energy_share * std::abs(rest_energy_) + energy_floor;
+    return energy_ - rest_energy_ <= work_share * work + energy_share * std::abs(rest_energy_) + energy_floor;
 }
 
 /// Whether a shaft outside bows under the push of the motion that was tried. A pull gives way to anything.
-bool Hub::buckles(const Guidewire& wire) const {
+bool Hub::buckles(const Chain& wire) const {
     if (settling_ || made_.feed < 0 || !loads_at_rest_) return false;
-    const bool alone = wire.devices.empty();
-    assert(loads_.size() == std::max<std::size_t>(1, wire.devices.size()));
     for (int k = 0; k < static_cast<int>(loads_.size()); ++k) {
-        const double push = loads_[k].push,
-                     before = alone ? hand_force(rest_, rest_report_.push_force) : rest_loads_[k].push;
-        const bool fed = alone || made_.device == every_device || made_.device == k;
-        if (push > passes_on(wire, k) && ((fed && made_.feed > 0) || push > before)) return true;
+        const double push = loads_[k].push;
+        const bool fed = made_.device == every_device || made_.device == k;
+        if (push > passes_on(wire, k) && ((fed && made_.feed > 0) || push > rest_loads_[k].push)) return true;
     }
     return false;
 }
 
 /// Whether the motion is one that the wire has been found not to make from where it is.
-bool Hub::refuses(const Guidewire& wire, const HubMotion& motion) const {
+bool Hub::refuses(const Chain& wire, const HubMotion& motion) const {
     if (!refuses_ || motion.device != refused_.device || !relaxer_.knows(wire)) return false;
     const auto like = [](double asked, double refused) {
         return asked == refused || (asked * refused > 0 && std::abs(asked) <= std::abs(refused) &&
@@ -94,16 +85,14 @@ bool Hub::refuses(const Guidewire& wire, const HubMotion& motion) const {
     return like(motion.feed, refused_.feed) && like(motion.turn, refused_.turn);
 }
 
-void Hub::find_loads(const Guidewire& wire, const RelaxReport& report) {
+void Hub::find_loads(const Chain& wire, const RelaxReport& report) {
     loads_at_rest_ = report.at_rest();
-    if (wire.devices.empty())
-        loads_ = {{hand_force(wire, report.push_force), report.base_torque}};
-    else
-        loads_ = hub_loads(wire, relaxer_.contacts());
-    assert(loads_.size() == std::max<std::size_t>(1, wire.devices.size()));
+    loads_ = hub_loads(wire, relaxer_.contacts());
+    energy_ = energy_of(wire);
+    assert(loads_.size() == wire.devices.size());
 }
 
-HubReport Hub::settle(Guidewire& wire, int updates) {
+HubReport Hub::settle(Chain& wire, int updates) {
     if (!relaxer_.knows(wire)) refuses_ = false;
     working_ = settling_ = true;
     pending_ = false;
@@ -113,9 +102,8 @@ HubReport Hub::settle(Guidewire& wire, int updates) {
     return resume(wire, updates);
 }
 
-HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
-    const double lambda = wire.spec.segment_length;
-    assert(std::isfinite(motion.feed) && std::isfinite(motion.turn));
+HubReport Hub::move(Chain& wire, const HubMotion& motion, int updates) {
+    const double lambda = wire.grid.segment_length;
     asked_ = {std::clamp(motion.feed, -lambda, lambda), std::clamp(motion.turn, -largest_turn, largest_turn),
               motion.device};
     if (refuses(wire, asked_)) {
@@ -130,23 +118,26 @@ HubReport Hub::move(Guidewire& wire, const HubMotion& motion, int updates) {
     rest_ = wire;
     working_ = true;
     settling_ = false;
-    rest_report_ = relaxer_.last_report();
-    rest_energy_ = energy_of(wire);
-    rest_loads_.clear();
-    if (!wire.devices.empty()) rest_loads_ = hub_loads(wire, relaxer_.contacts());
+    // Those of the chain as it was left, unless something else has changed it since.
+    if (!loads_at_rest_ || !relaxer_.knows(wire)) {
+        loads_ = hub_loads(wire, relaxer_.contacts());
+        energy_ = energy_of(wire);
+    }
+    rest_loads_ = loads_;
+    rest_energy_ = energy_;
     HubReport report;
     start_part(wire, updates, report);
     return finish(wire, updates, report);
 }
 
-int Hub::most_work(const Guidewire& wire, const HubMotion& motion) {
+int Hub::most_work(const Chain& wire, const HubMotion& motion) {
     constexpr int passes = 600, least = 140'000, most = 1'000'000;
     return motion.feed < 0 ? most : std::clamp(passes * wire.segments(), least, most);
 }
 
 /// Updates that the motion may have taken when the try under way ends: three quarters of all for the whole
 /// motion, and for each smaller part three quarters of what is then left.
-int Hub::work_of_try(const Guidewire& wire) const {
+int Hub::work_of_try(const Chain& wire) const {
     if (settling_) return most_settling;
     const int whole = most_work(wire, asked_);
     assert(halvings_ >= 0 && halvings_ <= halvings);
@@ -154,7 +145,7 @@ int Hub::work_of_try(const Guidewire& wire) const {
 }
 
 /// One part of the motion, from the last rest.
-void Hub::start_part(Guidewire& wire, int updates, HubReport& report) {
+void Hub::start_part(Chain& wire, int updates, HubReport& report) {
     const double share = std::ldexp(1.0, -halvings_);
     assert(working_ && share > 0);
     made_ = {share * asked_.feed, share * asked_.turn, asked_.device};
@@ -165,7 +156,7 @@ void Hub::start_part(Guidewire& wire, int updates, HubReport& report) {
     report.relax.add(part);
 }
 
-HubReport Hub::resume(Guidewire& wire, int updates) {
+HubReport Hub::resume(Chain& wire, int updates) {
     HubReport report;
     assert(working_);
     if (pending_) {
@@ -180,7 +171,7 @@ HubReport Hub::resume(Guidewire& wire, int updates) {
 }
 
 /// After a relaxation: at rest, out of budget, or to be tried again in halves.
-HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
+HubReport Hub::finish(Chain& wire, int updates, HubReport report) {
     for (;;) {
         assert(working_ && spent_ >= 0);
         // Once a try's work has been spent, less is left of it than the relaxer needs to do anything.
@@ -193,7 +184,7 @@ HubReport Hub::finish(Guidewire& wire, int updates, HubReport report) {
         find_loads(wire, report.relax);
         const bool buckles = this->buckles(wire);
         report.buckled = report.buckled || buckles;
-        if (settling_ || (!buckles && can_be(wire, report.relax))) {
+        if (settling_ || (!buckles && can_be(report.relax))) {
             working_ = settling_ = false;
             report.made = made_;
             return report;

@@ -35,64 +35,61 @@ public:
     Hub(const RelaxerConfig&, const LumenWall&, double free_shaft = 0);
 
     /// Brings a wire to rest where it is, whatever it was before.
-    HubReport settle(Guidewire&, int updates);
+    HubReport settle(Chain&, int updates);
     /// Makes a motion, or a part of it, with a wire at rest: at most one segment's length and largest_turn.
     /// Of several devices those move that the motion names.
-    HubReport move(Guidewire&, const HubMotion&, int updates);
+    HubReport move(Chain&, const HubMotion&, int updates);
     /// Continues work that ran out of its budget; the wire must be as it was left.
-    HubReport resume(Guidewire&, int updates);
+    HubReport resume(Chain&, int updates);
     bool working() const { return working_; }
     /// Updates with which a call need not exceed them.
-    static int least_updates(const Guidewire& wire) { return 16 * wire.segments(); }
+    static int least_updates(const Chain& wire) { return 16 * wire.segments(); }
     /// Push that the shaft of the wire, or of one of its devices, passes on [N]; infinity = any.
-    double passes_on(const Guidewire&, int device = 0) const;
+    double passes_on(const Chain&, int device = 0) const;
     /// The wire at rest where the current motion began.
-    const Guidewire& last_rest() const { return rest_; }
+    const Chain& last_rest() const { return rest_; }
 
     /// Report of the last relaxation.
     const RelaxReport& last_report() const { return relaxer_.last_report(); }
     /// Contacts of the joints of a wire at rest.
     std::span<const WallContact> contacts() const { return relaxer_.contacts(); }
-    /// What the hand feels at each device's hub of the wire as it was left, one load of a wire alone: by
+    /// What the hand feels at each device's hub of the chain as it was left: by
     /// these the shaft outside bows. Empty unless that wire is at rest.
     std::span<const HubLoad> loads() const {
         return loads_at_rest_ ? std::span<const HubLoad>(loads_) : std::span<const HubLoad>();
     }
 
     void state(StateStream& s) {
-        s(relaxer_, working_, settling_, rest_, rest_report_, rest_energy_, asked_, made_, halvings_);
-        if (!s.part(!rest_loads_.empty(), rest_loads_)) rest_loads_.clear();
-        if (!s.part(working_, spent_, pending_)) spent_ = 0, pending_ = false;
-        if (!s.part(refuses_, refuses_, refused_, refused_for_push_)) refuses_ = refused_for_push_ = false;
+        s(relaxer_, working_, settling_, rest_, rest_loads_, rest_energy_, energy_, loads_, loads_at_rest_,
+          asked_, made_, halvings_, spent_, pending_, refuses_, refused_, refused_for_push_);
     }
 
     /// Updates that all tries of one motion may take together: of a pull 1e6, a tenth of a second, for a wire
     /// must come back; of any other 600 passes over the wire, some 200 steps of Newton's method, and from
     /// 140 000 to 1e6.
-    static int most_work(const Guidewire&, const HubMotion&);
+    static int most_work(const Chain&, const HubMotion&);
     /// The same to bring a wire to rest where it lies, which may be laid anew.
     static constexpr int most_settling = 1'000'000;
 
     static constexpr double largest_turn = 10 * degree;  // of one part [rad]
 
 private:
-    void start_part(Guidewire&, int updates, HubReport&);
-    HubReport finish(Guidewire&, int updates, HubReport);
-    bool refuses(const Guidewire&, const HubMotion&) const;
-    int work_of_try(const Guidewire&) const;
-    bool buckles(const Guidewire&) const;
-    void find_loads(const Guidewire&, const RelaxReport&);
-    bool can_be(const Guidewire&, const RelaxReport&) const;
-    double energy_of(const Guidewire&) const;
+    void start_part(Chain&, int updates, HubReport&);
+    HubReport finish(Chain&, int updates, HubReport);
+    bool refuses(const Chain&, const HubMotion&) const;
+    int work_of_try(const Chain&) const;
+    bool buckles(const Chain&) const;
+    void find_loads(const Chain&, const RelaxReport&);
+    bool can_be(const RelaxReport&) const;
+    double energy_of(const Chain&) const;
 
     GlobalRelaxer relaxer_;
     const LumenWall& wall_;
     bool working_ = false, settling_ = false;
-    Guidewire rest_;  // where the motion began
-    RelaxReport rest_report_;
-    double rest_energy_ = 0;           // [N·mm]
-    std::vector<HubLoad> rest_loads_;  // of each of several devices
-    std::vector<HubLoad> loads_;       // after what was tried, or of the wire as it was left
+    Chain rest_;                           // where the motion began
+    double rest_energy_ = 0, energy_ = 0;  // then, and with `loads_` [N·mm]
+    std::vector<HubLoad> rest_loads_;      // of each device
+    std::vector<HubLoad> loads_;           // after what was tried, or of the wire as it was left
     bool loads_at_rest_ = false;
     HubMotion asked_, made_;
     int halvings_ = 0;

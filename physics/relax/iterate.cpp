@@ -10,11 +10,10 @@
 namespace physics {
 namespace {
 
-bool winds_up(const Guidewire& wire) {
-    assert(wire.windup_stiffness() >= 0);
-    return wire.windup_stiffness() > 0 ||
-           std::any_of(wire.devices.begin(), wire.devices.end(),
-                       [](const CoaxialDevice& device) { return windup_stiffness(device) > 0; });
+bool winds_up(const Chain& chain) {
+    assert(!chain.devices.empty());
+    return std::any_of(chain.devices.begin(), chain.devices.end(),
+                       [](const Device& device) { return device.windup_stiffness > 0; });
 }
 
 }  // namespace
@@ -24,7 +23,7 @@ double Iterate::energy_scale() const {
     return std::abs(energy) + load_scale;
 }
 
-void Iterate::set_units(const Guidewire& wire, const ContactSet& contacts, const GlobalOptions& options) {
+void Iterate::set_units(const Chain& wire, const ContactSet& contacts, const GlobalOptions& options) {
     assert(contacts.contacts().size() == wire.joints.size());
     const double unbounded = options.trust.unbounded;
     double stiffest = 0, room = unbounded;
@@ -37,45 +36,44 @@ void Iterate::set_units(const Guidewire& wire, const ContactSet& contacts, const
     assert(model.least_pivot > 0);
 }
 
-void Iterate::linearise(const Guidewire& wire, const ContactSet& contacts, int first) {
+void Iterate::linearise(const Chain& wire, const ContactSet& contacts, int first) {
     assert(first >= 1 && first <= wire.segments());
     if (winds_up(wire)) first = std::max(1, std::min(first, wire.segments() - wire.bent_segments()));
     pivots = model.linearise(wire, contacts, first, trust.mu());
     assert(model.stages() == wire.segments() && pivots.shifted >= 0);
 }
 
-void Iterate::measure_window(const Guidewire& wire, const ContactSet& contacts) {
+void Iterate::measure_window(const Chain& wire, const ContactSet& contacts) {
     const int first = model.first();
     assert(first >= 1 && first <= wire.segments());
     energy = contacts.energy(wire.joints, first) + grip_energy(wire.grips, wire.joints, first);
     for (int j = first - 1; j < wire.segments(); ++j) energy += joint_energy(wire, model.directors, j);
-    energy += 0.5 * wire.windup_torque() * wire.windup + windup_energy(wire) +
-              twist_energy(wire, wire.twists, first);
+    energy += coupling_energy(wire, first - 1) + twist_energy(wire, first);
     load_scale = contacts.load_scale(first);
 }
 
-void Iterate::open_window(const Guidewire& wire, const ContactSet& contacts, int segments) {
+void Iterate::open_window(const Chain& wire, const ContactSet& contacts, int segments) {
     assert(segments >= 1);
     linearise(wire, contacts, std::max(1, wire.segments() - segments + 1));
     model.sum_proximal(wire, contacts);
     measure_window(wire, contacts);
 }
 
-void Iterate::accept(Guidewire& wire, ContactSet& contacts, double trial_energy) {
+void Iterate::accept(Chain& wire, ContactSet& contacts, double trial_energy) {
     assert(std::isfinite(trial_energy) && contacts.contacts().size() == wire.joints.size());
     model.take(wire);
     contacts.commit();
     energy = trial_energy;
 }
 
-void Iterate::look_at(const Guidewire& wire) {
+void Iterate::look_at(const Chain& wire) {
     if (wire.bent_segments() == 0) return;
     assert(model.directors.size() == wire.joints.size());
-    model.directors[0] = rolled_director(wire);
+    model.directors[0] = wire.base_director;
     restore_frames(wire, 1);
 }
 
-void Iterate::restore_frames(const Guidewire& wire, int first) {
+void Iterate::restore_frames(const Chain& wire, int first) {
     assert(first >= 1);
     assert(model.directors.size() == wire.joints.size());
     transport_directors(wire, first, model.directors);

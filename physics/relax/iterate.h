@@ -22,27 +22,27 @@ struct Iterate {
     double best_gradient = 0;  // least |g|/C of the window so far [-]
     bool goes_on = false;      // the next descent continues one that its budget has cut
 
-    int window(const Guidewire& wire) const { return wire.segments() - model.first() + 1; }
+    int window(const Chain& wire) const { return wire.segments() - model.first() + 1; }
     /// ‖U‖, what differences of the energy round by [N·mm].
     double energy_scale() const;
     /// The trust region's unit and the least pivot, from the wire and its lumen:
     /// μ₀ = C λ / R⁴, whatever the segments' length.
-    void set_units(const Guidewire&, const ContactSet&, const GlobalOptions&);
+    void set_units(const Chain&, const ContactSet&, const GlobalOptions&);
     /// Model of the state, with the window from segment `first` on, and its minimum at the trust region as
     /// it is. Where the shaft winds up, the window holds all of the curved tip: this is what turns the shaft.
-    void linearise(const Guidewire&, const ContactSet&, int first);
+    void linearise(const Chain&, const ContactSet&, int first);
     /// Energy of the model's window.
-    void measure_window(const Guidewire&, const ContactSet&);
+    void measure_window(const Chain&, const ContactSet&);
     /// Model and energy of a window of so many distal segments, and the gradient proximal of it.
-    void open_window(const Guidewire&, const ContactSet&, int segments);
+    void open_window(const Chain&, const ContactSet&, int segments);
     /// The model's trial state becomes the wire's.
-    void accept(Guidewire&, ContactSet&, double trial_energy);
+    void accept(Chain&, ContactSet&, double trial_energy);
     /// The material frames become those of this wire.
-    void look_at(const Guidewire&);
+    void look_at(const Chain&);
     /// The material frames become the accepted ones again, from this segment on, after trials.
-    void restore_frames(const Guidewire&, int first);
+    void restore_frames(const Chain&, int first);
 
-    void state(StateStream& s) { s(trust, energy, load_scale, idle, model, pivots, foreseen); }
+    void state(StateStream& s) { s(trust, energy, load_scale, idle, model, pivots, foreseen, best_gradient); }
 };
 
 }  // namespace physics

@@ -2,18 +2,16 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <limits>
 #include <tuple>
 
+#include "physics/relax/riccati_recursion.h"
 #include "physics/wire/bending.h"
 
 namespace physics {
 namespace {
-
-Vec3 turned(const Vec3& director, const Vec3& axis, double angle) {
-    return std::cos(angle) * director + std::sin(angle) * axis.cross(director);
-}
 
 /// Turn about the tangent `to` of a frame against the one that a smallest rotation from `from` makes of it.
 double rolled(const Vec3& from, const Vec3& before, const Vec3& to, const Vec3& now) {
@@ -25,17 +23,15 @@ double rolled(const Vec3& from, const Vec3& before, const Vec3& to, const Vec3& 
 
 }  // namespace
 
-void NewtonModel::start(const Guidewire& wire, const ContactSet& contacts, int foreseen) {
+void NewtonModel::start(const Chain& wire, const ContactSet& contacts, int foreseen) {
     const std::size_t n = wire.segments();
     gains_.resize(n);
     turns_.resize(n + 1);
     trial_joints_.resize(n + 1);
     trial_tangents_.resize(n + 1);
-    if (!wire.twists.empty()) {
-        twist_gains_.resize(n);
-        trial_twists_.resize(n + 1);
-        trial_rolls_.resize(n + 1);
-    }
+    for (std::size_t k = 0; k < wire.devices.size(); ++k)
+        trial_wound_[k].resize(wire.devices[k].twists_by_segments() ? n + 1 : 0);
+    trial_rolls_.resize(n + 1);
     planes_.resize(n + 1);
     for (std::size_t j = foreseen + 1; j <= n; ++j) {
         const WallContact& c = contacts.contacts()[j];
@@ -46,34 +42,31 @@ void NewtonModel::start(const Guidewire& wire, const ContactSet& contacts, int f
     }
 }
 
-RiccatiReport NewtonModel::linearise(const Guidewire& wire, const ContactSet& contacts, int first,
-                                     double mu) {
+RiccatiReport NewtonModel::linearise(const Chain& wire, const ContactSet& contacts, int first, double mu) {
     if (wire.bent_segments() > 0) transport_directors(wire, first, directors);
     mu_ = mu;
-    if (!wire.twists.empty()) settled_ = directors;
-    RiccatiReport report = assemble_and_solve(
-        wire, contacts.contacts(), directors, first, mu, least_pivot, terms_, planes_,
-        std::span(gains_).subspan(first - 1),
-        wire.twists.empty() ? std::span<TwistGain>() : std::span(twist_gains_).subspan(first - 1));
-    solve_turn(wire, mu, report);
+    RiccatiReport report = assemble_and_solve(wire, contacts.contacts(), directors, first, mu, least_pivot,
+                                              terms_, planes_, gains_, frame_gains_);
+    if (terms_.frames.each) settled_ = directors;
+    turn_base(wire, mu, report);
     answers_ = certifies();
     return report;
 }
 
-RiccatiReport NewtonModel::certify(const Guidewire& wire, const ContactSet& contacts) {
+RiccatiReport NewtonModel::certify(const Chain& wire, const ContactSet& contacts) {
     take_contacts(wire, contacts, 1, false);
     const int window = terms_.first;
     terms_.first = 1;
     set_axial_forces(wire);
-    RiccatiReport report = riccati_backward(terms_.stages, 0, least_pivot, terms_.twists(), gains_,
-                                            {terms_.twist_window(), window_twist_gains()});
-    solve_turn(wire, 0, report);
+    RiccatiReport report =
+        riccati_backward(terms_.stages, 0, least_pivot, gains_, terms_.framed(1, frame_gains_));
+    turn_base(wire, 0, report);
     terms_.first = window;
     answers_ = true;
     return report;
 }
 
-void NewtonModel::take_contacts(const Guidewire& wire, const ContactSet& contacts, int first,
+void NewtonModel::take_contacts(const Chain& wire, const ContactSet& contacts, int first,
                                 bool foreseen_forces) {
     for (int j = first; j < static_cast<int>(planes_.size()); ++j) {
         const WallContact& c = contacts.contacts()[j];
@@ -84,7 +77,7 @@ void NewtonModel::take_contacts(const Guidewire& wire, const ContactSet& contact
     take_grips(wire, first);
 }
 
-void NewtonModel::take_grips(const Guidewire& wire, int first) {
+void NewtonModel::take_grips(const Chain& wire, int first) {
     for (std::size_t j = first; j < wire.grips.size(); ++j) {
         if (!wire.grips[j].holds()) continue;
         if (!terms_.stages[j - 1].touches) planes_[j] = {};
@@ -92,7 +85,7 @@ void NewtonModel::take_grips(const Guidewire& wire, int first) {
     }
 }
 
-void NewtonModel::take_trial_contacts(const Guidewire& wire, const ContactSet& contacts) {
+void NewtonModel::take_trial_contacts(const Chain& wire, const ContactSet& contacts) {
     foresee_forces(wire);
     for (RiccatiStage& s : terms_.window()) s.touches = false;
     for (std::size_t k = 0; k < contacts.asked().size(); ++k) {
@@ -115,90 +108,76 @@ void NewtonModel::take_contact(const WallContact& c, int joint, const Vec3& move
     s.force = c.stiffness * p.gap * c.normal - force * (c.curvature * moved) + c.stiffening_push();
 }
 
-void NewtonModel::solve(const Guidewire& wire, double mu) {
+void NewtonModel::solve(const Chain& wire, double mu) {
     answers_ = false;
     set_axial_forces(wire);
-    RiccatiReport report = riccati_backward(terms_.window(), mu, least_pivot, terms_.twists(), window_gains(),
-                                            {terms_.twist_window(), window_twist_gains()});
-    solve_turn(wire, mu, report);
+    RiccatiReport report = riccati_backward(terms_.window(), mu, least_pivot, window_gains(),
+                                            terms_.framed(terms_.first, frame_gains_));
+    turn_base(wire, mu, report);
 }
 
-/// The turn of the tip's plane that the model's minimum asks for, against the spring of the shaft.
-void NewtonModel::solve_turn(const Guidewire& wire, double mu, RiccatiReport& report) {
-    turn_ = 0;
-    device_turns_ = {};
-    if (terms_.twist && !wire.devices.empty()) return answer_device_turns(wire, mu, report);
-    if (terms_.windup_stiffness == 0) return;
-    twist_twist_ = report.twist_twist + terms_.windup_stiffness;
-    if (!(twist_twist_ > 0)) {
-        if (report.shifted++ == 0) report.stage = -1;
-        twist_twist_ = std::max(least_pivot, std::abs(twist_twist_));
-    }
-    answer_turn(wire, report.slope_twist, mu);
+/// The turns of the frames at the base that the model's minimum asks for.
+void NewtonModel::turn_base(const Chain& wire, double mu, RiccatiReport& report) {
+    base_curve_ = report.curve;
+    solve_base(wire, report.slope, mu, &report);
 }
 
-/// The turns of the devices' shapes that the model's minimum asks for, each against the spring of its shaft.
-void NewtonModel::answer_device_turns(const Guidewire& wire, double mu, RiccatiReport& report) {
-    const int count = static_cast<int>(wire.devices.size());
-    // ψ turns every frame and ρ the second device alone: φ₀ = ψ, φ₁ = ψ + ρ.
-    const double c = report.twist_twist, d = report.twist_second, e = report.second_second;
-    Eigen::Matrix2d curve = Eigen::Matrix2d::Zero();
-    Vec2 slope = Vec2::Zero();
-    if (terms_.second) {
-        curve << c - 2 * d + e, d - e, d - e, e;
-        slope << report.slope_twist - report.slope_second, report.slope_second;
-    } else {
-        curve(0, 0) = c;
-        slope[0] = report.slope_twist;
-    }
-    bool turns = false;
-    for (int k = 0; k < 2; ++k) {
-        const double stiffness = k < count && (k == 0 || terms_.second) ? terms_.device_stiffness[k] : 0.0;
-        if (stiffness > 0) {
-            turns = true;
-            curve(k, k) += stiffness;
-            slope[k] -= stiffness * wire.devices[k].windup;
-        } else {  // stands still
-            curve(k, 1 - k) = curve(1 - k, k) = 0;
-            curve(k, k) = 1;
-            slope[k] = 0;
-        }
-    }
-    if (!turns) return;
-    Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver;
-    solver.computeDirect(curve);
-    Vec2 values = solver.eigenvalues();
-    if (!(values[0] > 0)) {
-        if (report.shifted++ == 0) report.stage = -1;
-        values = values.cwiseAbs().cwiseMax(least_pivot);
-    }
+/// The same for these slopes: each shaft that winds up as a whole against its spring; the others stand still.
+void NewtonModel::solve_base(const Chain& wire, const FrameVector& slopes, double mu, RiccatiReport* report) {
+    turns_at_base_ = {};
+    std::array<int, most_devices> free = {};
+    int count = 0;
+    for (int f = 0; f < terms_.frames.count; ++f)
+        if (wire.devices[terms_.frames.device[f]].windup_stiffness > 0) free[count++] = f;
+    if (count == 0) return;
+    using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_devices, most_devices>;
+    using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_devices, 1>;
+    Matrix curve(count, count);
+    Vector slope(count);
     double shaped = 0;
-    for (const CoaxialDevice& device : wire.devices) shaped = std::max(shaped, shaped_length(device.spec));
+    for (int a = 0; a < count; ++a) {
+        const Device& device = wire.devices[terms_.frames.device[free[a]]];
+        for (int b = 0; b < count; ++b) curve(a, b) = base_curve_[free[a]][free[b]];
+        curve(a, a) += device.windup_stiffness;
+        slope[a] = slopes[free[a]] - device.windup_stiffness * device.windup;
+        shaped = std::max(shaped, shaped_length(device.spec));
+    }
     const double weight = mu * shaped * twist_arm * twist_arm;
-    const Eigen::Matrix2d axes = solver.eigenvectors();
-    Vec2 along = axes.transpose() * slope;
-    for (int k = 0; k < 2; ++k) along[k] /= values[k] + weight;
-    const Vec2 turn = -(axes * along);
-    device_turns_ = {turn[0], turn[1]};
-    device_way_ = axes.col(0);
+    Vector turn, way = Vector::Ones(count);
+    if (count == 1) {
+        double pivot = curve(0, 0);
+        if (!(pivot > 0)) {
+            if (report && report->shifted++ == 0) report->stage = -1, report->frame = free[0];
+            pivot = std::max(least_pivot, std::abs(pivot));
+        }
+        turn = -slope / (pivot + weight);
+    } else {
+        const Eigen::SelfAdjointEigenSolver<Matrix> solver(curve);
+        Vector values = solver.eigenvalues();
+        if (!(values[0] > 0)) {
+            if (report && report->shifted++ == 0) report->stage = -1, report->frame = free[0];
+            values = values.cwiseAbs().cwiseMax(least_pivot);
+        }
+        const Matrix axes = solver.eigenvectors();
+        Vector along = axes.transpose() * slope;
+        for (int k = 0; k < count; ++k) along[k] /= values[k] + weight;
+        turn = -(axes * along);
+        way = axes.col(0);
+    }
+    base_way_ = {};
+    for (int a = 0; a < count; ++a) turns_at_base_[free[a]] = turn[a], base_way_[free[a]] = way[a];
 }
 
-void NewtonModel::turn_devices(Guidewire& wire) const {
-    for (std::size_t k = 0; k < wire.devices.size(); ++k) {
-        CoaxialDevice& device = wire.devices[k];
-        if (device_turns_[k] == 0) continue;
-        device.roll = std::remainder(device.roll + device_turns_[k], 2 * M_PI);
-        device.windup -= device_turns_[k];
+void NewtonModel::turn_devices(Chain& wire) const {
+    for (int f = 0; f < terms_.frames.count; ++f) {
+        if (turns_at_base_[f] == 0) continue;
+        Device& device = wire.devices[terms_.frames.device[f]];
+        device.roll += turns_at_base_[f];
+        device.windup -= turns_at_base_[f];
     }
 }
 
-void NewtonModel::answer_turn(const Guidewire& wire, double slope, double mu) {
-    const double weight = mu * wire.spec.curved_length * twist_arm * twist_arm;
-    if (terms_.windup_stiffness > 0)
-        turn_ = (terms_.windup_stiffness * wire.windup - slope) / (twist_twist_ + weight);
-}
-
-void NewtonModel::set_axial_forces(const Guidewire& wire) {
+void NewtonModel::set_axial_forces(const Chain& wire) {
     const bool loaded = !wire.load.isZero(0), gripped = !wire.grips.empty();
     Vec3 force = Vec3::Zero();
     for (int j = wire.segments(); j >= terms_.first; --j) {
@@ -210,24 +189,52 @@ void NewtonModel::set_axial_forces(const Guidewire& wire) {
     }
 }
 
-void NewtonModel::answer(const Guidewire& wire, std::span<const FedStage> fed, double mu) {
+void NewtonModel::answer(const Chain& wire, std::span<const FedStage> fed, double mu) {
     answers_ = mu == 0;
-    answer_turn(wire,
-                riccati_answer(terms_.stages, terms_.first - 1, mu, mu > 0, least_pivot, terms_.twists(),
-                               gains_, fed),
-                mu);
+    solve_base(wire,
+               riccati_answer(terms_.stages, terms_.first - 1, mu, mu > 0, least_pivot, gains_,
+                              terms_.framed(1, frame_gains_), fed),
+               mu, nullptr);
 }
 
-void NewtonModel::answer_again(const Guidewire& wire, std::span<const FedStage> fed) {
+void NewtonModel::answer_again(const Chain& wire, std::span<const FedStage> fed) {
     answers_ = false;
     set_axial_forces(wire);
-    answer_turn(
-        wire,
-        riccati_answer(terms_.stages, terms_.first - 1, 0, true, least_pivot, terms_.twists(), gains_, fed),
-        0);
+    solve_base(wire,
+               riccati_answer(terms_.stages, terms_.first - 1, 0, true, least_pivot, gains_,
+                              terms_.framed(1, frame_gains_), fed),
+               0, nullptr);
 }
 
-double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<const FedStage> fed) {
+double NewtonModel::roll_out(const Chain& wire, std::span<const FedStage> fed) {
+    return with_frames(terms_.frames.count, [&](auto count) { return roll_out<count()>(wire, fed); });
+}
+
+/// Gives segment j's frames their own twists, which add up to `wound` from the window's base. Returns
+/// Σ|twist|.
+template <int F>
+double NewtonModel::twist_out(const Chain& wire, int j, const Vec3& moved, const Vec2& alpha,
+                              FrameVector& twist, FrameVector& wound) {
+    assert(terms_.frames.each && j >= terms_.first);
+    double sizes = 0;
+    // Those that were eliminated last come first.
+    for (int f = F - 1; f >= 0; --f) {
+        if (terms_.frame_stages[(j - 1) * F + f].twist_stiffness == 0) continue;
+        const FrameGain& own = frame_gains_[(j - 1) * F + f];
+        double by = own.step + own.from_x.dot(moved) + own.from_turn.dot(alpha);
+        for (int g = 0; g < F; ++g) by += own.from_frame[g] * twist[g];
+        twist[f] += by;
+        wound[f] += by;
+        sizes += std::abs(by);
+        slope_ += terms_.frame_gradient[(j - 1) * F + f] * by;
+        const int device = terms_.frames.device[f];
+        trial_wound_[device][j] = wire.devices[device].wound[j] + wound[f];
+    }
+    return sizes;
+}
+
+template <int F>
+double NewtonModel::roll_out(const Chain& wire, std::span<const FedStage> fed) {
     const int n = wire.segments(), first = terms_.first;
     Vec3 x = wire.joints[first - 1];
     trial_joints_[first - 1] = x;
@@ -238,28 +245,25 @@ double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<cons
     // Sum of what must be finite: std::max drops a NaN, and an overflow makes a tangent zero.
     double sizes = 0;
     slope_ = 0;
-    if (terms_.windup_stiffness > 0) {
-        twist = turn_;
-        slope_ = (terms_.base.torque - terms_.windup_stiffness * wire.windup) * turn_;
+    [[maybe_unused]] FrameVector twist = turns_at_base_;
+    for (int f = 0; f < F; ++f) {
+        const Device& device = wire.devices[terms_.frames.device[f]];
+        slope_ += (terms_.base.torque[f] - device.windup_stiffness * device.windup) * twist[f];
+        if (device.twists_by_segments())
+            trial_wound_[terms_.frames.device[f]][first - 1] = device.wound[first - 1];
     }
-    double second = 0;
-    if (!wire.devices.empty()) {
-        twist = device_turns_[0];
-        second = device_turns_[1] - device_turns_[0];
-        for (std::size_t k = 0; k < wire.devices.size(); ++k)
-            slope_ += (terms_.device_torque(static_cast<int>(k)) -
-                       terms_.device_stiffness[k] * wire.devices[k].windup) *
-                      device_turns_[k];
-    }
+    [[maybe_unused]] FrameVector wound = {};  // own twists added so far, from the window's base
     for (int j = first; j <= n; ++j) {
         const RiccatiStage& s = terms_.stages[j - 1];
         const RiccatiGain& gain = gains_[j - 1];
         Vec2 alpha = gain.step;
         alpha.noalias() += gain.from_prev * prev;
-        if (terms_.twist) alpha += gain.from_twist * twist;
-        if (second != 0) alpha += gain.from_second * second;
+        for (int f = 0; f < F; ++f) alpha += frame_gains_[(j - 1) * F + f].turn * twist[f];
         alpha.noalias() += gain.from_x * (x - wire.joints[j - 1]);
-        if (terms_.twist) twist += s.twist_prev.dot(prev) + s.twist.dot(alpha);
+        if constexpr (F > 0) {
+            const double by = s.twist_prev.dot(prev) + s.twist.dot(alpha);
+            for (int f = 0; f < F; ++f) twist[f] += by;
+        }
         turns_[j] = prev = alpha;
         slope_ += terms_.gradient[j - 1].dot(alpha);
         Vec3 u = wire.tangents[j];
@@ -277,15 +281,7 @@ double NewtonModel::roll_out(const Guidewire& wire, double twist, std::span<cons
         x += length * u;
         trial_joints_[j] = x;
         Vec3 moved = x - wire.joints[j];
-        if (terms_.each) {
-            const TwistGain& own = twist_gains_[j - 1];
-            const double by =
-                own.step + own.from_x.dot(moved) + own.from_turn.dot(alpha) + own.from_twist * twist;
-            trial_twists_[j] = wire.twists[j] + by;
-            twist += by;
-            sizes += by;
-            slope_ += terms_.twist_gradient[j - 1] * by;
-        }
+        if (F > 0 && terms_.frames.each) sizes += twist_out<F>(wire, j, moved, alpha, twist, wound);
         if (slid != 0) moved -= slid * wire.tangents[j];
         farthest = std::max(farthest, moved.squaredNorm());
     }
@@ -299,55 +295,57 @@ double NewtonModel::largest_turn() const {
     return std::sqrt(turn);
 }
 
-double NewtonModel::evaluate(Guidewire& wire, ContactSet& contacts) {
-    const int first = terms_.first;
+double NewtonModel::evaluate(Chain& wire, ContactSet& contacts) {
+    const int first = terms_.first, n = wire.segments();
     double energy = contacts.evaluate(trial_joints_, first);
-    if (!terms_.each) energy += grip_energy(wire.grips, trial_joints_, first);
+    if (!terms_.frames.each) energy += grip_energy(wire.grips, trial_joints_, first);
     std::swap(wire.tangents, trial_tangents_);
-    if (terms_.each) {
-        std::copy(wire.twists.begin(), wire.twists.begin() + first, trial_twists_.begin());
-        std::swap(wire.twists, trial_twists_);
+    const auto swap_wound = [&] {
+        for (std::size_t k = 0; k < wire.devices.size(); ++k)
+            if (wire.devices[k].twists_by_segments()) std::swap(wire.devices[k].wound, trial_wound_[k]);
+    };
+    if (terms_.frames.each) {
+        for (std::size_t k = 0; k < wire.devices.size(); ++k)
+            if (wire.devices[k].twists_by_segments())
+                std::copy(wire.devices[k].wound.begin(), wire.devices[k].wound.begin() + first,
+                          trial_wound_[k].begin());
+        swap_wound();
     }
+    std::array<std::pair<double, double>, most_devices> unturned;
     for (std::size_t k = 0; k < wire.devices.size(); ++k)
-        unturned_[k] = {wire.devices[k].roll, wire.devices[k].windup};
+        unturned[k] = {wire.devices[k].roll, wire.devices[k].windup};
     turn_devices(wire);
+    if (wire.bent_segments() > 0) transport_directors(wire, first, directors);
+    for (int j = first - 1; j < n; ++j) energy += joint_energy(wire, directors, j);
+    energy += coupling_energy(wire, first - 1) + twist_energy(wire, first);
     for (std::size_t k = 0; k < wire.devices.size(); ++k)
-        energy += 0.5 * terms_.device_stiffness[k] * wire.devices[k].windup * wire.devices[k].windup;
-    if (terms_.twist) {
-        const Vec3 accepted = directors[first - 1];
-        if (turn_ != 0) directors[first - 1] = turned(accepted, wire.tangents[first - 1], turn_);
-        transport_directors(wire, first, directors);
-        for (int j = first - 1; j < wire.segments(); ++j) energy += joint_energy(wire, directors, j);
-        directors[first - 1] = accepted;
-    } else {
-        for (int j = first - 1; j < wire.segments(); ++j) energy += joint_energy(wire, directors, j);
-    }
-    for (std::size_t k = 0; k < wire.devices.size(); ++k)
-        std::tie(wire.devices[k].roll, wire.devices[k].windup) = std::tie(unturned_[k][0], unturned_[k][1]);
-    if (terms_.each) {
-        energy += twist_energy(wire, wire.twists, first) + trial_grip_energy(wire);
-        std::swap(wire.twists, trial_twists_);
+        std::tie(wire.devices[k].roll, wire.devices[k].windup) = unturned[k];
+    if (terms_.frames.each) {
+        swap_wound();
+        energy += trial_grip_energy(wire);
     }
     std::swap(wire.tangents, trial_tangents_);
-    if (terms_.windup_stiffness > 0) {
-        const double left = wire.windup - turn_;
-        energy += 0.5 * terms_.windup_stiffness * left * left;
-    }
     return energy;
 }
 
-/// With the wire's tangents those of the trial state; sets the rolls.
-double NewtonModel::trial_grip_energy(const Guidewire& wire) {
+/// Sets the rolls; the directors are those of the trial state.
+double NewtonModel::trial_grip_energy(const Chain& wire) {
     if (wire.grips.empty()) return 0;
-    double energy = 0;
-    for (int j = terms_.first; j <= wire.segments(); ++j) {
+    double energy = 0, place = 0;
+    for (int j = 1; j <= wire.segments(); ++j) {
+        place += wire.lengths[j];
+        if (j < terms_.first) continue;
+        const int owner = wire.outermost(place);
+        // evaluate() has swapped the tangents: the chain's are the trial's.
         trial_rolls_[j] = rolled(trial_tangents_[j], settled_[j], wire.tangents[j], directors[j]);
+        const Device& device = wire.devices[owner];
+        if (device.twists_by_segments()) trial_rolls_[j] += trial_wound_[owner][j] - device.wound[j];
         if (wire.grips[j].holds()) energy += wire.grips[j].energy(trial_joints_[j], trial_rolls_[j]);
     }
     return energy;
 }
 
-void NewtonModel::foresee_forces(const Guidewire& wire) {
+void NewtonModel::foresee_forces(const Chain& wire) {
     for (int j = terms_.first; j <= wire.segments(); ++j) {
         ContactPlane& p = planes_[j];
         if (!terms_.stages[j - 1].touches) {
@@ -359,16 +357,15 @@ void NewtonModel::foresee_forces(const Guidewire& wire) {
     }
 }
 
-void NewtonModel::take(Guidewire& wire) {
+void NewtonModel::take(Chain& wire) {
     const int first = terms_.first;
-    if (turn_ != 0) {
-        for (int j = 0; j < first; ++j) directors[j] = turned(directors[j], wire.tangents[j], turn_);
-        wire.roll = std::remainder(wire.roll + turn_, 2 * M_PI);
-        wire.windup -= turn_;
-    }
     turn_devices(wire);
-    if (terms_.each) {
-        std::copy(trial_twists_.begin() + first, trial_twists_.end(), wire.twists.begin() + first);
+    for (Device& device : wire.devices) device.roll = std::remainder(device.roll, 2 * M_PI);
+    if (terms_.frames.each) {
+        for (std::size_t k = 0; k < wire.devices.size(); ++k)
+            if (wire.devices[k].twists_by_segments())
+                std::copy(trial_wound_[k].begin() + first, trial_wound_[k].end(),
+                          wire.devices[k].wound.begin() + first);
         for (std::size_t j = first; j < wire.grips.size(); ++j) wire.grips[j].roll += trial_rolls_[j];
     }
     std::copy(trial_tangents_.begin() + first, trial_tangents_.end(), wire.tangents.begin() + first);
@@ -376,24 +373,25 @@ void NewtonModel::take(Guidewire& wire) {
 }
 
 void NewtonModel::turn_one(int stage, const Vec2& by) {
-    for (RiccatiGain& gain : gains_) gain.step.setZero();
-    for (TwistGain& gain : twist_gains_) gain.step = 0;
-    turn_ = 0;
-    device_turns_ = {};
+    unwind(0);
     gains_[stage].step = by;
 }
 
-void NewtonModel::twist_one(int stage, double by) {
-    turn_one(stage, Vec2::Zero());
-    twist_gains_[stage].step = by;
+void NewtonModel::twist_one(int stage, int frame, double by) {
+    unwind(0);
+    frame_gains_[stage * terms_.frames.count + frame].step = by;
 }
 
-void NewtonModel::unwind(const Guidewire& wire, double by) {
+void NewtonModel::unwind(double by) {
     for (RiccatiGain& gain : gains_) gain.step.setZero();
-    if (wire.devices.empty())
-        turn_ = by;
-    else
-        device_turns_ = {by * device_way_[0], by * device_way_[1]};
+    for (FrameGain& gain : frame_gains_) gain.step = 0;
+    for (int f = 0; f < most_devices; ++f) turns_at_base_[f] = by * base_way_[f];
+}
+
+void NewtonModel::size_twists(std::size_t joints) {
+    trial_rolls_.resize(joints);
+    for (int f = 0; f < terms_.frames.count; ++f)
+        trial_wound_[terms_.frames.device[f]].resize(terms_.frames.each ? joints : 0);
 }
 
 }  // namespace physics

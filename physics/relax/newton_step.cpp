@@ -9,13 +9,13 @@ namespace physics {
 namespace {
 
 /// What places of joints are rounded relative to [mm].
-double farthest(const Guidewire& wire) {
+double farthest(const Chain& wire) {
     assert(!wire.joints.empty());
     return wire.joints.back().cwiseAbs().maxCoeff() + wire.joints.front().cwiseAbs().maxCoeff();
 }
 
 /// Whether a joint from `first` on turns so far that the cosine is below this one.
-bool kinked(const Guidewire& wire, int first, double cosine) {
+bool kinked(const Chain& wire, int first, double cosine) {
     assert(first >= 0);
     for (int j = first; j < wire.segments(); ++j)
         if (wire.tangents[j].dot(wire.tangents[j + 1]) < cosine) return true;
@@ -24,7 +24,7 @@ bool kinked(const Guidewire& wire, int first, double cosine) {
 
 }  // namespace
 
-NewtonStep::NewtonStep(Iterate& at, Guidewire& wire, ContactSet& contacts, const GlobalOptions& options,
+NewtonStep::NewtonStep(Iterate& at, Chain& wire, ContactSet& contacts, const GlobalOptions& options,
                        bool smooth_wall, int most_updates, RelaxReport& report)
     : at_(at),
       wire_(wire),

@@ -21,7 +21,7 @@ public:
     };
 
     /// A step whose trials take no more than `most_updates` of the report's updates, but for the first.
-    NewtonStep(Iterate&, Guidewire&, ContactSet&, const GlobalOptions&, bool smooth_wall, int most_updates,
+    NewtonStep(Iterate&, Chain&, ContactSet&, const GlobalOptions&, bool smooth_wall, int most_updates,
                RelaxReport&);
 
     Result take();
@@ -43,7 +43,7 @@ private:
     Next reject(const Trial&);
 
     Iterate& at_;
-    Guidewire& wire_;
+    Chain& wire_;
     ContactSet& contacts_;
     const GlobalOptions& options_;
     const bool smooth_;

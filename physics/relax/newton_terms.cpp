@@ -1,10 +1,11 @@
 #include "physics/relax/newton_terms.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
-#include <type_traits>
 
 #include "physics/relax/riccati_recursion.h"
+#include "physics/wire/bending.h"
 
 namespace physics {
 namespace {
@@ -32,10 +33,12 @@ namespace {
         slope * ti.col(1).dot(tj.col(0)) + ca1 * b0, slope * ti.col(1).dot(tj.col(1)) + ca1 * b1;
 }
 
-/// Blocks of a joint with rest angle β: κ = m·u_j, m = cos β u_i + sin β d, which also turns with the twist.
-void curved_joint(double c, double beta, const Vec3& ui, const Vec3& d, const Mat32& ti, const Vec3& uj,
-                  RiccatiStage& s) {
-    const double cb = std::cos(beta), sb = std::sin(beta);
+/// Adds the blocks of a joint of one device with rest angle β: κ = m·u_j, m = cos β u_i + sin β d, which also
+/// turns with the device's frame.
+void add_curved_joint(double c, const RestBend& rest, const Vec3& ui, const Mat32& ti, const Vec3& uj,
+                      RiccatiStage& s, FrameStage& f) {
+    const double cb = rest.cosine, sb = rest.sine;
+    const Vec3& d = rest.way;
     const Vec3 m = cb * ui + sb * d, aside = ui.cross(d);
     const double kappa = m.dot(uj), slope = -c * (7 - kappa) / 6, curve = c / 6;
     const Vec2 di = ti.transpose() * d, vi = ti.transpose() * uj, ci = ti.transpose() * aside;
@@ -46,138 +49,165 @@ void curved_joint(double c, double beta, const Vec3& ui, const Vec3& d, const Ma
     Mat2 kappa_ii = -0.5 * sb * (di * vi.transpose() + vi * di.transpose());
     kappa_ii.diagonal().array() -= cb * along;
     const Mat2 kappa_ij = cb * ti.transpose() * s.basis - sb * di * (s.basis.transpose() * ui).transpose();
-    s.slope_prev = slope * a;
-    s.slope = slope * b;
-    s.slope_twist = slope * w;
-    s.prev_prev = curve * a * a.transpose() + slope * kappa_ii;
-    s.own = curve * b * b.transpose();
+    s.slope_prev += slope * a;
+    s.slope += slope * b;
+    f.slope += slope * w;
+    s.prev_prev += curve * a * a.transpose() + slope * kappa_ii;
+    s.own += curve * b * b.transpose();
     s.own.diagonal().array() -= slope * kappa;
-    s.cross = curve * a * b.transpose() + slope * kappa_ij;
-    s.twist_twist = curve * w * w - slope * sb * d.dot(uj);
-    s.twist_cross_prev = curve * w * a - slope * sb * along * ci;
-    s.twist_cross = curve * w * b + slope * sb * (s.basis.transpose() * aside);
+    s.cross += curve * a * b.transpose() + slope * kappa_ij;
+    f.curve += curve * w * w - slope * sb * d.dot(uj);
+    f.cross_prev += curve * w * a - slope * sb * along * ci;
+    f.cross += curve * w * b + slope * sb * (s.basis.transpose() * aside);
 }
 
-/// Blocks of a joint of several devices: the sum of theirs, straight ones as one.
-void coaxial_joint(const Guidewire& wire, int joint, const Vec3& director, const Mat32& ti, RiccatiStage& s) {
-    const Vec3 &ui = wire.tangents[joint], &uj = wire.tangents[joint + 1];
-    const double length = wire.length_of(joint);
-    double straight = 0;
-    for (const CoaxialDevice& device : wire.devices)
-        if (device.bend[joint].isZero(0)) straight += device.rigidity[joint];
-    straight_joint(straight / length, ui, ti, uj, s);
-    s.slope_twist = s.twist_twist = 0;
-    s.twist_cross_prev.setZero();
-    s.twist_cross.setZero();
-    s.second_slope = s.second_second = 0;
-    s.second_cross_prev.setZero();
-    s.second_cross.setZero();
-    RiccatiStage own;
-    own.basis = s.basis;
-    for (const CoaxialDevice& device : wire.devices) {
-        if (device.bend[joint].isZero(0)) continue;
-        const RestBend rest = rest_bend(device, joint, ui, director);
-        curved_joint(device.rigidity[joint] / length, rest.angle, ui, rest.way, ti, uj, own);
-        s.slope_prev += own.slope_prev;
-        s.slope += own.slope;
-        s.prev_prev += own.prev_prev;
-        s.own += own.own;
-        s.cross += own.cross;
-        s.slope_twist += own.slope_twist;
-        s.twist_twist += own.twist_twist;
-        s.twist_cross_prev += own.twist_cross_prev;
-        s.twist_cross += own.twist_cross;
-        if (&device != &wire.devices[1]) continue;
-        s.second_slope = own.slope_twist;
-        s.second_second = own.twist_twist;
-        s.second_cross_prev = own.twist_cross_prev;
-        s.second_cross = own.twist_cross;
+/// Blocks of a joint: those of the devices that are straight there, as one, and of each that bends.
+template <int F>
+[[gnu::always_inline]] inline void chain_joint(const Chain& chain, const Frames& frames, int joint,
+                                               double spring, const std::vector<Vec3>& directors,
+                                               const Mat32& ti, RiccatiStage& s,
+                                               [[maybe_unused]] FrameStage* frame) {
+    const Vec3 &ui = chain.tangents[joint], &uj = chain.tangents[joint + 1];
+    if constexpr (F == 0) {
+        straight_joint(spring, ui, ti, uj, s);
+    } else {
+        const double whole = chain.rigidity[joint];
+        double straight = whole;
+        for (int f = 0; f < F; ++f) {
+            const Device& device = chain.devices[frames.device[f]];
+            if (device.rest[joint].angle != 0) straight -= device.rigidity[joint];
+        }
+        straight_joint(spring * (straight / whole), ui, ti, uj, s);
+        for (int f = 0; f < F; ++f) {
+            const Device& device = chain.devices[frames.device[f]];
+            if (device.rest[joint].angle == 0) continue;
+            add_curved_joint(spring * (device.rigidity[joint] / whole),
+                             rest_bend(device, joint, ui, directors[joint]), ui, ti, uj, s, frame[f]);
+        }
+    }
+}
+
+/// Adds the couplings of joint `joint`, the last of those that are left.
+void add_couplings(const Chain& chain, int joint, std::size_t& left, NewtonTerms& terms) {
+    const int count = terms.frames.count;
+    for (; left > 0 && chain.couplings[left - 1].joint == joint; --left) {
+        const Coupling& c = chain.couplings[left - 1];
+        const CouplingTerms by = coupling_terms(chain, c);
+        const int inner = terms.frames.of[c.inner], outer = terms.frames.of[c.outer];
+        FrameStage *a = &terms.frame_stages[joint * count + inner],
+                   *b = &terms.frame_stages[joint * count + outer];
+        a->slope -= by.slope, b->slope += by.slope;
+        a->curve += by.curve, b->curve += by.curve;
+        terms.mixed[(joint * count + outer) * count + inner] -= by.curve;
     }
 }
 
 constexpr double same_force = 1e-9;  // of a contact's own: within this the model's force is that
 
-/// Adds the twist of the segment by itself, and what its joint's grip holds of it; before add_segment().
-void add_twist(const Guidewire& wire, int j, NewtonTerms& terms, DistalSums& sums) {
-    TwistStage& t = terms.twist_stages[j - 1];
-    sums.torque += set_twist_stage(wire, j, t);
-    terms.twist_gradient[j - 1] = t.slope + sums.torque;
+/// Makes the twist of a segment by itself, of the frames that do, and what its joint's grip holds of it.
+/// `place` is that of its joint from the introducer [mm].
+void set_twists(const Chain& chain, int j, double place, NewtonTerms& terms) {
+    for (int f = 0; f < terms.frames.count; ++f) {
+        const Device& device = chain.devices[terms.frames.device[f]];
+        if (!device.twists_by_segments()) continue;
+        FrameStage& t = terms.frame_stages[(j - 1) * terms.frames.count + f];
+        t.twist_stiffness = device.torsion[j];
+        t.twist_slope = device.torsion[j] * (device.wound[j] - device.wound[j - 1]);
+        t.grip_slope = t.grip_grip = 0;
+        t.grip_cross.setZero();
+        if (chain.grips.empty() || !chain.grips[j].holds() ||
+            chain.outermost(place) != terms.frames.device[f])
+            continue;
+        const Grip& grip = chain.grips[j];
+        t.grip_slope = grip.push(chain.joints[j]).dot(grip.around);
+        t.grip_cross = grip.stiffness(chain.joints[j]) * grip.around;
+        t.grip_grip = grip.around.dot(t.grip_cross);
+    }
 }
 
 /// Adds one more segment to the sums. Returns |gradient|² over C².
-[[gnu::always_inline]] inline double add_segment(const Guidewire& wire, int j, bool loaded,
-                                                 NewtonTerms& terms, DistalSums& sums) {
+template <int F>
+[[gnu::always_inline]] inline double add_segment(const Chain& chain, int j, bool loaded, NewtonTerms& terms,
+                                                 DistalSums& sums) {
     RiccatiStage& s = terms.stages[j - 1];
+    [[maybe_unused]] const FrameStage* frame = F > 0 ? &terms.frame_stages[(j - 1) * F] : nullptr;
+    double twist_square = 0;
+    if (F > 0 && terms.frames.each)
+        for (int f = 0; f < F; ++f) {
+            sums.torque[f] += frame[f].grip_slope;
+            if (frame[f].twist_stiffness == 0) continue;
+            const double g = terms.frame_gradient[(j - 1) * F + f] = frame[f].twist_slope + sums.torque[f];
+            twist_square = std::max(twist_square, g * g);
+        }
     Vec2 g = s.slope + sums.slope;
     g.noalias() += s.length * (s.basis.transpose() * sums.force);
     sums.slope = s.slope_prev;
-    if (loaded) sums.length += wire.length_of(j);
-    if (terms.twist) {
-        g += sums.torque * s.twist;
-        sums.slope += sums.torque * s.twist_prev;
-        sums.torque += s.slope_twist;
-        if (terms.second) sums.second_torque += s.second_slope;
+    if (loaded) sums.length += chain.length_of(j);
+    if constexpr (F > 0) {
+        double torque = 0;
+        for (int f = 0; f < F; ++f) torque += sums.torque[f];
+        g += torque * s.twist;
+        sums.slope += torque * s.twist_prev;
+        for (int f = 0; f < F; ++f) sums.torque[f] += frame[f].slope;
     }
     terms.gradient[j - 1] = g;
     const double inverse_spring = terms.inverse_spring[j - 1];
-    double square = g.squaredNorm();
-    if (terms.each) square = std::max(square, terms.twist_gradient[j - 1] * terms.twist_gradient[j - 1]);
-    return square * (inverse_spring * inverse_spring);
+    return std::max(g.squaredNorm(), twist_square) * (inverse_spring * inverse_spring);
 }
 
-void set_axial(const Guidewire& wire, int j, bool loaded, double length, const Vec3& force, RiccatiStage& s) {
-    const Vec3& u = wire.tangents[j];
+void set_axial(const Chain& chain, int j, bool loaded, double length, const Vec3& force, RiccatiStage& s) {
+    const Vec3& u = chain.tangents[j];
     s.axial = s.length * u.dot(force);
-    if (loaded) s.axial -= s.length * length * u.dot(wire.load);
+    if (loaded) s.axial -= s.length * length * u.dot(chain.load);
+}
+
+/// How the frames turn with the joint before segment j under this torque. The second-order twist of a joint
+/// is half the area that its two tangents sweep against each other.
+[[gnu::always_inline]] inline void set_transport(const Chain& chain, int j, const Mat32& prev, double torque,
+                                                 RiccatiStage& s) {
+    const Vec3 &ui = chain.tangents[j - 1], &uj = chain.tangents[j];
+    const Vec3 turn = ui.cross(uj) / std::max(1e-9, 1 + ui.dot(uj));
+    s.twist_prev = -(prev.transpose() * turn);
+    s.twist = -(s.basis.transpose() * turn);
+    if (torque == 0) return;
+    const Vec3 axis = 0.5 * torque * (ui + uj).normalized();
+    s.cross.col(0) += prev.transpose() * Vec3(s.basis.col(0)).cross(axis);
+    s.cross.col(1) += prev.transpose() * Vec3(s.basis.col(1)).cross(axis);
 }
 
 /// From the tip to the window's base, a stage at a time.
-template <Twist twist>
-RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> contacts,
+template <int F>
+RiccatiReport from_tip(const Chain& chain, std::span<const WallContact> contacts,
                        const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
                        NewtonTerms& terms, std::span<ContactPlane> planes, std::span<RiccatiGain> gains,
-                       [[maybe_unused]] std::span<TwistGain> twist_gains) {
-    constexpr bool with_twist = twist != Twist::None;
-    const int n = wire.segments();
-    const bool loaded = !wire.load.isZero(0), gripped = !wire.grips.empty();
-    const bool coaxial = !wire.devices.empty();
+                       [[maybe_unused]] std::vector<FrameGain>& frame_gains) {
+    const int n = chain.segments();
+    const bool loaded = !chain.load.isZero(0), gripped = !chain.grips.empty();
     DistalSums sums;
     Vec3 borne = Vec3::Zero();  // by the wall, as the model has it
     double largest = 0;
-    RiccatiRecursion<twist> recursion(mu, least_pivot);
+    [[maybe_unused]] double place = F > 0 && terms.frames.each ? chain.inserted_length() : 0;
+    [[maybe_unused]] std::size_t couplings = chain.couplings.size();
+    RiccatiRecursion<F> recursion(mu, least_pivot);
     Mat32 own, prev;
-    turn_basis(wire.tangents[n], own);
+    turn_basis(chain.tangents[n], own);
     for (int j = n; j >= first; --j) {
         RiccatiStage& s = terms.stages[j - 1];
-        turn_basis(wire.tangents[j - 1], prev);
+        turn_basis(chain.tangents[j - 1], prev);
         s.basis = own;
-        s.length = wire.lengths[j];
-        const double c = wire.spring_constant(j - 1), beta = wire.rest_angle[j - 1];
+        s.length = chain.lengths[j];
+        const double c = chain.spring_constant(j - 1);
         terms.inverse_spring[j - 1] = 1 / c;
-        const Vec3 &ui = wire.tangents[j - 1], &uj = wire.tangents[j];
-        if (coaxial) {
-            coaxial_joint(wire, j - 1, with_twist ? directors[j - 1] : Vec3(Vec3::Zero()), prev, s);
-        } else if (beta == 0) {
-            straight_joint(c, ui, prev, uj, s);
-            if constexpr (with_twist) {
-                s.slope_twist = s.twist_twist = 0;
-                s.twist_cross_prev.setZero();
-                s.twist_cross.setZero();
-            }
-        } else {
-            curved_joint(c, beta, ui, directors[j - 1], prev, uj, s);
+        [[maybe_unused]] FrameStage* frame = nullptr;
+        if constexpr (F > 0) {
+            frame = &terms.frame_stages[(j - 1) * F];
+            for (int f = 0; f < F; ++f) frame[f] = {};
         }
-        if constexpr (with_twist) {
-            const Vec3 turn = ui.cross(uj) / std::max(1e-9, 1 + ui.dot(uj));
-            s.twist_prev = -(prev.transpose() * turn);
-            s.twist = -(s.basis.transpose() * turn);
-            // The second-order twist of a joint is half the area that its two tangents sweep against each
-            // other.
-            if (j > first && sums.torque != 0) {
-                const Vec3 axis = 0.5 * sums.torque * (ui + uj).normalized();
-                s.cross.col(0) += prev.transpose() * Vec3(s.basis.col(0)).cross(axis);
-                s.cross.col(1) += prev.transpose() * Vec3(s.basis.col(1)).cross(axis);
-            }
+        chain_joint<F>(chain, terms.frames, j - 1, c, directors, prev, s, frame);
+        if constexpr (F > 0) {
+            if constexpr (F > 1) add_couplings(chain, j - 1, couplings, terms);
+            if (terms.frames.each) set_twists(chain, j, place, terms);
+            set_transport(chain, j, prev, j > first ? sums.whole_torque() : 0.0, s);
         }
         const WallContact& contact = contacts[j];
         s.touches = contact.touches();
@@ -192,22 +222,25 @@ RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> conta
             borne += force * contact.normal;
             if (contact.touches()) sums.force += s.force;
         }
-        if (gripped && wire.grips[j].holds()) {
+        if (gripped && chain.grips[j].holds()) {
             if (!s.touches) planes[j] = {};
-            const Vec3 drag = add_grip(wire.grips[j], wire.joints[j], s);
+            const Vec3 drag = add_grip(chain.grips[j], chain.joints[j], s);
             borne += drag;
             sums.force += drag;
         }
         if (loaded)
             s.slope.noalias() -=
-                s.length * (sums.length + wire.length_of(j)) * (s.basis.transpose() * wire.load);
-        if constexpr (twist == Twist::Each) add_twist(wire, j, terms, sums);
-        largest = std::max(largest, add_segment(wire, j, loaded, terms, sums));
-        set_axial(wire, j, loaded, sums.length, borne, s);
+                s.length * (sums.length + chain.length_of(j)) * (s.basis.transpose() * chain.load);
+        largest = std::max(largest, add_segment<F>(chain, j, loaded, terms, sums));
+        set_axial(chain, j, loaded, sums.length, borne, s);
         recursion.add_wall(s);
-        if constexpr (twist == Twist::Each)
-            recursion.twist_segment(s, terms.twist_stages[j - 1], j - first, twist_gains[j - first]);
-        recursion.step(s, j - first, gains[j - first]);
+        FrameGain* frame_gain = F > 0 ? &frame_gains[(j - 1) * F] : nullptr;
+        if constexpr (F > 0) {
+            if (terms.frames.each) recursion.twist_segment(s, j - first, frame, frame_gain);
+            place -= s.length;
+        }
+        recursion.step(s, j - first, gains[j - 1], frame,
+                       F > 1 && !terms.mixed.empty() ? &terms.mixed[(j - 1) * F * F] : nullptr, frame_gain);
         own = prev;
     }
     terms.relative_gradient = std::sqrt(largest);
@@ -216,24 +249,24 @@ RiccatiReport from_tip(const Guidewire& wire, std::span<const WallContact> conta
 }
 
 /// What the introducer holds, from sums over the whole wire or over the window alone.
-void hold(const Guidewire& wire, const DistalSums& sums, NewtonTerms& terms) {
+void hold(const Chain& chain, const DistalSums& sums, NewtonTerms& terms) {
     double carried = sums.length;
     // Half of the first segment's load is borne by the introducer itself.
-    if (!wire.load.isZero(0) && wire.spec.end_cells == EndCells::Half) carried += wire.length_of(0);
-    terms.push = sums.force - carried * wire.load;
-    terms.torque = sums.torque;
+    if (!chain.load.isZero(0) && chain.grid.end_cells == EndCells::Half) carried += chain.length_of(0);
+    terms.push = sums.force - carried * chain.load;
+    terms.torque = sums.whole_torque();
 }
 
 }  // namespace
 
-double set_twist_stage(const Guidewire& wire, int j, TwistStage& t) {
-    t = {.stiffness = wire.torsion[j], .slope = wire.torsion[j] * wire.twists[j]};
-    if (wire.grips.empty() || !wire.grips[j].holds()) return 0;
-    const Grip& grip = wire.grips[j];
-    t.grip_slope = grip.push(wire.joints[j]).dot(grip.around);
-    t.grip_cross = grip.stiffness(wire.joints[j]) * grip.around;
-    t.grip_grip = grip.around.dot(t.grip_cross);
-    return t.grip_slope;
+Frames::Frames(const Chain& chain) {
+    of.fill(-1);
+    for (std::size_t k = 0; k < chain.devices.size(); ++k) {
+        if (!chain.devices[k].framed()) continue;
+        each = each || chain.devices[k].twists_by_segments();
+        device[count] = static_cast<int>(k);
+        of[k] = count++;
+    }
 }
 
 Vec3 add_grip(const Grip& grip, const Vec3& joint, RiccatiStage& stage) {
@@ -249,67 +282,105 @@ Vec3 add_grip(const Grip& grip, const Vec3& joint, RiccatiStage& stage) {
     return drag;
 }
 
-RiccatiReport assemble_and_solve(const Guidewire& wire, std::span<const WallContact> contacts,
+RiccatiReport assemble_and_solve(const Chain& chain, std::span<const WallContact> contacts,
                                  const std::vector<Vec3>& directors, int first, double mu, double least_pivot,
                                  NewtonTerms& terms, std::span<ContactPlane> planes,
-                                 std::span<RiccatiGain> gains, std::span<TwistGain> twist_gains) {
-    const int n = wire.segments();
+                                 std::span<RiccatiGain> gains, std::vector<FrameGain>& frame_gains) {
+    const int n = chain.segments();
+    assert(first >= 1 && first <= n && contacts.size() == chain.joints.size() && mu >= 0);
     terms.first = first;
-    terms.twist = wire.bent_segments() > 0;
+    terms.frames = Frames(chain);
     terms.exact = true;
-    terms.each = !wire.twists.empty();
-    if (terms.each) {
-        terms.twist_stages.resize(n);
-        terms.twist_gradient.resize(n);
-    }
+    const std::size_t framed = static_cast<std::size_t>(n) * terms.frames.count;
+    assert(framed == 0 || directors.size() == chain.joints.size());
     terms.stages.resize(n);
     terms.gradient.resize(n, Vec2::Zero());
     terms.inverse_spring.resize(n);
+    terms.frame_stages.resize(framed);
+    terms.frame_gradient.resize(terms.frames.each ? framed : 0);
+    frame_gains.resize(framed);
+    if (chain.couplings.empty())
+        terms.mixed.clear();
+    else
+        terms.mixed.assign(framed * terms.frames.count, 0.0);
     if (first == 1) terms.proximal_gradient = 0;
-    terms.device_stiffness.clear();
-    for (const CoaxialDevice& device : wire.devices)
-        terms.device_stiffness.push_back(windup_stiffness(device));
-    terms.second = terms.twist && wire.devices.size() == 2 &&
-                   (terms.device_stiffness[0] > 0 || terms.device_stiffness[1] > 0);
-    const auto solve = [&](auto which) {
-        return from_tip<which()>(wire, contacts, directors, first, mu, least_pivot, terms, planes, gains,
-                                 twist_gains);
-    };
-    const RiccatiReport report =
-        terms.twists() == Twist::None  ? solve(std::integral_constant<Twist, Twist::None>())
-        : terms.twists() == Twist::One ? solve(std::integral_constant<Twist, Twist::One>())
-        : terms.twists() == Twist::Two ? solve(std::integral_constant<Twist, Twist::Two>())
-                                       : solve(std::integral_constant<Twist, Twist::Each>());
-    hold(wire, terms.base, terms);
-    for (std::size_t k = 0; k < wire.devices.size(); ++k) {
-        const double stiffness = terms.device_stiffness[k];
-        if (stiffness == 0) continue;
-        const double slope =
-            std::abs(terms.device_torque(static_cast<int>(k)) - stiffness * wire.devices[k].windup);
-        terms.relative_gradient = std::max(terms.relative_gradient, slope * terms.inverse_spring[n - 1]);
-    }
-    terms.windup_stiffness = wire.windup_stiffness();
-    if (terms.windup_stiffness > 0) {
-        const double slope = std::abs(terms.base.torque - terms.windup_stiffness * wire.windup);
+    const RiccatiReport report = with_frames(terms.frames.count, [&](auto count) {
+        return from_tip<count()>(chain, contacts, directors, first, mu, least_pivot, terms, planes, gains,
+                                 frame_gains);
+    });
+    hold(chain, terms.base, terms);
+    for (int f = 0; f < terms.frames.count; ++f) {
+        const Device& device = chain.devices[terms.frames.device[f]];
+        if (device.windup_stiffness == 0) continue;
+        const double slope = std::abs(terms.base.torque[f] - device.windup_stiffness * device.windup);
         terms.relative_gradient = std::max(terms.relative_gradient, slope * terms.inverse_spring[n - 1]);
     }
     return report;
 }
 
-void sum_proximal(const Guidewire& wire, std::span<const WallContact> contacts, NewtonTerms& terms) {
-    const bool loaded = !wire.load.isZero(0), gripped = !wire.grips.empty();
+void update_slopes(const Chain& chain, std::span<const WallContact> contacts,
+                   const std::vector<Vec3>& directors, NewtonTerms& terms) {
+    const int n = chain.segments();
+    const bool loaded = !chain.load.isZero(0), gripped = !chain.grips.empty();
+    assert(terms.stages.size() == static_cast<std::size_t>(n));
+    double carried = 0, place = terms.frames.each ? chain.inserted_length() : 0;
+    std::size_t couplings = chain.couplings.size();
+    with_frames(terms.frames.count, [&](auto frames) {
+        constexpr int F = frames();
+        for (int j = n; j >= terms.first; --j) {
+            RiccatiStage& s = terms.stages[j - 1];
+            RiccatiStage fresh;
+            fresh.basis = s.basis;
+            std::array<FrameStage, F> frame = {};
+            Mat32 prev;
+            turn_basis(chain.tangents[j - 1], prev);
+            chain_joint<F>(chain, terms.frames, j - 1, chain.spring_constant(j - 1), directors, prev, fresh,
+                           frame.data());
+            s.slope = fresh.slope;
+            s.slope_prev = fresh.slope_prev;
+            for (int f = 0; f < F; ++f) terms.frame_stages[(j - 1) * F + f].slope = frame[f].slope;
+            for (; couplings > 0 && chain.couplings[couplings - 1].joint == j - 1; --couplings) {
+                const Coupling& c = chain.couplings[couplings - 1];
+                const double slope = coupling_terms(chain, c).slope;
+                terms.frame_stages[(j - 1) * F + terms.frames.of[c.inner]].slope -= slope;
+                terms.frame_stages[(j - 1) * F + terms.frames.of[c.outer]].slope += slope;
+            }
+            if (terms.frames.each) {
+                set_twists(chain, j, place, terms);
+                place -= chain.lengths[j];
+            }
+            if (loaded) {
+                carried += chain.length_of(j);
+                s.slope.noalias() -= s.length * carried * (s.basis.transpose() * chain.load);
+            }
+            if (!s.touches) continue;
+            s.force = contacts[j].push();
+            if (gripped && chain.grips[j].holds()) s.force += chain.grips[j].push(chain.joints[j]);
+        }
+    });
+}
+
+void sum_proximal(const Chain& chain, std::span<const WallContact> contacts, NewtonTerms& terms) {
+    const bool loaded = !chain.load.isZero(0), gripped = !chain.grips.empty();
     DistalSums sums = terms.base;
-    double largest = 0;
-    for (int j = terms.first - 1; j >= 1; --j) {
-        RiccatiStage& s = terms.stages[j - 1];
-        if (contacts[j].touches()) sums.force += contacts[j].push();
-        if (gripped && wire.grips[j].holds()) sums.force += wire.grips[j].push(wire.joints[j]);
-        if (terms.each) add_twist(wire, j, terms, sums);
-        largest = std::max(largest, add_segment(wire, j, loaded, terms, sums));
-        set_axial(wire, j, loaded, sums.length, sums.force, s);
-    }
+    double largest = 0, place = 0;
+    if (terms.frames.each)
+        for (int j = 1; j < terms.first; ++j) place += chain.lengths[j];
+    with_frames(terms.frames.count, [&](auto count) {
+        for (int j = terms.first - 1; j >= 1; --j) {
+            RiccatiStage& s = terms.stages[j - 1];
+            if (contacts[j].touches()) sums.force += contacts[j].push();
+            if (gripped && chain.grips[j].holds()) sums.force += chain.grips[j].push(chain.joints[j]);
+            if (terms.frames.each) {
+                set_twists(chain, j, place, terms);
+                place -= chain.lengths[j];
+            }
+            largest = std::max(largest, add_segment<count()>(chain, j, loaded, terms, sums));
+            set_axial(chain, j, loaded, sums.length, sums.force, s);
+        }
+    });
     terms.proximal_gradient = std::sqrt(largest);
-    hold(wire, sums, terms);
+    hold(chain, sums, terms);
 }
 
 }  // namespace physics

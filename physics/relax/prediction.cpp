@@ -8,9 +8,22 @@
 namespace physics {
 namespace {
 
+/// Distal segments whose rest a motion of the devices changes the most: from the shapes of those that move.
+int moved_segments(const Chain& chain, int device) {
+    double from = chain.inserted_length();
+    for (int k = 0; k < static_cast<int>(chain.devices.size()); ++k)
+        if (device == every_device || device == k)
+            from = std::min(from, chain.devices[k].inserted - shaped_length(chain.devices[k].spec));
+    int count = 0;
+    for (double place = chain.inserted_length(); count < chain.segments() && place > from; ++count)
+        place -= chain.lengths[chain.segments() - count];
+    assert(count >= 0 && count <= chain.segments());
+    return count;
+}
+
 class Predictor {
 public:
-    Predictor(Iterate& at, ContactSet& contacts, Guidewire& wire, const HubMotion& asked, double push_force,
+    Predictor(Iterate& at, ContactSet& contacts, Chain& wire, const HubMotion& asked, double push_force,
               const GlobalOptions& options);
 
     Prediction run(HubMotion& motion, int most_updates);
@@ -19,6 +32,7 @@ private:
     /// A share of the motion.
     struct Part {
         double share = 1, mu = 0;
+        double put_in = 0;  // energy, by hand [N·mm]
         FeedPlan plan;
     };
 
@@ -27,42 +41,49 @@ private:
     bool sliding_is_better(const Part& part) const {
         return !(part.mu < options_.prediction.sliding * at_.trust.unit());
     }
-    bool answers(Part&);
-    double rise(const Part&, double good_rise);
-    double roll_out(const Part&, std::span<const FedStage>);
+    bool possible(Part&) const;
+    void prepare(Part&);
+    void take_back();
+    bool answers(const Part&);
+    double answered(const Part&, double good_energy);
+    double roll_out(std::span<const FedStage>);
+    double put_in_by_hand() const;
     void prepare_gains();
     void make_less_of(Part&) const;
     HubMotion take(const Part&);
     HubMotion slide(const Part&);
-    void restore_frames() {
-        if (twist_) at_.restore_frames(wire_, 1);
-    }
 
     Iterate& at_;
     ContactSet& contacts_;
-    Guidewire& wire_;
+    Chain& wire_;
+    const Chain rest_;  // where the motion begins
     const HubMotion asked_;
     const double push_;  // [N]
     const GlobalOptions& options_;
-    const bool twist_;  // a turn of the hub comes from the base
-    double cap_ = 0;    // largest move of a joint [mm]
-    double least_ = 0;  // least share of the motion
+    const int first_;          // segment of the window: a turn of a hub comes from the base
+    double cap_ = 0;           // largest move of a joint [mm]
+    double least_ = 0;         // least share of the motion
+    double least_energy_ = 0;  // [N·mm]
     int updates_ = 0;
 };
 
-Predictor::Predictor(Iterate& at, ContactSet& contacts, Guidewire& wire, const HubMotion& asked,
+Predictor::Predictor(Iterate& at, ContactSet& contacts, Chain& wire, const HubMotion& asked,
                      double push_force, const GlobalOptions& options)
     : at_(at),
       contacts_(contacts),
       wire_(wire),
+      rest_(wire),
       asked_(asked),
       push_(std::abs(push_force)),
       options_(options),
-      twist_(wire.curved_segments() > 0) {
+      first_(wire.bent_segments() > 0 ? 1 : std::max(1, wire.segments() - options.prediction.window + 1)) {
     assert(std::isfinite(asked.feed) && std::isfinite(asked.turn));
-    assert(std::abs(asked.feed) <= wire.spec.segment_length);
+    assert(std::abs(asked.feed) <= wire.grid.segment_length);
     cap_ = narrowest();
     least_ = least_share();
+    double stiffness = 0;
+    for (int j = first_ - 1; j < wire.segments(); ++j) stiffness += wire.spring_constant(j);
+    least_energy_ = 0.5 * stiffness * options.prediction.least_turned * options.prediction.least_turned;
 }
 
 /// The narrowest lumen's radius [mm].
@@ -75,7 +96,7 @@ double Predictor::narrowest() const {
 
 double Predictor::least_share() const {
     const PredictionOptions& o = options_.prediction;
-    const double share = std::min({1.0, o.least_feed * wire_.spec.segment_length / std::abs(asked_.feed),
+    const double share = std::min({1.0, o.least_feed * wire_.grid.segment_length / std::abs(asked_.feed),
                                    o.least_turn / std::abs(asked_.turn)});
     assert(share > 0);
     return share;
@@ -83,46 +104,69 @@ double Predictor::least_share() const {
 
 Prediction Predictor::run(HubMotion& motion, int most_updates) {
     const int n = wire_.segments();
-    at_.model.look_from(twist_ ? 1 : std::max(1, n - options_.prediction.window + 1));
+    at_.model.look_from(first_);
     at_.measure_window(wire_, contacts_);
     assert(least_ > 0 && least_ <= 1);
     Part part;
     while (!sliding_is_better(part) &&
            (updates_ == 0 || updates_ + options_.prediction.most_passes * n <= most_updates)) {
-        part.plan = plan_feed(wire_, part.share * asked_.feed);
-        if ((asked_.feed != 0 && !part.plan.whole) || part.plan.grows <= at_.model.first()) {
-            restore_frames();
+        if (!possible(part)) return {false, updates_, 0};
+        prepare(part);
+        if (!at_.model.has_frames_of(wire_)) {  // a device's shape has come in, or is out
+            take_back();
             return {false, updates_, 0};
         }
         if (answers(part)) {
             motion = take(part);
-            return {true, updates_, 2 * (n - part.plan.grows + 2)};
+            return {true, updates_, 2 * (moved_segments(wire_, asked_.device) + 2)};
         }
+        take_back();
         make_less_of(part);
     }
     motion = slide(part);
     return {true, updates_, 0};
 }
 
-/// Whether the wire's answer is one that the model is good for; it is then the model's trial state.
-bool Predictor::answers(Part& part) {
-    const std::vector<Grip> grips = wire_.grips;  // as they are at rest
-    assert(grips.empty() || grips.size() == wire_.joints.size());
-    const double windup = wire_.windup;
-    const bool winds = wire_.windup_stiffness() > 0;
-    if (winds) wire_.windup += part.share * asked_.turn;
-    if (!grips.empty()) {
-        double ignored = 0;
-        wire_.grips = fed_grips(wire_, part.plan, ignored);
-        at_.model.forget_answer();
-    }
-    if (winds || !grips.empty()) at_.measure_window(wire_, contacts_);
+/// Makes the part's plan. False where the chain has first to be made whole, or the window is too short.
+bool Predictor::possible(Part& part) const {
+    part.plan = {};
+    if (asked_.feed == 0) return true;
+    part.plan = plan_feed(wire_, asked_.device, part.share * asked_.feed);
+    return part.plan.whole && part.plan.grows > first_;
+}
+
+/// Energy of twist and grips, which a motion changes before the chain answers [N·mm].
+double Predictor::put_in_by_hand() const {
+    return twist_energy(wire_, first_) + grip_energy(wire_.grips, wire_.joints, first_);
+}
+
+/// Feeds and turns the devices.
+void Predictor::prepare(Part& part) {
+    if (!at_.model.answers()) prepare_gains();
+    part.put_in = -put_in_by_hand();
+    if (part.plan.mm != 0) stretch(wire_, part.plan);
+    rotate(wire_, asked_.device, part.share * asked_.turn);
+    part.put_in += put_in_by_hand();
+    assert(validate(wire_).empty());
+}
+
+void Predictor::take_back() {
+    wire_ = rest_;
+    contacts_.refit(wire_);
+    if (first_ == 1 && wire_.bent_segments() > 0) at_.restore_frames(wire_, 1);  // trials have moved them
+}
+
+/// Whether the answer of the chain that was fed and turned is one that the model is good for; it is then the
+/// model's trial state.
+bool Predictor::answers(const Part& part) {
     const PredictionOptions& o = options_.prediction;
-    const double work = o.most_work * push_ * std::abs(part.plan.mm), energy = std::abs(at_.energy);
-    const double rise = this->rise(part, o.good_share * (energy + work));
-    wire_.grips = grips;
-    wire_.windup = windup;
-    return rise <= energy + work;
+    const double start = at_.energy + part.put_in;
+    wire_.joints = rest_.joints;  // from which the model counts moves, those by the feed among them
+    contacts_.refit(wire_);
+    at_.model.update_slopes(wire_, contacts_);
+    const double work = o.most_work * push_ * std::abs(part.plan.mm),
+                 size = std::max(std::abs(start), least_energy_);
+    return answered(part, start + o.good_share * (size + work)) <= start + size + work;
 }
 
 /// The gains become those of the whole wire at rest.
@@ -134,37 +178,35 @@ void Predictor::prepare_gains() {
     assert(at_.model.answers());
 }
 
-/// By how much the rolled out answer raises the energy [N·mm]; infinite where it goes too far.
-double Predictor::roll_out(const Part& part, std::span<const FedStage> fed) {
-    if (!(at_.model.roll_out(wire_, part.share * asked_.turn, fed) <= cap_))
-        return std::numeric_limits<double>::infinity();
-    return at_.model.evaluate(wire_, contacts_) - at_.energy;
+/// Energy of the rolled out answer [N·mm]; infinite where it goes too far.
+double Predictor::roll_out(std::span<const FedStage> fed) {
+    if (!(at_.model.roll_out(wire_, fed) <= cap_)) return std::numeric_limits<double>::infinity();
+    return at_.model.evaluate(wire_, contacts_);
 }
 
-/// The same of the answer, with its steps cut by μ; made once more with the wall as it is there if it rises
-/// by more than `good_rise`.
-double Predictor::rise(const Part& part, double good_rise) {
+/// The same of the answer, with its steps cut by μ; made once more with the wall as it is there if it is
+/// above `good_energy`.
+double Predictor::answered(const Part& part, double good_energy) {
     const FeedPlan& plan = part.plan;
-    assert(plan.grows > at_.model.first() && plan.grows <= wire_.segments() && part.mu >= 0);
+    assert(plan.grows <= wire_.segments() && part.mu >= 0);
     FedStage fed[2];
     if (plan.change != 0) fed[0] = {plan.grows - 1, plan.change * wire_.tangents[plan.grows]};
     if (plan.change_before != 0)
         fed[1] = {plan.grows - 2, plan.change_before * wire_.tangents[plan.grows - 1]};
     const int window = at_.window(wire_);
-    if (!at_.model.answers()) prepare_gains();
     updates_ += window;
     at_.model.answer(wire_, fed, part.mu);
-    const double once = roll_out(part, fed);
-    if (!std::isfinite(once) || once <= good_rise) return once;
+    const double once = roll_out(fed);
+    if (!std::isfinite(once) || once <= good_energy) return once;
     updates_ += window;
     at_.model.take_trial_contacts(wire_, contacts_);
     at_.model.answer_again(wire_, fed);
-    const double again = roll_out(part, fed);
+    const double again = roll_out(fed);
     if (again < once) return again;
     prepare_gains();
     updates_ += window;
     at_.model.answer(wire_, fed, part.mu);
-    return roll_out(part, fed);
+    return roll_out(fed);
 }
 
 /// A wire about to snap answers by more than the model is good for to any motion: less of the motion, then
@@ -183,33 +225,28 @@ HubMotion Predictor::take(const Part& part) {
     assert(part.share > 0);
     at_.model.foresee_forces(wire_);
     // A segment may be merged with the one before it, and their joint goes.
-    at_.foreseen = part.plan.grows - 2;
+    at_.foreseen = std::max(0, (asked_.feed != 0 ? part.plan.grows : wire_.segments()) - 2);
     at_.model.take(wire_);
-    if (asked_.feed != 0) apply_feed(wire_, part.plan);
-    rotate(wire_, part.share * asked_.turn);
-    assert(at_.foreseen >= 0 && at_.foreseen <= wire_.segments());
-    return {part.plan.mm, part.share * asked_.turn};
+    rebuild_joints(wire_);
+    regrid(wire_);
+    assert(at_.foreseen <= wire_.segments());
+    return {part.plan.mm, part.share * asked_.turn, asked_.device};
 }
 
-/// The wire is fed and turned without an answer.
+/// The devices are fed and turned without an answer.
 HubMotion Predictor::slide(const Part& part) {
     assert(part.share > 0);
-    restore_frames();
-    const HubMotion made{asked_.feed == 0 ? 0 : feed(wire_, part.share * asked_.feed),
-                         part.share * asked_.turn};
-    rotate(wire_, made.turn);
+    const HubMotion made{asked_.feed == 0 ? 0 : feed(wire_, asked_.device, part.share * asked_.feed),
+                         part.share * asked_.turn, asked_.device};
+    rotate(wire_, asked_.device, made.turn);
     return made;
 }
 
 }  // namespace
 
-bool predictable(const Guidewire& wire) {
-    return wire.devices.empty() && wire.twists.empty();
-}
-
-Prediction predict(Iterate& at, ContactSet& contacts, Guidewire& wire, HubMotion& motion, double push_force,
+Prediction predict(Iterate& at, ContactSet& contacts, Chain& wire, HubMotion& motion, double push_force,
                    int most_updates, const GlobalOptions& options) {
-    assert(predictable(wire) && at.model.stages() == wire.segments());
+    assert(at.model.stages() == wire.segments());
     assert(contacts.contacts().size() == wire.joints.size());
     return Predictor(at, contacts, wire, motion, push_force, options).run(motion, most_updates);
 }

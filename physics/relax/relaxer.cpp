@@ -25,6 +25,17 @@ std::vector<std::string> problems(const RelaxerConfig& c) {
     return out;
 }
 
+std::string why_not(RelaxerKind kind, std::span<const Device> devices) {
+    assert(!devices.empty());
+    if (kind == RelaxerKind::Global) return "";
+    for (const Device& device : devices) {
+        if (device.spec.friction > 0) return "the paper's relaxers know no friction";
+        if (device.twists_by_segments() || (device.spec.twists() && !device.spec.shape.empty()))
+            return "the paper's relaxers know no torsion";
+    }
+    return "";
+}
+
 std::string message(Termination end) {
     switch (end) {
         case Termination::NotStarted:

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "physics/wall/wall.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/feed.h"
 
 namespace physics {
 
@@ -100,8 +100,7 @@ struct RelaxReport {
 
     void state(StateStream& s) {
         s(updates, contacts, wall_queries, largest_turn, rejected, termination, newton_steps, window,
-          gradient, largest_bend, push_force, base_torque);
-        s.part(lag_rounds > 0, lag_rounds);
+          gradient, largest_bend, push_force, base_torque, lag_rounds);
     }
 };
 
@@ -111,14 +110,16 @@ struct HubMotion {
     double turn = 0;            // [rad]
     int device = every_device;  // of a chain of several
 
-    void state(StateStream& s) {
-        s(feed, turn);
-        if (!s.part(device != every_device, device)) device = every_device;
-    }
+    void state(StateStream& s) { s(feed, turn, device); }
 };
 
 /// Called after each update with the first joint that moved.
-using UpdateObserver = std::function<void(int first_moved_joint, const Guidewire&)>;
+using UpdateObserver = std::function<void(int first_moved_joint, const Chain&)>;
+
+/// Why a relaxer cannot relax a chain of these devices: one sentence, empty where it can. All take any number
+/// of devices with shapes and sections; all but the global one turn segments alone, with hubs and frames as
+/// they are: the paper's relaxers know neither friction nor shafts that twist.
+std::string why_not(RelaxerKind, std::span<const Device>);
 
 /// Belongs to one wall, which must outlive it and must not change: a relaxer may remember the wire and its
 /// contacts from one call to the next.
@@ -127,7 +128,7 @@ public:
     virtual ~Relaxer() = default;
     /// A trial state that is not finite is neither evaluated nor taken: the wire ends in its last good state.
     /// Throws std::logic_error for a wire that is not finite as it comes.
-    virtual RelaxReport relax(Guidewire&, const RelaxBudget&, const UpdateObserver& = {}) = 0;
+    virtual RelaxReport relax(Chain&, const RelaxBudget&, const UpdateObserver& = {}) = 0;
     /// What it remembers between calls.
     virtual void state(StateStream&) = 0;
 };

@@ -25,56 +25,95 @@ Pivot lower_eigenpair(double a, double b, double c) {  // of [a b; b c]
     return p;
 }
 
-template <Twist twist>
-RiccatiReport backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
-                       std::span<RiccatiGain> gains, [[maybe_unused]] const SegmentTwists& twists = {}) {
-    RiccatiRecursion<twist> recursion(mu, least_pivot);
-    for (int j = static_cast<int>(stages.size()) - 1; j >= 0; --j) {
-        recursion.add_wall(stages[j]);
-        if constexpr (twist == Twist::Each)
-            recursion.twist_segment(stages[j], twists.stages[j], j, twists.gains[j]);
-        recursion.step(stages[j], j, gains[j]);
-    }
-    return recursion.report();
+/// Whether a frame twists segment by segment.
+bool twists(const FrameStages& frames) {
+    for (int f = 0; f < frames.count; ++f)
+        if (!frames.stages.empty() && frames.stages[f].twist_stiffness > 0) return true;
+    return false;
 }
 
-template <Twist twist>
-double answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
-              std::span<RiccatiGain> gains, std::span<const FedStage> fed) {
-    constexpr bool with_twist = twist != Twist::None;
+/// One stage after the other, from the tip.
+template <int F>
+class Backward {
+public:
+    Backward(std::span<const RiccatiStage> stages, std::span<RiccatiGain> gains, const FrameStages& frames,
+             double mu, double least_pivot)
+        : recursion(mu, least_pivot),
+          stages_(stages),
+          gains_(gains),
+          frames_(frames),
+          twists_(twists(frames)) {
+        assert(gains.size() == stages.size() && frames.count == F);
+        assert(frames.stages.size() == stages.size() * F && frames.gains.size() == stages.size() * F);
+    }
+
+    void step(int j, std::span<const FedStage> fed = {}) {
+        const FrameStage* frame = F > 0 ? &frames_.stages[j * F] : nullptr;
+        FrameGain* gains = F > 0 ? &frames_.gains[j * F] : nullptr;
+        recursion.add_wall(stages_[j]);
+        if (F > 0 && twists_) recursion.twist_segment(stages_[j], j, frame, gains);
+        for (const FedStage& f : fed)
+            if (f.stage == j) recursion.feed(f.by);
+        recursion.step(stages_[j], j, gains_[j], frame,
+                       frames_.mixed.empty() ? nullptr : &frames_.mixed[j * F * F], gains);
+    }
+
+    RiccatiRecursion<F> recursion;
+
+private:
+    std::span<const RiccatiStage> stages_;
+    std::span<RiccatiGain> gains_;
+    const FrameStages& frames_;
+    bool twists_;
+};
+
+template <int F>
+FrameVector answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew, double least_pivot,
+                   std::span<RiccatiGain> gains, const FrameStages& frames, std::span<const FedStage> fed) {
     int last = static_cast<int>(stages.size());  // most proximal fed stage
     for (const FedStage& f : fed)
         if (f.stage >= 0) last = std::min(last, f.stage);
     if (anew) last = first;
-    RiccatiRecursion<twist> recursion(mu, least_pivot);
+    Backward<F> pass(stages, gains, frames, mu, least_pivot);
     int j = static_cast<int>(stages.size()) - 1;
-    for (; j >= last; --j) {
-        recursion.add_wall(stages[j]);
-        for (const FedStage& f : fed)
-            if (f.stage == j) recursion.feed(f.by);
-        recursion.step(stages[j], j, gains[j]);
-    }
+    for (; j >= last; --j) pass.step(j, fed);
     // Proximal of it no curvature changes: linear terms alone.
-    Vec3 p = recursion.slope_x();
-    Vec2 r = recursion.slope_turn();
-    [[maybe_unused]] double slope_twist = recursion.slope_twist();
+    Vec3 p = pass.recursion.slope_x();
+    Vec2 r = pass.recursion.slope_turn();
+    FrameVector slope = {};
+    for (int f = 0; f < F; ++f) slope[f] = pass.recursion.slopes()[f];
     for (; j >= first; --j) {
         const RiccatiStage& s = stages[j];
         RiccatiGain& gain = gains[j];
         if (s.touches) p += s.force;
+        double slopes = 0;
+        for (int f = 0; f < F; ++f) {
+            const FrameStage& t = frames.stages[j * F + f];
+            if (t.twist_stiffness > 0) slope[f] += t.grip_slope;
+        }
+        for (int f = 0; f < F; ++f) {
+            const FrameStage& t = frames.stages[j * F + f];
+            if (t.twist_stiffness == 0) continue;
+            FrameGain& own = frames.gains[j * F + f];
+            const double by = slope[f] + t.twist_slope;
+            own.step = own.give * by;
+            p += by * own.from_x;
+            r += by * own.from_turn;
+            for (int g = 0; g < F; ++g) slope[g] += by * own.from_frame[g];
+        }
+        for (int f = 0; f < F; ++f) slopes += slope[f];
         Vec2 g = r + s.slope + s.length * (s.basis.transpose() * p);
-        if constexpr (with_twist) g += slope_twist * s.twist;
+        if constexpr (F > 0) g += slopes * s.twist;
         const SymmetricBlock& i = gain.inverse;
         gain.step = {i.a * g[0] + i.b * g[1], i.b * g[0] + i.c * g[1]};
         p.noalias() += gain.from_x.transpose() * g;
         r = s.slope_prev;
         r.noalias() += gain.from_prev.transpose() * g;
-        if constexpr (with_twist) {
-            r += slope_twist * s.twist_prev;
-            slope_twist += s.slope_twist + gain.from_twist.dot(g);
-        }
+        if constexpr (F > 0) r += slopes * s.twist_prev;
+        for (int f = 0; f < F; ++f)
+            slope[f] += frames.stages[j * F + f].slope + frames.gains[j * F + f].turn.dot(g);
     }
-    return slope_twist;
+    return slope;
 }
 
 }  // namespace
@@ -84,6 +123,7 @@ SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double
     const Pivot pivot = lower_eigenpair(q00, q01, q11);
     if (report.shifted++ == 0) {
         report.stage = stage;
+        report.frame = -1;
         report.way = pivot.way;
     }
     // Where the block is large, what cancels in its eigenvalue is rounding. A floor that does not grow with
@@ -97,25 +137,20 @@ SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double
 }
 
 RiccatiReport riccati_backward(std::span<const RiccatiStage> stages, double mu, double least_pivot,
-                               Twist twist, std::span<RiccatiGain> gains, const SegmentTwists& twists) {
-    switch (twist) {
-        case Twist::One:
-            return backward<Twist::One>(stages, mu, least_pivot, gains);
-        case Twist::Two:
-            return backward<Twist::Two>(stages, mu, least_pivot, gains);
-        case Twist::Each:
-            return backward<Twist::Each>(stages, mu, least_pivot, gains, twists);
-        case Twist::None:
-            break;
-    }
-    return backward<Twist::None>(stages, mu, least_pivot, gains);
+                               std::span<RiccatiGain> gains, const FrameStages& frames) {
+    return with_frames(frames.count, [&](auto count) {
+        Backward<count()> pass(stages, gains, frames, mu, least_pivot);
+        for (int j = static_cast<int>(stages.size()) - 1; j >= 0; --j) pass.step(j);
+        return pass.recursion.report();
+    });
 }
 
-double riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew,
-                      double least_pivot, Twist twist, std::span<RiccatiGain> gains,
-                      std::span<const FedStage> fed) {
-    return twist == Twist::None ? answer<Twist::None>(stages, first, mu, anew, least_pivot, gains, fed)
-                                : answer<Twist::One>(stages, first, mu, anew, least_pivot, gains, fed);
+FrameVector riccati_answer(std::span<const RiccatiStage> stages, int first, double mu, bool anew,
+                           double least_pivot, std::span<RiccatiGain> gains, const FrameStages& frames,
+                           std::span<const FedStage> fed) {
+    return with_frames(frames.count, [&](auto count) {
+        return answer<count()>(stages, first, mu, anew, least_pivot, gains, frames, fed);
+    });
 }
 
 }  // namespace physics

@@ -3,7 +3,9 @@
 /// of making it then runs while the recursion waits for its own last result.
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
+#include <utility>
 
 #include "physics/relax/riccati.h"
 
@@ -11,31 +13,51 @@ namespace physics {
 
 /// Minus the inverse of the 2×2 block [q00 q01; q01 q11], which is not positive definite. Negative curvature
 /// is mirrored: the step is as long as along an equally positive one. The segment's other direction keeps its
-/// own curvature, so that a wire balanced in one plane still converges in the other.
+/// own curvature, so that a chain balanced in one plane still converges in the other.
 SymmetricBlock minus_mirrored_inverse(double q00, double q01, double q11, double least_pivot, int stage,
                                       RiccatiReport&);
 
+/// Calls use(std::integral_constant<int, F>()) for the number of frames.
+template <class Use>
+auto with_frames(int count, const Use& use) {
+    static_assert(most_devices == 4);
+    assert(count >= 0 && count <= most_devices);
+    switch (count) {
+        case 1:
+            return use(std::integral_constant<int, 1>());
+        case 2:
+            return use(std::integral_constant<int, 2>());
+        case 3:
+            return use(std::integral_constant<int, 3>());
+        case 4:
+            return use(std::integral_constant<int, 4>());
+        default:
+            return use(std::integral_constant<int, 0>());
+    }
+}
+
 /// The value function carried from the tip to the base, in scalars: P and P_a by their upper triangles, P_x
-/// by its two columns. Everything that belongs to a twist which there is not is left out.
-template <Twist twist>
+/// by its two columns. Terms of absent frames are compiled out.
+template <int F>
 class RiccatiRecursion {
-    static constexpr bool with_twist = twist != Twist::None, with_second = twist == Twist::Two;
+    static constexpr int frames = F > 0 ? F : 1;  // no array is empty
 
 public:
-    RiccatiRecursion(double mu, double least_pivot) : mu_(mu), least_pivot_(least_pivot) {}
+    RiccatiRecursion(double mu, double least_pivot) : mu_(mu), least_pivot_(least_pivot) {
+        for (Vec3& v : v_) v.setZero();
+    }
 
     RiccatiReport report() const {
         RiccatiReport report = report_;
-        report.slope_twist = slope_twist_;
-        report.twist_twist = twist_twist_;
-        report.slope_second = slope_second_;
-        report.twist_second = twist_second_;
-        report.second_second = second_second_;
+        for (int f = 0; f < F; ++f) {
+            report.slope[f] = slope_[f];
+            for (int g = 0; g < F; ++g) report.curve[f][g] = c_[f][g];
+        }
         return report;
     }
-    const Vec3& slope_x() const { return p_; }           // p
-    Vec2 slope_turn() const { return {r0_, r1_}; }       // p_a
-    double slope_twist() const { return slope_twist_; }  // p_ψ
+    const Vec3& slope_x() const { return p_; }                           // p
+    Vec2 slope_turn() const { return {r0_, r1_}; }                       // p_a
+    const std::array<double, frames>& slopes() const { return slope_; }  // p_f
 
     /// Adds the stage's wall and trust region; the first call for a stage.
     [[gnu::always_inline]] void add_wall(const RiccatiStage& s) {
@@ -53,43 +75,60 @@ public:
     void feed(const Vec3& by) {
         p_ += times_p(by);
         r0_ += x0_.dot(by), r1_ += x1_.dot(by);
-        if constexpr (with_twist) slope_twist_ += v_.dot(by);
-        if constexpr (with_second) slope_second_ += second_v_.dot(by);
+        for (int f = 0; f < F; ++f) slope_[f] += v_[f].dot(by);
     }
 
-    /// Adds the grip on the stage's joint and eliminates the twist of its segment; after add_wall().
-    [[gnu::always_inline]] void twist_segment(const RiccatiStage& s, const TwistStage& t, int index,
-                                              TwistGain& gain) {
-        v_ += t.grip_cross;
-        twist_twist_ += t.grip_grip;
-        slope_twist_ += t.grip_slope;
-        double pivot = twist_twist_ + t.stiffness + mu_ * s.length * twist_arm * twist_arm;
-        if (!(pivot > 0)) {
-            if (report_.shifted++ == 0) report_.stage = index;
-            pivot = std::max(least_pivot_, std::abs(pivot));
+    /// Adds the grip on the stage's joint and eliminates the frames' twists of its segment; after add_wall().
+    /// `frame` and `gains` are the stage's first.
+    [[gnu::always_inline]] void twist_segment(const RiccatiStage& s, int index, const FrameStage* frame,
+                                              FrameGain* gains) {
+        for (int f = 0; f < F; ++f) {
+            const FrameStage& t = frame[f];
+            if (t.twist_stiffness == 0) continue;
+            v_[f] += t.grip_cross;
+            c_[f][f] += t.grip_grip;
+            slope_[f] += t.grip_slope;
         }
-        const double slope = slope_twist_ + t.slope, scale = -1 / pivot, c = twist_twist_;
-        gain.step = scale * slope;
-        gain.from_x = scale * v_;
-        gain.from_turn = {scale * w0_, scale * w1_};
-        gain.from_twist = scale * c;
-        const Vec3& f = gain.from_x;
-        p00_ += v_[0] * f[0], p01_ += v_[0] * f[1], p02_ += v_[0] * f[2];
-        p11_ += v_[1] * f[1], p12_ += v_[1] * f[2], p22_ += v_[2] * f[2];
-        p_ += slope * f;
-        const double f0 = gain.from_turn[0], f1 = gain.from_turn[1];
-        x0_ += f0 * v_, x1_ += f1 * v_;
-        a00_ += w0_ * f0, a01_ += w0_ * f1, a11_ += w1_ * f1;
-        r0_ += slope * f0, r1_ += slope * f1;
-        const double left = 1 + gain.from_twist;
-        slope_twist_ += c * gain.step;
-        v_ *= left;
-        w0_ *= left, w1_ *= left;
-        twist_twist_ *= left;
+        for (int f = 0; f < F; ++f) {
+            const FrameStage& t = frame[f];
+            if (t.twist_stiffness == 0) continue;
+            double pivot = c_[f][f] + t.twist_stiffness + mu_ * s.length * twist_arm * twist_arm;
+            if (!(pivot > 0)) {
+                if (report_.shifted++ == 0) report_.stage = index, report_.frame = f;
+                pivot = std::max(least_pivot_, std::abs(pivot));
+            }
+            FrameGain& gain = gains[f];
+            const double slope = slope_[f] + t.twist_slope, give = -1 / pivot;
+            gain.give = give;
+            gain.step = give * slope;
+            gain.from_x = give * v_[f];
+            gain.from_turn = {give * w0_[f], give * w1_[f]};
+            const Vec3 v = v_[f];
+            const Vec3& x = gain.from_x;
+            p00_ += v[0] * x[0], p01_ += v[0] * x[1], p02_ += v[0] * x[2];
+            p11_ += v[1] * x[1], p12_ += v[1] * x[2], p22_ += v[2] * x[2];
+            p_ += slope * x;
+            const double t0 = gain.from_turn[0], t1 = gain.from_turn[1];
+            x0_ += t0 * v, x1_ += t1 * v;
+            a00_ += w0_[f] * t0, a01_ += w0_[f] * t1, a11_ += w1_[f] * t1;
+            r0_ += slope * t0, r1_ += slope * t1;
+            std::array<double, frames> row;
+            for (int g = 0; g < F; ++g) row[g] = c_[f][g], gain.from_frame[g] = give * row[g];
+            for (int g = 0; g < F; ++g) {
+                slope_[g] += row[g] * gain.step;
+                v_[g] += row[g] * x;
+                w0_[g] += row[g] * t0, w1_[g] += row[g] * t1;
+                for (int h = 0; h < F; ++h) c_[g][h] += row[g] * gain.from_frame[h];
+            }
+        }
     }
 
-    /// Processes the stage `index`: computes its gain and the value function proximal of it.
-    [[gnu::always_inline]] void step(const RiccatiStage& s, int index, RiccatiGain& gain) {
+    /// Processes the stage `index`: computes its gain and the value function proximal of it. `frame`, `mixed`
+    /// and `frame_gains` are the stage's first.
+    [[gnu::always_inline]] void step(const RiccatiStage& s, int index, RiccatiGain& gain,
+                                     [[maybe_unused]] const FrameStage* frame,
+                                     [[maybe_unused]] const double* mixed,
+                                     [[maybe_unused]] FrameGain* frame_gains) {
         const Vec3 a = s.length * s.basis.col(0), b = s.length * s.basis.col(1);
         Vec3 y0 = x0_ + times_p(a), y1 = x1_ + times_p(b);
         double q00 = a00_ + s.own(0, 0) - s.axial + a.dot(y0) + x0_.dot(a);
@@ -97,22 +136,33 @@ public:
         double q11 = a11_ + s.own(1, 1) - s.axial + b.dot(y1) + x1_.dot(b);
         double g0 = r0_ + s.slope[0] + a.dot(p_), g1 = r1_ + s.slope[1] + b.dot(p_);
         double c00 = s.cross(0, 0), c01 = s.cross(0, 1), c10 = s.cross(1, 0), c11 = s.cross(1, 1);
-        [[maybe_unused]] double z0 = 0, z1 = 0, second0 = 0, second1 = 0;
-        if constexpr (with_twist) {
+        // Parallel transport turns all frames alike: sums over them.
+        [[maybe_unused]] std::array<double, frames> z0 = {}, z1 = {}, row = {};
+        [[maybe_unused]] double whole = 0, slopes = 0;
+        [[maybe_unused]] Vec3 v;
+        if constexpr (F > 0) {
             const double h0 = s.twist[0], h1 = s.twist[1], i0 = s.twist_prev[0], i1 = s.twist_prev[1];
-            if constexpr (with_second) {
-                second0 = a.dot(second_v_) + second_w0_ + twist_second_ * h0 + s.second_cross[0];
-                second1 = b.dot(second_v_) + second_w1_ + twist_second_ * h1 + s.second_cross[1];
+            v = v_[0];
+            for (int f = 1; f < F; ++f) v += v_[f];
+            double n0 = 0, n1 = 0;
+            for (int f = 0; f < F; ++f) {
+                for (int g = 0; g < F; ++g) row[f] += c_[f][g];
+                z0[f] = a.dot(v_[f]) + w0_[f], z1[f] = b.dot(v_[f]) + w1_[f];
+                n0 += z0[f], n1 += z1[f];
+                whole += row[f];
+                slopes += slope_[f];
             }
-            z0 = a.dot(v_) + w0_, z1 = b.dot(v_) + w1_;  // answer of α_j to the twist itself
-            q00 += (2 * z0 + twist_twist_ * h0) * h0;
-            q01 += z0 * h1 + (z1 + twist_twist_ * h1) * h0;
-            q11 += (2 * z1 + twist_twist_ * h1) * h1;
-            y0 += h0 * v_, y1 += h1 * v_;
-            z0 += twist_twist_ * h0, z1 += twist_twist_ * h1;
-            c00 += i0 * z0, c01 += i0 * z1, c10 += i1 * z0, c11 += i1 * z1;
-            z0 += s.twist_cross[0], z1 += s.twist_cross[1];
-            g0 += slope_twist_ * h0, g1 += slope_twist_ * h1;
+            q00 += (2 * n0 + whole * h0) * h0;
+            q01 += n0 * h1 + (n1 + whole * h1) * h0;
+            q11 += (2 * n1 + whole * h1) * h1;
+            y0 += h0 * v, y1 += h1 * v;
+            n0 += whole * h0, n1 += whole * h1;
+            c00 += i0 * n0, c01 += i0 * n1, c10 += i1 * n0, c11 += i1 * n1;
+            for (int f = 0; f < F; ++f) {
+                z0[f] += row[f] * h0 + frame[f].cross[0];
+                z1[f] += row[f] * h1 + frame[f].cross[1];
+            }
+            g0 += slopes * h0, g1 += slopes * h1;
         }
 
         const double det = q00 * q11 - q01 * q01;
@@ -142,28 +192,27 @@ public:
         a11_ = s.prev_prev(1, 1) + c10 * v01 + c11 * v11;
         r0_ = s.slope_prev[0] + c00 * t0 + c01 * t1;
         r1_ = s.slope_prev[1] + c10 * t0 + c11 * t1;
-        if constexpr (with_twist) {
-            const double i0 = s.twist_prev[0], i1 = s.twist_prev[1], c = twist_twist_;
-            const double e0 = i.a * z0 + i.b * z1, e1 = i.b * z0 + i.c * z1;
-            gain.from_twist = {e0, e1};
-            if constexpr (with_second) {
-                const double d0 = i.a * second0 + i.b * second1, d1 = i.b * second0 + i.c * second1;
-                gain.from_second = {d0, d1};
-                second_v_ += d0 * y0 + d1 * y1;
-                second_w0_ = twist_second_ * i0 + s.second_cross_prev[0] + c00 * d0 + c01 * d1;
-                second_w1_ = twist_second_ * i1 + s.second_cross_prev[1] + c10 * d0 + c11 * d1;
-                slope_second_ += s.second_slope + second0 * t0 + second1 * t1;
-                twist_second_ += s.second_second + z0 * d0 + z1 * d1;
-                second_second_ += s.second_second + second0 * d0 + second1 * d1;
+        if constexpr (F > 0) {
+            const double i0 = s.twist_prev[0], i1 = s.twist_prev[1];
+            x0_ += i0 * v, x1_ += i1 * v;
+            a00_ += whole * i0 * i0, a01_ += whole * i0 * i1, a11_ += whole * i1 * i1;
+            r0_ += slopes * i0, r1_ += slopes * i1;
+            std::array<double, frames> e0, e1;
+            for (int f = 0; f < F; ++f) {
+                e0[f] = i.a * z0[f] + i.b * z1[f], e1[f] = i.b * z0[f] + i.c * z1[f];
+                frame_gains[f].turn = {e0[f], e1[f]};
+                w0_[f] = row[f] * i0 + frame[f].cross_prev[0] + c00 * e0[f] + c01 * e1[f];
+                w1_[f] = row[f] * i1 + frame[f].cross_prev[1] + c10 * e0[f] + c11 * e1[f];
+                v_[f] += e0[f] * y0 + e1[f] * y1;
+                slope_[f] += frame[f].slope + z0[f] * t0 + z1[f] * t1;
+                c_[f][f] += frame[f].curve + z0[f] * e0[f] + z1[f] * e1[f];
             }
-            x0_ += i0 * v_, x1_ += i1 * v_;
-            a00_ += c * i0 * i0, a01_ += c * i0 * i1, a11_ += c * i1 * i1;
-            r0_ += slope_twist_ * i0, r1_ += slope_twist_ * i1;
-            w0_ = c * i0 + s.twist_cross_prev[0] + c00 * e0 + c01 * e1;
-            w1_ = c * i1 + s.twist_cross_prev[1] + c10 * e0 + c11 * e1;
-            v_ += e0 * y0 + e1 * y1;
-            slope_twist_ += s.slope_twist + z0 * t0 + z1 * t1;
-            twist_twist_ += s.twist_twist + z0 * e0 + z1 * e1;
+            for (int f = 1; f < F; ++f)
+                for (int g = 0; g < f; ++g) {
+                    const double by = z0[f] * e0[g] + z1[f] * e1[g] + (mixed ? mixed[f * F + g] : 0.0);
+                    c_[f][g] += by;
+                    c_[g][f] = c_[f][g];
+                }
         }
     }
 
@@ -177,10 +226,10 @@ private:
     double p00_ = 0, p01_ = 0, p02_ = 0, p11_ = 0, p12_ = 0, p22_ = 0;
     Vec3 x0_ = Vec3::Zero(), x1_ = Vec3::Zero(), p_ = Vec3::Zero();
     double a00_ = 0, a01_ = 0, a11_ = 0, r0_ = 0, r1_ = 0;
-    Vec3 v_ = Vec3::Zero();  // twist: cross terms with δx and α, own curvature and slope
-    double w0_ = 0, w1_ = 0, twist_twist_ = 0, slope_twist_ = 0;
-    Vec3 second_v_ = Vec3::Zero();  // the same of a second device's turn, and its cross term with ψ
-    double second_w0_ = 0, second_w1_ = 0, twist_second_ = 0, second_second_ = 0, slope_second_ = 0;
+    // Of each frame: cross terms with δx and α, slope, and curvature with every frame.
+    std::array<Vec3, frames> v_;
+    std::array<double, frames> w0_ = {}, w1_ = {}, slope_ = {};
+    std::array<std::array<double, frames>, frames> c_ = {};
     RiccatiReport report_;
 };
 

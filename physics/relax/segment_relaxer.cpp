@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "physics/relax/geometric_step.h"
 #include "physics/relax/stored_planes.h"
@@ -18,7 +20,7 @@ constexpr double update_rounding = 4e-16;  // of the energies that an update tou
 
 /// Breaks perfect symmetry the same way every time: a bow of 1e-4 rad towards a fixed side. Its energy, about
 /// 1e-9 C, is far below what a wire that needs it releases.
-void tilt(Guidewire& wire) {
+void tilt(Chain& wire) {
     const int n = wire.segments();
     assert(n >= 1);
     Vec3 side, other;
@@ -45,27 +47,26 @@ SegmentRelaxer::SegmentRelaxer(const RelaxerConfig& config, const LumenWall& wal
     }
 }
 
-void SegmentRelaxer::refresh_tip(const Guidewire& wire, int first) {
-    if (wire.curved_segments() == 0) return;
+void SegmentRelaxer::refresh_tip(const Chain& wire, int first) {
+    if (wire.bent_segments() == 0) return;
     assert(first >= 1 && directors_.size() == wire.joints.size());
     transport_directors(wire, first, directors_);
-    tip_torque(wire, directors_, torque_);
+    frame_torque(wire, directors_, torque_);
 }
 
 template <SweepContacts Contacts>
-void SegmentRelaxer::begin(Guidewire& wire, Contacts& contacts) {
+void SegmentRelaxer::begin(Chain& wire, Contacts& contacts) {
     rebuild_joints(wire);
     contacts.reset(wire);
     directors_.resize(wire.joints.size());
-    directors_[0] = rolled_director(wire);
+    directors_[0] = wire.base_director;
     refresh_tip(wire, 1);
     assert(contacts.contacts().size() == wire.joints.size());
 }
 
 /// Algorithm 2: of the segments i+5…i+25, the one whose inclusion lowers the estimate of Eq. 37 most.
 template <SweepContacts Contacts>
-bool SegmentRelaxer::select_by_estimate(const Guidewire& wire, const Contacts& contacts, int last,
-                                        Vec3& turn) {
+bool SegmentRelaxer::select_by_estimate(const Chain& wire, const Contacts& contacts, int last, Vec3& turn) {
     assert(count_ >= 1 && count_ < most_varied_segments);
     const int from = varied_[count_ - 1];
     last = std::min(last, from + largest_separation);
@@ -90,7 +91,7 @@ bool SegmentRelaxer::select_by_estimate(const Guidewire& wire, const Contacts& c
 }
 
 template <SweepContacts Contacts>
-void SegmentRelaxer::choose_segments(const Guidewire& wire, const Contacts& contacts, int segment) {
+void SegmentRelaxer::choose_segments(const Chain& wire, const Contacts& contacts, int segment) {
     assert(segment >= 1 && segment <= wire.segments());
     varied_[0] = segment;
     count_ = 1;
@@ -116,7 +117,7 @@ void SegmentRelaxer::choose_segments(const Guidewire& wire, const Contacts& cont
 
 /// `beyond` is the push of joints that stay where they are however the varied segments turn.
 template <SweepContacts Contacts>
-SegmentProblem SegmentRelaxer::local_problem(const Guidewire& wire, const Contacts& contacts,
+SegmentProblem SegmentRelaxer::local_problem(const Chain& wire, const Contacts& contacts,
                                              const PushSum& beyond) const {
     assert(count_ >= 1 && varied_[count_ - 1] <= wire.segments());
     SegmentProblem p;
@@ -152,14 +153,14 @@ SegmentProblem SegmentRelaxer::local_problem(const Guidewire& wire, const Contac
 /// Give the varied segments these tangents; joints past `last` stay. Where the energy must fall and does not,
 /// nothing changes.
 template <SweepContacts Contacts>
-bool SegmentRelaxer::try_turn(Guidewire& wire, Contacts& contacts, const Tangents& target, int last,
+bool SegmentRelaxer::try_turn(Chain& wire, Contacts& contacts, const Tangents& target, int last,
                               bool must_descend) {
     const int n = wire.segments(), first = varied_[0];
     assert(count_ >= 1 && first >= 1 && last <= n);
-    const bool curved = wire.curved_segments() > 0;
-    const int tip = curved ? std::max(0, n - wire.curved_segments()) : n;
-    // Joints whose bending changes: both ends of each varied segment, and all of the curved tip, which every
-    // turn proximal of it twists a little.
+    const bool curved = wire.bent_segments() > 0;
+    const int tip = n - wire.bent_segments();
+    // Joints whose bending changes: both ends of each varied segment, and all that is bent at rest, which
+    // every turn proximal of it twists a little.
     auto bending = [&] {
         double sum = 0;
         int done = -1;
@@ -200,11 +201,11 @@ bool SegmentRelaxer::try_turn(Guidewire& wire, Contacts& contacts, const Tangent
         }
     }
     contacts.commit();
-    if (curved) tip_torque(wire, directors_, torque_);
+    if (curved) frame_torque(wire, directors_, torque_);
     return true;
 }
 
-SegmentRelaxer::Tangents SegmentRelaxer::solve(const Guidewire& wire, const SegmentProblem& problem) const {
+SegmentRelaxer::Tangents SegmentRelaxer::solve(const Chain& wire, const SegmentProblem& problem) const {
     assert(problem.count == count_);
     if (config_.kind == RelaxerKind::Konings) {
         const int i = varied_[0];
@@ -219,7 +220,7 @@ SegmentRelaxer::Tangents SegmentRelaxer::solve(const Guidewire& wire, const Segm
 
 /// One update of the paper's method; the largest turn it made [-].
 template <SweepContacts Contacts>
-double SegmentRelaxer::turn_segments(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
+double SegmentRelaxer::turn_segments(Chain& wire, Contacts& contacts, int segment, RelaxReport& report) {
     choose_segments(wire, contacts, segment);
     const SegmentProblem problem = local_problem(wire, contacts, {});
     const Tangents target = solve(wire, problem);
@@ -245,7 +246,7 @@ double SegmentRelaxer::turn_segments(Guidewire& wire, Contacts& contacts, int se
 
 /// One update of the geometrical method: the piece of wire that begins with this segment.
 template <SweepContacts Contacts>
-double SegmentRelaxer::turn_piece(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
+double SegmentRelaxer::turn_piece(Chain& wire, Contacts& contacts, int segment, RelaxReport& report) {
     const int n = wire.segments();
     count_ = std::min(closed_segments, n - segment + 1);
     assert(count_ >= 1);
@@ -268,7 +269,7 @@ double SegmentRelaxer::turn_piece(Guidewire& wire, Contacts& contacts, int segme
     return 0;
 }
 
-double SegmentRelaxer::largest_turn(const Guidewire& wire, const SegmentProblem& before) const {
+double SegmentRelaxer::largest_turn(const Chain& wire, const SegmentProblem& before) const {
     double turn = 0;
     assert(before.count == count_);
     for (int m = 0; m < count_; ++m)
@@ -277,7 +278,7 @@ double SegmentRelaxer::largest_turn(const Guidewire& wire, const SegmentProblem&
 }
 
 template <SweepContacts Contacts>
-double SegmentRelaxer::update(Guidewire& wire, Contacts& contacts, int segment, RelaxReport& report) {
+double SegmentRelaxer::update(Chain& wire, Contacts& contacts, int segment, RelaxReport& report) {
     assert(segment >= 1 && segment <= wire.segments());
     double turn = 0;
     if (config_.kind != RelaxerKind::Geometric) turn = turn_segments(wire, contacts, segment, report);
@@ -287,7 +288,7 @@ double SegmentRelaxer::update(Guidewire& wire, Contacts& contacts, int segment, 
 }
 
 template <SweepContacts Contacts>
-RelaxReport SegmentRelaxer::sweep(Guidewire& wire, Contacts contacts, const RelaxBudget& budget,
+RelaxReport SegmentRelaxer::sweep(Chain& wire, Contacts contacts, const RelaxBudget& budget,
                                   const UpdateObserver& observer) {
     RelaxReport report;
     report.termination = Termination::OutOfBudget;
@@ -325,8 +326,9 @@ RelaxReport SegmentRelaxer::sweep(Guidewire& wire, Contacts contacts, const Rela
     return report;
 }
 
-RelaxReport SegmentRelaxer::relax(Guidewire& wire, const RelaxBudget& budget,
-                                  const UpdateObserver& observer) {
+RelaxReport SegmentRelaxer::relax(Chain& wire, const RelaxBudget& budget, const UpdateObserver& observer) {
+    if (const std::string why = why_not(config_.kind, wire.devices); !why.empty())
+        throw std::invalid_argument(why);
     if (config_.stored_planes) return sweep(wire, StoredPlanes(wall_), budget, observer);
     return sweep(wire, ContactSet(wall_), budget, observer);
 }

@@ -19,13 +19,13 @@ inline constexpr int least_separation = 5, largest_separation = 25;
 /// The interface to a wire's contacts that a sweep of updates needs: ContactSet, or StoredPlanes for the
 /// faster form. `first` and `last` are joints, `segment` is the one updated next.
 template <class Contacts>
-concept SweepContacts = requires(Contacts& contacts, const Contacts& known, Guidewire& wire,
+concept SweepContacts = requires(Contacts& contacts, const Contacts& known, Chain& wire,
                                  std::span<const TailStep> steps) {
     contacts.reset(wire);
     contacts.start_sweep(wire, 1);
     contacts.settle(wire, 1);  // puts the joints proximal of it in place
     contacts.settle_all(wire);
-    { contacts.settled(wire) } -> std::convertible_to<const Guidewire&>;
+    { contacts.settled(wire) } -> std::convertible_to<const Chain&>;
     { known.energy(wire, 1, 1) } -> std::same_as<double>;
     { contacts.move(wire, steps, 1) } -> std::same_as<double>;  // commit() or undo() follows
     contacts.commit();
@@ -42,7 +42,7 @@ class SegmentRelaxer final : public Relaxer {
 public:
     SegmentRelaxer(const RelaxerConfig&, const LumenWall&);
 
-    RelaxReport relax(Guidewire&, const RelaxBudget&, const UpdateObserver& = {}) override;
+    RelaxReport relax(Chain&, const RelaxBudget&, const UpdateObserver& = {}) override;
 
     void state(StateStream& s) override { s(schedule_); }
 
@@ -52,26 +52,26 @@ public:
 private:
     using Tangents = std::array<Vec3, most_varied_segments>;
     template <SweepContacts Contacts>
-    RelaxReport sweep(Guidewire&, Contacts, const RelaxBudget&, const UpdateObserver&);
+    RelaxReport sweep(Chain&, Contacts, const RelaxBudget&, const UpdateObserver&);
     template <SweepContacts Contacts>
-    void begin(Guidewire&, Contacts&);
+    void begin(Chain&, Contacts&);
     template <SweepContacts Contacts>
-    void choose_segments(const Guidewire&, const Contacts&, int segment);
+    void choose_segments(const Chain&, const Contacts&, int segment);
     template <SweepContacts Contacts>
-    bool select_by_estimate(const Guidewire&, const Contacts&, int last, Vec3& turn);
+    bool select_by_estimate(const Chain&, const Contacts&, int last, Vec3& turn);
     template <SweepContacts Contacts>
-    SegmentProblem local_problem(const Guidewire&, const Contacts&, const PushSum& beyond) const;
-    Tangents solve(const Guidewire&, const SegmentProblem&) const;
+    SegmentProblem local_problem(const Chain&, const Contacts&, const PushSum& beyond) const;
+    Tangents solve(const Chain&, const SegmentProblem&) const;
     template <SweepContacts Contacts>
-    double update(Guidewire&, Contacts&, int segment, RelaxReport&);
+    double update(Chain&, Contacts&, int segment, RelaxReport&);
     template <SweepContacts Contacts>
-    double turn_segments(Guidewire&, Contacts&, int segment, RelaxReport&);
+    double turn_segments(Chain&, Contacts&, int segment, RelaxReport&);
     template <SweepContacts Contacts>
-    double turn_piece(Guidewire&, Contacts&, int segment, RelaxReport&);
+    double turn_piece(Chain&, Contacts&, int segment, RelaxReport&);
     template <SweepContacts Contacts>
-    bool try_turn(Guidewire&, Contacts&, const Tangents& target, int last, bool must_descend);
-    double largest_turn(const Guidewire&, const SegmentProblem& before) const;
-    void refresh_tip(const Guidewire&, int first);
+    bool try_turn(Chain&, Contacts&, const Tangents& target, int last, bool must_descend);
+    double largest_turn(const Chain&, const SegmentProblem& before) const;
+    void refresh_tip(const Chain&, int first);
 
     RelaxerConfig config_;
     const LumenWall& wall_;

@@ -33,7 +33,7 @@ double stiffest(const ContactSet& contacts) {
 }
 
 /// min C/λ² [N/mm].
-double softest_joint(const Guidewire& wire) {
+double softest_joint(const Chain& wire) {
     double softest = std::numeric_limits<double>::max();
     for (int j = 0; j < wire.segments(); ++j)
         softest = std::min(softest, wire.spring_constant(j) / std::pow(wire.lengths[j + 1], 2));
@@ -43,7 +43,7 @@ double softest_joint(const Guidewire& wire) {
 
 }  // namespace
 
-Termination SofterWalls::run(Iterate& at, Guidewire& wire, const WallDescent& own, const DescentTask& task) {
+Termination SofterWalls::run(Iterate& at, Chain& wire, const WallDescent& own, const DescentTask& task) {
     const double wall_stiffness = stiffest(own.contacts);
     assert(own.contacts.contacts().size() == wire.joints.size());
     assert(!under_way() || wire_.segments() == wire.segments());
@@ -75,7 +75,7 @@ Termination SofterWalls::run(Iterate& at, Guidewire& wire, const WallDescent& ow
     return end;
 }
 
-void SofterWalls::start(Iterate& at, const Guidewire& wire, const WallDescent& own) {
+void SofterWalls::start(Iterate& at, const Chain& wire, const WallDescent& own) {
     assert(!under_way());
     at.open_window(wire, own.contacts, wire.segments());
     stiffness_ = softest_joint(wire);
@@ -118,7 +118,7 @@ double SofterWalls::reached(Iterate& at, const WallDescent& own) const {
 }
 
 /// The wire stays where it was stuck. Where only the call's budget has ended, the next one goes on.
-Termination SofterWalls::give_up(Iterate& at, Guidewire& wire, const WallDescent& own, bool cut, double mu) {
+Termination SofterWalls::give_up(Iterate& at, Chain& wire, const WallDescent& own, bool cut, double mu) {
     assert(under_way());
     at.look_at(wire);
     own.contacts.update(wire);

@@ -24,20 +24,20 @@ public:
 
     /// Termination as Descent::run(); Stuck where there is nothing lower at the end. Ignores the task's
     /// window: all segments move.
-    Termination run(Iterate&, Guidewire&, const WallDescent&, const DescentTask&);
+    Termination run(Iterate&, Chain&, const WallDescent&, const DescentTask&);
 
     void state(StateStream& s) { s(stiffness_, energy_, spent_, wire_); }
 
 private:
-    void start(Iterate&, const Guidewire&, const WallDescent&);
+    void start(Iterate&, const Chain&, const WallDescent&);
     Termination descend(Iterate&, const WallDescent&, const DescentTask&, double wall_stiffness);
     double reached(Iterate&, const WallDescent&) const;
-    Termination give_up(Iterate&, Guidewire&, const WallDescent&, bool cut, double mu);
+    Termination give_up(Iterate&, Chain&, const WallDescent&, bool cut, double mu);
 
     double stiffness_ = 0;  // of the wall it is in now, 0 = none is under way [N/mm]
     double energy_ = 0;     // where the wire was stuck [N·mm]
     int spent_ = 0;         // updates in this wall
-    Guidewire wire_;        // on its way
+    Chain wire_;            // on its way
 };
 
 }  // namespace physics

@@ -21,13 +21,13 @@ void StoredPlanes::Plane::see() {
     k = stiffness + stiffening.dot(moved);
 }
 
-void StoredPlanes::reset(const Guidewire& wire) {
+void StoredPlanes::reset(const Chain& wire) {
     contacts_.clear();
     load_.weigh(wire);
     ask(wire, 1);
 }
 
-void StoredPlanes::ask(const Guidewire& wire, int first) {
+void StoredPlanes::ask(const Chain& wire, int first) {
     const bool anew = contacts_.size() != wire.joints.size();
     if (anew) {
         contacts_.assign(wire.joints.size(), {});
@@ -67,7 +67,7 @@ double StoredPlanes::reach() const {
     return reach_limit * room;
 }
 
-void StoredPlanes::list(const Guidewire& wire, int first) {
+void StoredPlanes::list(const Chain& wire, int first) {
     const int n = wire.segments();
     const auto from = std::lower_bound(planes_.begin(), planes_.end(), first,
                                        [](const Plane& p, int joint) { return p.joint < joint; });
@@ -85,7 +85,7 @@ void StoredPlanes::list(const Guidewire& wire, int first) {
     sum_up(first_plane_[first]);
 }
 
-StoredPlanes::Plane StoredPlanes::plane_of(const Guidewire& wire, int joint) const {
+StoredPlanes::Plane StoredPlanes::plane_of(const Chain& wire, int joint) const {
     const WallContact& c = contacts_[joint];
     Plane p;
     p.joint = joint;
@@ -108,13 +108,13 @@ StoredPlanes::Plane StoredPlanes::plane_of(const Guidewire& wire, int joint) con
     return p;
 }
 
-void StoredPlanes::start_sweep(Guidewire& wire, int first) {
+void StoredPlanes::start_sweep(Chain& wire, int first) {
     settle_all(wire);
     rebuild_joints(wire);
     ask(wire, first);
 }
 
-void StoredPlanes::settle(Guidewire& wire, int segment) {
+void StoredPlanes::settle(Chain& wire, int segment) {
     if (segment < front_) {
         settle_all(wire);
         travelled_ += farthest_;
@@ -141,7 +141,7 @@ void StoredPlanes::settle(Guidewire& wire, int segment) {
     }
 }
 
-void StoredPlanes::settle_all(Guidewire& wire) {
+void StoredPlanes::settle_all(Chain& wire) {
     const int n = wire.segments();
     farthest_ = std::max(farthest_, tail_.norm() + waiting_length_);
     for (; front_ <= n; ++front_) {
@@ -153,20 +153,20 @@ void StoredPlanes::settle_all(Guidewire& wire) {
     waiting_length_ = 0;
 }
 
-const Guidewire& StoredPlanes::settled(const Guidewire& wire) {
+const Chain& StoredPlanes::settled(const Chain& wire) {
     settled_ = wire;
     Vec3 shift = shift_;
     for (int i = front_; i <= wire.segments(); ++i) settled_.joints[i] += shift += waiting_[i];
     return settled_;
 }
 
-double StoredPlanes::energy(const Guidewire&, int first, int) const {
+double StoredPlanes::energy(const Chain&, int first, int) const {
     double energy = 0;
     for (std::size_t k = first_plane_[first]; k < planes_.size(); ++k) energy += planes_[k].energy();
     return energy;
 }
 
-double StoredPlanes::move(Guidewire&, std::span<const TailStep> steps, int) {
+double StoredPlanes::move(Chain&, std::span<const TailStep> steps, int) {
     steps_.assign(steps.begin(), steps.end());
     trial_.assign(planes_.begin() + first_plane_[steps.front().joint], planes_.end());
     double energy = 0;

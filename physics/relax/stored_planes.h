@@ -15,17 +15,17 @@ class StoredPlanes {
 public:
     explicit StoredPlanes(const LumenWall& wall) : wall_(wall) {}
 
-    void reset(const Guidewire&);             // ask for every joint
-    void start_sweep(Guidewire&, int first);  // rebuild the joints; ask again where a joint ≥ first moved
-    void settle(Guidewire&, int segment);     // the joints proximal of `segment`, which is updated next
-    void settle_all(Guidewire&);
-    const Guidewire& settled(const Guidewire&);  // the wire with all pending moves made, for observers
+    void reset(const Chain&);             // ask for every joint
+    void start_sweep(Chain&, int first);  // rebuild the joints; ask again where a joint ≥ first moved
+    void settle(Chain&, int segment);     // the joints proximal of `segment`, which is updated next
+    void settle_all(Chain&);
+    const Chain& settled(const Chain&);  // the wire with all pending moves made, for observers
     /// Energy in the wall [N·mm] of joints ≥ first. The load's energy starts at 0 with every update.
-    double energy(const Guidewire&, int first, int last) const;
+    double energy(const Chain&, int first, int last) const;
     /// The same after these steps, with the load's energy; commit() or undo() follows.
-    double move(Guidewire&, std::span<const TailStep>, int last);
+    double move(Chain&, std::span<const TailStep>, int last);
     void commit();
-    void undo(Guidewire&) const {}
+    void undo(Chain&) const {}
 
     int last_touching() const { return last_touching_; }  // of those distal of the update
     int touching() const;
@@ -44,10 +44,10 @@ private:
         void see();
         double energy() const { return depth > 0 ? 0.5 * k * depth * depth : 0.0; }
     };
-    void ask(const Guidewire&, int first);
+    void ask(const Chain&, int first);
     double reach() const;
-    void list(const Guidewire&, int first);
-    Plane plane_of(const Guidewire&, int joint) const;
+    void list(const Chain&, int first);
+    Plane plane_of(const Chain&, int joint) const;
     void sum_up(int first_plane);
     double travel() const { return travelled_ + tail_.norm() + waiting_length_; }
 
@@ -74,7 +74,7 @@ private:
     std::vector<int> index_;
     std::vector<Vec3> at_;
     std::vector<WallContact> answer_;
-    Guidewire settled_;
+    Chain settled_;
     long long queries_ = 0;
 };
 

@@ -33,8 +33,7 @@ struct WallContact {
         return touches() ? Vec3(0.5 * penetration * penetration * stiffening) : Vec3(Vec3::Zero());
     }
     void state(StateStream& s) {
-        s(penetration, normal, curvature, stiffness, stiffening, trust, room, station);
-        if (!s.part(thickness != 0, thickness)) thickness = 0;
+        s(penetration, normal, curvature, stiffness, stiffening, trust, room, station, thickness);
     }
     void share_stiffness(double share) { stiffness *= share, stiffening *= share; }
 };

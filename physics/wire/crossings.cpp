@@ -102,14 +102,14 @@ private:
 
 /// Whether a joint bears a force, or the segment merged from both its own would cross the wall. A segment
 /// that a joint holds off a carina does not cross: without the joint it would again.
-bool needed(const Guidewire& wire, const LumenWall& wall, int joint, double tolerance) {
+bool needed(const Chain& wire, const LumenWall& wall, int joint, double tolerance) {
     const Vec3 &from = wire.joints[joint - 1], way = (wire.joints[joint + 1] - from).normalized();
     const Vec3 places[] = {from, from + (wire.lengths[joint] + wire.lengths[joint + 1]) * way,
                            wire.joints[joint]};
     WallContact contacts[3];
     for (int k = 0; k < 3; ++k) {
         contacts[k].station = wire.stations[joint - 1];
-        contacts[k].thickness = wire.thickness_at(joint - 1 + (k == 2 ? 1 : 2 * k));
+        contacts[k].thickness = wire.thickness[joint - 1 + (k == 2 ? 1 : 2 * k)];
     }
     wall.contacts(places, contacts);
     return contacts[2].touches() ||
@@ -125,7 +125,7 @@ std::optional<Crossing> crossing_between(const LumenWall& wall, const Vec3& from
     return Search(wall, from, to).run(at_from, at_to, tolerance);
 }
 
-std::vector<Crossing> crossings(const Guidewire& wire, std::span<const WallContact> contacts,
+std::vector<Crossing> crossings(const Chain& wire, std::span<const WallContact> contacts,
                                 const LumenWall& wall, double tolerance) {
     std::vector<Crossing> found;
     for (int i = 1; i <= wire.segments(); ++i) {
@@ -138,8 +138,8 @@ std::vector<Crossing> crossings(const Guidewire& wire, std::span<const WallConta
     return found;
 }
 
-int split_crossings(Guidewire& wire, std::span<const Crossing> found) {
-    const double lambda = wire.spec.segment_length;
+int split_crossings(Chain& wire, std::span<const Crossing> found) {
+    const double lambda = wire.grid.segment_length;
     int count = 0;
     for (auto crossing = found.rbegin(); crossing != found.rend(); ++crossing) {
         const int i = crossing->segment;
@@ -152,7 +152,7 @@ int split_crossings(Guidewire& wire, std::span<const Crossing> found) {
     return count;
 }
 
-int merge_pieces(Guidewire& wire, const LumenWall& wall, bool every, double tolerance) {
+int merge_pieces(Chain& wire, const LumenWall& wall, bool every, double tolerance) {
     int count = 0;
     for (int i = wire.segments() - 1; i >= 1; --i) {
         if (!wire.within_a_segment(i)) continue;

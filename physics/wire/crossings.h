@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "physics/wall/wall.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/chain.h"
 
 namespace physics {
 
@@ -31,17 +31,17 @@ std::optional<Crossing> crossing_between(const LumenWall&, const Vec3& from, con
                                          double tolerance = crossing_tolerance);
 
 /// The crossings of a wire whose joints have these contacts, in order.
-std::vector<Crossing> crossings(const Guidewire&, std::span<const WallContact>, const LumenWall&,
+std::vector<Crossing> crossings(const Chain&, std::span<const WallContact>, const LumenWall&,
                                 double tolerance = crossing_tolerance);
 
 /// Puts a joint at each of the crossings, which are those of the wire in order; a segment longer than the
-/// spec's λ is halved instead, as refine() would. Pieces shorter than an eighth of λ are not made. Relax the
+/// chain's λ is halved instead, as refine() would. Pieces shorter than an eighth of λ are not made. Relax the
 /// wire afterwards. Returns the number of segments split.
-int split_crossings(Guidewire&, std::span<const Crossing>);
+int split_crossings(Chain&, std::span<const Crossing>);
 
 /// Merges the pieces of segments that were split at a crossing, where the joint between them touches nothing
 /// and the straight segment would not cross the wall by more than half the tolerance; with `every`, all of
 /// them. Returns the number of joints removed.
-int merge_pieces(Guidewire&, const LumenWall&, bool every = false, double tolerance = crossing_tolerance);
+int merge_pieces(Chain&, const LumenWall&, bool every = false, double tolerance = crossing_tolerance);
 
 }  // namespace physics

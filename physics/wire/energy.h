@@ -1,37 +1,31 @@
 #pragma once
-/// Energy of a wire in its vessel and its exact gradient.
+/// Energy of a chain in its vessel and its exact gradient.
 
 #include "physics/wall/wall.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/chain.h"
 
 namespace physics {
 
 struct Energy {
     double bending = 0, wall = 0;  // [N·mm]
     double load = 0;      // work that the load has yet to do, 0 with the wire at the introducer [N·mm]
-    double torsion = 0;   // of the shaft [N·mm]
+    double torsion = 0;   // of the devices' shafts [N·mm]
     double friction = 0;  // of the grips, with their normal forces held [N·mm]
     double total() const { return bending + wall + load + torsion + friction; }
 };
 
 /// Contacts of all joints from scratch, each with its share of the wall's stiffness. The wire's stations are
 /// hints; near the border of two vessels a joint stays with the vessel of its station, where it came to rest.
-std::vector<WallContact> all_contacts(const Guidewire&, const LumenWall&);
+std::vector<WallContact> all_contacts(const Chain&, const LumenWall&);
 
-Energy total_energy(const Guidewire&, std::span<const WallContact>);
+Energy total_energy(const Chain&, std::span<const WallContact>);
 
-/// [i] = dU/du_i projected on the plane ⟂ u_i, i = 1…N, [0] zero [N·mm]. Includes the turn of the tip's rest
-/// direction with every tangent proximal of it (parallel transport).
-std::vector<Vec3> energy_gradient(const Guidewire&, std::span<const WallContact>);
+/// [i] = dU/du_i projected on the plane ⟂ u_i, i = 1…N, [0] zero [N·mm]. Includes the turn of the devices'
+/// rest directions with every tangent proximal of them (parallel transport).
+std::vector<Vec3> energy_gradient(const Chain&, std::span<const WallContact>);
 
 /// Largest |dU/du_i| over C of that joint: zero at equilibrium [-].
-double relative_gradient(const Guidewire&, std::span<const WallContact>);
-
-/// Force of the hand along the wire [N], > 0 where it must push. `held` is the force along the wire that hand
-/// and introducer hold together, RelaxReport::push_force. A wire that is bent where it leaves the introducer
-/// is pressed out of it by EIκ²/2 (D. Bigoni et al., Eshelby-like forces acting on elastic structures, 2015).
-/// The hand's force times what is fed is the wire's gain of energy plus its loss by friction.
-double hand_force(const Guidewire&, double held);
+double relative_gradient(const Chain&, std::span<const WallContact>);
 
 /// Euler's load of a straight shaft of this rigidity [N·mm²] and length [mm], clamped at both ends: under a
 /// larger push it bows [N].

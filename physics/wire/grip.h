@@ -45,10 +45,7 @@ struct Grip {
     double follow(const Vec3& joint);
 
     bool operator==(const Grip&) const = default;
-    void state(StateStream& s) {
-        s(anchor, normal, force);
-        if (!s.part(!around.isZero(0), roll, around)) roll = 0, around.setZero();
-    }
+    void state(StateStream& s) { s(anchor, normal, force, roll, around); }
 };
 
 /// Energy of the grips of joints from `first` on [N·mm]; either list may be empty.

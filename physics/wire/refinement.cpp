@@ -14,12 +14,18 @@ constexpr double touch_share =
 
 class Refinement {
 public:
-    Refinement(Guidewire& wire, const LumenWall& wall, const RefinementOptions& options)
+    Refinement(Chain& wire, const LumenWall& wall, const RefinementOptions& options)
         : wire_(wire), wall_(wall), options_(options) {
-        const GuidewireSpec& spec = wire.spec;
-        // The segment that grows as the wire is fed lies just before the curved tip and stays as it is.
-        const double fine = std::max(spec.tip_length, (wire.curved_segments() + 1) * spec.segment_length);
-        fine_ = static_cast<int>(std::ceil((fine + options.fine_length) / spec.segment_length));
+        // The distal end of every device stays as it is: shape, soft tip, and the segment that grows.
+        const double lambda = wire.grid.segment_length, length = wire.inserted_length();
+        for (const Device& device : wire.devices) {
+            if (device.inserted <= 0) continue;
+            double fine = std::max(shaped_length(device.spec), lambda);
+            if (device.spec.sections.size() > 1) fine = std::max(fine, device.spec.sections.front().length);
+            const auto [from, to] = std::pair(device.inserted - fine - options.fine_length, device.inserted);
+            fine_.push_back({static_cast<int>(std::floor((length - to) / lambda)),
+                             static_cast<int>(std::ceil((length - from) / lambda))});
+        }
         measure();
     }
 
@@ -56,21 +62,23 @@ public:
 private:
     /// Lengths and places in whole λ; the segment that grows, λ/2 to 3λ/2 long, counts as one.
     void measure() {
-        const int n = wire_.segments();
+        const int n = wire_.segments(), growing = wire_.growing();
         start_.assign(n + 2, 0);
         for (int i = 1; i <= n; ++i) {
-            const double units = wire_.lengths[i] / wire_.spec.segment_length;
-            assert(i == n - wire_.curved_segments() || std::abs(units - std::round(units)) < 1e-6);
-            assert(i == n - wire_.curved_segments() ||
-                   std::has_single_bit(static_cast<unsigned>(std::lround(units))));
+            const double units = wire_.lengths[i] / wire_.grid.segment_length;
+            assert(i == wire_.growing() || std::abs(units - std::round(units)) < 1e-6);
+            assert(i == wire_.growing() || std::has_single_bit(static_cast<unsigned>(std::lround(units))));
             // Rounded, the one that grows could also be none or two, and be split for ever.
-            const bool grows = i == n - wire_.curved_segments();
+            const bool grows = i == growing;
             start_[i + 1] = start_[i] + (grows ? 1 : static_cast<int>(std::lround(units)));
         }
     }
     int units(int i) const { return start_[i + 1] - start_[i]; }
     bool kept_fine(int first_unit, int last_unit) const {
-        return first_unit == 0 || last_unit > start_.back() - fine_;
+        const int whole = start_.back();
+        return first_unit == 0 || std::any_of(fine_.begin(), fine_.end(), [&](const Fine& fine) {
+                   return last_unit > whole - fine.to && first_unit < whole - fine.from;
+               });
     }
 
     double curvature(int joint) const {
@@ -101,7 +109,7 @@ private:
 
     /// Whether a straight segment from joint i − 1 is as good as the curve, within the tolerance.
     bool represents(int i, const Vec3& along, int length, double bent, double tolerance) {
-        const double lambda = wire_.spec.segment_length;
+        const double lambda = wire_.grid.segment_length;
         if (!(bent * std::pow(length * lambda, 2) / 8 <= tolerance)) return false;
         points_.clear();
         contacts_.assign(length + 1, {});
@@ -119,10 +127,14 @@ private:
         return most->penetration <= -near || least->penetration >= -touch_share * tolerance;
     }
 
-    Guidewire& wire_;
+    Chain& wire_;
     const LumenWall& wall_;
     RefinementOptions options_;
-    int fine_ = 0;            // [λ] at the distal end
+    /// Kept at λ, by the distances from the distal end [λ].
+    struct Fine {
+        int from = 0, to = 0;
+    };
+    std::vector<Fine> fine_;
     std::vector<int> start_;  // [i] = of segment i from the introducer [λ]; [N+1] is the whole length
     std::vector<Vec3> points_;
     std::vector<WallContact> contacts_;
@@ -141,7 +153,7 @@ std::vector<std::string> problems(const RefinementOptions& o) {
     return out;
 }
 
-RefinementReport refine(Guidewire& wire, const LumenWall& wall, const RefinementOptions& options) {
+RefinementReport refine(Chain& wire, const LumenWall& wall, const RefinementOptions& options) {
     assert(problems(options).empty());
     Refinement refinement(wire, wall, options);
     RefinementReport report;

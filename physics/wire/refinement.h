@@ -2,11 +2,11 @@
 /// No more joints than the wire's curve needs: λ fine at the tip and in bends, coarse in straight vessel.
 
 #include "physics/wall/wall.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/chain.h"
 
 namespace physics {
 
-/// Segments are λ·2^k long, λ that of the spec; a segment lies a whole multiple of its length from the
+/// Segments are λ·2^k long, λ that of the chain; a segment lies a whole multiple of its length from the
 /// introducer and is at most twice as long as its neighbours.
 struct RefinementOptions {
     /// A segment is too long where its sagitta ℓ²κ/8, κ the larger curvature at its ends, exceeds this, where
@@ -31,6 +31,6 @@ struct RefinementReport {
 /// that a wire near the limit does not switch back and forth). Meant for a wire at rest that is relaxed
 /// afterwards: the joints distal of a change move by less than the tolerance. The first segment and the
 /// distal ones stay at λ. A second call changes nothing. Lengths must be as above (asserted).
-RefinementReport refine(Guidewire&, const LumenWall&, const RefinementOptions& = {});
+RefinementReport refine(Chain&, const LumenWall&, const RefinementOptions& = {});
 
 }  // namespace physics

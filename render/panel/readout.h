@@ -66,27 +66,24 @@ struct Readout {
     std::optional<double> kerma_area;      // P_KA [Gy·cm²]
     std::optional<double> fluoro_time;     // beam-on time [s]
 
-    // Wire
-    std::optional<double> inserted;            // length beyond the introducer [mm]
-    std::optional<double> wire_length;         // length that could be inserted [mm]
+    /// A device and what a hand does to it and feels of it.
+    struct Device {
+        std::string name;                  // "wire", "catheter"
+        std::optional<double> inserted;    // length beyond the introducer [mm]
+        std::optional<double> length;      // that could be inserted [mm]
+        std::optional<double> hub_twist;   // of the hub, right-handed about the advancing device [rad]
+        std::optional<double> torque;      // at the introducer [N·mm]
+        std::optional<double> push_force;  // along the device at the introducer [N]
+    };
+    std::vector<Device> devices;  // innermost first
+    std::string held;             // by the hand: the name of one, "all"; empty = the first
+
     std::optional<double> tip_to_target;       // [mm]
-    std::optional<double> hub_twist;           // of the hub, right-handed about the advancing wire [rad]
-    std::optional<double> base_torque;         // at the introducer [N·mm]
-    std::optional<double> push_force;          // along the wire at the introducer [N]
     std::optional<double> tip_force;           // of the wall on the tip [N]
     std::optional<double> largest_wall_force;  // on any joint [N]
     double force_limit = 1.0;                  // force at which the bars are full [N]
     std::vector<double> force_history;         // largest wall force of the last seconds, oldest first [N]
     double history_length = 10.0;              // time span of the history [s]
-
-    /// Of the catheter, in an exercise that has one.
-    struct Catheter {
-        double inserted = 0, length = 0;  // [mm]
-        double hub_twist = 0;             // [rad]
-        double push_force = 0;            // [N]
-    };
-    std::optional<Catheter> catheter;
-    std::string held;  // by the hand: "wire", "catheter", "both"
 
     // Contrast
     std::optional<double> contrast;        // given so far [ml]

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -200,21 +201,29 @@ void force_trace(Canvas& canvas, const Box& area, const Readout& r) {
     canvas.unclip();
 }
 
-void draw_wire(Canvas& canvas, const Box& area, const Readout& r) {
-    // Of the device in the hand; the other's length stands beside the heading.
-    const bool catheter = r.catheter && r.held == "catheter";
-    const auto inside = [](const char* name, std::optional<double> length) {
-        return name + figure_text(length, 0) + " mm";
-    };
-    std::string other;
-    if (r.catheter)
-        other = catheter ? inside("wire ", r.inserted) : inside("catheter ", r.catheter->inserted);
-    const char* held = catheter ? "CATHETER" : r.held == "both" ? "WIRE + CATHETER" : "WIRE";
-    float y = heading(canvas, area, held, other, palette::value);
-    const std::optional<double> length = catheter ? r.catheter->inserted : r.inserted,
-                                whole = catheter ? r.catheter->length : r.wire_length,
-                                twist = catheter ? r.catheter->hub_twist : r.hub_twist,
-                                push = catheter ? r.catheter->push_force : r.push_force;
+std::string capitals(std::string text) {
+    for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    return text;
+}
+
+void draw_devices(Canvas& canvas, const Box& area, const Readout& r) {
+    // Of the device in the hand, of the first where it holds all; the others' lengths stand beside the
+    // heading.
+    std::size_t shown = 0;
+    std::string title, others;
+    for (std::size_t k = 0; k < r.devices.size(); ++k)
+        if (r.devices[k].name == r.held) shown = k;
+    for (std::size_t k = 0; k < r.devices.size(); ++k) {
+        if (k == shown || r.held == "all")
+            title += (title.empty() ? "" : " + ") + capitals(r.devices[k].name);
+        if (k != shown)
+            others += (others.empty() ? "" : ", ") + r.devices[k].name + " " +
+                      figure_text(r.devices[k].inserted, 0) + " mm";
+    }
+    if (title.empty()) title = "WIRE";
+    float y = heading(canvas, area, title, others, palette::value);
+    const Readout::Device device = r.devices.empty() ? Readout::Device() : r.devices[shown];
+    const std::optional<double> length = device.inserted, whole = device.length, twist = device.hub_twist;
     std::string inserted = figure_text(length, 0);
     if (is_known(whole)) inserted += " / " + figure_text(whole, 0);
     row(canvas, area, y, "Inserted", inserted + " mm");
@@ -227,8 +236,8 @@ void draw_wire(Canvas& canvas, const Box& area, const Readout& r) {
     twist_dial(canvas, {area.left + radius + 1.0f, y + radius}, radius, twist);
     const Box beside{area.left + 2.0f * radius + 16.0f, 0, area.right, 0};
     row(canvas, beside, y, "Twist", signed_text(times(twist, 180.0 / std::numbers::pi), 0) + "°");
-    row(canvas, beside, y + 19.0f, "Torque", signed_text(r.base_torque, 2) + " N·mm");
-    row(canvas, beside, y + 38.0f, "Push", signed_text(push, 2) + " N");
+    row(canvas, beside, y + 19.0f, "Torque", signed_text(device.torque, 2) + " N·mm");
+    row(canvas, beside, y + 38.0f, "Push", signed_text(device.push_force, 2) + " N");
     y += 2.0f * radius + 7.0f;
 
     const auto force = [&](std::string_view name, std::optional<double> value) {
@@ -318,8 +327,8 @@ struct Section {
     void (*draw)(Canvas&, const Box&, const Readout&);
     float height;  // the last takes the remainder
 };
-constexpr Section sections[] = {{draw_gantry, 190.0f}, {draw_technique, 76.0f}, {draw_dose, 108.0f},
-                                {draw_wire, 212.0f},   {draw_contrast, 52.0f},  {draw_messages, 0.0f}};
+constexpr Section sections[] = {{draw_gantry, 190.0f},  {draw_technique, 76.0f}, {draw_dose, 108.0f},
+                                {draw_devices, 212.0f}, {draw_contrast, 52.0f},  {draw_messages, 0.0f}};
 
 }  // namespace
 

@@ -311,14 +311,13 @@ Field Fluoroscope::expected_quanta(const CArm& arm, const SeenDevices& devices, 
     Bins displaced = beam.bins.attenuation(Material::Blood);
     const double dissolved = exposure.iodine + exposure.wire_iodine;
     for (int k = 0; k < energy_bins; ++k) displaced[k] += dissolved * per_concentration[k];
-    const WireLook &wire = devices.wire_look ? *devices.wire_look : state.config.wire,
-                   &catheter = state.config.catheter;
-    const WireShadow shadows[] = {
-        {devices.wire, wire, wire_attenuation(wire, beam.bins, displaced)},
-        {devices.catheter, catheter, wire_attenuation(catheter, beam.bins, displaced)}};
-    const std::size_t seen = devices.catheter.empty() ? 1 : 2;
-    for (const WirePixel& pixel :
-         state.wire.cast(seen_from_shifted(arm, exposure.vessel_shift), std::span(shadows).first(seen))) {
+    std::vector<WireShadow> shadows;
+    for (const SeenDevice& device : devices.all) {
+        if (device.joints.empty()) continue;
+        const WireLook& look = device.look ? *device.look : state.config.wire;
+        shadows.push_back({device.joints, look, wire_attenuation(look, beam.bins, displaced)});
+    }
+    for (const WirePixel& pixel : state.wire.cast(seen_from_shifted(arm, exposure.vessel_shift), shadows)) {
         const float amount = state.iodine.values[pixel.index];
         PixelBins before;
         for (int k = 0; k < energy_bins; ++k) before[k] = fast_exp(per_iodine[k] * amount);
@@ -382,18 +381,11 @@ Technique Fluoroscope::technique(const CArm& arm, const Exposure& exposure) {
     return state_->meter.technique(arm, exposure);
 }
 
-std::vector<std::uint32_t> Fluoroscope::wire_pixels(const CArm& arm, const SeenDevices& devices,
-                                                    const Vec3& shift) {
+std::vector<std::uint32_t> Fluoroscope::device_pixels(const CArm& arm, const SeenDevice& device,
+                                                      const Vec3& shift) {
     require_usable(arm, {});
-    const WireLook& look = devices.wire_look ? *devices.wire_look : state_->config.wire;
-    return state_->truth.device_pixels(seen_from_shifted(arm, shift), devices.wire, look);
-}
-
-std::vector<std::uint32_t> Fluoroscope::catheter_pixels(const CArm& arm, const SeenDevices& devices,
-                                                        const Vec3& shift) {
-    require_usable(arm, {});
-    return state_->truth.device_pixels(seen_from_shifted(arm, shift), devices.catheter,
-                                       state_->config.catheter);
+    const WireLook& look = device.look ? *device.look : state_->config.wire;
+    return state_->truth.device_pixels(seen_from_shifted(arm, shift), device.joints, look);
 }
 
 const std::vector<std::uint32_t>& Fluoroscope::vessel_pixels(const CArm& arm, const Vec3& shift) {

@@ -43,8 +43,7 @@ struct TissueLayer {
 };
 
 struct FluoroscopeConfig {
-    WireLook wire;
-    WireLook catheter;  // of a SeenDevices that has one
+    WireLook wire;  // of a SeenDevice without a look of its own
     DetectorSpec detector;
     DisplaySpec display;
     double scatter = 1.0;            // times what scatter_field gives [-]
@@ -85,10 +84,7 @@ struct Exposure {
 
     void state(geometry::StateStream& s) {
         s(frame, seed, detector_dose, kvp, iodine, vessel_iodine, distal_iodine, organs, wire_iodine,
-          vessel_shift);
-        if (!s.part(!vessel_streams.empty(), vessel_streams)) vessel_streams.clear();
-        if (!s.part(breath != 0.0 || beat != 0.0, breath, beat)) breath = beat = 0.0;
-        if (!s.part(drift != 0.0, drift)) drift = 0.0;
+          vessel_shift, vessel_streams, breath, beat, drift);
     }
 };
 
@@ -153,11 +149,10 @@ public:
     /// The output of the tube and the dose to the patient for the pulse.
     Technique technique(const CArm&, const Exposure&);
 
-    /// Ground truth: pixels where the wire removes more than 2 % of the softest quanta, and pixels whose ray
-    /// runs through a layer that takes contrast; in ascending order. `shift`: Exposure::vessel_shift. The
+    /// Ground truth: pixels where the device removes more than 2 % of the softest quanta, and pixels whose
+    /// ray runs through a layer that takes contrast; in ascending order. `shift`: Exposure::vessel_shift. The
     /// vessels of the last arm and shift are kept.
-    std::vector<std::uint32_t> wire_pixels(const CArm&, const SeenDevices&, const geometry::Vec3& shift);
-    std::vector<std::uint32_t> catheter_pixels(const CArm&, const SeenDevices&, const geometry::Vec3& shift);
+    std::vector<std::uint32_t> device_pixels(const CArm&, const SeenDevice&, const geometry::Vec3& shift);
     const std::vector<std::uint32_t>& vessel_pixels(const CArm&, const geometry::Vec3& shift);
     /// Ground truth: the vessel that each ray runs through longest, by labels given for the nodes of the
     /// vessels; 0 where there is none, everywhere without nodes. arm.pixels squared. Throws

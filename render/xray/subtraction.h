@@ -39,8 +39,7 @@ public:
     /// An object without a mask, to be restored into.
     Subtraction() = default;
     void state(geometry::StateStream& s) {
-        s(scatter_, log_mask_, open_, mean_, map_);
-        if (!s.part(shift_.any() || map_shift_.any(), shift_, map_shift_)) shift_ = map_shift_ = {};
+        s(scatter_, log_mask_, open_, mean_, map_, shift_, map_shift_);
         if (s.restores()) make_shifted();
     }
 

@@ -1,5 +1,5 @@
 #pragma once
-/// The shadow of guidewire and catheter: transmission per pixel, splatted analytically on the CPU.
+/// The shadow of wires and catheters: transmission per pixel, splatted analytically on the CPU.
 
 #include <array>
 #include <cstdint>
@@ -26,20 +26,23 @@ struct WireLook {
     double core_diameter = 0;   // of a solid core inside body and marker; 0 = none [mm]
     Material core = Material::Nitinol;
 
+    bool operator==(const WireLook&) const = default;
     void state(geometry::StateStream& s) {
         s(diameter, body, marker, marker_length, body_fill, marker_fill, inner_diameter, core_diameter, core);
     }
 };
 
-/// Joints of the devices in the beam, from the introducer to their tips [mm]; empty = not there.
+/// A device in the beam.
+struct SeenDevice {
+    std::span<const geometry::Vec3> joints;  // from the introducer to its tip [mm]; empty = not there
+    const WireLook* look = nullptr;          // null = the fluoroscope's
+};
+/// All of them, which lie in each other, innermost first.
 struct SeenDevices {
     SeenDevices() = default;
-    SeenDevices(std::span<const geometry::Vec3> joints) : wire(joints) {}
-    SeenDevices(const geometry::Polyline& joints) : wire(joints) {}
-    SeenDevices(std::span<const geometry::Vec3> joints, std::span<const geometry::Vec3> over)
-        : wire(joints), catheter(over) {}
-    std::span<const geometry::Vec3> wire, catheter;
-    const WireLook* wire_look = nullptr;  // null = the fluoroscope's
+    SeenDevices(std::span<const geometry::Vec3> wire) : all{{wire}} {}
+    SeenDevices(const geometry::Polyline& wire) : all{{wire}} {}
+    std::vector<SeenDevice> all;
 };
 
 /// Attenuation of the parts per energy bin, minus that of what they displace [1/mm].
@@ -76,7 +79,7 @@ public:
                                     const WireAttenuation&);
     /// The same of several devices, at most most_devices: their chords meet in one integral.
     std::span<const WirePixel> cast(const CArm&, std::span<const WireShadow>);
-    static constexpr int most_devices = 2;
+    static constexpr int most_devices = 5;
 
 private:
     static constexpr int per_pixel = samples * samples;

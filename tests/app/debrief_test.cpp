@@ -108,9 +108,9 @@ TEST(DebriefCommand, WhatIsNoRecordingOfTheExerciseIsRefused) {
     const TemporaryFolder folder;
     const std::string good = recorded(folder, "good", read(good_script));
     write(folder / "other.gw",
-          "recording 2\nprogram 0000000000000001 x\nscenario 0000000000000001 renal\n0 end\n");
+          "recording 3\nprogram 0000000000000001 x\nscenario 0000000000000001 renal\n0 end\n");
     expect_refused(run(folder, {"debrief", good, folder / "other.gw", "--out", folder / "page"}), "'renal'");
-    write(folder / "broken.gw", "recording 2\n0 beam\n");
+    write(folder / "broken.gw", "recording 3\n0 beam\n");
     expect_refused(run(folder, {"debrief", folder / "broken.gw", "--out", folder / "page"}), "broken.gw:2:");
     write(folder / "file", "");
     expect_refused(run(folder, {"debrief", good, "--out", folder / "file"}), "file: cannot be written");
@@ -131,7 +131,7 @@ TEST(DebriefCommand, OfAFolderMakesAPageForEachLearnerAndExercise) {
                  "none", "--learner", "Ada"});
     put(folder / "d/run.gw", "4.gw");
     write(folder / "class/script.gw", few);
-    write(folder / "class/broken.gw", "recording 2\n0 beam\n");
+    write(folder / "class/broken.gw", "recording 3\n0 beam\n");
     std::string free = read(folder / "a.gw");
     free.insert(free.find("learner "), "practice free\n");
     write(folder / "class/free.gw", free);
@@ -192,7 +192,7 @@ TEST(CourseCommand, CountsAttemptsByLearnerAndExercise) {
     put(recorded(folder, "a", clumsy), "1.gw");
     put(recorded(folder, "b", read(good_script)), "below/2.gw");
     put(recorded(folder, "c", read(good_script), "<b>Bob</b>"), "3.gw");
-    write(folder / "class/broken.gw", "recording 2\n0 beam\n");
+    write(folder / "class/broken.gw", "recording 3\n0 beam\n");
     std::string changed = read(folder / "b.gw");
     char& digit = changed[changed.find("state 20 ") + 9];
     digit = digit == '0' ? '1' : '0';

@@ -57,8 +57,9 @@ TEST(ScoreCommand, ABrokenRecordingIsRefusedWithItsLine) {
     const std::string text = read(recorded(folder));
     write(folder / "x.gw", text.substr(0, text.find("state 20 ") + 12));
     expect_refused(run(folder, {"score", folder / "x.gw"}), "x.gw:");
-    write(folder / "x.gw", replaced(text, "recording 2", "recording 9"));
-    expect_refused(run(folder, {"score", folder / "x.gw"}), "x.gw:1:1: 'recording 9' was found; recording 2");
+    write(folder / "x.gw", replaced(text, "recording 3", "recording 9"));
+    expect_refused(run(folder, {"score", folder / "x.gw"}),
+                   "x.gw:1:1: expected 'recording 3' in the first line, found 'recording 9'");
     write(folder / "x.gw", "0 beam on\n5 end\n");
     expect_refused(run(folder, {"score", folder / "x.gw"}), "--scenario");
     expect_refused(run(folder, {"score", folder / "none.gw"}), "none.gw");

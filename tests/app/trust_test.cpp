@@ -73,7 +73,7 @@ struct Inputs {
         recording = (folder / "recordings/a.gw").string();
         // As a run records them, with nothing stated of states and anatomy.
         write(recording,
-              "recording 2\nprogram 0000000000000000 seldinger\nscenario 0000000000000000 renal\n"
+              "recording 3\nprogram 0000000000000000 seldinger\nscenario 0000000000000000 renal\n"
               "anatomy 0000000000000000\n5 end\n");
         list = (folder / "list.toml").string();
         write(list, "schema = 1\n[[run]]\nscenario = \"renal\"\ncommands = \"solution\"\nimages = false\n");

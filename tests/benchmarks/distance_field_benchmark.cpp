@@ -4,8 +4,9 @@
 
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/scenes.h"
+#include "engine/studies/plain_wire.h"
 #include "physics/wall/distance_field.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/chain.h"
 #include "tests/anatomies.h"
 #include "tests/benchmarks/push_times.h"
 #include "tests/benchmarks/wall_queries.h"
@@ -74,11 +75,8 @@ void global_push_in_a_mesh(benchmark::State& state) {
         anatomy::tube_anatomy(std::string(scene.name), path, scene.radius, around, step);
     const DistanceField wall(tube.lumen, tube.branches, tube.openings(), scene.wall_stiffness, 0.0,
                              {.threads = 2});
-    GuidewireSpec spec;
-    spec.segment_length = scene.segment_length;
-    spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
-    spec.curved_length = spec.curved_angle = 0;
-    push_through(state, wall, tube.branches[0].points, spec, scene.segments, 1);
+    const auto spec = studies::PlainWire::uniform(scene.rigidity, scene.segment_length);
+    push_through(state, wall, tube.branches[0].points, spec.device(), spec.grid(), scene.segments, 1);
     state.SetLabel(std::string(scene.name));
     state.counters["triangles"] = static_cast<double>(tube.lumen.triangles.size());
     state.counters["MB"] = static_cast<double>(wall.bytes()) * 1e-6;
@@ -93,10 +91,10 @@ void global_push_in_the_iliac_artery(benchmark::State& state) {
     const TriangleMesh mesh = subdivided(test::iliac_renal().lumen, static_cast<int>(state.range(0)));
     const anatomy::EntryPath entry = anatomy::path_from(
         test::iliac_renal(), *anatomy::find_end(test::iliac_renal(), "aorta+LCIA+LEIA+LCFA.out"));
-    const GuidewireSpec spec;
+    const studies::PlainWire spec;
     const DistanceField wall(mesh, test::iliac_renal().branches, test::iliac_renal().openings(), 20.0,
                              0.5 * spec.diameter, {.threads = 2});
-    push_through(state, wall, entry.points, spec, 165, 1);
+    push_through(state, wall, entry.points, spec.device(), spec.grid(), 165, 1);
     state.counters["triangles"] = static_cast<double>(mesh.triangles.size());
     state.counters["MB"] = static_cast<double>(wall.bytes()) * 1e-6;
 }

@@ -26,9 +26,7 @@ render::Readout readout() {
     r.sod = 750.0;
     r.air_kerma = 41.7;
     r.fluoro_time = 258.0;
-    r.inserted = 420.0;
-    r.wire_length = 800.0;
-    r.hub_twist = 0.7;
+    r.devices = {{"wire", 420.0, 800.0, 0.7, 0.0, 0.0}};
     r.force_history.assign(150, 0.2);
     r.messages.assign(5, {"The wire stopped at the wall", render::Notice::Warning});
     return r;

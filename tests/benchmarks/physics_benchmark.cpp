@@ -7,6 +7,7 @@
 #include "engine/anatomy/anatomy.h"
 #include "engine/anatomy/lumen_wall.h"
 #include "engine/anatomy/scenes.h"
+#include "engine/studies/plain_wire.h"
 #include "physics/relax/newton_terms.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/mesh_wall.h"
@@ -34,7 +35,7 @@ void one_cycle(benchmark::State& state) {
     config.safeguard = state.range(1) != 0;
     long long queries = 0, updates = 0;
     for (auto _ : state) {
-        Guidewire wire = start;
+        Chain wire = start;
         const RelaxReport report = make_relaxer(config, wall)->relax(wire, whole_cycles(200, 1));
         queries += report.wall_queries;
         updates += report.updates;
@@ -64,7 +65,8 @@ void forms_of_the_segment_method(benchmark::State& state) {
     const anatomy::Anatomy tube = anatomy::tube_anatomy("tube", line, 2.0);
     const MeshWall mesh(tube.lumen, tube.branches, tube.openings(), 42.0);
     const test::AskAlways always(mesh);
-    const Guidewire start = wire_along(scene_setup("spatial").wire.spec, line, segments);
+    const Chain scene = scene_setup("spatial").wire;
+    const Chain start = physics::wire_along(scene.devices[0].spec, scene.grid, line, segments);
     RelaxerConfig config;
     config.kind = RelaxerKind::Segment;
     config.safeguard = false;
@@ -73,7 +75,7 @@ void forms_of_the_segment_method(benchmark::State& state) {
     RelaxReport report;
     double energy = 0;
     for (auto _ : state) {
-        Guidewire wire = start;
+        Chain wire = start;
         report = make_relaxer(config, wall)->relax(wire, {20'100, 0, 0});
         energy = total_energy(wire, all_contacts(wire, mesh)).total();
     }
@@ -116,7 +118,7 @@ void global_cold_start(benchmark::State& state) {
     const auto relaxer = make_relaxer(global_config(), wall);
     RelaxReport report;
     for (auto _ : state) {
-        Guidewire wire = start;
+        Chain wire = start;
         report = relaxer->relax(wire, unlimited);
     }
     state.SetLabel(tubes[state.range(0)]);
@@ -129,7 +131,7 @@ BENCHMARK(global_cold_start)->DenseRange(0, 3)->Unit(benchmark::kMillisecond);
 /// of the tube.
 void global_push(benchmark::State& state) {
     const auto [wall, start] = scene_setup(tubes[state.range(0)]);
-    push_through(state, wall, wall.centreline(), start.spec, start.segments(),
+    push_through(state, wall, wall.centreline(), start.devices[0].spec, start.grid, start.segments(),
                  static_cast<int>(state.range(1)));
     state.SetLabel(tubes[state.range(0)]);
 }
@@ -142,7 +144,7 @@ double median(std::vector<double> values) {
 
 struct LongWire {
     TubeWall wall;
-    Guidewire wire;
+    Chain wire;
 };
 /// The vessel of `spatial` over and over, its wall as stiff per length for every λ.
 LongWire long_wire(int segments, double segment_length) {
@@ -151,10 +153,7 @@ LongWire long_wire(int segments, double segment_length) {
         const auto& piece = anatomy::find_scene("spatial")->path;
         path.insert(path.end(), piece.begin(), piece.end());
     }
-    GuidewireSpec spec;
-    spec.segment_length = segment_length;
-    spec.shaft_rigidity = spec.tip_rigidity = 50;
-    spec.curved_length = spec.curved_angle = 0;
+    const auto spec = studies::PlainWire::uniform(50, segment_length);
     const Polyline line = anatomy::draw(path);
     return {TubeWall(line, 2.0, 42 * segment_length), wire_along(spec, line, segments)};
 }
@@ -167,7 +166,7 @@ struct LongTimes {
 LongTimes time_long_wire(int segments, double segment_length, bool remembers) {
     auto scene = long_wire(segments, segment_length);
     const LumenWall& wall = scene.wall;
-    Guidewire& wire = scene.wire;
+    Chain& wire = scene.wire;
     auto relaxer = make_relaxer(global_config(), wall);
     RelaxReport report;
     auto time = [&] {
@@ -179,7 +178,7 @@ LongTimes time_long_wire(int segments, double segment_length, bool remembers) {
     times.cold = time();
     std::vector<double> pushes, windows, steps;
     for (double pushed = 0; pushed < 20; pushed += segment_length) {
-        insert_segment(wire);
+        move(wire, wire.grid.segment_length);
         if (!remembers) relaxer = make_relaxer(global_config(), wall);
         pushes.push_back(time());
         windows.push_back(report.window);
@@ -226,14 +225,17 @@ void riccati_backward_pass(benchmark::State& state) {
     NewtonTerms terms;
     newton_terms(wire, all_contacts(wire, wall), {}, 1, terms);
     std::vector<RiccatiGain> gains(terms.stages.size());
+    const int frames = static_cast<int>(state.range(0));
+    const std::vector<FrameStage> frame_stages(frames * gains.size());
+    std::vector<FrameGain> frame_gains(frame_stages.size());
     for (auto _ : state)
-        benchmark::DoNotOptimize(riccati_backward(terms.stages, 1e-3, 1e-9,
-                                                  state.range(0) != 0 ? Twist::One : Twist::None, gains));
+        benchmark::DoNotOptimize(
+            riccati_backward(terms.stages, 1e-3, 1e-9, gains, {frames, frame_stages, {}, frame_gains}));
     state.counters["ns_per_segment"] =
         benchmark::Counter(static_cast<double>(state.iterations()) * 200 * 1e-9,
                            benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
-BENCHMARK(riccati_backward_pass)->ArgName("twist")->Arg(0)->Arg(1);
+BENCHMARK(riccati_backward_pass)->ArgName("frames")->DenseRange(0, most_devices);
 
 /// Segments tested for crossings: 300 joints of λ = 1 mm from the left groin up the iliac arteries, along the
 /// wall or (where = 0) along the centreline, on a distance field or (mesh = 1) on the mesh by rays.
@@ -253,10 +255,10 @@ void crossings_of_300_joints(benchmark::State& state) {
         tangent_basis((entry.points[i + 1] - entry.points[i]).normalized(), a, b);
         path.push_back(entry.points[i] + (state.range(0) != 0 ? entry.radii[i] - wire_radius : 0.0) * a);
     }
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 1;
     spec.curved_length = spec.curved_angle = 0;
-    const Guidewire wire = wire_along(spec, path, 300);
+    const Chain wire = wire_along(spec, path, 300);
     const auto contacts = all_contacts(wire, *wall);
     std::size_t found = 0;
     for (auto _ : state) {

@@ -11,18 +11,18 @@
 /// Pushes a wire from 20 to `segments` segments along `path`, `burst` at a time. The counters cover the
 /// pushes of the second half.
 inline void push_through(benchmark::State& state, const physics::LumenWall& wall,
-                         const geometry::Polyline& path, const physics::GuidewireSpec& spec, int segments,
-                         int burst) {
+                         const geometry::Polyline& path, const physics::DeviceSpec& device,
+                         const physics::Grid& grid, int segments, int burst) {
     constexpr int unlimited = 1'000'000'000;
     std::vector<double> times;
     int unfinished = 0;
     for (auto _ : state) {
         physics::Hub hub({}, wall);
-        physics::Guidewire wire = physics::wire_along(spec, path, 20);
+        physics::Chain wire = physics::wire_along(device, grid, path, 20);
         hub.settle(wire, unlimited);
         while (wire.segments() + burst <= segments) {
             const double before = io::thread_cpu_seconds();
-            double left = burst * spec.segment_length;
+            double left = burst * grid.segment_length;
             while (left > 1e-9) {
                 const physics::HubReport report = hub.move(wire, {left, 0}, unlimited);
                 if (report.outcome != physics::HubReport::Outcome::AtRest) break;

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "physics/wall/wall.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/chain.h"
 #include "tests/anatomies.h"
 
 /// Joints close to the wall, each asked with its own station as the hint, moved to and fro by range(0) µm.

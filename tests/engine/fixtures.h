@@ -74,7 +74,11 @@ path = [{run_mm = 30.0}, {arc_radius_mm = 25.0, angle_deg = 40.0}, {run_mm = 30.
 end = "start"
 inserted_mm = 20.0
 [guidewire]
-preset = "glide035"
+device = "glide035"
+frictionless = true
+buckling_force_N = 0
+[chain]
+torsion = "rigid"
 [relaxer]
 updates_per_frame = 20000
 [target]
@@ -89,7 +93,7 @@ patient = false
 )";
 
 inline scenario::Scenario small_scenario() {
-    return scenario::parse_scenario(small_toml, "small.toml");
+    return scenario::parse_scenario(small_toml, "small.toml", test::asset("devices"));
 }
 
 /// The small scenario with one line replaced (or, for an empty `from`, with a line in front).
@@ -98,6 +102,13 @@ inline std::string small_toml_with(const std::string& from, const std::string& t
     const auto at = text.find(from);
     if (at == std::string::npos) throw std::runtime_error("no '" + from + "' in the small scenario");
     return text.replace(at, from.size(), to);
+}
+
+/// Gives a device of a tip, a transition and a shaft another torsional rigidity [N·mm²].
+inline void set_torsion(physics::DeviceSpec& spec, double torsional_rigidity) {
+    scenario::TipAndShaft stiffness = scenario::tip_and_shaft(spec).value();
+    stiffness.torsional_rigidity = torsional_rigidity;
+    scenario::set_stiffness(spec, stiffness);
 }
 
 }  // namespace test

@@ -35,7 +35,8 @@ protected:
     const json settings = read_json(folder / "limits.json");
     const Measures limits = settings.at("limits").get<Measures>();
     const std::vector<int> golden_frames = settings.at("golden_frames").get<std::vector<int>>();
-    const scenario::Scenario scenario = scenario::load_scenario(folder / "scenario.toml");
+    const scenario::Scenario scenario =
+        scenario::load_scenario(folder / "scenario.toml", SELDINGER_SOURCE "/assets/devices");
     const script::CommandScript script = script::load_commands(folder / "commands.gw");
 };
 
@@ -100,7 +101,8 @@ private:
 void shift_wire(exercise::Pulse& pulse, double right, double down) {
     const render::ArmAxes axes = render::axes(pulse.arm);
     const double pixel = render::pixel_width(pulse.arm) * pulse.arm.sod / pulse.arm.sid;
-    for (geometry::Vec3& joint : pulse.joints) joint += pixel * (right * axes.right - down * axes.up);
+    for (geometry::Vec3& joint : pulse.devices[0].joints)
+        joint += pixel * (right * axes.right - down * axes.up);
 }
 
 /// The image with a part of the wire's shadow taken away from each pixel.
@@ -132,7 +134,7 @@ using Gap = std::map<std::size_t, double>;
 std::vector<Gap> gaps_of(const exercise::Truth& truth) {
     const exercise::Pulse& pulse = truth.pulse;
     std::vector<Eigen::Vector2d> places;
-    for (const geometry::Vec3& joint : pulse.joints) {
+    for (const geometry::Vec3& joint : pulse.devices[0].joints) {
         const render::Pixel pixel = render::project(pulse.arm, joint + pulse.exposure.vessel_shift);
         places.emplace_back(pixel.x, pixel.y);
     }
@@ -144,12 +146,12 @@ std::vector<Gap> gaps_of(const exercise::Truth& truth) {
     };
     std::vector<Gap> nearest(segments);
     constexpr int samples = 4;  // along either side of a pixel
-    for (std::size_t i = 0; i < truth.wire.pixels.size(); ++i) {
-        if (truth.wire.pixels[i] == 0) continue;
+    for (std::size_t i = 0; i < truth.devices[0].pixels.size(); ++i) {
+        if (truth.devices[0].pixels[i] == 0) continue;
         for (int k = 0; k < samples * samples; ++k) {
             const Eigen::Vector2d place(
-                static_cast<double>(i % truth.wire.width) + (k % samples + 0.5) / samples,
-                static_cast<double>(i / truth.wire.width) + (k / samples + 0.5) / samples);
+                static_cast<double>(i % truth.devices[0].width) + (k % samples + 0.5) / samples,
+                static_cast<double>(i / truth.devices[0].width) + (k / samples + 0.5) / samples);
             std::size_t best = 0;
             for (std::size_t segment = 1; segment < segments; ++segment)
                 if (away(place, segment) < away(place, best)) best = segment;
@@ -225,7 +227,7 @@ TEST_P(Frames, EqualTheirGoldens) {
 TEST_P(Frames, LimitsRefuseAWrongWireNoiseAndGamma) {
     Replay replay(scenario, script, golden_frames);
     const Images shown = replay.images([](exercise::Pulse&) {});
-    const Images wireless = replay.images([](exercise::Pulse& pulse) { pulse.joints.clear(); });
+    const Images wireless = replay.images([](exercise::Pulse& pulse) { pulse.devices[0].joints.clear(); });
     const Images shifted_right = replay.images([](exercise::Pulse& pulse) { shift_wire(pulse, 0.5, 0); });
     const Images shifted_down = replay.images([](exercise::Pulse& pulse) { shift_wire(pulse, 0, 0.5); });
     // Noise goes as one over the root of the dose; the display is adjusted to the dose.
@@ -233,13 +235,13 @@ TEST_P(Frames, LimitsRefuseAWrongWireNoiseAndGamma) {
     // Path lengths and the wire off by a micrometre, as another processor might round them.
     const Images rounded = replay.images([](exercise::Pulse& pulse) {
         pulse.arm.isocentre += geometry::Vec3::Constant(1e-3);
-        for (geometry::Vec3& joint : pulse.joints) joint -= geometry::Vec3::Constant(1e-3);
+        for (geometry::Vec3& joint : pulse.devices[0].joints) joint -= geometry::Vec3::Constant(1e-3);
     });
 
     std::vector<int> wire_frames;
     for (const int frame : golden_frames) {
         const GrayImage &image = shown.at(frame), &bare = wireless.at(frame),
-                        &wire = replay.truth(frame).wire;
+                        &wire = replay.truth(frame).devices[0];
         const auto beyond = [&](const GrayImage& mutant, const std::string& what) {
             const Measures found = test::compare(image, mutant, wire);
             RecordProperty(fmt::format("frame_{}_{}", frame, what),

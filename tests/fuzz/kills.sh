@@ -39,7 +39,7 @@ sed 's/0, 0, 0, 3]/0, 0, 0, 3.2]/' "$work/in/tree.toml" >"$work/in/other_tree.to
 for name in "" other_; do
     {
         printf 'schema = 1\ntitle = "Kills"\nframe_rate_hz = 15\nseed = 7\n[anatomy]\ntree = "%stree.toml"\n' "$name"
-        printf '[entry]\nend = "main.in"\ninserted_mm = 40.0\n[guidewire]\npreset = "glide035"\n'
+        printf '[entry]\nend = "main.in"\ninserted_mm = 40.0\n[guidewire]\ndevice = "glide035"\n'
         printf '[wall]\nstiffness_N_per_mm = 5.0\n[target]\nname = "far"\nradius_mm = 4.0\n'
         printf '[c_arm]\nisocentre_mm = [70.0, 5.0, 0.0]\nsid_mm = 1100.0\nsod_mm = 750.0\ndetector_width_mm = 200.0\n'
         printf 'pixels = 128\n[imaging]\npatient = false\n'

@@ -91,7 +91,8 @@ void script(const std::string& bytes) {
     script::parse_commands(bytes, "my.gw");
 }
 void scenario(const std::string& bytes) {
-    scenario::problems(scenario::parse_scenario(bytes, folder() / "my.toml", folder()));
+    scenario::problems(
+        scenario::parse_scenario(bytes, folder() / "my.toml", fs::path(SELDINGER_SOURCE) / "assets/devices"));
 }
 void device(const std::string& bytes) {
     scenario::parse_device(bytes, folder() / "wire.toml");

@@ -76,6 +76,12 @@ int play_courses(int courses, long long first) {
 }  // namespace
 
 int main(int count, char** words) {
+#ifdef NDEBUG
+    fmt::print(stderr,
+               "state_fuzz: expected a build with assertions, found one without; "
+               "./app/build.sh checked state_fuzz makes one\n");
+    return 2;
+#endif
     const std::string what = count > 2 ? words[1] : "";
     const bool hands = what == "hands", pushes = what == "pushes";
     if (count < 2 || std::atoll(words[hands || pushes ? 2 : 1]) < 1) {

@@ -108,32 +108,36 @@ std::string random_tube(Dice& dice) {
 }
 
 std::string random_scenario(Dice& dice, std::uint32_t seed) {
-    const bool tube = !dice.one_in(3);
-    std::string text = fmt::format(
-        "schema = 1\ntitle = \"random {}\"\nseed = {}\n{}[guidewire]\npreset = \"{}\"\n"
-        "segment_length_mm = {:.2f}\n",
-        seed, seed, tube ? random_tube(dice) : random_tree(seed % trees),
-        dice.of(std::array{"floppy014", "standard014", "v18", "glide035", "bentson035", "jwire035",
-                           "amplatzSS035"}),
-        dice.draw(0.7, 3));
-    // The paper's relaxers know neither friction nor torsion nor a catheter, and adaptive segments follow one
-    // device.
-    const bool of_segments = dice.one_in(8), catheter = !of_segments && dice.one_in(3);
-    if (!catheter && dice.one_in(3)) text += "adaptive = true\n";
-    if (!of_segments && dice.one_in(2)) {
-        text += fmt::format("torsional_rigidity_N_mm2 = {:.1f}\n", dice.magnitude(1, 1000));
-        if (!catheter && dice.one_in(2))
-            text += fmt::format("torsion = \"{}\"\n", dice.of(std::array{"rigid", "compliant", "segments"}));
-    }
-    if (!of_segments && dice.one_in(2)) text += fmt::format("friction = {:.3f}\n", dice.draw(0, 0.4));
+    const bool tube = !dice.one_in(3), catheter = dice.one_in(3), microcatheter = catheter && dice.one_in(3);
+    const char* wire = microcatheter ? dice.of(std::array{"floppy014", "standard014"})
+                                     : dice.of(std::array{"floppy014", "standard014", "v18", "glide035",
+                                                          "bentson035", "jwire035", "amplatzSS035"});
+    std::string text =
+        fmt::format("schema = 1\ntitle = \"random {}\"\nseed = {}\n{}[guidewire]\ndevice = \"{}\"\n", seed,
+                    seed, tube ? random_tube(dice) : random_tree(seed % trees), wire);
+    std::string chain = fmt::format("[chain]\nsegment_length_mm = {:.2f}\n", dice.draw(0.7, 3));
+    // The paper's relaxers know neither friction nor torsion.
+    const bool of_segments = dice.one_in(8), smooth = of_segments || dice.one_in(2);
+    if (dice.one_in(3)) chain += "adaptive = true\n";
+    if (of_segments || dice.one_in(2))
+        chain += fmt::format("torsion = \"{}\"\n",
+                             of_segments ? "rigid" : dice.of(std::array{"rigid", "compliant", "segments"}));
+    if (dice.one_in(2)) text += fmt::format("torsional_rigidity_N_mm2 = {:.1f}\n", dice.magnitude(1, 1000));
+    const std::string friction =
+        smooth ? std::string("frictionless = true\n") : fmt::format("friction = {:.3f}\n", dice.draw(0, 0.4));
+    text += friction;
     if (dice.one_in(3)) text += fmt::format("buckling_force_N = {:.2f}\n", dice.magnitude(0.1, 5));
     if (dice.one_in(3))
         text += fmt::format("curved_length_mm = {:.1f}\ncurved_angle_deg = {:.0f}\n", dice.draw(8, 30),
                             dice.draw(-200, 200));
+    text += chain;
+    if (microcatheter)
+        text += fmt::format("[microcatheter]\ndevice = \"micro17\"\ninserted_mm = {:.1f}\n{}",
+                            dice.draw(0, 55), friction);
     if (catheter)
-        text += fmt::format("[catheter]\ndevice = \"{}\"\ninserted_mm = {:.1f}\n",
+        text += fmt::format("[catheter]\ndevice = \"{}\"\ninserted_mm = {:.1f}\n{}",
                             dice.of(std::array{"berenstein5f", "cobra5f", "pigtail5f", "vertebral4f"}),
-                            dice.draw(0, 50));
+                            dice.draw(0, 50), friction);
     text += fmt::format("[wall]\nstiffness_N_per_mm = {:.3f}\nmodel = \"{}\"\n", dice.magnitude(1, 200),
                         tube ? dice.of(std::array{"auto", "analytic", "distance-field", "mesh"})
                              : dice.of(std::array{"auto", "distance-field", "mesh"}));
@@ -150,13 +154,13 @@ std::string random_scenario(Dice& dice, std::uint32_t seed) {
     return text;
 }
 
-std::string random_script(Dice& dice, int frames, bool has_catheter, const char* vessel) {
+std::string random_script(Dice& dice, int frames, const std::vector<std::string>& held_ones,
+                          const char* vessel) {
     std::string text;
     double trend = 1;
     for (int frame = 0; frame < frames; ++frame) {
         const auto say = [&](const std::string& command) { text += fmt::format("{} {}\n", frame, command); };
-        const std::string held =
-            has_catheter && dice.one_in(2) ? dice.of(std::array{"catheter ", "both "}) : std::string();
+        const std::string held = held_ones[static_cast<std::size_t>(dice.draw(0, double(held_ones.size())))];
         if (frame % 20 == 0) trend = dice.draw(-0.4, 1);
         const double what = dice.draw(0, 1);
         if (what < 0.55) {
@@ -200,13 +204,12 @@ public:
         : anatomy_(anatomy), lumen_(anatomy::closed_lumen(anatomy)) {}
 
     /// How much farther outside the lumen a joint is than its wall reports, at most [mm].
-    double hidden_depth(const physics::Guidewire& wire,
-                        std::span<const physics::WallContact> contacts) const {
+    double hidden_depth(const physics::Chain& wire, std::span<const physics::WallContact> contacts) const {
         double most = 0;
         for (std::size_t i = 0; i < contacts.size(); ++i) {
             const geometry::Vec3& joint = wire.joints[i];
             // What has left by an open end is outside by right.
-            const anatomy::VesselEnd* end = end_near(joint, 3 * wire.spec.segment_length);
+            const anatomy::VesselEnd* end = end_near(joint, 3 * wire.grid.segment_length);
             if (end && end->role == anatomy::EndRole::Outlet) break;
             if (end) continue;
             const double told = std::max(contacts[i].penetration, 0.0), distance = lumen_.distance(joint);
@@ -256,19 +259,22 @@ private:
     /// What hands and wire exchange, of the wire shown.
     struct Rest {
         std::vector<physics::WallContact> contacts;
-        double energy = 0, push = 0, torque = 0;  // [N mm], [N], [N mm]
-        double turned = 0;                        // Σ angle of the wire's hub [rad]
-        bool known = false;                       // push and torque
+        double energy = 0;                     // [N mm]
+        std::vector<physics::HubLoad> loads;   // of each device
+        std::vector<double> inserted, turned;  // of each: inside [mm], Σ angle of its hub [rad]
+        bool known = false;                    // loads
     };
     Rest rest(const exercise::StepReport& report) const {
-        const physics::Guidewire& wire = simulation_.wire();
+        const physics::Chain& wire = simulation_.wire();
         Rest r;
         r.contacts = physics::all_contacts(wire, simulation_.wall());
         r.energy = physics::total_energy(wire, r.contacts).total();
         r.known = report.relax.at_rest() && !report.settling;
-        r.push = physics::hand_force(wire, report.relax.push_force);
-        r.torque = report.relax.base_torque;
-        r.turned = simulation_.readings().wire.turned;
+        r.loads = physics::hub_loads(wire, r.contacts);
+        for (std::size_t k = 0; k < wire.devices.size(); ++k) {
+            r.inserted.push_back(wire.devices[k].inserted);
+            r.turned.push_back(simulation_.readings().hands[k].turned);
+        }
         return r;
     }
     void break_at(int frame, const std::string& what) {
@@ -276,13 +282,14 @@ private:
     }
 
     void judge(int frame, const Rest& before, const Rest& after, const exercise::StepReport& report) {
-        const physics::Guidewire& wire = simulation_.wire();
+        const physics::Chain& wire = simulation_.wire();
         if (const std::vector<std::string> wrong = physics::validate(wire); !wrong.empty())
             return break_at(frame, wrong.front());
         if (!simulation_.tip().allFinite()) return break_at(frame, "the tip is not finite");
         if (!std::isfinite(after.energy)) return break_at(frame, "the energy is not finite");
-        if (!std::isfinite(after.push) || !std::isfinite(after.torque))
-            return break_at(frame, "the hand's force is not finite");
+        for (const physics::HubLoad& load : after.loads)
+            if (!std::isfinite(load.push) || !std::isfinite(load.torque))
+                return break_at(frame, "the hand's force is not finite");
         judge_work(frame, before, after, report);
         // The paper's relaxers end where their updates do, however deep the wire is then.
         if (simulation_.scenario().relaxer.kind != physics::RelaxerKind::Global) return;
@@ -307,18 +314,19 @@ private:
     /// asked anew.
     void judge_work(int frame, const Rest& before, const Rest& after, const exercise::StepReport& report) {
         const scenario::Scenario& s = simulation_.scenario();
-        if (s.guidewire.friction != 0 || s.catheter || s.relaxer.kind != physics::RelaxerKind::Global ||
-            report.reset || report.settling || !before.known || !after.known || !simulation_.wall().smooth())
+        const physics::Chain& wire = simulation_.wire();
+        if (wire.has_friction() || s.relaxer.kind != physics::RelaxerKind::Global || report.reset ||
+            report.settling || !before.known || !after.known || !simulation_.wall().smooth())
             return;
-        double fed = 0;
-        for (const double length : report.insertions) fed += length;
         // In several parts the force may have been larger on the way than at either end.
         if (report.insertions.size() > 1 || report.rotation > physics::Hub::largest_turn) return;
         const auto more = [](double by, double one, double other) {
             return std::max({by * one, by * other, 0.0});
         };
-        const double work = more(fed, before.push, after.push) +
-                            more(after.turned - before.turned, before.torque, after.torque);
+        double work = 0;
+        for (std::size_t k = 0; k < after.loads.size(); ++k)
+            work += more(after.inserted[k] - before.inserted[k], before.loads[k].push, after.loads[k].push) +
+                    more(after.turned[k] - before.turned[k], before.loads[k].torque, after.loads[k].torque);
         // A joint that comes or goes changes the energy of the same curve a little.
         const bool still = report.insertions.empty() && report.rotation == 0 &&
                            before.contacts.size() == after.contacts.size();
@@ -352,7 +360,11 @@ StateCase random_case(std::uint32_t seed, int frames) {
     Dice dice(seed);
     StateCase made{seed, random_scenario(dice, seed), {}, frames};
     const auto has = [&](const char* section) { return made.scenario.find(section) != std::string::npos; };
-    made.script = random_script(dice, frames, has("[catheter]"), has("[tube]") ? "tube" : "main");
+    std::vector<std::string> held = {""};
+    for (const char* other : {"microcatheter", "catheter"})
+        if (has(other)) held.push_back(std::string(other) + " ");
+    if (held.size() > 1) held.push_back("all ");
+    made.script = random_script(dice, frames, held, has("[tube]") ? "tube" : "main");
     return made;
 }
 
@@ -403,9 +415,10 @@ HandOutcome play_hand(exercise::Simulation simulation, std::uint64_t seed) {
     const int turned = static_cast<int>(dice.draw(0, 40));
     const bool turns_first = dice.one_in(2);
     const int pushes = std::min(200, static_cast<int>(dice.draw(20, 300) / (2 * in)));
-    constexpr std::array each = {script::Held::Wire, script::Held::Catheter, script::Held::Both};
-    const script::Held held =
-        simulation.has_catheter() ? each[static_cast<std::size_t>(dice.draw(0, 3))] : script::Held::Wire;
+    constexpr std::array each = {script::Held::Wire, script::Held::Catheter, script::Held::All};
+    const script::Held held = simulation.devices().size() > 1
+                                  ? each[static_cast<std::size_t>(dice.draw(0, 3))]
+                                  : script::Held::Wire;
 
     HandOutcome outcome;
     int settling = 0;
@@ -420,11 +433,10 @@ HandOutcome play_hand(exercise::Simulation simulation, std::uint64_t seed) {
         outcome.most_updates = std::max(outcome.most_updates, report.relax.updates);
         all_out = all_out || report.withdrawal_stopped || inside() <= 0;
         if (report.settling || !report.relax.at_rest()) return;
-        const physics::Guidewire& wire = simulation.wire();
+        const physics::Chain& wire = simulation.wire();
         const auto push = [&](double by, int device) {
             outcome.most_push = std::max(outcome.most_push, by / simulation.passes_on(device));
         };
-        if (wire.devices.empty()) return push(physics::hand_force(wire, report.relax.push_force), 0);
         const auto loads = physics::hub_loads(wire, simulation.contacts());
         for (std::size_t k = 0; k < loads.size(); ++k) push(loads[k].push, static_cast<int>(k));
     };

@@ -17,9 +17,9 @@ namespace {
 constexpr double fixed_length = 40, fixed_rigidity = 50, fixed_weight = 1e-5;  // [mm], [N·mm²], [N/mm]
 
 /// A horizontal wire under a load downwards, clamped at its base and far from any wall, at rest.
-Guidewire hanging(RelaxerKind kind, int segments, double weight, EndCells ends) {
-    Guidewire wire = uniform_wire(fixed_rigidity, fixed_length / segments, {0, 0, 0}, {1, 0, 0},
-                                  std::vector<Vec3>(segments, Vec3::UnitX()), ends);
+Chain hanging(RelaxerKind kind, int segments, double weight, EndCells ends) {
+    Chain wire = uniform_wire(fixed_rigidity, fixed_length / segments, {0, 0, 0}, {1, 0, 0},
+                              std::vector<Vec3>(segments, Vec3::UnitX()), ends);
     wire.load = Vec3(0, 0, -weight);
     const TubeWall wall({{-50, 0, 0}, {60, 0, 0}}, 60.0, 40);
     RelaxerConfig config;
@@ -57,7 +57,7 @@ double force_on_wall(int segments, EndCells ends) {
         const double angle = 0.6 * (1 - 0.8 * (i + 0.5) / segments);
         tangents.emplace_back(std::cos(angle), std::sin(angle), 0);
     }
-    Guidewire wire = uniform_wire(fixed_rigidity, 20.0 / segments, {0, 0, 0}, clamped, tangents, ends);
+    Chain wire = uniform_wire(fixed_rigidity, 20.0 / segments, {0, 0, 0}, clamped, tangents, ends);
     const TubeWall wall({{-20, 0, 0}, {60, 0, 0}}, 6.0, 1e5);
     EXPECT_TRUE(global_relaxer(wall)->relax(wire, {2'000'000, 0, 0}).converged());
     EXPECT_NEAR(wire.tip().y(), 6, 1e-5);
@@ -126,12 +126,12 @@ TEST(LoadedWire, BothRulesMeetAsSegmentsShrink) {
 TEST(LoadedWire, RestsInATubeWhereBothRelaxersSay) {
     const Polyline line = anatomy::draw(anatomy::find_scene("spatial")->path);
     const TubeWall wall(line, 2.0, 40, 0.44);
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 2;
     spec.tip_length = 20;
-    Guidewire unloaded = wire_along(spec, line, 40), wire = unloaded;
+    Chain unloaded = wire_along(spec, line, 40), wire = unloaded;
     wire.load = Vec3(0.005, 0.01, -0.02);
-    Guidewire other = wire;
+    Chain other = wire;
     RelaxerConfig segment;
     segment.kind = RelaxerKind::Segment;
     const RelaxBudget unlimited{1'000'000'000, 0, 0};

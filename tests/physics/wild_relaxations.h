@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/anatomy/scenes.h"
+#include "engine/studies/plain_wire.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/distance_field.h"
 #include "physics/wall/mesh_wall.h"
@@ -128,7 +129,7 @@ private:
 
     bool make_wire() {
         const int n = 4 + below(160);
-        physics::GuidewireSpec spec;
+        studies::PlainWire spec;
         spec.segment_length = length_ * (0.5 + 0.6 * unit()) / n;
         spec.end_cells = unit() < 0.5 ? physics::EndCells::Half : physics::EndCells::Paper;
         spec.shaft_rigidity = unit() < 0.4 ? 50 : power(-2, 7);
@@ -137,8 +138,8 @@ private:
         const bool curved = unit() < 0.25;
         spec.curved_length = curved ? 0.2 * length_ : 0;
         spec.curved_angle = curved ? 1.5 * unit() : 0;
-        if (!physics::problems(spec).empty() || spec.curved_segments() + 1 > n) return false;
-        wire_ = physics::wire_along(spec, line_, n);
+        if (!spec.problems().empty() || spec.curved_segments() + 1 > n) return false;
+        wire_ = wire_along(spec, line_, n);
         if (unit() < 0.2) wire_.load = power(-3, 4) * direction();
         return true;
     }
@@ -207,7 +208,7 @@ private:
     geometry::Polyline line_;
     double length_ = 0, radius_ = 0;
     std::unique_ptr<const physics::LumenWall> wall_;
-    physics::Guidewire wire_;
+    physics::Chain wire_;
     physics::RelaxerConfig method_;
     physics::RelaxBudget budget_;
 };

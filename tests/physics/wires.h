@@ -7,21 +7,22 @@
 #include <vector>
 
 #include "engine/anatomy/scenes.h"
+#include "engine/studies/plain_wire.h"
 #include "physics/relax/newton_terms.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/tube_wall.h"
 #include "physics/wire/energy.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/feed.h"
 
 /// A wire of uneven shape, with a curved tip where `curved_angle` is not zero.
-inline physics::Guidewire bent_wire(int segments, double curved_angle, unsigned seed = 7) {
-    physics::GuidewireSpec spec;
+inline physics::Chain bent_wire(int segments, double curved_angle, unsigned seed = 7) {
+    studies::PlainWire spec;
     spec.segment_length = 1.5;
     spec.tip_length = 9;
     spec.transition_length = 15;
     spec.curved_length = curved_angle == 0 ? 0 : 9;
     spec.curved_angle = curved_angle;
-    auto wire = physics::straight_wire(spec, {1, -2, 3}, {0.3, 0.2, 1}, segments);
+    auto wire = straight_wire(spec, {1, -2, 3}, {0.3, 0.2, 1}, segments);
     std::mt19937 random(seed);
     for (int i = 1; i <= segments; ++i) {
         auto unit = [&] { return random() / 2147483648.0 - 1.0; };
@@ -29,20 +30,20 @@ inline physics::Guidewire bent_wire(int segments, double curved_angle, unsigned 
             (wire.tangents[i - 1] + 0.25 * geometry::Vec3(unit(), unit(), unit())).normalized();
     }
     physics::rebuild_joints(wire);
-    physics::rotate(wire, 0.7);
+    physics::rotate(wire, physics::every_device, 0.7);
     return wire;
 }
 
 /// Second-order terms of a wire, with its contacts' own forces, from segment `first` on; what is proximal of
 /// it stays as the last call left it.
-inline void newton_terms(const physics::Guidewire& wire, std::span<const physics::WallContact> contacts,
+inline void newton_terms(const physics::Chain& wire, std::span<const physics::WallContact> contacts,
                          const std::vector<geometry::Vec3>& directors, int first,
                          physics::NewtonTerms& terms) {
     std::vector<physics::ContactPlane> planes(wire.joints.size());
     for (std::size_t j = 0; j < planes.size(); ++j) planes[j].force = contacts[j].force();
     std::vector<physics::RiccatiGain> gains(wire.segments());
-    physics::assemble_and_solve(wire, contacts, directors, first, 0, 1e-9, terms, planes,
-                                std::span(gains).subspan(first - 1));
+    std::vector<physics::FrameGain> frame_gains;
+    physics::assemble_and_solve(wire, contacts, directors, first, 0, 1e-9, terms, planes, gains, frame_gains);
     physics::sum_proximal(wire, contacts, terms);
 }
 
@@ -50,18 +51,18 @@ inline void newton_terms(const physics::Guidewire& wire, std::span<const physics
 /// ends, to which the listed energies belong.
 struct SceneSetup {
     physics::TubeWall wall;
-    physics::Guidewire wire;
+    physics::Chain wire;
 };
 inline SceneSetup scene_setup(const char* name) {
     const anatomy::Scene& scene = *anatomy::find_scene(name);
     const geometry::Polyline centreline = anatomy::draw(scene.path);
-    physics::GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.end_cells = physics::EndCells::Paper;
     spec.segment_length = scene.segment_length;
     spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
     spec.curved_length = spec.curved_angle = 0;
     return {physics::TubeWall(centreline, scene.radius, scene.wall_stiffness),
-            physics::wire_along(spec, centreline, scene.segments)};
+            wire_along(spec, centreline, scene.segments)};
 }
 
 /// The spatial scene four times over, with segments of 1 mm.
@@ -72,11 +73,11 @@ inline SceneSetup long_scene(int segments) {
         path.insert(path.end(), piece.begin(), piece.end());
     }
     physics::TubeWall wall(anatomy::draw(path), 2.0, 42);
-    physics::GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 1;
     spec.shaft_rigidity = spec.tip_rigidity = 50;
     spec.curved_length = spec.curved_angle = 0;
-    return {wall, physics::wire_along(spec, wall.centreline(), segments)};
+    return {wall, wire_along(spec, wall.centreline(), segments)};
 }
 
 constexpr physics::RelaxBudget unlimited{1'000'000'000, 0, 0};
@@ -94,7 +95,7 @@ inline std::unique_ptr<physics::Relaxer> paper_relaxer(const physics::LumenWall&
     return physics::make_relaxer(config, wall);
 }
 
-inline double energy_of(const physics::Guidewire& wire, const physics::LumenWall& wall) {
+inline double energy_of(const physics::Chain& wire, const physics::LumenWall& wall) {
     return physics::total_energy(wire, physics::all_contacts(wire, wall)).total();
 }
 
@@ -107,11 +108,11 @@ inline physics::WallContact ask(const physics::LumenWall& wall, const geometry::
 }
 
 /// Mean |ε| of the updates of one more cycle.
-inline double mean_turn(physics::Relaxer& relaxer, physics::Guidewire& wire) {
+inline double mean_turn(physics::Relaxer& relaxer, physics::Chain& wire) {
     double sum = 0;
     std::vector<geometry::Vec3> last = wire.tangents;
     const physics::RelaxBudget cycle = physics::whole_cycles(wire.segments(), 1);
-    relaxer.relax(wire, cycle, [&](int b, const physics::Guidewire& now) {
+    relaxer.relax(wire, cycle, [&](int b, const physics::Chain& now) {
         sum += (now.tangents[b] - last[b]).norm();
         last = now.tangents;
     });

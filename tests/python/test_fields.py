@@ -51,7 +51,7 @@ def test_states_records_lines_and_traces_hold_the_same_numbers(program, cache, t
     rng = np.random.default_rng(11)
     script = []
     with sd.Simulation(scenario, cache=cache) as one, sd.VectorSimulation(one, 2, threads=1) as many:
-        devices, by = one.about()["devices"], one.about()["target_by"]
+        devices, by, device_names = (one.about()[key] for key in ("devices", "target_by", "device_names"))
         served = subprocess.Popen([program, "serve", scenario, "--cache", str(cache)], stdin=subprocess.PIPE,
                                   stdout=subprocess.PIPE, text=True)
         lines, states, records = [json.loads(served.stdout.readline())], [one.state], [many.readings[1].copy()]
@@ -81,8 +81,10 @@ def test_states_records_lines_and_traces_hold_the_same_numbers(program, cache, t
             there = f"{there:016x}" if name == "hash" else there.tolist() if isinstance(there, np.ndarray) else there
             assert value == (None if there != there else there), name
         for name in record.dtype.names:
-            both = "catheter_" + name if hasattr(state, "catheter_" + name) else None
-            there = [getattr(state, name), getattr(state, both)] if both else getattr(state, name)
+            there = getattr(state, name)
+            if hasattr(state, "catheter_" + name):
+                there = [there] + [getattr(state, f"{device}_{name}") for device in device_names[1:]]
+                there += [0] * (len(_core._DEVICES) - len(there))
             if name == "branch":
                 there = names.index(there)
             np.testing.assert_array_equal(record[name], there, err_msg=name)
@@ -102,7 +104,7 @@ def test_states_records_lines_and_traces_hold_the_same_numbers(program, cache, t
         for name, column, kind, shape, _, _ in _core._FIELDS:
             if not name or not column or "?" in column or name == "air_kerma_mGy":
                 continue
-            of_device = kind == "float" and shape.startswith("(n, 2)")
+            of_device = kind == "float" and shape.startswith("(n, devices)")
             if not of_device and name not in ("time_s", "settling") and catheter != about_catheter:
                 continue  # of the device that the exercise is about
             there = getattr(state, ("catheter_" if catheter and of_device else "") + name)

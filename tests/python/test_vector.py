@@ -103,7 +103,7 @@ def test_snapshots_of_one_of_many_go_on_bit_for_bit(bend):
 @pytest.mark.parametrize("do, says", [
     (lambda many: many.step(np.zeros((2, 1, 3))), "shape"),
     (lambda many: many.step(np.full((2, 1, 2), np.nan)), "nan"),
-    (lambda many: many.step(np.full((2, 2, 2), 1.0)), "the scenario has none"),
+    (lambda many: many.step(np.full((2, 2, 2), 1.0)), "1 devices"),
     (lambda many: many.reset(np.array([True])), "2 truth values"),
     (lambda many: many.images(8), "32 to 2048"),
     (lambda many: many.images(64, seeds=[1]), "one for each"),

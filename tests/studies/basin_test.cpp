@@ -12,7 +12,7 @@ using namespace physics;
 
 namespace {
 
-double farthest_apart(const Guidewire& a, const Guidewire& b) {
+double farthest_apart(const Chain& a, const Chain& b) {
     double farthest = 0;
     for (int i = 0; i <= a.segments(); ++i) farthest = std::max(farthest, (a.joints[i] - b.joints[i]).norm());
     return farthest;
@@ -20,8 +20,7 @@ double farthest_apart(const Guidewire& a, const Guidewire& b) {
 
 /// Pushes the wire in up to `segments`; every `every`-th push is made by the slow flow too, from the same
 /// state. Returns the wire where the last push left it.
-Guidewire expect_same_basin(const char* name, Guidewire wire, const LumenWall& wall, int segments,
-                            int every) {
+Chain expect_same_basin(const char* name, Chain wire, const LumenWall& wall, int segments, int every) {
     RelaxerConfig config;
     config.kind = RelaxerKind::Global;
     const auto relaxer = make_relaxer(config, wall);
@@ -29,8 +28,8 @@ Guidewire expect_same_basin(const char* name, Guidewire wire, const LumenWall& w
     int pushes = 0;
     double farthest = 0;
     while (wire.segments() < segments) {
-        insert_segment(wire);
-        Guidewire slow = wire;
+        move(wire, wire.grid.segment_length);
+        Chain slow = wire;
         EXPECT_TRUE(relaxer->relax(wire, unlimited).converged()) << name << " " << wire.segments();
         if (wire.segments() % every != 0) continue;
         EXPECT_TRUE(studies::flow_to_rest(slow, wall).at_rest);
@@ -51,7 +50,8 @@ TEST(Basin, APushEndsWhereAVerySlowOneDoes) {
          {std::pair{"sinuous", 1}, {"spatial", 1}, {"hairpin", 1}, {"stiffwall", 3}}) {
         auto [wall, wire] = scene_setup(name);
         const int segments = wire.segments();
-        expect_same_basin(name, wire_along(wire.spec, wall.centreline(), 20), wall, segments, every);
+        expect_same_basin(name, wire_along(wire.devices[0].spec, wire.grid, wall.centreline(), 20), wall,
+                          segments, every);
     }
 }
 
@@ -67,9 +67,9 @@ TEST(Basin, AFoldedWireStaysFoldedAsItIsPushed) {
         tangents.emplace_back(std::cos(angle), std::sin(angle), 0);
     }
     tangents.insert(tangents.end(), 20, -Vec3::UnitX());
-    const Guidewire wire = uniform_wire(50, 1.0, {0, -3.8, 0}, {1, 0, 0}, tangents);
+    const Chain wire = uniform_wire(50, 1.0, {0, -3.8, 0}, {1, 0, 0}, tangents);
     const TubeWall wall({{-8, 0, 0}, {60, 0, 0}}, 4.5, 42);  // the tip runs into its near end
-    const Guidewire pushed = expect_same_basin("folded", wire, wall, 72, 1);
+    const Chain pushed = expect_same_basin("folded", wire, wall, 72, 1);
     EXPECT_GT(pushed.tangents[15].x(), 0.5);
     EXPECT_LT(pushed.tangents[45].x(), -0.5);
 }

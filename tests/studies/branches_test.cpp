@@ -9,7 +9,6 @@
 #include "physics/relax/hub.h"
 #include "physics/wire/crossings.h"
 #include "physics/wire/energy.h"
-#include "physics/wire/guidewire_presets.h"
 #include "tests/anatomies.h"
 
 namespace anatomy {
@@ -64,8 +63,8 @@ struct Journal {
 /// One wire in one branch, moved as a simulation moves it.
 class Traveller {
 public:
-    Traveller(const studies::RawLumen& lumen, const studies::Exits& exits, const LumenWall& wall,
-              Guidewire wire, std::string what, Journal& tally)
+    Traveller(const studies::RawLumen& lumen, const studies::Exits& exits, const LumenWall& wall, Chain wire,
+              std::string what, Journal& tally)
         : lumen_(lumen),
           exits_(exits),
           wall_(wall),
@@ -79,7 +78,7 @@ public:
     }
 
     void feed(double mm) {
-        const double lambda = wire_.spec.segment_length;
+        const double lambda = wire_.grid.segment_length;
         while (std::abs(mm) > 1e-9) {
             if (merge_pieces(wire_, wall_) > 0) hub_.settle(wire_, enough);
             double part = std::clamp(mm, -lambda, lambda);
@@ -128,7 +127,7 @@ private:
     const studies::Exits& exits_;
     const LumenWall& wall_;
     Hub hub_;
-    Guidewire wire_;
+    Chain wire_;
     std::string what_;
     bool reports_crossing_ = false;
     Journal& tally_;
@@ -140,20 +139,25 @@ void travel(std::string_view preset, Journal& tally) {
     const studies::RawLumen lumen(anatomy);
     const studies::Exits exits(anatomy);
     for (const char* name : {"glide035", "floppy014"}) {
-        const GuidewireSpec spec = physics::find_guidewire_preset(name)->spec;
-        const auto wall =
-            anatomy::cached_distance_field(anatomy, fixed_stiffness, 0.5 * spec.diameter, test::cache());
+        physics::Device device;
+        device.spec = scenario::load_device(scenario::find_device(name, SELDINGER_SOURCE "/assets/devices"));
+        device.spec.friction = device.spec.buckling_force = 0;
+        physics::stiffen(device.spec);
+        const physics::Grid grid{std::string_view(name) == "glide035" ? 2.0 : 1.0};
+        const double least = physics::shaped_length(device.spec) + physics::least_length(grid);
+        const auto wall = anatomy::cached_distance_field(anatomy, fixed_stiffness,
+                                                         0.5 * device.spec.outer_diameter, test::cache());
         for (int b = 0; b < static_cast<int>(anatomy.branches.size()); ++b) {
             const Way way = way_into(anatomy, b);
             const bool wide = way.narrowest > 1.2;
             if (wide != (std::string_view(name) == "glide035")) continue;
-            const double length =
-                std::max(least_length(spec) + spec.segment_length, way.length - from_the_end);
-            const double out = std::min({length - way.mouth + 3 * way.parent_radius + spec.curved_length,
-                                         longest_way, length - least_length(spec)});
+            device.inserted = std::max(least, way.length - from_the_end);
+            const double out = std::min(
+                {device.inserted - way.mouth + 3 * way.parent_radius + physics::shaped_length(device.spec),
+                 longest_way, device.inserted - least});
             for (int k = 0; k < rolls; ++k) {
-                Guidewire wire = wire_of_length(spec, way.points, length);
-                wire.roll = 2 * M_PI * k / rolls;
+                device.roll = 2 * M_PI * k / rolls;
+                Chain wire = physics::chain_along({device}, grid, way.points);
                 Traveller traveller(
                     lumen, exits, *wall, wire,
                     std::string(preset) + ", " + anatomy.branches[b].name + ", roll " + std::to_string(k),

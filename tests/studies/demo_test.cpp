@@ -44,7 +44,7 @@ TEST_P(Demo, ReachesItsTargetAtRestInEveryFrame) {
     const auto look = [&](int frame, const exercise::Simulation& simulation,
                           const exercise::StepReport& report) {
         EXPECT_TRUE(report.relax.converged() && report.relax.gradient <= 1e-8) << "frame " << frame;
-        const physics::Guidewire& wire = simulation.wire();
+        const physics::Chain& wire = simulation.wire();
         const auto broken = physics::validate(wire);  // finite, tangents unit, joints λ apart to 1e-9
         ASSERT_TRUE(broken.empty()) << "frame " << frame << ": " << broken.front();
         for (const physics::WallContact& c : simulation.contacts().subspan(1)) {

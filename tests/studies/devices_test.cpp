@@ -8,7 +8,7 @@
 
 TEST(DevicesStudy, MeetsItsClosedForms) {
     const studies::StudyResult result = studies::run_devices(test::quick_study(2));
-    EXPECT_EQ(result.claims.size(), 9u + 3 + 2 + 7 + 5 + 9 + 5);
+    EXPECT_EQ(result.claims.size(), 9u + 3 + 2 + 7 + 9 + 5 + 2 * 5 + 18);
     for (const studies::Claim& claim : result.claims)
         EXPECT_TRUE(claim.holds) << claim.text << ": "
                                  << (std::holds_alternative<double>(claim.measured)

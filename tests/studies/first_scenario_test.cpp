@@ -12,6 +12,7 @@
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/open_field.h"
 #include "engine/io/error.h"
+#include "engine/scenario/placement.h"
 #include "tests/engine/fixtures.h"
 
 namespace {
@@ -26,7 +27,8 @@ void expect_played(const anatomy::Anatomy& imported) {
     const fs::path file = anatomy::write_anatomy(imported, folder.path(), {});
     const std::string toml = anatomy::first_scenario(imported, file);
     try {
-        exercise::Exercise exercise(scenario::parse_scenario(toml, "first.toml"), false);
+        exercise::Exercise exercise(
+            scenario::parse_scenario(toml, "first.toml", SELDINGER_SOURCE "/assets/devices"), false);
         for (int frame = 0; frame < 20; ++frame) {
             const std::vector<script::Command> commands = {script::Advance{1}};
             exercise.next_frame(commands);
@@ -45,6 +47,17 @@ anatomy::Anatomy imported(const fs::path& mesh, const anatomy::ImportOptions& op
 }
 
 }  // namespace
+
+TEST(FirstScenario, WiresAreThoseOfTheCatalogue) {
+    for (const anatomy::FirstWire& wire : anatomy::first_wires()) {
+        const scenario::Device device = scenario::load_device(
+            scenario::find_device(std::string(wire.name), SELDINGER_SOURCE "/assets/devices"));
+        EXPECT_EQ(wire.diameter, device.outer_diameter) << wire.name;
+        EXPECT_EQ(wire.least_inserted, physics::shaped_length(device) +
+                                           physics::least_length({scenario::usual_segment_length(device)}))
+            << wire.name;
+    }
+}
 
 TEST(FirstScenario, OfGeneratedVesselsPlays) {
     anatomy::ImportOptions options;

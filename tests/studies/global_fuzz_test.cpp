@@ -12,6 +12,7 @@
 #include <random>
 #include <vector>
 
+#include "engine/studies/plain_wire.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wire/energy.h"
 #include "tests/physics/wires.h"
@@ -44,7 +45,7 @@ public:
         }
         const Polyline line = anatomy::draw(path);
         length_ = anatomy::length(path);
-        GuidewireSpec spec;
+        studies::PlainWire spec;
         spec.segment_length = unit() < 0.5 ? 1.0 : 1.5;
         spec.tip_length = 10 + 30 * unit();
         spec.transition_length = 20 + 80 * unit();
@@ -74,7 +75,7 @@ private:
 
     /// What the hand does in a frame, and the load for it.
     void command() {
-        const double what = unit(), lambda = wire_.spec.segment_length;
+        const double what = unit(), lambda = wire_.grid.segment_length;
         if (what < 0.40) {
             insertion_ += lambda;
         } else if (what < 0.55) {
@@ -103,8 +104,8 @@ private:
     void step(int budget) {
         left_ = budget;
         if (!settled_) settle();
-        while (settled_ && std::abs(insertion_) > 0.5 * wire_.spec.segment_length) {
-            const double part = std::copysign(wire_.spec.segment_length, insertion_);
+        while (settled_ && std::abs(insertion_) > 0.5 * wire_.grid.segment_length) {
+            const double part = std::copysign(wire_.grid.segment_length, insertion_);
             insertion_ -= part;
             if (physics::move(wire_, part) == 0) insertion_ = 0;
             settle();
@@ -112,7 +113,7 @@ private:
         while (settled_ && rotation_ != 0) {
             const double part = std::clamp(rotation_, -largest_turn, largest_turn);
             rotation_ -= part;
-            rotate(wire_, part);
+            rotate(wire_, every_device, part);
             settle();
         }
         if (settled_) relax(*relaxer_);
@@ -132,7 +133,7 @@ private:
 
     /// A frame cut short may end anywhere on its way, as long as there is a way.
     void judge(int frame, bool cut_short) {
-        Guidewire wire = wire_;
+        Chain wire = wire_;
         RelaxReport report = last_;
         if (cut_short && !report.converged()) report = global_relaxer(*wall_)->relax(wire, {unlimited, 0, 0});
         ++tally_.frames;
@@ -162,7 +163,7 @@ private:
     Tally& tally_;
     double length_ = 0;  // of the vessel [mm]
     std::optional<TubeWall> wall_;
-    Guidewire wire_;
+    Chain wire_;
     std::unique_ptr<Relaxer> relaxer_, passing_;
     double insertion_ = 0, rotation_ = 0;  // asked for and not made yet [mm], [rad]
     bool settled_ = true;

@@ -182,7 +182,7 @@ TEST(PaperRelaxer, StoredPlanesAskAMeshATenthAndTakeHalfTheTime) {
     long long queries[2];
     double seconds[2], energy[2];
     for (const bool stored : {false, true}) {
-        Guidewire wire = start;
+        Chain wire = start;
         RelaxerConfig config = kind_of(RelaxerKind::Segment, 2);
         config.safeguard = false;
         config.stored_planes = stored;

@@ -76,7 +76,8 @@ TEST(PatientsStudy, BloodOfTheCircleOfWillisComesFromFourArteries) {
 TEST(PatientsStudy, AWirePassesFromOneVertebralArteryIntoTheBasilar) {
     const std::string text =
         "schema = 1\ntitle = \"vertebral\"\n[anatomy]\npreset = \"circle\"\n[entry]\nend = \"RVA.in\"\n"
-        "inserted_mm = 15.0\n[guidewire]\npreset = \"floppy014\"\n[target]\nname = \"basilar tip\"\n"
+        "inserted_mm = 15.0\n[guidewire]\ndevice = \"floppy014\"\nfrictionless = true\n[target]\nname = "
+        "\"basilar tip\"\n"
         "radius_mm = 3.0\nhold_s = 0.2\n[c_arm]\npixels = 64\n[imaging]\npatient = false\n";
     exercise::Exercise exercise(
         scenario::parse_scenario(text, "vertebral.toml", SELDINGER_SOURCE "/assets/devices"), false,

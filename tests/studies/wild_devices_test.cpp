@@ -27,7 +27,8 @@ constexpr Case cases[] = {{"iliac-renal", "aorta+LCIA+LEIA+LCFA.out", "glide035"
 scenario::Scenario scenario_of(const Case& c) {
     const std::string text = std::string("schema = 1\ntitle = \"wild\"\n[anatomy]\npreset = \"") + c.preset +
                              "\"\n[entry]\nend = \"" + c.end +
-                             "\"\ninserted_mm = 60\n[guidewire]\ndevice = \"" + c.wire + "\"\ntorsion = \"" +
+                             "\"\ninserted_mm = 60\n[guidewire]\ndevice = \"" + c.wire +
+                             "\"\n[chain]\ntorsion = \"" +
                              (c.catheter ? std::string("compliant\"\n[catheter]\ndevice = \"") + c.catheter
                                          : std::string("segments")) +
                              "\"\n[wall]\nstiffness_N_per_mm = 20\n[target]\ncentre_mm = [0, 0, 0]\n";
@@ -53,7 +54,8 @@ TEST_P(WildDevices, EndEveryFrameAtRestInsideTheVessel) {
     script::Held held = script::Held::Wire;
     double drive = 0;
     for (int frame = 0; frame < frames; ++frame) {
-        if (random() % 12 == 0 && c.catheter) held = static_cast<script::Held>(random() % 3);
+        if (random() % 12 == 0 && c.catheter)
+            held = std::array{script::Held::Wire, script::Held::Catheter, script::Held::All}[random() % 3];
         if (random() % 15 == 0) drive = 8 * unit() - 3;
         std::vector<script::Command> commands;
         if (drive > 0)

@@ -73,6 +73,7 @@ class VectorSimulation:
 
 _FIELDS: List[Tuple[str, str, str, str, str, str]]
 _RECORD: "np.dtype[np.void]"
+_DEVICES: List[str]
 
 def _facts(file: str, text: Optional[str], devices: str, overrides: Sequence[Tuple[str, str]]) -> Dict[str, Any]: ...
 def write_png(path: Union[str, "os.PathLike[str]"], image: NDArray[Union[np.uint8, np.bool_]]) -> None: ...

@@ -178,7 +178,7 @@ private:
         TracingOptions options;
         options.threads = options_.threads;
         options.voxel =
-            std::max({figures_.thin_radius / voxels_per_radius, thinnest_wire_radius() / voxels_per_radius,
+            std::max({figures_.thin_radius / voxels_per_radius, thinnest_wire_radius / voxels_per_radius,
                       std::cbrt(std::abs(geometry::signed_volume(whole)) / most_inside)});
         while (LumenVoxels::box_count(mesh, options.voxel) > most_boxed) options.voxel *= 1.1;
         options.step = options.voxel;
@@ -216,7 +216,7 @@ private:
 
     /// Closes the ends that no wire can reach and drops them.
     void prune(RepairedLumen& lumen, TracedLumen& traced, int& inlet) {
-        const double least = thinnest_wire_radius();
+        const double least = thinnest_wire_radius;
         const Pruning pruning = prune_thin(traced, least);
         if (pruning.lines.empty()) return;
         if (lumen.ends.size() - pruning.closed.size() < 2) {

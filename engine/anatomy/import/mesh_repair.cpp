@@ -294,7 +294,7 @@ private:
         std::string list;
         EdgeSet edges(mesh_);
         for (const MeshOpening& opening : openings_at(mesh_, simple_loops(mesh_))) {
-            if (opening.is_end() && opening.inscribed >= thinnest_wire_radius() && was_open(opening.loop))
+            if (opening.is_end() && opening.inscribed >= thinnest_wire_radius && was_open(opening.loop))
                 continue;
             fill_hole(mesh_, edges, opening.loop);
             if (++count <= 10)

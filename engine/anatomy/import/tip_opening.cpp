@@ -59,7 +59,7 @@ double widest_near(const TipWay& way) {
 
 /// The first place with nearly the width near the tip that the thinnest wire passes; the count if none does.
 int first_wide(const TipWay& way) {
-    const double wanted = std::max(wire_margin * thinnest_wire_radius(), full_width * widest_near(way));
+    const double wanted = std::max(wire_margin * thinnest_wire_radius, full_width * widest_near(way));
     int i = 0;
     while (i < way.count() && way.radius(i) < wanted) ++i;
     return i;

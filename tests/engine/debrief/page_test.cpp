@@ -63,8 +63,9 @@ std::string unbalanced(const std::string& page) {
 }  // namespace
 
 TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
-    const scenario::Scenario scenario = scenario::parse_scenario(
-        std::string(test::small_toml) + "[par]\ncompletion_time_s = 2.0\n", "small.toml");
+    const scenario::Scenario scenario =
+        scenario::parse_scenario(std::string(test::small_toml) + "[par]\ncompletion_time_s = 2.0\n",
+                                 "small.toml", test::asset("devices"));
     const std::vector<Story> stories = {
         *tell(scenario, recording("0 beam on\n1..24 advance 2 mm\n40 end\n"), quick()),
         *tell(scenario, recording(clumsy, "Ada"), quick())};
@@ -85,7 +86,7 @@ TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
     const auto data = nlohmann::json::parse(html.substr(begin, html.find("</script>", begin) - begin));
     EXPECT_EQ(data["moments"].size(), 121u);
     EXPECT_EQ(data["marks"].size(), story.score.mishaps.size());
-    EXPECT_NEAR(data["moments"].back()[5].get<double>(), story.moments.back().inserted, 0.01);
+    EXPECT_NEAR(data["moments"].back()[5].get<double>(), story.moments.back().inserted.at(0), 0.01);
 }
 
 TEST(Debrief, WhatPeopleTypedIsShownAndNotRun) {

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "engine/episode/frame_line.h"
+#include "engine/exercise/chain.h"
 #include "engine/exercise/room_readout.h"
 #include "engine/exercise/trace.h"
 #include "engine/script/command.h"
@@ -75,29 +76,30 @@ double play(const Start& start, const std::vector<Commands>& course, const std::
         const Reading state = episode.reading();
         const auto line = nlohmann::json::parse(to_json(episode));
         const std::vector<Row> rows = rows_of(trace.rows(made, exercise.score()));
-        const bool catheter = exercise.simulation().has_catheter();
-        EXPECT_EQ(rows.size(), catheter ? 2u : 1u);
+        const auto devices = exercise.simulation().devices();
+        EXPECT_EQ(rows.size(), devices.size());
+        EXPECT_EQ(panel.devices.size(), devices.size());
+        if (testing::Test::HasFailure()) break;
         // Texts of numbers read back to the same bits.
         const auto cell = [&](int device, const char* name) { return std::stod(rows.at(device).at(name)); };
-        EXPECT_EQ(*panel.push_force, state.push.wire);
-        EXPECT_EQ(*panel.push_force, cell(0, "push_N"));
-        EXPECT_EQ(*panel.push_force, line["push_N"].get<double>());
-        EXPECT_EQ(*panel.base_torque, state.torque.wire);
-        EXPECT_EQ(*panel.base_torque, cell(0, "torque_N_mm"));
-        EXPECT_EQ(*panel.base_torque, line["torque_Nmm"].get<double>());
-        EXPECT_EQ(*panel.hub_twist / geometry::degree, state.turned.wire);
-        EXPECT_EQ(state.turned.wire, cell(0, "turned_deg"));
-        EXPECT_EQ(state.turned.wire, line["turned_deg"].get<double>());
-        largest = std::max(largest, std::abs(*panel.push_force));
-        if (catheter) {
-            EXPECT_EQ(panel.catheter->push_force, state.push.catheter);
-            EXPECT_EQ(panel.catheter->push_force, cell(1, "push_N"));
-            EXPECT_EQ(panel.catheter->push_force, line["catheter_push_N"].get<double>());
-            EXPECT_EQ(state.torque.catheter, cell(1, "torque_N_mm"));
-            EXPECT_EQ(state.torque.catheter, line["catheter_torque_Nmm"].get<double>());
-            EXPECT_EQ(panel.catheter->hub_twist / geometry::degree, state.turned.catheter);
-            EXPECT_EQ(state.turned.catheter, cell(1, "turned_deg"));
+        for (std::size_t k = 0; k < devices.size(); ++k) {
+            const render::Readout::Device& shown = panel.devices[k];
+            const std::string prefix = k == 0 ? "" : std::string(devices[k].name()) + "_";
+            const auto json = [&](const char* name) { return line[prefix + name].get<double>(); };
+            const int row = static_cast<int>(k);
+            EXPECT_EQ(*shown.push_force, state.push.of[k]);
+            EXPECT_EQ(*shown.push_force, cell(row, "push_N"));
+            EXPECT_EQ(*shown.push_force, json("push_N"));
+            EXPECT_EQ(*shown.torque, state.torque.of[k]);
+            EXPECT_EQ(*shown.torque, cell(row, "torque_N_mm"));
+            EXPECT_EQ(*shown.torque, json("torque_Nmm"));
+            EXPECT_EQ(*shown.hub_twist / geometry::degree, state.turned.of[k]);
+            EXPECT_EQ(state.turned.of[k], cell(row, "turned_deg"));
+            EXPECT_EQ(state.turned.of[k], json("turned_deg"));
+            EXPECT_EQ(*shown.inserted, state.inserted.of[k]);
+            EXPECT_EQ(state.inserted.of[k], json("inserted_mm"));
         }
+        largest = std::max(largest, std::abs(*panel.devices[0].push_force));
         if (testing::Test::HasFailure()) break;
     }
     return largest;
@@ -145,29 +147,35 @@ TEST(Hand, IsShownNoForceOfAWireInTheMiddleOfASnap) {
 TEST(Hand, FeelsTheSameInAThousandRandomCourses) {
     const auto with = [](const char* more, const char* section) {
         return scenario::parse_scenario(
-            test::small_toml_with("preset = \"glide035\"", std::string(more) + "preset = \"glide035\"") +
+            test::small_toml_with("frictionless = true\nbuckling_force_N = 0\n[chain]\ntorsion = \"rigid\"",
+                                  std::string(more) + "buckling_force_N = 0\n[chain]") +
                 section,
             "small.toml", test::asset("devices"));
     };
-    const Start starts[] = {Start(with("", "")), Start(with("friction = 0.2\n", "")),
-                            Start(with("friction = 0.1\ntorsional_rigidity_N_mm2 = 120\n", "")),
-                            Start(with("", "[catheter]\ndevice = \"berenstein5f\"\n"))};
-    const char* const names[] = {"smooth", "rough", "winding", "catheter"};
+    std::vector<Start> starts = {
+        Start(with("frictionless = true\ntorsional_rigidity_N_mm2 = 0\n", "")),
+        Start(with("friction = 0.2\ntorsional_rigidity_N_mm2 = 0\n", "")),
+        Start(with("friction = 0.1\ntorsional_rigidity_N_mm2 = 120\n", "")),
+        Start(with("frictionless = true\n", "[catheter]\ndevice = \"berenstein5f\"\n")),
+        Start(with("diameter_mm = 0.356\n",
+                   "[microcatheter]\ndevice = \"berenstein4f\"\nouter_diameter_mm = 0.9\ninner_diameter_mm = "
+                   "0.5\n[catheter]\ndevice = \"berenstein5f\"\n"))};
+    const char* const names[] = {"smooth", "rough", "winding", "catheter", "microcatheter"};
     for (unsigned seed = 0; seed < 1000; ++seed) {
         std::mt19937 random(seed);
         const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
-        const Start& start = starts[seed % 4];
+        const Start& start = starts[seed % starts.size()];
         std::vector<Commands> course(5);
         for (Commands& commands : course) {
-            const script::Held held = start.episode.simulation().has_catheter()
-                                          ? static_cast<script::Held>(random() % 3)
-                                          : script::Held::Wire;
+            const auto devices = start.episode.simulation().devices();
+            const std::size_t which = random() % (devices.size() + (devices.size() > 1));
+            const script::Held held = which < devices.size() ? devices[which].role : script::Held::All;
             if (random() % 4 != 0) commands.emplace_back(script::Advance{12 * unit(), held});
             if (random() % 4 == 0) commands.emplace_back(script::Withdraw{8 * unit(), held});
             if (random() % 3 == 0) commands.emplace_back(script::Rotate{8 * (unit() - 0.5), held});
             if (random() % 40 == 0) commands.emplace_back(script::Reset{});
         }
-        play(start, course, std::string(names[seed % 4]) + ", seed " + std::to_string(seed));
+        play(start, course, std::string(names[seed % starts.size()]) + ", seed " + std::to_string(seed));
         ASSERT_FALSE(HasFailure());
     }
 }

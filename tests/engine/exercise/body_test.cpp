@@ -13,7 +13,8 @@ namespace {
 namespace fs = std::filesystem;
 
 scenario::Scenario scene_with_body() {
-    return scenario::parse_scenario(test::small_toml_with("patient = false", "patient = true"), "small.toml");
+    return scenario::parse_scenario(test::small_toml_with("patient = false", "patient = true"), "small.toml",
+                                    test::asset("devices"));
 }
 
 int bodies() {
@@ -114,7 +115,7 @@ TEST(Body, IsSharedByExercisesAndNeverMadeForMasksOrWithoutBeam) {
     EXPECT_EQ(bodies(), before + 1);
     // Masks are the same with and without a body.
     EXPECT_EQ(third.masks(64).vessels.pixels, vessels.pixels);
-    EXPECT_EQ(third.masks(64).wire.pixels, masked.masks(64).wire.pixels);
+    EXPECT_EQ(third.masks(64).devices[0].pixels, masked.masks(64).devices[0].pixels);
 }
 
 TEST(Body, DamagedFilesAreRefused) {

@@ -19,7 +19,7 @@ using Script = std::vector<script::Command>;
 
 scenario::Scenario with_body(const std::string& more = "") {
     return scenario::parse_scenario(test::small_toml_with("patient = false", "patient = true") + more,
-                                    "small.toml");
+                                    "small.toml", test::asset("devices"));
 }
 
 }  // namespace
@@ -88,7 +88,7 @@ TEST(Dose, BeyondWhatADetectorTakesIsLimitedAndTold) {
         std::string text = test::small_toml_with("patient = false", "patient = true");
         text.replace(text.find("[imaging]\n"), 10, "[imaging]\n" + std::string(more));
         for (const Pictures pictures : {Pictures::All, Pictures::Dose}) {
-            Exercise exercise(scenario::parse_scenario(text, "small.toml"), pictures);
+            Exercise exercise(scenario::parse_scenario(text, "small.toml", test::asset("devices")), pictures);
             Notices notices;
             for (const auto mode :
                  {script::ImagingMode::Live, script::ImagingMode::Dsa, script::ImagingMode::Roadmap}) {
@@ -136,15 +136,17 @@ TEST(Dose, ExchangedWiresHaveTheirOwnLookInImageAndTruth) {
     exercise.next_frame(Script{script::Beam{true}});
     render::Fluoroscope& scope = exercise.monitor()->fluoroscope();
     Pulse pulse = *exercise.monitor()->last_pulse();
-    const std::size_t own = scope.wire_pixels(pulse.arm, pulse.seen(), geometry::Vec3::Zero()).size();
-    render::WireLook thick = large.wire_look, thin = large.wire_look, glass = large.wire_look;
+    const std::size_t own =
+        scope.device_pixels(pulse.arm, pulse.seen().all[0], geometry::Vec3::Zero()).size();
+    render::WireLook thick = large.wire().device.look, thin = large.wire().device.look,
+                     glass = large.wire().device.look;
     thick.diameter = 2.0;
     thin.diameter = 0.3;
     glass.body = glass.marker = glass.core = render::Material::Blood;
     glass.body_fill = glass.marker_fill = 1.0;
     const auto pixels_of = [&](const render::WireLook& look) {
-        pulse.wire_look = look;
-        return scope.wire_pixels(pulse.arm, pulse.seen(), geometry::Vec3::Zero()).size();
+        pulse.devices[0].look = look;
+        return scope.device_pixels(pulse.arm, pulse.seen().all[0], geometry::Vec3::Zero()).size();
     };
     EXPECT_GT(pixels_of(thick), 1.5 * own);
     EXPECT_LT(pixels_of(thin), 0.7 * own);
@@ -152,7 +154,7 @@ TEST(Dose, ExchangedWiresHaveTheirOwnLookInImageAndTruth) {
     // Each image is of the same pulse but for the wire.
     const render::Field bare = scope.expected_quanta(pulse.arm, {}, pulse.exposure);
     const auto removed = [&](const render::WireLook& look) {
-        pulse.wire_look = look;
+        pulse.devices[0].look = look;
         const render::Field with = scope.expected_quanta(pulse.arm, pulse.seen(), pulse.exposure);
         double sum = 0;
         for (std::size_t i = 0; i < with.values.size(); ++i) sum += bare.values[i] - with.values[i];

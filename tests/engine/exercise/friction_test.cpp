@@ -12,7 +12,9 @@ namespace {
 
 scenario::Scenario with_friction(double friction) {
     scenario::Scenario scenario = test::small_scenario();
-    scenario.guidewire.friction = friction;
+    scenario.wire().device.friction = friction;
+    physics::stiffen(scenario.wire().device);
+    scenario.torsion = scenario::TorsionModel::Auto;
     return scenario;
 }
 
@@ -26,13 +28,12 @@ std::vector<script::Command> wild(std::mt19937& random) {
 }
 
 TEST(FrictionScenario, KeysAreReadAndTheWallScalesTheWire) {
-    const scenario::Scenario s = scenario::parse_scenario(
-        test::small_toml_with("preset = \"glide035\"", "friction = 0.1\npreset = \"glide035\"") +
-            std::string("[wall]\nfriction = 1.5\n"),
-        "small.toml");
-    EXPECT_EQ(s.guidewire.friction, 0.1);
-    EXPECT_NEAR(s.friction(), 0.15, 1e-15);
-    EXPECT_NEAR(Simulation(s).wire().spec.friction, 0.15, 1e-15);
+    const scenario::Scenario s =
+        scenario::parse_scenario(test::small_toml_with("frictionless = true", "friction = 0.1") +
+                                     std::string("[wall]\nfriction = 1.5\n"),
+                                 "small.toml", test::asset("devices"));
+    EXPECT_EQ(s.wire().device.friction, 0.1);
+    EXPECT_NEAR(Simulation(s).wire().devices[0].spec.friction, 0.15, 1e-15);
 }
 
 TEST(FrictionScenario, ThePapersRelaxersRefuseIt) {
@@ -42,7 +43,8 @@ TEST(FrictionScenario, ThePapersRelaxersRefuseIt) {
     EXPECT_NE(scenario::problems(s)[0].find("kind = \"global\""), std::string::npos);
     s = with_friction(0);
     s.relaxer.kind = physics::RelaxerKind::FirstOrder;
-    s.guidewire.torsional_rigidity = 188;
+    s.torsion = scenario::TorsionModel::Compliant;
+    test::set_torsion(s.wire().device, 188);
     ASSERT_EQ(scenario::problems(s).size(), 1u);
     EXPECT_NE(scenario::problems(s)[0].find("torsion"), std::string::npos);
     s = with_friction(0.5);
@@ -72,7 +74,7 @@ TEST(FrictionScenario, WildHandsEndAtRestRestoreAndReplay) {
         std::mt19937 random(seed);
         scenario::Scenario scenario = with_friction(0.05 + 0.05 * seed);
         scenario.adaptive = seed % 2 == 1;
-        if (seed % 3 != 0) scenario.guidewire.torsional_rigidity = 60 * seed;
+        if (seed % 3 != 0) test::set_torsion(scenario.wire().device, 60 * seed);
         scenario.torsion =
             seed % 2 == 0 ? scenario::TorsionModel::Compliant : scenario::TorsionModel::Segments;
         Exercise exercise(scenario, false);

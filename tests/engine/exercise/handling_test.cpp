@@ -80,16 +80,19 @@ title = "blind"
 [[anatomy.branch]]
 name = "v"
 closed = true
-points_mm = [[0, 0, 0, 5], [0, 0, 80, 5]]
+points_mm = [[0, 0, 0, 3], [0, 0, 80, 3]]
 [entry]
 end = "v.in"
 inserted_mm = 70.0
 [guidewire]
-preset = "glide035"
+device = "bentson035"
+frictionless = true
+[chain]
+torsion = "rigid"
 [target]
 centre_mm = [0, 0, 60]
 )",
-                                                              "blind.toml");
+                                                              "blind.toml", test::asset("devices"));
     const auto marks = marks_of(Mishap::AgainstStop, blind, "0 beam on\n1..20 advance 2 mm\n");
     ASSERT_EQ(marks.size(), 1u);
     EXPECT_GE(marks[0].amount, MishapLimits().stuck_feed);
@@ -102,7 +105,7 @@ centre_mm = [0, 0, 60]
 
 TEST(HandlingErrors, ForceCountsAboveTheLimitWithItsLargest) {
     MishapLimits limits;
-    limits.force = 0.02;
+    limits.force = 0.015;
     Exercise exercise(test::small_scenario(), false);
     Handling handling(exercise.simulation(), limits);
     double largest = 0;

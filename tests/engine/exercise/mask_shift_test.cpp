@@ -21,7 +21,7 @@ scenario::Scenario moving_scenario() {
         test::small_toml_with("patient = false", "patient = true") +
             "[motion]\nheart_rate_per_min = 70\nheart_reach_mm = [0, 1, 2]\nbreathing_rate_per_min = 30\n"
             "breathing_reach_mm = [0, 2, -12]\nbreath_hold_s = 3\n",
-        "small.toml");
+        "small.toml", test::asset("devices"));
 }
 
 const Commands start_dsa{script::Beam{true}, script::SetMode{ImagingMode::Dsa}};

@@ -41,7 +41,7 @@ public:
         render::ExposureMeter meter = make_meter(scenario_, anatomy_, test::cache());
         scatter_ = meter.scatter(arm, *exposure_.kvp);
         bins_ = render::fit_bins(render::detected_spectrum(*exposure_.kvp));
-        rest_ = chain_.fluoroscope.expected_quanta(arm, {{}, {}}, exposure_);
+        rest_ = chain_.fluoroscope.expected_quanta(arm, {}, exposure_);
         rest_signal_ = signal_at(exposure_);
     }
 
@@ -52,7 +52,7 @@ public:
     Moment at(double breath, double beat, double drift) {
         render::Exposure exposure = exposure_;
         exposure.breath = breath, exposure.beat = beat, exposure.drift = drift;
-        const render::Field seen = chain_.fluoroscope.expected_quanta(arm_, {{}, {}}, exposure);
+        const render::Field seen = chain_.fluoroscope.expected_quanta(arm_, {}, exposure);
         const std::vector<double> signal = signal_at(exposure);
         Moment moment;
         for (std::size_t i = 0; i < signal.size(); ++i) {

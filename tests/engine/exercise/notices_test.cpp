@@ -14,7 +14,7 @@ struct Said {
 };
 
 Said said_in(const std::string& scenario, const std::string& script) {
-    Exercise exercise(scenario::parse_scenario(scenario, "small.toml"), false);
+    Exercise exercise(scenario::parse_scenario(scenario, "small.toml", test::asset("devices")), false);
     Notices notices;
     RoomReadout readout;
     Said said;
@@ -50,15 +50,15 @@ TEST(Notices, SayWhenNothingOfTheWireIsInTheImageAndWhatWouldShowIt) {
     const Said said = said_in(away, "3 beam on\n4 advance 1 mm\n9 end\n");
     test::expect_said(said.notices,
                       "the beam came on with nothing of the wire in the image, and its tip was outside in 7 "
-                      "frames: in frame 3 'table 171 10 -2 mm' would have brought the tip to the middle");
+                      "frames: in frame 3 'table 170 10 -2 mm' would have brought the tip to the middle");
     EXPECT_EQ(count(said.messages, unseen), 1) << said.messages;
     test::expect_said(said_in(test::small_toml_with("isocentre_mm = [40.0, 10.0, 0.0]",
                                                     "isocentre_mm = [400.0, 10.0, 0.0]"),
                               "3 beam on\n4 advance 1 mm\n9 end\n")
                           .notices,
-                      "[c_arm] isocentre_mm = [19, 0, 2] would have brought");
+                      "[c_arm] isocentre_mm = [20, 0, 2] would have brought");
     // The command does what it says.
-    const Said mended = said_in(away, "0 table 171 10 -2 mm\n3 beam on\n4 advance 1 mm\n9 end\n");
+    const Said mended = said_in(away, "0 table 170 10 -2 mm\n3 beam on\n4 advance 1 mm\n9 end\n");
     EXPECT_EQ(mended.notices.find("image"), std::string::npos) << mended.notices;
     EXPECT_EQ(count(mended.messages, unseen), 0) << mended.messages;
 }

@@ -24,10 +24,10 @@ Simulation pushed(double mm, int updates_per_frame = 20000) {
 
 TEST(Retune, WithItsOwnNumbersTheWireStaysWhereItIs) {
     Simulation simulation = pushed(30);
-    const physics::Guidewire before = simulation.wire();
+    const physics::Chain before = simulation.wire();
     simulation.retune(simulation.tuning());
     EXPECT_NEAR(simulation.wire().inserted_length(), before.inserted_length(), 1e-9);
-    EXPECT_EQ(simulation.wire().roll, before.roll);
+    EXPECT_EQ(simulation.wire().devices[0].roll, before.devices[0].roll);
     ASSERT_EQ(simulation.wire().segments(), before.segments());
     for (int i = 0; i <= before.segments(); ++i)
         EXPECT_LT((simulation.wire().joints[i] - before.joints[i]).norm(), 1e-6) << i;
@@ -37,9 +37,9 @@ TEST(Retune, AStifferWireInAFinerModelLiesStraighter) {
     Simulation simulation = pushed(30);
     const auto bend = [&] {
         double sum = 0;
-        const physics::Guidewire& wire = simulation.wire();
+        const physics::Chain& wire = simulation.wire();
         for (int i = 1; i < wire.segments(); ++i)
-            if (wire.rest_angle[i] == 0)
+            if (wire.devices[0].rest[i].angle == 0)
                 sum += std::pow((wire.tangents[i + 1] - wire.tangents[i]).norm(), 2) / wire.length_of(i);
         return sum;
     };

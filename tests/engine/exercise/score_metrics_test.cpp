@@ -81,7 +81,7 @@ std::set<std::string> changes(const Score& a, const Score& b) {
 /// and so stays as it is.
 scenario::Scenario mirrored() {
     return scenario::parse_scenario(test::small_toml_with("angle_deg = 40.0", "angle_deg = -40.0"),
-                                    "small.toml");
+                                    "small.toml", test::asset("devices"));
 }
 
 const std::string good = "0 beam on\n1..24 advance 2 mm\n40 end\n";

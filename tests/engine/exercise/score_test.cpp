@@ -95,7 +95,7 @@ TEST(Score, DeepestContactIsExplainedByItsForce) {
     score_of(test::small_scenario(), script, [&](int frame, const Simulation& simulation) {
         if (frame != score.deepest.frame) return;
         seen = true;
-        const physics::Guidewire& wire = simulation.wire();
+        const physics::Chain& wire = simulation.wire();
         auto contacts = physics::all_contacts(wire, simulation.wall());
         EXPECT_LE(physics::relative_gradient(wire, contacts), 2e-8);
         const double across = contacts[joint].normal.cross(wire.tangents[joint]).norm();

@@ -80,7 +80,7 @@ void expect_same(Exercise& a, Exercise& b, unsigned seed, int frame) {
 
 /// With the relaxer's section changed.
 scenario::Scenario scenario_with(const std::string& from, const std::string& to) {
-    return scenario::parse_scenario(test::small_toml_with(from, to), "small.toml");
+    return scenario::parse_scenario(test::small_toml_with(from, to), "small.toml", test::asset("devices"));
 }
 
 }  // namespace
@@ -149,7 +149,7 @@ TEST(Snapshot, OfAnotherExerciseIsRefusedAndChangesNothing) {
     EXPECT_EQ(dark.simulation().state_hash(), before);
     dark.restore(dark.snapshot());
     // Another wire in the same vessel, of the same name.
-    Exercise stiffer(scenario_with("preset = \"glide035\"", "preset = \"bentson035\""), false);
+    Exercise stiffer(scenario_with("device = \"glide035\"", "device = \"bentson035\""), false);
     EXPECT_THROW(stiffer.restore(dark.snapshot()), io::InputError);
 }
 

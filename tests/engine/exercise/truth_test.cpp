@@ -15,7 +15,7 @@ namespace {
 Truth small_truth(const std::vector<script::Command>& commands, const std::string& motion = "") {
     std::string text = test::small_toml_with("pixels = 64", "pixels = 128") + motion;
     if (!motion.empty()) text.replace(text.find("patient = false"), 15, "patient = true");
-    Exercise exercise(scenario::parse_scenario(text, "small.toml"), true);
+    Exercise exercise(scenario::parse_scenario(text, "small.toml", test::asset("devices")), true);
     exercise.next_frame(commands);
     return exercise.truth();
 }
@@ -30,11 +30,11 @@ TEST(Truth, JointsLieOnTheWiresMaskAndInTheVesselsMask) {
     const Truth truth =
         small_truth({script::Beam{true}, script::Advance{30}, script::MoveArm{0.4, -0.2, {}, {}, 120.0, {}}});
     int seen = 0;
-    for (const geometry::Vec3& joint : truth.pulse.joints) {
+    for (const geometry::Vec3& joint : truth.pulse.devices[0].joints) {
         const render::Pixel p = render::project(truth.pulse.arm, joint);
         if (p.x < 2 || p.y < 2 || p.x >= 126 || p.y >= 126) continue;
         ++seen;
-        EXPECT_EQ(at(truth.wire, p.x, p.y), 255);
+        EXPECT_EQ(at(truth.devices[0], p.x, p.y), 255);
         if (joint.x() > 2) {
             EXPECT_EQ(at(truth.vessels, p.x, p.y), 255);
         }
@@ -43,14 +43,14 @@ TEST(Truth, JointsLieOnTheWiresMaskAndInTheVesselsMask) {
     const auto set = [](const render::GrayImage& mask) {
         return std::count(mask.pixels.begin(), mask.pixels.end(), 255);
     };
-    EXPECT_GT(set(truth.vessels), set(truth.wire));
+    EXPECT_GT(set(truth.vessels), set(truth.devices[0]));
     EXPECT_LT(set(truth.vessels), 128 * 128 / 4);
 }
 
 TEST(Truth, PartsAreThoseOfThePulse) {
     std::string text = test::small_toml_with("pixels = 64", "pixels = 128");
     text.replace(text.find("patient = false"), 15, "patient = true");
-    Exercise exercise(scenario::parse_scenario(text, "small.toml"), Pictures::All);
+    Exercise exercise(scenario::parse_scenario(text, "small.toml", test::asset("devices")), Pictures::All);
     exercise.next_frame(std::vector<script::Command>{script::Beam{true}, script::Advance{30}});
     EXPECT_FALSE(exercise.truth().signal);
     TruthParts parts;
@@ -90,7 +90,7 @@ TEST(Truth, TheCameraMatrixProjectsWhatTheFileLists) {
     const Truth truth = small_truth({script::Beam{true}, script::MoveArm{0.4, -0.2, {}, {}, {}, {}}});
     const nlohmann::json json = nlohmann::json::parse(run::to_json(truth, {7, 7, (7 + 1) / 15.0}));
     EXPECT_EQ(json["frame"], 7);
-    ASSERT_EQ(json["wire_mm"].size(), truth.pulse.joints.size());
+    ASSERT_EQ(json["wire_mm"].size(), truth.pulse.devices[0].joints.size());
     for (std::size_t i = 0; i < json["wire_mm"].size(); ++i) {
         double projected[3] = {};
         for (int row = 0; row < 3; ++row) {
@@ -141,7 +141,8 @@ TEST(Truth, FollowsVesselsThatMove) {
         return nlohmann::json::parse(run::to_json(truth, {0, 0, (0 + 1) / 15.0}))["tip_mm"];
     };
     EXPECT_NEAR(tip(moved)[2].get<double>() - tip(still)[2].get<double>(), shift.z(), 1e-12);
-    EXPECT_EQ(moved.pulse.joints, still.pulse.joints) << "the wire rests in the vessels' frame";
+    EXPECT_EQ(moved.pulse.devices[0].joints, still.pulse.devices[0].joints)
+        << "the wire rests in the vessels' frame";
 }
 
 TEST(Truth, ARunWritesItBesideEachImage) {

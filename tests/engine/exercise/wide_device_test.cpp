@@ -46,8 +46,8 @@ double gradient_of(const Simulation& simulation) {
 }
 
 /// Radius of the outermost device at a joint [mm].
-double radius_at(const physics::Guidewire& wire, const physics::WallContact& contact) {
-    return 0.5 * wire.spec.diameter + contact.thickness;
+double radius_at(const physics::Chain& wire, const physics::WallContact& contact) {
+    return wire.inner_radius() + contact.thickness;
 }
 
 }  // namespace
@@ -89,7 +89,7 @@ TEST(WideDevices, GuideAndSheathArePushedUpTheAortaAtRestAndInside) {
                 const StepReport report = simulation.step();
                 ASSERT_LE(gradient_of(simulation), rest) << device << ", frame " << frame;
                 ASSERT_FALSE(report.refused) << device << ", frame " << frame;
-                const physics::Guidewire& wire = simulation.wire();
+                const physics::Chain& wire = simulation.wire();
                 const auto contacts = physics::all_contacts(wire, simulation.wall());
                 for (int i = 1; i <= wire.segments(); ++i) {
                     // Facets lie inside round vessels, and the smooth wall rounds their edges off.
@@ -163,7 +163,7 @@ TEST(WideDevices, AWireInExchangeIsThinnerThanTheCatheterThatItNeeds) {
     for (const auto& catheter : files) {
         if (scenario::load_device(catheter).kind != scenario::DeviceKind::Catheter) continue;
         const scenario::Scenario s = scenario::parse_scenario(
-            test::small_toml_with("preset = \"glide035\"", "device = \"floppy014\"") +
+            test::small_toml_with("device = \"glide035\"", "device = \"floppy014\"") +
                 "[catheter]\ndevice = \"" + catheter.stem().string() + "\"\n",
             "small.toml", test::asset("devices"));
         for (const auto& wire : files) {
@@ -188,7 +188,9 @@ TEST(WideDevices, WhatIsThickerThanTheEntryIsRefused) {
                       "a wire of diameter 9.9 mm does not enter at 'aorta+LCIA+LEIA+LCFA.out', which is 8.5");
     const std::vector<scenario::Override> wide = {{"catheter.device", "\"sheath12f\""},
                                                   {"catheter.outer_diameter_mm", "9.9"}};
-    test::expect_said(refused("renal_cobra", wide), "250 mm of a catheter of 9.9 mm cannot start inside");
+    test::expect_said(
+        refused("renal_cobra", wide),
+        "a catheter of diameter 9.9 mm does not enter at 'aorta+LCIA+LEIA+LCFA.out', which is 8.5");
     // One that begins outside stops at the entry, and says so.
     auto outside = wide;
     outside.push_back({"catheter.inserted_mm", "0"});
@@ -208,7 +210,7 @@ TEST(WideDevices, NoWallOfPlanesIsTakenUnlessTheScenarioAsksForIt) {
         scenario::Scenario s = test::small_scenario();
         s.tube.reset();
         s.wall_model = model;
-        s.guidewire.diameter = diameter;
+        s.wire().device.outer_diameter = diameter;
         static_cast<void>(scenario::choose(s, lumen));
         return s.wall_model;
     };

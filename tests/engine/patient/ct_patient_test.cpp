@@ -44,7 +44,7 @@ std::vector<render::TissueLayer> small_body() {
 
 scenario::Scenario with_patient(const test::TemporaryFolder& folder, const std::string& section) {
     return scenario::parse_scenario(test::small_toml_with("patient = false", "[patient]\n" + section),
-                                    folder / "mine.toml");
+                                    folder / "mine.toml", test::asset("devices"));
 }
 
 }  // namespace

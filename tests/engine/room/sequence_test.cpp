@@ -16,7 +16,8 @@ using script::ImagingMode;
 
 class SequenceTest : public testing::Test {
 protected:
-    SequenceTest() : exercise(scenario::parse_scenario(test::small_toml, "small.toml"), true) {}
+    SequenceTest()
+        : exercise(scenario::parse_scenario(test::small_toml, "small.toml", test::asset("devices")), true) {}
 
     void frame(const std::vector<script::Command>& commands) {
         const exercise::Frame made = exercise.next_frame(commands);

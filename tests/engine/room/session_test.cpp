@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 SessionOptions options_of(const std::string& toml = test::small_toml) {
     SessionOptions options;
-    options.scenario = scenario::parse_scenario(toml, "small.toml");
+    options.scenario = scenario::parse_scenario(toml, "small.toml", test::asset("devices"));
     options.keys = load_keys(test::asset("keys.toml"));
     return options;
 }
@@ -47,8 +47,8 @@ run::RunResult replayed(const std::filesystem::path& recording) {
     run::RunOptions options;
     options.expect = recording;
     options.images = false;
-    return run::run_headless(scenario::parse_scenario(test::small_toml, "small.toml"), script, nullptr,
-                             options);
+    return run::run_headless(scenario::parse_scenario(test::small_toml, "small.toml", test::asset("devices")),
+                             script, nullptr, options);
 }
 
 TEST(Session, WhatHandsDidReplaysToTheSameStates) {
@@ -192,12 +192,12 @@ TEST(Session, AnInstructorsChangeActsAtOnceAndEndsTheRecording) {
     for (const physics::RelaxerKind kind :
          {physics::RelaxerKind::Segment, physics::RelaxerKind::FirstOrder, physics::RelaxerKind::Global}) {
         tuning.relaxer.kind = kind;
-        const double before = *session.view()->readout.inserted;
+        const double before = *session.view()->readout.devices[0].inserted;
         session.give(tuning);
         ASSERT_TRUE(wait_for(session, [&](const View& view) {
             return view.tuned && view.solver->tuning.relaxer.kind == kind;
         }));
-        EXPECT_NEAR(*session.view()->readout.inserted, before, 4);
+        EXPECT_NEAR(*session.view()->readout.devices[0].inserted, before, 4);
         EXPECT_EQ(session.view()->solver->tuning.segment_length, 1);
         EXPECT_EQ(session.view()->solver->tuning.wall_stiffness, 2);
         EXPECT_LT(session.view()->solver->error, kind == physics::RelaxerKind::Global ? 1e-6 : 5);

@@ -101,13 +101,13 @@ TEST(RelaxCase, TheEntryDirectionIsMadeUnit) {
 
 TEST(RelaxCase, TheWireHasTheClampAndTheLoadThatWereAskedForHoweverItIsGiven) {
     Given given;
-    EXPECT_EQ(make_relax_case(given.request).wire.spec.end_cells, physics::EndCells::Half);
+    EXPECT_EQ(make_relax_case(given.request).wire.grid.end_cells, physics::EndCells::Half);
     EXPECT_EQ(make_relax_case(given.request).wire.load, geometry::Vec3::Zero());
     given.request.clamp = "paper";
     given.request.load = "-1e-3,0,2.5e-5";
     const auto expect_both = [&] {
         const RelaxCase c = make_relax_case(given.request);
-        EXPECT_EQ(c.wire.spec.end_cells, physics::EndCells::Paper);
+        EXPECT_EQ(c.wire.grid.end_cells, physics::EndCells::Paper);
         EXPECT_EQ(c.wire.load, geometry::Vec3(-1e-3, 0, 2.5e-5));
     };
     expect_both();

@@ -4,13 +4,10 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "physics/wire/guidewire_presets.h"
 #include "tests/anatomies.h"
 #include "tests/engine/fixtures.h"
 
 using namespace anatomy;
-
-using namespace physics;
 
 using namespace scenario;
 
@@ -22,20 +19,25 @@ Anatomy tube(double radius, std::vector<PenMove> path) {
     return tube_anatomy("tube", draw(path), radius, 24, radius / 2);
 }
 
-physics::GuidewireSpec straight_tip() {
-    physics::GuidewireSpec wire;
-    wire.curved_length = wire.curved_angle = 0;
-    wire.diameter = 0.36;
+Device catalogue_device(const char* name) {
+    return load_device(find_device(name, test::asset("devices")));
+}
+
+Device straight_tip() {
+    Device wire;
+    wire.outer_diameter = 0.36;
     return wire;
 }
 
 TEST(ModelChoice, AShaftWindsUpWhereABendCanTwistIt) {
-    physics::GuidewireSpec wire = find_guidewire_preset("glide035")->spec;
+    Device wire = catalogue_device("glide035");
+    physics::stiffen(wire);
+    wire.friction = 0;
     const anatomy::Anatomy bend = tube(3, {anatomy::Run{40}, anatomy::Arc{20, 1.5}, anatomy::Run{40}});
     const anatomy::Anatomy line = tube(3, {anatomy::Run{100}});
     EXPECT_FALSE(choose_model(bend, wire, tolerance, true).winds_up);
     EXPECT_EQ(choose_model(bend, wire, tolerance, true).torsion_reason, "");
-    wire.torsional_rigidity = 188;
+    test::set_torsion(wire, 188);
     EXPECT_TRUE(choose_model(bend, wire, tolerance, true).winds_up);
     EXPECT_FALSE(choose_model(line, wire, tolerance, true).winds_up);
     EXPECT_NE(choose_model(bend, wire, tolerance, true).torsion_reason, "");
@@ -45,9 +47,9 @@ TEST(ModelChoice, AShaftWindsUpWhereABendCanTwistIt) {
     EXPECT_FALSE(choose_model(line, wire, tolerance, true).held_back);
     wire.friction = 1e-6;
     EXPECT_FALSE(choose_model(bend, wire, tolerance, true).held_back);
-    wire.torsional_rigidity = 1e5;
-    wire.tip_rigidity = 1;
-    EXPECT_FALSE(choose_model(bend, wire, tolerance, true, 300).winds_up);
+    set_stiffness(wire, {250, 1, 50, 50, 1e5});
+    wire.length = 300;
+    EXPECT_FALSE(choose_model(bend, wire, tolerance, true).winds_up);
 }
 
 }  // namespace
@@ -83,14 +85,13 @@ TEST(ModelChoice, AStraightWideTubeTakesTheLongestSegments) {
 }
 
 TEST(ModelChoice, TheCurvedTipIsAWholeNumberOfSegmentsThatFollowIt) {
-    for (const GuidewirePreset& preset : guidewire_presets()) {
-        const physics::GuidewireSpec& wire = preset.spec;
+    for (const char* name : {"floppy014", "standard014", "v18", "glide035", "rosen035"}) {
+        const Device wire = catalogue_device(name);
         const double length =
             choose_model(tube(9, {anatomy::Run{200}}), wire, tolerance, true).segment_length;
-        if (wire.curved_length == 0) continue;
-        const double count = wire.curved_length / length, radius = wire.curved_length / wire.curved_angle;
-        EXPECT_NEAR(count, std::round(count), 1e-9) << preset.name;
-        EXPECT_LE(length * length / (8 * radius), tolerance) << preset.name;
+        const double count = physics::shaped_length(wire) / length, radius = 1 / largest_curvature(wire);
+        EXPECT_NEAR(count, std::round(count), 1e-9) << name;
+        EXPECT_LE(length * length / (8 * radius), tolerance) << name;
     }
 }
 
@@ -103,14 +104,14 @@ TEST(ModelChoice, TakesTheWallThatTheAnatomyAllows) {
     const Anatomy tight = tube(0.27, {anatomy::Run{60}});  // a stenosis that a wire of 0.014 in just passes
     EXPECT_EQ(choose_model(tight, straight_tip(), tolerance, false).wall, WallModel::DistanceField);
     EXPECT_EQ(choose_model(huge, straight_tip(), tolerance, false).wall, WallModel::Auto);
-    physics::GuidewireSpec thick = straight_tip();
-    thick.diameter = 3;
+    Device thick = straight_tip();
+    thick.outer_diameter = 3;
     EXPECT_EQ(choose_model(wide, thick, tolerance, false).wall, WallModel::DistanceField);
 }
 
 TEST(ModelChoice, ChoosesForTheIliacArteriesWithReasons) {
     const Anatomy& iliac = test::iliac_renal();
-    const ModelChoice choice = choose_model(iliac, find_guidewire_preset("glide035")->spec, tolerance, false);
+    const ModelChoice choice = choose_model(iliac, catalogue_device("glide035"), tolerance, false);
     EXPECT_EQ(choice.wall, WallModel::DistanceField);
     EXPECT_GT(choice.segment_length, 0.5);
     EXPECT_LE(choice.segment_length, choice.demand.smallest_radius);

@@ -7,26 +7,28 @@
 #include <regex>
 
 #include "engine/scenario/placement.h"
-#include "physics/wire/guidewire_presets.h"
 #include "tests/engine/fixtures.h"
 
 namespace scenario {
 namespace {
 
 std::string refusal_of(const std::string& from, const std::string& to) {
-    return test::refusal([&] { parse_scenario(test::small_toml_with(from, to), "small.toml"); });
+    return test::refusal(
+        [&] { parse_scenario(test::small_toml_with(from, to), "small.toml", test::asset("devices")); });
 }
 
 }  // namespace
 
 TEST(Scenario, ReadsUnitsIntoMillimetresAndRadians) {
-    const Scenario s = parse_scenario(
-        test::small_toml_with("pixels = 64", "lao_deg = 30\ncranial_deg = -10.0"), "folder/small.toml");
+    const Scenario s =
+        parse_scenario(test::small_toml_with("pixels = 64", "lao_deg = 30\ncranial_deg = -10.0"),
+                       "folder/small.toml", test::asset("devices"));
     EXPECT_EQ(s.name, "small");
     EXPECT_EQ(s.title, "small");
     EXPECT_DOUBLE_EQ(s.c_arm.lao, std::numbers::pi / 6);
     EXPECT_DOUBLE_EQ(s.c_arm.cranial, -std::numbers::pi / 18);
-    EXPECT_DOUBLE_EQ(s.guidewire.curved_angle, std::numbers::pi / 4);
+    ASSERT_EQ(s.wire().device.shape.size(), 1u);
+    EXPECT_DOUBLE_EQ(s.wire().device.shape[0].angle, std::numbers::pi / 4);
     EXPECT_DOUBLE_EQ(anatomy::length(s.tube->path), 60 + 25 * 40 * std::numbers::pi / 180);
     EXPECT_EQ(s.budget.updates, 20000);
 }
@@ -34,7 +36,8 @@ TEST(Scenario, ReadsUnitsIntoMillimetresAndRadians) {
 TEST(Scenario, AnatomyIsFoundBesideTheScenarioFile) {
     std::string text = test::small_toml_with("[tube]", "anatomy = \"../anatomy/x.json\"\n[tube]");
     text.erase(text.find("[tube]"), text.find("[entry]") - text.find("[tube]"));
-    EXPECT_EQ(parse_scenario(text, "a/b/s.toml").anatomy, std::filesystem::path("a/b/../anatomy/x.json"));
+    EXPECT_EQ(parse_scenario(text, "a/b/s.toml", test::asset("devices")).anatomy,
+              std::filesystem::path("a/b/../anatomy/x.json"));
 }
 
 TEST(Scenario, AnatomyIsGrownFromItsSection) {
@@ -46,12 +49,12 @@ TEST(Scenario, AnatomyIsGrownFromItsSection) {
     const std::string arch = "[anatomy]\npreset = \"arch-1\"\nseed = 3\n";
     const Scenario s = parse_scenario(
         with(arch + "[[anatomy.stenosis]]\nbranch = \"LSA\"\nat_mm = 60\nlength_mm = 8\npercent = 50"),
-        "s.toml");
+        "s.toml", test::asset("devices"));
     ASSERT_TRUE(s.vessels);
     EXPECT_EQ(s.vessels->name, "arch-1-3");
     EXPECT_EQ(s.vessels->stenoses.size(), 1u);
     const auto refused = [&](const std::string& section) {
-        return test::refusal([&] { parse_scenario(with(section), "s.toml"); });
+        return test::refusal([&] { parse_scenario(with(section), "s.toml", test::asset("devices")); });
     };
     EXPECT_NE(refused("[anatomy]\npreset = \"arch-4\"").find("'arch-4' is not a preset"), std::string::npos);
     EXPECT_NE(refused("[anatomy]\nseed = 3").find("preset = \"…\" or a section"), std::string::npos);
@@ -89,15 +92,20 @@ TEST(Scenario, AWallMayBeStifferInPlacesByTermsOrASeed) {
         return test::small_toml_with("[relaxer]", wall + "[wall.variation]\n" + keys + "\n[relaxer]");
     };
     EXPECT_FALSE(test::small_scenario().wall_variation);
-    const Scenario s = parse_scenario(with("terms = [[0.5, 0], [-0.25, 90.0]]"), "s.toml");
+    const Scenario s =
+        parse_scenario(with("terms = [[0.5, 0], [-0.25, 90.0]]"), "s.toml", test::asset("devices"));
     ASSERT_TRUE(s.wall_variation);
     ASSERT_EQ(s.wall_variation->terms.size(), 2u);
     EXPECT_EQ(s.wall_variation->terms[0].amplitude, 0.5);
     EXPECT_DOUBLE_EQ(s.wall_variation->terms[1].phase, std::numbers::pi / 2);
     EXPECT_NE(s.content, test::small_scenario().content);
-    EXPECT_EQ(s.content, parse_scenario(with("terms = [[0.5, 0], [-0.25, 90.0]]"), "s.toml").content);
-    EXPECT_NE(s.content, parse_scenario(with("terms = [[0.5, 0], [-0.25, 90.5]]"), "s.toml").content);
-    const Scenario drawn = parse_scenario(with("seed = 7\nlength_mm = 40"), "s.toml");
+    EXPECT_EQ(
+        s.content,
+        parse_scenario(with("terms = [[0.5, 0], [-0.25, 90.0]]"), "s.toml", test::asset("devices")).content);
+    EXPECT_NE(
+        s.content,
+        parse_scenario(with("terms = [[0.5, 0], [-0.25, 90.5]]"), "s.toml", test::asset("devices")).content);
+    const Scenario drawn = parse_scenario(with("seed = 7\nlength_mm = 40"), "s.toml", test::asset("devices"));
     EXPECT_EQ(drawn.wall_variation->length, 40);
     EXPECT_EQ(drawn.wall_variation->terms[0].amplitude, physics::drawn_variation(7).terms[0].amplitude);
 
@@ -108,7 +116,7 @@ TEST(Scenario, AWallMayBeStifferInPlacesByTermsOrASeed) {
             parse_scenario(with("terms = [[0.5, 0]]", fmt::format("[wall]\nstiffness_N_per_mm = 8\nmodel = "
                                                                   "\"{}\"\n",
                                                                   model)),
-                           "s.toml");
+                           "s.toml", test::asset("devices"));
         const auto wall = wall_of(varied, anatomy_of(varied));
         const auto stiffness = [&](const geometry::Vec3& x) {
             physics::WallContact c;
@@ -121,7 +129,7 @@ TEST(Scenario, AWallMayBeStifferInPlacesByTermsOrASeed) {
     }
 
     const auto refused = [&](const std::string& keys) {
-        return test::refusal([&] { parse_scenario(with(keys), "s.toml"); });
+        return test::refusal([&] { parse_scenario(with(keys), "s.toml", test::asset("devices")); });
     };
     const auto expect = [&](const std::string& keys, const std::string& part) {
         const std::string text = refused(keys);
@@ -129,33 +137,33 @@ TEST(Scenario, AWallMayBeStifferInPlacesByTermsOrASeed) {
     };
     EXPECT_NE(test::refusal([] {
                   parse_scenario(test::small_toml_with("[relaxer]", "[wall]\nvariation = 5\n[relaxer]"),
-                                 "s.toml");
-              }).find("s.toml:15:13: [wall] variation = 5 was found; a section [wall.variation] is accepted"),
+                                 "s.toml", test::asset("devices"));
+              }).find("s.toml:19:13: [wall] variation = 5 was found; a section [wall.variation] is accepted"),
               std::string::npos);
-    expect("", "s.toml:14:1: seed = NUMBER or terms = [[AMPLITUDE_SHARE, PHASE_DEG], ...] is missing");
-    expect("seed = 1\nterms = [[0.1, 0]]", "s.toml:16:9: [wall.variation] terms");
-    expect("seed = -1", "s.toml:15:8: [wall.variation] seed = -1 was found");
-    expect("terms = 0.5", "s.toml:15:9: [wall.variation] terms = 0.5 was found; 1 to 64 pairs");
-    expect("terms = []", "s.toml:15:9: ");
-    expect("terms = [[0.5, 0], [0.4, 0], [-0.1, 0]]", "s.toml:15:9: ");
+    expect("", "s.toml:18:1: seed = NUMBER or terms = [[AMPLITUDE_SHARE, PHASE_DEG], ...] is missing");
+    expect("seed = 1\nterms = [[0.1, 0]]", "s.toml:20:9: [wall.variation] terms");
+    expect("seed = -1", "s.toml:19:8: [wall.variation] seed = -1 was found");
+    expect("terms = 0.5", "s.toml:19:9: [wall.variation] terms = 0.5 was found; 1 to 64 pairs");
+    expect("terms = []", "s.toml:19:9: ");
+    expect("terms = [[0.5, 0], [0.4, 0], [-0.1, 0]]", "s.toml:19:9: ");
     expect("terms = [[0.5, 0], [0.4, 0], [-0.1, 0]]",
            "the shares add up to 1, so that the stiffness could "
            "reach 0; shares that add up to less than 1");
-    expect("terms = [[0.5, 0], [0.25]]", "s.toml:15:20: [wall.variation] terms = [ 0.25 ] was found; a pair");
-    expect("terms = [[0.5, 0], [0.1, 0, 0]]", "s.toml:15:20: ");
-    expect("terms = [[0.5, \"a\"]]", "s.toml:15:10: ");
-    expect("terms = [[1, 0]]", "s.toml:15:10: ");
-    expect("terms = [[nan, 0]]", "s.toml:15:10: ");
-    expect("terms = [[0.1, 400]]", "s.toml:15:10: ");
-    expect("terms = [0.1, 0]", "s.toml:15:10: ");
-    expect("terms = [[0.1, 0]]\nlength_mm = 0", "s.toml:16:13: [wall.variation] length_mm");
-    expect("term = [[0.1, 0]]", "s.toml:15:1: unknown key 'term' in [wall.variation]");
+    expect("terms = [[0.5, 0], [0.25]]", "s.toml:19:20: [wall.variation] terms = [ 0.25 ] was found; a pair");
+    expect("terms = [[0.5, 0], [0.1, 0, 0]]", "s.toml:19:20: ");
+    expect("terms = [[0.5, \"a\"]]", "s.toml:19:10: ");
+    expect("terms = [[1, 0]]", "s.toml:19:10: ");
+    expect("terms = [[nan, 0]]", "s.toml:19:10: ");
+    expect("terms = [[0.1, 400]]", "s.toml:19:10: ");
+    expect("terms = [0.1, 0]", "s.toml:19:10: ");
+    expect("terms = [[0.1, 0]]\nlength_mm = 0", "s.toml:20:13: [wall.variation] length_mm");
+    expect("term = [[0.1, 0]]", "s.toml:19:1: unknown key 'term' in [wall.variation]");
 }
 
 TEST(Scenario, UnknownKeyIsRefusedWithItsPlaceAndTheKeysThereAre) {
-    const std::string text = refusal_of("preset =", "presett =");
-    EXPECT_NE(text.find("small.toml:13:1: unknown key 'presett' in [guidewire]"), std::string::npos) << text;
-    EXPECT_NE(text.find("is 'preset' meant?"), std::string::npos) << text;
+    const std::string text = refusal_of("device =", "devise =");
+    EXPECT_NE(text.find("small.toml:13:1: unknown key 'devise' in [guidewire]"), std::string::npos) << text;
+    EXPECT_NE(text.find("is 'device' meant?"), std::string::npos) << text;
     EXPECT_NE(text.find("tip_rigidity_N_mm2"), std::string::npos) << text;
 }
 
@@ -163,29 +171,33 @@ TEST(Scenario, SegmentsMayBeChosenAndAdaptive) {
     const Scenario plain = test::small_scenario();
     EXPECT_FALSE(plain.choose_segment_length || plain.adaptive);
     const Scenario s = parse_scenario(
-        test::small_toml_with("preset = \"glide035\"",
-                              "segment_length_mm = \"auto\"\nadaptive = true\ncurve_tolerance_mm = 0.1"),
-        "small.toml");
+        test::small_toml_with(
+            "torsion = \"rigid\"",
+            "torsion = \"rigid\"\nsegment_length_mm = \"auto\"\nadaptive = true\ncurve_tolerance_mm = 0.1"),
+        "small.toml", test::asset("devices"));
     EXPECT_TRUE(s.choose_segment_length && s.adaptive);
     EXPECT_EQ(s.refinement.curve_tolerance, 0.1);
     const auto refused = [](const char* line) {
-        return test::refusal(
-            [&] { parse_scenario(test::small_toml_with("preset = \"glide035\"", line), "small.toml"); });
+        return test::refusal([&] {
+            parse_scenario(test::small_toml_with("torsion = \"rigid\"", line), "small.toml",
+                           test::asset("devices"));
+        });
     };
     EXPECT_NE(refused("segment_length_mm = \"fine\"").find("auto"), std::string::npos);
     EXPECT_NE(refused("curve_tolerance_mm = 0").find("curve_tolerance_mm"), std::string::npos);
 }
 
-TEST(Scenario, WireIsAsLongAsItsPresetOrAsItsKeySays) {
-    EXPECT_EQ(test::small_scenario().wire_length, physics::find_guidewire_preset("glide035")->length);
+TEST(Scenario, WireIsAsLongAsItsDeviceOrAsItsKeySays) {
+    EXPECT_EQ(test::small_scenario().wire().device.length, 1800);
     const auto with = [](const std::string& line) {
-        return parse_scenario(test::small_toml_with("[guidewire]", "[guidewire]\n" + line), "small.toml");
+        return parse_scenario(test::small_toml_with("[guidewire]", "[guidewire]\n" + line), "small.toml",
+                              test::asset("devices"));
     };
-    EXPECT_EQ(with("length_mm = 2600").wire_length, 2600);
+    EXPECT_EQ(with("length_mm = 2600").wire().device.length, 2600);
     const std::string text = test::refusal([] {
         parse_scenario(test::small_toml_with("inserted_mm = 20.0\n[guidewire]",
                                              "inserted_mm = 200.0\n[guidewire]\nlength_mm = 150"),
-                       "small.toml");
+                       "small.toml", test::asset("devices"));
     });
     EXPECT_NE(text.find("small.toml:11:"), std::string::npos) << text;
     EXPECT_NE(text.find("a wire of 150 mm cannot be in by 200 mm"), std::string::npos) << text;
@@ -193,7 +205,8 @@ TEST(Scenario, WireIsAsLongAsItsPresetOrAsItsKeySays) {
 
 TEST(Scenario, RelaxersOfThePaperHaveTheirWords) {
     const auto relaxer = [](const std::string& lines) {
-        return parse_scenario(test::small_toml_with("[relaxer]", "[relaxer]\n" + lines), "small.toml")
+        return parse_scenario(test::small_toml_with("[relaxer]", "[relaxer]\n" + lines), "small.toml",
+                              test::asset("devices"))
             .relaxer;
     };
     using enum physics::RelaxerKind;

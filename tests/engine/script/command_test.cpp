@@ -1,6 +1,7 @@
 #include "engine/script/command.h"
 
 #include <cmath>
+#include <fmt/format.h>
 #include <numbers>
 
 #include "tests/engine/fixtures.h"
@@ -44,6 +45,33 @@ TEST(Command, EveryVerbIsReadWithItsUnit) {
     EXPECT_TRUE(std::holds_alternative<Reset>(script.commands[6].command));
     EXPECT_EQ(script.commands[6].frame, 90);
     EXPECT_EQ(script.last_frame(5), 120);
+}
+
+TEST(Command, EveryDeviceIsNamedAndReadsBack) {
+    for (const std::string_view name : held_names) {
+        const std::pair<std::string, std::string> motions[] = {
+            {"advance ", "5 mm"}, {"withdraw ", "2.5 mm"}, {"rotate ", "-30 deg"}};
+        for (const auto& [verb, amount] : motions) {
+            const std::string text = verb + std::string(name) + " " + amount;
+            const Command read = parse("0 " + text + "\n").commands.at(0).command;
+            const std::string written = to_text(read);
+            EXPECT_EQ(written, name == "wire" ? verb + amount : text);
+            EXPECT_EQ(to_text(parse("0 " + written + "\n").commands.at(0).command), written);
+        }
+        EXPECT_EQ(held_named(name), held_named(name_of(*held_named(name))));
+    }
+    for (const std::string_view name : device_names()) {
+        const std::string out = "remove " + std::string(name);
+        EXPECT_EQ(to_text(parse("0 " + out + "\n").commands.at(0).command), out);
+        const std::string in = fmt::format("inject 2 ml at 1 ml/s through {} of 320 mg/ml", name);
+        if (name == "wire")
+            EXPECT_NE(refusal_of("0 " + in + "\n").find("expected one of: microcatheter"), std::string::npos);
+        else
+            EXPECT_EQ(to_text(parse("0 " + in + "\n").commands.at(0).command), in);
+    }
+    EXPECT_EQ(std::get<Advance>(parse("0 advance both 5 mm\n").commands.at(0).command).held, Held::All);
+    EXPECT_NE(refusal_of("0 remove all\n").find("expected one of: wire"), std::string::npos);
+    EXPECT_NE(refusal_of("0 advance probe 5 mm\n").find("number"), std::string::npos);
 }
 
 TEST(Command, TheConsolesVerbsAreRead) {

@@ -52,12 +52,14 @@ TEST(Recording, AHeaderThatIsNoneIsRefusedWithItsLine) {
     const auto said = [](const std::string& text) {
         return test::refusal([&] { parse_commands(text, "x.gw"); });
     };
-    test::expect_said(said("recording 3\n"), "x.gw:1:1: 'recording 3' was found; recording 2 is accepted");
-    test::expect_said(said("0 beam on\nrecording 2\n"), "x.gw:2:1");
-    test::expect_said(said("recording 2\nscenario 12 renal\n"), "x.gw:2:10: a hash of 16");
+    test::expect_said(said("recording 4\n"),
+                      "x.gw:1:1: expected 'recording 3' in the first line, found 'recording 4'");
+    test::expect_said(said("recording 2\n"), "x.gw:1:1: expected 'recording 3', found 'recording 2'");
+    test::expect_said(said("0 beam on\nrecording 3\n"), "x.gw:2:1");
+    test::expect_said(said("recording 3\nscenario 12 renal\n"), "x.gw:2:10: a hash of 16");
     test::expect_said(said("learner Ada\n"), "x.gw:1:1: 'learner' was found");
-    test::expect_said(said("recording 2\nlearner " + std::string(65, 'a') + "\n"), "x.gw:2:9: a name of at");
-    test::expect_said(said("recording 2\n1 beam on\nlearner Ada\n"), "x.gw:3:1");
+    test::expect_said(said("recording 3\nlearner " + std::string(65, 'a') + "\n"), "x.gw:2:9: a name of at");
+    test::expect_said(said("recording 3\n1 beam on\nlearner Ada\n"), "x.gw:3:1");
 }
 
 TEST(Recording, UnwritablePlaceIsRefused) {

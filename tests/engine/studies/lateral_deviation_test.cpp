@@ -35,7 +35,7 @@ TEST(DeviationTrace, RecordsTheUpdatesThatMoveTheJoint) {
     const PaperScene scene = paper_scene("sinuous", {40, 0, 0});
     const ReferenceCurve curve(scene.start.joints);
     std::vector<DeviationTrace> traces = {{curve, 7, 40}, {curve, 31, 40}};
-    physics::Guidewire wire = scene.start;
+    physics::Chain wire = scene.start;
     follow(paper_method(1).config, wire, *scene.wall, 3, traces);
     EXPECT_EQ(traces[0].records(), 3 * 7 * 8 / 2);
     EXPECT_EQ(traces[1].records(), 3 * 31 * 32 / 2);
@@ -55,7 +55,7 @@ TEST(DeviationTrace, RecordsTheUpdatesThatMoveTheJoint) {
 TEST(DeviationTrace, SettlesWhereItStaysWithinTheLimit) {
     const ReferenceCurve curve(bend);
     DeviationTrace trace(curve, 1, 2);  // three updates a cycle, of segments 1, 2, 2
-    physics::Guidewire wire;
+    physics::Chain wire;
     const auto cycle = [&](double deviation) {
         wire.joints = {{0, 0, 0}, {0.5, -deviation, 0}, {1, 0, 0}};
         trace.observe(1, wire);

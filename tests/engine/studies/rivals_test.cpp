@@ -9,6 +9,7 @@
 
 #include "engine/anatomy/scenes.h"
 #include "engine/studies/pareto_vessels.h"
+#include "engine/studies/plain_wire.h"
 #include "engine/studies/rivals/beam_rod.h"
 #include "engine/studies/rivals/position_rod.h"
 #include "engine/studies/rivals/spring_chain.h"
@@ -227,11 +228,11 @@ TEST(Rivals, OurEquilibriumIsThatOfBeamElementsToSecondOrder) {
     const studies::ParetoVessel vessel = studies::scene_vessel("sinuous", false);
     std::vector<double> apart;
     for (const int finer : {1, 2, 4}) {
-        physics::GuidewireSpec of = vessel.spec;
+        studies::PlainWire of = vessel.spec;
         of.segment_length /= finer;
         const physics::TubeWall wall(vessel.path, 1, vessel.stiffness / finer);
         const int n = 60 * finer;
-        physics::Guidewire wire = physics::wire_along(of, vessel.path, n);
+        physics::Chain wire = wire_along(of, vessel.path, n);
         physics::RelaxerConfig config;
         config.kind = physics::RelaxerKind::Global;
         ASSERT_TRUE(physics::make_relaxer(config, wall)->relax(wire, {1'000'000'000, 0, 0}).converged());

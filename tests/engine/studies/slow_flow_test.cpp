@@ -16,7 +16,7 @@ TEST(SlowFlow, ReachesAMinimumThatOtherSolversFound) {
 }
 
 TEST(SlowFlow, BringsACurvedTipToRest) {
-    physics::Guidewire wire = bent_wire(40, 0.8);
+    physics::Chain wire = bent_wire(40, 0.8);
     const physics::TubeWall wall({{-100, -2, 3}, {200, -2, 3}}, 1000, 10);  // nothing in reach
     const SlowFlowReport report = flow_to_rest(wire, wall);
     EXPECT_LE(report.gradient, 1e-8);

@@ -6,6 +6,7 @@
 #include <random>
 
 #include "engine/anatomy/scenes.h"
+#include "engine/studies/plain_wire.h"
 #include "physics/relax/hub.h"
 #include "physics/wall/tube_wall.h"
 #include "physics/wire/bending.h"
@@ -20,34 +21,31 @@ constexpr int plenty = 10'000'000;
 DeviceSpec rod(double rigidity, double curvature = 0, double length = 400) {
     DeviceSpec spec;
     spec.outer_diameter = 0.8;
-    spec.shaft_rigidity = spec.tip_rigidity = rigidity;
-    spec.tip_length = spec.transition_length = 0;
+    spec.sections = soft_tip(rigidity, 0, 0, rigidity);
     spec.length = length;
     if (curvature != 0) spec.shape = {{length, curvature * length, 0}};
     return spec;
 }
 
-DeviceSpec cobra() {
+DeviceSpec cobra(double torsional_rigidity = 0) {
     DeviceSpec spec;
     spec.outer_diameter = 1.67;
     spec.inner_diameter = 1.1;
-    spec.shaft_rigidity = 200;
-    spec.tip_rigidity = 60;
-    spec.tip_length = 20;
-    spec.transition_length = 60;
+    spec.sections = soft_tip(60, 20, 60, 200, torsional_rigidity);
     spec.length = 650;
     spec.shape = {{15, 90 * degree, 0}, {35, -60 * degree, 0}, {60, 40 * degree, 0.3}};
     return spec;
 }
 
-DeviceSpec angled_wire() {
+DeviceSpec angled_wire(double torsional_rigidity = 0) {
     DeviceSpec spec;
+    spec.sections = soft_tip(6, 30, 150, 250, torsional_rigidity);
     spec.shape = {{12, 45 * degree, 0}};
     return spec;
 }
 
-CoaxialDevice on_chain(const DeviceSpec& spec, double inserted, double roll = 0) {
-    CoaxialDevice device;
+Device on_chain(const DeviceSpec& spec, double inserted, double roll = 0) {
+    Device device;
     device.spec = spec;
     device.inserted = inserted;
     device.roll = roll;
@@ -71,9 +69,9 @@ TEST(Coaxial, TwoPrecurvedRodsBendByTheVectorSumOfTheirMoments) {
     const TubeWall wall = free_space();
     for (const double apart : {0.0, 90 * degree, 180 * degree, 37 * degree}) {
         // In one plane they fold it: both planes turn with the rods only where the sum is in one.
-        Guidewire wire =
-            coaxial_chain({on_chain(rod(ei[0], kappa[0]), 120), on_chain(rod(ei[1], kappa[1]), 120, apart)},
-                          0.5, {{0, 0, 0}, {300, 0, 0}});
+        Chain wire =
+            chain_along({on_chain(rod(ei[0], kappa[0]), 120), on_chain(rod(ei[1], kappa[1]), 120, apart)},
+                        {0.5}, {{0, 0, 0}, {300, 0, 0}});
         Hub hub({}, wall);
         ASSERT_EQ(hub.settle(wire, plenty).outcome, HubReport::Outcome::AtRest);
         const Vec2 sum =
@@ -89,17 +87,17 @@ TEST(Coaxial, TwoPrecurvedRodsBendByTheVectorSumOfTheirMoments) {
 
 TEST(Coaxial, DevicesWhoseStiffnessAddsUpToOnesHaveItsShape) {
     const TubeWall wall = bent_vessel();
-    Guidewire both = coaxial_chain({on_chain(rod(60), 180), on_chain(rod(140), 180)}, 2, wall.centreline());
-    Guidewire one = coaxial_chain({on_chain(rod(200), 180)}, 2, wall.centreline());
+    Chain both = chain_along({on_chain(rod(60), 180), on_chain(rod(140), 180)}, {2}, wall.centreline());
+    Chain one = chain_along({on_chain(rod(200), 180)}, {2}, wall.centreline());
     Hub a({}, wall), b({}, wall);
     ASSERT_TRUE(a.settle(both, plenty).relax.converged());
     ASSERT_TRUE(b.settle(one, plenty).relax.converged());
     for (int j = 0; j <= both.segments(); ++j) EXPECT_LT((both.joints[j] - one.joints[j]).norm(), 1e-9) << j;
     // And a wire without shape alone is one device.
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.shaft_rigidity = spec.tip_rigidity = 200;
     spec.curved_angle = 0;
-    Guidewire wire = wire_of_length(spec, wall.centreline(), 180);
+    Chain wire = studies::wire_of_length(spec, wall.centreline(), 180);
     Hub c({}, wall);
     ASSERT_TRUE(c.settle(wire, plenty).relax.converged());
     for (int j = 0; j <= wire.segments(); ++j) EXPECT_LT((wire.joints[j] - one.joints[j]).norm(), 1e-9) << j;
@@ -108,13 +106,13 @@ TEST(Coaxial, DevicesWhoseStiffnessAddsUpToOnesHaveItsShape) {
 TEST(Coaxial, ACatheterWithoutStiffnessLeavesTheWireAlone) {
     const TubeWall wall = bent_vessel();
     DeviceSpec soft = cobra();
-    soft.shaft_rigidity = soft.tip_rigidity = 1e-6;
+    soft.sections = soft_tip(1e-6, 0, 0, 1e-6);
     soft.outer_diameter = 0.9;
     soft.inner_diameter = 0;
     DeviceSpec inner = angled_wire();
     inner.outer_diameter = 0.9;
-    Guidewire with = coaxial_chain({on_chain(inner, 190), on_chain(soft, 150)}, 2, wall.centreline());
-    Guidewire without = coaxial_chain({on_chain(inner, 190)}, 2, wall.centreline());
+    Chain with = chain_along({on_chain(inner, 190), on_chain(soft, 150)}, {2}, wall.centreline());
+    Chain without = chain_along({on_chain(inner, 190)}, {2}, wall.centreline());
     Hub a({}, wall), b({}, wall);
     ASSERT_TRUE(a.settle(with, plenty).relax.converged());
     ASSERT_TRUE(b.settle(without, plenty).relax.converged());
@@ -127,9 +125,9 @@ TEST(Coaxial, TheGradientAgreesWithDifferencesForTwoRolls) {
     std::uniform_real_distribution<double> within(-1, 1);
     const TubeWall wall({{0, -2, 0}, {40, 3, 2}, {90, -2, 5}}, 2.5, 30, 0.45);
     for (int round = 0; round < 8; ++round) {
-        Guidewire wire = coaxial_chain({on_chain(angled_wire(), 60 + 20 * within(random), 3 * within(random)),
-                                        on_chain(cobra(), 60 + 20 * within(random), 3 * within(random))},
-                                       2, {{0, 0, 0}, {200, 0, 0}});
+        Chain wire = chain_along({on_chain(angled_wire(), 60 + 20 * within(random), 3 * within(random)),
+                                  on_chain(cobra(), 60 + 20 * within(random), 3 * within(random))},
+                                 {2}, {{0, 0, 0}, {200, 0, 0}});
         for (int i = 1; i <= wire.segments(); ++i)
             wire.tangents[i] =
                 (wire.tangents[i - 1] + 0.15 * Vec3(within(random), within(random), within(random)))
@@ -142,7 +140,7 @@ TEST(Coaxial, TheGradientAgreesWithDifferencesForTwoRolls) {
             Vec3 a, b;
             tangent_basis(wire.tangents[i], a, b);
             const auto total = [&](const Eigen::VectorXd& t) {
-                Guidewire turned = wire;
+                Chain turned = wire;
                 turned.tangents[i] = (wire.tangents[i] + t[0] * a + t[1] * b).normalized();
                 rebuild_joints(turned);
                 return total_energy(turned, all_contacts(turned, wall)).total();
@@ -156,8 +154,8 @@ TEST(Coaxial, TheGradientAgreesWithDifferencesForTwoRolls) {
         const auto loads = hub_loads(wire, contacts);
         for (int k : {0, 1}) {
             const auto total = [&](double turn) {
-                Guidewire turned = wire;
-                rotate_device(turned, k, turn);
+                Chain turned = wire;
+                rotate(turned, k, turn);
                 return total_energy(turned, contacts).total();
             };
             EXPECT_NEAR(loads[k].torque, (total(1e-4) - total(-1e-4)) / 2e-4, 1e-6);
@@ -173,8 +171,8 @@ struct InAVessel {
         DeviceSpec inner = angled_wire(), outer = cobra();
         inner.friction = outer.friction = friction;
         if (!shaped) outer.shape.clear();
-        wire = coaxial_chain({on_chain(inner, wire_inside), on_chain(outer, catheter_inside)}, 2,
-                             wall.centreline());
+        wire = chain_along({on_chain(inner, wire_inside), on_chain(outer, catheter_inside)}, {2},
+                           wall.centreline());
         hub.settle(wire, plenty);
         start_grips(wire);
         if (friction > 0) hub.settle(wire, plenty);
@@ -198,7 +196,7 @@ struct InAVessel {
 
     TubeWall wall;
     Hub hub;
-    Guidewire wire;
+    Chain wire;
 };
 
 TEST(Coaxial, ACatheterOverAFixedWireAndBackLeavesItAsItWas) {
@@ -265,8 +263,9 @@ TEST(Coaxial, TheHandsWorkIsTheChangeOfEnergy) {
 TEST(Coaxial, ShaftsThatWindUpRestWhereTheirTorquesBalance) {
     for (const auto& [wire_gj, catheter_gj] : {std::pair(400.0, 0.0), {0.0, 800.0}, {400.0, 800.0}}) {
         InAVessel vessel(170, 0);
-        vessel.wire.devices[0].spec.torsional_rigidity = wire_gj;
-        vessel.wire.devices[1].spec.torsional_rigidity = catheter_gj;
+        vessel.wire.devices[0].spec.sections = angled_wire(wire_gj).sections;
+        vessel.wire.devices[1].spec.sections = cobra(catheter_gj).sections;
+        assign(vessel.wire);
         vessel.hub.settle(vessel.wire, plenty);
         vessel.move(1, 150);
         double turned[2] = {0, 0};
@@ -286,9 +285,9 @@ TEST(Coaxial, ShaftsThatWindUpRestWhereTheirTorquesBalance) {
             EXPECT_LT(vessel.energy() - before, work + 0.02 * std::abs(work) + 2e-3);
         }
         for (int k : {0, 1}) {
-            const CoaxialDevice& device = vessel.wire.devices[k];
+            const Device& device = vessel.wire.devices[k];
             EXPECT_NEAR(std::remainder(device.roll + device.windup - turned[k], 2 * M_PI), 0, 1e-9);
-            EXPECT_EQ(device.windup != 0, device.spec.torsional_rigidity > 0);
+            EXPECT_EQ(device.windup != 0, device.spec.twists());
         }
     }
 }
@@ -299,7 +298,8 @@ TEST(Coaxial, AStifferShaftFollowsItsHubCloser) {
     for (const double gj : {50.0, 200.0, 800.0, 1e5}) {
         InAVessel vessel(150, 150);
         vessel.move(0, -150);
-        vessel.wire.devices[1].spec.torsional_rigidity = gj;
+        vessel.wire.devices[1].spec.sections = cobra(gj).sections;
+        assign(vessel.wire);
         vessel.hub.settle(vessel.wire, plenty);
         vessel.move(1, 0, 40 * degree);
         const double lag = std::abs(vessel.wire.devices[1].windup);
@@ -314,8 +314,9 @@ TEST(Coaxial, AStifferShaftFollowsItsHubCloser) {
 TEST(Coaxial, WithoutABendOnTheChainAShaftDoesNotWindUp) {
     InAVessel vessel(150, 0);
     DeviceSpec& spec = vessel.wire.devices[1].spec;
-    spec.torsional_rigidity = 400;
+    spec.sections = cobra(400).sections;
     spec.shape = {{30, 0, 0}, {15, 1, 0}};  // straight before the bend
+    assign(vessel.wire);
     vessel.hub.settle(vessel.wire, plenty);
     vessel.move(1, 10);
     vessel.move(1, 0, 0.5);
@@ -335,7 +336,7 @@ TEST(Coaxial, AThickDeviceLiesFartherFromTheWall) {
     vessel.move(0, -150);
     const auto contacts = all_contacts(vessel.wire, vessel.wall);
     for (int j = 1; j < vessel.wire.segments() - 2; ++j) {
-        EXPECT_NEAR(vessel.wire.thickness_at(j), 0.5 * (1.67 - 0.889), 1e-12);
+        EXPECT_NEAR(vessel.wire.thickness[j], 0.5 * (1.67 - 0.889), 1e-12);
         EXPECT_NEAR(contacts[j].room, 4.0 - 0.45 - 0.5 * (1.67 - 0.889), 1e-12);
     }
 }
@@ -362,7 +363,7 @@ TEST(Coaxial, MotionsNobodyChoseEndAtRestInsideTheVessel) {
             const double mm = std::abs(within(random)) < 0.5 ? 0 : 1.0 * within(random) + 0.25;
             const double turn = mm == 0 ? 10 * degree * within(random) : 0;
             double longest = 0;
-            for (const CoaxialDevice& d : vessel.wire.devices) longest = std::max(longest, d.inserted);
+            for (const Device& d : vessel.wire.devices) longest = std::max(longest, d.inserted);
             if (longest > 230 && mm > 0) continue;
             const HubReport report = vessel.hub.move(vessel.wire, {mm, turn, device}, plenty);
             ASSERT_NE(report.outcome, HubReport::Outcome::Working);

@@ -10,13 +10,13 @@ using namespace geometry;
 using namespace physics;
 
 namespace {
-void turn_some(Guidewire& wire, int i, double by) {
+void turn_some(Chain& wire, int i, double by) {
     wire.tangents[i] = (wire.tangents[i] + by * Vec3(0.3, -0.8, 0.5)).normalized();
     rebuild_joints(wire, i);
 }
 
 /// Shifts the distal part of the wire by about 2 mm, through the wall.
-void press_aside(Guidewire& wire) {
+void press_aside(Chain& wire) {
     for (int i = 10; i < 30; ++i) turn_some(wire, i, 0.1);
 }
 }  // namespace
@@ -49,7 +49,7 @@ TEST(ContactSet, ForgetsAnEvaluationThatIsNotCommitted) {
     ContactSet set(wall);
     set.reset(wire);
     const double energy = set.energy(wire.joints, 1);
-    Guidewire moved = wire;
+    Chain moved = wire;
     turn_some(moved, 10, 0.1);
     EXPECT_NE(set.evaluate(moved.joints, 10), energy);
     EXPECT_EQ(set.energy(wire.joints, 1), energy);
@@ -107,7 +107,7 @@ TEST(ContactSet, AsksAgainOnlyForJointsThatMoved) {
     set.update(wire);
     EXPECT_EQ(set.queries(), wire.segments());
     turn_some(wire, 190, 0.2);
-    insert_segment(wire);
+    move(wire, wire.grid.segment_length);
     set.update(wire);
     EXPECT_LE(set.queries(), wire.segments() + 12);
     const auto fresh = all_contacts(wire, wall);
@@ -163,11 +163,11 @@ public:
 };
 
 /// A wire along the first vessel whose distal joints are held by the second.
-Guidewire drawn_back(double x, double y, int held) {
-    GuidewireSpec spec;
+Chain drawn_back(double x, double y, int held) {
+    studies::PlainWire spec;
     spec.segment_length = 1;
     spec.curved_angle = spec.curved_length = 0;
-    Guidewire wire = wire_along(spec, Polyline{{0, 0, 0}, {x, 0, 0}, {x, y + 5, 0}}, static_cast<int>(x + y));
+    Chain wire = wire_along(spec, Polyline{{0, 0, 0}, {x, 0, 0}, {x, y + 5, 0}}, static_cast<int>(x + y));
     for (int i = 0; i <= wire.segments(); ++i) wire.stations[i] = i > wire.segments() - held ? 1 : 0;
     return wire;
 }
@@ -176,7 +176,7 @@ Guidewire drawn_back(double x, double y, int held) {
 
 TEST(ContactSet, ATipDrawnBackOutOfASideBranchIsHeldByTheVesselItCameInto) {
     const TwoVessels wall;
-    const Guidewire wire = drawn_back(24, 2, 3);  // 4 mm past the branch's axis, well inside the first vessel
+    const Chain wire = drawn_back(24, 2, 3);  // 4 mm past the branch's axis, well inside the first vessel
     ContactSet set(wall);
     set.reset(wire);
     ASSERT_EQ(set.touching(), 3);
@@ -192,7 +192,7 @@ TEST(ContactSet, ATipDrawnBackOutOfASideBranchIsHeldByTheVesselItCameInto) {
 TEST(ContactSet, AJointBesideTheMouthKeepsTheContactThatIsLessDeep) {
     const TwoVessels wall;
     // The tip is 1.7 mm from the branch's axis, 0.2 mm in its wall, and 5 mm from the first vessel's: 2 mm.
-    const Guidewire wire = drawn_back(21.7, 5, 5);
+    const Chain wire = drawn_back(21.7, 5, 5);
     ContactSet set(wall);
     set.reset(wire);
     const int tip = wire.segments();
@@ -207,7 +207,7 @@ TEST(ContactSet, AJointBesideTheMouthKeepsTheContactThatIsLessDeep) {
 
 TEST(ContactSet, NoJointInItsOwnVesselLooksElsewhere) {
     const TwoVessels wall;
-    Guidewire wire = drawn_back(24, 2, 0);
+    Chain wire = drawn_back(24, 2, 0);
     ContactSet set(wall);
     set.reset(wire);
     const long long asked = set.queries();

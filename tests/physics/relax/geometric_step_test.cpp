@@ -16,7 +16,7 @@ using namespace physics;
 namespace {
 
 /// The bending of three segments of a wire, their neighbours fixed.
-SegmentProblem bending_of(const Guidewire& wire, int first, int count = 3) {
+SegmentProblem bending_of(const Chain& wire, int first, int count = 3) {
     SegmentProblem p;
     p.count = count;
     for (auto& row : p.curvature) row.fill(Mat3::Zero());
@@ -32,7 +32,7 @@ SegmentProblem bending_of(const Guidewire& wire, int first, int count = 3) {
     return p;
 }
 
-std::array<double, 3> lengths_of(const Guidewire& wire, int first) {
+std::array<double, 3> lengths_of(const Chain& wire, int first) {
     return {wire.lengths[first], wire.lengths[first + 1], wire.lengths[first + 2]};
 }
 
@@ -41,13 +41,13 @@ Vec3 chord(const std::array<double, 3>& lengths, const GeometricStep::Tangents& 
 }
 
 /// A bent wire whose segments are of several lengths.
-Guidewire uneven_wire() {
-    Guidewire wire = bent_wire(24, 0.0);
+Chain uneven_wire() {
+    Chain wire = bent_wire(24, 0.0);
     for (const int i : {4, 9, 10, 17}) split_segment(wire, i, 0.3);
     return wire;
 }
 
-double energy_with(Guidewire wire, int first, int count, const GeometricStep::Tangents& v) {
+double energy_with(Chain wire, int first, int count, const GeometricStep::Tangents& v) {
     for (int m = 0; m < count; ++m) wire.tangents[first + m] = v[m];
     return bending_energy(wire);
 }
@@ -56,7 +56,7 @@ double energy_with(Guidewire wire, int first, int count, const GeometricStep::Ta
 
 TEST(NeighbourCurvature, IsTheMixedSecondDerivativeOfTheBending) {
     // Eq. 1 with both segments of a joint varied: quadratic in ε_i, ε_j but for terms of third order.
-    const Guidewire wire = bent_wire(12, 0.0);
+    const Chain wire = bent_wire(12, 0.0);
     const Mat3 mixed = neighbour_curvature(wire, 5);
     const auto energy = [&](const Vec3& di, const Vec3& dj) {
         const double c = wire.spring_constant(5), k = (wire.tangents[5] + di).dot(wire.tangents[6] + dj);
@@ -72,7 +72,7 @@ TEST(NeighbourCurvature, IsTheMixedSecondDerivativeOfTheBending) {
 }
 
 TEST(GeometricStep, LeavesBothEndsOfAPieceOfUnequalSegmentsWhereTheyAre) {
-    const Guidewire wire = uneven_wire();
+    const Chain wire = uneven_wire();
     for (int first = 1; first + 2 <= wire.segments(); ++first) {
         const auto lengths = lengths_of(wire, first);
         const SegmentProblem p = bending_of(wire, first);
@@ -90,7 +90,7 @@ TEST(GeometricStep, LeavesBothEndsOfAPieceOfUnequalSegmentsWhereTheyAre) {
 }
 
 TEST(GeometricStep, LowersTheEnergyAndEndsWhereItsSlopeVanishes) {
-    Guidewire wire = uneven_wire();
+    Chain wire = uneven_wire();
     const int first = 9;
     const auto lengths = lengths_of(wire, first);
     double before = bending_energy(wire);
@@ -121,7 +121,7 @@ TEST(GeometricStep, LowersTheEnergyAndEndsWhereItsSlopeVanishes) {
 }
 
 TEST(GeometricStep, AStretchedPieceStays) {
-    const Guidewire wire = uniform_wire(50, 1, {0, 0, 0}, {1, 0, 0}, std::vector<Vec3>(6, Vec3::UnitX()));
+    const Chain wire = uniform_wire(50, 1, {0, 0, 0}, {1, 0, 0}, std::vector<Vec3>(6, Vec3::UnitX()));
     SegmentProblem p = bending_of(wire, 2);
     p.pull[0] += Vec3(0, 3, 0);  // pushed aside, but as long as its chord
     const auto v = GeometricStep(p, {1, 1, 1}, true).turned(1, 0.1);
@@ -132,12 +132,12 @@ TEST(GeometricStep, AStretchedPieceStays) {
 
 TEST(GeometricRelaxer, MovesOnlyThePieceThatItUpdates) {
     auto [wall, start] = scene_setup("hairpin");
-    Guidewire wire = wire_along(start.spec, wall.centreline(), 70);
+    Chain wire = wire_along(start.devices[0].spec, start.grid, wall.centreline(), 70);
     RelaxerConfig config;
     config.kind = RelaxerKind::Geometric;
-    Guidewire last = wire;
+    Chain last = wire;
     bool moved = false;
-    make_relaxer(config, wall)->relax(wire, {1500, 0, 0}, [&](int first, const Guidewire& now) {
+    make_relaxer(config, wall)->relax(wire, {1500, 0, 0}, [&](int first, const Chain& now) {
         for (int i = 0; i <= 70; ++i) {
             if (i >= first && i <= (first + 2 <= 70 ? first + 1 : 70)) {
                 moved = moved || now.joints[i] != last.joints[i];
@@ -156,7 +156,7 @@ TEST(GeometricRelaxer, EnergyNeverRisesAloneOrCombinedForUnequalSegmentsToo) {
         for (const bool uneven : {false, true}) {
             const SceneSetup scene = scene_setup("hairpin");
             const TubeWall& wall = scene.wall;
-            Guidewire wire = wire_along(scene.wire.spec, wall.centreline(), 60);
+            Chain wire = wire_along(scene.wire.devices[0].spec, scene.wire.grid, wall.centreline(), 60);
             if (uneven)
                 for (int i = 40; i > 8; i -= 3) split_segment(wire, i, 0.35);
             rebuild_joints(wire);

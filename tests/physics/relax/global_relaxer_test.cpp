@@ -13,7 +13,7 @@ using namespace physics;
 
 namespace {
 
-void expect_equilibrium(const Guidewire& wire, const LumenWall& wall, const RelaxReport& report) {
+void expect_equilibrium(const Chain& wire, const LumenWall& wall, const RelaxReport& report) {
     EXPECT_TRUE(report.converged());
     EXPECT_TRUE(report.strict_minimum());
     EXPECT_LE(report.gradient, 1e-8);
@@ -74,12 +74,12 @@ TEST(GlobalRelaxer, IsAtEquilibriumAfterEveryPush) {
     for (const Listed& scene : listed) {
         auto [wall, wire] = scene_setup(scene.scene);
         const int segments = wire.segments();
-        wire = wire_along(wire.spec, wall.centreline(), 20);
+        wire = wire_along(wire.devices[0].spec, wire.grid, wall.centreline(), 20);
         auto relaxer = global_relaxer(wall);
         relaxer->relax(wire, unlimited);
         int unconverged = 0;
         while (wire.segments() < segments) {
-            insert_segment(wire);
+            move(wire, wire.grid.segment_length);
             const RelaxReport report = relaxer->relax(wire, unlimited);
             unconverged += !report.converged();
             ASSERT_LT(report.largest_bend, 0.5) << scene.scene << " at " << wire.segments();
@@ -94,7 +94,7 @@ TEST(GlobalRelaxer, IsAtEquilibriumAfterEveryPush) {
 
 TEST(GlobalRelaxer, GoesWhereThePapersRelaxerGoes) {
     auto [wall, wire] = scene_setup("hairpin");
-    Guidewire other = wire;
+    Chain other = wire;
     global_relaxer(wall)->relax(wire, unlimited);
     paper_relaxer(wall)->relax(other, whole_cycles(other.segments(), 100));
     double farthest = 0;
@@ -107,7 +107,7 @@ TEST(GlobalRelaxer, DoesNoWorkWhereNothingChanged) {
     auto [wall, wire] = scene_setup("hairpin");
     auto relaxer = global_relaxer(wall);
     relaxer->relax(wire, unlimited);
-    const Guidewire before = wire;
+    const Chain before = wire;
     const RelaxReport report = relaxer->relax(wire, unlimited);
     EXPECT_EQ(report.newton_steps, 0);
     EXPECT_EQ(report.updates, 0);
@@ -125,8 +125,8 @@ TEST(GlobalRelaxer, WorksAtTheTipOfALongWireFirst) {
     relaxer->relax(wire, unlimited);
     long long windows = 0, wholes = 0;
     for (int k = 0; k < 30; ++k) {
-        insert_segment(wire);
-        Guidewire other = wire;
+        move(wire, wire.grid.segment_length);
+        Chain other = wire;
         const RelaxReport report = relaxer->relax(wire, unlimited);
         expect_equilibrium(wire, wall, report);
         const RelaxReport whole = global_relaxer(wall)->relax(other, unlimited);
@@ -144,9 +144,9 @@ TEST(GlobalRelaxer, GoesByItsOptionsAndEndsForOneReason) {
         GlobalRelaxer relaxer(config, wall, options);
         EXPECT_EQ(relaxer.last_report().termination, Termination::NotStarted);
         EXPECT_EQ(relaxer.relax(wire, unlimited).termination, Termination::StrictMinimum);
-        remove_segment(wire);
+        move(wire, -wire.grid.segment_length);
         relaxer.relax(wire, unlimited);
-        insert_segment(wire);
+        move(wire, wire.grid.segment_length);
         return std::pair(relaxer.relax(wire, {updates, 0, 0}), wire);
     };
     const auto [usual, usual_wire] = push({}, unlimited.updates);
@@ -162,7 +162,7 @@ TEST(GlobalRelaxer, GoesByItsOptionsAndEndsForOneReason) {
     careful.trust.step_share = 0.01;
     const auto [short_steps, careful_wire] = push(careful, unlimited.updates);
     EXPECT_GT(short_steps.newton_steps, usual.newton_steps);
-    for (const Guidewire* other : {&wide_wire, &careful_wire})  // of any options the rest is the same
+    for (const Chain* other : {&wide_wire, &careful_wire})  // of any options the rest is the same
         EXPECT_LT((other->tip() - usual_wire.tip()).norm(), 1e-5);
 
     EXPECT_EQ(push(careful, 80).first.termination, Termination::OutOfBudget);
@@ -180,10 +180,10 @@ TEST(GlobalRelaxer, SpendsAShortBudgetAtTheTip) {
     auto [wall, wire] = scene_setup("sinuous");
     auto relaxer = global_relaxer(wall);
     relaxer->relax(wire, unlimited);
-    remove_segment(wire);
+    move(wire, -wire.grid.segment_length);
     relaxer->relax(wire, unlimited);
-    insert_segment(wire);
-    const Guidewire before = wire;
+    move(wire, wire.grid.segment_length);
+    const Chain before = wire;
     const double energy = energy_of(wire, wall);
     const RelaxReport report = relaxer->relax(wire, {80, 0, 0});
     EXPECT_FALSE(report.converged());
@@ -213,7 +213,7 @@ TEST(GlobalRelaxer, KeepsToItsBudgetAndReturnsALowerState) {
 
 TEST(GlobalRelaxer, LeavesExactSymmetry) {
     // Pressed head-on along its axis, and folded back on itself exactly.
-    Guidewire pressed = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, std::vector<Vec3>(40, Vec3::UnitX()));
+    Chain pressed = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, std::vector<Vec3>(40, Vec3::UnitX()));
     const TubeWall cap({{-1, 0, 0}, {38.5, 0, 0}}, 1.0, 42);
     const double before = energy_of(pressed, cap);
     RelaxReport report = global_relaxer(cap)->relax(pressed, unlimited);
@@ -223,7 +223,7 @@ TEST(GlobalRelaxer, LeavesExactSymmetry) {
 
     std::vector<Vec3> tangents(40, Vec3::UnitX());
     for (int i = 20; i < 40; ++i) tangents[i] = -Vec3::UnitX();
-    Guidewire folded = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, tangents);
+    Chain folded = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, tangents);
     const TubeWall tube({{-30, 0, 0}, {60, 0, 0}}, 3.0, 42);
     report = global_relaxer(tube)->relax(folded, unlimited);
     EXPECT_TRUE(validate(folded).empty());
@@ -239,7 +239,7 @@ TEST(GlobalRelaxer, AFoldedWireStaysFolded) {
         tangents.emplace_back(std::cos(angle), std::sin(angle), 0);
     }
     for (int i = 0; i < 20; ++i) tangents.push_back(-Vec3::UnitX());
-    Guidewire wire = uniform_wire(50, 1.0, {0, -3.8, 0}, {1, 0, 0}, tangents);
+    Chain wire = uniform_wire(50, 1.0, {0, -3.8, 0}, {1, 0, 0}, tangents);
     const TubeWall wall({{-30, 0, 0}, {60, 0, 0}}, 4.5, 42);
     const RelaxReport report = global_relaxer(wall)->relax(wire, unlimited);
     expect_equilibrium(wire, wall, report);
@@ -248,19 +248,19 @@ TEST(GlobalRelaxer, AFoldedWireStaysFolded) {
 }
 
 TEST(GlobalRelaxer, RotatesACurvedTipAgainstAWallUnderItsWeight) {
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 1;
     spec.curved_angle = 1.2;
     const Polyline line = anatomy::draw(anatomy::find_scene("spatial")->path);
     const TubeWall wall(line, 2.0, 20, 0.44);
-    Guidewire wire = wire_along(spec, line, 100);
+    Chain wire = wire_along(spec, line, 100);
     wire.load = Vec3(0, 0, -1e-3);
     auto relaxer = global_relaxer(wall);
     expect_equilibrium(wire, wall, relaxer->relax(wire, unlimited));
     double torque = 0;
     int steps = 0;
     for (int k = 0; k < 36; ++k) {
-        rotate(wire, 10 * M_PI / 180);
+        rotate(wire, every_device, 10 * M_PI / 180);
         const RelaxReport report = relaxer->relax(wire, unlimited);
         expect_equilibrium(wire, wall, report);
         torque = std::max(torque, std::abs(report.base_torque));
@@ -268,8 +268,8 @@ TEST(GlobalRelaxer, RotatesACurvedTipAgainstAWallUnderItsWeight) {
         // The torque is the energy's change with the hub's turn.
         if (k % 12 == 0) {
             auto energy_at = [&](double angle) {
-                Guidewire turned = wire;
-                rotate(turned, angle);
+                Chain turned = wire;
+                rotate(turned, every_device, angle);
                 return energy_of(turned, wall);
             };
             const double slope = (energy_at(1e-5) - energy_at(-1e-5)) / 2e-5;
@@ -285,23 +285,23 @@ TEST(GlobalRelaxer, MirroredSceneGivesTheMirroredWire) {
     const Polyline path = anatomy::draw(anatomy::find_scene("spatial")->path);
     Polyline mirrored = path;
     for (Vec3& p : mirrored) p.z() = -p.z();
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     auto run = [&](const Polyline& line, double sign, const Vec3& load) {
         const TubeWall wall(line, 2.0, 40, 0.44);
-        Guidewire wire = wire_along(spec, line, 40);
+        Chain wire = wire_along(spec, line, 40);
         wire.base_director = Vec3::UnitY();
         wire.load = load;
         auto relaxer = global_relaxer(wall);
         for (int k = 0; k < 15; ++k) {
             move(wire, 2);
-            rotate(wire, sign * 0.15);
+            rotate(wire, every_device, sign * 0.15);
             relaxer->relax(wire, unlimited);
         }
         return wire;
     };
     for (const double weight : {0.0, 0.01}) {
-        const Guidewire one = run(path, 1, weight * Vec3(0.3, -0.5, 0.8));
-        const Guidewire other = run(mirrored, -1, weight * Vec3(0.3, -0.5, -0.8));
+        const Chain one = run(path, 1, weight * Vec3(0.3, -0.5, 0.8));
+        const Chain other = run(mirrored, -1, weight * Vec3(0.3, -0.5, -0.8));
         for (int i = 0; i <= one.segments(); ++i) {
             const Vec3 image(other.joints[i].x(), other.joints[i].y(), -other.joints[i].z());
             EXPECT_LT((one.joints[i] - image).norm(), 1e-5) << i;
@@ -312,7 +312,7 @@ TEST(GlobalRelaxer, MirroredSceneGivesTheMirroredWire) {
 TEST(GlobalRelaxer, HoldsUpTheWiresWeightAtTheIntroducer) {
     // A wire that hangs straight down, and one that stands.
     for (const double up : {-1.0, 1.0}) {
-        Guidewire wire = uniform_wire(50, 1.0, {0, 0, 0}, {0, 0, up}, std::vector<Vec3>(40, Vec3(0, 0, up)));
+        Chain wire = uniform_wire(50, 1.0, {0, 0, 0}, {0, 0, up}, std::vector<Vec3>(40, Vec3(0, 0, up)));
         const TubeWall wall({{0, 0, -100}, {0, 0, 100}}, 20.0, 40);
         wire.load = Vec3(0, 0, -1e-3);
         const RelaxReport report = global_relaxer(wall)->relax(wire, unlimited);
@@ -326,7 +326,7 @@ TEST(GlobalRelaxer, AStandingWireBucklesUnderItsWeightWhereGreenhillSays) {
     const double length = 100, critical = 7.8373 * 50 / std::pow(length, 3);
     const TubeWall wall({{0, 0, -100}, {0, 0, 200}}, 150.0, 40);
     for (const double share : {0.99, 1.01}) {
-        Guidewire wire = uniform_wire(50, 0.5, {0, 0, 0}, {0, 0, 1}, std::vector<Vec3>(200, Vec3::UnitZ()));
+        Chain wire = uniform_wire(50, 0.5, {0, 0, 0}, {0, 0, 1}, std::vector<Vec3>(200, Vec3::UnitZ()));
         wire.load = Vec3(0, 0, -share * critical);
         const RelaxReport report = global_relaxer(wall)->relax(wire, unlimited);
         expect_equilibrium(wire, wall, report);
@@ -355,7 +355,7 @@ TEST(GlobalRelaxer, RestsWhereTheWallJumpsBetweenTwoVessels) {
     constexpr int cases = 1000;
     std::mt19937 random(seed);
     const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 1;
     int restless = 0, crossed = 0;
     for (int k = 0; k < cases; ++k) {
@@ -363,7 +363,7 @@ TEST(GlobalRelaxer, RestsWhereTheWallJumpsBetweenTwoVessels) {
         const TwoFields wall(jump);
         const double x = -0.2 * unit();
         const Polyline path{Vec3(x, 0, -1e-3), Vec3(x, 40, -1e-3)};
-        Guidewire wire = wire_along(spec, path, 40);
+        Chain wire = wire_along(spec, path, 40);
         // Across the border, slightly or far, and onto the wall [N/mm].
         wire.load = Vec3(std::pow(10, -6 + 3 * unit()), 0, 0.02 * unit());
         for (int& station : wire.stations) station = 0;
@@ -396,7 +396,7 @@ TEST(GlobalRelaxer, ColdStartsComeToRestHoweverTheirBudgetIsCut) {
             angle += way * bend;
         }
         const TubeWall wall({{0, 0, 0}, {2 * lambda * segments, 0, 0}}, radius, stiffness);
-        Guidewire wire =
+        Chain wire =
             uniform_wire(rigidity, lambda, Vec3::Zero(), {std::cos(clamp), std::sin(clamp), 0}, tangents);
         GlobalRelaxer relaxer({}, wall);
         RelaxReport report;
@@ -413,9 +413,9 @@ TEST(GlobalRelaxer, GoesOnWithItsTrustRegionAndSavesIt) {
     const double lambda = 0.5;
     std::vector<Vec3> tangents(segments, Vec3(std::cos(0.2), std::sin(0.2), 0));
     const TubeWall wall({{0, 0, 0}, {60, 0, 0}}, 5, 1e4);
-    Guidewire wire = uniform_wire(50, lambda, Vec3::Zero(), {std::cos(M_PI / 6), 0.5, 0}, tangents);
+    Chain wire = uniform_wire(50, lambda, Vec3::Zero(), {std::cos(M_PI / 6), 0.5, 0}, tangents);
     GlobalRelaxer relaxer({}, wall), restored({}, wall);
-    Guidewire other;
+    Chain other;
     RelaxReport report;
     int calls = 0;
     for (; calls < 200 && !report.converged(); ++calls) {

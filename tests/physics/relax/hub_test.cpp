@@ -19,7 +19,7 @@ using Outcome = HubReport::Outcome;
 constexpr int all_it_takes = 1'000'000'000;
 
 /// Feeds part by part; false where a part was refused.
-bool feed_at(Hub& hub, Guidewire& wire, double mm) {
+bool feed_at(Hub& hub, Chain& wire, double mm) {
     while (std::abs(mm) > 1e-12) {
         const HubReport report = hub.move(wire, {mm, 0}, all_it_takes);
         if (report.outcome != Outcome::AtRest) return false;
@@ -28,8 +28,8 @@ bool feed_at(Hub& hub, Guidewire& wire, double mm) {
     return true;
 }
 
-GuidewireSpec tipped(double lambda) {
-    GuidewireSpec spec;
+studies::PlainWire tipped(double lambda) {
+    studies::PlainWire spec;
     spec.segment_length = lambda;
     spec.tip_length = 12;
     spec.transition_length = 30;
@@ -64,7 +64,7 @@ TEST(Hub, TakesTheGlobalRelaxerAlone) {
 TEST(Hub, LetsInWhatIsAskedForAndTheTipFollowsSmoothly) {
     const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall);
-    Guidewire wire = wire_of_length(tipped(2), vessel.line, 61.3);
+    Chain wire = wire_of_length(tipped(2), vessel.line, 61.3);
     hub.settle(wire, all_it_takes);
     Vec3 tip = wire.tip();
     double asked = 61.3, largest = 0;
@@ -83,7 +83,7 @@ TEST(Hub, LetsInWhatIsAskedForAndTheTipFollowsSmoothly) {
 TEST(Hub, LosesNothingWhereTheHandTurnsRound) {
     const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall);
-    Guidewire wire = wire_of_length(tipped(2), vessel.line, 90);
+    Chain wire = wire_of_length(tipped(2), vessel.line, 90);
     hub.settle(wire, all_it_takes);
     ASSERT_TRUE(feed_at(hub, wire, 7.3));
     const Vec3 tip = wire.tip();
@@ -99,8 +99,8 @@ TEST(Hub, SegmentsDependOnTheLengthAloneHoweverItWasFed) {
     for (int trial = 0; trial < 6; ++trial) {
         const double lambda = 0.7 + 0.4 * trial;
         Hub hub({}, vessel.wall);
-        const double start = least_length(tipped(lambda)) + 30;
-        Guidewire wire = wire_of_length(tipped(lambda), vessel.line, start);
+        const double start = 2 * lambda + 30;
+        Chain wire = wire_of_length(tipped(lambda), vessel.line, start);
         hub.settle(wire, all_it_takes);
         double asked = start;
         for (int k = 0; k < 60; ++k) {
@@ -108,24 +108,24 @@ TEST(Hub, SegmentsDependOnTheLengthAloneHoweverItWasFed) {
             ASSERT_TRUE(feed_at(hub, wire, mm)) << "trial " << trial << ", motion " << k;
             asked += mm;
             ASSERT_NEAR(wire.inserted_length(), asked, 1e-9);
-            const Guidewire fresh = wire_of_length(tipped(lambda), vessel.line, asked);
+            const Chain fresh = wire_of_length(tipped(lambda), vessel.line, asked);
             ASSERT_EQ(wire.segments(), fresh.segments()) << "trial " << trial << ", motion " << k;
             for (int i = 1; i <= wire.segments(); ++i) ASSERT_NEAR(wire.lengths[i], fresh.lengths[i], 1e-9);
             for (int i = 0; i < wire.segments(); ++i) {
-                ASSERT_NEAR(wire.rest_angle[i], fresh.rest_angle[i], 1e-12);
+                ASSERT_NEAR(wire.devices[0].rest[i].angle, fresh.devices[0].rest[i].angle, 1e-9);
                 ASSERT_NEAR(wire.rigidity[i], fresh.rigidity[i], 1e-6 * fresh.rigidity[i]);
             }
         }
     }
 }
 
-TEST(Hub, WithdrawsToTheCurvedTipAndNoFarther) {
+TEST(Hub, WithdrawsToTwoSegmentsAndNoFarther) {
     const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall);
-    Guidewire wire = wire_of_length(tipped(2), vessel.line, 30);
+    Chain wire = wire_of_length(tipped(2), vessel.line, 30);
     hub.settle(wire, all_it_takes);
     for (int k = 0; k < 40; ++k) hub.move(wire, {-2, 0}, all_it_takes);
-    EXPECT_NEAR(wire.inserted_length(), least_length(wire.spec), 1e-9);
+    EXPECT_NEAR(wire.inserted_length(), least_length(wire.grid), 1e-9);
     EXPECT_EQ(hub.move(wire, {-2, 0}, all_it_takes).made.feed, 0);
     EXPECT_TRUE(validate(wire).empty());
 }
@@ -133,11 +133,11 @@ TEST(Hub, WithdrawsToTheCurvedTipAndNoFarther) {
 TEST(Hub, GoesOnWhereItsBudgetEndedAndComesToTheSameRest) {
     const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall), other({}, vessel.wall);
-    Guidewire wire = wire_of_length(tipped(2), vessel.line, 120);
+    Chain wire = wire_of_length(tipped(2), vessel.line, 120);
     hub.settle(wire, all_it_takes);
-    Guidewire whole = wire;
+    Chain whole = wire;
     other.settle(whole, all_it_takes);
-    const Guidewire before = wire;
+    const Chain before = wire;
     HubReport report = hub.move(wire, {0, Hub::largest_turn}, 1);
     ASSERT_EQ(report.outcome, Outcome::Working);
     EXPECT_EQ(hub.last_rest().tangents, before.tangents);
@@ -155,16 +155,16 @@ TEST(Hub, RefusesWhatLeadsThroughTheWallAndLeavesTheWireAsItWas) {
     const Polyline line = anatomy::draw(std::vector<anatomy::PenMove>{
         anatomy::Run{60}, anatomy::Arc{2.5, 3.0, Vec3::UnitZ()}, anatomy::Run{60}});
     const TubeWall wall(line, 2, 0.05);
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 2;
     spec.shaft_rigidity = spec.tip_rigidity = 2000;
     spec.curved_length = spec.curved_angle = 0;
     Hub hub({}, wall);
-    Guidewire wire = wire_of_length(spec, line, 40);
+    Chain wire = wire_of_length(spec, line, 40);
     hub.settle(wire, all_it_takes);
     bool refused = false;
     for (int k = 0; k < 40 && !refused; ++k) {
-        const Guidewire before = wire;
+        const Chain before = wire;
         refused = !feed_at(hub, wire, 1);
         const auto contacts = all_contacts(wire, wall);
         ASSERT_LE(largest_penetration(contacts), 2.0);
@@ -180,7 +180,7 @@ TEST(Hub, RefusesWhatLeadsThroughTheWallAndLeavesTheWireAsItWas) {
 TEST(Hub, EnergyRisesByTheWorkOfTheHand) {
     const SmoothVessel vessel = smooth_vessel();
     Hub hub({}, vessel.wall);
-    Guidewire wire = wire_of_length(tipped(2), vessel.line, 100);
+    Chain wire = wire_of_length(tipped(2), vessel.line, 100);
     HubReport report = hub.settle(wire, all_it_takes);
     for (int k = 0; k < 60; ++k) {
         const double before = energy_of(wire, vessel.wall), torque_before = report.relax.base_torque;
@@ -197,31 +197,31 @@ TEST(Hub, EnergyRisesByTheWorkOfTheHand) {
 /// refused.
 TEST(Hub, PushesAWireThroughTheOnsetOfItsHelix) {
     const TubeWall wall({{0, 0, 0}, {300, 0, 0}}, 1, 50);
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 2;
     spec.shaft_rigidity = spec.tip_rigidity = 50;
     spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
     Hub hub({}, wall);
-    Guidewire wire = wire_of_length(spec, {{0, 0, 0}, {300, 0, 0}}, 296);
+    Chain wire = wire_of_length(spec, {{0, 0, 0}, {300, 0, 0}}, 296);
     hub.settle(wire, all_it_takes);
     for (int k = 0; k < 60; ++k) {
         const HubReport report = hub.move(wire, {1, 0}, all_it_takes);
         ASSERT_EQ(report.outcome, Outcome::AtRest) << "push " << k;
         ASSERT_LE(relative_gradient(wire, all_contacts(wire, wall)), 2e-8) << "push " << k;
     }
-    EXPECT_GT(wire.inserted_length(), 320);
+    EXPECT_GT(wire.inserted_length(), 310);
 }
 
 TEST(Hub, RefusesTheSameAgainWithoutWorkUntilTheWireHasMoved) {
     const Polyline line = anatomy::draw(std::vector<anatomy::PenMove>{
         anatomy::Run{60}, anatomy::Arc{2.5, 3.0, Vec3::UnitZ()}, anatomy::Run{60}});
     const TubeWall wall(line, 2, 0.05);
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 2;
     spec.shaft_rigidity = spec.tip_rigidity = 2000;
     spec.curved_length = spec.curved_angle = 0;
     Hub hub({}, wall);
-    Guidewire wire = wire_of_length(spec, line, 40);
+    Chain wire = wire_of_length(spec, line, 40);
     hub.settle(wire, all_it_takes);
     HubReport report;
     for (int k = 0; k < 40 && report.outcome == Outcome::AtRest; ++k)
@@ -243,22 +243,22 @@ TEST(Hub, RefusesTheSameAgainWithoutWorkUntilTheWireHasMoved) {
 /// A device without a buckling force has that of its shaft between hand and introducer.
 TEST(Hub, EveryPushIsBoundedByTheShaftOutside) {
     const TubeWall wall({{0, 0, 0}, {100, 0, 0}}, 1, 50);
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 2;
     spec.shaft_rigidity = spec.tip_rigidity = 40;
     spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
     const double most = euler_force(40, 100);
     EXPECT_NEAR(most, 0.158, 0.001);
     Hub hub({}, wall, 100);
-    Guidewire wire = wire_of_length(spec, {{0, 0, 0}, {100, 0, 0}}, 96);
+    Chain wire = wire_of_length(spec, {{0, 0, 0}, {100, 0, 0}}, 96);
     hub.settle(wire, all_it_takes);
     bool buckled = false;
     for (int k = 0; k < 40; ++k) {
         buckled = hub.move(wire, {1, 0}, all_it_takes).buckled || buckled;
-        EXPECT_LE(hand_force(wire, hub.last_report().push_force), most);
+        EXPECT_LE(hub.loads()[0].push, most);
     }
     EXPECT_TRUE(buckled);
-    wire.spec.buckling_force = 0.1;
+    wire.devices[0].spec.buckling_force = 0.1;
     EXPECT_EQ(hub.passes_on(wire), 0.1);
     EXPECT_EQ(Hub({}, wall).passes_on(uniform_wire(40, 2, Vec3::Zero(), Vec3::UnitX(), {Vec3::UnitX()})),
               std::numeric_limits<double>::infinity());
@@ -269,16 +269,16 @@ TEST(Hub, AShaftBowsByTheLoadThatIsReported) {
     std::mt19937 random(7);
     int pushed = 0;
     for (int round = 0; round < 40; ++round) {
-        GuidewireSpec spec = tipped(2);
+        studies::PlainWire spec = tipped(2);
         spec.friction = round % 2 == 0 ? 0.2 : 0;
-        Guidewire wire = wire_of_length(spec, vessel.line, 30 + 2 * round);
+        Chain wire = wire_of_length(spec, vessel.line, 30 + 2 * round);
         Hub hub({}, vessel.wall);
         hub.settle(wire, all_it_takes);
         start_grips(wire);
         hub.settle(wire, all_it_takes);
         for (int part = 0; part < 5; ++part) {
             const auto state = state_of(hub);
-            const Guidewire before = wire;
+            const Chain before = wire;
             const HubMotion motion = {0.2 + 0.8 * std::ldexp(static_cast<double>(random()), -32), 0};
             const HubReport report = hub.move(wire, motion, all_it_takes);
             if (report.outcome != Outcome::AtRest || report.made.feed != motion.feed) continue;
@@ -290,8 +290,8 @@ TEST(Hub, AShaftBowsByTheLoadThatIsReported) {
             for (const double limit : {push, std::nextafter(push, 0.0)}) {
                 Hub again({}, vessel.wall);
                 restore_state(again, state);
-                Guidewire other = before;
-                other.spec.buckling_force = limit;
+                Chain other = before;
+                other.devices[0].spec.buckling_force = limit;
                 EXPECT_EQ(again.move(other, motion, all_it_takes).buckled, limit < push)
                     << "round " << round << ", part " << part;
             }
@@ -302,7 +302,7 @@ TEST(Hub, AShaftBowsByTheLoadThatIsReported) {
 
 TEST(Hub, ReportsNoLoadOfAWireOnItsWay) {
     const SmoothVessel vessel = smooth_vessel();
-    Guidewire wire = wire_of_length(tipped(2), vessel.line, 60);
+    Chain wire = wire_of_length(tipped(2), vessel.line, 60);
     Hub hub({}, vessel.wall);
     hub.settle(wire, all_it_takes);
     ASSERT_EQ(hub.loads().size(), 1u);
@@ -311,6 +311,6 @@ TEST(Hub, ReportsNoLoadOfAWireOnItsWay) {
     EXPECT_TRUE(hub.loads().empty());
     const HubReport later = hub.resume(wire, all_it_takes);
     ASSERT_EQ(later.outcome, Outcome::AtRest);
-    EXPECT_EQ(hub.loads()[0].push, hand_force(wire, hub.last_report().push_force));
-    EXPECT_EQ(hub.loads()[0].torque, hub.last_report().base_torque);
+    EXPECT_EQ(hub.loads()[0].push, hub_loads(wire, hub.contacts())[0].push);
+    EXPECT_EQ(hub.loads()[0].torque, hub_loads(wire, hub.contacts())[0].torque);
 }

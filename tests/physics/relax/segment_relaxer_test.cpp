@@ -24,11 +24,11 @@ RelaxerConfig with(int varied, bool safeguard = true) {
 /// The hairpin's wall and a wire that ends past the first turn: the second would cost most of the time.
 SceneSetup past_the_first_turn() {
     SceneSetup scene = scene_setup("hairpin");
-    scene.wire = wire_along(scene.wire.spec, scene.wall.centreline(), 70);
+    scene.wire = wire_along(scene.wire.devices[0].spec, scene.wire.grid, scene.wall.centreline(), 70);
     return scene;
 }
 
-Guidewire straight_along_x(int segments) {
+Chain straight_along_x(int segments) {
     return uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, std::vector<Vec3>(segments, Vec3::UnitX()));
 }
 
@@ -60,12 +60,12 @@ TEST(SegmentRelaxer, ThePrintedSystemMovesAWireAsThePlainFormDoes) {
             for (const bool shaken : {false, true}) {
                 const SceneSetup scene = scene_setup(name);
                 RelaxerConfig config = with(varied, false);
-                Guidewire plain = scene.wire;
+                Chain plain = scene.wire;
                 std::mt19937 random(varied);
                 const auto unit = [&] { return random() / 2147483648.0 - 1.0; };
                 if (shaken)
                     for (Vec3& u : plain.tangents) u = (u + 0.03 * Vec3(unit(), unit(), unit())).normalized();
-                Guidewire printed = plain;
+                Chain printed = plain;
                 const RelaxBudget budget{plain.segments(), 0, 0};
                 make_relaxer(config, scene.wall)->relax(plain, budget);
                 config.printed = true;
@@ -82,9 +82,9 @@ TEST(SegmentRelaxer, NeverTurnsASegmentBeyondItsLimit) {
     for (int m = 1; m <= 5; ++m) {
         auto [wall, wire] = scene_setup("hairpin");
         const int n = wire.segments();
-        Guidewire last = wire;
+        Chain last = wire;
         auto relaxer = make_relaxer(with(m), wall);
-        relaxer->relax(wire, {2000, 0, 0}, [&](int, const Guidewire& now) {
+        relaxer->relax(wire, {2000, 0, 0}, [&](int, const Chain& now) {
             for (int i = 1; i <= n; ++i)
                 ASSERT_LE((now.tangents[i] - last.tangents[i]).norm(), 0.1 / std::sqrt(n + 1.0 - i) + 1e-12);
             last = now;
@@ -95,9 +95,9 @@ TEST(SegmentRelaxer, NeverTurnsASegmentBeyondItsLimit) {
 TEST(SegmentRelaxer, MovesOnlyVariedSegmentsAndTheirOwnJoints) {
     auto [wall, wire] = scene_setup("hairpin");
     SegmentRelaxer relaxer(with(3), wall);
-    Guidewire last = wire;
+    Chain last = wire;
     std::map<int, int> separations;
-    relaxer.relax(wire, whole_cycles(wire.segments(), 1), [&](int first, const Guidewire& now) {
+    relaxer.relax(wire, whole_cycles(wire.segments(), 1), [&](int first, const Chain& now) {
         const auto varied = relaxer.last_varied();
         ASSERT_EQ(varied.front(), first);
         for (std::size_t m = 1; m < varied.size(); ++m) ++separations[varied[m] - varied[m - 1]];
@@ -120,7 +120,7 @@ TEST(SegmentRelaxer, FixedSeparationIsKept) {
     config.separation = 12;
     SegmentRelaxer relaxer(config, wall);
     int triples = 0;
-    relaxer.relax(wire, {3000, 0, 0}, [&](int, const Guidewire&) {
+    relaxer.relax(wire, {3000, 0, 0}, [&](int, const Chain&) {
         const auto varied = relaxer.last_varied();
         for (std::size_t m = 1; m < varied.size(); ++m) ASSERT_EQ(varied[m] - varied[m - 1], 12);
         triples += varied.size() == 3;
@@ -132,13 +132,13 @@ TEST(SegmentRelaxer, TakesTheSegmentsOfLeastEstimatedEnergy) {
     // Eqs. 37 and 38 over i+5…i+25 by hand, before every update.
     SceneSetup scene = past_the_first_turn();
     const TubeWall& wall = scene.wall;
-    Guidewire& wire = scene.wire;
+    Chain& wire = scene.wire;
     SegmentRelaxer relaxer(with(3), wall);
     relaxer.relax(wire, whole_cycles(wire.segments(), 1));
-    Guidewire before = wire;
+    Chain before = wire;
     rebuild_joints(before);
     int doubles = 0, triples = 0;
-    relaxer.relax(wire, {60, 0, 0}, [&](int i, const Guidewire& now) {
+    relaxer.relax(wire, {60, 0, 0}, [&](int i, const Chain& now) {
         ContactSet contacts(wall);
         contacts.reset(before);
         const auto turn = [&](int j) -> Vec3 {
@@ -192,7 +192,7 @@ TEST(SegmentRelaxer, PlainAndGuardedReachTheSameBasin) {
     const auto [wall, start] = past_the_first_turn();
     double rest[2];
     for (bool safeguard : {false, true}) {
-        Guidewire wire = start;
+        Chain wire = start;
         make_relaxer(with(2, safeguard), wall)->relax(wire, whole_cycles(wire.segments(), 30));
         const double energy = energy_of(wire, wall);
         global_relaxer(wall)->relax(wire, {100000, 0, 0});
@@ -207,15 +207,15 @@ TEST(SegmentRelaxer, SecondOrderRestsWhereFirstOrderBounces) {
     const auto [wall, start] = past_the_first_turn();
     double mean[2];
     for (int order : {1, 2}) {
-        Guidewire wire = start;
+        Chain wire = start;
         RelaxerConfig config = with(2);
         if (order == 1) config.kind = RelaxerKind::FirstOrder;
         auto relaxer = make_relaxer(config, wall);
         relaxer->relax(wire, whole_cycles(wire.segments(), 30));
         double sum = 0;
         long long count = 0;
-        Guidewire last = wire;
-        relaxer->relax(wire, whole_cycles(wire.segments(), 2), [&](int b, const Guidewire& now) {
+        Chain last = wire;
+        relaxer->relax(wire, whole_cycles(wire.segments(), 2), [&](int b, const Chain& now) {
             sum += (now.tangents[b] - last.tangents[b]).norm();
             last.tangents = now.tangents;
             ++count;
@@ -229,9 +229,9 @@ TEST(SegmentRelaxer, RestsAsLongAsTheWallsCurvatureIsKept) {
     // Section 3.3: (a) A and R and (c) R alone come to rest alike, (b) none and (d) A alone bounce alike.
     const SceneSetup scene = past_the_first_turn();
     const TubeWall& wall = scene.wall;
-    const Guidewire& start = scene.wire;
+    const Chain& start = scene.wire;
     const auto mean = [&](bool bending, bool of_wall) {
-        Guidewire wire = start;
+        Chain wire = start;
         RelaxerConfig config = with(1, false);
         config.bending_curvature = bending;
         config.wall_curvature = of_wall;
@@ -260,10 +260,10 @@ TEST(SegmentRelaxer, FirstOrderIsThePlainMethodWithoutBothCurvatures) {
 
 TEST(SegmentRelaxer, SegmentsOfUnequalLengthsRestWhereTheGlobalRelaxerRests) {
     auto [wall, wire] = past_the_first_turn();
-    wire = wire_along(wire.spec, wall.centreline(), 50);
+    wire = wire_along(wire.devices[0].spec, wire.grid, wall.centreline(), 50);
     for (int i = 44; i > 8; i -= 4) split_segment(wire, i, 0.35);
     ASSERT_TRUE(validate(wire).empty());
-    const Guidewire start = wire;
+    const Chain start = wire;
     RelaxerConfig konings;
     konings.kind = RelaxerKind::Konings;
     RelaxerConfig combined = with(2);
@@ -287,16 +287,16 @@ TEST(SegmentRelaxer, BudgetIsCountedInUpdates) {
     auto [wall, wire] = scene_setup("hairpin");
     int seen = 0;
     const RelaxReport report =
-        make_relaxer(with(2), wall)->relax(wire, {137, 0.75, 40}, [&](int, const Guidewire&) { ++seen; });
+        make_relaxer(with(2), wall)->relax(wire, {137, 0.75, 40}, [&](int, const Chain&) { ++seen; });
     EXPECT_EQ(report.updates, 137);
     EXPECT_EQ(seen, 137);
     EXPECT_GE(report.wall_queries, wire.segments());
 }
 
 TEST(SegmentRelaxer, StopsWhenNothingTurnsAnyMore) {
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.curved_length = spec.curved_angle = 0;
-    Guidewire wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 30);
+    Chain wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 30);
     const TubeWall wall({{-1, 0, 0}, {100, 0, 0}}, 2, 40);
     const RelaxReport report = make_relaxer(with(2), wall)->relax(wire, {100000, 0, 0});
     EXPECT_TRUE(report.converged());
@@ -304,31 +304,33 @@ TEST(SegmentRelaxer, StopsWhenNothingTurnsAnyMore) {
 }
 
 TEST(SegmentRelaxer, FreeCurvedTipTakesItsRestShape) {
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 2;
     spec.tip_length = 20;
     spec.transition_length = 10;
-    Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 24);
-    rotate(wire, 0.5);
+    Chain wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 24);
+    rotate(wire, every_device, 0.5);
     const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 50, 40);
     make_relaxer(with(1), wall)->relax(wire, whole_cycles(24, 400));
     EXPECT_LT(total_energy(wire, all_contacts(wire, wall)).bending, 1e-8);
     const Vec3 aside = wire.tip() - Vec3(0, 0, wire.tip().z());
     EXPECT_GT(aside.norm(), 2.0);
-    EXPECT_LT(aside.normalized().cross(rolled_director(wire)).norm(),
-              1e-3);  // curved to where the hub points
+    // Curved to where the hub points.
+    const Vec3& d = wire.base_director;
+    const Vec3 hub = std::cos(0.5) * d + std::sin(0.5) * Vec3::UnitZ().cross(d);
+    EXPECT_LT((aside.normalized() - hub).norm(), 1e-3);
 }
 
 TEST(SegmentRelaxer, RotatingTheHubTurnsTheTip) {
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 2;
-    Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
+    Chain wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
     const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 4, 20, 0.44);
     auto relaxer = make_relaxer(with(2), wall);
     relaxer->relax(wire, whole_cycles(30, 100));
     const Vec3 before = wire.tip();
     for (int k = 0; k < 18; ++k) {
-        rotate(wire, 10 * M_PI / 180);
+        rotate(wire, every_device, 10 * M_PI / 180);
         relaxer->relax(wire, whole_cycles(30, 10));
     }
     const Vec3 after = wire.tip();
@@ -339,7 +341,7 @@ TEST(SegmentRelaxer, RotatingTheHubTurnsTheTip) {
 TEST(SegmentRelaxer, LeavesAnExactHeadOnMeeting) {
     // A straight wire on the axis of a wall it meets at a right angle: no force has a side to turn to.
     for (int m : {1, 2, 3}) {
-        Guidewire wire = straight_along_x(40);
+        Chain wire = straight_along_x(40);
         const TubeWall wall({{-1, 0, 0}, {38.5, 0, 0}}, 1.0, 42);
         const double before = energy_of(wire, wall);
         ASSERT_GT(before, 0.1);
@@ -355,7 +357,7 @@ TEST(SegmentRelaxer, LeavesAnExactFold) {
     std::vector<Vec3> tangents(40, Vec3::UnitX());
     for (int i = 20; i < 40; ++i) tangents[i] = -Vec3::UnitX();
     for (int m : {1, 2, 3}) {
-        Guidewire wire = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, tangents);
+        Chain wire = uniform_wire(50, 1.0, {0, 0, 0}, {1, 0, 0}, tangents);
         const TubeWall wall({{-30, 0, 0}, {60, 0, 0}}, 3.0, 42);
         const double before = energy_of(wire, wall);
         make_relaxer(with(m), wall)->relax(wire, whole_cycles(40, 30));
@@ -369,7 +371,7 @@ TEST(SegmentRelaxer, SurvivesWhatBreaksPlainMethods) {
     for (bool safeguard : {false, true})
         for (int m : {1, 2, 4}) {
             auto setup = scene_setup("stiffwall");
-            Guidewire& wire = setup.wire;
+            Chain& wire = setup.wire;
             for (int k = 0; k < 20; ++k) {
                 wire.tangents[60 + k] = wire.tangents[59];
             }
@@ -384,23 +386,23 @@ TEST(SegmentRelaxer, MirroredSceneGivesTheMirroredWire) {
     const Polyline path = anatomy::draw(anatomy::find_scene("spatial")->path);
     Polyline mirrored = path;
     for (Vec3& p : mirrored) p.z() = -p.z();
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 2;
     spec.tip_length = 20;
     auto run = [&](const Polyline& line, double sign) {
         const TubeWall wall(line, 2.0, 40, 0.44);
-        Guidewire wire = wire_along(spec, line, 40);
+        Chain wire = wire_along(spec, line, 40);
         // d_0 in the mirror plane: its mirror image is itself.
         wire.base_director = Vec3::UnitY();
         auto relaxer = make_relaxer(with(2), wall);
         for (int k = 0; k < 6; ++k) {
             move(wire, 4);
-            rotate(wire, sign * 0.15);
+            rotate(wire, every_device, sign * 0.15);
             relaxer->relax(wire, whole_cycles(wire.segments(), 10));
         }
         return wire;
     };
-    const Guidewire one = run(path, 1), other = run(mirrored, -1);
+    const Chain one = run(path, 1), other = run(mirrored, -1);
     ASSERT_EQ(one.segments(), other.segments());
     for (int i = 0; i <= one.segments(); ++i) {
         const Vec3 image(other.joints[i].x(), other.joints[i].y(), -other.joints[i].z());
@@ -416,4 +418,73 @@ TEST(SegmentRelaxer, SameWorkTwiceGivesTheSameBits) {
         tip = wire.tip();
     }
     EXPECT_EQ(tips[0], tips[1]);
+}
+
+namespace {
+
+/// A wire in a catheter, both with shapes and sections, turned against each other.
+Chain wire_in_a_catheter(const Polyline& line) {
+    std::vector<Device> devices(2);
+    devices[0].spec.sections = soft_tip(6, 12, 20, 150);
+    devices[0].spec.shape = {{30, 0.8, 0}};
+    devices[0].inserted = 72.3;
+    devices[1].spec.outer_diameter = 1.67, devices[1].spec.inner_diameter = 1.1;
+    devices[1].spec.sections = soft_tip(60, 10, 15, 200);
+    devices[1].spec.shape = {{10, 1.0, 0}, {20, -0.6, 0.4}};
+    devices[1].inserted = 51.9;
+    devices[1].roll = 2.1;
+    return chain_along(devices, {2, EndCells::Half}, line);
+}
+
+}  // namespace
+
+TEST(SegmentRelaxer, DevicesOnAChainRestWhereTheGlobalRelaxerRests) {
+    const Polyline line = anatomy::draw(std::vector<anatomy::PenMove>{
+        anatomy::Run{20}, anatomy::Arc{30, 0.9, Vec3::UnitZ()}, anatomy::Run{60}});
+    const TubeWall wall(line, 4, 5, 0.44);
+    Chain rest = wire_in_a_catheter(line);
+    ASSERT_FALSE(rest.couplings.empty());
+    ASSERT_TRUE(global_relaxer(wall)->relax(rest, unlimited).converged());
+    RelaxerConfig geometric = with(2);
+    geometric.kind = RelaxerKind::Combined;
+    for (const RelaxerConfig& config : {with(1), with(2), with(3), geometric}) {
+        Chain wire = wire_in_a_catheter(line);
+        EXPECT_EQ(why_not(config.kind, wire.devices), "");
+        const auto relaxer = make_relaxer(config, wall);
+        RelaxReport report;
+        for (int k = 0; k < 40 && !report.converged(); ++k)
+            report.add(relaxer->relax(wire, whole_cycles(wire.segments(), 40)));
+        // The energies round by 4e-16 of what an update touches, and turns by their root.
+        EXPECT_NEAR(energy_of(wire, wall), energy_of(rest, wall), 1e-6 * energy_of(rest, wall));
+        for (std::size_t j = 0; j < wire.joints.size(); ++j)
+            EXPECT_LT((wire.joints[j] - rest.joints[j]).norm(), 1e-2) << "joint " << j;
+    }
+}
+
+TEST(SegmentRelaxer, SaysInOneSentenceWhichChainItCannotRelax) {
+    const Polyline line = {{0, 0, 0}, {100, 0, 0}};
+    const TubeWall wall(line, 4, 5);
+    const auto refused = [&](const Chain& chain, const std::string& found) {
+        for (const RelaxerKind kind : {RelaxerKind::FirstOrder, RelaxerKind::Segment, RelaxerKind::Geometric,
+                                       RelaxerKind::Combined, RelaxerKind::Konings}) {
+            RelaxerConfig config;
+            config.kind = kind;
+            EXPECT_NE(why_not(config.kind, chain.devices).find(found), std::string::npos)
+                << why_not(config.kind, chain.devices);
+            Chain wire = chain;
+            EXPECT_THROW(make_relaxer(config, wall)->relax(wire, whole_cycles(5, 1)), std::invalid_argument);
+        }
+        EXPECT_EQ(why_not(RelaxerKind::Global, chain.devices), "");
+    };
+    Chain chain = wire_in_a_catheter(line);
+    chain.devices[1].spec.friction = 0.1;
+    assign(chain);
+    refused(chain, "friction");
+    chain = wire_in_a_catheter(line);
+    for (StiffnessSection& s : chain.devices[1].spec.sections)
+        s.torsional_distal = s.torsional_proximal = 100;
+    assign(chain);
+    refused(chain, "torsion");
+    start_twists(chain, 1);
+    refused(chain, "torsion");
 }

@@ -26,7 +26,7 @@ RelaxerConfig storing(int varied, bool stored) {
 /// A wire of the hairpin past its first turn, pressed against the wall all along.
 SceneSetup pressed() {
     SceneSetup scene = scene_setup("hairpin");
-    scene.wire = wire_along(scene.wire.spec, scene.wall.centreline(), 70);
+    scene.wire = wire_along(scene.wire.devices[0].spec, scene.wire.grid, scene.wall.centreline(), 70);
     make_relaxer(storing(2, false), scene.wall)->relax(scene.wire, whole_cycles(70, 2));
     return scene;
 }
@@ -61,7 +61,7 @@ TEST(StoredPlanes, EnergyAfterAStepIsTheWallsToThirdOrder) {
     for (const int k : {0, 1}) {
         const double h = k == 0 ? 0.01 : 0.005;
         const TailStep steps[] = {{31, h * Vec3(0.5, 0.7, -0.6)}, {44, h * Vec3(-0.9, -0.1, 1.0)}};
-        Guidewire moved = wire;
+        Chain moved = wire;
         error[k] = std::abs(planes.move(wire, steps, 70) - all.move(moved, steps, 70));
         EXPECT_LT(error[k], 0.02 * std::abs(all.energy(wire, 31, 70) - planes.move(wire, steps, 70)));
     }
@@ -70,7 +70,7 @@ TEST(StoredPlanes, EnergyAfterAStepIsTheWallsToThirdOrder) {
 
 TEST(StoredPlanes, MovesJointsWhenTheyAreSettled) {
     auto [wall, start] = pressed();
-    Guidewire wire = start, other = start;
+    Chain wire = start, other = start;
     StoredPlanes planes(wall);
     planes.reset(wire);
     ContactSet all(wall);
@@ -93,11 +93,11 @@ TEST(StoredPlanes, MovesJointsWhenTheyAreSettled) {
 TEST(StoredPlanes, RestWhereThePlainFormRests) {
     // From the same basin to rest: the energies agree to 1e-9.
     const SceneSetup scene = pressed();
-    Guidewire plain = scene.wire;
+    Chain plain = scene.wire;
     global_relaxer(scene.wall)->relax(plain, {1'000'000, 0, 0});
     const double rest = energy_of(plain, scene.wall);
     for (const int m : {2, 3}) {
-        Guidewire wire = plain;
+        Chain wire = plain;
         for (int i = 30; i < 50; ++i) wire.tangents[i] = (wire.tangents[i] + Vec3(0, 0, 1e-3)).normalized();
         rebuild_joints(wire);
         ASSERT_GT(energy_of(wire, scene.wall), rest * (1 + 1e-6));
@@ -114,8 +114,8 @@ TEST(StoredPlanes, AskATenthOfThePlainFormAtMost) {
     const MeshWall mesh(tube.lumen, tube.branches, {tube.ends[0].opening, tube.ends[1].opening},
                         scene.wall_stiffness);
     const test::AskAlways always(mesh);
-    Guidewire wire = wire_along(setup.wire.spec, setup.wall.centreline(), 70);
-    Guidewire same = wire;
+    Chain wire = wire_along(setup.wire.devices[0].spec, setup.wire.grid, setup.wall.centreline(), 70);
+    Chain same = wire;
     const long long few = make_relaxer(storing(2, true), mesh)->relax(wire, whole_cycles(70, 2)).wall_queries;
     const long long all =
         make_relaxer(storing(2, false), always)->relax(same, whole_cycles(70, 2)).wall_queries;
@@ -126,11 +126,11 @@ TEST(StoredPlanes, AskATenthOfThePlainFormAtMost) {
 TEST(StoredPlanes, AreNotDisturbedByWhoLooksOn) {
     const SceneSetup scene = pressed();
     for (const double distal_share : {0.0, 0.6}) {
-        Guidewire alone = scene.wire, watched = scene.wire;
+        Chain alone = scene.wire, watched = scene.wire;
         make_relaxer(storing(2, true), scene.wall)->relax(alone, {1500, distal_share, 25});
-        Guidewire last = watched;
+        Chain last = watched;
         make_relaxer(storing(2, true), scene.wall)
-            ->relax(watched, {1500, distal_share, 25}, [&](int first, const Guidewire& now) {
+            ->relax(watched, {1500, distal_share, 25}, [&](int first, const Chain& now) {
                 for (int i = 0; i < first; ++i)
                     ASSERT_LT((now.joints[i] - last.joints[i]).norm(), 1e-12) << first;
                 ASSERT_TRUE(validate(now).empty());
@@ -141,16 +141,16 @@ TEST(StoredPlanes, AreNotDisturbedByWhoLooksOn) {
 }
 
 TEST(StoredPlanes, BearALoadAndACurvedTip) {
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 2;
     spec.tip_length = 20;
     spec.transition_length = 10;
     const TubeWall wall({{0, 0, -1}, {0, 0, 100}}, 2, 20, 0.44);
     double energy[2];
     for (const bool stored : {false, true}) {
-        Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
+        Chain wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
         wire.load = Vec3(2e-3, -1e-3, 0);
-        rotate(wire, 0.4);
+        rotate(wire, every_device, 0.4);
         make_relaxer(storing(2, stored), wall)->relax(wire, whole_cycles(30, 80));
         energy[stored] = energy_of(wire, wall);
         EXPECT_TRUE(validate(wire).empty());

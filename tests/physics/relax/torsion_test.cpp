@@ -5,6 +5,7 @@
 #include <random>
 
 #include "engine/anatomy/scenes.h"
+#include "engine/studies/plain_wire.h"
 #include "physics/relax/hub.h"
 #include "physics/wall/tube_wall.h"
 #include "physics/wire/energy.h"
@@ -21,14 +22,14 @@ struct InABend {
                    std::vector<anatomy::PenMove>{anatomy::Run{60}, anatomy::Arc{30, 1.6}, anatomy::Run{80}}),
                2.5, 5, 0.4),
           hub({}, wall) {
-        GuidewireSpec spec;
+        studies::PlainWire spec;
         spec.curved_length = 20;
         spec.curved_angle = 1;
         spec.torsional_rigidity = torsional_rigidity;
         spec.friction = friction;
         wire = wire_of_length(spec, wall.centreline(), 110);
         hub.settle(wire, sufficient);
-        if (segments) start_twists(wire);
+        if (segments) start_twists(wire, 0);
         start_grips(wire);
         hub.settle(wire, sufficient);
     }
@@ -42,7 +43,7 @@ struct InABend {
 
     TubeWall wall;
     Hub hub;
-    Guidewire wire;
+    Chain wire;
 };
 
 /// Energy of the torsionally rigid wire at rolls in whole steps.
@@ -57,17 +58,23 @@ std::vector<double> rigid_energies(double step, int count) {
 }
 
 TEST(Torsion, AShaftWindsUpByTheSumOfItsGive) {
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.torsional_rigidity = 188;
     spec.tip_rigidity = spec.shaft_rigidity;  // GJ is then the same everywhere
-    const Guidewire wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 100);
-    const double length = wire.inserted_length() - wire.curved_segments() * spec.segment_length;
-    EXPECT_NEAR(wire.windup_stiffness(), 188 / length, 1e-9);
+    const auto stiffness = [&] {
+        return straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 100).devices[0].windup_stiffness;
+    };
+    EXPECT_NEAR(stiffness(), 188 / (200 - spec.curved_length), 1e-9);
+    spec.tip_rigidity = 6;  // each section by itself, and the transition by its integral
+    double give = 0;
+    for (double s = spec.curved_length + 5e-4; s < 200; s += 1e-3)
+        give += 1e-3 / torsional_rigidity_at(spec.device(), s);
+    EXPECT_NEAR(stiffness(), 1 / give, 1e-6 / give);
     spec.torsional_rigidity = 0;
-    EXPECT_EQ(straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 100).windup_stiffness(), 0);
+    EXPECT_EQ(stiffness(), 0);
     spec.torsional_rigidity = 188;
     spec.curved_angle = 0;  // nothing holds its tip
-    EXPECT_EQ(straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 100).windup_stiffness(), 0);
+    EXPECT_EQ(stiffness(), 0);
 }
 
 TEST(Torsion, TheHubsTorqueIsTheSlopeOfTheEnergy) {
@@ -87,19 +94,19 @@ TEST(Torsion, ItsRestIsThatOfTheRigidWireOnASpring) {
     constexpr double step = 2 * degree;
     const std::vector<double> energies = rigid_energies(step, 180);
     InABend bend(1500);
-    const double k = bend.wire.windup_stiffness();
-    double roll = bend.wire.roll;  // it has unwound at the start already
+    const double k = bend.wire.devices[0].windup_stiffness;
+    double roll = bend.wire.devices[0].roll;  // it has unwound at the start already
     for (int turn = 1; turn <= 90; ++turn) {
-        const double before = bend.wire.roll;
+        const double before = bend.wire.devices[0].roll;
         bend.turn(step);
-        roll += std::remainder(bend.wire.roll - before, 2 * M_PI);
-        EXPECT_NEAR(roll + bend.wire.windup, turn * step, 1e-9);
+        roll += std::remainder(bend.wire.devices[0].roll - before, 2 * M_PI);
+        EXPECT_NEAR(roll + bend.wire.devices[0].windup, turn * step, 1e-9);
         // dE/droll of the rigid wire there is the spring's torque.
         const int at = static_cast<int>(std::lround(roll / step));
         if (at < 1) continue;
         const double slope = (energies[at + 1] - energies[at - 1]) / (2 * step);
         const double bent = (energies[at + 1] - 2 * energies[at] + energies[at - 1]) / (step * step);
-        EXPECT_NEAR(slope + bent * (roll - at * step), k * bend.wire.windup, 4e-3) << turn;
+        EXPECT_NEAR(slope + bent * (roll - at * step), k * bend.wire.devices[0].windup, 4e-3) << turn;
     }
 }
 
@@ -111,15 +118,15 @@ TEST(Torsion, ATipWhipsRoundOnlyBelowTheCriticalStiffness) {
     double critical = 0;
     for (std::size_t k = 1; k + 1 < energies.size(); ++k)
         critical = std::max(critical, -(energies[k + 1] - 2 * energies[k] + energies[k - 1]) / (step * step));
-    const double per_rigidity = InABend(1000).wire.windup_stiffness() / 1000;
+    const double per_rigidity = InABend(1000).wire.devices[0].windup_stiffness / 1000;
     double largest[2] = {};
     for (const bool soft : {false, true}) {
         InABend bend((soft ? 0.85 : 1.2) * critical / per_rigidity);
         for (double turned = 0; turned < 2 * M_PI; turned += degree) {
-            const double before = bend.wire.roll;
+            const double before = bend.wire.devices[0].roll;
             bend.turn(degree);
-            largest[soft] =
-                std::max(largest[soft], std::abs(std::remainder(bend.wire.roll - before, 2 * M_PI)));
+            largest[soft] = std::max(largest[soft],
+                                     std::abs(std::remainder(bend.wire.devices[0].roll - before, 2 * M_PI)));
         }
     }
     EXPECT_LT(largest[0], 12 * degree) << "critical stiffness " << critical;
@@ -162,10 +169,12 @@ TEST(Torsion, WithoutFrictionSegmentsTwistAsTheWholeShaftDoes) {
     InABend whole(1000), segments(1000, 0, true);
     for (int k = 0; k < 30; ++k) {
         const double torque = whole.turn(0.1).relax.base_torque, each = segments.turn(0.1).relax.base_torque;
-        const Guidewire& wire = segments.wire;
-        const int shaft = wire.segments() - wire.curved_segments();
+        const Chain& wire = segments.wire;
+        const Device& device = wire.devices[0];
+        const int shaft = wire.segments() - 11;  // 20 mm of shape and a last segment of up to 3 mm
         for (int i = 1; i <= shaft; ++i)
-            ASSERT_NEAR(-wire.torsion[i] * wire.twists[i], each, 1e-6 + 1e-6 * std::abs(each))
+            ASSERT_NEAR(-device.torsion[i] * (device.wound[i] - device.wound[i - 1]), each,
+                        1e-6 + 1e-6 * std::abs(each))
                 << k << " " << i;
         EXPECT_NEAR(each, torque, 0.05 * std::abs(torque) + 0.02) << k;
     }
@@ -175,7 +184,7 @@ TEST(Torsion, WithoutFrictionSegmentsTwistAsTheWholeShaftDoes) {
 struct Pressed {
     static constexpr double length = 200, rigidity = 20, load = 0.02, friction = 0.1;  // [mm, N·mm², N/mm, -]
     Pressed() : wall({{0, 0, 0}, {300, 0, 0}}, 0.05, 20), hub({}, wall) {
-        GuidewireSpec spec;
+        studies::PlainWire spec;
         spec.segment_length = 2;
         spec.diameter = 0.9;
         spec.shaft_rigidity = spec.tip_rigidity = 500;
@@ -186,16 +195,16 @@ struct Pressed {
         wire = wire_of_length(spec, {{0, 0, -0.05}, {300, 0, -0.05}}, length);
         wire.load = {0, 0, -load};
         hub.settle(wire, sufficient);
-        start_twists(wire);
+        start_twists(wire, 0);
         start_grips(wire);
         hub.settle(wire, sufficient);
     }
     /// Turn of the distal end that it has not made.
-    double lag() const { return wire.wound_up(); }
+    double lag() const { return wire.devices[0].wound_up(); }
 
     TubeWall wall;
     Hub hub;
-    Guidewire wire;
+    Chain wire;
 };
 
 /// DEVICES: the tip follows when the hub has turned by μqrℓ²/2GJ. A wire that rolls in a tube climbs its wall

@@ -28,12 +28,12 @@ TEST(WildRelaxations, AWireAtRestInATubeStaysFiniteOnItsFacets) {
     const anatomy::Scene& scene = *anatomy::find_scene("sinuous");
     const Polyline line = anatomy::draw(scene.path);
     const anatomy::Anatomy facets = anatomy::tube_anatomy("sinuous", line, scene.radius, 48, 0.2);
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.end_cells = EndCells::Paper;
     spec.segment_length = 175.0 / 413;
     spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
     spec.curved_length = spec.curved_angle = 0;
-    Guidewire wire = wire_along(spec, line, 413);
+    Chain wire = wire_along(spec, line, 413);
     const TubeWall tube(line, scene.radius, scene.wall_stiffness);
     global_relaxer(tube)->relax(wire, unlimited);
     const MeshWall mesh(facets.lumen, facets.branches, facets.openings(), scene.wall_stiffness);
@@ -49,7 +49,7 @@ TEST(WildRelaxations, AWireThatIsNotFiniteIsAFaultOfTheCallerForEveryMethod) {
                                    RelaxerKind::Geometric, RelaxerKind::Combined, RelaxerKind::Konings}) {
         RelaxerConfig config;
         config.kind = kind;
-        Guidewire wire = scene.wire;
+        Chain wire = scene.wire;
         wire.joints[0].y() = std::numeric_limits<double>::quiet_NaN();
         EXPECT_THROW(make_relaxer(config, scene.wall)->relax(wire, {1000, 0, 0}), std::logic_error);
     }
@@ -99,7 +99,7 @@ private:
 }  // namespace
 
 TEST(WildRelaxations, EveryMethodEndsInAFiniteStateOnAWallThatAnswersNonsense) {
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 1;
     spec.shaft_rigidity = spec.tip_rigidity = 50;
     spec.curved_length = spec.curved_angle = 0;
@@ -114,7 +114,7 @@ TEST(WildRelaxations, EveryMethodEndsInAFiniteStateOnAWallThatAnswersNonsense) {
                 config.safeguard = form == 0;
                 config.printed = form == 2;
                 config.stored_planes = form == 3;
-                Guidewire wire = wire_along(spec, scene.wall.centreline(), 30);
+                Chain wire = wire_along(spec, scene.wall.centreline(), 30);
                 const auto relaxer = make_relaxer(config, wall);
                 for (int call = 0; call < 2; ++call)
                     EXPECT_NO_THROW(relaxer->relax(wire, {3'000, 0, 0}))

@@ -201,7 +201,7 @@ TEST(DistanceField, RelaxesAWireToTheEnergyOfTheTubeWall) {
                               {.threads = 2});
     const SceneSetup setup = scene_setup("hairpin");
     auto relaxed = [&](const LumenWall& wall) {
-        Guidewire wire = setup.wire;
+        Chain wire = setup.wire;
         global_relaxer(wall)->relax(wire, whole_cycles(wire.segments(), 12));
         EXPECT_TRUE(validate(wire).empty());
         return total_energy(wire, all_contacts(wire, wall)).total();

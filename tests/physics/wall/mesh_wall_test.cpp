@@ -45,7 +45,7 @@ TEST(MeshWall, RelaxesAWireToTheEnergyOfTheTubeWall) {
     const Polyline centreline = anatomy::draw(scene.path);
     const anatomy::Anatomy anatomy = anatomy::tube_anatomy("hairpin", centreline, scene.radius, 96, 0.25);
     const MeshWall mesh(anatomy.lumen, anatomy.branches, anatomy.openings(), scene.wall_stiffness);
-    Guidewire wire = scene_setup("hairpin").wire;
+    Chain wire = scene_setup("hairpin").wire;
     // The introducer lies in the end plane; the wire's last joints stay inside the tube.
     const auto relaxer = global_relaxer(mesh);
     relaxer->relax(wire, whole_cycles(wire.segments(), 40));

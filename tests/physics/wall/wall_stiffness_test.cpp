@@ -32,10 +32,10 @@ std::vector<OpenEnd> openings(const anatomy::Anatomy& anatomy) {
 }
 
 /// A wire along the spatial scene pressed against its wall.
-Guidewire pressed_wire(const TubeWall& tube) {
-    GuidewireSpec spec;
+Chain pressed_wire(const TubeWall& tube) {
+    studies::PlainWire spec;
     spec.curved_length = spec.curved_angle = 0;
-    Guidewire wire = wire_along(spec, tube.centreline(), 40);
+    Chain wire = wire_along(spec, tube.centreline(), 40);
     for (int i = 5; i <= 40; ++i)
         wire.tangents[i] = (wire.tangents[i] + Vec3(0.02, -0.11 * std::sin(0.4 * i), 0.1)).normalized();
     rebuild_joints(wire);
@@ -142,7 +142,7 @@ TEST(WallStiffness, WallsAreAsStiffAsTheProfileSaysWhereAJointIs) {
 TEST(WallStiffness, PushStaysTheGradientOfTheEnergy) {
     const Polyline line = anatomy::draw(anatomy::find_scene("spatial")->path);
     const TubeWall even(line, 2.0, 40.0), uneven(line, 2.0, fourier(40, 60));
-    const Guidewire wire = pressed_wire(even);
+    const Chain wire = pressed_wire(even);
     for (const LumenWall* wall :
          {static_cast<const LumenWall*>(&even), static_cast<const LumenWall*>(&uneven)}) {
         const auto contacts = all_contacts(wire, *wall);
@@ -153,7 +153,7 @@ TEST(WallStiffness, PushStaysTheGradientOfTheEnergy) {
             tangent_basis(wire.tangents[i], a, b);
             for (const Vec3& way : {a, b}) {
                 auto energy = [&](double h) {
-                    Guidewire other = wire;
+                    Chain other = wire;
                     other.tangents[i] = (other.tangents[i] + h * way).normalized();
                     rebuild_joints(other);
                     return total_energy(other, all_contacts(other, *wall)).total();
@@ -192,10 +192,10 @@ TEST(WallStiffness, BothRelaxersRestAtTheSamePlaceInAVariedWall) {
     const Polyline line = anatomy::draw(scene.path);
     const SceneSetup setup = scene_setup("hairpin");
     const TubeWall wall(line, scene.radius, fourier(scene.wall_stiffness, 70));
-    const auto energy = [](const Guidewire& wire, const LumenWall& in) {
+    const auto energy = [](const Chain& wire, const LumenWall& in) {
         return total_energy(wire, all_contacts(wire, in)).total();
     };
-    Guidewire wire = wire_along(setup.wire.spec, line, 60);
+    Chain wire = wire_along(setup.wire.devices[0].spec, setup.wire.grid, line, 60);
     RelaxerConfig config;
     config.kind = RelaxerKind::Segment;
     make_relaxer(config, wall)->relax(wire, whole_cycles(60, 25));
@@ -211,7 +211,7 @@ TEST(WallStiffness, BothRelaxersRestAtTheSamePlaceInAVariedWall) {
 namespace {
 
 /// The deepest joint of each half of a wire at rest [mm].
-std::pair<double, double> deepest_halves(const LumenWall& wall, Guidewire wire) {
+std::pair<double, double> deepest_halves(const LumenWall& wall, Chain wire) {
     global_relaxer(wall)->relax(wire, {2'000'000, 0, 0});
     const auto contacts = all_contacts(wire, wall);
     double proximal = 0, distal = 0;
@@ -228,11 +228,11 @@ TEST(WallVariation, AStifferHalfIsIndentedLessAndASofterOneMoreOnEveryWall) {
     const anatomy::Scene& scene = *anatomy::find_scene("sinuous");
     const Polyline line = anatomy::draw(scene.path);
     const anatomy::Anatomy tube = anatomy::tube_anatomy("sinuous", line, scene.radius, 48, 0.4);
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.segment_length = 2;
     spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
     spec.curved_length = spec.curved_angle = 0;
-    const Guidewire wire = wire_along(spec, line, 80);
+    const Chain wire = wire_along(spec, line, 80);
     const WallStiffness even(10), uneven = WallVariation{{{0.9, 0}}, 0}.of(10, 160);
     EXPECT_GT(uneven.average(0, 80), 1.5 * even.mean());
     const auto compare = [&](const char* kind, const LumenWall& uniform, const LumenWall& varied) {
@@ -253,7 +253,7 @@ TEST(WallVariation, TermsOfZeroChangeNothingToTheLastBit) {
     const WallVariation nothing{{{0, 1}, {0, 2}}, 50};
     EXPECT_TRUE(nothing.of(42, 100).uniform());
     const TubeWall varied(scene.wall.centreline(), scene.wall.radius(), nothing.of(42, 100));
-    Guidewire a = scene.wire, b = scene.wire;
+    Chain a = scene.wire, b = scene.wire;
     global_relaxer(scene.wall)->relax(a, unlimited);
     global_relaxer(varied)->relax(b, unlimited);
     for (int i = 0; i <= a.segments(); ++i) ASSERT_EQ(a.joints[i], b.joints[i]) << i;

@@ -72,21 +72,23 @@ TEST(Bending, ArcClampedAlongItsOwnTangentHasTheBeamsEnergyUpToHalfASegmentBefor
 }
 
 TEST(Bending, UnloadedCurvedTipHasNoEnergy) {
-    GuidewireSpec spec;
-    Guidewire wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
+    studies::PlainWire spec;
+    Chain wire = straight_wire(spec, {0, 0, 0}, {0, 0, 1}, 30);
     EXPECT_GT(bending_energy(wire), 0.01);
     for (int i = 0; i < 30; ++i) {
         const auto d = directors(wire);
-        wire.tangents[i + 1] = rest_direction(wire, i, d[i]);
+        wire.tangents[i + 1] =
+            rest_direction(wire.tangents[i], rest_bend(wire.devices[0], i, wire.tangents[i], d[i]));
     }
     EXPECT_NEAR(bending_energy(wire), 0, 1e-14);
     const double turned = std::acos(wire.tangents[30].dot(wire.tangents[0]));
-    EXPECT_NEAR(turned, spec.curved_angle, 1e-9);
+    // The last segment lies along the chord of its own arc.
+    EXPECT_NEAR(turned, spec.curved_angle * (1 - 0.5 * spec.segment_length / spec.curved_length), 1e-9);
 }
 
 TEST(Bending, PaperTermsAreExactForAStraightWire) {
     // Eq. 3 is quadratic in ε without remainder.
-    const Guidewire wire = bent_wire(20, 0.0);
+    const Chain wire = bent_wire(20, 0.0);
     for (int i : {1, 7, 19, 20}) {
         const BendingTerms terms = bending_terms(wire, {}, {}, i);
         auto energy = [&](const Vec3& u) {
@@ -105,15 +107,15 @@ TEST(Bending, PaperTermsAreExactForAStraightWire) {
 
 TEST(Bending, PullIsMinusTheGradientWithEveryExtensionOn) {
     // Curved tip, rotation, rising rigidity; each tangent turns the rest direction of the whole tip with it.
-    const Guidewire wire = bent_wire(24, 1.2);
+    const Chain wire = bent_wire(24, 1.2);
     const auto d = directors(wire);
     std::vector<double> torque;
-    tip_torque(wire, d, torque);
+    frame_torque(wire, d, torque);
     for (int i = 1; i <= 24; ++i) {
         Vec3 a, b;
         tangent_basis(wire.tangents[i], a, b);
         auto energy = [&](const Eigen::VectorXd& t) {
-            Guidewire turned = wire;
+            Chain turned = wire;
             turned.tangents[i] = (wire.tangents[i] + t[0] * a + t[1] * b).normalized();
             return bending_energy(turned);
         };
@@ -126,18 +128,18 @@ TEST(Bending, PullIsMinusTheGradientWithEveryExtensionOn) {
 }
 
 TEST(Bending, CurvatureIsThatOfTheCosineLinearInTheTurn) {
-    const Guidewire wire = bent_wire(24, 1.2);
+    const Chain wire = bent_wire(24, 1.2);
     const auto d = directors(wire);
     std::vector<double> torque;
-    tip_torque(wire, d, torque);
+    frame_torque(wire, d, torque);
     for (int i : {3, 18, 19, 22, 24}) {
         // Σ C/12 (13 − 14κ + κ²) with κ = κ₀ + slope·ε, the slopes by differences of the true cosines.
         auto cosine = [&](int joint, const Vec3& e) {
-            Guidewire turned = wire;
+            Chain turned = wire;
             turned.tangents[i] = wire.tangents[i] + e;  // to first order; the director is carried along
-            std::vector<Vec3> carried = d;
-            carried[i] = d[i] - d[i].dot(e) * wire.tangents[i];
-            return rest_direction(turned, joint, carried[joint]).dot(turned.tangents[joint + 1]);
+            RestBend rest = rest_bend(wire.devices[0], joint, wire.tangents[joint], d[joint]);
+            if (joint == i) rest.way -= rest.way.dot(e) * wire.tangents[i];
+            return rest_direction(turned.tangents[joint], rest).dot(turned.tangents[joint + 1]);
         };
         Mat3 expected = Mat3::Zero();
         for (int joint : {i - 1, i}) {
@@ -154,12 +156,12 @@ TEST(Bending, CurvatureIsThatOfTheCosineLinearInTheTurn) {
 }
 
 TEST(Bending, TorqueIsTheEnergysAnswerToTheHub) {
-    Guidewire wire = bent_wire(24, 1.2);
+    Chain wire = bent_wire(24, 1.2);
     std::vector<double> torque;
-    tip_torque(wire, directors(wire), torque);
-    const double roll = wire.roll;
+    frame_torque(wire, directors(wire), torque);
+    const double roll = wire.devices[0].roll;
     auto energy = [&](const Eigen::VectorXd& x) {
-        wire.roll = roll + x[0];
+        wire.devices[0].roll = roll + x[0];
         return bending_energy(wire);
     };
     const double slope = finite_gradient(energy, Eigen::VectorXd::Zero(1), 1e-3)[0];

@@ -60,8 +60,8 @@ double sampled_depth(const LumenWall& wall, const Vec3& from, const Vec3& to) {
     return deepest;
 }
 
-GuidewireSpec plain_spec(double segment_length) {
-    GuidewireSpec spec;
+studies::PlainWire plain_spec(double segment_length) {
+    studies::PlainWire spec;
     spec.segment_length = segment_length;
     spec.shaft_rigidity = spec.tip_rigidity = 50;
     spec.curved_length = spec.curved_angle = 0;
@@ -69,11 +69,11 @@ GuidewireSpec plain_spec(double segment_length) {
 }
 
 /// A wire at rest against the tip of a ridge that it was laid across between two joints.
-Guidewire across(const Ridge& ridge, double curved_angle = 0) {
-    GuidewireSpec spec = plain_spec(2);
+Chain across(const Ridge& ridge, double curved_angle = 0) {
+    studies::PlainWire spec = plain_spec(2);
     spec.curved_length = curved_angle == 0 ? 0 : 12;
     spec.curved_angle = curved_angle;
-    Guidewire wire = straight_wire(spec, {0.7, -13, 0}, {0, 1, 0}, 12);
+    Chain wire = straight_wire(spec, {0.7, -13, 0}, {0, 1, 0}, 12);
     wire.base_director = -Vec3::UnitX();
     global_relaxer(ridge)->relax(wire, {100000, 0, 0});
     return wire;
@@ -110,7 +110,7 @@ TEST(Crossings, OfRandomChordsAreAllFoundAndNoneInvented) {
 
 TEST(Crossings, AskNothingOfAWireFarFromTheWallAndLittleOfOneOnIt) {
     Ridge ridge(0.3);
-    Guidewire wire = straight_wire(plain_spec(1), {-3, 0, 0}, {0, 0, 1}, 300);
+    Chain wire = straight_wire(plain_spec(1), {-3, 0, 0}, {0, 0, 1}, 300);
     auto contacts = all_contacts(wire, ridge);
     ridge.asked = 0;
     EXPECT_TRUE(crossings(wire, contacts, ridge).empty());
@@ -126,7 +126,7 @@ TEST(Crossings, AskNothingOfAWireFarFromTheWallAndLittleOfOneOnIt) {
 TEST(Crossings, AJointAtEachMendsThem) {
     for (const double curved_angle : {0.0, 0.3}) {
         const Ridge ridge(0.3);
-        Guidewire wire = across(ridge, curved_angle);
+        Chain wire = across(ridge, curved_angle);
         auto found = crossings(wire, all_contacts(wire, ridge), ridge);
         ASSERT_FALSE(found.empty());
         const double before = found.front().depth, length = wire.inserted_length();
@@ -146,8 +146,8 @@ TEST(Crossings, AJointAtEachMendsThem) {
 
 TEST(Crossings, SegmentsAreMadeWholeOnceTheyNoLongerCross) {
     const Ridge ridge(0.3);
-    const Guidewire before = across(ridge, 0.3);
-    Guidewire wire = before;
+    const Chain before = across(ridge, 0.3);
+    Chain wire = before;
     const auto found = crossings(wire, all_contacts(wire, ridge), ridge);
     ASSERT_GT(split_crossings(wire, found), 0);
     ASSERT_GT(wire.segments(), before.segments());
@@ -156,7 +156,8 @@ TEST(Crossings, SegmentsAreMadeWholeOnceTheyNoLongerCross) {
     EXPECT_GT(merge_pieces(wire, ridge), 0);
     EXPECT_EQ(wire.lengths, before.lengths);
     EXPECT_EQ(wire.rigidity, before.rigidity);
-    EXPECT_EQ(wire.rest_angle, before.rest_angle);
+    for (int i = 0; i <= wire.segments(); ++i)
+        EXPECT_NEAR(wire.devices[0].rest[i].angle, before.devices[0].rest[i].angle, 1e-12);
     for (int i = 1; i <= wire.segments(); ++i)
         EXPECT_LT((wire.tangents[i] - before.tangents[i]).norm(), 1e-12) << i;
 }

@@ -11,7 +11,7 @@ using namespace geometry;
 using namespace physics;
 
 TEST(Energy, GradientAgreesWithDifferencesWithBendingTipWallAndLoad) {
-    Guidewire wire = bent_wire(24, 1.2);
+    Chain wire = bent_wire(24, 1.2);
     // A tube about the first part of the wire, so narrow that most joints are pressed into it.
     const TubeWall wall({{1, -2, 0}, {2, -1, 20}, {6, 3, 60}}, 2.0, 30.0, 0.4);
     for (const Vec3& load : {Vec3(0, 0, 0), Vec3(0.3, -0.5, 0.2)}) {
@@ -25,7 +25,7 @@ TEST(Energy, GradientAgreesWithDifferencesWithBendingTipWallAndLoad) {
             Vec3 a, b;
             tangent_basis(wire.tangents[i], a, b);
             auto total = [&](const Eigen::VectorXd& t) {
-                Guidewire turned = wire;
+                Chain turned = wire;
                 turned.tangents[i] = (wire.tangents[i] + t[0] * a + t[1] * b).normalized();
                 rebuild_joints(turned);
                 return total_energy(turned, all_contacts(turned, wall)).total();
@@ -39,27 +39,27 @@ TEST(Energy, GradientAgreesWithDifferencesWithBendingTipWallAndLoad) {
 }
 
 TEST(Energy, OfALoadIsItsWorkOnTheWayFromTheIntroducer) {
-    Guidewire wire = straight_wire({}, {1, 2, 3}, {0, 0, 1}, 30);
+    Chain wire = straight_wire(studies::PlainWire{}, {1, 2, 3}, {0, 0, 1}, 30);
     wire.load = Vec3(0, 0, -0.01);
     const TubeWall wall({{1, 2, 0}, {1, 2, 100}}, 2.0, 30.0);
     // q L²/2: half a segment's load at the last joint makes the sum the trapezoidal rule.
     EXPECT_NEAR(total_energy(wire, all_contacts(wire, wall)).load, 0.01 * 60 * 30, 1e-12);
     // By the paper's rule λ = 2 at each of 30 joints, of which the middle one of a pair is 31 mm up.
-    wire.spec.end_cells = EndCells::Paper;
+    wire.grid.end_cells = EndCells::Paper;
     EXPECT_NEAR(total_energy(wire, all_contacts(wire, wall)).load, 0.01 * 60 * 31, 1e-12);
 }
 
 TEST(Energy, LargestForceIsStiffnessTimesPenetration) {
-    const Guidewire wire = bent_wire(24, 1.2);
+    const Chain wire = bent_wire(24, 1.2);
     const TubeWall wall({{1, -2, 0}, {2, -1, 20}, {6, 3, 60}}, 2.0, 30.0, 0.4);
     const auto contacts = all_contacts(wire, wall);
     EXPECT_DOUBLE_EQ(largest_force(contacts), 30.0 * largest_penetration(contacts));
 }
 
 TEST(Energy, StraightFreeWireIsAtRest) {
-    GuidewireSpec spec;
+    studies::PlainWire spec;
     spec.curved_length = spec.curved_angle = 0;
-    const Guidewire wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 40);
+    const Chain wire = straight_wire(spec, {0, 0, 0}, {1, 0, 0}, 40);
     const TubeWall wall({{-5, 0, 0}, {100, 0, 0}}, 2.0, 30.0);
     EXPECT_EQ(relative_gradient(wire, all_contacts(wire, wall)), 0.0);
 }
@@ -83,7 +83,7 @@ public:
 
 TEST(Energy, PushAndStiffnessSumsAreTheWallsSlopeAndCurvature) {
     // U(ε_i, ε_j) = U + s_i·ε_i + s_j·ε_j + ½ ε_i R_i ε_i + ½ ε_j R_j ε_j + ε_i R_j ε_j, Eqs. 9–13 and 29.
-    const Guidewire wire = bent_wire(24, 0.0);
+    const Chain wire = bent_wire(24, 0.0);
     const PlaneWall wall;
     ContactSet set(wall);
     set.reset(wire);
@@ -91,7 +91,7 @@ TEST(Energy, PushAndStiffnessSumsAreTheWallsSlopeAndCurvature) {
     const int i = 14, j = 20;
     ASSERT_GT(set.contacts()[i].penetration, 0.5);  // none leaves the wall in a small step
     auto moved = [&](const Eigen::VectorXd& e) {
-        Guidewire other = wire;
+        Chain other = wire;
         for (int l = i; l <= 24; ++l) other.joints[l] += wire.lengths[i] * Vec3(e.head<3>());
         for (int l = j; l <= 24; ++l) other.joints[l] += wire.lengths[j] * Vec3(e.tail<3>());
         return other;

@@ -57,12 +57,8 @@ Readout sample() {
     r.air_kerma_rate = 12.3;
     r.kerma_area = 6.12;
     r.fluoro_time = 258.0;
-    r.inserted = 420.0;
-    r.wire_length = 800.0;
+    r.devices = {{"wire", 420.0, 800.0, 0.7, 0.42, 0.31}};
     r.tip_to_target = 23.5;
-    r.hub_twist = 0.7;
-    r.base_torque = 0.42;
-    r.push_force = 0.31;
     r.tip_force = 0.06;
     r.largest_wall_force = 0.21;
     r.force_history = {0.1, 0.2, 0.15, 0.21};
@@ -210,11 +206,11 @@ TEST_F(PanelTest, AReadoutChangesItsOwnPlaceOnly) {
         {"kerma rate", [](Readout& r) { r.air_kerma_rate = 1e30; }},
         {"kerma-area product", [](Readout& r) { r.kerma_area = 200.0; }},
         {"fluoro time", [](Readout& r) { r.fluoro_time = 5000.0; }},
-        {"inserted", [](Readout& r) { r.inserted = 799.0; }},
+        {"inserted", [](Readout& r) { r.devices[0].inserted = 799.0; }},
         {"tip to target", [](Readout& r) { r.tip_to_target = 1e30; }},
-        {"torque", [](Readout& r) { r.base_torque = -1e30; }},
-        {"twist", [](Readout& r) { r.hub_twist = -1e5; }},
-        {"push", [](Readout& r) { r.push_force = -0.5; }},
+        {"torque", [](Readout& r) { r.devices[0].torque = -1e30; }},
+        {"twist", [](Readout& r) { r.devices[0].hub_twist = -1e5; }},
+        {"push", [](Readout& r) { r.devices[0].push_force = -0.5; }},
         {"tip force", [](Readout& r) { r.tip_force = 1e30; }},
         {"wall force", [](Readout& r) { r.largest_wall_force = 0.8; }},
         {"history",
@@ -302,31 +298,15 @@ TEST_F(PanelTest, ValuesThatAreNotNumbersAreShownAsIfMissing) {
     Readout missing, broken;
     for (double* angle : {&missing.lao, &missing.cranial, &broken.lao, &broken.cranial})
         *angle = not_a_number;
-    for (auto field : {&Readout::time,
-                       &Readout::sid,
-                       &Readout::sod,
-                       &Readout::field_of_view,
-                       &Readout::pulse_rate,
-                       &Readout::tube_voltage,
-                       &Readout::tube_current,
-                       &Readout::pulse_width,
-                       &Readout::detector_dose,
-                       &Readout::air_kerma,
-                       &Readout::air_kerma_rate,
-                       &Readout::kerma_area,
-                       &Readout::fluoro_time,
-                       &Readout::inserted,
-                       &Readout::wire_length,
-                       &Readout::contrast_limit,
-                       &Readout::tip_to_target,
-                       &Readout::hub_twist,
-                       &Readout::base_torque,
-                       &Readout::push_force,
-                       &Readout::tip_force,
-                       &Readout::largest_wall_force,
-                       &Readout::contrast}) {
+    for (auto field :
+         {&Readout::time, &Readout::sid, &Readout::sod, &Readout::field_of_view, &Readout::pulse_rate,
+          &Readout::tube_voltage, &Readout::tube_current, &Readout::pulse_width, &Readout::detector_dose,
+          &Readout::air_kerma, &Readout::air_kerma_rate, &Readout::kerma_area, &Readout::fluoro_time,
+          &Readout::contrast_limit, &Readout::tip_to_target, &Readout::tip_force,
+          &Readout::largest_wall_force, &Readout::contrast}) {
         broken.*field = not_a_number;
     }
+    broken.devices = {{"wire", not_a_number, not_a_number, not_a_number, not_a_number, not_a_number}};
     EXPECT_EQ(draw(broken), draw(missing));
     EXPECT_NE(draw(missing), draw(sample()));
 
@@ -334,7 +314,8 @@ TEST_F(PanelTest, ValuesThatAreNotNumbersAreShownAsIfMissing) {
     for (const double odd : {not_a_number, infinity, -infinity, 1e308, -1e308, 1e-320, -0.0}) {
         Readout r = sample();
         r.lao = r.cranial = r.force_limit = r.history_length = r.injection_rate = odd;
-        r.sid = r.sod = r.hub_twist = r.wire_length = r.contrast_limit = r.inserted = r.contrast = odd;
+        r.sid = r.sod = r.contrast_limit = r.contrast = odd;
+        r.devices = {{"wire", odd, odd, odd, odd, odd}};
         r.table = {odd, odd, odd};
         r.force_history = {odd, 0.1, odd, 0.2, 0.3, odd};
         EXPECT_NO_THROW(draw(r)) << odd;

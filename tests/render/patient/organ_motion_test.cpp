@@ -87,7 +87,7 @@ TEST(OrganMotion, ImagesFollowThePhasesAndNothingElse) {
     for (TissueLayer& layer : at_rest) layer.breath.clear(), layer.beat.clear(), layer.drift.clear();
     render::Fluoroscope still({}, std::move(at_rest));
     const render::CArm arm = arm_over_organs();
-    const render::SeenDevices none({}, {});
+    const render::SeenDevices none;
     const Field rest = moving.expected_quanta(arm, none, pulse_at(0, 0));
     EXPECT_EQ(rest.values, still.expected_quanta(arm, none, pulse_at(0, 0)).values);
     EXPECT_EQ(rest.values, still.expected_quanta(arm, none, pulse_at(0.7, 0.3)).values);

@@ -129,7 +129,7 @@ TEST(Registration, FindsThePatientThroughQuantumNoiseToATenthOfAPixel) {
     mask.detector_dose = 1000;
     render::Exposure image = mask;
     image.frame = 1;
-    const render::SeenDevices none({}, {});
+    const render::SeenDevices none;
     // Three pixels of half the size are one and a half.
     const render::Registration found =
         render::registration(logarithm(window(scope.read(arm, none, mask), 16)),
@@ -150,7 +150,7 @@ TEST(Registration, LowersTheBackgroundOfASubtractionInABreath) {
     render::CArm arm;
     arm.pixels = 256;
     arm.detector_width = 200;
-    const render::SeenDevices none({}, {});
+    const render::SeenDevices none;
     for (const Vec3& middle : {Vec3(60, 0, 190), Vec3(-60, 0, 190), Vec3(0, 0, 80)}) {
         arm.isocentre = middle;
         render::Exposure exposure;

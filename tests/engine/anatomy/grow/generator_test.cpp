@@ -17,7 +17,7 @@
 #include "physics/geometry/polyline.h"
 #include "physics/relax/relaxer.h"
 #include "physics/wall/distance_field.h"
-#include "physics/wire/guidewire.h"
+#include "physics/wire/chain.h"
 #include "tests/engine/anatomy/trees.h"
 #include "tests/engine/fixtures.h"
 
@@ -265,12 +265,12 @@ TEST(Generator, MakesALumenThatAWireCanBePushedThrough) {
     const auto wall = cached_distance_field(anatomy, 5, 0.2);
     const EntryPath path = path_from(anatomy, *find_end(anatomy, "side.out"));
     const Vec3 inward = -anatomy.ends[2].opening.outward_normal;
-    physics::Guidewire wire = physics::uniform_wire(20, 1, path.points[0], inward, {inward, inward, inward});
+    physics::Chain wire = physics::uniform_wire(20, 1, path.points[0], inward, {inward, inward, inward});
     physics::RelaxerConfig config;
     config.kind = physics::RelaxerKind::Global;
     const auto relaxer = physics::make_relaxer(config, *wall);
     for (int push = 0; push < 15; ++push) {
-        physics::insert_segment(wire);
+        physics::move(wire, wire.grid.segment_length);
         EXPECT_TRUE(relaxer->relax(wire, {100'000, 0, 1}).converged()) << push;
     }
     EXPECT_TRUE(inside(anatomy, wire.joints.back()));
