@@ -2,6 +2,7 @@
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
+#include <random>
 
 #include "engine/studies/plain_wire.h"
 #include "physics/wire/feed.h"
@@ -223,5 +224,31 @@ TEST(Chain, TangentBasisIsOrthonormal) {
         frame << u, a, b;
         EXPECT_LT((frame.transpose() * frame - Mat3::Identity()).norm(), 1e-14);
         EXPECT_NEAR(frame.determinant(), 1, 1e-14);
+    }
+}
+
+/// A shape that is partly outside goes in and out by random steps: the segments are those of a chain laid
+/// anew with the same length, the growing one before the shape.
+TEST(Feed, SegmentsOfAShapeOnItsWayInDependOnTheLengthAlone) {
+    const Polyline path = {{0, 0, 0}, {400, 0, 0}};
+    for (unsigned seed = 0; seed < 1000; ++seed) {
+        std::mt19937 random(seed);
+        const auto unit = [&] { return std::ldexp(static_cast<double>(random()), -32); };
+        studies::PlainWire wire;
+        wire.segment_length = 0.7 + 2 * unit();
+        wire.curved_length = 10 + 40 * unit();
+        wire.curved_angle = 0.5;
+        double length = wire.curved_length - 6 + 14 * unit();
+        length = std::max(length, 2.2 * wire.segment_length);
+        Chain fed = studies::wire_of_length(wire, path, length);
+        for (int step = 0; step < 80; ++step) {
+            const double least = 2.05 * wire.segment_length - length;
+            length += feed(fed, every_device, std::max(12 * (unit() - 0.5), least));
+            const Chain laid = studies::wire_of_length(wire, path, length);
+            ASSERT_EQ(fed.segments(), laid.segments()) << "seed " << seed << ", step " << step;
+            for (int i = 1; i <= laid.segments(); ++i)
+                ASSERT_NEAR(fed.lengths[i], laid.lengths[i], 1e-6)
+                    << "seed " << seed << ", step " << step << ", segment " << i;
+        }
     }
 }
