@@ -144,6 +144,12 @@ struct LagOptions {
     int most_rounds = 15;
     /// F agrees with the wall's forces where max |ΔF| ≤ tolerance · max F.
     double tolerance = 1e-3;
+    /// Forces go half of their way where max |ΔF| > halved_share · that of the round before ...
+    double halved_share = 0.8;
+    /// ... and are left as they are, after least_rounds, where max |ΔF| > stalled_share · that of two rounds
+    /// before.
+    int least_rounds = 5;
+    double stalled_share = 0.7;
     /// The first loose_rounds rests need only |g|/C ≤ loose_gradient, and no certificate.
     int loose_rounds = 5;
     double loose_gradient = 1e-5;

@@ -101,6 +101,7 @@ GlobalRelaxer::GlobalRelaxer(const RelaxerConfig& config, const LumenWall& wall,
       wall_(wall),
       smooth_(wall.smooth()),
       at_(options.trust),
+      lag_(options.lag),
       contacts_(wall) {
     assert(tolerance_ > 0);
 }
@@ -189,7 +190,7 @@ DescentTask GlobalRelaxer::take_up(Chain& wire, const Unchanged& same, int most_
     // A call that goes on where the budget ended keeps what it has learned.
     if (!end_report_.out_of_budget()) {
         contacts_.release();
-        lag_rounds_ = 0;
+        lag_.forget();
     }
     at_.goes_on = same.all && end_report_.out_of_budget();
     if (!at_.goes_on) softer_walls_.forget();
@@ -205,14 +206,6 @@ DescentTask GlobalRelaxer::take_up(Chain& wire, const Unchanged& same, int most_
     return {most_updates, valid, std::max(changed, unsettled), tolerance_, true};
 }
 
-bool GlobalRelaxer::next_lag_round(RelaxReport& report) {
-    if (lag_rounds_ >= options_.lag.most_rounds) return false;
-    ++report.lag_rounds;
-    ++lag_rounds_;
-    assert(lag_rounds_ <= options_.lag.most_rounds);
-    return true;
-}
-
 /// Rest and normal forces of the grips in turn, until they agree. Snaps back and forth may let them never
 /// agree: the rounds are counted over all calls that their budget has cut.
 Termination GlobalRelaxer::find_equilibrium(Search& search) {
@@ -220,23 +213,27 @@ Termination GlobalRelaxer::find_equilibrium(Search& search) {
     const bool grips = !wire.grips.empty();
     assert(!grips || wire.grips.size() == wire.joints.size());
     const auto whole_wire = [&] { search.task.valid = 0, search.task.first_window = wire.segments(); };
+    const auto next_round = [&] {
+        if (!lag_.next_round()) return false;
+        ++search.report.lag_rounds;
+        return true;
+    };
     assert(search.task.most_updates >= 0);
     // Normal forces come near theirs from rests that need not be exact.
     search.task.tolerance = std::max(tolerance_, options_.lag.loose_gradient);
     search.task.certifies = !(search.task.tolerance > tolerance_);
     Termination end = Termination::Stationary;
-    while (grips && at_rest(end) && lag_rounds_ < options_.lag.loose_rounds &&
-           next_lag_round(search.report)) {
+    while (grips && at_rest(end) && lag_.rounds() < options_.lag.loose_rounds && next_round()) {
         end = find_rest(search);
         whole_wire();
-        if (at_rest(end) && !update_grips(wire)) break;
+        if (at_rest(end) && !lag_.update(wire, contacts_.contacts())) break;
     }
     predicted_ = 0;
     search.task.tolerance = tolerance_;
     search.task.certifies = true;
     if (at_rest(end)) end = find_rest(search);
     whole_wire();
-    while (grips && at_rest(end) && next_lag_round(search.report) && update_grips(wire))
+    while (grips && at_rest(end) && next_round() && lag_.update(wire, contacts_.contacts()))
         end = find_rest(search);
     return end;
 }
@@ -252,32 +249,6 @@ Termination GlobalRelaxer::find_rest(Search& search) {
     }
     const WallDescent own{wall_, contacts_, options_, search.report, search.observer};
     return softer_walls_.run(at_, search.wire, own, search.task);
-}
-
-/// The normal forces of the grips become the contacts' own. False where they already are.
-bool GlobalRelaxer::update_grips(Chain& wire) const {
-    assert(wire.grips.size() == wire.joints.size() && contacts_.contacts().size() == wire.joints.size());
-    double largest = 0, change = 0;
-    for (std::size_t j = 1; j < wire.grips.size(); ++j) {
-        const double force = wire.friction[j] * contacts_.contacts()[j].force();
-        largest = std::max(largest, force);
-        change = std::max(change, std::abs(force - wire.grips[j].force));
-    }
-    if (change <= options_.lag.tolerance * largest) return false;
-    const bool rolls = Frames(wire).each;
-    const double stored = grip_energy(wire.grips, wire.joints, 1);
-    for (std::size_t j = 1; j < wire.grips.size(); ++j) {
-        const WallContact& c = contacts_.contacts()[j];
-        wire.grips[j].force = wire.friction[j] * c.force();
-        if (!wire.grips[j].holds()) continue;
-        wire.grips[j].normal = c.normal.normalized();
-        if (rolls)
-            wire.grips[j].around =
-                (wire.inner_radius() + wire.thickness[j]) * wire.tangents[j].cross(wire.grips[j].normal);
-    }
-    wire.friction_loss += stored - grip_energy(wire.grips, wire.joints, 1);
-    assert(std::isfinite(wire.friction_loss));
-    return true;
 }
 
 /// The wire's own joints, grips and stations, the report on it, and what the next call remembers.

@@ -11,6 +11,7 @@
 #include "physics/relax/contact_set.h"
 #include "physics/relax/global_options.h"
 #include "physics/relax/iterate.h"
+#include "physics/relax/lagged_forces.h"
 #include "physics/relax/relaxer.h"
 #include "physics/relax/softer_walls.h"
 
@@ -34,7 +35,7 @@ public:
     RelaxReport move(Chain&, HubMotion& motion, const RelaxBudget&);
 
     void state(StateStream& s) override {
-        s(at_, predicted_, spent_, lag_rounds_, softer_walls_, contacts_, end_, end_report_);
+        s(at_, predicted_, spent_, lag_, softer_walls_, contacts_, end_, end_report_);
     }
 
     /// Passes over the whole wire that one call may make beyond its budget.
@@ -68,8 +69,6 @@ private:
     DescentTask take_up(Chain&, const Unchanged&, int most_updates);
     Termination find_equilibrium(Search&);
     Termination find_rest(Search&);
-    bool next_lag_round(RelaxReport&);
-    bool update_grips(Chain&) const;
     void finish(Chain&, Termination, RelaxReport&);
 
     const GlobalOptions options_;
@@ -77,10 +76,10 @@ private:
     const LumenWall& wall_;
     const bool smooth_;
     Iterate at_;
-    int predicted_ = 0;   // segments that the current motion changes the most
-    int spent_ = 0;       // updates that its prediction has cost
-    int lag_rounds_ = 0;  // so far, over calls that ended with their budget
+    int predicted_ = 0;  // segments that the current motion changes the most
+    int spent_ = 0;      // updates that its prediction has cost
     SofterWalls softer_walls_;
+    LaggedForces lag_;  // its rounds over calls that ended with their budget
     ContactSet contacts_;
     // How the last call ended.
     Chain end_;

@@ -26,12 +26,12 @@ double rolled(const Vec3& from, const Vec3& before, const Vec3& to, const Vec3& 
 void NewtonModel::start(const Chain& wire, const ContactSet& contacts, int foreseen) {
     const std::size_t n = wire.segments();
     gains_.resize(n);
-    turns_.resize(n + 1);
-    trial_joints_.resize(n + 1);
-    trial_tangents_.resize(n + 1);
+    trial_.turns.resize(n + 1);
+    trial_.joints.resize(n + 1);
+    trial_.tangents.resize(n + 1);
     for (std::size_t k = 0; k < wire.devices.size(); ++k)
-        trial_wound_[k].resize(wire.devices[k].twists_by_segments() ? n + 1 : 0);
-    trial_rolls_.resize(n + 1);
+        trial_.wound[k].resize(wire.devices[k].twists_by_segments() ? n + 1 : 0);
+    trial_.rolls.resize(n + 1);
     planes_.resize(n + 1);
     for (std::size_t j = foreseen + 1; j <= n; ++j) {
         const WallContact& c = contacts.contacts()[j];
@@ -92,9 +92,31 @@ void NewtonModel::take_trial_contacts(const Chain& wire, const ContactSet& conta
         const WallContact& c = contacts.answers()[k];
         const int j = contacts.asked()[k];
         const double force = planes_[j].force;
-        if (c.touches() || force > 0) take_contact(c, j, trial_joints_[j] - wire.joints[j], force);
+        if (c.touches() || force > 0) take_contact(c, j, trial_.joints[j] - wire.joints[j], force);
     }
-    take_grips(wire, terms_.first);
+    take_trial_grips(wire);
+}
+
+/// The same at the trial state, where a grip that has turned back is the steepest paraboloid about its anchor
+/// that touches its potential there from above.
+void NewtonModel::take_trial_grips(const Chain& wire) {
+    if (terms_.frames.each) return take_grips(wire, terms_.first);
+    for (std::size_t j = terms_.first; j < wire.grips.size(); ++j) {
+        const Grip& grip = wire.grips[j];
+        if (!grip.holds()) continue;
+        RiccatiStage& s = terms_.stages[j - 1];
+        if (!s.touches) planes_[j] = {};
+        const Vec3 from = grip.stretch(wire.joints[j]), to = grip.stretch(trial_.joints[j]);
+        const double a = from.norm(), b = to.norm();
+        if ((a <= slip_length && b <= slip_length) || (a > slip_length && from.dot(to) > 0.5 * a * a)) {
+            add_grip(grip, wire.joints[j], s);
+            continue;
+        }
+        const double weight = grip.force / std::max(slip_length, b);
+        if (!s.touches) s.touches = true, s.force.setZero(), s.stiffness.setZero();
+        s.force += weight * from;
+        s.stiffness += weight * (Mat3::Identity() - grip.normal * grip.normal.transpose());
+    }
 }
 
 /// A contact's terms of second order about the place where the wall was asked, `moved` from the accepted
@@ -124,7 +146,7 @@ void NewtonModel::turn_base(const Chain& wire, double mu, RiccatiReport& report)
 
 /// The same for these slopes: each shaft that winds up as a whole against its spring; the others stand still.
 void NewtonModel::solve_base(const Chain& wire, const FrameVector& slopes, double mu, RiccatiReport* report) {
-    turns_at_base_ = {};
+    trial_.turns_at_base = {};
     std::array<int, most_devices> free = {};
     int count = 0;
     for (int f = 0; f < terms_.frames.count; ++f)
@@ -165,15 +187,15 @@ void NewtonModel::solve_base(const Chain& wire, const FrameVector& slopes, doubl
         way = axes.col(0);
     }
     base_way_ = {};
-    for (int a = 0; a < count; ++a) turns_at_base_[free[a]] = turn[a], base_way_[free[a]] = way[a];
+    for (int a = 0; a < count; ++a) trial_.turns_at_base[free[a]] = turn[a], base_way_[free[a]] = way[a];
 }
 
 void NewtonModel::turn_devices(Chain& wire) const {
     for (int f = 0; f < terms_.frames.count; ++f) {
-        if (turns_at_base_[f] == 0) continue;
+        if (trial_.turns_at_base[f] == 0) continue;
         Device& device = wire.devices[terms_.frames.device[f]];
-        device.roll += turns_at_base_[f];
-        device.windup -= turns_at_base_[f];
+        device.roll += trial_.turns_at_base[f];
+        device.windup -= trial_.turns_at_base[f];
     }
 }
 
@@ -226,9 +248,9 @@ double NewtonModel::twist_out(const Chain& wire, int j, const Vec3& moved, const
         twist[f] += by;
         wound[f] += by;
         sizes += std::abs(by);
-        slope_ += terms_.frame_gradient[(j - 1) * F + f] * by;
+        trial_.slope += terms_.frame_gradient[(j - 1) * F + f] * by;
         const int device = terms_.frames.device[f];
-        trial_wound_[device][j] = wire.devices[device].wound[j] + wound[f];
+        trial_.wound[device][j] = wire.devices[device].wound[j] + wound[f];
     }
     return sizes;
 }
@@ -237,20 +259,20 @@ template <int F>
 double NewtonModel::roll_out(const Chain& wire, std::span<const FedStage> fed) {
     const int n = wire.segments(), first = terms_.first;
     Vec3 x = wire.joints[first - 1];
-    trial_joints_[first - 1] = x;
-    trial_tangents_[first - 1] = wire.tangents[first - 1];
-    turns_[first - 1].setZero();
+    trial_.joints[first - 1] = x;
+    trial_.tangents[first - 1] = wire.tangents[first - 1];
+    trial_.turns[first - 1].setZero();
     Vec2 prev = Vec2::Zero();
     double farthest = 0, slid = 0;
     // Sum of what must be finite: std::max drops a NaN, and an overflow makes a tangent zero.
     double sizes = 0;
-    slope_ = 0;
-    [[maybe_unused]] FrameVector twist = turns_at_base_;
+    trial_.slope = 0;
+    [[maybe_unused]] FrameVector twist = trial_.turns_at_base;
     for (int f = 0; f < F; ++f) {
         const Device& device = wire.devices[terms_.frames.device[f]];
-        slope_ += (terms_.base.torque[f] - device.windup_stiffness * device.windup) * twist[f];
+        trial_.slope += (terms_.base.torque[f] - device.windup_stiffness * device.windup) * twist[f];
         if (device.twists_by_segments())
-            trial_wound_[terms_.frames.device[f]][first - 1] = device.wound[first - 1];
+            trial_.wound[terms_.frames.device[f]][first - 1] = device.wound[first - 1];
     }
     [[maybe_unused]] FrameVector wound = {};  // own twists added so far, from the window's base
     for (int j = first; j <= n; ++j) {
@@ -264,14 +286,14 @@ double NewtonModel::roll_out(const Chain& wire, std::span<const FedStage> fed) {
             const double by = s.twist_prev.dot(prev) + s.twist.dot(alpha);
             for (int f = 0; f < F; ++f) twist[f] += by;
         }
-        turns_[j] = prev = alpha;
-        slope_ += terms_.gradient[j - 1].dot(alpha);
+        trial_.turns[j] = prev = alpha;
+        trial_.slope += terms_.gradient[j - 1].dot(alpha);
         Vec3 u = wire.tangents[j];
         u.noalias() += s.basis * alpha;
         const double square = u.squaredNorm();
         sizes += square;
         u *= 1 / std::sqrt(square);
-        trial_tangents_[j] = u;
+        trial_.tangents[j] = u;
         double length = s.length;
         for (const FedStage& f : fed) {
             if (f.stage != j - 1) continue;
@@ -279,36 +301,37 @@ double NewtonModel::roll_out(const Chain& wire, std::span<const FedStage> fed) {
             length += by, slid += by;
         }
         x += length * u;
-        trial_joints_[j] = x;
+        trial_.joints[j] = x;
         Vec3 moved = x - wire.joints[j];
         if (F > 0 && terms_.frames.each) sizes += twist_out<F>(wire, j, moved, alpha, twist, wound);
         if (slid != 0) moved -= slid * wire.tangents[j];
         farthest = std::max(farthest, moved.squaredNorm());
     }
-    if (!std::isfinite(sizes + slope_ + farthest)) return std::numeric_limits<double>::infinity();
+    if (!std::isfinite(sizes + trial_.slope + farthest)) return std::numeric_limits<double>::infinity();
     return std::sqrt(farthest);
 }
 
 double NewtonModel::largest_turn() const {
     double turn = 0;
-    for (std::size_t j = terms_.first; j < turns_.size(); ++j) turn = std::max(turn, turns_[j].squaredNorm());
+    for (std::size_t j = terms_.first; j < trial_.turns.size(); ++j)
+        turn = std::max(turn, trial_.turns[j].squaredNorm());
     return std::sqrt(turn);
 }
 
 double NewtonModel::evaluate(Chain& wire, ContactSet& contacts) {
     const int first = terms_.first, n = wire.segments();
-    double energy = contacts.evaluate(trial_joints_, first);
-    if (!terms_.frames.each) energy += grip_energy(wire.grips, trial_joints_, first);
-    std::swap(wire.tangents, trial_tangents_);
+    double energy = contacts.evaluate(trial_.joints, first);
+    if (!terms_.frames.each) energy += grip_energy(wire.grips, trial_.joints, first);
+    std::swap(wire.tangents, trial_.tangents);
     const auto swap_wound = [&] {
         for (std::size_t k = 0; k < wire.devices.size(); ++k)
-            if (wire.devices[k].twists_by_segments()) std::swap(wire.devices[k].wound, trial_wound_[k]);
+            if (wire.devices[k].twists_by_segments()) std::swap(wire.devices[k].wound, trial_.wound[k]);
     };
     if (terms_.frames.each) {
         for (std::size_t k = 0; k < wire.devices.size(); ++k)
             if (wire.devices[k].twists_by_segments())
                 std::copy(wire.devices[k].wound.begin(), wire.devices[k].wound.begin() + first,
-                          trial_wound_[k].begin());
+                          trial_.wound[k].begin());
         swap_wound();
     }
     std::array<std::pair<double, double>, most_devices> unturned;
@@ -324,7 +347,7 @@ double NewtonModel::evaluate(Chain& wire, ContactSet& contacts) {
         swap_wound();
         energy += trial_grip_energy(wire);
     }
-    std::swap(wire.tangents, trial_tangents_);
+    std::swap(wire.tangents, trial_.tangents);
     return energy;
 }
 
@@ -337,10 +360,10 @@ double NewtonModel::trial_grip_energy(const Chain& wire) {
         if (j < terms_.first) continue;
         const int owner = wire.outermost(place);
         // evaluate() has swapped the tangents: the chain's are the trial's.
-        trial_rolls_[j] = rolled(trial_tangents_[j], settled_[j], wire.tangents[j], directors[j]);
+        trial_.rolls[j] = rolled(trial_.tangents[j], settled_[j], wire.tangents[j], directors[j]);
         const Device& device = wire.devices[owner];
-        if (device.twists_by_segments()) trial_rolls_[j] += trial_wound_[owner][j] - device.wound[j];
-        if (wire.grips[j].holds()) energy += wire.grips[j].energy(trial_joints_[j], trial_rolls_[j]);
+        if (device.twists_by_segments()) trial_.rolls[j] += trial_.wound[owner][j] - device.wound[j];
+        if (wire.grips[j].holds()) energy += wire.grips[j].energy(trial_.joints[j], trial_.rolls[j]);
     }
     return energy;
 }
@@ -352,7 +375,7 @@ void NewtonModel::foresee_forces(const Chain& wire) {
             p.force = 0;
             continue;
         }
-        const double depth = p.gap + p.normal.dot(trial_joints_[j] - wire.joints[j]);
+        const double depth = p.gap + p.normal.dot(trial_.joints[j] - wire.joints[j]);
         p.force = p.stiffness * std::max(0.0, depth);
     }
 }
@@ -364,12 +387,12 @@ void NewtonModel::take(Chain& wire) {
     if (terms_.frames.each) {
         for (std::size_t k = 0; k < wire.devices.size(); ++k)
             if (wire.devices[k].twists_by_segments())
-                std::copy(trial_wound_[k].begin() + first, trial_wound_[k].end(),
+                std::copy(trial_.wound[k].begin() + first, trial_.wound[k].end(),
                           wire.devices[k].wound.begin() + first);
-        for (std::size_t j = first; j < wire.grips.size(); ++j) wire.grips[j].roll += trial_rolls_[j];
+        for (std::size_t j = first; j < wire.grips.size(); ++j) wire.grips[j].roll += trial_.rolls[j];
     }
-    std::copy(trial_tangents_.begin() + first, trial_tangents_.end(), wire.tangents.begin() + first);
-    std::copy(trial_joints_.begin() + first, trial_joints_.end(), wire.joints.begin() + first);
+    std::copy(trial_.tangents.begin() + first, trial_.tangents.end(), wire.tangents.begin() + first);
+    std::copy(trial_.joints.begin() + first, trial_.joints.end(), wire.joints.begin() + first);
 }
 
 void NewtonModel::turn_one(int stage, const Vec2& by) {
@@ -385,13 +408,13 @@ void NewtonModel::twist_one(int stage, int frame, double by) {
 void NewtonModel::unwind(double by) {
     for (RiccatiGain& gain : gains_) gain.step.setZero();
     for (FrameGain& gain : frame_gains_) gain.step = 0;
-    for (int f = 0; f < most_devices; ++f) turns_at_base_[f] = by * base_way_[f];
+    for (int f = 0; f < most_devices; ++f) trial_.turns_at_base[f] = by * base_way_[f];
 }
 
 void NewtonModel::size_twists(std::size_t joints) {
-    trial_rolls_.resize(joints);
+    trial_.rolls.resize(joints);
     for (int f = 0; f < terms_.frames.count; ++f)
-        trial_wound_[terms_.frames.device[f]].resize(terms_.frames.each ? joints : 0);
+        trial_.wound[terms_.frames.device[f]].resize(terms_.frames.each ? joints : 0);
 }
 
 }  // namespace physics

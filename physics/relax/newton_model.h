@@ -70,8 +70,11 @@ public:
     /// all stages). Returns the largest move of a joint, not counting what is fed along its segment [mm];
     /// infinity where the trial state is not finite, which must not be evaluated.
     double roll_out(const Chain&, std::span<const FedStage> fed = {});
+    /// Keeps the trial state, to go back to.
+    void keep_trial() { kept_ = trial_; }
+    void restore_trial() { std::swap(trial_, kept_); }
     /// Slope of the energy along the last rollout [N·mm] and its largest turn [rad].
-    double slope() const { return slope_; }
+    double slope() const { return trial_.slope; }
     double largest_turn() const;
     /// Energy of the trial state, without what is proximal of the window [N·mm]; its contacts wait in the
     /// set.
@@ -92,17 +95,18 @@ public:
     bool has_frames_of(const Chain& wire) const { return terms_.frames == Frames(wire); }
 
     void state(StateStream& s) {
-        s(directors, least_pivot, mu_, answers_, terms_, gains_, frame_gains_, planes_, turns_at_base_,
+        s(directors, least_pivot, mu_, answers_, terms_, gains_, frame_gains_, planes_, trial_.turns_at_base,
           base_curve_, settled_);
         if (!s.restores()) return;
-        turns_.resize(planes_.size());
-        trial_joints_.resize(planes_.size());
-        trial_tangents_.resize(planes_.size());
+        trial_.turns.resize(planes_.size());
+        trial_.joints.resize(planes_.size());
+        trial_.tangents.resize(planes_.size());
         size_twists(planes_.size());
     }
 
 private:
     void take_grips(const Chain&, int first);
+    void take_trial_grips(const Chain&);
     void turn_base(const Chain&, double mu, RiccatiReport&);
     void solve_base(const Chain&, const FrameVector& slope, double mu, RiccatiReport*);
     void turn_devices(Chain&) const;
@@ -123,17 +127,21 @@ private:
     std::vector<RiccatiGain> gains_;
     std::vector<FrameGain> frame_gains_;
     std::vector<ContactPlane> planes_;
-    FrameVector turns_at_base_ = {};  // by which shafts unwind, so that their frames turn [rad]
-    FrameVector base_way_ = {};       // along which they have the least curvature
-    FrameMatrix base_curve_ = {};     // of the energy by the frames' turns, all else answering [N·mm]
+    FrameVector base_way_ = {};    // along which they have the least curvature
+    FrameMatrix base_curve_ = {};  // of the energy by the frames' turns, all else answering [N·mm]
     // Where devices twist segment by segment.
     std::vector<Vec3> settled_;  // directors of the accepted state, while a trial is evaluated
-    std::array<std::vector<double>, most_devices> trial_wound_;  // of each device
-    std::vector<double> trial_rolls_;  // of the outermost devices' material since then [rad]
-    // Trial state of a rollout, from the window's most proximal joint on.
-    std::vector<Vec3> trial_tangents_, trial_joints_;
-    std::vector<Vec2> turns_;
-    double slope_ = 0;
+    /// What a rollout leads to, from the window's most proximal joint on.
+    struct Trial {
+        std::vector<Vec3> tangents, joints;
+        std::vector<Vec2> turns;
+        double slope = 0;
+        FrameVector turns_at_base = {};  // by which shafts unwind, so that their frames turn [rad]
+        // Where devices twist segment by segment.
+        std::array<std::vector<double>, most_devices> wound;  // of each device
+        std::vector<double> rolls;  // of the outermost devices' material since the accepted state [rad]
+    };
+    Trial trial_, kept_;
 };
 
 }  // namespace physics

@@ -185,7 +185,7 @@ double Predictor::roll_out(std::span<const FedStage> fed) {
 }
 
 /// The same of the answer, with its steps cut by μ; made once more with the wall as it is there if it is
-/// above `good_energy`.
+/// above `good_energy`, and the lower of the two is the model's trial state.
 double Predictor::answered(const Part& part, double good_energy) {
     const FeedPlan& plan = part.plan;
     assert(plan.grows <= wire_.segments() && part.mu >= 0);
@@ -199,14 +199,13 @@ double Predictor::answered(const Part& part, double good_energy) {
     const double once = roll_out(fed);
     if (!std::isfinite(once) || once <= good_energy) return once;
     updates_ += window;
+    at_.model.keep_trial();
     at_.model.take_trial_contacts(wire_, contacts_);
     at_.model.answer_again(wire_, fed);
     const double again = roll_out(fed);
     if (again < once) return again;
-    prepare_gains();
-    updates_ += window;
-    at_.model.answer(wire_, fed, part.mu);
-    return roll_out(fed);
+    at_.model.restore_trial();
+    return once;
 }
 
 /// A wire about to snap answers by more than the model is good for to any motion: less of the motion, then
@@ -224,11 +223,13 @@ void Predictor::make_less_of(Part& part) const {
 HubMotion Predictor::take(const Part& part) {
     assert(part.share > 0);
     at_.model.foresee_forces(wire_);
-    // A segment may be merged with the one before it, and their joint goes.
-    at_.foreseen = std::max(0, (asked_.feed != 0 ? part.plan.grows : wire_.segments()) - 2);
     at_.model.take(wire_);
     rebuild_joints(wire_);
+    const int segments = wire_.segments(), leading = wire_.leading;
     regrid(wire_);
+    // Where segments are split or merged, or another device leads, joints from there on are others.
+    const bool same = wire_.segments() == segments && wire_.leading == leading;
+    at_.foreseen = same ? segments : std::max(0, part.plan.grows - 2);
     assert(at_.foreseen <= wire_.segments());
     return {part.plan.mm, part.share * asked_.turn, asked_.device};
 }

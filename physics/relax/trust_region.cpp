@@ -68,7 +68,12 @@ void TrustRegion::rejected() {
 void TrustRegion::accepted(double reach, bool after_rejection) {
     assert(reach >= 0 && reach <= 1);
     const double least = after_rejection ? options_.cautious_shrink : options_.least_shrink;
-    mu_ *= std::clamp(reach * reach, least, 1.0);
+    double next = mu_ * std::clamp(reach * reach, least, 1.0);
+    // Where this step went too far before it fitted, the secant says what will just fit.
+    if (const double rise = (1 / reach - 1 / last_reach_) / (mu_ - last_mu_);
+        std::isfinite(last_reach_) && rise > 0)
+        next = std::clamp(last_mu_ + (1 / options_.secant_aim - 1 / last_reach_) / rise, next, mu_);
+    mu_ = next;
     if (mu_ < options_.forgotten_share * unit_) mu_ = 0;
 }
 

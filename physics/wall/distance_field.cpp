@@ -156,6 +156,7 @@ struct DistanceField::Data {
 
     WallContact contact(const Vec3& x, const WallContact& asked) const;
     void ask_grid(const Vec3& x, WallContact&) const;
+    bool continued(const SheetField&, const Vec3& x, int station, double t, SplineValue&) const;
 };
 
 DistanceField::DistanceField(const TriangleMesh& lumen, std::span<const CentrelineBranch> branches,
@@ -229,6 +230,26 @@ WallContact DistanceField::Data::contact(const Vec3& x, const WallContact& asked
     return c;
 }
 
+/// The field goes on straight from the place that lies `t` nearer to the centreline [mm]. That place moves
+/// with x, so that the slope is not the field's own there. False where that place is off the band, too.
+bool DistanceField::Data::continued(const SheetField& sheet, const Vec3& x, int station, double t,
+                                    SplineValue& out) const {
+    const auto value = [&](const Vec3& at, SplineValue& field) {
+        const Vec3 place = at + t * (tree.closest_point(station, at) - at).normalized();
+        if (!sheet.evaluate(place, field)) return false;
+        field.value += field.gradient.dot(at - place);
+        return true;
+    };
+    if (!value(x, out)) return false;
+    constexpr double step = 1e-4;  // of the differences [mm]
+    for (int d = 0; d < 3; ++d) {
+        SplineValue before, after;
+        if (value(x - step * Vec3::Unit(d), before) && value(x + step * Vec3::Unit(d), after))
+            out.gradient[d] = (after.value - before.value) / (2 * step);
+    }
+    return true;
+}
+
 void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
     const Station& station = tree.stations()[c.station];
     const double depth = station.radius - (x - station.centre).norm();  // in the inscribed ball
@@ -248,13 +269,11 @@ void DistanceField::Data::ask_grid(const Vec3& x, WallContact& c) const {
         return;
     }
     // Off the band: outside it, if the way to the centreline meets it at a place outside the wall.
-    const Vec3 way = tree.closest_point(c.station, x) - x;
-    const double length = way.norm();
+    const double length = (tree.closest_point(c.station, x) - x).norm();
     for (double t = spacing; t < length; t += spacing) {
-        const Vec3 y = x + t / length * way;
-        if (!sheet.evaluate(y, field)) continue;
+        if (!continued(sheet, x, c.station, t, field)) continue;
         if (field.value <= 0) break;
-        c.penetration = field.value + field.gradient.dot(x - y) + joint;
+        c.penetration = field.value + joint;
         c.normal = field.gradient;
         c.trust = 0;
         return;

@@ -520,13 +520,21 @@ double twist_energy(const Chain& chain, int first) {
 
 namespace {
 
-/// du/ds at a joint as the chain has it, 0 where it is bent without load [1/mm].
-Vec3 curvature_at(const Chain& chain, int joint) {
-    if (joint == chain.segments()) return Vec3::Zero();
-    for (const Device& device : chain.devices)
-        if (device.rest[joint].angle != 0) return Vec3::Zero();
-    return (chain.tangents[joint + 1] - chain.tangents[joint]) / chain.length_of(joint);
+/// Whether a device is bent at a joint at rest.
+bool bent_at_rest(const Chain& chain, int joint) {
+    return std::any_of(chain.devices.begin(), chain.devices.end(),
+                       [&](const Device& device) { return device.rest[joint].angle != 0; });
 }
+
+/// du/ds at a joint [1/mm].
+struct Curvature {
+    Vec3 all = Vec3::Zero(), by_load = Vec3::Zero();  // the latter of joints that are straight at rest alone
+    Curvature(const Chain& chain, int joint) {
+        if (joint == chain.segments()) return;
+        all = (chain.tangents[joint + 1] - chain.tangents[joint]) / chain.length_of(joint);
+        if (!bent_at_rest(chain, joint)) by_load = all;
+    }
+};
 
 }  // namespace
 
@@ -534,11 +542,8 @@ void split_segment(Chain& chain, int i, double share) {
     assert(i >= 1 && i <= chain.segments() && share > 0 && share < 1);
     const Vec3 u = chain.tangents[i];
     const double length = chain.lengths[i];
-    Vec3 turn = 0.125 * length * (curvature_at(chain, i - 1) + curvature_at(chain, i));
-    turn -= turn.dot(u) * u;
-    // The longer part turns less, so that the chord keeps its direction.
-    chain.tangents[i] = (u - 2 * (1 - share) * turn).normalized();
-    chain.tangents.insert(chain.tangents.begin() + i + 1, (u + 2 * share * turn).normalized());
+    const Curvature before(chain, i - 1), after(chain, i);
+    chain.tangents.insert(chain.tangents.begin() + i + 1, u);
     chain.lengths[i] = share * length;
     chain.lengths.insert(chain.lengths.begin() + i + 1, length - share * length);
     chain.joints.insert(chain.joints.begin() + i, Vec3::Zero());
@@ -546,7 +551,7 @@ void split_segment(Chain& chain, int i, double share) {
     chain.stations.insert(chain.stations.begin() + i, station);
     for (Device& device : chain.devices)
         if (device.twists_by_segments()) {
-            const double before = device.wound[i - 1], at = before + share * (device.wound[i] - before);
+            const double from = device.wound[i - 1], at = from + share * (device.wound[i] - from);
             device.wound.insert(device.wound.begin() + i, at);
         }
     if (!chain.grips.empty()) {
@@ -554,8 +559,14 @@ void split_segment(Chain& chain, int i, double share) {
         grip.anchor = chain.grips[i - 1].anchor + share * (chain.grips[i].anchor - chain.grips[i - 1].anchor);
         chain.grips.insert(chain.grips.begin() + i, grip);
     }
-    rebuild_joints(chain, i);
     assign(chain);
+    Vec3 turn = 0.5 * chain.length_of(i) *
+                (bent_at_rest(chain, i) ? before.all + after.all : before.by_load + after.by_load);
+    turn -= turn.dot(u) * u;
+    // The longer part turns less, so that the chord keeps its direction.
+    chain.tangents[i] = (u - (1 - share) * turn).normalized();
+    chain.tangents[i + 1] = (u + share * turn).normalized();
+    rebuild_joints(chain, i);
     assert(validate(chain).empty());
 }
 

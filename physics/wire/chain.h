@@ -156,9 +156,9 @@ void start_twists(Chain&, int device);
 double twist_energy(const Chain&, int first = 1);
 
 /// Split a segment, `share` of its length proximal of the new joint. Its parts bend by the mean of the
-/// curvatures at its ends, so that the curve stays smooth; joints distal of it come closer, as the bent piece
-/// is shorter across. The new joint's grip holds nothing until it is known to touch; its anchor lies between
-/// those next to it.
+/// curvatures at its ends, so that the curve stays smooth; a bend at rest at an end counts only where the new
+/// joint has one, too. Joints distal of it come closer, as the bent piece is shorter across. The new joint's
+/// grip holds nothing until it is known to touch; its anchor lies between those next to it.
 void split_segment(Chain&, int segment, double share = 0.5);
 
 /// Merge this segment and the next into a straight one, as long as both. Joints distal of it move away along

@@ -69,6 +69,15 @@ TEST(TrustRegion, LooksBetweenTooSoftAndTooStiff) {
     EXPECT_LE(tries, 5);
 }
 
+TEST(TrustRegion, AStepThatFirstWentTooFarSaysWhatTheNextOneNeeds) {
+    // The whole step reaches ten caps, and all fit from 2.25 on: the secant aims at 1/(0.1 + 0.4 μ) = 0.8.
+    TrustRegion trust = region(0);
+    EXPECT_GT(trials(trust, 0.1, 0.4), 0);
+    trust.accepted(1 / (0.1 + 0.4 * trust.mu()), false);
+    EXPECT_NEAR(1 / (0.1 + 0.4 * trust.mu()), 0.8, 1e-9);
+    EXPECT_EQ(trials(trust, 0.1, 0.4), 0);
+}
+
 TEST(TrustRegion, OpensAfterAStepThatFitsAndIsForgottenWhereItIsSmall) {
     const TrustOptions o;
     TrustRegion trust = region(1);

@@ -221,6 +221,34 @@ TEST(DistanceField, PushesAJointBackFromFarOutside) {
         }
 }
 
+TEST(DistanceField, PushIsTheSlopeOfTheEnergyOutsideTheBandToo) {
+    std::mt19937 random(11);
+    std::normal_distribution<double> bell;
+    const auto stations = iliac_field().tree().stations();
+    constexpr double h = 1e-3;
+    int asked = 0, wrong = 0;
+    for (int n = 0; n < 2000; ++n) {
+        const Station& s = stations[random() % stations.size()];
+        const Vec3 way = Vec3(bell(random), bell(random), bell(random)).normalized();
+        const Vec3 x = s.centre + (1 + random() / 4294967296.0) * s.radius * way;
+        const WallContact c = ask(iliac_field(), x);
+        const auto energy = [&](const Vec3& at) {
+            const WallContact there = ask(iliac_field(), at, c.station);
+            return there.touches() ? there.energy() : 0;
+        };
+        if (!c.touches()) continue;
+        ++asked;
+        Vec3 slope;
+        for (int d = 0; d < 3; ++d)
+            slope[d] = (energy(x + h * Vec3::Unit(d)) - energy(x - h * Vec3::Unit(d))) / (2 * h);
+        // Where the place that it goes on from is another node of the grid, the continuation has a step; and
+        // the slope has one where the station or its nearest piece is another.
+        wrong += !((slope - c.push()).norm() < 1e-3 * c.push().norm());
+    }
+    EXPECT_GT(asked, 1000);
+    EXPECT_LT(wrong, 0.02 * asked) << asked;
+}
+
 TEST(DistanceField, AJointTouchesNothingWithinItsTrust) {
     std::mt19937 random(5);
     std::normal_distribution<double> bell;

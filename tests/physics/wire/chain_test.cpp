@@ -5,6 +5,7 @@
 #include <random>
 
 #include "engine/studies/plain_wire.h"
+#include "physics/wire/bending.h"
 #include "physics/wire/feed.h"
 #include "tests/physics/wires.h"
 
@@ -113,6 +114,47 @@ TEST(Chain, ASplitArcBendsEvenly) {
     for (int i = 8; i < 18; ++i) {
         const double turn = std::acos(wire.tangents[i].dot(wire.tangents[i + 1]));
         EXPECT_NEAR(turn / wire.length_of(i), 0.05, 0.05 * 0.2) << i;
+    }
+}
+
+/// A wire in a catheter whose shape ends behind it: the chain grows where the catheter is bent at rest.
+TEST(Chain, ASegmentSplitWhereDevicesAreBentAtRestKeepsTheEnergy) {
+    Device wire, catheter;
+    wire.spec.outer_diameter = 0.89;
+    wire.spec.sections = soft_tip(15, 0, 0, 15);
+    wire.spec.length = catheter.spec.length = 400;
+    wire.spec.shape = {{6, 60 * degree, 0}};
+    wire.inserted = 62.7;
+    catheter.spec.outer_diameter = 1.67;
+    catheter.spec.inner_diameter = 1.1;
+    catheter.spec.sections = soft_tip(60, 0, 0, 60);
+    catheter.spec.shape = {{40, 120 * degree, 0}};
+    catheter.inserted = 60;
+    catheter.roll = 0.4;
+    Chain chain = chain_along({wire, catheter}, {2}, {{0, 0, 0}, {100, 0, 0}});
+    // Each joint lies between what the devices ask for and straight, as a vessel would hold it.
+    std::vector<Vec3> frames = directors(chain);
+    for (int j = 0; j < chain.segments(); ++j) {
+        Vec3 turn = Vec3::Zero();
+        for (const Device& device : chain.devices)
+            if (device.rest[j].angle != 0)
+                turn +=
+                    device.rigidity[j] / chain.rigidity[j] *
+                    (rest_direction(chain.tangents[j], rest_bend(device, j, chain.tangents[j], frames[j])) -
+                     chain.tangents[j]);
+        chain.tangents[j + 1] = (chain.tangents[j] + 0.8 * turn).normalized();
+        transport_directors(chain, j + 1, frames);
+    }
+    rebuild_joints(chain);
+    const double whole = bending_energy(chain);
+    const int grows = chain.growing();
+    ASSERT_GT(chain.devices[1].rest[grows].angle, 0.05);
+    for (const double share : {0.5, 0.7}) {
+        Chain split = chain;
+        split_segment(split, grows, share);
+        // A joint that stayed straight would store ½C·rest², 0.4 N·mm.
+        EXPECT_NEAR(bending_energy(split), whole, 0.02) << share << " of " << whole;
+        EXPECT_LT((split.tip() - chain.tip()).norm(), 0.05);
     }
 }
 

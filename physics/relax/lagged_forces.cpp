@@ -1,0 +1,57 @@
+#include "physics/relax/lagged_forces.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+namespace physics {
+namespace {
+
+double normal_force(const Chain& chain, std::span<const WallContact> contacts, std::size_t joint) {
+    return chain.friction[joint] * contacts[joint].force();
+}
+
+}  // namespace
+
+bool LaggedForces::next_round() {
+    if (rounds_ >= options_.most_rounds) return false;
+    if (rounds_++ == 0) changes_ = {};
+    assert(rounds_ <= options_.most_rounds);
+    return true;
+}
+
+bool LaggedForces::stalls(double change) const {
+    return rounds_ > options_.least_rounds && change > options_.stalled_share * changes_[1];
+}
+
+bool LaggedForces::update(Chain& chain, std::span<const WallContact> contacts) {
+    assert(chain.grips.size() == chain.joints.size() && contacts.size() == chain.joints.size());
+    double largest = 0, change = 0;
+    for (std::size_t j = 1; j < chain.grips.size(); ++j) {
+        const double force = normal_force(chain, contacts, j);
+        largest = std::max(largest, force);
+        change = std::max(change, std::abs(force - chain.grips[j].force));
+    }
+    if (change <= options_.tolerance * largest || stalls(change)) return false;
+    // Forces that jump back and forth meet half way.
+    const double part = changes_[0] > 0 && change > options_.halved_share * changes_[0] ? 0.5 : 1;
+    changes_ = {change, changes_[0]};
+    const bool rolls = std::any_of(chain.devices.begin(), chain.devices.end(),
+                                   [](const Device& device) { return device.twists_by_segments(); });
+    const double stored = grip_energy(chain.grips, chain.joints, 1);
+    for (std::size_t j = 1; j < chain.grips.size(); ++j) {
+        Grip& grip = chain.grips[j];
+        const double force = normal_force(chain, contacts, j);
+        // A contact that is gone has no normal.
+        if (force > 0) grip.normal = contacts[j].normal.normalized();
+        grip.force += part * (force - grip.force);
+        if (part == 1) grip.force = force;
+        if (rolls && grip.holds())
+            grip.around = (chain.inner_radius() + chain.thickness[j]) * chain.tangents[j].cross(grip.normal);
+    }
+    chain.friction_loss += stored - grip_energy(chain.grips, chain.joints, 1);
+    assert(std::isfinite(chain.friction_loss));
+    return true;
+}
+
+}  // namespace physics
