@@ -60,10 +60,11 @@ inline Outcome run(const TemporaryFolder& folder, const std::vector<std::string>
 }
 
 /// The program refused its input with this in its message.
-inline void expect_refused(const Outcome& result, const std::string& expected) {
-    EXPECT_EQ(result.code, 2) << result.out;
+inline void expect_refused(const Outcome& result, const std::string& expected,
+                           const std::source_location& where = std::source_location::current()) {
+    EXPECT_EQ(result.code, 2) << result.out << result.error;
     EXPECT_EQ(result.error.find("seldinger: "), 0u) << result.error;
-    EXPECT_NE(result.error.find(expected), std::string::npos) << result.error;
+    expect_said(result.error, expected, where);
 }
 
 }  // namespace test

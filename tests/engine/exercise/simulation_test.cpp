@@ -1,5 +1,7 @@
 #include "engine/exercise/simulation.h"
 
+#include <numeric>
+
 #include "engine/anatomy/lumen_wall.h"
 #include "tests/anatomies.h"
 #include "tests/engine/anatomy/trees.h"
@@ -289,27 +291,25 @@ TEST(Simulation, WireThickerThanTheVesselAtItsEntryIsRefused) {
     iliac.target = {"LRA", {}, 3, 0.5};
     iliac.wire().device.outer_diameter = 4.5;
     const std::string thick = test::refusal([&] { Simulation simulation(iliac, test::cache()); });
-    EXPECT_NE(thick.find("does not enter at 'LIIA.out'"), std::string::npos) << thick;
+    test::expect_said(thick, "does not enter at 'LIIA.out'");
 }
 
 TEST(Simulation, UnknownEndAndTargetAreRefusedWithThoseThereAre) {
     const std::string end = refusal_with("end = \"start\"", "end = \"groin\"");
-    EXPECT_NE(end.find("small.toml:10:"), std::string::npos) << end;
-    EXPECT_NE(end.find("start, end"), std::string::npos) << end;
-    EXPECT_NE(refusal_with("name = \"end\"", "name = \"heart\"").find("targets are: end"), std::string::npos);
+    test::expect_said(end, "small.toml:10:");
+    test::expect_said(end, "start, end");
+    test::expect_said(refusal_with("name = \"end\"", "name = \"heart\""), "targets are: end");
 }
 
 TEST(Simulation, TargetOutsideTheAnatomyIsRefused) {
     const std::string text = refusal_with("name = \"end\"", "centre_mm = [0.0, 50.0, 0.0]");
-    EXPECT_NE(text.find("outside the anatomy"), std::string::npos) << text;
-    EXPECT_NE(text.find("small.toml:"), std::string::npos) << text;
+    test::expect_said(text, "outside the anatomy");
+    test::expect_said(text, "small.toml:");
 }
 
 TEST(Simulation, TooMuchOrTooLittleWireInsideIsRefused) {
-    EXPECT_NE(refusal_with("inserted_mm = 20.0", "inserted_mm = 500.0").find("cannot start inside"),
-              std::string::npos);
-    EXPECT_NE(refusal_with("inserted_mm = 20.0", "inserted_mm = 3.9").find("cannot start inside"),
-              std::string::npos);
+    test::expect_said(refusal_with("inserted_mm = 20.0", "inserted_mm = 500.0"), "cannot start inside");
+    test::expect_said(refusal_with("inserted_mm = 20.0", "inserted_mm = 3.9"), "cannot start inside");
 }
 
 TEST(Simulation, SegmentsAcrossACarinaGetAJointThereAndLoseItAgain) {
