@@ -18,7 +18,8 @@ void expect_refused(const TemporaryFolder& folder, const std::vector<std::string
     std::vector<std::string> all = {"anatomy", "generate"};
     all.insert(all.end(), words.begin(), words.end());
     const Outcome result = run(folder, all);
-    expect_refused(result, expected);
+    EXPECT_EQ(result.code, 2) << result.error;
+    test::expect_said(result.error, expected);
     EXPECT_FALSE(std::filesystem::exists(folder / "out/x.stl"));
     EXPECT_FALSE(std::filesystem::exists(folder / "out/x.anatomy.json"));
 }

@@ -10,8 +10,8 @@
 namespace app {
 namespace {
 
-using test::asset, test::good_script, test::Outcome, test::read, test::run, test::TemporaryFolder,
-    test::write;
+using test::asset, test::good_script, test::Outcome, test::read, test::run, test::s_bend_run,
+    test::TemporaryFolder, test::write;
 
 /// Asserts a rejection whose message has `expected` and that left no output folder.
 void expect_refused(const Outcome& result, const TemporaryFolder& folder, const std::string& expected) {
@@ -26,8 +26,7 @@ void expect_refused(const Outcome& result, const TemporaryFolder& folder, const 
 void expect_script_refused(const std::string& script, const std::string& expected) {
     const TemporaryFolder folder;
     write(folder / "x.gw", script);
-    expect_refused(run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out", folder / "out"}),
-                   folder, expected);
+    expect_refused(run(folder, s_bend_run(folder / "out", {}, folder / "x.gw")), folder, expected);
 }
 
 /// The shipped scenario with `from` replaced.
@@ -68,8 +67,8 @@ TEST_F(BadInput, UnknownScenarioIsRefusedWithThoseThatShip) {
 }
 
 TEST_F(BadInput, MissingCommandFileIsNamed) {
-    expect_refused(run(folder, {"run", "s_bend", "--commands", folder / "no.gw", "--out", folder / "out"}),
-                   folder, "no.gw: no such command file");
+    expect_refused(run(folder, s_bend_run(folder / "out", {}, folder / "no.gw")), folder,
+                   "no.gw: no such command file");
 }
 
 TEST_F(BadInput, UnknownCommand) {
@@ -152,8 +151,7 @@ TEST_F(BadInput, TargetOutsideTheAnatomy) {
 
 TEST_F(BadInput, OutputFolderThatCannotBeMade) {
     write(folder / "file", "");
-    const auto result =
-        run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "file/out"});
+    const auto result = run(folder, s_bend_run(folder / "file/out"));
     expect_refused(result, folder, "file/out: cannot be written: the output folder cannot be made");
     EXPECT_EQ(read(folder / "file"), "");
 }
@@ -161,8 +159,7 @@ TEST_F(BadInput, OutputFolderThatCannotBeMade) {
 TEST_F(BadInput, OutputFolderThatCannotBeWrittenTo) {
     std::filesystem::create_directory(folder / "parent");
     std::filesystem::create_symlink("/proc", folder / "parent/proc");  // refuses even the superuser
-    const auto result =
-        run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "parent/proc/out"});
+    const auto result = run(folder, s_bend_run(folder / "parent/proc/out"));
     EXPECT_EQ(result.code, 2) << result.error;
     test::expect_said(result.error, "cannot be made");
 }
@@ -171,8 +168,7 @@ TEST_F(BadInput, FullDiskIsToldAndLeavesOnlyWholeFiles) {
     // A file may grow to one block of 1024 bytes: the recording and score fit, an image does not.
     const std::string limited = "ulimit -f 1; exec \"$0\" \"$@\"";
     std::vector<std::string> words = {"bash", "-c", limited};
-    for (const std::string& word :
-         test::command({"run", "s_bend", "--commands", good_script, "--out", folder / "out"})) {
+    for (const std::string& word : test::command(s_bend_run(folder / "out"))) {
         words.push_back(word);
     }
     const Outcome result = test::Started(folder, words).wait();
@@ -182,8 +178,7 @@ TEST_F(BadInput, FullDiskIsToldAndLeavesOnlyWholeFiles) {
         EXPECT_NE(entry.path().extension(), ".part") << entry.path();
         EXPECT_NE(entry.path().extension(), ".png") << entry.path();
     }
-    const Outcome again = run(folder, {"run", "s_bend", "--commands", folder / "out/run.gw", "--out",
-                                       folder / "2", "--frames", "none"});
+    const Outcome again = run(folder, s_bend_run(folder / "2", {"--frames", "none"}, folder / "out/run.gw"));
     EXPECT_LT(again.code, 2) << again.error;  // what was recorded is whole
 }
 
@@ -195,8 +190,8 @@ TEST_F(BadInput, AngiogramsAndTruthThatCannotBeWrittenAreNamedWithTheCause) {
         std::filesystem::create_symlink("/proc", out / part);
         const bool dicom = std::string(part) == "dicom";
         const Outcome result =
-            run(folder, {"run", "s_bend", "--commands", good_script, "--out", out, "--set", "c_arm.pixels=64",
-                         dicom ? "--dicom" : "--truth-of", dicom ? "shown" : "signal,lengths"});
+            run(folder, s_bend_run(out, {"--set", "c_arm.pixels=64", dicom ? "--dicom" : "--truth-of",
+                                         dicom ? "shown" : "signal,lengths"}));
         EXPECT_EQ(result.code, 2) << result.error;
         test::expect_said(result.error, (out / part / (dicom ? "xa_0001.dcm" : "frame_000000_")).string());
         test::expect_said(result.error, ": cannot be written: No such file or directory");
@@ -209,8 +204,7 @@ TEST_F(BadInput, FullDiskLeavesNoPartOfAnAngiogram) {
     // Images of 64 × 64 fit into the limit, many of them in an object do not.
     std::vector<std::string> words = {"bash", "-c", "ulimit -f 40; exec \"$0\" \"$@\""};
     for (const std::string& word :
-         test::command({"run", "s_bend", "--commands", good_script, "--out", folder / "out", "--set",
-                        "c_arm.pixels=64", "--dicom", "signal"}))
+         test::command(s_bend_run(folder / "out", {"--set", "c_arm.pixels=64", "--dicom", "signal"})))
         words.push_back(word);
     const Outcome result = test::Started(folder, words).wait();
     EXPECT_EQ(result.code, 2) << result.error;
@@ -234,19 +228,15 @@ TEST_F(BadInput, PatientOfUnreadableFilesIsToldBeforeARunWithoutImagesBegins) {
 }
 
 TEST_F(BadInput, ExpectationThatIsNotThere) {
-    expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",
-                                "--expect", folder / "none"}),
-                   folder, "none: no such command file");
+    expect_refused(run(folder, s_bend_run(folder / "out", {"--expect", folder / "none"})), folder,
+                   "none: no such command file");
 }
 
 TEST_F(BadInput, WrongArgumentsAreExitCodeTwo) {
     EXPECT_EQ(run(folder, {}).code, 2);
     EXPECT_EQ(run(folder, {"fly"}).code, 2);
     EXPECT_EQ(run(folder, {"run", "s_bend"}).code, 2);
-    EXPECT_EQ(
-        run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out", "--every", "0"})
-            .code,
-        2);
+    EXPECT_EQ(run(folder, s_bend_run(folder / "out", {"--every", "0"})).code, 2);
 }
 
 }  // namespace app

@@ -14,7 +14,7 @@ namespace app {
 namespace {
 
 using test::asset, test::expect_refused, test::good_script, test::Outcome, test::read, test::run,
-    test::Started, test::TemporaryFolder, test::write;
+    test::s_bend_run, test::Started, test::TemporaryFolder, test::write;
 
 const char* const clumsy =
     "1 advance 4 mm\n4 beam on\n5..20 advance 4 mm\n21..24 withdraw 4 mm\n25 rotate 40 deg\n26..60 advance 4 "
@@ -24,8 +24,8 @@ const char* const clumsy =
 std::filesystem::path recorded(const TemporaryFolder& folder, const std::string& name,
                                const std::string& script, const std::string& learner = "Ada") {
     write(folder / (name + ".script.gw"), script);
-    run(folder, {"run", "s_bend", "--commands", folder / (name + ".script.gw"), "--out", folder / name,
-                 "--frames", "none", "--learner", learner});
+    run(folder, s_bend_run(folder / name, {"--frames", "none", "--learner", learner},
+                           folder / (name + ".script.gw")));
     std::filesystem::copy_file(folder / name / "run.gw", folder / (name + ".gw"));
     return folder / (name + ".gw");
 }
@@ -510,12 +510,8 @@ TEST_F(RunCommand, TakesCommandsFromStandardInputAndValuesOfAnyKey) {
                      "--set", "guidewire.friction=0.1", "--set", "target.radius_mm=0.5"})
             .code,
         1);
-    expect_refused(
-        run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "x", "--set", "radius"}),
-        "KEY=VALUE");
-    expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "x", "--set",
-                                "target.radios_mm=1"}),
-                   "radios_mm");
+    expect_refused(run(folder, s_bend_run(folder / "x", {"--set", "radius"})), "KEY=VALUE");
+    expect_refused(run(folder, s_bend_run(folder / "x", {"--set", "target.radios_mm=1"})), "radios_mm");
 }
 
 }  // namespace app

@@ -4,7 +4,7 @@
 namespace app {
 namespace {
 
-using test::asset, test::read, test::run, test::TemporaryFolder, test::write;
+using test::asset, test::read, test::run, test::s_bend_run, test::TemporaryFolder, test::write;
 
 /// Refused with exit code 2 and a message; nothing is written.
 void expect_render_refused(const std::vector<std::string>& words, const std::string& message) {
@@ -37,7 +37,7 @@ TEST_F(Render, LeavesOneImageOfEachMode) {
 
 TEST_F(Render, OfAFrameIsTheFrameOfTheRunWithoutItsLag) {
     write(folder / "x.gw", "0..5 advance 2 mm\n6 beam on\n6 end\n");
-    run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out", folder / "out"});
+    run(folder, s_bend_run(folder / "out", {}, folder / "x.gw"));
     run(folder,
         {"render", "s_bend", "--commands", folder / "x.gw", "--frame", "6", "--out", folder / "x.png"});
     EXPECT_EQ(read(folder / "x.png"), read(folder / "out/frames/frame_000006.png"));

@@ -8,7 +8,7 @@
 namespace app {
 namespace {
 
-using test::asset, test::good_script, test::Outcome, test::read, test::run, test::Started,
+using test::asset, test::good_script, test::Outcome, test::read, test::run, test::s_bend_run, test::Started,
     test::TemporaryFolder, test::write;
 
 std::vector<std::string> frames_in(const std::filesystem::path& folder) {
@@ -25,7 +25,7 @@ std::vector<std::string> frames_in(const std::filesystem::path& folder) {
 using RunCommand = test::InFolder;
 
 TEST_F(RunCommand, ReachesTheTargetAndLeavesItsFiles) {
-    const auto result = run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out"});
+    const auto result = run(folder, s_bend_run(folder / "out"));
     EXPECT_EQ(result.code, 0) << result.error;
     // No progress bar where there is no terminal; lines, should the machine be so slow.
     EXPECT_EQ(result.error.find_first_of("\r\033"), std::string::npos) << result.error;
@@ -49,8 +49,7 @@ TEST_F(RunCommand, ShippedScriptGoesFromTheGroinToTheAorta) {
 
 TEST_F(RunCommand, TargetNotReachedIsExitCodeOne) {
     write(folder / "x.gw", "0 advance 2 mm\n5 end\n");
-    const auto result = run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out", folder / "out",
-                                     "--frames", "none"});
+    const auto result = run(folder, s_bend_run(folder / "out", {"--frames", "none"}, folder / "x.gw"));
     EXPECT_EQ(result.code, 1) << result.error;
     EXPECT_FALSE(nlohmann::json::parse(read(folder / "out/score.json"))["completed"].get<bool>());
     EXPECT_FALSE(std::filesystem::exists(folder / "out/frames"));
@@ -58,14 +57,14 @@ TEST_F(RunCommand, TargetNotReachedIsExitCodeOne) {
 }
 
 TEST_F(RunCommand, EveryKthFrameIsWritten) {
-    run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out", "--every", "20"});
+    run(folder, s_bend_run(folder / "out", {"--every", "20"}));
     EXPECT_EQ(frames_in(folder / "out"),
               (std::vector<std::string>{"frame_000000.png", "frame_000020.png", "frame_000040.png"}));
 }
 
 TEST_F(RunCommand, TwiceGivesTheSameBytes) {
     for (const char* out : {"1", "2"}) {
-        run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / out, "--every", "8"});
+        run(folder, s_bend_run(folder / out, {"--every", "8"}));
     }
     for (const std::string& name : frames_in(folder / "1")) {
         EXPECT_EQ(read(folder / ("1/frames/" + name)), read(folder / ("2/frames/" + name))) << name;
@@ -77,20 +76,21 @@ TEST_F(RunCommand, TwiceGivesTheSameBytes) {
 }
 
 TEST_F(RunCommand, ReplayOfItsRecordingAgreesInStatesAndFrames) {
-    run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "1", "--every", "10"});
-    const auto again = run(folder, {"run", "s_bend", "--commands", folder / "1/run.gw", "--out", folder / "2",
-                                    "--every", "10", "--expect", folder / "1"});
+    run(folder, s_bend_run(folder / "1", {"--every", "10"}));
+    const auto again = run(
+        folder, s_bend_run(folder / "2", {"--every", "10", "--expect", folder / "1"}, folder / "1/run.gw"));
     EXPECT_EQ(again.code, 0) << again.error;
     test::expect_said(again.out, "5 frames compared, all equal");
 }
 
 TEST_F(RunCommand, DifferenceFromWhatWasExpectedIsExitCodeThree) {
-    run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "1", "--frames", "none"});
+    run(folder, s_bend_run(folder / "1", {"--frames", "none"}));
     std::string script = read(good_script);
     script.replace(script.find("rotate 20"), 9, "rotate 21");
     write(folder / "x.gw", script);
-    const auto other = run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out", folder / "2",
-                                    "--frames", "none", "--expect", folder / "1/run.gw"});
+    const auto other =
+        run(folder,
+            s_bend_run(folder / "2", {"--frames", "none", "--expect", folder / "1/run.gw"}, folder / "x.gw"));
     EXPECT_EQ(other.code, 3);
     test::expect_said(other.error, "the state of frame 20 is");
 }
@@ -113,8 +113,8 @@ TEST_F(RunCommand, CtrlCLeavesARecordingThatReplays) {
     for (const int number : {SIGINT, SIGTERM}) {
         const TemporaryFolder fresh;
         write(fresh / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
-        const test::Started started(fresh, test::command({"run", "s_bend", "--commands", fresh / "long.gw",
-                                                          "--out", fresh / "1", "--frames", "none"}));
+        const test::Started started(
+            fresh, test::command(s_bend_run(fresh / "1", {"--frames", "none"}, fresh / "long.gw")));
         // Wait until frames come, then stop it: whatever frame that is, what is left must replay.
         while (read(fresh / "1/run.gw").find("state 10 ") == std::string::npos) std::this_thread::yield();
         started.signal(number);
@@ -122,8 +122,9 @@ TEST_F(RunCommand, CtrlCLeavesARecordingThatReplays) {
         EXPECT_EQ(result.code, 130) << result.error;
         const auto score = nlohmann::json::parse(read(fresh / "1/score.json"));
         EXPECT_TRUE(score["interrupted"].get<bool>());
-        const auto again = run(fresh, {"run", "s_bend", "--commands", fresh / "1/run.gw", "--out",
-                                       fresh / "2", "--frames", "none", "--expect", fresh / "1/run.gw"});
+        const auto again =
+            run(fresh, s_bend_run(fresh / "2", {"--frames", "none", "--expect", fresh / "1/run.gw"},
+                                  fresh / "1/run.gw"));
         EXPECT_EQ(again.code, 1) << again.error;
         EXPECT_EQ(nlohmann::json::parse(read(fresh / "2/score.json"))["frames"], score["frames"]);
     }
@@ -131,13 +132,12 @@ TEST_F(RunCommand, CtrlCLeavesARecordingThatReplays) {
 
 TEST_F(RunCommand, KilledProgramLeavesARecordingThatReplays) {
     write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
-    const test::Started started(folder, test::command({"run", "s_bend", "--commands", folder / "long.gw",
-                                                       "--out", folder / "1", "--frames", "none"}));
+    const test::Started started(
+        folder, test::command(s_bend_run(folder / "1", {"--frames", "none"}, folder / "long.gw")));
     while (read(folder / "1/run.gw").find("state 20 ") == std::string::npos) std::this_thread::yield();
     started.signal(SIGKILL);
     EXPECT_EQ(started.wait().code, 1000 + SIGKILL);
-    const auto again = run(folder, {"run", "s_bend", "--commands", folder / "1/run.gw", "--out", folder / "2",
-                                    "--frames", "none"});
+    const auto again = run(folder, s_bend_run(folder / "2", {"--frames", "none"}, folder / "1/run.gw"));
     EXPECT_EQ(again.code, 1) << again.error;  // not 3: the states agree
 }
 
@@ -175,8 +175,7 @@ TEST_F(RunCommand, AngiogramsAreTakenByADicomdirAndByAValidator) {
           "16..18 advance 2 mm\n24 end\n");
     for (const std::string pixels : {"shown", "signal"}) {
         const std::filesystem::path disc = folder / ("disc-" + pixels);
-        const Outcome made = run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out",
-                                          folder / pixels, "--dicom", pixels});
+        const Outcome made = run(folder, s_bend_run(folder / pixels, {"--dicom", pixels}, folder / "x.gw"));
         ASSERT_LE(made.code, 1) << made.error;
         std::filesystem::create_directory(disc);
         int number = 0;

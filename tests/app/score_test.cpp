@@ -5,13 +5,12 @@
 namespace app {
 namespace {
 
-using test::asset, test::expect_refused, test::good_script, test::read, test::run, test::TemporaryFolder,
-    test::write;
+using test::asset, test::expect_refused, test::good_script, test::read, test::run, test::s_bend_run,
+    test::TemporaryFolder, test::write;
 
 /// A recording of the S-bend's solution.
 std::filesystem::path recorded(const TemporaryFolder& folder, const std::string& learner = "") {
-    std::vector<std::string> words = {"run",   "s_bend",       "--commands", good_script,
-                                      "--out", folder / "out", "--frames",   "none"};
+    std::vector<std::string> words = s_bend_run(folder / "out", {"--frames", "none"});
     if (!learner.empty()) words.insert(words.end(), {"--learner", learner});
     EXPECT_EQ(run(folder, words).code, 0);
     return folder / "out/run.gw";
@@ -96,12 +95,8 @@ TEST_F(ScoreCommand, AnotherScenarioOrAnatomyIsTold) {
 }
 
 TEST_F(ScoreCommand, ALearnersNameWithControlCharactersOrNotInUtf8IsRefused) {
-    expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",
-                                "--learner", "A\x1b[31m"}),
-                   "--learner");
-    expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",
-                                "--learner", "\xc4nna"}),
-                   "--learner");
+    expect_refused(run(folder, s_bend_run(folder / "out", {"--learner", "A\x1b[31m"})), "--learner");
+    expect_refused(run(folder, s_bend_run(folder / "out", {"--learner", "\xc4nna"})), "--learner");
     EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 

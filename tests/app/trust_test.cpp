@@ -15,7 +15,7 @@
 namespace app {
 namespace {
 
-using test::asset, test::good_script, test::Outcome, test::read, test::run, test::Started,
+using test::asset, test::good_script, test::Outcome, test::read, test::run, test::s_bend_run, test::Started,
     test::TemporaryFolder, test::write;
 using Words = std::vector<std::string>;
 
@@ -149,8 +149,9 @@ TEST_F(Trust, WrongCommandsAndOptionsAreRefusedBeforeVesselsAreMade) {
 TEST_F(Trust, InjectionIntoNoBranchIsRefusedBeforeTheFieldIsMade) {
     write(folder / "x.gw", "3 inject 5 ml at 5 ml/s into nowhere\n");
     const Outcome result =
-        at_home(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out", folder / "out", "--cache",
-                         folder / "cache", "--set", "wall.model=\"distance-field\""});
+        at_home(folder, s_bend_run(folder / "out",
+                                   {"--cache", folder / "cache", "--set", "wall.model=\"distance-field\""},
+                                   folder / "x.gw"));
     expect_refused(result, "contrast cannot go into 'nowhere'");
     EXPECT_EQ(files_below(folder / "cache"), Words());
 }
@@ -182,8 +183,8 @@ TEST_F(Trust, FifosAndDevicesAreRefusedByEveryReader) {
     const std::string is_fifo = " is a FIFO; a regular file is accepted";
     for (const Words& words :
          std::vector<Words>{{"run", toml, "--commands", script, "--out", out},
-                            {"run", "s_bend", "--commands", gw, "--out", out},
-                            {"run", "s_bend", "--commands", good_script, "--out", out, "--expect", gw},
+                            s_bend_run(out, {}, gw),
+                            s_bend_run(out, {"--expect", gw}),
                             {"run", folder / "named.toml", "--commands", script, "--out", out},
                             {"run", folder / "ct.toml", "--commands", good_script, "--out", out},
                             {"render", toml, "--out", png},
@@ -292,8 +293,7 @@ TEST_F(Trust, NoFileTakesTheNumberOfAClosedStream) {
 }
 
 TEST_F(Trust, ASignalWhileAScriptIsTypedKeepsTheEarlierRun) {
-    const std::vector<std::string> words = {"run",   "s_bend",       "--commands", good_script,
-                                            "--out", folder / "out", "--frames",   "none"};
+    const std::vector<std::string> words = s_bend_run(folder / "out", {"--frames", "none"});
     ASSERT_LE(run(folder, words).code, 1);
     const std::string before = read(folder / "out/run.gw");
     ASSERT_EQ(mkfifo((folder / "typed").c_str(), 0600), 0);
@@ -312,8 +312,7 @@ TEST_F(Trust, ASignalWhileAScriptIsTypedKeepsTheEarlierRun) {
 
 TEST_F(Trust, WholeNumbersAreDecimal) {
     for (const std::string number : {"010", "0x10"})
-        expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",
-                                    "--every=" + number}),
+        expect_refused(run(folder, s_bend_run(folder / "out", {"--every=" + number})),
                        "'" + number + "' was found");
     expect_refused(run(folder, {"anatomy", "generate", "lca", "--seed", "007", "--out", folder / "out"}),
                    "--seed: '007' was found");
@@ -324,8 +323,7 @@ TEST_F(Trust, OptionsAreQuotedWithoutControlCharacters) {
     const std::string wild = "all\x1b[2J\a";
     for (const char* option :
          {"--every", "--frames", "--dicom", "--learner", "--expect", "--trace", "--cache"}) {
-        const Outcome result =
-            run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out", option, wild});
+        const Outcome result = run(folder, s_bend_run(folder / "out", {option, wild}));
         for (const char byte : result.error + result.out)
             ASSERT_FALSE((byte >= 0 && byte < 0x20 && byte != '\n') || byte == 0x7f)
                 << option << result.error;
@@ -368,8 +366,7 @@ TEST_F(Trust, TextOfFilesIsPrintedWithoutControlCharacters) {
 }
 
 TEST_F(Trust, AValueInPlaceOfTheFilesHasNoLineOfTheFile) {
-    const Outcome result = run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",
-                                        "--set", "guidewire.diameter_mm=30.0"});
+    const Outcome result = run(folder, s_bend_run(folder / "out", {"--set", "guidewire.diameter_mm=30.0"}));
     expect_refused(result, "guidewire.diameter_mm = 30.0");
     EXPECT_EQ(result.error.find(".toml:1"), std::string::npos) << result.error;
 }
@@ -391,8 +388,7 @@ TEST_F(Trust, HelpSpeaksOfItsOwnCommand) {
 TEST_F(Trust, TheSecondRunIntoAFolderIsRefusedAtOnceAndTheFirstGoesOn) {
     const TemporaryFolder other;
     write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
-    const Words words = test::command(
-        {"run", "s_bend", "--commands", folder / "long.gw", "--out", folder / "out", "--frames", "none"});
+    const Words words = test::command(s_bend_run(folder / "out", {"--frames", "none"}, folder / "long.gw"));
     const Started first(folder, words);
     while (read(folder / "out/run.gw").find("state 10 ") == std::string::npos) std::this_thread::yield();
     const std::string before = read(folder / "out/run.gw");
@@ -411,13 +407,12 @@ TEST_F(Trust, TheSecondRunIntoAFolderIsRefusedAtOnceAndTheFirstGoesOn) {
 
 TEST_F(Trust, AKilledRunLocksNobodyOut) {
     write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
-    const Started first(folder, test::command({"run", "s_bend", "--commands", folder / "long.gw", "--out",
-                                               folder / "out", "--frames", "none"}));
+    const Started first(folder,
+                        test::command(s_bend_run(folder / "out", {"--frames", "none"}, folder / "long.gw")));
     while (read(folder / "out/run.gw").find("state 10 ") == std::string::npos) std::this_thread::yield();
     first.signal(SIGKILL);
     first.wait();
-    const Outcome second = run(
-        folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out", "--frames", "none"});
+    const Outcome second = run(folder, s_bend_run(folder / "out", {"--frames", "none"}));
     EXPECT_EQ(second.code, 0) << second.error;
     Words left;
     for (const auto& entry : std::filesystem::directory_iterator(folder / "out"))

@@ -103,8 +103,8 @@ pixels = 64
 patient = false
 )";
 
-inline scenario::Scenario small_scenario() {
-    return scenario::parse_scenario(small_toml, "small.toml", test::asset("devices"));
+inline scenario::Scenario small_scenario(const std::string& toml = small_toml) {
+    return scenario::parse_scenario(toml, "small.toml", test::asset("devices"));
 }
 
 /// The small scenario with one line replaced (or, for an empty `from`, with a line in front).

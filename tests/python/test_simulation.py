@@ -251,7 +251,9 @@ RELAXERS = ("global", "segment", "first-order", "geometric", "combined", "koning
 @pytest.mark.parametrize("wall", ["analytic", "distance-field", "mesh"])
 @pytest.mark.parametrize("kind", RELAXERS)
 def test_walls_and_relaxers_of_the_paper_make_frames_that_repeat(cache, wall, kind):
-    scenario = dict(TUBE, **PLAIN, wall={"model": wall}, relaxer={"kind": kind, "updates_per_frame": 20000})
+    # Those of the paper spend all of it in every frame; the global one stops at rest.
+    updates = 20000 if kind == "global" else 5000
+    scenario = dict(TUBE, **PLAIN, wall={"model": wall}, relaxer={"kind": kind, "updates_per_frame": updates})
     with sd.Simulation(scenario, cache=cache) as sim:
         def go_on():
             return [sim.step(advance_mm=2, rotate_deg=5) for _ in range(4)]

@@ -64,8 +64,7 @@ std::string unbalanced(const std::string& page) {
 
 TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
     const scenario::Scenario scenario =
-        scenario::parse_scenario(std::string(test::small_toml) + "[par]\ncompletion_time_s = 2.0\n",
-                                 "small.toml", test::asset("devices"));
+        test::small_scenario(std::string(test::small_toml) + "[par]\ncompletion_time_s = 2.0\n");
     const std::vector<Story> stories = {
         *tell(scenario, recording("0 beam on\n1..24 advance 2 mm\n40 end\n"), quick()),
         *tell(scenario, recording(clumsy, "Ada"), quick())};

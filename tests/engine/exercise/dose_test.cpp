@@ -91,7 +91,7 @@ TEST_F(DoseTest, BeyondWhatADetectorTakesIsLimitedAndTold) {
         std::string text = test::small_toml_with("patient = false", "patient = true");
         text.replace(text.find("[imaging]\n"), 10, "[imaging]\n" + std::string(more));
         for (const Pictures pictures : {Pictures::All, Pictures::Dose}) {
-            Exercise exercise(scenario::parse_scenario(text, "small.toml", test::asset("devices")), pictures);
+            Exercise exercise(test::small_scenario(text), pictures);
             Notices notices;
             for (const auto mode :
                  {script::ImagingMode::Live, script::ImagingMode::Dsa, script::ImagingMode::Roadmap}) {
@@ -130,8 +130,7 @@ TEST_F(DoseTest, ScreensDoNotDependOnWhichOfThemWereSeen) {
 
 TEST_F(DoseTest, ExchangedWiresHaveTheirOwnLookInImageAndTruth) {
     const scenario::Scenario s =
-        scenario::parse_scenario(std::string(test::small_toml) + "[catheter]\ndevice = \"berenstein5f\"\n",
-                                 "small.toml", test::asset("devices"));
+        test::small_scenario(std::string(test::small_toml) + "[catheter]\ndevice = \"berenstein5f\"\n");
     scenario::Scenario large = s;
     large.c_arm.pixels = 512;
     large.c_arm.detector_width = 80;

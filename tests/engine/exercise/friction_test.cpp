@@ -29,9 +29,8 @@ std::vector<script::Command> wild(std::mt19937& random) {
 
 TEST(FrictionScenario, KeysAreReadAndTheWallScalesTheWire) {
     const scenario::Scenario s =
-        scenario::parse_scenario(test::small_toml_with("frictionless = true", "friction = 0.1") +
-                                     std::string("[wall]\nfriction = 1.5\n"),
-                                 "small.toml", test::asset("devices"));
+        test::small_scenario(test::small_toml_with("frictionless = true", "friction = 0.1") +
+                             std::string("[wall]\nfriction = 1.5\n"));
     EXPECT_EQ(s.wire().device.friction, 0.1);
     EXPECT_NEAR(Simulation(s).wire().devices[0].spec.friction, 0.15, 1e-15);
 }

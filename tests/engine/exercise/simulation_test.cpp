@@ -11,7 +11,7 @@ namespace exercise {
 namespace {
 
 scenario::Scenario with(const std::string& from, const std::string& to) {
-    return scenario::parse_scenario(test::small_toml_with(from, to), "small.toml", test::asset("devices"));
+    return test::small_scenario(test::small_toml_with(from, to));
 }
 
 void go(Simulation& simulation, int frames, const script::Command& command) {
@@ -35,7 +35,7 @@ scenario::Scenario bifurcation(const std::string& relaxer) {
                               "curved_angle_deg = 90.0");
     text.replace(text.find("[chain]"), 7, "[chain]\nsegment_length_mm = 2.0");
     text.replace(text.find("[relaxer]"), 9, "[relaxer]\nkind = \"" + relaxer + "\"");
-    scenario::Scenario scenario = scenario::parse_scenario(text, "small.toml", test::asset("devices"));
+    scenario::Scenario scenario = test::small_scenario(text);
     scenario.tube.reset();
     scenario.vessels = test::small_tree();
     scenario.entry = {"main.in"};
@@ -195,7 +195,7 @@ TEST(Simulation, WireStopsAtAnOpenEnd) {
 TEST(Simulation, WireStopsWhereItsLengthEnds) {
     std::string text = test::small_toml_with("run_mm = 30.0", "run_mm = 200.0");
     text.replace(text.find("[guidewire]"), 11, "[guidewire]\nlength_mm = 100");
-    Simulation simulation(scenario::parse_scenario(text, "small.toml", test::asset("devices")));
+    Simulation simulation(test::small_scenario(text));
     go(simulation, 4, script::Advance{20});
     EXPECT_NEAR(simulation.inserted(), 100, 1e-6);
     simulation.apply(script::Advance{3});
@@ -215,8 +215,7 @@ TEST(Simulation, AdaptiveWireHasFewerSegmentsAndIsWhereTheUniformOneIs) {
     const auto tube = [](const char* chain) {
         std::string text = test::small_toml_with("run_mm = 30.0", "run_mm = 200.0");
         text.replace(text.find("inserted_mm = 20.0"), 18, "inserted_mm = 180.0");
-        return scenario::parse_scenario(text.replace(text.find("[chain]"), 7, chain), "small.toml",
-                                        test::asset("devices"));
+        return test::small_scenario(text.replace(text.find("[chain]"), 7, chain));
     };
     Simulation uniform(tube("[chain]")), adaptive(tube("[chain]\nadaptive = true"));
     for (Simulation* s : {&uniform, &adaptive})

@@ -9,8 +9,7 @@
 namespace test {
 
 inline scenario::Scenario small_scenario_with_patient(const std::string& more = "") {
-    return scenario::parse_scenario(small_toml_with("patient = false", "patient = true") + more, "small.toml",
-                                    asset("devices"));
+    return small_scenario(small_toml_with("patient = false", "patient = true") + more);
 }
 
 /// The tests of a suite share its body, which takes seconds to make; nothing that they see depends on it.

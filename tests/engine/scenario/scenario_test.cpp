@@ -13,8 +13,7 @@ namespace scenario {
 namespace {
 
 std::string refusal_of(const std::string& from, const std::string& to) {
-    return test::refusal(
-        [&] { parse_scenario(test::small_toml_with(from, to), "small.toml", test::asset("devices")); });
+    return test::refusal([&] { test::small_scenario(test::small_toml_with(from, to)); });
 }
 
 }  // namespace
@@ -170,18 +169,14 @@ TEST(Scenario, UnknownKeyIsRefusedWithItsPlaceAndTheKeysThereAre) {
 TEST(Scenario, SegmentsMayBeChosenAndAdaptive) {
     const Scenario plain = test::small_scenario();
     EXPECT_FALSE(plain.choose_segment_length || plain.adaptive);
-    const Scenario s = parse_scenario(
-        test::small_toml_with(
-            "torsion = \"rigid\"",
-            "torsion = \"rigid\"\nsegment_length_mm = \"auto\"\nadaptive = true\ncurve_tolerance_mm = 0.1"),
-        "small.toml", test::asset("devices"));
+    const Scenario s = test::small_scenario(test::small_toml_with(
+        "torsion = \"rigid\"",
+        "torsion = \"rigid\"\nsegment_length_mm = \"auto\"\nadaptive = true\ncurve_tolerance_mm = 0.1"));
     EXPECT_TRUE(s.choose_segment_length && s.adaptive);
     EXPECT_EQ(s.refinement.curve_tolerance, 0.1);
     const auto refused = [](const char* line) {
-        return test::refusal([&] {
-            parse_scenario(test::small_toml_with("torsion = \"rigid\"", line), "small.toml",
-                           test::asset("devices"));
-        });
+        return test::refusal(
+            [&] { test::small_scenario(test::small_toml_with("torsion = \"rigid\"", line)); });
     };
     test::expect_said(refused("segment_length_mm = \"fine\""), "auto");
     test::expect_said(refused("curve_tolerance_mm = 0"), "curve_tolerance_mm");
@@ -190,14 +185,12 @@ TEST(Scenario, SegmentsMayBeChosenAndAdaptive) {
 TEST(Scenario, WireIsAsLongAsItsDeviceOrAsItsKeySays) {
     EXPECT_EQ(test::small_scenario().wire().device.length, 1800);
     const auto with = [](const std::string& line) {
-        return parse_scenario(test::small_toml_with("[guidewire]", "[guidewire]\n" + line), "small.toml",
-                              test::asset("devices"));
+        return test::small_scenario(test::small_toml_with("[guidewire]", "[guidewire]\n" + line));
     };
     EXPECT_EQ(with("length_mm = 2600").wire().device.length, 2600);
     const std::string text = test::refusal([] {
-        parse_scenario(test::small_toml_with("inserted_mm = 20.0\n[guidewire]",
-                                             "inserted_mm = 200.0\n[guidewire]\nlength_mm = 150"),
-                       "small.toml", test::asset("devices"));
+        test::small_scenario(test::small_toml_with("inserted_mm = 20.0\n[guidewire]",
+                                                   "inserted_mm = 200.0\n[guidewire]\nlength_mm = 150"));
     });
     test::expect_said(text, "small.toml:11:");
     test::expect_said(text, "a wire of 150 mm cannot be in by 200 mm");
@@ -205,9 +198,7 @@ TEST(Scenario, WireIsAsLongAsItsDeviceOrAsItsKeySays) {
 
 TEST(Scenario, RelaxersOfThePaperHaveTheirWords) {
     const auto relaxer = [](const std::string& lines) {
-        return parse_scenario(test::small_toml_with("[relaxer]", "[relaxer]\n" + lines), "small.toml",
-                              test::asset("devices"))
-            .relaxer;
+        return test::small_scenario(test::small_toml_with("[relaxer]", "[relaxer]\n" + lines)).relaxer;
     };
     using enum physics::RelaxerKind;
     EXPECT_EQ(relaxer("kind = \"geometric\"").kind, Geometric);

@@ -6,8 +6,6 @@
 
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 TEST(WildRelaxations, EndWithinTheirBudgetInAFiniteStateOfUnchangedLengths) {

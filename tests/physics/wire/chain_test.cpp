@@ -8,8 +8,6 @@
 #include "physics/wire/feed.h"
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 TEST(DeviceSpec, ListsEverythingWrongWithIt) {
