@@ -22,7 +22,8 @@ SessionOptions options_of(const std::string& toml = test::small_toml) {
 }
 
 SessionOptions recording_to(const std::filesystem::path& file) {
-    SessionOptions options = recording_to(file);
+    SessionOptions options = options_of();
+    options.record = Attempts(file);
     return options;
 }
 
