@@ -1,7 +1,7 @@
 #!/bin/bash
 # tests/sanitize.sh [all]: the unit tests under the sanitizers of addresses and undefined behaviour, in two halves at once.
-# Without `all`, those in slow_unit_tests.txt are left out: they take more than a second each without sanitizers, together
-# three quarters of the time.
+# Without `all`, those in slow_unit_tests.txt are left out: they take more than a second each without sanitizers, or more
+# than four with them, together over three quarters of the time.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 ./app/setup.sh test

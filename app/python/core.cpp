@@ -164,6 +164,17 @@ std::string described(const std::string& type, std::string_view doc, std::string
     return type + ": " + std::string(doc) + (unit.empty() ? "" : " [" + std::string(unit) + "]") + ".";
 }
 
+/// The devices that a scenario has, as "'wire' (0) and 'catheter' (1)".
+std::string devices_of(const exercise::Simulation& simulation) {
+    const auto devices = simulation.devices();
+    std::string text;
+    for (std::size_t k = 0; k < devices.size(); ++k) {
+        if (k > 0) text += k + 1 < devices.size() ? ", " : " and ";
+        text += "'" + std::string(devices[k].name()) + "' (" + std::to_string(k) + ")";
+    }
+    return text;
+}
+
 /// A device by name, or by its place in the scenario's list.
 script::Held held_of(const py::object& device, const exercise::Simulation& simulation) {
     if (py::isinstance<py::str>(device)) {
@@ -174,9 +185,8 @@ script::Held held_of(const py::object& device, const exercise::Simulation& simul
         if (index >= 0 && index < static_cast<Py_ssize_t>(simulation.devices().size()))
             return simulation.devices()[static_cast<std::size_t>(index)].role;
     }
-    throw io::InputError(
-        "device: " + std::string(py::repr(device)) +
-        " was given; the name of a device, 'all', or 0, 1, ... from the wire outward is accepted");
+    throw io::InputError("device: expected the name or the place of a device, or 'all', found " +
+                         std::string(py::repr(device)) + "; the scenario has " + devices_of(simulation));
 }
 
 episode::ImageMode mode_of(const std::string& mode) {
@@ -687,8 +697,7 @@ public:
         require_open();
         if (motions.ndim() != 3 || motions.shape(0) != size() || motions.shape(1) < 1 ||
             motions.shape(1) > most_devices() || motions.shape(2) != 2)
-            throw io::InputError("motions: an array of shape (" + std::to_string(size()) + ", 1 to " +
-                                 std::to_string(most_devices()) + " devices, 2) is accepted: mm and rad");
+            throw io::InputError(refused_shape(motions));
         require_frames(frames);
         const std::optional<Flags> mask = checked_mask(active, "active");
         const bool* const on = mask ? mask->data() : nullptr;
@@ -705,9 +714,10 @@ public:
                 const auto there = static_cast<int>(checked_at(i).simulation().devices().size());
                 if ((on && !on[i]) || there >= of) continue;
                 if (std::all_of(m + 2 * there, m + 2 * of, [](double x) { return x == 0; })) continue;
-                throw io::InputError("simulation " + std::to_string(i) + ": a motion of device " +
-                                     std::to_string(there) + " was given, and the scenario has " +
-                                     std::to_string(there) + " from 0 on; 0 is accepted");
+                throw io::InputError("simulation " + std::to_string(i) +
+                                     ": expected motions of its devices alone, or 0, found one of device " +
+                                     std::to_string(there) + "; the scenario has " +
+                                     devices_of(checked_at(i).simulation()));
             }
         }
         for (int frame = 0; frame < frames; ++frame) {
@@ -819,6 +829,23 @@ public:
 
 private:
     /// Devices of the simulation that has most.
+    /// What is said of motions of another shape than (simulations, devices, 2).
+    std::string refused_shape(const Doubles& motions) {
+        std::string found;
+        for (py::ssize_t k = 0; k < motions.ndim(); ++k)
+            found += (k == 0 ? "" : ", ") + std::to_string(motions.shape(k));
+        if (motions.ndim() == 1) found += ",";
+        const Free free;
+        const std::lock_guard lock(mutex_);
+        const int most = most_devices();
+        const auto with_most = std::find_if(episodes_.begin(), episodes_.end(), [&](const auto& episode) {
+            return static_cast<int>(episode->simulation().devices().size()) == most;
+        });
+        return "motions: expected an array of shape (" + std::to_string(size()) + ", " +
+               (most == 1 ? "1" : "1 to " + std::to_string(most)) +
+               ", 2), mm and rad of each device, found (" + found + "); the devices are " +
+               devices_of((*with_most)->simulation());
+    }
     int most_devices() const {
         std::size_t most = 1;
         for (const auto& episode : episodes_) most = std::max(most, episode->simulation().devices().size());

@@ -18,25 +18,26 @@ void expect_refused(const TemporaryFolder& folder, const std::vector<std::string
     std::vector<std::string> all = {"anatomy", "generate"};
     all.insert(all.end(), words.begin(), words.end());
     const Outcome result = run(folder, all);
-    EXPECT_EQ(result.code, 2) << result.out;
-    EXPECT_NE(result.error.find(expected), std::string::npos) << result.error;
+    EXPECT_EQ(result.code, 2) << result.error;
+    test::expect_said(result.error, expected);
     EXPECT_FALSE(std::filesystem::exists(folder / "out/x.stl"));
     EXPECT_FALSE(std::filesystem::exists(folder / "out/x.anatomy.json"));
 }
 
 }  // namespace
 
-TEST(AnatomyGenerate, WritesAnAnatomyOnceAndKeepsIt) {
-    const TemporaryFolder folder;
+using AnatomyGenerate = test::InFolder;
+
+TEST_F(AnatomyGenerate, WritesAnAnatomyOnceAndKeepsIt) {
     write(folder / "x.toml", small_tree);
     const std::vector<std::string> words = {"anatomy", "generate", folder / "x.toml", "--out",
                                             folder / "out"};
     const Outcome first = run(folder, words);
     EXPECT_EQ(first.code, 0) << first.error;
     const std::string json = read(folder / "out/x.anatomy.json"), stl = read(folder / "out/x.stl");
-    EXPECT_NE(json.find("main.in"), std::string::npos);
+    test::expect_said(json, "main.in");
     EXPECT_EQ(first.out.find("kept"), std::string::npos) << first.out;
-    EXPECT_NE(run(folder, words).out.find("kept as it was"), std::string::npos);
+    test::expect_said(run(folder, words).out, "kept as it was");
 
     std::filesystem::remove_all(folder / "out");
     run(folder, words);
@@ -65,23 +66,20 @@ TEST(AnatomyShow, DrawsAPictureOrSaysWhyNot) {
     EXPECT_GT(read(picture).size(), 10'000u);
     for (const char* wrong : {"x.jpg", "none/x.png"})
         EXPECT_EQ(run(folder, {"anatomy", "show", anatomy, "--out", folder / wrong}).code, 2) << wrong;
-    EXPECT_NE(run(folder, {"anatomy", "show", folder / "y.anatomy.json", "--out", picture})
-                  .error.find("no such anatomy"),
-              std::string::npos);
+    test::expect_said(run(folder, {"anatomy", "show", folder / "y.anatomy.json", "--out", picture}).error,
+                      "no such anatomy");
 }
 
-TEST(AnatomyGenerate, SaysWhoThePatientIs) {
-    const TemporaryFolder folder;
+TEST_F(AnatomyGenerate, SaysWhoThePatientIs) {
     const Outcome made = run(folder, {"anatomy", "generate", "rca", "--sex", "f", "--age", "71", "--height",
                                       "158", "--weight", "61", "--out", folder / "out"});
     EXPECT_EQ(made.code, 0) << made.error;
-    EXPECT_NE(made.out.find("patient: woman of 71 years, 158 cm, 61 kg"), std::string::npos) << made.out;
-    EXPECT_NE(read(folder / "out/rca.anatomy.json").find("\"patient\":\"woman of 71 years, 158 cm, 61 kg\""),
-              std::string::npos);
+    test::expect_said(made.out, "patient: woman of 71 years, 158 cm, 61 kg");
+    test::expect_said(read(folder / "out/rca.anatomy.json"),
+                      "\"patient\":\"woman of 71 years, 158 cm, 61 kg\"");
 }
 
-TEST(AnatomyGenerate, RefusesWhatIsWrongAndWritesNothing) {
-    const TemporaryFolder folder;
+TEST_F(AnatomyGenerate, RefusesWhatIsWrongAndWritesNothing) {
     const std::string out = folder / "out";
     expect_refused(folder, {"iliac-rena", "--out", out}, "(is 'iliac-renal' meant?); presets are: arch-1");
     expect_refused(folder, {folder / "x.toml", "--out", out}, "no such vessel tree can be read");
@@ -102,8 +100,9 @@ TEST(AnatomyGenerate, RefusesWhatIsWrongAndWritesNothing) {
     expect_refused(folder, {folder / "x.toml", "--out", out}, "cannot be written");
 }
 
-TEST(AnatomyImport, WritesWhatCheckAndAScenarioAccept) {
-    const TemporaryFolder folder;
+using AnatomyImport = test::InFolder;
+
+TEST_F(AnatomyImport, WritesWhatCheckAndAScenarioAccept) {
     write(folder / "x.toml", small_tree);
     ASSERT_EQ(run(folder, {"anatomy", "generate", folder / "x.toml", "--out", folder / "made"}).code, 0);
     const Outcome import =
@@ -111,8 +110,8 @@ TEST(AnatomyImport, WritesWhatCheckAndAScenarioAccept) {
                      folder / "out", "--name", "tube", "--name", "LRA.out=30,0,0", "--body", "abdomen",
                      "--landmark", "0,0,-80", "--scenario", folder / "tube.toml"});
     EXPECT_EQ(import.code, 0) << import.error;
-    EXPECT_NE(import.out.find("found: the inlet is the end at"), std::string::npos) << import.out;
-    EXPECT_NE(import.out.find("pass  open ends: 2; accepted: 2 or more"), std::string::npos) << import.out;
+    test::expect_said(import.out, "found: the inlet is the end at");
+    test::expect_said(import.out, "pass  open ends: 2; accepted: 2 or more");
     const auto scenario = import.out.find("schema = 1");
     ASSERT_NE(scenario, std::string::npos) << import.out;
     EXPECT_EQ(import.out.substr(scenario), read(folder / "tube.toml"));
@@ -120,12 +119,10 @@ TEST(AnatomyImport, WritesWhatCheckAndAScenarioAccept) {
     const Outcome check = run(folder, {"anatomy", "check", folder / "out/tube.anatomy.json"});
     EXPECT_EQ(check.code, 0) << check.out << check.error;
     EXPECT_EQ(check.out.find("FAIL"), std::string::npos);
-    EXPECT_NE(check.out.find("contrast that leaves by LRA.out shows in a kidney"), std::string::npos)
-        << check.out;
+    test::expect_said(check.out, "contrast that leaves by LRA.out shows in a kidney");
     const std::string json = read(folder / "out/tube.anatomy.json");
-    EXPECT_NE(json.find("\"body\":{\"landmark\":\"aortic bifurcation\",\"at\":[0.0,0.0,-80.0]}"),
-              std::string::npos);
-    EXPECT_NE(json.find("\"names\":\"LRA.out at (30.00, 0.00, 0.00)\""), std::string::npos);
+    test::expect_said(json, "\"body\":{\"landmark\":\"aortic bifurcation\",\"at\":[0.0,0.0,-80.0]}");
+    test::expect_said(json, "\"names\":\"LRA.out at (30.00, 0.00, 0.00)\"");
     const Outcome used = run(folder, {"run", folder / "tube.toml", "--commands", folder / "tube.gw",
                                       "--frames", "none", "--out", folder / "run"});
     EXPECT_LE(used.code, 1) << used.error;
@@ -134,13 +131,11 @@ TEST(AnatomyImport, WritesWhatCheckAndAScenarioAccept) {
     EXPECT_EQ(still.code, 0) << still.error;
 }
 
-TEST(AnatomyImport, RefusesBadInputAndWritesNothing) {
-    const TemporaryFolder folder;
+TEST_F(AnatomyImport, RefusesBadInputAndWritesNothing) {
     const auto refused = [&](std::vector<std::string> words, const std::string& expected) {
         words.insert(words.begin(), {"anatomy", "import"});
         const Outcome result = run(folder, words);
-        EXPECT_EQ(result.code, 2) << result.out;
-        EXPECT_NE(result.error.find(expected), std::string::npos) << result.error;
+        expect_refused(result, expected);
         EXPECT_FALSE(std::filesystem::exists(folder / "out"));
     };
     write(folder / "x.stl", "not a mesh");
@@ -166,7 +161,7 @@ TEST(AnatomyImport, RefusesBadInputAndWritesNothing) {
     with({"--name", "a=1,2"}, "NAME=X,Y,Z in mm is accepted");
     const Outcome over =
         run(folder, {"anatomy", "import", folder / "x.stl", "--unit", "mm", "--out", folder.path()});
-    EXPECT_NE(over.error.find("would be overwritten"), std::string::npos) << over.error;
+    test::expect_said(over.error, "would be overwritten");
     EXPECT_EQ(read(folder / "x.stl"), "not a mesh");
     EXPECT_EQ(run(folder, {"anatomy", "check", folder / "none.anatomy.json"}).code, 2);
 }

@@ -14,7 +14,7 @@ namespace app {
 namespace {
 
 using test::asset, test::expect_refused, test::good_script, test::Outcome, test::read, test::run,
-    test::Started, test::TemporaryFolder, test::write;
+    test::s_bend_run, test::Started, test::TemporaryFolder, test::write;
 
 const char* const clumsy =
     "1 advance 4 mm\n4 beam on\n5..20 advance 4 mm\n21..24 withdraw 4 mm\n25 rotate 40 deg\n26..60 advance 4 "
@@ -24,8 +24,8 @@ const char* const clumsy =
 std::filesystem::path recorded(const TemporaryFolder& folder, const std::string& name,
                                const std::string& script, const std::string& learner = "Ada") {
     write(folder / (name + ".script.gw"), script);
-    run(folder, {"run", "s_bend", "--commands", folder / (name + ".script.gw"), "--out", folder / name,
-                 "--frames", "none", "--learner", learner});
+    run(folder, s_bend_run(folder / name, {"--frames", "none", "--learner", learner},
+                           folder / (name + ".script.gw")));
     std::filesystem::copy_file(folder / name / "run.gw", folder / (name + ".gw"));
     return folder / (name + ".gw");
 }
@@ -41,8 +41,9 @@ Outcome browse(const TemporaryFolder& folder, std::vector<std::string> words) {
 
 }  // namespace
 
-TEST(DebriefCommand, MakesAPageThatABrowserOpensClicksAndPrints) {
-    const TemporaryFolder folder;
+using DebriefCommand = test::InFolder;
+
+TEST_F(DebriefCommand, MakesAPageThatABrowserOpensClicksAndPrints) {
     const std::string good = recorded(folder, "good", read(good_script)),
                       bad = recorded(folder, "bad", clumsy);
     const Outcome made =
@@ -88,7 +89,7 @@ window.addEventListener("load", async () => {
                   std::string::npos)
             << seen;
     }
-    EXPECT_NE(seen.find("key | "), std::string::npos) << seen;
+    test::expect_said(seen, "key | ");
     EXPECT_EQ(seen.find("ERROR"), std::string::npos) << seen;
 
     const std::string url = "file://" + (folder / "page/debrief.html").string();
@@ -104,8 +105,7 @@ window.addEventListener("load", async () => {
     EXPECT_GT(read(folder / "page.pdf").size(), 20'000u);
 }
 
-TEST(DebriefCommand, WhatIsNoRecordingOfTheExerciseIsRefused) {
-    const TemporaryFolder folder;
+TEST_F(DebriefCommand, WhatIsNoRecordingOfTheExerciseIsRefused) {
     const std::string good = recorded(folder, "good", read(good_script));
     write(folder / "other.gw",
           "recording 3\nprogram 0000000000000001 x\nscenario 0000000000000001 renal\n0 end\n");
@@ -117,8 +117,7 @@ TEST(DebriefCommand, WhatIsNoRecordingOfTheExerciseIsRefused) {
     EXPECT_FALSE(std::filesystem::exists(folder / "page"));
 }
 
-TEST(DebriefCommand, OfAFolderMakesAPageForEachLearnerAndExercise) {
-    const TemporaryFolder folder;
+TEST_F(DebriefCommand, OfAFolderMakesAPageForEachLearnerAndExercise) {
     std::filesystem::create_directories(folder / "class/below");
     const auto put = [&](const std::string& file, const std::string& to) {
         std::filesystem::copy_file(file, folder / ("class/" + to));
@@ -149,8 +148,8 @@ TEST(DebriefCommand, OfAFolderMakesAPageForEachLearnerAndExercise) {
     const Outcome replayed = run(folder, {"replay", folder / "class"});
     EXPECT_EQ(replayed.code, 2);
     EXPECT_EQ(std::count(replayed.out.begin(), replayed.out.end(), '\n'), 5) << replayed.out;
-    EXPECT_NE(replayed.error.find("broken.gw:2:"), std::string::npos) << replayed.error;
-    EXPECT_NE(replayed.error.find("script.gw"), std::string::npos) << replayed.error;
+    test::expect_said(replayed.error, "broken.gw:2:");
+    test::expect_said(replayed.error, "script.gw");
     std::filesystem::remove(folder / "class/broken.gw");
     std::filesystem::remove(folder / "class/script.gw");
     EXPECT_EQ(run(folder, {"replay", folder / "class"}).code, 0);
@@ -158,11 +157,10 @@ TEST(DebriefCommand, OfAFolderMakesAPageForEachLearnerAndExercise) {
     expect_refused(run(folder, {"score", folder / "class", "--out", folder / "x.json"}),
                    "expected one recording");
     const Outcome counted = run(folder, {"course", folder / "class"});
-    EXPECT_NE(counted.out.find("4 attempts, 1 files that do not count"), std::string::npos) << counted.out;
+    test::expect_said(counted.out, "4 attempts, 1 files that do not count");
 }
 
-TEST(DebriefCommand, ARecordingCannotNameAPlaceOutsideTheFolder) {
-    const TemporaryFolder folder;
+TEST_F(DebriefCommand, ARecordingCannotNameAPlaceOutsideTheFolder) {
     std::filesystem::create_directories(folder / "class");
     const std::string plain = read(recorded(folder, "a", "0 beam on\n2 advance 2 mm\n9 end\n"));
     write(folder / "class/1.gw", plain);
@@ -183,8 +181,9 @@ TEST(DebriefCommand, ARecordingCannotNameAPlaceOutsideTheFolder) {
     EXPECT_FALSE(std::filesystem::exists(folder / "deep/elsewhere.html"));
 }
 
-TEST(CourseCommand, CountsAttemptsByLearnerAndExercise) {
-    const TemporaryFolder folder;
+using CourseCommand = test::InFolder;
+
+TEST_F(CourseCommand, CountsAttemptsByLearnerAndExercise) {
     std::filesystem::create_directories(folder / "class/below");
     const auto put = [&](const std::string& file, const std::string& to) {
         std::filesystem::copy_file(file, folder / ("class/" + to));
@@ -199,21 +198,20 @@ TEST(CourseCommand, CountsAttemptsByLearnerAndExercise) {
     write(folder / "class/changed.gw", changed);
     const auto made = run(folder, {"course", folder / "class", "--out", folder / "out"});
     ASSERT_EQ(made.code, 0) << made.error;
-    EXPECT_NE(made.out.find("3 attempts"), std::string::npos) << made.out;
-    EXPECT_NE(made.out.find("2 files that do not count"), std::string::npos) << made.out;
+    test::expect_said(made.out, "3 attempts");
+    test::expect_said(made.out, "2 files that do not count");
     const std::string csv = read(folder / "out/course.csv"), page = read(folder / "out/course.html");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 6);
-    EXPECT_NE(csv.find("Ada,s_bend,1,2,"), std::string::npos) << csv;
-    EXPECT_NE(page.find("&lt;b&gt;Bob&lt;/b&gt;"), std::string::npos);
+    test::expect_said(csv, "Ada,s_bend,1,2,");
+    test::expect_said(page, "&lt;b&gt;Bob&lt;/b&gt;");
     EXPECT_EQ(page.find("<b>Bob"), std::string::npos);
-    EXPECT_NE(page.find("2 learners, 1 exercises, 3 attempts"), std::string::npos);
+    test::expect_said(page, "2 learners, 1 exercises, 3 attempts");
     // A second look finds the figures.
     run(folder, {"course", folder / "class", "--out", folder / "again"});
     EXPECT_EQ(read(folder / "again/course.csv"), csv);
 }
 
-TEST(CourseCommand, WritesValidUtf8WhateverItReads) {
-    const TemporaryFolder folder;
+TEST_F(CourseCommand, WritesValidUtf8WhateverItReads) {
     std::filesystem::create_directory(folder / "class");
     std::string text = read(recorded(folder, "one", "0 beam on\n2 advance 2 mm\n3 end\n", "Anna"));
     text.replace(text.find("learner Anna"), 12, "learner \xc4nna");  // as an earlier version took it
@@ -230,8 +228,7 @@ TEST(CourseCommand, WritesValidUtf8WhateverItReads) {
     EXPECT_TRUE(io::is_utf8(read(folder / "page/debrief.html")));
 }
 
-TEST(CourseCommand, AnEmptyFolderIsRefusedAndTenThousandFilesAreNot) {
-    const TemporaryFolder folder;
+TEST_F(CourseCommand, AnEmptyFolderIsRefusedAndTenThousandFilesAreNot) {
     std::filesystem::create_directory(folder / "none");
     expect_refused(run(folder, {"course", folder / "none"}), "no recordings");
     expect_refused(run(folder, {"course", folder / "nowhere"}), "no such folder");
@@ -244,8 +241,9 @@ TEST(CourseCommand, AnEmptyFolderIsRefusedAndTenThousandFilesAreNot) {
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 10'001);
 }
 
-TEST(BatchCommand, MakesEveryCombinationAndGoesOnWhereItStopped) {
-    const TemporaryFolder folder;
+using BatchCommand = test::InFolder;
+
+TEST_F(BatchCommand, MakesEveryCombinationAndGoesOnWhereItStopped) {
     write(folder / "x.gw", "0 beam on\n1..10 advance 2 mm\n15 end\n");
     const std::string list =
         "schema = 1\n[[run]]\nscenario = [\"s_bend\", \"straight\"]\ncommands = [\"x.gw\", "
@@ -256,11 +254,11 @@ TEST(BatchCommand, MakesEveryCombinationAndGoesOnWhereItStopped) {
     write(folder / "list.toml", list);
     const auto made = run(folder, {"batch", folder / "list.toml", "--out", folder / "one", "--jobs", "1"});
     EXPECT_EQ(made.code, 1) << made.error;  // one of them fails
-    EXPECT_NE(made.out.find("18 of 18 runs, 1 failed"), std::string::npos) << made.out;
+    test::expect_said(made.out, "18 of 18 runs, 1 failed");
     const std::string csv = read(folder / "one/batch.csv");
     EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 19) << csv;
-    EXPECT_NE(csv.find("diameter_mm = 30.0 was found"), std::string::npos) << csv;
-    EXPECT_NE(csv.find("guidewire.friction=0.1 seed=2"), std::string::npos) << csv;
+    test::expect_said(csv, "diameter_mm = 30.0 was found");
+    test::expect_said(csv, "guidewire.friction=0.1 seed=2");
     EXPECT_TRUE(std::filesystem::exists(folder / "one/000001/run.gw"));
     // Two at a time give the same.
     run(folder, {"batch", folder / "list.toml", "--out", folder / "two", "--jobs", "2"});
@@ -269,8 +267,7 @@ TEST(BatchCommand, MakesEveryCombinationAndGoesOnWhereItStopped) {
     std::filesystem::remove_all(folder / "one/000003");
     write(folder / "x.gw", "0 beam on\n1..11 advance 2 mm\n15 end\n");
     const auto again = run(folder, {"batch", folder / "list.toml", "--out", folder / "one"});
-    EXPECT_NE(again.out.find("18 of 18 runs, 9 of them made before, 1 failed"), std::string::npos)
-        << again.out;
+    test::expect_said(again.out, "18 of 18 runs, 9 of them made before, 1 failed");
     EXPECT_TRUE(std::filesystem::exists(folder / "one/000003/run.gw"));
 }
 
@@ -283,8 +280,7 @@ std::map<std::string, std::string> bytes_below(const std::filesystem::path& fold
     return files;
 }
 
-TEST(BatchCommand, MergedShardsAreTheBytesOfOneBatch) {
-    const TemporaryFolder folder;
+TEST_F(BatchCommand, MergedShardsAreTheBytesOfOneBatch) {
     write(folder / "x.gw", "0 beam on\n1..10 advance 2 mm\n15 end\n");
     write(folder / "list.toml",
           "schema = 1\n[[run]]\nscenario = [\"s_bend\", \"straight\"]\ncommands = \"x.gw\"\nseeds = [1, 2]\n"
@@ -319,11 +315,10 @@ TEST(BatchCommand, MergedShardsAreTheBytesOfOneBatch) {
     }
     // What was merged goes on as one batch.
     const auto again = batch("merged3", {});
-    EXPECT_NE(again.out.find("7 of 7 runs, 6 of them made before, 1 failed"), std::string::npos) << again.out;
+    test::expect_said(again.out, "7 of 7 runs, 6 of them made before, 1 failed");
 }
 
-TEST(BatchCommand, ShardsThatDoNotBelongTogetherAreNotMerged) {
-    const TemporaryFolder folder;
+TEST_F(BatchCommand, ShardsThatDoNotBelongTogetherAreNotMerged) {
     write(folder / "x.gw", "1..3 advance 2 mm\n5 end\n");
     const std::string list = "schema = 1\n[[run]]\nscenario = \"straight\"\ncommands = \"x.gw\"\nseeds = ";
     write(folder / "list.toml", list + "[1, 2, 3, 4]\n");
@@ -393,69 +388,65 @@ struct EndlessBatch {
     }
 };
 
-TEST(BatchCommand, AShardOfAnotherListThatWasEndedIsNotMerged) {
+TEST_F(BatchCommand, AShardOfAnotherListThatWasEndedIsNotMerged) {
     for (const int signal : {SIGINT, SIGKILL}) {
         const EndlessBatch batch;
-        const TemporaryFolder& folder = batch.folder;
-        ASSERT_EQ(run(folder, batch.with({"--shard", "1/2", "--out", folder / "one"})).code, 0);
-        write(folder / "a.gw", "0 beam on\n1..4 advance 2 mm\n1000000 end\n");
-        ASSERT_EQ(run(folder, batch.with({"--shard", "2/2", "--out", folder / "two"})).code, 0);
+        const TemporaryFolder& home = batch.folder;
+        ASSERT_EQ(run(home, batch.with({"--shard", "1/2", "--out", home / "one"})).code, 0);
+        write(home / "a.gw", "0 beam on\n1..4 advance 2 mm\n1000000 end\n");
+        ASSERT_EQ(run(home, batch.with({"--shard", "2/2", "--out", home / "two"})).code, 0);
         batch.ended("one", signal, {"--shard", "1/2"});
-        expect_refused(
-            run(folder, {"batch", "merge", folder / "one", folder / "two", "--out", folder / "all"}),
-            "run 1 is missing; shard 1/2 is to be made to its end first");
-        EXPECT_FALSE(std::filesystem::exists(folder / "all"));
+        expect_refused(run(home, {"batch", "merge", home / "one", home / "two", "--out", home / "all"}),
+                       "run 1 is missing; shard 1/2 is to be made to its end first");
+        EXPECT_FALSE(std::filesystem::exists(home / "all"));
         // What has not changed is still there.
-        const std::string rows = read(folder / "one/batch.csv");
-        EXPECT_NE(rows.find("\n3,straight,c.gw"), std::string::npos) << rows;
+        const std::string rows = read(home / "one/batch.csv");
+        test::expect_said(rows, "\n3,straight,c.gw");
         EXPECT_EQ(rows.find("\n1,straight,a.gw"), std::string::npos) << rows;
     }
-    // A whole batch of another list in the folder of a share leaves none.
+    // A whole batch of another list in the home of a share leaves none.
     const EndlessBatch batch;
-    const TemporaryFolder& folder = batch.folder;
+    const TemporaryFolder& home = batch.folder;
     for (const char* shard : {"1/2", "2/2"})
-        ASSERT_EQ(
-            run(folder, batch.with({"--shard", shard, "--out", folder / std::string(1, shard[0])})).code, 0);
-    write(folder / "a.gw", "0 beam on\n12 end\n");
-    ASSERT_EQ(run(folder, batch.with({"--out", folder / "1"})).code, 0);
-    expect_refused(run(folder, {"batch", "merge", folder / "1", folder / "2", "--out", folder / "all"}),
+        ASSERT_EQ(run(home, batch.with({"--shard", shard, "--out", home / std::string(1, shard[0])})).code,
+                  0);
+    write(home / "a.gw", "0 beam on\n12 end\n");
+    ASSERT_EQ(run(home, batch.with({"--out", home / "1"})).code, 0);
+    expect_refused(run(home, {"batch", "merge", home / "1", home / "2", "--out", home / "all"}),
                    "shard.json");
 }
 
-TEST(BatchCommand, WhenInterruptedItKeepsTheRowsOfRunsThatAreWhole) {
+TEST_F(BatchCommand, WhenInterruptedItKeepsTheRowsOfRunsThatAreWhole) {
     const EndlessBatch batch;
-    const TemporaryFolder& folder = batch.folder;
-    ASSERT_EQ(run(folder, batch.with({"--out", folder / "out"})).code, 0);
+    const TemporaryFolder& home = batch.folder;
+    ASSERT_EQ(run(home, batch.with({"--out", home / "out"})).code, 0);
     EXPECT_EQ(batch.ended("out", SIGINT), 130);
-    const std::string rows = read(folder / "out/batch.csv");
+    const std::string rows = read(home / "out/batch.csv");
     EXPECT_EQ(std::count(rows.begin(), rows.end(), '\n'), 3) << rows;
-    write(folder / "a.gw", "0 beam on\n12 end\n");
-    EXPECT_NE(
-        run(folder, batch.with({"--out", folder / "out"})).out.find("3 of 3 runs, 2 of them made before"),
-        std::string::npos);
+    write(home / "a.gw", "0 beam on\n12 end\n");
+    test::expect_said(run(home, batch.with({"--out", home / "out"})).out,
+                      "3 of 3 runs, 2 of them made before");
 }
 
-TEST(BatchCommand, ItsOutputReplacesNoInput) {
+TEST_F(BatchCommand, ItsOutputReplacesNoInput) {
     const EndlessBatch batch;
-    const TemporaryFolder& folder = batch.folder;
-    ASSERT_EQ(run(folder, batch.with({"--out", folder / "out"})).code, 0);
-    const std::string recording = read(folder / "out/000002/run.gw");
+    const TemporaryFolder& home = batch.folder;
+    ASSERT_EQ(run(home, batch.with({"--out", home / "out"})).code, 0);
+    const std::string recording = read(home / "out/000002/run.gw");
     const std::string list =
         "schema = 1\n[[run]]\nscenario = \"straight\"\ncommands = [\"a.gw\", \"out/000002/run.gw\"]\n";
-    write(folder / "list.toml", list);
-    expect_refused(run(folder, batch.with({"--out", folder / "out"})), "would be replaced, and is read");
-    EXPECT_EQ(read(folder / "out/000002/run.gw"), recording);
-    std::filesystem::copy_file(folder / "list.toml", folder / "out/batch.csv",
+    write(home / "list.toml", list);
+    expect_refused(run(home, batch.with({"--out", home / "out"})), "would be replaced, and is read");
+    EXPECT_EQ(read(home / "out/000002/run.gw"), recording);
+    std::filesystem::copy_file(home / "list.toml", home / "out/batch.csv",
                                std::filesystem::copy_options::overwrite_existing);
-    expect_refused(run(folder, {"batch", folder / "out/batch.csv", "--out", folder / "out"}), "run.gw");
-    write(folder / "out/batch.csv",
-          "schema = 1\n[[run]]\nscenario = \"straight\"\ncommands = \"solution\"\n");
-    expect_refused(run(folder, {"batch", folder / "out/batch.csv", "--out", folder / "out"}),
+    expect_refused(run(home, {"batch", home / "out/batch.csv", "--out", home / "out"}), "run.gw");
+    write(home / "out/batch.csv", "schema = 1\n[[run]]\nscenario = \"straight\"\ncommands = \"solution\"\n");
+    expect_refused(run(home, {"batch", home / "out/batch.csv", "--out", home / "out"}),
                    "batch.csv would overwrite what is read");
 }
 
-TEST(BatchCommand, VesselsThatHaveChangedAreRunAgain) {
-    const TemporaryFolder folder;
+TEST_F(BatchCommand, VesselsThatHaveChangedAreRunAgain) {
     const auto grow = [&](const char* radius) {
         write(folder / "tree.toml",
               std::string("schema = 1\n[[branch]]\nname = \"v\"\npoints_mm = [[0, 0, 0, ") + radius +
@@ -469,14 +460,13 @@ TEST(BatchCommand, VesselsThatHaveChangedAreRunAgain) {
     write(folder / "x.gw", "0 beam on\n1 advance 2 mm\n3 end\n");
     write(folder / "list.toml", "schema = 1\n[[run]]\nscenario = \"own.toml\"\ncommands = \"x.gw\"\n");
     const std::vector<std::string> words = {"batch", folder / "list.toml", "--out", folder / "out"};
-    EXPECT_NE(run(folder, words).out.find("1 of 1 runs:"), std::string::npos);
-    EXPECT_NE(run(folder, words).out.find("1 of them made before"), std::string::npos);
+    test::expect_said(run(folder, words).out, "1 of 1 runs:");
+    test::expect_said(run(folder, words).out, "1 of them made before");
     grow("4");
-    EXPECT_NE(run(folder, words).out.find("1 of 1 runs:"), std::string::npos);
+    test::expect_said(run(folder, words).out, "1 of 1 runs:");
 }
 
-TEST(BatchCommand, AListWithErrorsIsRefusedWithItsLines) {
-    const TemporaryFolder folder;
+TEST_F(BatchCommand, AListWithErrorsIsRefusedWithItsLines) {
     const auto refused = [&](const std::string& list, const std::string& expected) {
         write(folder / "list.toml", list);
         expect_refused(run(folder, {"batch", folder / "list.toml", "--out", folder / "out"}), expected);
@@ -506,8 +496,9 @@ TEST(ShowCommand, DrawsTheScenario) {
     expect_refused(run(folder, {"show", "s_bend", "--out", folder / "x.jpg"}), ".png");
 }
 
-TEST(Run, TakesCommandsFromStandardInputAndValuesOfAnyKey) {
-    const TemporaryFolder folder;
+using RunCommand = test::InFolder;
+
+TEST_F(RunCommand, TakesCommandsFromStandardInputAndValuesOfAnyKey) {
     const Outcome piped =
         Started(folder, {"/bin/sh", "-c",
                          std::string(SELDINGER_PROGRAM) + " run s_bend --commands - --frames none --out " +
@@ -519,12 +510,8 @@ TEST(Run, TakesCommandsFromStandardInputAndValuesOfAnyKey) {
                      "--set", "guidewire.friction=0.1", "--set", "target.radius_mm=0.5"})
             .code,
         1);
-    expect_refused(
-        run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "x", "--set", "radius"}),
-        "KEY=VALUE");
-    expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "x", "--set",
-                                "target.radios_mm=1"}),
-                   "radios_mm");
+    expect_refused(run(folder, s_bend_run(folder / "x", {"--set", "radius"})), "KEY=VALUE");
+    expect_refused(run(folder, s_bend_run(folder / "x", {"--set", "target.radios_mm=1"})), "radios_mm");
 }
 
 }  // namespace app

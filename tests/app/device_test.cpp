@@ -10,8 +10,9 @@ namespace {
 
 using test::expect_refused, test::Outcome, test::run, test::TemporaryFolder;
 
-TEST(DeviceCommand, ListsWhatShips) {
-    const TemporaryFolder folder;
+using DeviceCommand = test::InFolder;
+
+TEST_F(DeviceCommand, ListsWhatShips) {
     const Outcome list = run(folder, {"list", "devices"});
     EXPECT_EQ(list.code, 0) << list.error;
     EXPECT_GE(std::count(list.out.begin(), list.out.end(), '\n'), 20);
@@ -20,8 +21,7 @@ TEST(DeviceCommand, ListsWhatShips) {
     EXPECT_EQ(run(folder, {"list", "stents"}).code, 2);
 }
 
-TEST(DeviceCommand, ShowsValuesWithTheirSourcesAndDrawsAPicture) {
-    const TemporaryFolder folder;
+TEST_F(DeviceCommand, ShowsValuesWithTheirSourcesAndDrawsAPicture) {
     const std::string picture = folder / "cobra.png";
     const Outcome shown = run(folder, {"device", "show", "cobra5f", "--out", picture});
     EXPECT_EQ(shown.code, 0) << shown.error;

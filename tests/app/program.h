@@ -59,11 +59,21 @@ inline Outcome run(const TemporaryFolder& folder, const std::vector<std::string>
     return Started(folder, command(words)).wait();
 }
 
+/// Words of a run of `s_bend` into a folder, and more words.
+inline std::vector<std::string> s_bend_run(const std::filesystem::path& out,
+                                           const std::vector<std::string>& more = {},
+                                           const std::string& script = good_script) {
+    std::vector<std::string> words = {"run", "s_bend", "--commands", script, "--out", out};
+    words.insert(words.end(), more.begin(), more.end());
+    return words;
+}
+
 /// The program refused its input with this in its message.
-inline void expect_refused(const Outcome& result, const std::string& expected) {
-    EXPECT_EQ(result.code, 2) << result.out;
+inline void expect_refused(const Outcome& result, const std::string& expected,
+                           const std::source_location& where = std::source_location::current()) {
+    EXPECT_EQ(result.code, 2) << result.out << result.error;
     EXPECT_EQ(result.error.find("seldinger: "), 0u) << result.error;
-    EXPECT_NE(result.error.find(expected), std::string::npos) << result.error;
+    expect_said(result.error, expected, where);
 }
 
 }  // namespace test

@@ -62,7 +62,7 @@ TEST(ProgressBar, WritesNothingOfWorkThatIsDoneSoonWhereThereIsNoTerminal) {
 TEST(ProgressBar, DrawsAtOnceOnATerminalAndLeavesAnEmptyLine) {
     Watched watched(true);
     watched.show_at(0, 0.5, "frames");
-    EXPECT_NE(watched.written().find("[###############...............] frames"), std::string::npos);
+    test::expect_said(watched.written(), "[###############...............] frames");
     const std::string all = watched.ended();
     EXPECT_EQ(all.substr(all.size() - 4), "\r\033[K");
     EXPECT_EQ(all.find('\n'), std::string::npos);

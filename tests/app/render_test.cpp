@@ -4,7 +4,7 @@
 namespace app {
 namespace {
 
-using test::asset, test::read, test::run, test::TemporaryFolder, test::write;
+using test::asset, test::read, test::run, test::s_bend_run, test::TemporaryFolder, test::write;
 
 /// Refused with exit code 2 and a message; nothing is written.
 void expect_render_refused(const std::vector<std::string>& words, const std::string& message) {
@@ -19,8 +19,9 @@ void expect_render_refused(const std::vector<std::string>& words, const std::str
 
 }  // namespace
 
-TEST(Render, LeavesOneImageOfEachMode) {
-    const TemporaryFolder folder;
+using Render = test::InFolder;
+
+TEST_F(Render, LeavesOneImageOfEachMode) {
     std::vector<std::string> bytes;
     for (const char* mode : {"live", "dsa", "roadmap"}) {
         const std::string file = folder / (std::string(mode) + ".png");
@@ -34,38 +35,34 @@ TEST(Render, LeavesOneImageOfEachMode) {
     EXPECT_NE(bytes[0], bytes[2]);
 }
 
-TEST(Render, OfAFrameIsTheFrameOfTheRunWithoutItsLag) {
-    const TemporaryFolder folder;
+TEST_F(Render, OfAFrameIsTheFrameOfTheRunWithoutItsLag) {
     write(folder / "x.gw", "0..5 advance 2 mm\n6 beam on\n6 end\n");
-    run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out", folder / "out"});
+    run(folder, s_bend_run(folder / "out", {}, folder / "x.gw"));
     run(folder,
         {"render", "s_bend", "--commands", folder / "x.gw", "--frame", "6", "--out", folder / "x.png"});
     EXPECT_EQ(read(folder / "x.png"), read(folder / "out/frames/frame_000006.png"));
 }
 
-TEST(Render, AnglesBeyondTheGantryAreRefused) {
+TEST_F(Render, AnglesBeyondTheGantryAreRefused) {
     expect_render_refused({"--lao", "130"}, "LAO/RAO angle must lie within 120 degrees");
     expect_render_refused({"--cranial", "-50"}, "cranial/caudal angle must lie within 45 degrees");
     expect_render_refused({"--lao", "nan"}, "--lao: 'nan' was found");
 }
 
-TEST(Render, ModesFramesAndContrastThereAreNotAreRefused) {
+TEST_F(Render, ModesFramesAndContrastThereAreNotAreRefused) {
     expect_render_refused({"--mode", "cine"}, "live,dsa,roadmap");
     expect_render_refused({"--frame", "-1"}, "--frame");
     expect_render_refused({"--frame", "40000"}, "the script ends at 40: 0 to 40 are accepted");
     expect_render_refused({"--mode", "dsa", "--iodine", "900"}, "--iodine");
 }
 
-TEST(Render, PictureThatCannotBeWrittenIsNamed) {
-    const TemporaryFolder folder;
+TEST_F(Render, PictureThatCannotBeWrittenIsNamed) {
     const auto result =
         run(folder, {"render", "s_bend", "--cache", folder / "cache", "--out", "/nowhere/x.png"});
-    EXPECT_EQ(result.code, 2);
-    EXPECT_NE(result.error.find("/nowhere/x.png"), std::string::npos) << result.error;
+    test::expect_refused(result, "/nowhere/x.png");
 }
 
-TEST(Render, PatientOfAScenarioAndItsCtLookAlike) {
-    const TemporaryFolder folder;
+TEST_F(Render, PatientOfAScenarioAndItsCtLookAlike) {
     const std::string body = test::small_toml_with("patient = false", "patient = true\ntube_voltage_kV = 80");
     write(folder / "mesh.toml", body);
     write(folder / "ct.toml", body + "[patient]\nct = \"mine.nii.gz\"\n");
@@ -74,7 +71,7 @@ TEST(Render, PatientOfAScenarioAndItsCtLookAlike) {
     const auto voxels = run(folder, {"anatomy", "voxelise", folder / "mesh.toml", "--voxel", "2", "--margin",
                                      "120", "--out", folder / "mine.nii.gz"});
     EXPECT_EQ(voxels.code, 0) << voxels.error;
-    EXPECT_NE(voxels.out.find("voxels of 2 mm"), std::string::npos) << voxels.out;
+    test::expect_said(voxels.out, "voxels of 2 mm");
     for (const char* name : {"mesh", "ct"}) {
         const auto image = run(folder, {"render", folder / (std::string(name) + ".toml"), "--commands",
                                         folder / "no.gw", "--out", folder / (std::string(name) + ".png")});

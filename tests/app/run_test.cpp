@@ -8,7 +8,7 @@
 namespace app {
 namespace {
 
-using test::asset, test::good_script, test::Outcome, test::read, test::run, test::Started,
+using test::asset, test::good_script, test::Outcome, test::read, test::run, test::s_bend_run, test::Started,
     test::TemporaryFolder, test::write;
 
 std::vector<std::string> frames_in(const std::filesystem::path& folder) {
@@ -22,9 +22,10 @@ std::vector<std::string> frames_in(const std::filesystem::path& folder) {
 
 }  // namespace
 
-TEST(Run, ReachesTheTargetAndLeavesItsFiles) {
-    const TemporaryFolder folder;
-    const auto result = run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out"});
+using RunCommand = test::InFolder;
+
+TEST_F(RunCommand, ReachesTheTargetAndLeavesItsFiles) {
+    const auto result = run(folder, s_bend_run(folder / "out"));
     EXPECT_EQ(result.code, 0) << result.error;
     // No progress bar where there is no terminal; lines, should the machine be so slow.
     EXPECT_EQ(result.error.find_first_of("\r\033"), std::string::npos) << result.error;
@@ -38,8 +39,7 @@ TEST(Run, ReachesTheTargetAndLeavesItsFiles) {
     EXPECT_TRUE(std::filesystem::exists(folder / "out/sheet.png"));
 }
 
-TEST(Run, ShippedScriptGoesFromTheGroinToTheAorta) {
-    const TemporaryFolder folder;
+TEST_F(RunCommand, ShippedScriptGoesFromTheGroinToTheAorta) {
     const auto result = run(folder, {"run", "iliac_aorta", "--commands", asset("scripts/iliac_aorta.gw"),
                                      "--out", folder / "out", "--frames", "none"});
     EXPECT_EQ(result.code, 0) << result.error << result.out;
@@ -47,28 +47,24 @@ TEST(Run, ShippedScriptGoesFromTheGroinToTheAorta) {
     EXPECT_LT(score["max_penetration_mm"].get<double>(), 0.2);
 }
 
-TEST(Run, TargetNotReachedIsExitCodeOne) {
-    const TemporaryFolder folder;
+TEST_F(RunCommand, TargetNotReachedIsExitCodeOne) {
     write(folder / "x.gw", "0 advance 2 mm\n5 end\n");
-    const auto result = run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out", folder / "out",
-                                     "--frames", "none"});
+    const auto result = run(folder, s_bend_run(folder / "out", {"--frames", "none"}, folder / "x.gw"));
     EXPECT_EQ(result.code, 1) << result.error;
     EXPECT_FALSE(nlohmann::json::parse(read(folder / "out/score.json"))["completed"].get<bool>());
     EXPECT_FALSE(std::filesystem::exists(folder / "out/frames"));
     EXPECT_FALSE(std::filesystem::exists(folder / "out/sheet.png"));
 }
 
-TEST(Run, EveryKthFrameIsWritten) {
-    const TemporaryFolder folder;
-    run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out", "--every", "20"});
+TEST_F(RunCommand, EveryKthFrameIsWritten) {
+    run(folder, s_bend_run(folder / "out", {"--every", "20"}));
     EXPECT_EQ(frames_in(folder / "out"),
               (std::vector<std::string>{"frame_000000.png", "frame_000020.png", "frame_000040.png"}));
 }
 
-TEST(Run, TwiceGivesTheSameBytes) {
-    const TemporaryFolder folder;
+TEST_F(RunCommand, TwiceGivesTheSameBytes) {
     for (const char* out : {"1", "2"}) {
-        run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / out, "--every", "8"});
+        run(folder, s_bend_run(folder / out, {"--every", "8"}));
     }
     for (const std::string& name : frames_in(folder / "1")) {
         EXPECT_EQ(read(folder / ("1/frames/" + name)), read(folder / ("2/frames/" + name))) << name;
@@ -79,29 +75,27 @@ TEST(Run, TwiceGivesTheSameBytes) {
     }
 }
 
-TEST(Run, ReplayOfItsRecordingAgreesInStatesAndFrames) {
-    const TemporaryFolder folder;
-    run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "1", "--every", "10"});
-    const auto again = run(folder, {"run", "s_bend", "--commands", folder / "1/run.gw", "--out", folder / "2",
-                                    "--every", "10", "--expect", folder / "1"});
+TEST_F(RunCommand, ReplayOfItsRecordingAgreesInStatesAndFrames) {
+    run(folder, s_bend_run(folder / "1", {"--every", "10"}));
+    const auto again = run(
+        folder, s_bend_run(folder / "2", {"--every", "10", "--expect", folder / "1"}, folder / "1/run.gw"));
     EXPECT_EQ(again.code, 0) << again.error;
-    EXPECT_NE(again.out.find("5 frames compared, all equal"), std::string::npos) << again.out;
+    test::expect_said(again.out, "5 frames compared, all equal");
 }
 
-TEST(Run, DifferenceFromWhatWasExpectedIsExitCodeThree) {
-    const TemporaryFolder folder;
-    run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "1", "--frames", "none"});
+TEST_F(RunCommand, DifferenceFromWhatWasExpectedIsExitCodeThree) {
+    run(folder, s_bend_run(folder / "1", {"--frames", "none"}));
     std::string script = read(good_script);
     script.replace(script.find("rotate 20"), 9, "rotate 21");
     write(folder / "x.gw", script);
-    const auto other = run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out", folder / "2",
-                                    "--frames", "none", "--expect", folder / "1/run.gw"});
+    const auto other =
+        run(folder,
+            s_bend_run(folder / "2", {"--frames", "none", "--expect", folder / "1/run.gw"}, folder / "x.gw"));
     EXPECT_EQ(other.code, 3);
-    EXPECT_NE(other.error.find("the state of frame 20 is"), std::string::npos) << other.error;
+    test::expect_said(other.error, "the state of frame 20 is");
 }
 
-TEST(Run, ChangedPixelIsExitCodeThree) {
-    const TemporaryFolder folder;
+TEST_F(RunCommand, ChangedPixelIsExitCodeThree) {
     const std::vector<std::string> words = {"run",     "s_bend", "--commands", good_script,
                                             "--every", "20",     "--out"};
     auto first = words, second = words;
@@ -112,39 +106,38 @@ TEST(Run, ChangedPixelIsExitCodeThree) {
     second.insert(second.end(), {folder / "2", "--expect", folder / "1"});
     const auto result = run(folder, second);
     EXPECT_EQ(result.code, 3);
-    EXPECT_NE(result.error.find("frame 20 differs"), std::string::npos) << result.error;
+    test::expect_said(result.error, "frame 20 differs");
 }
 
-TEST(Run, CtrlCLeavesARecordingThatReplays) {
+TEST_F(RunCommand, CtrlCLeavesARecordingThatReplays) {
     for (const int number : {SIGINT, SIGTERM}) {
-        const TemporaryFolder folder;
-        write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
-        const test::Started started(folder, test::command({"run", "s_bend", "--commands", folder / "long.gw",
-                                                           "--out", folder / "1", "--frames", "none"}));
+        const TemporaryFolder fresh;
+        write(fresh / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
+        const test::Started started(
+            fresh, test::command(s_bend_run(fresh / "1", {"--frames", "none"}, fresh / "long.gw")));
         // Wait until frames come, then stop it: whatever frame that is, what is left must replay.
-        while (read(folder / "1/run.gw").find("state 10 ") == std::string::npos) std::this_thread::yield();
+        while (read(fresh / "1/run.gw").find("state 10 ") == std::string::npos) std::this_thread::yield();
         started.signal(number);
         const auto result = started.wait();
         EXPECT_EQ(result.code, 130) << result.error;
-        const auto score = nlohmann::json::parse(read(folder / "1/score.json"));
+        const auto score = nlohmann::json::parse(read(fresh / "1/score.json"));
         EXPECT_TRUE(score["interrupted"].get<bool>());
-        const auto again = run(folder, {"run", "s_bend", "--commands", folder / "1/run.gw", "--out",
-                                        folder / "2", "--frames", "none", "--expect", folder / "1/run.gw"});
+        const auto again =
+            run(fresh, s_bend_run(fresh / "2", {"--frames", "none", "--expect", fresh / "1/run.gw"},
+                                  fresh / "1/run.gw"));
         EXPECT_EQ(again.code, 1) << again.error;
-        EXPECT_EQ(nlohmann::json::parse(read(folder / "2/score.json"))["frames"], score["frames"]);
+        EXPECT_EQ(nlohmann::json::parse(read(fresh / "2/score.json"))["frames"], score["frames"]);
     }
 }
 
-TEST(Run, KilledProgramLeavesARecordingThatReplays) {
-    const TemporaryFolder folder;
+TEST_F(RunCommand, KilledProgramLeavesARecordingThatReplays) {
     write(folder / "long.gw", "0 beam on\n1..30 advance 2 mm\n1000000 end\n");
-    const test::Started started(folder, test::command({"run", "s_bend", "--commands", folder / "long.gw",
-                                                       "--out", folder / "1", "--frames", "none"}));
+    const test::Started started(
+        folder, test::command(s_bend_run(folder / "1", {"--frames", "none"}, folder / "long.gw")));
     while (read(folder / "1/run.gw").find("state 20 ") == std::string::npos) std::this_thread::yield();
     started.signal(SIGKILL);
     EXPECT_EQ(started.wait().code, 1000 + SIGKILL);
-    const auto again = run(folder, {"run", "s_bend", "--commands", folder / "1/run.gw", "--out", folder / "2",
-                                    "--frames", "none"});
+    const auto again = run(folder, s_bend_run(folder / "2", {"--frames", "none"}, folder / "1/run.gw"));
     EXPECT_EQ(again.code, 1) << again.error;  // not 3: the states agree
 }
 
@@ -152,7 +145,7 @@ TEST(List, NamesTheShippedScenariosOneALine) {
     const TemporaryFolder folder;
     const auto result = run(folder, {"list"});
     EXPECT_EQ(result.code, 0) << result.error;
-    EXPECT_NE(result.out.find("s_bend "), std::string::npos);
+    test::expect_said(result.out, "s_bend ");
     std::size_t files = 0;
     for (const auto& entry : std::filesystem::directory_iterator(asset("scenarios"))) {
         files += entry.path().extension() == ".toml";
@@ -166,25 +159,23 @@ TEST(Program, TellsItsVersionAndUse) {
     EXPECT_EQ(run(folder, {"--version"}).out.find("seldinger "), 0u);
     const auto help = run(folder, {"run", "--help"});
     EXPECT_EQ(help.code, 0);
-    EXPECT_NE(help.out.find("--commands"), std::string::npos);
-    EXPECT_NE(help.out.find("Exit codes"), std::string::npos);
+    test::expect_said(help.out, "--commands");
+    test::expect_said(help.out, "Exit codes");
 }
 
 /// The way of a run's angiograms to a disc: dcmmkdir makes its directory, dciodvfy holds them against the
 /// standard.
-TEST(Run, AngiogramsAreTakenByADicomdirAndByAValidator) {
+TEST_F(RunCommand, AngiogramsAreTakenByADicomdirAndByAValidator) {
     if (std::system("dcmmkdir --version >/dev/null 2>&1") != 0 ||
         std::system("command -v dciodvfy >/dev/null") != 0)
         GTEST_SKIP() << "dcmmkdir or dciodvfy is not installed";
-    const TemporaryFolder folder;
     write(folder / "x.gw",
           "0 beam on\n1 mode dsa\n4 inject 4 ml at 8 ml/s into tube of 250 mg/ml\n12 beam off\n14 mode "
           "live\n15 beam on\n"
           "16..18 advance 2 mm\n24 end\n");
     for (const std::string pixels : {"shown", "signal"}) {
         const std::filesystem::path disc = folder / ("disc-" + pixels);
-        const Outcome made = run(folder, {"run", "s_bend", "--commands", folder / "x.gw", "--out",
-                                          folder / pixels, "--dicom", pixels});
+        const Outcome made = run(folder, s_bend_run(folder / pixels, {"--dicom", pixels}, folder / "x.gw"));
         ASSERT_LE(made.code, 1) << made.error;
         std::filesystem::create_directory(disc);
         int number = 0;

@@ -5,13 +5,12 @@
 namespace app {
 namespace {
 
-using test::asset, test::expect_refused, test::good_script, test::read, test::run, test::TemporaryFolder,
-    test::write;
+using test::asset, test::expect_refused, test::good_script, test::read, test::run, test::s_bend_run,
+    test::TemporaryFolder, test::write;
 
 /// A recording of the S-bend's solution.
 std::filesystem::path recorded(const TemporaryFolder& folder, const std::string& learner = "") {
-    std::vector<std::string> words = {"run",   "s_bend",       "--commands", good_script,
-                                      "--out", folder / "out", "--frames",   "none"};
+    std::vector<std::string> words = s_bend_run(folder / "out", {"--frames", "none"});
     if (!learner.empty()) words.insert(words.end(), {"--learner", learner});
     EXPECT_EQ(run(folder, words).code, 0);
     return folder / "out/run.gw";
@@ -25,20 +24,20 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 }  // namespace
 
-TEST(ScoreCommand, ComputesTheRunsOwnScoreFromTheRecordingAlone) {
-    const TemporaryFolder folder;
+using ScoreCommand = test::InFolder;
+
+TEST_F(ScoreCommand, ComputesTheRunsOwnScoreFromTheRecordingAlone) {
     const std::string file = recorded(folder, "Ada <b>");
     const auto result = run(folder, {"score", file, "--out", folder / "score.json"});
     EXPECT_EQ(result.code, 0) << result.error;
-    EXPECT_NE(result.out.find("by Ada <b>"), std::string::npos) << result.out;
-    EXPECT_NE(result.out.find("all equal"), std::string::npos) << result.out;
+    test::expect_said(result.out, "by Ada <b>");
+    test::expect_said(result.out, "all equal");
     EXPECT_EQ(read(folder / "score.json"), read(folder / "out/score.json"));
     EXPECT_EQ(nlohmann::json::parse(read(folder / "score.json"))["learner"], "Ada <b>");
     EXPECT_EQ(run(folder, {"replay", file}).code, 0);
 }
 
-TEST(ScoreCommand, AChangedStateIsExitCodeThreeAndSaysWhere) {
-    const TemporaryFolder folder;
+TEST_F(ScoreCommand, AChangedStateIsExitCodeThreeAndSaysWhere) {
     const std::string text = read(recorded(folder));
     const std::size_t at = text.find("state 20 ") + 9;
     std::string changed = text;
@@ -46,14 +45,13 @@ TEST(ScoreCommand, AChangedStateIsExitCodeThreeAndSaysWhere) {
     write(folder / "changed.gw", changed);
     const auto state = run(folder, {"replay", folder / "changed.gw"});
     EXPECT_EQ(state.code, 3);
-    EXPECT_NE(state.error.find("frame 20"), std::string::npos) << state.error;
+    test::expect_said(state.error, "frame 20");
     // A command that was taken out leads to other states from there on.
     write(folder / "edited.gw", replaced(text, "advance", "withdraw"));
     EXPECT_EQ(run(folder, {"replay", folder / "edited.gw"}).code, 3);
 }
 
-TEST(ScoreCommand, ABrokenRecordingIsRefusedWithItsLine) {
-    const TemporaryFolder folder;
+TEST_F(ScoreCommand, ABrokenRecordingIsRefusedWithItsLine) {
     const std::string text = read(recorded(folder));
     write(folder / "x.gw", text.substr(0, text.find("state 20 ") + 12));
     expect_refused(run(folder, {"score", folder / "x.gw"}), "x.gw:");
@@ -65,17 +63,15 @@ TEST(ScoreCommand, ABrokenRecordingIsRefusedWithItsLine) {
     expect_refused(run(folder, {"score", folder / "none.gw"}), "none.gw");
 }
 
-TEST(ScoreCommand, WithoutItsEndItIsScoredAndSaysSo) {
-    const TemporaryFolder folder;
+TEST_F(ScoreCommand, WithoutItsEndItIsScoredAndSaysSo) {
     const std::string text = read(recorded(folder));
     write(folder / "x.gw", text.substr(0, text.find("state 30 ")));
     const auto result = run(folder, {"score", folder / "x.gw"});
     EXPECT_NE(result.code, 2) << result.error;
-    EXPECT_NE(result.error.find("has no end"), std::string::npos) << result.error;
+    test::expect_said(result.error, "has no end");
 }
 
-TEST(ScoreCommand, AnotherScenarioOrAnatomyIsTold) {
-    const TemporaryFolder folder;
+TEST_F(ScoreCommand, AnotherScenarioOrAnatomyIsTold) {
     const std::string file = recorded(folder);
     const std::string toml = read(asset("scenarios/s_bend.toml"));
     write(folder / "s_bend.toml", replaced(toml, "radius_mm = 4.0", "radius_mm = 5.0"));
@@ -88,7 +84,7 @@ TEST(ScoreCommand, AnotherScenarioOrAnatomyIsTold) {
                                       "hints = [\"Push.\", "));
     const auto same = run(folder, {"score", file, "--scenario", changed});
     EXPECT_EQ(same.code, 0) << same.error;
-    EXPECT_NE(same.out.find("Points"), std::string::npos) << same.out;
+    test::expect_said(same.out, "Points");
     // Another tube.
     write(folder / "s_bend.toml", replaced(toml, "run_mm = 50.0", "run_mm = 51.0"));
     expect_refused(run(folder, {"replay", file, "--scenario", changed}), "has changed since it was recorded");
@@ -98,14 +94,9 @@ TEST(ScoreCommand, AnotherScenarioOrAnatomyIsTold) {
                    "recorded in the scenario");
 }
 
-TEST(ScoreCommand, ALearnersNameWithControlCharactersOrNotInUtf8IsRefused) {
-    const TemporaryFolder folder;
-    expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",
-                                "--learner", "A\x1b[31m"}),
-                   "--learner");
-    expect_refused(run(folder, {"run", "s_bend", "--commands", good_script, "--out", folder / "out",
-                                "--learner", "\xc4nna"}),
-                   "--learner");
+TEST_F(ScoreCommand, ALearnersNameWithControlCharactersOrNotInUtf8IsRefused) {
+    expect_refused(run(folder, s_bend_run(folder / "out", {"--learner", "A\x1b[31m"})), "--learner");
+    expect_refused(run(folder, s_bend_run(folder / "out", {"--learner", "\xc4nna"})), "--learner");
     EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 

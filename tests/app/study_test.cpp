@@ -15,8 +15,9 @@ Outcome shard(const TemporaryFolder& folder, const std::string& numbers, const s
 
 }  // namespace
 
-TEST(Study, ListsTheStudiesAndRefusesUnknownOnes) {
-    const TemporaryFolder folder;
+using Study = test::InFolder;
+
+TEST_F(Study, ListsTheStudiesAndRefusesUnknownOnes) {
     const Outcome list = run(folder, {"study"});
     EXPECT_EQ(list.code, 0);
     for (const char* id : {"separation ", "varied-segments", "separation-frequency", "static-contact",
@@ -27,16 +28,14 @@ TEST(Study, ListsTheStudiesAndRefusesUnknownOnes) {
     EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
-TEST(Study, LeavesTablesPicturesAndClaims) {
-    const TemporaryFolder folder;
+TEST_F(Study, LeavesTablesPicturesAndClaims) {
     const Outcome result = run(folder, {"study", "resolution", "--quick", "--out", folder / "out"});
     EXPECT_EQ(result.code, 0) << result.error;
     for (const char* name : {"resolution.md", "resolution.csv", "resolution.gp", "claims.json"})
         EXPECT_FALSE(read(folder / "out" / name).empty()) << name;
 }
 
-TEST(Study, RefusesAFolderThatCannotBeWritten) {
-    const TemporaryFolder folder;
+TEST_F(Study, RefusesAFolderThatCannotBeWritten) {
     write(folder / "file", "kept");
     for (const char* id : {"resolution", "all"})
         expect_refused(run(folder, {"study", id, "--quick", "--out", folder / "file"}),
@@ -48,8 +47,7 @@ TEST(Study, RefusesAFolderThatCannotBeWritten) {
     expect_refused(run(folder, {"study", "resolution", "--quick"}), "--out is missing");
 }
 
-TEST(Study, RefusesShardsThatCannotBe) {
-    const TemporaryFolder folder;
+TEST_F(Study, RefusesShardsThatCannotBe) {
     for (const char* numbers : {"0/2", "3/2", "1", "x/y", "1/99999"})
         expect_refused(shard(folder, numbers, "out"), "--shard: ");
     expect_refused(run(folder, {"study", "cost", "--quick", "--shard", "1/2", "--out", folder / "out"}),
@@ -61,8 +59,7 @@ TEST(Study, RefusesShardsThatCannotBe) {
     EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
-TEST(Study, MergesShardsOfOneRunOnlyAndOverwritesNothing) {
-    const TemporaryFolder folder;
+TEST_F(Study, MergesShardsOfOneRunOnlyAndOverwritesNothing) {
     EXPECT_EQ(shard(folder, "1/2", "a").code, 0);
     EXPECT_EQ(shard(folder, "2/2", "b").code, 0);
     EXPECT_EQ(shard(folder, "2/2", "other", "7").code, 0);
@@ -80,7 +77,7 @@ TEST(Study, MergesShardsOfOneRunOnlyAndOverwritesNothing) {
     expect_refused(merge({}), "no folder was given");
     EXPECT_EQ(read(folder / "out/wall-variation.md"), "of before");
     EXPECT_EQ(merge({"b", "a"}).code, 0);
-    EXPECT_NE(read(folder / "out/wall-variation.md").find("uneven wall"), std::string::npos);
+    test::expect_said(read(folder / "out/wall-variation.md"), "uneven wall");
 }
 
 }  // namespace app

@@ -11,8 +11,6 @@
 #include "tests/benchmarks/push_times.h"
 #include "tests/benchmarks/wall_queries.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 namespace {

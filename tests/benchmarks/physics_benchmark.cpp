@@ -19,8 +19,6 @@
 #include "tests/physics/ask_always.h"
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 namespace {

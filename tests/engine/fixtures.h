@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <source_location>
 #include <sstream>
 #include <string>
 #include <unistd.h>
@@ -57,9 +58,19 @@ std::string refusal(Call&& call) {
     return "";
 }
 
-inline void expect_said(const std::string& said, const std::string& expected) {
-    EXPECT_NE(said.find(expected), std::string::npos) << said;
+/// Holds that `expected` is part of what was said; a failure names the caller's line.
+inline void expect_said(const std::string& said, const std::string& expected,
+                        const std::source_location& where = std::source_location::current()) {
+    if (said.find(expected) == std::string::npos)
+        ADD_FAILURE_AT(where.file_name(), static_cast<int>(where.line()))
+            << "expected '" << expected << "', found:\n"
+            << said;
 }
+
+/// A test with a folder of its own.
+struct InFolder : testing::Test {
+    const TemporaryFolder folder;
+};
 
 /// A bent tube of 4 mm with 20 mm of wire inside: a frame takes a millisecond.
 inline const char* const small_toml = R"(schema = 1
@@ -92,8 +103,8 @@ pixels = 64
 patient = false
 )";
 
-inline scenario::Scenario small_scenario() {
-    return scenario::parse_scenario(small_toml, "small.toml", test::asset("devices"));
+inline scenario::Scenario small_scenario(const std::string& toml = small_toml) {
+    return scenario::parse_scenario(toml, "small.toml", test::asset("devices"));
 }
 
 /// The small scenario with one line replaced (or, for an empty `from`, with a line in front).

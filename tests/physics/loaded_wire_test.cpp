@@ -8,8 +8,6 @@
 #include "tests/physics/elastica.h"
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 namespace {

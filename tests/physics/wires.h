@@ -56,13 +56,10 @@ struct SceneSetup {
 inline SceneSetup scene_setup(const char* name) {
     const anatomy::Scene& scene = *anatomy::find_scene(name);
     const geometry::Polyline centreline = anatomy::draw(scene.path);
-    studies::PlainWire spec;
-    spec.end_cells = physics::EndCells::Paper;
-    spec.segment_length = scene.segment_length;
-    spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
-    spec.curved_length = spec.curved_angle = 0;
     return {physics::TubeWall(centreline, scene.radius, scene.wall_stiffness),
-            wire_along(spec, centreline, scene.segments)};
+            wire_along(
+                studies::PlainWire::uniform(scene.rigidity, scene.segment_length, physics::EndCells::Paper),
+                centreline, scene.segments)};
 }
 
 /// The spatial scene four times over, with segments of 1 mm.
@@ -73,11 +70,7 @@ inline SceneSetup long_scene(int segments) {
         path.insert(path.end(), piece.begin(), piece.end());
     }
     physics::TubeWall wall(anatomy::draw(path), 2.0, 42);
-    studies::PlainWire spec;
-    spec.segment_length = 1;
-    spec.shaft_rigidity = spec.tip_rigidity = 50;
-    spec.curved_length = spec.curved_angle = 0;
-    return {wall, wire_along(spec, wall.centreline(), segments)};
+    return {wall, wire_along(studies::PlainWire::uniform(50, 1), wall.centreline(), segments)};
 }
 
 constexpr physics::RelaxBudget unlimited{1'000'000'000, 0, 0};
@@ -117,4 +110,29 @@ inline double mean_turn(physics::Relaxer& relaxer, physics::Chain& wire) {
         last = now.tangents;
     });
     return sum / cycle.updates;
+}
+
+/// A wire with a soft tip, which is curved where `angle` [rad] is not zero.
+inline studies::PlainWire tipped(double lambda, double angle = 0.8) {
+    studies::PlainWire spec;
+    spec.segment_length = lambda;
+    spec.tip_length = 12;
+    spec.transition_length = 30;
+    spec.curved_length = 8;
+    spec.curved_angle = angle;
+    return spec;
+}
+
+/// Bends in three planes, with a wall whose push begins smoothly.
+struct SmoothVessel {
+    geometry::Polyline line;
+    physics::TubeWall wall;
+};
+inline SmoothVessel smooth_vessel() {
+    const geometry::Vec3 y = geometry::Vec3::UnitY(), z = geometry::Vec3::UnitZ();
+    const std::vector<anatomy::PenMove> path = {
+        anatomy::Run{40}, anatomy::Arc{40, 1.2, z},     anatomy::Run{15}, anatomy::Arc{30, -1.3, y},
+        anatomy::Run{20}, anatomy::Arc{35, 1.0, y + z}, anatomy::Run{80}};
+    const geometry::Polyline line = anatomy::draw(path);
+    return {line, physics::TubeWall(line, 3, 20, 0.44)};
 }

@@ -13,6 +13,11 @@ import seldinger as sd
 ALL = sd.gym.KEYS
 
 
+def begun(env, seed=0):
+    env.reset(seed=seed)
+    return env
+
+
 def run(env, seed, steps=15):
     observation, info = env.reset(seed=seed)
     rng = np.random.default_rng(1)
@@ -108,8 +113,7 @@ def test_anatomies_are_drawn_from_a_range_of_seeds(cache):
 
 
 def test_the_target_ends_an_episode(cache):
-    env = sd.gym.Env("s_bend", reward="sparse", cache=cache)
-    env.reset(seed=2)
+    env = begun(sd.gym.Env("s_bend", reward="sparse", cache=cache), seed=2)
     for _ in range(300):
         _, reward, terminated, truncated, info = env.step([[1.0, 0.0]])
         if terminated or truncated:
@@ -120,17 +124,14 @@ def test_the_target_ends_an_episode(cache):
 
 
 def test_truncation_names_its_reason(cache):
-    env = sd.gym.Env("s_bend", max_episode_steps=3, cache=cache)
-    env.reset(seed=0)
+    env = begun(sd.gym.Env("s_bend", max_episode_steps=3, cache=cache))
     ends = [env.step(np.zeros((1, 2)))[3:] for _ in range(3)]
     assert [end[0] for end in ends] == [False, False, True] and ends[-1][1]["truncation"] == "steps"
-    env = sd.gym.Env("s_bend", set={"time_limit_s": 0.4}, cache=cache)
-    env.reset(seed=0)
+    env = begun(sd.gym.Env("s_bend", set={"time_limit_s": 0.4}, cache=cache))
     for _ in range(6):
         *_, truncated, info = env.step(np.zeros((1, 2)))
     assert truncated and info["truncation"] == "time"
-    env = sd.gym.Env("s_bend", set={"target.radius_mm": 0.1}, frame_skip=3, cache=cache)
-    env.reset(seed=0)
+    env = begun(sd.gym.Env("s_bend", set={"target.radius_mm": 0.1}, frame_skip=3, cache=cache))
     for _ in range(300):
         *_, truncated, info = env.step([[1.0, 0.0]])
         if truncated:
@@ -140,8 +141,7 @@ def test_truncation_names_its_reason(cache):
 
 def test_actions_are_speeds(cache):
     for action, value in (("velocity", [[1.0, 0.5]]), ("physical", [[35.0, 1.57]])):
-        env = sd.gym.Env("renal", action=action, frame_skip=2, cache=cache)
-        env.reset(seed=0)
+        env = begun(sd.gym.Env("renal", action=action, frame_skip=2, cache=cache))
         before = env.simulation.inserted_mm[0, 0]
         env.step(np.array(value))
         assert env.simulation.inserted_mm[0, 0] - before == pytest.approx(35 * 2 / 15, rel=1e-6)
@@ -157,15 +157,13 @@ def test_actions_are_speeds(cache):
 
 
 def test_rewards_are_the_sum_of_their_parts(cache):
-    env = sd.gym.Env("renal", reward="path_delta", cache=cache)
-    env.reset(seed=0)
+    env = begun(sd.gym.Env("renal", reward="path_delta", cache=cache))
     way = env._batch.way()[0]
     _, reward, _, _, info = env.step([[1.0, 0.0]])
     assert info["reward"]["path_delta"] == pytest.approx(0.01 * (way - info["path_to_target_mm"]))
     assert reward == pytest.approx(info["reward"]["path_delta"] - 0.001) and reward > 0
     assert 0 < info["path_ratio"] < 1
-    env = sd.gym.Env("renal", reward=lambda info: -info["wall_force_N"], cache=cache)
-    env.reset(seed=0)
+    env = begun(sd.gym.Env("renal", reward=lambda info: -info["wall_force_N"], cache=cache))
     _, reward, _, _, info = env.step([[1.0, 0.0]])
     assert reward == pytest.approx(-info["wall_force_N"])
 
@@ -224,8 +222,7 @@ def test_seeds_of_many_are_one_number_or_a_list(cache):
 
 @pytest.mark.parametrize("returned", ["3", None, float("nan"), float("inf"), np.array([1, 2]), 1j])
 def test_rewards_that_are_no_numbers_are_refused(cache, returned):
-    env = sd.gym.Env("s_bend", reward=lambda info: returned, cache=cache)
-    env.reset(seed=0)
+    env = begun(sd.gym.Env("s_bend", reward=lambda info: returned, cache=cache))
     with pytest.raises(sd.InputError, match="reward: the callable returned"):
         env.step([[0, 0]])
 
@@ -241,8 +238,7 @@ def test_actions_that_are_refused_change_nothing(cache, action):
 
 
 def test_an_action_that_is_refused_does_not_use_up_the_next_episode(cache):
-    many = sd.gym.VectorEnv("s_bend", 2, threads=1, max_episode_steps=2, cache=cache)
-    many.reset(seed=1)
+    many = begun(sd.gym.VectorEnv("s_bend", 2, threads=1, max_episode_steps=2, cache=cache), seed=1)
     start = many.simulation.hashes()
     push = np.full((2, 1, 2), 0.3, np.float32)
     many.step(push)
@@ -256,12 +252,10 @@ def test_an_action_that_is_refused_does_not_use_up_the_next_episode(cache):
 
 
 def test_closed_environments_say_so(cache):
-    env = sd.gym.Env("s_bend", render_mode="rgb_array", randomize={"target": "branches"}, cache=cache)
-    env.reset(seed=0)
+    env = begun(sd.gym.Env("s_bend", render_mode="rgb_array", randomize={"target": "branches"}, cache=cache))
     env.close()
     env.close()
-    many = sd.gym.VectorEnv("s_bend", 2, threads=1, cache=cache)
-    many.reset(seed=0)
+    many = begun(sd.gym.VectorEnv("s_bend", 2, threads=1, cache=cache))
     many.close()
     for call in (lambda: env.step([[0, 0]]), lambda: env.reset(seed=0), env.render,
                  lambda: many.step(np.zeros((2, 1, 2))), lambda: many.reset(seed=0)):
@@ -326,14 +320,12 @@ def test_actions_of_another_shape_are_refused(cache, shape):
 
 @pytest.mark.parametrize("shape", [(2, 3), (2, 3, 1), (3, 2), (3, 2, 1), (1, 3, 2), (2, 1, 3), (6,), (3, 1, 2, 1)])
 def test_actions_of_many_in_another_shape_are_refused(cache, shape):
-    many = sd.gym.VectorEnv("s_bend", 3, threads=1, cache=cache)
-    many.reset(seed=0)
+    many = begun(sd.gym.VectorEnv("s_bend", 3, threads=1, cache=cache))
     before = many.simulation.hashes()
     with pytest.raises(sd.InputError, match=re.escape(f"action: expected shape (3, 1, 2), found {shape}")):
         many.step(np.zeros(shape, np.float32))
     assert (many.simulation.hashes() == before).all()
-    alone = sd.gym.VectorEnv("s_bend", 1, threads=1, cache=cache)
-    alone.reset(seed=0)
+    alone = begun(sd.gym.VectorEnv("s_bend", 1, threads=1, cache=cache))
     with pytest.raises(sd.InputError, match=re.escape("expected shape (1, 1, 2), found (1, 2)")):
         alone.step(np.zeros((1, 2)))
 
@@ -384,8 +376,7 @@ def test_infos_of_many_are_put_together_as_gymnasiums(cache):
 
 
 def test_the_panel_shows_the_image_with_its_readouts(cache):
-    env = sd.gym.make("seldinger/Renal-v1", render_mode="panel", cache=cache)
-    env.reset(seed=1)
+    env = begun(sd.gym.make("seldinger/Renal-v1", render_mode="panel", cache=cache), seed=1)
     first = env.render()
     assert first.shape == (1024, 1280, 3) and first.dtype == np.uint8
     for _ in range(5):
@@ -419,8 +410,7 @@ def test_dose_is_measured_with_the_beam_on_and_is_that_of_a_run(cache, tmp_path)
         assert sim.score()["air_kerma_mGy"] == pytest.approx(state.air_kerma_mGy)
     env.reset()
     assert env.step(np.zeros(env.action_space.shape, np.float32))[4]["dose"]["air_kerma_mGy"] < doses[-1]
-    without = sd.gym.make("seldinger/Renal-v1", cache=cache)
-    without.reset(seed=1)
+    without = begun(sd.gym.make("seldinger/Renal-v1", cache=cache), seed=1)
     assert without.step(np.ones(without.action_space.shape, np.float32))[4]["dose"]["air_kerma_mGy"] == 0
 
 
@@ -487,8 +477,7 @@ assert set(gymnasium.registry) == set(sd.gym.ENVIRONMENTS)
 
 
 def test_render_gives_a_picture(cache):
-    env = sd.gym.Env("s_bend", render_mode="rgb_array", image_size=40, cache=cache)
-    env.reset(seed=0)
+    env = begun(sd.gym.Env("s_bend", render_mode="rgb_array", image_size=40, cache=cache))
     picture = env.render()
     assert picture.shape == (40, 40, 3) and picture.dtype == np.uint8 and picture.std() > 1
 

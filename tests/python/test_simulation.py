@@ -251,7 +251,9 @@ RELAXERS = ("global", "segment", "first-order", "geometric", "combined", "koning
 @pytest.mark.parametrize("wall", ["analytic", "distance-field", "mesh"])
 @pytest.mark.parametrize("kind", RELAXERS)
 def test_walls_and_relaxers_of_the_paper_make_frames_that_repeat(cache, wall, kind):
-    scenario = dict(TUBE, **PLAIN, wall={"model": wall}, relaxer={"kind": kind, "updates_per_frame": 20000})
+    # Those of the paper spend all of it in every frame; the global one stops at rest.
+    updates = 20000 if kind == "global" else 5000
+    scenario = dict(TUBE, **PLAIN, wall={"model": wall}, relaxer={"kind": kind, "updates_per_frame": updates})
     with sd.Simulation(scenario, cache=cache) as sim:
         def go_on():
             return [sim.step(advance_mm=2, rotate_deg=5) for _ in range(4)]
@@ -305,8 +307,8 @@ NOWHERE = [[wrong if i == k else 1.0 for i in range(3)] for k in range(3)
     (lambda sim: sim.step(float("nan")), "advance_mm: nan mm was given; -500"),
     (lambda sim: sim.step(rotate_deg=1e9), "rotate_deg"),
     (lambda sim: sim.step(frames=0), "frames: 0"),
-    (lambda sim: sim.step(1, device="probe"), "'all', or 0, 1"),
-    (lambda sim: sim.step(1, device=1), "from the wire outward"),
+    (lambda sim: sim.step(1, device="probe"), "'all', found 'probe'; the scenario has 'wire' (0)"),
+    (lambda sim: sim.step(1, device=1), "'all', found 1; the scenario has 'wire' (0)"),
     (lambda sim: sim.apply("arm lao 300 deg"), "a number from -120 to 120"),
     (lambda sim: sim.apply("fly"), "'fly'"),
     (lambda sim: sim.apply("beam on\nbeam off"), "one line"),
@@ -314,8 +316,8 @@ NOWHERE = [[wrong if i == k else 1.0 for i in range(3)] for k in range(3)
     (lambda sim: sim.image(8), "32 to 2048"),
     (lambda sim: sim.image(64, mode="colour"), "'live', 'dsa' or 'screen'"),
     (lambda sim: sim.image(64, mode="screen"), "images=True"),
-    (lambda sim: sim.step(1, device=2 ** 70), "'all', or 0, 1"),
-    (lambda sim: sim.step(1, device=np.array([0.5])), "'all', or 0, 1"),
+    (lambda sim: sim.step(1, device=2 ** 70), "found 1180591620717411303424"),
+    (lambda sim: sim.step(1, device=np.array([0.5])), "found array([0.5])"),
     (lambda sim: sim.reset(target=[1e300] * 3), "10000 in size"),
     (lambda sim: sim.reset(target=[0, 0, -10001]), "10000 in size"),
     (lambda sim: sim.reset(target=["a", "b", "c"]), "target: ['a', 'b', 'c'] was given"),

@@ -100,10 +100,21 @@ def test_snapshots_of_one_of_many_go_on_bit_for_bit(bend):
         np.testing.assert_array_equal(many.hashes(), after)
 
 
+def test_a_motion_of_a_device_that_a_scenario_lacks_names_those_it_has(bend, cobra):
+    with sd.VectorSimulation([bend, cobra], threads=1) as many:
+        with pytest.raises(sd.InputError, match=r"^simulation 0: .* device 1; the scenario has 'wire' \(0\)$"):
+            many.step(np.full((2, 2, 2), 0.1))
+        with pytest.raises(sd.InputError, match=r"\(2, 1 to 2, 2\), .*; the devices are 'wire' \(0\) and 'catheter' \(1\)$"):
+            many.step(np.zeros((2, 3, 2)))
+        many.step(np.array([[[0.1, 0], [0, 0]], [[0.1, 0], [0.1, 0]]]))
+
+
 @pytest.mark.parametrize("do, says", [
-    (lambda many: many.step(np.zeros((2, 1, 3))), "shape"),
+    (lambda many: many.step(np.zeros((2, 1, 3))), r"found \(2, 1, 3\); the devices are 'wire' \(0\)$"),
+    (lambda many: many.step(np.zeros(4)), r"found \(4,\)"),
     (lambda many: many.step(np.full((2, 1, 2), np.nan)), "nan"),
-    (lambda many: many.step(np.full((2, 2, 2), 1.0)), "1 devices"),
+    (lambda many: many.step(np.full((2, 2, 2), 1.0)),
+     r"^motions: expected an array of shape \(2, 1, 2\), .*, found \(2, 2, 2\); the devices are 'wire' \(0\)$"),
     (lambda many: many.reset(np.array([True])), "2 truth values"),
     (lambda many: many.images(8), "32 to 2048"),
     (lambda many: many.images(64, seeds=[1]), "one for each"),

@@ -6,8 +6,6 @@
 #include "physics/relax/relaxer.h"
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 namespace {

@@ -20,7 +20,6 @@ void PrintTo(const VesselPreset& preset, std::ostream* out) {
 
 }  // namespace anatomy
 
-using namespace geometry;
 using namespace physics;
 
 namespace {

@@ -86,48 +86,47 @@ TEST(Anatomy, HashKnowsEveryPart) {
 }
 
 TEST(Anatomy, MissingFileIsNamed) {
-    EXPECT_NE(test::refusal([] { load_anatomy("/nowhere/x.json"); }).find("/nowhere/x.json"),
-              std::string::npos);
+    test::expect_said(test::refusal([] { load_anatomy("/nowhere/x.json"); }), "/nowhere/x.json");
 }
 
 TEST(Anatomy, BrokenJsonIsRefusedWithItsPlace) {
     const test::TemporaryFolder folder;
     test::write(folder / "x.anatomy.json", "{\n  \"format\": ,\n}");
     const std::string text = test::refusal([&] { load_anatomy(folder / "x.anatomy.json"); });
-    EXPECT_NE(text.find("x.anatomy.json:2:13"), std::string::npos) << text;
+    test::expect_said(text, "x.anatomy.json:2:13");
 }
 
 TEST(Anatomy, OtherUnitsAreRefused) {
     const std::string text = refusal_after([](Json& j) { j["units"] = "cm"; });
-    EXPECT_NE(text.find("'mm' is accepted"), std::string::npos) << text;
+    test::expect_said(text, "'mm' is accepted");
 }
 
 TEST(Anatomy, MissingKeyIsNamed) {
     const std::string text = refusal_after([](Json& j) { j["branches"][2].erase("name"); });
-    EXPECT_NE(text.find("branches[2]"), std::string::npos) << text;
+    test::expect_said(text, "branches[2]");
 }
 
 TEST(Anatomy, TargetSampleOutsideItsBranchIsRefused) {
     const std::string text = refusal_after([](Json& j) { j["targets"][0]["sample"] = 1000; });
-    EXPECT_NE(text.find("0 to "), std::string::npos) << text;
+    test::expect_said(text, "0 to ");
 }
 
 TEST(Anatomy, UndeclaredOpeningIsRefusedWithItsPlace) {
     const std::string text = refusal_after([](Json& j) { j["ends"].erase(7); });
-    EXPECT_NE(text.find("where no end is declared"), std::string::npos) << text;
-    EXPECT_NE(text.find("28.0"), std::string::npos) << text;  // z of the SMA's outlet
+    test::expect_said(text, "where no end is declared");
+    test::expect_said(text, "28.0");  // z of the SMA's outlet
 }
 
 TEST(Anatomy, EndWithoutAnOpeningIsRefused) {
     const std::string text = refusal_after([](Json& j) { j["ends"][0]["centre"] = {0, 0, 0}; });
-    EXPECT_NE(text.find("has no opening"), std::string::npos) << text;
+    test::expect_said(text, "has no opening");
 }
 
 TEST(Anatomy, InvertedLumenIsRefused) {
     Anatomy anatomy = test::straight_tube("tube");
     for (auto& t : anatomy.lumen.triangles) std::swap(t[1], t[2]);
     ASSERT_EQ(problems(anatomy).size(), 1u);
-    EXPECT_NE(problems(anatomy)[0].find("inward"), std::string::npos);
+    test::expect_said(problems(anatomy)[0], "inward");
     EXPECT_TRUE(problems(test::straight_tube("tube")).empty());
 }
 
@@ -135,7 +134,7 @@ TEST(Anatomy, HoleInTheWallIsRefused) {
     Anatomy anatomy = test::straight_tube("tube");
     anatomy.lumen.triangles.erase(anatomy.lumen.triangles.begin() + 500);
     ASSERT_EQ(problems(anatomy).size(), 1u);
-    EXPECT_NE(problems(anatomy)[0].find("3 edges"), std::string::npos);
+    test::expect_said(problems(anatomy)[0], "3 edges");
 }
 
 TEST(Anatomy, CentrelinesAndEndsFarFromTheMeshAreRefused) {
@@ -144,8 +143,8 @@ TEST(Anatomy, CentrelinesAndEndsFarFromTheMeshAreRefused) {
                           "a number up to 10000 is accepted");
     for (const double x : {9999.0, 500.0}) {
         const std::string text = refusal_after([x](Json& d) { d["branches"][0]["points"][3][0] = x; });
-        EXPECT_NE(text.find("': sample 3 is at ("), std::string::npos) << text;
-        EXPECT_NE(text.find("places within it"), std::string::npos) << text;
+        test::expect_said(text, "': sample 3 is at (");
+        test::expect_said(text, "places within it");
     }
     test::expect_said(refusal_after([](Json& d) { d["branches"][1]["points"][2][3] = 1e4; }),
                       "radius of 10000 mm");
@@ -204,8 +203,8 @@ TEST(Anatomy, UnknownLandmarkIsRefusedWithThoseThatThereAre) {
     const std::string text = refusal_after([](Json& d) {
         d["body"] = {{"landmark", "knee"}, {"at", {0, 0, 0}}};
     });
-    EXPECT_NE(text.find("body.landmark: \"knee\" was found"), std::string::npos) << text;
-    EXPECT_NE(text.find("'aortic valve'"), std::string::npos) << text;
+    test::expect_said(text, "body.landmark: \"knee\" was found");
+    test::expect_said(text, "'aortic valve'");
 }
 
 TEST(Anatomy, PathFromAnEndLeadsIntoTheLumenAndUpItsParents) {

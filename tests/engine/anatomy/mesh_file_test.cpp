@@ -8,8 +8,9 @@
 #include "tests/engine/fixtures.h"
 
 namespace anatomy {
-TEST(MeshFile, BinaryStlIsReadAndWelded) {
-    const test::TemporaryFolder folder;
+using MeshFile = test::InFolder;
+
+TEST_F(MeshFile, BinaryStlIsReadAndWelded) {
     const Anatomy tube = test::straight_tube("vessel");
     write_anatomy(tube, folder.path(), {});
     const geometry::TriangleMesh mesh = load_mesh(folder / "vessel.stl");
@@ -20,32 +21,28 @@ TEST(MeshFile, BinaryStlIsReadAndWelded) {
     EXPECT_EQ(found.non_manifold_edges, 0);
 }
 
-TEST(MeshFile, MissingMeshIsNamed) {
+TEST_F(MeshFile, MissingMeshIsNamed) {
     const std::string text = test::refusal([] { load_mesh("/nowhere/vessel.stl"); });
-    EXPECT_NE(text.find("/nowhere/vessel.stl"), std::string::npos);
+    test::expect_said(text, "/nowhere/vessel.stl");
 }
 
-TEST(MeshFile, RubbishIsRefused) {
-    const test::TemporaryFolder folder;
+TEST_F(MeshFile, RubbishIsRefused) {
     test::write(folder / "vessel.stl", "this is not a mesh");
     EXPECT_NE(test::refusal([&] { load_mesh(folder / "vessel.stl"); }), "");
 }
 
-TEST(MeshFile, TruncatedStlIsRefused) {
-    const test::TemporaryFolder folder;
+TEST_F(MeshFile, TruncatedStlIsRefused) {
     write_anatomy(test::straight_tube("vessel"), folder.path(), {});
     test::write(folder / "vessel.stl", test::read(folder / "vessel.stl").substr(0, 50'000));
-    EXPECT_NE(test::refusal([&] { load_mesh(folder / "vessel.stl"); }).find("vessel.stl"), std::string::npos);
+    test::expect_said(test::refusal([&] { load_mesh(folder / "vessel.stl"); }), "vessel.stl");
 }
 
-TEST(MeshFile, CornersThatAreNotNumbersAreRefused) {
-    const test::TemporaryFolder folder;
+TEST_F(MeshFile, CornersThatAreNotNumbersAreRefused) {
     test::write(folder / "vessel.obj", "v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n");
     EXPECT_NE(test::refusal([&] { load_mesh(folder / "vessel.obj"); }), "");
 }
 
-TEST(MeshFile, SaysWhatIsReadWhereItIsNot) {
-    const test::TemporaryFolder folder;
+TEST_F(MeshFile, SaysWhatIsReadWhereItIsNot) {
     test::write(folder / "vessel.stp", "ISO-10303-21;");
     test::expect_said(test::refusal([&] { load_mesh(folder / "vessel.stp"); }),
                       "'.stp' is not read; an STL, OBJ, PLY, OFF, VTP, VTK, GLB or glTF file is accepted");
@@ -53,10 +50,8 @@ TEST(MeshFile, SaysWhatIsReadWhereItIsNot) {
     test::expect_said(test::refusal([&] { load_mesh(folder / "vessel.vtp"); }),
                       "type 'PolyData' is accepted");
     test::write(folder / "text.stl", "dear diary, this is not a mesh");
-    EXPECT_NE(test::refusal([&] {
-                  load_mesh(folder / "text.stl");
-              }).find("from 'solid' to 'endsolid', is accepted"),
-              std::string::npos);
+    test::expect_said(test::refusal([&] { load_mesh(folder / "text.stl"); }),
+                      "from 'solid' to 'endsolid', is accepted");
     test::write(folder / "half.stl", "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\n");
     test::expect_said(test::refusal([&] { load_mesh(folder / "half.stl"); }),
                       "half.stl:5: the end of the file was found; 'vertex' 2 of 3 of a facet");
@@ -67,8 +62,7 @@ TEST(MeshFile, SaysWhatIsReadWhereItIsNot) {
     EXPECT_NE(test::refusal([&] { load_mesh(folder / "half.ply"); }), "");
 }
 
-TEST(MeshFile, AWrongLineOfATextIsNamed) {
-    const test::TemporaryFolder folder;
+TEST_F(MeshFile, AWrongLineOfATextIsNamed) {
     const std::string stl = test::text_stl(test::tube(2, 6, 6));
     const auto said = [&](const char* name, std::string text, const std::string& from,
                           const std::string& to) {
@@ -95,8 +89,7 @@ TEST(MeshFile, AWrongLineOfATextIsNamed) {
                       "a.off:2: '2400' was found; as many corners");
 }
 
-TEST(MeshFile, GltfThatDoesNotFitTogetherIsRefused) {
-    const test::TemporaryFolder folder;
+TEST_F(MeshFile, GltfThatDoesNotFitTogetherIsRefused) {
     const auto said = [&](const std::string& from, const std::string& to) {
         std::string text = test::glb(test::tube(2, 6, 6));
         const auto at = text.find(from);
@@ -114,28 +107,24 @@ TEST(MeshFile, GltfThatDoesNotFitTogetherIsRefused) {
     test::expect_said(said("\"asset\"", "\"assez\""), "this is not glTF");
 }
 
-TEST(MeshFile, HugeFilesAreRefusedUnread) {
-    const test::TemporaryFolder folder;
+TEST_F(MeshFile, HugeFilesAreRefusedUnread) {
     test::write(folder / "zeros.stl", "");
     std::filesystem::resize_file(folder / "zeros.stl", std::uintmax_t{2} << 30);
-    EXPECT_NE(test::refusal([&] { load_mesh(folder / "zeros.stl"); }).find("2147483648 bytes were found"),
-              std::string::npos);
+    test::expect_said(test::refusal([&] { load_mesh(folder / "zeros.stl"); }), "2147483648 bytes were found");
     const std::uint32_t count = 10'000'000;
     std::string header(80, ' ');
     header.append(reinterpret_cast<const char*>(&count), sizeof count);
     test::write(folder / "many.stl", header);
     std::filesystem::resize_file(folder / "many.stl", 84 + std::uintmax_t{50} * count);
     const std::string text = test::refusal([&] { load_mesh(folder / "many.stl"); });
-    EXPECT_NE(text.find("10 million triangles would need 4.5 GB"), std::string::npos) << text;
-    EXPECT_NE(text.find("4 million are accepted"), std::string::npos) << text;
+    test::expect_said(text, "10 million triangles would need 4.5 GB");
+    test::expect_said(text, "4 million are accepted");
     test::write(folder / "zeros.obj", "");
     std::filesystem::resize_file(folder / "zeros.obj", std::uintmax_t{2} << 30);
-    EXPECT_NE(test::refusal([&] { load_mesh(folder / "zeros.obj"); }).find("GB of memory"),
-              std::string::npos);
+    test::expect_said(test::refusal([&] { load_mesh(folder / "zeros.obj"); }), "GB of memory");
 }
 
-TEST(MeshFile, AnObjFaceOfManyCornersIsRefusedUnread) {
-    const test::TemporaryFolder folder;
+TEST_F(MeshFile, AnObjFaceOfManyCornersIsRefusedUnread) {
     const auto with_face = [&](int corners, const std::string& between, const std::string& kind = "f") {
         std::string text;
         for (int k = 0; k < corners; ++k)
@@ -150,9 +139,9 @@ TEST(MeshFile, AnObjFaceOfManyCornersIsRefusedUnread) {
         for (const int corners : {1001, 200000}) {
             const std::string said = with_face(corners, between);
             EXPECT_NE(said.find("expected a face of at most"), std::string::npos) << corners << said;
-            EXPECT_NE(said.find(fmt::format("line {}:", corners + 1)), std::string::npos) << said;
+            test::expect_said(said, fmt::format("line {}:", corners + 1));
         }
-    EXPECT_NE(with_face(200000, " ", "l").find("1000"), std::string::npos);
+    test::expect_said(with_face(200000, " ", "l"), "1000");
 }
 
 }  // namespace anatomy

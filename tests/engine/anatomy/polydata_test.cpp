@@ -175,8 +175,9 @@ TEST(PolyData, PackedZerosTakeNoMoreMemoryThanTheFileMay) {
                 "an array of 268435456 bytes was found; up to 108");
 }
 
-TEST(MeshFile, ATubeIsTheSameInEveryFormat) {
-    const TemporaryFolder folder;
+using MeshFile = test::InFolder;
+
+TEST_F(MeshFile, ATubeIsTheSameInEveryFormat) {
     const geometry::TriangleMesh tube = test::tube(2, 12, 8);
     PolyData data;
     data.points = tube.vertices;
@@ -202,8 +203,7 @@ TEST(MeshFile, ATubeIsTheSameInEveryFormat) {
 }
 
 /// Whole files with bytes changed, cut off, doubled: each is read or refused.
-TEST(MeshFile, DamagedFilesAreReadOrRefused) {
-    const TemporaryFolder folder;
+TEST_F(MeshFile, DamagedFilesAreReadOrRefused) {
     const geometry::TriangleMesh tube = test::tube(2, 6, 6);
     PolyData data = small_polydata();
     std::vector<std::pair<std::string, std::string>> whole;

@@ -64,8 +64,7 @@ std::string unbalanced(const std::string& page) {
 
 TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
     const scenario::Scenario scenario =
-        scenario::parse_scenario(std::string(test::small_toml) + "[par]\ncompletion_time_s = 2.0\n",
-                                 "small.toml", test::asset("devices"));
+        test::small_scenario(std::string(test::small_toml) + "[par]\ncompletion_time_s = 2.0\n");
     const std::vector<Story> stories = {
         *tell(scenario, recording("0 beam on\n1..24 advance 2 mm\n40 end\n"), quick()),
         *tell(scenario, recording(clumsy, "Ada"), quick())};
@@ -74,7 +73,7 @@ TEST(Debrief, ThePageHasEveryErrorAndFigureAndIsWhole) {
     ASSERT_GE(story.score.mishaps.size(), 3u);
     const std::string html = page(stories, &stories.front());
     EXPECT_EQ(unbalanced(html), "");
-    EXPECT_NE(html.find("of Ada"), std::string::npos);
+    test::expect_said(html, "of Ada");
     // Each error: in the list, in the time line, on both sides of the way.
     EXPECT_EQ(count(html, "href=\"#e1\""), 4u);
     EXPECT_EQ(count(html, "id=\"row"), story.score.mishaps.size());
@@ -107,7 +106,7 @@ TEST(Debrief, WhatPeopleTypedIsShownAndNotRun) {
     EXPECT_EQ(html.find("<img src=x"), std::string::npos);
     EXPECT_EQ(html.find('\x01'), std::string::npos);
     EXPECT_EQ(unbalanced(html), "");
-    EXPECT_NE(html.find("base64,AQIDBA=="), std::string::npos);
+    test::expect_said(html, "base64,AQIDBA==");
 }
 
 TEST(Debrief, ThePageAsksNothingOfAnyNetwork) {
@@ -115,7 +114,7 @@ TEST(Debrief, ThePageAsksNothingOfAnyNetwork) {
     const std::string html = page(std::span(&story, 1), nullptr);
     EXPECT_EQ(html.find("http:"), std::string::npos);
     EXPECT_EQ(html.find("https:"), std::string::npos);
-    EXPECT_NE(html.find("default-src 'none'"), std::string::npos);
+    test::expect_said(html, "default-src 'none'");
 }
 
 TEST(Debrief, KeyFramesAreWhereErrorsBegan) {
@@ -139,7 +138,7 @@ TEST(Debrief, AttemptsOfOneRecordingAreAllInTheCurve) {
               quick());
     EXPECT_EQ(story.earlier.size(), 1u);
     EXPECT_EQ(story.moments.front().frame, 10);
-    EXPECT_NE(page(std::span(&story, 1), nullptr).find("Learning curve"), std::string::npos);
+    test::expect_said(page(std::span(&story, 1), nullptr), "Learning curve");
 }
 
 TEST(Debrief, AnEmptyOrShortRecordingHasAPageAllTheSame) {

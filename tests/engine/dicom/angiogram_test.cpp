@@ -34,10 +34,10 @@ bool has_tools() {
 /// The elements of a file as dcmdump prints them, whole. Fails for a warning or an error.
 std::string elements(const TemporaryFolder& folder, const fs::path& file) {
     const std::string all = printed(folder, fmt::format("dcmdump +L {}", file.string()));
-    EXPECT_NE(all.find("status 0"), std::string::npos) << all;
+    expect_said(all, "status 0");
     for (const char* bad : {"\nW:", "\nE:", "\nF:", "Warning", "Error"})
         EXPECT_EQ(("\n" + all).find(bad), std::string::npos) << all;
-    EXPECT_NE(printed(folder, fmt::format("dcmftest {}", file.string())).find("yes:"), std::string::npos);
+    expect_said(printed(folder, fmt::format("dcmftest {}", file.string())), "yes:");
     return all;
 }
 
@@ -89,9 +89,10 @@ std::string pixels_of(const TemporaryFolder& folder, const fs::path& file) {
 
 }  // namespace
 
-TEST(Angiograms, ShowWhatWasPutInToDicomTools) {
+using Angiograms = InFolder;
+
+TEST_F(Angiograms, ShowWhatWasPutInToDicomTools) {
     if (!has_tools()) GTEST_SKIP() << "dcmdump is not installed";
-    const TemporaryFolder folder;
     std::mt19937 random(1);
     Angiogram angiogram(series_of(48));
     std::string all;
@@ -126,9 +127,8 @@ TEST(Angiograms, ShowWhatWasPutInToDicomTools) {
     EXPECT_EQ(value_of(said, "0018,1049"), "320");
 }
 
-TEST(Angiograms, KeepSignalsInSixteenBitsWithTheirMask) {
+TEST_F(Angiograms, KeepSignalsInSixteenBitsWithTheirMask) {
     if (!has_tools()) GTEST_SKIP() << "dcmdump is not installed";
-    const TemporaryFolder folder;
     Series series = series_of(16);
     series.pixels = Pixels::Signal;
     series.radiation = dicom::Radiation::Acquisition;
@@ -161,8 +161,7 @@ TEST(Angiograms, KeepSignalsInSixteenBitsWithTheirMask) {
     EXPECT_EQ(value_of(said, "0028,1090"), "SUB");
 }
 
-TEST(Angiograms, AreEqualForEqualContentAndHaveNamesOfTheirOwnOtherwise) {
-    const TemporaryFolder folder;
+TEST_F(Angiograms, AreEqualForEqualContentAndHaveNamesOfTheirOwnOtherwise) {
     const auto write = [&](const char* name, std::uint64_t study, int seed) {
         std::mt19937 random(static_cast<unsigned>(seed));
         Series series = series_of(20);
@@ -186,9 +185,8 @@ TEST(Angiograms, AreEqualForEqualContentAndHaveNamesOfTheirOwnOtherwise) {
     EXPECT_EQ(uid("a.dcm").substr(0, 5), "2.25.");
 }
 
-TEST(Angiograms, AnyStandAndAnyNameGiveAFileWithoutWarnings) {
+TEST_F(Angiograms, AnyStandAndAnyNameGiveAFileWithoutWarnings) {
     if (!has_tools()) GTEST_SKIP() << "dcmdump is not installed";
-    const TemporaryFolder folder;
     const char* const names[] = {
         "",
         "Zoë Ångström",
@@ -236,7 +234,7 @@ TEST(Angiograms, AnyStandAndAnyNameGiveAFileWithoutWarnings) {
     }
 }
 
-TEST(Angiograms, OrientThePatient) {
+TEST_F(Angiograms, OrientThePatient) {
     render::CArm arm;
     EXPECT_EQ(dicom::patient_orientation(arm), "L\\F");
     arm.lao =
@@ -248,8 +246,7 @@ TEST(Angiograms, OrientThePatient) {
     EXPECT_EQ(dicom::patient_orientation(arm), "LP\\F");
 }
 
-TEST(Angiograms, RefuseWhatTheyCannotKeep) {
-    const TemporaryFolder folder;
+TEST_F(Angiograms, RefuseWhatTheyCannotKeep) {
     Series wrong = series_of(16);
     wrong.arm.sid = 0;
     EXPECT_NE(refusal([&] { Angiogram angiogram(wrong); }), "");

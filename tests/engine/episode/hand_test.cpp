@@ -146,11 +146,10 @@ TEST(Hand, IsShownNoForceOfAWireInTheMiddleOfASnap) {
 
 TEST(Hand, FeelsTheSameInAThousandRandomCourses) {
     const auto with = [](const char* more, const char* section) {
-        return scenario::parse_scenario(
+        return test::small_scenario(
             test::small_toml_with("frictionless = true\nbuckling_force_N = 0\n[chain]\ntorsion = \"rigid\"",
                                   std::string(more) + "buckling_force_N = 0\n[chain]") +
-                section,
-            "small.toml", test::asset("devices"));
+            section);
     };
     std::vector<Start> starts = {
         Start(with("frictionless = true\ntorsional_rigidity_N_mm2 = 0\n", "")),

@@ -5,17 +5,12 @@
 
 #include "engine/episode/episode.h"
 #include "engine/exercise/exercise.h"
-#include "tests/engine/fixtures.h"
+#include "tests/engine/exercise/with_body.h"
 
 namespace exercise {
 namespace {
 
 namespace fs = std::filesystem;
-
-scenario::Scenario scene_with_body() {
-    return scenario::parse_scenario(test::small_toml_with("patient = false", "patient = true"), "small.toml",
-                                    test::asset("devices"));
-}
 
 int bodies() {
     return anatomy::made(anatomy::Made::Body);
@@ -61,7 +56,7 @@ std::shared_ptr<const Body> read(const std::string& bytes, std::uint64_t key = 7
 TEST(Body, IsMadeOnceAndHasTheSameBitsFromTheCache) {
     const test::TemporaryFolder folder;
     const anatomy::ModelCache cache{folder / "cache", {}};
-    const anatomy::Anatomy vessels = scenario::anatomy_of(scene_with_body(), {});
+    const anatomy::Anatomy vessels = scenario::anatomy_of(test::small_scenario_with_patient(), {});
     const int before = bodies();
     auto first = body_around(vessels, cache);
     EXPECT_EQ(bodies(), before + 1);
@@ -84,7 +79,7 @@ TEST(Body, IsMadeOnceAndHasTheSameBitsFromTheCache) {
 }
 
 TEST(Body, ThreadsThatWantTheSameMakeItOnce) {
-    const anatomy::Anatomy vessels = scenario::anatomy_of(scene_with_body(), {});
+    const anatomy::Anatomy vessels = scenario::anatomy_of(test::small_scenario_with_patient(), {});
     const int before = bodies();
     std::vector<std::shared_ptr<const Body>> found(4);
     std::vector<std::thread> threads;
@@ -98,18 +93,19 @@ TEST(Body, IsSharedByExercisesAndNeverMadeForMasksOrWithoutBeam) {
     const test::TemporaryFolder folder;
     const anatomy::ModelCache cache{folder / "cache", {}};
     const int before = bodies();
-    episode::Episode masked(scene_with_body(), Pictures::None, cache);
+    episode::Episode masked(test::small_scenario_with_patient(), Pictures::None, cache);
     masked.step({});
     const auto vessels = masked.masks(64).vessels;
-    Exercise dark(scene_with_body(), Pictures::Dose, cache);
+    Exercise dark(test::small_scenario_with_patient(), Pictures::Dose, cache);
     dark.next_frame({});
     EXPECT_EQ(bodies(), before);
     for (const anatomy::CacheItem& item : anatomy::cache_items(cache.folder))
         EXPECT_FALSE(item.path.filename().string().starts_with("body-"));
     // Without a cache, for that nobody may read it from there.
-    Exercise first(scene_with_body(), Pictures::All), second(scene_with_body(), Pictures::Dose);
+    Exercise first(test::small_scenario_with_patient(), Pictures::All),
+        second(test::small_scenario_with_patient(), Pictures::Dose);
     second.next_frame(std::vector<script::Command>{script::Beam{true}});
-    episode::Episode third(scene_with_body(), Pictures::None);
+    episode::Episode third(test::small_scenario_with_patient(), Pictures::None);
     third.step({});
     EXPECT_EQ(third.image(64, episode::ImageMode::Live).width, 64);
     EXPECT_EQ(bodies(), before + 1);
@@ -137,7 +133,7 @@ TEST(Body, DamagedFilesAreRefused) {
 TEST(Body, ADamagedFileIsMadeAgain) {
     const test::TemporaryFolder folder;
     const anatomy::ModelCache cache{folder / "cache", {}};
-    const anatomy::Anatomy vessels = scenario::anatomy_of(scene_with_body(), {});
+    const anatomy::Anatomy vessels = scenario::anatomy_of(test::small_scenario_with_patient(), {});
     const Body made = *body_around(vessels, cache);
     const fs::path file = anatomy::cache_items(cache.folder).at(0).path;
     constexpr unsigned seed = 5;

@@ -10,25 +10,23 @@
 #include "engine/exercise/notices.h"
 #include "engine/io/text.h"
 #include "engine/run/headless.h"
-#include "tests/engine/fixtures.h"
+#include "tests/engine/exercise/with_body.h"
 
 namespace exercise {
 namespace {
 
 using Script = std::vector<script::Command>;
 
-scenario::Scenario with_body(const std::string& more = "") {
-    return scenario::parse_scenario(test::small_toml_with("patient = false", "patient = true") + more,
-                                    "small.toml", test::asset("devices"));
-}
+using DoseTest = test::WithBody;
 
 }  // namespace
 
-TEST(Dose, IsTheSameToTheBitWithoutImages) {
+TEST_F(DoseTest, IsTheSameToTheBitWithoutImages) {
     constexpr unsigned seed = 11;
     std::mt19937 random(seed);
     const auto pick = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
-    Exercise pictured(with_body(), Pictures::All), metered(with_body(), Pictures::Dose);
+    Exercise pictured(test::small_scenario_with_patient(), Pictures::All),
+        metered(test::small_scenario_with_patient(), Pictures::Dose);
     for (int frame = 0; frame < 40; ++frame) {
         Script commands;
         if (frame % 6 == 0) commands.push_back(script::Beam{pick(4) > 0});
@@ -48,29 +46,34 @@ TEST(Dose, IsTheSameToTheBitWithoutImages) {
     EXPECT_GT(*metered.score().air_kerma, 0);
     ASSERT_EQ(metered.earlier_attempts().size(), 1u);
     EXPECT_EQ(*metered.earlier_attempts()[0].air_kerma, *pictured.earlier_attempts()[0].air_kerma);
-    EXPECT_FALSE(Exercise(with_body(), Pictures::None).score().air_kerma);
+    EXPECT_FALSE(Exercise(test::small_scenario_with_patient(), Pictures::None).score().air_kerma);
 }
 
-TEST(Dose, OfARunWithoutImagesIsInItsScore) {
+TEST_F(DoseTest, OfARunWithoutImagesIsInItsScore) {
     const script::CommandScript script =
         script::parse_commands("0 beam on\n2 advance 3 mm\n4 arm lao 90 deg\n8 end\n", "x.gw");
     run::RunOptions options;
     options.images = false;
     const test::TemporaryFolder folder;
-    const run::RunResult dark = run::run_headless(with_body(), script, folder / "dark", options);
-    const run::RunResult lit = run::run_headless(with_body(), script, folder / "lit", {});
+    const run::RunResult dark =
+        run::run_headless(test::small_scenario_with_patient(), script, folder / "dark", options);
+    const run::RunResult lit =
+        run::run_headless(test::small_scenario_with_patient(), script, folder / "lit", {});
     ASSERT_TRUE(dark.score.air_kerma);
     EXPECT_GT(*dark.score.air_kerma, 0);
     EXPECT_EQ(*dark.score.air_kerma, *lit.score.air_kerma);
     EXPECT_EQ(*dark.score.area_product, *lit.score.area_product);
-    EXPECT_EQ(*run::run_headless(with_body(), script, nullptr).score.air_kerma, *lit.score.air_kerma);
+    EXPECT_EQ(*run::run_headless(test::small_scenario_with_patient(), script, nullptr).score.air_kerma,
+              *lit.score.air_kerma);
     options.dose = false;
-    EXPECT_FALSE(run::run_headless(with_body(), script, nullptr, options).score.air_kerma);
+    EXPECT_FALSE(
+        run::run_headless(test::small_scenario_with_patient(), script, nullptr, options).score.air_kerma);
 }
 
-TEST(Dose, OfASnapshotGoesOnWithoutImages) {
-    Exercise first(with_body(), Pictures::Dose), second(with_body(), Pictures::Dose),
-        dark(with_body(), Pictures::None);
+TEST_F(DoseTest, OfASnapshotGoesOnWithoutImages) {
+    Exercise first(test::small_scenario_with_patient(), Pictures::Dose),
+        second(test::small_scenario_with_patient(), Pictures::Dose),
+        dark(test::small_scenario_with_patient(), Pictures::None);
     first.next_frame(Script{script::Beam{true}});
     first.next_frame({});
     second.restore(first.snapshot());
@@ -81,14 +84,14 @@ TEST(Dose, OfASnapshotGoesOnWithoutImages) {
     EXPECT_THROW(dark.restore(first.snapshot()), io::InputError);
 }
 
-TEST(Dose, BeyondWhatADetectorTakesIsLimitedAndTold) {
+TEST_F(DoseTest, BeyondWhatADetectorTakesIsLimitedAndTold) {
     for (const char* more : {"detector_dose_nGy = 100000\nacquisition_dose_nGy = 100000\n",
                              "detector_dose_nGy = 0.1\nacquisition_dose_nGy = 0.1\n"}) {
         const bool large = std::string(more).find("100000") != std::string::npos;
         std::string text = test::small_toml_with("patient = false", "patient = true");
         text.replace(text.find("[imaging]\n"), 10, "[imaging]\n" + std::string(more));
         for (const Pictures pictures : {Pictures::All, Pictures::Dose}) {
-            Exercise exercise(scenario::parse_scenario(text, "small.toml", test::asset("devices")), pictures);
+            Exercise exercise(test::small_scenario(text), pictures);
             Notices notices;
             for (const auto mode :
                  {script::ImagingMode::Live, script::ImagingMode::Dsa, script::ImagingMode::Roadmap}) {
@@ -108,8 +111,8 @@ TEST(Dose, BeyondWhatADetectorTakesIsLimitedAndTold) {
     }
 }
 
-TEST(Dose, ScreensDoNotDependOnWhichOfThemWereSeen) {
-    Exercise all(with_body(), true), some(with_body(), true);
+TEST_F(DoseTest, ScreensDoNotDependOnWhichOfThemWereSeen) {
+    Exercise all(test::small_scenario_with_patient(), true), some(test::small_scenario_with_patient(), true);
     for (int frame = 0; frame < 24; ++frame) {
         Script commands;
         if (frame == 0) commands = {script::Beam{true}, script::SetMode{script::ImagingMode::Dsa}};
@@ -125,10 +128,9 @@ TEST(Dose, ScreensDoNotDependOnWhichOfThemWereSeen) {
     }
 }
 
-TEST(Dose, ExchangedWiresHaveTheirOwnLookInImageAndTruth) {
+TEST_F(DoseTest, ExchangedWiresHaveTheirOwnLookInImageAndTruth) {
     const scenario::Scenario s =
-        scenario::parse_scenario(std::string(test::small_toml) + "[catheter]\ndevice = \"berenstein5f\"\n",
-                                 "small.toml", test::asset("devices"));
+        test::small_scenario(std::string(test::small_toml) + "[catheter]\ndevice = \"berenstein5f\"\n");
     scenario::Scenario large = s;
     large.c_arm.pixels = 512;
     large.c_arm.detector_width = 80;

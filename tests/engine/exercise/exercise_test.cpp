@@ -221,13 +221,9 @@ TEST(Exercise, InjectionsOfReplaysAreTheSame) {
 
 TEST(Exercise, VesselsThatMoveTakeWireAndContrastWithThem) {
     const std::string motion = "[motion]\nbreathing_rate_per_min = 60\nbreathing_reach_mm = [0, 0, 40]\n";
-    Exercise still(scenario::parse_scenario(test::small_toml_with("patient = false", "patient = true"),
-                                            "small.toml", test::asset("devices")),
-                   true);
-    Exercise moving(
-        scenario::parse_scenario(test::small_toml_with("patient = false", "patient = true") + motion,
-                                 "small.toml", test::asset("devices")),
-        true);
+    Exercise still(test::small_scenario(test::small_toml_with("patient = false", "patient = true")), true);
+    Exercise moving(test::small_scenario(test::small_toml_with("patient = false", "patient = true") + motion),
+                    true);
     const auto row_of_the_vessel = [](Exercise& exercise) {
         exercise.next_frame(Commands{script::Beam{true}, script::SetMode{script::ImagingMode::Dsa}});
         for (int frame = 1; frame < 7; ++frame) exercise.next_frame(Commands{script::Contrast{200}});

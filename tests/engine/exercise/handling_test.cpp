@@ -10,7 +10,7 @@ namespace exercise {
 namespace {
 
 scenario::Scenario small_with(const std::string& from, const std::string& to) {
-    return scenario::parse_scenario(test::small_toml_with(from, to), "small.toml", test::asset("devices"));
+    return test::small_scenario(test::small_toml_with(from, to));
 }
 
 /// The marks of a script in a scenario.

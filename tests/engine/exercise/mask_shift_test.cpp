@@ -6,7 +6,7 @@
 #include "engine/exercise/exercise.h"
 #include "engine/exercise/notices.h"
 #include "engine/exercise/room_readout.h"
-#include "tests/engine/fixtures.h"
+#include "tests/engine/exercise/with_body.h"
 
 namespace exercise {
 namespace {
@@ -17,11 +17,9 @@ using Way = script::ShiftMask::Way;
 
 /// The tube in a patient who breathes and whose heart beats.
 scenario::Scenario moving_scenario() {
-    return scenario::parse_scenario(
-        test::small_toml_with("patient = false", "patient = true") +
-            "[motion]\nheart_rate_per_min = 70\nheart_reach_mm = [0, 1, 2]\nbreathing_rate_per_min = 30\n"
-            "breathing_reach_mm = [0, 2, -12]\nbreath_hold_s = 3\n",
-        "small.toml", test::asset("devices"));
+    return test::small_scenario_with_patient(
+        "[motion]\nheart_rate_per_min = 70\nheart_reach_mm = [0, 1, 2]\nbreathing_rate_per_min = 30\n"
+        "breathing_reach_mm = [0, 2, -12]\nbreath_hold_s = 3\n");
 }
 
 const Commands start_dsa{script::Beam{true}, script::SetMode{ImagingMode::Dsa}};
@@ -37,9 +35,11 @@ const char* const moving_script =
     "14 mode roadmap\n16 shift by -2 0 px\n18 shift auto\n20 breath hold\n24 mode dsa\n24 mask\n"
     "30 beam off\n31 shift 1.25 2 px\n33 breath free\n34 beam on\n36 mode live\n39 end\n";
 
+using MaskShiftTest = test::WithBody;
+
 }  // namespace
 
-TEST(MaskShift, ActsOnTheImageThatIsShownAndEndsWithItsMask) {
+TEST_F(MaskShiftTest, ActsOnTheImageThatIsShownAndEndsWithItsMask) {
     Exercise exercise(moving_scenario(), true);
     const auto next = [&](const Commands& commands) -> std::vector<MaskShift> {
         return exercise.next_frame(commands).mask_shifts;
@@ -75,7 +75,7 @@ TEST(MaskShift, ActsOnTheImageThatIsShownAndEndsWithItsMask) {
     EXPECT_EQ(shift_now().x, 0);
 }
 
-TEST(MaskShift, IsToldInTheRoomAndAfterARun) {
+TEST_F(MaskShiftTest, IsToldInTheRoomAndAfterARun) {
     Exercise exercise(moving_scenario(), true);
     RoomReadout readout;
     Notices notices;
@@ -113,7 +113,7 @@ TEST(MaskShift, IsToldInTheRoomAndAfterARun) {
     EXPECT_TRUE(says("the patient had to breathe once"));
 }
 
-TEST(MaskShift, ARecordedRunIsReplayedToTheLastBit) {
+TEST_F(MaskShiftTest, ARecordedRunIsReplayedToTheLastBit) {
     const test::TemporaryFolder folder;
     const script::CommandScript script = script::parse_commands(moving_script, "moving.gw");
     Exercise first(moving_scenario(), true);
@@ -142,7 +142,7 @@ TEST(MaskShift, ARecordedRunIsReplayedToTheLastBit) {
     }
 }
 
-TEST(MaskShift, AMovingPatientIsTakenBackAndSoughtToTheLastBit) {
+TEST_F(MaskShiftTest, AMovingPatientIsTakenBackAndSoughtToTheLastBit) {
     const script::CommandScript script = script::parse_commands(moving_script, "moving.gw");
     Exercise straight(moving_scenario(), true), other(moving_scenario(), true);
     std::vector<render::GrayImage> shown;
@@ -165,7 +165,7 @@ TEST(MaskShift, AMovingPatientIsTakenBackAndSoughtToTheLastBit) {
     EXPECT_EQ(straight.snapshot().state, other.snapshot().state);
 }
 
-TEST(MaskShift, InAHeldBreathNothingMovesButTheHeart) {
+TEST_F(MaskShiftTest, InAHeldBreathNothingMovesButTheHeart) {
     const auto background = [](bool hold) {
         scenario::Scenario scenario = moving_scenario();
         scenario.motion.heart_reach.setZero();

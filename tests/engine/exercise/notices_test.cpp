@@ -14,7 +14,7 @@ struct Said {
 };
 
 Said said_in(const std::string& scenario, const std::string& script) {
-    Exercise exercise(scenario::parse_scenario(scenario, "small.toml", test::asset("devices")), false);
+    Exercise exercise(test::small_scenario(scenario), false);
     Notices notices;
     RoomReadout readout;
     Said said;

@@ -80,8 +80,7 @@ std::set<std::string> changes(const Score& a, const Score& b) {
 /// The tube of the small scenario in the mirror. Its wire is bent across the plane of the mirror's normal,
 /// and so stays as it is.
 scenario::Scenario mirrored() {
-    return scenario::parse_scenario(test::small_toml_with("angle_deg = 40.0", "angle_deg = -40.0"),
-                                    "small.toml", test::asset("devices"));
+    return test::small_scenario(test::small_toml_with("angle_deg = 40.0", "angle_deg = -40.0"));
 }
 
 const std::string good = "0 beam on\n1..24 advance 2 mm\n40 end\n";

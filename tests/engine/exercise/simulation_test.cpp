@@ -1,5 +1,7 @@
 #include "engine/exercise/simulation.h"
 
+#include <numeric>
+
 #include "engine/anatomy/lumen_wall.h"
 #include "tests/anatomies.h"
 #include "tests/engine/anatomy/trees.h"
@@ -9,7 +11,7 @@ namespace exercise {
 namespace {
 
 scenario::Scenario with(const std::string& from, const std::string& to) {
-    return scenario::parse_scenario(test::small_toml_with(from, to), "small.toml", test::asset("devices"));
+    return test::small_scenario(test::small_toml_with(from, to));
 }
 
 void go(Simulation& simulation, int frames, const script::Command& command) {
@@ -33,7 +35,7 @@ scenario::Scenario bifurcation(const std::string& relaxer) {
                               "curved_angle_deg = 90.0");
     text.replace(text.find("[chain]"), 7, "[chain]\nsegment_length_mm = 2.0");
     text.replace(text.find("[relaxer]"), 9, "[relaxer]\nkind = \"" + relaxer + "\"");
-    scenario::Scenario scenario = scenario::parse_scenario(text, "small.toml", test::asset("devices"));
+    scenario::Scenario scenario = test::small_scenario(text);
     scenario.tube.reset();
     scenario.vessels = test::small_tree();
     scenario.entry = {"main.in"};
@@ -193,7 +195,7 @@ TEST(Simulation, WireStopsAtAnOpenEnd) {
 TEST(Simulation, WireStopsWhereItsLengthEnds) {
     std::string text = test::small_toml_with("run_mm = 30.0", "run_mm = 200.0");
     text.replace(text.find("[guidewire]"), 11, "[guidewire]\nlength_mm = 100");
-    Simulation simulation(scenario::parse_scenario(text, "small.toml", test::asset("devices")));
+    Simulation simulation(test::small_scenario(text));
     go(simulation, 4, script::Advance{20});
     EXPECT_NEAR(simulation.inserted(), 100, 1e-6);
     simulation.apply(script::Advance{3});
@@ -213,8 +215,7 @@ TEST(Simulation, AdaptiveWireHasFewerSegmentsAndIsWhereTheUniformOneIs) {
     const auto tube = [](const char* chain) {
         std::string text = test::small_toml_with("run_mm = 30.0", "run_mm = 200.0");
         text.replace(text.find("inserted_mm = 20.0"), 18, "inserted_mm = 180.0");
-        return scenario::parse_scenario(text.replace(text.find("[chain]"), 7, chain), "small.toml",
-                                        test::asset("devices"));
+        return test::small_scenario(text.replace(text.find("[chain]"), 7, chain));
     };
     Simulation uniform(tube("[chain]")), adaptive(tube("[chain]\nadaptive = true"));
     for (Simulation* s : {&uniform, &adaptive})
@@ -289,27 +290,25 @@ TEST(Simulation, WireThickerThanTheVesselAtItsEntryIsRefused) {
     iliac.target = {"LRA", {}, 3, 0.5};
     iliac.wire().device.outer_diameter = 4.5;
     const std::string thick = test::refusal([&] { Simulation simulation(iliac, test::cache()); });
-    EXPECT_NE(thick.find("does not enter at 'LIIA.out'"), std::string::npos) << thick;
+    test::expect_said(thick, "does not enter at 'LIIA.out'");
 }
 
 TEST(Simulation, UnknownEndAndTargetAreRefusedWithThoseThereAre) {
     const std::string end = refusal_with("end = \"start\"", "end = \"groin\"");
-    EXPECT_NE(end.find("small.toml:10:"), std::string::npos) << end;
-    EXPECT_NE(end.find("start, end"), std::string::npos) << end;
-    EXPECT_NE(refusal_with("name = \"end\"", "name = \"heart\"").find("targets are: end"), std::string::npos);
+    test::expect_said(end, "small.toml:10:");
+    test::expect_said(end, "start, end");
+    test::expect_said(refusal_with("name = \"end\"", "name = \"heart\""), "targets are: end");
 }
 
 TEST(Simulation, TargetOutsideTheAnatomyIsRefused) {
     const std::string text = refusal_with("name = \"end\"", "centre_mm = [0.0, 50.0, 0.0]");
-    EXPECT_NE(text.find("outside the anatomy"), std::string::npos) << text;
-    EXPECT_NE(text.find("small.toml:"), std::string::npos) << text;
+    test::expect_said(text, "outside the anatomy");
+    test::expect_said(text, "small.toml:");
 }
 
 TEST(Simulation, TooMuchOrTooLittleWireInsideIsRefused) {
-    EXPECT_NE(refusal_with("inserted_mm = 20.0", "inserted_mm = 500.0").find("cannot start inside"),
-              std::string::npos);
-    EXPECT_NE(refusal_with("inserted_mm = 20.0", "inserted_mm = 3.9").find("cannot start inside"),
-              std::string::npos);
+    test::expect_said(refusal_with("inserted_mm = 20.0", "inserted_mm = 500.0"), "cannot start inside");
+    test::expect_said(refusal_with("inserted_mm = 20.0", "inserted_mm = 3.9"), "cannot start inside");
 }
 
 TEST(Simulation, SegmentsAcrossACarinaGetAJointThereAndLoseItAgain) {

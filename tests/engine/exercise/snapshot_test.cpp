@@ -80,7 +80,7 @@ void expect_same(Exercise& a, Exercise& b, unsigned seed, int frame) {
 
 /// With the relaxer's section changed.
 scenario::Scenario scenario_with(const std::string& from, const std::string& to) {
-    return scenario::parse_scenario(test::small_toml_with(from, to), "small.toml", test::asset("devices"));
+    return test::small_scenario(test::small_toml_with(from, to));
 }
 
 }  // namespace

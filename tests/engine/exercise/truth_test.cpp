@@ -15,7 +15,7 @@ namespace {
 Truth small_truth(const std::vector<script::Command>& commands, const std::string& motion = "") {
     std::string text = test::small_toml_with("pixels = 64", "pixels = 128") + motion;
     if (!motion.empty()) text.replace(text.find("patient = false"), 15, "patient = true");
-    Exercise exercise(scenario::parse_scenario(text, "small.toml", test::asset("devices")), true);
+    Exercise exercise(test::small_scenario(text), true);
     exercise.next_frame(commands);
     return exercise.truth();
 }
@@ -50,7 +50,7 @@ TEST(Truth, JointsLieOnTheWiresMaskAndInTheVesselsMask) {
 TEST(Truth, PartsAreThoseOfThePulse) {
     std::string text = test::small_toml_with("pixels = 64", "pixels = 128");
     text.replace(text.find("patient = false"), 15, "patient = true");
-    Exercise exercise(scenario::parse_scenario(text, "small.toml", test::asset("devices")), Pictures::All);
+    Exercise exercise(test::small_scenario(text), Pictures::All);
     exercise.next_frame(std::vector<script::Command>{script::Beam{true}, script::Advance{30}});
     EXPECT_FALSE(exercise.truth().signal);
     TruthParts parts;

@@ -162,10 +162,9 @@ TEST(WideDevices, AWireInExchangeIsThinnerThanTheCatheterThatItNeeds) {
     const auto files = scenario::device_files(test::asset("devices"));
     for (const auto& catheter : files) {
         if (scenario::load_device(catheter).kind != scenario::DeviceKind::Catheter) continue;
-        const scenario::Scenario s = scenario::parse_scenario(
-            test::small_toml_with("device = \"glide035\"", "device = \"floppy014\"") +
-                "[catheter]\ndevice = \"" + catheter.stem().string() + "\"\n",
-            "small.toml", test::asset("devices"));
+        const scenario::Scenario s =
+            test::small_scenario(test::small_toml_with("device = \"glide035\"", "device = \"floppy014\"") +
+                                 "[catheter]\ndevice = \"" + catheter.stem().string() + "\"\n");
         for (const auto& wire : files) {
             try {
                 const scenario::Device device = wire_of_catalogue(wire.stem().string(), s);

@@ -16,16 +16,16 @@
 
 namespace io {
 
-TEST(Files, WholeFileReplacesTheOldOneAndLeavesNothingBeside) {
-    const test::TemporaryFolder folder;
+using Files = test::InFolder;
+
+TEST_F(Files, WholeFileReplacesTheOldOneAndLeavesNothingBeside) {
     write_whole(folder / "a.txt", "one");
     write_whole(folder / "a.txt", "two");
     EXPECT_EQ(test::read(folder / "a.txt"), "two");
     EXPECT_FALSE(std::filesystem::exists(folder / "a.txt.part"));
 }
 
-TEST(Files, TextIsReadWholeAndWhatIsNoFileIsNamed) {
-    const test::TemporaryFolder folder;
+TEST_F(Files, TextIsReadWholeAndWhatIsNoFileIsNamed) {
     test::write(folder / "a.txt", std::string("one\r\n\0two", 9));
     EXPECT_EQ(read_text(folder / "a.txt", "poem", "verses are accepted"), std::string("one\r\n\0two", 9));
     for (const std::filesystem::path& path : {folder / "none", folder / "."})
@@ -33,15 +33,13 @@ TEST(Files, TextIsReadWholeAndWhatIsNoFileIsNamed) {
                   path.string() + ": no such poem can be read; verses are accepted");
 }
 
-TEST(Files, FailedWriteNamesThePathAndTheReason) {
-    const test::TemporaryFolder folder;
+TEST_F(Files, FailedWriteNamesThePathAndTheReason) {
     test::write(folder / "file", "");
     const std::string text = test::refusal([&] { write_whole(folder / "file/a.txt", "x"); });
-    EXPECT_NE(text.find("file/a.txt: cannot be written: Not a directory"), std::string::npos) << text;
+    test::expect_said(text, "file/a.txt: cannot be written: Not a directory");
 }
 
-TEST(Files, FullDiskIsToldAndLeavesNothing) {
-    const test::TemporaryFolder folder;
+TEST_F(Files, FullDiskIsToldAndLeavesNothing) {
     write_whole(folder / "a.txt", "old");
     std::signal(SIGXFSZ, SIG_IGN);
     rlimit before{};
@@ -52,13 +50,12 @@ TEST(Files, FullDiskIsToldAndLeavesNothing) {
         write_whole({{folder / "b.txt", ""}, {folder / "a.txt", "x"}});
     });
     setrlimit(RLIMIT_FSIZE, &before);
-    EXPECT_NE(text.find("a.txt: cannot be written: File too large"), std::string::npos) << text;
+    test::expect_said(text, "a.txt: cannot be written: File too large");
     EXPECT_EQ(test::read(folder / "a.txt"), "old");
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
 }
 
-TEST(Files, LinksAndDevicesStayWhatTheyAre) {
-    const test::TemporaryFolder folder;
+TEST_F(Files, LinksAndDevicesStayWhatTheyAre) {
     write_whole(folder / "target", "old");
     std::filesystem::create_symlink(folder / "target", folder / "link");
     write_whole(folder / "link", "new");
@@ -66,13 +63,12 @@ TEST(Files, LinksAndDevicesStayWhatTheyAre) {
     EXPECT_EQ(test::read(folder / "target"), "new");
     std::filesystem::create_symlink("/dev/full", folder / "full");
     const std::string text = test::refusal([&] { write_whole(folder / "full", "x"); });
-    EXPECT_NE(text.find("No space left"), std::string::npos) << text;
+    test::expect_said(text, "No space left");
     EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 3);
 }
 
-TEST(Files, TheTargetOfALinkToNothingIsMade) {
-    const test::TemporaryFolder folder;
+TEST_F(Files, TheTargetOfALinkToNothingIsMade) {
     std::filesystem::create_directory(folder / "real");
     std::filesystem::create_symlink("real/x", folder / "first");
     std::filesystem::create_symlink(folder / "first", folder / "link");
@@ -85,19 +81,16 @@ TEST(Files, TheTargetOfALinkToNothingIsMade) {
     std::filesystem::create_symlink("circle", folder / "circle");
     EXPECT_NE(test::refusal([&] { write_whole(folder / "circle", "x"); }), "");
     std::filesystem::create_symlink("nowhere/x", folder / "lost");
-    EXPECT_NE(test::refusal([&] { require_writable(folder / "lost"); }).find("No such file"),
-              std::string::npos);
+    test::expect_said(test::refusal([&] { require_writable(folder / "lost"); }), "No such file");
 }
 
-TEST(Files, AnInputNamedLikeAPartIsLeftAlone) {
-    const test::TemporaryFolder folder;
+TEST_F(Files, AnInputNamedLikeAPartIsLeftAlone) {
     test::write(folder / "a.txt.part", "mine");
     write_whole(folder / "a.txt", "x");
     EXPECT_EQ(test::read(folder / "a.txt.part"), "mine");
 }
 
-TEST(Files, GrowingFileShowsEachPieceAtOnce) {
-    const test::TemporaryFolder folder;
+TEST_F(Files, GrowingFileShowsEachPieceAtOnce) {
     GrowingFile file(folder / "log");
     file.append("one\n");
     EXPECT_EQ(test::read(folder / "log"), "one\n");
@@ -105,22 +98,19 @@ TEST(Files, GrowingFileShowsEachPieceAtOnce) {
     EXPECT_EQ(test::read(folder / "log"), "one\ntwo\n");
 }
 
-TEST(Files, GrowingFileOnAFullDiskIsTold) {
+TEST_F(Files, GrowingFileOnAFullDiskIsTold) {
     GrowingFile file("/dev/full");
-    EXPECT_NE(test::refusal([&] { file.append("x"); }).find("No space left"), std::string::npos);
+    test::expect_said(test::refusal([&] { file.append("x"); }), "No space left");
 }
 
-TEST(Files, GrowingFileHasOneWriter) {
-    const test::TemporaryFolder folder;
+TEST_F(Files, GrowingFileHasOneWriter) {
     GrowingFile file(folder / "log");
     file.append("one\n");
-    EXPECT_NE(test::refusal([&] { GrowingFile(folder / "log"); }).find("another process is writing it"),
-              std::string::npos);
+    test::expect_said(test::refusal([&] { GrowingFile(folder / "log"); }), "another process is writing it");
     EXPECT_EQ(test::read(folder / "log"), "one\n");
 }
 
-TEST(Files, FifosDevicesAndSocketsAreRefusedBeforeTheyAreOpened) {
-    const test::TemporaryFolder folder;
+TEST_F(Files, FifosDevicesAndSocketsAreRefusedBeforeTheyAreOpened) {
     ASSERT_EQ(::mkfifo((folder / "fifo").c_str(), 0600), 0);
     const int socket = ::socket(AF_UNIX, SOCK_STREAM, 0);
     sockaddr_un address{};
@@ -137,18 +127,14 @@ TEST(Files, FifosDevicesAndSocketsAreRefusedBeforeTheyAreOpened) {
     ::close(socket);
 }
 
-TEST(Files, HugeFileIsRefusedBeforeItIsRead) {
-    const test::TemporaryFolder folder;
+TEST_F(Files, HugeFileIsRefusedBeforeItIsRead) {
     test::write(folder / "a.txt", "");
     std::filesystem::resize_file(folder / "a.txt", largest_text + 1);  // takes no room on the disk
-    EXPECT_NE(test::refusal([&] {
-                  read_text(folder / "a.txt", "poem", "verses are accepted");
-              }).find("up to 2000 million are accepted"),
-              std::string::npos);
+    test::expect_said(test::refusal([&] { read_text(folder / "a.txt", "poem", "verses are accepted"); }),
+                      "up to 2000 million are accepted");
 }
 
-TEST(Files, WhatCannotBeWrittenIsKnownBeforeAndNothingChanges) {
-    const test::TemporaryFolder folder;
+TEST_F(Files, WhatCannotBeWrittenIsKnownBeforeAndNothingChanges) {
     test::write(folder / "a.txt", "old");
     for (const std::filesystem::path& path : {folder / "a.txt", folder / "new.txt"})
         EXPECT_EQ(test::refusal([&] { require_writable(path); }), "");
@@ -164,8 +150,7 @@ TEST(Files, WhatCannotBeWrittenIsKnownBeforeAndNothingChanges) {
     EXPECT_EQ(test::refusal([&] { require_writable(folder / "fifo"); }), "");
 }
 
-TEST(Files, LeftoversOfAProcessThatNobodyWaitedForAreRemoved) {
-    const test::TemporaryFolder folder;
+TEST_F(Files, LeftoversOfAProcessThatNobodyWaitedForAreRemoved) {
     const pid_t child = ::fork();
     if (child == 0) ::_exit(0);
     siginfo_t ended{};
@@ -182,10 +167,8 @@ TEST(OwnFolder, SecondOneIsRefusedWithTheProcessOfTheFirst) {
     const test::TemporaryFolder folder;
     {
         const OwnFolder first(folder / "out");
-        EXPECT_NE(test::refusal([&] {
-                      OwnFolder(folder / "out");
-                  }).find(fmt::format("out: process {} is writing to this folder", ::getpid())),
-                  std::string::npos);
+        test::expect_said(test::refusal([&] { OwnFolder(folder / "out"); }),
+                          fmt::format("out: process {} is writing to this folder", ::getpid()));
         EXPECT_TRUE(std::filesystem::is_directory(folder / "out"));
         EXPECT_EQ(test::refusal([&] { OwnFolder(folder / "out", "other"); }), "");
     }
@@ -234,7 +217,7 @@ TEST(OwnFolder, PlaceThatCannotBeWrittenIsRefused) {
         EXPECT_NE(test::refusal([&] { OwnFolder own(path); }).find("the output folder cannot be made"),
                   std::string::npos)
             << path;
-    EXPECT_NE(test::refusal([&] { OwnFolder own("/proc"); }).find("cannot be written"), std::string::npos);
+    test::expect_said(test::refusal([&] { OwnFolder own("/proc"); }), "cannot be written");
 }
 
 }  // namespace io

@@ -8,8 +8,9 @@ namespace io {
 
 namespace fs = std::filesystem;
 
-TEST(Outputs, AreTheSameFileUnderAnyName) {
-    const test::TemporaryFolder folder;
+using Outputs = test::InFolder;
+
+TEST_F(Outputs, AreTheSameFileUnderAnyName) {
     fs::create_directory(folder / "a");
     test::write(folder / "a/x", "");
     fs::create_directory_symlink("a", folder / "b");
@@ -24,8 +25,7 @@ TEST(Outputs, AreTheSameFileUnderAnyName) {
     EXPECT_FALSE(same_file("", ""));
 }
 
-TEST(Outputs, AreNeitherInputsNorWrittenTwice) {
-    const test::TemporaryFolder folder;
+TEST_F(Outputs, AreNeitherInputsNorWrittenTwice) {
     fs::create_directories(folder / "slices/more");
     test::write(folder / "slices/more/1", "");
     test::write(folder / "x", "");

@@ -48,8 +48,9 @@ std::string refused(const std::filesystem::path& path, const std::string& series
 
 }  // namespace
 
-TEST(CtFile, EachKindGivesBackPlacesAndValues) {
-    const test::TemporaryFolder folder;
+using CtFile = test::InFolder;
+
+TEST_F(CtFile, EachKindGivesBackPlacesAndValues) {
     const CtImage ct = small_ct();
     for (const char* name : {"a.nii", "a.nii.gz", "a.nrrd"}) {
         write_ct(folder / name, ct);
@@ -63,8 +64,7 @@ TEST(CtFile, EachKindGivesBackPlacesAndValues) {
     expect_same(read_ct(folder / "signed"), ct, 1e-5);
 }
 
-TEST(CtFile, NiftiPlacesVoxelsByItsQuaternionAndUnitAndRescales) {
-    const test::TemporaryFolder folder;
+TEST_F(CtFile, NiftiPlacesVoxelsByItsQuaternionAndUnitAndRescales) {
     CtImage ct = small_ct();
     write_ct(folder / "a.nii", ct);
     std::string text = test::read(folder / "a.nii");
@@ -95,8 +95,7 @@ TEST(CtFile, NiftiPlacesVoxelsByItsQuaternionAndUnitAndRescales) {
     test::expect_said(refused(folder / "c.nii"), "neither its qform nor its sform");
 }
 
-TEST(CtFile, NrrdIsReadInEachSpaceTypeEncodingAndOrderOfBytes) {
-    const test::TemporaryFolder folder;
+TEST_F(CtFile, NrrdIsReadInEachSpaceTypeEncodingAndOrderOfBytes) {
     const auto header = [](const std::string& type, const std::string& space, const std::string& rest) {
         return "NRRD0005\n# made by hand\ntype: " + type + "\ndimension: 3\nspace: " + space +
                "\nsizes: 2 2 2\nspace directions: (1,0,0) (0,2,0) (0,0,3)\nspace origin: (10,20,30)\n"
@@ -154,8 +153,7 @@ TEST(CtFile, NrrdIsReadInEachSpaceTypeEncodingAndOrderOfBytes) {
     }
 }
 
-TEST(CtFile, DicomSeriesAreChosenAndGapsNamed) {
-    const test::TemporaryFolder folder;
+TEST_F(CtFile, DicomSeriesAreChosenAndGapsNamed) {
     CtImage ct = small_ct();
     test::DicomSeries arterial, venous;
     venous.uid += "9";
@@ -190,8 +188,7 @@ TEST(CtFile, DicomSeriesAreChosenAndGapsNamed) {
     test::expect_said(refused(folder / "mr"), "no slices of CT were found in 6 DICOM files");
 }
 
-TEST(CtFile, WhatIsNoCtOrTooLargeIsRefused) {
-    const test::TemporaryFolder folder;
+TEST_F(CtFile, WhatIsNoCtOrTooLargeIsRefused) {
     test::expect_said(refused(folder / "nothing.nii"), "no such CT can be read");
     test::write(folder / "a.txt", "hello");
     test::expect_said(refused(folder / "a.txt"), "NIfTI (.nii, .nii.gz), NRRD");
@@ -216,8 +213,7 @@ TEST(CtFile, WhatIsNoCtOrTooLargeIsRefused) {
     test::expect_said(refused(folder / "huge.nii"), "asks for 1000000000 bytes");
 }
 
-TEST(CtFile, DamagedFilesAreReadOrRefused) {
-    const test::TemporaryFolder folder;
+TEST_F(CtFile, DamagedFilesAreReadOrRefused) {
     const CtImage ct = small_ct();
     write_ct(folder / "a.nii", ct);
     write_ct(folder / "a.nii.gz", ct);

@@ -49,9 +49,10 @@ scenario::Scenario with_patient(const test::TemporaryFolder& folder, const std::
 
 }  // namespace
 
-TEST(CtPatient, ImagesOfThePatientAndOfItsCoarseCtAgree) {
+using CtPatient = test::InFolder;
+
+TEST_F(CtPatient, ImagesOfThePatientAndOfItsCoarseCtAgree) {
     // Edges that a voxel blurs are the limit, in proportion to it: tests/studies has a scanner's own.
-    const test::TemporaryFolder folder;
     const test::LoopErrors coarse = test::closed_loop(folder / "coarse.nii.gz", 3.0, 128),
                            finer = test::closed_loop(folder / "finer.nrrd", 1.5, 128);
     for (std::size_t view = 0; view < coarse.size(); ++view) {
@@ -62,7 +63,7 @@ TEST(CtPatient, ImagesOfThePatientAndOfItsCoarseCtAgree) {
     }
 }
 
-TEST(CtPatient, GasIsNowhereLighterThanAir) {
+TEST_F(CtPatient, GasIsNowhereLighterThanAir) {
     // Where gas overlaps fat or other gas, the changes of attenuation add up to less than nothing, which no
     // CT can state. A few voxels at walls of 2 mm remain; it was 3000 to 5000 mm³ before the walls were kept.
     constexpr double voxel = 2.0;
@@ -113,8 +114,7 @@ TEST(CtPatient, GasIsNowhereLighterThanAir) {
     }
 }
 
-TEST(CtPatient, ScenarioTakesItsBodyFromACtAndKeepsItPrepared) {
-    const test::TemporaryFolder folder;
+TEST_F(CtPatient, ScenarioTakesItsBodyFromACtAndKeepsItPrepared) {
     write_ct(folder / "mine.nrrd", voxelised(small_body(), grid_around({-30, -50, -70}, {110, 70, 70}, 2)));
     const scenario::Scenario scenario = with_patient(folder, "ct = \"mine.nrrd\"\n");
     const anatomy::Anatomy anatomy = scenario::anatomy_of(scenario);
@@ -161,8 +161,7 @@ TEST(CtPatient, ScenarioTakesItsBodyFromACtAndKeepsItPrepared) {
     EXPECT_NE(moved.content, scenario.content);
 }
 
-TEST(CtPatient, ScenarioIsAnotherWhereTheCtIs) {
-    const test::TemporaryFolder folder;
+TEST_F(CtPatient, ScenarioIsAnotherWhereTheCtIs) {
     CtImage ct = voxelised(small_body(), grid_around({-30, -50, -70}, {110, 70, 70}, 4));
     write_ct(folder / "mine.nii", ct);
     const std::uint64_t before = with_patient(folder, "ct = \"mine.nii\"\n").content;
@@ -172,8 +171,7 @@ TEST(CtPatient, ScenarioIsAnotherWhereTheCtIs) {
     EXPECT_NE(with_patient(folder, "ct = \"mine.nii\"\n").content, before);
 }
 
-TEST(CtPatient, PlacesTurnAboutXThenYThenZAndThenMove) {
-    const test::TemporaryFolder folder;
+TEST_F(CtPatient, PlacesTurnAboutXThenYThenZAndThenMove) {
     const CtImage ct = voxelised(small_body(), grid_around({-30, -50, -70}, {110, 70, 70}, 4));
     write_ct(folder / "mine.nrrd", ct);
     PatientFiles files;
@@ -189,8 +187,7 @@ TEST(CtPatient, PlacesTurnAboutXThenYThenZAndThenMove) {
     for (int a = 0; a < 3; ++a) EXPECT_LT((turned.steps[a] - expected(plain.steps[a])).norm(), 1e-9);
 }
 
-TEST(CtPatient, MeshesOfThePatientAreLayersAndMustBeClosed) {
-    const test::TemporaryFolder folder;
+TEST_F(CtPatient, MeshesOfThePatientAreLayersAndMustBeClosed) {
     auto bone = render::ellipsoid({40, 10, 0}, {5, 6, 7}, 16);
     for (auto& triangle : bone.triangles) std::swap(triangle[1], triangle[2]);  // inside out
     write_stl(folder / "bone.stl", bone);
@@ -234,8 +231,7 @@ TEST(CtPatient, MeshesOfThePatientAreLayersAndMustBeClosed) {
     test::expect_said(said, "mine.toml:");
 }
 
-TEST(CtPatient, AMeshFarFromThePatientIsRefused) {
-    const test::TemporaryFolder folder;
+TEST_F(CtPatient, AMeshFarFromThePatientIsRefused) {
     write_stl(folder / "bone.stl", render::ellipsoid({40, 10, 0}, {5, 6, 7}, 16));
     const scenario::Scenario far =
         with_patient(folder,
@@ -248,8 +244,7 @@ TEST(CtPatient, AMeshFarFromThePatientIsRefused) {
     test::expect_said(said, "mine.toml:");
 }
 
-TEST(CtPatient, WrongKeysSayWhatIsAccepted) {
-    const test::TemporaryFolder folder;
+TEST_F(CtPatient, WrongKeysSayWhatIsAccepted) {
     const auto said = [&](const std::string& section) {
         return test::refusal([&] { with_patient(folder, section); });
     };

@@ -81,12 +81,7 @@ TEST(Attempts, SayWhatCannotBeWritten) {
     const test::TemporaryFolder folder;
     for (const char* place : {"/proc/nope", "/proc/nope/", "/no/such/folder/run.gw", "/dev/full"}) {
         const Attempts attempts{fs::path(place)};
-        try {
-            attempts.require_writable();
-            ADD_FAILURE() << place;
-        } catch (const io::InputError& error) {
-            test::expect_said(error.what(), place);
-        }
+        test::expect_said(test::refusal([&] { attempts.require_writable(); }), place);
     }
     Attempts(folder / "new/folders/").require_writable();
     EXPECT_FALSE(fs::exists(folder / "new"));

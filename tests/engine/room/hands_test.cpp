@@ -19,7 +19,7 @@ using exercise::StepReport;
 class HandsTest : public testing::Test {
 protected:
     HandsTest()
-        : exercise(scenario::parse_scenario(test::small_toml, "small.toml", test::asset("devices")), true),
+        : exercise(test::small_scenario(), true),
           map(load_keys(test::asset("keys.toml"))),
           hands(map, 1 / exercise.simulation().scenario().frame_rate) {}
 

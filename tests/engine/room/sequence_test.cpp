@@ -16,8 +16,7 @@ using script::ImagingMode;
 
 class SequenceTest : public testing::Test {
 protected:
-    SequenceTest()
-        : exercise(scenario::parse_scenario(test::small_toml, "small.toml", test::asset("devices")), true) {}
+    SequenceTest() : exercise(test::small_scenario(), true) {}
 
     void frame(const std::vector<script::Command>& commands) {
         const exercise::Frame made = exercise.next_frame(commands);

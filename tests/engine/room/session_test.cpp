@@ -16,8 +16,14 @@ using namespace std::chrono_literals;
 
 SessionOptions options_of(const std::string& toml = test::small_toml) {
     SessionOptions options;
-    options.scenario = scenario::parse_scenario(toml, "small.toml", test::asset("devices"));
+    options.scenario = test::small_scenario(toml);
     options.keys = load_keys(test::asset("keys.toml"));
+    return options;
+}
+
+SessionOptions recording_to(const std::filesystem::path& file) {
+    SessionOptions options = options_of();
+    options.record = Attempts(file);
     return options;
 }
 
@@ -36,6 +42,18 @@ bool wait_for_frames(const Session& session, int frames) {
     return wait_for(session, [frames](const View& view) { return view.frames >= frames; });
 }
 
+/// A session that is ready, and has begun.
+struct Begun : Session {
+    explicit Begun(SessionOptions options = options_of()) : Session(std::move(options)) {
+        EXPECT_TRUE(wait_for(*this, Phase::Ready));
+        give(Control::Start);
+    }
+};
+void finish(Session& session) {
+    session.give(Control::Finish);
+    EXPECT_TRUE(wait_for(session, Phase::Ended));
+}
+
 Input holding(std::initializer_list<Action> held) {
     Input input;
     for (const Action action : held) input.held.set(static_cast<std::size_t>(action));
@@ -47,8 +65,7 @@ run::RunResult replayed(const std::filesystem::path& recording) {
     run::RunOptions options;
     options.expect = recording;
     options.images = false;
-    return run::run_headless(scenario::parse_scenario(test::small_toml, "small.toml", test::asset("devices")),
-                             script, nullptr, options);
+    return run::run_headless(test::small_scenario(), script, nullptr, options);
 }
 
 TEST(Session, WhatHandsDidReplaysToTheSameStates) {
@@ -92,12 +109,9 @@ TEST(Session, WhatHandsDidReplaysToTheSameStates) {
 
 TEST(Session, WhatWasTakenBackIsNotInTheRecording) {
     test::TemporaryFolder folder;
-    SessionOptions options = options_of();
+    SessionOptions options = recording_to(folder / "run.gw");
     options.free_practice = true;
-    options.record = Attempts(folder / "run.gw");
-    Session session(std::move(options));
-    ASSERT_TRUE(wait_for(session, Phase::Ready));
-    session.give(Control::Start);
+    Begun session(std::move(options));
     session.give(holding({Action::Advance}));
     ASSERT_TRUE(wait_for_frames(session, 25));
     session.give(Input());
@@ -105,17 +119,14 @@ TEST(Session, WhatWasTakenBackIsNotInTheRecording) {
     ASSERT_TRUE(wait_for(session, [](const View& view) { return view.taken_back == 1; }));
     EXPECT_LT(session.view()->frames, 25);
     ASSERT_TRUE(wait_for_frames(session, 5));
-    session.give(Control::Finish);
-    ASSERT_TRUE(wait_for(session, Phase::Ended));
+    finish(session);
     const run::RunResult result = replayed(folder / "run.gw");
     EXPECT_TRUE(result.differences.empty());
     EXPECT_LT(result.score.advanced, 2);
 }
 
 TEST(Session, InAnExerciseNothingIsTakenBack) {
-    Session session(options_of());
-    ASSERT_TRUE(wait_for(session, Phase::Ready));
-    session.give(Control::Start);
+    Begun session;
     ASSERT_TRUE(wait_for_frames(session, 5));
     session.give(Control::TakeBack);
     ASSERT_TRUE(wait_for_frames(session, 8));
@@ -123,9 +134,7 @@ TEST(Session, InAnExerciseNothingIsTakenBack) {
 }
 
 TEST(Session, APauseMakesNoFrames) {
-    Session session(options_of());
-    ASSERT_TRUE(wait_for(session, Phase::Ready));
-    session.give(Control::Start);
+    Begun session;
     ASSERT_TRUE(wait_for_frames(session, 3));
     session.give(Control::Pause);
     ASSERT_TRUE(wait_for(session, Phase::Paused));
@@ -167,9 +176,7 @@ TEST(Session, ItsImagesAreThoseOfARunToTheByte) {
     run::run_headless(test::small_scenario(), script, &last);
     SessionOptions options = options_of();
     options.script = script;
-    Session session(std::move(options));
-    ASSERT_TRUE(wait_for(session, Phase::Ready));
-    session.give(Control::Start);
+    Begun session(std::move(options));
     ASSERT_TRUE(wait_for(session, Phase::Ended));
     ASSERT_TRUE(session.view()->image);
     EXPECT_EQ(*session.view()->image, last.shown);
@@ -177,9 +184,7 @@ TEST(Session, ItsImagesAreThoseOfARunToTheByte) {
 
 TEST(Session, AnInstructorsChangeActsAtOnceAndEndsTheRecording) {
     test::TemporaryFolder folder;
-    SessionOptions options = options_of();
-    options.record = Attempts(folder / "run.gw");
-    Session session(std::move(options));
+    Session session(recording_to(folder / "run.gw"));
     ASSERT_TRUE(wait_for(session, Phase::Ready));
     session.give(Control::WatchSolver);
     session.give(Control::Start);
@@ -208,14 +213,12 @@ TEST(Session, AnInstructorsChangeActsAtOnceAndEndsTheRecording) {
     ASSERT_TRUE(wait_for_frames(session, frames + 3));
     EXPECT_EQ(session.view()->solver->tuning.segment_length, 1);
     EXPECT_FALSE(session.view()->recording);
-    session.give(Control::Finish);
-    ASSERT_TRUE(wait_for(session, Phase::Ended));
+    finish(session);
     EXPECT_TRUE(replayed(folder / "run.gw").differences.empty());
 }
 
 TEST(Session, WhatCannotBeLoadedOrRecordedIsSaid) {
-    SessionOptions options = options_of();
-    options.record = Attempts("/no/such/folder/run.gw");
+    SessionOptions options = recording_to("/no/such/folder/run.gw");
     Session refused(std::move(options));
     ASSERT_TRUE(wait_for(refused, Phase::Failed));
     test::expect_said(refused.view()->error, "/no/such/folder/run.gw");
@@ -240,8 +243,7 @@ TEST(Session, WhatIsRecordedSaysWhatItIsOf) {
         EXPECT_TRUE(session.view()->recorded.empty());  // nobody has begun
         session.give(Control::Start);
         ASSERT_TRUE(wait_for_frames(session, 3));
-        session.give(Control::Finish);
-        ASSERT_TRUE(wait_for(session, Phase::Ended));
+        finish(session);
         const auto origin = script::load_commands(session.view()->recorded).origin;
         ASSERT_TRUE(origin);
         EXPECT_EQ(origin->scenario, scenario.name);
@@ -254,8 +256,7 @@ TEST(Session, WhatIsRecordedSaysWhatItIsOf) {
 TEST(Session, AnAttemptThatNobodyBeginsLeavesEarlierOnesAndNoFile) {
     test::TemporaryFolder folder;
     test::write(folder / "run.gw", "earlier");
-    SessionOptions options = options_of();
-    options.record = Attempts(folder / "run.gw");
+    SessionOptions options = recording_to(folder / "run.gw");
     {
         Session session(std::move(options));
         ASSERT_TRUE(wait_for(session, Phase::Ready));
@@ -265,9 +266,7 @@ TEST(Session, AnAttemptThatNobodyBeginsLeavesEarlierOnesAndNoFile) {
 }
 
 TEST(Session, AFileThatTakesNothingIsRefusedBeforeTheStart) {
-    SessionOptions options = options_of();
-    options.record = Attempts("/dev/full");
-    Session session(std::move(options));
+    Session session(recording_to("/dev/full"));
     ASSERT_TRUE(wait_for(session, Phase::Failed));
     test::expect_said(session.view()->error, "/dev/full");
 }

@@ -54,7 +54,7 @@ TEST(Expectation, FramesOfAFolderAreComparedPixelByPixel) {
     changed.pixels[10] = 9;
     expectation.check_frame(1, changed);
     ASSERT_EQ(expectation.differences().size(), 1u);
-    EXPECT_NE(expectation.differences()[0].find("frame 1 differs at 1 pixels, by 3"), std::string::npos);
+    test::expect_said(expectation.differences()[0], "frame 1 differs at 1 pixels, by 3");
     EXPECT_EQ(expectation.compared_frames(), 2);
 }
 

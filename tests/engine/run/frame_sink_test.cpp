@@ -33,7 +33,7 @@ TEST(FrameSink, FailureOnTheWorkerReachesTheCaller) {
         for (int frame = 0; frame < 40; ++frame) sink.accept(frame, test::plain(8, 8, 0));
         sink.finish();
     });
-    EXPECT_NE(text.find("frame_000000.png"), std::string::npos) << text;
+    test::expect_said(text, "frame_000000.png");
 }
 
 TEST(FrameSink, FullDiskLeavesNoHalfFrame) {
@@ -48,7 +48,7 @@ TEST(FrameSink, FullDiskLeavesNoHalfFrame) {
     const std::string text = test::refusal([&] { sink.accept(0, test::noisy(256, 256)), sink.finish(); });
     ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
     std::signal(SIGXFSZ, handler);
-    EXPECT_NE(text.find("frame_000000.png: cannot be written: File too large"), std::string::npos) << text;
+    test::expect_said(text, "frame_000000.png: cannot be written: File too large");
     EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 

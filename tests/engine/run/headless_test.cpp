@@ -38,8 +38,9 @@ std::vector<std::string> names_in(const std::filesystem::path& folder) {
 
 }  // namespace
 
-TEST(Headless, LeavesRecordingScoreSheetAndFrames) {
-    const test::TemporaryFolder folder;
+using Headless = test::InFolder;
+
+TEST_F(Headless, LeavesRecordingScoreSheetAndFrames) {
     const RunResult result = run_headless(test::small_scenario(), script(), folder / "out", {});
     EXPECT_EQ(result.frames, 13);
     EXPECT_EQ(names_in(folder / "out"),
@@ -48,8 +49,7 @@ TEST(Headless, LeavesRecordingScoreSheetAndFrames) {
     EXPECT_EQ(nlohmann::json::parse(test::read(folder / "out/score.json"))["frames"], 13);
 }
 
-TEST(Headless, AngiogramsAreOneForEachStretchOfBeamAtOnePose) {
-    const test::TemporaryFolder folder;
+TEST_F(Headless, AngiogramsAreOneForEachStretchOfBeamAtOnePose) {
     const char* const text =
         "0 beam on\n5 arm lao 20 deg\n9 mode dsa\n12 beam off\n14 beam on\n16 mask\n18 reset\n20 end\n";
     RunOptions options;
@@ -71,8 +71,7 @@ TEST(Headless, AngiogramsAreOneForEachStretchOfBeamAtOnePose) {
     EXPECT_FALSE(std::filesystem::exists(folder / "again/dicom/xa_0001.dcm"));
 }
 
-TEST(Headless, TruthInSixteenBitsStatesWhatItsLevelsMean) {
-    const test::TemporaryFolder folder;
+TEST_F(Headless, TruthInSixteenBitsStatesWhatItsLevelsMean) {
     RunOptions options;
     options.every = 4;
     options.truth = true;
@@ -100,7 +99,7 @@ TEST(Headless, TruthInSixteenBitsStatesWhatItsLevelsMean) {
     EXPECT_TRUE(names_in(folder / "out/truth").empty());
 }
 
-TEST(Headless, EveryKthFrameAndTheLastAreShown) {
+TEST_F(Headless, EveryKthFrameAndTheLastAreShown) {
     Frames frames;
     RunOptions options;
     options.every = 5;
@@ -108,8 +107,7 @@ TEST(Headless, EveryKthFrameAndTheLastAreShown) {
     EXPECT_EQ(frames.numbers, (std::vector<int>{0, 5, 10, 12}));
 }
 
-TEST(Headless, SameCommandsTwiceGiveTheSameStateAndBytes) {
-    const test::TemporaryFolder folder;
+TEST_F(Headless, SameCommandsTwiceGiveTheSameStateAndBytes) {
     const RunResult one = run_headless(test::small_scenario(), script(), folder / "1", {});
     const RunResult two = run_headless(test::small_scenario(), script(), folder / "2", {});
     EXPECT_EQ(one.state_hash, two.state_hash);
@@ -122,7 +120,7 @@ TEST(Headless, SameCommandsTwiceGiveTheSameStateAndBytes) {
     }
 }
 
-TEST(Headless, ImagesHaveNoEffectOnTheState) {
+TEST_F(Headless, ImagesHaveNoEffectOnTheState) {
     RunOptions options;
     Frames frames;
     EXPECT_EQ(run_headless(test::small_scenario(), script(), &frames, options).state_hash,
@@ -150,7 +148,7 @@ TEST(Replay, OfOtherCommandsIsTold) {
     const RunResult result = run_headless(test::small_scenario(), other, folder / "2", options);
     EXPECT_EQ(result.compared_frames, 13);
     ASSERT_FALSE(result.differences.empty());
-    EXPECT_NE(result.differences[0].find("frame 4 differs"), std::string::npos) << result.differences[0];
+    test::expect_said(result.differences[0], "frame 4 differs");
 }
 
 TEST(Replay, OfAResetReachesTheStateOfAFreshRun) {
@@ -162,8 +160,7 @@ TEST(Replay, OfAResetReachesTheStateOfAFreshRun) {
     EXPECT_EQ(used.state_hash, fresh.state_hash);
 }
 
-TEST(Headless, InterruptionLeavesAValidRecordingOfTheWholeFrames) {
-    const test::TemporaryFolder folder;
+TEST_F(Headless, InterruptionLeavesAValidRecordingOfTheWholeFrames) {
     RunOptions options = fast();
     int asked = 0;
     options.interrupted = [&asked] { return ++asked == 6; };
@@ -178,21 +175,21 @@ TEST(Headless, InterruptionLeavesAValidRecordingOfTheWholeFrames) {
     EXPECT_TRUE(again.differences.empty());
 }
 
-TEST(Headless, InterruptionLeavesTheTruthOfAFrameWholeOrNotAtAll) {
+TEST_F(Headless, InterruptionLeavesTheTruthOfAFrameWholeOrNotAtAll) {
     for (int asks = 1; asks < 9; ++asks) {
-        const test::TemporaryFolder folder;
+        const test::TemporaryFolder fresh;
         RunOptions options;
         options.truth = true;
         options.truth_parts = {true, true, true, true};
         int asked = 0;
         options.interrupted = [&] { return ++asked >= asks; };
-        EXPECT_TRUE(run_headless(test::small_scenario(), script(), folder / "out", options).interrupted);
-        const std::vector<std::string> names = names_in(folder / "out/truth");
+        EXPECT_TRUE(run_headless(test::small_scenario(), script(), fresh / "out", options).interrupted);
+        const std::vector<std::string> names = names_in(fresh / "out/truth");
         const auto is_there = [&](const std::string& name) { return std::ranges::count(names, name) == 1; };
         for (const std::string& name : names) {
             EXPECT_TRUE(is_there(name.substr(0, 12) + ".json")) << name;
             if (!name.ends_with(".json")) continue;
-            const auto json = nlohmann::json::parse(test::read(folder / "out/truth" / name));
+            const auto json = nlohmann::json::parse(test::read(fresh / "out/truth" / name));
             for (const char* key : {"wire_mask", "vessel_mask"}) EXPECT_TRUE(is_there(json[key])) << name;
             for (const char* key : {"signal", "expected", "vessel_labels"})
                 EXPECT_TRUE(is_there(json[key]["file"])) << name;
@@ -202,7 +199,7 @@ TEST(Headless, InterruptionLeavesTheTruthOfAFrameWholeOrNotAtAll) {
     }
 }
 
-TEST(Headless, TimeLimitEndsTheRun) {
+TEST_F(Headless, TimeLimitEndsTheRun) {
     scenario::Scenario scenario = test::small_scenario();
     scenario.time_limit = 0.4;
     const RunResult result = run_headless(scenario, script(), nullptr);
@@ -210,13 +207,12 @@ TEST(Headless, TimeLimitEndsTheRun) {
     EXPECT_EQ(result.frames, 6);
 }
 
-TEST(Headless, RunGoesOnForTheHoldAfterTheLastCommand) {
+TEST_F(Headless, RunGoesOnForTheHoldAfterTheLastCommand) {
     // 0.2 s at 15 Hz are 3 frames, and one more.
     EXPECT_EQ(run_headless(test::small_scenario(), script("5 advance 1 mm\n"), nullptr).frames, 10);
 }
 
-TEST(Headless, BadArmCommandIsRefusedBeforeAnythingIsWritten) {
-    const test::TemporaryFolder folder;
+TEST_F(Headless, BadArmCommandIsRefusedBeforeAnythingIsWritten) {
     const std::string text = test::refusal([&] {
         run_headless(test::small_scenario(), script("3 arm sid 600 mm sod 1200 mm\n"), folder / "out", {});
     });
@@ -224,8 +220,7 @@ TEST(Headless, BadArmCommandIsRefusedBeforeAnythingIsWritten) {
     EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
-TEST(Headless, ContrastBeyondTheLimitIsRefusedBeforeAnythingIsWritten) {
-    const test::TemporaryFolder folder;
+TEST_F(Headless, ContrastBeyondTheLimitIsRefusedBeforeAnythingIsWritten) {
     const std::string text = test::refusal([&] {
         run_headless(test::small_scenario(),
                      script("1 inject 200 ml at 20 ml/s into tube\n9 inject 150 ml at 20 ml/s into tube\n"),
@@ -236,8 +231,7 @@ TEST(Headless, ContrastBeyondTheLimitIsRefusedBeforeAnythingIsWritten) {
     EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
-TEST(Headless, PanelIsKeptBesideTheFrames) {
-    const test::TemporaryFolder folder;
+TEST_F(Headless, PanelIsKeptBesideTheFrames) {
     RunOptions options;
     options.panel = true;
     options.every = 4;
@@ -250,14 +244,14 @@ TEST(Headless, PanelIsKeptBesideTheFrames) {
     EXPECT_EQ(test::read(folder / "out/panel/frame_000004.png"), first);
 }
 
-TEST(Headless, StopOfTheWireIsNoticed) {
+TEST_F(Headless, StopOfTheWireIsNoticed) {
     const RunResult result =
         run_headless(test::small_scenario(), script("0 beam on\n0 withdraw 100 mm\n"), nullptr);
     ASSERT_EQ(result.notices.size(), 1u);
-    EXPECT_NE(result.notices[0].find("withdrawal stopped"), std::string::npos);
+    test::expect_said(result.notices[0], "withdrawal stopped");
 }
 
-TEST(Headless, ProgressIsToldAfterEachFrame) {
+TEST_F(Headless, ProgressIsToldAfterEachFrame) {
     RunOptions options;
     std::vector<int> frames;
     options.progress = [&](const Progress& p) { frames.push_back(p.frame * 100 + p.frames); };

@@ -42,10 +42,8 @@ TEST(OutputFolder, GoesAgainWhenNothingWasKept) {
 TEST(OutputFolder, PlaceBelowAFileIsRefused) {
     const test::TemporaryFolder folder;
     test::write(folder / "file", "");
-    EXPECT_NE(test::refusal([&] {
-                  OutputFolder out(folder / "file/out", OutputFolder::Parts{});
-              }).find("cannot be made"),
-              std::string::npos);
+    test::expect_said(test::refusal([&] { OutputFolder out(folder / "file/out", OutputFolder::Parts{}); }),
+                      "cannot be made");
     EXPECT_NE(test::refusal([&] { OutputFolder out(folder / "file", OutputFolder::Parts{}); }), "");
 }
 

@@ -6,8 +6,9 @@
 
 namespace run {
 
-TEST(PictureFile, ReplacesTheOldOneAndLeavesNothingBeside) {
-    const test::TemporaryFolder folder;
+using PictureFile = test::InFolder;
+
+TEST_F(PictureFile, ReplacesTheOldOneAndLeavesNothingBeside) {
     const render::ColourImage colour{5, 7, test::noisy(15, 7).pixels};
     write_picture(folder / "a.png", colour);
     EXPECT_EQ(render::read_colour_png(folder / "a.png"), colour);
@@ -16,15 +17,13 @@ TEST(PictureFile, ReplacesTheOldOneAndLeavesNothingBeside) {
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
 }
 
-TEST(PictureFile, AFileNamedLikeAPartIsLeftAlone) {
-    const test::TemporaryFolder folder;
+TEST_F(PictureFile, AFileNamedLikeAPartIsLeftAlone) {
     test::write(folder / "a.png.part", "mine");
     write_picture(folder / "a.png", test::plain(8, 8, 1));
     EXPECT_EQ(test::read(folder / "a.png.part"), "mine");
 }
 
-TEST(PictureFile, NamesTheFolderItCannotWriteToAndLeavesTheOldFileWhole) {
-    const test::TemporaryFolder folder;
+TEST_F(PictureFile, NamesTheFolderItCannotWriteToAndLeavesTheOldFileWhole) {
     const std::string path = (folder / "missing/a.png").string();
     EXPECT_EQ(test::refusal([&] { write_picture(path, test::noisy(8, 8)); }),
               path + ": cannot be written: No such file or directory");

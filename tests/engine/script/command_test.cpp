@@ -65,13 +65,13 @@ TEST(Command, EveryDeviceIsNamedAndReadsBack) {
         EXPECT_EQ(to_text(parse("0 " + out + "\n").commands.at(0).command), out);
         const std::string in = fmt::format("inject 2 ml at 1 ml/s through {} of 320 mg/ml", name);
         if (name == "wire")
-            EXPECT_NE(refusal_of("0 " + in + "\n").find("expected one of: microcatheter"), std::string::npos);
+            test::expect_said(refusal_of("0 " + in + "\n"), "expected one of: microcatheter");
         else
             EXPECT_EQ(to_text(parse("0 " + in + "\n").commands.at(0).command), in);
     }
     EXPECT_EQ(std::get<Advance>(parse("0 advance both 5 mm\n").commands.at(0).command).held, Held::All);
-    EXPECT_NE(refusal_of("0 remove all\n").find("expected one of: wire"), std::string::npos);
-    EXPECT_NE(refusal_of("0 advance probe 5 mm\n").find("number"), std::string::npos);
+    test::expect_said(refusal_of("0 remove all\n"), "expected one of: wire");
+    test::expect_said(refusal_of("0 advance probe 5 mm\n"), "number");
 }
 
 TEST(Command, TheConsolesVerbsAreRead) {
@@ -220,7 +220,7 @@ TEST(Command, EveryWholeDegreeReadsBackToTheSameBits) {
 TEST(Command, UnknownCommandIsRefusedWithItsPlaceAndTheCommandsThereAre) {
     const std::string text = refusal_of("0 beam on\n5 advanse 3 mm\n");
     EXPECT_EQ(text.find("x.gw:2:3: unknown command 'advanse' (is 'advance' meant?)"), 0u) << text;
-    EXPECT_NE(text.find("withdraw"), std::string::npos);
+    test::expect_said(text, "withdraw");
 }
 
 TEST(Command, WrongOrMissingUnitIsRefused) {
@@ -262,9 +262,9 @@ TEST(Command, NothingMayFollowOnALineOrAfterTheEnd) {
 
 TEST(Command, EverythingWrongIsListed) {
     const std::string text = refusal_of("0 fly\n1 advance\n2 beam dim\n");
-    EXPECT_NE(text.find("x.gw:1:3"), std::string::npos);
-    EXPECT_NE(text.find("x.gw:2:10"), std::string::npos);
-    EXPECT_NE(text.find("x.gw:3:8"), std::string::npos);
+    test::expect_said(text, "x.gw:1:3");
+    test::expect_said(text, "x.gw:2:10");
+    test::expect_said(text, "x.gw:3:8");
 }
 
 TEST(Command, StateLinesTakeAFrameAndSixteenDigits) {
@@ -283,7 +283,7 @@ TEST(Command, ArmThatNoStandCanFollowIsToldWithItsLine) {
 }
 
 TEST(Command, MissingFileIsNamed) {
-    EXPECT_NE(test::refusal([] { load_commands("/nowhere/x.gw"); }).find("/nowhere/x.gw"), std::string::npos);
+    test::expect_said(test::refusal([] { load_commands("/nowhere/x.gw"); }), "/nowhere/x.gw");
 }
 
 }  // namespace script

@@ -63,8 +63,7 @@ TEST(Recording, AHeaderThatIsNoneIsRefusedWithItsLine) {
 }
 
 TEST(Recording, UnwritablePlaceIsRefused) {
-    EXPECT_NE(test::refusal([] { Recording("/nowhere/run.gw", {}); }).find("/nowhere/run.gw"),
-              std::string::npos);
+    test::expect_said(test::refusal([] { Recording("/nowhere/run.gw", {}); }), "/nowhere/run.gw");
 }
 
 }  // namespace script

@@ -44,65 +44,59 @@ void edit(const test::TemporaryFolder& folder, const char* name,
 
 }  // namespace
 
-TEST(Shards, NumbersOutOfRangeAreRefused) {
+using Shards = test::InFolder;
+
+TEST_F(Shards, NumbersOutOfRangeAreRefused) {
     EXPECT_EQ(io::parse_shard("2/3").index, 2);
     EXPECT_EQ(io::parse_shard("2/3").count, 3);
     for (const char* text : {"", "1", "0/3", "4/3", "-1/3", "1/0", "1/2/3", "a/b", "1/1000000000"})
         EXPECT_NE(test::refusal([&] { io::parse_shard(text); }).find("i/n with 1 <= i <= n"),
                   std::string::npos)
             << text;
-    const test::TemporaryFolder folder;
-    EXPECT_NE(test::refusal([&] { make_shard(folder, "a", "1/41"); }).find("up to 40, one a piece"),
-              std::string::npos);
+    test::expect_said(test::refusal([&] { make_shard(folder, "a", "1/41"); }), "up to 40, one a piece");
     EXPECT_FALSE(std::filesystem::exists(folder / "a"));
 }
 
-TEST(Shards, StudiesThatCannotBeCutAreRefused) {
-    const test::TemporaryFolder folder;
+TEST_F(Shards, StudiesThatCannotBeCutAreRefused) {
     const std::string message = test::refusal([&] {
         run_shard(find_study("cost"), {1, 2}, folder / "a", quick_options());
     });
-    EXPECT_NE(message.find("'cost' cannot be cut; those that can: wall-variation"), std::string::npos)
-        << message;
+    test::expect_said(message, "'cost' cannot be cut; those that can: wall-variation");
 }
 
-TEST(Shards, OfDifferentRunsAreNotMerged) {
-    const test::TemporaryFolder folder;
+TEST_F(Shards, OfDifferentRunsAreNotMerged) {
     make_shard(folder, "a", "1/2");
     StudyOptions other = quick_options();
     other.seed = 2;
     make_shard(folder, "seed", "2/2", other);
-    EXPECT_NE(merge_refusal(folder, {"a", "seed"}).find("seed 2 was found where"), std::string::npos);
+    test::expect_said(merge_refusal(folder, {"a", "seed"}), "seed 2 was found where");
     other = quick_options();
     other.program = "tests 2";
     make_shard(folder, "program", "2/2", other);
-    EXPECT_NE(merge_refusal(folder, {"a", "program"}).find("program \"tests 2\" was found where"),
-              std::string::npos);
-    EXPECT_NE(merge_refusal(folder, {"a"}, other).find("this program has \"tests 2\""), std::string::npos);
+    test::expect_said(merge_refusal(folder, {"a", "program"}), "program \"tests 2\" was found where");
+    test::expect_said(merge_refusal(folder, {"a"}, other), "this program has \"tests 2\"");
     make_shard(folder, "thirds", "2/3");
-    EXPECT_NE(merge_refusal(folder, {"a", "thirds"}).find("shards 3 was found where"), std::string::npos);
+    test::expect_said(merge_refusal(folder, {"a", "thirds"}), "shards 3 was found where");
     make_shard(folder, "size", "2/2");
     edit(folder, "size", [](auto& json) { json["quick"] = false; });
-    EXPECT_NE(merge_refusal(folder, {"a", "size"}).find("quick false was found where"), std::string::npos);
+    test::expect_said(merge_refusal(folder, {"a", "size"}), "quick false was found where");
 }
 
-TEST(Shards, OneMissingOrTwiceThereIsRefused) {
-    const test::TemporaryFolder folder;
+TEST_F(Shards, OneMissingOrTwiceThereIsRefused) {
     make_shard(folder, "a", "1/3");
     make_shard(folder, "b", "3/3");
-    EXPECT_NE(merge_refusal(folder, {}).find("no folder was given"), std::string::npos);
-    EXPECT_NE(merge_refusal(folder, {"a", "b"}).find("a shard is missing: 2/3"), std::string::npos);
-    EXPECT_NE(merge_refusal(folder, {"a", "b", "a"}).find("shard 1/3 was given twice"), std::string::npos);
-    EXPECT_NE(merge_refusal(folder, {"a", "none", "b"}).find("none/shard.json: no such shard can be read"),
-              std::string::npos);
+    test::expect_said(merge_refusal(folder, {}), "no folder was given");
+    test::expect_said(merge_refusal(folder, {"a", "b"}), "a shard is missing: 2/3");
+    test::expect_said(merge_refusal(folder, {"a", "b", "a"}), "shard 1/3 was given twice");
+    test::expect_said(merge_refusal(folder, {"a", "none", "b"}),
+                      "none/shard.json: no such shard can be read");
 }
 
-TEST(Shards, DamagedOnesAreRefused) {
-    const test::TemporaryFolder folder;
+TEST_F(Shards, DamagedOnesAreRefused) {
     make_shard(folder, "a", "1/1");
     const std::string whole = test::read(folder / "a/shard.json");
     test::write(folder / "a/shard.json", whole.substr(0, whole.size() / 2));
-    EXPECT_NE(merge_refusal(folder, {"a"}).find("a/shard.json: the shard is damaged"), std::string::npos);
+    test::expect_said(merge_refusal(folder, {"a"}), "a/shard.json: the shard is damaged");
     const std::pair<std::function<void(nlohmann::ordered_json&)>, const char*> changes[] = {
         {[](auto& json) { json["rows"].erase(7); }, "row 8 is damaged"},
         {[](auto& json) { json["rows"].erase(39); }, "39 rows were found; 40"},

@@ -18,29 +18,28 @@ StudyResult tiny(const StudyOptions&) {
 
 }  // namespace
 
-TEST(Studies, HaveNamesOfTheirOwnAndAQuestion) {
+using Studies = test::InFolder;
+
+TEST_F(Studies, HaveNamesOfTheirOwnAndAQuestion) {
     std::set<std::string_view> ids;
     for (const Study& study : all_studies()) {
         EXPECT_TRUE(ids.insert(study.id).second);
         EXPECT_TRUE(study.question.ends_with('?')) << study.id;
         EXPECT_EQ(&find_study(study.id), &study);
     }
-    EXPECT_NE(test::refusal([] { find_study("x"); }).find("'x' is not a study; studies are: stability"),
-              std::string::npos);
+    test::expect_said(test::refusal([] { find_study("x"); }), "'x' is not a study; studies are: stability");
 }
 
-TEST(Studies, LeaveTheirFilesInAFolderThatIsMade) {
-    const test::TemporaryFolder folder;
+TEST_F(Studies, LeaveTheirFilesInAFolderThatIsMade) {
     EXPECT_TRUE(run_study({"tiny", "?", tiny}, folder / "a/b", {}).empty());
     EXPECT_EQ(test::read(folder / "a/b/numbers.csv"), "x\n1.5\n");
     EXPECT_EQ(test::read(folder / "a/b/tiny.md"), "# Tiny\n");
 }
 
-TEST(Studies, RefuseAFolderThatCannotBe) {
-    const test::TemporaryFolder folder;
+TEST_F(Studies, RefuseAFolderThatCannotBe) {
     test::write(folder / "file", "");
     const std::string message = test::refusal([&] { run_study({"tiny", "?", tiny}, folder / "file", {}); });
-    EXPECT_NE(message.find("file: cannot be written"), std::string::npos) << message;
+    test::expect_said(message, "file: cannot be written");
 }
 
 }  // namespace studies

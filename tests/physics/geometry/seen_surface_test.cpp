@@ -7,8 +7,6 @@
 #include "physics/wall/station_runs.h"
 #include "tests/anatomies.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 namespace {

@@ -94,10 +94,7 @@ TEST(Coaxial, DevicesWhoseStiffnessAddsUpToOnesHaveItsShape) {
     ASSERT_TRUE(b.settle(one, plenty).relax.converged());
     for (int j = 0; j <= both.segments(); ++j) EXPECT_LT((both.joints[j] - one.joints[j]).norm(), 1e-9) << j;
     // And a wire without shape alone is one device.
-    studies::PlainWire spec;
-    spec.shaft_rigidity = spec.tip_rigidity = 200;
-    spec.curved_angle = 0;
-    Chain wire = studies::wire_of_length(spec, wall.centreline(), 180);
+    Chain wire = studies::wire_of_length(studies::PlainWire::uniform(200, 2), wall.centreline(), 180);
     Hub c({}, wall);
     ASSERT_TRUE(c.settle(wire, plenty).relax.converged());
     for (int j = 0; j <= wire.segments(); ++j) EXPECT_LT((wire.joints[j] - one.joints[j]).norm(), 1e-9) << j;

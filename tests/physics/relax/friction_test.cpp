@@ -21,10 +21,7 @@ namespace {
 constexpr int enough = 10'000'000;
 
 studies::PlainWire thread(double rigidity, double friction, double lambda = 1) {
-    studies::PlainWire spec;
-    spec.segment_length = lambda;
-    spec.shaft_rigidity = spec.tip_rigidity = rigidity;
-    spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
+    studies::PlainWire spec = studies::PlainWire::uniform(rigidity, lambda);
     spec.diameter = 0.01;
     spec.friction = friction;
     return spec;

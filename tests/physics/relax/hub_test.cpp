@@ -9,8 +9,6 @@
 #include "physics/wire/energy.h"
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 namespace {
@@ -28,29 +26,26 @@ bool feed_at(Hub& hub, Chain& wire, double mm) {
     return true;
 }
 
-studies::PlainWire tipped(double lambda) {
-    studies::PlainWire spec;
-    spec.segment_length = lambda;
-    spec.tip_length = 12;
-    spec.transition_length = 30;
-    spec.curved_length = 8;
-    spec.curved_angle = 0.8;
-    return spec;
-}
-
-struct SmoothVessel {
-    Polyline line;
-    TubeWall wall;
+/// A wire with a curved tip at rest in that vessel, and its hub.
+struct InSmoothVessel {
+    SmoothVessel vessel = smooth_vessel();
+    Hub hub{{}, vessel.wall};
+    Chain wire;
+    explicit InSmoothVessel(double length, double lambda = 2)
+        : wire(wire_of_length(tipped(lambda), vessel.line, length)) {
+        hub.settle(wire, all_it_takes);
+    }
 };
-SmoothVessel smooth_vessel() {
-    const Vec3 y = Vec3::UnitY(), z = Vec3::UnitZ();
-    const std::vector<anatomy::PenMove> path = {anatomy::Run{40}, anatomy::Arc{40, 1.2, z},
-                                                anatomy::Run{15}, anatomy::Arc{30, -1.3, y},
-                                                anatomy::Run{20}, anatomy::Arc{35, 1.0, Vec3(0, 1, 1)},
-                                                anatomy::Run{80}};
-    const Polyline line = anatomy::draw(path);
-    return {line, TubeWall(line, 3, 20, 0.44)};
-}
+
+/// A wire that is far stiffer than the wall round a bend: pushed on, it would go through it.
+struct BeforeAWeakBend {
+    Polyline line = anatomy::draw(std::vector<anatomy::PenMove>{
+        anatomy::Run{60}, anatomy::Arc{2.5, 3.0, Vec3::UnitZ()}, anatomy::Run{60}});
+    TubeWall wall{line, 2, 0.05};
+    Hub hub{{}, wall};
+    Chain wire = wire_of_length(studies::PlainWire::uniform(2000, 2), line, 40);
+    BeforeAWeakBend() { hub.settle(wire, all_it_takes); }
+};
 
 }  // namespace
 
@@ -62,10 +57,8 @@ TEST(Hub, TakesTheGlobalRelaxerAlone) {
 }
 
 TEST(Hub, LetsInWhatIsAskedForAndTheTipFollowsSmoothly) {
-    const SmoothVessel vessel = smooth_vessel();
-    Hub hub({}, vessel.wall);
-    Chain wire = wire_of_length(tipped(2), vessel.line, 61.3);
-    hub.settle(wire, all_it_takes);
+    InSmoothVessel at(61.3);
+    auto& [vessel, hub, wire] = at;
     Vec3 tip = wire.tip();
     double asked = 61.3, largest = 0;
     for (int k = 0; k < 400; ++k) {
@@ -81,10 +74,8 @@ TEST(Hub, LetsInWhatIsAskedForAndTheTipFollowsSmoothly) {
 }
 
 TEST(Hub, LosesNothingWhereTheHandTurnsRound) {
-    const SmoothVessel vessel = smooth_vessel();
-    Hub hub({}, vessel.wall);
-    Chain wire = wire_of_length(tipped(2), vessel.line, 90);
-    hub.settle(wire, all_it_takes);
+    InSmoothVessel at(90);
+    auto& [vessel, hub, wire] = at;
     ASSERT_TRUE(feed_at(hub, wire, 7.3));
     const Vec3 tip = wire.tip();
     ASSERT_TRUE(feed_at(hub, wire, 5.1));
@@ -120,10 +111,8 @@ TEST(Hub, SegmentsDependOnTheLengthAloneHoweverItWasFed) {
 }
 
 TEST(Hub, WithdrawsToTwoSegmentsAndNoFarther) {
-    const SmoothVessel vessel = smooth_vessel();
-    Hub hub({}, vessel.wall);
-    Chain wire = wire_of_length(tipped(2), vessel.line, 30);
-    hub.settle(wire, all_it_takes);
+    InSmoothVessel at(30);
+    auto& [vessel, hub, wire] = at;
     for (int k = 0; k < 40; ++k) hub.move(wire, {-2, 0}, all_it_takes);
     EXPECT_NEAR(wire.inserted_length(), least_length(wire.grid), 1e-9);
     EXPECT_EQ(hub.move(wire, {-2, 0}, all_it_takes).made.feed, 0);
@@ -150,18 +139,9 @@ TEST(Hub, GoesOnWhereItsBudgetEndedAndComesToTheSameRest) {
     for (int i = 0; i <= wire.segments(); ++i) ASSERT_LT((wire.joints[i] - whole.joints[i]).norm(), 1e-5);
 }
 
-/// A wire far stiffer than the wall round a bend would go through it.
 TEST(Hub, RefusesWhatLeadsThroughTheWallAndLeavesTheWireAsItWas) {
-    const Polyline line = anatomy::draw(std::vector<anatomy::PenMove>{
-        anatomy::Run{60}, anatomy::Arc{2.5, 3.0, Vec3::UnitZ()}, anatomy::Run{60}});
-    const TubeWall wall(line, 2, 0.05);
-    studies::PlainWire spec;
-    spec.segment_length = 2;
-    spec.shaft_rigidity = spec.tip_rigidity = 2000;
-    spec.curved_length = spec.curved_angle = 0;
-    Hub hub({}, wall);
-    Chain wire = wire_of_length(spec, line, 40);
-    hub.settle(wire, all_it_takes);
+    BeforeAWeakBend at;
+    auto& [line, wall, hub, wire] = at;
     bool refused = false;
     for (int k = 0; k < 40 && !refused; ++k) {
         const Chain before = wire;
@@ -197,12 +177,8 @@ TEST(Hub, EnergyRisesByTheWorkOfTheHand) {
 /// refused.
 TEST(Hub, PushesAWireThroughTheOnsetOfItsHelix) {
     const TubeWall wall({{0, 0, 0}, {300, 0, 0}}, 1, 50);
-    studies::PlainWire spec;
-    spec.segment_length = 2;
-    spec.shaft_rigidity = spec.tip_rigidity = 50;
-    spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
     Hub hub({}, wall);
-    Chain wire = wire_of_length(spec, {{0, 0, 0}, {300, 0, 0}}, 296);
+    Chain wire = wire_of_length(studies::PlainWire::uniform(50, 2), {{0, 0, 0}, {300, 0, 0}}, 296);
     hub.settle(wire, all_it_takes);
     for (int k = 0; k < 60; ++k) {
         const HubReport report = hub.move(wire, {1, 0}, all_it_takes);
@@ -213,16 +189,8 @@ TEST(Hub, PushesAWireThroughTheOnsetOfItsHelix) {
 }
 
 TEST(Hub, RefusesTheSameAgainWithoutWorkUntilTheWireHasMoved) {
-    const Polyline line = anatomy::draw(std::vector<anatomy::PenMove>{
-        anatomy::Run{60}, anatomy::Arc{2.5, 3.0, Vec3::UnitZ()}, anatomy::Run{60}});
-    const TubeWall wall(line, 2, 0.05);
-    studies::PlainWire spec;
-    spec.segment_length = 2;
-    spec.shaft_rigidity = spec.tip_rigidity = 2000;
-    spec.curved_length = spec.curved_angle = 0;
-    Hub hub({}, wall);
-    Chain wire = wire_of_length(spec, line, 40);
-    hub.settle(wire, all_it_takes);
+    BeforeAWeakBend at;
+    auto& [line, wall, hub, wire] = at;
     HubReport report;
     for (int k = 0; k < 40 && report.outcome == Outcome::AtRest; ++k)
         report = hub.move(wire, {1, 0}, all_it_takes);
@@ -243,14 +211,10 @@ TEST(Hub, RefusesTheSameAgainWithoutWorkUntilTheWireHasMoved) {
 /// A device without a buckling force has that of its shaft between hand and introducer.
 TEST(Hub, EveryPushIsBoundedByTheShaftOutside) {
     const TubeWall wall({{0, 0, 0}, {100, 0, 0}}, 1, 50);
-    studies::PlainWire spec;
-    spec.segment_length = 2;
-    spec.shaft_rigidity = spec.tip_rigidity = 40;
-    spec.tip_length = spec.transition_length = spec.curved_length = spec.curved_angle = 0;
     const double most = euler_force(40, 100);
     EXPECT_NEAR(most, 0.158, 0.001);
     Hub hub({}, wall, 100);
-    Chain wire = wire_of_length(spec, {{0, 0, 0}, {100, 0, 0}}, 96);
+    Chain wire = wire_of_length(studies::PlainWire::uniform(40, 2), {{0, 0, 0}, {100, 0, 0}}, 96);
     hub.settle(wire, all_it_takes);
     bool buckled = false;
     for (int k = 0; k < 40; ++k) {
@@ -301,10 +265,8 @@ TEST(Hub, AShaftBowsByTheLoadThatIsReported) {
 }
 
 TEST(Hub, ReportsNoLoadOfAWireOnItsWay) {
-    const SmoothVessel vessel = smooth_vessel();
-    Chain wire = wire_of_length(tipped(2), vessel.line, 60);
-    Hub hub({}, vessel.wall);
-    hub.settle(wire, all_it_takes);
+    InSmoothVessel at(60);
+    auto& [vessel, hub, wire] = at;
     ASSERT_EQ(hub.loads().size(), 1u);
     const HubReport report = hub.move(wire, {1, 0}, 1);
     ASSERT_EQ(report.outcome, Outcome::Working);

@@ -7,8 +7,6 @@
 #include "physics/wire/energy.h"
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 namespace {

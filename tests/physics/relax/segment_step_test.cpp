@@ -7,8 +7,6 @@
 #include <limits>
 #include <random>
 
-using namespace geometry;
-
 using namespace physics;
 
 namespace {

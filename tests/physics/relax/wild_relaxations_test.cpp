@@ -6,8 +6,6 @@
 
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 TEST(WildRelaxations, EndWithinTheirBudgetInAFiniteStateOfUnchangedLengths) {
@@ -28,12 +26,8 @@ TEST(WildRelaxations, AWireAtRestInATubeStaysFiniteOnItsFacets) {
     const anatomy::Scene& scene = *anatomy::find_scene("sinuous");
     const Polyline line = anatomy::draw(scene.path);
     const anatomy::Anatomy facets = anatomy::tube_anatomy("sinuous", line, scene.radius, 48, 0.2);
-    studies::PlainWire spec;
-    spec.end_cells = EndCells::Paper;
-    spec.segment_length = 175.0 / 413;
-    spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
-    spec.curved_length = spec.curved_angle = 0;
-    Chain wire = wire_along(spec, line, 413);
+    Chain wire =
+        wire_along(studies::PlainWire::uniform(scene.rigidity, 175.0 / 413, EndCells::Paper), line, 413);
     const TubeWall tube(line, scene.radius, scene.wall_stiffness);
     global_relaxer(tube)->relax(wire, unlimited);
     const MeshWall mesh(facets.lumen, facets.branches, facets.openings(), scene.wall_stiffness);
@@ -99,10 +93,6 @@ private:
 }  // namespace
 
 TEST(WildRelaxations, EveryMethodEndsInAFiniteStateOnAWallThatAnswersNonsense) {
-    studies::PlainWire spec;
-    spec.segment_length = 1;
-    spec.shaft_rigidity = spec.tip_rigidity = 50;
-    spec.curved_length = spec.curved_angle = 0;
     const SceneSetup scene = scene_setup("sinuous");
     for (const RelaxerKind kind : {RelaxerKind::Global, RelaxerKind::Segment, RelaxerKind::FirstOrder,
                                    RelaxerKind::Geometric, RelaxerKind::Combined, RelaxerKind::Konings})
@@ -114,7 +104,7 @@ TEST(WildRelaxations, EveryMethodEndsInAFiniteStateOnAWallThatAnswersNonsense) {
                 config.safeguard = form == 0;
                 config.printed = form == 2;
                 config.stored_planes = form == 3;
-                Chain wire = wire_along(spec, scene.wall.centreline(), 30);
+                Chain wire = wire_along(studies::PlainWire::uniform(50, 1), scene.wall.centreline(), 30);
                 const auto relaxer = make_relaxer(config, wall);
                 for (int call = 0; call < 2; ++call)
                     EXPECT_NO_THROW(relaxer->relax(wire, {3'000, 0, 0}))

@@ -15,8 +15,6 @@
 #include "tests/anatomies.h"
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 namespace {

@@ -9,8 +9,6 @@
 #include "physics/wall/mesh_wall.h"
 #include "physics/wall/tube_wall.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 TEST(LumenWall, APositionThatIsNotFiniteIsRefusedByEveryWallWithTheJointNamed) {

@@ -11,8 +11,6 @@
 #include "tests/anatomies.h"
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 TEST(MeshWall, AgreesWithTubeWallOnAFinelyTessellatedTube) {

@@ -14,8 +14,6 @@
 #include "tests/finite_difference.h"
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 namespace {
@@ -228,11 +226,7 @@ TEST(WallVariation, AStifferHalfIsIndentedLessAndASofterOneMoreOnEveryWall) {
     const anatomy::Scene& scene = *anatomy::find_scene("sinuous");
     const Polyline line = anatomy::draw(scene.path);
     const anatomy::Anatomy tube = anatomy::tube_anatomy("sinuous", line, scene.radius, 48, 0.4);
-    studies::PlainWire spec;
-    spec.segment_length = 2;
-    spec.shaft_rigidity = spec.tip_rigidity = scene.rigidity;
-    spec.curved_length = spec.curved_angle = 0;
-    const Chain wire = wire_along(spec, line, 80);
+    const Chain wire = wire_along(studies::PlainWire::uniform(scene.rigidity, 2), line, 80);
     const WallStiffness even(10), uneven = WallVariation{{{0.9, 0}}, 0}.of(10, 160);
     EXPECT_GT(uneven.average(0, 80), 1.5 * even.mean());
     const auto compare = [&](const char* kind, const LumenWall& uniform, const LumenWall& varied) {

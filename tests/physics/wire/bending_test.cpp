@@ -6,8 +6,6 @@
 #include "tests/finite_difference.h"
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 TEST(Bending, JointEnergyIsThePapersFormula) {

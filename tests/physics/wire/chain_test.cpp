@@ -9,8 +9,6 @@
 #include "physics/wire/feed.h"
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 TEST(DeviceSpec, ListsEverythingWrongWithIt) {

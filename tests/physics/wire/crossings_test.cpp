@@ -8,8 +8,6 @@
 #include "physics/wire/energy.h"
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 namespace {
@@ -61,11 +59,7 @@ double sampled_depth(const LumenWall& wall, const Vec3& from, const Vec3& to) {
 }
 
 studies::PlainWire plain_spec(double segment_length) {
-    studies::PlainWire spec;
-    spec.segment_length = segment_length;
-    spec.shaft_rigidity = spec.tip_rigidity = 50;
-    spec.curved_length = spec.curved_angle = 0;
-    return spec;
+    return studies::PlainWire::uniform(50, segment_length);
 }
 
 /// A wire at rest against the tip of a ridge that it was laid across between two joints.

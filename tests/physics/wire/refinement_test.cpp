@@ -9,8 +9,6 @@
 #include "physics/wire/energy.h"
 #include "tests/physics/wires.h"
 
-using namespace geometry;
-
 using namespace physics;
 
 namespace {
@@ -148,6 +146,8 @@ TEST(Refinement, ASecondCallChangesNothing) {
 }
 
 TEST(Refinement, RestOfAPushedWireStaysWithinTheToleranceOfTheFineWires) {
+    RefinementOptions finest;
+    finest.longest = 1;
     for (const char* scene : {"sinuous", "hairpin"}) {
         auto [wall, fine] = scene_setup(scene);
         const int segments = fine.segments();
@@ -160,11 +160,17 @@ TEST(Refinement, RestOfAPushedWireStaysWithinTheToleranceOfTheFineWires) {
             refine(wire, wall);
             move(wire, wire.grid.segment_length);
             ASSERT_TRUE(coarses->relax(wire, unlimited).converged()) << scene << fine.segments();
-            // Between two refinements the chain has grown by a segment, which has moved what is coarse: the
-            // tolerance counts once for the curve and once for the push.
-            if (fine.segments() % 10 == 0) {
-                EXPECT_LT(curve_error(fine, wire), 2 * 0.05) << scene;
-            }
+            if (fine.segments() % 10 != 0) continue;
+            // The fine wire of the same rest: where there is one rest alone, it is `fine`. From 112 mm on the
+            // hairpin has two, strict minima 0.01 mm apart whose energies differ by 7e-6 of 13 N mm, a
+            // thousandth of what coarse segments change them by: rounding chooses. Between the two next to
+            // nothing resists, and there the coarse wire lies off by 0.075 mm.
+            Chain split = wire;
+            refine(split, wall, finest);
+            ASSERT_TRUE(global_relaxer(wall)->relax(split, unlimited).strict_minimum()) << scene;
+            ASSERT_NEAR(energy_of(split, wall), energy_of(fine, wall), 1e-6 * energy_of(fine, wall)) << scene;
+            const bool one_rest = curve_error(fine, split) < 1e-3;
+            EXPECT_LT(curve_error(fine, wire), one_rest ? 0.05 : 0.1) << scene << " " << fine.segments();
         }
         refine(wire, wall);
         expect_sound(wire);

@@ -9,6 +9,7 @@
 #include <numbers>
 #include <set>
 #include <string>
+#include <tuple>
 #include <utility>
 
 #include "physics/geometry/mesh_topology.h"
@@ -35,8 +36,19 @@ PatientSpec around(double low, double high) {
     spec.upper = {60, 60, high};
     return spec;
 }
-PatientSpec whole_body() {
-    return around(-150, 660);
+/// Its layers, made once for all tests of a process that ask for them.
+const std::vector<TissueLayer>& body_of(double low, double high, std::uint64_t seed = 0) {
+    static std::map<std::tuple<double, double, std::uint64_t>, std::vector<TissueLayer>> made;
+    const auto [at, fresh] = made.try_emplace({low, high, seed});
+    if (fresh) {
+        PatientSpec spec = around(low, high);
+        spec.seed = seed;
+        at->second = render::make_patient(spec);
+    }
+    return at->second;
+}
+const std::vector<TissueLayer>& whole_body() {
+    return body_of(-150, 660);
 }
 
 const TriangleMesh* mesh_of(const std::vector<TissueLayer>& layers, const std::string& name) {
@@ -56,11 +68,19 @@ public:
             Eigen::AlignedBox2d box;
             for (const int corner : t) box.extend(flat(mesh.vertices[corner]));
             boxes_.push_back(box);
+            all_.extend(box);
+        }
+        for (std::size_t i = 0; i < boxes_.size(); ++i) {
+            const Eigen::Array2i first = cell(boxes_[i].min()), last = cell(boxes_[i].max());
+            for (int x = first.x(); x <= last.x(); ++x)
+                for (int y = first.y(); y <= last.y(); ++y) cells_[x * side_ + y].push_back(i);
         }
     }
     bool operator()(const Vec3& p) const {
+        if (!all_.contains(flat(p))) return false;
+        const Eigen::Array2i at = cell(flat(p));
         int count = 0;
-        for (std::size_t i = 0; i < boxes_.size(); ++i) {
+        for (const std::size_t i : cells_[at.x() * side_ + at.y()]) {
             if (!boxes_[i].contains(flat(p))) continue;
             const auto& t = mesh_.triangles[i];
             const Vec3 a = mesh_.vertices[t[0]] - p, b = mesh_.vertices[t[1]] - p,
@@ -74,11 +94,19 @@ public:
     }
 
 private:
+    static constexpr int side_ = 128;
     const Vec3 along_, across_ = along_.unitOrthogonal(), up_ = along_.cross(across_);
     Eigen::Vector2d flat(const Vec3& p) const { return {p.dot(across_), p.dot(up_)}; }
+    Eigen::Array2i cell(const Eigen::Vector2d& at) const {
+        const Eigen::Array2d share = (at - all_.min()).array() / all_.sizes().array();
+        return (share * side_).cast<int>().max(0).min(side_ - 1);
+    }
 
     const TriangleMesh& mesh_;
     std::vector<Eigen::AlignedBox2d> boxes_;
+    Eigen::AlignedBox2d all_;
+    /// Which triangles' boxes reach into which cell of a lattice over all of them.
+    std::vector<std::vector<std::size_t>> cells_{side_ * side_};
 };
 
 /// Share of a mesh's vertices, about 3000 of them, that lie inside another. A ray may run along an edge: a
@@ -125,7 +153,7 @@ TEST(Solids, AreClosedOutwardAndOfTheRightVolume) {
 
 TEST(Patient, ConsistsOfClosedMeshes) {
     std::size_t triangles = 0;
-    for (const auto& layer : render::make_patient(whole_body())) {
+    for (const auto& layer : whole_body()) {
         EXPECT_FALSE(layer.mesh.triangles.empty()) << layer.name;
         EXPECT_EQ(render::unmatched_edges(layer.mesh), 0) << layer.name;
         EXPECT_GT(geometry::signed_volume(layer.mesh), 0.0) << layer.name;
@@ -136,19 +164,18 @@ TEST(Patient, ConsistsOfClosedMeshes) {
     for (const auto& [low, high, most] :
          {std::array{-190.0, 130.0, 640e3}, {200.0, 380.0, 700e3}, {560.0, 700.0, 600e3}}) {
         std::size_t part = 0;
-        for (const auto& layer : render::make_patient(around(low, high))) part += layer.mesh.triangles.size();
+        for (const auto& layer : body_of(low, high)) part += layer.mesh.triangles.size();
         EXPECT_LE(static_cast<double>(part), most) << "from " << low << " to " << high;
     }
 }
 
 TEST(Patient, HasTheOrgansOfTheRegionThatTheVesselsReach) {
-    const auto names = [](const PatientSpec& spec) {
+    const auto names = [](double low, double high) {
         std::set<std::string> result;
-        for (const TissueLayer& layer : render::make_patient(spec)) result.insert(layer.name);
+        for (const TissueLayer& layer : body_of(low, high)) result.insert(layer.name);
         return result;
     };
-    const auto belly = names(around(-190, 0)), chest = names(around(320, 330)),
-               head = names(around(590, 670));
+    const auto belly = names(-190, 0), chest = names(320, 330), head = names(590, 670);
     EXPECT_TRUE(belly.contains("left kidney") && belly.contains("right kidney"));
     EXPECT_FALSE(belly.contains("heart") || belly.contains("brain"));
     EXPECT_TRUE(chest.contains("heart") && chest.contains("left lung") && chest.contains("diaphragm"));
@@ -166,14 +193,14 @@ TEST(Patient, LiesWhereItsLandmarkIs) {
     }
     EXPECT_FALSE(geometry::landmark_named("knee"));
     // The valve lies behind the sternum in the heart, the sella in the skull.
-    const auto layers = render::make_patient(whole_body());
+    const auto& layers = whole_body();
     EXPECT_TRUE(
         Inside(*mesh_of(layers, "heart"))(render::place_in_body(Landmark::AorticValve) + Vec3(0, 0, -5)));
     EXPECT_TRUE(Inside(*mesh_of(layers, "brain"))(render::place_in_body(Landmark::Sella) + Vec3(0, 0, 25)));
 }
 
 TEST(Patient, KeepsNestedSolidsStrictlyNested) {
-    const auto layers = render::make_patient(whole_body());
+    const auto& layers = whole_body();
     const char* const pairs[][2] = {{"trunk", "skin and fat"},
                                     {"left lung", "trunk"},
                                     {"right lung", "trunk"},
@@ -208,9 +235,7 @@ TEST(Patient, KeepsNestedSolidsStrictlyNested) {
 
 TEST(Patient, HasKidneysOfCortexAndMedulla) {
     for (const std::uint64_t seed : {0, 3, 17}) {
-        PatientSpec spec = around(-190, 0);
-        spec.seed = seed;
-        const auto layers = render::make_patient(spec);
+        const auto& layers = body_of(-190, 0, seed);
         for (const std::string kidney : {"left kidney", "right kidney"}) {
             const TriangleMesh &whole = *mesh_of(layers, kidney),
                                &cortex = *mesh_of(layers, kidney + " cortex"),
@@ -249,9 +274,7 @@ int separate_pieces(const TriangleMesh& mesh) {
 TEST(Patient, HasRenalPyramidsInTwoRowsThatDifferFromKidneyToKidney) {
     std::set<int> counts;
     for (const std::uint64_t seed : {1, 3, 17}) {
-        PatientSpec spec = around(-190, 0);
-        spec.seed = seed;
-        const auto layers = render::make_patient(spec);
+        const auto& layers = body_of(-190, 0, seed);
         for (const std::string kidney : {"left kidney", "right kidney"}) {
             const TriangleMesh& medulla = *mesh_of(layers, kidney + " medulla");
             // Texts count 8 to 18; some are fused.
@@ -265,9 +288,7 @@ TEST(Patient, HasRenalPyramidsInTwoRowsThatDifferFromKidneyToKidney) {
 }
 
 TEST(Patient, HasTerritoriesOfTheBrainWithBordersThatWanderAndInterlock) {
-    PatientSpec spec = around(590, 670);
-    spec.seed = 4;
-    const auto layers = render::make_patient(spec);
+    const auto& layers = body_of(590, 670, 4);
     const Vec3 sella = render::place_in_body(Landmark::Sella);
     const Inside anterior(*mesh_of(layers, "brain, left ACA"));
     // Where the anterior artery's strip ends to the left, less the plane that fits best.
@@ -308,7 +329,7 @@ TEST(Patient, HasTerritoriesOfTheBrainWithBordersThatWanderAndInterlock) {
 }
 
 TEST(Patient, HasABrainOfTerritoriesThatShareNoSpace) {
-    const auto layers = render::make_patient(around(590, 670));
+    const auto& layers = body_of(590, 670);
     const TriangleMesh& brain = *mesh_of(layers, "brain");
     std::vector<Inside> parts;
     std::vector<double> volumes;
@@ -348,8 +369,7 @@ TEST(Patient, HasABrainOfTerritoriesThatShareNoSpace) {
 }
 
 TEST(Patient, HasLungsThatShareNoSpaceWithBonesHeartDiaphragmOrAirway) {
-    PatientSpec spec = around(100, 330);
-    const auto layers = render::make_patient(spec);
+    const auto& layers = body_of(100, 330);
     for (const char* lung : {"left lung", "right lung"}) {
         const TriangleMesh& mesh = *mesh_of(layers, lung);
         for (const char* other : {"bones", "heart", "diaphragm", "airway", "abdominal fat", "bowel gas"}) {
@@ -360,6 +380,7 @@ TEST(Patient, HasLungsThatShareNoSpaceWithBonesHeartDiaphragmOrAirway) {
     // They make room for a vessel where there was lung.
     const Vec3 place(70, 0, 320);
     ASSERT_TRUE(Inside(*mesh_of(layers, "left lung"))(place));
+    PatientSpec spec = around(100, 330);
     spec.vessels = {{place, 12.0}};
     const auto made = render::make_patient(spec);
     for (double x : {-11.0, 0.0, 11.0})
@@ -390,14 +411,14 @@ TEST(Patient, HasTwelvePairsOfRibsThatRunToTheFront) {
 
 TEST(Patient, HasBonesThatCountOnce) {
     // Pieces of a bone are joined, and bones keep clear of each other in their joints.
-    for (const auto& [low, high] : {std::pair{-190.0, 60.0}, {200.0, 380.0}, {560.0, 700.0}}) {
-        const auto layers = render::make_patient(around(low, high));
+    for (const auto& [low, high] : {std::pair{-190.0, 130.0}, {200.0, 380.0}, {560.0, 700.0}}) {
+        const auto& layers = body_of(low, high);
         EXPECT_NO_THROW(render::require_simple("bones", *mesh_of(layers, "bones")));
     }
 }
 
 TEST(Patient, HasHipJointsOfPublishedSize) {
-    const auto layers = render::make_patient(around(-190, -60));
+    const auto& layers = body_of(-190, 0);
     const Inside bone(*mesh_of(layers, "bones")), marrow(*mesh_of(layers, "marrow"));
     for (const double side : {1.0, -1.0}) {
         const Vec3 joint(89.0 * side, 10.0, -152.0);
@@ -419,7 +440,7 @@ TEST(Patient, HasHipJointsOfPublishedSize) {
 }
 
 TEST(Patient, HasVertebraeOfPublishedSize) {
-    const auto layers = render::make_patient(around(-60, 60));
+    const auto& layers = body_of(-60, 60);
     const Inside bone(*mesh_of(layers, "bones")), marrow(*mesh_of(layers, "marrow"));
     for (const char* name : {"L3", "L2"}) {
         const render::Vertebra& level = render::vertebra(name);
@@ -478,8 +499,9 @@ TEST(Patient, HasItsSpineBehindTheAortaAndItsSkinAroundTheVessels) {
 }
 
 TEST(Patient, BalancesAtEveryPixelAllAroundIt) {
-    for (const double middle : {0.0, 320.0, 620.0}) {
-        const auto layers = render::make_patient(around(middle - 60, middle + 60));
+    for (const auto& [low, high, middle] :
+         {std::array{-60.0, 60.0, 0.0}, {200.0, 380.0, 320.0}, {560.0, 700.0, 620.0}}) {
+        const auto& layers = body_of(low, high);
         render::PathLengthRenderer renderer;
         for (const TissueLayer& layer : layers) renderer.add(layer.mesh);
         for (double lao : {-90.0, 25.0, 90.0}) {

@@ -2,6 +2,7 @@
 #include <complex>
 #include <cstdio>
 #include <gtest/gtest.h>
+#include <map>
 #include <numbers>
 #include <vector>
 
@@ -31,12 +32,18 @@ CArm texture_view(double lao, double cranial) {
     return arm;
 }
 
-std::vector<TissueLayer> textured_body(std::uint64_t seed) {
+std::vector<TissueLayer> make_textured_body(std::uint64_t seed) {
     render::PatientSpec spec;
     spec.lower = {-60, -60, -60};
     spec.upper = {60, 60, 60};
     spec.seed = seed;
     return render::make_patient(spec);
+}
+/// Made once for all tests of a process.
+const std::vector<TissueLayer>& textured_body(std::uint64_t seed) {
+    static std::map<std::uint64_t, std::vector<TissueLayer>> made;
+    const auto at = made.find(seed);
+    return at != made.end() ? at->second : made[seed] = make_textured_body(seed);
 }
 
 Field lumps_of(const std::vector<TissueLayer>& layers, const CArm& arm) {
@@ -95,7 +102,7 @@ double exponent_of(const Field& field) {
 }
 
 TEST(PatientTexture, HasTheSpectrumOfAnatomicalNoiseFromAllSides) {
-    const auto layers = textured_body(5);
+    const auto& layers = textured_body(5);
     for (const auto& [lao, cranial] :
          {std::pair{0.0, 0.0}, {1.57, 0.0}, {0.52, 0.0}, {-0.52, 0.0}, {0.0, 0.44}}) {
         const Field lengths = lumps_of(layers, texture_view(lao, cranial));
@@ -131,7 +138,8 @@ TEST(PatientTexture, HoldsAsMuchMoreAsLessOfTheTissue) {
 }
 
 TEST(PatientTexture, LeavesTheMeanOfAnImageAndDiffersWithTheSeedAlone) {
-    const auto layers = textured_body(5), again = textured_body(5), other = textured_body(6);
+    const auto &layers = textured_body(5), &other = textured_body(6);
+    const auto again = make_textured_body(5);
     std::vector<TissueLayer> smooth = layers;
     for (TissueLayer& layer : smooth) layer.lumps.clear();
     const CArm arm = texture_view(0, 0);

@@ -277,8 +277,9 @@ TEST(Generator, MakesALumenThatAWireCanBePushedThrough) {
     EXPECT_EQ(nearest_place(anatomy, wire.joints.back()).branch, 0);  // out of the side branch
 }
 
-TEST(AnatomyWriter, WritesWhatIsReadBack) {
-    const test::TemporaryFolder folder;
+using AnatomyWriter = test::InFolder;
+
+TEST_F(AnatomyWriter, WritesWhatIsReadBack) {
     const Anatomy &made = small_anatomy(),
                   read = load_anatomy(write_anatomy(made, folder / "new/folder", {{"program", "test"}}));
     EXPECT_EQ(read.name, "small");
@@ -291,8 +292,7 @@ TEST(AnatomyWriter, WritesWhatIsReadBack) {
         EXPECT_LT((read.branches[1].points[i] - made.branches[1].points[i]).norm(), 2e-6);
     EXPECT_EQ(read.targets[0].name, "far");
     EXPECT_EQ(read.targets[0].sample, made.targets[0].sample);
-    EXPECT_NE(test::read(folder / "new/folder/small.anatomy.json").find("\"program\":\"test\""),
-              std::string::npos);
+    test::expect_said(test::read(folder / "new/folder/small.anatomy.json"), "\"program\":\"test\"");
 }
 
 TEST(GeneratedAnatomy, AnotherTargetNeedsNoOtherVessels) {
@@ -312,17 +312,14 @@ TEST(GeneratedAnatomy, AnotherTargetNeedsNoOtherVessels) {
     EXPECT_EQ(second.lumen.vertices, first.lumen.vertices);
 }
 
-TEST(AnatomyWriter, LeavesNothingWhereItCannotWrite) {
-    const test::TemporaryFolder folder;
+TEST_F(AnatomyWriter, LeavesNothingWhereItCannotWrite) {
     test::write(folder / "file", "in the way");
-    EXPECT_NE(
-        test::refusal([&] { write_anatomy(small_anatomy(), folder / "file", {}); }).find("cannot be made"),
-        std::string::npos);
+    test::expect_said(test::refusal([&] { write_anatomy(small_anatomy(), folder / "file", {}); }),
+                      "cannot be made");
     std::filesystem::create_directory(folder / "out");
     std::filesystem::create_directory(folder / "out/small.anatomy.json");
-    EXPECT_NE(
-        test::refusal([&] { write_anatomy(small_anatomy(), folder / "out", {}); }).find("cannot be written"),
-        std::string::npos);
+    test::expect_said(test::refusal([&] { write_anatomy(small_anatomy(), folder / "out", {}); }),
+                      "cannot be written");
     EXPECT_FALSE(std::filesystem::exists(folder / "out/small.stl"));
 }
 

@@ -34,8 +34,9 @@ std::string sv_path(const std::string& points) {
 
 }  // namespace
 
-TEST(GivenCentrelines, PolyDataBringsNamesAndRadii) {
-    const TemporaryFolder folder;
+using GivenCentrelines = test::InFolder;
+
+TEST_F(GivenCentrelines, PolyDataBringsNamesAndRadii) {
     PolyData data = two_lines();
     write(folder / "a.VTP", test::VtpText({"appended", true, true}).of(data));
     std::vector<GivenLine> lines = load_centrelines(folder / "a.VTP", 10);
@@ -55,8 +56,7 @@ TEST(GivenCentrelines, PolyDataBringsNamesAndRadii) {
     expect_said(refusal([&] { load_centrelines(folder / "c.vtp", 1); }), "no line of two points or more");
 }
 
-TEST(GivenCentrelines, SimVascularPathIsNamedAsItsFile) {
-    const TemporaryFolder folder;
+TEST_F(GivenCentrelines, SimVascularPathIsNamedAsItsFile) {
     write(folder / "aorta.pth", sv_path("<path_points><path_point id=\"0\"><pos x=\"1\" y=\"2\" z=\"3\" "
                                         "/><tangent x=\"0\" y=\"0\" z=\"1\" />"
                                         "</path_point><path_point id=\"1\"><pos x=\"1.5\" y=\"-2e0\" z=\"3\" "
@@ -78,8 +78,7 @@ TEST(GivenCentrelines, SimVascularPathIsNamedAsItsFile) {
                 "there is no <path> with a <timestep>");
 }
 
-TEST(GivenCentrelines, NamesOfJsonAndCsvAreKept) {
-    const TemporaryFolder folder;
+TEST_F(GivenCentrelines, NamesOfJsonAndCsvAreKept) {
     write(folder / "a.json", "{\"LCCA\":[[0,0,0,1],[1,2,0,1.5]],\"LICA\":[[1,2,0],[3,2,0]]}");
     const std::vector<GivenLine> json = load_centrelines(folder / "a.json", 10);
     ASSERT_EQ(json.size(), 2u);

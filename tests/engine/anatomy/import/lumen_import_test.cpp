@@ -38,8 +38,8 @@ bool reports(const ImportedLumen& lumen, const std::string& text) {
 void expect_refused(const TriangleMesh& mesh, const std::string& found, const std::string& accepted,
                     const ImportOptions& options = millimetres()) {
     const std::string text = refusal([&] { imported(mesh, options); });
-    EXPECT_NE(text.find(found), std::string::npos) << text;
-    EXPECT_NE(text.find(accepted), std::string::npos) << text;
+    test::expect_said(text, found);
+    test::expect_said(text, accepted);
 }
 
 TriangleMesh scaled(TriangleMesh mesh, double factor) {
@@ -273,12 +273,10 @@ TEST(LumenImport, RefusesAWrongUnitWithTheOneThatFits) {
     const TriangleMesh mesh = tube(2, 20);
     const test::TemporaryFolder folder;
     test::write(folder / "mesh.obj", "v 0 0 0\n");
-    EXPECT_NE(
-        refusal([&] { import_lumen(folder / "mesh.obj", options); }).find("--unit mm, cm or m is accepted"),
-        std::string::npos);
+    test::expect_said(refusal([&] { import_lumen(folder / "mesh.obj", options); }),
+                      "--unit mm, cm or m is accepted");
     options.unit = "inch";
-    EXPECT_NE(refusal([&] { import_lumen(folder / "mesh.obj", options); }).find("unit 'inch' was given"),
-              std::string::npos);
+    test::expect_said(refusal([&] { import_lumen(folder / "mesh.obj", options); }), "unit 'inch' was given");
     expect_refused(scaled(mesh, 0.001), "median radius: 0.00199 mm was found",
                    "(--unit m would make it 2 mm)");
     options.unit = "cm";
@@ -328,8 +326,8 @@ TEST(LumenImport, RefusesWhatIsNotMadeOfTubes) {
         if (ring % 6 >= 4 && p.y() > 0.5) p.y() += 2;
     }
     const std::string text = refusal([&] { imported(comb); });
-    EXPECT_NE(text.find("bulges shorter than two radii were found"), std::string::npos) << text;
-    EXPECT_NE(text.find("--centrelines"), std::string::npos) << text;
+    test::expect_said(text, "bulges shorter than two radii were found");
+    test::expect_said(text, "--centrelines");
 }
 
 TEST(LumenImport, RefusesEndsThatNoWayLeadsTo) {
@@ -341,18 +339,19 @@ TEST(LumenImport, RefusesEndsThatNoWayLeadsTo) {
                    "a lumen in one piece is accepted");
 }
 
-TEST(GivenCentrelines, SayWhatIsAccepted) {
-    const test::TemporaryFolder folder;
+using GivenCentrelines = test::InFolder;
+
+TEST_F(GivenCentrelines, SayWhatIsAccepted) {
     const auto text_for = [&](const std::string& name, const std::string& content) {
         test::write(folder / name, content);
         return refusal([&] { load_centrelines(folder / name, 1); });
     };
-    EXPECT_NE(text_for("a.csv", "x,y,z\n").find("a.csv:1: 'x,y,z' was found"), std::string::npos);
-    EXPECT_NE(text_for("a.csv", "branch,x_mm,y_mm,z_mm\nb,0,0,nan\n").find("a.csv:2:"), std::string::npos);
-    EXPECT_NE(text_for("a.json", "[1]").find("not a JSON object"), std::string::npos);
-    EXPECT_NE(text_for("a.json", "{\"b\":[[0,0,0],[1,\"x\",0]]}").find("'b', point 1"), std::string::npos);
-    EXPECT_NE(text_for("a.json", "{}").find("no line of two points"), std::string::npos);
-    EXPECT_NE(text_for("a.json", "{}").find("branch,x_mm,y_mm,z_mm[,r_mm], VTK PolyData"), std::string::npos);
+    test::expect_said(text_for("a.csv", "x,y,z\n"), "a.csv:1: 'x,y,z' was found");
+    test::expect_said(text_for("a.csv", "branch,x_mm,y_mm,z_mm\nb,0,0,nan\n"), "a.csv:2:");
+    test::expect_said(text_for("a.json", "[1]"), "not a JSON object");
+    test::expect_said(text_for("a.json", "{\"b\":[[0,0,0],[1,\"x\",0]]}"), "'b', point 1");
+    test::expect_said(text_for("a.json", "{}"), "no line of two points");
+    test::expect_said(text_for("a.json", "{}"), "branch,x_mm,y_mm,z_mm[,r_mm], VTK PolyData");
     test::write(folder / "b.json", "{\"b\":[[0,0,0,1],[1,2,0,1]]}");
     EXPECT_EQ(load_centrelines(folder / "b.json", 10)[0].points[1], Vec3(10, 20, 0));
 }
@@ -365,9 +364,9 @@ TEST(AnatomyCheck, NamesWhatFails) {
     std::string failed;
     for (const Check& check : anatomy_checks(anatomy))
         if (check.verdict != Check::Verdict::Pass) failed += text_of(check) + "\n";
-    EXPECT_NE(failed.find("FAIL  centreline samples outside the lumen: 1 of"), std::string::npos) << failed;
-    EXPECT_NE(failed.find("FAIL  smallest radius: 0.100 mm in main, sample 15"), std::string::npos) << failed;
-    EXPECT_NE(failed.find("note  radius over the distance to the wall: 1.5"), std::string::npos) << failed;
+    test::expect_said(failed, "FAIL  centreline samples outside the lumen: 1 of");
+    test::expect_said(failed, "FAIL  smallest radius: 0.100 mm in main, sample 15");
+    test::expect_said(failed, "note  radius over the distance to the wall: 1.5");
     Anatomy pierced = test::small_anatomy();
     for (Vec3& v : pierced.lumen.vertices) {
         if ((v - Vec3(24, 2, 0)).norm() > 0.7) continue;
@@ -377,8 +376,8 @@ TEST(AnatomyCheck, NamesWhatFails) {
     failed.clear();
     for (const Check& check : anatomy_checks(pierced))
         if (check.verdict == Check::Verdict::Warning) failed += text_of(check) + "\n";
-    EXPECT_NE(failed.find("note  triangles that cross: "), std::string::npos) << failed;
-    EXPECT_NE(failed.find(" pairs, the first at (2"), std::string::npos) << failed;
+    test::expect_said(failed, "note  triangles that cross: ");
+    test::expect_said(failed, " pairs, the first at (2");
 }
 
 }  // namespace anatomy
