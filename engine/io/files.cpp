@@ -290,8 +290,7 @@ ScratchFolder::ScratchFolder(const std::filesystem::path& wanted) {
     }
     throw InputError(
         fmt::format("{}: a folder for temporary files cannot be made: {}; a folder that can be written, "
-                    "named by TMPDIR, is "
-                    "accepted",
+                    "named by TMPDIR, is accepted",
                     folder.empty() ? temporary_folder_named() : folder.string(),
                     failed ? failed.message() : "something is in its place"));
 }

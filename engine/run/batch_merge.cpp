@@ -51,8 +51,7 @@ BatchResult merge_batch(std::span<const fs::path> folders, const fs::path& out, 
         if (share.list != first.list || share.shard.count != first.shard.count || share.runs != first.runs)
             throw io::InputError(
                 fmt::format("{}: a shard of another list, or made by another build of the program, than {}; "
-                            "shards of one batch are "
-                            "accepted",
+                            "shards of one batch are accepted",
                             folder.string(), folders.front().string()));
         std::optional<ShardFolder>& place = shards[static_cast<std::size_t>(share.shard.index) - 1];
         if (place)

@@ -105,17 +105,14 @@ io::Plot picture(const std::vector<ExactCase>& cases, const std::vector<Contende
             const bool half = ends == EndCells::Half;
             text += fmt::format(
                 "'accuracy.csv' skip 1 using (strcol(1) eq '{}' && strcol(2) eq '{}' && strcol(3) eq '{}' ? "
-                "$5 : "
-                "1/0):8 with linespoints {} {} {}, \\\n     ",
+                "$5 : 1/0):8 with linespoints {} {} {}, \\\n     ",
                 c.id, c.headline, word(ends), c.look, half ? "pt 7 ps 0.8 lw 2" : "pt 6 ps 0.8 dt '- '",
                 half ? fmt::format("title '{}'", c.title) : std::string("notitle"));
         }
     text +=
         "(x > 0.3 && x < 3 ? 4e-8*x**2 : 1/0) with lines lc rgb 'black' title 'full lines: half cells; black "
-        "∝ "
-        "λ²', \\\n     (x > 0.3 && x < 3 ? 0.2*x : 1/0) with lines lc rgb 'black' dt '- ' title 'broken: "
-        "clamp of "
-        "the paper; black ∝ λ'\n"
+        "∝ λ²', \\\n     (x > 0.3 && x < 3 ? 0.2*x : 1/0) with lines lc rgb 'black' dt '- ' title 'broken: "
+        "clamp of the paper; black ∝ λ'\n"
         "set title 'Wire through a bent tube: error against processor time'\n"
         "set xlabel 'processor time from the axis of the tube to where the method stops [s]'\n"
         "set ylabel 'farthest joint from the exact curve [mm]'\nset format x '10^{%L}'\nset xtics auto\n"
@@ -123,22 +120,17 @@ io::Plot picture(const std::vector<ExactCase>& cases, const std::vector<Contende
     for (const Contender& c : list)
         text += fmt::format(
             "'accuracy_cost.csv' skip 1 using (strcol(1) eq '{0}' ? $6 : 1/0):7 with linespoints {1} ps 0.9 "
-            "title "
-            "'{0}', \\\n     ",
+            "title '{0}', \\\n     ",
             c.name, c.look);
     text += fmt::format(
         "'accuracy_cost.csv' skip 1 using (strcol(1) eq '{0}' ? $6 : 1/0):7:(sprintf('%g mm', $4)) with "
-        "labels left "
-        "offset 0.8,0.4 font ',9' notitle\nunset multiplot\n",
+        "labels left offset 0.8,0.4 font ',9' notitle\nunset multiplot\n",
         list.front().name);
     plot.caption = fmt::format(
         "Left: error of the chain of segments against the exact wire (helix and arc are looked at far from "
-        "the ends, "
-        "where both rules are the same). Right: the wire through the bent tube, a point for each λ, from 4 "
-        "mm at the "
-        "left of a line halved from point to point; the global method to rest, the paper's methods with the "
-        "paper's "
-        "clamp for {} cycles. Down and to the left is better.",
+        "the ends, where both rules are the same). Right: the wire through the bent tube, a point for each "
+        "λ, from 4 mm at the left of a line halved from point to point; the global method to rest, the "
+        "paper's methods with the paper's clamp for {} cycles. Down and to the left is better.",
         cycles);
     return plot;
 }
@@ -258,16 +250,11 @@ StudyResult run_accuracy(const StudyOptions& options) {
 
     std::string introduction =
         "A wire is a chain of straight segments with a spring at each joint. Here it is held to the exact "
-        "wire, the "
-        "elastica, in cases where that is known: from closed forms, or by integrating its differential "
-        "equations "
-        "(shooting, Runge and Kutta's fourth order in 4000 and 8000 steps), which know nothing of the chain. "
-        "With "
-        "**half cells** the first and the last joint stand for half of their one segment, as all others "
-        "stand for half "
-        "of each of their two: EI/(λ/2) at the clamp, half a segment's load and wall at the tip. By the "
-        "**paper's "
-        "clamp** they stand for a whole one.\n";
+        "wire, the elastica, in cases where that is known: from closed forms, or by integrating its "
+        "differential equations (shooting, Runge and Kutta's fourth order in 4000 and 8000 steps), which "
+        "know nothing of the chain. With **half cells** the first and the last joint stand for half of their "
+        "one segment, as all others stand for half of each of their two: EI/(λ/2) at the clamp, half a "
+        "segment's load and wall at the tip. By the **paper's clamp** they stand for a whole one.\n";
     for (const ExactCase& c : cases) introduction += fmt::format("\n- **{}**: {}.", c.id, c.text);
     double residual = 0, step_error = 0;
     for (const ExactCase& c : cases)
@@ -275,27 +262,19 @@ StudyResult run_accuracy(const StudyOptions& options) {
         step_error = std::max(step_error, c.exact_step_error);
     introduction += fmt::format(
         "\n\nEI = {:g} N·mm² but for nested rods. The exact curves miss what the tip asks for by {:.0e} N·mm "
-        "and N at "
-        "most and "
-        "move by {:.0e} mm when their steps are halved; the chains are at rest to a gradient over C of "
-        "{:.0e}. A tip "
-        "that alone meets a wall has the same stiffness by either rule and in the exact wire, {:g} N/mm on "
-        "the flat "
-        "wall and {:g} in the bent tube; helix and arc lie on {:g} N/mm for each mm of wire.\n\n{}",
+        "and N at most and move by {:.0e} mm when their steps are halved; the chains are at rest to a "
+        "gradient over C of {:.0e}. A tip that alone meets a wall has the same stiffness by either rule and "
+        "in the exact wire, {:g} N/mm on the flat wall and {:g} in the bent tube; helix and arc lie on {:g} "
+        "N/mm for each mm of wire.\n\n{}",
         exact_rigidity, residual, step_error, at_rest, flat_stiffness, bent_stiffness, per_length,
         io::to_markdown(orders, 3));
     introduction += fmt::format(
         "\nErrors of places are over the length of the wire, all others over the exact number. Where no "
-        "order is "
-        "given the error is rounding: the wall of an arc balances its compression in a polygon too.\n\n### "
-        "Processor "
-        "time\n\nThe wire through the bent tube, from the tube's axis: the global method until it is at rest "
-        "(the "
-        "median of nine starts), the paper's methods for {} cycles; the paper takes a wire for at rest after "
-        "200, "
-        "though fewer may do. A segment's length sets how near a method can come; the clamp, how fast it "
-        "comes "
-        "nearer as segments shrink.\n\n{}",
+        "order is given the error is rounding: the wall of an arc balances its compression in a polygon "
+        "too.\n\n### Processor time\n\nThe wire through the bent tube, from the tube's axis: the global "
+        "method until it is at rest (the median of nine starts), the paper's methods for {} cycles; the "
+        "paper takes a wire for at rest after 200, though fewer may do. A segment's length sets how near a "
+        "method can come; the clamp, how fast it comes nearer as segments shrink.\n\n{}",
         cycles, io::to_markdown(race, 3));
     result.tables = {std::move(errors), std::move(orders), std::move(race)};
     result.page = claims_page("accuracy", "How exact is a wire of segments?", introduction, result, options);

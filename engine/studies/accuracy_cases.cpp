@@ -106,8 +106,7 @@ ExactCase bent_tube() {
     c.title = "wire through a bent tube: farthest joint";
     c.text = fmt::format(
         "60 mm of wire in a tube of radius {:g} mm bent to {:g} mm, clamped on its axis, the tip on its "
-        "outer "
-        "wall",
+        "outer wall",
         bent_radius, bend);
     c.headline = "farthest joint";
     c.look = "lc rgb '#0072B2'";
@@ -168,10 +167,8 @@ ExactCase helix() {
     c.title = "helix in a cylinder: axial force";
     c.text = fmt::format(
         "200 mm of wire held short in a straight closed tube of radius {:g} mm, where it lies as a helix at "
-        "about "
-        "{:g} rad to the axis; in the middle quarter F = 2EI sin²a cos a/r², w = EI sin⁴a/r³, a and r those "
-        "of "
-        "its joints",
+        "about {:g} rad to the axis; in the middle quarter F = 2EI sin²a cos a/r², w = EI sin⁴a/r³, a and r "
+        "those of its joints",
         helix_radius, helix_pitch);
     c.headline = "axial force";
     c.look = "lc rgb '#009E73'";
@@ -213,8 +210,7 @@ ExactCase arc() {
     c.title = "arc in a bent tube: bending moment";
     c.text = fmt::format(
         "188 mm of wire held short in a closed tube of radius {:g} mm bent to {:g} mm, along its outer wall; "
-        "in the "
-        "middle M = EI/ρ and w = C/ρ, C the wire's compression and ρ the radius of its joints",
+        "in the middle M = EI/ρ and w = C/ρ, C the wire's compression and ρ the radius of its joints",
         arc_radius, arc_bend_radius);
     c.headline = "moment";
     c.look = "lc rgb '#CC79A7'";
@@ -270,8 +266,7 @@ ExactCase nested_rods(const char* id, double apart, const char* look) {
     c.title = fmt::format("{}: farthest joint", id);
     c.text = fmt::format(
         "{:g} mm of rod (EI {:g} N·mm², radius at rest {:g} mm) in {:.2f} mm of another (EI {:g} N·mm², {:g} "
-        "mm), "
-        "free, their planes {:g}° apart",
+        "mm), free, their planes {:g}° apart",
         inner_length, inner_rigidity, 1 / inner_bend, outer_length, outer_rigidity, 1 / outer_bend, apart);
     c.headline = "farthest joint";
     c.look = look;
@@ -327,8 +322,7 @@ ExactCase ahead_of_a_catheter() {
     c.title = "wire ahead of a catheter: tip";
     c.text = fmt::format(
         "{:g} mm of wire (EI {:g} N·mm²) in {:.2f} mm of a catheter (EI {:g} N·mm²), clamped level, under "
-        "{:g} "
-        "N/mm",
+        "{:g} N/mm",
         length, wire, covered, catheter, load);
     c.headline = "tip";
     c.look = "lc rgb '#44AA99'";

@@ -122,8 +122,7 @@ std::string claims_page(std::string_view id, const std::string& title, const std
     if (options.quick)
         text +=
             "With `--quick` scenes and cycles are fewer and smaller than the paper's: only the full size "
-            "decides "
-            "whether a claim holds.\n\n";
+            "decides whether a claim holds.\n\n";
     for (const std::string& figure : figures_of(result.claims)) {
         if (!figure.empty()) text += fmt::format("### {}\n\n", figure);
         for (const auto& [of, note] : result.notes)

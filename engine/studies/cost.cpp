@@ -128,8 +128,7 @@ void claim_table(StudyResult& result, const std::vector<CycleCost>& mesh,
                  const std::vector<CycleCost>& printed, int segments, bool quick) {
     FigureClaims table(result, "Table 1",
                        "Times are processor times of one thread of the machine that ran this study; "
-                       "published ones are of an "
-                       "Intel Core i7-4500U at 1.8 GHz. Work is counted.");
+                       "published ones are of an Intel Core i7-4500U at 1.8 GHz. Work is counted.");
     const double n = segments;
     table.counted(quick, "solutions in one cycle, N(N+1)/2", 20.1e3, 0.5 * n * (n + 1), mesh[0].updates,
                   0.0025, "within a quarter of a per cent, by which the published number is rounded",
@@ -172,8 +171,7 @@ void claim_table(StudyResult& result, const std::vector<CycleCost>& mesh,
     };
     table.published(
         "solving becomes dominant as M grows, by counted work times published unit costs, 10 µs a varied "
-        "segment: "
-        "wall over solution with M = 1, 2, 3",
+        "segment: wall over solution with M = 1, 2, 3",
         std::string("0.995, 0.561, 0.295"),
         fmt::format("{:.3f}, {:.3f}, {:.3f}", counted(1), counted(2), counted(3)),
         counted(1) > counted(2) && counted(2) > counted(3) && std::abs(counted(2) / 0.561 - 1) < 0.25 &&
@@ -259,10 +257,9 @@ io::Plot picture(const PaperScene& scene, const std::vector<WallChoice>& walls, 
     plot.commands += "unset multiplot\n";
     plot.caption = fmt::format(
         "Processor time of a relaxation cycle, the mean of the first ten, beside the paper's Table 1, which "
-        "is of another "
-        "machine: {}. In all but the last every joint that moves is asked, as in the paper; there only those "
-        "that may have "
-        "come to touch. 4M × 4M: solved as the paper prints it, else in 2M tangents.",
+        "is of another machine: {}. In all but the last every joint that moves is asked, as in the paper; "
+        "there only those that may have come to touch. 4M × 4M: solved as the paper prints it, else in 2M "
+        "tangents.",
         scene.text());
     return plot;
 }
@@ -278,8 +275,7 @@ io::Plot ratios_plot(const PaperScene& scene, const std::vector<WallChoice>& wal
         plot.commands += fmt::format("{},{}\n", m + 1, published_ratios[m]);
     plot.commands +=
         "END\nplot $published using 1:2 with linespoints pt 7 ps 1.4 dt 2 lw 2 lc rgb 'black' title "
-        "'published: 1.52, 2.67, "
-        "4.83'";
+        "'published: 1.52, 2.67, 4.83'";
     for (std::size_t k = 0; k < walls.size(); ++k)
         plot.commands += fmt::format(
             ", \\\n     '< grep \"^{0},\" cost.csv' using 2:6 with linespoints pt {1} lw 2 lc rgb '{2}' "
@@ -288,9 +284,8 @@ io::Plot ratios_plot(const PaperScene& scene, const std::vector<WallChoice>& wal
     plot.commands += "\n";
     plot.caption = fmt::format(
         "Processor time of a cycle with M varied segments over that with one (the paper's Section 3.2): {}. "
-        "The ratio "
-        "follows what a wall query costs beside a solution: the published wall took as long as the solution "
-        "of M = 1.",
+        "The ratio follows what a wall query costs beside a solution: the published wall took as long as the "
+        "solution of M = 1.",
         scene.text());
     return plot;
 }
@@ -339,20 +334,17 @@ StudyResult run_cost(const StudyOptions& options) {
     for (const auto& of_wall : costs)
         for (const CycleCost& cost : of_wall) most = std::max(most, cost.surface + cost.solution());
     result.plots = {picture(scene, walls, most), ratios_plot(scene, walls)};
-    result.page =
-        claims_page("cost", "What a relaxation cycle costs",
-                    fmt::format("{}. From the centreline, the mean of the first {} cycles, "
-                                "processor time of one "
-                                "thread. Segments are solved for in 2M tangents, but as the "
-                                "paper prints it, 4M × 4M by LU, where said. The wall's part is that of "
-                                "answering the same questions "
-                                "again, in the same order. Cycles needed are "
-                                "those after which |d_{}| stays within 0.1 mm. Walls: *{}*: {} ({} "
-                                "triangles); *{}*: {}; *{}*: {}; *{}*: {}.\n\n{}",
-                                scene.text(), cycles, joint, walls[0].name, walls[0].what,
-                                anatomy.lumen.triangles.size(), walls[1].name, walls[1].what, walls[2].name,
-                                walls[2].what, walls[3].name, walls[3].what, io::to_markdown(table, 3)),
-                    result, options);
+    result.page = claims_page(
+        "cost", "What a relaxation cycle costs",
+        fmt::format("{}. From the centreline, the mean of the first {} cycles, processor time of one thread. "
+                    "Segments are solved for in 2M tangents, but as the paper prints it, 4M × 4M by LU, "
+                    "where said. The wall's part is that of answering the same questions again, in the same "
+                    "order. Cycles needed are those after which |d_{}| stays within 0.1 mm. Walls: *{}*: {} "
+                    "({} triangles); *{}*: {}; *{}*: {}; *{}*: {}.\n\n{}",
+                    scene.text(), cycles, joint, walls[0].name, walls[0].what, anatomy.lumen.triangles.size(),
+                    walls[1].name, walls[1].what, walls[2].name, walls[2].what, walls[3].name, walls[3].what,
+                    io::to_markdown(table, 3)),
+        result, options);
     result.tables = {std::move(table)};
     return result;
 }

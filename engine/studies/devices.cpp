@@ -253,16 +253,13 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
     for (std::size_t k = 0; k < capstan_frictions.size(); ++k)
         plot.commands += fmt::format(
             "{}'devices_capstan.csv' skip 1 using 1:($2 == {} ? $4 : 1/0) with linespoints pt 0 lc rgb '{}' "
-            "title 'μ = "
-            "{}, closed form', '' skip 1 using 1:($2 == {} ? $3 : 1/0) with points pt 7 lc rgb '{}' title "
-            "'wire'",
+            "title 'μ = {}, closed form', '' skip 1 using 1:($2 == {} ? $3 : 1/0) with points pt 7 lc rgb "
+            "'{}' title 'wire'",
             k > 0 ? ", \\\n     " : "", capstan_frictions[k], devices_colours[k], capstan_frictions[k],
             capstan_frictions[k], devices_colours[k]);
     plot.commands +=
         "\nset key at graph 0.27,0.43\nset title 'Pushed in and drawn back'\nset xlabel 'inserted [mm]'\nset "
-        "ylabel "
-        "'force of the hand "
-        "[N]'\nset xrange [*:*]\nset yrange [*:*]\nplot ";
+        "ylabel 'force of the hand [N]'\nset xrange [*:*]\nset yrange [*:*]\nplot ";
     for (std::size_t k = 0; k < frictions.size(); ++k)
         plot.commands += fmt::format(
             "{}'devices_loop.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 2 lc rgb '{}' title 'μ "
@@ -270,9 +267,7 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
             k > 0 ? ", \\\n     " : "", frictions[k], devices_colours[k], frictions[k]);
     plot.commands +=
         "\nset key default top left\nset title 'The tip follows, lags or whips'\nset xlabel 'hub [deg]'\nset "
-        "ylabel "
-        "'tip [deg]'\nset "
-        "xtics 90\nset ytics 90\nset xrange [0:360]\nplot ";
+        "ylabel 'tip [deg]'\nset xtics 90\nset ytics 90\nset xrange [0:360]\nplot ";
     for (std::size_t k = 0; k < whips.size(); ++k)
         plot.commands += fmt::format(
             "{}'devices_whip.csv' skip 1 using ($1 == {} ? $3 : 1/0):4 with lines lw 2 lc rgb '{}' title "
@@ -282,23 +277,18 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
                                     : fmt::format("{:.3f} N mm/rad", whips[k].stiffness));
     plot.commands +=
         "\nset title 'What a push costs'\nset xlabel ''\nset ylabel 'processor time [ms]'\nset logscale "
-        "y\nset style "
-        "fill solid 0.85 noborder\nset boxwidth 0.35\nunset xrange\nset xrange [-0.6:6.6]\nset ytics "
-        "auto\nset yrange "
-        "[0.05:*]\nset xtics ('none' 0, 'friction' 1, 'torsion' 2, 'both' 3, 'segments' 4, 'catheter' 5, "
-        "'all' 6)\nset key "
-        "default top left\n"
+        "y\nset style fill solid 0.85 noborder\nset boxwidth 0.35\nunset xrange\nset xrange [-0.6:6.6]\nset "
+        "ytics auto\nset yrange [0.05:*]\nset xtics ('none' 0, 'friction' 1, 'torsion' 2, 'both' 3, "
+        "'segments' 4, 'catheter' 5, 'all' 6)\nset key default top left\n"
         "plot 'devices_cost.csv' skip 1 using ($0 - 0.2):5 with boxes lc rgb '#0072B2' title 'median', '' "
-        "skip 1 using "
-        "($0 + 0.2):6 with boxes lc rgb '#E69F00' title '99 %'\nunset logscale\n"
+        "skip 1 using ($0 + 0.2):6 with boxes lc rgb '#E69F00' title '99 %'\nunset logscale\n"
         "set title 'A pressed shaft is held back along its length'\nset xlabel 'hub [deg]'\nset ylabel 'end "
         "[deg]'\nset xtics 60\nset ytics 60\nset xrange [0:*]\nset yrange [-10:*]\nset key default top "
         "left\nplot ";
     for (std::size_t k = 0; k < held_frictions.size(); ++k)
         plot.commands += fmt::format(
             "{}'devices_held.csv' skip 1 using ($1 == {} ? $2 : 1/0):3 with lines lw 2 lc rgb '{}' title 'μ "
-            "= "
-            "{}', '' skip 1 using ($1 == {} ? $2 : 1/0):($2 > $4 ? $2 - $4 : 1/0) with lines dt 2 lc rgb "
+            "= {}', '' skip 1 using ($1 == {} ? $2 : 1/0):($2 > $4 ? $2 - $4 : 1/0) with lines dt 2 lc rgb "
             "'#555555' {}",
             k > 0 ? ", \\\n     " : "", held_frictions[k], devices_colours[k], held_frictions[k],
             held_frictions[k], k + 1 == held_frictions.size() ? "title 'closed form'" : "notitle");
@@ -322,14 +312,11 @@ io::Plot picture(const std::vector<double>& frictions, const std::vector<Whip>& 
     plot.commands += "unset multiplot\n";
     plot.caption =
         "Friction and torsion. Above: the capstan against its closed form, and a wire pushed in and drawn "
-        "back in the "
-        "sinuous scene. Below: how a curved tip in a bend of 30 mm follows its hub, by the shaft's stiffness "
-        "against "
-        "torsion, and the processor time of half a segment's push at N = 100 and more, alone and with a "
-        "catheter "
-        "over the wire. Last: shafts that twist segment by segment: one pressed on a wall, which friction "
-        "holds back, a precurved rod in a bend, and two precurved tubes in each other, which snap where they "
-        "are too long.";
+        "back in the sinuous scene. Below: how a curved tip in a bend of 30 mm follows its hub, by the "
+        "shaft's stiffness against torsion, and the processor time of half a segment's push at N = 100 and "
+        "more, alone and with a catheter over the wire. Last: shafts that twist segment by segment: one "
+        "pressed on a wall, which friction holds back, a precurved rod in a bend, and two precurved tubes in "
+        "each other, which snap where they are too long.";
     return plot;
 }
 
@@ -505,8 +492,7 @@ StudyResult run_devices(const StudyOptions& options) {
                  b.devices, b.devices == 1 ? "" : "s", b.friction, name_of(b.windup)),
              0.0, worst, worst <= 1 && not_at_rest == 0,
              "Gain of energy and loss by friction against work, of each device fed in, turned and drawn "
-             "back; "
-             "within 1 % a step."});
+             "back; within 1 % a step."});
     }
     io::Table price{"devices_cost",
                     {"model", "friction", "GJ_N_mm2", "segments", "median_ms", "p99_ms", "max_ms",

@@ -151,8 +151,7 @@ StudyResult imaging_bins(const StudyOptions&) {
     StudyResult result;
     result.page =
         "\n## Energy bins\n\nError of an object's transmission behind 120 to 300 mm of soft tissue against "
-        "the "
-        "full spectrum at 74 kV, the largest over the thicknesses. Signal is what tissue of 210 mm "
+        "the full spectrum at 74 kV, the largest over the thicknesses. Signal is what tissue of 210 mm "
         "leaves.\n\n![Errors of the bins](imaging_bins.svg)\n\n" +
         io::to_markdown(largest);
     result.tables = {std::move(bins), std::move(largest)};

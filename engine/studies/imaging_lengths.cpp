@@ -376,25 +376,19 @@ StudyResult imaging_lengths(const StudyOptions& options) {
     }
     result.page =
         "\n## Path lengths against closed forms\n\nMean of the absolute error over the pixels that see the "
-        "solid, "
-        "in "
-        "per cent of its radius, and the order p of the error ∝ hᵖ. Facets are inscribed, `around` to a "
-        "turn; "
-        "the patient's solids have 20 to 48, tubes of scenes 48.\n\n![Error over "
-        "facets](imaging_closed_forms.svg)"
-        "\n\n" +
+        "solid, in per cent of its radius, and the order p of the error ∝ hᵖ. Facets are inscribed, `around` "
+        "to a turn; the patient's solids have 20 to 48, tubes of scenes 48.\n\n![Error over "
+        "facets](imaging_closed_forms.svg)\n\n" +
         io::to_markdown(forms.errors) + "\n" + io::to_markdown(forms.slopes) +
         "\nGenerated vessels as they ship, against the implicit surface that they are cut from:\n\n" +
         io::to_markdown(vessels) +
         "\n## Path lengths against a ray tracer\n\nThe same triangles by Embree, every hit of every pixel's "
-        "ray. "
-        "Undecided are rays that the tracer itself finds unbalanced, for they meet an edge; they are left "
-        "out. The lumen is drawn only where no patient surrounds it; contrast has rays of its own through "
-        "it.\n\n" +
+        "ray. Undecided are rays that the tracer itself finds unbalanced, for they meet an edge; they are "
+        "left out. The lumen is drawn only where no patient surrounds it; contrast has rays of its own "
+        "through it.\n\n" +
         io::to_markdown(agreements) +
         "\n## Balance\n\nEvery 15° from RAO 120° to LAO 120°, at cranial and caudal 45° and level. A mesh "
-        "that "
-        "reaches behind the focal spot cannot balance; those poses stand apart.\n\n" +
+        "that reaches behind the focal spot cannot balance; those poses stand apart.\n\n" +
         io::to_markdown(balance);
     result.tables = {std::move(forms.errors), std::move(forms.slopes), std::move(vessels),
                      std::move(agreements), std::move(balance)};

@@ -160,18 +160,15 @@ io::Plot noise_picture() {
     for (const auto& [what, pixel, colour, title] : series)
         plot.commands += fmt::format(
             "'imaging_noise_spectrum.csv' skip 1 using 3:(strcol(1) eq '{}' && $2 == {} ? $4 : 1/0) with "
-            "points "
-            "pointtype 7 pointsize 0.6 linecolor '{}' title '{}', \\\n '' skip 1 using 3:(strcol(1) eq '{}' "
-            "&& "
-            "$2 == {} ? $5 : 1/0) with lines linecolor '{}' notitle{}",
+            "points pointtype 7 pointsize 0.6 linecolor '{}' title '{}', \\\n '' skip 1 using 3:(strcol(1) "
+            "eq '{}' && $2 == {} ? $5 : 1/0) with lines linecolor '{}' notitle{}",
             what, pixel, colour, title, what, pixel, colour,
             std::string_view(what) == "electronic" ? "\n" : ", \\\n ");
     plot.commands +=
         "set title 'Variance over that of a Poisson count'\nset xlabel 'mean quanta'\nset logscale x\n"
         "set xrange [0.7:7000]\nset yrange [0.98:1.02]\nunset key\nplot 'imaging_noise.csv' skip 1 using "
         "1:2:(2*sqrt((2+1/$1)/$4)) with yerrorbars pointtype 7 linecolor '#0072B2', 1.01 with lines "
-        "linecolor "
-        "'#999999' dashtype 2, 0.99 with lines linecolor '#999999' dashtype 2\nunset multiplot\n";
+        "linecolor '#999999' dashtype 2, 0.99 with lines linecolor '#999999' dashtype 2\nunset multiplot\n";
     return plot;
 }
 
@@ -188,8 +185,7 @@ StudyResult imaging_noise(const StudyOptions& options) {
         "\nPower along the rows of flat frames against the squared transfer of the scintillator's Gaussian "
         "(0.18 mm) caught by square pixels; the electronic noise is white. The largest deviation in per cent "
         "of what is expected, where that is a tenth of the power at frequency 0 or more, and everywhere of "
-        "the "
-        "latter.\n\n" +
+        "the latter.\n\n" +
         io::to_markdown(deviations);
     result.tables = {std::move(variance), std::move(spectrum), std::move(deviations)};
     result.plots = {noise_picture()};

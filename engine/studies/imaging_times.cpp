@@ -294,9 +294,8 @@ StudyResult imaging_times(const StudyOptions& options) {
     StudyResult result;
     result.page =
         "\n## Times\n\nMedian processor time of all threads [ms]: the generated vessels from groin to "
-        "kidneys, 200 "
-        "joints; contrast of 100 mg/ml in all vessels and in the organs. Meshes are made finer by cutting "
-        "triangles into four. In DSA and roadmap, subtraction or roadmap stand in for the "
+        "kidneys, 200 joints; contrast of 100 mg/ml in all vessels and in the organs. Meshes are made finer "
+        "by cutting triangles into four. In DSA and roadmap, subtraction or roadmap stand in for the "
         "display.\n\n![Times of frames and poses](imaging_times.svg)\n\n" +
         io::to_markdown(frames, 3) + "\nA new pose, to the first frame without contrast:\n\n" +
         io::to_markdown(poses, 3) + "\nThe same at the size of a preview:\n\n" + io::to_markdown(previews, 3);

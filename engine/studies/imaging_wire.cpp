@@ -199,11 +199,9 @@ StudyResult imaging_wire(const StudyOptions& options) {
     result.tables = {wire_table(options.quick)};
     result.page =
         "\n## Wire\n\nTransmission of a bent wire of 0.89 mm, solid, at the energies of the bins, against 8 "
-        "× 8 "
-        "rays a pixel through the curve that its joints, 1 mm apart, lie on. Behind 210 mm: of the signal "
-        "that so much soft tissue leaves at 74 kV; below, at the energies of its bins. Mass is the sum of 1 "
-        "− "
-        "transmission.\n\n" +
+        "× 8 rays a pixel through the curve that its joints, 1 mm apart, lie on. Behind 210 mm: of the "
+        "signal that so much soft tissue leaves at 74 kV; below, at the energies of its bins. Mass is the "
+        "sum of 1 − transmission.\n\n" +
         io::to_markdown(result.tables[0]);
     return result;
 }

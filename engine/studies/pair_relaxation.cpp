@@ -125,12 +125,11 @@ struct Size {
 
 void claim(StudyResult& result, const std::vector<std::vector<Pair>>& all, int farthest, double quadratic,
            double quadratic_trace) {
-    FigureClaims fig(result, "Section 2.3.1 and Fig. 3",
-                     "Synergy is the energy that a double relaxation of i and j releases, over that which "
-                     "each of the two releases "
-                     "alone from the same state, both summed over all i: 0.5 where the second segment adds "
-                     "nothing, 1 where they "
-                     "are independent, above 1 where they do together what neither can alone.");
+    FigureClaims fig(
+        result, "Section 2.3.1 and Fig. 3",
+        "Synergy is the energy that a double relaxation of i and j releases, over that which each of the two "
+        "releases alone from the same state, both summed over all i: 0.5 where the second segment adds "
+        "nothing, 1 where they are independent, above 1 where they do together what neither can alone.");
     const Summary next = summary(joined(all, 2, 2)), close = summary(joined(all, 2, 4)),
                   good = summary(joined(all, 10, 20));
     const std::vector<Pair> every = joined(all, 2, farthest);
@@ -185,23 +184,18 @@ io::Plot picture(const PaperScene& scene, int farthest) {
         "'synergy'\n"
         "set yrange [0:*]\nset key bottom right\n"
         "plot 'pair_relaxation.csv' skip 1 using 1:2 with linespoints pt 7 ps 0.6 lw 2 lc rgb '#0072B2' "
-        "title "
-        "'measured', \\\n     1 with lines dt 2 lc rgb 'black' title 'independent', \\\n     0.5 with lines "
-        "dt 3 lc "
-        "rgb 'black' title 'the second adds nothing'\n"
+        "title 'measured', \\\n     1 with lines dt 2 lc rgb 'black' title 'independent', \\\n     0.5 with "
+        "lines dt 3 lc rgb 'black' title 'the second adds nothing'\n"
         "unset label 1\nset title 'how the two turn'\nset xlabel 'separation δ = j − i [segments]'\nset "
-        "yrange "
-        "[-1.05:1.05]\nset ylabel 'cosine; share'\nset key top right\n"
+        "yrange [-1.05:1.05]\nset ylabel 'cosine; share'\nset key top right\n"
         "plot 'pair_relaxation.csv' skip 1 using 1:3 with linespoints pt 7 ps 0.6 lw 2 lc rgb '#D55E00' "
-        "title "
-        "'cosine between ε_i and ε_j: 1 alike, −1 against each other', \\\n     '' skip 1 using 1:4 with "
-        "linespoints "
-        "pt 5 ps 0.6 lw 2 lc rgb '#009E73' title 'interaction over the own term of i'\nunset multiplot\n",
+        "title 'cosine between ε_i and ε_j: 1 alike, −1 against each other', \\\n     '' skip 1 using 1:4 "
+        "with linespoints pt 5 ps 0.6 lw 2 lc rgb '#009E73' title 'interaction over the own term of "
+        "i'\nunset multiplot\n",
         farthest);
     plot.caption = fmt::format(
         "Double relaxations at every pair of segments of a wire on its way to rest (the paper's Section "
-        "2.3.1, drawn "
-        "there as Fig. 3): {}.",
+        "2.3.1, drawn there as Fig. 3): {}.",
         scene.text());
     return plot;
 }
@@ -218,14 +212,13 @@ io::Plot traces_plot(const PaperScene& scene) {
     io::Plot plot{"pair_relaxation_traces", "", 900, 420};
     plot.commands =
         "set grid lc rgb '#dddddd'\nset logscale y\nset xlabel 'segment i'\nset ylabel 'trace [N·mm]'\nset "
-        "key bottom "
-        "left\nplot 'pair_relaxation_traces.csv' skip 1 using 1:2 with steps lw 2 lc rgb '#D55E00' title 'Tr "
-        "R_{(i,N)}, the wall', \\\n     '' skip 1 using 1:3 with lines lw 2 lc rgb '#0072B2' title 'Tr A_i, "
-        "bending'\n";
+        "key bottom left\nplot 'pair_relaxation_traces.csv' skip 1 using 1:2 with steps lw 2 lc rgb "
+        "'#D55E00' title 'Tr R_{(i,N)}, the wall', \\\n     '' skip 1 using 1:3 with lines lw 2 lc rgb "
+        "'#0072B2' title 'Tr A_i, bending'\n";
     plot.caption = fmt::format(
         "Size of the two second-order terms along a wire at rest: R ≫ A, most of all for small i (the "
-        "paper's Section "
-        "3.3, which gives a mean ratio of 22.7 and 18.0 between the first and the last R): {}.",
+        "paper's Section 3.3, which gives a mean ratio of 22.7 and 18.0 between the first and the last R): "
+        "{}.",
         scene.text());
     return plot;
 }
@@ -290,12 +283,10 @@ StudyResult run_pair_relaxation(const StudyOptions& options) {
     result.plots = {picture(scene, size.farthest), traces_plot(scene)};
     result.page = claims_page(
         "pair-relaxation", "Which two segments relax better together",
-        fmt::format(
-            "{}. From the centreline the wire makes {} cycles with M = 1; after each of these numbers of "
-            "cycles, "
-            "{}, every pair of segments with a contact beyond both is relaxed by Eq. 35 and each of the two "
-            "by Eq. 17, from the same state, to the minimum of the model.",
-            scene.text(), size.cycles.back(), fmt::join(size.cycles, ", ")),
+        fmt::format("{}. From the centreline the wire makes {} cycles with M = 1; after each of these "
+                    "numbers of cycles, {}, every pair of segments with a contact beyond both is relaxed by "
+                    "Eq. 35 and each of the two by Eq. 17, from the same state, to the minimum of the model.",
+                    scene.text(), size.cycles.back(), fmt::join(size.cycles, ", ")),
         result, options);
     result.tables = {std::move(table), std::move(contacts),
                      traces_table(rest.wire, segment_terms(scene, rest.wire))};

@@ -100,14 +100,11 @@ io::Plot paper_tubes_picture() {
     };
     plot.commands = fmt::format(
         "set grid lc rgb '#dddddd'\nset logscale xy\nset xlabel 'ΔU/U at η = 3 [%], Fig. 13'\nset ylabel "
-        "'|d| that 95 % of "
-        "all joints and walls stay below [µm], Fig. 18'\nset key top left Left reverse\nset xrange "
-        "[0.01:10]\nset yrange "
-        "[0.1:1000]\nset object 1 rectangle from {:.4f},0.1 to {:.4f},5 behind fc rgb '#cfe8d5' fs "
-        "noborder\nset label 1 "
-        "'published: both' at {:.4f},0.2 center tc rgb '#2d6a4f'\nset arrow 1 from 0.01,5 to 10,5 nohead dt "
-        "3 lc rgb "
-        "'#2d6a4f'\nset arrow 2 from {:.4f},0.1 to {:.4f},1000 nohead dt 3 lc rgb '#2d6a4f'\n",
+        "'|d| that 95 % of all joints and walls stay below [µm], Fig. 18'\nset key top left Left "
+        "reverse\nset xrange [0.01:10]\nset yrange [0.1:1000]\nset object 1 rectangle from {:.4f},0.1 to "
+        "{:.4f},5 behind fc rgb '#cfe8d5' fs noborder\nset label 1 'published: both' at {:.4f},0.2 center tc "
+        "rgb '#2d6a4f'\nset arrow 1 from 0.01,5 to 10,5 nohead dt 3 lc rgb '#2d6a4f'\nset arrow 2 from "
+        "{:.4f},0.1 to {:.4f},1000 nohead dt 3 lc rgb '#2d6a4f'\n",
         100 * published_fit.at(3) / 1.15, 100 * published_fit.at(3) * 1.15, 100 * published_fit.at(3),
         100 * published_fit.at(3), 100 * published_fit.at(3));
     plot.commands += "plot " +
@@ -128,10 +125,8 @@ io::Plot paper_tubes_picture() {
                      "\n";
     plot.caption =
         "What a tube has of the paper's Fig. 13 against what it has of its Fig. 18, for the same wire of 175 "
-        "segments: a "
-        "wall as soft as Section 3.3 implies moves the wire too far for Fig. 18 where it has Fig. 13. Only "
-        "walls ten times "
-        "as stiff and more lie in the green field, where both hold.";
+        "segments: a wall as soft as Section 3.3 implies moves the wire too far for Fig. 18 where it has "
+        "Fig. 13. Only walls ten times as stiff and more lie in the green field, where both hold.";
     return plot;
 }
 
@@ -175,8 +170,7 @@ StudyResult run_paper_tubes(const StudyOptions& options) {
                         all.size(), of_13, of_18, least_stiffness));
     fig.published(
         "and its wall is as stiff as the traces of Section 3.3 imply, 0.84 EI/λ³ within a factor of 2: tubes "
-        "that "
-        "have both",
+        "that have both",
         std::string("one"), static_cast<double>(soft), soft > 0, "at least one",
         fmt::format(
             "Of these the best with Fig. 13 has {:.0f} % of |d| within 5 µm. ΔU/U is about the wall's share "
@@ -185,14 +179,14 @@ StudyResult run_paper_tubes(const StudyOptions& options) {
             "then that of bending; but Tr R over Tr A, 22.7 published, grows with k.",
             100 * best_18));
     result.plots = {paper_tubes_picture()};
-    result.page = claims_page("paper-tubes", "Which tube has the paper's Fig. 13 and its Fig. 18",
-                              fmt::format("Both figures are of one wire of 175 segments, whose tube is not "
-                                          "published. Here tubes and stiffnesses "
-                                          "are tried side by side: for each, the energy at rest with 175 to "
-                                          "525 segments, and the wire at rest "
-                                          "in {} walls with the random stiffness of Eq. 41 (seed {}).\n\n{}",
-                                          size.walls, options.seed, io::to_markdown(table, 3)),
-                              result, options);
+    result.page = claims_page(
+        "paper-tubes", "Which tube has the paper's Fig. 13 and its Fig. 18",
+        fmt::format(
+            "Both figures are of one wire of 175 segments, whose tube is not published. Here tubes and "
+            "stiffnesses are tried side by side: for each, the energy at rest with 175 to 525 segments, and "
+            "the wire at rest in {} walls with the random stiffness of Eq. 41 (seed {}).\n\n{}",
+            size.walls, options.seed, io::to_markdown(table, 3)),
+        result, options);
     result.tables = {std::move(table)};
     return result;
 }

@@ -77,14 +77,12 @@ void claim_order(const std::vector<ParetoMethod>& methods, const std::vector<Par
                               two = speed_at(courses_of("M = 2"), accuracy);
             section.published(
                 fmt::format("{} results in longer computation times, here than M = 2 until a push stays "
-                            "within {:g} mm of "
-                            "rest",
+                            "within {:g} mm of rest",
                             word, accuracy),
                 std::string("longer"), fmt::format("{}: {}; M = 2: {}", name, needs(theirs), needs(two)),
                 needs_more(theirs, two), "it needs more counted work than M = 2",
                 "Newton's method on a band of beam elements asks the wall a few times a push. Where no work "
-                "is given, fewer "
-                "than half of the pushes get there within the study's limits.");
+                "is given, fewer than half of the pushes get there within the study's limits.");
         }
 }
 
@@ -132,10 +130,9 @@ std::string front_text(const std::vector<ParetoMethod>& methods, const std::vect
         pushes, tubes, tubes == 1 ? "" : "s");
     return fmt::format(
         "{} {}; of the paper's methods {} comes nearest, within {:.1g} mm after {} ms, and none of them gets "
-        "nearer in half of the pushes before it is stopped. The classical rods share no code with ours: "
-        "that the beam elements come to rest beside it confirms the equilibrium; in half of the pushes they "
-        "get to: {}. They bend by other formulas and rest a little aside: the floor of each, in that order "
-        "{} mm "
+        "nearer in half of the pushes before it is stopped. The classical rods share no code with ours: that "
+        "the beam elements come to rest beside it confirms the equilibrium; in half of the pushes they get "
+        "to: {}. They bend by other formulas and rest a little aside: the floor of each, in that order {} mm "
         "at the full length of the wire (median of the tubes), is about as near as it can come.",
         setting, own, paper.method, paper.accuracy, two_digits(paper.cpu_ms), others, rivals);
 }

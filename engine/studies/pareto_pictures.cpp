@@ -152,8 +152,7 @@ io::Plot centreline_plot(const std::vector<ParetoVessel>& vessels, const std::ve
                            curves, "-1 notitle");
     plot.caption =
         "From the centreline to rest: the farthest joint's distance from rest [mm] against processor time "
-        "[s]. "
-        "Down and to the left is better. The rivals have no wall for meshes.";
+        "[s]. Down and to the left is better. The rivals have no wall for meshes.";
     for (const ParetoVessel& vessel : vessels) plot.caption += " " + vessel.text() + ".";
     return plot;
 }

@@ -148,13 +148,10 @@ io::Plot patients_picture() {
         "set multiplot\nset datafile separator ','\nset grid\n"
         "set size 1,0.58\nset origin 0,0.42\nset bmargin 14\nset lmargin 14\n"
         "set title 'Dimensions of 100 patients over the published mean: bars are ± 1 standard deviation'\n"
-        "set xtics rotate by 60 right font ',7'\nset xrange [-1:]\nset yrange [0.4:1.6]\nset key "
-        "top right "
+        "set xtics rotate by 60 right font ',7'\nset xrange [-1:]\nset yrange [0.4:1.6]\nset key top right "
         "horizontal\n"
         "plot 'dimensions.csv' skip 1 using ($0-0.15):(1):($5/$4):xtic(strcol(1).': '.strcol(2)) with "
-        "yerrorbars "
-        "pointtype 7 "
-        "pointsize 0.4 linecolor '#999999' title 'published', \\\n"
+        "yerrorbars pointtype 7 pointsize 0.4 linecolor '#999999' title 'published', \\\n"
         "     '' skip 1 using ($0+0.15):($6/$4):($7/$4) with yerrorbars pointtype 7 pointsize 0.5 linecolor "
         "'#0072B2' title 'drawn'\n"
         "set bmargin 3\nset lmargin 8\nset size 0.5,0.42\nset origin 0,0\nunset xtics\nset xtics norotate "
@@ -164,13 +161,11 @@ io::Plot patients_picture() {
         "plot 'dimensions.csv' skip 1 using 0:9 with points pointtype 7 pointsize 0.7 linecolor '#D55E00' "
         "title 'drawn', 0.25 linecolor '#999999' title '±0.25', -0.25 linecolor '#999999' notitle\n"
         "set origin 0.5,0\nset title 'Ascending aorta [mm] and age [years]'\nset xlabel\nset xrange "
-        "[*:*]\nset "
-        "yrange [*:*]\nset key top left\n"
+        "[*:*]\nset yrange [*:*]\nset key top left\n"
         "plot 'patients.csv' skip 1 using (strcol(2) eq 'f' ? $3 : 1/0):6 with points pointtype 7 linecolor "
         "'#CC79A7' title 'women', \\\n"
         "     '' skip 1 using (strcol(2) eq 'm' ? $3 : 1/0):6 with points pointtype 5 linecolor '#0072B2' "
-        "title "
-        "'men'\n"
+        "title 'men'\n"
         "unset multiplot\n";
     plot.caption =
         "Drawn vessels against published ones: means and spreads, what consecutive seeds have in "
@@ -272,9 +267,8 @@ StudyResult run_patients(const StudyOptions& options) {
     const std::string introduction =
         fmt::format(
             "Patients 1 to {} of every preset: sex, age and size are drawn, and their vessels from the "
-            "published "
-            "spreads for such a patient. Where a spread is published for one sex, only its patients "
-            "count.\n\n",
+            "published spreads for such a patient. Where a spread is published for one sex, only its "
+            "patients count.\n\n",
             seeds) +
         io::to_markdown(validity) + "\n" + io::to_markdown(dimensions, 3) +
         (surfaces > 0 ? "\nThe surfaces of two of each:\n\n" + io::to_markdown(meshes) : std::string());

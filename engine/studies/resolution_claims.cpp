@@ -63,17 +63,15 @@ void claim_fig_13(StudyResult& result, const std::vector<TubeFamily>& all,
         dispersion.push_back(curve.upper_scatter / curve.lower_scatter);
         ratio.push_back(curve.spread / curve.separation);
     }
-    FigureClaims fig(result, "Fig. 13",
-                     fmt::format("Where the artery's {} pieces begin along the tube is not published, so "
-                                 "that every figure is the median of {} "
-                                 "offsets; notes give its values at a tenth and nine tenths of them. Tube "
-                                 "and k are not published: scene coronary "
-                                 "was found by a search of 150 tubes for c1 and the separation of the wires, "
-                                 "and k by c1 and ΔU/U at η = 3 (table "
-                                 "resolution_calibration). These are *calibrated*. The length of the pieces "
-                                 "is the paper's: Ω = 162 of them along "
-                                 "the wire.",
-                                 std::lround(175 / published_piece), curves.size()));
+    FigureClaims fig(
+        result, "Fig. 13",
+        fmt::format(
+            "Where the artery's {} pieces begin along the tube is not published, so that every figure is the "
+            "median of {} offsets; notes give its values at a tenth and nine tenths of them. Tube and k are "
+            "not published: scene coronary was found by a search of 150 tubes for c1 and the separation of "
+            "the wires, and k by c1 and ΔU/U at η = 3 (table resolution_calibration). These are "
+            "*calibrated*. The length of the pieces is the paper's: Ω = 162 of them along the wire.",
+            std::lround(175 / published_piece), curves.size()));
     const Quantiles of_c1 = quantiles(c1), of_c2 = quantiles(c2),
                     at_three = figure(&ResolutionCurve::at_three);
     const Candidate* const calibrated = chosen(candidates);
@@ -120,8 +118,7 @@ void claim_fig_13(StudyResult& result, const std::vector<TubeFamily>& all,
     const double disperse = quantiles(dispersion).median;
     fig.published(
         "the data are less disperse as η increases: rms about the fit in the upper half of N' over that in "
-        "the "
-        "lower",
+        "the lower",
         std::string("< 1"), disperse, disperse < 1, "below 1", range(quantiles(dispersion), "{:.2f}"));
     const Quantiles separation = figure(&ResolutionCurve::separation),
                     spread = figure(&ResolutionCurve::spread);

@@ -314,8 +314,7 @@ io::Plot picture(bool hands) {
         "plot 'robustness_tubes.csv' skip 1 using 4:5:(0.4+$2/3):22 with points pt 7 ps variable lc palette "
         "title 'a tube; the larger, the wider', \\\n"
         "     '' skip 1 using ($9+$10+$11+$12+$13+$15 > 0 ? $4 : 1/0):5 with points pt 2 ps 2 lw 2 lc rgb "
-        "'black' "
-        "title 'with an incident'\n";
+        "'black' title 'with an incident'\n";
     if (hands)
         plot.commands +=
             "unset logscale\nset logscale y\nset title 'Wild hands: time of a frame'\nunset colorbox\n"
@@ -323,15 +322,14 @@ io::Plot picture(bool hands) {
             "bmargin 9\nset yrange [0.05:*]\n"
             "set xtics rotate by -60 noenhanced font ',9'\n"
             "plot 'robustness_hands.csv' skip 1 using 0:23:xtic(1) with points pt 9 ps 1.4 lc rgb '#D55E00' "
-            "title "
-            "'longest', \\\n"
+            "title 'longest', \\\n"
             "     '' skip 1 using 0:22 with points pt 7 ps 1.4 lc rgb '#E69F00' title '99 %', \\\n"
             "     '' skip 1 using 0:21 with points pt 5 ps 1.4 lc rgb '#0072B2' title 'median'\n";
     plot.commands += "unset multiplot\n";
     plot.caption =
         "Left: each random tube by the wire's EI and the wall's stiffness, its colour the slowest push, a "
-        "cross "
-        "where anything came about that should not. Right: processor time of a frame under a wild hand.";
+        "cross where anything came about that should not. Right: processor time of a frame under a wild "
+        "hand.";
     return plot;
 }
 
@@ -350,25 +348,16 @@ StudyResult run_robustness(const StudyOptions& options) {
     result.plots = {picture(!runs.empty())};
     const std::string introduction = fmt::format(
         "**Random tubes.** Seeds 0 to {}, {} pushes: radius 1 to 6 mm, λ 0.5 to 3 mm, EI 5 to 2000 N·mm² and "
-        "k 1 to "
-        "1000 N/mm of equal odds by their logarithm, N 50 to 400, arcs about any axis with radii from 1.2 "
-        "times the "
-        "lumen's. A wire without a curved tip is laid along the first {} segments and pushed by one segment "
-        "at a "
-        "time, from rest to rest, without a budget, until all of it is in.\n\n**Wild hands.** Hands 1 to {} "
-        "play "
-        "{} frames in all scenarios that ship and in three meshes from elsewhere where these are to be had "
-        "(the "
-        "folder SELDINGER_REAL_MESHES): pushes and pulls of up to 30 mm and turns of up to 360° in one "
-        "frame, under "
-        "the budget of a frame. Every frame shown is judged by the exact gradient, by rays against the raw "
-        "mesh, "
-        "and by the distance from it. Where there are several devices the hand chooses every ten frames "
-        "which "
-        "it holds, or all. A frame lags where motion waits for the next.\n\nEach incident with "
-        "its seed "
-        "is in robustness_incidents.csv. Processor times depend on the machine; nothing is judged by "
-        "them.\n\n"
+        "k 1 to 1000 N/mm of equal odds by their logarithm, N 50 to 400, arcs about any axis with radii from "
+        "1.2 times the lumen's. A wire without a curved tip is laid along the first {} segments and pushed "
+        "by one segment at a time, from rest to rest, without a budget, until all of it is in.\n\n**Wild "
+        "hands.** Hands 1 to {} play {} frames in all scenarios that ship and in three meshes from elsewhere "
+        "where these are to be had (the folder SELDINGER_REAL_MESHES): pushes and pulls of up to 30 mm and "
+        "turns of up to 360° in one frame, under the budget of a frame. Every frame shown is judged by the "
+        "exact gradient, by rays against the raw mesh, and by the distance from it. Where there are several "
+        "devices the hand chooses every ten frames which it holds, or all. A frame lags where motion waits "
+        "for the next.\n\nEach incident with its seed is in robustness_incidents.csv. Processor times depend "
+        "on the machine; nothing is judged by them.\n\n"
         "{}\n{}\n{}",
         courses.size() - 1, pushes, segments_at_start, hand_count(options), frames,
         io::to_markdown(totals(tubes), 3), io::to_markdown(transposed(hands), 3),

@@ -121,8 +121,7 @@ void claim(StudyResult& result, const std::vector<Run>& runs, const std::vector<
     FigureClaims section(
         result, "Section 3.1",
         "The best separation in other settings, by the same measure with M = 2. Other settings are compared "
-        "with "
-        "the usual one by the distance between contacts that the paper gives as the reason.");
+        "with the usual one by the distance between contacts that the paper gives as the reason.");
     const double here = best_separation(runs, usual, 2);
     const auto compare = [&](int setting, const std::string& text, const std::string& published, bool holds) {
         const double other = best_separation(runs, setting, 2);
@@ -172,9 +171,8 @@ io::Plot traces_plot(const std::vector<int>& separations, const std::vector<Run>
     plot.commands += "unset multiplot\n";
     plot.caption = fmt::format(
         "Lateral deviation of joint {} against relaxation cycles for M = 1 and for two and three varied "
-        "segments at a "
-        "fixed separation δ (the paper's Fig. 5). Solid: the separations that the paper calls best, 10 to "
-        "20. {}.",
+        "segments at a fixed separation δ (the paper's Fig. 5). Solid: the separations that the paper calls "
+        "best, 10 to 20. {}.",
         setting.joint, setting.scene.text());
     return plot;
 }
@@ -208,8 +206,7 @@ io::Plot means_plot(const std::vector<Setting>& settings, const std::vector<Run>
     plot.commands += "\nunset multiplot\n";
     plot.caption =
         "Mean lateral deviation on the way to rest against the separation: which separation is fastest. "
-        "Shaded: the "
-        "best separations published (Section 3.1). " +
+        "Shaded: the best separations published (Section 3.1). " +
         settings[usual].scene.text() + ".";
     return plot;
 }

@@ -138,8 +138,7 @@ io::Plot separation_frequency_picture(const PaperScene& scene, int cycles) {
     plot.commands += "unset multiplot\n";
     plot.caption = fmt::format(
         "How often Algorithm 2 chooses each separation in {} cycles (the paper's Fig. 9): {}. The bars at 5 "
-        "and "
-        "at 25 also hold what would lie beyond them; published: δ1 = 5 somewhat above 25 and a fall "
+        "and at 25 also hold what would lie beyond them; published: δ1 = 5 somewhat above 25 and a fall "
         "between, δ2 = 5 large.",
         cycles, scene.text());
     return plot;

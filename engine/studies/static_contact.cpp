@@ -202,10 +202,8 @@ io::Plot energies_plot(const Joint1D& j) {
         "unset multiplot\n";
     plot.caption = fmt::format(
         "Energy of one joint at depth x in the wall (the paper's Fig. 12): k = {:g} N/mm, a wire that bends "
-        "as a spring of "
-        "{:g} N/mm and would have the joint at {:g} mm. The minimum of the second order does not depend on "
-        "x_0; that of "
-        "the first overshoots to either side.",
+        "as a spring of {:g} N/mm and would have the joint at {:g} mm. The minimum of the second order does "
+        "not depend on x_0; that of the first overshoots to either side.",
         j.stiffness, j.bending, j.at);
     return plot;
 }
@@ -223,11 +221,9 @@ io::Plot contact_plot(const PaperScene& scene) {
         plot.commands += fmt::format(
             "set title '({0}) {1}'\nset xlabel '{2}'\n"
             "plot 'static_contact.csv' skip 1 using (strcol(1) eq '{0}' ? $2 : 1/0):3 with boxes lc rgb "
-            "'#D55E00' title "
-            "'in contact', \\\n"
+            "'#D55E00' title 'in contact', \\\n"
             "     '' skip 1 using (strcol(1) eq '{0}' && $4 > 0 ? $2 : 1/0):4 axes x1y2 with lines lc rgb "
-            "'black' title "
-            "'mean |ε_i|'\n",
+            "'black' title 'mean |ε_i|'\n",
             name, k == 0 ? "with A and R" : "without A and R", k == 1 ? "joint i" : "");
     }
     plot.commands += "unset multiplot\n";
@@ -340,20 +336,15 @@ io::Plot calm_plot(const PaperScene& scene, int usual_cycles) {
         "set object 1 rectangle from graph 0,first 1e-8 to graph 1,first 1e-6 behind fc rgb '#e8f3ec' fs "
         "noborder\n"
         "plot 'static_contact_ratio.csv' skip 1 using ($1 == 1 ? $2 : 1/0):($3/$4) with linespoints pt 7 lw "
-        "2 lc rgb "
-        "'#E69F00' title 'M = 1 before', \\\n     '' skip 1 using ($1 == 2 ? $2 : 1/0):($3/$4) with "
-        "linespoints pt 5 lw "
-        "2 lc rgb '#0072B2' title 'M = 2 before', \\\n     1e-7 with lines dt 2 lc rgb 'black' title "
-        "'published, about 10^{{-7}}', \\\n     '+' "
-        "using ({}):(1e-7) every ::::0 with points pt 6 ps 2 lc rgb 'black' title 'what the paper calls "
-        "equilibrium'\n",
+        "2 lc rgb '#E69F00' title 'M = 1 before', \\\n     '' skip 1 using ($1 == 2 ? $2 : 1/0):($3/$4) with "
+        "linespoints pt 5 lw 2 lc rgb '#0072B2' title 'M = 2 before', \\\n     1e-7 with lines dt 2 lc rgb "
+        "'black' title 'published, about 10^{{-7}}', \\\n     '+' using ({}):(1e-7) every ::::0 with points "
+        "pt 6 ps 2 lc rgb 'black' title 'what the paper calls equilibrium'\n",
         usual_cycles);
     plot.caption = fmt::format(
         "Mean size of an update with the second order (a) over that without (b), against the cycles that the "
-        "wire has "
-        "made before (Fig. 11 gives about 1e-7 for a wire in equilibrium, which Section 3 takes to be "
-        "reached after 200 "
-        "cycles): {}.",
+        "wire has made before (Fig. 11 gives about 1e-7 for a wire in equilibrium, which Section 3 takes to "
+        "be reached after 200 cycles): {}.",
         scene.text());
     return plot;
 }
@@ -424,15 +415,15 @@ StudyResult run_static_contact(const StudyOptions& options) {
                    each.first});
     claim(result, all, traces, joint, calm, usual_cycles, other);
     result.plots = {contact_plot(scene), calm_plot(scene, usual_cycles), energies_plot(joint)};
-    result.page = claims_page("static-contact", "Which terms keep a wire at rest in touch with the wall",
-                              fmt::format("{}: the wire after {} cycles with M = 2, where the largest "
-                                          "gradient over C is {:.1e}. From there each "
-                                          "case, without safeguard, makes {} cycles unobserved and {} that "
-                                          "are watched, update by update. The "
-                                          "mean trace of R is {:.4g} N·mm, that of A {:.4g} N·mm.\n\n{}",
-                                          scene.text(), options.quick ? 60 : 200, rest.gradient, settle,
-                                          cycles, traces.mean_wall, traces.bending, io::to_markdown(cases)),
-                              result, options);
+    result.page = claims_page(
+        "static-contact", "Which terms keep a wire at rest in touch with the wall",
+        fmt::format(
+            "{}: the wire after {} cycles with M = 2, where the largest gradient over C is {:.1e}. From "
+            "there each case, without safeguard, makes {} cycles unobserved and {} that are watched, update "
+            "by update. The mean trace of R is {:.4g} N·mm, that of A {:.4g} N·mm.\n\n{}",
+            scene.text(), options.quick ? 60 : 200, rest.gradient, settle, cycles, traces.mean_wall,
+            traces.bending, io::to_markdown(cases)),
+        result, options);
     result.tables = {std::move(joints), std::move(cases), std::move(ratio), energies_table(joint)};
     return result;
 }

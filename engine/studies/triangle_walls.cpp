@@ -307,37 +307,28 @@ std::vector<NamedWay> ways_of_relaxing() {
 std::string introduction(const std::vector<TubeOfTriangles>& tube, const TriangleWallSizes& size) {
     return fmt::format(
         "The paper's artery is a mesh, and the wall of a joint is the plane of the triangle that a ray from "
-        "the "
-        "centreline through the joint meets. Its meshes are not published, and the other studies use a round "
-        "tube in closed form. Here the same wire lies in the same tube on walls of each kind.\n\n"
+        "the centreline through the joint meets. Its meshes are not published, and the other studies use a "
+        "round tube in closed form. Here the same wire lies in the same tube on walls of each kind.\n\n"
         "- *plane*: the triangle that the ray meets, as in the paper.\n"
         "- *closest*: the distance to the closest point of the same mesh, on a face, an edge or a corner.\n"
         "- *field*: the smooth distance field that is sampled from the same mesh.\n"
         "- *round*: the tube in closed form.\n\n"
         "Tubes of radius {:g} mm: *{}* ({}) and *{}* ({}); N = {}, λ = {:g} mm, EI = {:g} N·mm², k = {:g} "
-        "N/mm a "
-        "joint, from the centreline, {} cycles, methods as published unless safeguarded. A wire *rests* "
-        "where "
-        "the mean turn of an update in the last cycle is below {:g} and its |gradient| over C is at most "
-        "{:g}; "
-        "it is *stuck* where it no longer turns but its gradient is larger; else it *moves*. The global "
-        "relaxer ends by itself. A hop is a change of plane under a joint that touches before and after an "
-        "update, counted over the last cycle, for each joint that touches at its end. *rise* is the largest "
-        "rise of the true energy by one update of that cycle; *off_round* is the largest distance of a joint "
-        "from its place at rest in the round tube.\n\n"
+        "N/mm a joint, from the centreline, {} cycles, methods as published unless safeguarded. A wire "
+        "*rests* where the mean turn of an update in the last cycle is below {:g} and its |gradient| over C "
+        "is at most {:g}; it is *stuck* where it no longer turns but its gradient is larger; else it "
+        "*moves*. The global relaxer ends by itself. A hop is a change of plane under a joint that touches "
+        "before and after an update, counted over the last cycle, for each joint that touches at its end. "
+        "*rise* is the largest rise of the true energy by one update of that cycle; *off_round* is the "
+        "largest distance of a joint from its place at rest in the round tube.\n\n"
         "**Why.** On planes the energy is nearly continuous, but its slope jumps at every edge. A joint in "
-        "the "
-        "valley between two facets is pushed one way on one side of the edge and the other way on the other "
-        "side (first picture): no place between has a slope of zero. An update moves it across, the next one "
-        "moves it back: it hops for ever and carries the joints distal of it along. The safeguard rejects "
-        "such "
-        "updates, and the wire stands where the first edges hold it, which is not where its energy is least. "
-        "The "
-        "closest feature rounds the valley off, but only over a width of the size of the penetration. The "
-        "wall "
-        "is curved there by about k, which R does not contain, and the plain methods overshoot. The field "
-        "rounds "
-        "it off over the spacing of its grid.\n\n",
+        "the valley between two facets is pushed one way on one side of the edge and the other way on the "
+        "other side (first picture): no place between has a slope of zero. An update moves it across, the "
+        "next one moves it back: it hops for ever and carries the joints distal of it along. The safeguard "
+        "rejects such updates, and the wire stands where the first edges hold it, which is not where its "
+        "energy is least. The closest feature rounds the valley off, but only over a width of the size of "
+        "the penetration. The wall is curved there by about k, which R does not contain, and the plain "
+        "methods overshoot. The field rounds it off over the spacing of its grid.\n\n",
         radius, tube[0].name, tube[0].what, tube[1].name, tube[1].what, size.segments, segment_length,
         rigidity, wall_stiffness, size.cycles, still, balanced);
 }
@@ -402,8 +393,7 @@ io::Plot turns_plot(const std::vector<TubeOfTriangles>& tubes, const TriangleWal
     plot.commands += "unset multiplot\n";
     plot.caption = fmt::format(
         "Mean turn of the updates of each cycle with M = 2, from the centreline, N = {}: on planes it stays "
-        "at "
-        "a level that finer facets lower, on smooth walls it keeps falling.",
+        "at a level that finer facets lower, on smooth walls it keeps falling.",
         size.segments);
     return plot;
 }

@@ -464,12 +464,11 @@ StudyResult run_varied_segments(const StudyOptions& options) {
         fmt::format(
             "The wire starts on the centreline. The reference of the lateral deviation is the wire after {} "
             "cycles with M = 2, where the largest gradient over C is {:.1e} (sharp), {:.1e} (hairpin) and "
-            "{:.1e} (sinuous). "
-            "Methods are the paper's, without safeguard; separations are chosen by Algorithm 2.\n\n"
+            "{:.1e} (sinuous). Methods are the paper's, without safeguard; separations are chosen by "
+            "Algorithm 2.\n\n"
             "## Cycles until a joint's deviation stays within a limit\n\n{}\n## Whole scenes to rest\n\n"
             "Cycles until no joint is farther from where the end comes to rest, and energy and gradient over "
-            "C "
-            "after {} cycles, with the safeguard.\n\n{}",
+            "C after {} cycles, with the safeguard.\n\n{}",
             size.rest_cycles, rests[0].gradient, rests[1].gradient, rests[2].gradient,
             io::to_markdown(settled), size.long_cycles, io::to_markdown(rest_table, 7)),
         result, options);

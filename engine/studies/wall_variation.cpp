@@ -269,8 +269,7 @@ void claim_wire(StudyResult& result, const WallSetting& s, int tube, const Rows&
                      sizes_of.end());
     const std::string why = fmt::format(
         "Half of all |d| are above {:.4f} mm. Study paper-tubes tries further tubes: a wall as soft as the "
-        "traces of Section "
-        "3.3 imply does not have Fig. 13 and Fig. 18 at once, one ten times as stiff does.",
+        "traces of Section 3.3 imply does not have Fig. 13 and Fig. 18 at once, one ten times as stiff does.",
         sizes_of[sizes_of.size() / 2]);
     FigureClaims fig(result, "Fig. 18");
     fig.published(fmt::format("d varies by about ±0.005 mm or less: part of all d within it, {} [%]", s.name),
@@ -312,14 +311,12 @@ std::vector<io::Plot> pictures(const std::vector<WallSetting>& both, std::size_t
                          "set style fill solid 0.8 noborder\nset xlabel 'K/k'\nset ylabel 'density'\nset "
                          "xrange [0:2]\nset yrange [0:*]\n"
                          "set key top left Left reverse\nset arrow 1 from 0.5, graph 0 to 0.5, graph 0.7 "
-                         "nohead dt 2\nset arrow 2 from 1.5, "
-                         "graph 0 to 1.5, graph 0.7 nohead dt 2\nset label 1 'published: 96.6 % between' at "
-                         "1.98, graph 0.76 right\n"
+                         "nohead dt 2\nset arrow 2 from 1.5, graph 0 to 1.5, graph 0.7 nohead dt 2\nset "
+                         "label 1 'published: 96.6 % between' at 1.98, graph 0.76 right\n"
                          "plot 'wall_variation_stiffness.csv' skip 1 using 1:2 with boxes lc rgb '#56B4E9' "
                          "title 'measured', \\\n"
                          "     exp(-0.5*((x-1.0012)/0.236)**2)/(0.236*sqrt(2*pi)) with lines lw 2 lc rgb "
-                         "'black' title 'normal, published "
-                         "mean and deviation'\n";
+                         "'black' title 'normal, published mean and deviation'\n";
     stiffness.caption = fmt::format(
         "Density of the wall's stiffness in {} realisations (the paper's Fig. 15): G = {} terms, Ω = {}.",
         realisations, physics::published_terms, s.size.pieces_of_artery);
@@ -334,10 +331,9 @@ std::vector<io::Plot> pictures(const std::vector<WallSetting>& both, std::size_t
             running.commands += fmt::format(
                 "set title '{2}, joint {0}'\nset xlabel '{1}'\n"
                 "plot 'wall_variation_running.csv' skip 1 using (strcol(1) eq '{2}' && $2 == {0} ? $3 : "
-                "1/0):(1000*$4) "
-                "with lines lw 1.5 lc rgb '#009E73' title 'mean', \\\n     '' skip 1 using (strcol(1) eq "
-                "'{2}' && $2 "
-                "== {0} ? $3 : 1/0):(1000*$5) with lines lw 1.5 lc rgb '#D55E00' title 'rms'\n",
+                "1/0):(1000*$4) with lines lw 1.5 lc rgb '#009E73' title 'mean', \\\n     '' skip 1 using "
+                "(strcol(1) eq '{2}' && $2 == {0} ? $3 : 1/0):(1000*$5) with lines lw 1.5 lc rgb '#D55E00' "
+                "title 'rms'\n",
                 s.size.joints[k], k + 1 == s.size.joints.size() ? "realisations" : "", both[tube].name);
     running.commands += "unset multiplot\n";
     running.caption =
@@ -354,10 +350,8 @@ std::vector<io::Plot> pictures(const std::vector<WallSetting>& both, std::size_t
     for (std::size_t tube = 0; tube < both.size(); ++tube)
         joints.commands += fmt::format(
             "set title '{0}'\nplot 'wall_variation_joints.csv' skip 1 using (strcol(1) eq '{0}' ? $2 : "
-            "1/0):(1000*$3) "
-            "with lines lw 1.5 lc rgb '#009E73' title 'mean', \\\n     '' skip 1 using (strcol(1) eq '{0}' ? "
-            "$2 : "
-            "1/0):(1000*$4) with lines lw 1.5 lc rgb '#D55E00' title 'rms'\n",
+            "1/0):(1000*$3) with lines lw 1.5 lc rgb '#009E73' title 'mean', \\\n     '' skip 1 using "
+            "(strcol(1) eq '{0}' ? $2 : 1/0):(1000*$4) with lines lw 1.5 lc rgb '#D55E00' title 'rms'\n",
             both[tube].name);
     joints.commands += "unset multiplot\n";
     joints.caption = fmt::format(
@@ -367,23 +361,20 @@ std::vector<io::Plot> pictures(const std::vector<WallSetting>& both, std::size_t
     plots.push_back(joints);
 
     io::Plot density{"wall_variation_deviation", "", 900, 480};
-    density.commands =
-        grid +
-        "set xlabel 'lateral deviation d [µm]'\nset ylabel 'density [1/µm]'\nset logscale y\nset format y "
-        "'10^{%L}'\nset yrange [1e-5:*]\nset key top right\nset object 1 rectangle from -5, graph 0 to 5, "
-        "graph 1 behind "
-        "fc rgb '#e3e3e3' fs noborder\nset label 1 'published: ± 5 µm or less' at 7, graph 0.94 left\nplot ";
+    density.commands = grid +
+                       "set xlabel 'lateral deviation d [µm]'\nset ylabel 'density [1/µm]'\nset logscale "
+                       "y\nset format y '10^{%L}'\nset yrange [1e-5:*]\nset key top right\nset object 1 "
+                       "rectangle from -5, graph 0 to 5, graph 1 behind fc rgb '#e3e3e3' fs noborder\nset "
+                       "label 1 'published: ± 5 µm or less' at 7, graph 0.94 left\nplot ";
     for (std::size_t tube = 0; tube < both.size(); ++tube)
         density.commands += fmt::format(
             "{}'wall_variation_deviation.csv' skip 1 using (strcol(1) eq '{}' && $3 > 0 ? 1000*$2 : "
-            "1/0):($3/1000) with "
-            "steps lw 2 lc rgb '{}' title '{}'",
+            "1/0):($3/1000) with steps lw 2 lc rgb '{}' title '{}'",
             tube > 0 ? ", \\\n     " : "", both[tube].name, tube_colours[tube], both[tube].name);
     density.commands += "\n";
     density.caption = fmt::format(
         "Density of the lateral deviation of all joints in {} realisations (the paper's Fig. 18): the tube "
-        "that has Fig. "
-        "13's energies moves its wire further than published, a gently bent one less. {}.",
+        "that has Fig. 13's energies moves its wire further than published, a gently bent one less. {}.",
         realisations, where(s));
     plots.push_back(density);
     return plots;
@@ -423,14 +414,13 @@ StudyResult finish(const StudyOptions& options, const Rows& rows) {
     result.plots = pictures(both, rows.size());
     result.page = claims_page(
         "wall-variation", "How far an uneven wall moves the wire",
-        fmt::format("Two tubes, {} realisations each, random numbers of seed {}, those of a realisation from "
-                    "its number "
-                    "alone. Each comes to rest by the global relaxer from the rest under a uniform wall "
-                    "(gradient over C "
-                    "{:.1e} and {:.1e}), which is the reference of the lateral deviation.\n\n- *{}*: {}; "
-                    "the artery in straight pieces of {:.3g} mm, as in study resolution.\n- *{}*: {}.",
-                    realisations, options.seed, both[0].rest.gradient, both[1].rest.gradient, both[0].name,
-                    where(both[0]), published_piece, both[1].name, where(both[1])),
+        fmt::format(
+            "Two tubes, {} realisations each, random numbers of seed {}, those of a realisation from its "
+            "number alone. Each comes to rest by the global relaxer from the rest under a uniform wall "
+            "(gradient over C {:.1e} and {:.1e}), which is the reference of the lateral deviation.\n\n- "
+            "*{}*: {}; the artery in straight pieces of {:.3g} mm, as in study resolution.\n- *{}*: {}.",
+            realisations, options.seed, both[0].rest.gradient, both[1].rest.gradient, both[0].name,
+            where(both[0]), published_piece, both[1].name, where(both[1])),
         result, options);
     result.tables = {std::move(profiles),
                      density_table("wall_variation_stiffness", "_stiffness_over_k", stiffness, 0, 2, 100),

@@ -218,8 +218,7 @@ void refuse_branches_on(const VesselTree& tree, int branch, double from, double 
             if (parent != branch || at < from || at > to) continue;
             throw io::InputError(
                 fmt::format("branch '{}' leaves '{}' at {:.1f} mm, where {} lies ({:.1f} to {:.1f} mm); a "
-                            "stretch without "
-                            "branches is accepted",
+                            "stretch without branches is accepted",
                             other.name, on.name, at, what, from, to));
         }
     }

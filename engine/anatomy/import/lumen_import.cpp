@@ -110,8 +110,7 @@ private:
             std::vector<GivenLine> lines = load_centrelines(file, unit_in_mm(options_.unit));
             warned(
                 "the centrelines are {} line{} of {}, recentred; radii are measured on the mesh, whose "
-                "median "
-                "edge is {:.2f} of the radius",
+                "median edge is {:.2f} of the radius",
                 lines.size(), lines.size() == 1 ? "" : "s", file.filename().string(), figures_.edge_ratio);
             for (GivenLine& line : lines) {
                 transform(matrix, line.points);
@@ -220,11 +219,10 @@ private:
         const Pruning pruning = prune_thin(traced, least);
         if (pruning.lines.empty()) return;
         if (lumen.ends.size() - pruning.closed.size() < 2) {
-            throw io::InputError(fmt::format(
-                "smallest radius: vessels thinner than {:.3f} mm, the thinnest wire's, leave no way from one "
-                "end to "
-                "another [mm]: {}; a lumen that a wire can pass is accepted",
-                least, io::joined(pruning.lines)));
+            throw io::InputError(
+                fmt::format("smallest radius: vessels thinner than {:.3f} mm, the thinnest wire's, leave no "
+                            "way from one end to another [mm]: {}; a lumen that a wire can pass is accepted",
+                            least, io::joined(pruning.lines)));
         }
         std::vector<geometry::BoundaryLoop> loops;
         std::vector<int> place(lumen.ends.size(), -1);
@@ -244,9 +242,8 @@ private:
         for (int& end : traced.end_of_branch)
             if (end >= 0) end = place[end];
         warned(
-            "{:.1f} mm of vessels thinner than {:.3f} mm, the thinnest wire's radius, were pruned; they "
-            "stay in the "
-            "surface [mm]: {}",
+            "{:.1f} mm of vessels thinner than {:.3f} mm, the thinnest wire's radius, were pruned; they stay "
+            "in the surface [mm]: {}",
             pruning.length, least, io::joined(pruning.lines));
     }
 
@@ -260,8 +257,7 @@ private:
         throw io::InputError(fmt::format(
             "{} tips and {} bulges shorter than two radii were found on {} branches, such as at {}: this is "
             "not a tree of tubes, or too coarse for one; up to {} tips and {} bulges a branch are accepted, "
-            "or "
-            "centrelines beside the mesh (--centrelines)",
+            "or centrelines beside the mesh (--centrelines)",
             tips, traced.spurs, branches, tips == 0 ? "its middle" : io::place_text(traced.tips.back().apex),
             most_tips, most_bulges));
     }

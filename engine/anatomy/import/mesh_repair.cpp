@@ -269,8 +269,7 @@ private:
                 if (turned[u] == wanted) continue;
                 throw io::InputError(
                     fmt::format("the surface has no inside: at {} it meets its own back, as a Möbius band "
-                                "does; a surface "
-                                "with two sides is accepted",
+                                "does; a surface with two sides is accepted",
                                 io::place_text(centroid(mesh_, mesh_.triangles[t]))));
             }
         }
