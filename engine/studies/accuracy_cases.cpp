@@ -45,6 +45,18 @@ double for_tip(double stiffness, EndCells ends) {
     return ends == EndCells::Half ? 2 * stiffness : stiffness;
 }
 
+/// Tip and farthest joint of a wire of this length, whose joint i lies off(i) from the exact wire's [mm], and
+/// its energy.
+std::vector<AgainstExact> compared(const Chain& wire, const LumenWall& wall, double length,
+                                   double exact_energy, const std::function<double(int)>& off) {
+    double farthest = 0, tip = 0;
+    for (int i = 0; i <= wire.segments(); ++i) farthest = std::max(farthest, tip = off(i));
+    const double energy = physics::total_energy(wire, physics::all_contacts(wire, wall)).total();
+    return {{"tip", 0, tip, tip / length},
+            {"farthest joint", 0, farthest, farthest / length},
+            relative("energy", exact_energy, energy)};
+}
+
 /// Compares tip, farthest joint, energy and, on a wall, the force of the tip with the exact wire in a plane.
 void hold_to_exact(ExactCase& c, const PlaneWire& problem) {
     ExactStart fine = c.set(c.segments.back(), EndCells::Half);
@@ -57,20 +69,14 @@ void hold_to_exact(ExactCase& c, const PlaneWire& problem) {
     c.exact_residual = curve.residual;
     c.exact_step_error = curve.step_error;
     c.measure = [curve, problem](const Chain& wire, const LumenWall& wall) {
-        const int n = wire.segments(), each = static_cast<int>(curve.points.size() - 1) / n;
-        double farthest = 0;
-        const auto off = [&](int i) {
+        const int each = static_cast<int>(curve.points.size() - 1) / wire.segments();
+        auto list = compared(wire, wall, problem.length, curve.energy, [&](int i) {
             const Vec2& x = curve.points[static_cast<std::size_t>(i) * each].place;
             return (wire.joints[i] - Vec3(x[0], x[1], 0)).norm();
-        };
-        for (int i = 0; i <= n; ++i) farthest = std::max(farthest, off(i));
-        const auto at = physics::all_contacts(wire, wall);
-        std::vector<AgainstExact> list = {
-            {"tip", 0, off(n), off(n) / problem.length},
-            {"farthest joint", 0, farthest, farthest / problem.length},
-            relative("energy", curve.energy, physics::total_energy(wire, at).total())};
+        });
         if (problem.wall)
-            list.push_back(relative("force", curve.points.back().force.norm(), at.back().force()));
+            list.push_back(relative("force", curve.points.back().force.norm(),
+                                    physics::all_contacts(wire, wall).back().force()));
         return list;
     };
 }
@@ -296,21 +302,14 @@ ExactCase nested_rods(const char* id, double apart, const char* look) {
             x += s / turn * (std::sin(turn) * u + (1 - std::cos(turn)) * way);
             frame = Eigen::AngleAxisd(turn, u.cross(way)) * frame;
         };
-        double farthest = 0, off = 0;
-        for (int i = 0; i <= wire.segments(); ++i) {
+        return compared(wire, wall, inner_length, energy, [&](int i) {
             const double s = i * wire.grid.segment_length;
             Vec3 x = wire.joints[0];
             geometry::Mat3 frame = start;
             if (s > 0) along(both, std::min(s, outer_length), x, frame);
             if (s > outer_length) along(inner, s - outer_length, x, frame);
-            off = (wire.joints[i] - x).norm();
-            farthest = std::max(farthest, off);
-        }
-        std::vector<AgainstExact> list = {{"tip", 0, off, off / inner_length},
-                                          {"farthest joint", 0, farthest, farthest / inner_length}};
-        list.push_back(relative("energy", energy,
-                                physics::total_energy(wire, physics::all_contacts(wire, wall)).total()));
-        return list;
+            return (wire.joints[i] - x).norm();
+        });
     };
     return c;
 }

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <span>
@@ -8,8 +7,8 @@
 #include "engine/io/cpu_clock.h"
 #include "engine/studies/claims.h"
 #include "engine/studies/lateral_deviation.h"
-#include "engine/studies/paper.h"
 #include "engine/studies/paper_scene.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 #include "physics/wall/mesh_wall.h"
 
@@ -134,14 +133,12 @@ void claim_table(StudyResult& result, const std::vector<CycleCost>& mesh,
                   0.0025, "within a quarter of a per cent, by which the published number is rounded",
                   fmt::format("N = {}.", segments));
     const double interactions = mesh[0].queries + mesh[0].updates;
-    table.counted(
-        quick, "wall interactions in one cycle with M = 1, Σ b(N − b + 2)", 1.37e6,
-        n * (n + 1) * (n + 2) / 6 + n * (n + 1) / 2, interactions, 0.0075,
-        "within three quarters of a per cent, by which the published number is rounded",
-        fmt::format(
-            "The published number counts one more an update than the N − b + 1 joints that move: {:.0f} for "
-            "N = {}. So counted here.",
-            n * (n + 1) * (n + 2) / 6 + n * (n + 1) / 2, segments));
+    table.counted(quick, "wall interactions in one cycle with M = 1, Σ b(N − b + 2)", 1.37e6,
+                  n * (n + 1) * (n + 2) / 6 + n * (n + 1) / 2, interactions, 0.0075,
+                  "within three quarters of a per cent, by which the published number is rounded",
+                  fmt::format("The published number counts one more an update than the N − b + 1 joints that "
+                              "move: {:.0f} for N = {}. So counted here.",
+                              n * (n + 1) * (n + 2) / 6 + n * (n + 1) / 2, segments));
     for (int m = 1; m <= 3; ++m)
         table.add(ClaimKind::Machine, fmt::format("wall of one cycle with M = {} [s]", m),
                   published_surface[m - 1], mesh[m - 1].surface,
@@ -162,7 +159,7 @@ void claim_table(StudyResult& result, const std::vector<CycleCost>& mesh,
                            costs[1].surface / costs[1].solution(), costs[2].surface / costs[2].solution());
     };
     table.add(ClaimKind::Machine, "solving becomes dominant as M grows: wall over solution with M = 1, 2, 3",
-              std::string("0.995, 0.561, 0.295"), over(printed), printed[2].solution() > printed[2].surface,
+              "0.995, 0.561, 0.295", over(printed), printed[2].solution() > printed[2].surface,
               "below 1 with M = 3", fmt::format("4M × 4M, as printed; in 2M tangents {}.", over(mesh)));
     // Unknowns of the printed system times solutions: M segments of 4 each; the wall is asked as often for
     // any M.
@@ -172,8 +169,7 @@ void claim_table(StudyResult& result, const std::vector<CycleCost>& mesh,
     table.published(
         "solving becomes dominant as M grows, by counted work times published unit costs, 10 µs a varied "
         "segment: wall over solution with M = 1, 2, 3",
-        std::string("0.995, 0.561, 0.295"),
-        fmt::format("{:.3f}, {:.3f}, {:.3f}", counted(1), counted(2), counted(3)),
+        "0.995, 0.561, 0.295", fmt::format("{:.3f}, {:.3f}, {:.3f}", counted(1), counted(2), counted(3)),
         counted(1) > counted(2) && counted(2) > counted(3) && std::abs(counted(2) / 0.561 - 1) < 0.25 &&
             std::abs(counted(3) / 0.295 - 1) < 0.25,
         "it falls, and those with M = 2 and 3 are within a quarter",
@@ -216,20 +212,20 @@ void claim_ratios(StudyResult& result, const std::vector<CycleCost>& mesh,
     const auto best = std::min_element(cost.begin(), cost.end()) - cost.begin() + 1;
     section.published(
         "the best outcomes in time are those of M = 2 and M = 3: cycles needed times the published t_M/t_1",
-        std::string("M = 2, 3"), of_each(cost, "{:.1f}"), best == 2 || best == 3,
+        "M = 2, 3", of_each(cost, "{:.1f}"), best == 2 || best == 3,
         "the least product is that of M = 2 or 3");
     section.published("performance does not improve with M > 3: cycles needed times the published t_M/t_1",
-                      std::string("does not improve"), of_each(cost, "{:.1f}"),
+                      "does not improve", of_each(cost, "{:.1f}"),
                       cost[3] >= std::min({cost[0], cost[1], cost[2]}),
                       "the product of M = 4 is not the least");
     section.published("the number of cycles necessary to relax the wire decreases with M [cycles]",
-                      std::string("decreases"), of_each({needed[0], needed[1], needed[2]}, "{:.1f}"),
+                      "decreases", of_each({needed[0], needed[1], needed[2]}, "{:.1f}"),
                       needed[1] < needed[0] && needed[2] < needed[1], "from M = 1 to 2 and to 3",
                       "Two or three segments take about as many cycles on this tube.");
     std::vector<double> own;
     for (int m = 1; m <= most_turns; ++m) own.push_back(needed[m - 1] * mesh[m - 1].total);
-    section.add(ClaimKind::Machine, "the same by the time of a cycle on this machine [s]",
-                std::string("M = 2, 3"), of_each(own, "{:.2f}"), true, "");
+    section.add(ClaimKind::Machine, "the same by the time of a cycle on this machine [s]", "M = 2, 3",
+                of_each(own, "{:.2f}"), true, "");
 }
 
 /// `most`: the longest cycle, so that all panels have one scale [s].
@@ -320,13 +316,12 @@ StudyResult run_cost(const StudyOptions& options) {
     StudyResult result;
     io::Table table{"cost",
                     {"wall", "varied_segments", "wall_cpu_s", "solution_cpu_s", "cycle_cpu_s", "over_one",
-                     "wall_queries", "updates", "cycles_needed"},
-                    {}};
+                     "wall_queries", "updates", "cycles_needed"}};
     for (std::size_t w = 0; w < walls.size(); ++w)
         for (int m = 1; m <= most_turns; ++m) {
             const CycleCost& c = costs[w][m - 1];
-            table.add({walls[w].name, static_cast<double>(m), c.surface, c.solution(), c.total,
-                       c.total / costs[w][0].total, c.queries, c.updates, needed[m - 1]});
+            table.add({walls[w].name, m, c.surface, c.solution(), c.total, c.total / costs[w][0].total,
+                       c.queries, c.updates, needed[m - 1]});
         }
     claim_table(result, costs[0], costs[1], scene.segments(), options.quick);
     claim_ratios(result, costs[0], costs[1], costs.back(), needed, joint);

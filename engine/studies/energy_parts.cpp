@@ -145,15 +145,15 @@ void claim_parts(StudyResult& result, const EnergyParts& in_pieces, const Energy
                     "angle between chords is its mean over two of them, which loses ⟨Δθ²⟩/(6⟨θ²⟩) = {:.2g}, "
                     "also of the order of λ².",
                     smooth.same_shape, smooth.eq_8, smooth.uneven));
+    equations.published("Eq. 8: c2 is ⟨θ⁴⟩/(24⟨θ²⟩): the fitted c2 over Eq. 8's own value, smooth tube", 1.0,
+                        smooth.fit.c2 / smooth.eq_8, near(smooth.fit.c2, smooth.eq_8, 2),
+                        "within a factor of 2",
+                        fmt::format("{:.2g} for {:.2g}. c2 also holds what Eq. 8 leaves out: change of "
+                                    "curvature between joints, and a shape that changes as the wall hardens.",
+                                    smooth.fit.c2, smooth.eq_8));
     equations.published(
-        "Eq. 8: c2 is ⟨θ⁴⟩/(24⟨θ²⟩): the fitted c2 over Eq. 8's own value, smooth tube", 1.0,
-        smooth.fit.c2 / smooth.eq_8, near(smooth.fit.c2, smooth.eq_8, 2), "within a factor of 2",
-        fmt::format("{:.2g} for {:.2g}. c2 also holds what Eq. 8 leaves out: change of curvature between "
-                    "joints, and a shape that changes as the wall hardens.",
-                    smooth.fit.c2, smooth.eq_8));
-    equations.published(
-        "Eq. 8: the energy of bending increases with η at rest: ΔU_bend/U at the finest, in pieces",
-        std::string("> 0"), in_pieces.bending_gain, in_pieces.bending_gain > 0, "above 0");
+        "Eq. 8: the energy of bending increases with η at rest: ΔU_bend/U at the finest, in pieces", "> 0",
+        in_pieces.bending_gain, in_pieces.bending_gain > 0, "above 0");
     equations.published(
         "Eq. 16: ΔU_surf is linear in 1 − 1/η: rms about Υ(1 − 1/η), over its value at η = 3, smooth tube",
         0.0, smooth.linear, smooth.linear < 0.1, "below 0.1",
@@ -163,8 +163,8 @@ void claim_parts(StudyResult& result, const EnergyParts& in_pieces, const Energy
         smooth.upsilon / smooth.slope, near(smooth.upsilon, smooth.slope, 1.5), "within a factor of 1.5",
         "Joints come into contact and leave it as λ falls, which changes the slope from place to place.");
     equations.published(
-        "Eq. 40: c1 is the wall's, Υ/U > 0: ΔU_surf/U at the finest, smooth tube", std::string("> 0"),
-        smooth.wall_gain, smooth.wall_gain > 0, "above 0",
+        "Eq. 40: c1 is the wall's, Υ/U > 0: ΔU_surf/U at the finest, smooth tube", "> 0", smooth.wall_gain,
+        smooth.wall_gain > 0, "above 0",
         fmt::format("The wall's own energy falls, by {:.4f} of U, and that of bending rises by {:.4f} (in "
                     "pieces {:.4f} and {:.4f}): the force on the wall is kept while its springs become more, "
                     "so that each is pressed in less. c1 is right for the sum alone.",

@@ -17,8 +17,7 @@ using render::Field;
 using std::numbers::pi;
 
 io::Table variance_table(bool quick) {
-    io::Table table{
-        "imaging_noise", {"mean_quanta", "variance_over_mean", "mean_error_percent", "pixels"}, {}};
+    io::Table table{"imaging_noise", {"mean_quanta", "variance_over_mean", "mean_error_percent", "pixels"}};
     const int side = 640, frames = quick ? 1 : 8;
     for (const double mean : {1.0, 2.0, 5.0, 9.0, 16.0, 24.5, 25.5, 54.0, 220.0, 900.0, 5000.0}) {
         double sum = 0, square = 0;
@@ -83,8 +82,7 @@ double squared_mtf(double frequency, double sigma) {
 io::Table spectrum_table(bool quick) {
     io::Table table{"imaging_noise_spectrum",
                     {"what", "pixel_mm", "frequency_per_mm", "measured", "expected", "deviation_percent",
-                     "deviation_percent_of_zero"},
-                    {}};
+                     "deviation_percent_of_zero"}};
     constexpr int side = 512, group = 4;  // neighbouring frequencies averaged
     constexpr double quanta = 54;
     const int frames = quick ? 2 : 24;
@@ -131,8 +129,7 @@ io::Table spectrum_table(bool quick) {
 /// more, and everywhere in per cent of the power at 0.
 io::Table largest_deviations(const io::Table& spectrum) {
     io::Table table{"imaging_noise_spectrum_largest",
-                    {"what", "pixel_mm", "largest_deviation_percent", "largest_percent_of_zero"},
-                    {}};
+                    {"what", "pixel_mm", "largest_deviation_percent", "largest_percent_of_zero"}};
     for (std::size_t i = 0; i < spectrum.rows.size();) {
         const auto& first = spectrum.rows[i];
         double largest = 0, of_zero = 0;

@@ -5,14 +5,13 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <memory>
-#include <span>
 #include <tuple>
 
 #include "engine/studies/claims.h"
 #include "engine/studies/energy_parts.h"
 #include "engine/studies/lateral_deviation.h"
-#include "engine/studies/paper.h"
 #include "engine/studies/resolution_claims.h"
+#include "engine/studies/runs.h"
 #include "engine/studies/work.h"
 #include "physics/geometry/polyline.h"
 
@@ -135,7 +134,7 @@ io::Plot wire_plot(const ResolutionCurve& curve) {
 }
 
 io::Table wire_table(const ResolutionCurve& curve, const PaperScene& scene) {
-    io::Table table{"resolution_wire", {"curve", "x_mm", "y_mm"}, {}};
+    io::Table table{"resolution_wire", {"curve", "x_mm", "y_mm"}};
     const geometry::Polyline& path = scene.path;
     const double shown = curve.coarse.segments() * curve.coarse.lengths.back() + 25;
     for (const double side : {1.0, -1.0}) {
@@ -145,21 +144,20 @@ io::Table wire_table(const ResolutionCurve& curve, const PaperScene& scene) {
             walked += step.norm();
             if (i % 3 != 0) continue;
             const geometry::Vec3 x = path[i] + side * scene.wall->radius() * geometry::Vec3(-u.y(), u.x(), 0);
-            table.add({std::string(side > 0 ? "left wall" : "right wall"), x.x(), x.y()});
+            table.add({side > 0 ? "left wall" : "right wall", x.x(), x.y()});
         }
     }
-    for (const auto& x : curve.coarse.joints) table.add({std::string("coarse"), x.x(), x.y()});
-    for (const auto& x : curve.fine.joints) table.add({std::string("fine"), x.x(), x.y()});
+    for (const auto& x : curve.coarse.joints) table.add({"coarse", x.x(), x.y()});
+    for (const auto& x : curve.fine.joints) table.add({"fine", x.x(), x.y()});
     return table;
 }
 
 io::Table separation_table(const ResolutionCurve& curve) {
-    io::Table table{"resolution_separation", {"joint", "separation_mm", "bend_rad"}, {}};
+    io::Table table{"resolution_separation", {"joint", "separation_mm", "bend_rad"}};
     const ReferenceCurve reference(curve.fine.joints);
     const physics::Chain& wire = curve.coarse;
     for (int i = 1; i < wire.segments(); ++i)
-        table.add({static_cast<double>(i),
-                   std::abs(reference.deviation(wire.joints[static_cast<std::size_t>(i)])),
+        table.add({i, std::abs(reference.deviation(wire.joints[static_cast<std::size_t>(i)])),
                    turn_between(wire.tangents[i], wire.tangents[i + 1])});
     return table;
 }
@@ -224,12 +222,10 @@ StudyResult run_resolution(const StudyOptions& options) {
     StudyResult result;
     io::Table table{"resolution",
                     {"segments", "eta", "energy_N_mm", "one_offset_percent", "low_percent", "median_percent",
-                     "high_percent", "smooth_percent"},
-                    {}};
+                     "high_percent", "smooth_percent"}};
     io::Table parts_table{
         "resolution_parts",
-        {"eta", "smooth_bending_percent", "smooth_wall_percent", "bending_percent", "wall_percent"},
-        {}};
+        {"eta", "smooth_bending_percent", "smooth_wall_percent", "bending_percent", "wall_percent"}};
     const auto energy = [](const Resolved& p) { return p.energy(); };
     const auto bending = [](const Resolved& p) { return p.bending; };
     const auto wall = [](const Resolved& p) { return p.wall; };
@@ -239,9 +235,9 @@ StudyResult run_resolution(const StudyOptions& options) {
     for (std::size_t k = 0; k < one.points.size(); ++k) {
         const Resolved& p = one.points[k];
         const Quantiles q = quantiles(at_point(main_curves, k, energy));
-        table.add({static_cast<double>(size.resolution.coarse + size.resolution.step * static_cast<int>(k)),
-                   p.eta, p.energy(), 100 * (p.energy() / one.points.front().energy() - 1), q.low, q.median,
-                   q.high, at_point(smooth_curve, k, energy)[0]});
+        table.add({size.resolution.coarse + size.resolution.step * static_cast<int>(k), p.eta, p.energy(),
+                   100 * (p.energy() / one.points.front().energy() - 1), q.low, q.median, q.high,
+                   at_point(smooth_curve, k, energy)[0]});
         parts_table.add({p.eta, at_point(smooth_curve, k, bending)[0], at_point(smooth_curve, k, wall)[0],
                          quantiles(at_point(main_curves, k, bending)).median,
                          quantiles(at_point(main_curves, k, wall)).median});
@@ -256,8 +252,8 @@ StudyResult run_resolution(const StudyOptions& options) {
                                               "bent_over_straight",
                                               "wall_share",
                                               "largest_gradient"};
-    io::Table tubes{"resolution_tubes", {"tube", "offsets"}, {}},
-        calibration{"resolution_calibration", {"bends_and_stiffness_times", "offsets"}, {}};
+    io::Table tubes{"resolution_tubes", {"tube", "offsets"}},
+        calibration{"resolution_calibration", {"bends_and_stiffness_times", "offsets"}};
     for (io::Table* each : {&tubes, &calibration})
         each->columns.insert(each->columns.end(), figures.begin(), figures.end());
     const auto row = [&](const std::string& name, const std::vector<ResolutionCurve>& curves) {

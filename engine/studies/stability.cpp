@@ -1,13 +1,11 @@
-#include "engine/studies/stability.h"
-
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
-#include <mutex>
 #include <numeric>
 
+#include "engine/studies/runs.h"
 #include "engine/studies/stability_cell.h"
-#include "physics/geometry/parallel.h"
+#include "engine/studies/work.h"
 #include "physics/wire/energy.h"
 
 namespace studies {
@@ -59,18 +57,16 @@ io::Table numbers_table(const std::vector<BreakingCase>& cases,
     io::Table table{"stability",
                     {"row", "column", "case", "method", "outcome", "code", "energy_N_mm",
                      "reference_energy_N_mm", "reference_gradient", "deviation_mm", "basin_deviation_mm",
-                     "gradient", "max_penetration_mm", "updates", "cpu_s", "energy", "energy", "figures"},
-                    {}};
+                     "gradient", "max_penetration_mm", "updates", "cpu_s", "energy", "energy", "figures"}};
     for (std::size_t r = 0; r < cases.size(); ++r) {
         for (std::size_t k = 0; k < columns.size(); ++k) {
             const StabilityCell& cell = cells[r * columns.size() + k];
             const CellMeasure& m = cell.measure;
-            table.add({static_cast<double>(r), static_cast<double>(k), cases[r].what,
-                       std::string(columns[k].name), std::string(outcome_text(cell.outcome)),
-                       static_cast<double>(cell.outcome), cell.energy, references[r].energy,
+            table.add({r, k, cases[r].what, columns[k].name, outcome_text(cell.outcome),
+                       static_cast<int>(cell.outcome), cell.energy, references[r].energy,
                        references[r].gradient, m.deviation, m.basin_deviation, m.gradient, m.penetration,
-                       static_cast<double>(cell.updates), cell.cpu,
-                       m.finite ? energy_text(cell.energy) : std::string(), figures(cell)});
+                       cell.updates, cell.cpu, m.finite ? energy_text(cell.energy) : std::string(),
+                       figures(cell)});
         }
     }
     return table;
@@ -78,7 +74,7 @@ io::Table numbers_table(const std::vector<BreakingCase>& cases,
 
 io::Table map_table(const std::vector<BreakingCase>& cases, const std::vector<StabilityReference>& references,
                     const std::vector<Method>& columns, const std::vector<StabilityCell>& cells) {
-    io::Table table{"stability_map", {"what breaks methods", "reference"}, {}};
+    io::Table table{"stability_map", {"what breaks methods", "reference"}};
     for (const Method& method : columns) table.columns.emplace_back(method.name);
     for (std::size_t r = 0; r < cases.size(); ++r) {
         std::vector<io::TableCell> row = {cases[r].what, energy_text(references[r].energy)};
@@ -200,16 +196,10 @@ StudyResult run_stability(const StudyOptions& options) {
     const int rows = static_cast<int>(cases.size()), count = rows * static_cast<int>(columns.size());
     std::vector<StabilityReference> references(cases.size());
     std::vector<StabilityCell> cells(static_cast<std::size_t>(count));
-    std::mutex telling;
-    int done = 0;
-    const auto show = [&](const std::string& what) {
-        const std::lock_guard lock(telling);
-        ++done;
-        if (options.progress) options.progress({done, rows + count, what});
-    };
-    geometry::for_each_index(rows, options.threads, [&](int r) {
+    Work work(options, rows + count);
+    work.run(rows, [&](int r) {
         references[r] = find_reference(cases[r]);
-        show(cases[r].what + ", reference");
+        return cases[r].what + ", reference";
     });
     // The longest come first, so that no thread is left with one at the end.
     std::vector<int> order(static_cast<std::size_t>(count));
@@ -219,12 +209,12 @@ StudyResult run_stability(const StudyOptions& options) {
         return static_cast<double>(c.cycles) * std::pow(c.start.segments(), 3);
     };
     std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return effort(a) > effort(b); });
-    geometry::for_each_index(count, options.threads, [&](int k) {
+    work.run(count, [&](int k) {
         const int index = order[k];
         const BreakingCase& c = cases[index / columns.size()];
         const Method& method = columns[index % columns.size()];
         cells[index] = run_cell(c, references[index / columns.size()], method.config);
-        show(fmt::format("{}, {}", c.what, method.name));
+        return fmt::format("{}, {}", c.what, method.name);
     });
 
     StudyResult result;
