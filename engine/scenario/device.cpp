@@ -202,7 +202,7 @@ Device parse_device(const std::string& text, const std::filesystem::path& file) 
                         physics::shaped_length(d), d.length));
     reading.end();
     if (const auto wrong = physics::problems(d); !wrong.empty())
-        throw io::InputError(fmt::format("{}: {}", file.string(), io::joined(wrong, " ")));
+        throw io::InputError("{}: {}", file.string(), io::joined(wrong, " "));
     return d;
 }
 
@@ -257,8 +257,8 @@ std::filesystem::path find_device(const std::string& path_or_name, const std::fi
         if (file.stem() == path_or_name) return file;
         names.push_back(file.stem().string());
     }
-    throw io::InputError(fmt::format("'{}' is no device; a file (.toml) or one of these is accepted: {}",
-                                     path_or_name, io::joined(names)));
+    throw io::InputError("'{}' is no device; a file (.toml) or one of these is accepted: {}", path_or_name,
+                         io::joined(names));
 }
 
 std::optional<TipAndShaft> tip_and_shaft(const physics::DeviceSpec& d) {
